@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/prepare_sample.hpp"
+
+#include "dem/rve/step.hpp"
+
+namespace grus::app {
+
+dem::State prepare_sample(const RveScene& scene, dem::Team& team) {
+  dem::State state = scene.state;
+  if (scene.preparation) {
+    dem::Model model = scene.model;  // the friction of the preparation, not of the test
+    for (auto& m : model.materials)
+      if (std::isfinite(m.youngs_modulus)) m.friction = scene.preparation->friction;
+    dem::make_pair_laws(model);
+    if (model.motion.local_damping == 0) model.motion.local_damping = 0.3;  // a sample must come to rest
+    dem::prepare(model, state, team);
+    dem::compress_isotropically(model, scene.preparation->quasi_static, state, scene.preparation->pressure, team);
+    state.time = 0;
+    state.steps = 0;
+    state.ledger = {};
+  }
+  dem::prepare(scene.model, state, team);
+  return state;
+}
+
+}  // namespace grus::app

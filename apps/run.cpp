@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/run.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <thread>
+
+#include "dem/base/error.hpp"
+#include "dem/io/whole_file.hpp"
+
+namespace grus::app {
+namespace {
+
+volatile std::sig_atomic_t asked = 0;
+
+void on_signal(int signal) {
+  if (asked) std::_Exit(128 + signal);
+  asked = 1;
+}
+
+}  // namespace
+
+bool interruption_asked() { return asked != 0; }
+
+int run_command(int argc, char** argv, const std::string& name, const std::string& description,
+                const std::function<int(const Options&)>& work) {
+  Options options;
+  CLI::App cli{description, name};
+  cli.set_version_flag("--version", name + " " GRUS_VERSION);
+  cli.add_option("SCENE", options.scene, "scene file (TOML)")->required();
+  cli.add_option("-o", options.directory, "results folder (default: the scene's name, beside the current folder)")->type_name("DIR");
+  cli.add_option("--threads", options.threads, "threads (default: all cores given)")->check(CLI::Range(1, 1024));
+  cli.add_option("--set", options.overrides, "override a scene key, e.g. --set packing.seed=7 (repeatable)")
+      ->type_name("KEY=VALUE")
+      ->take_all()
+      ->allow_extra_args(false);
+  cli.add_flag("--check", options.check, "validate, print the derived set-up, stop");
+  cli.add_flag("--resume", options.resume, "go on from checkpoint.h5 in DIR");
+  cli.add_flag("--quiet", options.quiet, "print errors only");
+  cli.add_flag("--force", options.force, "allow a results folder that is not empty");
+  cli.footer("Exit status: 0 finished, 2 scene or command line refused, 3 unstable or not converged, 130 interrupted, 1 other failure.");
+  try {
+    cli.parse(argc, argv);
+  } catch (const CLI::Success& e) {
+    return cli.exit(e);
+  } catch (const CLI::ParseError& e) {
+    fmt::print(stderr, "{}: {} (see --help)\n", name, e.what());
+    return refused;
+  }
+  if (options.directory.empty()) options.directory = default_directory(options.scene);
+  if (options.threads == 0) options.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  try {
+    if (options.resume)
+      throw dem::InputError("--resume: checkpoints are not written by this version; run again without --resume");
+    return work(options);
+  } catch (const dem::InputError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return refused;
+  } catch (const dem::Unstable& e) {
+    fmt::print(stderr, "{}: {}\n", options.scene, e.what());
+    return unstable;
+  } catch (const std::bad_alloc&) {
+    fmt::print(stderr, "{}: out of memory\n", options.scene);
+    return failed;
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "{}: {}\n", options.scene, e.what());
+    return failed;
+  }
+}
+
+std::string default_directory(const std::string& scene) { return std::filesystem::path(scene).stem().string(); }
+
+void make_folder(const Options& options) {
+  namespace fs = std::filesystem;
+  if (fs::exists(options.directory) && !fs::is_directory(options.directory))
+    throw dem::InputError(fmt::format("{}: is a file; name a folder with -o", options.directory));
+  if (fs::exists(options.directory) && !fs::is_empty(options.directory)) {
+    if (!options.force) throw dem::InputError(fmt::format("{}: folder is not empty; use another -o DIR, or --force", options.directory));
+    for (const char* old : {"grains", "macro"}) fs::remove_all(fs::path(options.directory) / old);  // frames of another run would mix in
+    for (const char* old : {"grains.hdf.series", "macro.hdf.series", "history.csv", "summary.json", "report.html"})
+      fs::remove(fs::path(options.directory) / old);
+  }
+  std::error_code error;
+  fs::create_directories(options.directory, error);
+  if (error) throw std::runtime_error(fmt::format("{}: cannot create the folder: {}", options.directory, error.message()));
+}
+
+double Clock::cpu() {
+  rusage use{};
+  getrusage(RUSAGE_SELF, &use);
+  return static_cast<double>(use.ru_utime.tv_sec + use.ru_stime.tv_sec) + 1e-6 * static_cast<double>(use.ru_utime.tv_usec + use.ru_stime.tv_usec);
+}
+
+std::string duration_text(double s) {
+  if (!(s < 1e7)) return "?";
+  if (s < 60) return fmt::format("{:.1f} s", s);
+  const long t = std::lround(s);
+  if (t < 3600) return fmt::format("{} min {:02} s", t / 60, t % 60);
+  return fmt::format("{} h {:02} min", t / 3600, t % 3600 / 60);
+}
+
+Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(fileno(stdout)) != 0) {}
+
+void Progress::show(double done, const std::string& text) {
+  if (quiet_) return;
+  const double now = clock_.wall();
+  if (terminal_ ? now - last_shown_ < 0.1 : done - last_part_ < 0.05 && now - last_shown_ < 60) return;
+  last_shown_ = now;
+  last_part_ = done;
+  const std::string eta = done > 0 ? duration_text(now * (1 - done) / done) : "?";
+  if (terminal_) {
+    const int full = static_cast<int>(24 * done);
+    fmt::print("\r\033[K[{}{}] {:3.0f} %  {}  ETA {}", std::string(static_cast<std::size_t>(full), '#'),
+               std::string(static_cast<std::size_t>(24 - full), '.'), 100 * done, text, eta);
+  } else {
+    fmt::print("{:3.0f} %  {}  ETA {}\n", 100 * done, text, eta);
+  }
+  std::fflush(stdout);
+}
+
+void Progress::finish(const std::string& text) {
+  if (quiet_) return;
+  fmt::print("{}{}\n", terminal_ ? "\r\033[K" : "", text);
+  std::fflush(stdout);
+}
+
+History::History(std::string path, std::vector<std::string> columns) : path_(std::move(path)), columns_(std::move(columns)) {
+  for (std::size_t i = 0; i < columns_.size(); ++i) text_ += (i ? "," : "") + columns_[i];
+  text_ += '\n';
+}
+
+void History::add(const std::vector<double>& row) {
+  for (std::size_t i = 0; i < row.size(); ++i) fmt::format_to(std::back_inserter(text_), "{}{:.10g}", i ? "," : "", row[i]);
+  text_ += '\n';
+  last_ = row;
+  ++rows_;
+}
+
+void History::save(double seconds) {
+  if (clock_.wall() - saved_ < seconds) return;
+  dem::write_whole(path_, text_);
+  saved_ = clock_.wall();
+}
+
+nlohmann::json provenance() {
+  return {{"program", "grus"}, {"version", GRUS_VERSION}, {"compiler", GRUS_COMPILER}, {"build_type", GRUS_BUILD_TYPE}};
+}
+
+}  // namespace grus::app

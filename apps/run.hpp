@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What every command shares: options, results folder, progress line, interruption, exit status.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+namespace grus::app {
+
+struct Options {
+  std::string scene, directory;
+  std::vector<std::string> overrides;
+  int threads = 0;  // 0: all cores given
+  bool check = false, quiet = false, force = false, resume = false;
+};
+
+inline constexpr int finished = 0, failed = 1, refused = 2, unstable = 3, interrupted = 130;
+
+/// Parses the command line (prints help and version itself) and runs `work`; turns exceptions into one line and a status.
+int run_command(int argc, char** argv, const std::string& name, const std::string& description,
+                const std::function<int(const Options&)>& work);
+
+/// True once Ctrl-C or SIGTERM has been seen; the second one kills.
+bool interruption_asked();
+
+/// Creates the results folder; throws InputError when it holds something and `force` is not given.
+void make_folder(const Options& options);
+
+/// Seconds since some start.
+class Clock {
+public:
+  double wall() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  static double cpu();
+
+private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+/// One live line on a terminal, a plain line every 5 % without.
+class Progress {
+public:
+  explicit Progress(bool quiet);
+  /// `done` from 0 to 1; `text` says where things stand.
+  void show(double done, const std::string& text);
+  void finish(const std::string& text);
+
+private:
+  bool quiet_, terminal_;
+  Clock clock_;
+  double last_shown_ = -1, last_part_ = -1;
+};
+
+/// A table of numbers kept in memory and written whole, so that a reader never sees half a row.
+class History {
+public:
+  History(std::string path, std::vector<std::string> columns);
+  void add(const std::vector<double>& row);
+  /// Writes the file if the last time is longer ago than `seconds`.
+  void save(double seconds = 0);
+  const std::vector<std::string>& columns() const { return columns_; }
+  const std::vector<double>& last() const { return last_; }
+  std::size_t rows() const { return rows_; }
+
+private:
+  std::string path_, text_;
+  std::vector<std::string> columns_;
+  std::vector<double> last_;
+  std::size_t rows_ = 0;
+  Clock clock_;
+  double saved_ = -1e9;
+};
+
+/// Version, compiler and machine facts for summary.json.
+nlohmann::json provenance();
+
+std::string default_directory(const std::string& scene);
+
+/// 12.3 s, 4 min 05 s, 2 h 10 min.
+std::string duration_text(double seconds);
+
+}  // namespace grus::app

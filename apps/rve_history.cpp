@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/rve_history.hpp"
+
+#include <fmt/format.h>
+
+namespace grus::app {
+namespace {
+
+const char* const components[6] = {"xx", "yy", "zz", "yz", "xz", "xy"};
+constexpr std::size_t most_listed = 16;
+
+bool box_of_walls(const dem::State& s) { return !s.boundary.cell.periodic() && dem::bulk_volume(s.boundary) > 0; }
+
+dem::Vec3 wall_force(const dem::State& s, std::size_t wall) {
+  dem::Vec3 force = dem::Vec3::Zero();
+  for (std::size_t k = s.contacts.begin[dem::sphere_wall]; k < s.contacts.size(); ++k)
+    if (s.contacts.pair[k].b == wall) force += s.contacts.force[k].force;
+  return force;
+}
+
+}  // namespace
+
+double axial_stress(const RveScene& scene, const dem::State& s, const dem::Measurement& m) {
+  const int axis = scene.test.axis;
+  if (scene.test.kind == "platens") {  // force over the square of the initial height: what crushing tests report
+    const double force = 0.5 * (wall_force(s, 1)[axis] - wall_force(s, 0)[axis]);
+    const double height = scene.state.boundary.walls[1].point[axis] - scene.state.boundary.walls[0].point[axis];
+    return force / (height * height);
+  }
+  return box_of_walls(s) ? -m.wall_stress(axis, axis) : -m.stress(axis, axis);
+}
+
+std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& state) {
+  std::vector<std::string> c{"time_s"};
+  for (const char* ij : components) c.push_back(fmt::format("strain_{}", ij));
+  for (const char* ij : components) c.push_back(fmt::format("stress_{}_Pa", ij));
+  for (const char* name : {"axial_strain", "axial_stress_Pa", "mean_pressure_Pa", "void_ratio", "coordination", "grains", "breakages", "bonds_broken",
+                           "mass_kg", "mass_lost_kg", "inertial_number", "unbalanced_force", "kinetic_J", "elastic_J", "friction_J", "damping_J",
+                           "fracture_J", "work_J", "energy_error", "split_J", "solid_fraction", "time_step_s", "steps"})
+    c.emplace_back(name);
+  for (const char* ij : components) c.push_back(fmt::format("fabric_{}", ij));
+  if (box_of_walls(state))
+    for (int k = 0; k < 3; ++k) c.push_back(fmt::format("wall_stress_{}_Pa", components[k]));
+  else
+    for (std::size_t w = 0; w < state.boundary.walls.size(); ++w)
+      for (const char* k : {"x", "y", "z"}) c.push_back(fmt::format("wall{}_f{}_N", w, k));
+  for (std::size_t g = 0; g < std::min(scene.listed_grains, most_listed); ++g)
+    for (const char* name : {"x_m", "y_m", "z_m", "vx_m_s", "vy_m_s", "vz_m_s", "wx_rad_s", "wy_rad_s", "wz_rad_s", "fx_N", "fy_N", "fz_N",
+                             "tx_N_m", "ty_N_m", "tz_N_m", "qw", "qx", "qy", "qz"})
+      c.push_back(fmt::format("g{}_{}", g, name));
+  return c;
+}
+
+std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const dem::Measurement& m, const dem::Mat3& initial_cell) {
+  const dem::Mat3 gradient = dem::displacement_gradient(s, scene.test.loading, initial_cell);
+  std::vector<double> row{s.time};
+  const dem::Vec6 strain = dem::to_voigt(gradient), stress = dem::to_voigt(m.stress);
+  for (int k = 0; k < 6; ++k) row.push_back(strain[k]);
+  for (int k = 0; k < 6; ++k) row.push_back(stress[k]);
+  double axial_strain = -gradient(scene.test.axis, scene.test.axis);
+  const auto& walls = s.boundary.walls;
+  if (scene.test.kind == "platens")
+    axial_strain = 1 - (walls[1].point - walls[0].point)[scene.test.axis] /
+                           (scene.state.boundary.walls[1].point - scene.state.boundary.walls[0].point)[scene.test.axis];
+  const double stored = m.kinetic + m.elastic, pressure = dem::mean_pressure(m.stress);
+  const dem::Ledger& l = s.ledger;
+  row.insert(row.end(),
+             {axial_strain, axial_stress(scene, s, m), pressure, m.void_ratio, m.coordination, static_cast<double>(s.grains.size()),
+              static_cast<double>(l.breakages), static_cast<double>(l.bonds_broken), dem::total_mass(s.grains), l.fines.mass,
+              dem::inertial_number(s, scene.test.strain_rate, pressure), m.unbalanced_force, m.kinetic, m.elastic, l.friction, l.damping, l.fracture,
+              l.work, dem::energy_error(l, stored), l.split + l.fines.kinetic, m.solid_fraction, s.dt, static_cast<double>(s.steps)});
+  const dem::Vec6 fabric = dem::to_voigt(m.fabric);
+  for (int k = 0; k < 6; ++k) row.push_back(fabric[k]);
+  if (box_of_walls(s)) {
+    for (int k = 0; k < 3; ++k) row.push_back(m.wall_stress(k, k));
+  } else {
+    for (std::size_t w = 0; w < walls.size(); ++w) {
+      const dem::Vec3 f = wall_force(s, w);
+      row.insert(row.end(), {f.x(), f.y(), f.z()});
+    }
+  }
+  for (std::size_t g = 0; g < std::min(scene.listed_grains, most_listed); ++g) {
+    // Listed grains keep slot and id until they break; then their columns are empty (NaN).
+    const bool there = s.grains.id[g] == g;
+    const dem::Motion& p = s.grains.motion[g];
+    const dem::Quat& q = s.grains.orientation[g];
+    for (const auto& v : {p.position, p.velocity, p.spin, s.grains.force[g], s.grains.torque[g]})
+      for (int k = 0; k < 3; ++k) row.push_back(there ? v[k] : NAN);
+    for (double v : {q.w(), q.x(), q.y(), q.z()}) row.push_back(there ? v : NAN);
+  }
+  return row;
+}
+
+}  // namespace grus::app

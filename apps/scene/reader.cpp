@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/scene/reader.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <filesystem>
+
+namespace grus::app {
+namespace {
+
+std::string shown(const toml::node& node) {
+  std::ostringstream out;
+  if (const auto* s = node.as_string()) out << '"' << s->get() << '"';
+  else node.visit([&](const auto& n) { if constexpr (toml::is_value<decltype(n)>) out << n; });
+  return out.str();
+}
+
+}  // namespace
+
+Table::Table(const toml::table& table, std::string file, std::string path, nlohmann::json& record)
+    : table_(&table), file_(std::move(file)), path_(std::move(path)), record_(&record) {
+  if (record_->is_null()) *record_ = nlohmann::json::object();
+}
+
+void Table::fail_at(const toml::source_region& where, const std::string& key, const std::string& message) const {
+  const std::string name = path_of(key);
+  if (where.begin.line == 0) throw InputError(fmt::format("{}: {}: {}", file_, name, message));
+  throw InputError(fmt::format("{}:{}:{}: {}: {}", file_, where.begin.line, where.begin.column, name, message));
+}
+
+void Table::fail(const std::string& key, const std::string& message) const {
+  const toml::node* n = table_->get(key);
+  if (key.empty() || n == nullptr) {
+    if (key.empty() && !path_.empty()) {
+      const auto& at = table_->source().begin;
+      if (at.line > 0) throw InputError(fmt::format("{}:{}:{}: {}: {}", file_, at.line, at.column, path_, message));
+    }
+    fail_at(table_->source(), key, message);
+  }
+  fail_at(n->source(), key, message);
+}
+
+bool Table::has(const std::string& key) const { return table_->contains(key); }
+
+const toml::node& Table::node(const std::string& key) {
+  known_.insert(key);
+  const toml::node* n = table_->get(key);
+  if (n == nullptr) fail("", fmt::format("{} is missing", path_of(key)));
+  return *n;
+}
+
+double Table::quantity(const toml::node& value, const std::string& key, const Dimension& dimension, const Range& range) const {
+  double v = 0;
+  if (const auto* i = value.as_integer()) v = static_cast<double>(i->get());
+  else if (const auto* f = value.as_floating_point()) v = f->get();
+  else if (const auto* s = value.as_string()) {
+    try {
+      v = parse_quantity(s->get(), dimension);
+    } catch (const std::invalid_argument& e) {
+      fail_at(value.source(), key, fmt::format("\"{}\": {}", s->get(), e.what()));
+    }
+  } else {
+    fail_at(value.source(), key, fmt::format("expected a {}", dimension.name));
+  }
+  if (!std::isfinite(v)) fail_at(value.source(), key, "must be finite");
+  if (v < range.low || (range.open_low && v == range.low))
+    fail_at(value.source(), key, fmt::format("{}: must be {} {:g}", shown(value), range.open_low ? "above" : "at least", range.low));
+  if (v > range.high || (range.open_high && v == range.high))
+    fail_at(value.source(), key, fmt::format("{}: must be {} {:g}", shown(value), range.open_high ? "below" : "at most", range.high));
+  return v;
+}
+
+double Table::number(const std::string& key, const Dimension& dimension, const Range& range) {
+  const double v = quantity(node(key), key, dimension, range);
+  (*record_)[key] = v;
+  return v;
+}
+
+double Table::number_or(const std::string& key, double fallback, const Dimension& dimension, const Range& range) {
+  known_.insert(key);
+  if (has(key)) return number(key, dimension, range);
+  if (std::isfinite(fallback)) (*record_)[key] = fallback;
+  return fallback;
+}
+
+long Table::integer_or(const std::string& key, long fallback, long low, long high) {
+  known_.insert(key);
+  long v = fallback;
+  if (has(key)) {
+    const auto* i = node(key).as_integer();
+    if (i == nullptr) fail(key, "expected a whole number");
+    v = static_cast<long>(i->get());
+    if (v < low || v > high) fail(key, fmt::format("{}: must be from {} to {}", v, low, high));
+  }
+  (*record_)[key] = v;
+  return v;
+}
+
+bool Table::flag_or(const std::string& key, bool fallback) {
+  known_.insert(key);
+  bool v = fallback;
+  if (has(key)) {
+    const auto* b = node(key).as_boolean();
+    if (b == nullptr) fail(key, "expected true or false");
+    v = b->get();
+  }
+  (*record_)[key] = v;
+  return v;
+}
+
+std::string Table::text(const std::string& key) {
+  const auto* s = node(key).as_string();
+  if (s == nullptr) fail(key, "expected a text in quotes");
+  (*record_)[key] = s->get();
+  return s->get();
+}
+
+std::string Table::text_or(const std::string& key, const std::string& fallback) {
+  known_.insert(key);
+  if (has(key)) return text(key);
+  (*record_)[key] = fallback;
+  return fallback;
+}
+
+std::string Table::choice(const std::string& key, const std::vector<std::string>& words) {
+  const std::string word = text(key);
+  if (std::find(words.begin(), words.end(), word) != words.end()) return word;
+  const std::string near = closest(word, words);
+  fail(key, fmt::format("\"{}\": {}", word, near.empty() ? fmt::format("must be one of {}", fmt::join(words, ", "))
+                                                          : fmt::format("unknown (did you mean \"{}\"?)", near)));
+}
+
+std::string Table::choice_or(const std::string& key, const std::string& fallback, const std::vector<std::string>& words) {
+  known_.insert(key);
+  if (has(key)) return choice(key, words);
+  (*record_)[key] = fallback;
+  return fallback;
+}
+
+std::vector<double> Table::numbers(const std::string& key, std::size_t count, const Dimension& dimension) {
+  const auto* a = node(key).as_array();
+  if (a == nullptr || (count > 0 && a->size() != count)) fail(key, fmt::format("expected a list of {} values", count));
+  std::vector<double> v;
+  for (const auto& n : *a) v.push_back(quantity(n, key, dimension, any));
+  (*record_)[key] = v;
+  return v;
+}
+
+std::vector<double> Table::numbers_or(const std::string& key, std::vector<double> fallback, const Dimension& dimension) {
+  known_.insert(key);
+  if (has(key)) return numbers(key, fallback.size(), dimension);
+  (*record_)[key] = fallback;
+  return fallback;
+}
+
+std::vector<std::optional<double>> Table::free_numbers(const std::string& key, std::size_t count, const Dimension& dimension) {
+  const auto* a = node(key).as_array();
+  if (a == nullptr || a->size() != count) fail(key, fmt::format("expected a list of {} values, each a {} or \"free\"", count, dimension.name));
+  std::vector<std::optional<double>> v;
+  auto recorded = nlohmann::json::array();
+  for (const auto& n : *a) {
+    if (const auto* s = n.as_string(); s != nullptr && s->get() == "free") v.emplace_back(), recorded.push_back("free");
+    else v.emplace_back(quantity(n, key, dimension, any)), recorded.push_back(*v.back());
+  }
+  (*record_)[key] = recorded;
+  return v;
+}
+
+std::array<std::array<double, 3>, 3> Table::matrix(const std::string& key, const Dimension& dimension) {
+  const auto* rows = node(key).as_array();
+  std::array<std::array<double, 3>, 3> m{};
+  if (rows == nullptr || rows->size() != 3) fail(key, "expected three rows of three values");
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto* row = (*rows)[i].as_array();
+    if (row == nullptr || row->size() != 3) fail(key, "expected three rows of three values");
+    for (std::size_t j = 0; j < 3; ++j) m[i][j] = quantity((*row)[j], key, dimension, any);
+  }
+  (*record_)[key] = m;
+  return m;
+}
+
+Table Table::table(const std::string& key) {
+  const auto* t = node(key).as_table();
+  if (t == nullptr) fail(key, "expected a table");
+  return {*t, file_, path_of(key), (*record_)[key]};
+}
+
+std::optional<Table> Table::table_if(const std::string& key) {
+  known_.insert(key);
+  if (!has(key)) return std::nullopt;
+  return table(key);
+}
+
+std::vector<Table> Table::tables(const std::string& key) {
+  known_.insert(key);
+  std::vector<Table> found;
+  if (!has(key)) return found;
+  const auto* a = node(key).as_array();
+  if (a == nullptr || !a->is_array_of_tables()) fail(key, fmt::format("expected [[{}]] tables", key));
+  auto& record = (*record_)[key];
+  record = nlohmann::json::array();
+  for (std::size_t i = 0; i < a->size(); ++i) record.push_back(nlohmann::json::object());
+  for (std::size_t i = 0; i < a->size(); ++i)
+    found.emplace_back(*(*a)[i].as_table(), file_, fmt::format("{}[{}]", path_of(key), i), record[i]);
+  return found;
+}
+
+std::vector<std::string> Table::table_names() const {
+  std::vector<std::pair<toml::source_position, std::string>> named;
+  for (const auto& [key, value] : *table_)
+    if (value.is_table()) named.emplace_back(value.source().begin, std::string(key.str()));
+  std::stable_sort(named.begin(), named.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::string> names;
+  for (auto& n : named) names.push_back(n.second);
+  return names;
+}
+
+void Table::finish() const {
+  for (const auto& [key, value] : *table_) {
+    const std::string name(key.str());
+    if (known_.contains(name)) continue;
+    const std::string near = closest(name, {known_.begin(), known_.end()});
+    fail_at(key.source(), name, near.empty() ? "unknown key" : fmt::format("unknown key (did you mean '{}'?)", near));
+  }
+}
+
+toml::table parse_scene(const std::string& file, const std::vector<std::string>& overrides) {
+  if (!std::filesystem::is_regular_file(file)) throw InputError(fmt::format("{}: no such scene file", file));
+  toml::table scene;
+  try {
+    scene = toml::parse_file(file);
+  } catch (const toml::parse_error& e) {
+    throw InputError(fmt::format("{}:{}:{}: {}", file, e.source().begin.line, e.source().begin.column, e.description()));
+  }
+  for (const auto& entry : overrides) {
+    const auto equals = entry.find('=');
+    if (equals == std::string::npos || equals == 0) throw InputError(fmt::format("--set {}: expected KEY=VALUE", entry));
+    const std::string value = entry.substr(equals + 1);
+    toml::table parsed;
+    try {
+      parsed = toml::parse("v = " + value);
+    } catch (const toml::parse_error&) {
+      parsed.insert_or_assign("v", value);  // a bare word or quantity
+    }
+    toml::node* at = &scene;
+    std::string rest = entry.substr(0, equals);
+    while (true) {
+      const auto dot = rest.find('.');
+      const std::string key = rest.substr(0, dot);
+      if (auto* list = at->as_array()) {
+        const bool digits = !key.empty() && key.find_first_not_of("0123456789") == std::string::npos;
+        if (!digits || std::stoul(key) >= list->size()) throw InputError(fmt::format("--set {}: '{}' is not one of {} entries", entry, key, list->size()));
+        at = list->get(std::stoul(key));
+        if (dot == std::string::npos) throw InputError(fmt::format("--set {}: name a key of the entry", entry));
+      } else if (auto* table = at->as_table()) {
+        if (dot == std::string::npos) {
+          parsed.get("v")->visit([&](auto& v) { table->insert_or_assign(key, v); });
+          break;
+        }
+        if (!table->contains(key)) table->insert(key, toml::table{});
+        at = table->get(key);
+      } else {
+        throw InputError(fmt::format("--set {}: '{}' is below a value, not a table", entry, key));
+      }
+      rest = rest.substr(dot + 1);
+    }
+  }
+  return scene;
+}
+
+}  // namespace grus::app

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/scene/rve_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "apps/scene/sample_scene.hpp"
+
+namespace grus::app {
+namespace {
+
+const std::vector<std::string> kinds{"uniaxial-strain", "oedometric-stress", "isotropic-stress", "triaxial", "velocity-gradient", "platens", "free"};
+
+void read_loading(Table t, RveScene& scene) {
+  TestProgram& test = scene.test;
+  const dem::Boundary& boundary = scene.state.boundary;
+  const bool periodic = boundary.cell.periodic(), box = !boundary.walls.empty() && !boundary.walls[0].name.empty();
+  test.kind = t.choice("kind", kinds);
+  auto needs_box = [&] {
+    if (!periodic && !box) t.fail("kind", fmt::format("\"{}\" needs boundary.kind = \"walls\" or \"periodic\"", test.kind));
+  };
+  auto read_axis = [&] {
+    const std::string axis = t.choice_or("axis", "z", {"x", "y", "z"});
+    test.axis = axis == "x" ? 0 : axis == "y" ? 1 : 2;
+  };
+  if (test.kind == "uniaxial-strain") {
+    needs_box(), read_axis();
+    test.strain_rate = t.number("strain_rate", dimension::rate, any);
+    if (test.strain_rate == 0) t.fail("strain_rate", "must not be 0");
+    const double strain = t.number("final_strain", dimension::none, {0, 0.95, true, true});
+    test.duration = strain / std::abs(test.strain_rate);
+    test.loading.axes[test.axis].strain_rate = -test.strain_rate;
+  } else if (test.kind == "oedometric-stress") {
+    needs_box(), read_axis();
+    test.strain_rate = t.number("strain_rate", dimension::rate, positive);
+    test.final_stress = t.number("final_stress", dimension::pressure, positive);
+    test.duration = t.number_or("max_strain", 0.6, dimension::none, {0, 0.95, true, true}) / test.strain_rate;
+    test.loading.axes[test.axis].strain_rate = -test.strain_rate;
+  } else if (test.kind == "isotropic-stress") {
+    needs_box();
+    test.strain_rate = t.number("strain_rate", dimension::rate, positive);
+    const double pressure = t.number("pressure", dimension::pressure, positive);
+    test.duration = t.number("duration", dimension::time, positive);
+    for (auto& axis : test.loading.axes) axis = {0, -pressure, test.strain_rate};
+  } else if (test.kind == "triaxial") {
+    needs_box(), read_axis();
+    test.strain_rate = t.number("strain_rate", dimension::rate, positive);
+    const double pressure = t.number("confining_pressure", dimension::pressure, positive);
+    test.duration = t.number("final_strain", dimension::none, {0, 0.95, true, true}) / test.strain_rate;
+    for (int k = 0; k < 3; ++k)
+      if (k == test.axis) test.loading.axes[k].strain_rate = -test.strain_rate;
+      else test.loading.axes[k] = {0, -pressure, 2 * test.strain_rate};
+  } else if (test.kind == "velocity-gradient") {
+    if (!periodic) t.fail("kind", "\"velocity-gradient\" needs boundary.kind = \"periodic\"");
+    const auto m = t.matrix("velocity_gradient", dimension::rate);
+    dem::Mat3 gradient;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) gradient(i, j) = m[i][j];
+    test.duration = t.number("duration", dimension::time, positive);
+    test.strain_rate = gradient.norm();
+    test.loading.velocity_gradient = gradient;
+  } else if (test.kind == "platens") {
+    if (periodic || !boundary.walls.empty()) t.fail("kind", "\"platens\" makes its own two walls; leave out [boundary] and [[wall]]");
+    read_axis();
+    const double friction = t.number_or("friction", NAN, dimension::none, not_negative);
+    add_platens(scene, test.axis, 0, friction);
+    auto& walls = scene.state.boundary.walls;
+    const double height = walls[1].point[test.axis] - walls[0].point[test.axis];
+    const bool by_speed = t.has("speed");
+    if (by_speed == t.has("strain_rate")) t.fail("", "needs either speed or strain_rate");
+    const double speed = by_speed ? t.number("speed", dimension::speed, positive) : height * t.number("strain_rate", dimension::rate, positive);
+    walls[1].velocity[test.axis] = -speed;
+    test.strain_rate = speed / height;
+    test.duration = t.number("final_strain", dimension::none, {0, 0.95, true, true}) / test.strain_rate;
+  } else {
+    test.duration = t.number("duration", dimension::time, positive);
+  }
+  const auto g = t.numbers_or("gravity", {0, 0, 0}, dimension::acceleration);
+  scene.model.motion.gravity = {g[0], g[1], g[2]};
+  t.finish();
+}
+
+void read_output(Table& t, RveScene& scene) {
+  Output& out = scene.output;
+  out.history_interval = scene.test.duration / 200;
+  auto o = t.table_if("output");
+  if (!o) return;
+  if (o->has("history_interval")) {
+    // In strain where the test has a rate; a text with a unit of time, or a test without a rate, in seconds.
+    const double rate = std::abs(scene.test.strain_rate);
+    bool in_time = rate == 0;
+    double value = 0;
+    try {
+      value = o->number("history_interval", dimension::none, positive);
+    } catch (const InputError&) {
+      value = o->number("history_interval", dimension::time, positive);
+      in_time = true;
+    }
+    out.history_interval = in_time ? value : value / rate;
+    if (scene.test.duration / out.history_interval > 1e6) o->fail("history_interval", "more than a million rows; ask for fewer");
+  }
+  out.frames = static_cast<int>(o->integer_or("frames", 0, 0, 100000));
+  if (o->has("checkpoint_interval")) o->number("checkpoint_interval", dimension::time, positive);
+  o->finish();
+}
+
+void read_preparation(Table& t, RveScene& scene) {
+  auto p = t.table_if("preparation");
+  if (!p) return;
+  if (!scene.state.boundary.cell.periodic()) t.fail("preparation", "needs boundary.kind = \"periodic\"");
+  Preparation prep;
+  prep.pressure = p->number("pressure", dimension::pressure, positive);
+  prep.friction = p->number_or("friction", scene.model.materials.front().friction, dimension::none, not_negative);
+  prep.quasi_static = read_quasi_static(*p);
+  p->finish();
+  scene.preparation = prep;
+}
+
+RveScene read(const std::string& file, const std::vector<std::string>& overrides, bool unit_cell) {
+  RveScene scene;
+  scene.file = file;
+  const toml::table parsed = parse_scene(file, overrides);
+  Table t(parsed, file, "", scene.record);
+  scene.title = t.text_or("title", std::filesystem::path(file).stem().string());
+  // Listed grains are verification cases: some hundred steps an impact. Packings need stability, not each collision's shape.
+  if (t.has("grain")) scene.model.numerics.safety = 0.02;
+  read_model(t, scene.model);
+  read_sample(t, scene);
+  if (unit_cell) {
+    if (!scene.state.boundary.cell.periodic()) t.fail("boundary", "the unit cell of a boundary-value problem must be periodic");
+    t.table_if("loading"), t.table_if("output");  // of the standalone test; not used here
+  } else {
+    if (!t.has("loading")) t.fail("", "[loading] is missing");
+    read_loading(t.table("loading"), scene);
+    read_output(t, scene);
+  }
+  read_preparation(t, scene);
+  t.finish();
+  dem::make_pair_laws(scene.model);
+  return scene;
+}
+
+}  // namespace
+
+RveScene read_rve_scene(const std::string& file, const std::vector<std::string>& overrides) { return read(file, overrides, false); }
+
+RveScene read_unit_cell(const std::string& file, const std::vector<std::string>& overrides) { return read(file, overrides, true); }
+
+}  // namespace grus::app

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// A scene of grus-rve: tables -> option structs of dem.
+#pragma once
+
+#include "apps/scene/reader.hpp"
+#include "dem/packing/packing.hpp"
+#include "dem/rve/loading.hpp"
+
+namespace grus::app {
+
+struct Preparation {
+  double pressure = 0;   // Pa
+  double friction = 0;   // between grains while the sample is compressed
+  dem::QuasiStatic quasi_static;
+};
+
+/// What the test does and when it ends.
+struct TestProgram {
+  std::string kind;
+  int axis = 2;
+  double strain_rate = 0;                    // 1/s, compression-positive, of the driven axis
+  double duration = 0;                       // s; an upper bound where final_stress decides
+  std::optional<double> final_stress;        // Pa, compression-positive: ends the test when reached
+  dem::Loading loading;
+};
+
+struct Output {
+  double history_interval = 0;  // s
+  int frames = 0;
+};
+
+struct RveScene {
+  std::string file, title;
+  dem::Model model;
+  dem::State state;  // grains and boundary; not prepared
+  std::optional<Preparation> preparation;
+  TestProgram test;
+  Output output;
+  std::size_t listed_grains = 0;
+  double packing_overlap = 0;
+  nlohmann::json record;  // the scene as used, defaults included
+};
+
+/// Reads and checks a scene; makes the packing. Throws InputError with file, line and key.
+RveScene read_rve_scene(const std::string& file, const std::vector<std::string>& overrides);
+
+/// The same for the unit cell of a boundary-value problem: periodic, no loading or output needed.
+RveScene read_unit_cell(const std::string& file, const std::vector<std::string>& overrides);
+
+/// All [material.*] tables and [numerics] into the model (pair laws are made by the caller, after walls are known).
+void read_model(Table& scene, dem::Model& model);
+
+/// Quasi-static keys (strain_per_step, inertial_number, unbalanced_force, stress_change, window, max_hold) of a table.
+dem::QuasiStatic read_quasi_static(Table& table);
+
+}  // namespace grus::app

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/scene/units.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <stdexcept>
+
+namespace grus::app {
+namespace {
+
+struct Unit {
+  double factor;
+  Dimension dimension;
+};
+
+const std::map<std::string, Unit>& plain_units() {
+  static const std::map<std::string, Unit> units{
+      {"m", {1, dimension::length}},         {"g", {1e-3, dimension::mass}},
+      {"s", {1, dimension::time}},           {"min", {60, dimension::time}},
+      {"h", {3600, dimension::time}},        {"N", {1, dimension::force}},
+      {"Pa", {1, dimension::pressure}},      {"bar", {1e5, dimension::pressure}},
+      {"Hz", {1, dimension::rate}},          {"J", {1, {2, 1, -2, "energy"}}},
+      {"rad", {1, dimension::none}},         {"deg", {0.017453292519943295, dimension::none}},
+      {"%", {0.01, dimension::none}},        {"1", {1, dimension::none}}};
+  return units;
+}
+
+std::vector<std::string> unit_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, unit] : plain_units()) names.push_back(name);
+  for (const char* name : {"mm", "um", "nm", "cm", "km", "kg", "mg", "ms", "us", "ns", "kN", "mN", "MN", "kPa", "MPa", "GPa", "kJ", "mJ", "kHz", "MHz"})
+    names.emplace_back(name);
+  return names;
+}
+
+Unit unit_of(const std::string& name) {
+  const auto& units = plain_units();
+  if (auto it = units.find(name); it != units.end()) return it->second;
+  static const std::map<char, double> prefixes{{'n', 1e-9}, {'u', 1e-6}, {'m', 1e-3}, {'c', 1e-2}, {'k', 1e3}, {'M', 1e6}, {'G', 1e9}};
+  if (name.size() > 1 && prefixes.contains(name[0])) {
+    const std::string base = name.substr(1);
+    if (base == "m" || base == "g" || base == "s" || base == "N" || base == "Pa" || base == "J" || base == "Hz") {
+      const Unit u = units.at(base);
+      return {prefixes.at(name[0]) * u.factor, u.dimension};
+    }
+  }
+  const std::string near = closest(name, unit_names());
+  throw std::invalid_argument(fmt::format("unknown unit '{}'{}", name, near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
+}
+
+/// kg/m^3, MPa m^0.5, N/(m s) without brackets: factors joined by space, '*' or '/'.
+Unit parse_unit(const std::string& text) {
+  Unit product{1, {0, 0, 0, ""}};
+  double sign = 1;
+  for (std::size_t i = 0; i < text.size();) {
+    const char c = text[i];
+    if (c == ' ' || c == '*') {
+      ++i;
+    } else if (c == '/') {
+      sign = -1;
+      ++i;
+    } else {
+      std::size_t end = i;
+      while (end < text.size() && !std::strchr(" */^", text[end])) ++end;
+      const Unit u = unit_of(text.substr(i, end - i));
+      double power = 1;
+      if (end < text.size() && text[end] == '^') {
+        std::size_t used = 0;
+        try {
+          power = std::stod(text.substr(end + 1), &used);
+        } catch (const std::exception&) {
+          throw std::invalid_argument(fmt::format("expected a power after '^' in the unit '{}'", text));
+        }
+        end += 1 + used;
+      }
+      power *= sign;
+      sign = 1;
+      product.factor *= std::pow(u.factor, power);
+      product.dimension.metre += power * u.dimension.metre;
+      product.dimension.kilogram += power * u.dimension.kilogram;
+      product.dimension.second += power * u.dimension.second;
+      i = end;
+    }
+  }
+  return product;
+}
+
+std::string lower(std::string s) {
+  std::transform(s.begin(), s.end(), s.begin(), [](unsigned char c) { return std::tolower(c); });
+  return s;
+}
+
+std::size_t distance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t above = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] != b[j - 1])});
+      diagonal = above;
+    }
+  }
+  return row[b.size()];
+}
+
+}  // namespace
+
+std::string closest(const std::string& word, const std::vector<std::string>& candidates) {
+  std::string best;
+  std::size_t least = std::max<std::size_t>(1, word.size() / 3) + 1;
+  for (const auto& c : candidates) {
+    const std::size_t d = lower(c) == lower(word) ? 0 : distance(lower(word), lower(c));
+    if (d < least) least = d, best = c;
+  }
+  return best;
+}
+
+double parse_quantity(const std::string& text, const Dimension& expected) {
+  std::size_t used = 0;
+  double value = 0;
+  try {
+    value = std::stod(text, &used);
+  } catch (const std::exception&) {
+    throw std::invalid_argument(fmt::format("expected a {}, a number with or without a unit", expected.name));
+  }
+  while (used < text.size() && text[used] == ' ') ++used;
+  if (used == text.size()) return value;
+  const Unit unit = parse_unit(text.substr(used));
+  const auto& d = unit.dimension;
+  auto differs = [](double a, double b) { return std::abs(a - b) > 1e-9; };
+  if (differs(d.metre, expected.metre) || differs(d.kilogram, expected.kilogram) || differs(d.second, expected.second))
+    throw std::invalid_argument(fmt::format("unit '{}' is not that of a {}", text.substr(used), expected.name));
+  return value * unit.factor;
+}
+
+}  // namespace grus::app

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// A team of threads for loops over grains and contacts. Ranges are cut at fixed blocks, and every
+// reduction is kept per block: the same bits for any number of threads.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <thread>
+#include <vector>
+
+namespace grus::dem {
+
+inline constexpr std::size_t block_size = 128;
+inline std::size_t block_count(std::size_t n) { return (n + block_size - 1) / block_size; }
+
+class Team {
+public:
+  explicit Team(int threads = 1);
+  ~Team();
+  Team(const Team&) = delete;
+  Team& operator=(const Team&) = delete;
+
+  int threads() const { return static_cast<int>(workers_.size()) + 1; }
+
+  /// Calls f(begin, end) for pieces of [0, n) that start at multiples of block_size; returns when all are done.
+  template <class F>
+  void blocks(std::size_t n, F&& f) {
+    if (workers_.empty() || n <= 2 * block_size) {
+      if (n > 0) f(std::size_t{0}, n);
+      return;
+    }
+    run([](void* context, std::size_t b, std::size_t e) { (*static_cast<std::remove_reference_t<F>*>(context))(b, e); }, &f, n);
+  }
+
+  /// Calls f(i) for i in [0, n), handed out one by one: for few, long and uneven jobs.
+  template <class F>
+  void each(std::size_t n, F&& f) {
+    std::atomic<std::size_t> next{0};
+    auto take = [&](std::size_t, std::size_t) {
+      for (std::size_t i = next++; i < n; i = next++) f(i);
+    };
+    if (workers_.empty() || n < 2) return take(0, 0);
+    run([](void* context, std::size_t b, std::size_t e) { (*static_cast<decltype(take)*>(context))(b, e); }, &take,
+        block_size * static_cast<std::size_t>(threads()));
+  }
+
+private:
+  using Call = void (*)(void*, std::size_t, std::size_t);
+  void run(Call call, void* context, std::size_t n);
+  void piece(int rank) const;
+  void work(int rank);
+
+  std::vector<std::thread> workers_;
+  Call call_ = nullptr;
+  void* context_ = nullptr;
+  std::size_t n_ = 0;
+  alignas(64) std::atomic<unsigned> round_{0};
+  alignas(64) std::atomic<int> pending_{0};
+  std::atomic<bool> stop_{false};
+};
+
+}  // namespace grus::dem

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// The contact pass: one loop for each bin, forces left per contact; grains add theirs up in a fixed order.
+#pragma once
+
+#include <span>
+
+#include "dem/base/parallel.hpp"
+#include "dem/contact/laws.hpp"
+#include "dem/state/boundary.hpp"
+#include "dem/state/grains.hpp"
+
+namespace grus::dem {
+
+/// Evaluates every near pair at the present positions and half-step velocities; advances contact histories by dt.
+/// Energies go to contacts.energy, one entry a block of pairs (resized here when the list has grown).
+void contact_forces(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary,
+                    double dt, Contacts& contacts, Team& team);
+
+/// Adds up the block energies and clears them.
+BlockEnergy flush(Contacts& contacts);
+
+/// Sum of the forces of the grains on each wall (N).
+void sum_wall_forces(const Contacts& contacts, Boundary& boundary);
+
+/// Elastic energy of all contacts (J).
+double elastic_energy(const ContactLaw& law, const Contacts& contacts);
+
+/// Largest overlap relative to the smaller equivalent radius, and the pair that has it.
+struct DeepestContact {
+  double ratio = 0;
+  std::size_t pair = 0;
+};
+DeepestContact deepest_contact(const Grains& grains, const Contacts& contacts);
+
+}  // namespace grus::dem

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// The list of near pairs: made from candidates, sorted into bins, with the history of contacts that go on.
+#pragma once
+
+#include <span>
+
+#include "dem/state/boundary.hpp"
+#include "dem/state/contacts.hpp"
+#include "dem/state/grains.hpp"
+
+namespace grus::dem {
+
+/// Where things stood when the list was made: it holds until they have moved by the skin.
+struct NeighbourReference {
+  std::vector<Vec3> position;
+  std::vector<Quat> orientation;  // empty while all grains are spheres
+  std::vector<Vec3> wall_point;
+  Mat3 cell = Mat3::Zero();
+  double skin = 0;
+};
+
+/// Rebuilds the list. Contacts of pairs that are still near keep their history. `origin[i]` is the index that grain i
+/// (or the parent it was split from) had in the old list; empty: unchanged. Children inherit a parent's contact
+/// with its frozen stiffness; part_energy collects what contacts that are dropped while touching still held (J).
+/// `materials` is the number of materials: law row = material a * materials + material b.
+void build_contacts(const Grains& grains, const Boundary& boundary, double skin, std::size_t materials,
+                    std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference);
+
+/// True once the list may miss a contact.
+bool list_is_stale(const Grains& grains, const Boundary& boundary, const NeighbourReference& reference);
+
+}  // namespace grus::dem

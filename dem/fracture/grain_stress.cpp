@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/fracture/grain_stress.hpp"
+
+namespace grus::dem {
+
+Vec3 contact_arm(const Grains& g, const Contacts& contacts, std::size_t k, bool is_b) {
+  const Contact& c = contacts.contact[k];
+  const Vec3 outward = is_b ? Vec3(-c.normal) : c.normal;
+  return surface_arm(g, is_b ? contacts.pair[k].b : contacts.pair[k].a, outward) - 0.5 * c.overlap * outward;
+}
+
+Mat3 grain_stress(const Grains& g, const Contacts& contacts, std::size_t i) {
+  Mat3 sum = Mat3::Zero();
+  for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
+    const std::size_t k = contacts.entry[e] >> 1;
+    if (contacts.contact[k].stiffness <= 0) continue;
+    const bool is_b = contacts.entry[e] & 1;
+    const Vec3 arm = contact_arm(g, contacts, k, is_b);
+    sum += (is_b ? 1.0 : -1.0) * contacts.force[k].force * arm.transpose();
+  }
+  const Mat3 inertia = inertia_tensor(g, i);
+  const Mat3 moment = 0.5 * inertia.trace() * Mat3::Identity() - inertia;  // integral of rho x x^T
+  const Vec3 spin = spin_of(g, i);
+  const Vec3 alpha = inertia.inverse() * (g.torque[i] - spin.cross(g.angular_momentum[i]));
+  auto cross = [](const Vec3& v) {
+    Mat3 m;
+    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+    return m;
+  };
+  sum -= (cross(alpha) + cross(spin) * cross(spin)) * moment;
+  return 0.5 * (sum + sum.transpose()) / volume(g.shape[i]);
+}
+
+}  // namespace grus::dem

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/io/frames.hpp"
+
+#include "dem/fracture/grain_stress.hpp"
+#include "dem/io/vtkhdf.hpp"
+
+namespace grus::dem {
+namespace {
+
+struct Triangulation {
+  std::vector<Vec3> directions;
+  std::vector<std::array<int, 3>> triangles;
+};
+
+/// Octahedron, every face cut into n^2 triangles: vertices lie on the octant planes, where the surface has its seams.
+Triangulation unit_sphere(int n) {
+  Triangulation t;
+  std::map<std::array<int, 3>, int> index;
+  auto vertex = [&](const std::array<int, 3>& p) {
+    auto [it, fresh] = index.try_emplace(p, static_cast<int>(t.directions.size()));
+    if (fresh) t.directions.push_back(Vec3(p[0], p[1], p[2]).normalized());
+    return it->second;
+  };
+  for (int octant = 0; octant < 8; ++octant) {
+    const int sx = octant & 1 ? -1 : 1, sy = octant & 2 ? -1 : 1, sz = octant & 4 ? -1 : 1;
+    auto at = [&](int i, int j) { return vertex({sx * i, sy * j, sz * (n - i - j)}); };
+    auto add = [&](int a, int b, int c) {
+      if (sx * sy * sz > 0) t.triangles.push_back({a, b, c});
+      else t.triangles.push_back({a, c, b});
+    };
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; i + j < n; ++j) {
+        add(at(i, j), at(i + 1, j), at(i, j + 1));
+        if (i + j < n - 1) add(at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+      }
+  }
+  return t;
+}
+
+}  // namespace
+
+void write_grains(const std::string& path, const State& state) {
+  const Grains& g = state.grains;
+  const Triangulation surface = unit_sphere(g.size() < 3000 ? 4 : 2);
+  VtkGrid grid;
+  grid.offsets.push_back(0);
+  auto field = [&](const char* name) { return &grid.cell_fields[name].values; };
+  auto *id = field("id"), *radius = field("radius"), *speed = field("speed"), *material = field("material"),
+       *coordination = field("coordination"), *pressure = field("mean_pressure_Pa");
+  auto* generation = g.generation.empty() ? nullptr : field("generation");
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    const Frame frame = frame_of(g, i);
+    const auto first = static_cast<std::int64_t>(grid.points.size() / 3);
+    for (const auto& d : surface.directions) {
+      // Scaling a sphere's points octant by octant keeps the poly-ellipsoid's seams.
+      const Vec3 a = octant_squares(g.shape[i], d).cwiseSqrt();
+      const Vec3 x = frame.origin + frame.axes * a.cwiseProduct(d);
+      for (int k = 0; k < 3; ++k) grid.points.push_back(static_cast<float>(x[k]));
+    }
+    int touching = 0;
+    for (Index e = state.contacts.first[i]; e < state.contacts.first[i + 1]; ++e)
+      touching += state.contacts.contact[state.contacts.entry[e] >> 1].stiffness > 0;
+    const double p = touching > 0 ? mean_pressure(grain_stress(g, state.contacts, i)) : 0;
+    for (const auto& triangle : surface.triangles) {
+      for (int v : triangle) grid.connectivity.push_back(first + v);
+      grid.offsets.push_back(static_cast<std::int64_t>(grid.connectivity.size()));
+      grid.types.push_back(5);
+      id->push_back(static_cast<float>(g.id[i]));
+      radius->push_back(static_cast<float>(equivalent_radius(g.shape[i])));
+      speed->push_back(static_cast<float>(g.motion[i].velocity.norm()));
+      material->push_back(g.material[i]);
+      coordination->push_back(static_cast<float>(touching));
+      pressure->push_back(static_cast<float>(p));
+      if (generation) generation->push_back(g.generation[i]);
+    }
+  }
+  write_vtkhdf(path, grid);
+}
+
+}  // namespace grus::dem

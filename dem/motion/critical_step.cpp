@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/motion/critical_step.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace grus::dem {
+namespace {
+
+Mat3 cross_matrix(const Vec3& r) {
+  Mat3 m;
+  m << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
+  return m;
+}
+
+struct Stiffness {
+  double normal, tangential;
+};
+
+template <class Law>
+Stiffness stiffness_of(const Law& law, const PairLaw& p, const Contact& c) {
+  if (c.stiffness <= 0) return {0, 0};
+  const double kn = law(c.stiffness, c.overlap).normal_stiffness;
+  return {kn, p.friction > 0 ? p.shear_ratio * kn : 0};
+}
+
+}  // namespace
+
+CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs, std::size_t materials, const Grains& g,
+                           const Boundary& boundary, const Contacts& contacts, const Bonds& bonds) {
+  const std::size_t n = g.size(), walls = contacts.begin[sphere_wall];
+  CriticalStep critical;
+  double wall_speed = 0;
+  for (const auto& wall : boundary.walls) wall_speed = std::max(wall_speed, wall.velocity.norm());
+  for (const auto& m : g.motion) critical.max_speed = std::max(critical.max_speed, m.velocity.norm());
+
+  // A cheap bound for each grain: the trace of its scaled stiffness, and the impact its speed allows.
+  std::vector<double> trace(n, 0.0), impact(n, 0.0);
+  std::vector<Stiffness> k(contacts.size());
+  std::visit([&](const auto& l) {
+    for (std::size_t c = 0; c < contacts.size(); ++c) k[c] = stiffness_of(l, pairs[contacts.pair[c].law], contacts.contact[c]);
+  }, law);
+  auto least_inertia = [&](std::size_t i) { return g.inertia[i].moments.minCoeff(); };
+  auto add = [&](std::size_t i, double weight, Stiffness s, double arm) {
+    trace[i] += weight * ((s.normal + 2 * s.tangential) * g.motion[i].inverse_mass +
+                          2 * std::max(s.normal, s.tangential) * arm * arm / least_inertia(i));
+  };
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    if (k[c].normal == 0) continue;
+    const Pair& p = contacts.pair[c];
+    add(p.a, c < walls ? 2 : 1, k[c], g.motion[p.a].radius);
+    if (c < walls) add(p.b, 2, k[c], g.motion[p.b].radius);
+  }
+  for (const auto& spring : bonds) {
+    const double secant = spring.peak / spring.onset;
+    add(spring.a, 2, {secant, secant}, spring.at_a.norm());
+    add(spring.b, 2, {secant, secant}, spring.at_b.norm());
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    const double radius = equivalent_radius(g.shape[i]), mass = 0.5 * g.mass[i];
+    const PairLaw& p = pairs[g.material[i] * materials + g.material[i]];
+    const double speed = std::max({g.motion[i].velocity.norm() + critical.max_speed, wall_speed, 1e-6});
+    double stiffness;
+    if (std::holds_alternative<HertzMindlin>(law)) {
+      const double e = p.youngs > 0 ? p.youngs : 1;
+      const double depth = std::max(std::pow(15 * mass * speed * speed / (16 * std::sqrt(0.5 * radius) * e), 0.4), 1e-6 * radius);
+      stiffness = 2 * e * std::sqrt(0.5 * radius * depth);
+    } else {
+      stiffness = p.normal_stiffness;
+    }
+    impact[i] = 2 * stiffness * g.motion[i].inverse_mass;
+  }
+
+  // Exact 6 x 6 eigenvalues only where the trace could set the step.
+  std::vector<Index> order(n);
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](Index a, Index b) {
+    const double x = std::max(trace[a], impact[a]), y = std::max(trace[b], impact[b]);
+    return x != y ? x > y : a < b;
+  });
+  double worst = 0;
+  for (const Index i : order) {
+    if (std::max(trace[i], impact[i]) <= worst) break;
+    Mat6 s = Mat6::Zero();
+    auto assemble = [&](double weight, const Mat3& stiffness, const Vec3& arm) {
+      Eigen::Matrix<double, 3, 6> j;
+      j << Mat3::Identity(), -cross_matrix(arm);
+      s += weight * j.transpose() * stiffness * j;
+    };
+    for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
+      const std::size_t c = contacts.entry[e] >> 1;
+      if (k[c].normal == 0) continue;
+      const Vec3 outward = (contacts.entry[e] & 1) ? Vec3(-contacts.contact[c].normal) : contacts.contact[c].normal;
+      const Mat3 nn = outward * outward.transpose();
+      assemble(c < walls ? 2 : 1, k[c].normal * nn + k[c].tangential * (Mat3::Identity() - nn), surface_arm(g, i, outward));
+    }
+    for (const auto& spring : bonds) {
+      if (spring.a != i && spring.b != i) continue;
+      const Vec3 arm = g.orientation[i] * (spring.a == i ? spring.at_a : spring.at_b);
+      assemble(2, spring.peak / spring.onset * Mat3::Identity(), arm);
+    }
+    const Mat3 axes = (g.orientation[i] * g.inertia[i].axes).toRotationMatrix();
+    const Mat3 root = axes * g.inertia[i].moments.cwiseSqrt().cwiseInverse().asDiagonal() * axes.transpose();
+    Mat6 scale = Mat6::Zero();
+    scale.topLeftCorner<3, 3>() = std::sqrt(g.motion[i].inverse_mass) * Mat3::Identity();
+    scale.bottomRightCorner<3, 3>() = root;
+    const Mat6 scaled = scale * s * scale;
+    Eigen::SelfAdjointEigenSolver<Mat6> eigen(scaled, Eigen::EigenvaluesOnly);
+    const double value = std::max(eigen.eigenvalues()[5], impact[i]);
+    if (value > worst) worst = value, critical.grain = i;
+  }
+  if (worst > 0) critical.dt = 2 / std::sqrt(worst);
+  // No grain moves by more than a tenth of its smallest semi-axis in a step.
+  for (std::size_t i = 0; i < n; ++i) {
+    const double speed = g.motion[i].velocity.norm() + g.motion[i].spin.norm() * g.motion[i].radius + wall_speed;
+    if (speed > 0) critical.dt = std::min(critical.dt, 0.1 * smallest_semi_axis(g.shape[i]) / speed);
+  }
+  return critical;
+}
+
+}  // namespace grus::dem

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Kick-drift-kick on velocity and world angular momentum; rotation by symmetric-top splitting.
+#pragma once
+
+#include "dem/base/parallel.hpp"
+#include "dem/state/boundary.hpp"
+#include "dem/state/contacts.hpp"
+#include "dem/state/grains.hpp"
+
+namespace grus::dem {
+
+struct MotionSettings {
+  Vec3 gravity = Vec3::Zero();  // m/s^2
+  double local_damping = 0;     // non-viscous (Cundall): -alpha |F_k| sign(v_k), v against the cell's affine motion
+  Mat3 affine = Mat3::Zero();   // velocity gradient of the cell (1/s); kept by the step loop
+};
+
+/// Closes a step: sums the forces of contacts (and what `bond_forces` left in grains.force/torque) and kicks by dt/2.
+/// Opens the next: kicks by dt/2 and drifts. A step in the middle of a run does both in one sweep over the grains;
+/// the two half kicks are rounded apart, so stopping between steps changes no bit.
+void close_step(Grains& grains, const Contacts& contacts, const MotionSettings& settings, bool bonded, double dt,
+                std::vector<BlockEnergy>& energy, Team& team);
+void open_step(Grains& grains, const MotionSettings& settings, double dt, std::vector<BlockEnergy>& energy, Team& team);
+void close_and_open_step(Grains& grains, const Contacts& contacts, const MotionSettings& settings, bool bonded, double dt,
+                         std::vector<BlockEnergy>& energy, Team& team);
+
+/// Orientation (geometry -> global) of a torque-free body after dt, from its angular momentum.
+Quat turn(const Quat& orientation, const Inertia& inertia, const Vec3& angular_momentum, double dt);
+
+/// Walls and cell by dt.
+void move_boundary(Boundary& boundary, double dt);
+
+}  // namespace grus::dem

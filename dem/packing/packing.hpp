@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Makers of samples: spheres only; positions and radii, seeded, the same on any number of threads.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dem/base/tensor.hpp"
+
+namespace grus::dem {
+
+struct RadiusDistribution {
+  std::string kind = "constant";  // "constant", "uniform", "truncated-normal"
+  double mean = 0, sd = 0, min = 0, max = 0;  // m
+};
+
+struct Sphere {
+  Vec3 position;
+  double radius;
+};
+
+struct Packing {
+  Vec3 box = Vec3::Zero();  // m; corner at the origin
+  std::vector<Sphere> spheres;
+  double worst_overlap = 0;  // relative to the smaller radius
+};
+
+/// Random packing: spheres placed at random, grown and pushed apart until they fit at the target solid fraction.
+/// `count` = 0: as many radii as fill the fraction. Radii are scaled by less than 2 % so that the fraction is exact.
+/// No overlap exceeds 1e-6 of a radius. Throws InputError where the fraction cannot be reached.
+Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count, bool periodic,
+                       std::uint64_t seed);
+
+/// Equal spheres in contact, layers[k] of them along axis k; the box just holds them.
+Packing simple_cubic(double radius, const std::array<int, 3>& layers);
+
+/// Hexagonal close: close-packed layers stacked ABAB along z.
+Packing hexagonal_close(double radius, const std::array<int, 3>& layers);
+
+/// One sphere a line: x y z r (m), '#' starts a comment. Throws InputError with file and line.
+Packing read_packing(const std::string& path, const Vec3& box);
+
+}  // namespace grus::dem

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/rve/loading.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "dem/base/error.hpp"
+#include "dem/rve/measure.hpp"
+#include "dem/rve/step.hpp"
+
+namespace grus::dem {
+namespace {
+
+constexpr std::uint64_t servo_steps = 25;
+
+/// The wall at the + end of an axis, which moves; nullptr in a cell.
+Wall* far_wall(Boundary& boundary, int axis) {
+  for (auto& wall : boundary.walls)
+    if (wall.normal[axis] == -1) return &wall;
+  return nullptr;
+}
+
+Vec3 size_of(const Boundary& boundary) {
+  if (boundary.cell.periodic()) return boundary.cell.vectors.diagonal();
+  Vec3 low = Vec3::Zero(), high = Vec3::Zero();
+  for (const auto& wall : boundary.walls)
+    for (int k = 0; k < 3; ++k) {
+      if (wall.normal[k] == 1) low[k] = wall.point[k];
+      if (wall.normal[k] == -1) high[k] = wall.point[k];
+    }
+  return high - low;
+}
+
+void set_rates(State& state, const Loading& loading, const Vec3& rates) {
+  if (state.boundary.cell.periodic()) {
+    Mat3 rate = Mat3::Zero();
+    for (int k = 0; k < 3; ++k) rate(k, k) = rates[k] * loading.initial_size[k];
+    if (rate != state.boundary.cell.rate) set_cell_rate(state, rate);
+    return;
+  }
+  for (int k = 0; k < 3; ++k)
+    if (Wall* wall = far_wall(state.boundary, k)) wall->velocity[k] = rates[k] * loading.initial_size[k];
+}
+
+Vec3 servo_rates(const Model& model, const State& state, const Loading& loading) {
+  Vec3 rates;
+  const bool any = std::any_of(loading.axes.begin(), loading.axes.end(), [](const auto& a) { return a.stress.has_value(); });
+  Measurement m;
+  Mat6 tangent = Mat6::Zero();
+  if (any) m = measure(model, state), tangent = contact_stiffness_tangent(model, state);
+  for (int k = 0; k < 3; ++k) {
+    const AxisControl& axis = loading.axes[k];
+    rates[k] = axis.strain_rate;
+    if (!axis.stress) continue;
+    const double now = state.boundary.cell.periodic() ? m.stress(k, k) : m.wall_stress(k, k);
+    // Close the gap over 200 steps if the tangent holds; a loose sample has none and moves at the bound.
+    const double stiffness = std::max(tangent(k, k), 10 * std::abs(*axis.stress));
+    rates[k] = std::clamp((*axis.stress - now) / (stiffness * 200 * state.dt), -axis.max_rate, axis.max_rate);
+  }
+  return rates;
+}
+
+/// exp(A) by scaling and squaring of the series; A is an increment of a velocity gradient.
+Mat3 exponential(const Mat3& a) {
+  int halvings = 0;
+  for (double n = a.norm(); n > 0.05; n *= 0.5) ++halvings;
+  const Mat3 x = a / std::pow(2.0, halvings);
+  Mat3 e = Mat3::Identity(), term = e;
+  for (int k = 1; k < 12; ++k) term = term * x / k, e += term;
+  for (int k = 0; k < halvings; ++k) e = e * e;
+  return e;
+}
+
+/// One piece of a velocity gradient: along U at constant rate, then turned by R.
+void load_gradient(const Model& model, State& state, const Mat3& gradient, double duration, Team& team) {
+  const Mat3 f = exponential(gradient * duration);
+  Eigen::JacobiSVD<Mat3> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Mat3 r = svd.matrixU() * svd.matrixV().transpose();
+  const Mat3 u = svd.matrixV() * svd.singularValues().asDiagonal() * svd.matrixV().transpose();
+  const auto steps = static_cast<std::uint64_t>(std::max(1.0, std::ceil(duration / state.dt)));
+  const double safe = state.dt;
+  state.dt = duration / static_cast<double>(steps);
+  const Mat3 target = u * state.boundary.cell.vectors;
+  set_cell_rate(state, (target - state.boundary.cell.vectors) / duration);
+  for (std::uint64_t done = 0; done < steps;) done += run_steps(model, state, steps - done, team);
+  state.boundary.cell.vectors = target;
+  state.dt = safe;
+  if (!(r - Mat3::Identity()).isZero(1e-15)) rotate(state, r);
+}
+
+}  // namespace
+
+void begin_loading(const Model& model, State& state, Loading& loading) {
+  loading.initial_size = size_of(state.boundary);
+  if (!loading.velocity_gradient) set_rates(state, loading, servo_rates(model, state, loading));
+  state.ledger.start = stored_energy(model, state);
+  state.ledger.work = 0;
+  state.next_estimate = state.steps;  // the motion may set a smaller step
+}
+
+void load(const Model& model, State& state, const Loading& loading, double duration, Team& team) {
+  const double end = state.time + duration;
+  const bool servo = std::any_of(loading.axes.begin(), loading.axes.end(), [](const auto& a) { return a.stress.has_value(); });
+  while (true) {
+    update_time_step(model, state);
+    const double left = end - state.time;
+    if (left <= 1e-9 * state.dt) break;
+    const auto due = static_cast<std::uint64_t>(std::ceil(left / state.dt * (1 - 1e-12)));
+    std::uint64_t steps = std::min<std::uint64_t>(due, static_cast<std::uint64_t>(model.numerics.estimate_every));
+    if (loading.velocity_gradient) {
+      const double piece = due > steps ? static_cast<double>(steps) * state.dt : left;
+      load_gradient(model, state, *loading.velocity_gradient, piece, team);
+      continue;
+    }
+    if (servo) {
+      steps = std::min(steps, servo_steps);
+      set_rates(state, loading, servo_rates(model, state, loading));
+    }
+    const double safe = state.dt;
+    if (steps == due) state.dt = left / static_cast<double>(due);  // the last steps meet the end exactly
+    run_steps(model, state, steps, team);
+    state.dt = safe;
+  }
+  state.time = end;
+}
+
+Mat3 displacement_gradient(const State& state, const Loading& loading, const Mat3& initial_cell) {
+  if (state.boundary.cell.periodic()) return state.boundary.cell.vectors * initial_cell.inverse() - Mat3::Identity();
+  Mat3 h = Mat3::Zero();
+  const Vec3 size = size_of(state.boundary);
+  for (int k = 0; k < 3; ++k)
+    if (loading.initial_size[k] > 0) h(k, k) = size[k] / loading.initial_size[k] - 1;
+  return h;
+}
+
+void compress_isotropically(const Model& model, const QuasiStatic& o, State& state, double pressure, Team& team) {
+  Model quiet = model;  // nothing breaks while a sample is prepared
+  for (auto& m : quiet.materials) m.fracture.reset();
+  quiet.numerics.max_energy_error = INFINITY;  // damped hard on purpose
+  Loading loading;
+  loading.initial_size = size_of(state.boundary);
+  const double rate = 5 * o.inertial_number / inertial_number(state, 1, pressure);
+  for (auto& axis : loading.axes) axis = {0, -pressure, rate};
+  for (int round = 0; round < 4000; ++round) {
+    load(quiet, state, loading, 100 * state.dt, team);
+    const Measurement m = measure(quiet, state);
+    const Vec3 off = (m.stress.diagonal().array() + pressure) / pressure;
+    if (off.cwiseAbs().maxCoeff() < 0.02 && m.unbalanced_force < 5 * o.unbalanced_force) {
+      set_cell_rate(state, Mat3::Zero());
+      QuasiStatic strict = o;
+      strict.pressure_floor = 0.1 * pressure;
+      const Response rest = hold(quiet, strict, state, team);
+      if (!rest.stable) throw Unstable("preparation: the sample does not come to rest: " + rest.failure);
+      if (std::abs(mean_pressure(rest.stress) / pressure - 1) < 0.05) return;
+    }
+  }
+  throw Unstable(fmt::format("preparation: an isotropic pressure of {:.3g} Pa is not reached; start denser, or ask for less", pressure));
+}
+
+}  // namespace grus::dem

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Strain and stress programmes of a standalone test: what each axis of a box or cell is told to do.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "dem/rve/rve.hpp"
+
+namespace grus::dem {
+
+/// An axis follows a constant rate of engineering strain of the initial size, or seeks a normal stress.
+struct AxisControl {
+  double strain_rate = 0;         // 1/s, tension-positive
+  std::optional<double> stress;   // Pa, tension-positive; the rate is then bounded by max_rate
+  double max_rate = 0;            // 1/s
+};
+
+struct Loading {
+  std::array<AxisControl, 3> axes;
+  std::optional<Mat3> velocity_gradient;  // 1/s, periodic cell: replaces the axes
+  Vec3 initial_size = Vec3::Zero();       // m, of the box or cell; set by begin_loading
+};
+
+/// Notes the initial size and starts the motion of walls or cell.
+void begin_loading(const Model& model, State& state, Loading& loading);
+
+/// Advances by `duration` (s), exactly; servo axes are corrected every few steps.
+void load(const Model& model, State& state, const Loading& loading, double duration, Team& team);
+
+/// Displacement gradient F - 1 of the box or cell since begin_loading; walls: diagonal.
+Mat3 displacement_gradient(const State& state, const Loading& loading, const Mat3& initial_cell);
+
+/// Compresses a prepared periodic state to an isotropic pressure (Pa), without breakage, and holds it there.
+/// Throws Unstable where the pressure is not reached.
+void compress_isotropically(const Model& model, const QuasiStatic& options, State& state, double pressure, Team& team);
+
+}  // namespace grus::dem

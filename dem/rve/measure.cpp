@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/rve/measure.hpp"
+
+#include <array>
+
+#include "dem/bond/cohesive.hpp"
+#include "dem/contact/forces.hpp"
+#include "dem/fracture/grain_stress.hpp"
+
+namespace grus::dem {
+namespace {
+
+/// From the centre of a to that of b; to the contact point at walls.
+Vec3 branch(const State& s, std::size_t k) {
+  const Pair& p = s.contacts.pair[k];
+  if (k >= s.contacts.begin[sphere_wall]) return contact_arm(s.grains, s.contacts, k, false);
+  Vec3 l = s.grains.motion[p.b].position - s.grains.motion[p.a].position;
+  if (s.boundary.cell.periodic()) l += s.boundary.cell.vectors * Vec3(p.image[0], p.image[1], p.image[2]);
+  return l;
+}
+
+/// Walls of a box: index of the wall facing + and - along each axis; -1 where there is none.
+std::array<std::array<int, 2>, 3> box_walls(const Boundary& boundary) {
+  std::array<std::array<int, 2>, 3> box;
+  for (auto& pair : box) pair = {-1, -1};
+  for (std::size_t w = 0; w < boundary.walls.size(); ++w)
+    for (int k = 0; k < 3; ++k) {
+      if (boundary.walls[w].normal[k] == 1) box[k][0] = static_cast<int>(w);
+      if (boundary.walls[w].normal[k] == -1) box[k][1] = static_cast<int>(w);
+    }
+  return box;
+}
+
+}  // namespace
+
+double bulk_volume(const Boundary& boundary) {
+  if (boundary.cell.periodic()) return boundary.cell.volume();
+  double v = 1;
+  const auto box = box_walls(boundary);
+  for (int k = 0; k < 3; ++k) {
+    if (box[k][0] < 0 || box[k][1] < 0) return 0;
+    v *= boundary.walls[box[k][1]].point[k] - boundary.walls[box[k][0]].point[k];
+  }
+  return v;
+}
+
+Mat3 love_weber(const State& s, double volume) {
+  Mat3 sum = Mat3::Zero();
+  if (volume <= 0) return sum;
+  for (std::size_t k = 0; k < s.contacts.size(); ++k)
+    if (s.contacts.contact[k].stiffness > 0) sum -= s.contacts.force[k].force * branch(s, k).transpose();
+  for (const auto& spring : s.bonds)
+    sum -= spring.force * (s.grains.motion[spring.b].position - s.grains.motion[spring.a].position).transpose();
+  return 0.5 / volume * (sum + sum.transpose());
+}
+
+double mean_diameter(const Grains& g) {
+  double sum = 0;
+  for (const auto& shape : g.shape) sum += 2 * equivalent_radius(shape);
+  return g.size() > 0 ? sum / static_cast<double>(g.size()) : 0;
+}
+
+double inertial_number(const State& s, double strain_rate, double pressure) {
+  if (pressure <= 0) return 0;
+  const double density = total_mass(s.grains) / solid_volume(s.grains);
+  return std::abs(strain_rate) * mean_diameter(s.grains) * std::sqrt(density / pressure);
+}
+
+Measurement measure(const Model& model, const State& s) {
+  Measurement m;
+  m.volume = bulk_volume(s.boundary);
+  m.stress = love_weber(s, m.volume);
+  const auto box = box_walls(s.boundary);
+  if (m.volume > 0 && !s.boundary.cell.periodic()) {
+    for (int k = 0; k < 3; ++k) {
+      const double width = s.boundary.walls[box[k][1]].point[k] - s.boundary.walls[box[k][0]].point[k];
+      // Mean of both faces; the force on the + wall points outward, along +k.
+      double force = 0;
+      for (std::size_t c = s.contacts.begin[sphere_wall]; c < s.contacts.size(); ++c) {
+        const int w = static_cast<int>(s.contacts.pair[c].b);
+        if (w == box[k][0]) force -= s.contacts.force[c].force[k];
+        if (w == box[k][1]) force += s.contacts.force[c].force[k];
+      }
+      m.wall_stress(k, k) = -0.5 * force * width / m.volume;
+    }
+  }
+  double contact_force = 0;
+  std::size_t ends = 0;
+  for (std::size_t k = 0; k < s.contacts.size(); ++k) {
+    const Contact& c = s.contacts.contact[k];
+    if (c.stiffness <= 0) continue;
+    ++m.contacts;
+    ends += k < s.contacts.begin[sphere_wall] ? 2 : 1;
+    m.fabric += c.normal * c.normal.transpose();
+    contact_force += s.contacts.force[k].force.norm();
+  }
+  const double n = static_cast<double>(std::max<std::size_t>(s.grains.size(), 1));
+  if (m.contacts > 0) {
+    const double contacts = static_cast<double>(m.contacts);
+    m.fabric /= contacts;
+    double resultant = 0;
+    for (const auto& f : s.grains.force) resultant += f.norm();
+    if (contact_force > 0) m.unbalanced_force = resultant / n / (contact_force / contacts);
+  }
+  m.coordination = static_cast<double>(ends) / n;
+  const double solid = solid_volume(s.grains);
+  if (m.volume > 0) m.solid_fraction = solid / m.volume, m.void_ratio = m.volume / solid - 1;
+  m.kinetic = kinetic_energy(s.grains);
+  m.elastic = elastic_energy(model.law, s.contacts) + stored_energy(s.bonds);
+  return m;
+}
+
+Mat6 contact_stiffness_tangent(const Model& model, const State& s) {
+  Mat6 tangent = Mat6::Zero();
+  const double volume = bulk_volume(s.boundary);
+  if (volume <= 0) return tangent;
+  for (std::size_t k = 0; k < s.contacts.size(); ++k) {
+    const Contact& c = s.contacts.contact[k];
+    if (c.stiffness <= 0) continue;
+    const PairLaw& p = model.pairs[s.contacts.pair[k].law];
+    const Elastic elastic = std::visit([&](const auto& law) { return law(c.stiffness, c.overlap); }, model.law);
+    const double normal_force = elastic.force + c.viscous;
+    const bool slides = c.spring.norm() >= p.friction * normal_force * (1 - 1e-9);
+    const double kt = p.friction > 0 && !slides ? p.shear_ratio * elastic.normal_stiffness : 0;
+    const Vec3 l = branch(s, k), &n = c.normal;
+    // Strain -> relative displacement of the contact: column e is eps_e * l for a unit strain (engineering shear).
+    Eigen::Matrix<double, 3, 6> b = Eigen::Matrix<double, 3, 6>::Zero();
+    for (int e = 0; e < 6; ++e) {
+      const int i = voigt_row[e], j = voigt_col[e];
+      if (i == j) b(i, e) = l[i];
+      else b(i, e) = 0.5 * l[j], b(j, e) = 0.5 * l[i];
+    }
+    const Mat3 stiffness = (elastic.normal_stiffness - kt) * n * n.transpose() + kt * Mat3::Identity();
+    tangent += b.transpose() * stiffness * b;
+  }
+  for (const auto& spring : s.bonds) {
+    const Vec3 l = s.grains.motion[spring.b].position - s.grains.motion[spring.a].position;
+    Eigen::Matrix<double, 3, 6> b = Eigen::Matrix<double, 3, 6>::Zero();
+    for (int e = 0; e < 6; ++e) {
+      const int i = voigt_row[e], j = voigt_col[e];
+      if (i == j) b(i, e) = l[i];
+      else b(i, e) = 0.5 * l[j], b(j, e) = 0.5 * l[i];
+    }
+    tangent += remaining_force(spring) / spring.reached * b.transpose() * b;
+  }
+  return tangent / volume;
+}
+
+}  // namespace grus::dem

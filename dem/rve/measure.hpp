@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What a state says of the material: stress, density, fabric, quality of equilibrium.
+#pragma once
+
+#include "dem/rve/model.hpp"
+#include "dem/rve/state.hpp"
+
+namespace grus::dem {
+
+struct Measurement {
+  double volume = 0;                 // m^3 of the cell, or between the walls of a box; 0: neither
+  Mat3 stress = Mat3::Zero();        // Love-Weber, tension-positive (Pa)
+  Mat3 wall_stress = Mat3::Zero();   // force / area of the box's walls, tension-positive (Pa); diagonal
+  Mat3 fabric = Mat3::Zero();        // mean of n (x) n over contacts
+  double solid_fraction = 0, void_ratio = 0;
+  double coordination = 0;           // touching contacts a grain, walls included
+  std::size_t contacts = 0;
+  double unbalanced_force = 0;       // mean |resultant on a grain| / mean |contact force|; 0 without contacts
+  double kinetic = 0, elastic = 0;   // J; elastic includes springs
+};
+
+Measurement measure(const Model& model, const State& state);
+
+/// Love-Weber stress alone (Pa): -(1/V) sum of sym(force on b (x) branch from a to b, images included).
+Mat3 love_weber(const State& state, double volume);
+
+double bulk_volume(const Boundary& boundary);
+
+/// Rate x mean diameter x sqrt(density / pressure).
+double inertial_number(const State& state, double strain_rate, double pressure);
+
+double mean_diameter(const Grains& grains);
+
+/// Contact-stiffness tangent (Voigt bound, full tangential projector): C_ijkl = (1/V) sum of
+/// k_n n_i l_j n_k l_l + k_t (delta_ik - n_i n_k) l_j l_l, minor symmetries by symmetrising; contacts at the Coulomb
+/// limit without k_t. Pa, Voigt order with engineering shear.
+Mat6 contact_stiffness_tangent(const Model& model, const State& state);
+
+}  // namespace grus::dem

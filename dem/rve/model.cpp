@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/rve/model.hpp"
+
+#include <map>
+
+namespace grus::dem {
+
+void make_pair_laws(Model& model) {
+  const std::size_t n = model.materials.size();
+  model.pairs.assign(n * n, {});
+  std::map<double, double> dashpots;  // solved once for each restitution
+  auto dashpot = [&](double e) {
+    if (!dashpots.contains(e)) dashpots[e] = dashpot_for(model.law, e);
+    return dashpots[e];
+  };
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j) {
+      const Material &a = model.materials[i], &b = model.materials[j];
+      auto compliance = [](const Material& m) {
+        return std::isinf(m.youngs_modulus) ? 0.0 : (1 - m.poissons_ratio * m.poissons_ratio) / m.youngs_modulus;
+      };
+      auto shear_compliance = [](const Material& m) {
+        return std::isinf(m.youngs_modulus) ? 0.0 : (2 - m.poissons_ratio) * 2 * (1 + m.poissons_ratio) / m.youngs_modulus;
+      };
+      PairLaw& p = model.pairs[i * n + j];
+      const bool rigid_a = std::isinf(a.youngs_modulus), rigid_b = std::isinf(b.youngs_modulus);
+      p.friction = rigid_a && !std::isnan(a.friction)   ? a.friction
+                   : rigid_b && !std::isnan(b.friction) ? b.friction
+                   : rigid_a                            ? b.friction
+                   : rigid_b                            ? a.friction
+                                                        : std::min(a.friction, b.friction);
+      p.dashpot = dashpot(rigid_a ? b.restitution : rigid_b ? a.restitution : 0.5 * (a.restitution + b.restitution));
+      if (std::holds_alternative<HertzMindlin>(model.law)) {
+        const double c = compliance(a) + compliance(b), s = shear_compliance(a) + shear_compliance(b);
+        if (c > 0) p.youngs = 1 / c, p.shear_ratio = 4 * c / s;
+      } else {
+        const Material& soft = rigid_a ? b : a;
+        p.normal_stiffness = rigid_a || rigid_b ? soft.normal_stiffness : 0.5 * (a.normal_stiffness + b.normal_stiffness);
+        p.shear_ratio = rigid_a || rigid_b ? soft.shear_ratio : 0.5 * (a.shear_ratio + b.shear_ratio);
+      }
+    }
+}
+
+}  // namespace grus::dem

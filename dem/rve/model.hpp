@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What never changes in a run; shared by all RVEs of a scene.
+#pragma once
+
+#include <string>
+
+#include "dem/contact/laws.hpp"
+#include "dem/fracture/criteria.hpp"
+#include "dem/motion/integrate.hpp"
+
+namespace grus::dem {
+
+struct Material {
+  std::string name;
+  double density = 2650;         // kg/m^3
+  double youngs_modulus = 60e9;  // Pa; infinite: rigid
+  double poissons_ratio = 0.17;
+  double friction = 0;
+  double restitution = 1;        // normal
+  double normal_stiffness = 0;   // linear law, N/m
+  double shear_ratio = 0;        // linear law, tangential / normal
+  std::optional<FractureModel> fracture;
+};
+
+/// Choices of the numerics; the defaults serve every shipped scene.
+struct Numerics {
+  double safety = 0.3;          // of the critical time step, which is a strict bound
+  double time_step = 0;         // s; 0: from the critical step
+  double skin = 0.12;           // of the mean radius
+  int estimate_every = 50;      // steps between estimates of the critical step
+  int fracture_every = 10;      // steps between tests of the fracture criteria
+  double max_energy_error = 0.05;
+  double max_overlap = 0.2;     // of the smaller equivalent radius
+};
+
+struct Model {
+  std::vector<Material> materials;
+  ContactLaw law;
+  std::vector<PairLaw> pairs;  // row a * materials + b
+  MotionSettings motion;
+  Numerics numerics;
+  std::uint64_t seed = 1;
+
+  bool breakable() const {
+    for (const auto& m : materials)
+      if (m.fracture) return true;
+    return false;
+  }
+};
+
+/// Fills model.pairs from the materials: the friction of a pair is the smaller one, its restitution the mean. A rigid
+/// partner (infinite modulus) takes the other's restitution, and its own friction wins unless it is NaN.
+void make_pair_laws(Model& model);
+
+}  // namespace grus::dem

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/rve/rve.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "dem/base/error.hpp"
+#include "dem/base/parallel.hpp"
+#include "dem/rve/measure.hpp"
+#include "dem/rve/step.hpp"
+
+namespace grus::dem {
+namespace {
+
+/// F = R U by the eigenvectors of F^T F.
+void polar(const Mat3& f, Mat3& r, Mat3& u) {
+  if (f.isIdentity(0)) {
+    r.setIdentity(), u.setIdentity();
+    return;
+  }
+  Eigen::JacobiSVD<Mat3> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  r = svd.matrixU() * svd.matrixV().transpose();
+  u = svd.matrixV() * svd.singularValues().asDiagonal() * svd.matrixV().transpose();
+  if ((r - Mat3::Identity()).norm() < 1e-15) r.setIdentity();
+}
+
+double pressure_of(const QuasiStatic& o, const State& s) {
+  return std::max({mean_pressure(love_weber(s, s.boundary.cell.volume())), o.pressure_floor, 1e-9});
+}
+
+}  // namespace
+
+Response hold(const Model& model, const QuasiStatic& o, State& state, Team& team) {
+  Response response;
+  const std::uint64_t first = state.steps;
+  Mat3 before = love_weber(state, state.boundary.cell.volume());
+  while (true) {
+    const std::size_t broken = state.ledger.breakages;
+    update_time_step(model, state);
+    run_steps(model, state, static_cast<std::uint64_t>(o.window), team);
+    const Measurement m = measure(model, state);
+    const double scale = std::max({m.stress.norm(), std::sqrt(3.0) * o.pressure_floor, 1e-9});
+    response.stress = m.stress;
+    response.unbalanced_force = m.unbalanced_force;
+    response.stress_change = (m.stress - before).norm() / scale;
+    before = m.stress;
+    response.hold_steps = state.steps - first;
+    // A stress far below the floor is no contact network: its forces need not balance better than the floor's.
+    const double relevance = std::min(1.0, m.stress.norm() / scale);
+    if (m.unbalanced_force * relevance <= o.unbalanced_force && response.stress_change <= o.stress_change &&
+        state.ledger.breakages == broken) {
+      response.stable = true;
+      return response;
+    }
+    if (response.hold_steps >= o.max_hold) {
+      response.failure = fmt::format("not in equilibrium after {} steps: unbalanced force {:.2g} (asked {:.2g}), stress change {:.2g} "
+                                     "(asked {:.2g})",
+                                     response.hold_steps, m.unbalanced_force, o.unbalanced_force, response.stress_change, o.stress_change);
+      return response;
+    }
+  }
+}
+
+Response deform(const Model& model, const QuasiStatic& o, State& state, const Increment& increment, Team& team) {
+  Mat3 r, u;
+  polar(increment.deformation, r, u);
+  const std::uint64_t first = state.steps;
+  const std::size_t broken = state.ledger.breakages;
+  Cell& cell = state.boundary.cell;
+  const Mat3 target = u * cell.vectors, start = cell.vectors;
+  const double strain = (u - Mat3::Identity()).norm();
+  double done = 0;
+  while (done < 1 && strain > 0) {
+    update_time_step(model, state);
+    // Rate from the target inertial number: I = rate d sqrt(rho / p).
+    const double per_rate = inertial_number(state, 1, pressure_of(o, state));
+    const double step = std::min(o.strain_per_step, o.inertial_number / std::max(per_rate, 1e-300) * state.dt);
+    const auto remaining = static_cast<std::uint64_t>(std::ceil(std::max(1.0, strain * (1 - done) / step)));
+    const std::uint64_t chunk = std::min<std::uint64_t>(remaining, 100);
+    const double piece = (1 - done) * static_cast<double>(chunk) / static_cast<double>(remaining);
+    set_cell_rate(state, (target - start) * (piece / (static_cast<double>(chunk) * state.dt)));
+    const std::uint64_t ran = run_steps(model, state, chunk, team);
+    done = ran == remaining ? 1 : done + piece * static_cast<double>(ran) / static_cast<double>(chunk);
+  }
+  cell.vectors = target;  // differs by round-off only
+  set_cell_rate(state, Mat3::Zero());
+  Response response = hold(model, o, state, team);
+  check_sanity(model, state);
+  if (!r.isIdentity(0)) {
+    rotate(state, r);
+    response.stress = love_weber(state, cell.volume());
+  }
+  response.steps = state.steps - first;
+  response.breakages = state.ledger.breakages - broken;
+  response.tangent = contact_stiffness_tangent(model, state);
+  return response;
+}
+
+Rve::Rve(std::shared_ptr<const Model> model, QuasiStatic options, State state)
+    : model_(std::move(model)), options_(options), committed_(std::move(state)) {}
+
+Response Rve::advance(const Increment& increment) {
+  Team team(1);
+  trial_ = committed_;
+  fresh_ = false;
+  Response response;
+  try {
+    response = deform(*model_, options_, trial_, increment, team);
+  } catch (const Unstable& error) {
+    response.stable = false;
+    response.failure = error.what();
+  }
+  fresh_ = true;
+  return response;
+}
+
+void Rve::commit() {
+  if (!fresh_) throw std::logic_error("Rve::commit without a fresh advance");
+  std::swap(committed_, trial_);
+  fresh_ = false;
+}
+
+}  // namespace grus::dem

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// The representative volume element of one Gauss point: a periodic cell of grains, committed and trial.
+#pragma once
+
+#include <memory>
+
+#include "dem/rve/model.hpp"
+#include "dem/rve/state.hpp"
+
+namespace grus::dem {
+
+/// How an increment is carried out and when it counts as equilibrium.
+struct QuasiStatic {
+  double strain_per_step = 1e-5;       // bound on the strain of one DEM step
+  double inertial_number = 1e-3;       // target that sets the loading rate
+  double pressure_floor = 0;           // Pa; the inertial number is taken at no less than this pressure
+  double unbalanced_force = 1e-3;      // mean resultant / mean contact force
+  double stress_change = 1e-3;         // over one window, relative to the stress or the pressure floor
+  int window = 50;                     // steps between tests
+  std::uint64_t max_hold = 40000;      // steps
+};
+
+/// Since the last commit. F maps the committed configuration to the new one: det > 0.
+struct Increment {
+  Mat3 deformation = Mat3::Identity();
+};
+
+struct Response {
+  Mat3 stress = Mat3::Zero();    // Cauchy, Love-Weber (Pa, tension-positive)
+  Mat6 tangent = Mat6::Zero();   // contact stiffness (Pa, Voigt, engineering shear)
+  bool stable = false;           // equilibrium reached within the tolerances
+  double unbalanced_force = 0, stress_change = 0;  // at the end of the hold
+  std::uint64_t steps = 0, hold_steps = 0;
+  std::size_t breakages = 0;     // in this increment
+  std::string failure;           // why it is not stable
+};
+
+/// Advances a state by an increment, quasi-statically. The deformation is F = R U: the cell is carried along U, with
+/// constant rate in the fixed frame, then everything is turned by R (objective exactly).
+Response deform(const Model& model, const QuasiStatic& options, State& state, const Increment& increment, Team& team);
+
+/// Holds the cell until the forces and the stress are at rest and no grain broke in the window.
+Response hold(const Model& model, const QuasiStatic& options, State& state, Team& team);
+
+class Rve {
+public:
+  /// `state` must be prepared. The model is shared by all RVEs of a scene.
+  Rve(std::shared_ptr<const Model> model, QuasiStatic options, State state);
+
+  /// Always starts from the committed state, so a refused iteration leaves no trace.
+  Response advance(const Increment& increment);
+
+  /// Makes the last advance the committed state. Throws std::logic_error without one.
+  void commit();
+
+  const State& committed() const { return committed_; }
+  const State& trial() const { return trial_; }
+
+private:
+  std::shared_ptr<const Model> model_;
+  QuasiStatic options_;
+  State committed_, trial_;
+  bool fresh_ = false;
+};
+
+}  // namespace grus::dem

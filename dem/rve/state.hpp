@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What changes in a run, as values: a copy is a snapshot, and nothing else needs to be rolled back.
+#pragma once
+
+#include "dem/contact/neighbours.hpp"
+#include "dem/state/bonds.hpp"
+#include "dem/state/ledger.hpp"
+
+namespace grus::dem {
+
+struct State {
+  Grains grains;
+  Contacts contacts;
+  Bonds bonds;
+  Boundary boundary;
+  Ledger ledger;
+  NeighbourReference reference;
+  std::vector<BlockEnergy> grain_energy;
+  double time = 0, dt = 0;       // s
+  std::uint64_t steps = 0;
+  std::uint64_t next_estimate = 0;  // step at which the critical step is due again
+  double skin = 0;               // m
+};
+
+}  // namespace grus::dem

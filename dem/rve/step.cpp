@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/rve/step.hpp"
+
+#include <fmt/format.h>
+
+#include "dem/base/error.hpp"
+#include "dem/bond/cohesive.hpp"
+#include "dem/contact/forces.hpp"
+#include "dem/motion/critical_step.hpp"
+#include "dem/rve/breakage.hpp"
+
+namespace grus::dem {
+namespace {
+
+MotionSettings settings_of(const Model& model, const State& state) {
+  MotionSettings s = model.motion;
+  const Cell& cell = state.boundary.cell;
+  if (cell.periodic() && !cell.rate.isZero(0)) s.affine = cell.rate * cell.vectors.inverse();
+  return s;
+}
+
+void book(State& state) {
+  const BlockEnergy contacts = flush(state.contacts);
+  BlockEnergy grains;
+  for (auto& e : state.grain_energy) {
+    grains.viscous += e.viscous, grains.work += e.work;
+    e = {};
+  }
+  state.ledger.friction += contacts.friction;
+  state.ledger.damping += contacts.viscous + grains.viscous;
+  state.ledger.work += contacts.work + grains.work;
+}
+
+void rebuild(const Model& model, State& state) {
+  build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference);
+}
+
+bool finite(const Grains& g) {
+  double sum = 0;
+  for (const auto& m : g.motion) sum += m.position.sum() + m.velocity.sum();
+  return std::isfinite(sum);
+}
+
+}  // namespace
+
+void prepare(const Model& model, State& state, Team& team) {
+  Grains& g = state.grains;
+  if (model.breakable() && g.strength.empty()) {
+    g.strength.resize(g.size());
+    g.generation.resize(g.size(), 0);
+    for (std::size_t i = 0; i < g.size(); ++i) draw_strength(model, g, i);
+  }
+  update_frames(g);
+  double mean_radius = 0;
+  for (const auto& shape : g.shape) mean_radius += equivalent_radius(shape);
+  state.skin = model.numerics.skin * mean_radius / static_cast<double>(std::max<std::size_t>(g.size(), 1));
+  rebuild(model, state);
+  contact_forces(model.law, model.pairs, g, state.boundary, 0, state.contacts, team);
+  close_step(g, state.contacts, settings_of(model, state), false, 0, state.grain_energy, team);
+  flush(state.contacts);
+  state.next_estimate = state.steps;
+  update_time_step(model, state);
+  state.ledger.start = stored_energy(model, state);
+}
+
+void update_time_step(const Model& model, State& state) {
+  if (state.steps < state.next_estimate) return;
+  state.next_estimate = state.steps + static_cast<std::uint64_t>(model.numerics.estimate_every);
+  if (model.numerics.time_step > 0) {
+    state.dt = model.numerics.time_step;
+    return;
+  }
+  const CriticalStep critical = critical_step(model.law, model.pairs, model.materials.size(), state.grains, state.boundary,
+                                              state.contacts, state.bonds);
+  if (!std::isfinite(critical.dt)) throw Unstable("no finite time step: the grains have no stiffness; give time_step in [numerics]");
+  state.dt = model.numerics.safety * critical.dt;
+}
+
+std::uint64_t run_steps(const Model& model, State& state, std::uint64_t count, Team& team) {
+  Grains& g = state.grains;
+  const bool breakable = model.breakable();
+  const MotionSettings settings = settings_of(model, state);
+  const double dt = state.dt;
+  bool moving = false;  // positions already opened by the sweep of the step before
+  for (std::uint64_t k = 0; k < count; ++k) {
+    if (!moving) open_step(g, settings, dt, state.grain_energy, team);
+    move_boundary(state.boundary, dt);
+    if (list_is_stale(g, state.boundary, state.reference)) {
+      if (!finite(g)) throw Unstable(fmt::format("a grain's position is not finite at t = {:.6g} s: lower numerics.safety", state.time));
+      rebuild(model, state);
+    }
+    contact_forces(model.law, model.pairs, g, state.boundary, dt, state.contacts, team);
+    const bool bonded = !state.bonds.empty();
+    if (bonded) bond_forces(g, state.bonds, state.ledger);
+    ++state.steps;
+    state.time += dt;
+    const bool test = breakable && state.steps % static_cast<std::uint64_t>(model.numerics.fracture_every) == 0;
+    moving = !test && k + 1 < count;
+    if (moving) {
+      close_and_open_step(g, state.contacts, settings, bonded, dt, state.grain_energy, team);
+      continue;
+    }
+    close_step(g, state.contacts, settings, bonded, dt, state.grain_energy, team);
+    if (!test) continue;
+    const std::vector<Break> breaks = find_breaks(model, state, team);
+    if (breaks.empty()) continue;
+    book(state);
+    apply_breaks(model, state, breaks, team);
+    state.next_estimate = state.steps;
+    return k + 1;
+  }
+  book(state);
+  return count;
+}
+
+void set_cell_rate(State& state, const Mat3& rate) {
+  Cell& cell = state.boundary.cell;
+  const Mat3 jump = (rate - cell.rate) * cell.vectors.inverse();
+  cell.rate = rate;
+  if (jump.isZero(0)) return;
+  double gained = 0;
+  for (std::size_t i = 0; i < state.grains.size(); ++i) {
+    Motion& m = state.grains.motion[i];
+    const Vec3 dv = jump * m.position;
+    gained += state.grains.mass[i] * dv.dot(m.velocity + 0.5 * dv);
+    m.velocity += dv;
+  }
+  state.ledger.work += gained;
+}
+
+void rotate(State& state, const Mat3& r) {
+  Grains& g = state.grains;
+  const Quat q(r);
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    Motion& m = g.motion[i];
+    m.position = r * m.position, m.velocity = r * m.velocity, m.spin = r * m.spin;
+    g.orientation[i] = unit(q * g.orientation[i]);
+    g.angular_momentum[i] = r * g.angular_momentum[i];
+    g.force[i] = r * g.force[i], g.torque[i] = r * g.torque[i];
+  }
+  update_frames(g);
+  for (auto& c : state.contacts.contact) c.normal = r * c.normal, c.spring = r * c.spring;
+  for (auto& f : state.contacts.force) f.force = r * f.force, f.torque_a = r * f.torque_a, f.torque_b = r * f.torque_b;
+  for (auto& s : state.bonds) s.force = r * s.force;
+  Cell& cell = state.boundary.cell;
+  cell.vectors = r * cell.vectors, cell.rate = r * cell.rate;
+  state.reference.cell = r * state.reference.cell;
+  for (auto& x : state.reference.position) x = r * x;
+  for (auto& o : state.reference.orientation) o = unit(q * o);
+}
+
+double stored_energy(const Model& model, const State& state) {
+  return kinetic_energy(state.grains) + elastic_energy(model.law, state.contacts) + stored_energy(state.bonds);
+}
+
+void check_sanity(const Model& model, const State& state) {
+  const double stored = stored_energy(model, state);
+  if (!std::isfinite(stored))
+    throw Unstable(fmt::format("energy is not finite at t = {:.6g} s (step {}): lower numerics.safety", state.time, state.steps));
+  const DeepestContact deepest = deepest_contact(state.grains, state.contacts);
+  if (deepest.ratio > model.numerics.max_overlap) {
+    const Pair& p = state.contacts.pair[deepest.pair];
+    const bool wall = deepest.pair >= state.contacts.begin[sphere_wall];
+    throw Unstable(fmt::format("overlap of grain {} and {} {} is {:.0f} % of a radius at t = {:.6g} s (limit {:.0f} %): stiffen the "
+                               "material, load less, or raise numerics.max_overlap",
+                               state.grains.id[p.a], wall ? "wall" : "grain", wall ? p.b : state.grains.id[p.b], 100 * deepest.ratio,
+                               state.time, 100 * model.numerics.max_overlap));
+  }
+  const double error = energy_error(state.ledger, stored);
+  if (std::abs(error) > model.numerics.max_energy_error)
+    throw Unstable(fmt::format("energy error is {:.1f} % at t = {:.6g} s (limit {:.0f} %): lower numerics.safety (now {:g})", 100 * error,
+                               state.time, 100 * model.numerics.max_energy_error, model.numerics.safety));
+}
+
+}  // namespace grus::dem

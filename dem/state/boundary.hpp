@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Rigid plane walls, or the periodic cell.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dem/base/tensor.hpp"
+
+namespace grus::dem {
+
+struct Wall {
+  Vec3 point, normal;  // unit normal into the space that grains may use
+  Vec3 velocity = Vec3::Zero();
+  std::uint8_t material = 0;
+  Vec3 force = Vec3::Zero();  // of the grains on the wall (N)
+  std::string name;
+};
+
+/// Columns of `vectors` are the cell's edges (m); they move at the constant `rate` (m/s), so that the affine field
+/// x = vectors * s has no acceleration. Zero vectors: no cell, walls or open space.
+struct Cell {
+  Mat3 vectors = Mat3::Zero(), rate = Mat3::Zero();
+
+  bool periodic() const { return vectors(0, 0) != 0; }
+  double volume() const { return std::abs(vectors.determinant()); }
+};
+
+struct Boundary {
+  std::vector<Wall> walls;
+  Cell cell;
+};
+
+}  // namespace grus::dem

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Grains as plain columns. Positions are centres of mass and never wrapped in a periodic cell.
+#pragma once
+
+#include <vector>
+
+#include "dem/shape/polyellipsoid.hpp"
+
+namespace grus::dem {
+
+/// What the contact loops read of a grain; global frame, SI.
+struct Motion {
+  Vec3 position;
+  double radius;  // of the sphere, or of the bounding sphere about the centre of mass
+  Vec3 velocity;
+  double inverse_mass;
+  Vec3 spin;  // rad/s
+  double inverse_inertia;  // of a sphere
+};
+
+/// Placement of a poly-ellipsoid: octant origin and geometry -> global rotation.
+struct Frame {
+  Vec3 origin;
+  Mat3 axes;
+};
+
+/// Principal moments (kg m^2) and the rotation principal -> geometry; constant over a grain's life.
+struct Inertia {
+  Vec3 moments;
+  Quat axes;
+};
+
+struct Grains {
+  std::vector<Motion> motion;
+  std::vector<Quat> orientation;  // geometry -> global
+  std::vector<Vec3> angular_momentum, force, torque;
+  std::vector<double> mass;
+  std::vector<Inertia> inertia;
+  std::vector<PolyEllipsoid> shape;
+  std::vector<std::uint8_t> round, material;
+  std::vector<std::uint32_t> id;        // never reused
+  std::vector<Frame> frame;             // empty unless some grain is not a sphere
+  std::vector<double> strength;         // factor on the characteristic strengths; empty without a fracture table
+  std::vector<std::uint8_t> generation; // splits since the start; empty without a fracture table
+  std::uint32_t next_id = 0;
+
+  std::size_t size() const { return motion.size(); }
+};
+
+/// Calls f on every column: copying, hashing and saving use this list, so a new column cannot be forgotten.
+template <class G, class F>
+void for_each_column(G& g, F&& f) {
+  f(g.motion), f(g.orientation), f(g.angular_momentum), f(g.force), f(g.torque), f(g.mass), f(g.inertia), f(g.shape);
+  f(g.round), f(g.material), f(g.id), f(g.frame), f(g.strength), f(g.generation);
+}
+
+/// Pose and motion of a grain to be made; position is the centre of mass.
+struct GrainSpec {
+  PolyEllipsoid shape;
+  Vec3 position = Vec3::Zero(), velocity = Vec3::Zero(), spin = Vec3::Zero();
+  Quat orientation = Quat::Identity();
+  std::uint8_t material = 0;
+  double density = 0;
+};
+
+/// Writes a grain into slot `i` (== size() appends): mass, inertia and bounds from the shape. The id is new.
+void set_grain(Grains& grains, std::size_t i, const GrainSpec& spec);
+
+/// Recomputes the cached frames (all grains, once any is not a sphere).
+void update_frames(Grains& grains);
+Frame frame_of(const Grains& grains, std::size_t i);
+
+/// Spin (rad/s, global) that belongs to the angular momentum of grain i at its orientation.
+Vec3 spin_of(const Grains& grains, std::size_t i);
+
+/// Lever from the centre of mass to the surface point that lies furthest along the unit vector `outward` (global).
+Vec3 surface_arm(const Grains& grains, std::size_t i, const Vec3& outward);
+
+/// Inertia tensor about the centre of mass in the global frame (kg m^2).
+Mat3 inertia_tensor(const Grains& grains, std::size_t i);
+
+double kinetic_energy(const Grains& grains);  // J, translation and rotation
+double total_mass(const Grains& grains);
+double solid_volume(const Grains& grains);
+Vec3 momentum(const Grains& grains);
+Vec3 angular_momentum(const Grains& grains);  // about the global origin
+
+/// Order-dependent hash of every bit of the columns: equal states, equal hashes.
+std::uint64_t hash(const Grains& grains);
+
+}  // namespace grus::dem

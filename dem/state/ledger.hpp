@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Where energy, mass and momentum went. Nothing is lost silently: every sink has its name.
+#pragma once
+
+#include <algorithm>
+
+#include "dem/base/tensor.hpp"
+
+namespace grus::dem {
+
+/// Taken out of the grains by splits: what the children's geometry does not hold.
+struct Fines {
+  double mass = 0, kinetic = 0;
+  Vec3 momentum = Vec3::Zero(), angular_momentum = Vec3::Zero();  // about the global origin
+};
+
+/// Energies in J since the start of the run; dissipation is positive.
+struct Ledger {
+  double work = 0;          // of walls, cell and gravity on the grains
+  double friction = 0;      // sliding, and what a shrinking tangential stiffness sheds
+  double damping = 0;       // contact dashpots and local damping
+  double fracture = 0;      // cohesive springs
+  double split = 0;         // elastic energy that left with the parents' contacts, less what the springs were born with
+  double start = 0;         // stored energy at the start
+  double fracture_area = 0; // m^2 of planes made
+  double residual_force = 0;// N, summed: part of the children's initial forces that springs could not carry
+  std::size_t breakages = 0, bonds_broken = 0, splits_refused = 0;
+  Fines fines;
+
+  double spent() const { return friction + damping + fracture + split + fines.kinetic; }
+};
+
+/// (work - change of everything stored or dissipated) / max(work, stored); 0 where both are negligible.
+inline double energy_error(const Ledger& l, double stored) {
+  const double scale = std::max({std::abs(l.work), std::abs(stored), std::abs(l.start)});
+  return scale > 0 ? (l.work - (stored - l.start) - l.spent()) / scale : 0;
+}
+
+}  // namespace grus::dem
