@@ -29,7 +29,7 @@ void on_signal(int signal) {
 bool interruption_asked() { return asked != 0; }
 
 int run_command(int argc, char** argv, const std::string& name, const std::string& description,
-                const std::function<int(const Options&)>& work) {
+                const std::function<int(const Options&)>& work, bool speaks) {
   Options options;
   CLI::App cli{description, name};
   cli.set_version_flag("--version", name + " " GRUS_VERSION);
@@ -48,31 +48,30 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
   try {
     cli.parse(argc, argv);
   } catch (const CLI::Success& e) {
-    return cli.exit(e);
+    return speaks ? cli.exit(e) : finished;
   } catch (const CLI::ParseError& e) {
-    fmt::print(stderr, "{}: {} (see --help)\n", name, e.what());
+    if (speaks) fmt::print(stderr, "{}: {} (see --help)\n", name, e.what());
     return refused;
   }
   if (options.directory.empty()) options.directory = default_directory(options.scene);
   if (options.threads == 0) options.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  options.quiet = options.quiet || !speaks;
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
+  auto say = [&](const std::string& line) {
+    if (speaks) fmt::print(stderr, "{}\n", line);
+  };
   try {
-    if (options.resume)
-      throw dem::InputError("--resume: checkpoints are not written by this version; run again without --resume");
+    if (options.resume) throw dem::InputError("--resume: checkpoints are not written by this version; run again without --resume");
     return work(options);
   } catch (const dem::InputError& e) {
-    fmt::print(stderr, "{}\n", e.what());
-    return refused;
+    return say(e.what()), refused;
   } catch (const dem::Unstable& e) {
-    fmt::print(stderr, "{}: {}\n", options.scene, e.what());
-    return unstable;
+    return say(options.scene + ": " + e.what()), unstable;
   } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "{}: out of memory\n", options.scene);
-    return failed;
+    return say(options.scene + ": out of memory"), failed;
   } catch (const std::exception& e) {
-    fmt::print(stderr, "{}: {}\n", options.scene, e.what());
-    return failed;
+    return say(options.scene + ": " + e.what()), failed;
   }
 }
 

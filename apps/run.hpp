@@ -20,8 +20,9 @@ struct Options {
 inline constexpr int finished = 0, failed = 1, refused = 2, unstable = 3, interrupted = 130;
 
 /// Parses the command line (prints help and version itself) and runs `work`; turns exceptions into one line and a status.
+/// Of several ranks only one `speaks`.
 int run_command(int argc, char** argv, const std::string& name, const std::string& description,
-                const std::function<int(const Options&)>& work);
+                const std::function<int(const Options&)>& work, bool speaks = true);
 
 /// True once Ctrl-C or SIGTERM has been seen; the second one kills.
 bool interruption_asked();

@@ -63,7 +63,7 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
     double stiffness;
     if (std::holds_alternative<HertzMindlin>(law)) {
       const double e = p.youngs > 0 ? p.youngs : 1;
-      const double depth = std::max(std::pow(15 * mass * speed * speed / (16 * std::sqrt(0.5 * radius) * e), 0.4), 1e-6 * radius);
+      const double depth = std::max(std::pow(15 * mass * speed * speed / (16 * std::sqrt(0.5 * radius) * e), 0.4), 1e-4 * radius);
       stiffness = 2 * e * std::sqrt(0.5 * radius * depth);
     } else {
       stiffness = p.normal_stiffness;

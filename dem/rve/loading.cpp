@@ -96,27 +96,25 @@ void begin_loading(const Model& model, State& state, Loading& loading) {
   if (!loading.velocity_gradient) set_rates(state, loading, servo_rates(model, state, loading));
   state.ledger.start = stored_energy(model, state);
   state.ledger.work = 0;
-  state.next_estimate = state.steps;  // the motion may set a smaller step
+  if (model.numerics.time_step == 0) state.next_estimate = state.steps;  // the motion may set a smaller step
 }
 
 void load(const Model& model, State& state, const Loading& loading, double duration, Team& team) {
   const double end = state.time + duration;
   const bool servo = std::any_of(loading.axes.begin(), loading.axes.end(), [](const auto& a) { return a.stress.has_value(); });
   while (true) {
-    update_time_step(model, state);
     const double left = end - state.time;
     if (left <= 1e-9 * state.dt) break;
+    if (servo) set_rates(state, loading, servo_rates(model, state, loading));
+    update_time_step(model, state);
     const auto due = static_cast<std::uint64_t>(std::ceil(left / state.dt * (1 - 1e-12)));
-    std::uint64_t steps = std::min<std::uint64_t>(due, static_cast<std::uint64_t>(model.numerics.estimate_every));
+    std::uint64_t steps = std::min<std::uint64_t>(due, state.next_estimate - state.steps);
     if (loading.velocity_gradient) {
       const double piece = due > steps ? static_cast<double>(steps) * state.dt : left;
       load_gradient(model, state, *loading.velocity_gradient, piece, team);
       continue;
     }
-    if (servo) {
-      steps = std::min(steps, servo_steps);
-      set_rates(state, loading, servo_rates(model, state, loading));
-    }
+    if (servo) steps = std::min(steps, servo_steps);
     const double safe = state.dt;
     if (steps == due) state.dt = left / static_cast<double>(due);  // the last steps meet the end exactly
     run_steps(model, state, steps, team);

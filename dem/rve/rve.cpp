@@ -77,7 +77,7 @@ Response deform(const Model& model, const QuasiStatic& o, State& state, const In
     const double per_rate = inertial_number(state, 1, pressure_of(o, state));
     const double step = std::min(o.strain_per_step, o.inertial_number / std::max(per_rate, 1e-300) * state.dt);
     const auto remaining = static_cast<std::uint64_t>(std::ceil(std::max(1.0, strain * (1 - done) / step)));
-    const std::uint64_t chunk = std::min<std::uint64_t>(remaining, 100);
+    const std::uint64_t chunk = std::min({remaining, std::uint64_t{100}, state.next_estimate - state.steps});
     const double piece = (1 - done) * static_cast<double>(chunk) / static_cast<double>(remaining);
     set_cell_rate(state, (target - start) * (piece / (static_cast<double>(chunk) * state.dt)));
     const std::uint64_t ran = run_steps(model, state, chunk, team);

@@ -18,7 +18,7 @@ struct State {
   std::vector<BlockEnergy> grain_energy;
   double time = 0, dt = 0;       // s
   std::uint64_t steps = 0;
-  std::uint64_t next_estimate = 0;  // step at which the critical step is due again
+  std::uint64_t next_estimate = 0, estimate_interval = 5;  // step at which the critical step is due again, and the gap to the next
   double skin = 0;               // m
 };
 

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// All that differs between DOLFINx 0.5 and 0.9, in one place.
+#pragma once
+
+#include <basix/finite-element.h>
+#include <basix/quadrature.h>
+#include <dolfinx/common/version.h>
+#include <dolfinx/fem/CoordinateElement.h>
+#include <dolfinx/fem/DofMap.h>
+#include <dolfinx/fem/FunctionSpace.h>
+#include <dolfinx/fem/sparsitybuild.h>
+#include <dolfinx/fem/utils.h>
+#include <dolfinx/la/SparsityPattern.h>
+#include <dolfinx/la/Vector.h>
+#include <dolfinx/la/petsc.h>
+#include <dolfinx/mesh/Mesh.h>
+#include <dolfinx/mesh/generation.h>
+
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace grus::fem::compat {
+
+#if DOLFINX_VERSION_MINOR >= 9
+using Mesh = dolfinx::mesh::Mesh<double>;
+using Space = dolfinx::fem::FunctionSpace<double>;
+using Element = basix::FiniteElement<double>;
+#else
+using Mesh = dolfinx::mesh::Mesh;
+using Space = dolfinx::fem::FunctionSpace;
+using Element = basix::FiniteElement;
+#endif
+
+inline std::shared_ptr<Mesh> make_box(MPI_Comm comm, const std::array<double, 3>& size, const std::array<long, 3>& cells, bool hexahedron) {
+  using namespace dolfinx::mesh;
+  const CellType type = hexahedron ? CellType::hexahedron : CellType::tetrahedron;
+#if DOLFINX_VERSION_MINOR >= 9
+  return std::make_shared<Mesh>(create_box<double>(comm, {{{0, 0, 0}, size}}, {cells[0], cells[1], cells[2]}, type, create_cell_partitioner(GhostMode::none)));
+#else
+  return std::make_shared<Mesh>(create_box(comm, {{{0, 0, 0}, size}},
+                                           {static_cast<std::size_t>(cells[0]), static_cast<std::size_t>(cells[1]), static_cast<std::size_t>(cells[2])}, type,
+                                           GhostMode::none));
+#endif
+}
+
+inline const dolfinx::mesh::Topology& topology(const Mesh& mesh) {
+#if DOLFINX_VERSION_MINOR >= 9
+  return *mesh.topology();
+#else
+  return mesh.topology();
+#endif
+}
+
+inline std::int64_t original_cell(const Mesh& mesh, std::int32_t cell) {
+#if DOLFINX_VERSION_MINOR >= 9
+  return mesh.topology()->original_cell_index[0][static_cast<std::size_t>(cell)];
+#else
+  return mesh.topology().original_cell_index[static_cast<std::size_t>(cell)];
+#endif
+}
+
+inline std::span<const std::int32_t> geometry_dofs(const Mesh& mesh, std::int32_t cell) {
+#if DOLFINX_VERSION_MINOR >= 9
+  const auto map = mesh.geometry().dofmap();
+  return {map.data_handle() + static_cast<std::size_t>(cell) * map.extent(1), map.extent(1)};
+#else
+  return mesh.geometry().dofmap().links(cell);
+#endif
+}
+
+inline const dolfinx::fem::CoordinateElement
+#if DOLFINX_VERSION_MINOR >= 9
+    <double>
+#endif
+    &
+    coordinate_element(const Mesh& mesh) {
+  return mesh.geometry().cmap();
+}
+
+inline Element make_element(bool hexahedron, int degree) {
+  const auto cell = hexahedron ? basix::cell::type::hexahedron : basix::cell::type::tetrahedron;
+#if DOLFINX_VERSION_MINOR >= 9
+  return basix::create_element<double>(basix::element::family::P, cell, degree, basix::element::lagrange_variant::gll_warped,
+                                       basix::element::dpc_variant::unset, false);
+#else
+  return basix::create_element(basix::element::family::P, cell, degree, basix::element::lagrange_variant::gll_warped, false);
+#endif
+}
+
+inline std::shared_ptr<Space> make_space(const std::shared_ptr<Mesh>& mesh, const Element& element) {
+#if DOLFINX_VERSION_MINOR >= 9
+  return std::make_shared<Space>(dolfinx::fem::create_functionspace<double>(mesh, element, std::vector<std::size_t>{3}));
+#else
+  return std::make_shared<Space>(dolfinx::fem::create_functionspace(mesh, element, 3));
+#endif
+}
+
+/// Points (n x dim, flat) and weights on the reference cell or facet.
+inline std::array<std::vector<double>, 2> quadrature(basix::cell::type cell, int degree) {
+#if DOLFINX_VERSION_MINOR >= 9
+  return basix::quadrature::make_quadrature<double>(basix::quadrature::type::Default, cell, basix::polyset::type::standard, degree);
+#else
+  return basix::quadrature::make_quadrature(cell, degree);
+#endif
+}
+
+/// Values and first derivatives, flat (4, points, dofs).
+inline std::vector<double> tabulate(const Element& element, const std::vector<double>& points) {
+  return element.tabulate(1, std::span<const double>(points), {points.size() / 3, 3}).first;
+}
+
+inline std::vector<double> tabulate_geometry(const Mesh& mesh, const std::vector<double>& points) {
+  const auto& element = coordinate_element(mesh);
+  const auto shape = element.tabulate_shape(1, points.size() / 3);
+  std::vector<double> out(shape[0] * shape[1] * shape[2] * shape[3]);
+  element.tabulate(1, points, {points.size() / 3, 3}, out);
+  return out;
+}
+
+inline Mat make_matrix(MPI_Comm comm, const Space& space) {
+  const auto& map = *space.dofmap();
+  const std::array maps{map.index_map, map.index_map};
+  const std::array<int, 2> blocks{map.index_map_bs(), map.index_map_bs()};
+  dolfinx::la::SparsityPattern pattern(comm, maps, blocks);
+#if DOLFINX_VERSION_MINOR >= 9
+  const auto cells = space.mesh()->topology()->index_map(3);
+  std::vector<std::int32_t> owned(static_cast<std::size_t>(cells->size_local()));
+  for (std::size_t i = 0; i < owned.size(); ++i) owned[i] = static_cast<std::int32_t>(i);
+  dolfinx::fem::sparsitybuild::cells(pattern, {owned, owned}, {map, map});
+  pattern.finalize();
+#else
+  dolfinx::fem::sparsitybuild::cells(pattern, space.mesh()->topology(), {map, map});
+  pattern.assemble();
+#endif
+  return dolfinx::la::petsc::create_matrix(comm, pattern);
+}
+
+}  // namespace grus::fem::compat

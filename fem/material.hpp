@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// The seam between the finite elements and what answers at a Gauss point.
+#pragma once
+
+#include <functional>
+#include <span>
+#include <string>
+
+namespace grus::fem {
+
+/// A block of Gauss points; row-major, tension-positive, Voigt order xx yy zz yz xz xy, engineering shear.
+struct Points {
+  std::span<const double> deformation;  // (n, 9): F of this increment against the committed state, F_n+1 F_n^-1
+  std::span<double> stress;             // (n, 6) Cauchy, Pa
+  std::span<double> tangent;            // (n, 36) d stress / d strain, Pa
+};
+
+/// Answers for all points of a rank. Always starts from the committed state.
+struct Material {
+  std::function<bool(const Points&)> respond;   // false: this increment cannot be taken; `reason` says why
+  std::function<void()> commit;                 // the last response becomes the committed state
+  double noise = 0;                             // relative error of the stress that the residual cannot go below
+  std::function<std::string()> reason = [] { return std::string(); };
+};
+
+/// Linear isotropic elasticity in the accumulated strain sym(F) - 1.
+Material elastic_material(std::size_t points, double youngs_modulus, double poissons_ratio);
+
+/// Von Mises plasticity with linear isotropic hardening (Pa); radial return, consistent tangent; small strains.
+Material j2_material(std::size_t points, double youngs_modulus, double poissons_ratio, double yield_stress, double hardening);
+
+}  // namespace grus::fem

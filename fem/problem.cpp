@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What users ask of a problem: sizes, averages, reactions, fields.
+#include <algorithm>
+
+#include "fem/problem_impl.hpp"
+
+namespace grus::fem {
+
+using RowMatrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+
+Problem::Problem(MPI_Comm comm, const BoxMesh& mesh, const Discretisation& d, std::vector<BoundaryCondition> boundaries,
+                 std::function<Point(const Point&)> body_force)
+    : impl_(std::make_unique<Impl>(comm, mesh, d, std::move(boundaries), std::move(body_force))) {}
+
+Problem::~Problem() = default;
+
+std::size_t Problem::owned_points() const { return impl_->size(); }
+std::int64_t Problem::global_points() const { return compat::topology(*impl_->mesh).index_map(3)->size_global() * impl_->nq; }
+int Problem::points_per_cell() const { return impl_->nq; }
+MPI_Comm Problem::comm() const { return impl_->comm; }
+const std::vector<BoundaryCondition>& Problem::boundaries() const { return impl_->boundaries; }
+std::span<const double> Problem::stress() const { return impl_->committed_stress; }
+
+std::int64_t Problem::point_key(std::size_t point) const {
+  const auto nq = static_cast<std::size_t>(impl_->nq);
+  return compat::original_cell(*impl_->mesh, static_cast<std::int32_t>(point / nq)) * impl_->nq + static_cast<std::int64_t>(point % nq);
+}
+
+Point Problem::reaction(std::size_t boundary) const {
+  Point sum{0, 0, 0};
+  const auto r = impl_->internal->array();
+  for (auto node : impl_->boundary_nodes[boundary])
+    for (std::size_t k = 0; k < 3; ++k) sum[k] += r[3 * static_cast<std::size_t>(node) + k];
+  for (auto& v : sum) v = sum_over_ranks(impl_->comm, v);
+  return sum;
+}
+
+namespace {
+
+/// Averages of a Voigt field over the current volume.
+template <class Field>
+std::array<double, 6> average(const Problem::Impl& p, Field&& field) {
+  std::array<double, 7> sum{};
+  Problem::Impl::Local l;
+  for (std::int32_t c = 0; c < p.cells; ++c)
+    for (int q = 0; q < p.nq; ++q) {
+      p.local(c, q, l);
+      const std::size_t i = static_cast<std::size_t>(c) * static_cast<std::size_t>(p.nq) + static_cast<std::size_t>(q);
+      const Eigen::Map<const RowMatrix3> f(p.committed_F.data() + 9 * i);
+      const double dv = l.dv * (p.discretisation.finite_strain ? f.determinant() : 1.0);
+      const std::array<double, 6> v = field(i);
+      for (std::size_t k = 0; k < 6; ++k) sum[k] += dv * v[k];
+      sum[6] += dv;
+    }
+  std::array<double, 7> total{};
+  MPI_Allreduce(sum.data(), total.data(), 7, MPI_DOUBLE, MPI_SUM, p.comm);
+  std::array<double, 6> mean{};
+  for (std::size_t k = 0; k < 6; ++k) mean[k] = total[k] / total[6];
+  return mean;
+}
+
+}  // namespace
+
+std::array<double, 6> Problem::mean_stress() const {
+  return average(*impl_, [&](std::size_t i) {
+    std::array<double, 6> v;
+    std::copy_n(impl_->committed_stress.data() + 6 * i, 6, v.data());
+    return v;
+  });
+}
+
+std::array<double, 6> Problem::mean_strain() const {
+  return average(*impl_, [&](std::size_t i) {
+    const double* f = impl_->committed_F.data() + 9 * i;
+    return std::array<double, 6>{f[0] - 1, f[4] - 1, f[8] - 1, f[5] + f[7], f[2] + f[6], f[1] + f[3]};
+  });
+}
+
+double Problem::current_volume() const {
+  double v = 0;
+  Impl::Local l;
+  for (std::int32_t c = 0; c < impl_->cells; ++c)
+    for (int q = 0; q < impl_->nq; ++q) {
+      impl_->local(c, q, l);
+      const std::size_t i = static_cast<std::size_t>(c) * static_cast<std::size_t>(impl_->nq) + static_cast<std::size_t>(q);
+      v += l.dv * Eigen::Map<const RowMatrix3>(impl_->committed_F.data() + 9 * i).determinant();
+    }
+  return sum_over_ranks(impl_->comm, v);
+}
+
+std::array<double, 2> Problem::error_norms(const std::function<Point(const Point&)>& exact,
+                                           const std::function<std::array<double, 9>(const Point&)>& gradient) const {
+  double l2 = 0, h1 = 0;
+  Impl::Local l;
+  const auto u = impl_->u->array();
+  for (std::int32_t c = 0; c < impl_->cells; ++c)
+    for (int q = 0; q < impl_->nq; ++q) {
+      impl_->local(c, q, l);
+      const auto dofs = impl_->cell_nodes(c);
+      Eigen::Vector3d value = Eigen::Vector3d::Zero();
+      RowMatrix3 grad = RowMatrix3::Zero();
+      for (int a = 0; a < impl_->nodes; ++a) {
+        const Eigen::Map<const Eigen::Vector3d> ua(u.data() + 3 * dofs[static_cast<std::size_t>(a)]);
+        value += l.value[a] * ua;
+        grad += ua * l.gradient.row(a);
+      }
+      const Point e = exact(l.at);
+      const std::array<double, 9> g = gradient(l.at);
+      l2 += l.dv * (value - Eigen::Vector3d(e[0], e[1], e[2])).squaredNorm();
+      h1 += l.dv * (grad - Eigen::Map<const RowMatrix3>(g.data())).squaredNorm();
+    }
+  return {std::sqrt(sum_over_ranks(impl_->comm, l2)), std::sqrt(sum_over_ranks(impl_->comm, h1))};
+}
+
+std::vector<double> Problem::gather_cells(const std::vector<double>& owned) const {
+  int rank, size;
+  MPI_Comm_rank(impl_->comm, &rank);
+  MPI_Comm_size(impl_->comm, &size);
+  const std::size_t width = impl_->cells > 0 ? owned.size() / static_cast<std::size_t>(impl_->cells) : 0;
+  std::vector<double> packed;  // original cell, values
+  for (std::int32_t c = 0; c < impl_->cells; ++c) {
+    packed.push_back(static_cast<double>(compat::original_cell(*impl_->mesh, c)));
+    packed.insert(packed.end(), owned.begin() + static_cast<std::ptrdiff_t>(width * static_cast<std::size_t>(c)),
+                  owned.begin() + static_cast<std::ptrdiff_t>(width * (static_cast<std::size_t>(c) + 1)));
+  }
+  const int mine = static_cast<int>(packed.size());
+  std::vector<int> counts(static_cast<std::size_t>(size)), starts(static_cast<std::size_t>(size), 0);
+  MPI_Gather(&mine, 1, MPI_INT, counts.data(), 1, MPI_INT, 0, impl_->comm);
+  for (std::size_t r = 1; r < counts.size(); ++r) starts[r] = starts[r - 1] + counts[r - 1];
+  std::vector<double> all(rank == 0 ? static_cast<std::size_t>(starts.back() + counts.back()) : 0);
+  MPI_Gatherv(packed.data(), mine, MPI_DOUBLE, all.data(), counts.data(), starts.data(), MPI_DOUBLE, 0, impl_->comm);
+  if (rank != 0) return {};
+  const auto cells = static_cast<std::size_t>(compat::topology(*impl_->mesh).index_map(3)->size_global());
+  const std::size_t stride = all.size() / cells;
+  std::vector<double> sorted(cells * (stride - 1));
+  for (std::size_t i = 0; i < cells; ++i)
+    std::copy_n(all.data() + i * stride + 1, stride - 1, sorted.data() + static_cast<std::size_t>(all[i * stride]) * (stride - 1));
+  return sorted;
+}
+
+MacroFields Problem::gather_fields() const {
+  const int corners = impl_->box.hexahedron ? 8 : 4;
+  static const int hexahedron[8] = {0, 1, 3, 2, 4, 5, 7, 6};  // basix -> VTK
+  // Every cell brings its own corners: coordinates, displacement, stress. Order-2 nodes are not shown.
+  std::vector<double> owned;
+  const auto u = impl_->committed_u->array();
+  const auto x = impl_->mesh->geometry().x();
+  for (std::int32_t c = 0; c < impl_->cells; ++c) {
+    const auto geometry = compat::geometry_dofs(*impl_->mesh, c);
+    const auto dofs = impl_->cell_nodes(c);
+    for (int v = 0; v < corners; ++v) {
+      const auto at = static_cast<std::size_t>(impl_->box.hexahedron ? hexahedron[v] : v);
+      for (int k = 0; k < 3; ++k) owned.push_back(x[static_cast<std::size_t>(3 * geometry[at] + k)]);
+      for (int k = 0; k < 3; ++k) owned.push_back(u[static_cast<std::size_t>(3 * dofs[at] + k)]);
+    }
+    for (int k = 0; k < 6; ++k) {
+      double mean = 0;
+      for (int q = 0; q < impl_->nq; ++q) mean += impl_->committed_stress[static_cast<std::size_t>(6 * (c * impl_->nq + q) + k)];
+      owned.push_back(mean / impl_->nq);
+    }
+  }
+  const std::vector<double> all = gather_cells(owned);
+  MacroFields fields;
+  const std::size_t stride = static_cast<std::size_t>(6 * corners + 6);
+  for (std::size_t c = 0; c * stride < all.size(); ++c) {
+    const double* p = all.data() + c * stride;
+    fields.cells.emplace_back();
+    for (int v = 0; v < corners; ++v, p += 6) {
+      fields.cells.back().push_back(static_cast<std::int64_t>(fields.nodes.size()));
+      fields.nodes.push_back({p[0], p[1], p[2]});
+      fields.displacement.push_back({p[3], p[4], p[5]});
+    }
+    fields.stress.push_back({p[0], p[1], p[2], p[3], p[4], p[5]});
+  }
+  return fields;
+}
+
+}  // namespace grus::fem

@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "fem/statics.hpp"
+
+#include <petscksp.h>
+
+#include <algorithm>
+
+#include "fem/problem_impl.hpp"
+
+namespace grus::fem {
+namespace {
+
+/// Linear solver with prescribed components: KSP from PETSc's options (prefix grus_), MUMPS by default, LU when all else fails.
+class LinearSolver {
+public:
+  explicit LinearSolver(Problem::Impl& p) : p_(p), a_(compat::make_matrix(p.comm, *p.space)) {
+    check(MatSetOption(a_, MAT_KEEP_NONZERO_PATTERN, PETSC_TRUE), "MatSetOption");
+    check(MatCreateVecs(a_, &x_, &b_), "MatCreateVecs");
+    check(KSPCreate(p.comm, &ksp_), "KSPCreate");
+    check(KSPSetOptionsPrefix(ksp_, "grus_"), "KSPSetOptionsPrefix");
+    direct(ksp_);
+    check(KSPSetFromOptions(ksp_), "KSPSetFromOptions");
+    const auto map = p.space->dofmap()->index_map;
+    for (const auto& c : p.prescribed)
+      if (c.dof < 3 * map->size_local()) rows_.push_back(static_cast<PetscInt>(3 * map->local_range()[0]) + c.dof), mine_.push_back(&c);
+  }
+  ~LinearSolver() {
+    KSPDestroy(&ksp_);
+    VecDestroy(&x_);
+    VecDestroy(&b_);
+    MatDestroy(&a_);
+  }
+  LinearSolver(const LinearSolver&) = delete;
+  LinearSolver& operator=(const LinearSolver&) = delete;
+
+  /// Solves K dx = rhs with dx = factor * value at prescribed components; false if no solver succeeds.
+  bool solve(const std::vector<double>& rhs, double factor, std::vector<double>& dx) {
+    p_.assemble_tangent(a_);
+    double *b, *x;
+    check(VecGetArray(b_, &b), "VecGetArray");
+    std::copy(rhs.begin(), rhs.end(), b);
+    check(VecRestoreArray(b_, &b), "VecRestoreArray");
+    check(VecSet(x_, 0), "VecSet");
+    check(VecGetArray(x_, &x), "VecGetArray");
+    for (const auto* c : mine_) x[c->dof] = factor * c->value;
+    check(VecRestoreArray(x_, &x), "VecRestoreArray");
+    check(MatZeroRowsColumns(a_, static_cast<PetscInt>(rows_.size()), rows_.data(), 1.0, x_, b_), "MatZeroRowsColumns");
+    bool good = attempt(ksp_);
+    if (!good) {
+      KSP plain;
+      check(KSPCreate(p_.comm, &plain), "KSPCreate");
+      direct(plain);
+      good = attempt(plain);
+      KSPDestroy(&plain);
+    }
+    dx.resize(rhs.size());
+    check(VecGetArray(x_, &x), "VecGetArray");
+    std::copy_n(x, dx.size(), dx.begin());
+    check(VecRestoreArray(x_, &x), "VecRestoreArray");
+    double finite = 0;
+    for (double v : dx) finite += v;
+    return all_true(p_.comm, good && std::isfinite(finite));
+  }
+
+private:
+  static void direct(KSP ksp) {
+    PC pc;
+    check(KSPSetType(ksp, KSPPREONLY), "KSPSetType");
+    check(KSPGetPC(ksp, &pc), "KSPGetPC");
+    check(PCSetType(pc, PCLU), "PCSetType");
+    check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS), "PCFactorSetMatSolverType");
+  }
+  bool attempt(KSP ksp) {
+    check(KSPSetOperators(ksp, a_, a_), "KSPSetOperators");
+    if (KSPSolve(ksp, b_, x_) != 0) return false;
+    KSPConvergedReason reason;
+    check(KSPGetConvergedReason(ksp, &reason), "KSPGetConvergedReason");
+    return reason > 0;
+  }
+
+  Problem::Impl& p_;
+  Mat a_ = nullptr;
+  Vec x_ = nullptr, b_ = nullptr;
+  KSP ksp_ = nullptr;
+  std::vector<PetscInt> rows_;
+  std::vector<const Prescribed*> mine_;
+};
+
+struct Newton {
+  Problem::Impl& p;
+  Material& material;
+  const StaticsOptions& o;
+  LinearSolver linear;
+  std::vector<std::uint8_t> fixed;  // owned components
+  int sweeps = 0;
+  std::string reason;
+
+  Newton(Problem::Impl& problem, Material& m, const StaticsOptions& options) : p(problem), material(m), o(options), linear(problem) {
+    fixed.assign(static_cast<std::size_t>(3 * p.owned_nodes()), 0);
+    for (const auto& c : p.prescribed)
+      if (static_cast<std::size_t>(c.dof) < fixed.size()) fixed[static_cast<std::size_t>(c.dof)] = 1;
+  }
+
+  /// Strain and material sweeps at the present displacement, then internal forces. All ranks agree on the outcome.
+  bool evaluate() {
+    p.u->scatter_fwd();
+    ++sweeps;
+    if (!p.strain_sweep()) {
+      reason = "an element turned inside out";
+      return false;
+    }
+    const bool mine = material.respond({p.deformation, p.stress, p.tangent});
+    if (!all_true(p.comm, mine)) {
+      reason = mine ? "a Gauss point of another rank refused the increment" : material.reason();
+      return false;
+    }
+    p.assemble_internal();
+    return true;
+  }
+
+  /// external * load - internal on owned components; relative norm over the free ones.
+  double residual(double load, std::vector<double>& r) const {
+    const auto in = p.internal->array(), ex = p.external->array();
+    r.resize(fixed.size());
+    double free = 0, scale = 0;
+    for (std::size_t i = 0; i < r.size(); ++i) {
+      r[i] = load * ex[i] - in[i];
+      if (!fixed[i]) free += r[i] * r[i];
+      scale += in[i] * in[i] + load * ex[i] * load * ex[i];
+    }
+    free = sum_over_ranks(p.comm, free), scale = sum_over_ranks(p.comm, scale);
+    return scale > 0 ? std::sqrt(free / scale) : 0;
+  }
+
+  void move(const std::vector<double>& dx, double part) {
+    auto u = p.u->mutable_array();
+    for (std::size_t i = 0; i < dx.size(); ++i) u[i] += part * dx[i];
+  }
+
+  double largest(const std::vector<double>& v) const {
+    double mine = 0, all = 0;
+    for (double x : v) mine = std::max(mine, std::abs(x));
+    MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, MPI_MAX, p.comm);
+    return all;
+  }
+
+  void restore() {
+    const auto from = p.committed_u->array();
+    std::copy(from.begin(), from.end(), p.u->mutable_array().begin());
+    p.F = p.committed_F, p.stress = p.committed_stress, p.tangent = p.committed_tangent;
+    p.assemble_internal();
+  }
+
+  void commit() {
+    material.commit();
+    const auto from = p.u->array();
+    std::copy(from.begin(), from.end(), p.committed_u->mutable_array().begin());
+    p.committed_F = p.F, p.committed_stress = p.stress, p.committed_tangent = p.tangent;
+  }
+
+  /// One increment of the load factor from the committed state; false: nothing was committed.
+  bool increment(double from, double to, IncrementReport& report) {
+    std::vector<double> r, dx, total;
+    residual(to, r);  // with the committed stress: out of balance by the new load only
+    if (!linear.solve(r, to - from, dx)) return reason = "the linear solver failed", false;
+    move(dx, 1);
+    total = dx;
+    if (!evaluate()) return false;
+    double now = residual(to, r), correction = 1;
+    const double floor = std::max(o.tolerance, material.noise), floor_u = std::max(o.displacement_tolerance, 2 * material.noise);
+    for (report.iterations = 1; report.iterations <= o.max_iterations; ++report.iterations) {
+      const double moved = largest(total);
+      if (!linear.solve(r, 0, dx)) return reason = "the linear solver failed", false;
+      correction = moved > 0 ? largest(dx) / moved : 0;
+      // What Newton would still change is known before it is done: a converged state costs no further material sweep.
+      if (now <= floor && correction <= floor_u) {
+        report.residual = now, report.correction = correction;
+        commit();
+        return true;
+      }
+      double part = 1, next = now;
+      move(dx, 1);
+      for (int cut = 0;; ++cut) {
+        if (!evaluate()) return false;
+        next = residual(to, r);
+        if (next <= std::max(now, floor) || cut == 3) break;
+        move(dx, -0.5 * part);
+        part *= 0.5;
+      }
+      for (std::size_t i = 0; i < total.size(); ++i) total[i] += part * dx[i];
+      now = next;
+    }
+    reason = "no convergence in " + std::to_string(o.max_iterations) + " iterations";
+    return false;
+  }
+};
+
+}  // namespace
+
+StaticsResult solve_statics(Problem& problem, Material& material, const StaticsOptions& o, const std::function<bool(const IncrementReport&)>& observer) {
+  Problem::Impl& p = problem.impl();
+  Newton newton(p, material, o);
+  StaticsResult result;
+  // Stress and tangent of the start: an empty increment.
+  if (!newton.evaluate()) return result.failure = "the initial state: " + newton.reason, result;
+  newton.commit();
+  const double asked = 1.0 / o.increments;
+  double size = asked;
+  int cutbacks = 0, number = 0;
+  std::string cut_reason;
+  while (result.load_factor < 1 - 1e-12) {
+    const double next = std::min(1.0, result.load_factor + size);
+    IncrementReport report{number + 1, next, 0, cutbacks, 0, 0, cut_reason};
+    if (!newton.increment(result.load_factor, 1 - next < 1e-9 * asked ? 1.0 : next, report)) {
+      newton.restore();
+      cut_reason = newton.reason;
+      result.law_sweeps = newton.sweeps;
+      if (++cutbacks > o.max_cutbacks) {
+        result.failure = "increment " + std::to_string(number + 1) + " failed after " + std::to_string(o.max_cutbacks) + " cutbacks: " + cut_reason;
+        return result;
+      }
+      size *= o.cut;
+      continue;
+    }
+    ++number;
+    result.load_factor = report.load_factor = 1 - next < 1e-9 * asked ? 1.0 : next;
+    result.law_sweeps = newton.sweeps;
+    size = std::min(asked, cutbacks > 0 ? size : size * o.grow);
+    cutbacks = 0;
+    cut_reason.clear();
+    if (!observer(report)) return result.stopped = true, result;
+  }
+  result.converged = true;
+  return result;
+}
+
+}  // namespace grus::fem

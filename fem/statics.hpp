@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Quasi-static loading by increments: Newton with a predictor, line search, cutbacks.
+#pragma once
+
+#include "fem/problem.hpp"
+
+namespace grus::fem {
+
+struct StaticsOptions {
+  int increments = 10;
+  double tolerance = 1e-6;        // residual against the internal forces
+  double displacement_tolerance = 1e-3;  // correction against the increment's largest displacement
+  int max_iterations = 25;
+  int max_cutbacks = 6;           // in a row
+  double cut = 0.25, grow = 1.5;  // of the increment, never above the one asked for
+};
+
+/// After each accepted increment.
+struct IncrementReport {
+  int increment;
+  double load_factor;             // 0 to 1
+  int iterations, cutbacks;       // Newton iterations; cutbacks before this increment was accepted
+  double residual;                // relative, of the free nodes
+  double correction;              // relative displacement correction of the last iteration
+  std::string cut_reason;         // of the last cutback
+};
+
+struct StaticsResult {
+  bool converged = false, stopped = false;  // stopped by the observer
+  double load_factor = 0;
+  std::string failure;
+  int law_sweeps = 0;
+};
+
+/// Carries the load factor from 0 to 1. A state is committed only when residual and displacement have converged, each
+/// to its tolerance or to the material's noise, whichever is larger. The observer may end the run by returning false.
+StaticsResult solve_statics(Problem& problem, Material& material, const StaticsOptions& options,
+                            const std::function<bool(const IncrementReport&)>& observer);
+
+}  // namespace grus::fem
