@@ -37,7 +37,7 @@ BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem&
   for (const char* name : {"mean_strain_zz", "mean_stress_zz_Pa", "rves", "rves_advanced", "dem_steps", "breakages", "wall_s"}) columns.emplace_back(name);
   for (const char* ij : components)
     if (std::string(ij) != "zz") columns.push_back(fmt::format("mean_strain_{}", ij)), columns.push_back(fmt::format("mean_stress_{}_Pa", ij));
-  for (const char* name : {"correction", "volume_m3", "worst_unbalanced_force", "worst_stress_change", "worst_rve_energy_error", "mass_lost_fraction"}) columns.emplace_back(name);
+  for (const char* name : {"correction", "rve_noise", "volume_m3", "worst_unbalanced_force", "worst_stress_change", "worst_rve_energy_error", "mass_lost_fraction"}) columns.emplace_back(name);
   if (!writes_) return;
   history_.emplace((std::filesystem::path(directory_) / "history.csv").string(), columns);
   if (scene.frames > 0) std::filesystem::create_directories(std::filesystem::path(directory_) / "macro");
@@ -64,7 +64,7 @@ void BvpOutput::add(const fem::IncrementReport& r, double wall) {
   row.insert(row.end(), {strain[2], stress[2], static_cast<double>(problem_.global_points()), total(static_cast<double>(report.advanced), comm), steps_, breakages_, wall});
   for (std::size_t k = 0; k < 6; ++k)
     if (k != 2) row.push_back(strain[k]), row.push_back(stress[k]);
-  row.insert(row.end(), {r.correction, problem_.current_volume(), worst(report.worst_unbalanced, comm), worst(report.worst_stress_change, comm), worst(error, comm),
+  row.insert(row.end(), {r.correction, r.noise, problem_.current_volume(), worst(report.worst_unbalanced, comm), worst(report.worst_stress_change, comm), worst(error, comm),
                          total(lost, comm) / total(mass, comm)});
   if (writes_) {
     history_->add(row);

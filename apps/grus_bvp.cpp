@@ -107,7 +107,7 @@ int run(const Options& given, const fem::Session& session) {
     return finished;
   }
   coupling::RveMaterial rves(model, scene.quasi_static, std::move(states), options.threads);
-  fem::Material material = rves.material();
+  fem::Material material = rves.material(MPI_COMM_WORLD);
   Progress progress(options.quiet);
   BvpOutput output(options.directory, scene, *problem, rves, speaks);
   double load = 0;

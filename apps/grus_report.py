@@ -1,1 +1,183 @@
 #!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""grus-report DIR [DIR...] [-o FILE]: one self-contained report.html with plots from result folders."""
+import argparse
+import base64
+import csv
+import html
+import io
+import json
+import math
+import os
+import sys
+
+try:
+    import matplotlib
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+except ImportError:
+    sys.exit("grus-report: needs matplotlib (Debian: python3-matplotlib)")
+
+
+def read_history(folder):
+    path = os.path.join(folder, "history.csv")
+    with open(path, newline="") as f:
+        rows = list(csv.reader(f))
+    if len(rows) < 2:
+        raise ValueError(f"{path}: no rows")
+    columns = {name: [] for name in rows[0]}
+    for row in rows[1:]:
+        for name, value in zip(rows[0], row):
+            columns[name].append(float(value) if value else math.nan)
+    return columns
+
+
+def figure(draw, width=6.4):
+    fig, ax = plt.subplots(figsize=(width, 4.0), dpi=110)
+    draw(ax)
+    ax.grid(alpha=0.3)
+    fig.tight_layout()
+    data = io.BytesIO()
+    fig.savefig(data, format="png")
+    plt.close(fig)
+    return f'<img src="data:image/png;base64,{base64.b64encode(data.getvalue()).decode()}">'
+
+
+def line(ax, x, y, label=None, **style):
+    ax.plot(x, y, label=label, **style)
+
+
+def rve_plots(runs):
+    """Runs of grus-rve: (name, columns, summary)."""
+    plots = []
+    strain_runs = [r for r in runs if max(map(abs, r[1]["axial_strain"])) > 0]
+    if strain_runs:
+        def stress(ax):
+            for name, c, _ in strain_runs:
+                line(ax, c["axial_strain"], [v / 1e6 for v in c["axial_stress_Pa"]], name)
+            ax.set(xlabel="axial strain", ylabel="axial stress (MPa)", title="Stress and strain (compression positive)")
+            ax.legend()
+        plots.append(figure(stress))
+    for name, c, _ in runs:
+        x = c["axial_strain"] if max(map(abs, c["axial_strain"])) > 0 else c["time_s"]
+        xlabel = "axial strain" if x is c["axial_strain"] else "time (s)"
+
+        def energy(ax):
+            total = [0.0] * len(x)
+            parts = ["elastic_J", "kinetic_J", "friction_J", "damping_J", "fracture_J", "split_J"]
+            bottom = total
+            for part in parts:
+                top = [a + max(b, 0.0) for a, b in zip(bottom, c[part])]
+                ax.fill_between(x, bottom, top, label=part[:-2], alpha=0.8)
+                bottom = top
+            ax.plot(x, c["work_J"], "k--", label="work in")
+            ax.set(xlabel=xlabel, ylabel="energy (J)", title=f"{name}: where the work went")
+            ax.legend(fontsize=8)
+        plots.append(figure(energy))
+        if c["breakages"][-1] > 0:
+            def broken(ax):
+                ax.plot(x, c["grains"], label="grains")
+                ax.plot(x, c["breakages"], label="breakages")
+                ax.set(xlabel=xlabel, ylabel="count", title=f"{name}: breakage")
+                other = ax.twinx()
+                other.plot(x, c["void_ratio"], "C2", label="void ratio")
+                other.set_ylabel("void ratio")
+                ax.legend(loc="upper left")
+                other.legend(loc="lower right")
+            plots.append(figure(broken))
+
+        def quality(ax):
+            ax.semilogy(x, [max(abs(v), 1e-8) for v in c["energy_error"]], label="|energy error|")
+            ax.semilogy(x, [max(v, 1e-8) for v in c["unbalanced_force"]], label="unbalanced force")
+            ax.semilogy(x, [max(v, 1e-8) for v in c["inertial_number"]], label="inertial number")
+            ax.set(xlabel=xlabel, title=f"{name}: how far to trust it")
+            ax.legend(fontsize=8)
+        plots.append(figure(quality))
+    return plots
+
+
+def bvp_plots(runs):
+    plots = []
+    for name, c, _ in runs:
+        strain = [-v for v in c["mean_strain_zz"]]
+
+        def stress(ax):
+            for k in ("xx", "yy", "zz"):
+                line(ax, strain, [-v / 1e6 for v in c[f"mean_stress_{k}_Pa"]], f"mean stress {k}", marker="o", ms=3)
+            ax.set(xlabel="mean vertical strain", ylabel="stress (MPa)", title=f"{name}: macro response (compression positive)")
+            ax.legend()
+        plots.append(figure(stress))
+
+        def breaks(ax):
+            line(ax, strain, c["breakages"], "breakages", marker="o", ms=3)
+            ax.set(xlabel="mean vertical strain", ylabel="breakages in all RVEs", title=f"{name}: breakage")
+        plots.append(figure(breaks))
+
+        def newton(ax):
+            ax.bar(c["increment"], c["newton_iterations"], label="Newton iterations")
+            ax.set(xlabel="increment", ylabel="Newton iterations", title=f"{name}: convergence")
+            other = ax.twinx()
+            other.semilogy(c["increment"], [max(v, 1e-12) for v in c["residual"]], "C3.-", label="residual")
+            other.set_ylabel("relative residual")
+        plots.append(figure(newton))
+    return plots
+
+
+def table(runs):
+    rows = []
+    for name, c, s in runs:
+        counts = s.get("counts", {})
+        seconds = s.get("seconds", {})
+        if "increment" in c:
+            facts = {"status": s.get("ending", ""), "load": f"{max(map(abs, c['mean_strain_zz'])):.3f} strain",
+                     "stress": f"{-min(c['mean_stress_zz_Pa']) / 1e6:.4g} MPa", "breakages": f"{c['breakages'][-1]:.0f}",
+                     "energy error": f"{100 * c['worst_rve_energy_error'][-1]:.2f} %", "wall": f"{seconds.get('solve_wall', math.nan):.1f} s"}
+        else:
+            facts = {"status": s.get("ending", ""), "load": f"{max(map(abs, c['axial_strain'])):.3f} strain",
+                     "stress": f"{max(c['axial_stress_Pa']) / 1e6:.4g} MPa", "breakages": f"{c['breakages'][-1]:.0f}",
+                     "energy error": f"{100 * max(map(abs, c['energy_error'])):.2f} %", "wall": f"{seconds.get('loading_wall', math.nan):.1f} s"}
+        facts["steps"] = f"{counts.get('steps', counts.get('dem_steps', 0)):.3g}"
+        rows.append((name, facts))
+    head = ["run"] + list(rows[0][1])
+    body = "".join("<tr>" + "".join(f"<td>{html.escape(str(v))}</td>" for v in [name] + list(facts.values())) + "</tr>" for name, facts in rows)
+    text = [head] + [[name] + list(facts.values()) for name, facts in rows]
+    widths = [max(len(str(r[i])) for r in text) for i in range(len(head))]
+    for r in text:
+        print("  ".join(str(v).ljust(w) for v, w in zip(r, widths)))
+    return "<table><tr>" + "".join(f"<th>{h}</th>" for h in head) + f"</tr>{body}</table>"
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="grus-report", description=__doc__)
+    parser.add_argument("folders", nargs="+", metavar="DIR", help="result folders of grus-rve or grus-bvp")
+    parser.add_argument("-o", metavar="FILE", help="output (default: report.html in the first folder)")
+    args = parser.parse_args()
+    runs = []
+    for folder in args.folders:
+        try:
+            columns = read_history(folder)
+            with open(os.path.join(folder, "summary.json")) as f:
+                summary = json.load(f)
+        except (OSError, ValueError) as e:
+            print(f"grus-report: {e}", file=sys.stderr)
+            return 2
+        runs.append((os.path.basename(os.path.abspath(folder)), columns, summary))
+    rve = [r for r in runs if "increment" not in r[1]]
+    bvp = [r for r in runs if "increment" in r[1]]
+    plots = (bvp_plots(bvp) if bvp else []) + (rve_plots(rve) if rve else [])
+    scenes = "".join(f"<details><summary>{html.escape(n)}: {html.escape(s.get('title', ''))}</summary><pre>{html.escape(json.dumps(s, indent=1))}</pre></details>"
+                     for n, _, s in runs)
+    page = f"""<!doctype html><html lang="en"><meta charset="utf-8"><title>Grus report</title>
+<style>body{{font:15px/1.5 sans-serif;max-width:1460px;margin:2em auto;padding:0 1em;color:#222}}table{{border-collapse:collapse;margin:1em 0}}
+td,th{{border:1px solid #ccc;padding:.3em .8em;text-align:left}}th{{background:#f2f0ea}}img{{max-width:100%;margin:.3em}}pre{{background:#f7f7f7;padding:1em;overflow:auto}}</style>
+<h1>Grus report</h1>{table(runs)}{"".join(plots)}<h2>Scenes and figures of each run</h2>{scenes}</html>"""
+    path = args.o or os.path.join(args.folders[0], "report.html")
+    with open(path + ".new", "w") as f:
+        f.write(page)
+    os.replace(path + ".new", path)
+    print(f"report: {path}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -111,7 +111,7 @@ Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(fileno(stdout))
 void Progress::show(double done, const std::string& text) {
   if (quiet_) return;
   const double now = clock_.wall();
-  if (terminal_ ? now - last_shown_ < 0.1 : done - last_part_ < 0.05 && now - last_shown_ < 60) return;
+  if (terminal_ ? now - last_shown_ < 0.1 : done - last_part_ < 0.05 && now - last_shown_ < 20) return;
   last_shown_ = now;
   last_part_ = done;
   const std::string eta = done > 0 ? duration_text(now * (1 - done) / done) : "?";

@@ -15,18 +15,37 @@ RveMaterial::RveMaterial(std::shared_ptr<const dem::Model> model, const dem::Qua
   for (auto& state : states) rves_.emplace_back(model, options, std::move(state));
 }
 
-fem::Material RveMaterial::material() {
+fem::Material RveMaterial::material(MPI_Comm comm) {
   fem::Material m;
   m.respond = [this](const fem::Points& p) { return respond(p); };
   m.commit = [this] { commit(); };
-  m.noise = std::max(options_.unbalanced_force, options_.stress_change);
+  m.noise = [this, comm] { return noise(comm); };
   m.reason = [this] { return reason_; };
   return m;
 }
 
+double RveMaterial::noise(MPI_Comm comm) const {
+  double sums[2] = {0, 0}, all[2];
+  for (std::size_t i = 0; i < responses_.size(); ++i) {
+    sums[1] += responses_[i].stress.squaredNorm();
+    if (!has_previous_ || responses_[i].breakages == previous_[i].breakages) continue;
+    dem::Mat3 step;
+    for (int k = 0; k < 9; ++k) step(k / 3, k % 3) = deformation_[9 * i + static_cast<std::size_t>(k)] - previous_deformation_[9 * i + static_cast<std::size_t>(k)];
+    dem::Vec6 strain = dem::to_voigt(step);
+    strain.tail<3>() *= 2;
+    sums[0] += (responses_[i].stress - previous_[i].stress - dem::from_voigt(previous_[i].tangent * strain)).squaredNorm();
+  }
+  MPI_Allreduce(sums, all, 2, MPI_DOUBLE, MPI_SUM, comm);
+  const double measured = all[1] > 0 ? std::sqrt(all[0] / all[1]) : 0;
+  return std::max({options_.unbalanced_force, options_.stress_change, std::min(measured, max_noise)});
+}
+
 bool RveMaterial::respond(const fem::Points& points) {
   const auto start = std::chrono::steady_clock::now();
-  std::vector<std::string> errors(rves_.size());
+  has_previous_ = !deformation_.empty();
+  std::swap(previous_, responses_), std::swap(previous_deformation_, deformation_);
+  responses_.resize(rves_.size());
+  deformation_.assign(points.deformation.begin(), points.deformation.end());
   team_.each(rves_.size(), [&](std::size_t i) {
     dem::Increment increment;
     for (int r = 0; r < 3; ++r)
@@ -62,8 +81,8 @@ void RveMaterial::commit() {
     rves_[i].commit();
     report_.worst_unbalanced = std::max(report_.worst_unbalanced, responses_[i].unbalanced_force);
     report_.worst_stress_change = std::max(report_.worst_stress_change, responses_[i].stress_change);
-    report_.deepest_breakage = std::max(report_.deepest_breakage, rves_[i].committed().ledger.breakages);
   }
+  deformation_.clear();  // the next response starts another increment
 }
 
 std::size_t RveMaterial::breakages() const {

@@ -19,7 +19,7 @@ struct Points {
 struct Material {
   std::function<bool(const Points&)> respond;   // false: this increment cannot be taken; `reason` says why
   std::function<void()> commit;                 // the last response becomes the committed state
-  double noise = 0;                             // relative error of the stress that the residual cannot go below
+  std::function<double()> noise = [] { return 0.0; };  // relative error of the stress, below which no residual can go; the same on all ranks
   std::function<std::string()> reason = [] { return std::string(); };
 };
 

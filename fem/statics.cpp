@@ -167,14 +167,14 @@ struct Newton {
     total = dx;
     if (!evaluate()) return false;
     double now = residual(to, r), correction = 1;
-    const double floor = std::max(o.tolerance, material.noise), floor_u = std::max(o.displacement_tolerance, 2 * material.noise);
     for (report.iterations = 1; report.iterations <= o.max_iterations; ++report.iterations) {
-      const double moved = largest(total);
+      const double moved = largest(total), noise = material.noise();
+      const double floor = std::max(o.tolerance, noise), floor_u = std::max(o.displacement_tolerance, 2 * noise);
       if (!linear.solve(r, 0, dx)) return reason = "the linear solver failed", false;
       correction = moved > 0 ? largest(dx) / moved : 0;
       // What Newton would still change is known before it is done: a converged state costs no further material sweep.
       if (now <= floor && correction <= floor_u) {
-        report.residual = now, report.correction = correction;
+        report.residual = now, report.correction = correction, report.noise = noise;
         commit();
         return true;
       }
@@ -210,7 +210,7 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
   std::string cut_reason;
   while (result.load_factor < 1 - 1e-12) {
     const double next = std::min(1.0, result.load_factor + size);
-    IncrementReport report{number + 1, next, 0, cutbacks, 0, 0, cut_reason};
+    IncrementReport report{number + 1, next, 0, cutbacks, 0, 0, 0, cut_reason};
     if (!newton.increment(result.load_factor, 1 - next < 1e-9 * asked ? 1.0 : next, report)) {
       newton.restore();
       cut_reason = newton.reason;

@@ -22,6 +22,7 @@ struct IncrementReport {
   int iterations, cutbacks;       // Newton iterations; cutbacks before this increment was accepted
   double residual;                // relative, of the free nodes
   double correction;              // relative displacement correction of the last iteration
+  double noise;                   // of the material, when the increment was accepted
   std::string cut_reason;         // of the last cutback
 };
 

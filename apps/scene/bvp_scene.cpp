@@ -35,6 +35,9 @@ void read_rve(Table t, BvpScene& scene) {
   scene.variants = static_cast<int>(t.integer_or("variants", 1, 1, 100000));
   t.finish();
   scene.unit_cells.push_back(read_unit_cell(file.string(), {}));
+  // Below the pressure it was prepared at, a cell is a loose heap: tolerances are then against half that pressure.
+  if (scene.quasi_static.pressure_floor == 0 && scene.unit_cells[0].preparation)
+    scene.quasi_static.pressure_floor = 0.5 * scene.unit_cells[0].preparation->pressure;
   const std::uint64_t seed = scene.unit_cells[0].model.seed;
   for (std::uint64_t v = 1; v < static_cast<std::uint64_t>(scene.variants); ++v)
     scene.unit_cells.push_back(read_unit_cell(file.string(), {fmt::format("packing.seed={}", seed + v)}));

@@ -97,6 +97,7 @@ dem::QuasiStatic read_quasi_static(Table& t) {
   q.inertial_number = t.number_or("inertial_number", q.inertial_number, dimension::none, {0, 0.1, true});
   q.unbalanced_force = t.number_or("unbalanced_force", q.unbalanced_force, dimension::none, {0, 1, true});
   q.stress_change = t.number_or("stress_change", q.stress_change, dimension::none, {0, 1, true});
+  q.pressure_floor = t.number_or("pressure_floor", q.pressure_floor, dimension::pressure, not_negative);
   q.window = static_cast<int>(t.integer_or("window", q.window, 1, 100000));
   q.max_hold = static_cast<std::uint64_t>(t.integer_or("max_hold", static_cast<long>(q.max_hold), 1, 1000000000));
   return q;

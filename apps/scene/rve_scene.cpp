@@ -18,6 +18,7 @@ void read_loading(Table t, RveScene& scene) {
   const bool periodic = boundary.cell.periodic(), box = !boundary.walls.empty() && !boundary.walls[0].name.empty();
   test.kind = t.choice("kind", kinds);
   auto needs_box = [&] {
+    test.loading.driven = true;
     if (!periodic && !box) t.fail("kind", fmt::format("\"{}\" needs boundary.kind = \"walls\" or \"periodic\"", test.kind));
   };
   auto read_axis = [&] {

@@ -50,7 +50,7 @@ RveScene read_unit_cell(const std::string& file, const std::vector<std::string>&
 /// All [material.*] tables and [numerics] into the model (pair laws are made by the caller, after walls are known).
 void read_model(Table& scene, dem::Model& model);
 
-/// Quasi-static keys (strain_per_step, inertial_number, unbalanced_force, stress_change, window, max_hold) of a table.
+/// Quasi-static keys (strain_per_step, inertial_number, unbalanced_force, stress_change, pressure_floor, window, max_hold) of a table.
 dem::QuasiStatic read_quasi_static(Table& table);
 
 }  // namespace grus::app

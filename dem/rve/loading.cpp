@@ -93,7 +93,7 @@ void load_gradient(const Model& model, State& state, const Mat3& gradient, doubl
 
 void begin_loading(const Model& model, State& state, Loading& loading) {
   loading.initial_size = size_of(state.boundary);
-  if (!loading.velocity_gradient) set_rates(state, loading, servo_rates(model, state, loading));
+  if (loading.driven) set_rates(state, loading, servo_rates(model, state, loading));
   state.ledger.start = stored_energy(model, state);
   state.ledger.work = 0;
   if (model.numerics.time_step == 0) state.next_estimate = state.steps;  // the motion may set a smaller step
@@ -101,7 +101,7 @@ void begin_loading(const Model& model, State& state, Loading& loading) {
 
 void load(const Model& model, State& state, const Loading& loading, double duration, Team& team) {
   const double end = state.time + duration;
-  const bool servo = std::any_of(loading.axes.begin(), loading.axes.end(), [](const auto& a) { return a.stress.has_value(); });
+  const bool servo = loading.driven && std::any_of(loading.axes.begin(), loading.axes.end(), [](const auto& a) { return a.stress.has_value(); });
   while (true) {
     const double left = end - state.time;
     if (left <= 1e-9 * state.dt) break;
@@ -137,6 +137,7 @@ void compress_isotropically(const Model& model, const QuasiStatic& o, State& sta
   for (auto& m : quiet.materials) m.fracture.reset();
   quiet.numerics.max_energy_error = INFINITY;  // damped hard on purpose
   Loading loading;
+  loading.driven = true;
   loading.initial_size = size_of(state.boundary);
   const double rate = 5 * o.inertial_number / inertial_number(state, 1, pressure);
   for (auto& axis : loading.axes) axis = {0, -pressure, rate};

@@ -17,6 +17,7 @@ struct AxisControl {
 };
 
 struct Loading {
+  bool driven = false;  // false: walls keep the velocities they were given, and `axes` is not read
   std::array<AxisControl, 3> axes;
   std::optional<Mat3> velocity_gradient;  // 1/s, periodic cell: replaces the axes
   Vec3 initial_size = Vec3::Zero();       // m, of the box or cell; set by begin_loading
