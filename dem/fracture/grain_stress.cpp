@@ -15,7 +15,8 @@ Mat3 grain_stress(const Grains& g, const Contacts& contacts, std::size_t i) {
     const std::size_t k = contacts.entry[e] >> 1;
     if (contacts.contact[k].stiffness <= 0) continue;
     const bool is_b = contacts.entry[e] & 1;
-    const Vec3 arm = contact_arm(g, contacts, k, is_b);
+    // The undeformed surface point goes with the undeformed volume: F = 2 pi R^2 strength / 3 holds at any overlap.
+    const Vec3 arm = surface_arm(g, i, is_b ? Vec3(-contacts.contact[k].normal) : contacts.contact[k].normal);
     sum += (is_b ? 1.0 : -1.0) * contacts.force[k].force * arm.transpose();
   }
   const Mat3 inertia = inertia_tensor(g, i);

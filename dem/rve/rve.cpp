@@ -69,7 +69,8 @@ Response deform(const Model& model, const QuasiStatic& o, State& state, const In
   const std::size_t broken = state.ledger.breakages;
   Cell& cell = state.boundary.cell;
   const Mat3 target = u * cell.vectors, start = cell.vectors;
-  const double strain = (u - Mat3::Identity()).norm();
+  double strain = (u - Mat3::Identity()).norm();
+  if (strain < 1e-14) strain = 0;  // a rotation, to round-off
   double done = 0;
   while (done < 1 && strain > 0) {
     update_time_step(model, state);

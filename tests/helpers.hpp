@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Small models and states for the tests.
+#pragma once
+
+#if __has_include(<catch2/catch_all.hpp>)
+#include <catch2/catch_all.hpp>
+using Catch::Approx;
+#else
+#include <catch2/catch.hpp>
+#endif
+
+#include "dem/rve/model.hpp"
+#include "dem/rve/state.hpp"
+#include "dem/rve/step.hpp"
+
+namespace grus::dem::test {
+
+inline Material solid(double E, double nu, double density, double friction = 0, double restitution = 1) {
+  Material m;
+  m.name = "solid", m.youngs_modulus = E, m.poissons_ratio = nu, m.density = density, m.friction = friction, m.restitution = restitution;
+  return m;
+}
+
+/// Materials: 0 the grains', 1 rigid walls.
+inline Model model_of(const Material& material) {
+  Model model;
+  Material rigid;
+  rigid.youngs_modulus = INFINITY, rigid.friction = NAN;
+  model.materials = {material, rigid};
+  make_pair_laws(model);
+  return model;
+}
+
+inline Model linear_model(double kn, double ratio, double density, double friction) {
+  Model model;
+  Material m = solid(60e9, 0.2, density, friction);
+  m.normal_stiffness = kn, m.shear_ratio = ratio;
+  Material rigid;
+  rigid.youngs_modulus = INFINITY, rigid.friction = NAN;
+  model.law = LinearSpring{};
+  model.materials = {m, rigid};
+  make_pair_laws(model);
+  return model;
+}
+
+inline std::size_t add(State& s, const PolyEllipsoid& shape, const Vec3& x, double density, const Vec3& v = Vec3::Zero(),
+                       const Vec3& spin = Vec3::Zero(), const Quat& q = Quat::Identity()) {
+  set_grain(s.grains, s.grains.size(), {shape, x, v, spin, q, 0, density});
+  return s.grains.size() - 1;
+}
+
+inline void add_floor(State& s) {
+  Wall wall;
+  wall.point = Vec3::Zero(), wall.normal = Vec3(0, 0, 1), wall.material = 1;
+  s.boundary.walls.push_back(wall);
+}
+
+/// Runs until `time` with breaks handled as run_steps does.
+inline void run_for(const Model& model, State& s, double time, Team& team) {
+  const double end = s.time + time;
+  while (s.time < end - 0.5 * s.dt) {
+    update_time_step(model, s);
+    run_steps(model, s, std::max<std::uint64_t>(1, std::min<std::uint64_t>(50, static_cast<std::uint64_t>((end - s.time) / s.dt + 0.5))), team);
+  }
+}
+
+inline PolyEllipsoid random_shape(std::uint64_t seed, std::uint64_t id, double low = 0.6, double high = 1) {
+  PolyEllipsoid p;
+  for (int k = 0; k < 3; ++k) {
+    p.plus[k] = low + (high - low) * random_uniform(seed, id, Purpose::radius, 2 * k);
+    p.minus[k] = low + (high - low) * random_uniform(seed, id, Purpose::radius, 2 * k + 1);
+  }
+  return p;
+}
+
+}  // namespace grus::dem::test

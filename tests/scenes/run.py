@@ -1,0 +1,157 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Scenes end to end: run.py refused|shipped|same_bits|shpb_full BIN"""
+import csv
+import glob
+import json
+import os
+import subprocess
+import sys
+import tempfile
+
+case, binaries = sys.argv[1:3]
+here = os.path.dirname(os.path.abspath(__file__))
+shipped = os.path.join(here, "..", "..", "apps", "scenes")
+faults = []
+
+
+def run(*command, timeout=1800):
+    return subprocess.run(command, capture_output=True, text=True, timeout=timeout)
+
+
+def need(condition, message):
+    if not condition:
+        faults.append(message)
+        print("FAULT", message)
+
+
+def history(folder):
+    with open(os.path.join(folder, "history.csv"), newline="") as f:
+        rows = list(csv.DictReader(f))
+    return rows
+
+
+def program(name):
+    path = os.path.join(binaries, name)
+    return path if os.path.exists(path) else None
+
+
+def refused(tmp):
+    """Every bad file: exit 2, one line that holds what its first line expects, nothing created."""
+    files = sorted(glob.glob(os.path.join(here, "refused", "*.toml")))
+    need(len(files) >= 15, f"only {len(files)} refused scenes")
+    for path in files:
+        first = open(path).readline()
+        name, expected = first[1:].split(":", 1)
+        binary = program(name.strip())
+        if binary is None:
+            continue
+        expected = expected.strip()
+        target = os.path.join(tmp, "refused")
+        r = run(binary, path, "-o", target)
+        what = os.path.basename(path)
+        need(r.returncode == 2, f"{what}: exit {r.returncode}, expected 2: {r.stderr.strip()}")
+        need(r.stderr.count("\n") == 1, f"{what}: {r.stderr.count(chr(10))} lines of error: {r.stderr!r}")
+        need(expected in r.stderr, f"{what}: expected {expected!r} in {r.stderr!r}")
+        need(not os.path.exists(target), f"{what}: created {target}")
+    rve = program("grus-rve")
+    scene = os.path.join(shipped, "single_grain.toml")
+    for arguments, expected in ((["nowhere.toml"], "no such scene file"), ([scene, "--set", "grain.0.radius=3 parsec"], "unknown unit 'parsec'"),
+                                ([scene, "--set", "grain.7.radius=1"], "not one of 1 entries"), ([scene, "--bogus"], "--bogus"),
+                                ([scene, "--resume"], "checkpoints"), ([scene, "--threads", "0"], "--threads")):
+        r = run(rve, *arguments, "-o", os.path.join(tmp, "refused"))
+        need(r.returncode == 2 and expected in r.stderr and r.stderr.count("\n") == 1, f"{arguments}: exit {r.returncode}: {r.stderr!r}")
+    full = os.path.join(tmp, "full")
+    os.mkdir(full)
+    open(os.path.join(full, "keep.txt"), "w").write("mine")
+    r = run(rve, scene, "-o", full)
+    need(r.returncode == 2 and "not empty" in r.stderr, f"folder in use: exit {r.returncode} {r.stderr!r}")
+    need(os.listdir(full) == ["keep.txt"], "a folder in use was changed")
+
+
+def shipped_scenes(tmp):
+    rve, bvp, report = program("grus-rve"), program("grus-bvp"), program("grus-report")
+    shorter = {"shpb_random": ["loading.final_strain=0.02", "output.frames=2"], "single_grain": [], "rve_periodic": ["loading.final_strain=0.01", "output.frames=2"],
+               "sand_rve": ["loading.final_strain=0.01"]}
+    for name, changes in shorter.items():
+        out = os.path.join(tmp, name)
+        arguments = [a for c in changes for a in ("--set", c)]
+        r = run(rve, os.path.join(shipped, name + ".toml"), "-o", out, *arguments)
+        need(r.returncode == 0, f"{name}: exit {r.returncode}: {r.stderr}")
+        if r.returncode:
+            continue
+        rows, summary = history(out), json.load(open(os.path.join(out, "summary.json")))
+        last = {k: float(v) for k, v in rows[-1].items() if v != "nan"}
+        need(abs(last["energy_error"]) < 0.01, f"{name}: energy error {last['energy_error']}")
+        need(abs(last["mass_kg"] + last["mass_lost_kg"] - float(rows[0]["mass_kg"])) < 1e-12 * last["mass_kg"], f"{name}: mass is lost silently")
+        need(summary["counts"]["breakages"] == last["breakages"] and last["breakages"] > 0, f"{name}: {last['breakages']} breakages")
+        need(last["grains"] == summary["counts"]["grains_start"] + last["breakages"], f"{name}: grains {last['grains']}")
+        need(("frames" in json.dumps(summary["scene"].get("output", {}))) == os.path.isdir(os.path.join(out, "grains")) or summary["scene"]["output"]["frames"] == 0,
+             f"{name}: frames without being asked")
+    grain = [{k: float(v) for k, v in r.items()} for r in history(os.path.join(tmp, "single_grain"))]
+    peak = max(r["wall1_fz_N"] for r in grain if r["breakages"] == 0)
+    need(0.97 * 51.8 < peak < 1.01 * 51.8, f"single grain breaks at {peak} N, 2 pi R^2 strength / 3 = 51.8 N")
+    check = run(rve, os.path.join(shipped, "sand_rve.toml"), "--check", "-o", os.path.join(tmp, "unused"))
+    need(check.returncode == 0 and "time step" in check.stdout and not os.path.exists(os.path.join(tmp, "unused")), "--check")
+    folders = [os.path.join(tmp, "shpb_random"), os.path.join(tmp, "single_grain")]
+    if bvp:
+        out = os.path.join(tmp, "oedometer")
+        r = run(bvp, os.path.join(shipped, "oedometer_block.toml"), "-o", out, "--set", "boundary.0.displacement=['free','free',-2e-4]", "--set", "solve.increments=2",
+                "--set", "rve.variants=2", "--set", "output.frames=2")
+        need(r.returncode == 0, f"oedometer: exit {r.returncode}: {r.stderr}")
+        rows = history(out)
+        last = {k: float(v) for k, v in rows[-1].items()}
+        need(abs(last["mean_strain_zz"] + 0.01) < 1e-4, f"oedometer: strain {last['mean_strain_zz']}")
+        need(abs(last["reaction_zmax_z_N"] + last["reaction_zmin_z_N"]) < 0.05 * abs(last["reaction_zmax_z_N"]), "oedometer: top and bottom reactions differ")
+        area = 4e-4
+        need(abs(last["reaction_zmax_z_N"] / area / last["mean_stress_zz_Pa"] - 1) < 0.05, "oedometer: reaction and mean stress differ")
+        need(os.path.exists(os.path.join(out, "macro.hdf.series")), "oedometer: no macro frames")
+        folders.append(out)
+    page = os.path.join(tmp, "report.html")
+    r = run(report, *folders, "-o", page)
+    need(r.returncode == 0 and os.path.getsize(page) > 1e5, f"report: {r.stderr}")
+    r = run(report, os.path.join(tmp, "nothing"))
+    need(r.returncode == 2 and r.stderr.count("\n") == 1, "report of a missing folder")
+
+
+def same_bits(tmp):
+    """The same history for 1 and 2 threads, and for 1 and 2 ranks."""
+    rve, bvp = program("grus-rve"), program("grus-bvp")
+    texts = []
+    for threads in ("1", "2"):
+        out = os.path.join(tmp, "t" + threads)
+        r = run(rve, os.path.join(shipped, "shpb_random.toml"), "-o", out, "--threads", threads, "--quiet", "--set", "loading.final_strain=0.04", "--set", "output.frames=0")
+        need(r.returncode == 0, r.stderr)
+        texts.append(open(os.path.join(out, "history.csv")).read())
+    need(texts[0] == texts[1], "history.csv differs between 1 and 2 threads")
+    need(float(history(os.path.join(tmp, "t1"))[-1]["breakages"]) > 10, "nothing broke")
+    if not bvp:
+        return
+    rows = []
+    for ranks in ("1", "2"):
+        out = os.path.join(tmp, "r" + ranks)
+        r = run("mpirun", "-n", ranks, bvp, os.path.join(shipped, "oedometer_block.toml"), "-o", out, "--threads", "1", "--quiet", "--set",
+                "boundary.0.displacement=['free','free',-1e-4]", "--set", "solve.increments=1", "--set", "rve.variants=2")
+        need(r.returncode == 0, r.stderr)
+        rows.append(history(out)[-1])
+    for key in rows[0]:
+        # Assembly sums in another order: round-off of the macro sums moves displacements by 1e-16, stresses by as little.
+        if key not in ("wall_s", "residual", "correction", "rve_noise") and "reaction" not in key:
+            a, b = float(rows[0][key]), float(rows[1][key])
+            need(abs(a - b) <= 1e-6 * max(abs(a), abs(b)) + (1e-3 * 1e6 if "Pa" in key and "zz" not in key else 1e-9), f"{key}: {a} on 1 rank, {b} on 2")
+
+
+def shpb_full(tmp):
+    out = os.path.join(tmp, "shpb")
+    r = run(program("grus-rve"), os.path.join(shipped, "shpb_random.toml"), "-o", out, "--set", "output.frames=0", timeout=3500)
+    need(r.returncode == 0, r.stderr)
+    rows = [{k: float(v) for k, v in row.items()} for row in history(out)]
+    need(abs(rows[-1]["axial_strain"] - 0.45) < 1e-9, "does not reach strain 0.45")
+    need(max(abs(x["energy_error"]) for x in rows) < 0.01, "energy error above 1 %")
+    print("stress at 10, 20, 30, 45 %:", [round(min(rows, key=lambda x: abs(x["axial_strain"] - e))["axial_stress_Pa"] / 1e6, 1) for e in (0.1, 0.2, 0.3, 0.45)], "MPa")
+
+
+with tempfile.TemporaryDirectory() as folder:
+    {"refused": refused, "shipped": shipped_scenes, "same_bits": same_bits, "shpb_full": shpb_full}[case](folder)
+print(f"{case}: {len(faults)} faults")
+sys.exit(1 if faults else 0)
