@@ -1,1 +1,25 @@
-
+# SPDX-License-Identifier: LGPL-3.0-or-later
+# find_package(grus) gives grus::dem and, where built, grus::fem and grus::coupling.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+install(TARGETS grus_dem EXPORT grusTargets)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/dem DESTINATION include/grus FILES_MATCHING PATTERN "*.hpp")
+if(GRUS_FEM)
+  install(TARGETS grus_fem grus_coupling EXPORT grusTargets)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/fem ${PROJECT_SOURCE_DIR}/coupling DESTINATION include/grus FILES_MATCHING PATTERN "*.hpp"
+    PATTERN "*_impl.hpp" EXCLUDE PATTERN "dolfinx_compat.hpp" EXCLUDE)
+endif()
+install(EXPORT grusTargets NAMESPACE grus:: DESTINATION lib/cmake/grus)
+file(WRITE ${PROJECT_BINARY_DIR}/grusConfig.cmake "include(CMakeFindDependencyMacro)
+find_dependency(Eigen3)
+find_dependency(fmt)
+find_dependency(Threads)
+if(${GRUS_FEM})
+  enable_language(C)
+  set(HDF5_PREFER_PARALLEL ON)
+  find_dependency(DOLFINX)
+endif()
+include(\${CMAKE_CURRENT_LIST_DIR}/grusTargets.cmake)
+")
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/grusConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/grusConfig.cmake ${PROJECT_BINARY_DIR}/grusConfigVersion.cmake DESTINATION lib/cmake/grus)
