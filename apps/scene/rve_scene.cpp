@@ -139,6 +139,7 @@ RveScene read(const std::string& file, const std::vector<std::string>& overrides
   read_preparation(t, scene);
   t.finish();
   dem::make_pair_laws(scene.model);
+  scene.model.motion.turn_spheres = scene.listed_grains > 0 || scene.model.breakable();
   return scene;
 }
 

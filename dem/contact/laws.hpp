@@ -48,7 +48,7 @@ using ContactLaw = std::variant<HertzMindlin, LinearSpring>;
 /// `v`: velocity of b against a at the contact point; `twist`: mean spin of both along n. Energies are booked to `e`:
 /// trapezoid of force times the half-step velocity, the discrete work of the leapfrog integrator.
 template <class Law>
-inline Vec3 advance_contact(const Law& law, const PairLaw& p, Contact& c, const Vec3& n, double overlap, const Vec3& v,
+[[gnu::always_inline]] inline Vec3 advance_contact(const Law& law, const PairLaw& p, Contact& c, const Vec3& n, double overlap, const Vec3& v,
                             double twist, double dt, BlockEnergy& e) {
   const Elastic elastic = law(c.stiffness, overlap);
   const double vn = v.dot(n);
@@ -68,30 +68,29 @@ inline Vec3 advance_contact(const Law& law, const PairLaw& p, Contact& c, const 
   const double kt = p.shear_ratio * elastic.normal_stiffness;
   const double size2 = c.spring.squaredNorm();
   Vec3 old = c.spring;
-  double stored = 0;
   if (size2 > 0) {
     old -= n * n.dot(old);
     old += (twist * dt) * n.cross(old);
     const double turned2 = old.squaredNorm();
     if (turned2 > 0) old *= std::sqrt(size2 / turned2);  // turned with the contact, not shortened
-    stored = 0.5 * size2 / c.tangential;
   }
   const Vec3 slip = dt * (v - vn * n);
   Vec3 now = (kt < c.tangential ? kt / c.tangential : 1.0) * old - kt * slip;
   const double limit = p.friction * normal_force, now2 = now.squaredNorm();
   if (now2 > limit * limit) now *= limit / std::sqrt(now2);
   const double remains = kt > 0 ? 0.5 * now.squaredNorm() / kt : 0;
-  e.friction += stored - remains - 0.5 * (old + now).dot(slip);
+  e.friction += c.shear_energy - remains - 0.5 * (old + now).dot(slip);
   c.spring = now;
   c.tangential = kt;
+  c.shear_energy = remains;
   c.normal = n;
   return normal_force * n + now;
 }
 
 /// Books what a parting contact still holds, and forgets it.
 inline void part_contact(Contact& c, BlockEnergy& e) {
-  if (c.tangential > 0) e.friction += 0.5 * c.spring.squaredNorm() / c.tangential;
-  c.stiffness = c.overlap = c.tangential = c.viscous = c.radius = 0;
+  e.friction += c.shear_energy;
+  c.stiffness = c.overlap = c.tangential = c.shear_energy = c.viscous = c.radius = 0;
   c.spring.setZero();
 }
 
@@ -99,7 +98,7 @@ inline void part_contact(Contact& c, BlockEnergy& e) {
 template <class Law>
 inline double elastic_energy(const Law& law, const Contact& c) {
   if (c.stiffness <= 0) return 0;
-  return law(c.stiffness, c.overlap).energy + (c.tangential > 0 ? 0.5 * c.spring.squaredNorm() / c.tangential : 0);
+  return law(c.stiffness, c.overlap).energy + c.shear_energy;
 }
 
 /// Dashpot coefficient that makes the measured restitution of a head-on impact equal `restitution`, the force being

@@ -40,10 +40,11 @@ inline void gather(Grains& g, const Contacts& c, std::size_t i, const Vec3& grav
   g.torque[i] = torque;
 }
 
-inline void drift(Grains& g, std::size_t i, double dt) {
+inline void drift(Grains& g, std::size_t i, double dt, bool turn_spheres) {
   Motion& m = g.motion[i];
   m.position += dt * m.velocity;
   if (g.round[i]) {
+    if (!turn_spheres) return;
     g.orientation[i] = unit(rotation_by(dt * m.spin) * g.orientation[i]);
     if (!g.frame.empty()) g.frame[i].origin = m.position, g.frame[i].axes = g.orientation[i].toRotationMatrix();
     return;
@@ -67,7 +68,7 @@ void sweep(Grains& g, const Contacts* c, const MotionSettings& s, bool bonded, d
       }
       if constexpr (open) {
         half_kick(g, i, s, 0.5 * dt, e);
-        drift(g, i, dt);
+        drift(g, i, dt, s.turn_spheres || !g.frame.empty());
       }
     }
   });

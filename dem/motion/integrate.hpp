@@ -12,6 +12,7 @@ namespace grus::dem {
 struct MotionSettings {
   Vec3 gravity = Vec3::Zero();  // m/s^2
   double local_damping = 0;     // non-viscous (Cundall): -alpha |F_k| sign(v_k), v against the cell's affine motion
+  bool turn_spheres = true;     // keep the orientation of spheres: needed to break or to report them
   Mat3 affine = Mat3::Zero();   // velocity gradient of the cell (1/s); kept by the step loop
 };
 

@@ -29,6 +29,7 @@ struct Contact {
   double radius = 0;           // effective radius (m), frozen at contact birth
   double effective_mass = 0;   // kg
   double tangential = 0;       // current tangential stiffness (N/m)
+  double shear_energy = 0;     // held by the spring (J)
   double viscous = 0;          // viscous part of the normal force (N)
 };
 
