@@ -25,6 +25,7 @@ Table::Table(const toml::table& table, std::string file, std::string path, nlohm
 
 void Table::fail_at(const toml::source_region& where, const std::string& key, const std::string& message) const {
   const std::string name = path_of(key);
+  if (name.empty()) throw InputError(fmt::format("{}: {}", file_, message));
   if (where.begin.line == 0) throw InputError(fmt::format("{}: {}: {}", file_, name, message));
   throw InputError(fmt::format("{}:{}:{}: {}: {}", file_, where.begin.line, where.begin.column, name, message));
 }
