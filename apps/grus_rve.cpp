@@ -74,6 +74,7 @@ int run(const Options& options) {
     return finished;
   }
   if (!options.quiet) print_setup(scene, state, 0);
+  if (scene.output.wants_checkpoints) fmt::print(stderr, "{}: note: output.checkpoint_interval: this version writes no checkpoints\n", options.scene);
   const double ready = clock.wall();
 
   const dem::Mat3 initial_cell = state.boundary.cell.vectors;

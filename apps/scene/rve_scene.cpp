@@ -102,7 +102,7 @@ void read_output(Table& t, RveScene& scene) {
     if (scene.test.duration / out.history_interval > 1e6) o->fail("history_interval", "more than a million rows; ask for fewer");
   }
   out.frames = static_cast<int>(o->integer_or("frames", 0, 0, 100000));
-  if (o->has("checkpoint_interval")) o->number("checkpoint_interval", dimension::time, positive);
+  if ((out.wants_checkpoints = o->has("checkpoint_interval"))) o->number("checkpoint_interval", dimension::time, positive);
   o->finish();
 }
 

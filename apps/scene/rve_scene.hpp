@@ -27,6 +27,7 @@ struct TestProgram {
 struct Output {
   double history_interval = 0;  // s
   int frames = 0;
+  bool wants_checkpoints = false;  // asked for; not written by this version, which says so
 };
 
 struct RveScene {
