@@ -53,6 +53,11 @@ bool near(const Grains& g, const Cell& cell, const Candidate& pair, double skin,
   const ShapePair shapes{g.shape[pair.a], g.shape[pair.b], fa.axes.transpose() * fb.axes, fa.axes.transpose() * r};
   if (c.stiffness > 0) return true;
   if (known) return separation_test(shapes, fa.axes.transpose() * c.normal) > -skin;
+  // Any direction whose separation exceeds the skin settles it: most candidates go here, before the full search.
+  const Vec3 line = shapes.r.normalized();
+  if (separation_test(shapes, line) < -skin) return false;
+  const Vec3 scaled = line.cwiseQuotient(octant_squares(shapes.a, line)).normalized();
+  if (separation_test(shapes, scaled) < -skin) return false;
   const CommonNormal found = cold_common_normal(shapes);
   c.normal = fa.axes * found.normal;
   return !found.converged || found.overlap > -skin;
