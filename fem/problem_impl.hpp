@@ -67,7 +67,6 @@ struct Problem::Impl {
   void assemble_tangent(Mat a) const;
 
 private:
-  void build_tables();
   void find_boundaries();
   void assemble_external();
 };

@@ -54,6 +54,20 @@ inline Quat unit(const Quat& q) {
   return Quat(q.w() * f, q.x() * f, q.y() * f, q.z() * f);
 }
 
+/// Matrix of the cross product: cross_matrix(a) b = a x b.
+inline Mat3 cross_matrix(const Vec3& a) {
+  Mat3 m;
+  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return m;
+}
+
+/// F = R U, R a rotation, U symmetric.
+inline void polar(const Mat3& f, Mat3& r, Mat3& u) {
+  const Eigen::JacobiSVD<Mat3> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  r = svd.matrixU() * svd.matrixV().transpose();
+  u = svd.matrixV() * svd.singularValues().asDiagonal() * svd.matrixV().transpose();
+}
+
 /// Mean pressure, compression-positive, of a tension-positive stress.
 inline double mean_pressure(const Mat3& stress) { return -stress.trace() / 3; }
 

@@ -21,7 +21,7 @@ struct NeighbourReference {
 
 /// Rebuilds the list. Contacts of pairs that are still near keep their history. `origin[i]` is the index that grain i
 /// (or the parent it was split from) had in the old list; empty: unchanged. Children inherit a parent's contact
-/// with its frozen stiffness; part_energy collects what contacts that are dropped while touching still held (J).
+/// with its frozen stiffness.
 /// `materials` is the number of materials: law row = material a * materials + material b.
 void build_contacts(const Grains& grains, const Boundary& boundary, double skin, std::size_t materials,
                     std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference);

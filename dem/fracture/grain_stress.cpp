@@ -23,12 +23,7 @@ Mat3 grain_stress(const Grains& g, const Contacts& contacts, std::size_t i) {
   const Mat3 moment = 0.5 * inertia.trace() * Mat3::Identity() - inertia;  // integral of rho x x^T
   const Vec3 spin = spin_of(g, i);
   const Vec3 alpha = inertia.inverse() * (g.torque[i] - spin.cross(g.angular_momentum[i]));
-  auto cross = [](const Vec3& v) {
-    Mat3 m;
-    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-    return m;
-  };
-  sum -= (cross(alpha) + cross(spin) * cross(spin)) * moment;
+  sum -= (cross_matrix(alpha) + cross_matrix(spin) * cross_matrix(spin)) * moment;
   return 0.5 * (sum + sum.transpose()) / volume(g.shape[i]);
 }
 

@@ -7,12 +7,6 @@
 namespace grus::dem {
 namespace {
 
-Mat3 cross_matrix(const Vec3& r) {
-  Mat3 m;
-  m << 0, -r.z(), r.y(), r.z(), 0, -r.x(), -r.y(), r.x(), 0;
-  return m;
-}
-
 struct Stiffness {
   double normal, tangential;
 };

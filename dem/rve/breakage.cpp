@@ -108,10 +108,8 @@ void add_springs(const Model& model, State& state, const ParentMotion& parent, i
     p[y] = 0.6 * c * (c >= 0 ? parent.shape.plus[y] : parent.shape.minus[y]);
     p[z] = 0.6 * s * (s >= 0 ? parent.shape.plus[z] : parent.shape.minus[z]);
     at[k] = parent.axes * p;
-    Mat3 moment;
-    moment << 0, -at[k].z(), at[k].y(), at[k].z(), 0, -at[k].x(), -at[k].y(), at[k].x(), 0;
     balance.block<3, 3>(0, 3 * k).setIdentity();
-    balance.block<3, 3>(3, 3 * k) = moment / radius;
+    balance.block<3, 3>(3, 3 * k) = cross_matrix(at[k]) / radius;
   }
   const Eigen::VectorXd forces = balance.completeOrthogonalDecomposition().solve(target);
 

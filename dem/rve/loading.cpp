@@ -75,9 +75,8 @@ Mat3 exponential(const Mat3& a) {
 /// One piece of a velocity gradient: along U at constant rate, then turned by R.
 void load_gradient(const Model& model, State& state, const Mat3& gradient, double duration, Team& team) {
   const Mat3 f = exponential(gradient * duration);
-  Eigen::JacobiSVD<Mat3> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Mat3 r = svd.matrixU() * svd.matrixV().transpose();
-  const Mat3 u = svd.matrixV() * svd.singularValues().asDiagonal() * svd.matrixV().transpose();
+  Mat3 r, u;
+  polar(f, r, u);
   const auto steps = static_cast<std::uint64_t>(std::max(1.0, std::ceil(duration / state.dt)));
   const double safe = state.dt;
   state.dt = duration / static_cast<double>(steps);

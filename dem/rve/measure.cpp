@@ -19,6 +19,17 @@ Vec3 branch(const State& s, std::size_t k) {
   return l;
 }
 
+/// Strain -> relative displacement across a branch: column e is eps_e * l for a unit strain (engineering shear).
+Eigen::Matrix<double, 3, 6> displacement_of_strain(const Vec3& l) {
+  Eigen::Matrix<double, 3, 6> b = Eigen::Matrix<double, 3, 6>::Zero();
+  for (int e = 0; e < 6; ++e) {
+    const int i = voigt_row[e], j = voigt_col[e];
+    if (i == j) b(i, e) = l[i];
+    else b(i, e) = 0.5 * l[j], b(j, e) = 0.5 * l[i];
+  }
+  return b;
+}
+
 /// Walls of a box: index of the wall facing + and - along each axis; -1 where there is none.
 std::array<std::array<int, 2>, 3> box_walls(const Boundary& boundary) {
   std::array<std::array<int, 2>, 3> box;
@@ -123,24 +134,13 @@ Mat6 contact_stiffness_tangent(const Model& model, const State& s) {
     const bool slides = c.spring.norm() >= p.friction * normal_force * (1 - 1e-9);
     const double kt = p.friction > 0 && !slides ? p.shear_ratio * elastic.normal_stiffness : 0;
     const Vec3 l = branch(s, k), &n = c.normal;
-    // Strain -> relative displacement of the contact: column e is eps_e * l for a unit strain (engineering shear).
-    Eigen::Matrix<double, 3, 6> b = Eigen::Matrix<double, 3, 6>::Zero();
-    for (int e = 0; e < 6; ++e) {
-      const int i = voigt_row[e], j = voigt_col[e];
-      if (i == j) b(i, e) = l[i];
-      else b(i, e) = 0.5 * l[j], b(j, e) = 0.5 * l[i];
-    }
+    const auto b = displacement_of_strain(l);
     const Mat3 stiffness = (elastic.normal_stiffness - kt) * n * n.transpose() + kt * Mat3::Identity();
     tangent += b.transpose() * stiffness * b;
   }
   for (const auto& spring : s.bonds) {
     const Vec3 l = s.grains.motion[spring.b].position - s.grains.motion[spring.a].position;
-    Eigen::Matrix<double, 3, 6> b = Eigen::Matrix<double, 3, 6>::Zero();
-    for (int e = 0; e < 6; ++e) {
-      const int i = voigt_row[e], j = voigt_col[e];
-      if (i == j) b(i, e) = l[i];
-      else b(i, e) = 0.5 * l[j], b(j, e) = 0.5 * l[i];
-    }
+    const auto b = displacement_of_strain(l);
     tangent += remaining_force(spring) / spring.reached * b.transpose() * b;
   }
   return tangent / volume;

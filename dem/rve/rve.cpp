@@ -13,18 +13,6 @@
 namespace grus::dem {
 namespace {
 
-/// F = R U by the eigenvectors of F^T F.
-void polar(const Mat3& f, Mat3& r, Mat3& u) {
-  if (f.isIdentity(0)) {
-    r.setIdentity(), u.setIdentity();
-    return;
-  }
-  Eigen::JacobiSVD<Mat3> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  r = svd.matrixU() * svd.matrixV().transpose();
-  u = svd.matrixV() * svd.singularValues().asDiagonal() * svd.matrixV().transpose();
-  if ((r - Mat3::Identity()).norm() < 1e-15) r.setIdentity();
-}
-
 double pressure_of(const QuasiStatic& o, const State& s) {
   return std::max({mean_pressure(love_weber(s, s.boundary.cell.volume())), o.pressure_floor, 1e-9});
 }
@@ -65,6 +53,7 @@ Response hold(const Model& model, const QuasiStatic& o, State& state, Team& team
 Response deform(const Model& model, const QuasiStatic& o, State& state, const Increment& increment, Team& team) {
   Mat3 r, u;
   polar(increment.deformation, r, u);
+  if ((r - Mat3::Identity()).norm() < 1e-15) r.setIdentity();
   const std::uint64_t first = state.steps;
   const std::size_t broken = state.ledger.breakages;
   Cell& cell = state.boundary.cell;

@@ -16,8 +16,7 @@ Mat3 second_moment(const PolyEllipsoid& s) {
 }
 
 double bounding_radius(const PolyEllipsoid& s) {
-  // Each octant lies in a ball of its longest semi-axis about the origin; the centre of mass is off by |c|.
-  // Tighter for bodies far from round: the farthest corner-wise bound by |x - c| <= max over octants of max_k(a_k) + |c|.
+  // Octant by octant: |x - c|^2 = |x|^2 - 2 x.c + |c|^2, with |x| at most the longest semi-axis of the octant.
   if (s.is_sphere()) return s.plus.x();
   const Vec3 c = centre_of_mass(s);
   double worst = 0;
@@ -28,10 +27,10 @@ double bounding_radius(const PolyEllipsoid& s) {
       a[k] = positive ? s.plus[k] : s.minus[k];
       e[k] = positive ? c[k] : -c[k];
     }
-    // |x-c|^2 = |x|^2 - 2 x.c + |c|^2 with 0 <= x_k: x.c >= -(a of negative parts).
+    // 0 <= x_k: x.c is at least minus the support height along the negative parts of c.
     const Vec3 n = e.cwiseMin(0.0);
     const double minus_xc = std::sqrt(n.cwiseProduct(n).dot(a.cwiseProduct(a)));
-    worst = std::max(worst, a.squaredNorm() > 0 ? a.maxCoeff() * a.maxCoeff() + 2 * minus_xc + c.squaredNorm() : 0.0);
+    worst = std::max(worst, a.maxCoeff() * a.maxCoeff() + 2 * minus_xc + c.squaredNorm());
   }
   return std::sqrt(worst);
 }
