@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "apps/grading_states.hpp"
 #include "apps/prepare_sample.hpp"
 #include "apps/run.hpp"
 #include "apps/rve_history.hpp"
@@ -43,7 +44,7 @@ nlohmann::json ledger_json(const dem::State& s, const dem::Measurement& m) {
   return {{"work_J", l.work},         {"kinetic_J", m.kinetic},       {"elastic_J", m.elastic},
           {"start_J", l.start},       {"friction_J", l.friction},     {"damping_J", l.damping},
           {"fracture_J", l.fracture}, {"split_elastic_J", l.split},   {"fines_kinetic_J", l.fines.kinetic},
-          {"fracture_area_m2", l.fracture_area}, {"split_force_residual_N", l.residual_force},
+          {"reshape_J", l.reshape}, {"fracture_area_m2", l.fracture_area}, {"split_force_residual_N", l.residual_force},
           {"energy_error", dem::energy_error(l, m.kinetic + m.elastic)}};
 }
 
@@ -81,10 +82,12 @@ int run(const Options& options) {
   const std::filesystem::path folder = options.directory;
   History history((folder / "history.csv").string(), rve_columns(scene, state));
   Frames frames(options, scene.output.frames, scene.test.duration);
+  GradingStates gradings(options.directory, scene);
   Progress progress(options.quiet);
   dem::Measurement m = dem::measure(scene.model, state);
   history.add(rve_row(scene, state, m, initial_cell));
   frames.write_if_due(state);
+  gradings.write_if_due(state);
 
   int status = finished;
   std::string ending = "finished";
@@ -99,6 +102,7 @@ int run(const Options& options) {
       history.add(rve_row(scene, state, m, initial_cell));
       history.save(2);
       frames.write_if_due(state);
+      gradings.write_if_due(state);
       const double axial = axial_stress(scene, state, m), error = dem::energy_error(state.ledger, m.kinetic + m.elastic);
       peak = std::max(peak, axial), worst_error = std::max(worst_error, std::abs(error));
       progress.show(state.time / scene.test.duration,

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "dem/rve/grading.hpp"
+
 namespace grus::app {
 namespace {
 
@@ -39,6 +41,14 @@ std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& st
                            "fracture_J", "work_J", "energy_error", "split_J", "solid_fraction", "time_step_s", "steps"})
     c.emplace_back(name);
   for (const char* ij : components) c.push_back(fmt::format("fabric_{}", ij));
+  if (scene.model.reshapes()) c.emplace_back("reshape_J");
+  if (scene.output.grading)
+    for (const char* name : {"d10_m", "d50_m", "d90_m", "breakage_einav", "breakage_hardin", "fractal_dimension", "fines_fraction", "zingg_equant",
+                             "zingg_disc", "zingg_rod", "zingg_blade", "elongation", "flatness"})
+      c.emplace_back(name);
+  if (scene.model.split_statistics)
+    for (const char* name : {"split_contacts", "split_contacts_kept", "split_force_N", "split_force_kept_N", "split_instants", "split_pressure_jump"})
+      c.emplace_back(name);
   if (box_of_walls(state))
     for (int k = 0; k < 3; ++k) c.push_back(fmt::format("wall_stress_{}_Pa", components[k]));
   else
@@ -71,6 +81,18 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
               l.work, dem::energy_error(l, stored), l.split + l.fines.kinetic, m.solid_fraction, s.dt, static_cast<double>(s.steps)});
   const dem::Vec6 fabric = dem::to_voigt(m.fabric);
   for (int k = 0; k < 6; ++k) row.push_back(fabric[k]);
+  if (scene.model.reshapes()) row.push_back(l.reshape);
+  if (scene.output.grading) {
+    const dem::Grading first(scene.model, scene.state), now(scene.model, s);
+    const dem::Zingg z = dem::zingg(s.grains);
+    row.insert(row.end(), {now.diameter(0.1), now.diameter(0.5), now.diameter(0.9), dem::einav_breakage(first, now), dem::hardin_breakage(first, now),
+                           now.fractal_dimension(), now.fines_fraction(), z.equant, z.disc, z.rod, z.blade, z.elongation, z.flatness});
+  }
+  if (scene.model.split_statistics) {
+    const auto& p = l.splits;
+    row.insert(row.end(), {static_cast<double>(p.contacts), static_cast<double>(p.contacts_kept), p.force, p.force_kept,
+                           static_cast<double>(p.instants), p.pressure_jump});
+  }
   if (box_of_walls(s)) {
     for (int k = 0; k < 3; ++k) row.push_back(m.wall_stress(k, k));
   } else {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // [material.*] and [numerics].
 #include "apps/scene/rve_scene.hpp"
+#include "dem/fracture/split_polyellipsoid.hpp"
 
 #include <fmt/format.h>
 
@@ -38,7 +39,28 @@ dem::FractureModel read_fracture(Table t) {
     f.springs = springs;
     s->finish();
   }
-  f.rounding = t.number_or("rounding", f.rounding, dimension::none, {0.01, 0.5});
+  const std::string plane = t.choice_or("break_plane", "criterion", {"criterion", "average-stress", "critical-contacts"});
+  f.plane = plane == "criterion"        ? dem::BreakPlane::criterion
+            : plane == "average-stress" ? dem::BreakPlane::average_stress
+                                        : dem::BreakPlane::critical_contacts;
+  f.turn_spheres = t.flag_or("turn_to_plane", false);
+  f.slight_rotation = t.number_or("slight_rotation", 0, dimension::none, {0, std::atan(0.2) * (1 + 1e-4)});
+  f.rounding = t.number_or("rounding", f.rounding, dimension::none, {0, 0.5});
+  if (f.rounding > 0 && f.rounding < dem::least_rounding)
+    t.fail("rounding", fmt::format("{:g}: either 0 (exact halves) or {:g} to 0.5", f.rounding, dem::least_rounding));
+  f.keep_mass = t.choice_or("lost_mass", "fines", {"fines", "density"}) == "density";
+  if (auto g = t.table_if("fines")) {
+    f.fines.dimension = g->number_or("dimension", f.fines.dimension, dimension::none, {0, 3, false, true});
+    f.fines.largest = g->number_or("largest", f.fines.largest, dimension::none, {0, 1, true});
+    g->finish();
+  }
+  if (auto s = t.table_if("shape_transition")) {
+    dem::ShapeTransition transition;
+    transition.ratio = s->number_or("ratio", transition.ratio, dimension::none, {0.2, 1, true});
+    transition.time = s->number_or("time", transition.time, dimension::time, positive);
+    f.transition = transition;
+    s->finish();
+  }
   f.smallest_radius = t.number_or("smallest_radius", 0, dimension::length, not_negative);
   f.max_generations = static_cast<int>(t.integer_or("max_generations", 255, 0, 255));
   t.finish();
@@ -82,6 +104,7 @@ void read_model(Table& scene, dem::Model& model) {
   if (auto t = scene.table_if("numerics")) {
     n.safety = t->number_or("safety", n.safety, dimension::none, {0, 1, true});
     n.time_step = t->number_or("time_step", 0, dimension::time, not_negative);
+    n.max_time_step = t->number_or("max_time_step", 0, dimension::time, not_negative);
     n.skin = t->number_or("skin", n.skin, dimension::none, {0.001, 2});
     n.estimate_every = static_cast<int>(t->integer_or("estimate_every", n.estimate_every, 1, 1000000));
     n.fracture_every = static_cast<int>(t->integer_or("fracture_every", n.fracture_every, 1, 100000));

@@ -239,7 +239,7 @@ toml::table parse_scene(const std::string& file, const std::vector<std::string>&
     if (equals == std::string::npos || equals == 0) throw InputError(fmt::format("--set {}: expected KEY=VALUE", entry));
     const std::string value = entry.substr(equals + 1);
     toml::table parsed;
-    try {
+    if (!value.empty()) try {
       parsed = toml::parse("v = " + value);
     } catch (const toml::parse_error&) {
       parsed.insert_or_assign("v", value);  // a bare word or quantity
@@ -256,7 +256,8 @@ toml::table parse_scene(const std::string& file, const std::vector<std::string>&
         if (dot == std::string::npos) throw InputError(fmt::format("--set {}: name a key of the entry", entry));
       } else if (auto* table = at->as_table()) {
         if (dot == std::string::npos) {
-          parsed.get("v")->visit([&](auto& v) { table->insert_or_assign(key, v); });
+          if (value.empty()) table->erase(key);  // KEY= leaves the key, or the whole table, out
+          else parsed.get("v")->visit([&](auto& v) { table->insert_or_assign(key, v); });
           break;
         }
         if (!table->contains(key)) table->insert(key, toml::table{});

@@ -101,6 +101,9 @@ void read_output(Table& t, RveScene& scene) {
     out.history_interval = in_time ? value : value / rate;
     if (scene.test.duration / out.history_interval > 1e6) o->fail("history_interval", "more than a million rows; ask for fewer");
   }
+  scene.model.split_statistics = o->flag_or("split_statistics", false);
+  out.grading = o->flag_or("grading", false);
+  out.gradings = static_cast<int>(o->integer_or("gradings", 0, 0, 1000));
   out.frames = static_cast<int>(o->integer_or("frames", 0, 0, 100000));
   if ((out.wants_checkpoints = o->has("checkpoint_interval"))) o->number("checkpoint_interval", dimension::time, positive);
   o->finish();

@@ -26,7 +26,8 @@ struct TestProgram {
 
 struct Output {
   double history_interval = 0;  // s
-  int frames = 0;
+  int frames = 0, gradings = 0;
+  bool grading = false;            // size and shape columns in history.csv
   bool wants_checkpoints = false;  // asked for; not written by this version, which says so
 };
 

@@ -42,10 +42,9 @@ Box box_of(const Grains& grains, const Cell& cell, double skin) {
 
 }  // namespace
 
-std::vector<Candidate> find_candidates(const Grains& grains, const Cell& cell, double skin) {
+std::vector<Candidate> find_candidates(const Grains& grains, const Cell& cell, double skin, Team& team) {
   const std::size_t n = grains.size();
-  std::vector<Candidate> found;
-  if (n == 0) return found;
+  if (n == 0) return {};
   const Box box = box_of(grains, cell, skin);
 
   double smallest = INFINITY, largest = 0;
@@ -99,52 +98,68 @@ std::vector<Candidate> find_candidates(const Grains& grains, const Cell& cell, d
       level.first.back() = static_cast<Index>(level.member.size());
     }
 
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto& gi = grains.motion[i];
-    for (std::size_t l = level_of[i]; l < levels.size(); ++l) {
-      const Level& level = levels[l];
-      if (level.member.empty()) continue;
-      const double reach = gi.radius + level.largest + skin;
-      std::array<int, 3> low, high;
-      for (int k = 0; k < 3; ++k) {
-        low[k] = static_cast<int>(std::floor((s[i][k] - reach / box.heights[k]) * level.cells[k]));
-        high[k] = static_cast<int>(std::floor((s[i][k] + reach / box.heights[k]) * level.cells[k]));
-        if (!box.periodic) low[k] = std::max(low[k], 0), high[k] = std::min(high[k], level.cells[k] - 1);
-      }
-      for (int z = low[2]; z <= high[2]; ++z)
-        for (int y = low[1]; y <= high[1]; ++y)
-          for (int x = low[0]; x <= high[0]; ++x) {
-            std::array<int, 3> c{x, y, z}, wrap{0, 0, 0};
-            for (int k = 0; k < 3; ++k) {
-              wrap[k] = c[k] >= 0 ? c[k] / level.cells[k] : -((level.cells[k] - 1 - c[k]) / level.cells[k]);
-              c[k] -= wrap[k] * level.cells[k];
-            }
-            const std::size_t at = level.index(c);
-            const Vec3 shift = box.periodic ? Vec3(box.vectors * Vec3(wrap[0], wrap[1], wrap[2])) : Vec3(Vec3::Zero());
-            for (Index m = level.first[at]; m < level.first[at + 1]; ++m) {
-              const Index j = level.member[m];
-              if (l == level_of[i] && j <= i) continue;  // same level: seen once, from the lower index
-              const auto& gj = grains.motion[j];
-              const double far = gi.radius + gj.radius + skin;
-              const Vec3 d = box.vectors * (s[j] - s[i]) + shift;
-              if (d.squaredNorm() >= far * far) continue;
-              std::array<std::int16_t, 3> image;
-              for (int k = 0; k < 3; ++k) image[k] = static_cast<std::int16_t>(wrap[k] - fold[j][k] + fold[i][k]);
-              const auto a = static_cast<Index>(i);
-              if (a < j) {
-                found.push_back({a, j, image});
-              } else {
-                for (auto& v : image) v = static_cast<std::int16_t>(-v);
-                found.push_back({j, a, image});
+  std::vector<std::vector<Candidate>> piece(block_count(n));
+  team.blocks(n, [&](std::size_t begin, std::size_t end) {
+    std::vector<Candidate>& found = piece[begin / block_size];
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto& gi = grains.motion[i];
+      for (std::size_t l = level_of[i]; l < levels.size(); ++l) {
+        const Level& level = levels[l];
+        if (level.member.empty()) continue;
+        const double reach = gi.radius + level.largest + skin;
+        std::array<int, 3> low, high;
+        for (int k = 0; k < 3; ++k) {
+          low[k] = static_cast<int>(std::floor((s[i][k] - reach / box.heights[k]) * level.cells[k]));
+          high[k] = static_cast<int>(std::floor((s[i][k] + reach / box.heights[k]) * level.cells[k]));
+          if (!box.periodic) low[k] = std::max(low[k], 0), high[k] = std::min(high[k], level.cells[k] - 1);
+        }
+        for (int z = low[2]; z <= high[2]; ++z)
+          for (int y = low[1]; y <= high[1]; ++y)
+            for (int x = low[0]; x <= high[0]; ++x) {
+              std::array<int, 3> c{x, y, z}, wrap{0, 0, 0};
+              for (int k = 0; k < 3; ++k) {
+                wrap[k] = c[k] >= 0 ? c[k] / level.cells[k] : -((level.cells[k] - 1 - c[k]) / level.cells[k]);
+                c[k] -= wrap[k] * level.cells[k];
+              }
+              const std::size_t at = level.index(c);
+              const Vec3 shift = box.periodic ? Vec3(box.vectors * Vec3(wrap[0], wrap[1], wrap[2])) : Vec3(Vec3::Zero());
+              for (Index m = level.first[at]; m < level.first[at + 1]; ++m) {
+                const Index j = level.member[m];
+                if (l == level_of[i] && j <= i) continue;  // same level: seen once, from the lower index
+                const auto& gj = grains.motion[j];
+                const double far = gi.radius + gj.radius + skin;
+                const Vec3 d = box.vectors * (s[j] - s[i]) + shift;
+                if (d.squaredNorm() >= far * far) continue;
+                std::array<std::int16_t, 3> image;
+                for (int k = 0; k < 3; ++k) image[k] = static_cast<std::int16_t>(wrap[k] - fold[j][k] + fold[i][k]);
+                const auto a = static_cast<Index>(i);
+                if (a < j) {
+                  found.push_back({a, j, image});
+                } else {
+                  for (auto& v : image) v = static_cast<std::int16_t>(-v);
+                  found.push_back({j, a, image});
+                }
               }
             }
-          }
+      }
     }
-  }
-  std::sort(found.begin(), found.end(), [](const Candidate& p, const Candidate& q) {
-    return p.a != q.a ? p.a < q.a : p.b != q.b ? p.b < q.b : p.image < q.image;
   });
-  return found;
+
+  // Rows by a, each sorted by (b, image): the order does not tell who found what.
+  std::vector<std::size_t> row(n + 1, 0);
+  for (const auto& found : piece)
+    for (const auto& c : found) ++row[c.a + 1];
+  for (std::size_t i = 0; i < n; ++i) row[i + 1] += row[i];
+  std::vector<Candidate> sorted(row[n]);
+  std::vector<std::size_t> next(row.begin(), row.end() - 1);
+  for (const auto& found : piece)
+    for (const auto& c : found) sorted[next[c.a]++] = c;
+  team.blocks(n, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      std::sort(sorted.begin() + static_cast<std::ptrdiff_t>(row[i]), sorted.begin() + static_cast<std::ptrdiff_t>(row[i + 1]),
+                [](const Candidate& p, const Candidate& q) { return p.b != q.b ? p.b < q.b : p.image < q.image; });
+  });
+  return sorted;
 }
 
 }  // namespace grus::dem

@@ -6,6 +6,7 @@
 #include <array>
 #include <vector>
 
+#include "dem/base/parallel.hpp"
 #include "dem/state/boundary.hpp"
 #include "dem/state/grains.hpp"
 
@@ -18,6 +19,6 @@ struct Candidate {
 
 /// All pairs whose bounding spheres are closer than `skin`, each once, sorted by (a, b, image).
 /// Throws InputError where a periodic cell is too small for its largest grain (a grain would meet its own image).
-std::vector<Candidate> find_candidates(const Grains& grains, const Cell& cell, double skin);
+std::vector<Candidate> find_candidates(const Grains& grains, const Cell& cell, double skin, Team& team);
 
 }  // namespace grus::dem

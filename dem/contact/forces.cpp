@@ -98,7 +98,7 @@ void general_pairs(const Law& law, const Scene& s, Contacts& contacts, std::size
     CommonNormal found = warm_common_normal(shapes, cached);
     if (c.stiffness == 0 && found.overlap > 0) {  // a new contact is checked from scratch: a trap of the warm start shows here
       const CommonNormal fresh = cold_common_normal(shapes);
-      if (fresh.converged && fresh.overlap < found.overlap) found = fresh;
+      if (fresh.overlap < found.overlap) found = fresh;
     }
     if (!(found.overlap > 0)) {
       c.normal = fa.axes * found.normal;

@@ -2,6 +2,7 @@
 #include "dem/contact/neighbours.hpp"
 
 #include <algorithm>
+#include <tuple>
 
 #include "dem/contact/broad_phase.hpp"
 #include "dem/shape/common_normal.hpp"
@@ -82,8 +83,8 @@ void fill_adjacency(std::size_t grains, Contacts& contacts) {
 }  // namespace
 
 void build_contacts(const Grains& grains, const Boundary& boundary, double skin, std::size_t materials,
-                    std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference) {
-  const std::vector<Candidate> candidates = find_candidates(grains, boundary.cell, skin);
+                    std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference, Team& team) {
+  const std::vector<Candidate> candidates = find_candidates(grains, boundary.cell, skin, team);
   const Past past{contacts, origin};  // reads the old columns until they are replaced below
   const bool polys = !grains.frame.empty();
   std::array<std::vector<Pair>, bin_count> pairs;
@@ -96,13 +97,27 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
     forces[bin].push_back({force, Vec3::Zero(), Vec3::Zero()});
   };
 
-  for (const auto& candidate : candidates) {
-    const auto& [a, b, image] = candidate;
-    auto [c, force] = past.carried(a, b, image, false);
-    const Bin bin = polys && !(grains.round[a] && grains.round[b]) ? general : sphere_sphere;
-    if (bin == general && !near(grains, boundary.cell, candidate, skin, c.normal != Vec3::Zero(), c)) continue;
+  struct Judged {
+    Contact contact;
+    Vec3 force;
+    bool keep;
+  };
+  std::vector<Judged> judged(candidates.size());
+  const auto bin_of = [&](const Candidate& c) { return polys && !(grains.round[c.a] && grains.round[c.b]) ? general : sphere_sphere; };
+  team.blocks(candidates.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const Candidate& pair = candidates[k];
+      Judged& j = judged[k];
+      std::tie(j.contact, j.force) = past.carried(pair.a, pair.b, pair.image, false);
+      j.keep = bin_of(pair) == sphere_sphere || near(grains, boundary.cell, pair, skin, j.contact.normal != Vec3::Zero(), j.contact);
+    }
+  });
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    if (!judged[k].keep) continue;
+    const auto& [a, b, image] = candidates[k];
     const auto law = static_cast<std::uint16_t>(grains.material[a] * materials + grains.material[b]);
-    add(bin, {a, b, image, law}, c, force, 1 / (grains.motion[a].inverse_mass + grains.motion[b].inverse_mass));
+    add(bin_of(candidates[k]), {a, b, image, law}, judged[k].contact, judged[k].force,
+        1 / (grains.motion[a].inverse_mass + grains.motion[b].inverse_mass));
   }
   for (std::size_t i = 0; i < grains.size(); ++i)
     for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
@@ -128,7 +143,7 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
   }
   fill_adjacency(grains.size(), contacts);
 
-  reference.skin = skin;
+  reference.skin = skin, reference.grown = 0;
   reference.cell = boundary.cell.vectors;
   reference.position.resize(grains.size());
   for (std::size_t i = 0; i < grains.size(); ++i) reference.position[i] = grains.motion[i].position;
@@ -139,7 +154,7 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
 }
 
 bool list_is_stale(const Grains& grains, const Boundary& boundary, const NeighbourReference& ref) {
-  double budget = ref.skin, largest = 0;
+  double budget = ref.skin - 2 * ref.grown, largest = 0;
   const bool periodic = boundary.cell.periodic();
   Mat3 affine = Mat3::Identity();
   if (periodic) {

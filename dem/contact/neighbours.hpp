@@ -4,6 +4,7 @@
 
 #include <span>
 
+#include "dem/base/parallel.hpp"
 #include "dem/state/boundary.hpp"
 #include "dem/state/contacts.hpp"
 #include "dem/state/grains.hpp"
@@ -16,7 +17,7 @@ struct NeighbourReference {
   std::vector<Quat> orientation;  // empty while all grains are spheres
   std::vector<Vec3> wall_point;
   Mat3 cell = Mat3::Zero();
-  double skin = 0;
+  double skin = 0, grown = 0;  // grown: largest growth of a surface since, by shape transition
 };
 
 /// Rebuilds the list. Contacts of pairs that are still near keep their history. `origin[i]` is the index that grain i
@@ -24,7 +25,7 @@ struct NeighbourReference {
 /// with its frozen stiffness.
 /// `materials` is the number of materials: law row = material a * materials + material b.
 void build_contacts(const Grains& grains, const Boundary& boundary, double skin, std::size_t materials,
-                    std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference);
+                    std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference, Team& team);
 
 /// True once the list may miss a contact.
 bool list_is_stale(const Grains& grains, const Boundary& boundary, const NeighbourReference& reference);

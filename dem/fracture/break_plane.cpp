@@ -33,4 +33,22 @@ std::optional<int> choose_axis(const PolyEllipsoid& s, const AxisPreference& pre
   return preference[y] > preference[z] ? y : z;
 }
 
+Quat turned_to_plane(const Quat& orientation, int axis, const Vec3& normal) {
+  Vec3 local = Vec3::Zero();
+  local[axis] = 1;
+  const Vec3 from = orientation * local;
+  return (Quat::FromTwoVectors(from, from.dot(normal) < 0 ? Vec3(-normal) : normal) * orientation).normalized();
+}
+
+Mat3 slight_rotation(double theta, std::uint64_t seed, std::uint64_t id) {
+  double angle[3];
+  for (std::uint64_t k = 0; k < 3; ++k) {
+    const double u = 2 * random_uniform(seed, id, Purpose::rotation, k) - 1;
+    angle[k] = std::copysign(0.5 * theta * (1 + std::abs(u)), u);
+  }
+  // The paper's matrices are passive: R_x(alpha) turns by -alpha about x.
+  return (Eigen::AngleAxisd(-angle[0], Vec3::UnitX()) * Eigen::AngleAxisd(-angle[1], Vec3::UnitY()) *
+          Eigen::AngleAxisd(-angle[2], Vec3::UnitZ())).toRotationMatrix();
+}
+
 }  // namespace grus::dem

@@ -54,13 +54,37 @@ struct CohesiveSprings {
   double stiffness_ratio = 0.1;  // stiffness of one spring <= ratio x E* x equivalent radius: bounds the time step
 };
 
+/// Which plane the load asks for; the shape has the last word (break_plane.hpp).
+enum class BreakPlane {
+  criterion,         // that of the criterion that broke the grain: Hoek-Brown the stress, contact tension the contacts
+  average_stress,    // normal to the most tensile principal direction
+  critical_contacts  // parallel to the plane of the three contacts of largest tension; the stress where there are fewer
+};
+
+/// Badly shaped fragments grow back to a breakable shape (3.3.4, made stable): see shape_transition.hpp.
+struct ShapeTransition {
+  double ratio = 0.25;  // shorter / longer semi-axis that is reached
+  double time = 1e-5;   // s from a flat face to that ratio
+};
+
+/// Size of the fines that a split leaves: mass below d ~ (d / top)^(3 - dimension), top = largest x parent diameter.
+struct FinesGrading {
+  double dimension = 2.6, largest = 0.1;
+};
+
 /// Fracture of one material.
 struct FractureModel {
   std::optional<HoekBrown> hoek_brown;
   std::optional<ContactTension> contact_tension;
   std::optional<Weibull> weibull;
   std::optional<CohesiveSprings> springs;
+  BreakPlane plane = BreakPlane::criterion;
+  bool turn_spheres = false;   // their principal axes first turn to the ideal plane (geometry only, no motion)
+  double slight_rotation = 0;  // rad: spheres' axes turn by a random angle of [theta/2, theta] about each axis, either sign (3.3.1)
   double rounding = 0.1;       // epsilon of the split geometry
+  bool keep_mass = false;      // children take the lost volume's mass by density / (1 - rounding); otherwise it goes to the fines
+  std::optional<ShapeTransition> transition;
+  FinesGrading fines;
   double smallest_radius = 0;  // equivalent radius (m) below which grains do not break
   int max_generations = 255;
 

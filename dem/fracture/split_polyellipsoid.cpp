@@ -3,7 +3,8 @@
 
 namespace grus::dem {
 
-std::array<Half, 2> halves(const PolyEllipsoid& parent, int axis, double rounding) {
+std::array<Half, 2> halves(const PolyEllipsoid& parent, int axis, double asked) {
+  const double rounding = std::max(asked, least_rounding);
   const double across = std::sqrt(1 - rounding);
   std::array<Half, 2> half;
   for (int side = 0; side < 2; ++side) {
@@ -18,12 +19,14 @@ std::array<Half, 2> halves(const PolyEllipsoid& parent, int axis, double roundin
   return half;
 }
 
-void split_grain(Grains& g, std::size_t i, int axis, double rounding, Fines& fines) {
+void split_grain(Grains& g, std::size_t i, int axis, const FractureModel& fracture, Fines& fines) {
   const Frame frame = frame_of(g, i);
   const Motion parent = g.motion[i];
   const Vec3 spin = spin_of(g, i), moment = g.angular_momentum[i];
-  const double mass = g.mass[i], density = mass / volume(g.shape[i]);
-  const auto half = halves(g.shape[i], axis, rounding);
+  const double mass = g.mass[i], parent_diameter = 2 * equivalent_radius(g.shape[i]);
+  const auto half = halves(g.shape[i], axis, fracture.rounding);
+  const bool keep_mass = fracture.keep_mass || fracture.rounding == 0;
+  const double density = mass / (keep_mass ? volume(half[0].shape) + volume(half[1].shape) : volume(g.shape[i]));
   const Quat orientation = g.orientation[i];
   const auto material = g.material[i];
   const std::uint8_t generation = g.generation.empty() ? 0 : g.generation[i];
@@ -32,6 +35,7 @@ void split_grain(Grains& g, std::size_t i, int axis, double rounding, Fines& fin
   fines.momentum += mass * parent.velocity;
   fines.angular_momentum += moment + mass * parent.position.cross(parent.velocity);
   fines.kinetic += 0.5 * (mass * parent.velocity.squaredNorm() + moment.dot(spin));
+  double kept = 0;
   for (int side = 0; side < 2; ++side) {
     const std::size_t slot = side == 0 ? i : g.size();
     GrainSpec child;
@@ -49,7 +53,9 @@ void split_grain(Grains& g, std::size_t i, int axis, double rounding, Fines& fin
     fines.momentum -= m * child.velocity;
     fines.angular_momentum -= g.angular_momentum[slot] + m * child.position.cross(child.velocity);
     fines.kinetic -= 0.5 * (m * child.velocity.squaredNorm() + g.angular_momentum[slot].dot(spin));
+    kept += m;
   }
+  if (!keep_mass) add_fines(fines, fracture.fines.largest * parent_diameter, mass - kept);
 }
 
 }  // namespace grus::dem

@@ -8,14 +8,25 @@ namespace grus::dem {
 namespace {
 
 struct Stiffness {
-  double normal, tangential;
+  double normal = 0, tangential = 0;
+  double rolling = 0;  // N m: force x path of the contact point per radian; rules where flat faces meet
 };
 
 template <class Law>
 Stiffness stiffness_of(const Law& law, const PairLaw& p, const Contact& c) {
-  if (c.stiffness <= 0) return {0, 0};
+  if (c.stiffness <= 0) return {};
   const double kn = law(c.stiffness, c.overlap).normal_stiffness;
-  return {kn, p.friction > 0 ? p.shear_ratio * kn : 0};
+  return {kn, p.friction > 0 ? p.shear_ratio * kn : 0, 0};
+}
+
+/// Bodies of radii H_A, H_B roll on each other by the parallel sum of both; its trace is at most that of the traces.
+double rolling_path(const Grains& g, const Contacts& contacts, std::size_t k) {
+  const Pair& p = contacts.pair[k];
+  const Vec3& n = contacts.contact[k].normal;
+  const double a = sum_of_radii(g.shape[p.a], g.frame[p.a].axes.transpose() * n);
+  if (k >= contacts.begin[sphere_wall]) return a;
+  const double b = sum_of_radii(g.shape[p.b], g.frame[p.b].axes.transpose() * -n);
+  return a * b / (a + b);
 }
 
 }  // namespace
@@ -33,11 +44,14 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
   std::vector<Stiffness> k(contacts.size());
   std::visit([&](const auto& l) {
     for (std::size_t c = 0; c < contacts.size(); ++c) k[c] = stiffness_of(l, pairs[contacts.pair[c].law], contacts.contact[c]);
+    for (const Bin bin : {general, polyellipsoid_wall})
+      for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c)
+        if (k[c].normal > 0) k[c].rolling = l(contacts.contact[c].stiffness, contacts.contact[c].overlap).force * rolling_path(g, contacts, c);
   }, law);
   auto least_inertia = [&](std::size_t i) { return g.inertia[i].moments.minCoeff(); };
   auto add = [&](std::size_t i, double weight, Stiffness s, double arm) {
     trace[i] += weight * ((s.normal + 2 * s.tangential) * g.motion[i].inverse_mass +
-                          2 * std::max(s.normal, s.tangential) * arm * arm / least_inertia(i));
+                          2 * (std::max(s.normal, s.tangential) * arm * arm + s.rolling) / least_inertia(i));
   };
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     if (k[c].normal == 0) continue;
@@ -47,8 +61,8 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
   }
   for (const auto& spring : bonds) {
     const double secant = spring.peak / spring.onset;
-    add(spring.a, 2, {secant, secant}, spring.at_a.norm());
-    add(spring.b, 2, {secant, secant}, spring.at_b.norm());
+    add(spring.a, 2, {secant, secant, 0}, spring.at_a.norm());
+    add(spring.b, 2, {secant, secant, 0}, spring.at_b.norm());
   }
   for (std::size_t i = 0; i < n; ++i) {
     const double radius = equivalent_radius(g.shape[i]), mass = 0.5 * g.mass[i];
@@ -87,6 +101,7 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
       const Vec3 outward = (contacts.entry[e] & 1) ? Vec3(-contacts.contact[c].normal) : contacts.contact[c].normal;
       const Mat3 nn = outward * outward.transpose();
       assemble(c < walls ? 2 : 1, k[c].normal * nn + k[c].tangential * (Mat3::Identity() - nn), surface_arm(g, i, outward));
+      s.bottomRightCorner<3, 3>() += (c < walls ? 2 : 1) * k[c].rolling * (Mat3::Identity() - nn);
     }
     for (const auto& spring : bonds) {
       if (spring.a != i && spring.b != i) continue;
@@ -104,10 +119,10 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
     if (value > worst) worst = value, critical.grain = i;
   }
   if (worst > 0) critical.dt = 2 / std::sqrt(worst);
-  // No grain moves by more than a tenth of its smallest semi-axis in a step.
+  // No grain moves by more than a twentieth of its smallest width in a step.
   for (std::size_t i = 0; i < n; ++i) {
     const double speed = g.motion[i].velocity.norm() + g.motion[i].spin.norm() * g.motion[i].radius + wall_speed;
-    if (speed > 0) critical.dt = std::min(critical.dt, 0.1 * smallest_semi_axis(g.shape[i]) / speed);
+    if (speed > 0) critical.dt = std::min(critical.dt, 0.05 * (g.shape[i].plus + g.shape[i].minus).minCoeff() / speed);
   }
   return critical;
 }

@@ -71,7 +71,7 @@ private:
     }
     Cell cell;
     if (periodic_) cell.vectors = Mat3(box_.asDiagonal());
-    pairs_ = find_candidates(grains_, cell, skin_);
+    pairs_ = find_candidates(grains_, cell, skin_, team_);
   }
   bool moved() const {
     for (std::size_t i = 0; i < s_.size(); ++i)
@@ -109,6 +109,7 @@ private:
   std::vector<Candidate> pairs_;
   std::vector<Vec3> v_, f_, at_;
   double skin_ = 0;
+  Team team_;
 };
 
 }  // namespace

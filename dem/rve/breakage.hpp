@@ -10,6 +10,7 @@ namespace grus::dem {
 struct Break {
   std::size_t grain;
   int axis;
+  std::optional<Quat> orientation = std::nullopt;  // of a sphere whose axes turn before it splits
 };
 
 /// Grains that fail a criterion and whose shape may be split. Forces and torques must be up to date.

@@ -26,6 +26,7 @@ struct Material {
 struct Numerics {
   double safety = 0.3;          // of the critical time step, which is a strict bound
   double time_step = 0;         // s; 0: from the critical step
+  double max_time_step = 0;     // s; 0: no bound
   double skin = 0.12;           // of the mean radius
   int estimate_every = 50;      // steps between estimates of the critical step
   int fracture_every = 10;      // steps between tests of the fracture criteria
@@ -40,7 +41,13 @@ struct Model {
   MotionSettings motion;
   Numerics numerics;
   std::uint64_t seed = 1;
+  bool split_statistics = false;
 
+  bool reshapes() const {
+    for (const auto& m : materials)
+      if (m.fracture && m.fracture->transition) return true;
+    return false;
+  }
   bool breakable() const {
     for (const auto& m : materials)
       if (m.fracture) return true;

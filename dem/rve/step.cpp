@@ -10,6 +10,7 @@
 #include "dem/contact/forces.hpp"
 #include "dem/motion/critical_step.hpp"
 #include "dem/rve/breakage.hpp"
+#include "dem/rve/reshape.hpp"
 
 namespace grus::dem {
 namespace {
@@ -33,8 +34,8 @@ void book(State& state) {
   state.ledger.work += contacts.work + grains.work;
 }
 
-void rebuild(const Model& model, State& state) {
-  build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference);
+void rebuild(const Model& model, State& state, Team& team) {
+  build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team);
 }
 
 /// Before a list is made: a run that blows up must end here, not in a search over an endless box.
@@ -60,7 +61,7 @@ void prepare(const Model& model, State& state, Team& team) {
   double mean_radius = 0;
   for (const auto& shape : g.shape) mean_radius += equivalent_radius(shape);
   state.skin = model.numerics.skin * mean_radius / static_cast<double>(std::max<std::size_t>(g.size(), 1));
-  rebuild(model, state);
+  rebuild(model, state, team);
   contact_forces(model.law, model.pairs, g, state.boundary, 0, state.contacts, team);
   close_step(g, state.contacts, settings_of(model, state), false, 0, state.grain_energy, team);
   flush(state.contacts);
@@ -81,6 +82,7 @@ void update_time_step(const Model& model, State& state) {
                                               state.contacts, state.bonds);
   if (!std::isfinite(critical.dt)) throw Unstable("no finite time step: the grains have no stiffness; give time_step in [numerics]");
   state.dt = model.numerics.safety * critical.dt;
+  if (model.numerics.max_time_step > 0) state.dt = std::min(state.dt, model.numerics.max_time_step);
   // Often while the stiffness changes, seldom while it does not.
   const bool steady = std::abs(state.dt - before) < 0.05 * before;
   state.estimate_interval = steady ? std::min<std::uint64_t>(2 * state.estimate_interval, static_cast<std::uint64_t>(model.numerics.estimate_every)) : 5;
@@ -89,18 +91,21 @@ void update_time_step(const Model& model, State& state) {
 
 std::uint64_t run_steps(const Model& model, State& state, std::uint64_t count, Team& team) {
   Grains& g = state.grains;
-  const bool breakable = model.breakable();
+  const bool breakable = model.breakable(), reshapes = model.reshapes();
   const MotionSettings settings = settings_of(model, state);
   const double dt = state.dt;
+  Reshaping reshaping;
   bool moving = false;  // positions already opened by the sweep of the step before
   for (std::uint64_t k = 0; k < count; ++k) {
     if (!moving) open_step(g, settings, dt, state.grain_energy, team);
     move_boundary(state.boundary, dt);
     if (list_is_stale(g, state.boundary, state.reference)) {
       check_speeds(state);
-      rebuild(model, state);
+      rebuild(model, state, team);
     }
+    if (reshapes) reshape_fragments(model, state, dt, reshaping, team);
     contact_forces(model.law, model.pairs, g, state.boundary, dt, state.contacts, team);
+    if (reshapes) book_growth(model, state, reshaping);
     const bool bonded = !state.bonds.empty();
     if (bonded) bond_forces(g, state.bonds, state.ledger);
     ++state.steps;

@@ -84,6 +84,23 @@ CommonNormal line_search(const ShapePair& pair, Vec3 n, double length, int itera
 
 double length_of(const ShapePair& pair) { return std::min(equivalent_radius(pair.a), equivalent_radius(pair.b)); }
 
+/// Search without derivatives around a direction: for the kinks of nearly flat faces and sharp edges, where Newton stalls.
+CommonNormal polished(const ShapePair& pair, CommonNormal best, double length) {
+  Vec3 n = best.normal;
+  double f = best.overlap;
+  for (double h = 0.05; h > 1e-10;) {
+    const Vec3 u = n.unitOrthogonal(), v = n.cross(u);
+    bool lower = false;
+    for (int k = 0; k < 12; ++k) {
+      const Vec3 d = (n + h * (std::cos(pi / 6 * k) * u + std::sin(pi / 6 * k) * v)).normalized();
+      const double trial = separation_test(pair, d);
+      if (trial < f - 1e-16 * length) f = trial, n = d, lower = true;
+    }
+    if (!lower) h *= 0.4;
+  }
+  return result(n, Evaluation(pair, n), true);
+}
+
 ContactCurvature curvature(double det_sum, double det_a, double det_b, double trace_a, double trace_b) {
   // Radii matrices H add as curvatures K = H_A^-1 + H_B^-1: det K = det(H_A + H_B) / (det H_A det H_B).
   const double det_k = det_sum / (det_a * det_b);
@@ -131,17 +148,18 @@ CommonNormal cold_common_normal(const ShapePair& pair) {
   if (best.overlap <= 0 && best.converged) return best;  // a stationary point with f <= 0 is the global one
   const double thin = std::min(smallest_semi_axis(pair.a), smallest_semi_axis(pair.b));
   if (best.converged && best.overlap < 0.02 * thin) return best;
-  // Deep, or stuck: many starts, the least overlap wins. Rare, so plain.
+  // Deep, or stuck: many starts, the least f wins (every f bounds the overlap from above). Rare, so plain.
+  auto attempt = [&](const Vec3& n) {
+    if (n.dot(pair.r) < 0 && pair.r.norm() > length) return;
+    const CommonNormal other = line_search(pair, n, length, 60);
+    if (other.overlap < best.overlap) best = other;
+  };
   for (int i = -1; i <= 1; ++i)
     for (int j = -1; j <= 1; ++j)
-      for (int k = -1; k <= 1; ++k) {
-        if (i == 0 && j == 0 && k == 0) continue;
-        const Vec3 n = Vec3(i, j, k).normalized();
-        if (n.dot(pair.r) < 0 && pair.r.norm() > length) continue;
-        const CommonNormal other = line_search(pair, n, length, 60);
-        if (other.converged && (!best.converged || other.overlap < best.overlap)) best = other;
-      }
-  return best;
+      for (int k = -1; k <= 1; ++k)
+        if (i != 0 || j != 0 || k != 0) attempt(Vec3(i, j, k).normalized());
+  for (int k = 0; k < 3; ++k) attempt(pair.b_to_a.col(k)), attempt(-pair.b_to_a.col(k));  // flat faces of b; those of a are above
+  return best.converged || best.overlap < 0 ? best : polished(pair, best, length);
 }
 
 ContactCurvature contact_curvature(const ShapePair& pair, const Vec3& n) {

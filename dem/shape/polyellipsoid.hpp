@@ -34,6 +34,13 @@ inline Vec3 support(const PolyEllipsoid& s, const Vec3& d) {
   return p / std::sqrt(p.dot(d));
 }
 
+/// Sum of the two principal radii of the surface where its normal is the unit vector d (m).
+inline double sum_of_radii(const PolyEllipsoid& s, const Vec3& d) {
+  const Vec3 squares = octant_squares(s, d), p = squares.cwiseProduct(d);
+  const double q2 = p.dot(d);
+  return (squares.sum() - p.squaredNorm() / q2) / std::sqrt(q2);
+}
+
 inline double volume(const PolyEllipsoid& s) {
   const Vec3 w = s.plus + s.minus;
   return pi / 6 * w.x() * w.y() * w.z();

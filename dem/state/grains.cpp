@@ -27,6 +27,17 @@ void set_grain(Grains& g, std::size_t i, const GrainSpec& spec) {
   g.angular_momentum[i] = inertia_tensor(g, i) * spec.spin;
 }
 
+void set_shape(Grains& g, std::size_t i, const PolyEllipsoid& shape) {
+  const PrincipalFrame principal = principal_frame(shape);
+  g.shape[i] = shape;
+  g.round[i] = shape.is_sphere();
+  g.inertia[i] = {g.mass[i] * principal.moments, principal.axes};
+  g.motion[i].radius = bounding_radius(shape);
+  g.motion[i].inverse_inertia = 1 / g.inertia[i].moments.x();
+  g.motion[i].spin = spin_of(g, i);
+  if (!g.frame.empty()) g.frame[i] = frame_of(g, i);
+}
+
 Frame frame_of(const Grains& g, std::size_t i) {
   const Mat3 axes = g.orientation[i].toRotationMatrix();
   return {g.motion[i].position - axes * centre_of_mass(g.shape[i]), axes};

@@ -3,15 +3,38 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <vector>
 
 #include "dem/base/tensor.hpp"
 
 namespace grus::dem {
 
+/// Fines of one origin: mass below d is mass x (d / top)^(3 - dimension).
+struct FinesClass {
+  int octave8;  // round(8 log2 of top in m): classes of an eighth of an octave
+  double mass;  // kg
+};
+
 /// Taken out of the grains by splits: what the children's geometry does not hold.
 struct Fines {
   double mass = 0, kinetic = 0;
   Vec3 momentum = Vec3::Zero(), angular_momentum = Vec3::Zero();  // about the global origin
+  std::vector<FinesClass> classes;
+};
+
+inline void add_fines(Fines& fines, double top, double mass) {
+  const int octave8 = static_cast<int>(std::lround(8 * std::log2(top)));
+  for (auto& c : fines.classes)
+    if (c.octave8 == octave8) return void(c.mass += mass);
+  fines.classes.push_back({octave8, mass});
+}
+
+/// Filled only where the scene asks for it: what the halves kept of their parents' contacts at the instant of the split.
+struct SplitStatistics {
+  std::size_t events = 0, instants = 0, contacts = 0, contacts_kept = 0;
+  double force = 0, force_kept = 0;  // N, normal, summed
+  double pressure_jump = 0;          // relative jumps of the sample's pressure, summed over the instants
 };
 
 /// Energies in J since the start of the run; dissipation is positive.
@@ -21,19 +44,21 @@ struct Ledger {
   double damping = 0;       // contact dashpots and local damping
   double fracture = 0;      // cohesive springs
   double split = 0;         // elastic energy that left with the parents' contacts, less what the springs were born with
+  double reshape = 0;       // put in by shape transition: work of growing surfaces, change of spin energy
   double start = 0;         // stored energy at the start
   double fracture_area = 0; // m^2 of planes made
   double residual_force = 0;// N, summed: part of the children's initial forces that springs could not carry
   std::size_t breakages = 0, bonds_broken = 0, splits_refused = 0;
   Fines fines;
+  SplitStatistics splits;
 
   double spent() const { return friction + damping + fracture + split + fines.kinetic; }
 };
 
-/// (work - change of everything stored or dissipated) / max(work, stored); 0 where both are negligible.
+/// (work and reshaping - change of everything stored or dissipated) / max(work, stored); 0 where both are negligible.
 inline double energy_error(const Ledger& l, double stored) {
   const double scale = std::max({std::abs(l.work), std::abs(stored), std::abs(l.start)});
-  return scale > 0 ? (l.work - (stored - l.start) - l.spent()) / scale : 0;
+  return scale > 0 ? (l.work + l.reshape - (stored - l.start) - l.spent()) / scale : 0;
 }
 
 }  // namespace grus::dem

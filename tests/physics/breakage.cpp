@@ -91,7 +91,9 @@ TEST_CASE("a split conserves mass, momentum, angular momentum and energy with it
     const Vec3 p = momentum(s.grains), l = angular_momentum(s.grains);
     const double rounding = i % 2 ? 0.1 : 0.05;
     Fines fines;
-    split_grain(s.grains, 0, static_cast<int>(i % 3), rounding, fines);
+    FractureModel fracture;
+    fracture.rounding = rounding;
+    split_grain(s.grains, 0, static_cast<int>(i % 3), fracture, fines);
     REQUIRE(s.grains.size() == 2);
     REQUIRE(fines.mass == Approx(rounding * mass).epsilon(1e-12));
     REQUIRE(std::abs(total_mass(s.grains) + fines.mass - mass) < 1e-12 * mass);
@@ -121,7 +123,7 @@ TEST_CASE("a plane of springs that is pulled apart spends exactly G_c A") {
     REQUIRE(s.bonds.size() == 4);
     CHECK(s.ledger.fracture_area == Approx(area).epsilon(1e-12));
     s.boundary.walls.clear();
-    build_contacts(s.grains, s.boundary, s.skin, 2, {}, s.contacts, s.reference);
+    build_contacts(s.grains, s.boundary, s.skin, 2, {}, s.contacts, s.reference, team);
     const Vec3 apart = (s.grains.motion[0].position - s.grains.motion[1].position).normalized();
     for (int k = 0; k < 4000 && !s.bonds.empty(); ++k) {
       s.grains.motion[0].position += 1e-8 * apart;

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// grading.csv: what the grains of each size are like, at evenly spaced states of the test.
+#pragma once
+
+#include <string>
+
+#include "apps/scene/rve_scene.hpp"
+
+namespace grus::app {
+
+class GradingStates {
+public:
+  /// Nothing is written unless the scene's output.gradings asks for states.
+  GradingStates(const std::string& directory, const RveScene& scene);
+  void write_if_due(const dem::State& state);
+
+private:
+  std::string path_, text_;
+  const RveScene& scene_;
+  double smallest_ = 0, largest_ = 0;
+  int written_ = 0;
+};
+
+}  // namespace grus::app

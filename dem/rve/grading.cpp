@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/rve/grading.hpp"
+
+#include <algorithm>
+
+namespace grus::dem {
+
+Grading::Grading(const Model& model, const State& state) {
+  const Grains& g = state.grains;
+  for (std::size_t i = 0; i < g.size(); ++i) grains_.emplace_back(2 * equivalent_radius(g.shape[i]), g.mass[i]);
+  std::sort(grains_.begin(), grains_.end());
+  for (auto& [d, m] : grains_) m = mass_ += m;
+  for (const auto& m : model.materials)
+    if (m.fracture) slope_ = 3 - m.fracture->fines.dimension;
+  for (const auto& c : state.ledger.fines.classes) fines_.push_back({std::exp2(c.octave8 / 8.0), c.mass}), fines_mass_ += c.mass;
+  mass_ += fines_mass_;
+}
+
+double Grading::passing(double d) const {
+  const auto above = std::upper_bound(grains_.begin(), grains_.end(), d, [](double x, const auto& g) { return x < g.first; });
+  double sum = above == grains_.begin() ? 0 : std::prev(above)->second;
+  for (const auto& f : fines_) sum += f.mass * (d < f.top ? std::pow(d / f.top, slope_) : 1.0);
+  return sum / mass_;
+}
+
+double Grading::diameter(double fraction) const {
+  double low = std::log(1e-6 * smallest()), high = std::log(largest());
+  for (int k = 0; k < 60; ++k) {
+    const double middle = 0.5 * (low + high);
+    (passing(std::exp(middle)) < fraction ? low : high) = middle;
+  }
+  return std::exp(high);
+}
+
+double Grading::mean_log(double reference) const {
+  double sum = 0, before = 0;
+  for (const auto& [d, m] : grains_) sum += (m - before) * std::log(reference / d), before = m;
+  for (const auto& f : fines_) sum += f.mass * (std::log(reference / f.top) + 1 / slope_);
+  return sum / mass_;
+}
+
+double Grading::hardin_potential(double cut) const {
+  double sum = 0, before = 0;
+  for (const auto& [d, m] : grains_) sum += (m - before) * std::max(0.0, std::log10(d / cut)), before = m;
+  for (const auto& f : fines_) {
+    if (f.top <= cut) continue;  // integral of log10(x / cut) over the fractal's mass above the cut
+    const double l = std::log(f.top / cut);
+    sum += f.mass * (l - (1 - std::exp(-slope_ * l)) / slope_) / std::log(10.0);
+  }
+  return sum / mass_;
+}
+
+double Grading::fractal_dimension() const {
+  const double low = std::log(std::max(diameter(0.02), smallest())), high = std::log(diameter(0.6));
+  if (!(high > low)) return NAN;
+  constexpr int points = 24;
+  double sx = 0, sy = 0, sxx = 0, sxy = 0;
+  for (int k = 0; k < points; ++k) {
+    const double x = low + (high - low) * k / (points - 1), y = std::log(passing(std::exp(x)));
+    sx += x, sy += y, sxx += x * x, sxy += x * y;
+  }
+  return 3 - (points * sxy - sx * sy) / (points * sxx - sx * sx);
+}
+
+double einav_breakage(const Grading& first, const Grading& now, double dimension) {
+  const double reference = first.largest(), ultimate = 1 / (3 - dimension);
+  return (now.mean_log(reference) - first.mean_log(reference)) / (ultimate - first.mean_log(reference));
+}
+
+double hardin_breakage(const Grading& first, const Grading& now) {
+  const double potential = first.hardin_potential();
+  return potential > 0 ? 1 - now.hardin_potential() / potential : 0;
+}
+
+Vec3 sorted_widths(const PolyEllipsoid& shape) {
+  Vec3 w = shape.plus + shape.minus;
+  std::sort(w.data(), w.data() + 3, std::greater<>());
+  return w;
+}
+
+Zingg zingg(const Grains& g) {
+  Zingg z;
+  double mass = 0;
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    const Vec3 w = sorted_widths(g.shape[i]);
+    const double long_ratio = w[1] / w[0], flat_ratio = w[2] / w[1], m = g.mass[i];
+    const bool wide = long_ratio > 2.0 / 3, thick = flat_ratio > 2.0 / 3;
+    (wide ? (thick ? z.equant : z.disc) : (thick ? z.rod : z.blade)) += m;
+    z.elongation += m * long_ratio, z.flatness += m * flat_ratio, mass += m;
+  }
+  for (double* v : {&z.equant, &z.disc, &z.rod, &z.blade, &z.elongation, &z.flatness}) *v /= mass;
+  return z;
+}
+
+std::vector<SizeClass> size_classes(const State& state, double smallest, double largest, std::size_t count) {
+  const Grains& g = state.grains;
+  std::vector<SizeClass> classes(count);
+  const double step = std::log(largest / smallest) / static_cast<double>(count);
+  for (std::size_t k = 0; k < count; ++k) classes[k].upper = smallest * std::exp(step * static_cast<double>(k + 1));
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    const double at = std::ceil(std::log(2 * equivalent_radius(g.shape[i]) / smallest) / step - 1e-9) - 1;
+    SizeClass& c = classes[static_cast<std::size_t>(std::clamp(at, 0.0, static_cast<double>(count - 1)))];
+    const Vec3 w = sorted_widths(g.shape[i]);
+    ++c.grains;
+    c.mass += g.mass[i], c.elongation += w[1] / w[0], c.flatness += w[2] / w[1];
+    if (!g.generation.empty()) c.generation += g.generation[i];
+    for (Index e = state.contacts.first[i]; e < state.contacts.first[i + 1]; ++e)
+      c.coordination += state.contacts.contact[state.contacts.entry[e] >> 1].stiffness > 0;
+  }
+  for (auto& c : classes)
+    if (c.grains > 0)
+      for (double* v : {&c.coordination, &c.elongation, &c.flatness, &c.generation}) *v /= static_cast<double>(c.grains);
+  return classes;
+}
+
+}  // namespace grus::dem

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/rve/reshape.hpp"
+
+#include <algorithm>
+
+#include "dem/fracture/shape_transition.hpp"
+
+namespace grus::dem {
+namespace {
+
+/// Half the trapezoid of force times growth, at the forces of now.
+double half_work(const Model& model, const Contacts& contacts, const std::vector<Growth>& growths) {
+  double work = 0;
+  std::visit([&](const auto& law) {
+    for (const auto& growth : growths) {
+      const Contact& c = contacts.contact[growth.contact];
+      if (c.stiffness > 0) work += 0.5 * law(c.stiffness, c.overlap).force * growth.amount;
+    }
+  }, model.law);
+  return work;
+}
+
+}  // namespace
+
+void reshape_fragments(const Model& model, State& state, double duration, Reshaping& now, Team& team) {
+  Grains& g = state.grains;
+  now.growths.clear();
+  if (g.frame.empty()) return;  // spheres only: nothing has split
+  now.held.assign(g.size(), 0);
+  for (const auto& s : state.bonds) now.held[s.a] = now.held[s.b] = 1;
+  now.next.assign(g.size(), std::nullopt);
+  team.blocks(g.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto& fracture = model.materials[g.material[i]].fracture;
+      if (fracture && fracture->transition && g.generation[i] > 0 && !now.held[i]) now.next[i] = next_shape(g.shape[i], *fracture->transition, duration);
+    }
+  });
+  double furthest = 0;
+  const Contacts& contacts = state.contacts;
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    if (!now.next[i]) continue;
+    const PolyEllipsoid& next = *now.next[i];
+    furthest = std::max(furthest, (next.plus - g.shape[i].plus).cwiseAbs().sum() * 1.75);  // support height, and centre of mass
+    for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
+      const Contact& c = contacts.contact[contacts.entry[e] >> 1];
+      if (c.stiffness <= 0) continue;
+      const Vec3 outward = contacts.entry[e] & 1 ? Vec3(-c.normal) : c.normal;
+      // At the least overlap the direction does not matter to first order: the overlap grows by the growth along it.
+      now.growths.push_back({contacts.entry[e] >> 1, growth(g.shape[i], next, g.frame[i].axes.transpose() * outward)});
+    }
+    state.ledger.reshape -= 0.5 * g.angular_momentum[i].dot(g.motion[i].spin);
+    set_shape(g, i, next);
+    state.ledger.reshape += 0.5 * g.angular_momentum[i].dot(g.motion[i].spin);
+  }
+  state.reference.grown += furthest;
+  state.ledger.reshape += half_work(model, contacts, now.growths);
+}
+
+void book_growth(const Model& model, State& state, const Reshaping& now) {
+  state.ledger.reshape += half_work(model, state.contacts, now.growths);
+}
+
+}  // namespace grus::dem

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Shape transition of the fragments of a state: geometry changes, and every joule of it is booked.
+#pragma once
+
+#include <optional>
+
+#include "dem/rve/model.hpp"
+#include "dem/rve/state.hpp"
+
+namespace grus::dem {
+
+/// A surface grew by `amount` (m) along the normal of a contact.
+struct Growth {
+  std::size_t contact;
+  double amount;
+};
+
+/// What a step of transition leaves for its second half, and columns that are kept from step to step.
+struct Reshaping {
+  std::vector<Growth> growths;
+  std::vector<std::uint8_t> held;
+  std::vector<std::optional<PolyEllipsoid>> next;
+};
+
+/// Lets every free, badly shaped fragment change its shape for `duration` (s), one step at a time: after the drift and
+/// before the forces, so that leapfrog sees a slowly varying potential. ledger.reshape gets the change of spin energy at
+/// constant angular momentum, and half the work of growing surfaces, at the forces before; `book_growth` adds the other
+/// half at the forces after (the trapezoid that the integrator's own work uses).
+void reshape_fragments(const Model& model, State& state, double duration, Reshaping& now, Team& team);
+void book_growth(const Model& model, State& state, const Reshaping& now);
+
+}  // namespace grus::dem
