@@ -69,8 +69,10 @@ int run(const Options& options) {
   if (options.check) {
     dem::State probe = state;
     const Clock timer;
-    dem::update_time_step(scene.model, probe);
-    dem::run_steps(scene.model, probe, 50, team);
+    while (probe.steps < 50) {
+      dem::update_time_step(scene.model, probe);
+      dem::run_steps(scene.model, probe, 2, team);
+    }
     print_setup(scene, state, timer.wall() / 50 * scene.test.duration / probe.dt);
     return finished;
   }
@@ -130,6 +132,8 @@ int run(const Options& options) {
   summary["threads"] = options.threads;
   summary["counts"] = {{"grains_start", scene.state.grains.size()}, {"grains", state.grains.size()}, {"breakages", state.ledger.breakages},
                        {"bonds_broken", state.ledger.bonds_broken}, {"steps", state.steps}, {"history_rows", history.rows()}};
+  if (const double bulk = dem::bulk_volume(scene.state.boundary); bulk > 0)
+    summary["sample"] = {{"bulk_density_kg_m3", dem::total_mass(scene.state.grains) / bulk}, {"solid_fraction", dem::solid_volume(scene.state.grains) / bulk}};
   summary["mass"] = {{"start_kg", dem::total_mass(scene.state.grains)}, {"grains_kg", dem::total_mass(state.grains)}, {"lost_kg", state.ledger.fines.mass}};
   summary["energy"] = ledger_json(state, m);
   summary["errors"] = {{"worst_energy_error", worst_error}, {"packing_overlap", scene.packing_overlap}};

@@ -65,7 +65,8 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
     add(spring.b, 2, {secant, secant, 0}, spring.at_b.norm());
   }
   for (std::size_t i = 0; i < n; ++i) {
-    const double radius = equivalent_radius(g.shape[i]), mass = 0.5 * g.mass[i];
+    const bool walls_near = !boundary.walls.empty();  // a wall is no lighter than the grain: all of its mass, all of its radius
+    const double radius = equivalent_radius(g.shape[i]) * (walls_near ? 2 : 1), mass = (walls_near ? 1 : 0.5) * g.mass[i];
     const PairLaw& p = pairs[g.material[i] * materials + g.material[i]];
     const double speed = std::max({g.motion[i].velocity.norm() + critical.max_speed, wall_speed, 1e-6});
     double stiffness;

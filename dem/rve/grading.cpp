@@ -24,7 +24,9 @@ double Grading::passing(double d) const {
 }
 
 double Grading::diameter(double fraction) const {
-  double low = std::log(1e-6 * smallest()), high = std::log(largest());
+  double top = largest();
+  for (const auto& f : fines_) top = std::max(top, f.top);
+  double low = std::log(1e-6 * smallest()), high = std::log(top);
   for (int k = 0; k < 60; ++k) {
     const double middle = 0.5 * (low + high);
     (passing(std::exp(middle)) < fraction ? low : high) = middle;

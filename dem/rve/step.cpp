@@ -83,9 +83,9 @@ void update_time_step(const Model& model, State& state) {
   if (!std::isfinite(critical.dt)) throw Unstable("no finite time step: the grains have no stiffness; give time_step in [numerics]");
   state.dt = model.numerics.safety * critical.dt;
   if (model.numerics.max_time_step > 0) state.dt = std::min(state.dt, model.numerics.max_time_step);
-  // Often while the stiffness changes, seldom while it does not.
-  const bool steady = std::abs(state.dt - before) < 0.05 * before;
-  state.estimate_interval = steady ? std::min<std::uint64_t>(2 * state.estimate_interval, static_cast<std::uint64_t>(model.numerics.estimate_every)) : 5;
+  // At once again while the stiffness grows, often while it changes, seldom while it does not.
+  const bool steady = std::abs(state.dt - before) < 0.05 * before, stiffer = !(state.dt >= 0.95 * before);
+  state.estimate_interval = stiffer || before == 0 ? 1 : steady ? std::min<std::uint64_t>(2 * state.estimate_interval, static_cast<std::uint64_t>(model.numerics.estimate_every)) : 5;
   state.next_estimate = state.steps + state.estimate_interval;
 }
 

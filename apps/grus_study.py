@@ -1,0 +1,209 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Runs a list of cases of one or more scenes, several seeds each, side by side on the cores given, and compares them:
+a table, plots with scatter bands, checks of claims, report.html. Runs that are done are not repeated."""
+import argparse
+import csv
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+from concurrent.futures import ThreadPoolExecutor, as_completed
+
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+
+
+class Refused(Exception):
+    pass
+
+
+def need(table, where, known):
+    for key in table:
+        if key not in known:
+            raise Refused(f"{where}: unknown key '{key}' (known: {', '.join(sorted(known))})")
+
+
+def toml_value(v):
+    """A value as --set takes it."""
+    if isinstance(v, bool):
+        return "true" if v else "false"
+    if isinstance(v, str):
+        return json.dumps(v) if v else ""
+    if isinstance(v, dict):
+        return "{" + ", ".join(f"{k} = {toml_value(x)}" for k, x in v.items()) + "}"
+    if isinstance(v, list):
+        return "[" + ", ".join(map(toml_value, v)) + "]"
+    return repr(v)
+
+
+def read_study(path):
+    try:
+        with open(path, "rb") as f:
+            study = tomllib.load(f)
+    except OSError as e:
+        raise Refused(f"{path}: {e.strerror}") from None
+    except tomllib.TOMLDecodeError as e:
+        raise Refused(f"{path}: {e}") from None
+    need(study, path, {"title", "study", "case", "plot", "check", "table", "fit"})
+    common = study.get("study", {})
+    need(common, f"{path}: study", {"scene", "seeds", "seed_key", "set", "at", "quantities"})
+    folder = os.path.dirname(os.path.abspath(path))
+    cases = []
+    for k, c in enumerate(study.get("case", [])):
+        where = f"{path}: case {c.get('name', k)}"
+        need(c, where, {"name", "label", "scene", "set", "seeds"})
+        if "name" not in c:
+            raise Refused(f"{where}: needs a name")
+        scene = c.get("scene", common.get("scene"))
+        if not scene:
+            raise Refused(f"{where}: needs a scene, its own or that of [study]")
+        scene = os.path.normpath(os.path.join(folder, scene))
+        if not os.path.isfile(scene):
+            raise Refused(f"{where}: no such scene file {scene}")
+        cases.append({"name": c["name"], "label": c.get("label", c["name"]), "scene": scene,
+                      "set": {**common.get("set", {}), **c.get("set", {})}, "seeds": c.get("seeds", common.get("seeds", [None]))})
+    if not cases:
+        raise Refused(f"{path}: needs at least one [[case]]")
+    names = [c["name"] for c in cases]
+    if len(set(names)) < len(names):
+        raise Refused(f"{path}: two cases share a name")
+    for kind in ("plot", "check", "table", "fit"):
+        for t in study.get(kind, []):
+            used = list(t.get("cases", [])) + ([t["reference"]] if "reference" in t else []) + list(t.get("greater", []))
+            for name in used + ([t["case"]] if "case" in t else []):
+                if name not in names:
+                    raise Refused(f"{path}: {kind} '{t.get('name', t.get('claim', '?'))}': no case is called '{name}'")
+    return study, common, cases
+
+
+def key_of(case, seed, seed_key, program):
+    """Changes when the scene, its settings or the program change: then the run is done again."""
+    with open(case["scene"], "rb") as f:
+        scene = f.read()
+    with open(program, "rb") as f:
+        binary = hashlib.sha256(f.read()).hexdigest()
+    return hashlib.sha256(scene + json.dumps([case["set"], seed, seed_key, binary], sort_keys=True).encode()).hexdigest()
+
+
+class Runner:
+    def __init__(self, out, seed_key, program, threads):
+        self.out, self.seed_key, self.program, self.threads = out, seed_key, program, threads
+        self.running, self.stopped = set(), False
+
+    def folder(self, case, seed):
+        return os.path.join(self.out, "runs", case["name"] + ("" if seed is None else f"_s{seed}"))
+
+    def run(self, case, seed):
+        folder = self.folder(case, seed)
+        key, marker = key_of(case, seed, self.seed_key, self.program), os.path.join(folder, "study.key")
+        if os.path.isfile(marker) and open(marker).read() == key:
+            return case, seed, None
+        if self.stopped:
+            return case, seed, "not started"
+        settings = dict(case["set"])
+        if seed is not None:
+            settings[self.seed_key] = seed
+        command = [self.program, case["scene"], "-o", folder, "--force", "--quiet", "--threads", str(self.threads)]
+        for k, v in settings.items():
+            command += ["--set", f"{k}={toml_value(v)}"]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+        self.running.add(process)
+        _, errors = process.communicate()
+        self.running.discard(process)
+        if process.returncode in (0, 3):  # unstable is a result: the table says so
+            with open(marker, "w") as f:
+                f.write(key)
+            return case, seed, None
+        return case, seed, errors.strip() or f"ended with status {process.returncode}"
+
+    def stop(self):
+        self.stopped = True
+        for process in list(self.running):
+            process.send_signal(signal.SIGINT)
+
+
+def duration_text(s):
+    return f"{s:.0f} s" if s < 120 else f"{s / 60:.0f} min" if s < 7200 else f"{s / 3600:.1f} h"
+
+
+def run_all(runner, cases, workers, quiet):
+    jobs = [(c, s) for c in cases for s in c["seeds"]]
+    start, failures, done = time.time(), [], 0
+    with ThreadPoolExecutor(workers) as pool:
+        futures = [pool.submit(runner.run, c, s) for c, s in jobs]
+        try:
+            for future in as_completed(futures):
+                case, seed, failure = future.result()
+                done += 1
+                if failure:
+                    failures.append((case["name"], seed, failure))
+                if not quiet:
+                    left = (time.time() - start) / done * (len(jobs) - done)
+                    print(f"{done}/{len(jobs)}  {case['name']}{'' if seed is None else f' seed {seed}'}"
+                          f"{'  FAILED: ' + failure if failure else ''}  ETA {duration_text(left)}", flush=True)
+        except KeyboardInterrupt:
+            runner.stop()
+            print("interrupted: finished runs are kept; the same command goes on", file=sys.stderr)
+            return None, time.time() - start
+    return failures, time.time() - start
+
+
+def read_run(folder):
+    with open(os.path.join(folder, "history.csv")) as f:
+        rows = list(csv.reader(f))
+    columns = {name: [float(r[k]) for r in rows[1:]] for k, name in enumerate(rows[0])}
+    with open(os.path.join(folder, "summary.json")) as f:
+        summary = json.load(f)
+    grading = None
+    path = os.path.join(folder, "grading.csv")
+    if os.path.isfile(path):
+        with open(path) as f:
+            grading = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(f)]
+    return {"columns": columns, "summary": summary, "grading": grading, "folder": folder}
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="grus-study", description=__doc__)
+    parser.add_argument("scene", metavar="STUDY.toml")
+    parser.add_argument("-o", metavar="DIR", dest="out", help="results folder (default: the study's name)")
+    parser.add_argument("--threads", type=int, default=0, help="cores to use; each run takes one (default: all cores given)")
+    parser.add_argument("--check", action="store_true", help="list the runs and stop")
+    parser.add_argument("--quiet", action="store_true")
+    parser.add_argument("--strict", action="store_true", help="exit with 1 if a check of the study fails")
+    args = parser.parse_args()
+    try:
+        study, common, cases = read_study(args.scene)
+    except Refused as e:
+        print(f"grus-study: {e}", file=sys.stderr)
+        return 2
+    program = os.path.join(os.path.dirname(os.path.realpath(__file__)), "grus-rve")
+    out = args.out or os.path.splitext(os.path.basename(args.scene))[0]
+    if args.check:
+        for c in cases:
+            print(c["name"], c["seeds"], os.path.relpath(c["scene"]), json.dumps(c["set"]))
+        print(f"{sum(len(c['seeds']) for c in cases)} runs")
+        return 0
+    os.makedirs(os.path.join(out, "runs"), exist_ok=True)
+    workers = args.threads or len(os.sched_getaffinity(0))
+    runner = Runner(out, common.get("seed_key", "packing.seed"), program, 1)
+    failures, wall = run_all(runner, cases, workers, args.quiet)
+    if failures is None:
+        return 130
+    for name, seed, text in failures:
+        print(f"grus-study: case {name}{'' if seed is None else f', seed {seed}'}: {text}", file=sys.stderr)
+    if failures:
+        return 1
+
+    import grus_study_report as report
+    runs = {c["name"]: [read_run(runner.folder(c, s)) for s in c["seeds"]] for c in cases}
+    passed = report.write(study, common, cases, runs, out, wall, workers)
+    print(f"report: {os.path.join(out, 'report.html')}")
+    return 1 if args.strict and not passed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

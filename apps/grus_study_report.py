@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Tables, plots and checks of a study. Quantities are columns of history.csv at an axial strain, or keys of summary.json."""
+import base64
+import csv
+import html
+import io
+import math
+import os
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+
+def at(columns, name, strain):
+    """Column at an axial strain, linear between rows; NaN where the run does not reach it."""
+    x, y = columns["axial_strain"], columns[name]
+    for k in range(1, len(x)):
+        if x[k - 1] <= strain <= x[k] * (1 + 1e-9) and x[k] > x[k - 1]:
+            t = (strain - x[k - 1]) / (x[k] - x[k - 1])
+            return y[k - 1] + t * (y[k] - y[k - 1])
+    return math.nan
+
+
+def mean(v):
+    return sum(v) / len(v) if v else math.nan
+
+
+def deviation(v):
+    m = mean(v)
+    return math.sqrt(sum((x - m) ** 2 for x in v) / (len(v) - 1)) if len(v) > 1 else 0.0
+
+
+def of_summary(run, path):
+    value = run["summary"]
+    for key in path.split("."):
+        value = value[key]
+    return float(value)
+
+
+def values(runs, quantity, strain=None):
+    return [of_summary(r, quantity) if "." in quantity else at(r["columns"], quantity, strain) for r in runs]
+
+
+def picture(fig, out, name):
+    os.makedirs(os.path.join(out, "plots"), exist_ok=True)
+    buffer = io.BytesIO()
+    fig.savefig(buffer, format="png", dpi=110, bbox_inches="tight")
+    plt.close(fig)
+    with open(os.path.join(out, "plots", name + ".png"), "wb") as f:
+        f.write(buffer.getvalue())
+    return f'<img src="data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}">'
+
+
+def band(x_grid, runs, column, scale):
+    rows = [[scale * at(r["columns"], column, x) for x in x_grid] for r in runs]
+    keep = [k for k in range(len(x_grid)) if all(not math.isnan(r[k]) for r in rows)]
+    x = [x_grid[k] for k in keep]
+    return x, [mean([r[k] for r in rows]) for k in keep], [min(r[k] for r in rows) for k in keep], [max(r[k] for r in rows) for k in keep]
+
+
+def history_plot(ax, plot, labels, runs):
+    for c in plot.get("corridor", []):
+        x = [p[0] for p in c["points"]]
+        ax.fill_between(x, [p[1] for p in c["points"]], [p[2] for p in c["points"]], color="0.8", label=c["label"], zorder=0)
+    scale, column = plot.get("scale", 1.0), plot["y"]
+    for name in plot["cases"]:
+        if "x" in plot:
+            for r in runs[name]:
+                ax.plot([v * plot.get("x_scale", 1.0) for v in r["columns"][plot["x"]]], [scale * v for v in r["columns"][column]], lw=1.2,
+                        label=labels[name] if r is runs[name][0] else None)
+            continue
+        last = max(max(r["columns"]["axial_strain"]) for r in runs[name])
+        x, middle, low, high = band([last * k / 200 for k in range(201)], runs[name], column, scale)
+        line, = ax.plot(x, middle, lw=1.5, label=f"{labels[name]} ({len(runs[name])} seed{'s' if len(runs[name]) > 1 else ''})")
+        if len(runs[name]) > 1:
+            ax.fill_between(x, low, high, color=line.get_color(), alpha=0.25)
+    if plot.get("log"):
+        ax.set_yscale("log")
+    if "y_max" in plot:
+        ax.set_ylim(0, plot["y_max"])
+    ax.set(xlabel=plot.get("xlabel", "axial strain"), ylabel=plot.get("ylabel", column))
+    ax.legend(fontsize=8)
+
+
+def grading_plot(ax, plot, labels, runs):
+    for name in plot["cases"]:
+        run = runs[name][0]
+        strains = sorted({row["strain"] for row in run["grading"] or []})
+        for k, strain in enumerate(strains):
+            rows = [row for row in run["grading"] if row["strain"] == strain]
+            total = sum(r["mass_kg"] for r in rows)
+            y = [100 * r["passing"] for r in rows] if plot.get("passing", True) else [100 * r["mass_kg"] / total for r in rows]
+            ax.semilogx([1e3 * r["diameter_m"] for r in rows], y, color=plt.cm.viridis(k / max(1, len(strains) - 1)), label=f"{labels[name]}, strain {strain:.2f}")
+    ax.set(xlabel="equivalent diameter (mm)", ylabel="passing by mass (%)" if plot.get("passing", True) else "mass in class (%)")
+    ax.legend(fontsize=7)
+
+
+def check_of(check, runs):
+    """(passed, text) of a claim."""
+    quantity = check.get("quantity", "axial_stress_Pa")
+    if "greater" in check:
+        high, low = check["greater"]
+        found, ok = [], True
+        for strain in check.get("at", [None]):
+            a, b = mean(values(runs[high], quantity, strain)), mean(values(runs[low], quantity, strain))
+            ok = ok and a > check.get("factor", 1.0) * b
+            found.append(f"{a:.4g} / {b:.4g} = {a / b if b else math.inf:.3g}" + ("" if strain is None else f" at {strain:g}"))
+        return ok, f"{high} / {low}: " + "; ".join(found)
+    v = [x for name in check.get("cases", [check.get("case")]) for strain in check.get("at", [None]) for x in values(runs[name], quantity, strain)]
+    if "near" in check:
+        worst = max(abs(x / check["near"] - 1) for x in v)
+        return worst <= check["tolerance"], f"{mean(v):.5g} against {check['near']:g}: {100 * worst:.2f} % off at worst"
+    if "between" in check:
+        low, high = check["between"]
+        return all(low <= x <= high for x in v), f"{min(v):.4g} … {max(v):.4g}, asked {low:g} … {high:g}"
+    return all(abs(x) <= check["below"] for x in v), f"at most {max(map(abs, v)):.3g}, asked {check['below']:g}"
+
+
+def power_law(points):
+    """Exponent of y = c x^n by least squares in logs, and its standard error."""
+    points = [(math.log(x), math.log(y)) for x, y in points if y > 0]
+    n = len(points)
+    mx, my = mean([p[0] for p in points]), mean([p[1] for p in points])
+    sxx = sum((x - mx) ** 2 for x, _ in points)
+    slope = sum((x - mx) * (y - my) for x, y in points) / sxx
+    rest = sum((y - my - slope * (x - mx)) ** 2 for x, y in points)
+    return slope, math.sqrt(rest / max(1, n - 2) / sxx)
+
+
+def sweep_result(run, reference):
+    """What a run of a parameter sweep came to, in the words of the paper's Table 1."""
+    if run["summary"]["status"] == 3:
+        return "unstable: " + run["summary"]["ending"]
+    if run["columns"]["breakages"][-1] == 0:
+        return "never broken"
+    last = min(run["columns"]["axial_strain"][-1], reference["columns"]["axial_strain"][-1])
+    grid = [last * k / 200 for k in range(1, 200)]
+    a, b = [[at(r["columns"], "axial_stress_Pa", x) for x in grid] for r in (run, reference)]
+    norm = math.sqrt(sum(y * y for y in b))
+    off = math.sqrt(sum((x - y) ** 2 for x, y in zip(a, b))) / norm
+    return f"{'good, same result' if off < 0.05 else 'good, slightly different' if off < 0.2 else 'broken, different path'} ({100 * off:.1f} %)"
+
+
+def html_table(head, rows):
+    return ("<table><tr>" + "".join(f"<th>{html.escape(str(h))}</th>" for h in head) + "</tr>" +
+            "".join("<tr>" + "".join(f"<td>{html.escape(str(v))}</td>" for v in r) + "</tr>" for r in rows) + "</table>")
+
+
+def text_table(head, rows):
+    widths = [max(len(str(r[k])) for r in [head] + rows) for k in range(len(head))]
+    return "\n".join("  ".join(str(v).ljust(w) for v, w in zip(r, widths)).rstrip() for r in [head] + rows) + "\n"
+
+
+def write(study, common, cases, runs, out, wall, workers):
+    labels = {c["name"]: c["label"] for c in cases}
+    strains = common.get("at", [0.1, 0.2])
+    quantities = common.get("quantities", ["axial_stress_Pa"])
+    head = ["case", "seeds", "status"] + [f"{q} at {e:g}" for q in quantities for e in strains] + \
+           ["grains", "breakages", "energy error %", "steps", "CPU s"]
+    rows, plain = [], []
+    for c in cases:
+        r = runs[c["name"]]
+        cells, numbers = [], []
+        for q in quantities:
+            for e in strains:
+                v = values(r, q, e)
+                cells.append("-" if math.isnan(mean(v)) else f"{mean(v):.4g}" + (f" ± {deviation(v):.2g}" if len(v) > 1 else ""))
+                numbers += [mean(v), deviation(v)]
+        status = sorted({str(x["summary"]["status"]) for x in r})
+        tail = [mean([x["columns"]["grains"][-1] for x in r]), mean([x["columns"]["breakages"][-1] for x in r]),
+                100 * max(of_summary(x, "errors.worst_energy_error") for x in r), mean([of_summary(x, "counts.steps") for x in r]),
+                mean([of_summary(x, "seconds.cpu") for x in r])]
+        rows.append([c["label"], len(r), ",".join(status)] + cells + [f"{tail[0]:.0f}", f"{tail[1]:.0f}", f"{tail[2]:.2f}", f"{tail[3]:.3g}", f"{tail[4]:.1f}"])
+        plain.append([c["name"], len(r), ",".join(status)] + numbers + tail)
+    with open(os.path.join(out, "study.csv"), "w", newline="") as f:
+        writer = csv.writer(f)
+        writer.writerow(["case", "seeds", "status"] + [f"{k}_{q}_at_{e:g}" for q in quantities for e in strains for k in ("mean", "sd")] +
+                        ["grains", "breakages", "worst_energy_error_percent", "steps", "cpu_s"])
+        writer.writerows(plain)
+    text = study.get("title", "Study") + f"\n{sum(len(r) for r in runs.values())} runs, {wall:.0f} s on {workers} cores\n\n" + text_table(head, rows)
+    body = html_table(head, rows)
+
+    for t in study.get("table", []):
+        reference = runs[t["reference"]][0]
+        sweep = []
+        for name in t["cases"]:
+            r = runs[name][0]
+            steps = r["columns"]["time_step_s"]
+            sweep.append([labels[name], f"{min(steps):.2g} … {max(steps):.2g}", f"{max(r['columns']['axial_stress_Pa']) / 1e6:.3g}",
+                          f"{r['columns']['breakages'][-1]:.0f}", sweep_result(r, reference)])
+        head_t = [t.get("title", t["name"]), "time steps used (s)", "peak stress (MPa)", "breakages", "result"]
+        text += "\n" + text_table(head_t, sweep)
+        body += html_table(head_t, sweep)
+
+    fits = []
+    for fit in study.get("fit", []):
+        for strain in fit["at"]:
+            points = [(of_summary(r, fit["x"]), at(r["columns"], fit["quantity"], strain)) for name in fit["cases"] for r in runs[name]]
+            exponent, error = power_law([p for p in points if not math.isnan(p[1])])
+            fits.append([fit["name"], f"{strain:g}", f"{exponent:.2f} ± {error:.2f}", fit.get("expected", "")])
+    if fits:
+        head_f = ["power law", "axial strain", "exponent (standard error)", "expected"]
+        text += "\n" + text_table(head_f, fits)
+        body += html_table(head_f, fits)
+
+    passed, results = True, []
+    for check in study.get("check", []):
+        ok, detail = check_of(check, runs)
+        passed = passed and ok
+        results.append(["holds" if ok else "DOES NOT HOLD", check["claim"], detail])
+    if results:
+        text += "\n" + text_table(["", "claim", "measured"], results)
+        body += "<h2>Claims</h2>" + html_table(["", "claim", "measured"], results)
+
+    for plot in study.get("plot", []):
+        fig, ax = plt.subplots(figsize=(7, 4.6))
+        (grading_plot if plot.get("kind") == "grading" else history_plot)(ax, plot, labels, runs)
+        ax.set_title(plot.get("title", plot["name"]), fontsize=10)
+        body += picture(fig, out, plot["name"])
+    with open(os.path.join(out, "study.txt"), "w") as f:
+        f.write(text)
+    page = f"""<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(study.get('title', 'Study'))}</title>
+<style>body{{font:15px/1.5 sans-serif;max-width:1460px;margin:2em auto;padding:0 1em;color:#222}}table{{border-collapse:collapse;margin:1em 0}}
+td,th{{border:1px solid #ccc;padding:.3em .8em;text-align:left}}th{{background:#f2f0ea}}img{{max-width:100%;margin:.3em}}</style>
+<h1>{html.escape(study.get('title', 'Study'))}</h1>{body}</html>"""
+    with open(os.path.join(out, "report.html.new"), "w") as f:
+        f.write(page)
+    os.replace(os.path.join(out, "report.html.new"), os.path.join(out, "report.html"))
+    print(text)
+    return passed
