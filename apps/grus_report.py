@@ -32,6 +32,35 @@ def read_history(folder):
     return columns
 
 
+def read_grading(folder):
+    """States of grading.csv, if the scene asked for it: strain -> rows by size class."""
+    path = os.path.join(folder, "grading.csv")
+    if not os.path.isfile(path):
+        return {}
+    states = {}
+    with open(path, newline="") as f:
+        for row in csv.DictReader(f):
+            states.setdefault(float(row["strain"]), []).append({k: float(v) for k, v in row.items()})
+    return states
+
+
+def grading_curves(ax, name, states):
+    for k, (strain, rows) in enumerate(states.items()):
+        ax.semilogx([1e3 * r["diameter_m"] for r in rows], [100 * r["passing"] for r in rows], color=plt.cm.viridis(k / max(1, len(states) - 1)),
+                    label=f"strain {strain:.3g}")
+    ax.set(xlabel="equivalent diameter (mm)", ylabel="passing by mass (%)", title=f"{name}: grading, fines included")
+    ax.legend(fontsize=7)
+
+
+def by_size(ax, name, states):
+    rows = [r for r in list(states.values())[-1] if r["grains"] > 0]
+    d = [1e3 * r["diameter_m"] for r in rows]
+    for key, scale in (("coordination", 1), ("generation", 1), ("elongation", 10), ("flatness", 10)):
+        ax.semilogx(d, [scale * r[key] for r in rows], marker=".", label=key + (" × 10" if scale > 1 else ""))
+    ax.set(xlabel="equivalent diameter (mm)", title=f"{name}: means by size, last state")
+    ax.legend(fontsize=7)
+
+
 def figure(draw, width=6.4):
     fig, ax = plt.subplots(figsize=(width, 4.0), dpi=110)
     draw(ax)
@@ -58,7 +87,7 @@ def rve_plots(runs):
             ax.set(xlabel="axial strain", ylabel="axial stress (MPa)", title="Stress and strain (compression positive)")
             ax.legend()
         plots.append(figure(stress))
-    for name, c, _ in runs:
+    for name, c, summary in runs:
         x = c["axial_strain"] if max(map(abs, c["axial_strain"])) > 0 else c["time_s"]
         xlabel = "axial strain" if x is c["axial_strain"] else "time (s)"
 
@@ -85,6 +114,11 @@ def rve_plots(runs):
                 ax.legend(loc="upper left")
                 other.legend(loc="lower right")
             plots.append(figure(broken))
+
+        grading = read_grading(summary["folder"])
+        if grading:
+            plots.append(figure(lambda ax: grading_curves(ax, name, grading)))
+            plots.append(figure(lambda ax: by_size(ax, name, grading)))
 
         def quality(ax):
             ax.semilogy(x, [max(abs(v), 1e-8) for v in c["energy_error"]], label="|energy error|")
@@ -161,6 +195,7 @@ def main():
         except (OSError, ValueError) as e:
             print(f"grus-report: {e}", file=sys.stderr)
             return 2
+        summary["folder"] = folder
         runs.append((os.path.basename(os.path.abspath(folder)), columns, summary))
     rve = [r for r in runs if "increment" not in r[1]]
     bvp = [r for r in runs if "increment" in r[1]]

@@ -8,6 +8,7 @@
 #include "apps/prepare_sample.hpp"
 #include "apps/run.hpp"
 #include "apps/rve_history.hpp"
+#include "dem/bond/cohesive.hpp"
 #include "dem/io/frames.hpp"
 #include "dem/io/vtkhdf.hpp"
 #include "dem/io/whole_file.hpp"
@@ -41,10 +42,12 @@ private:
 
 nlohmann::json ledger_json(const dem::State& s, const dem::Measurement& m) {
   const dem::Ledger& l = s.ledger;
+  double whole = 0;  // with fracture_J this is G_c times the area made
+  for (const auto& spring : s.bonds) whole += 0.5 * spring.peak * spring.rupture - dem::dissipated(spring);
   return {{"work_J", l.work},         {"kinetic_J", m.kinetic},       {"elastic_J", m.elastic},
           {"start_J", l.start},       {"friction_J", l.friction},     {"damping_J", l.damping},
           {"fracture_J", l.fracture}, {"split_elastic_J", l.split},   {"fines_kinetic_J", l.fines.kinetic},
-          {"reshape_J", l.reshape}, {"fracture_area_m2", l.fracture_area}, {"split_force_residual_N", l.residual_force},
+          {"fracture_left_in_springs_J", whole}, {"reshape_J", l.reshape},   {"split_added_J", l.split_added}, {"fracture_area_m2", l.fracture_area}, {"split_force_residual_N", l.residual_force},
           {"energy_error", dem::energy_error(l, m.kinetic + m.elastic)}};
 }
 

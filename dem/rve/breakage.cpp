@@ -170,8 +170,10 @@ void apply_breaks(const Model& model, State& state, const std::vector<Break>& br
       add_springs(model, state, parents[k], breaks[k].axis, breaks[k].grain, minus[k]);
   if (!state.bonds.empty()) refresh_forces(model, state, team);
   ledger.breakages += breaks.size();
-  ledger.split += elastic_before + bonds_before - elastic_energy(model.law, state.contacts) - stored_energy(state.bonds) -
-                  (ledger.fracture - fracture_before);
+  const double left = elastic_before + bonds_before - elastic_energy(model.law, state.contacts) - stored_energy(state.bonds) -
+                      (ledger.fracture - fracture_before);
+  ledger.split += left;
+  ledger.split_added += std::max(0.0, -left);
 }
 
 }  // namespace grus::dem

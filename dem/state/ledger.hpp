@@ -44,6 +44,7 @@ struct Ledger {
   double damping = 0;       // contact dashpots and local damping
   double fracture = 0;      // cohesive springs
   double split = 0;         // elastic energy that left with the parents' contacts, less what the springs were born with
+  double split_added = 0;   // of it, summed over the instants at which more was put in (springs' birth) than left
   double reshape = 0;       // put in by shape transition: work of growing surfaces, change of spin energy
   double start = 0;         // stored energy at the start
   double fracture_area = 0; // m^2 of planes made
