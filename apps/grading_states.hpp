@@ -14,6 +14,11 @@ public:
   GradingStates(const std::string& directory, const RveScene& scene);
   void write_if_due(const dem::State& state);
 
+  /// For checkpoints: what was written so far.
+  const std::string& text() const { return text_; }
+  int written() const { return written_; }
+  void restore(const std::string& text, int written) { text_ = text, written_ = written; }
+
 private:
   std::string path_, text_;
   const RveScene& scene_;

@@ -79,6 +79,7 @@ int run(const Options& given, const fem::Session& session) {
   Options options = given;
   const bool speaks = session.rank() == 0;
   BvpScene scene;
+  if (options.resume) throw dem::InputError("--resume: grus-bvp writes no checkpoints in this version; run again without --resume");
   together(session, [&] { scene = read_bvp_scene(options.scene, options.overrides); });
   std::unique_ptr<fem::Problem> problem;
   together(session, [&] { problem = std::make_unique<fem::Problem>(MPI_COMM_WORLD, scene.mesh, scene.discretisation, scene.boundaries); });

@@ -9,6 +9,8 @@
 #include "apps/run.hpp"
 #include "apps/rve_history.hpp"
 #include "dem/bond/cohesive.hpp"
+#include "dem/io/archive.hpp"
+#include "dem/io/checkpoint.hpp"
 #include "dem/io/frames.hpp"
 #include "dem/io/vtkhdf.hpp"
 #include "dem/io/whole_file.hpp"
@@ -25,6 +27,8 @@ public:
   Frames(const Options& options, int count, double duration) : folder_(options.directory), count_(count), every_(count > 1 ? duration / (count - 1) : duration) {
     if (count_ > 0) std::filesystem::create_directories(folder_ / "grains");
   }
+  nlohmann::json series() const { return series_; }
+  void restore(const nlohmann::json& series) { series_ = series.get<decltype(series_)>(); }
   void write_if_due(const dem::State& state) {
     if (static_cast<int>(series_.size()) >= count_ || state.time < every_ * static_cast<double>(series_.size()) * (1 - 1e-9)) return;
     const std::string name = fmt::format("grains/grains_{:05}.hdf", series_.size());
@@ -62,13 +66,51 @@ void print_setup(const RveScene& scene, const dem::State& s, double wall_estimat
   fmt::print("\n");
 }
 
+/// What a run carries besides its state.
+struct Course {
+  dem::Mat3 initial_cell = dem::Mat3::Zero();
+  dem::Vec3 initial_size = dem::Vec3::Zero();
+  std::uint64_t row = 0;
+  double peak = 0, worst_error = 0, wall = 0;
+
+  template <class A>
+  static void archive(A& a, auto& c) { a.plain(c.initial_cell), a.plain(c.initial_size), a.plain(c.row), a.plain(c.peak), a.plain(c.worst_error), a.plain(c.wall); }
+};
+
+void save_checkpoint(const Options& options, const RveScene& scene, const dem::State& state, const Course& course, const History& history,
+                     const Frames& frames, const GradingStates& gradings) {
+  dem::Saver saver;
+  Course::archive(saver, course);
+  const nlohmann::json about{{"program", "grus-rve"}, {"scene", scene.record}, {"rows", history.rows()}, {"frames", frames.series()}, {"gradings", gradings.written()}};
+  dem::write_checkpoint(options.directory + "/checkpoint.h5", {about.dump(), {dem::bytes_of(state), saver.take(), history.text(), gradings.text()}});
+}
+
+dem::State load_checkpoint(const Options& options, const RveScene& scene, Course& course, History& history, Frames& frames, GradingStates& gradings) {
+  const std::string path = options.directory + "/checkpoint.h5";
+  const dem::Checkpoint kept = dem::read_checkpoint(path);
+  const nlohmann::json about = nlohmann::json::parse(kept.about);
+  if (about.value("program", "") != "grus-rve" || kept.parts.size() != 4) throw dem::InputError(path + ": not a checkpoint of grus-rve");
+  if (about["scene"] != scene.record) throw dem::InputError(path + ": checkpoint of another scene or other settings; give the same file and --set");
+  dem::State state = dem::state_of(kept.parts[0]);
+  dem::Loader loader(kept.parts[1]);
+  Course::archive(loader, course);
+  history.restore(kept.parts[2], about["rows"]);
+  gradings.restore(kept.parts[3], about["gradings"]);
+  frames.restore(about["frames"]);
+  return state;
+}
+
 int run(const Options& options) {
   const Clock clock;
   RveScene scene = read_rve_scene(options.scene, options.overrides);
   dem::Team team(options.threads);
-  if (!options.check) make_folder(options);
-  dem::State state = prepare_sample(scene, team);
-  dem::begin_loading(scene.model, state, scene.test.loading);
+  if (options.resume) dem::read_checkpoint(options.directory + "/checkpoint.h5");  // refused before anything is computed
+  else if (!options.check) make_folder(options);
+  dem::State state;
+  if (!options.resume) {
+    state = prepare_sample(scene, team);
+    dem::begin_loading(scene.model, state, scene.test.loading);
+  }
   if (options.check) {
     dem::State probe = state;
     const Clock timer;
@@ -79,44 +121,57 @@ int run(const Options& options) {
     print_setup(scene, state, timer.wall() / 50 * scene.test.duration / probe.dt);
     return finished;
   }
-  if (!options.quiet) print_setup(scene, state, 0);
-  if (scene.output.wants_checkpoints) fmt::print(stderr, "{}: note: output.checkpoint_interval: this version writes no checkpoints\n", options.scene);
+  if (!options.quiet && !options.resume) print_setup(scene, state, 0);
   const double ready = clock.wall();
 
-  const dem::Mat3 initial_cell = state.boundary.cell.vectors;
   const std::filesystem::path folder = options.directory;
-  History history((folder / "history.csv").string(), rve_columns(scene, state));
+  History history((folder / "history.csv").string(), rve_columns(scene, options.resume ? scene.state : state));
   Frames frames(options, scene.output.frames, scene.test.duration);
   GradingStates gradings(options.directory, scene);
+  Course course{state.boundary.cell.vectors, scene.test.loading.initial_size};
+  if (options.resume) {
+    state = load_checkpoint(options, scene, course, history, frames, gradings);
+    scene.test.loading.initial_size = course.initial_size;
+    if (!options.quiet) fmt::print("{}\n  going on from t = {:.4g} s, {} grains\n", scene.title, state.time, state.grains.size());
+  }
   Progress progress(options.quiet);
   dem::Measurement m = dem::measure(scene.model, state);
-  history.add(rve_row(scene, state, m, initial_cell));
-  frames.write_if_due(state);
-  gradings.write_if_due(state);
+  if (!options.resume) {
+    history.add(rve_row(scene, state, m, course.initial_cell));
+    frames.write_if_due(state);
+    gradings.write_if_due(state);
+  }
 
   int status = finished;
   std::string ending = "finished";
-  double peak = 0, worst_error = 0;
+  double saved = ready;
+  const double earlier = course.wall;
   const auto rows = static_cast<std::uint64_t>(std::ceil(scene.test.duration / scene.output.history_interval * (1 - 1e-9)));
   try {
-    for (std::uint64_t row = 1; row <= rows; ++row) {
+    for (std::uint64_t row = course.row + 1; row <= rows; ++row) {
       const double until = row == rows ? scene.test.duration : static_cast<double>(row) * scene.output.history_interval;
       dem::load(scene.model, state, scene.test.loading, until - state.time, team);
       m = dem::measure(scene.model, state);
       dem::check_sanity(scene.model, state);
-      history.add(rve_row(scene, state, m, initial_cell));
+      history.add(rve_row(scene, state, m, course.initial_cell));
       history.save(2);
       frames.write_if_due(state);
       gradings.write_if_due(state);
       const double axial = axial_stress(scene, state, m), error = dem::energy_error(state.ledger, m.kinetic + m.elastic);
-      peak = std::max(peak, axial), worst_error = std::max(worst_error, std::abs(error));
+      course.peak = std::max(course.peak, axial), course.worst_error = std::max(course.worst_error, std::abs(error));
+      course.row = row, course.wall = earlier + clock.wall() - ready;
       progress.show(state.time / scene.test.duration,
                     fmt::format("t {:.4g} s  strain {:.4f}  stress {:.3g} MPa  grains {}  broken {}  energy error {:.2f} %  {:.3g} steps/s", state.time,
                                 state.time * scene.test.strain_rate, axial / 1e6, state.grains.size(), state.ledger.breakages, 100 * error,
-                                static_cast<double>(state.steps) / (clock.wall() - ready)));
+                                static_cast<double>(state.steps) / course.wall));
       if (scene.test.final_stress && axial >= *scene.test.final_stress) break;
-      if (interruption_asked()) {
-        status = interrupted, ending = "interrupted";
+      const bool stop = interruption_asked();
+      if (stop || clock.wall() - saved > scene.output.checkpoint_interval) {
+        save_checkpoint(options, scene, state, course, history, frames, gradings);
+        saved = clock.wall();
+      }
+      if (stop) {
+        status = interrupted, ending = "interrupted; --resume goes on from checkpoint.h5";
         break;
       }
     }
@@ -139,16 +194,16 @@ int run(const Options& options) {
     summary["sample"] = {{"bulk_density_kg_m3", dem::total_mass(scene.state.grains) / bulk}, {"solid_fraction", dem::solid_volume(scene.state.grains) / bulk}};
   summary["mass"] = {{"start_kg", dem::total_mass(scene.state.grains)}, {"grains_kg", dem::total_mass(state.grains)}, {"lost_kg", state.ledger.fines.mass}};
   summary["energy"] = ledger_json(state, m);
-  summary["errors"] = {{"worst_energy_error", worst_error}, {"packing_overlap", scene.packing_overlap}};
-  summary["results"] = {{"peak_axial_stress_Pa", peak}, {"final_time_s", state.time}, {"final_void_ratio", m.void_ratio}};
-  summary["seconds"] = {{"preparation_wall", ready}, {"loading_wall", wall - ready}, {"cpu", Clock::cpu()}};
+  summary["errors"] = {{"worst_energy_error", course.worst_error}, {"packing_overlap", scene.packing_overlap}};
+  summary["results"] = {{"peak_axial_stress_Pa", course.peak}, {"final_time_s", state.time}, {"final_void_ratio", m.void_ratio}};
+  summary["seconds"] = {{"preparation_wall", ready}, {"loading_wall", earlier + wall - ready}, {"cpu", Clock::cpu()}};
   dem::write_whole((folder / "summary.json").string(), summary.dump(2) + "\n");
 
   progress.finish(fmt::format("{}: t {:.5g} s, peak stress {:.4g} MPa, {} -> {} grains, {} breakages, mass lost {:.2f} %, worst energy error {:.2f} %, "
                               "{} steps in {} ({})",
-                              status == finished ? "finished" : status == interrupted ? "interrupted" : "stopped", state.time, peak / 1e6,
+                              status == finished ? "finished" : status == interrupted ? "interrupted" : "stopped", state.time, course.peak / 1e6,
                               scene.state.grains.size(), state.grains.size(), state.ledger.breakages,
-                              100 * state.ledger.fines.mass / dem::total_mass(scene.state.grains), 100 * worst_error, state.steps, duration_text(wall - ready),
+                              100 * state.ledger.fines.mass / dem::total_mass(scene.state.grains), 100 * course.worst_error, state.steps, duration_text(earlier + wall - ready),
                               options.directory));
   if (status == unstable) fmt::print(stderr, "{}: {}\n", options.scene, ending);
   return status;

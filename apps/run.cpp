@@ -62,7 +62,6 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
     if (speaks) fmt::print(stderr, "{}\n", line);
   };
   try {
-    if (options.resume) throw dem::InputError("--resume: checkpoints are not written by this version; run again without --resume");
     return work(options);
   } catch (const dem::InputError& e) {
     return say(e.what()), refused;
@@ -84,7 +83,7 @@ void make_folder(const Options& options) {
   if (fs::exists(options.directory) && !fs::is_empty(options.directory)) {
     if (!options.force) throw dem::InputError(fmt::format("{}: folder is not empty; use another -o DIR, or --force", options.directory));
     for (const char* old : {"grains", "macro"}) fs::remove_all(fs::path(options.directory) / old);  // frames of another run would mix in
-    for (const char* old : {"grains.hdf.series", "macro.hdf.series", "history.csv", "summary.json", "report.html"})
+    for (const char* old : {"grains.hdf.series", "macro.hdf.series", "history.csv", "grading.csv", "summary.json", "report.html", "checkpoint.h5"})
       fs::remove(fs::path(options.directory) / old);
   }
   std::error_code error;
@@ -141,6 +140,11 @@ void History::add(const std::vector<double>& row) {
   text_ += '\n';
   last_ = row;
   ++rows_;
+}
+
+void History::restore(const std::string& text, std::size_t rows) {
+  text_ = text;
+  rows_ = rows;
 }
 
 void History::save(double seconds) {

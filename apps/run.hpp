@@ -61,6 +61,9 @@ public:
   void add(const std::vector<double>& row);
   /// Writes the file if the last time is longer ago than `seconds`.
   void save(double seconds = 0);
+  /// What was kept of an earlier part of the run.
+  void restore(const std::string& text, std::size_t rows);
+  const std::string& text() const { return text_; }
   const std::vector<std::string>& columns() const { return columns_; }
   const std::vector<double>& last() const { return last_; }
   std::size_t rows() const { return rows_; }

@@ -105,7 +105,7 @@ void read_output(Table& t, RveScene& scene) {
   out.grading = o->flag_or("grading", false);
   out.gradings = static_cast<int>(o->integer_or("gradings", 0, 0, 1000));
   out.frames = static_cast<int>(o->integer_or("frames", 0, 0, 100000));
-  if ((out.wants_checkpoints = o->has("checkpoint_interval"))) o->number("checkpoint_interval", dimension::time, positive);
+  if (o->has("checkpoint_interval")) out.checkpoint_interval = o->number("checkpoint_interval", dimension::time, positive);
   o->finish();
 }
 

@@ -28,7 +28,7 @@ struct Output {
   double history_interval = 0;  // s
   int frames = 0, gradings = 0;
   bool grading = false;            // size and shape columns in history.csv
-  bool wants_checkpoints = false;  // asked for; not written by this version, which says so
+  double checkpoint_interval = INFINITY;  // s of wall time; an interrupted run writes one in any case
 };
 
 struct RveScene {

@@ -1,13 +1,15 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Scenes end to end: run.py refused|shipped|same_bits|golden|shpb_full BIN"""
+"""Scenes end to end: run.py refused|shipped|same_bits|golden|resume|shpb_full BIN"""
 import csv
 import glob
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 
 case, binaries = sys.argv[1:3]
 here = os.path.dirname(os.path.abspath(__file__))
@@ -58,7 +60,7 @@ def refused(tmp):
     scene = os.path.join(shipped, "single_grain.toml")
     for arguments, expected in ((["nowhere.toml"], "no such scene file"), ([scene, "--set", "grain.0.radius=3 parsec"], "unknown unit 'parsec'"),
                                 ([scene, "--set", "grain.7.radius=1"], "not one of 1 entries"), ([scene, "--bogus"], "--bogus"),
-                                ([scene, "--resume"], "checkpoints"), ([scene, "--threads", "0"], "--threads")):
+                                ([scene, "--resume"], "no checkpoint to resume from"), ([scene, "--threads", "0"], "--threads")):
         r = run(rve, *arguments, "-o", os.path.join(tmp, "refused"))
         need(r.returncode == 2 and expected in r.stderr and r.stderr.count("\n") == 1, f"{arguments}: exit {r.returncode}: {r.stderr!r}")
     full = os.path.join(tmp, "full")
@@ -184,6 +186,41 @@ def golden(tmp):
             need(abs(total - kept_total) <= slack, f"{name}: sum of {k} is {total:.6g}, kept {kept_total:.6g}")
 
 
+def resume(tmp):
+    """Killed, interrupted and resumed with other threads, a run past hundreds of breakages writes the same bytes."""
+    rve, scene = program("grus-rve"), os.path.join(shipped, "shpb_random.toml")
+    settings = [a for s in ("loading.final_strain=0.05", "output.frames=3", "output.gradings=3", "output.grading=true", "output.checkpoint_interval=0.1",
+                            "material.sand.fracture.shape_transition.ratio=0.25") for a in ("--set", s)]
+    whole, part = os.path.join(tmp, "whole"), os.path.join(tmp, "part")
+    need(run(rve, scene, "-o", whole, "--threads", "1", "--quiet", *settings).returncode == 0, "the run itself")
+    checkpoint = os.path.join(part, "checkpoint.h5")
+    command = [rve, scene, "-o", part, "--quiet", *settings]
+    p = subprocess.Popen([*command, "--threads", "2"])
+    while p.poll() is None and not os.path.exists(checkpoint):
+        time.sleep(0.01)
+    p.kill()  # -9, at whatever moment
+    p.wait()
+    need(os.path.exists(checkpoint), "no checkpoint after kill -9")
+    p = subprocess.Popen([*command, "--threads", "1", "--resume"])
+    time.sleep(0.3)
+    p.send_signal(signal.SIGINT)
+    need(p.wait() in (0, 130), f"Ctrl-C: exit {p.returncode}")
+    r = run(*command, "--threads", "2", "--resume")
+    need(r.returncode == 0, f"resume: exit {r.returncode} {r.stderr}")
+    for name in ("history.csv", "grading.csv", "grains.hdf.series"):
+        need(open(os.path.join(whole, name)).read() == open(os.path.join(part, name)).read(), f"{name} differs after kill and resume")
+    need(float(history(part)[-1]["breakages"]) > 50, "nothing broke")
+    r = run(*command, "--resume", "--set", "packing.seed=9")
+    need(r.returncode == 2 and "another scene" in r.stderr, f"another scene: {r.stderr!r}")
+    data = bytearray(open(checkpoint, "rb").read())
+    for spoiled in (data[: len(data) // 2], data[:-200] + bytes(200), b"nothing", data[:40000] + bytes([data[40000] ^ 1]) + data[40001:]):
+        open(checkpoint, "wb").write(spoiled)
+        before = sorted(os.listdir(part))
+        r = run(*command, "--resume")
+        need(r.returncode == 2 and r.stderr.count("\n") == 1 and "checkpoint" in r.stderr, f"damaged: exit {r.returncode} {r.stderr!r}")
+        need(sorted(os.listdir(part)) == before, "a refused resume changed the folder")
+
+
 def shpb_full(tmp):
     out = os.path.join(tmp, "shpb")
     r = run(program("grus-rve"), os.path.join(shipped, "shpb_random.toml"), "-o", out, "--set", "output.frames=0", timeout=3500)
@@ -195,6 +232,6 @@ def shpb_full(tmp):
 
 
 with tempfile.TemporaryDirectory() as folder:
-    {"refused": refused, "shipped": shipped_scenes, "same_bits": same_bits, "golden": golden, "shpb_full": shpb_full}[case](folder)
+    {"refused": refused, "shipped": shipped_scenes, "same_bits": same_bits, "golden": golden, "resume": resume, "shpb_full": shpb_full}[case](folder)
 print(f"{case}: {len(faults)} faults")
 sys.exit(1 if faults else 0)

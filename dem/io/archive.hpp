@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// A state as bytes and back: one list of fields serves both ways, so saving and loading cannot drift apart.
+#pragma once
+
+#include <cstring>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+#include "dem/base/error.hpp"
+#include "dem/rve/state.hpp"
+
+namespace grus::dem {
+
+class Saver {
+public:
+  template <class T>
+  void plain(const T& v) { bytes_.append(reinterpret_cast<const char*>(&v), sizeof v); }
+  template <class T>
+  void column(const std::vector<T>& v) {
+    plain(static_cast<std::uint64_t>(v.size()));
+    bytes_.append(reinterpret_cast<const char*>(v.data()), v.size() * sizeof(T));
+  }
+  void text(const std::string& v) {
+    plain(static_cast<std::uint64_t>(v.size()));
+    bytes_ += v;
+  }
+  std::string take() { return std::move(bytes_); }
+
+private:
+  std::string bytes_;
+};
+
+/// Throws InputError where the bytes end too early.
+class Loader {
+public:
+  explicit Loader(std::string_view bytes) : bytes_(bytes) {}
+  template <class T>
+  void plain(T& v) { std::memcpy(static_cast<void*>(&v), next(sizeof v), sizeof v); }
+  template <class T>
+  void column(std::vector<T>& v) {
+    const std::size_t n = size(sizeof(T));
+    v.resize(n);
+    if (n > 0) std::memcpy(static_cast<void*>(v.data()), next(n * sizeof(T)), n * sizeof(T));
+  }
+  void text(std::string& v) {
+    const std::size_t n = size(1);
+    v.assign(next(n), n);
+  }
+  bool at_end() const { return bytes_.empty(); }
+
+private:
+  const char* next(std::size_t n) {
+    if (n > bytes_.size()) throw InputError("checkpoint is cut short");
+    const char* at = bytes_.data();
+    bytes_.remove_prefix(n);
+    return at;
+  }
+  std::size_t size(std::size_t each) {
+    std::uint64_t n;
+    plain(n);
+    if (n > bytes_.size() / each) throw InputError("checkpoint is cut short");
+    return n;
+  }
+  std::string_view bytes_;
+};
+
+/// Every field of a state that decides how it goes on. A is Saver with a const state, or Loader.
+template <class A, class S>
+void archive(A& a, S& s) {
+  for_each_column(s.grains, [&](auto& column) { a.column(column); });
+  a.plain(s.grains.next_id);
+  a.plain(s.contacts.begin);
+  a.column(s.contacts.pair), a.column(s.contacts.contact), a.column(s.contacts.force);
+  a.column(s.contacts.first), a.column(s.contacts.entry), a.column(s.contacts.energy);
+  a.column(s.bonds);
+  std::uint64_t walls = s.boundary.walls.size();
+  a.plain(walls);
+  if constexpr (!std::is_const_v<S>) s.boundary.walls.resize(walls);
+  for (auto& w : s.boundary.walls) a.plain(w.point), a.plain(w.normal), a.plain(w.velocity), a.plain(w.material), a.plain(w.force), a.text(w.name);
+  a.plain(s.boundary.cell);
+  auto& l = s.ledger;
+  for (auto* v : {&l.work, &l.friction, &l.damping, &l.fracture, &l.split, &l.split_added, &l.reshape, &l.start, &l.fracture_area, &l.residual_force}) a.plain(*v);
+  for (auto* v : {&l.breakages, &l.bonds_broken, &l.splits_refused}) a.plain(*v);
+  a.plain(l.fines.mass), a.plain(l.fines.kinetic), a.plain(l.fines.momentum), a.plain(l.fines.angular_momentum);
+  a.column(l.fines.classes), a.plain(l.splits);
+  auto& r = s.reference;
+  a.column(r.position), a.column(r.orientation), a.column(r.wall_point), a.plain(r.cell), a.plain(r.skin), a.plain(r.grown);
+  a.column(s.grain_energy);
+  for (auto* v : {&s.time, &s.dt, &s.skin}) a.plain(*v);
+  for (auto* v : {&s.steps, &s.next_estimate, &s.estimate_interval}) a.plain(*v);
+}
+
+inline std::string bytes_of(const State& state) {
+  Saver saver;
+  archive(saver, state);
+  return saver.take();
+}
+
+inline State state_of(std::string_view bytes) {
+  State state;
+  Loader loader(bytes);
+  archive(loader, state);
+  if (!loader.at_end()) throw InputError("checkpoint holds more than a state");
+  return state;
+}
+
+}  // namespace grus::dem

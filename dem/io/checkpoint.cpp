@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/io/checkpoint.hpp"
+
+#include <fmt/format.h>
+#include <hdf5.h>
+#include <unistd.h>
+
+#include <cstdint>
+#include <stdexcept>
+
+#include "dem/base/error.hpp"
+#include "dem/io/whole_file.hpp"
+#include "dem/rve/state.hpp"
+
+namespace grus::dem {
+namespace {
+
+/// Raised with every change of the archive's fields; the sizes tell another layout of the same fields.
+constexpr std::uint64_t format_version = 1;
+constexpr std::uint64_t layout = sizeof(Motion) + 1000 * sizeof(Contact) + 1000000 * sizeof(CohesiveSpring) + 1000000000ULL * sizeof(Pair);
+
+struct Handle {
+  hid_t id;
+  herr_t (*close)(hid_t);
+  ~Handle() {
+    if (id >= 0) close(id);
+  }
+};
+
+std::uint64_t checksum(const std::string& bytes) {
+  std::uint64_t h = 0xcbf29ce484222325ULL;
+  for (const char c : bytes) h = (h ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
+  return h;
+}
+
+void write(hid_t file, const char* name, hid_t type, std::size_t count, const void* data) {
+  const hsize_t size = count;
+  const Handle space{H5Screate_simple(1, &size, nullptr), H5Sclose};
+  const Handle set{H5Dcreate2(file, name, type, space.id, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Dclose};
+  if (set.id < 0 || (count > 0 && H5Dwrite(set.id, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0))
+    throw std::runtime_error(fmt::format("HDF5: cannot write {}", name));
+}
+
+template <class C>
+bool read(hid_t file, const char* name, hid_t type, C& into) {
+  const Handle set{H5Dopen2(file, name, H5P_DEFAULT), H5Dclose};
+  if (set.id < 0) return false;
+  const Handle space{H5Dget_space(set.id), H5Sclose};
+  const hssize_t count = H5Sget_simple_extent_npoints(space.id);
+  if (count < 0) return false;
+  into.resize(static_cast<std::size_t>(count));
+  return count == 0 || H5Dread(set.id, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, into.data()) >= 0;
+}
+
+}  // namespace
+
+void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
+  const std::string aside = path + ".new";
+  std::string packed;
+  std::vector<std::uint64_t> offsets{0};
+  for (const auto& part : checkpoint.parts) packed += part, offsets.push_back(packed.size());
+  const std::vector<std::uint64_t> head{format_version, layout, checksum(packed), checksum(checkpoint.about)};
+  {
+    const Handle file{H5Fcreate(aside.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose};
+    if (file.id < 0) throw std::runtime_error(aside + ": cannot write");
+    write(file.id, "head", H5T_NATIVE_UINT64, head.size(), head.data());
+    write(file.id, "about", H5T_NATIVE_UINT8, checkpoint.about.size(), checkpoint.about.data());
+    write(file.id, "offsets", H5T_NATIVE_UINT64, offsets.size(), offsets.data());
+    write(file.id, "parts", H5T_NATIVE_UINT8, packed.size(), packed.data());
+  }
+  put_in_place(aside, path);
+}
+
+Checkpoint read_checkpoint(const std::string& path) {
+  auto refuse = [&](const std::string& why) { throw InputError(fmt::format("{}: {}", path, why)); };
+  if (::access(path.c_str(), F_OK) != 0) refuse("no checkpoint to resume from");
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // one line of ours instead of HDF5's stack
+  const Handle file{H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose};
+  if (file.id < 0) refuse("checkpoint is damaged: not a whole HDF5 file");
+  std::vector<std::uint64_t> head, offsets;
+  std::string packed;
+  Checkpoint c;
+  if (!read(file.id, "head", H5T_NATIVE_UINT64, head) || head.size() != 4) refuse("not a checkpoint of Grus");
+  if (head[0] != format_version) refuse(fmt::format("checkpoint of format {}, this version reads {}: run again from the start", head[0], format_version));
+  if (head[1] != layout) refuse("checkpoint of a build with another data layout: resume with the program that wrote it");
+  if (!read(file.id, "about", H5T_NATIVE_UINT8, c.about) || !read(file.id, "offsets", H5T_NATIVE_UINT64, offsets) ||
+      !read(file.id, "parts", H5T_NATIVE_UINT8, packed) || checksum(packed) != head[2] || checksum(c.about) != head[3])
+    refuse("checkpoint is damaged: its checksum does not match");
+  for (std::size_t k = 0; k + 1 < offsets.size(); ++k) {
+    if (offsets[k] > offsets[k + 1] || offsets[k + 1] > packed.size()) refuse("checkpoint is damaged: its offsets do not match");
+    c.parts.push_back(packed.substr(offsets[k], offsets[k + 1] - offsets[k]));
+  }
+  return c;
+}
+
+}  // namespace grus::dem

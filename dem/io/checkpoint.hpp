@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// checkpoint.h5: packed parts with offsets, replaced whole, with a checksum.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace grus::dem {
+
+struct Checkpoint {
+  std::string about;               // JSON: what the parts are, and whose run this is
+  std::vector<std::string> parts;  // bytes
+};
+
+/// Throws std::runtime_error where the file cannot be written; the old one then stays.
+void write_checkpoint(const std::string& path, const Checkpoint& checkpoint);
+
+/// Throws InputError, one line, for a file that is missing, damaged, of another version or of another machine's layout.
+Checkpoint read_checkpoint(const std::string& path);
+
+}  // namespace grus::dem
