@@ -10,7 +10,7 @@ namespace grus::app {
 namespace {
 
 constexpr std::size_t classes = 40;
-constexpr double span = 32;  // largest / smallest diameter of the table, below the first smallest grain
+constexpr double span = 8;  // of the first smallest grain over the smallest class
 
 }  // namespace
 

@@ -81,7 +81,7 @@ struct FractureModel {
   BreakPlane plane = BreakPlane::criterion;
   bool turn_spheres = false;   // their principal axes first turn to the ideal plane (geometry only, no motion)
   double slight_rotation = 0;  // rad: spheres' axes turn by a random angle of [theta/2, theta] about each axis, either sign (3.3.1)
-  double rounding = 0.1;       // epsilon of the split geometry
+  double rounding = 0.02;      // epsilon of the split geometry; why 0.02: docs/validation/zhang2015.md
   bool keep_mass = false;      // children take the lost volume's mass by density / (1 - rounding); otherwise it goes to the fines
   std::optional<ShapeTransition> transition;
   FinesGrading fines;
