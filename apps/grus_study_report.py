@@ -129,6 +129,24 @@ def power_law(points):
     return slope, math.sqrt(rest / max(1, n - 2) / sxx)
 
 
+def law_plot(fit, labels, runs):
+    """Every run as a point, the fitted and the expected power law through the middle of each strain's points."""
+    fig, ax = plt.subplots(figsize=(7, 4.6))
+    for k, strain in enumerate(fit["at"]):
+        points = [(of_summary(r, fit["x"]), at(r["columns"], fit["quantity"], strain)) for name in fit["cases"] for r in runs[name]]
+        points = sorted(p for p in points if p[1] > 0)
+        exponent, _ = power_law(points)
+        mx, my = (math.exp(mean([math.log(p[j]) for p in points])) for j in (0, 1))
+        x = [points[0][0], points[-1][0]]
+        ax.loglog([p[0] for p in points], [p[1] for p in points], "o", ms=4, color=f"C{k}", label=f"strain {strain:g}")
+        ax.loglog(x, [my * (v / mx) ** exponent for v in x], color=f"C{k}", lw=1.2, label=f"exponent {exponent:.2f}")
+        if "expected" in fit:
+            ax.loglog(x, [my * (v / mx) ** fit["expected"] for v in x], color=f"C{k}", lw=1, ls="--", label=f"expected {fit['expected']:g}" if k == 0 else None)
+    ax.set(xlabel=fit["x"], ylabel=fit["quantity"], title=fit["name"])
+    ax.legend(fontsize=8)
+    return fig
+
+
 def sweep_result(run, reference):
     """What a run of a parameter sweep came to, in the words of the paper's Table 1."""
     if run["summary"]["status"] == 3:
@@ -196,6 +214,7 @@ def write(study, common, cases, runs, out, wall, workers):
 
     fits = []
     for fit in study.get("fit", []):
+        body += picture(law_plot(fit, labels, runs), out, "fit_" + "".join(c if c.isalnum() else "_" for c in fit["name"])[:40])
         for strain in fit["at"]:
             points = [(of_summary(r, fit["x"]), at(r["columns"], fit["quantity"], strain)) for name in fit["cases"] for r in runs[name]]
             exponent, error = power_law([p for p in points if not math.isnan(p[1])])

@@ -3,6 +3,7 @@
 
 #include "dem/fracture/grain_stress.hpp"
 #include "dem/io/vtkhdf.hpp"
+#include "dem/rve/grading.hpp"
 
 namespace grus::dem {
 namespace {
@@ -47,6 +48,7 @@ void write_grains(const std::string& path, const State& state) {
   auto field = [&](const char* name) { return &grid.cell_fields[name].values; };
   auto *id = field("id"), *radius = field("radius"), *speed = field("speed"), *material = field("material"),
        *coordination = field("coordination"), *pressure = field("mean_pressure_Pa");
+  auto *elongation = g.frame.empty() ? nullptr : field("elongation"), *flatness = g.frame.empty() ? nullptr : field("flatness");
   auto* generation = g.generation.empty() ? nullptr : field("generation");
   for (std::size_t i = 0; i < g.size(); ++i) {
     const Frame frame = frame_of(g, i);
@@ -61,6 +63,7 @@ void write_grains(const std::string& path, const State& state) {
     for (Index e = state.contacts.first[i]; e < state.contacts.first[i + 1]; ++e)
       touching += state.contacts.contact[state.contacts.entry[e] >> 1].stiffness > 0;
     const double p = touching > 0 ? mean_pressure(grain_stress(g, state.contacts, i)) : 0;
+    const Vec3 widths = sorted_widths(g.shape[i]);
     for (const auto& triangle : surface.triangles) {
       for (int v : triangle) grid.connectivity.push_back(first + v);
       grid.offsets.push_back(static_cast<std::int64_t>(grid.connectivity.size()));
@@ -71,6 +74,7 @@ void write_grains(const std::string& path, const State& state) {
       material->push_back(g.material[i]);
       coordination->push_back(static_cast<float>(touching));
       pressure->push_back(static_cast<float>(p));
+      if (elongation) elongation->push_back(static_cast<float>(widths[1] / widths[0])), flatness->push_back(static_cast<float>(widths[2] / widths[1]));
       if (generation) generation->push_back(g.generation[i]);
     }
   }

@@ -226,3 +226,44 @@ TEST_CASE("exact halves keep every contact and the force; with the paper's round
     }
   }
 }
+
+TEST_CASE("max_generations and the smallest radius end the breaking; with a shape transition there is no other end") {
+  auto splits = [](FractureModel f) {
+    const Model model = breakable(f);
+    Team team(1);
+    State s;
+    add(s, PolyEllipsoid::sphere(R), Vec3::Zero(), 2650);
+    int rounds = 0;
+    for (; rounds < 12; ++rounds) {  // every grain squeezed beyond any strength along its longest axis, one after the other
+      const std::size_t i = 0;
+      s.boundary.walls.clear();
+      const Vec3 w = s.grains.shape[i].plus + s.grains.shape[i].minus;
+      int shortest;
+      w.minCoeff(&shortest);
+      s.grains.orientation[i] = Quat::Identity();
+      squeeze(s, i, shortest, 0.05 * w[shortest]);
+      while (s.grains.size() > 1) for_each_column(s.grains, [](auto& c) { if (!c.empty()) c.pop_back(); });
+      s.bonds.clear();
+      prepare(model, s, team);
+      const auto breaks = find_breaks(model, s, team);
+      if (breaks.empty()) break;
+      apply_breaks(model, s, breaks, team);
+      s.boundary.walls.clear(), s.bonds.clear();
+      Reshaping reshaping;
+      build_contacts(s.grains, s.boundary, s.skin, 2, {}, s.contacts, s.reference, team);
+      reshape_fragments(model, s, 1e-3, reshaping, team);
+    }
+    return rounds;
+  };
+  FractureModel f = hoek_brown();
+  f.hoek_brown->compressive_strength = 1e6;
+  CHECK(splits(f) == 3);
+  f.max_generations = 2;
+  CHECK(splits(f) == 2);
+  f.max_generations = 255;
+  f.transition = ShapeTransition{};
+  CHECK(splits(f) == 12);
+  f.smallest_radius = 0.45 * R;  // a ninth of the volume; a split leaves between a half and 1 / (1 + ratio) of it
+  CHECK(splits(f) >= 4);
+  CHECK(splits(f) <= 10);
+}
