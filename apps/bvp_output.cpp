@@ -55,8 +55,8 @@ void BvpOutput::add(const fem::IncrementReport& r, double wall) {
   steps_ = total(static_cast<double>(report.dem_steps), comm);
   iterations_ += r.iterations, cutbacks_ += r.cutbacks;
   double error = 0, mass = 0, lost = 0;
-  for (const auto& rve : rves_.rves()) {
-    const dem::State& s = rve.committed();
+  for (std::size_t i = 0; i < rves_.points(); ++i) {
+    const dem::State& s = rves_.committed(i);
     error = std::max(error, std::abs(dem::energy_error(s.ledger, dem::stored_energy(scene_.unit_cells[0].model, s))));
     lost += s.ledger.fines.mass;
     mass += s.ledger.fines.mass + dem::total_mass(s.grains);
@@ -79,9 +79,9 @@ void BvpOutput::frame(double load_factor) {
   // Void ratio, breakages a starting grain and worst unbalanced force of the cell's RVEs.
   std::vector<double> cells;
   const auto per_cell = static_cast<std::size_t>(problem_.points_per_cell());
-  for (std::size_t i = 0; i < rves_.rves().size(); ++i) {
+  for (std::size_t i = 0; i < rves_.points(); ++i) {
     if (i % per_cell == 0) cells.insert(cells.end(), {0, 0, 0});
-    const dem::State& s = rves_.rves()[i].committed();
+    const dem::State& s = rves_.committed(i);
     double* at = cells.data() + cells.size() - 3;
     at[0] += (s.boundary.cell.volume() / dem::solid_volume(s.grains) - 1) / static_cast<double>(per_cell);
     at[1] += static_cast<double>(s.ledger.breakages) / static_cast<double>(s.grains.size() - s.ledger.breakages) / static_cast<double>(per_cell);
@@ -128,6 +128,7 @@ std::string BvpOutput::closing(int status, const fem::StaticsResult& result, dou
 }
 
 void BvpOutput::finish(int status, const std::string& ending, const fem::StaticsResult& result, const Options& options, int ranks, double preparation, double wall) {
+  const double distinct = total(static_cast<double>(rves_.report().distinct), problem_.comm());
   const double advanced = total(static_cast<double>(rves_.report().advanced), problem_.comm()), seconds = worst(rves_.report().seconds, problem_.comm());
   if (!writes_) return;
   history_->save();
@@ -143,7 +144,7 @@ void BvpOutput::finish(int status, const std::string& ending, const fem::Statics
   summary["ranks"] = ranks;
   summary["counts"] = {{"gauss_points", problem_.global_points()}, {"grains_a_point", scene_.unit_cells[0].state.grains.size()}, {"breakages", breakages_},
                        {"newton_iterations", iterations_}, {"cutbacks", cutbacks_}, {"material_sweeps", result.law_sweeps}, {"rves_advanced", advanced},
-                       {"rves_asked", static_cast<double>(result.law_sweeps) * static_cast<double>(problem_.global_points())}, {"dem_steps", steps_}};
+                       {"rves_distinct", distinct}, {"rves_asked", static_cast<double>(result.law_sweeps) * static_cast<double>(problem_.global_points())}, {"dem_steps", steps_}};
   const auto& columns = history_->columns();
   for (std::size_t i = 0; i < columns.size() && !history_->last().empty(); ++i) summary["last_row"][columns[i]] = history_->last()[i];
   summary["seconds"] = {{"preparation_wall", preparation}, {"solve_wall", wall - preparation}, {"rve_sweeps_wall", seconds}, {"cpu_rank0", Clock::cpu()}};

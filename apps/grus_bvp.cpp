@@ -46,8 +46,8 @@ void together(const fem::Session& session, F&& part) {
   throw std::runtime_error(message);
 }
 
-/// Prepared states of this rank's points; a variant is prepared once a rank.
-std::vector<dem::State> prepare_points(const BvpScene& scene, const fem::Problem& problem, int threads) {
+/// Prepared states of the variants that this rank's points need, and which of them each point starts from.
+std::vector<dem::State> prepare_points(const BvpScene& scene, const fem::Problem& problem, int threads, std::vector<std::size_t>& start) {
   const auto variants = static_cast<std::size_t>(scene.variants);
   std::vector<std::size_t> variant(problem.owned_points());
   std::vector<std::uint8_t> needed(variants, 0);
@@ -69,8 +69,9 @@ std::vector<dem::State> prepare_points(const BvpScene& scene, const fem::Problem
   for (const auto& e : errors)
     if (!e.empty()) throw dem::Unstable(fmt::format("unit cell: {}", e));
   std::vector<dem::State> states;
-  states.reserve(variant.size());
-  for (auto v : variant) states.push_back(prepared[v]);
+  std::vector<std::size_t> place(variants, 0);
+  for (const std::size_t v : list) place[v] = states.size(), states.push_back(std::move(prepared[v]));
+  for (const std::size_t v : variant) start.push_back(place[v]);
   return states;
 }
 
@@ -90,7 +91,8 @@ int run(const Options& given, const fem::Session& session) {
                static_cast<double>(problem->global_points()) * grains * 2 * 4000 / 1e6, session.ranks(), options.threads);
   if (!options.check) together(session, [&] { if (speaks) make_folder(options); });
   std::vector<dem::State> states;
-  together(session, [&] { states = prepare_points(scene, *problem, options.threads); });
+  std::vector<std::size_t> start;
+  together(session, [&] { states = prepare_points(scene, *problem, options.threads, start); });
   const double ready = clock.wall();
   if (speaks && !options.quiet) fmt::print("  unit cells prepared in {}\n", duration_text(ready));
 
@@ -107,7 +109,7 @@ int run(const Options& given, const fem::Session& session) {
     if (speaks) fmt::print("  one RVE at rest: {:.3g} s; run time grows with strain and breakage\n", seconds);
     return finished;
   }
-  coupling::RveMaterial rves(model, scene.quasi_static, std::move(states), options.threads);
+  coupling::RveMaterial rves(model, scene.quasi_static, std::move(states), std::move(start), options.threads, scene.rve);
   fem::Material material = rves.material(MPI_COMM_WORLD);
   Progress progress(options.quiet);
   BvpOutput output(options.directory, scene, *problem, rves, speaks);

@@ -30,7 +30,13 @@ void read_rve(Table t, BvpScene& scene) {
   if (!std::filesystem::is_regular_file(file)) t.fail("scene", fmt::format("\"{}\": no such scene file", t.text("scene")));
   scene.quasi_static = read_quasi_static(t);
   const std::string tangent = t.choice_or("tangent", "contact-stiffness", {"contact-stiffness", "perturbation", "elastic", "quasi-newton"});
-  if (tangent != "contact-stiffness") t.fail("tangent", fmt::format("\"{}\" is not available in this version; use \"contact-stiffness\"", tangent));
+  using Kind = coupling::TangentKind;
+  scene.rve.tangent = tangent == "elastic" ? Kind::elastic : tangent == "perturbation" ? Kind::perturbation : tangent == "quasi-newton" ? Kind::quasi_newton : Kind::contact_stiffness;
+  if (scene.rve.tangent == Kind::perturbation) {
+    scene.rve.perturbation = t.number_or("perturbation", scene.rve.perturbation, dimension::none, {1e-8, 0.01});
+    scene.rve.central = t.flag_or("perturbation_central", false);
+  }
+  scene.rve.share = t.flag_or("exact_sharing", true);
   if (t.has("adaptivity")) t.fail("adaptivity", "sharing of RVEs is not available in this version; leave the key out");
   scene.variants = static_cast<int>(t.integer_or("variants", 1, 1, 100000));
   t.finish();

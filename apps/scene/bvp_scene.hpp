@@ -3,6 +3,7 @@
 #pragma once
 
 #include "apps/scene/rve_scene.hpp"
+#include "coupling/rve_material.hpp"
 #include "fem/statics.hpp"
 
 namespace grus::app {
@@ -14,6 +15,7 @@ struct BvpScene {
   std::vector<fem::BoundaryCondition> boundaries;
   fem::StaticsOptions solve;
   dem::QuasiStatic quasi_static;
+  coupling::RveOptions rve;
   int variants = 1;                  // different packings, dealt to the Gauss points in turn
   std::vector<RveScene> unit_cells;  // one for each variant
   int frames = 0;

@@ -4,6 +4,7 @@
 #include "dem/packing/packing.hpp"
 #include "dem/rve/loading.hpp"
 #include "dem/rve/measure.hpp"
+#include "dem/rve/tangent.hpp"
 #include "tests/helpers.hpp"
 
 using namespace grus::dem;
@@ -260,4 +261,40 @@ TEST_CASE("a run that blows up ends in one clear error") {
 #else
   CHECK_THROWS_WITH(blow_up(), Catch::Contains("numerics"));
 #endif
+}
+
+TEST_CASE("the perturbation tangent of a lattice is its closed form, and Broyden's update meets the last step") {
+  // FCC, linear contacts: C11 = 2.545584e9, C12 = 1.414214e8, C44 = 1.272792e9 Pa; geometry changes by the overlap of 1e-4.
+  Model model = linear_model(1e6, 0.8, 2650, 10);
+  model.motion.local_damping = 0.3;
+  State s;
+  const double r = 5e-4, edge = std::sqrt(2.0) * 2 * r * (1 - 1e-4);
+  for (int x = 0; x < 2; ++x)
+    for (int y = 0; y < 2; ++y)
+      for (int z = 0; z < 2; ++z)
+        for (const Vec3& f : {Vec3(0, 0, 0), Vec3(0.5, 0.5, 0), Vec3(0.5, 0, 0.5), Vec3(0, 0.5, 0.5)})
+          add(s, PolyEllipsoid::sphere(r), edge * (Vec3(x, y, z) + f), 2650);
+  s.boundary.cell.vectors = 2 * edge * Mat3::Identity();
+  Team team(2);
+  prepare(model, s, team);
+  QuasiStatic q;
+  q.unbalanced_force = q.stress_change = 1e-8, q.pressure_floor = 1e4;
+  const std::uint64_t before = hash(s.grains);
+  for (const bool central : {false, true}) {
+    const Mat6 c = perturbation_tangent(model, q, s, 1e-6, central, team);
+    CHECK(c(0, 0) == Approx(2.545584e9).epsilon(2e-3));
+    CHECK(c(0, 1) == Approx(1.414214e8).epsilon(2e-2));
+    CHECK(c(3, 3) == Approx(1.272792e9).epsilon(2e-3));
+    CHECK(std::abs(c(0, 4)) < 1e-3 * c(0, 0));
+  }
+  CHECK(hash(s.grains) == before);
+  Mat6 c = 2e9 * Mat6::Identity();
+  Vec6 strain, stress, across;
+  strain << 1, 2, -1, 0.5, 0, 1;
+  stress << 3, 1, 4, 1, 5, 9;
+  across << 2, -1, 0, 0, 7, 0;  // at right angles to the step
+  const Vec6 unchanged = c * across;
+  broyden_update(1e-4 * strain, stress, c);
+  CHECK((c * (1e-4 * strain) - stress).norm() < 1e-9 * stress.norm());
+  CHECK((c * across - unchanged).norm() < 1e-9 * unchanged.norm());
 }

@@ -130,6 +130,16 @@ def same_bits(tmp):
     if not bvp:
         return
     rows = []
+    for shared in ("true", "false"):
+        out = os.path.join(tmp, "s" + shared)
+        r = run(bvp, os.path.join(shipped, "oedometer_block.toml"), "-o", out, "--threads", "2", "--quiet", "--set", "mesh.box.cells=[1,1,1]", "--set", "rve.variants=2",
+                "--set", "boundary.0.displacement=['free','free',-4e-4]", "--set", "solve.increments=2", "--set", f"rve.exact_sharing={shared}")
+        need(r.returncode == 0, r.stderr)
+        counts = json.load(open(os.path.join(out, "summary.json")))["counts"]
+        need(counts["rves_advanced"] == counts["rves_asked"] / (4 if shared == "true" else 1), f"sharing {shared}: {counts}")
+        rows.append([{k: v for k, v in x.items() if k not in ("wall_s", "rves_advanced", "dem_steps")} for x in history(out)])
+    need(rows[0] == rows[1] and float(rows[0][-1]["breakages"]) > 0, "exact sharing changes the result")
+    rows = []
     for ranks in ("1", "2"):
         out = os.path.join(tmp, "r" + ranks)
         r = run("mpirun", "-n", ranks, bvp, os.path.join(shipped, "oedometer_block.toml"), "-o", out, "--threads", "1", "--quiet", "--set",
