@@ -93,6 +93,10 @@ def shipped_scenes(tmp):
     grain = [{k: float(v) for k, v in r.items()} for r in history(os.path.join(tmp, "single_grain"))]
     peak = max(r["wall1_fz_N"] for r in grain if r["breakages"] == 0)
     need(0.97 * 51.8 < peak < 1.01 * 51.8, f"single grain breaks at {peak} N, 2 pi R^2 strength / 3 = 51.8 N")
+    for path in sorted(glob.glob(os.path.join(shipped, "zhang2015", "*.toml"))):
+        is_study = "[study]" in open(path).read()
+        r = run(program("grus-study") if is_study else rve, path, "--check")
+        need(r.returncode == 0, f"{path} --check: exit {r.returncode}: {r.stderr}")
     check = run(rve, os.path.join(shipped, "sand_rve.toml"), "--check", "-o", os.path.join(tmp, "unused"))
     need(check.returncode == 0 and "time step" in check.stdout and not os.path.exists(os.path.join(tmp, "unused")), "--check")
     folders = [os.path.join(tmp, "shpb_random"), os.path.join(tmp, "single_grain")]
