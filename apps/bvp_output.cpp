@@ -30,7 +30,7 @@ double worst(double mine, MPI_Comm comm) {
 }  // namespace
 
 BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const coupling::RveMaterial& rves, bool writes)
-    : directory_(std::move(directory)), scene_(scene), problem_(problem), rves_(rves), writes_(writes) {
+    : directory_(std::move(directory)), scene_(scene), problem_(problem), rves_(rves), writes_(writes), probes_(directory_, scene, problem, rves) {
   std::vector<std::string> columns{"increment", "time_s", "newton_iterations", "cutbacks", "residual"};
   for (const auto& b : problem.boundaries())
     for (char k : {'x', 'y', 'z'}) columns.push_back(fmt::format("reaction_{}_{}_N", b.name, k));
@@ -38,6 +38,7 @@ BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem&
   for (const char* ij : components)
     if (std::string(ij) != "zz") columns.push_back(fmt::format("mean_strain_{}", ij)), columns.push_back(fmt::format("mean_stress_{}_Pa", ij));
   for (const char* name : {"correction", "rve_noise", "volume_m3", "worst_unbalanced_force", "worst_stress_change", "worst_rve_energy_error", "mass_lost_fraction"}) columns.emplace_back(name);
+  for (auto& name : probes_.columns()) columns.push_back(std::move(name));
   if (!writes_) return;
   history_.emplace((std::filesystem::path(directory_) / "history.csv").string(), columns);
   if (scene.frames > 0) std::filesystem::create_directories(std::filesystem::path(directory_) / "macro");
@@ -66,6 +67,8 @@ void BvpOutput::add(const fem::IncrementReport& r, double wall) {
     if (k != 2) row.push_back(strain[k]), row.push_back(stress[k]);
   row.insert(row.end(), {r.correction, r.noise, problem_.current_volume(), worst(report.worst_unbalanced, comm), worst(report.worst_stress_change, comm), worst(error, comm),
                          total(lost, comm) / total(mass, comm)});
+  const std::vector<double> probed = probes_.row();
+  row.insert(row.end(), probed.begin(), probed.end());
   if (writes_) {
     history_->add(row);
     history_->save(2);
@@ -89,6 +92,7 @@ void BvpOutput::frame(double load_factor) {
   }
   const std::vector<double> all = problem_.gather_cells(cells);
   const std::string name = fmt::format("macro/macro_{:05}.hdf", series_.size());
+  probes_.frame(series_.size(), load_factor);
   series_.emplace_back(name, load_factor);
   if (!writes_) return;
   dem::VtkGrid grid;

@@ -2,6 +2,7 @@
 // Results of grus-bvp: history.csv, macro frames, summary.json. Every member is called on all ranks; one writes.
 #pragma once
 
+#include "apps/probes.hpp"
 #include "apps/run.hpp"
 #include "apps/scene/bvp_scene.hpp"
 #include "coupling/rve_material.hpp"
@@ -28,6 +29,7 @@ private:
   fem::Problem& problem_;
   const coupling::RveMaterial& rves_;
   bool writes_;
+  Probes probes_;
   std::optional<History> history_;
   std::vector<std::pair<std::string, double>> series_;
   double strain_ = 0, stress_ = 0, breakages_ = 0, steps_ = 0;

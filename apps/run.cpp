@@ -83,6 +83,11 @@ void make_folder(const Options& options) {
   if (fs::exists(options.directory) && !fs::is_empty(options.directory)) {
     if (!options.force) throw dem::InputError(fmt::format("{}: folder is not empty; use another -o DIR, or --force", options.directory));
     for (const char* old : {"grains", "macro"}) fs::remove_all(fs::path(options.directory) / old);  // frames of another run would mix in
+    std::vector<fs::path> probes;  // a folder of frames lies beside its index
+    for (const auto& entry : fs::directory_iterator(options.directory))
+      if (entry.is_directory() && entry.path().filename().string().starts_with("grains_") && fs::exists(entry.path().string() + ".hdf.series"))
+        probes.push_back(entry.path());
+    for (const auto& probe : probes) fs::remove_all(probe), fs::remove(probe.string() + ".hdf.series");
     for (const char* old : {"grains.hdf.series", "macro.hdf.series", "history.csv", "grading.csv", "summary.json", "report.html", "checkpoint.h5"})
       fs::remove(fs::path(options.directory) / old);
   }

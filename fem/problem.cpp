@@ -19,6 +19,15 @@ std::int64_t Problem::global_points() const { return compat::topology(*impl_->me
 int Problem::points_per_cell() const { return impl_->nq; }
 MPI_Comm Problem::comm() const { return impl_->comm; }
 const std::vector<BoundaryCondition>& Problem::boundaries() const { return impl_->boundaries; }
+std::span<const double> Problem::deformation() const { return impl_->committed_F; }
+
+Point Problem::point_position(std::size_t point) const {
+  Impl::Local l;
+  const auto nq = static_cast<std::size_t>(impl_->nq);
+  impl_->local(static_cast<std::int32_t>(point / nq), static_cast<int>(point % nq), l);
+  return l.at;
+}
+
 std::span<const double> Problem::stress() const { return impl_->committed_stress; }
 
 std::int64_t Problem::point_key(std::size_t point) const {

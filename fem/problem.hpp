@@ -63,6 +63,7 @@ public:
   std::int64_t global_points() const;
   std::int64_t point_key(std::size_t point) const;
   int points_per_cell() const;
+  Point point_position(std::size_t point) const;  // in the reference mesh (m)
   MPI_Comm comm() const;
 
   const std::vector<BoundaryCondition>& boundaries() const;
@@ -81,6 +82,8 @@ public:
   std::vector<double> gather_cells(const std::vector<double>& owned_values) const;
   /// Committed stress of the owned points, (n, 6).
   std::span<const double> stress() const;
+  /// Committed deformation gradient of the owned points, (n, 9) row-major.
+  std::span<const double> deformation() const;
 
   struct Impl;  // fem only
   Impl& impl() { return *impl_; }

@@ -145,6 +145,22 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
   for (auto& b : t.tables("boundary")) read_boundary(b, scene);
   if (scene.boundaries.empty()) t.fail("", "needs at least one [[boundary]]");
   read_solve(t.table("solve"), scene);
+  for (auto& p : t.tables("probe")) {
+    Probe probe;
+    probe.name = p.text("name");
+    if (probe.name.empty() || probe.name.find_first_of(", /\"\n") != std::string::npos) p.fail("name", "must be a word: it becomes part of column and file names");
+    for (const auto& other : scene.probes)
+      if (other.name == probe.name) p.fail("name", fmt::format("\"{}\": two probes have this name", probe.name));
+    const auto x = p.numbers("at", 3, dimension::length);
+    for (std::size_t k = 0; k < 3; ++k) {
+      probe.at[k] = x[k];
+      if (x[k] < 0 || x[k] > scene.mesh.size[k]) p.fail("at", "lies outside the mesh");
+    }
+    probe.frames = p.flag_or("frames", false);
+    probe.grading = p.flag_or("grading", false);
+    p.finish();
+    scene.probes.push_back(probe);
+  }
   if (auto o = t.table_if("output")) {
     scene.frames = static_cast<int>(o->integer_or("frames", 0, 0, 100000));
     o->finish();

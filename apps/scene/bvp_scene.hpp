@@ -8,6 +8,13 @@
 
 namespace grus::app {
 
+/// A Gauss point whose story is told.
+struct Probe {
+  std::string name;
+  fem::Point at{};  // m, in the reference mesh
+  bool frames = false, grading = false;
+};
+
 struct BvpScene {
   std::string file, title;
   fem::BoxMesh mesh;
@@ -19,6 +26,7 @@ struct BvpScene {
   int variants = 1;                  // different packings, dealt to the Gauss points in turn
   std::vector<RveScene> unit_cells;  // one for each variant
   int frames = 0;
+  std::vector<Probe> probes;
   nlohmann::json record;
 };
 

@@ -79,15 +79,15 @@ std::optional<Break> break_of(const Model& model, const State& state, std::size_
 /// that both inherited share their stiffness in proportion to what the deeper one carries.
 void share_contacts(const Model& model, State& state, std::size_t plus, std::size_t minus) {
   Contacts& contacts = state.contacts;
-  auto inherited = [&](std::size_t k) { return contacts.contact[k].stiffness > 0; };
+  auto touching = [&](std::size_t k) { return contacts.contact[k].stiffness > 0; };
   auto other = [&](Index e) { return contacts.entry[e] & 1 ? contacts.pair[contacts.entry[e] >> 1].a : contacts.pair[contacts.entry[e] >> 1].b; };
   for (Index e = contacts.first[plus]; e < contacts.first[plus + 1]; ++e) {
     const std::size_t k = contacts.entry[e] >> 1;
     const bool wall = k >= contacts.begin[sphere_wall];
-    if (!inherited(k) || (!wall && other(e) == minus)) continue;
+    if (!touching(k) || (!wall && other(e) == minus)) continue;
     for (Index f = contacts.first[minus]; f < contacts.first[minus + 1]; ++f) {
       const std::size_t l = contacts.entry[f] >> 1;
-      if (!inherited(l) || (l >= contacts.begin[sphere_wall]) != wall || other(f) != other(e)) continue;
+      if (!touching(l) || (l >= contacts.begin[sphere_wall]) != wall || other(f) != other(e)) continue;
       Contact &a = contacts.contact[k], &b = contacts.contact[l];
       if (a.stiffness != b.stiffness) continue;  // of different origin, or another image of the neighbour
       const double fa = std::visit([&](const auto& law) { return law(a.stiffness, a.overlap).force; }, model.law);

@@ -112,6 +112,10 @@ def shipped_scenes(tmp):
         area = 4e-4
         need(abs(last["reaction_zmax_z_N"] / area / last["mean_stress_zz_Pa"] - 1) < 0.05, "oedometer: reaction and mean stress differ")
         need(os.path.exists(os.path.join(out, "macro.hdf.series")), "oedometer: no macro frames")
+        need(os.path.exists(os.path.join(out, "grains_middle.hdf.series")) and len(os.listdir(os.path.join(out, "grains_middle"))) == 2, "oedometer: no frames of the probe")
+        probe = sum(last[f"probe_middle_stress_{k}_Pa"] for k in ("xx", "yy", "zz")) / 3
+        need(-5e7 < probe < -1e6 and abs(last["probe_middle_strain_zz"] + 0.01) < 0.005, f"probe: mean stress {probe}, strain {last['probe_middle_strain_zz']}")
+        need(0.3 < last["probe_middle_void_ratio"] < 1 and 5e-4 < last["probe_middle_d50_m"] < 8e-4, "probe: void ratio or grading")
         folders.append(out)
     page = os.path.join(tmp, "report.html")
     r = run(report, *folders, "-o", page)
