@@ -96,7 +96,7 @@ bool RveMaterial::respond(const fem::Points& points) {
       job.response = rve.advance(job.increment);
       if (options_.tangent == TangentKind::perturbation && job.response.stable) {
         dem::Team alone(1);
-        job.response.tangent = dem::perturbation_tangent(*model_, quasi_static_, rve.trial(), options_.perturbation, options_.central, alone);
+        job.response.tangent = dem::perturbation_tangent(*model_, quasi_static_, rve.trial(), options_.perturbation, options_.central, job.response.steps, alone);
       }
     } catch (const std::exception& e) {  // must not leave a thread
       job.response = {};

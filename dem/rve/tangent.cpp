@@ -7,11 +7,12 @@
 
 namespace grus::dem {
 
-Mat6 perturbation_tangent(const Model& model, const QuasiStatic& options, const State& state, double strain, bool central, Team& team) {
+Mat6 perturbation_tangent(const Model& model, const QuasiStatic& options, const State& state, double strain, bool central, std::uint64_t& steps, Team& team) {
   const Vec6 base = to_voigt(love_weber(state, state.boundary.cell.volume()));
   const int sides = central ? 2 : 1;
   std::vector<Vec6> stress(static_cast<std::size_t>(6 * sides));
   std::vector<std::uint8_t> rested(stress.size(), 0);
+  std::vector<std::uint64_t> spent(stress.size(), 0);
   team.each(stress.size(), [&](std::size_t job) {
     Team alone(1);
     Vec6 unit = Vec6::Zero();
@@ -24,7 +25,9 @@ Mat6 perturbation_tangent(const Model& model, const QuasiStatic& options, const 
       stress[job] = to_voigt(r.stress), rested[job] = r.stable;
     } catch (const Unstable&) {
     }
+    spent[job] = scratch.steps - state.steps;
   });
+  for (const auto s : spent) steps += s;
   Mat6 tangent = contact_stiffness_tangent(model, state);
   for (int k = 0; k < 6; ++k) {
     const auto job = static_cast<std::size_t>(sides * k);

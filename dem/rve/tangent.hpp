@@ -8,8 +8,8 @@ namespace grus::dem {
 
 /// d Cauchy stress / d strain (Pa, Voigt, engineering shear) at an equilibrium state: each column from a scratch copy
 /// that is deformed by `strain` and held; central differences cost twelve copies, one-sided six. Columns whose copy does not
-/// come to rest are those of the contact stiffness. The state is not touched.
-Mat6 perturbation_tangent(const Model& model, const QuasiStatic& options, const State& state, double strain, bool central, Team& team);
+/// come to rest are those of the contact stiffness. The state is not touched; `steps` grows by the copies' DEM steps.
+Mat6 perturbation_tangent(const Model& model, const QuasiStatic& options, const State& state, double strain, bool central, std::uint64_t& steps, Team& team);
 
 /// Broyden's update: the least change of `tangent` that maps the strain step to the stress step; steps below 1e-12 are ignored.
 void broyden_update(const Vec6& strain_step, const Vec6& stress_step, Mat6& tangent);
