@@ -156,7 +156,8 @@ def same_bits(tmp):
         rows.append(history(out)[-1])
     for key in rows[0]:
         # Assembly sums in another order: round-off of the macro sums moves displacements by 1e-16, stresses by as little.
-        if key not in ("wall_s", "residual", "correction", "rve_noise") and "reaction" not in key:
+        # Points share RVEs within a rank only, so what was advanced depends on the ranks.
+        if key not in ("wall_s", "rves_advanced", "dem_steps", "residual", "correction", "rve_noise") and "reaction" not in key:
             a, b = float(rows[0][key]), float(rows[1][key])
             need(abs(a - b) <= 1e-6 * max(abs(a), abs(b)) + (1e-3 * 1e6 if "Pa" in key and "zz" not in key else 1e-9), f"{key}: {a} on 1 rank, {b} on 2")
 
