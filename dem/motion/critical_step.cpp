@@ -64,9 +64,9 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
     add(spring.a, 2, {secant, secant, 0}, spring.at_a.norm());
     add(spring.b, 2, {secant, secant, 0}, spring.at_b.norm());
   }
+  const bool walled = !boundary.walls.empty();  // against a wall all of the grain's mass and radius count, against a grain half
   for (std::size_t i = 0; i < n; ++i) {
-    const bool walls_near = !boundary.walls.empty();  // a wall is no lighter than the grain: all of its mass, all of its radius
-    const double radius = equivalent_radius(g.shape[i]) * (walls_near ? 2 : 1), mass = (walls_near ? 1 : 0.5) * g.mass[i];
+    const double radius = equivalent_radius(g.shape[i]) * (walled ? 2 : 1), mass = (walled ? 1 : 0.5) * g.mass[i];
     const PairLaw& p = pairs[g.material[i] * materials + g.material[i]];
     const double speed = std::max({g.motion[i].velocity.norm() + critical.max_speed, wall_speed, 1e-6});
     double stiffness;

@@ -81,15 +81,20 @@ void share_contacts(const Model& model, State& state, std::size_t plus, std::siz
   Contacts& contacts = state.contacts;
   auto touching = [&](std::size_t k) { return contacts.contact[k].stiffness > 0; };
   auto other = [&](Index e) { return contacts.entry[e] & 1 ? contacts.pair[contacts.entry[e] >> 1].a : contacts.pair[contacts.entry[e] >> 1].b; };
+  auto image = [&](Index e) {  // of the other grain, as seen from this one
+    std::array<int, 3> v;
+    for (int n = 0; n < 3; ++n) v[n] = (contacts.entry[e] & 1 ? -1 : 1) * contacts.pair[contacts.entry[e] >> 1].image[n];
+    return v;
+  };
   for (Index e = contacts.first[plus]; e < contacts.first[plus + 1]; ++e) {
     const std::size_t k = contacts.entry[e] >> 1;
     const bool wall = k >= contacts.begin[sphere_wall];
     if (!touching(k) || (!wall && other(e) == minus)) continue;
     for (Index f = contacts.first[minus]; f < contacts.first[minus + 1]; ++f) {
       const std::size_t l = contacts.entry[f] >> 1;
-      if (!touching(l) || (l >= contacts.begin[sphere_wall]) != wall || other(f) != other(e)) continue;
+      if (!touching(l) || (l >= contacts.begin[sphere_wall]) != wall || other(f) != other(e) || image(f) != image(e)) continue;
       Contact &a = contacts.contact[k], &b = contacts.contact[l];
-      if (a.stiffness != b.stiffness) continue;  // of different origin, or another image of the neighbour
+      if (a.stiffness != b.stiffness) continue;  // not both inherited
       const double fa = std::visit([&](const auto& law) { return law(a.stiffness, a.overlap).force; }, model.law);
       const double fb = std::visit([&](const auto& law) { return law(b.stiffness, b.overlap).force; }, model.law);
       const double share = std::max(fa, fb) / (fa + fb);
