@@ -247,6 +247,10 @@ def shpb_full(tmp):
     rows = [{k: float(v) for k, v in row.items()} for row in history(out)]
     need(abs(rows[-1]["axial_strain"] - 0.45) < 1e-9, "does not reach strain 0.45")
     need(max(abs(x["energy_error"]) for x in rows) < 0.01, "energy error above 1 %")
+    e = json.load(open(os.path.join(out, "summary.json")))["energy"]
+    surface = 1.77e6 ** 2 * (1 - 0.17 ** 2) / 60e9 * e["fracture_area_m2"]
+    need(abs((e["fracture_J"] + e["fracture_left_in_springs_J"]) / surface - 1) < 0.01, "surface energy booked is not G_c x new area")
+    need(e["split_added_J"] <= 1e-12 * e["work_J"], "a breakage added energy")
     print("stress at 10, 20, 30, 45 %:", [round(min(rows, key=lambda x: abs(x["axial_strain"] - e))["axial_stress_Pa"] / 1e6, 1) for e in (0.1, 0.2, 0.3, 0.45)], "MPa")
 
 
