@@ -3,7 +3,6 @@
 """grus-report DIR [DIR...] [-o FILE]: one self-contained report.html with plots from result folders."""
 import argparse
 import base64
-import csv
 import html
 import io
 import json
@@ -18,30 +17,8 @@ try:
 except ImportError:
     sys.exit("grus-report: needs matplotlib (Debian: python3-matplotlib)")
 
-
-def read_history(folder):
-    path = os.path.join(folder, "history.csv")
-    with open(path, newline="") as f:
-        rows = list(csv.reader(f))
-    if len(rows) < 2:
-        raise ValueError(f"{path}: no rows")
-    columns = {name: [] for name in rows[0]}
-    for row in rows[1:]:
-        for name, value in zip(rows[0], row):
-            columns[name].append(float(value) if value else math.nan)
-    return columns
-
-
-def read_grading(folder):
-    """States of grading.csv, if the scene asked for it: strain -> rows by size class."""
-    path = os.path.join(folder, "grading.csv")
-    if not os.path.isfile(path):
-        return {}
-    states = {}
-    with open(path, newline="") as f:
-        for row in csv.DictReader(f):
-            states.setdefault(float(row["strain"]), []).append({k: float(v) for k, v in row.items()})
-    return states
+sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from grus_results import read_grading, read_history  # noqa: E402
 
 
 def grading_curves(ax, name, states):

@@ -85,12 +85,18 @@ void save_checkpoint(const Options& options, const RveScene& scene, const dem::S
   dem::write_checkpoint(options.directory + "/checkpoint.h5", {about.dump(), {dem::bytes_of(state), saver.take(), history.text(), gradings.text()}});
 }
 
-dem::State load_checkpoint(const Options& options, const RveScene& scene, Course& course, History& history, Frames& frames, GradingStates& gradings) {
+/// Refuses what is not a checkpoint of this scene.
+dem::Checkpoint find_checkpoint(const Options& options, const RveScene& scene) {
   const std::string path = options.directory + "/checkpoint.h5";
-  const dem::Checkpoint kept = dem::read_checkpoint(path);
+  dem::Checkpoint kept = dem::read_checkpoint(path);
   const nlohmann::json about = nlohmann::json::parse(kept.about);
   if (about.value("program", "") != "grus-rve" || kept.parts.size() != 4) throw dem::InputError(path + ": not a checkpoint of grus-rve");
   if (about["scene"] != scene.record) throw dem::InputError(path + ": checkpoint of another scene or other settings; give the same file and --set");
+  return kept;
+}
+
+dem::State take_up(const dem::Checkpoint& kept, Course& course, History& history, Frames& frames, GradingStates& gradings) {
+  const nlohmann::json about = nlohmann::json::parse(kept.about);
   dem::State state = dem::state_of(kept.parts[0]);
   dem::Loader loader(kept.parts[1]);
   Course::archive(loader, course);
@@ -104,7 +110,8 @@ int run(const Options& options) {
   const Clock clock;
   RveScene scene = read_rve_scene(options.scene, options.overrides);
   dem::Team team(options.threads);
-  if (options.resume) dem::read_checkpoint(options.directory + "/checkpoint.h5");  // refused before anything is computed
+  dem::Checkpoint kept;
+  if (options.resume) kept = find_checkpoint(options, scene);
   else if (!options.check) make_folder(options);
   dem::State state;
   if (!options.resume) {
@@ -130,7 +137,7 @@ int run(const Options& options) {
   GradingStates gradings(options.directory, scene);
   Course course{state.boundary.cell.vectors, scene.test.loading.initial_size};
   if (options.resume) {
-    state = load_checkpoint(options, scene, course, history, frames, gradings);
+    state = take_up(kept, course, history, frames, gradings);
     scene.test.loading.initial_size = course.initial_size;
     if (!options.quiet) fmt::print("{}\n  going on from t = {:.4g} s, {} grains\n", scene.title, state.time, state.grains.size());
   }

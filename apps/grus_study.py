@@ -3,7 +3,6 @@
 """Runs a list of cases of one or more scenes, several seeds each, side by side on the cores given, and compares them:
 a table, plots with scatter bands, checks of claims, report.html. Runs that are done are not repeated."""
 import argparse
-import csv
 import hashlib
 import json
 import os
@@ -15,6 +14,7 @@ import tomllib
 from concurrent.futures import ThreadPoolExecutor, as_completed
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+from grus_results import read_grading, read_history  # noqa: E402
 
 
 class Refused(Exception):
@@ -90,8 +90,8 @@ def key_of(case, seed, seed_key, program):
 
 
 class Runner:
-    def __init__(self, out, seed_key, program, threads):
-        self.out, self.seed_key, self.program, self.threads = out, seed_key, program, threads
+    def __init__(self, out, seed_key, program):
+        self.out, self.seed_key, self.program = out, seed_key, program
         self.running, self.stopped = set(), False
 
     def folder(self, case, seed):
@@ -104,10 +104,12 @@ class Runner:
             return case, seed, None
         if self.stopped:
             return case, seed, "not started"
+        if os.path.isfile(marker):  # of other settings: must not vouch for what is about to be overwritten
+            os.remove(marker)
         settings = dict(case["set"])
         if seed is not None:
             settings[self.seed_key] = seed
-        command = [self.program, case["scene"], "-o", folder, "--force", "--quiet", "--threads", str(self.threads)]
+        command = [self.program, case["scene"], "-o", folder, "--force", "--quiet", "--threads", "1"]
         for k, v in settings.items():
             command += ["--set", f"{k}={toml_value(v)}"]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
@@ -153,17 +155,9 @@ def run_all(runner, cases, workers, quiet):
 
 
 def read_run(folder):
-    with open(os.path.join(folder, "history.csv")) as f:
-        rows = list(csv.reader(f))
-    columns = {name: [float(r[k]) for r in rows[1:]] for k, name in enumerate(rows[0])}
     with open(os.path.join(folder, "summary.json")) as f:
         summary = json.load(f)
-    grading = None
-    path = os.path.join(folder, "grading.csv")
-    if os.path.isfile(path):
-        with open(path) as f:
-            grading = [{k: float(v) for k, v in row.items()} for row in csv.DictReader(f)]
-    return {"columns": columns, "summary": summary, "grading": grading, "folder": folder}
+    return {"columns": read_history(folder), "summary": summary, "grading": read_grading(folder)}
 
 
 def main():
@@ -189,7 +183,7 @@ def main():
         return 0
     os.makedirs(os.path.join(out, "runs"), exist_ok=True)
     workers = args.threads or len(os.sched_getaffinity(0))
-    runner = Runner(out, common.get("seed_key", "packing.seed"), program, 1)
+    runner = Runner(out, common.get("seed_key", "packing.seed"), program)
     failures, wall = run_all(runner, cases, workers, args.quiet)
     if failures is None:
         return 130

@@ -86,13 +86,11 @@ def history_plot(ax, plot, labels, runs):
 
 def grading_plot(ax, plot, labels, runs):
     for name in plot["cases"]:
-        run = runs[name][0]
-        strains = sorted({row["strain"] for row in run["grading"] or []})
-        for k, strain in enumerate(strains):
-            rows = [row for row in run["grading"] if row["strain"] == strain]
+        states = runs[name][0]["grading"]
+        for k, (strain, rows) in enumerate(states.items()):
             total = sum(r["mass_kg"] for r in rows)
             y = [100 * r["passing"] for r in rows] if plot.get("passing", True) else [100 * r["mass_kg"] / total for r in rows]
-            ax.semilogx([1e3 * r["diameter_m"] for r in rows], y, color=plt.cm.viridis(k / max(1, len(strains) - 1)), label=f"{labels[name]}, strain {strain:.2f}")
+            ax.semilogx([1e3 * r["diameter_m"] for r in rows], y, color=plt.cm.viridis(k / max(1, len(states) - 1)), label=f"{labels[name]}, strain {strain:.2f}")
     ax.set(xlabel="equivalent diameter (mm)", ylabel="passing by mass (%)" if plot.get("passing", True) else "mass in class (%)")
     ax.legend(fontsize=7)
 

@@ -101,6 +101,11 @@ inline double elastic_energy(const Law& law, const Contact& c) {
   return law(c.stiffness, c.overlap).energy + c.shear_energy;
 }
 
+/// Elastic part of the normal force of a touching contact (N).
+inline double elastic_force(const ContactLaw& law, const Contact& c) {
+  return std::visit([&](const auto& l) { return l(c.stiffness, c.overlap).force; }, law);
+}
+
 /// Dashpot coefficient that makes the measured restitution of a head-on impact equal `restitution`, the force being
 /// cut at zero attraction. The textbook value without the cut gives 0.472 for 0.4 (Hertz).
 double dashpot_for(const ContactLaw& law, double restitution);

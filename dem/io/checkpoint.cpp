@@ -2,13 +2,13 @@
 #include "dem/io/checkpoint.hpp"
 
 #include <fmt/format.h>
-#include <hdf5.h>
 #include <unistd.h>
 
 #include <cstdint>
 #include <stdexcept>
 
 #include "dem/base/error.hpp"
+#include "dem/io/hdf5_handle.hpp"
 #include "dem/io/whole_file.hpp"
 #include "dem/rve/state.hpp"
 
@@ -18,14 +18,6 @@ namespace {
 /// Raised with every change of the archive's fields; the sizes tell another layout of the same fields.
 constexpr std::uint64_t format_version = 1;
 constexpr std::uint64_t layout = sizeof(Motion) + 1000 * sizeof(Contact) + 1000000 * sizeof(CohesiveSpring) + 1000000000ULL * sizeof(Pair);
-
-struct Handle {
-  hid_t id;
-  herr_t (*close)(hid_t);
-  ~Handle() {
-    if (id >= 0) close(id);
-  }
-};
 
 std::uint64_t checksum(const std::string& bytes) {
   std::uint64_t h = 0xcbf29ce484222325ULL;

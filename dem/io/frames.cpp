@@ -59,9 +59,7 @@ void write_grains(const std::string& path, const State& state) {
       const Vec3 x = frame.origin + frame.axes * a.cwiseProduct(d);
       for (int k = 0; k < 3; ++k) grid.points.push_back(static_cast<float>(x[k]));
     }
-    int touching = 0;
-    for (Index e = state.contacts.first[i]; e < state.contacts.first[i + 1]; ++e)
-      touching += state.contacts.contact[state.contacts.entry[e] >> 1].stiffness > 0;
+    const int touching = dem::coordination(state.contacts, i);
     const double p = touching > 0 ? mean_pressure(grain_stress(g, state.contacts, i)) : 0;
     const Vec3 widths = sorted_widths(g.shape[i]);
     for (const auto& triangle : surface.triangles) {

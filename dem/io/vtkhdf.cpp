@@ -2,12 +2,12 @@
 #include "dem/io/vtkhdf.hpp"
 
 #include <fmt/format.h>
-#include <hdf5.h>
 
 #include <array>
 #include <cstdio>
 #include <stdexcept>
 
+#include "dem/io/hdf5_handle.hpp"
 #include "dem/io/whole_file.hpp"
 
 namespace grus::dem {
@@ -17,12 +17,6 @@ hid_t must(hid_t id, const char* what) {
   if (id < 0) throw std::runtime_error(fmt::format("HDF5: cannot {}", what));
   return id;
 }
-
-struct Handle {
-  hid_t id;
-  herr_t (*close)(hid_t);
-  ~Handle() { close(id); }
-};
 
 template <class T>
 hid_t type_of();

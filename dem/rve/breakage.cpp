@@ -24,8 +24,7 @@ std::optional<Vec3> contact_plane(const Model& model, const State& state, std::s
     const std::size_t k = contacts.entry[e] >> 1;
     const Contact& c = contacts.contact[k];
     if (c.stiffness <= 0) continue;
-    const double force = std::visit([&](const auto& law) { return law(c.stiffness, c.overlap).force; }, model.law);
-    const double tension = ContactTension::tension(force, std::sqrt(c.radius * c.overlap), nu);
+    const double tension = ContactTension::tension(elastic_force(model.law, c), std::sqrt(c.radius * c.overlap), nu);
     if (tension >= strength) critical.emplace_back(tension, contact_arm(state.grains, contacts, k, contacts.entry[e] & 1));
   }
   if (critical.size() < static_cast<std::size_t>(std::max(count, 3))) return std::nullopt;
@@ -95,8 +94,7 @@ void share_contacts(const Model& model, State& state, std::size_t plus, std::siz
       if (!touching(l) || (l >= contacts.begin[sphere_wall]) != wall || other(f) != other(e) || image(f) != image(e)) continue;
       Contact &a = contacts.contact[k], &b = contacts.contact[l];
       if (a.stiffness != b.stiffness) continue;  // not both inherited
-      const double fa = std::visit([&](const auto& law) { return law(a.stiffness, a.overlap).force; }, model.law);
-      const double fb = std::visit([&](const auto& law) { return law(b.stiffness, b.overlap).force; }, model.law);
+      const double fa = elastic_force(model.law, a), fb = elastic_force(model.law, b);
       const double share = std::max(fa, fb) / (fa + fb);
       for (Contact* c : {&a, &b}) c->stiffness *= share, c->spring *= share, c->tangential *= share, c->shear_energy *= share;
       break;

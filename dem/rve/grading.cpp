@@ -106,8 +106,7 @@ std::vector<SizeClass> size_classes(const State& state, double smallest, double 
     ++c.grains;
     c.mass += g.mass[i], c.elongation += w[1] / w[0], c.flatness += w[2] / w[1];
     if (!g.generation.empty()) c.generation += g.generation[i];
-    for (Index e = state.contacts.first[i]; e < state.contacts.first[i + 1]; ++e)
-      c.coordination += state.contacts.contact[state.contacts.entry[e] >> 1].stiffness > 0;
+    c.coordination += coordination(state.contacts, i);
   }
   for (auto& c : classes)
     if (c.grains > 0)

@@ -11,12 +11,10 @@ namespace {
 /// Half the trapezoid of force times growth, at the forces of now.
 double half_work(const Model& model, const Contacts& contacts, const std::vector<Growth>& growths) {
   double work = 0;
-  std::visit([&](const auto& law) {
-    for (const auto& growth : growths) {
-      const Contact& c = contacts.contact[growth.contact];
-      if (c.stiffness > 0) work += 0.5 * law(c.stiffness, c.overlap).force * growth.amount;
-    }
-  }, model.law);
+  for (const auto& growth : growths) {
+    const Contact& c = contacts.contact[growth.contact];
+    if (c.stiffness > 0) work += 0.5 * elastic_force(model.law, c) * growth.amount;
+  }
   return work;
 }
 

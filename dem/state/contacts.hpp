@@ -54,4 +54,11 @@ struct Contacts {
   std::size_t size() const { return pair.size(); }
 };
 
+/// Touching contacts of grain i, walls included.
+inline int coordination(const Contacts& c, std::size_t i) {
+  int touching = 0;
+  for (Index e = c.first[i]; e < c.first[i + 1]; ++e) touching += c.contact[c.entry[e] >> 1].stiffness > 0;
+  return touching;
+}
+
 }  // namespace grus::dem
