@@ -3,98 +3,116 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
+#include "apps/hopkinson.hpp"
 #include "dem/io/vtkhdf.hpp"
 #include "dem/io/whole_file.hpp"
-#include "dem/rve/measure.hpp"
-#include "dem/rve/step.hpp"
 
 namespace grus::app {
 namespace {
 
 const char* const components[6] = {"xx", "yy", "zz", "yz", "xz", "xy"};
 
-double total(double mine, MPI_Comm comm) {
-  double all = 0;
-  MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, MPI_SUM, comm);
-  return all;
-}
-
-double worst(double mine, MPI_Comm comm) {
-  double all = 0;
-  MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, MPI_MAX, comm);
-  return all;
+int vtk_type(fem::CellKind kind) {
+  return kind == fem::CellKind::triangle ? 5 : kind == fem::CellKind::quadrilateral ? 9 : kind == fem::CellKind::tetrahedron ? 10 : 12;
 }
 
 }  // namespace
 
-BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const coupling::RveMaterial& rves, bool writes)
-    : directory_(std::move(directory)), scene_(scene), problem_(problem), rves_(rves), writes_(writes), probes_(directory_, scene, problem, rves) {
+BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points, coupling::RveMaterial* rves)
+    : directory_(std::move(directory)), scene_(scene), problem_(problem), points_(points), rves_(rves), probes_(directory_, scene, problem, points, rves) {
+  for (const auto group : points.group) grains_.push_back(group == 0);
   std::vector<std::string> columns{"increment", "time_s", "newton_iterations", "cutbacks", "residual"};
   for (const auto& b : problem.boundaries())
     for (char k : {'x', 'y', 'z'}) columns.push_back(fmt::format("reaction_{}_{}_N", b.name, k));
   for (const char* name : {"mean_strain_zz", "mean_stress_zz_Pa", "rves", "rves_advanced", "dem_steps", "breakages", "wall_s"}) columns.emplace_back(name);
   for (const char* ij : components)
     if (std::string(ij) != "zz") columns.push_back(fmt::format("mean_strain_{}", ij)), columns.push_back(fmt::format("mean_stress_{}_Pa", ij));
-  for (const char* name : {"correction", "rve_noise", "volume_m3", "worst_unbalanced_force", "worst_stress_change", "worst_rve_energy_error", "mass_lost_fraction"}) columns.emplace_back(name);
+  for (const char* name : {"correction", "rve_noise", "volume_m3", "worst_unbalanced_force", "worst_stress_change", "worst_rve_energy_error", "mass_lost_fraction", "macro_work_J",
+                           "rve_work_J", "rves_distinct", "rves_deferred"})
+    columns.emplace_back(name);
+  if (scene.dynamics)
+    for (const char* name : {"macro_kinetic_J", "macro_internal_J", "macro_external_J", "macro_viscous_J", "macro_energy_error"}) columns.emplace_back(name);
+  if (!scene.regions.empty() && rves)
+    for (const char* what : {"strain_{}", "stress_{}_Pa"})
+      for (const char* ij : components) columns.push_back("grains_" + fmt::format(fmt::runtime(what), ij));
   for (auto& name : probes_.columns()) columns.push_back(std::move(name));
-  if (!writes_) return;
   history_.emplace((std::filesystem::path(directory_) / "history.csv").string(), columns);
   if (scene.frames > 0) std::filesystem::create_directories(std::filesystem::path(directory_) / "macro");
 }
 
 void BvpOutput::add(const fem::IncrementReport& r, double wall) {
-  const MPI_Comm comm = problem_.comm();
+  if (!r.cut_reason.empty()) fmt::print("  increment {}: {} cutback(s), the last because {}\n", r.increment, r.cutbacks, r.cut_reason);
+  macro_work_ += r.work;
+  iterations_ += r.iterations, cutbacks_ += r.cutbacks, sweeps_ = r.law_sweeps;
+  worst_residual_ = std::max(worst_residual_, r.residual);
+  for (std::size_t k = 1; k < r.residuals.size(); ++k)
+    if (r.residuals[k] > 0 && r.residuals[k - 1] > 0) contraction_.push_back(std::log(r.residuals[k] / r.residuals[k - 1]));
+  add({static_cast<double>(r.increment), r.load_factor, static_cast<double>(r.iterations), static_cast<double>(r.cutbacks), r.residual, r.correction, r.noise, wall}, nullptr);
+}
+
+void BvpOutput::add(const fem::DynamicsReport& r, double wall) {
+  macro_work_ = r.energy.internal;
+  if (rves_) rves_->refresh();
+  add({static_cast<double>(r.steps), r.time, 0, 0, 0, 0, 0, wall}, &r.energy);
+}
+
+double BvpOutput::rve_work() const {
+  double work = 0;
+  for (std::size_t i = 0; rves_ && i < rves_->points(); ++i) work += rves_->facts(i).work * points_.volume[i] / rves_->start_volume(i);
+  return work;
+}
+
+void BvpOutput::add(const Row& r, const fem::MacroEnergy* energy) {
   const auto strain = problem_.mean_strain(), stress = problem_.mean_stress();
-  const coupling::SweepReport& report = rves_.report();
-  std::vector<double> row{static_cast<double>(r.increment), r.load_factor, static_cast<double>(r.iterations), static_cast<double>(r.cutbacks), r.residual};
+  const coupling::SweepReport report = rves_ ? rves_->report() : coupling::SweepReport{};
+  std::vector<double> row{r.increment, r.time, r.iterations, r.cutbacks, r.residual};
   for (std::size_t b = 0; b < problem_.boundaries().size(); ++b)
     for (double v : problem_.reaction(b)) row.push_back(v);
   strain_ = strain[2], stress_ = stress[2];
-  breakages_ = total(static_cast<double>(rves_.breakages()), comm);
-  steps_ = total(static_cast<double>(report.dem_steps), comm);
-  iterations_ += r.iterations, cutbacks_ += r.cutbacks;
+  breakages_ = rves_ ? static_cast<double>(rves_->breakages()) : 0;
   double error = 0, mass = 0, lost = 0;
-  for (std::size_t i = 0; i < rves_.points(); ++i) {
-    const dem::State& s = rves_.committed(i);
-    error = std::max(error, std::abs(dem::energy_error(s.ledger, dem::stored_energy(scene_.unit_cells[0].model, s))));
-    lost += s.ledger.fines.mass;
-    mass += s.ledger.fines.mass + dem::total_mass(s.grains);
+  for (std::size_t i = 0; rves_ && i < rves_->points(); ++i) {
+    const coupling::Facts& f = rves_->facts(i);
+    error = std::max(error, f.energy_error), lost += f.lost_mass, mass += f.mass;
   }
-  row.insert(row.end(), {strain[2], stress[2], static_cast<double>(problem_.global_points()), total(static_cast<double>(report.advanced), comm), steps_, breakages_, wall});
+  worst_energy_ = std::max(worst_energy_, error);
+  const double points = rves_ ? static_cast<double>(rves_->points()) : 0;
+  row.insert(row.end(), {strain[2], stress[2], points, static_cast<double>(report.advanced), static_cast<double>(report.dem_steps), breakages_, r.wall});
   for (std::size_t k = 0; k < 6; ++k)
     if (k != 2) row.push_back(strain[k]), row.push_back(stress[k]);
-  row.insert(row.end(), {r.correction, r.noise, problem_.current_volume(), worst(report.worst_unbalanced, comm), worst(report.worst_stress_change, comm), worst(error, comm),
-                         total(lost, comm) / total(mass, comm)});
+  row.insert(row.end(), {r.correction, r.noise, problem_.current_volume(), report.worst_unbalanced, report.worst_stress_change, error, mass > 0 ? lost / mass : 0, macro_work_, rve_work(),
+                         static_cast<double>(report.distinct), static_cast<double>(report.deferred)});
+  if (energy) row.insert(row.end(), {energy->kinetic, energy->internal, energy->external, energy->viscous, energy->error()});
+  if (!scene_.regions.empty() && rves_)
+    for (const auto& mean : {problem_.mean_strain(grains_), problem_.mean_stress(grains_)}) row.insert(row.end(), mean.begin(), mean.end());
   const std::vector<double> probed = probes_.row();
   row.insert(row.end(), probed.begin(), probed.end());
-  if (writes_) {
-    history_->add(row);
-    history_->save(2);
-    if (!r.cut_reason.empty()) fmt::print("  increment {}: {} cutback(s), the last because {}\n", r.increment, r.cutbacks, r.cut_reason);
-  }
-  if (scene_.frames > 0 && r.load_factor >= static_cast<double>(series_.size()) / std::max(1, scene_.frames - 1) * (1 - 1e-9)) frame(r.load_factor);
+  history_->add(row);
+  history_->save(2);
+  const double part = r.time / scene_.end_time();
+  if (scene_.frames > 0 && part >= static_cast<double>(series_.size()) / std::max(1, scene_.frames - 1) * (1 - 1e-9)) frame(r.time);
 }
 
-void BvpOutput::frame(double load_factor) {
+void BvpOutput::frame(double time) {
   const fem::MacroFields fields = problem_.gather_fields();
-  // Void ratio, breakages a starting grain and worst unbalanced force of the cell's RVEs.
-  std::vector<double> cells;
   const auto per_cell = static_cast<std::size_t>(problem_.points_per_cell());
-  for (std::size_t i = 0; i < rves_.points(); ++i) {
-    if (i % per_cell == 0) cells.insert(cells.end(), {0, 0, 0});
-    const dem::State& s = rves_.committed(i);
-    double* at = cells.data() + cells.size() - 3;
-    at[0] += (s.boundary.cell.volume() / dem::solid_volume(s.grains) - 1) / static_cast<double>(per_cell);
-    at[1] += static_cast<double>(s.ledger.breakages) / static_cast<double>(s.grains.size() - s.ledger.breakages) / static_cast<double>(per_cell);
-    at[2] += static_cast<double>(s.grains.size()) / static_cast<double>(per_cell);
+  std::vector<double> cells(3 * (points_.group.size() / per_cell), 0.0);  // void ratio, breakages a starting grain, grains; means of the cell's RVEs
+  for (std::size_t i = 0; i < points_.rve_of.size(); ++i) {
+    if (points_.rve_of[i] == SIZE_MAX) continue;
+    const coupling::Facts& f = rves_->facts(points_.rve_of[i]);
+    double* at = cells.data() + 3 * (i / per_cell);
+    const double share = 1.0 / static_cast<double>(per_cell);
+    at[0] += f.void_ratio * share;
+    at[1] += static_cast<double>(f.breakages) / static_cast<double>(f.grains - f.breakages) * share;
+    at[2] += static_cast<double>(f.grains) * share;
   }
   const std::vector<double> all = problem_.gather_cells(cells);
   const std::string name = fmt::format("macro/macro_{:05}.hdf", series_.size());
-  probes_.frame(series_.size(), load_factor);
-  series_.emplace_back(name, load_factor);
-  if (!writes_) return;
+  probes_.frame(series_.size(), time);
+  series_.emplace_back(name, time);
   dem::VtkGrid grid;
   auto& u = grid.point_fields["displacement_m"];
   u.components = 3;
@@ -109,8 +127,9 @@ void BvpOutput::frame(double load_factor) {
   for (std::size_t c = 0; c < fields.cells.size(); ++c) {
     grid.connectivity.insert(grid.connectivity.end(), fields.cells[c].begin(), fields.cells[c].end());
     grid.offsets.push_back(static_cast<std::int64_t>(grid.connectivity.size()));
-    grid.types.push_back(fields.cells[c].size() == 8 ? 12 : 10);
+    grid.types.push_back(static_cast<std::uint8_t>(vtk_type(fields.kind)));
     for (double v : fields.stress[c]) stress.values.push_back(static_cast<float>(v));
+    if (!rves_) continue;
     grid.cell_fields["void_ratio"].values.push_back(static_cast<float>(all[3 * c]));
     grid.cell_fields["broken_fraction"].values.push_back(static_cast<float>(all[3 * c + 1]));
     grid.cell_fields["grains"].values.push_back(static_cast<float>(all[3 * c + 2]));
@@ -121,37 +140,73 @@ void BvpOutput::frame(double load_factor) {
 }
 
 std::string BvpOutput::line(std::uint64_t sweeps) const {
-  return fmt::format("strain zz {:.4f}  stress zz {:.3g} MPa  broken {:.0f}  material sweeps {}  DEM steps {:.3g}", strain_, stress_ / 1e6, breakages_, sweeps, steps_);
+  return fmt::format("strain zz {:.4f}  stress zz {:.3g} MPa  broken {:.0f}  material sweeps {}  DEM steps {:.3g}", strain_, stress_ / 1e6, breakages_, sweeps,
+                     rves_ ? static_cast<double>(rves_->report().dem_steps) : 0.0);
 }
 
-std::string BvpOutput::closing(int status, const fem::StaticsResult& result, double wall) const {
+std::string BvpOutput::closing(const BvpEnding& e) const {
+  const double steps = rves_ ? static_cast<double>(rves_->report().dem_steps) : 0.0;
+  const std::string how = e.status == finished ? "finished" : e.status == interrupted ? "interrupted" : "stopped";
+  if (scene_.dynamics)
+    return fmt::format("{}: {:.4g} s, mean stress zz {:.4g} MPa, {:.0f} breakages, {:.3g} DEM steps in {} ({})", how, e.time, stress_ / 1e6, breakages_, steps, duration_text(e.wall),
+                       directory_);
   return fmt::format("{}: load factor {:.4g}, mean strain zz {:.4f}, mean stress zz {:.4g} MPa, {:.0f} breakages, {} Newton iterations, {} cutbacks, {} material sweeps, "
                      "{:.3g} DEM steps in {} ({})",
-                     status == finished ? "finished" : status == interrupted ? "interrupted" : "stopped", result.load_factor, strain_, stress_ / 1e6, breakages_,
-                     iterations_, cutbacks_, result.law_sweeps, steps_, duration_text(wall), directory_);
+                     how, e.time, strain_, stress_ / 1e6, breakages_, iterations_, cutbacks_, sweeps_, steps, duration_text(e.wall), directory_);
 }
 
-void BvpOutput::finish(int status, const std::string& ending, const fem::StaticsResult& result, const Options& options, int ranks, double preparation, double wall) {
-  const double distinct = total(static_cast<double>(rves_.report().distinct), problem_.comm());
-  const double advanced = total(static_cast<double>(rves_.report().advanced), problem_.comm()), seconds = worst(rves_.report().seconds, problem_.comm());
-  if (!writes_) return;
+nlohmann::json BvpOutput::state() const {
+  return {{"rows", history_->rows()}, {"series", series_}, {"probe_series", probes_.series()}, {"contraction", contraction_}, {"macro_work", macro_work_}, {"worst_residual", worst_residual_},
+          {"worst_energy", worst_energy_}, {"iterations", iterations_}, {"cutbacks", cutbacks_}, {"sweeps", sweeps_}};
+}
+
+void BvpOutput::restore(const nlohmann::json& s, const std::string& history) {
+  history_->restore(history, s.at("rows"));
+  series_ = s.at("series").get<decltype(series_)>();
+  probes_.restore(s.at("probe_series").get<std::vector<decltype(series_)>>());
+  contraction_ = s.at("contraction").get<std::vector<double>>();
+  macro_work_ = s.at("macro_work"), worst_residual_ = s.at("worst_residual"), worst_energy_ = s.at("worst_energy");
+  iterations_ = s.at("iterations"), cutbacks_ = s.at("cutbacks"), sweeps_ = s.at("sweeps");
+}
+
+void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   history_->save();
+  if (scene_.hopkinson && history_->rows() > 1) write_hopkinson((std::filesystem::path(directory_) / "hopkinson.csv").string(), *scene_.hopkinson, history_->text());
   nlohmann::json summary = provenance();
   summary["title"] = scene_.title;
   summary["scene_file"] = std::filesystem::path(scene_.file).filename().string();
   summary["scene"] = scene_.record;
-  summary["unit_cell"] = scene_.unit_cells[0].record;
-  summary["status"] = status;
-  summary["ending"] = ending;
-  summary["seed"] = scene_.unit_cells[0].model.seed;
+  summary["status"] = e.status;
+  summary["ending"] = e.text;
   summary["threads"] = options.threads;
-  summary["ranks"] = ranks;
-  summary["counts"] = {{"gauss_points", problem_.global_points()}, {"grains_a_point", scene_.unit_cells[0].state.grains.size()}, {"breakages", breakages_},
-                       {"newton_iterations", iterations_}, {"cutbacks", cutbacks_}, {"material_sweeps", result.law_sweeps}, {"rves_advanced", advanced},
-                       {"rves_distinct", distinct}, {"rves_asked", static_cast<double>(result.law_sweeps) * static_cast<double>(problem_.global_points())}, {"dem_steps", steps_}};
+  summary["ranks"] = e.ranks;
+  summary["counts"] = {{"gauss_points", problem_.global_points()}, {"breakages", breakages_}, {"newton_iterations", iterations_}, {"cutbacks", cutbacks_}, {"material_sweeps", sweeps_}};
+  summary["errors"] = {{"worst_residual", worst_residual_}, {"worst_rve_energy_error", worst_energy_}};
+  summary["seconds"] = {{"preparation_wall", e.preparation}, {"solve_wall", e.wall - e.preparation}, {"cpu_rank0", Clock::cpu()}};
+  if (!contraction_.empty()) {
+    double mean = 0;
+    for (const double v : contraction_) mean += v / static_cast<double>(contraction_.size());
+    summary["newton_contraction"] = std::exp(mean);  // geometric mean of the ratio of successive residuals
+  }
+  if (rves_) {
+    const coupling::SweepReport& r = rves_->report();
+    summary["unit_cell"] = scene_.unit_cells[0].record;
+    summary["seed"] = scene_.unit_cells[0].model.seed;
+    auto& counts = summary["counts"];
+    counts["grains_a_point"] = scene_.unit_cells[0].state.grains.size();
+    counts["rves"] = rves_->points();
+    counts["rves_asked"] = r.asked, counts["rves_advanced"] = r.advanced, counts["rves_distinct"] = r.distinct, counts["rves_deferred"] = r.deferred;
+    counts["rves_similar"] = r.similar, counts["rves_replayed"] = r.replayed, counts["rves_retried_in_parts"] = r.retried, counts["rves_moved_between_ranks"] = e.migrated;
+    counts["dem_steps"] = r.dem_steps;
+    auto& errors = summary["errors"];
+    errors["macro_work_J"] = macro_work_, errors["rve_work_J"] = rve_work();
+    if (scene_.rve.error > 0) errors["deferral"] = {{"tolerance", scene_.rve.error}, {"measured", r.deferral.count}, {"worst", r.deferral.worst}, {"mean", r.deferral.mean()}};
+    if (scene_.rve.share > 0)
+      errors["sharing"] = {{"tolerance_strain", scene_.rve.share}, {"measured_at_replays", r.sharing.count}, {"worst", r.sharing.worst}, {"mean", r.sharing.mean()}, {"largest_correction", r.correction}};
+    summary["seconds"]["rve_sweeps_wall"] = rves_->seconds();
+  }
   const auto& columns = history_->columns();
   for (std::size_t i = 0; i < columns.size() && !history_->last().empty(); ++i) summary["last_row"][columns[i]] = history_->last()[i];
-  summary["seconds"] = {{"preparation_wall", preparation}, {"solve_wall", wall - preparation}, {"rve_sweeps_wall", seconds}, {"cpu_rank0", Clock::cpu()}};
   dem::write_whole((std::filesystem::path(directory_) / "summary.json").string(), summary.dump(2) + "\n");
 }
 

@@ -1,39 +1,59 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Results of grus-bvp: history.csv, macro frames, summary.json. Every member is called on all ranks; one writes.
+// Results of grus-bvp: history.csv, macro frames, summary.json.
 #pragma once
 
 #include "apps/probes.hpp"
 #include "apps/run.hpp"
-#include "apps/scene/bvp_scene.hpp"
-#include "coupling/rve_material.hpp"
 
 namespace grus::app {
 
+/// How a run ended, for summary.json.
+struct BvpEnding {
+  int status = 0, ranks = 1;
+  std::string text;
+  double time = 0, preparation = 0, wall = 0;  // load factor or s; s of wall time
+  std::uint64_t migrated = 0;                  // RVEs moved between ranks
+};
+
 class BvpOutput {
 public:
-  BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const coupling::RveMaterial& rves, bool writes);
+  BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points, coupling::RveMaterial* rves);
 
   /// One row, and a frame if one is due.
   void add(const fem::IncrementReport& report, double wall);
-  void finish(int status, const std::string& ending, const fem::StaticsResult& result, const Options& options, int ranks, double preparation, double wall);
+  void add(const fem::DynamicsReport& report, double wall);
+  void finish(const BvpEnding& ending, const Options& options);
 
-  /// Where things stand, for the progress line (no communication).
+  /// Where things stand, for the progress line.
   std::string line(std::uint64_t sweeps) const;
-  std::string closing(int status, const fem::StaticsResult& result, double wall) const;
+  std::string closing(const BvpEnding& ending) const;
+
+  /// Everything that a resumed run needs to go on writing as if it had never stopped; and back.
+  nlohmann::json state() const;
+  void restore(const nlohmann::json& state, const std::string& history);
+  const History& history() const { return *history_; }
 
 private:
-  void frame(double load_factor);
+  /// Columns that quasi-static and dynamic runs fill with their own.
+  struct Row {
+    double increment = 0, time = 0, iterations = 0, cutbacks = 0, residual = 0, correction = 0, noise = 0, wall = 0;
+  };
+  void add(const Row& row, const fem::MacroEnergy* energy);
+  void frame(double time);
+  double rve_work() const;
 
   std::string directory_;
   const BvpScene& scene_;
   fem::Problem& problem_;
-  const coupling::RveMaterial& rves_;
-  bool writes_;
+  const BvpPoints& points_;
+  coupling::RveMaterial* rves_;  // null: no grains anywhere
   Probes probes_;
+  std::vector<std::uint8_t> grains_;  // points that have an RVE
   std::optional<History> history_;
   std::vector<std::pair<std::string, double>> series_;
-  double strain_ = 0, stress_ = 0, breakages_ = 0, steps_ = 0;
-  int iterations_ = 0, cutbacks_ = 0;
+  std::vector<double> contraction_;  // of Newton: logarithms of residual ratios
+  double strain_ = 0, stress_ = 0, breakages_ = 0, macro_work_ = 0, worst_residual_ = 0, worst_energy_ = 0;
+  int iterations_ = 0, cutbacks_ = 0, sweeps_ = 0;
 };
 
 }  // namespace grus::app

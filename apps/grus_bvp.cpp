@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// grus-bvp: a macro boundary-value problem with an RVE of grains at every Gauss point.
+// grus-bvp: a macro boundary-value problem with an RVE of grains at every Gauss point. Rank 0 solves it; all ranks advance RVEs.
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <numeric>
+#include <set>
 
 #include "apps/bvp_output.hpp"
-#include "apps/prepare_sample.hpp"
 #include "apps/run.hpp"
-#include "dem/io/whole_file.hpp"
+#include "dem/base/error.hpp"
+#include "dem/io/checkpoint.hpp"
 #include "fem/session.hpp"
 
 using namespace grus;
@@ -46,101 +46,244 @@ void together(const fem::Session& session, F&& part) {
   throw std::runtime_error(message);
 }
 
-/// Prepared states of the variants that this rank's points need, and which of them each point starts from.
-std::vector<dem::State> prepare_points(const BvpScene& scene, const fem::Problem& problem, int threads, std::vector<std::size_t>& start) {
-  const auto variants = static_cast<std::size_t>(scene.variants);
-  std::vector<std::size_t> variant(problem.owned_points());
-  std::vector<std::uint8_t> needed(variants, 0);
-  for (std::size_t i = 0; i < variant.size(); ++i) needed[variant[i] = static_cast<std::size_t>(problem.point_key(i)) % variants] = 1;
-  std::vector<std::size_t> list;
-  for (std::size_t v = 0; v < variants; ++v)
-    if (needed[v]) list.push_back(v);
-  std::vector<dem::State> prepared(variants);
-  std::vector<std::string> errors(variants);
-  dem::Team team(threads);
-  team.each(list.size(), [&](std::size_t k) {
-    dem::Team alone(1);
-    try {
-      prepared[list[k]] = prepare_sample(scene.unit_cells[list[k]], alone);
-    } catch (const std::exception& e) {
-      errors[list[k]] = e.what();
+std::unique_ptr<fem::Problem> make_problem(const BvpScene& scene) {
+  return std::visit([&](const auto& mesh) { return std::make_unique<fem::Problem>(MPI_COMM_SELF, mesh, scene.discretisation, scene.boundaries); }, scene.mesh);
+}
+
+/// Model of the run: in real time grains are damped by their contacts only; local damping is for the preparation.
+std::shared_ptr<const dem::Model> run_model(const BvpScene& scene) {
+  auto model = std::make_shared<dem::Model>(scene.unit_cells[0].model);
+  if (scene.dynamics) model->motion.local_damping = 0;
+  return model;
+}
+
+/// Everything that is set up before a run, on rank 0.
+struct Setup {
+  std::unique_ptr<fem::Problem> problem;
+  BvpPoints points;
+  std::vector<dem::State> states;  // of the variants in use
+};
+
+/// The macro problem with its materials; on rank 0.
+class Run {
+public:
+  Run(const BvpScene& scene, const Options& options, Setup setup, coupling::RveFarm* farm)
+      : scene_(scene), options_(options), setup_(std::move(setup)) {
+    std::vector<fem::Material> parts(1);
+    if (farm) {
+      rves_.emplace(*farm, setup_.states, setup_.points.variant, scene.rve);
+      parts[0] = rves_->material();
+    } else {
+      parts[0].respond = [](const fem::Points&) { return true; };
+      parts[0].commit = [] {};
     }
-  });
-  for (const auto& e : errors)
-    if (!e.empty()) throw dem::Unstable(fmt::format("unit cell: {}", e));
-  std::vector<dem::State> states;
-  std::vector<std::size_t> place(variants, 0);
-  for (const std::size_t v : list) place[v] = states.size(), states.push_back(std::move(prepared[v]));
-  for (const std::size_t v : variant) start.push_back(place[v]);
-  return states;
+    for (std::size_t r = 0; r < scene.regions.size(); ++r) {
+      const auto count = std::count(setup_.points.group.begin(), setup_.points.group.end(), r + 1);
+      parts.push_back(fem::elastic_material(static_cast<std::size_t>(count), scene.regions[r].youngs_modulus, scene.regions[r].poissons_ratio));
+    }
+    regions_.assign(parts.begin() + 1, parts.end());
+    material_ = scene.regions.empty() ? parts[0] : fem::composite_material(parts, setup_.points.group);
+    for (std::size_t i = 0; i < setup_.points.group.size(); ++i) {
+      if (setup_.points.group[i] > 0) {
+        density_.push_back(scene.regions[setup_.points.group[i] - 1].density);
+      } else {
+        const dem::State& s = setup_.states[setup_.points.variant[setup_.points.rve_of[i]]];
+        density_.push_back(dem::total_mass(s.grains) / s.boundary.cell.volume());
+      }
+    }
+    output_.emplace(options.directory, scene, *setup_.problem, setup_.points, rves_ ? &*rves_ : nullptr);
+  }
+
+  BvpEnding go(double ready, const Clock& clock) {
+    Progress progress(options_.quiet);
+    BvpEnding ending;
+    ending.preparation = ready;
+    double time = 0, saved = clock.wall();
+    std::uint64_t sweeps = 0;
+    const auto respond = material_.respond;
+    material_.respond = [&](const fem::Points& p) {
+      if (p.duration == 0 || sweeps % 64 == 0) progress.show(time / scene_.end_time(), output_->line(sweeps));
+      ++sweeps;
+      return respond(p);
+    };
+    bool stop = false;
+    auto after = [&](const auto& report, double now) {
+      time = now;
+      output_->add(report, elapsed_ + clock.wall() - ready);
+      stop = interruption_asked();
+      if (stop || clock.wall() - saved > scene_.checkpoint_interval) save(report, elapsed_ + clock.wall() - ready), saved = clock.wall();
+      return !stop;
+    };
+    bool complete;
+    std::string failure;
+    if (scene_.dynamics) {
+      fem::allocate_dynamics(*setup_.problem);
+      const fem::DynamicsReport start = options_.resume ? resume_dynamics() : fem::DynamicsReport{};
+      const auto result = fem::solve_dynamics(*setup_.problem, material_, density_, *scene_.dynamics, [&](const fem::DynamicsReport& r) { return after(r, r.time); }, start);
+      complete = result.finished, failure = result.failure, ending.time = result.last.time;
+    } else {
+      const fem::StaticsStart start = options_.resume ? resume_statics() : fem::StaticsStart{};
+      const auto result = fem::solve_statics(*setup_.problem, material_, scene_.solve, [&](const fem::IncrementReport& r) { return after(r, r.load_factor); }, start);
+      complete = result.converged, failure = result.failure, ending.time = result.load_factor;
+    }
+    ending.status = stop ? interrupted : complete ? finished : unstable;
+    ending.text = stop ? "interrupted; --resume goes on from checkpoint.h5" : complete ? "finished" : failure;
+    ending.wall = clock.wall();
+    closing_ = output_->closing(ending);
+    progress.finish(closing_);
+    return ending;
+  }
+
+  void finish(const BvpEnding& ending) { output_->finish(ending, options_); }
+
+private:
+  std::string path() const { return options_.directory + "/checkpoint.h5"; }
+
+  void write(nlohmann::json about, double wall) {
+    about["program"] = "grus-bvp";
+    about["scene"] = scene_.record;
+    about["output"] = output_->state();
+    about["wall"] = wall;
+    dem::Checkpoint c{about.dump(), {output_->history().text()}};
+    auto pack = [](const std::vector<double>& v) { return std::string(reinterpret_cast<const char*>(v.data()), v.size() * sizeof(double)); };
+    c.parts.push_back(pack(setup_.problem->snapshot()));
+    for (const auto& r : regions_) c.parts.push_back(pack(r.save()));
+    if (rves_)
+      for (auto& part : rves_->save()) c.parts.push_back(std::move(part));
+    dem::write_checkpoint(path(), c);
+  }
+
+  void save(const fem::IncrementReport& r, double wall) {
+    write({{"load_factor", hex(r.load_factor)}, {"next_size", hex(r.next_size)}, {"increments", r.increment}, {"sweeps", r.law_sweeps}}, wall);
+  }
+
+  void save(const fem::DynamicsReport& r, double wall) {
+    write({{"time", hex(r.time)}, {"dt", hex(r.dt)}, {"steps", r.steps}, {"energy", {hex(r.energy.kinetic), hex(r.energy.internal), hex(r.energy.external), hex(r.energy.viscous)}}}, wall);
+  }
+
+  static std::string hex(double v) { return fmt::format("{:a}", v); }  // exact
+  static double unhex(const nlohmann::json& v) { return std::strtod(v.get<std::string>().c_str(), nullptr); }
+
+  nlohmann::json resume() {
+    dem::Checkpoint kept = dem::read_checkpoint(path());
+    const auto about = nlohmann::json::parse(kept.about, nullptr, false);
+    if (about.is_discarded() || about.value("program", "") != "grus-bvp" || kept.parts.size() < 2 + regions_.size()) throw InputError(path() + ": not a checkpoint of grus-bvp");
+    if (about["scene"] != scene_.record) throw InputError(path() + ": checkpoint of another scene or other settings; give the same file and --set");
+    auto unpack = [](const std::string& bytes) {
+      std::vector<double> v(bytes.size() / sizeof(double));
+      std::memcpy(v.data(), bytes.data(), v.size() * sizeof(double));
+      return v;
+    };
+    try {
+      setup_.problem->restore(unpack(kept.parts[1]));
+      for (std::size_t r = 0; r < regions_.size(); ++r) regions_[r].load(unpack(kept.parts[2 + r]));
+      kept.parts.erase(kept.parts.begin() + 1, kept.parts.begin() + 2 + static_cast<std::ptrdiff_t>(regions_.size()));
+      const std::string history = std::move(kept.parts.front());
+      kept.parts.erase(kept.parts.begin());
+      if (rves_) rves_->load(kept.parts);
+      output_->restore(about["output"], history);
+    } catch (const std::invalid_argument& e) {
+      throw InputError(path() + ": " + e.what());
+    }
+    elapsed_ = about["wall"];
+    return about;
+  }
+
+  fem::StaticsStart resume_statics() {
+    const auto about = resume();
+    return {unhex(about["load_factor"]), unhex(about["next_size"]), about["increments"], about["sweeps"]};
+  }
+
+  fem::DynamicsReport resume_dynamics() {
+    const auto about = resume();
+    const auto& e = about["energy"];
+    return {unhex(about["time"]), unhex(about["dt"]), about["steps"], {unhex(e[0]), unhex(e[1]), unhex(e[2]), unhex(e[3])}};
+  }
+
+  const BvpScene& scene_;
+  const Options& options_;
+  Setup setup_;
+  std::optional<coupling::RveMaterial> rves_;
+  std::vector<fem::Material> regions_;
+  fem::Material material_;
+  std::vector<double> density_;
+  std::optional<BvpOutput> output_;
+  double elapsed_ = 0;  // wall time of earlier parts of the run (s)
+  std::string closing_;
+};
+
+void print_setup(const BvpScene& scene, const Setup& setup, const Options& options, int ranks) {
+  const fem::Problem& p = *setup.problem;
+  const auto rves = setup.points.variant.size();
+  double grains = 0;
+  for (const auto& u : scene.unit_cells) grains += static_cast<double>(u.state.grains.size()) / scene.variants;
+  const std::string length = scene.dynamics ? fmt::format("duration {:.3g} s", scene.dynamics->duration) : fmt::format("increments {}", scene.solve.increments);
+  fmt::print("{}\n  cells {}   Gauss points {}   with grains {} ({:.0f} grains each, {} packings)   {}   memory up to {:.3g} MB   ranks {} x threads {}\n", scene.title,
+             p.global_points() / p.points_per_cell(), p.global_points(), rves, grains, scene.unit_cells.size(), length, static_cast<double>(rves) * grains * 2 * 4000 / 1e6, ranks,
+             options.threads);
 }
 
 int run(const Options& given, const fem::Session& session) {
   const Clock clock;
   Options options = given;
-  const bool speaks = session.rank() == 0;
+  const bool leads = session.rank() == 0;
   BvpScene scene;
-  if (options.resume) throw dem::InputError("--resume: grus-bvp writes no checkpoints in this version; run again without --resume");
+  Setup setup;
   together(session, [&] { scene = read_bvp_scene(options.scene, options.overrides); });
-  std::unique_ptr<fem::Problem> problem;
-  together(session, [&] { problem = std::make_unique<fem::Problem>(MPI_COMM_WORLD, scene.mesh, scene.discretisation, scene.boundaries); });
-  const double grains = std::accumulate(scene.unit_cells.begin(), scene.unit_cells.end(), 0.0, [](double s, const auto& u) { return s + static_cast<double>(u.state.grains.size()); }) / scene.variants;
-  if (speaks && !options.quiet)
-    fmt::print("{}\n  cells {}   Gauss points {}   grains a point {:.0f} ({} packings)   increments {}   memory about {:.3g} MB   ranks {} x threads {}\n", scene.title,
-               problem->global_points() / problem->points_per_cell(), problem->global_points(), grains, scene.variants, scene.solve.increments,
-               static_cast<double>(problem->global_points()) * grains * 2 * 4000 / 1e6, session.ranks(), options.threads);
-  if (!options.check) together(session, [&] { if (speaks) make_folder(options); });
-  std::vector<dem::State> states;
-  std::vector<std::size_t> start;
-  together(session, [&] { states = prepare_points(scene, *problem, options.threads, start); });
+  std::vector<std::size_t> used;
+  together(session, [&] {
+    if (!leads) return;
+    setup.problem = make_problem(scene);
+    setup.points = find_points(scene, *setup.problem);
+    const std::set<std::size_t> variants(setup.points.variant.begin(), setup.points.variant.end());
+    used.assign(variants.begin(), variants.end());
+    if (!options.quiet) print_setup(scene, setup, options, session.ranks());
+    if (!options.check && !options.resume) make_folder(options);
+    if (options.resume && !std::filesystem::exists(options.directory + "/checkpoint.h5")) throw InputError(options.directory + "/checkpoint.h5: no checkpoint to resume from");
+  });
+  std::size_t count = used.size();
+  MPI_Bcast(&count, sizeof count, MPI_BYTE, 0, MPI_COMM_WORLD);
+  used.resize(count);
+  MPI_Bcast(used.data(), static_cast<int>(count * sizeof(std::size_t)), MPI_BYTE, 0, MPI_COMM_WORLD);
+  together(session, [&] { setup.states = prepare_variants(scene, used, options.threads); });
   const double ready = clock.wall();
-  if (speaks && !options.quiet) fmt::print("  unit cells prepared in {}\n", duration_text(ready));
-
-  auto model = std::make_shared<const dem::Model>(scene.unit_cells[0].model);
+  if (leads && !options.quiet && scene.has_rve) fmt::print("  unit cells prepared in {}\n", duration_text(ready));
   if (options.check) {
-    double seconds = 0;
-    together(session, [&] {
-      if (states.empty()) return;
-      dem::Rve probe(model, scene.quasi_static, states[0]);
+    if (leads && scene.has_rve) {
+      dem::Rve rve(run_model(scene), scene.rve.response.quasi_static, setup.states[used[0]]);
       const Clock timer;
-      probe.advance({dem::Mat3::Identity()});
-      seconds = timer.wall();
-    });
-    if (speaks) fmt::print("  one RVE at rest: {:.3g} s; run time grows with strain and breakage\n", seconds);
+      rve.advance({dem::Mat3::Identity()});
+      fmt::print("  one RVE at rest: {:.3g} s; run time grows with strain and breakage\n", timer.wall());
+    }
     return finished;
   }
-  coupling::RveMaterial rves(model, scene.quasi_static, std::move(states), std::move(start), options.threads, scene.rve);
-  fem::Material material = rves.material(MPI_COMM_WORLD);
-  Progress progress(options.quiet);
-  BvpOutput output(options.directory, scene, *problem, rves, speaks);
-  double load = 0;
-  std::uint64_t sweeps = 0;
-  auto show = [&] {
-    if (!speaks) return;
-    progress.show(load, output.line(sweeps));
-  };
-  const auto respond = material.respond;
-  material.respond = [&](const fem::Points& p) {
-    show();
-    ++sweeps;
-    return respond(p);
-  };
-  bool stop = false;
-  const fem::StaticsResult result = fem::solve_statics(*problem, material, scene.solve, [&](const fem::IncrementReport& r) {
-    load = r.load_factor;
-    together(session, [&] { output.add(r, clock.wall() - ready); });
-    int asked = interruption_asked() ? 1 : 0, any = 0;
-    MPI_Allreduce(&asked, &any, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
-    stop = any != 0;
-    return !stop;
-  });
-  const int status = stop ? interrupted : result.converged ? finished : unstable;
-  const std::string ending = stop ? "interrupted" : result.converged ? "finished" : result.failure;
-  together(session, [&] { output.finish(status, ending, result, options, session.ranks(), ready, clock.wall()); });
-  if (speaks) progress.finish(output.closing(status, result, clock.wall() - ready));
-  if (speaks && status == unstable)
-    fmt::print(stderr, "{}: load factor {:.4g}: {}; smaller solve.increments, looser rve.unbalanced_force or a larger unit cell may help\n", options.scene,
-               result.load_factor, ending);
+  int status = failed;
+  if (leads) {
+    BvpEnding ending;
+    std::exception_ptr error;
+    std::optional<Run> work;
+    std::optional<coupling::RveFarm> farm;
+    try {
+      if (scene.has_rve) farm.emplace(MPI_COMM_WORLD, run_model(scene), scene.rve.response, options.threads);
+      work.emplace(scene, options, std::move(setup), farm ? &*farm : nullptr);
+      ending = work->go(ready, clock);
+      ending.ranks = session.ranks();
+      ending.migrated = farm ? farm->moved() : 0;
+      work->finish(ending);
+    } catch (...) {
+      error = std::current_exception();
+    }
+    work.reset(), farm.reset();
+    status = error ? failed : ending.status;
+    MPI_Bcast(&status, 1, MPI_INT, 0, MPI_COMM_WORLD);
+    if (error) std::rethrow_exception(error);
+    if (status == unstable)
+      fmt::print(stderr, "{}: {} {:.4g}: {}; {}\n", options.scene, scene.dynamics ? "time" : "load factor", ending.time, ending.text,
+                 scene.dynamics ? "a smaller solve.safety or another unit cell may help" : "smaller solve.increments, looser rve.unbalanced_force or a larger unit cell may help");
+    return status;
+  }
+  if (scene.has_rve) coupling::serve(MPI_COMM_WORLD, run_model(scene), scene.rve.response, options.threads);
+  MPI_Bcast(&status, 1, MPI_INT, 0, MPI_COMM_WORLD);
   return status;
 }
 

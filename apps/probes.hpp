@@ -1,33 +1,37 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Probes of grus-bvp: what one Gauss point and its RVE go through. Every member is called on all ranks.
+// Probes of grus-bvp: what one Gauss point and its RVE go through.
 #pragma once
 
-#include "apps/scene/bvp_scene.hpp"
-#include "coupling/rve_material.hpp"
+#include "apps/bvp_points.hpp"
 
 namespace grus::app {
 
 class Probes {
 public:
   /// Each probe sits at the Gauss point nearest to its place in the reference mesh; of equals the lowest key.
-  Probes(const std::string& directory, const BvpScene& scene, const fem::Problem& problem, const coupling::RveMaterial& rves);
+  Probes(const std::string& directory, const BvpScene& scene, const fem::Problem& problem, const BvpPoints& points, const coupling::RveMaterial* rves);
 
   std::vector<std::string> columns() const;
   std::vector<double> row() const;
   /// Grains of the probes that ask for frames.
-  void frame(std::size_t number, double load_factor);
+  void frame(std::size_t number, double time);
+  /// Stress along an axis (Pa, tension-positive) at the probe of this name.
+  double stress(const std::string& name, int component) const;
+  std::vector<std::vector<std::pair<std::string, double>>> series() const;
+  void restore(const std::vector<std::vector<std::pair<std::string, double>>>& series);
 
 private:
   struct Found {
     const Probe* probe;
-    std::ptrdiff_t point;  // owned point, or -1: another rank's
+    std::size_t point;
     std::vector<std::pair<std::string, double>> series;
   };
 
   std::string directory_;
   const BvpScene& scene_;
   const fem::Problem& problem_;
-  const coupling::RveMaterial& rves_;
+  const BvpPoints& points_;
+  const coupling::RveMaterial* rves_;  // null: no grains anywhere
   std::vector<Found> probes_;
 };
 

@@ -5,133 +5,307 @@
 
 #include <algorithm>
 #include <chrono>
-#include <map>
 
 #include "dem/base/error.hpp"
+#include "dem/io/archive.hpp"
 #include "dem/rve/tangent.hpp"
 
 namespace grus::coupling {
 namespace {
 
-/// Increments are taken to 2^-34 (6e-11 of strain, 0.1 Pa): the macro solver's round-off, which depends on the number of
-/// ranks, neither tells two points apart nor reaches the grains, and all see the same value whether they share or not.
-dem::Mat3 snapped(std::span<const double> f) {
-  dem::Mat3 m;
+using dem::Mat3;
+using dem::Mat6;
+
+/// Increments are taken to 2^-34 (6e-11 of strain, 0.1 Pa): round-off of the macro solver neither tells two points apart
+/// nor reaches the grains, and all see the same value whether they share or not.
+Mat3 snapped(std::span<const double> f) {
+  Mat3 m;
   for (int k = 0; k < 9; ++k) m(k / 3, k % 3) = std::ldexp(std::nearbyint(std::ldexp(f[static_cast<std::size_t>(k)], 34)), -34);
   return m;
 }
 
-dem::Vec6 strain_between(const dem::Mat3& from, const dem::Mat3& to) {
+dem::Vec6 strain_between(const Mat3& from, const Mat3& to) {
   dem::Vec6 strain = dem::to_voigt(to - from);
   strain.tail<3>() *= 2;
   return strain;
 }
 
-}  // namespace
-
-RveMaterial::RveMaterial(std::shared_ptr<const dem::Model> model, const dem::QuasiStatic& quasi_static, std::vector<dem::State> states,
-                         std::vector<std::size_t> start, int threads, const RveOptions& options)
-    : model_(std::move(model)), quasi_static_(quasi_static), options_(options), responses_(start.size()), team_(threads) {
-  if (options_.share) {
-    slot_ = std::move(start);
-    for (auto& state : states) pool_.push_back(std::make_unique<dem::Rve>(model_, quasi_static, std::move(state)));
-  } else {
-    for (const std::size_t s : start) {
-      slot_.push_back(pool_.size());
-      pool_.push_back(std::make_unique<dem::Rve>(model_, quasi_static, states[s]));
-    }
-  }
-  report_.distinct = pool_.size();
+/// Stress after a deformation F = R U by a tangent: R (stress + C : (U - 1)) R^T.
+Mat3 predicted(const Mat3& stress, const Mat6& tangent, const Mat3& deformation) {
+  Mat3 r, u;
+  dem::polar(deformation, r, u);
+  return r * (stress + dem::from_voigt(tangent * strain_between(Mat3::Identity(), u))) * r.transpose();
 }
 
-fem::Material RveMaterial::material(MPI_Comm comm) {
+}  // namespace
+
+RveMaterial::RveMaterial(RveFarm& farm, const std::vector<dem::State>& states, const std::vector<std::size_t>& start, const RveOptions& options)
+    : farm_(farm), options_(options), point_(start.size()), responses_(start.size()) {
+  std::vector<std::uint64_t> first(states.size(), UINT64_MAX);
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    point_[i].variant = start[i];
+    std::uint64_t& shared = first[start[i]];
+    if (shared == UINT64_MAX || !options_.exact_sharing) {
+      shared = next_slot_++;
+      farm_.put(shared, states[start[i]], 1);
+      slots_[shared].leader = i;
+    }
+    point_[i].slot = shared;
+  }
+  for (const auto& s : states) start_volume_.push_back(s.boundary.cell.volume());
+  if (options_.share > 0)
+    for (const auto& s : states) prepared_.push_back(dem::bytes_of(s));
+  path_.resize(options_.share > 0 ? start.size() : 0);
+  refresh();
+  report_.distinct = slots_.size();
+}
+
+fem::Material RveMaterial::material() {
   fem::Material m;
   m.respond = [this](const fem::Points& p) { return respond(p); };
   m.commit = [this] { commit(); };
-  m.noise = [this, comm] { return noise(comm); };
+  m.noise = [this] { return noise(); };
   m.reason = [this] { return reason_; };
   return m;
 }
 
-double RveMaterial::noise(MPI_Comm comm) const {
-  double sums[2] = {0, 0}, all[2];
+dem::State RveMaterial::committed(std::size_t point) const { return dem::state_of(farm_.fetch(point_[point].slot)); }
+
+void RveMaterial::refresh() {
+  std::vector<std::uint64_t> all;
+  for (const auto& [slot, s] : slots_) all.push_back(slot);
+  const std::vector<Facts> facts = farm_.facts(all);
+  for (std::size_t k = 0; k < all.size(); ++k) slots_[all[k]].facts = facts[k];
+}
+
+double RveMaterial::noise() const {
+  double miss = 0, all = 0;
   for (std::size_t i = 0; i < responses_.size(); ++i) {
-    sums[1] += responses_[i].stress.squaredNorm();
+    all += responses_[i].stress.squaredNorm();
     if (!has_previous_ || responses_[i].breakages == previous_[i].breakages) continue;
     const dem::Vec6 strain = strain_between(previous_deformation_[i], deformation_[i]);
-    sums[0] += (responses_[i].stress - previous_[i].stress - dem::from_voigt(previous_[i].tangent * strain)).squaredNorm();
+    miss += (responses_[i].stress - previous_[i].stress - dem::from_voigt(previous_[i].tangent * strain)).squaredNorm();
   }
-  MPI_Allreduce(sums, all, 2, MPI_DOUBLE, MPI_SUM, comm);
-  const double measured = all[1] > 0 ? std::sqrt(all[0] / all[1]) : 0;
-  return std::max({quasi_static_.unbalanced_force, quasi_static_.stress_change, std::min(measured, max_noise)});
+  const double measured = all > 0 ? std::sqrt(miss / all) : 0;
+  const dem::QuasiStatic& q = options_.response.quasi_static;
+  return std::max({q.unbalanced_force, q.stress_change, std::min(measured, max_noise)});
 }
 
 bool RveMaterial::respond(const fem::Points& points) {
   const auto begin = std::chrono::steady_clock::now();
   has_previous_ = !deformation_.empty();
   std::swap(previous_, responses_), std::swap(previous_deformation_, deformation_);
-  const std::size_t n = slot_.size();
-  responses_.resize(n), deformation_.resize(n), job_.resize(n);
-
-  // Points of one RVE with one increment are one job; others of the same RVE part from it on a copy.
-  jobs_.clear();
-  std::map<std::pair<std::size_t, std::array<double, 9>>, std::size_t> known;
-  std::vector<std::uint8_t> taken(pool_.size(), 0);
-  for (std::size_t i = 0; i < n; ++i) {
-    deformation_[i] = snapped(points.deformation.subspan(9 * i, 9));
-    std::array<double, 9> key;
-    std::copy_n(deformation_[i].data(), 9, key.begin());
-    const auto [at, fresh] = known.try_emplace({slot_[i], key}, jobs_.size());
-    job_[i] = at->second;
-    if (!fresh) continue;
-    Job job{slot_[i], {deformation_[i]}, nullptr, {}};
-    if (taken[slot_[i]]) job.copy = std::make_unique<dem::Rve>(model_, quasi_static_, pool_[slot_[i]]->committed());
-    taken[slot_[i]] = 1;
-    jobs_.push_back(std::move(job));
-  }
-  team_.each(jobs_.size(), [&](std::size_t k) {
-    Job& job = jobs_[k];
-    dem::Rve& rve = job.copy ? *job.copy : *pool_[job.slot];
-    try {
-      job.response = rve.advance(job.increment);
-      if (options_.tangent == TangentKind::perturbation && job.response.stable) {
-        dem::Team alone(1);
-        job.response.tangent = dem::perturbation_tangent(*model_, quasi_static_, rve.trial(), options_.perturbation, options_.central, job.response.steps, alone);
-      }
-    } catch (const std::exception& e) {  // must not leave a thread
-      job.response = {};
-      job.response.failure = e.what();
-    }
-  });
-  for (std::size_t i = 0; i < n; ++i) responses_[i] = jobs_[job_[i]].response;
-  choose_tangents();
-
+  const std::size_t n = point_.size();
+  responses_.resize(n), deformation_.resize(n), job_.assign(n, SIZE_MAX);
+  for (std::size_t i = 0; i < n; ++i) deformation_[i] = snapped(points.deformation.subspan(9 * i, 9));
+  reason_.clear();
   bool good = true;
-  for (const auto& job : jobs_) report_.dem_steps += job.response.steps;
-  report_.advanced += jobs_.size(), report_.asked += n;
-  for (std::size_t i = 0; i < n; ++i) {
-    const dem::Response& r = responses_[i];
-    if (!r.stable && good) {
-      good = false;
-      reason_ = fmt::format("RVE of point {}: {}", i, r.failure);
+  find_jobs();
+  if (reason_.empty()) answer(points.duration, !points.tangent.empty());
+  for (const Job& job : jobs_)
+    if (!job.response.stable && reason_.empty()) reason_ = fmt::format("RVE of point {}: {}", job.leader, job.response.failure);
+  good = reason_.empty();
+  if (good) {
+    for (std::size_t i = 0; i < n; ++i) responses_[i] = corrected(i, jobs_[job_[i]]);
+    choose_tangents();
+    for (std::size_t i = 0; i < n; ++i) {
+      const dem::Response& r = responses_[i];
+      const dem::Vec6 stress = dem::to_voigt(r.stress);
+      for (int k = 0; k < 6; ++k) points.stress[6 * i + static_cast<std::size_t>(k)] = stress[k];
+      if (points.tangent.empty()) continue;
+      for (int a = 0; a < 6; ++a)
+        for (int b = 0; b < 6; ++b) points.tangent[36 * i + static_cast<std::size_t>(6 * a + b)] = r.tangent(a, b);
     }
-    const dem::Vec6 stress = dem::to_voigt(r.stress);
-    for (int k = 0; k < 6; ++k) points.stress[6 * i + static_cast<std::size_t>(k)] = stress[k];
-    for (int a = 0; a < 6; ++a)
-      for (int b = 0; b < 6; ++b) points.tangent[36 * i + static_cast<std::size_t>(6 * a + b)] = r.tangent(a, b);
   }
-  report_.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return good;
 }
 
+std::size_t RveMaterial::add_job(std::uint64_t slot, std::size_t leader) {
+  jobs_.push_back({slot, leader, deformation_[leader], false, {}});
+  jobs_of_[point_[leader].slot].push_back(jobs_.size() - 1);
+  return jobs_.size() - 1;
+}
+
+/// A new slot that starts as a copy of another one; those that earlier responses of the increment made are used again.
+std::uint64_t RveMaterial::part(std::uint64_t slot, std::size_t leader) {
+  auto& copies = parted_[slot];
+  const std::size_t number = jobs_of_[slot].size() - 1;  // the first increment is the slot's own
+  if (number >= copies.size()) {
+    copies.push_back(next_slot_++);
+    farm_.copy(slot, copies.back());
+    slots_[copies.back()] = slots_.at(slot);
+  }
+  slots_[copies[number]].leader = leader;
+  return copies[number];
+}
+
+/// Who goes with whom: fills jobs_ and job_.
+void RveMaterial::find_jobs() {
+  jobs_.clear(), jobs_of_.clear();
+  const auto own = [&](std::size_t i) -> std::vector<std::size_t>& { return jobs_of_[point_[i].slot]; };
+  for (const auto& [slot, s] : slots_)  // leaders first: they never leave their RVE
+    if (point_[s.leader].slot == slot) job_[s.leader] = add_job(slot, s.leader);
+  std::map<std::pair<std::uint64_t, std::array<double, 9>>, std::size_t> known;
+  auto key = [&](std::size_t i) {
+    std::array<double, 9> f;
+    std::copy_n(deformation_[i].data(), 9, f.begin());
+    return std::pair{point_[i].slot, f};
+  };
+  for (std::size_t k = 0; k < jobs_.size(); ++k) known.try_emplace(key(jobs_[k].leader), k);
+  for (std::size_t i = 0; i < point_.size(); ++i) {
+    if (job_[i] != SIZE_MAX) continue;
+    const auto same = known.find(key(i));
+    if (same != known.end() && point_[i].distance == point_[jobs_[same->second].leader].distance && point_[i].total == point_[jobs_[same->second].leader].total) {
+      job_[i] = same->second;
+      continue;
+    }
+    if (options_.share > 0) {
+      auto rides = [&](std::size_t k) {
+        const Job& job = jobs_[k];
+        if (point_[job.leader].variant != point_[i].variant) return false;
+        if ((deformation_[i] * point_[i].total - job.increment * point_[job.leader].total).norm() > options_.share) return false;
+        return (job.slot == point_[i].slot ? point_[i].distance : distance(i, job.leader, options_.share)) <= options_.share;
+      };
+      const auto first = own(i).front();
+      if (rides(first)) {
+        job_[i] = first;
+        continue;
+      }
+      for (std::size_t k = 0; k < jobs_.size() && job_[i] == SIZE_MAX; ++k)
+        if (rides(k)) job_[i] = k;
+      if (job_[i] != SIZE_MAX) continue;
+      if (point_[i].distance > 0) {  // what it has ridden on is not its own past
+        if (!replay(i)) return;
+        job_[i] = add_job(point_[i].slot, i);
+        known.try_emplace(key(i), job_[i]);
+        continue;
+      }
+    }
+    job_[i] = add_job(part(point_[i].slot, i), i);
+    known.try_emplace(key(i), job_[i]);
+  }
+}
+
+/// Largest difference of two points' deformation gradients over their committed paths; more than `limit` is not told exactly.
+double RveMaterial::distance(std::size_t a, std::size_t b, double limit) const {
+  Mat3 fa = Mat3::Identity(), fb = fa;
+  double most = 0;
+  for (std::size_t k = 0; k < path_[a].size() && most <= limit; ++k) {
+    fa = path_[a][k] * fa, fb = path_[b][k] * fb;
+    most = std::max(most, (fa - fb).norm());
+  }
+  return most;
+}
+
+/// The point's own path from the prepared state: its RVE from now on, whatever becomes of this increment.
+bool RveMaterial::replay(std::size_t i) {
+  const std::uint64_t slot = next_slot_++;
+  farm_.put_bytes(slot, prepared_[point_[i].variant], farm_.cost(point_[i].slot));
+  const std::vector<Outcome> done = farm_.advance({{slot, path_[i], 0, false, true}});
+  const dem::Response& r = done[0].response;
+  report_.dem_steps += r.steps, ++report_.replayed;
+  if (!r.stable) {
+    farm_.drop(slot);
+    reason_ = fmt::format("the RVE of point {} does not get through the point's own path: {}", i, r.failure);
+    return false;
+  }
+  report_.sharing.add((r.stress - point_[i].stress).norm() / std::max(r.stress.norm(), std::sqrt(3.0) * options_.response.quasi_static.pressure_floor));
+  Slot& s = slots_[slot];
+  s.leader = i, s.heard = true, s.stress = r.stress, s.tangent = r.tangent;
+  s.facts = farm_.commit({slot})[0];
+  point_[i].slot = slot, point_[i].distance = 0;
+  return true;
+}
+
+/// True where the tangent foretells so small a change of stress that no DEM is needed.
+bool RveMaterial::foretold(const Job& job) const {
+  const Slot& s = slots_.at(job.slot);
+  Mat3 r, u;
+  dem::polar(job.increment * s.pending, r, u);
+  const double change = dem::from_voigt(s.tangent * strain_between(Mat3::Identity(), u)).norm();
+  return change <= s.trust * options_.error * std::max(s.stress.norm(), std::sqrt(3.0) * options_.response.quasi_static.pressure_floor);
+}
+
+/// RVEs that must advance now and were put off: first to where the macro solver believes them to be, which measures the error.
+bool RveMaterial::catch_up() {
+  std::vector<Task> tasks;
+  std::vector<std::uint64_t> slots;
+  for (const Job& job : jobs_) {
+    Slot& s = slots_.at(job.slot);
+    if (!s.heard || s.pending == Mat3::Identity() || foretold(job)) continue;
+    tasks.push_back({job.slot, {s.pending}, 0, false, true});
+    slots.push_back(job.slot);
+  }
+  if (tasks.empty()) return true;
+  const std::vector<Outcome> done = farm_.advance(tasks);
+  for (std::size_t k = 0; k < done.size(); ++k) {
+    const dem::Response& r = done[k].response;
+    report_.dem_steps += r.steps, ++report_.advanced;
+    if (!r.stable) return reason_ = fmt::format("RVE of point {}, which was put off, does not get to its place: {}", slots_.at(slots[k]).leader, r.failure), false;
+  }
+  const std::vector<Facts> facts = farm_.commit(slots);
+  for (std::size_t k = 0; k < done.size(); ++k) {
+    const dem::Response& r = done[k].response;
+    Slot& s = slots_.at(slots[k]);
+    const double scale = std::max(r.stress.norm(), std::sqrt(3.0) * options_.response.quasi_static.pressure_floor);
+    const double error = (predicted(s.stress, s.tangent, s.pending) - r.stress).norm() / scale;
+    report_.deferral.add(error);
+    s.trust = std::clamp(s.trust * 0.9 * options_.error / std::max(error, 1e-12), 0.05, 1.0);
+    s.stress = r.stress, s.tangent = r.tangent, s.pending.setIdentity(), s.facts = facts[k];
+  }
+  return true;
+}
+
+/// Deferral or DEM for every job.
+void RveMaterial::answer(double duration, bool tangent) {
+  if (options_.error > 0 && !catch_up()) return;
+  std::vector<Task> tasks;
+  std::vector<std::size_t> real;
+  for (std::size_t k = 0; k < jobs_.size(); ++k) {
+    Job& job = jobs_[k];
+    const Slot& s = slots_.at(job.slot);
+    if (options_.error > 0 && s.heard && !awake_.contains(job.slot) && foretold(job)) {
+      job.deferred = true;
+      job.response.stress = predicted(s.stress, s.tangent, job.increment * s.pending);
+      job.response.tangent = s.tangent, job.response.stable = true;
+      continue;
+    }
+    if (options_.error > 0) awake_.insert(job.slot);  // no way back within an increment: Newton needs one answer
+    real.push_back(k);
+    tasks.push_back({job.slot, {job.increment}, duration, options_.real_time, tangent});
+  }
+  std::vector<Outcome> outcomes = farm_.advance(tasks);
+  for (std::size_t j = 0; j < real.size(); ++j) {
+    Job& job = jobs_[real[j]];
+    job.response = std::move(outcomes[j].response);
+    report_.dem_steps += job.response.steps;
+    report_.retried += job.response.pieces > 1 ? 1 : 0;
+  }
+  report_.asked += point_.size(), report_.advanced += real.size(), report_.deferred += jobs_.size() - real.size();
+}
+
+/// What a point hears of its job: for one that rides on another's path, to first order in the difference.
+dem::Response RveMaterial::corrected(std::size_t i, const Job& job) {
+  const Point& leader = point_[job.leader];
+  if (deformation_[i] == job.increment && point_[i].total == leader.total) return job.response;
+  dem::Response r = job.response;
+  const Mat3 difference = deformation_[i] * point_[i].total * (job.increment * leader.total).inverse();
+  r.stress = predicted(r.stress, r.tangent, difference);
+  ++report_.similar;
+  report_.correction = std::max(report_.correction, (r.stress - job.response.stress).norm() / std::max(r.stress.norm(), std::sqrt(3.0) * options_.response.quasi_static.pressure_floor));
+  return r;
+}
+
 void RveMaterial::choose_tangents() {
-  if (options_.tangent != TangentKind::elastic && options_.tangent != TangentKind::quasi_newton) return;
+  const TangentKind kind = options_.response.tangent;
+  if (kind != TangentKind::elastic && kind != TangentKind::quasi_newton) return;
   const bool first = kept_tangent_.empty();
   kept_tangent_.resize(responses_.size());
   for (std::size_t i = 0; i < responses_.size(); ++i) {
     dem::Response& r = responses_[i];
     if (first) kept_tangent_[i] = r.tangent;
-    else if (options_.tangent == TangentKind::quasi_newton && has_previous_ && r.stable)
+    else if (kind == TangentKind::quasi_newton && has_previous_)
       dem::broyden_update(strain_between(previous_deformation_[i], deformation_[i]), dem::to_voigt(r.stress - previous_[i].stress), kept_tangent_[i]);
     r.tangent = kept_tangent_[i];
   }
@@ -139,25 +313,89 @@ void RveMaterial::choose_tangents() {
 
 void RveMaterial::commit() {
   report_.worst_unbalanced = report_.worst_stress_change = 0;
-  std::vector<std::size_t> place(jobs_.size());
-  for (std::size_t k = 0; k < jobs_.size(); ++k) {
-    Job& job = jobs_[k];
-    place[k] = job.copy ? pool_.size() : job.slot;
-    if (job.copy) pool_.push_back(std::move(job.copy));
-    pool_[place[k]]->commit();
+  std::vector<std::uint64_t> advanced;
+  std::set<std::uint64_t> in_use;
+  for (const Job& job : jobs_) {
+    Slot& s = slots_.at(job.slot);
+    in_use.insert(job.slot);
+    s.leader = job.leader;
+    if (job.deferred) {
+      s.pending = job.increment * s.pending;
+      continue;
+    }
+    advanced.push_back(job.slot);
+    s.heard = true, s.pending.setIdentity(), s.stress = job.response.stress, s.tangent = job.response.tangent;
     report_.worst_unbalanced = std::max(report_.worst_unbalanced, job.response.unbalanced_force);
     report_.worst_stress_change = std::max(report_.worst_stress_change, job.response.stress_change);
   }
-  for (std::size_t i = 0; i < slot_.size(); ++i) slot_[i] = place[job_[i]];
-  report_.distinct = pool_.size();
-  jobs_.clear();
+  if (!options_.real_time) {
+    const std::vector<Facts> facts = farm_.commit(advanced);
+    for (std::size_t k = 0; k < advanced.size(); ++k) slots_.at(advanced[k]).facts = facts[k];
+  }
+  for (std::size_t i = 0; i < point_.size(); ++i) {
+    Point& p = point_[i];
+    p.slot = jobs_[job_[i]].slot;
+    p.total = deformation_[i] * p.total;
+    p.stress = responses_[i].stress;
+    if (options_.share > 0) path_[i].push_back(deformation_[i]);
+  }
+  if (options_.share > 0)
+    for (std::size_t i = 0; i < point_.size(); ++i) point_[i].distance = distance(i, slots_.at(point_[i].slot).leader, INFINITY);
+  for (const auto& [slot, copies] : parted_)
+    for (const auto copy : copies)
+      if (!in_use.contains(copy)) farm_.drop(copy), slots_.erase(copy);
+  parted_.clear(), awake_.clear(), jobs_.clear();
   deformation_.clear();  // the next response starts another increment
+  report_.distinct = slots_.size();
+  if (!options_.real_time) farm_.rebalance();
 }
 
-std::size_t RveMaterial::breakages() const {
-  std::size_t sum = 0;
-  for (const std::size_t s : slot_) sum += pool_[s]->committed().ledger.breakages;
+std::uint64_t RveMaterial::breakages() const {
+  std::uint64_t sum = 0;
+  for (const Point& p : point_) sum += slots_.at(p.slot).facts.breakages;
   return sum;
+}
+
+namespace {
+
+template <class A, class T>
+void archive_slots(A& a, T& slots) {
+  std::uint64_t n = slots.size();
+  a.plain(n);
+  auto one = [&](auto& s) { a.plain(s.leader), a.plain(s.heard), a.plain(s.pending), a.plain(s.stress), a.plain(s.tangent), a.plain(s.trust), a.plain(s.facts); };
+  if constexpr (std::is_const_v<T>) {
+    for (const auto& [slot, s] : slots) a.plain(slot), one(s);
+  } else {
+    slots.clear();
+    for (std::uint64_t k = 0, slot; k < n; ++k) a.plain(slot), one(slots[slot]);
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> RveMaterial::save() const {
+  dem::Saver a;
+  a.column(point_), archive_slots(a, slots_), a.plain(static_cast<std::uint64_t>(path_.size()));
+  for (const auto& p : path_) a.column(p);
+  a.column(kept_tangent_), a.plain(report_), a.plain(next_slot_), a.plain(seconds_);
+  std::vector<std::string> parts{a.take()};
+  for (const auto& [slot, s] : slots_) {
+    parts.push_back(farm_.fetch(slot));
+  }
+  return parts;
+}
+
+void RveMaterial::load(const std::vector<std::string>& parts) {
+  for (const auto& [slot, s] : slots_) farm_.drop(slot);
+  const std::size_t n = point_.size();
+  std::uint64_t paths;
+  dem::Loader a(parts.at(0));
+  a.column(point_), archive_slots(a, slots_), a.plain(paths);
+  if (point_.size() != n || paths != path_.size() || parts.size() != slots_.size() + 1) throw dem::InputError("checkpoint.h5: of another problem");
+  for (auto& p : path_) a.column(p);
+  a.column(kept_tangent_), a.plain(report_), a.plain(next_slot_), a.plain(seconds_);
+  std::size_t part = 1;
+  for (const auto& [slot, s] : slots_) farm_.put_bytes(slot, parts[part++], static_cast<double>(s.facts.grains));
 }
 
 }  // namespace grus::coupling

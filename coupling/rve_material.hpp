@@ -1,86 +1,129 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// A fem::Material made of RVEs: one for each Gauss point of this rank, advanced by threads. Points that start from the
-// same state and have had the same increments share one RVE until an increment differs.
+// A fem::Material made of RVEs, one for each Gauss point, that does no DEM the points do not need. Lives on rank 0.
 #pragma once
 
 #include <memory>
-#include <vector>
+#include <set>
 
-#include "dem/base/parallel.hpp"
-#include "dem/rve/rve.hpp"
+#include "coupling/rve_farm.hpp"
 #include "fem/material.hpp"
-
-#include <mpi.h>
 
 namespace grus::coupling {
 
-enum class TangentKind {
-  contact_stiffness,  // elastic contacts, sliding ones without k_t
-  elastic,            // that of the first response, kept
-  perturbation,       // from scratch copies
-  quasi_newton        // Broyden's update from iteration to iteration and from increment to increment
-};
-
+/// What may be left out. With everything off every point advances an RVE of its own at every response.
 struct RveOptions {
-  TangentKind tangent = TangentKind::contact_stiffness;
-  double perturbation = 1e-4;  // strain of the scratch copies
-  bool central = false;
-  bool share = true;           // exact sharing; off gives the same bits
+  ResponseOptions response;
+  bool real_time = false;     // increments last as long as the macro solver says; no trial, no relaxation
+  bool exact_sharing = true;  // points of one history have one RVE; the same bits as without
+  double share = 0;           // similar sharing: largest difference of deformation gradients, over the history; 0: off
+  double error = 0;           // deferral: largest predicted stress change relative to the stress; 0: off
 };
 
-/// Figures of the last response and of all so far, this rank's points only.
+/// How well a device keeps to its tolerance: errors measured whenever the truth comes out, relative to the stress.
+struct MeasuredError {
+  std::uint64_t count = 0;
+  double worst = 0, sum = 0;
+  void add(double error) { ++count, sum += error, worst = std::max(worst, error); }
+  double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0; }
+};
+
+/// Figures of the last commit and of everything since the start.
 struct SweepReport {
-  std::uint64_t dem_steps = 0, asked = 0, advanced = 0;  // since the start: DEM steps, points asked, RVEs advanced
-  std::size_t distinct = 0;                   // committed RVEs now
-  double seconds = 0;                         // wall time in RVE sweeps
-  double worst_unbalanced = 0, worst_stress_change = 0;  // of the committed responses
+  std::uint64_t asked = 0, advanced = 0, deferred = 0, similar = 0, replayed = 0, retried = 0;  // responses; DEM runs; answers without one
+  std::uint64_t dem_steps = 0;
+  std::uint64_t distinct = 0;                            // RVEs now
+  MeasuredError deferral, sharing;                       // prediction against what the RVE then did; at replays
+  double correction = 0;                                 // largest first-order correction of a similar point, relative to its stress
+  double worst_unbalanced = 0, worst_stress_change = 0;  // of the last commit
 };
 
 class RveMaterial {
 public:
-  /// Owned point i starts from the prepared state `states[start[i]]`.
-  RveMaterial(std::shared_ptr<const dem::Model> model, const dem::QuasiStatic& quasi_static, std::vector<dem::State> states,
-              std::vector<std::size_t> start, int threads, const RveOptions& options = {});
+  /// Point i starts from the prepared state `states[start[i]]`. Slots are made on the farm, which must outlive this.
+  RveMaterial(RveFarm& farm, const std::vector<dem::State>& states, const std::vector<std::size_t>& start, const RveOptions& options);
 
-  /// Valid as long as this object. The material's noise is collective over `comm`.
-  fem::Material material(MPI_Comm comm);
+  /// Valid as long as this object.
+  fem::Material material();
 
   /// Relative error of the stress of the last response: what the RVEs' own equilibrium leaves, and, measured, by how
   /// much points whose breakage differs between two iterations miss the stress that their tangent predicts. Breakage
-  /// makes the response a staircase: no residual goes below its steps. At most max_noise. Sums over `comm`.
-  double noise(MPI_Comm comm) const;
+  /// makes the response a staircase: no residual goes below its steps. At most max_noise.
+  double noise() const;
   static constexpr double max_noise = 0.03;
 
-  std::size_t points() const { return slot_.size(); }
-  const dem::State& committed(std::size_t point) const { return pool_[slot_[point]]->committed(); }
+  std::size_t points() const { return point_.size(); }
+  double start_volume(std::size_t point) const { return start_volume_[point_[point].variant]; }  // of the prepared cell (m^3)
+  const Facts& facts(std::size_t point) const { return slots_.at(point_[point].slot).facts; }
+  dem::State committed(std::size_t point) const;
+  /// Brings facts up to date; needed in real time only, where steps do not tell them.
+  void refresh();
   const SweepReport& report() const { return report_; }
-  std::size_t breakages() const;  // of the committed states, every point counted
+  double seconds() const { return seconds_; }  // wall time in responses
+  std::uint64_t breakages() const;             // of the committed states, every point counted
+
+  /// All that decides how the points go on, the states included; and back, into one that was made alike.
+  std::vector<std::string> save() const;
+  void load(const std::vector<std::string>& parts);
 
 private:
-  /// One RVE to advance: the committed one of a slot, or a copy of it for points that part from it.
+  struct Point {
+    std::uint64_t slot = 0;
+    std::size_t variant = 0;
+    double distance = 0;                // largest so far to the slot's leader (similar sharing)
+    dem::Mat3 total = dem::Mat3::Identity();  // F since the start
+    dem::Mat3 stress = dem::Mat3::Zero();     // as committed
+  };
+  /// An RVE with the committed path of one of its points, and what it last said.
+  struct Slot {
+    std::size_t leader = 0;             // point whose path it has had
+    bool heard = false;                 // it has answered at least once
+    dem::Mat3 pending = dem::Mat3::Identity();  // deformation since it last advanced (deferral)
+    dem::Mat3 stress = dem::Mat3::Zero();       // as it last advanced
+    dem::Mat6 tangent = dem::Mat6::Zero();
+    double trust = 1;                   // of the deferral tolerance, lowered where predictions were bad
+    Facts facts;
+  };
+  /// One increment of one slot in this response.
   struct Job {
-    std::size_t slot;
-    dem::Increment increment;
-    std::unique_ptr<dem::Rve> copy;  // null: the slot's own
+    std::uint64_t slot;
+    std::size_t leader;
+    dem::Mat3 increment;                // since the last commit
+    bool deferred = false;
     dem::Response response;
   };
 
   bool respond(const fem::Points& points);
+  void find_jobs();
+  std::size_t add_job(std::uint64_t slot, std::size_t leader);
+  std::uint64_t part(std::uint64_t slot, std::size_t leader);
+  bool replay(std::size_t point);
+  double distance(std::size_t a, std::size_t b, double limit) const;
+  bool foretold(const Job& job) const;
+  bool catch_up();
+  void answer(double duration, bool tangent);
   void choose_tangents();
   void commit();
+  dem::Response corrected(std::size_t point, const Job& job);
 
-  std::shared_ptr<const dem::Model> model_;
-  dem::QuasiStatic quasi_static_;
+  RveFarm& farm_;
   RveOptions options_;
-  std::vector<std::unique_ptr<dem::Rve>> pool_;
-  std::vector<std::size_t> slot_, job_;               // of each point: its committed RVE, its job in the last response
+  std::vector<std::string> prepared_;              // bytes of the starting states; similar sharing only
+  std::vector<double> start_volume_;               // of the starting states
+  std::vector<Point> point_;
+  std::map<std::uint64_t, Slot> slots_;
+  std::vector<std::vector<dem::Mat3>> path_;       // committed increments of every point; similar sharing only
+  std::map<std::uint64_t, std::vector<std::uint64_t>> parted_;  // slot -> copies of it that this increment has needed
+  std::set<std::uint64_t> awake_;                  // slots that do DEM until the increment is over, deferral or not
+  std::map<std::uint64_t, std::vector<std::size_t>> jobs_of_;   // slot that points have -> jobs that began there
+  std::uint64_t next_slot_ = 0;
   std::vector<Job> jobs_;
-  std::vector<dem::Response> responses_, previous_;   // of this trial and of the one before it in the same increment
+  std::vector<std::size_t> job_;                   // of each point
+  std::vector<dem::Response> responses_, previous_;  // of this trial and of the one before it in the same increment
   std::vector<dem::Mat3> deformation_, previous_deformation_;
-  std::vector<dem::Mat6> kept_tangent_;               // elastic, quasi-Newton
+  std::vector<dem::Mat6> kept_tangent_;            // elastic, quasi-Newton
   bool has_previous_ = false;
-  dem::Team team_;
   SweepReport report_;
+  double seconds_ = 0;
   std::string reason_;
 };
 

@@ -21,6 +21,8 @@
 #include <span>
 #include <vector>
 
+#include "fem/mesh.hpp"
+
 namespace grus::fem::compat {
 
 #if DOLFINX_VERSION_MINOR >= 9
@@ -33,15 +35,43 @@ using Space = dolfinx::fem::FunctionSpace;
 using Element = basix::FiniteElement;
 #endif
 
-inline std::shared_ptr<Mesh> make_box(MPI_Comm comm, const std::array<double, 3>& size, const std::array<long, 3>& cells, bool hexahedron) {
+inline dolfinx::mesh::CellType mesh_cell(CellKind k) {
+  using dolfinx::mesh::CellType;
+  return k == CellKind::triangle ? CellType::triangle : k == CellKind::quadrilateral ? CellType::quadrilateral : k == CellKind::tetrahedron ? CellType::tetrahedron : CellType::hexahedron;
+}
+
+inline basix::cell::type basix_cell(CellKind k) {
+  using basix::cell::type;
+  return k == CellKind::triangle ? type::triangle : k == CellKind::quadrilateral ? type::quadrilateral : k == CellKind::tetrahedron ? type::tetrahedron : type::hexahedron;
+}
+
+inline std::shared_ptr<Mesh> make_box(MPI_Comm comm, const std::array<double, 3>& size, const std::array<long, 3>& cells, CellKind kind) {
   using namespace dolfinx::mesh;
-  const CellType type = hexahedron ? CellType::hexahedron : CellType::tetrahedron;
+  const CellType type = mesh_cell(kind);
+  const bool flat = dimension(kind) == 2;
 #if DOLFINX_VERSION_MINOR >= 9
+  if (flat) return std::make_shared<Mesh>(create_rectangle<double>(comm, {{{0, 0}, {size[0], size[1]}}}, {cells[0], cells[1]}, type, create_cell_partitioner(GhostMode::none)));
   return std::make_shared<Mesh>(create_box<double>(comm, {{{0, 0, 0}, size}}, {cells[0], cells[1], cells[2]}, type, create_cell_partitioner(GhostMode::none)));
 #else
-  return std::make_shared<Mesh>(create_box(comm, {{{0, 0, 0}, size}},
-                                           {static_cast<std::size_t>(cells[0]), static_cast<std::size_t>(cells[1]), static_cast<std::size_t>(cells[2])}, type,
-                                           GhostMode::none));
+  const std::array<std::size_t, 3> n{static_cast<std::size_t>(cells[0]), static_cast<std::size_t>(cells[1]), static_cast<std::size_t>(cells[2])};
+  if (flat) return std::make_shared<Mesh>(create_rectangle(comm, {{{0, 0}, {size[0], size[1]}}}, {n[0], n[1]}, type, GhostMode::none));
+  return std::make_shared<Mesh>(create_box(comm, {{{0, 0, 0}, size}}, n, type, GhostMode::none));
+#endif
+}
+
+/// From arrays on rank 0: coordinates (dimension a node) and corners of the cells in basix order.
+inline std::shared_ptr<Mesh> make_mesh(MPI_Comm comm, const std::vector<double>& x, std::vector<std::int64_t> cells, CellKind kind) {
+  using namespace dolfinx;
+  const auto width = static_cast<std::size_t>(dimension(kind));
+#if DOLFINX_VERSION_MINOR >= 9
+  const dolfinx::fem::CoordinateElement<double> element(mesh_cell(kind), 1);
+  return std::make_shared<Mesh>(mesh::create_mesh(comm, std::span<const std::int64_t>(cells), element, x, {x.size() / width, width}, mesh::GhostMode::none));
+#else
+  const dolfinx::fem::CoordinateElement element(mesh_cell(kind), 1);
+  const auto per_cell = static_cast<std::size_t>(corners(kind));
+  std::vector<std::int32_t> offsets(cells.size() / per_cell + 1);
+  for (std::size_t i = 0; i < offsets.size(); ++i) offsets[i] = static_cast<std::int32_t>(i * per_cell);
+  return std::make_shared<Mesh>(mesh::create_mesh(comm, graph::AdjacencyList<std::int64_t>(std::move(cells), std::move(offsets)), element, x, {x.size() / width, width}, mesh::GhostMode::none));
 #endif
 }
 
@@ -79,8 +109,8 @@ inline const dolfinx::fem::CoordinateElement
   return mesh.geometry().cmap();
 }
 
-inline Element make_element(bool hexahedron, int degree) {
-  const auto cell = hexahedron ? basix::cell::type::hexahedron : basix::cell::type::tetrahedron;
+inline Element make_element(CellKind kind, int degree) {
+  const auto cell = basix_cell(kind);
 #if DOLFINX_VERSION_MINOR >= 9
   return basix::create_element<double>(basix::element::family::P, cell, degree, basix::element::lagrange_variant::gll_warped,
                                        basix::element::dpc_variant::unset, false);
@@ -89,11 +119,11 @@ inline Element make_element(bool hexahedron, int degree) {
 #endif
 }
 
-inline std::shared_ptr<Space> make_space(const std::shared_ptr<Mesh>& mesh, const Element& element) {
+inline std::shared_ptr<Space> make_space(const std::shared_ptr<Mesh>& mesh, const Element& element, int components) {
 #if DOLFINX_VERSION_MINOR >= 9
-  return std::make_shared<Space>(dolfinx::fem::create_functionspace<double>(mesh, element, std::vector<std::size_t>{3}));
+  return std::make_shared<Space>(dolfinx::fem::create_functionspace<double>(mesh, element, std::vector<std::size_t>{static_cast<std::size_t>(components)}));
 #else
-  return std::make_shared<Space>(dolfinx::fem::create_functionspace(mesh, element, 3));
+  return std::make_shared<Space>(dolfinx::fem::create_functionspace(mesh, element, components));
 #endif
 }
 
@@ -106,16 +136,16 @@ inline std::array<std::vector<double>, 2> quadrature(basix::cell::type cell, int
 #endif
 }
 
-/// Values and first derivatives, flat (4, points, dofs).
-inline std::vector<double> tabulate(const Element& element, const std::vector<double>& points) {
-  return element.tabulate(1, std::span<const double>(points), {points.size() / 3, 3}).first;
+/// Values and first derivatives at points of `width` coordinates, flat (1 + width, points, dofs).
+inline std::vector<double> tabulate(const Element& element, const std::vector<double>& points, std::size_t width) {
+  return element.tabulate(1, std::span<const double>(points), {points.size() / width, width}).first;
 }
 
-inline std::vector<double> tabulate_geometry(const Mesh& mesh, const std::vector<double>& points) {
+inline std::vector<double> tabulate_geometry(const Mesh& mesh, const std::vector<double>& points, std::size_t width) {
   const auto& element = coordinate_element(mesh);
-  const auto shape = element.tabulate_shape(1, points.size() / 3);
+  const auto shape = element.tabulate_shape(1, points.size() / width);
   std::vector<double> out(shape[0] * shape[1] * shape[2] * shape[3]);
-  element.tabulate(1, points, {points.size() / 3, 3}, out);
+  element.tabulate(1, points, {points.size() / width, width}, out);
   return out;
 }
 
@@ -125,7 +155,7 @@ inline Mat make_matrix(MPI_Comm comm, const Space& space) {
   const std::array<int, 2> blocks{map.index_map_bs(), map.index_map_bs()};
   dolfinx::la::SparsityPattern pattern(comm, maps, blocks);
 #if DOLFINX_VERSION_MINOR >= 9
-  const auto cells = space.mesh()->topology()->index_map(3);
+  const auto cells = space.mesh()->topology()->index_map(space.mesh()->topology()->dim());
   std::vector<std::int32_t> owned(static_cast<std::size_t>(cells->size_local()));
   for (std::size_t i = 0; i < owned.size(); ++i) owned[i] = static_cast<std::int32_t>(i);
   dolfinx::fem::sparsitybuild::cells(pattern, {owned, owned}, {map, map});

@@ -5,6 +5,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace grus::fem {
 
@@ -12,7 +13,8 @@ namespace grus::fem {
 struct Points {
   std::span<const double> deformation;  // (n, 9): F of this increment against the committed state, F_n+1 F_n^-1
   std::span<double> stress;             // (n, 6) Cauchy, Pa
-  std::span<double> tangent;            // (n, 36) d stress / d strain, Pa
+  std::span<double> tangent;            // (n, 36) d stress / d strain, Pa; empty where it is not asked for
+  double duration = 0;                  // s of real time that the increment takes; 0: quasi-static
 };
 
 /// Answers for all points of a rank. Always starts from the committed state.
@@ -21,6 +23,8 @@ struct Material {
   std::function<void()> commit;                 // the last response becomes the committed state
   std::function<double()> noise = [] { return 0.0; };  // relative error of the stress, below which no residual can go; the same on all ranks
   std::function<std::string()> reason = [] { return std::string(); };
+  std::function<std::vector<double>()> save = [] { return std::vector<double>(); };     // committed state, for a checkpoint
+  std::function<void(const std::vector<double>&)> load = [](const std::vector<double>&) {};
 };
 
 /// Linear isotropic elasticity in the accumulated strain sym(F) - 1.
@@ -28,5 +32,8 @@ Material elastic_material(std::size_t points, double youngs_modulus, double pois
 
 /// Von Mises plasticity with linear isotropic hardening (Pa); radial return, consistent tangent; small strains.
 Material j2_material(std::size_t points, double youngs_modulus, double poissons_ratio, double yield_stress, double hardening);
+
+/// One material for each group of points; `group[i]` says whose point i is. A group's points keep their order.
+Material composite_material(std::vector<Material> parts, const std::vector<std::size_t>& group);
 
 }  // namespace grus::fem

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include <Eigen/Dense>
+#include <algorithm>
 #include <memory>
+#include <stdexcept>
 #include <vector>
 
 #include "fem/material.hpp"
@@ -48,11 +50,20 @@ Material elastic_material(std::size_t points, double E, double nu) {
       const Vec6 e = state->committed[i].strain + strain(p.deformation.data() + 9 * i);
       state->trial[i].strain = e;
       Eigen::Map<Vec6>(p.stress.data() + 6 * i) = c * e;
-      Eigen::Map<Mat6>(p.tangent.data() + 36 * i) = c;
+      if (!p.tangent.empty()) Eigen::Map<Mat6>(p.tangent.data() + 36 * i) = c;
     }
     return true;
   };
   m.commit = [state] { state->committed = state->trial; };
+  m.save = [state] {
+    std::vector<double> v;
+    for (const auto& p : state->committed) v.insert(v.end(), p.strain.begin(), p.strain.end());
+    return v;
+  };
+  m.load = [state](const std::vector<double>& v) {
+    if (v.size() != 6 * state->committed.size()) throw std::invalid_argument("the saved material is of another problem");
+    for (std::size_t i = 0; i < state->committed.size(); ++i) state->committed[i].strain = Eigen::Map<const Vec6>(v.data() + 6 * i);
+  };
   return m;
 }
 
@@ -68,9 +79,8 @@ Material j2_material(std::size_t points, double E, double nu, double yield, doub
       PlasticPoint now = state->committed[i];
       now.strain += strain(p.deformation.data() + 9 * i);
       Eigen::Map<Vec6> stress(p.stress.data() + 6 * i);
-      Eigen::Map<Mat6> tangent(p.tangent.data() + 36 * i);
+      Mat6 tangent = c;
       stress = c * (now.strain - now.plastic);
-      tangent = c;
       Vec6 s = stress;
       s.head<3>().array() -= stress.head<3>().sum() / 3;
       const double norm = std::sqrt(s.head<3>().squaredNorm() + 2 * s.tail<3>().squaredNorm()), mises = std::sqrt(1.5) * norm;
@@ -90,11 +100,52 @@ Material j2_material(std::size_t points, double E, double nu, double yield, doub
         tangent = 2 * mu * theta * deviator - 2 * mu * bar * n * n.transpose();
         tangent.topLeftCorner<3, 3>().array() += bulk;
       }
+      if (!p.tangent.empty()) Eigen::Map<Mat6>(p.tangent.data() + 36 * i) = tangent;
       state->trial[i] = now;
     }
     return true;
   };
   m.commit = [state] { state->committed = state->trial; };
+  return m;
+}
+
+Material composite_material(std::vector<Material> parts, const std::vector<std::size_t>& group) {
+  struct Part {
+    Material material;
+    std::vector<std::size_t> points;
+    std::vector<double> deformation, stress, tangent;
+  };
+  auto all = std::make_shared<std::vector<Part>>();
+  for (auto& m : parts) all->push_back({std::move(m), {}, {}, {}, {}});
+  for (std::size_t i = 0; i < group.size(); ++i) (*all)[group[i]].points.push_back(i);
+  auto failed = std::make_shared<std::string>();
+  Material m;
+  m.respond = [all, failed](const Points& p) {
+    bool good = true;
+    for (Part& part : *all) {  // every part answers even if one has failed: parts may be collective
+      const std::size_t n = part.points.size();
+      part.deformation.resize(9 * n), part.stress.resize(6 * n), part.tangent.resize(p.tangent.empty() ? 0 : 36 * n);
+      for (std::size_t i = 0; i < n; ++i) std::copy_n(p.deformation.data() + 9 * part.points[i], 9, part.deformation.data() + 9 * i);
+      if (!part.material.respond({part.deformation, part.stress, part.tangent, p.duration})) {
+        if (good) *failed = part.material.reason();
+        good = false;
+      }
+      for (std::size_t i = 0; i < n; ++i) {
+        std::copy_n(part.stress.data() + 6 * i, 6, p.stress.data() + 6 * part.points[i]);
+        if (!p.tangent.empty()) std::copy_n(part.tangent.data() + 36 * i, 36, p.tangent.data() + 36 * part.points[i]);
+      }
+    }
+    return good;
+  };
+  m.commit = [all] {
+    for (Part& part : *all) part.material.commit();
+  };
+  m.noise = [all] {
+    double most = 0;
+    for (const Part& part : *all) most = std::max(most, part.material.noise());
+    return most;
+  };
+  m.reason = [failed] { return *failed; };
   return m;
 }
 

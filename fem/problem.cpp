@@ -12,10 +12,13 @@ Problem::Problem(MPI_Comm comm, const BoxMesh& mesh, const Discretisation& d, st
                  std::function<Point(const Point&)> body_force)
     : impl_(std::make_unique<Impl>(comm, mesh, d, std::move(boundaries), std::move(body_force))) {}
 
+Problem::Problem(MPI_Comm comm, const MshMesh& mesh, const Discretisation& d, std::vector<BoundaryCondition> boundaries)
+    : impl_(std::make_unique<Impl>(comm, mesh, d, std::move(boundaries))) {}
+
 Problem::~Problem() = default;
 
 std::size_t Problem::owned_points() const { return impl_->size(); }
-std::int64_t Problem::global_points() const { return compat::topology(*impl_->mesh).index_map(3)->size_global() * impl_->nq; }
+std::int64_t Problem::global_points() const { return compat::topology(*impl_->mesh).index_map(impl_->dim)->size_global() * impl_->nq; }
 int Problem::points_per_cell() const { return impl_->nq; }
 MPI_Comm Problem::comm() const { return impl_->comm; }
 const std::vector<BoundaryCondition>& Problem::boundaries() const { return impl_->boundaries; }
@@ -26,6 +29,18 @@ Point Problem::point_position(std::size_t point) const {
   const auto nq = static_cast<std::size_t>(impl_->nq);
   impl_->local(static_cast<std::int32_t>(point / nq), static_cast<int>(point % nq), l);
   return l.at;
+}
+
+double Problem::point_volume(std::size_t point) const {
+  Impl::Local l;
+  const auto nq = static_cast<std::size_t>(impl_->nq);
+  impl_->local(static_cast<std::int32_t>(point / nq), static_cast<int>(point % nq), l);
+  return l.dv;
+}
+
+int Problem::cell_tag(std::size_t point) const {
+  if (impl_->cell_tags.empty()) return 0;
+  return impl_->cell_tags[static_cast<std::size_t>(compat::original_cell(*impl_->mesh, static_cast<std::int32_t>(point) / impl_->nq))];
 }
 
 std::span<const double> Problem::stress() const { return impl_->committed_stress; }
@@ -39,7 +54,7 @@ Point Problem::reaction(std::size_t boundary) const {
   Point sum{0, 0, 0};
   const auto r = impl_->internal->array();
   for (auto node : impl_->boundary_nodes[boundary])
-    for (std::size_t k = 0; k < 3; ++k) sum[k] += r[3 * static_cast<std::size_t>(node) + k];
+    for (std::size_t k = 0; k < impl_->width(); ++k) sum[k] += r[impl_->width() * static_cast<std::size_t>(node) + k];
   for (auto& v : sum) v = sum_over_ranks(impl_->comm, v);
   return sum;
 }
@@ -48,13 +63,14 @@ namespace {
 
 /// Averages of a Voigt field over the current volume.
 template <class Field>
-std::array<double, 6> average(const Problem::Impl& p, Field&& field) {
+std::array<double, 6> average(const Problem::Impl& p, const std::vector<std::uint8_t>& some, Field&& field) {
   std::array<double, 7> sum{};
   Problem::Impl::Local l;
   for (std::int32_t c = 0; c < p.cells; ++c)
     for (int q = 0; q < p.nq; ++q) {
+      const std::size_t i = p.point(c, q);
+      if (!some.empty() && !some[i]) continue;
       p.local(c, q, l);
-      const std::size_t i = static_cast<std::size_t>(c) * static_cast<std::size_t>(p.nq) + static_cast<std::size_t>(q);
       const Eigen::Map<const RowMatrix3> f(p.committed_F.data() + 9 * i);
       const double dv = l.dv * (p.discretisation.finite_strain ? f.determinant() : 1.0);
       const std::array<double, 6> v = field(i);
@@ -70,16 +86,16 @@ std::array<double, 6> average(const Problem::Impl& p, Field&& field) {
 
 }  // namespace
 
-std::array<double, 6> Problem::mean_stress() const {
-  return average(*impl_, [&](std::size_t i) {
+std::array<double, 6> Problem::mean_stress(const std::vector<std::uint8_t>& some) const {
+  return average(*impl_, some, [&](std::size_t i) {
     std::array<double, 6> v;
     std::copy_n(impl_->committed_stress.data() + 6 * i, 6, v.data());
     return v;
   });
 }
 
-std::array<double, 6> Problem::mean_strain() const {
-  return average(*impl_, [&](std::size_t i) {
+std::array<double, 6> Problem::mean_strain(const std::vector<std::uint8_t>& some) const {
+  return average(*impl_, some, [&](std::size_t i) {
     const double* f = impl_->committed_F.data() + 9 * i;
     return std::array<double, 6>{f[0] - 1, f[4] - 1, f[8] - 1, f[5] + f[7], f[2] + f[6], f[1] + f[3]};
   });
@@ -91,7 +107,7 @@ double Problem::current_volume() const {
   for (std::int32_t c = 0; c < impl_->cells; ++c)
     for (int q = 0; q < impl_->nq; ++q) {
       impl_->local(c, q, l);
-      const std::size_t i = static_cast<std::size_t>(c) * static_cast<std::size_t>(impl_->nq) + static_cast<std::size_t>(q);
+      const std::size_t i = impl_->point(c, q);
       v += l.dv * Eigen::Map<const RowMatrix3>(impl_->committed_F.data() + 9 * i).determinant();
     }
   return sum_over_ranks(impl_->comm, v);
@@ -109,7 +125,8 @@ std::array<double, 2> Problem::error_norms(const std::function<Point(const Point
       Eigen::Vector3d value = Eigen::Vector3d::Zero();
       RowMatrix3 grad = RowMatrix3::Zero();
       for (int a = 0; a < impl_->nodes; ++a) {
-        const Eigen::Map<const Eigen::Vector3d> ua(u.data() + 3 * dofs[static_cast<std::size_t>(a)]);
+        const double* at = u.data() + impl_->width() * static_cast<std::size_t>(dofs[static_cast<std::size_t>(a)]);
+        const Eigen::Vector3d ua(at[0], at[1], impl_->dim == 3 ? at[2] : 0);
         value += l.value[a] * ua;
         grad += ua * l.gradient.row(a);
       }
@@ -139,7 +156,7 @@ std::vector<double> Problem::gather_cells(const std::vector<double>& owned) cons
   std::vector<double> all(rank == 0 ? static_cast<std::size_t>(starts.back() + counts.back()) : 0);
   MPI_Gatherv(packed.data(), mine, MPI_DOUBLE, all.data(), counts.data(), starts.data(), MPI_DOUBLE, 0, impl_->comm);
   if (rank != 0) return {};
-  const auto cells = static_cast<std::size_t>(compat::topology(*impl_->mesh).index_map(3)->size_global());
+  const auto cells = static_cast<std::size_t>(compat::topology(*impl_->mesh).index_map(impl_->dim)->size_global());
   const std::size_t stride = all.size() / cells;
   std::vector<double> sorted(cells * (stride - 1));
   for (std::size_t i = 0; i < cells; ++i)
@@ -148,8 +165,8 @@ std::vector<double> Problem::gather_cells(const std::vector<double>& owned) cons
 }
 
 MacroFields Problem::gather_fields() const {
-  const int corners = impl_->box.hexahedron ? 8 : 4;
-  static const int hexahedron[8] = {0, 1, 3, 2, 4, 5, 7, 6};  // basix -> VTK
+  const auto& order = reference_cell(impl_->kind).vtk;
+  const int dim = impl_->dim;
   // Every cell brings its own corners: coordinates, displacement, stress. Order-2 nodes are not shown.
   std::vector<double> owned;
   const auto u = impl_->committed_u->array();
@@ -157,24 +174,25 @@ MacroFields Problem::gather_fields() const {
   for (std::int32_t c = 0; c < impl_->cells; ++c) {
     const auto geometry = compat::geometry_dofs(*impl_->mesh, c);
     const auto dofs = impl_->cell_nodes(c);
-    for (int v = 0; v < corners; ++v) {
-      const auto at = static_cast<std::size_t>(impl_->box.hexahedron ? hexahedron[v] : v);
+    for (const int v : order) {
+      const auto at = static_cast<std::size_t>(v);
       for (int k = 0; k < 3; ++k) owned.push_back(x[static_cast<std::size_t>(3 * geometry[at] + k)]);
-      for (int k = 0; k < 3; ++k) owned.push_back(u[static_cast<std::size_t>(3 * dofs[at] + k)]);
+      for (int k = 0; k < 3; ++k) owned.push_back(k < dim ? u[static_cast<std::size_t>(dim * dofs[at] + k)] : 0);
     }
     for (int k = 0; k < 6; ++k) {
       double mean = 0;
-      for (int q = 0; q < impl_->nq; ++q) mean += impl_->committed_stress[static_cast<std::size_t>(6 * (c * impl_->nq + q) + k)];
+      for (int q = 0; q < impl_->nq; ++q) mean += impl_->committed_stress[6 * impl_->point(c, q) + static_cast<std::size_t>(k)];
       owned.push_back(mean / impl_->nq);
     }
   }
   const std::vector<double> all = gather_cells(owned);
   MacroFields fields;
-  const std::size_t stride = static_cast<std::size_t>(6 * corners + 6);
+  fields.kind = impl_->kind;
+  const std::size_t stride = 6 * order.size() + 6;
   for (std::size_t c = 0; c * stride < all.size(); ++c) {
     const double* p = all.data() + c * stride;
     fields.cells.emplace_back();
-    for (int v = 0; v < corners; ++v, p += 6) {
+    for (std::size_t v = 0; v < order.size(); ++v, p += 6) {
       fields.cells.back().push_back(static_cast<std::int64_t>(fields.nodes.size()));
       fields.nodes.push_back({p[0], p[1], p[2]});
       fields.displacement.push_back({p[3], p[4], p[5]});
@@ -182,6 +200,44 @@ MacroFields Problem::gather_fields() const {
     fields.stress.push_back({p[0], p[1], p[2], p[3], p[4], p[5]});
   }
   return fields;
+}
+
+namespace {
+
+/// Calls `each(value)` for all that a cell keeps, in one order for saving and restoring.
+template <class F>
+void cell_state(Problem::Impl& p, std::int32_t c, F&& each) {
+  auto u = p.committed_u->mutable_array();
+  for (const auto node : p.cell_nodes(c))
+    for (std::size_t k = 0; k < p.width(); ++k) each(u[p.width() * static_cast<std::size_t>(node) + k]);
+  for (const auto node : p.cell_nodes(c))
+    for (std::size_t k = 0; k < p.width() && !p.velocity.empty(); ++k) each(p.velocity[p.width() * static_cast<std::size_t>(node) + k]);
+  for (std::size_t i = p.point(c, 0); i < p.point(c + 1, 0); ++i) {
+    for (std::size_t k = 0; k < 9; ++k) each(p.committed_F[9 * i + k]);
+    for (std::size_t k = 0; k < 6; ++k) each(p.committed_stress[6 * i + k]);
+    for (std::size_t k = 0; k < 36; ++k) each(p.committed_tangent[36 * i + k]);
+  }
+}
+
+}  // namespace
+
+std::vector<double> Problem::snapshot() const {
+  std::vector<double> owned;
+  impl_->committed_u->scatter_fwd();
+  for (std::int32_t c = 0; c < impl_->cells; ++c) cell_state(*impl_, c, [&](const double& v) { owned.push_back(v); });
+  return gather_cells(owned);
+}
+
+void Problem::restore(const std::vector<double>& snapshot) {
+  std::size_t width = 0;
+  if (impl_->cells > 0) cell_state(*impl_, 0, [&](const double&) { ++width; });
+  const auto total = static_cast<std::size_t>(compat::topology(*impl_->mesh).index_map(impl_->dim)->size_global());
+  if (!all_true(impl_->comm, impl_->cells == 0 || snapshot.size() == total * width)) throw std::invalid_argument("the snapshot is of another mesh or element");
+  for (std::int32_t c = 0; c < impl_->cells; ++c) {
+    const double* from = snapshot.data() + width * static_cast<std::size_t>(compat::original_cell(*impl_->mesh, c));
+    cell_state(*impl_, c, [&](double& v) { v = *from++; });
+  }
+  impl_->back_to_committed();
 }
 
 }  // namespace grus::fem

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// A quasi-static boundary-value problem of solid mechanics: mesh, boundaries, and three sweeps over the owned cells
-// (strain, material, assembly). Large strain by F on the reference mesh, which never moves. DOLFINx stays inside.
+// A boundary-value problem of solid mechanics: mesh, boundaries, and three sweeps over the owned cells (strain,
+// material, assembly). Large strain by F on the reference mesh, which never moves. DOLFINx stays inside.
 #pragma once
 
 #include <mpi.h>
@@ -14,32 +14,40 @@
 #include <vector>
 
 #include "fem/material.hpp"
+#include "fem/mesh.hpp"
 
 namespace grus::fem {
 
-using Point = std::array<double, 3>;
-
-struct BoxMesh {
-  Point size{1, 1, 1};  // m
-  std::array<long, 3> cells{1, 1, 1};
-  bool hexahedron = true;
-  std::function<Point(const Point&)> map;  // moves nodes before anything is built (distorted meshes of tests); may be empty
-};
+/// What two-dimensional cells stand for. Points always deform in three dimensions: plane strain has F_zz = 1;
+/// axisymmetric has x the radius, y the axis and z the hoop, F_zz = 1 + u_x / x.
+enum class Kinematics { solid, plane_strain, axisymmetric };
 
 struct Discretisation {
   int order = 1;               // of the displacement: 1 or 2
   int quadrature_degree = 2;
   bool finite_strain = true;
+  Kinematics kinematics = Kinematics::solid;
+  double thickness = 1;        // m, plane strain
 };
 
-/// Where a boundary condition holds. Displacements are prescribed at nodes, tractions (Pa, per reference area) on the
-/// outer facets all of whose nodes lie there. Values are those at load factor 1; `at` overrides a constant displacement.
+/// Multiplier of a boundary condition over time, linear between points, constant beyond them; empty: the time itself.
+struct LoadHistory {
+  std::vector<std::array<double, 2>> points;  // time, multiplier
+  double at(double time) const;
+};
+
+/// Where a boundary condition holds: by place or by facet tag. Displacements are prescribed at nodes, tractions (Pa, per
+/// reference area) and pressure (Pa, compression-positive, follows the surface) on outer facets, all of whose corners lie
+/// there. Values are those at multiplier 1; `at` overrides a constant displacement.
 struct BoundaryCondition {
   std::string name;
-  std::function<bool(const Point&)> where;
+  std::function<bool(const Point&)> where;            // empty: `tag`
   std::array<std::optional<double>, 3> displacement;  // m; empty component: free
   std::function<Point(const Point&)> at;              // displacement by place, for components that are prescribed
   std::optional<Point> traction;
+  std::optional<double> pressure;
+  int tag = 0;                                        // of the mesh file
+  LoadHistory history;
 };
 
 /// State of the macro model for output, gathered on rank 0 in the mesh's original numbering: the same for any number of ranks.
@@ -47,12 +55,15 @@ struct MacroFields {
   std::vector<Point> nodes, displacement;               // of the mesh's vertices
   std::vector<std::vector<std::int64_t>> cells;         // vertices in VTK order
   std::vector<std::array<double, 6>> stress;            // mean of each cell
+  CellKind kind = CellKind::hexahedron;
 };
 
 class Problem {
 public:
+  /// Throws std::invalid_argument, one line, for what cannot be. `body_force` (N/m^3) grows with time.
   Problem(MPI_Comm comm, const BoxMesh& mesh, const Discretisation& discretisation, std::vector<BoundaryCondition> boundaries,
           std::function<Point(const Point&)> body_force = {});
+  Problem(MPI_Comm comm, const MshMesh& mesh, const Discretisation& discretisation, std::vector<BoundaryCondition> boundaries);
   ~Problem();
   Problem(const Problem&) = delete;
   Problem& operator=(const Problem&) = delete;
@@ -64,26 +75,33 @@ public:
   std::int64_t point_key(std::size_t point) const;
   int points_per_cell() const;
   Point point_position(std::size_t point) const;  // in the reference mesh (m)
+  int cell_tag(std::size_t point) const;          // physical group of its cell; 0: none
+  double point_volume(std::size_t point) const;   // m^3 of the reference configuration
   MPI_Comm comm() const;
 
   const std::vector<BoundaryCondition>& boundaries() const;
   /// Internal force on the nodes of a boundary condition (N), summed over ranks; a shared node counts in each.
   Point reaction(std::size_t boundary) const;
-  /// Volume averages over the current configuration (Voigt; strain: small part of F - 1).
-  std::array<double, 6> mean_stress() const;
-  std::array<double, 6> mean_strain() const;
+  /// Volume averages over the current configuration (Voigt; strain: small part of F - 1), of all points or of those in `some`.
+  std::array<double, 6> mean_stress(const std::vector<std::uint8_t>& some = {}) const;
+  std::array<double, 6> mean_strain(const std::vector<std::uint8_t>& some = {}) const;
   double current_volume() const;
 
   /// L2 norms of u - exact and of its gradient's error (verification).
   std::array<double, 2> error_norms(const std::function<Point(const Point&)>& exact,
                                     const std::function<std::array<double, 9>(const Point&)>& gradient) const;
   MacroFields gather_fields() const;
-  /// A value for each owned cell, gathered on rank 0 by original cell number.
+  /// Values for each owned cell, gathered on rank 0 by original cell number.
   std::vector<double> gather_cells(const std::vector<double>& owned_values) const;
   /// Committed stress of the owned points, (n, 6).
   std::span<const double> stress() const;
   /// Committed deformation gradient of the owned points, (n, 9) row-major.
   std::span<const double> deformation() const;
+
+  /// All that decides how the problem goes on, of every cell and point, gathered on rank 0 in original numbering; and back
+  /// (given on every rank). Throws std::invalid_argument where the sizes are not this problem's.
+  std::vector<double> snapshot() const;
+  void restore(const std::vector<double>& snapshot);
 
   struct Impl;  // fem only
   Impl& impl() { return *impl_; }

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Set-up of a problem and its two element sweeps.
+// Set-up of a problem and its element sweeps.
 #include "fem/problem_impl.hpp"
-
-#include <dolfinx/mesh/utils.h>
 
 namespace grus::fem {
 namespace {
@@ -10,30 +8,30 @@ namespace {
 using Matrix3 = Eigen::Matrix3d;
 using RowMatrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-/// Corners of the reference cell and the facets by their first three corners, in basix order.
-struct Reference {
-  std::vector<Eigen::Vector3d> corners;
-  std::vector<std::vector<int>> facets;
-};
-
-Reference reference(bool hexahedron) {
-  Reference r;
-  if (hexahedron) {
-    for (int v = 0; v < 8; ++v) r.corners.emplace_back(v & 1, v >> 1 & 1, v >> 2 & 1);
-    r.facets = {{0, 1, 2, 3}, {0, 1, 4, 5}, {0, 2, 4, 6}, {1, 3, 5, 7}, {2, 3, 6, 7}, {4, 5, 6, 7}};
-  } else {
-    r.corners = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    r.facets = {{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}};
-  }
-  return r;
+Matrix3 symmetric(const double* s) {
+  Matrix3 m;
+  m << s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2];
+  return m;
 }
 
 }  // namespace
 
-Problem::Impl::Impl(MPI_Comm c, const BoxMesh& b, const Discretisation& d, std::vector<BoundaryCondition> bcs, std::function<Point(const Point&)> force)
-    : comm(c), box(b), discretisation(d), boundaries(std::move(bcs)), body_force(std::move(force)) {
-  if (d.order != 1 && d.order != 2) throw std::invalid_argument("element order must be 1 or 2");
-  mesh = compat::make_box(comm, box.size, box.cells, box.hexahedron);
+const ReferenceCell& reference_cell(CellKind kind) {
+  static const ReferenceCell cells[4] = {
+      {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{1, 2}, {0, 2}, {0, 1}}, {0, 1, 2}},
+      {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {{0, 1}, {0, 2}, {1, 3}, {2, 3}}, {0, 1, 3, 2}},
+      {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}}, {0, 1, 2, 3}},
+      {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {1, 1, 1}},
+       {{0, 1, 2, 3}, {0, 1, 4, 5}, {0, 2, 4, 6}, {1, 3, 5, 7}, {2, 3, 6, 7}, {4, 5, 6, 7}},
+       {0, 1, 3, 2, 4, 5, 7, 6}}};
+  return cells[static_cast<int>(kind)];
+}
+
+Problem::Impl::Impl(MPI_Comm c, const BoxMesh& box, const Discretisation& d, std::vector<BoundaryCondition> bcs, std::function<Point(const Point&)> force)
+    : comm(c), discretisation(d), boundaries(std::move(bcs)), body_force(std::move(force)) {
+  const bool flat = d.kinematics != Kinematics::solid;
+  kind = flat ? (box.hexahedron ? CellKind::quadrilateral : CellKind::triangle) : (box.hexahedron ? CellKind::hexahedron : CellKind::tetrahedron);
+  mesh = compat::make_box(comm, box.size, box.cells, kind);
   if (box.map) {
     auto x = mesh->geometry().x();
     for (std::size_t i = 0; i + 2 < x.size(); i += 3) {
@@ -41,21 +39,44 @@ Problem::Impl::Impl(MPI_Comm c, const BoxMesh& b, const Discretisation& d, std::
       for (std::size_t k = 0; k < 3; ++k) x[i + k] = p[k];
     }
   }
-  const auto element = compat::make_element(box.hexahedron, d.order);
-  space = compat::make_space(mesh, element);
-  cells = compat::topology(*mesh).index_map(3)->size_local();
-  const auto cell_type = box.hexahedron ? basix::cell::type::hexahedron : basix::cell::type::tetrahedron;
-  const auto rule = compat::quadrature(cell_type, d.quadrature_degree);
+  build();
+}
+
+Problem::Impl::Impl(MPI_Comm c, const MshMesh& msh, const Discretisation& d, std::vector<BoundaryCondition> bcs)
+    : comm(c), kind(msh.kind), discretisation(d), boundaries(std::move(bcs)), facet_tags(msh.facets), cell_tags(msh.cell_tags) {
+  int rank;
+  MPI_Comm_rank(comm, &rank);
+  if ((fem::dimension(kind) == 2) != (d.kinematics != Kinematics::solid))
+    throw std::invalid_argument(std::string("the mesh has ") + (fem::dimension(kind) == 2 ? "two dimensions" : "three dimensions") + ", which the kinematics does not allow");
+  std::vector<double> x;
+  std::vector<std::int64_t> cells_of;
+  if (rank == 0) {
+    for (const auto& p : msh.nodes) x.insert(x.end(), p.begin(), p.begin() + fem::dimension(kind));
+    const auto& order = reference_cell(kind).vtk;  // its own inverse
+    for (std::size_t at = 0; at < msh.cells.size(); at += order.size())
+      for (const int k : order) cells_of.push_back(msh.cells[at + static_cast<std::size_t>(k)]);
+  }
+  mesh = compat::make_mesh(comm, x, std::move(cells_of), kind);
+  build();
+}
+
+void Problem::Impl::build() {
+  dim = fem::dimension(kind), components = dim;
+  if (discretisation.order != 1 && discretisation.order != 2) throw std::invalid_argument("element order must be 1 or 2");
+  const auto element = compat::make_element(kind, discretisation.order);
+  space = compat::make_space(mesh, element, components);
+  cells = compat::topology(*mesh).index_map(dim)->size_local();
+  const auto rule = compat::quadrature(compat::basix_cell(kind), discretisation.quadrature_degree);
   points = rule[0], weights = rule[1];
   nq = static_cast<int>(weights.size());
-  basis = compat::tabulate(element, points);
-  geometry_basis = compat::tabulate_geometry(*mesh, points);
-  nodes = static_cast<int>(basis.size() / (4 * weights.size()));
-  geometry_nodes = static_cast<int>(geometry_basis.size() / (4 * weights.size()));
+  basis = compat::tabulate(element, points, width());
+  geometry_basis = compat::tabulate_geometry(*mesh, points, width());
+  nodes = static_cast<int>(basis.size() / ((1 + width()) * weights.size()));
+  geometry_nodes = static_cast<int>(geometry_basis.size() / ((1 + width()) * weights.size()));
 
   const auto map = space->dofmap()->index_map;
   auto vector = [&] {
-    auto v = std::make_unique<Vector>(map, 3);
+    auto v = std::make_unique<Vector>(map, components);
     v->set(0.0);
     return v;
   };
@@ -69,72 +90,90 @@ Problem::Impl::Impl(MPI_Comm c, const BoxMesh& b, const Discretisation& d, std::
   const auto coordinates = space->tabulate_dof_coordinates(false);
   node_at.resize(coordinates.size() / 3);
   for (std::size_t i = 0; i < node_at.size(); ++i) node_at[i] = {coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]};
+  if (discretisation.kinematics == Kinematics::axisymmetric)
+    for (const auto& x : node_at)
+      if (x[0] < -1e-12) throw std::invalid_argument("an axisymmetric mesh must lie at x >= 0: x is the radius");
   find_boundaries();
-  assemble_external();
 }
 
-void Problem::Impl::find_boundaries() {
-  boundary_nodes.resize(boundaries.size());
-  std::vector<std::uint8_t> taken(3 * node_at.size(), 0);
-  for (std::size_t b = 0; b < boundaries.size(); ++b) {
-    const auto& bc = boundaries[b];
-    for (std::size_t n = 0; n < node_at.size(); ++n) {
-      if (!bc.where(node_at[n])) continue;
-      if (static_cast<std::int32_t>(n) < owned_nodes()) boundary_nodes[b].push_back(static_cast<std::int32_t>(n));
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (!bc.displacement[k] || taken[3 * n + k]) continue;  // the first condition that names a component holds
-        taken[3 * n + k] = 1;
-        prescribed.push_back({static_cast<std::int32_t>(3 * n + k), bc.at ? bc.at(node_at[n])[k] : *bc.displacement[k]});
-      }
-    }
-    if (sum_over_ranks(comm, static_cast<double>(boundary_nodes[b].size())) == 0)
-      throw std::invalid_argument("boundary '" + bc.name + "' holds at no node of the mesh");
-  }
-}
-
-Eigen::Matrix3d Problem::Impl::jacobian(std::int32_t cell, const double* table, int q, int count, Point& at) const {
+void Problem::Impl::local(std::int32_t cell, int q, const Tables& t, double weight, Local& out) const {
   const auto dofs = compat::geometry_dofs(*mesh, cell);
   const auto x = mesh->geometry().x();
   Matrix3 j = Matrix3::Zero();
-  at = {0, 0, 0};
+  if (dim == 2) j(2, 2) = 1;
+  out.at = {0, 0, 0};
   for (int a = 0; a < geometry_nodes; ++a) {
     const double* p = x.data() + 3 * dofs[static_cast<std::size_t>(a)];
-    for (int i = 0; i < 3; ++i) {
-      at[static_cast<std::size_t>(i)] += p[i] * table[q * geometry_nodes + a];
-      for (int k = 0; k < 3; ++k) j(i, k) += p[i] * table[((k + 1) * count + q) * geometry_nodes + a];
+    for (int i = 0; i < dim; ++i) {
+      out.at[static_cast<std::size_t>(i)] += p[i] * t.geometry[static_cast<std::size_t>(q * geometry_nodes + a)];
+      for (int k = 0; k < dim; ++k) j(i, k) += p[i] * t.geometry[static_cast<std::size_t>(((k + 1) * t.count + q) * geometry_nodes + a)];
     }
   }
-  return j;
+  const Matrix3 inverse = j.inverse();
+  const bool turned = discretisation.kinematics == Kinematics::axisymmetric;
+  out.jacobian = j;
+  out.depth = turned ? 2 * M_PI * out.at[0] : dim == 2 ? discretisation.thickness : 1;
+  out.dv = weight * out.depth * std::abs(j.determinant());  // cells may be left-handed
+  out.gradient.resize(nodes, 3), out.value.resize(nodes), out.hoop.resize(nodes);
+  for (int a = 0; a < nodes; ++a) {
+    Eigen::RowVector3d d = Eigen::RowVector3d::Zero();
+    for (int k = 0; k < dim; ++k) d[k] = t.basis[static_cast<std::size_t>(((k + 1) * t.count + q) * nodes + a)];
+    out.gradient.row(a) = d * inverse;
+    out.value[a] = t.basis[static_cast<std::size_t>(q * nodes + a)];
+    out.hoop[a] = turned ? out.value[a] / std::max(out.at[0], 1e-300) : 0;
+  }
 }
 
-void Problem::Impl::local(std::int32_t cell, int q, Local& out) const {
-  const Matrix3 j = jacobian(cell, geometry_basis.data(), q, nq, out.at);
-  const Matrix3 inverse = j.inverse();
-  out.dv = weights[static_cast<std::size_t>(q)] * std::abs(j.determinant());  // tetrahedra may be left-handed
-  out.gradient.resize(nodes, 3);
-  out.value.resize(nodes);
+Matrix3 Problem::Impl::deformation_at(std::int32_t cell, const Local& l) const {
+  const auto dofs = cell_nodes(cell);
+  const auto values = u->array();
+  Matrix3 f = Matrix3::Identity();
   for (int a = 0; a < nodes; ++a) {
-    Eigen::RowVector3d d;
-    for (int k = 0; k < 3; ++k) d[k] = basis[static_cast<std::size_t>(((k + 1) * nq + q) * nodes + a)];
-    out.gradient.row(a) = d * inverse;
-    out.value[a] = basis[static_cast<std::size_t>(q * nodes + a)];
+    const double* ua = values.data() + width() * static_cast<std::size_t>(dofs[static_cast<std::size_t>(a)]);
+    f += Eigen::Vector3d(ua[0], ua[1], dim == 3 ? ua[2] : 0) * l.gradient.row(a);
+    f(2, 2) += ua[0] * l.hoop[a];
   }
+  return f;
+}
+
+void Problem::Impl::back_to_committed() {
+  const auto from = committed_u->array();
+  std::copy(from.begin(), from.end(), u->mutable_array().begin());
+  F = committed_F, stress = committed_stress, tangent = committed_tangent;
+  assemble_internal();
+}
+
+void Problem::Impl::commit() {
+  const auto from = u->array();
+  std::copy(from.begin(), from.end(), committed_u->mutable_array().begin());
+  committed_F = F, committed_stress = stress, committed_tangent = tangent;
+}
+
+double Problem::Impl::work_since_commit() const {
+  double work = 0;
+  Local l;
+  auto first_piola = [&](const double* s, const RowMatrix3& f) -> Matrix3 {
+    return discretisation.finite_strain ? Matrix3(f.determinant() * symmetric(s) * f.inverse().transpose()) : symmetric(s);
+  };
+  for (std::int32_t c = 0; c < cells; ++c)
+    for (int q = 0; q < nq; ++q) {
+      local(c, q, l);
+      const std::size_t p = point(c, q);
+      const Eigen::Map<const RowMatrix3> before(committed_F.data() + 9 * p), now(F.data() + 9 * p);
+      const Matrix3 mean = 0.5 * (first_piola(committed_stress.data() + 6 * p, before) + first_piola(stress.data() + 6 * p, now));
+      work += l.dv * mean.cwiseProduct(now - before).sum();
+    }
+  return sum_over_ranks(comm, work);
 }
 
 bool Problem::Impl::strain_sweep() {
-  const auto values = u->array();
   Local l;
   bool good = true;
-  for (std::int32_t c = 0; c < cells; ++c) {
-    const auto dofs = cell_nodes(c);
+  for (std::int32_t c = 0; c < cells; ++c)
     for (int q = 0; q < nq; ++q) {
       local(c, q, l);
-      RowMatrix3 f = RowMatrix3::Identity();
-      for (int a = 0; a < nodes; ++a) {
-        const double* ua = values.data() + 3 * dofs[static_cast<std::size_t>(a)];
-        f += Eigen::Vector3d(ua[0], ua[1], ua[2]) * l.gradient.row(a);
-      }
-      const std::size_t p = static_cast<std::size_t>(c) * static_cast<std::size_t>(nq) + static_cast<std::size_t>(q);
+      const Matrix3 f = deformation_at(c, l);
+      const std::size_t p = point(c, q);
       Eigen::Map<RowMatrix3> now(F.data() + 9 * p), increment(deformation.data() + 9 * p);
       const Eigen::Map<const RowMatrix3> before(committed_F.data() + 9 * p);
       now = f;
@@ -142,7 +181,6 @@ bool Problem::Impl::strain_sweep() {
       if (discretisation.finite_strain) increment = f * before.inverse();
       else increment = RowMatrix3::Identity() + f - before;
     }
-  }
   return all_true(comm, good);
 }
 
@@ -154,135 +192,73 @@ void Problem::Impl::assemble_internal() {
     const auto dofs = cell_nodes(c);
     for (int q = 0; q < nq; ++q) {
       local(c, q, l);
-      const std::size_t p = static_cast<std::size_t>(c) * static_cast<std::size_t>(nq) + static_cast<std::size_t>(q);
-      const double* s = stress.data() + 6 * p;
-      Matrix3 sigma;
-      sigma << s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2];
+      const std::size_t p = point(c, q);
+      Matrix3 push = symmetric(stress.data() + 6 * p);  // sigma F^-T J turns reference gradients into forces
       double dv = l.dv;
-      Matrix3 push = sigma;  // sigma F^-T J turns reference gradients into forces
       if (discretisation.finite_strain) {
         const Eigen::Map<const RowMatrix3> f(F.data() + 9 * p);
-        push = sigma * f.inverse().transpose();
+        push = push * f.inverse().transpose();
         dv *= f.determinant();
       }
       for (int a = 0; a < nodes; ++a) {
-        const Eigen::Vector3d force = dv * (push * l.gradient.row(a).transpose());
-        for (int k = 0; k < 3; ++k) r[static_cast<std::size_t>(3 * dofs[static_cast<std::size_t>(a)] + k)] += force[k];
+        Eigen::Vector3d force = dv * (push * l.gradient.row(a).transpose());
+        force[0] += dv * push(2, 2) * l.hoop[a];
+        for (int k = 0; k < components; ++k) r[width() * static_cast<std::size_t>(dofs[static_cast<std::size_t>(a)]) + static_cast<std::size_t>(k)] += force[k];
       }
     }
   }
   internal->scatter_rev(std::plus<double>());
 }
 
+void Problem::Impl::cell_tangent(std::int32_t c, Matrix& k) const {
+  Matrix b(6, components * nodes), cb(6, components * nodes);
+  k.setZero(components * nodes, components * nodes);
+  Local l;
+  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> g(nodes, 3);
+  for (int q = 0; q < nq; ++q) {
+    local(c, q, l);
+    const std::size_t p = point(c, q);
+    double dv = l.dv;
+    g = l.gradient;
+    Eigen::VectorXd h = l.hoop;
+    if (discretisation.finite_strain) {
+      const Eigen::Map<const RowMatrix3> f(F.data() + 9 * p);
+      g = l.gradient * f.inverse();
+      h /= f(2, 2);
+      dv *= f.determinant();
+    }
+    b.setZero();
+    for (int a = 0; a < nodes; ++a) {
+      const double x = g(a, 0), y = g(a, 1), z = g(a, 2);
+      const int at = components * a;
+      b(0, at) = x, b(1, at + 1) = y, b(2, at) = h[a], b(5, at) = y, b(5, at + 1) = x;
+      if (components == 3) b(2, at + 2) = z, b(3, at + 1) = z, b(3, at + 2) = y, b(4, at) = z, b(4, at + 2) = x;
+    }
+    const Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>> C(tangent.data() + 36 * p);
+    cb.noalias() = dv * C * b;
+    k.noalias() += b.transpose() * cb;
+    if (discretisation.finite_strain) {  // initial-stress stiffness
+      const Matrix3 sigma = symmetric(stress.data() + 6 * p);
+      const Matrix gs = dv * g * sigma * g.transpose();
+      for (int a = 0; a < nodes; ++a)
+        for (int e = 0; e < nodes; ++e) {
+          for (int i = 0; i < components; ++i) k(components * a + i, components * e + i) += gs(a, e);
+          k(components * a, components * e) += dv * h[a] * sigma(2, 2) * h[e];
+        }
+    }
+  }
+}
+
 void Problem::Impl::assemble_tangent(Mat A) const {
   check(MatZeroEntries(A), "MatZeroEntries");
-  Local l;
-  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  Matrix k(3 * nodes, 3 * nodes), b(6, 3 * nodes), cb(6, 3 * nodes);
-  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> g(nodes, 3);
+  Matrix k;
   for (std::int32_t c = 0; c < cells; ++c) {
     const auto dofs = cell_nodes(c);
-    k.setZero();
-    for (int q = 0; q < nq; ++q) {
-      local(c, q, l);
-      const std::size_t p = static_cast<std::size_t>(c) * static_cast<std::size_t>(nq) + static_cast<std::size_t>(q);
-      double dv = l.dv;
-      g = l.gradient;
-      if (discretisation.finite_strain) {
-        const Eigen::Map<const RowMatrix3> f(F.data() + 9 * p);
-        g = l.gradient * f.inverse();
-        dv *= f.determinant();
-      }
-      b.setZero();
-      for (int a = 0; a < nodes; ++a) {
-        const double x = g(a, 0), y = g(a, 1), z = g(a, 2);
-        b(0, 3 * a) = x, b(1, 3 * a + 1) = y, b(2, 3 * a + 2) = z;
-        b(3, 3 * a + 1) = z, b(3, 3 * a + 2) = y;
-        b(4, 3 * a) = z, b(4, 3 * a + 2) = x;
-        b(5, 3 * a) = y, b(5, 3 * a + 1) = x;
-      }
-      const Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>> C(tangent.data() + 36 * p);
-      cb.noalias() = dv * C * b;
-      k.noalias() += b.transpose() * cb;
-      if (discretisation.finite_strain) {  // initial-stress stiffness
-        const double* s = stress.data() + 6 * p;
-        Matrix3 sigma;
-        sigma << s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2];
-        const Matrix gs = dv * g * sigma * g.transpose();
-        for (int a = 0; a < nodes; ++a)
-          for (int e = 0; e < nodes; ++e)
-            for (int i = 0; i < 3; ++i) k(3 * a + i, 3 * e + i) += gs(a, e);
-      }
-    }
+    cell_tangent(c, k);
     check(MatSetValuesBlockedLocal(A, nodes, dofs.data(), nodes, dofs.data(), k.data(), ADD_VALUES), "MatSetValuesBlockedLocal");
   }
   check(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY), "MatAssembly");
   check(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY), "MatAssembly");
-}
-
-void Problem::Impl::assemble_external() {
-  external->set(0.0);
-  auto f = external->mutable_array();
-  Local l;
-  if (body_force)
-    for (std::int32_t c = 0; c < cells; ++c)
-      for (int q = 0; q < nq; ++q) {
-        local(c, q, l);
-        const Point force = body_force(l.at);
-        for (int a = 0; a < nodes; ++a)
-          for (std::size_t k = 0; k < 3; ++k) f[3 * static_cast<std::size_t>(cell_nodes(c)[static_cast<std::size_t>(a)]) + k] += l.dv * l.value[a] * force[k];
-      }
-  bool tractions = false;
-  for (const auto& bc : boundaries) tractions = tractions || bc.traction.has_value();
-  if (tractions) {
-    auto& topology = const_cast<dolfinx::mesh::Topology&>(compat::topology(*mesh));  // connectivities are made on demand
-    topology.create_entities(2);
-    topology.create_connectivity(2, 3);
-    topology.create_connectivity(3, 2);
-    const auto exterior = dolfinx::mesh::exterior_facet_indices(topology);
-    std::vector<std::uint8_t> outer(static_cast<std::size_t>(topology.index_map(2)->size_local() + topology.index_map(2)->num_ghosts()), 0);
-    for (auto facet : exterior) outer[static_cast<std::size_t>(facet)] = 1;
-    const auto cell_facets = topology.connectivity(3, 2);
-    const Reference ref = reference(box.hexahedron);
-    const auto rule = compat::quadrature(box.hexahedron ? basix::cell::type::quadrilateral : basix::cell::type::triangle, 2 * discretisation.order + 1);
-    const int count = static_cast<int>(rule[1].size());
-    const auto element = compat::make_element(box.hexahedron, discretisation.order);
-    const auto x = mesh->geometry().x();
-    for (std::size_t side = 0; side < ref.facets.size(); ++side) {
-      const auto& corner = ref.facets[side];
-      const Eigen::Vector3d o = ref.corners[static_cast<std::size_t>(corner[0])], e1 = ref.corners[static_cast<std::size_t>(corner[1])] - o,
-                            e2 = ref.corners[static_cast<std::size_t>(corner[2])] - o;
-      std::vector<double> at;
-      for (int q = 0; q < count; ++q) {
-        const Eigen::Vector3d p = o + rule[0][static_cast<std::size_t>(2 * q)] * e1 + rule[0][static_cast<std::size_t>(2 * q + 1)] * e2;
-        at.insert(at.end(), p.data(), p.data() + 3);
-      }
-      const auto values = compat::tabulate(element, at), geometry = compat::tabulate_geometry(*mesh, at);
-      for (std::int32_t c = 0; c < cells; ++c) {
-        if (!outer[static_cast<std::size_t>(cell_facets->links(c)[side])]) continue;
-        const auto geometry_nodes_of = compat::geometry_dofs(*mesh, c);
-        for (const auto& bc : boundaries) {
-          if (!bc.traction) continue;
-          bool here = true;
-          for (int v : corner) {
-            const double* p = x.data() + 3 * geometry_nodes_of[static_cast<std::size_t>(v)];
-            here = here && bc.where({p[0], p[1], p[2]});
-          }
-          if (!here) continue;
-          for (int q = 0; q < count; ++q) {
-            Point unused;
-            const Matrix3 j = jacobian(c, geometry.data(), q, count, unused);
-            const double area = rule[1][static_cast<std::size_t>(q)] * (j * e1).cross(j * e2).norm();
-            for (int a = 0; a < nodes; ++a)
-              for (std::size_t k = 0; k < 3; ++k)
-                f[3 * static_cast<std::size_t>(cell_nodes(c)[static_cast<std::size_t>(a)]) + k] +=
-                    area * values[static_cast<std::size_t>(q * nodes + a)] * (*bc.traction)[k];
-          }
-        }
-      }
-    }
-  }
-  external->scatter_rev(std::plus<double>());
 }
 
 }  // namespace grus::fem

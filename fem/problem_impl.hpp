@@ -19,12 +19,28 @@ inline void check(PetscErrorCode code, const char* what) {
 /// One prescribed component of one local node.
 struct Prescribed {
   std::int32_t dof;  // local, unrolled
-  double value;      // m at load factor 1
+  double value;      // m at multiplier 1
+  std::size_t boundary;
 };
+
+/// An outer facet on which a boundary condition loads.
+struct LoadedFacet {
+  std::int32_t cell;
+  std::size_t side, boundary;
+};
+
+/// Corners of the reference cell, and the facets by their corners, in basix order.
+struct ReferenceCell {
+  std::vector<std::array<double, 3>> corners;
+  std::vector<std::vector<int>> facets;
+  std::vector<int> vtk;  // corners in VTK's (and Gmsh's) order
+};
+const ReferenceCell& reference_cell(CellKind kind);
 
 struct Problem::Impl {
   MPI_Comm comm;
-  BoxMesh box;
+  CellKind kind;
+  int dim, components;  // of the mesh; of a node's displacement
   Discretisation discretisation;
   std::vector<BoundaryCondition> boundaries;
   std::function<Point(const Point&)> body_force;
@@ -40,35 +56,62 @@ struct Problem::Impl {
   std::unique_ptr<Vector> u, committed_u, internal, external;
   std::vector<double> F, committed_F, deformation;      // (points, 9)
   std::vector<double> stress, tangent, committed_stress, committed_tangent;
+  std::vector<double> velocity;                          // of owned and ghost nodes, half a step behind; dynamics only
   std::vector<Prescribed> prescribed;                    // owned and ghost, each component once
-  std::vector<std::vector<std::int32_t>> boundary_nodes; // owned nodes of each displacement boundary
+  std::vector<std::vector<std::int32_t>> boundary_nodes; // owned nodes of each boundary
+  std::vector<LoadedFacet> loaded;
+  std::map<std::vector<std::int64_t>, std::vector<int>> facet_tags;
+  std::vector<int> cell_tags;                            // by original cell; empty: none
 
   Impl(MPI_Comm comm, const BoxMesh& box, const Discretisation& d, std::vector<BoundaryCondition> boundaries, std::function<Point(const Point&)> body_force);
+  Impl(MPI_Comm comm, const MshMesh& msh, const Discretisation& d, std::vector<BoundaryCondition> boundaries);
 
   std::int32_t owned_nodes() const { return space->dofmap()->index_map->size_local(); }
   std::size_t size() const { return static_cast<std::size_t>(cells) * static_cast<std::size_t>(nq); }
   std::span<const std::int32_t> cell_nodes(std::int32_t cell) const { return space->dofmap()->cell_dofs(cell); }
 
-  /// Gradients of the basis against reference coordinates, and weight times volume, at a Gauss point.
+  std::size_t width() const { return static_cast<std::size_t>(components); }
+  double factor(std::size_t boundary, double time) const { return boundaries[boundary].history.at(time); }
+
+  /// Gradients of the basis against reference coordinates, and the measure, at a point of a cell. In two dimensions the
+  /// third gradient component is zero; axisymmetric nodes have their hoop part N / x.
   struct Local {
     Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> gradient;
-    Eigen::VectorXd value;
+    Eigen::VectorXd value, hoop;
     Point at;
-    double dv;
+    Eigen::Matrix3d jacobian;
+    double depth;  // thickness, or circumference; 1 in 3D
+    double dv;     // weight x volume
   };
-  void local(std::int32_t cell, int q, Local& out) const;
-  /// The same at any reference point, from tabulated tables (used for facets); returns the Jacobian.
-  Eigen::Matrix3d jacobian(std::int32_t cell, const double* geometry_table, int q, int count, Point& at) const;
+  /// Tables of basis and geometry at `count` points, and which of them.
+  struct Tables {
+    const std::vector<double>&basis, &geometry;
+    int count;
+  };
+  void local(std::int32_t cell, int q, Local& out) const { local(cell, q, {basis, geometry_basis, nq}, weights[static_cast<std::size_t>(q)], out); }
+  void local(std::int32_t cell, int q, const Tables& tables, double weight, Local& out) const;
+  Eigen::Matrix3d deformation_at(std::int32_t cell, const Local& l) const;
+  std::size_t point(std::int32_t cell, int q) const { return static_cast<std::size_t>(cell) * static_cast<std::size_t>(nq) + static_cast<std::size_t>(q); }
+
+  /// Displacement, F, stress and tangent of the committed state, and its internal forces.
+  void back_to_committed();
+  void commit();
+  /// Work of the stresses from the committed state to the present one (J), by the trapezoidal rule in P : dF, over all ranks.
+  double work_since_commit() const;
 
   /// Sweep 1: F and the increment's F at all points; false where the element turned inside out.
   bool strain_sweep();
-  /// Sweep 3: internal forces; and the tangent, if asked.
+  /// Sweep 3: internal forces; external ones at a time and the present displacement; and the tangent, if asked.
   void assemble_internal();
+  void assemble_external(double time);
   void assemble_tangent(Mat a) const;
+  /// Stiffness of one cell, (nodes * components)^2.
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  void cell_tangent(std::int32_t cell, Matrix& k) const;
 
 private:
+  void build();
   void find_boundaries();
-  void assemble_external();
 };
 
 /// True on all ranks only if it is true on each.

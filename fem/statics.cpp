@@ -22,7 +22,7 @@ public:
     check(KSPSetFromOptions(ksp_), "KSPSetFromOptions");
     const auto map = p.space->dofmap()->index_map;
     for (const auto& c : p.prescribed)
-      if (c.dof < 3 * map->size_local()) rows_.push_back(static_cast<PetscInt>(3 * map->local_range()[0]) + c.dof), mine_.push_back(&c);
+      if (c.dof < p.components * map->size_local()) rows_.push_back(static_cast<PetscInt>(p.components * map->local_range()[0]) + c.dof), mine_.push_back(&c);
   }
   ~LinearSolver() {
     KSPDestroy(&ksp_);
@@ -33,8 +33,8 @@ public:
   LinearSolver(const LinearSolver&) = delete;
   LinearSolver& operator=(const LinearSolver&) = delete;
 
-  /// Solves K dx = rhs with dx = factor * value at prescribed components; false if no solver succeeds.
-  bool solve(const std::vector<double>& rhs, double factor, std::vector<double>& dx) {
+  /// Solves K dx = rhs, prescribed components moving from one time to another; false if no solver succeeds.
+  bool solve(const std::vector<double>& rhs, double from, double to, std::vector<double>& dx) {
     p_.assemble_tangent(a_);
     double *b, *x;
     check(VecGetArray(b_, &b), "VecGetArray");
@@ -42,7 +42,7 @@ public:
     check(VecRestoreArray(b_, &b), "VecRestoreArray");
     check(VecSet(x_, 0), "VecSet");
     check(VecGetArray(x_, &x), "VecGetArray");
-    for (const auto* c : mine_) x[c->dof] = factor * c->value;
+    for (const auto* c : mine_) x[c->dof] = (p_.factor(c->boundary, to) - p_.factor(c->boundary, from)) * c->value;
     check(VecRestoreArray(x_, &x), "VecRestoreArray");
     check(MatZeroRowsColumns(a_, static_cast<PetscInt>(rows_.size()), rows_.data(), 1.0, x_, b_), "MatZeroRowsColumns");
     bool good = attempt(ksp_);
@@ -96,13 +96,13 @@ struct Newton {
   std::string reason;
 
   Newton(Problem::Impl& problem, Material& m, const StaticsOptions& options) : p(problem), material(m), o(options), linear(problem) {
-    fixed.assign(static_cast<std::size_t>(3 * p.owned_nodes()), 0);
+    fixed.assign(p.width() * static_cast<std::size_t>(p.owned_nodes()), 0);
     for (const auto& c : p.prescribed)
       if (static_cast<std::size_t>(c.dof) < fixed.size()) fixed[static_cast<std::size_t>(c.dof)] = 1;
   }
 
-  /// Strain and material sweeps at the present displacement, then internal forces. All ranks agree on the outcome.
-  bool evaluate() {
+  /// Strain and material sweeps at the present displacement, then forces at a time. All ranks agree on the outcome.
+  bool evaluate(double time) {
     p.u->scatter_fwd();
     ++sweeps;
     if (!p.strain_sweep()) {
@@ -115,18 +115,19 @@ struct Newton {
       return false;
     }
     p.assemble_internal();
+    p.assemble_external(time);
     return true;
   }
 
-  /// external * load - internal on owned components; relative norm over the free ones.
-  double residual(double load, std::vector<double>& r) const {
+  /// external - internal on owned components; relative norm over the free ones.
+  double residual(std::vector<double>& r) const {
     const auto in = p.internal->array(), ex = p.external->array();
     r.resize(fixed.size());
     double free = 0, scale = 0;
     for (std::size_t i = 0; i < r.size(); ++i) {
-      r[i] = load * ex[i] - in[i];
+      r[i] = ex[i] - in[i];
       if (!fixed[i]) free += r[i] * r[i];
-      scale += in[i] * in[i] + load * ex[i] * load * ex[i];
+      scale += in[i] * in[i] + ex[i] * ex[i];
     }
     free = sum_over_ranks(p.comm, free), scale = sum_over_ranks(p.comm, scale);
     return scale > 0 ? std::sqrt(free / scale) : 0;
@@ -144,51 +145,46 @@ struct Newton {
     return all;
   }
 
-  void restore() {
-    const auto from = p.committed_u->array();
-    std::copy(from.begin(), from.end(), p.u->mutable_array().begin());
-    p.F = p.committed_F, p.stress = p.committed_stress, p.tangent = p.committed_tangent;
-    p.assemble_internal();
-  }
-
   void commit() {
     material.commit();
-    const auto from = p.u->array();
-    std::copy(from.begin(), from.end(), p.committed_u->mutable_array().begin());
-    p.committed_F = p.F, p.committed_stress = p.stress, p.committed_tangent = p.tangent;
+    p.commit();
   }
 
   /// One increment of the load factor from the committed state; false: nothing was committed.
   bool increment(double from, double to, IncrementReport& report) {
     std::vector<double> r, dx, total;
-    residual(to, r);  // with the committed stress: out of balance by the new load only
-    if (!linear.solve(r, to - from, dx)) return reason = "the linear solver failed", false;
+    p.assemble_external(to);
+    residual(r);  // with the committed stress: out of balance by the new load only
+    if (!linear.solve(r, from, to, dx)) return reason = "the linear solver failed", false;
     move(dx, 1);
     total = dx;
-    if (!evaluate()) return false;
-    double now = residual(to, r), correction = 1;
+    if (!evaluate(to)) return false;
+    double now = residual(r), correction = 1;
+    report.residuals.assign(1, now);
     for (report.iterations = 1; report.iterations <= o.max_iterations; ++report.iterations) {
       const double moved = largest(total), noise = material.noise();
       const double floor = std::max(o.tolerance, noise), floor_u = std::max(o.displacement_tolerance, 2 * noise);
-      if (!linear.solve(r, 0, dx)) return reason = "the linear solver failed", false;
+      if (!linear.solve(r, to, to, dx)) return reason = "the linear solver failed", false;
       correction = moved > 0 ? largest(dx) / moved : 0;
       // What Newton would still change is known before it is done: a converged state costs no further material sweep.
       if (now <= floor && correction <= floor_u) {
         report.residual = now, report.correction = correction, report.noise = noise;
+        report.work = p.work_since_commit();
         commit();
         return true;
       }
       double part = 1, next = now;
       move(dx, 1);
       for (int cut = 0;; ++cut) {
-        if (!evaluate()) return false;
-        next = residual(to, r);
+        if (!evaluate(to)) return false;
+        next = residual(r);
         if (next <= std::max(now, floor) || cut == 3) break;
         move(dx, -0.5 * part);
         part *= 0.5;
       }
       for (std::size_t i = 0; i < total.size(); ++i) total[i] += part * dx[i];
       now = next;
+      report.residuals.push_back(now);
     }
     reason = "no convergence in " + std::to_string(o.max_iterations) + " iterations";
     return false;
@@ -197,22 +193,29 @@ struct Newton {
 
 }  // namespace
 
-StaticsResult solve_statics(Problem& problem, Material& material, const StaticsOptions& o, const std::function<bool(const IncrementReport&)>& observer) {
+StaticsResult solve_statics(Problem& problem, Material& material, const StaticsOptions& o, const std::function<bool(const IncrementReport&)>& observer,
+                            const StaticsStart& start) {
   Problem::Impl& p = problem.impl();
   Newton newton(p, material, o);
   StaticsResult result;
-  // Stress and tangent of the start: an empty increment.
-  if (!newton.evaluate()) return result.failure = "the initial state: " + newton.reason, result;
-  newton.commit();
   const double asked = 1.0 / o.increments;
-  double size = asked;
-  int cutbacks = 0, number = 0;
+  double size = start.next_size > 0 ? start.next_size : asked;
+  int cutbacks = 0, number = start.increments;
+  result.load_factor = start.load_factor;
+  newton.sweeps = start.law_sweeps;
+  if (number == 0) {  // stress and tangent of the start: an empty increment
+    if (!newton.evaluate(0)) return result.failure = "the initial state: " + newton.reason, result;
+    newton.commit();
+  } else {
+    p.back_to_committed();
+  }
   std::string cut_reason;
   while (result.load_factor < 1 - 1e-12) {
-    const double next = std::min(1.0, result.load_factor + size);
-    IncrementReport report{number + 1, next, 0, cutbacks, 0, 0, 0, cut_reason};
-    if (!newton.increment(result.load_factor, 1 - next < 1e-9 * asked ? 1.0 : next, report)) {
-      newton.restore();
+    double next = std::min(1.0, result.load_factor + size);
+    if (1 - next < 1e-9 * asked) next = 1;
+    IncrementReport report{number + 1, next, 0, cutbacks, 0, 0, 0, cut_reason, {}, 0, 0, 0};
+    if (!newton.increment(result.load_factor, next, report)) {
+      p.back_to_committed();
       cut_reason = newton.reason;
       result.law_sweeps = newton.sweeps;
       if (++cutbacks > o.max_cutbacks) {
@@ -223,9 +226,10 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
       continue;
     }
     ++number;
-    result.load_factor = report.load_factor = 1 - next < 1e-9 * asked ? 1.0 : next;
+    result.load_factor = next;
     result.law_sweeps = newton.sweeps;
-    size = std::min(asked, cutbacks > 0 ? size : size * o.grow);
+    report.next_size = size = std::min(asked, cutbacks > 0 ? size : size * o.grow);
+    report.law_sweeps = newton.sweeps;
     cutbacks = 0;
     cut_reason.clear();
     if (!observer(report)) return result.stopped = true, result;

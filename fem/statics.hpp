@@ -24,6 +24,16 @@ struct IncrementReport {
   double correction;              // relative displacement correction of the last iteration
   double noise;                   // of the material, when the increment was accepted
   std::string cut_reason;         // of the last cutback
+  std::vector<double> residuals;  // of the predictor and of every iteration: how Newton contracts
+  double work;                    // J, of the stresses on the increment's deformation (trapezoid)
+  double next_size;               // of the load factor
+  int law_sweeps;                 // since the start
+};
+
+/// Where to go on from, after Problem::restore.
+struct StaticsStart {
+  double load_factor = 0, next_size = 0;
+  int increments = 0, law_sweeps = 0;
 };
 
 struct StaticsResult {
@@ -33,9 +43,9 @@ struct StaticsResult {
   int law_sweeps = 0;
 };
 
-/// Carries the load factor from 0 to 1. A state is committed only when residual and displacement have converged, each
+/// Carries the load factor, which is the time of boundary histories, from 0 to 1. A state is committed only when residual and displacement have converged, each
 /// to its tolerance or to the material's noise, whichever is larger. The observer may end the run by returning false.
 StaticsResult solve_statics(Problem& problem, Material& material, const StaticsOptions& options,
-                            const std::function<bool(const IncrementReport&)>& observer);
+                            const std::function<bool(const IncrementReport&)>& observer, const StaticsStart& start = {});
 
 }  // namespace grus::fem

@@ -3,84 +3,66 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+
+#include "apps/scene/mesh_scene.hpp"
 
 namespace grus::app {
 namespace {
-
-void read_mesh(Table t, BvpScene& scene) {
-  if (t.has("file")) t.fail("file", "mesh files are not available in this version; use mesh.box");
-  if (t.choice_or("dimension", "3d", {"3d", "plane-strain", "axisymmetric"}) != "3d") t.fail("dimension", "only \"3d\" is available in this version");
-  Table box = t.table("box");
-  const auto size = box.numbers("size", 3, dimension::length), cells = box.numbers("cells", 3, dimension::none);
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (!(size[k] > 0)) box.fail("size", "all three sides must be above 0");
-    scene.mesh.size[k] = size[k];
-    scene.mesh.cells[k] = static_cast<long>(cells[k]);
-    if (cells[k] != static_cast<double>(scene.mesh.cells[k]) || cells[k] < 1) box.fail("cells", "expected three whole numbers from 1");
-  }
-  scene.mesh.hexahedron = box.choice_or("cell", "hexahedron", {"hexahedron", "tetrahedron"}) == "hexahedron";
-  box.finish();
-  t.finish();
-}
 
 void read_rve(Table t, BvpScene& scene) {
   std::filesystem::path file = t.text("scene");
   if (file.is_relative()) file = std::filesystem::path(scene.file).parent_path() / file;
   if (!std::filesystem::is_regular_file(file)) t.fail("scene", fmt::format("\"{}\": no such scene file", t.text("scene")));
-  scene.quasi_static = read_quasi_static(t);
+  coupling::ResponseOptions& response = scene.rve.response;
+  response.quasi_static = read_quasi_static(t);
   const std::string tangent = t.choice_or("tangent", "contact-stiffness", {"contact-stiffness", "perturbation", "elastic", "quasi-newton"});
   using Kind = coupling::TangentKind;
-  scene.rve.tangent = tangent == "elastic" ? Kind::elastic : tangent == "perturbation" ? Kind::perturbation : tangent == "quasi-newton" ? Kind::quasi_newton : Kind::contact_stiffness;
-  if (scene.rve.tangent == Kind::perturbation) {
-    scene.rve.perturbation = t.number_or("perturbation", scene.rve.perturbation, dimension::none, {1e-8, 0.01});
-    scene.rve.central = t.flag_or("perturbation_central", false);
+  response.tangent = tangent == "elastic" ? Kind::elastic : tangent == "perturbation" ? Kind::perturbation : tangent == "quasi-newton" ? Kind::quasi_newton : Kind::contact_stiffness;
+  if (response.tangent == Kind::perturbation) {
+    response.perturbation = t.number_or("perturbation", response.perturbation, dimension::none, {1e-8, 0.01});
+    response.central = t.flag_or("perturbation_central", false);
   }
-  scene.rve.share = t.flag_or("exact_sharing", true);
-  if (t.has("adaptivity")) t.fail("adaptivity", "sharing of RVEs is not available in this version; leave the key out");
+  scene.rve.exact_sharing = t.flag_or("exact_sharing", true);
+  if (auto a = t.table_if("adaptivity")) {
+    if (scene.dynamic()) t.fail("adaptivity", "sharing and deferral are for \"quasi-static\": in real time an RVE cannot wait; leave the key out");
+    scene.rve.share = a->number_or("share", 0, dimension::none, {0, 0.1});
+    scene.rve.error = a->number_or("error", 0, dimension::none, {0, 0.5});
+    if (scene.rve.share > 0 && !scene.rve.exact_sharing) a->fail("share", "needs exact_sharing");
+    a->finish();
+  }
+  scene.rve.real_time = scene.dynamic();
   scene.variants = static_cast<int>(t.integer_or("variants", 1, 1, 100000));
+  std::vector<std::string> changes = t.texts_or_none("set");
   t.finish();
-  scene.unit_cells.push_back(read_unit_cell(file.string(), {}));
+  scene.unit_cells.push_back(read_unit_cell(file.string(), changes));
   // Below the pressure it was prepared at, a cell is a loose heap: tolerances are then against half that pressure.
-  if (scene.quasi_static.pressure_floor == 0 && scene.unit_cells[0].preparation)
-    scene.quasi_static.pressure_floor = 0.5 * scene.unit_cells[0].preparation->pressure;
+  if (response.quasi_static.pressure_floor == 0 && scene.unit_cells[0].preparation)
+    response.quasi_static.pressure_floor = 0.5 * scene.unit_cells[0].preparation->pressure;
   const std::uint64_t seed = scene.unit_cells[0].model.seed;
-  for (std::uint64_t v = 1; v < static_cast<std::uint64_t>(scene.variants); ++v)
-    scene.unit_cells.push_back(read_unit_cell(file.string(), {fmt::format("packing.seed={}", seed + v)}));
-}
-
-void read_boundary(Table t, BvpScene& scene) {
-  fem::BoundaryCondition bc;
-  if (t.has("tag")) t.fail("tag", "mesh tags are not available in this version; use where");
-  const std::string where = t.text("where");
-  try {
-    bc.where = parse_where(where, scene.mesh.size);
-  } catch (const std::invalid_argument& e) {
-    t.fail("where", fmt::format("\"{}\": {}", where, e.what()));
+  changes.emplace_back();
+  for (std::uint64_t v = 1; v < static_cast<std::uint64_t>(scene.variants); ++v) {
+    changes.back() = fmt::format("packing.seed={}", seed + v);
+    scene.unit_cells.push_back(read_unit_cell(file.string(), changes));
   }
-  std::string name;
-  for (char c : where)
-    if (std::isalnum(static_cast<unsigned char>(c))) name += c;
-  bc.name = t.text_or("name", name);
-  if (bc.name.empty() || bc.name.find_first_of(", \"\n") != std::string::npos) t.fail("name", "must be a word: it becomes part of column names");
-  for (const auto& other : scene.boundaries)
-    if (other.name == bc.name) t.fail("name", fmt::format("\"{}\": two boundaries have this name; give one of them another", bc.name));
-  if (!t.has("displacement") && !t.has("traction")) t.fail("", "needs displacement or traction");
-  if (t.has("displacement")) {
-    const auto u = t.free_numbers("displacement", 3, dimension::length);
-    for (std::size_t k = 0; k < 3; ++k) bc.displacement[k] = u[k];
-  }
-  if (t.has("traction")) {
-    const auto p = t.numbers("traction", 3, dimension::pressure);
-    bc.traction = fem::Point{p[0], p[1], p[2]};
-  }
-  t.finish();
-  scene.boundaries.push_back(bc);
+  scene.has_rve = true;
 }
 
 void read_solve(Table t, BvpScene& scene) {
-  if (t.choice("kind", {"quasi-static", "explicit-dynamic"}) != "quasi-static")
-    t.fail("kind", "\"explicit-dynamic\" is not available in this version; use \"quasi-static\"");
+  if (t.choice("kind", {"quasi-static", "explicit-dynamic"}) == "explicit-dynamic") {
+    fem::DynamicsOptions d;
+    d.duration = t.number("duration", dimension::time, positive);
+    d.safety = t.number_or("safety", d.safety, dimension::none, {0, 1.5, true});
+    if (t.has("time_step")) d.time_step = t.number("time_step", dimension::time, positive);
+    d.linear_viscosity = t.number_or("linear_viscosity", 0, dimension::none, {0, 10});
+    d.quadratic_viscosity = t.number_or("quadratic_viscosity", 0, dimension::none, {0, 100});
+    d.estimate_every = static_cast<int>(t.integer_or("estimate_every", d.estimate_every, 1, 1000000));
+    d.max_energy_error = t.number_or("max_energy_error", d.max_energy_error, dimension::none, positive);
+    t.finish();
+    scene.dynamics = d;
+    return;
+  }
   fem::StaticsOptions& s = scene.solve;
   s.increments = static_cast<int>(t.integer_or("increments", 10, 1, 1000000));
   s.tolerance = t.number_or("tolerance", s.tolerance, dimension::none, {0, 0.1, true});
@@ -90,45 +72,55 @@ void read_solve(Table t, BvpScene& scene) {
   t.finish();
 }
 
-std::string trimmed(const std::string& s) {
-  const auto first = s.find_first_not_of(' '), last = s.find_last_not_of(' ');
-  return first == std::string::npos ? "" : s.substr(first, last - first + 1);
+void read_probe(Table p, BvpScene& scene) {
+  Probe probe;
+  probe.name = p.text("name");
+  if (probe.name.empty() || probe.name.find_first_of(", /\"\n") != std::string::npos) p.fail("name", "must be a word: it becomes part of column and file names");
+  for (const auto& other : scene.probes)
+    if (other.name == probe.name) p.fail("name", fmt::format("\"{}\": two probes have this name", probe.name));
+  const auto x = p.numbers("at", scene.flat() && p.length("at") == 2 ? 2 : 3, dimension::length);
+  for (std::size_t k = 0; k < (scene.flat() ? 2 : 3); ++k) {
+    probe.at[k] = x[k];
+    if (x[k] < scene.low[k] || x[k] > scene.high[k]) p.fail("at", "lies outside the mesh");
+  }
+  probe.frames = p.flag_or("frames", false);
+  probe.grading = p.flag_or("grading", false);
+  p.finish();
+  scene.probes.push_back(probe);
+}
+
+void read_output(Table o, BvpScene& scene) {
+  scene.frames = static_cast<int>(o.integer_or("frames", 0, 0, 100000));
+  if (o.has("checkpoint_interval")) scene.checkpoint_interval = o.number("checkpoint_interval", dimension::time, positive);
+  if (scene.dynamics) {
+    scene.dynamics->output_interval = o.number_or("history_interval", scene.dynamics->duration / 200, dimension::time, positive);
+    if (scene.dynamics->duration / scene.dynamics->output_interval > 1e6) o.fail("history_interval", "more than a million rows; ask for fewer");
+  }
+  o.finish();
+}
+
+void read_hopkinson(Table h, BvpScene& scene) {
+  if (!scene.dynamics) h.fail("", "needs solve.kind = \"explicit-dynamic\"");
+  Hopkinson bar;
+  for (auto* gauge : {&bar.incident, &bar.transmitted}) {
+    const std::string key = gauge == &bar.incident ? "incident_gauge" : "transmitted_gauge";
+    *gauge = h.text(key);
+    if (std::none_of(scene.probes.begin(), scene.probes.end(), [&](const Probe& p) { return p.name == *gauge; })) h.fail(key, fmt::format("no probe has the name \"{}\"", *gauge));
+  }
+  bar.bar_modulus = h.number("bar_modulus", dimension::pressure, positive);
+  bar.bar_density = h.number("bar_density", dimension::density, positive);
+  bar.bar_area = h.number("bar_area", dimension::area, positive);
+  bar.specimen_length = h.number("specimen_length", dimension::length, positive);
+  bar.specimen_area = h.number("specimen_area", dimension::area, positive);
+  bar.incident_distance = h.number("incident_distance", dimension::length, positive);
+  bar.transmitted_distance = h.number("transmitted_distance", dimension::length, positive);
+  const std::string axis = h.choice_or("axis", "y", {"x", "y", "z"});
+  bar.axis = axis[0] - 'x';
+  h.finish();
+  scene.hopkinson = bar;
 }
 
 }  // namespace
-
-std::function<bool(const fem::Point&)> parse_where(const std::string& text, const fem::Point& box) {
-  struct Plane {
-    std::size_t axis;
-    char relation;
-    double at, tolerance;
-  };
-  std::vector<Plane> planes;
-  std::string rest = text;
-  while (true) {
-    const auto joint = rest.find(" and ");
-    const std::string part = trimmed(rest.substr(0, joint));
-    if (part.size() < 3) throw std::invalid_argument("expected conditions such as z=max, joined by 'and'");
-    const auto relation = part.find_first_of("=<>");
-    const std::string axis = trimmed(part.substr(0, relation));
-    if (relation == std::string::npos || (axis != "x" && axis != "y" && axis != "z"))
-      throw std::invalid_argument(fmt::format("'{}' is not a condition such as z=max, x<0.01 or y>\"5 mm\"", part));
-    Plane plane{static_cast<std::size_t>(axis[0] - 'x'), part[relation], 0, 0};
-    const std::string value = trimmed(part.substr(relation + 1));
-    plane.at = value == "min" ? 0 : value == "max" ? box[plane.axis] : parse_quantity(value, dimension::length);
-    plane.tolerance = 1e-8 * (box[0] + box[1] + box[2]);
-    planes.push_back(plane);
-    if (joint == std::string::npos) break;
-    rest = rest.substr(joint + 5);
-  }
-  return [planes](const fem::Point& x) {
-    for (const auto& p : planes) {
-      const double d = x[p.axis] - p.at;
-      if (p.relation == '=' ? std::abs(d) > p.tolerance : p.relation == '<' ? d > p.tolerance : d < -p.tolerance) return false;
-    }
-    return true;
-  };
-}
 
 BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>& overrides) {
   BvpScene scene;
@@ -142,30 +134,15 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
     scene.discretisation.quadrature_degree = static_cast<int>(e->integer_or("quadrature_degree", 2, 1, 10));
     e->finish();
   }
-  for (auto& b : t.tables("boundary")) read_boundary(b, scene);
-  if (scene.boundaries.empty()) t.fail("", "needs at least one [[boundary]]");
   read_solve(t.table("solve"), scene);
-  for (auto& p : t.tables("probe")) {
-    Probe probe;
-    probe.name = p.text("name");
-    if (probe.name.empty() || probe.name.find_first_of(", /\"\n") != std::string::npos) p.fail("name", "must be a word: it becomes part of column and file names");
-    for (const auto& other : scene.probes)
-      if (other.name == probe.name) p.fail("name", fmt::format("\"{}\": two probes have this name", probe.name));
-    const auto x = p.numbers("at", 3, dimension::length);
-    for (std::size_t k = 0; k < 3; ++k) {
-      probe.at[k] = x[k];
-      if (x[k] < 0 || x[k] > scene.mesh.size[k]) p.fail("at", "lies outside the mesh");
-    }
-    probe.frames = p.flag_or("frames", false);
-    probe.grading = p.flag_or("grading", false);
-    p.finish();
-    scene.probes.push_back(probe);
-  }
-  if (auto o = t.table_if("output")) {
-    scene.frames = static_cast<int>(o->integer_or("frames", 0, 0, 100000));
-    o->finish();
-  }
-  read_rve(t.table("rve"), scene);
+  if (scene.dynamics) scene.dynamics->output_interval = scene.dynamics->duration / 200;
+  for (auto& b : t.tables("boundary")) read_boundary(b, scene, scene.dynamics ? dimension::time : dimension::none);
+  if (scene.boundaries.empty()) t.fail("", "needs at least one [[boundary]]");
+  for (auto& r : t.tables("region")) read_region(r, scene);
+  for (auto& p : t.tables("probe")) read_probe(p, scene);
+  if (auto o = t.table_if("output")) read_output(*o, scene);
+  if (auto h = t.table_if("hopkinson")) read_hopkinson(*h, scene);
+  if (t.has("rve") || scene.regions.empty()) read_rve(t.table("rve"), scene);
   t.finish();
   return scene;
 }

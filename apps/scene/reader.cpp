@@ -168,6 +168,44 @@ std::vector<std::optional<double>> Table::free_numbers(const std::string& key, s
   return v;
 }
 
+std::vector<std::array<double, 2>> Table::pairs(const std::string& key, const Dimension& first) {
+  const auto* rows = node(key).as_array();
+  if (rows == nullptr || rows->empty()) fail(key, "expected a list of pairs such as [[0, 1], [1, 1]]");
+  std::vector<std::array<double, 2>> v;
+  for (const auto& n : *rows) {
+    const auto* row = n.as_array();
+    if (row == nullptr || row->size() != 2) fail(key, "expected a list of pairs such as [[0, 1], [1, 1]]");
+    v.push_back({quantity((*row)[0], key, first, any), quantity((*row)[1], key, dimension::none, any)});
+  }
+  (*record_)[key] = v;
+  return v;
+}
+
+std::vector<std::string> Table::texts_or_none(const std::string& key) {
+  known_.insert(key);
+  std::vector<std::string> v;
+  if (has(key)) {
+    const auto* a = node(key).as_array();
+    if (a == nullptr) fail(key, "expected a list of texts");
+    for (const auto& n : *a) {
+      if (!n.is_string()) fail(key, "expected a list of texts");
+      v.push_back(n.as_string()->get());
+    }
+    (*record_)[key] = v;
+  }
+  return v;
+}
+
+bool Table::is_text(const std::string& key) const {
+  const auto* n = table_->get(key);
+  return n != nullptr && n->is_string();
+}
+
+std::size_t Table::length(const std::string& key) const {
+  const auto* n = table_->get(key);
+  return n != nullptr && n->is_array() ? n->as_array()->size() : 0;
+}
+
 std::array<std::array<double, 3>, 3> Table::matrix(const std::string& key, const Dimension& dimension) {
   const auto* rows = node(key).as_array();
   std::array<std::array<double, 3>, 3> m{};

@@ -41,6 +41,11 @@ public:
   std::vector<double> numbers_or(const std::string& key, std::vector<double> fallback, const Dimension& dimension);
   /// Components that may be "free" (then empty).
   std::vector<std::optional<double>> free_numbers(const std::string& key, std::size_t count, const Dimension& dimension);
+  /// A list of [first, second] pairs, the second a plain number.
+  std::vector<std::array<double, 2>> pairs(const std::string& key, const Dimension& first);
+  std::vector<std::string> texts_or_none(const std::string& key);
+  bool is_text(const std::string& key) const;
+  std::size_t length(const std::string& key) const;  // of a list; 0: no list
   std::array<std::array<double, 3>, 3> matrix(const std::string& key, const Dimension& dimension);
 
   Table table(const std::string& key);  // required

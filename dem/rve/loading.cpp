@@ -7,6 +7,7 @@
 
 #include "dem/base/error.hpp"
 #include "dem/rve/measure.hpp"
+#include "dem/rve/real_time.hpp"
 #include "dem/rve/step.hpp"
 
 namespace grus::dem {
@@ -72,22 +73,6 @@ Mat3 exponential(const Mat3& a) {
   return e;
 }
 
-/// One piece of a velocity gradient: along U at constant rate, then turned by R.
-void load_gradient(const Model& model, State& state, const Mat3& gradient, double duration, Team& team) {
-  const Mat3 f = exponential(gradient * duration);
-  Mat3 r, u;
-  polar(f, r, u);
-  const auto steps = static_cast<std::uint64_t>(std::max(1.0, std::ceil(duration / state.dt)));
-  const double safe = state.dt;
-  state.dt = duration / static_cast<double>(steps);
-  const Mat3 target = u * state.boundary.cell.vectors;
-  set_cell_rate(state, (target - state.boundary.cell.vectors) / duration);
-  for (std::uint64_t done = 0; done < steps;) done += run_steps(model, state, steps - done, team);
-  state.boundary.cell.vectors = target;
-  state.dt = safe;
-  if (!(r - Mat3::Identity()).isZero(1e-15)) rotate(state, r);
-}
-
 }  // namespace
 
 void begin_loading(const Model& model, State& state, Loading& loading) {
@@ -110,7 +95,7 @@ void load(const Model& model, State& state, const Loading& loading, double durat
     std::uint64_t steps = std::min<std::uint64_t>(due, state.next_estimate - state.steps);
     if (loading.velocity_gradient) {
       const double piece = due > steps ? static_cast<double>(steps) * state.dt : left;
-      load_gradient(model, state, *loading.velocity_gradient, piece, team);
+      deform_in_time(model, state, exponential(*loading.velocity_gradient * piece), piece, team);
       continue;
     }
     if (servo) steps = std::min(steps, servo_steps);

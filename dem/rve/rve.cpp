@@ -8,6 +8,7 @@
 #include "dem/base/error.hpp"
 #include "dem/base/parallel.hpp"
 #include "dem/rve/measure.hpp"
+#include "dem/rve/real_time.hpp"
 #include "dem/rve/step.hpp"
 
 namespace grus::dem {
@@ -87,22 +88,59 @@ Response deform(const Model& model, const QuasiStatic& o, State& state, const In
   return response;
 }
 
+Response deform_in_pieces(const Model& model, const QuasiStatic& o, State& state, const Increment& increment, int pieces, Team& team) {
+  if (pieces == 1) return deform(model, o, state, increment, team);
+  Mat3 r, u;
+  polar(increment.deformation, r, u);
+  const std::uint64_t first = state.steps;
+  const std::size_t broken = state.ledger.breakages;
+  Response response;
+  Mat3 before = Mat3::Identity();
+  for (int k = 1; k <= pieces; ++k) {
+    const Mat3 now = Mat3::Identity() + (u - Mat3::Identity()) * (static_cast<double>(k) / pieces);
+    response = deform(model, o, state, {now * before.inverse()}, team);
+    before = now;
+    if (!response.stable) break;
+  }
+  if (response.stable && !r.isIdentity(1e-15)) {
+    rotate(state, r);
+    response.stress = love_weber(state, state.boundary.cell.volume());
+    response.tangent = contact_stiffness_tangent(model, state);
+  }
+  response.steps = state.steps - first;
+  response.breakages = state.ledger.breakages - broken;
+  return response;
+}
+
 Rve::Rve(std::shared_ptr<const Model> model, QuasiStatic options, State state)
     : model_(std::move(model)), options_(options), committed_(std::move(state)) {}
 
 Response Rve::advance(const Increment& increment) {
   Team team(1);
-  trial_ = committed_;
   fresh_ = false;
   Response response;
-  try {
-    response = deform(*model_, options_, trial_, increment, team);
-  } catch (const Unstable& error) {
-    response.stable = false;
-    response.failure = error.what();
+  std::uint64_t spent = 0;
+  for (const int pieces : {1, retry_pieces}) {
+    trial_ = committed_;
+    try {
+      response = deform_in_pieces(*model_, options_, trial_, increment, pieces, team);
+    } catch (const Unstable& error) {
+      response = {};
+      response.failure = error.what();
+    }
+    spent += trial_.steps - committed_.steps;
+    response.pieces = pieces;
+    if (response.stable) break;
   }
+  response.steps = spent;
   fresh_ = true;
   return response;
+}
+
+Response Rve::advance_in_time(const Mat3& deformation, double duration, bool tangent) {
+  Team team(1);
+  fresh_ = false;
+  return respond_in_time(*model_, committed_, deformation, duration, tangent, team);
 }
 
 void Rve::commit() {

@@ -32,6 +32,7 @@ struct Response {
   double unbalanced_force = 0, stress_change = 0;  // at the end of the hold
   std::uint64_t steps = 0, hold_steps = 0;
   std::size_t breakages = 0;     // in this increment
+  int pieces = 1;                // that the increment was taken in
   std::string failure;           // why it is not stable
 };
 
@@ -42,13 +43,21 @@ Response deform(const Model& model, const QuasiStatic& options, State& state, co
 /// Holds the cell until the forces and the stress are at rest and no grain broke in the window.
 Response hold(const Model& model, const QuasiStatic& options, State& state, Team& team);
 
+/// The same in `pieces` equal parts of the path, each held, then turned. Stops at the first part that finds no rest.
+Response deform_in_pieces(const Model& model, const QuasiStatic& options, State& state, const Increment& increment, int pieces, Team& team);
+
 class Rve {
 public:
   /// `state` must be prepared. The model is shared by all RVEs of a scene.
   Rve(std::shared_ptr<const Model> model, QuasiStatic options, State state);
 
-  /// Always starts from the committed state, so a refused iteration leaves no trace.
+  /// Always starts from the committed state, so a refused iteration leaves no trace. An increment that fails is taken once
+  /// more in `retry_pieces` parts before it is refused.
   Response advance(const Increment& increment);
+  static constexpr int retry_pieces = 4;
+
+  /// Carries the committed state itself through real time (s); there is no trial. Throws Unstable.
+  Response advance_in_time(const Mat3& deformation, double duration, bool tangent);
 
   /// Makes the last advance the committed state. Throws std::logic_error without one.
   void commit();

@@ -206,8 +206,11 @@ TEST_CASE("one element in uniform strain gives the standalone RVE's numbers") {
   QuasiStatic q;
   q.unbalanced_force = q.stress_change = 1e-6, q.pressure_floor = 1e4;
   fem::Problem problem(MPI_COMM_WORLD, {{1, 1, 1}, {1, 1, 1}, true, {}}, {1, 2, true}, uniaxial(-1e-4, true));
-  coupling::RveMaterial rves(shared, q, {s}, std::vector<std::size_t>(problem.owned_points(), 0), 2);
-  fem::Material m = rves.material(MPI_COMM_WORLD);
+  coupling::RveOptions with;
+  with.response.quasi_static = q;
+  coupling::RveFarm farm(MPI_COMM_SELF, shared, with.response, 2);
+  coupling::RveMaterial rves(farm, {s}, std::vector<std::size_t>(problem.owned_points(), 0), with);
+  fem::Material m = rves.material();
   int iterations = 0;
   REQUIRE(fem::solve_statics(problem, m, options(2, 1e-6, 1e-3), [&](const fem::IncrementReport& r) {
             iterations = std::max(iterations, r.iterations);

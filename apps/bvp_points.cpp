@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/bvp_points.hpp"
+
+#include <fmt/format.h>
+
+#include "apps/prepare_sample.hpp"
+#include "dem/io/archive.hpp"
+
+namespace grus::app {
+
+BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem) {
+  BvpPoints points;
+  for (std::size_t i = 0; i < problem.owned_points(); ++i) {
+    std::size_t group = 0;
+    for (std::size_t r = 0; r < scene.regions.size() && group == 0; ++r) {
+      const Region& region = scene.regions[r];
+      if (region.where ? region.where(problem.point_position(i)) : problem.cell_tag(i) == region.tag) group = r + 1;
+    }
+    points.group.push_back(group);
+    points.rve_of.push_back(group == 0 ? points.variant.size() : SIZE_MAX);
+    if (group != 0) continue;
+    points.variant.push_back(static_cast<std::size_t>(problem.point_key(i)) % static_cast<std::size_t>(scene.variants));
+    points.volume.push_back(problem.point_volume(i));
+  }
+  if (!scene.has_rve && !points.variant.empty())
+    throw InputError(fmt::format("{}: rve: {} Gauss points lie in no [[region]] and there is no [rve] for them", scene.file, points.variant.size()));
+  if (scene.has_rve && points.variant.empty()) throw InputError(fmt::format("{}: rve: every Gauss point lies in a [[region]]; leave [rve] out", scene.file));
+  for (std::size_t r = 0; r < scene.regions.size(); ++r)
+    if (std::find(points.group.begin(), points.group.end(), r + 1) == points.group.end())
+      throw InputError(fmt::format("{}: region[{}]: holds at no Gauss point", scene.file, r));
+  return points;
+}
+
+std::vector<dem::State> prepare_variants(const BvpScene& scene, const std::vector<std::size_t>& used, int threads) {
+  int rank, ranks;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+  std::vector<std::size_t> mine;
+  for (std::size_t k = static_cast<std::size_t>(rank); k < used.size(); k += static_cast<std::size_t>(ranks)) mine.push_back(k);
+  std::vector<std::string> bytes(used.size()), errors(used.size());
+  dem::Team team(threads);
+  team.each(mine.size(), [&](std::size_t m) {
+    dem::Team alone(1);
+    try {
+      bytes[mine[m]] = dem::bytes_of(prepare_sample(scene.unit_cells[used[mine[m]]], alone));
+    } catch (const std::exception& e) {
+      errors[mine[m]] = e.what();
+    }
+  });
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    const int from = static_cast<int>(k % static_cast<std::size_t>(ranks));
+    for (std::string* text : {&errors[k], &bytes[k]}) {
+      int size = static_cast<int>(text->size());
+      if (rank == from && from != 0) {
+        MPI_Send(&size, 1, MPI_INT, 0, 0, MPI_COMM_WORLD);
+        MPI_Send(text->data(), size, MPI_CHAR, 0, 0, MPI_COMM_WORLD);
+      } else if (rank == 0 && from != 0) {
+        MPI_Recv(&size, 1, MPI_INT, from, 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+        text->resize(static_cast<std::size_t>(size));
+        MPI_Recv(text->data(), size, MPI_CHAR, from, 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+      }
+    }
+  }
+  std::vector<dem::State> states(static_cast<std::size_t>(scene.variants));
+  if (rank != 0) return states;
+  for (std::size_t k = 0; k < used.size(); ++k) {
+    if (!errors[k].empty()) throw dem::Unstable(fmt::format("unit cell: {}", errors[k]));
+    states[used[k]] = dem::state_of(bytes[k]);
+  }
+  return states;
+}
+
+}  // namespace grus::app

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// RVEs on all ranks, as seen from rank 0, which owns the macro problem and gives out the work. Decisions are taken in one
+// place and RVEs do not see each other: results do not depend on the number of ranks.
+#pragma once
+
+#include <mpi.h>
+
+#include "coupling/rve_host.hpp"
+
+namespace grus::coupling {
+
+/// Ranks to which RVEs of these costs (s) go so that the largest sum is small: longest first, each to the least loaded
+/// rank; of equal ones to the lowest.
+std::vector<int> balance(const std::vector<double>& costs, int ranks);
+
+/// Rank 0 only; the other ranks run `serve` meanwhile. The destructor sends them home.
+class RveFarm {
+public:
+  RveFarm(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const ResponseOptions& options, int threads);
+  ~RveFarm();
+  RveFarm(const RveFarm&) = delete;
+  RveFarm& operator=(const RveFarm&) = delete;
+
+  /// A new slot on the rank with the least to do; `cost` (s) is what it is expected to take.
+  void put(std::uint64_t slot, const dem::State& state, double cost);
+  void put_bytes(std::uint64_t slot, const std::string& state, double cost);
+  /// A copy of a committed state as a new slot.
+  void copy(std::uint64_t from, std::uint64_t to);
+  void drop(std::uint64_t slot);
+  std::vector<Outcome> advance(const std::vector<Task>& tasks);
+  /// Commits the slots' last advance and tells what they have become.
+  std::vector<Facts> commit(const std::vector<std::uint64_t>& slots);
+  std::vector<Facts> facts(const std::vector<std::uint64_t>& slots);
+  std::string fetch(std::uint64_t slot);  // bytes of the committed state
+
+  /// Moves slots where the measured cost of the last advances is out of balance by more than a tenth.
+  void rebalance();
+  std::uint64_t moved() const { return moved_; }
+  double cost(std::uint64_t slot) const { return homes_.at(slot).cost; }
+  int ranks() const { return ranks_; }
+
+private:
+  struct Home {
+    int rank;
+    double cost;
+  };
+  void ask(int rank, const std::string& request);
+  std::string answer(int rank);
+  int idlest() const;
+
+  MPI_Comm comm_;
+  int ranks_;
+  RveHost host_;
+  std::map<std::uint64_t, Home> homes_;
+  std::uint64_t moved_ = 0;
+};
+
+/// What ranks above 0 do until the farm is gone.
+void serve(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const ResponseOptions& options, int threads);
+
+}  // namespace grus::coupling

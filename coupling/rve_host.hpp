@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// The RVEs that live on one rank, by slot number, and what can be asked of them.
+#pragma once
+
+#include <map>
+#include <memory>
+
+#include "dem/base/parallel.hpp"
+#include "dem/rve/rve.hpp"
+
+namespace grus::coupling {
+
+enum class TangentKind {
+  contact_stiffness,  // elastic contacts, sliding ones without k_t
+  elastic,            // that of the first response, kept
+  perturbation,       // from scratch copies
+  quasi_newton        // Broyden's update from iteration to iteration and from increment to increment
+};
+
+/// How responses are made; the same on all ranks.
+struct ResponseOptions {
+  dem::QuasiStatic quasi_static;
+  TangentKind tangent = TangentKind::contact_stiffness;
+  double perturbation = 1e-4;  // strain of the scratch copies
+  bool central = false;
+};
+
+/// One RVE to advance. Quasi-static: the path's increments are taken one after the other, all but the last committed.
+/// In real time the only increment takes the duration (s), and there is no way back.
+struct Task {
+  std::uint64_t slot = 0;
+  std::vector<dem::Mat3> path;
+  double duration = 0;
+  bool real_time = false, tangent = true;
+};
+
+struct Outcome {
+  dem::Response response;
+  double seconds = 0;  // wall time of the thread
+};
+
+/// What is known of a committed state where it does not live.
+struct Facts {
+  double energy_error = 0, mass = 0, lost_mass = 0, void_ratio = 0;
+  double work = 0, stored = 0, dissipated = 0;  // J, of the ledger: dissipated includes fracture, friction, damping
+  std::uint64_t grains = 0, breakages = 0, steps = 0;
+};
+
+class RveHost {
+public:
+  RveHost(std::shared_ptr<const dem::Model> model, const ResponseOptions& options, int threads);
+
+  void put(std::uint64_t slot, dem::State state);
+  void copy(std::uint64_t from, std::uint64_t to) { put(to, rves_.at(from)->committed()); }
+  void drop(std::uint64_t slot) { rves_.erase(slot); }
+  const dem::State& committed(std::uint64_t slot) const { return rves_.at(slot)->committed(); }
+  /// Tasks of different slots, on all threads; a failure is told in the response.
+  std::vector<Outcome> advance(const std::vector<Task>& tasks);
+  void commit(std::uint64_t slot) { rves_.at(slot)->commit(); }
+  Facts facts(std::uint64_t slot) const;
+
+private:
+  std::shared_ptr<const dem::Model> model_;
+  ResponseOptions options_;
+  std::map<std::uint64_t, std::unique_ptr<dem::Rve>> rves_;
+  dem::Team team_;
+};
+
+}  // namespace grus::coupling

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/rve/real_time.hpp"
+
+#include <algorithm>
+
+#include "dem/rve/measure.hpp"
+#include "dem/rve/step.hpp"
+
+namespace grus::dem {
+
+void deform_in_time(const Model& model, State& state, const Mat3& deformation, double duration, Team& team) {
+  Mat3 r, u;
+  polar(deformation, r, u);
+  const double end = state.time + duration;
+  const Mat3 target = u * state.boundary.cell.vectors;
+  set_cell_rate(state, (target - state.boundary.cell.vectors) / duration);
+  for (double left = duration; left > 1e-9 * duration; left = end - state.time) {
+    update_time_step(model, state);
+    const auto due = static_cast<std::uint64_t>(std::max(1.0, std::ceil(left / state.dt * (1 - 1e-12))));
+    const std::uint64_t steps = model.numerics.time_step > 0 ? due : std::min(due, std::max<std::uint64_t>(1, state.next_estimate - state.steps));
+    const double safe = state.dt;
+    state.dt = left / static_cast<double>(due);
+    run_steps(model, state, steps, team);  // ends early at a breakage: fragments may need a smaller step
+    state.dt = safe;
+  }
+  state.time = end;
+  state.boundary.cell.vectors = target;  // differs by round-off only
+  if (!(r - Mat3::Identity()).isZero(1e-15)) rotate(state, r);
+}
+
+Response respond_in_time(const Model& model, State& state, const Mat3& deformation, double duration, bool tangent, Team& team) {
+  Response response;
+  const std::uint64_t first = state.steps;
+  const std::size_t broken = state.ledger.breakages;
+  if (duration > 0) deform_in_time(model, state, deformation, duration, team);
+  check_sanity(model, state);
+  response.stress = love_weber(state, state.boundary.cell.volume());
+  response.stable = true;
+  response.steps = state.steps - first;
+  response.breakages = state.ledger.breakages - broken;
+  if (tangent) response.tangent = contact_stiffness_tangent(model, state);
+  return response;
+}
+
+}  // namespace grus::dem

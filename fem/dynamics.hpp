@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Explicit dynamics: central differences, lumped mass, a stable step from the elements' own eigenvalues, an energy balance.
+#pragma once
+
+#include "fem/problem.hpp"
+
+namespace grus::fem {
+
+struct DynamicsOptions {
+  double duration = 0;              // s
+  double safety = 0.8;              // of the stable step
+  double time_step = 0;             // s; 0: from the stable step
+  double linear_viscosity = 0;      // bulk viscosity, of rho c h; acts in compression only
+  double quadratic_viscosity = 0;
+  int estimate_every = 50;          // steps between estimates of the stable step (and tangents of the material)
+  double output_interval = 0;       // s between reports
+  double max_energy_error = 0.1;    // beyond it the run has become unstable
+};
+
+/// Energies since the start (J). Internal is the work of the stresses on the deformation; viscous that of the bulk
+/// viscosity; external that of loads and prescribed motion.
+struct MacroEnergy {
+  double kinetic = 0, internal = 0, external = 0, viscous = 0;
+  double error() const;  // (external - kinetic - internal - viscous) / largest of them
+};
+
+struct DynamicsReport {
+  double time = 0, dt = 0;          // s
+  std::uint64_t steps = 0;
+  MacroEnergy energy;
+};
+
+struct DynamicsResult {
+  bool finished = false, stopped = false;  // stopped by the observer
+  DynamicsReport last;
+  std::string failure;
+};
+
+/// Integrates from rest, or from `start` after Problem::restore. `density` (kg/m^3, reference configuration) is that of every
+/// owned point. The material answers for real time (Points::duration) and is committed at every step.
+DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::vector<double>& density, const DynamicsOptions& options,
+                              const std::function<bool(const DynamicsReport&)>& observer, const DynamicsReport& start = {});
+
+/// Room for nodal velocities in the problem's snapshot; call before Problem::restore of a dynamic run.
+void allocate_dynamics(Problem& problem);
+
+/// Largest step (s) with which central differences are stable: 2 / the largest eigenfrequency of any single element,
+/// which bounds that of the mesh. Uses the present tangents.
+double stable_step(Problem& problem, const std::vector<double>& density);
+
+}  // namespace grus::fem
