@@ -158,7 +158,7 @@ private:
   }
 
   void save(const fem::DynamicsReport& r, double wall) {
-    write({{"time", hex(r.time)}, {"dt", hex(r.dt)}, {"steps", r.steps}, {"energy", {hex(r.energy.kinetic), hex(r.energy.internal), hex(r.energy.external), hex(r.energy.viscous)}}}, wall);
+    write({{"time", hex(r.time)}, {"dt", hex(r.dt)}, {"steps", r.steps}, {"dissipated", hex(r.dissipated)}, {"energy", {hex(r.energy.kinetic), hex(r.energy.internal), hex(r.energy.external), hex(r.energy.viscous)}}}, wall);
   }
 
   static std::string hex(double v) { return fmt::format("{:a}", v); }  // exact
@@ -197,7 +197,7 @@ private:
   fem::DynamicsReport resume_dynamics() {
     const auto about = resume();
     const auto& e = about["energy"];
-    return {unhex(about["time"]), unhex(about["dt"]), about["steps"], {unhex(e[0]), unhex(e[1]), unhex(e[2]), unhex(e[3])}};
+    return {unhex(about["time"]), unhex(about["dt"]), about["steps"], {unhex(e[0]), unhex(e[1]), unhex(e[2]), unhex(e[3])}, unhex(about["dissipated"])};
   }
 
   const BvpScene& scene_;

@@ -45,10 +45,10 @@ public:
   /// Valid as long as this object.
   fem::Material material();
 
-  /// Relative error of the stress of the last response: what the RVEs' own equilibrium leaves, and, measured, by how
-  /// much points whose breakage differs between two iterations miss the stress that their tangent predicts. Breakage
-  /// makes the response a staircase: no residual goes below its steps. At most max_noise.
-  double noise() const;
+  /// Relative error of the stress of the last response: what the RVEs' own equilibrium leaves, or, measured, how far
+  /// two successive iterations are from any tangent between none and the elastic one (from the elastic one where breakage
+  /// differs). Sliding and breakage make the response a staircase: no residual goes below its steps. At most max_noise.
+  double noise();
   static constexpr double max_noise = 0.03;
 
   std::size_t points() const { return point_.size(); }
@@ -122,6 +122,7 @@ private:
   std::vector<dem::Mat3> deformation_, previous_deformation_;
   std::vector<dem::Mat6> kept_tangent_;            // elastic, quasi-Newton
   bool has_previous_ = false;
+  double measured_noise_ = 0;
   SweepReport report_;
   double seconds_ = 0;
   std::string reason_;

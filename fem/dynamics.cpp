@@ -42,7 +42,8 @@ struct Integrator {
   const DynamicsOptions& o;
   std::vector<double> mass, lengths, viscous;  // owned and ghost components; cells; points (Pa)
   std::vector<std::int8_t> fixed;              // components
-  std::vector<double> moved;                   // components, by the last step
+  std::vector<double> moved;                   // components, by the last step (m)
+  double dissipated = 0;                       // by bulk viscosity in the last step (J)
   std::string reason;
 
   Integrator(Problem::Impl& impl, Material& m, const std::vector<double>& rho, const DynamicsOptions& options) : p(impl), material(m), density(rho), o(options) {
@@ -64,20 +65,20 @@ struct Integrator {
   }
 
   /// Stress of the step just moved through, bulk viscosity included in the forces only.
-  bool respond(double dt, bool want_tangent, double& dissipated) {
+  bool respond(double dt, bool want_tangent) {
     p.u->scatter_fwd();
     if (!p.strain_sweep()) return reason = "an element turned inside out", false;
     const bool mine = material.respond({p.deformation, p.stress, want_tangent ? std::span<double>(p.tangent) : std::span<double>(), dt});
     if (!all_true(p.comm, mine)) return reason = mine ? "a Gauss point of another rank failed" : material.reason(), false;
     material.commit();
-    if (o.linear_viscosity > 0 || o.quadratic_viscosity > 0) add_viscosity(dt, dissipated);
+    if (o.linear_viscosity > 0 || o.quadratic_viscosity > 0) add_viscosity(dt);
     p.assemble_internal();
     for (std::size_t i = 0; i < viscous.size(); ++i)
       for (std::size_t k = 0; k < 3; ++k) p.stress[6 * i + k] += viscous[i];
     return true;
   }
 
-  void add_viscosity(double dt, double& dissipated) {
+  void add_viscosity(double dt) {
     Problem::Impl::Local l;
     for (std::int32_t c = 0; c < p.cells; ++c)
       for (int q = 0; q < p.nq; ++q) {
@@ -104,7 +105,7 @@ double MacroEnergy::error() const {
 
 void allocate_dynamics(Problem& problem) {
   Problem::Impl& p = problem.impl();
-  p.velocity.assign(p.u->array().size(), 0.0);
+  for (auto* nodal : {&p.velocity, &p.last_load, &p.last_internal}) nodal->assign(p.u->array().size(), 0.0);
 }
 
 double stable_step(Problem& problem, const std::vector<double>& density) {
@@ -131,17 +132,17 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
   now = start;
   Integrator run(p, material, density, o);
   if (p.velocity.empty()) allocate_dynamics(problem);
-  double unused = 0;
   if (start.steps == 0) {
-    if (!run.respond(0, true, unused)) return result.failure = "the initial state: " + run.reason, result;
+    if (!run.respond(0, true)) return result.failure = "the initial state: " + run.reason, result;
     p.commit();
   } else {
     p.assemble_internal();
     for (std::size_t i = 0; i < run.moved.size(); ++i) run.moved[i] = start.dt * p.velocity[i];
+    run.dissipated = start.dissipated;
   }
   const double xi = o.linear_viscosity, slower = std::sqrt(1 + xi * xi) - xi;
   double due = o.output_interval > 0 ? o.output_interval * (std::floor(now.time / o.output_interval * (1 + 1e-12)) + 1) : o.duration;
-  std::vector<double> before(p.internal->array().begin(), p.internal->array().end());
+  if (start.steps == 0) p.last_internal.assign(p.internal->array().begin(), p.internal->array().end());
   const auto owned = p.width() * static_cast<std::size_t>(p.owned_nodes());
   MacroEnergy total = start.energy;
   double last_dt = start.dt, stable = start.steps > 0 ? start.dt : 0;
@@ -155,42 +156,44 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
     const double dt = std::min(stable, o.duration - now.time), mean_dt = now.steps == 0 ? 0.5 * dt : 0.5 * (last_dt + dt);
     p.assemble_external(now.time);
     const auto in = p.internal->array(), ex = p.external->array();
+    std::vector<double>& v = p.velocity;
+    auto target = [&](const Prescribed& c) { return (p.factor(c.boundary, now.time + dt) - p.factor(c.boundary, now.time)) * c.value / dt; };
+    // Work is known at the ends of the last step, where forces and positions are of one instant.
+    double sums[4] = {0, 0, 0, 0}, all[4];  // external, kinetic, internal, viscous
+    if (now.steps == 0)  // driven nodes start with the speed they are given
+      for (const auto& c : p.prescribed)
+        if (const auto i = static_cast<std::size_t>(c.dof); i < owned) v[i] = target(c), sums[0] += 0.5 * run.mass[i / p.width()] * v[i] * v[i];
+    std::vector<double>&load = p.last_load, &before = p.last_internal;
+    auto turn = [&](std::size_t i, double next, double force) {
+      sums[0] += 0.5 * (load[i] + force) * run.moved[i];
+      sums[1] += 0.5 * run.mass[i / p.width()] * v[i] * next;
+      sums[2] += 0.5 * (before[i] + in[i]) * run.moved[i];
+      load[i] = force, before[i] = in[i];
+      v[i] = next;
+      run.moved[i] = dt * next;
+    };
     for (std::size_t i = 0; i < owned; ++i)
-      if (!run.fixed[i]) p.velocity[i] += mean_dt * (ex[i] - in[i]) / run.mass[i / p.width()];
+      if (!run.fixed[i]) turn(i, v[i] + mean_dt * (ex[i] - in[i]) / run.mass[i / p.width()], ex[i]);
+    for (const auto& c : p.prescribed)
+      if (const auto i = static_cast<std::size_t>(c.dof); i < owned) {
+        const double next = target(c);
+        turn(i, next, in[i] + run.mass[i / p.width()] * (next - v[i]) / mean_dt);
+      }
     auto u = p.u->mutable_array();
-    std::vector<double>& velocity = p.velocity;
-    double reaction_work = 0;
-    for (const auto& c : p.prescribed) {
-      const auto i = static_cast<std::size_t>(c.dof);
-      const double v = (p.factor(c.boundary, now.time + dt) - p.factor(c.boundary, now.time)) * c.value / dt;
-      if (i < owned) reaction_work += (in[i] - ex[i] + run.mass[i / p.width()] * (v - velocity[i]) / mean_dt) * 0.5 * (run.moved[i] + dt * v);
-      velocity[i] = v;
-    }
-    double load_work = 0, kinetic = 0;
-    for (std::size_t i = 0; i < owned; ++i) {
-      const double step = dt * velocity[i];
-      load_work += ex[i] * 0.5 * (run.moved[i] + step);
-      run.moved[i] = step;
-      u[i] += step;
-      kinetic += 0.5 * run.mass[i / p.width()] * velocity[i] * velocity[i];
-    }
-    for (std::size_t i = 0; i < owned; ++i) before[i] = in[i];
+    for (std::size_t i = 0; i < owned; ++i) u[i] += run.moved[i];
     const bool tangent = now.steps + 1 >= estimate;
-    double viscous = 0;
-    if (!run.respond(dt, tangent, viscous)) {
+    sums[2] -= run.dissipated, sums[3] = run.dissipated;
+    MPI_Allreduce(sums, all, 4, MPI_DOUBLE, MPI_SUM, p.comm);
+    total.external += all[0], total.kinetic = all[1], total.internal += all[2], total.viscous += all[3];
+    run.dissipated = 0;
+    if (!run.respond(dt, tangent)) {
       p.back_to_committed();
       result.failure = "at " + std::to_string(now.time) + " s: " + run.reason;
       return result;
     }
     p.commit();
-    double work = 0;
-    const auto after = p.internal->array();
-    for (std::size_t i = 0; i < owned; ++i) work += 0.5 * (before[i] + after[i]) * run.moved[i];
-    double sums[4] = {reaction_work + load_work, kinetic, work - viscous, viscous}, all[4];
-    MPI_Allreduce(sums, all, 4, MPI_DOUBLE, MPI_SUM, p.comm);
-    total.external += all[0], total.kinetic = all[1], total.internal += all[2], total.viscous += all[3];
     last_dt = dt;
-    now.time += dt, now.dt = dt, ++now.steps, now.energy = total;
+    now.time += dt, now.dt = dt, ++now.steps, now.energy = total, now.dissipated = run.dissipated;
     if (!std::isfinite(total.kinetic) || std::abs(total.error()) > o.max_energy_error) {
       result.failure = "energy error " + std::to_string(total.error()) + " at step " + std::to_string(now.steps) + ": the run has become unstable; a smaller solve.safety may help";
       return result;

@@ -27,7 +27,8 @@ struct MacroEnergy {
 struct DynamicsReport {
   double time = 0, dt = 0;          // s
   std::uint64_t steps = 0;
-  MacroEnergy energy;
+  MacroEnergy energy;               // a step ago, when all of it is known
+  double dissipated = 0;            // by bulk viscosity in the last step (J)
 };
 
 struct DynamicsResult {

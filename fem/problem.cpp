@@ -210,8 +210,9 @@ void cell_state(Problem::Impl& p, std::int32_t c, F&& each) {
   auto u = p.committed_u->mutable_array();
   for (const auto node : p.cell_nodes(c))
     for (std::size_t k = 0; k < p.width(); ++k) each(u[p.width() * static_cast<std::size_t>(node) + k]);
-  for (const auto node : p.cell_nodes(c))
-    for (std::size_t k = 0; k < p.width() && !p.velocity.empty(); ++k) each(p.velocity[p.width() * static_cast<std::size_t>(node) + k]);
+  for (auto* nodal : {&p.velocity, &p.last_load, &p.last_internal})
+    for (const auto node : p.cell_nodes(c))
+      for (std::size_t k = 0; k < p.width() && !nodal->empty(); ++k) each((*nodal)[p.width() * static_cast<std::size_t>(node) + k]);
   for (std::size_t i = p.point(c, 0); i < p.point(c + 1, 0); ++i) {
     for (std::size_t k = 0; k < 9; ++k) each(p.committed_F[9 * i + k]);
     for (std::size_t k = 0; k < 6; ++k) each(p.committed_stress[6 * i + k]);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "fem/acceleration.hpp"
 #include "fem/problem_impl.hpp"
 
 namespace grus::fem {
@@ -161,10 +162,13 @@ struct Newton {
     if (!evaluate(to)) return false;
     double now = residual(r), correction = 1;
     report.residuals.assign(1, now);
+    Acceleration acceleration(p.comm, static_cast<std::size_t>(o.acceleration));
     for (report.iterations = 1; report.iterations <= o.max_iterations; ++report.iterations) {
-      const double moved = largest(total), noise = material.noise();
+      // Corrections are judged against the increment that was asked for: cutting it does not make the material less noisy.
+      const double moved = largest(total) * std::max(1.0, 1 / (o.increments * (to - from))), noise = material.noise();
       const double floor = std::max(o.tolerance, noise), floor_u = std::max(o.displacement_tolerance, 2 * noise);
       if (!linear.solve(r, to, to, dx)) return reason = "the linear solver failed", false;
+      if (o.acceleration > 0) dx = acceleration.step(dx);
       correction = moved > 0 ? largest(dx) / moved : 0;
       // What Newton would still change is known before it is done: a converged state costs no further material sweep.
       if (now <= floor && correction <= floor_u) {
@@ -178,10 +182,12 @@ struct Newton {
       for (int cut = 0;; ++cut) {
         if (!evaluate(to)) return false;
         next = residual(r);
-        if (next <= std::max(now, floor) || cut == 3) break;
+        if (next <= std::max(1.1 * now, floor) || cut == 3) break;
         move(dx, -0.5 * part);
         part *= 0.5;
       }
+      acceleration.moved(dx, part);
+      if (next > 1.1 * now && next > floor) acceleration.forget();
       for (std::size_t i = 0; i < total.size(); ++i) total[i] += part * dx[i];
       now = next;
       report.residuals.push_back(now);

@@ -11,6 +11,7 @@ struct StaticsOptions {
   double tolerance = 1e-6;        // residual against the internal forces
   double displacement_tolerance = 1e-3;  // correction against the increment's largest displacement
   int max_iterations = 25;
+  int acceleration = 5;           // iterations that Anderson acceleration remembers; 0: plain Newton
   int max_cutbacks = 6;           // in a row
   double cut = 0.25, grow = 1.5;  // of the increment, never above the one asked for
 };

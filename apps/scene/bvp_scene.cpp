@@ -68,6 +68,7 @@ void read_solve(Table t, BvpScene& scene) {
   s.tolerance = t.number_or("tolerance", s.tolerance, dimension::none, {0, 0.1, true});
   s.displacement_tolerance = t.number_or("displacement_tolerance", s.displacement_tolerance, dimension::none, {0, 1, true});
   s.max_cutbacks = static_cast<int>(t.integer_or("max_cutbacks", s.max_cutbacks, 0, 100));
+  s.acceleration = static_cast<int>(t.integer_or("acceleration", s.acceleration, 0, 50));
   s.max_iterations = static_cast<int>(t.integer_or("max_iterations", s.max_iterations, 1, 1000));
   t.finish();
 }

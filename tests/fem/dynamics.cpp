@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Explicit dynamics: wave speeds, stable step, energy, order, going on from a snapshot.
+#include "fem/dynamics.hpp"
+#include "tests/helpers.hpp"
+
+using namespace grus;
+using fem::Kinematics;
+using fem::Point;
+
+namespace {
+
+constexpr double E = 200e9, nu = 0.3, rho = 7800;
+
+fem::BoundaryCondition plane(std::string name, std::size_t axis, double place, std::size_t component, double value) {
+  fem::BoundaryCondition b;
+  b.name = std::move(name);
+  b.where = [=](const Point& x) { return std::abs(x[axis] - place) < 1e-9; };
+  b.displacement[component] = value;
+  return b;
+}
+
+/// A bar along y, 1 m long, whose lower end moves at a constant speed from t = 0.
+std::unique_ptr<fem::Problem> bar(Kinematics kinematics, bool confined, long cells, double radius, double speed, double duration) {
+  auto low = plane("low", 1, 0, 1, speed * duration);
+  low.history.points = {{0, 0}, {duration, 1}};
+  std::vector<fem::BoundaryCondition> b{low, plane("axis", 0, 0, 0, 0)};
+  if (confined) b.push_back(plane("side", 0, radius, 0, 0));
+  return std::make_unique<fem::Problem>(MPI_COMM_WORLD, fem::BoxMesh{{radius, 1, 1}, {1, cells, 1}, true, {}}, fem::Discretisation{1, 2, false, kinematics, 1}, b);
+}
+
+/// Mean axial strain of the points between two places.
+double strain_between(const fem::Problem& p, double from, double to) {
+  std::vector<std::uint8_t> some;
+  for (std::size_t i = 0; i < p.owned_points(); ++i) some.push_back(p.point_position(i)[1] > from && p.point_position(i)[1] < to);
+  return p.mean_strain(some)[1];
+}
+
+}  // namespace
+
+TEST_CASE("a step wave runs at the P-wave speed in a confined bar and at sqrt(E/rho) in a thin one, with strain v / c behind it") {
+  const double speed = 1, confined_modulus = E * (1 - nu) / ((1 + nu) * (1 - 2 * nu));
+  for (bool confined : {true, false}) {
+    const double c = std::sqrt((confined ? confined_modulus : E) / rho), duration = 0.75 / c;
+    const auto problem = bar(Kinematics::axisymmetric, confined, 200, 0.005, speed, duration);
+    fem::Material m = fem::elastic_material(problem->owned_points(), E, nu);
+    fem::DynamicsOptions o;
+    o.duration = duration, o.linear_viscosity = 0.06;
+    const auto result = fem::solve_dynamics(*problem, m, std::vector<double>(problem->owned_points(), rho), o, [](const fem::DynamicsReport&) { return true; });
+    REQUIRE(result.finished);
+    CHECK(-strain_between(*problem, 0.1, 0.6) == Approx(speed / c).epsilon(5e-3));
+    CHECK(std::abs(strain_between(*problem, 0.85, 1)) < 1e-3 * speed / c);
+    // Displacement is the speed times the time, all of it in the length that the wave has passed: its front is at c t.
+    const double front = -strain_between(*problem, 0, 1) / (speed / c);
+    CHECK(front == Approx(0.75).epsilon(5e-3));
+    CHECK(std::abs(result.last.energy.error()) < 5e-3);
+    // Half kinetic, half elastic: E = rho v^2 c t A / 2 each.
+    CHECK(result.last.energy.kinetic == Approx(0.5 * rho * speed * speed * 0.75 * M_PI * 0.005 * 0.005).epsilon(2e-2));  // the viscous front takes its part
+  }
+}
+
+TEST_CASE("the stable step is that of the stiffest element, and beyond it the run is stopped as unstable") {
+  const auto problem = bar(Kinematics::plane_strain, true, 20, 0.05, 1, 1e-3);
+  const std::vector<double> density(problem->owned_points(), rho);
+  fem::Material m = fem::elastic_material(problem->owned_points(), E, nu);
+  fem::DynamicsOptions o;
+  o.duration = 1e-6;
+  REQUIRE(fem::solve_dynamics(*problem, m, density, o, [](const fem::DynamicsReport&) { return true; }).finished);
+  const double c = std::sqrt(E * (1 - nu) / ((1 + nu) * (1 - 2 * nu)) / rho), bound = fem::stable_step(*problem, density);
+  // One square cell of side h: its stiffest mode is the dilation of both directions, omega^2 = 4 (lambda + mu + mu/..) / (rho h^2) >= 4 c^2 / h^2.
+  CHECK(bound <= 0.05 / c * (1 + 1e-9));
+  CHECK(bound > 0.4 * 0.05 / c);
+  for (double part : {0.98, 2.5}) {
+    const auto again = bar(Kinematics::plane_strain, true, 20, 0.05, 1, 2e-3);
+    fem::Material elastic = fem::elastic_material(again->owned_points(), E, nu);
+    fem::DynamicsOptions fixed;
+    fixed.duration = 2e-3, fixed.time_step = part * bound;
+    const auto result = fem::solve_dynamics(*again, elastic, density, fixed, [](const fem::DynamicsReport&) { return true; });
+    CHECK(result.finished == (part < 1));
+    CHECK(result.failure.empty() == (part < 1));
+  }
+}
+
+TEST_CASE("energy balance and displacement converge with the square of the step") {
+  // One end driven by half a sine: smooth, so that the time step alone decides.
+  std::array<double, 3> energy{}, place{};
+  int k = 0;
+  for (double part : {0.8, 0.4, 0.2}) {
+    auto low = plane("low", 1, 0, 1, 1e-3);
+    for (int i = 0; i <= 400; ++i) low.history.points.push_back({i * 1e-6, std::pow(std::sin(M_PI * i / 400), 4)});
+    fem::Problem problem(MPI_COMM_WORLD, {{0.05, 1, 1}, {1, 10, 1}, true, {}}, {1, 2, false, Kinematics::plane_strain, 1}, {low, plane("axis", 0, 0, 0, 0), plane("side", 0, 0.05, 0, 0)});
+    fem::Material m = fem::elastic_material(problem.owned_points(), E, nu);
+    fem::DynamicsOptions o;
+    o.duration = 3e-4, o.time_step = part * 1e-5;
+    const auto result = fem::solve_dynamics(problem, m, std::vector<double>(problem.owned_points(), rho), o, [](const fem::DynamicsReport&) { return true; });
+    REQUIRE(result.finished);
+    energy[static_cast<std::size_t>(k)] = std::abs(result.last.energy.error()), place[static_cast<std::size_t>(k++)] = problem.mean_strain()[1];
+  }
+  CHECK(std::log2((place[0] - place[1]) / (place[1] - place[2])) == Approx(2).margin(0.25));
+  CHECK(energy[2] < energy[0]);
+  CHECK(energy[2] < 1e-3);
+}
+
+TEST_CASE("a dynamic run goes on from a snapshot bit by bit") {
+  auto run = [&](double until, const std::vector<double>& from, const fem::DynamicsReport& start, std::vector<double>& state, std::vector<double>& material, bool load) {
+    const auto problem = bar(Kinematics::axisymmetric, false, 30, 0.01, 2, 1e-4);
+    fem::allocate_dynamics(*problem);
+    fem::Material m = fem::elastic_material(problem->owned_points(), E, nu);
+    if (load) problem->restore(from), m.load(material);
+    fem::DynamicsOptions o;
+    o.duration = 1e-4, o.output_interval = 5e-5;
+    const auto result = fem::solve_dynamics(*problem, m, std::vector<double>(problem->owned_points(), rho), o, [&](const fem::DynamicsReport& r) { return r.time < until; }, start);
+    state = problem->snapshot(), material = m.save();
+    return result.last;
+  };
+  int ranks;
+  MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+  if (ranks > 1) return;  // a snapshot lives on rank 0
+  std::vector<double> whole, half, rest, material, unused;
+  run(1, {}, {}, whole, unused, false);
+  const auto middle = run(4e-5, {}, {}, half, material, false);
+  CHECK(middle.time < 6e-5);
+  run(1, half, middle, rest, material, true);
+  CHECK((rest == whole));
+}
