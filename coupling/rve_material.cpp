@@ -16,13 +16,33 @@ namespace {
 using dem::Mat3;
 using dem::Mat6;
 
-/// Increments are taken to 2^-34 (6e-11 of strain, 0.1 Pa): round-off of the macro solver neither tells two points apart
-/// nor reaches the grains, and all see the same value whether they share or not.
+/// Increments are taken to 2^-34 (6e-11 of strain, 0.1 Pa).
 Mat3 snapped(std::span<const double> f) {
   Mat3 m;
-  for (int k = 0; k < 9; ++k) m(k / 3, k % 3) = std::ldexp(std::nearbyint(std::ldexp(f[static_cast<std::size_t>(k)], 34)), -34);
+  for (int k = 0; k < 9; ++k) m(k / 3, k % 3) = std::nearbyint(f[static_cast<std::size_t>(k)] * 0x1p34) * 0x1p-34;
   return m;
 }
+
+/// Increments that differ by the macro solver's round-off are one: a point takes that of the first one within 2^-30 or so
+/// (1e-9 of strain). Grains are chaotic: without this the last bit would tell all points of a homogeneous block apart.
+class Alike {
+public:
+  Mat3 operator()(const Mat3& f) {
+    // Three grids, shifted: neighbours across a border of one share a cell of another.
+    for (std::size_t g = 0; g < 3; ++g)
+      if (const auto at = seen_[g].find(key(f, g)); at != seen_[g].end()) return at->second;
+    for (std::size_t g = 0; g < 3; ++g) seen_[g].emplace(key(f, g), f);
+    return f;
+  }
+
+private:
+  static std::array<double, 9> key(const Mat3& f, std::size_t grid) {
+    std::array<double, 9> cell;
+    for (int k = 0; k < 9; ++k) cell[static_cast<std::size_t>(k)] = std::floor(f(k / 3, k % 3) * 0x1p30 + static_cast<double>(grid) / 3 + 0.17);
+    return cell;
+  }
+  std::array<std::map<std::array<double, 9>, Mat3>, 3> seen_;
+};
 
 dem::Vec6 strain_between(const Mat3& from, const Mat3& to) {
   dem::Vec6 strain = dem::to_voigt(to - from);
@@ -102,7 +122,11 @@ bool RveMaterial::respond(const fem::Points& points) {
   std::swap(previous_, responses_), std::swap(previous_deformation_, deformation_);
   const std::size_t n = point_.size();
   responses_.resize(n), deformation_.resize(n), job_.assign(n, SIZE_MAX);
-  for (std::size_t i = 0; i < n; ++i) deformation_[i] = snapped(points.deformation.subspan(9 * i, 9));
+  Alike alike;
+  for (std::size_t i = 0; i < n; ++i) {
+    deformation_[i] = snapped(points.deformation.subspan(9 * i, 9));
+    if (!options_.real_time) deformation_[i] = alike(deformation_[i]);
+  }
   reason_.clear();
   bool good = true;
   find_jobs();
@@ -114,7 +138,7 @@ bool RveMaterial::respond(const fem::Points& points) {
     for (std::size_t i = 0; i < n; ++i) responses_[i] = corrected(i, jobs_[job_[i]]);
     choose_tangents();
     for (std::size_t i = 0; i < n; ++i) {
-      const dem::Response& r = responses_[i];
+      const Answer& r = responses_[i];
       const dem::Vec6 stress = dem::to_voigt(r.stress);
       for (int k = 0; k < 6; ++k) points.stress[6 * i + static_cast<std::size_t>(k)] = stress[k];
       if (points.tangent.empty()) continue;
@@ -291,15 +315,15 @@ void RveMaterial::answer(double duration, bool tangent) {
 }
 
 /// What a point hears of its job: for one that rides on another's path, to first order in the difference.
-dem::Response RveMaterial::corrected(std::size_t i, const Job& job) {
+RveMaterial::Answer RveMaterial::corrected(std::size_t i, const Job& job) {
   const Point& leader = point_[job.leader];
-  if (deformation_[i] == job.increment && point_[i].total == leader.total) return job.response;
-  dem::Response r = job.response;
+  const dem::Response& r = job.response;
+  if (job.leader == i || (deformation_[i] == job.increment && point_[i].total == leader.total)) return {r.stress, r.tangent, r.breakages};
   const Mat3 difference = deformation_[i] * point_[i].total * (job.increment * leader.total).inverse();
-  r.stress = predicted(r.stress, r.tangent, difference);
+  const Mat3 stress = predicted(r.stress, r.tangent, difference);
   ++report_.similar;
-  report_.correction = std::max(report_.correction, (r.stress - job.response.stress).norm() / std::max(r.stress.norm(), std::sqrt(3.0) * options_.response.quasi_static.pressure_floor));
-  return r;
+  report_.correction = std::max(report_.correction, (stress - r.stress).norm() / std::max(stress.norm(), std::sqrt(3.0) * options_.response.quasi_static.pressure_floor));
+  return {stress, r.tangent, r.breakages};
 }
 
 void RveMaterial::choose_tangents() {
@@ -308,7 +332,7 @@ void RveMaterial::choose_tangents() {
   const bool first = kept_tangent_.empty();
   kept_tangent_.resize(responses_.size());
   for (std::size_t i = 0; i < responses_.size(); ++i) {
-    dem::Response& r = responses_[i];
+    Answer& r = responses_[i];
     if (first) kept_tangent_[i] = r.tangent;
     else if (kind == TangentKind::quasi_newton && has_previous_)
       dem::broyden_update(strain_between(previous_deformation_[i], deformation_[i]), dem::to_voigt(r.stress - previous_[i].stress), kept_tangent_[i]);

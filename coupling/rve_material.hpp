@@ -92,6 +92,13 @@ private:
     dem::Response response;
   };
 
+  /// What one point hears.
+  struct Answer {
+    dem::Mat3 stress = dem::Mat3::Zero();
+    dem::Mat6 tangent = dem::Mat6::Zero();
+    std::size_t breakages = 0;
+  };
+
   bool respond(const fem::Points& points);
   void find_jobs();
   std::size_t add_job(std::uint64_t slot, std::size_t leader);
@@ -103,7 +110,7 @@ private:
   void answer(double duration, bool tangent);
   void choose_tangents();
   void commit();
-  dem::Response corrected(std::size_t point, const Job& job);
+  Answer corrected(std::size_t point, const Job& job);
 
   RveFarm& farm_;
   RveOptions options_;
@@ -118,7 +125,7 @@ private:
   std::uint64_t next_slot_ = 0;
   std::vector<Job> jobs_;
   std::vector<std::size_t> job_;                   // of each point
-  std::vector<dem::Response> responses_, previous_;  // of this trial and of the one before it in the same increment
+  std::vector<Answer> responses_, previous_;  // of this trial and of the one before it in the same increment
   std::vector<dem::Mat3> deformation_, previous_deformation_;
   std::vector<dem::Mat6> kept_tangent_;            // elastic, quasi-Newton
   bool has_previous_ = false;
