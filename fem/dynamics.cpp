@@ -105,7 +105,7 @@ double MacroEnergy::error() const {
 
 void allocate_dynamics(Problem& problem) {
   Problem::Impl& p = problem.impl();
-  for (auto* nodal : {&p.velocity, &p.last_load, &p.last_internal}) nodal->assign(p.u->array().size(), 0.0);
+  for (auto* nodal : {&p.velocity, &p.last_load, &p.last_internal, &p.now_internal}) nodal->assign(p.u->array().size(), 0.0);
 }
 
 double stable_step(Problem& problem, const std::vector<double>& density) {
@@ -136,7 +136,7 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
     if (!run.respond(0, true)) return result.failure = "the initial state: " + run.reason, result;
     p.commit();
   } else {
-    p.assemble_internal();
+    std::copy(p.now_internal.begin(), p.now_internal.end(), p.internal->mutable_array().begin());
     for (std::size_t i = 0; i < run.moved.size(); ++i) run.moved[i] = start.dt * p.velocity[i];
     run.dissipated = start.dissipated;
   }
@@ -192,6 +192,7 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
       return result;
     }
     p.commit();
+    p.now_internal.assign(p.internal->array().begin(), p.internal->array().end());
     last_dt = dt;
     now.time += dt, now.dt = dt, ++now.steps, now.energy = total, now.dissipated = run.dissipated;
     // The first steps start from rest: their energies are too small to be judged against each other.

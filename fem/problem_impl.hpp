@@ -56,8 +56,9 @@ struct Problem::Impl {
   std::unique_ptr<Vector> u, committed_u, internal, external;
   std::vector<double> F, committed_F, deformation;      // (points, 9)
   std::vector<double> stress, tangent, committed_stress, committed_tangent;
-  /// Dynamics only, of owned and ghost components: velocity, half a step behind; forces from outside and inside a step ago (N).
-  std::vector<double> velocity, last_load, last_internal;
+  /// Dynamics only, of owned and ghost components: velocity, half a step behind; forces from outside and inside a step ago, and
+  /// inside now, bulk viscosity included (N).
+  std::vector<double> velocity, last_load, last_internal, now_internal;
   std::vector<Prescribed> prescribed;                    // owned and ghost, each component once
   std::vector<std::vector<std::int32_t>> boundary_nodes; // owned nodes of each boundary
   std::vector<LoadedFacet> loaded;

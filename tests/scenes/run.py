@@ -1,7 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Scenes end to end: run.py refused|shipped|same_bits|golden|resume|shpb_full BIN"""
-import csv
 import glob
 import json
 import os
@@ -11,35 +10,14 @@ import sys
 import tempfile
 import time
 
+import scene_tools
+from scene_tools import faults, here, history, need, run, shipped, without_wall
+
 case, binaries = sys.argv[1:3]
-here = os.path.dirname(os.path.abspath(__file__))
-shipped = os.path.join(here, "..", "..", "apps", "scenes")
-faults = []
-
-
-def run(*command, timeout=1800):
-    return subprocess.run(command, capture_output=True, text=True, timeout=timeout)
-
-
-def need(condition, message):
-    if not condition:
-        faults.append(message)
-        print("FAULT", message)
-
-
-def history(folder):
-    with open(os.path.join(folder, "history.csv"), newline="") as f:
-        rows = list(csv.DictReader(f))
-    return rows
-
-
-def without_wall(folder):
-    return [{k: v for k, v in row.items() if k != "wall_s"} for row in history(folder)]
 
 
 def program(name):
-    path = os.path.join(binaries, name)
-    return path if os.path.exists(path) else None
+    return scene_tools.program(binaries, name)
 
 
 def refused(tmp):

@@ -1,0 +1,114 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Macro problems end to end: macro.py problems|resume|devices BIN"""
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+
+import scene_tools
+from scene_tools import faults, here, history, interrupt_when, need, run, shipped, without_wall
+
+case, binaries = sys.argv[1:3]
+bvp = scene_tools.program(binaries, "grus-bvp")
+sets = lambda changes: [a for c in changes for a in ("--set", c)]
+numbers = lambda rows: [{k: float(v) for k, v in row.items()} for row in rows]
+summary = lambda folder: json.load(open(os.path.join(folder, "summary.json")))
+
+
+def go(scene, out, *changes, threads="2", ranks=None, more=()):
+    launch = ["mpirun", "-n", ranks] if ranks else []
+    r = run(*launch, bvp, scene, "-o", out, "--quiet", "--threads", threads, *sets(changes), *more)
+    need(r.returncode == 0, f"{os.path.basename(scene)} {changes}: exit {r.returncode}: {r.stderr.strip()[-300:]}")
+    return numbers(history(out))
+
+
+def problems(tmp):
+    """The first increments of the shipped problems, against what equilibrium demands."""
+    scene = lambda name: os.path.join(shipped, name + ".toml")
+    out = lambda name: os.path.join(tmp, name)
+    rows = go(scene("triaxial"), out("triaxial"), "boundary.1.displacement=[0, '-0.1 mm']", "solve.increments=1", "output.frames=2")
+    last = rows[-1]
+    need(abs(last["mean_stress_xx_Pa"] + 5e6) < 0.1 * 5e6, f"triaxial: radial stress {last['mean_stress_xx_Pa']} against a cell pressure of 5 MPa")
+    need(last["mean_stress_yy_Pa"] < 1.02 * last["mean_stress_xx_Pa"], "triaxial: no deviator")
+    need(abs(last["reaction_platen_y_N"] + last["reaction_middle_y_N"]) < 0.03 * abs(last["reaction_platen_y_N"]), "triaxial: platen and middle disagree")
+    need(os.path.exists(os.path.join(out("triaxial"), "macro.hdf.series")), "triaxial: no frames")
+    rows = go(scene("biaxial_plane_strain"), out("biaxial"), "boundary.1.displacement=[0, '-0.2 mm']", "solve.increments=2", "output.frames=0")
+    last, area = rows[-1], 0.05
+    need(abs(last["reaction_top_y_N"] / area / last["mean_stress_yy_Pa"] - 1) < 0.05, f"biaxial: platen {last['reaction_top_y_N'] / area} Pa, mean {last['mean_stress_yy_Pa']} Pa")
+    need(abs(last["mean_stress_xx_Pa"] + 1e5) < 0.1e5, f"biaxial: lateral stress {last['mean_stress_xx_Pa']}")
+    need(abs(last["mean_strain_yy"] + 2e-3) < 1e-5, "biaxial: strain")
+    need(last["rves_distinct"] < last["rves"], "biaxial: nothing shared")
+    rows = go(scene("strip_footing"), out("footing"), "boundary.0.displacement=[0, '-0.4 mm']", "solve.increments=1", "output.frames=0")
+    need(rows[-1]["reaction_footing_y_N"] < -1e5 * 0.1, f"footing: {rows[-1]['reaction_footing_y_N']} N carries less than the surcharge beside it")
+    # Bars: before the wave has come back the gauge shows sigma / E; v = sigma / (rho c).
+    rows = go(scene("shpb_bars"), out("bars"), "solve.duration=230 us", "output.frames=0")
+    plateau = [r["probe_incident_strain_yy"] for r in rows if 1.9e-4 < r["time_s"] < 2.2e-4]
+    need(abs(sum(plateau) / len(plateau) / (-120e6 / 200e9) - 1) < 0.02, f"bars: incident strain {sum(plateau) / len(plateau)}, sigma / E is {-120e6 / 200e9}")
+    need(max(abs(r["macro_energy_error"]) for r in rows[20:]) < 0.02, "bars: energy")
+    with open(os.path.join(out("bars"), "hopkinson.csv"), newline="") as f:
+        need(len(next(csv.reader(f))) == 13, "bars: hopkinson.csv")
+
+
+def resume(tmp):
+    """Killed and interrupted at any moment, then resumed with other threads and ranks: the same history."""
+    block = [os.path.join(shipped, "oedometer_block.toml"), "mesh.box.cells=[1,1,2]", "rve.variants=2", "boundary.0.displacement=['free','free',-6e-4]", "solve.increments=6",
+             "rve.adaptivity.share=1e-3", "rve.adaptivity.error=0.02", "rve.tangent=quasi-newton", "output.frames=3", "output.checkpoint_interval=1e-3"]
+    impact = [os.path.join(here, "macro", "impact.toml"), "output.checkpoint_interval=1e-3"]
+    for name, (scene, *changes) in {"block": block, "impact": impact}.items():
+        whole, part = os.path.join(tmp, name + "_whole"), os.path.join(tmp, name + "_part")
+        rows = go(scene, whole, *changes, threads="1")
+        need(rows[-1]["breakages"] > 20, f"{name}: {rows[-1]['breakages']} breakages")
+        checkpoint = os.path.join(part, "checkpoint.h5")
+        command = [bvp, scene, "-o", part, "--quiet", *sets(changes)]
+        p = subprocess.Popen([*command, "--threads", "2"])
+        need(interrupt_when(p, lambda: os.path.exists(checkpoint), signal.SIGKILL), f"{name}: ended before it was killed: {p.returncode}")
+        p = subprocess.Popen(["mpirun", "-n", "2", *command, "--threads", "1", "--resume"], stdout=subprocess.DEVNULL)
+        before = os.path.getmtime(checkpoint)
+        interrupt_when(p, lambda: os.path.getmtime(checkpoint) != before, signal.SIGTERM)
+        r = run(*command, "--threads", "2", "--resume")
+        need(r.returncode == 0, f"{name}: resume: exit {r.returncode} {r.stderr}")
+        need(without_wall(whole) == without_wall(part), f"{name}: history.csv differs after kill and resume")
+        need(open(os.path.join(whole, "macro.hdf.series")).read() == open(os.path.join(part, "macro.hdf.series")).read(), f"{name}: other frames")
+        r = run(*command, "--resume", "--set", "rve.unbalanced_force=0.02")
+        need(r.returncode == 2 and "another scene" in r.stderr and r.stderr.count("\n") == 1, f"{name}: other settings: {r.stderr!r}")
+        data = open(checkpoint, "rb").read()
+        for spoiled in (data[: len(data) // 2], b"nothing", data[:60000] + bytes([data[60000] ^ 1]) + data[60001:]):
+            open(checkpoint, "wb").write(spoiled)
+            r = run(*command, "--resume")
+            need(r.returncode == 2 and r.stderr.count("\n") == 1 and "checkpoint" in r.stderr, f"{name}: damaged: exit {r.returncode} {r.stderr!r}")
+    r = run(bvp, block[0], "-o", os.path.join(tmp, "nowhere"), "--resume")
+    need(r.returncode == 2 and "no checkpoint" in r.stderr and not os.path.exists(os.path.join(tmp, "nowhere")), f"nothing to resume: {r.stderr!r}")
+
+
+def devices(tmp):
+    """What sharing and deferral leave out, what they say of their error, and that off is off; elastic regions; --check."""
+    scene = os.path.join(shipped, "oedometer_block.toml")
+    common = ("mesh.box.cells=[1,1,2]", "rve.variants=1", "boundary.0.displacement=['free','free',-4e-4]", "solve.increments=8", "probe=", "output.frames=0", "rve.stress_change=1e-3",
+              "rve.unbalanced_force=1e-3")
+    plain = go(scene, os.path.join(tmp, "plain"), *common)
+    off = go(scene, os.path.join(tmp, "off"), *common, "rve.adaptivity.share=0", "rve.adaptivity.error=0")
+    strip = lambda rows: [{k: v for k, v in r.items() if k != "wall_s"} for r in rows]
+    need(strip(plain) == strip(off), "devices that are off change the result")
+    lazy = go(scene, os.path.join(tmp, "lazy"), *common, "rve.adaptivity.share=1e-3", "rve.adaptivity.error=0.05")
+    facts = summary(os.path.join(tmp, "lazy"))
+    need(facts["counts"]["rves_advanced"] < 0.7 * facts["counts"]["rves_asked"], f"little left out: {facts['counts']}")
+    need(facts["errors"]["sharing"]["tolerance_strain"] == 1e-3 and facts["errors"]["deferral"]["tolerance"] == 0.05, "errors are not reported")
+    need(abs(lazy[-1]["mean_stress_zz_Pa"] / plain[-1]["mean_stress_zz_Pa"] - 1) < 0.15, f"{lazy[-1]['mean_stress_zz_Pa']} against {plain[-1]['mean_stress_zz_Pa']}")
+    # Half of the block is steel: stress is the same in both halves, the sand takes the strain.
+    steel = os.path.join(tmp, "steel.toml")
+    text = open(scene).read().replace('scene = "sand_rve.toml"', f'scene = "{os.path.join(shipped, "sand_rve.toml")}"')
+    open(steel, "w").write(text + '\n[[region]]\nwhere = "z<0.01"\nmaterial = "elastic"\nyoungs_modulus = "200 GPa"\npoissons_ratio = 0.3\n')
+    mixed = go(steel, os.path.join(tmp, "mixed"), *common[:2], "boundary.0.displacement=['free','free',-1e-4]", "solve.increments=2", "probe=", "output.frames=0", "solve.displacement_tolerance=0.02")
+    last = mixed[-1]
+    need(last["rves"] == 8 and abs(last["grains_strain_zz"] + 0.01) < 5e-4, f"steel and sand: {last['rves']} RVEs, strain of the sand {last['grains_strain_zz']}")
+    need(abs(last["grains_stress_zz_Pa"] / last["mean_stress_zz_Pa"] - 1) < 0.05, "steel and sand: stresses differ")
+
+
+with tempfile.TemporaryDirectory() as folder:
+    {"problems": problems, "resume": resume, "devices": devices}[case](folder)
+print(f"macro {case}: {len(faults)} faults")
+sys.exit(1 if faults else 0)

@@ -1,0 +1,48 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""What the scene tests share: running programs, reading results, counting faults."""
+import csv
+import os
+import subprocess
+import time
+
+here = os.path.dirname(os.path.abspath(__file__))
+shipped = os.path.join(here, "..", "..", "apps", "scenes")
+faults = []
+
+
+def run(*command, timeout=1800):
+    return subprocess.run(command, capture_output=True, text=True, timeout=timeout)
+
+
+def need(condition, message):
+    if not condition:
+        faults.append(message)
+        print("FAULT", message)
+
+
+def history(folder):
+    with open(os.path.join(folder, "history.csv"), newline="") as f:
+        rows = list(csv.DictReader(f))
+    return rows
+
+
+def without_wall(folder):
+    return [{k: v for k, v in row.items() if k != "wall_s"} for row in history(folder)]
+
+
+def program(binaries, name):
+    path = os.path.join(binaries, name)
+    return path if os.path.exists(path) else None
+
+
+def interrupt_when(process, ready, sent, timeout=300):
+    """Sends a signal once `ready()`; False where the process ended before."""
+    begin = time.time()
+    while process.poll() is None and time.time() - begin < timeout:
+        if ready():
+            process.send_signal(sent)
+            process.wait()
+            return True
+        time.sleep(0.01)
+    return False
