@@ -195,12 +195,14 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
     auto& counts = summary["counts"];
     counts["grains_a_point"] = scene_.unit_cells[0].state.grains.size();
     counts["rves"] = rves_->points();
-    counts["rves_asked"] = r.asked, counts["rves_advanced"] = r.advanced, counts["rves_distinct"] = r.distinct, counts["rves_deferred"] = r.deferred;
+    counts["rves_asked"] = r.asked, counts["rves_advanced"] = r.advanced, counts["rves_distinct"] = r.distinct, counts["rves_deferred"] = r.deferred, counts["rves_elastic"] = r.elastic;
     counts["rves_similar"] = r.similar, counts["rves_replayed"] = r.replayed, counts["rves_retried_in_parts"] = r.retried, counts["rves_moved_between_ranks"] = e.migrated;
     counts["dem_steps"] = r.dem_steps;
     auto& errors = summary["errors"];
     errors["macro_work_J"] = macro_work_, errors["rve_work_J"] = rve_work();
     if (scene_.rve.error > 0) errors["deferral"] = {{"tolerance", scene_.rve.error}, {"measured", r.deferral.count}, {"worst", r.deferral.worst}, {"mean", r.deferral.mean()}};
+    if (scene_.rve.response.elastic >= 0)
+      errors["elastic"] = {{"tolerance_force_share", scene_.rve.response.elastic}, {"measured", r.linear.count}, {"worst", r.linear.worst}, {"mean", r.linear.mean()}};
     if (scene_.rve.share > 0)
       errors["sharing"] = {{"tolerance_strain", scene_.rve.share}, {"measured_at_replays", r.sharing.count}, {"worst", r.sharing.worst}, {"mean", r.sharing.mean()}, {"largest_correction", r.correction}};
     summary["seconds"]["rve_sweeps_wall"] = rves_->seconds();

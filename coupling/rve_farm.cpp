@@ -40,7 +40,7 @@ template <class A, class O>
 void archive_outcome(A& a, O& o) {
   auto& r = o.response;
   a.plain(r.stress), a.plain(r.tangent), a.plain(r.stable), a.plain(r.unbalanced_force), a.plain(r.stress_change);
-  a.plain(r.steps), a.plain(r.hold_steps), a.plain(r.breakages), a.plain(r.pieces), a.text(r.failure), a.plain(o.seconds);
+  a.plain(r.steps), a.plain(r.hold_steps), a.plain(r.breakages), a.plain(r.pieces), a.text(r.failure), a.plain(o.seconds), a.plain(o.elastic), a.plain(o.elastic_error);
 }
 
 std::string request(Command c, const std::vector<std::uint64_t>& slots) {
@@ -61,7 +61,7 @@ bool handle(RveHost& host, const std::string& bytes, std::string& answer) {
     case Command::put: {
       std::string state;
       in.text(state);
-      host.put(slots[0], dem::state_of(state));
+      host.put(slots[0], HostedRve::from(state));
       break;
     }
     case Command::copy: host.copy(slots[0], slots[1]); break;
@@ -78,7 +78,7 @@ bool handle(RveHost& host, const std::string& bytes, std::string& answer) {
     case Command::facts:
       for (const auto slot : slots) out.plain(host.facts(slot));
       break;
-    case Command::fetch: out.text(dem::bytes_of(host.committed(slots[0]))); break;
+    case Command::fetch: out.text(host.hosted(slots[0]).bytes()); break;
   }
   answer = out.take();
   return true;
@@ -120,17 +120,17 @@ int RveFarm::idlest() const {
 
 void RveFarm::put(std::uint64_t slot, const dem::State& state, double cost) {
   if (const int rank = idlest(); rank == 0) {
-    host_.put(slot, state);
+    host_.put(slot, {state, dem::Mat3::Identity(), false});
     homes_[slot] = {0, cost};
   } else {
-    put_bytes(slot, dem::bytes_of(state), cost);
+    put_bytes(slot, HostedRve{state, dem::Mat3::Identity(), false}.bytes(), cost);
   }
 }
 
 void RveFarm::put_bytes(std::uint64_t slot, const std::string& state, double cost) {
   const int rank = idlest();
   homes_[slot] = {rank, cost};
-  if (rank == 0) return host_.put(slot, dem::state_of(state));
+  if (rank == 0) return host_.put(slot, HostedRve::from(state));
   Saver s;
   s.plain(Command::put), s.column(std::vector<std::uint64_t>{slot}), s.text(state);
   ask(rank, s.take());
@@ -220,7 +220,7 @@ std::vector<Facts> RveFarm::facts(const std::vector<std::uint64_t>& slots) {
 
 std::string RveFarm::fetch(std::uint64_t slot) {
   const int rank = homes_.at(slot).rank;
-  if (rank == 0) return dem::bytes_of(host_.committed(slot));
+  if (rank == 0) return host_.hosted(slot).bytes();
   ask(rank, request(Command::fetch, {slot}));
   const std::string bytes = answer(rank);
   Loader in(bytes);
@@ -249,7 +249,7 @@ void RveFarm::rebalance() {
     drop(slot);
     *most -= cost, *least += cost;
     homes_[slot] = {to, cost};
-    if (to == 0) host_.put(slot, dem::state_of(bytes));
+    if (to == 0) host_.put(slot, HostedRve::from(bytes));
     else {
       Saver s;
       s.plain(Command::put), s.column(std::vector<std::uint64_t>{slot}), s.text(bytes);

@@ -31,7 +31,7 @@ public:
   /// Commits the slots' last advance and tells what they have become.
   std::vector<Facts> commit(const std::vector<std::uint64_t>& slots);
   std::vector<Facts> facts(const std::vector<std::uint64_t>& slots);
-  std::string fetch(std::uint64_t slot);  // bytes of the committed state
+  std::string fetch(std::uint64_t slot);  // bytes of a HostedRve: the committed state and what it has to catch up
 
   /// Moves slots where the measured cost of the last advances is out of balance by more than a tenth.
   void rebalance();

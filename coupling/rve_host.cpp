@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "dem/base/error.hpp"
+#include "dem/io/archive.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/step.hpp"
 #include "dem/rve/tangent.hpp"
@@ -13,44 +14,125 @@ namespace grus::coupling {
 RveHost::RveHost(std::shared_ptr<const dem::Model> model, const ResponseOptions& options, int threads)
     : model_(std::move(model)), options_(options), team_(threads) {}
 
-void RveHost::put(std::uint64_t slot, dem::State state) { rves_[slot] = std::make_unique<dem::Rve>(model_, options_.quasi_static, std::move(state)); }
+std::string HostedRve::bytes() const {
+  dem::Saver a;
+  a.plain(pending), a.plain(barred), dem::archive(a, state);
+  return a.take();
+}
+
+HostedRve HostedRve::from(const std::string& bytes) {
+  HostedRve rve;
+  dem::Loader a(bytes);
+  a.plain(rve.pending), a.plain(rve.barred), dem::archive(a, rve.state);
+  if (!a.at_end()) throw dem::InputError("checkpoint holds more than an RVE");
+  return rve;
+}
+
+void RveHost::put(std::uint64_t slot, HostedRve hosted) {
+  Slot& s = slots_[slot];
+  s = {};
+  s.rve = std::make_unique<dem::Rve>(model_, options_.quasi_static, std::move(hosted.state));
+  s.pending = hosted.pending;
+  s.tried = hosted.barred;
+}
+
+HostedRve RveHost::hosted(std::uint64_t slot) const {
+  const Slot& s = slots_.at(slot);
+  return {s.rve->committed(), s.pending, s.tried && !s.linear};
+}
+
+/// True where the grains need not be asked.
+bool RveHost::elastic(Slot& s, const dem::Mat3& increment, dem::Response& response) const {
+  if (!s.linear && !s.tried) {
+    s.linear = dem::linear_response(*model_, s.rve->committed(), options_.elastic);
+    s.tried = true;
+  }
+  if (!s.linear) return false;
+  dem::Mat3 r, u;
+  s.trial = increment * s.pending;
+  dem::polar(s.trial, r, u);
+  dem::Vec6 strain = dem::to_voigt(u - dem::Mat3::Identity());
+  strain.tail<3>() *= 2;
+  if (!s.linear->holds(*model_, strain, options_.elastic)) return false;
+  response.stress = r * (s.linear->stress + dem::from_voigt(s.linear->tangent * strain)) * r.transpose();
+  response.tangent = s.linear->tangent;
+  response.stable = true;
+  return true;
+}
+
+Outcome RveHost::advance(Slot& s, const Task& task) const {
+  Outcome out;
+  s.by_linear = false;
+  if (task.real_time) {
+    out.response = s.rve->advance_in_time(task.path.front(), task.duration, task.tangent);
+    return out;
+  }
+  std::uint64_t steps = 0;
+  if (options_.elastic >= 0 && task.path.size() == 1) {
+    if (elastic(s, task.path.front(), out.response)) {
+      out.elastic = s.by_linear = true;
+      return out;
+    }
+    if (s.pending != dem::Mat3::Identity()) {  // the grains go to where the linear response has been
+      dem::Response guess;
+      elastic(s, dem::Mat3::Identity(), guess);
+      dem::Response caught_up = s.rve->advance({s.pending});
+      steps += caught_up.steps;
+      if (!caught_up.stable) {
+        out.response = std::move(caught_up);
+        return out;
+      }
+      s.rve->commit();
+      out.elastic_error = (guess.stress - caught_up.stress).norm() / std::max(caught_up.stress.norm(), std::sqrt(3.0) * options_.quasi_static.pressure_floor);
+      s.pending.setIdentity();
+    }
+    s.linear.reset();
+  }
+  for (std::size_t i = 0; i < task.path.size(); ++i) {
+    out.response = s.rve->advance({task.path[i]});
+    steps += out.response.steps;
+    if (!out.response.stable) break;
+    if (i + 1 < task.path.size()) s.rve->commit();
+  }
+  out.response.steps = steps;
+  if (options_.tangent == TangentKind::perturbation && out.response.stable) {
+    dem::Team alone(1);
+    out.response.tangent = dem::perturbation_tangent(*model_, options_.quasi_static, s.rve->trial(), options_.perturbation, options_.central, out.response.steps, alone);
+  }
+  return out;
+}
 
 std::vector<Outcome> RveHost::advance(const std::vector<Task>& tasks) {
   std::vector<Outcome> outcomes(tasks.size());
-  std::vector<dem::Rve*> rves;
-  for (const Task& t : tasks) rves.push_back(rves_.at(t.slot).get());
+  std::vector<Slot*> slots;
+  for (const Task& t : tasks) slots.push_back(&slots_.at(t.slot));
   team_.each(tasks.size(), [&](std::size_t k) {
     const auto begin = std::chrono::steady_clock::now();
-    const Task& task = tasks[k];
-    dem::Response& response = outcomes[k].response;
     try {
-      if (task.real_time) {
-        response = rves[k]->advance_in_time(task.path.front(), task.duration, task.tangent);
-      } else {
-        std::uint64_t steps = 0;
-        for (std::size_t i = 0; i < task.path.size(); ++i) {
-          response = rves[k]->advance({task.path[i]});
-          steps += response.steps;
-          if (!response.stable) break;
-          if (i + 1 < task.path.size()) rves[k]->commit();
-        }
-        response.steps = steps;
-        if (options_.tangent == TangentKind::perturbation && response.stable) {
-          dem::Team alone(1);
-          response.tangent = dem::perturbation_tangent(*model_, options_.quasi_static, rves[k]->trial(), options_.perturbation, options_.central, response.steps, alone);
-        }
-      }
+      outcomes[k] = advance(*slots[k], tasks[k]);
     } catch (const std::exception& e) {  // must not leave a thread
-      response = {};
-      response.failure = e.what();
+      outcomes[k] = {};
+      outcomes[k].response.failure = e.what();
     }
     outcomes[k].seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   });
   return outcomes;
 }
 
+void RveHost::commit(std::uint64_t slot) {
+  Slot& s = slots_.at(slot);
+  if (s.by_linear) {
+    s.pending = s.trial;
+    return;
+  }
+  const std::size_t broken = s.rve->committed().ledger.breakages;
+  s.rve->commit();
+  s.linear.reset();
+  s.tried = s.rve->committed().ledger.breakages != broken;  // while grains break there is no elastic range to look for
+}
+
 Facts RveHost::facts(std::uint64_t slot) const {
-  const dem::State& s = committed(slot);
+  const dem::State& s = slots_.at(slot).rve->committed();
   Facts f;
   f.stored = dem::stored_energy(*model_, s);
   f.energy_error = std::abs(dem::energy_error(s.ledger, f.stored));

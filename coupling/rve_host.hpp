@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "dem/base/parallel.hpp"
+#include "dem/rve/linear_response.hpp"
 #include "dem/rve/rve.hpp"
 
 namespace grus::coupling {
@@ -23,6 +24,7 @@ struct ResponseOptions {
   TangentKind tangent = TangentKind::contact_stiffness;
   double perturbation = 1e-4;  // strain of the scratch copies
   bool central = false;
+  double elastic = -1;         // share of the contact forces that may leave the linear range of an elastic point; below 0: off
 };
 
 /// One RVE to advance. Quasi-static: the path's increments are taken one after the other, all but the last committed.
@@ -36,7 +38,9 @@ struct Task {
 
 struct Outcome {
   dem::Response response;
-  double seconds = 0;  // wall time of the thread
+  double seconds = 0;         // wall time of the thread
+  bool elastic = false;       // a linear response served; no DEM
+  double elastic_error = -1;  // of an earlier linear answer, relative to the stress, now that the grains have caught up; below 0: none
 };
 
 /// What is known of a committed state where it does not live.
@@ -46,23 +50,41 @@ struct Facts {
   std::uint64_t grains = 0, breakages = 0, steps = 0;
 };
 
+/// An RVE, and the deformation that a linear response has answered for since its state.
+struct HostedRve {
+  dem::State state;
+  dem::Mat3 pending = dem::Mat3::Identity();
+  bool barred = false;  // no linear response is to be looked for at this state
+  std::string bytes() const;
+  static HostedRve from(const std::string& bytes);  // throws InputError
+};
+
 class RveHost {
 public:
   RveHost(std::shared_ptr<const dem::Model> model, const ResponseOptions& options, int threads);
 
-  void put(std::uint64_t slot, dem::State state);
-  void copy(std::uint64_t from, std::uint64_t to) { put(to, rves_.at(from)->committed()); }
-  void drop(std::uint64_t slot) { rves_.erase(slot); }
-  const dem::State& committed(std::uint64_t slot) const { return rves_.at(slot)->committed(); }
+  void put(std::uint64_t slot, HostedRve rve);
+  void copy(std::uint64_t from, std::uint64_t to) { put(to, hosted(from)); }
+  void drop(std::uint64_t slot) { slots_.erase(slot); }
+  HostedRve hosted(std::uint64_t slot) const;
   /// Tasks of different slots, on all threads; a failure is told in the response.
   std::vector<Outcome> advance(const std::vector<Task>& tasks);
-  void commit(std::uint64_t slot) { rves_.at(slot)->commit(); }
+  void commit(std::uint64_t slot);
   Facts facts(std::uint64_t slot) const;
 
 private:
+  struct Slot {
+    std::unique_ptr<dem::Rve> rve;
+    dem::Mat3 pending = dem::Mat3::Identity(), trial = dem::Mat3::Identity();
+    std::unique_ptr<const dem::LinearResponse> linear;
+    bool tried = false, by_linear = false;  // linear was looked for at this state; it gave the last answer
+  };
+  Outcome advance(Slot& slot, const Task& task) const;
+  bool elastic(Slot& slot, const dem::Mat3& increment, dem::Response& response) const;
+
   std::shared_ptr<const dem::Model> model_;
   ResponseOptions options_;
-  std::map<std::uint64_t, std::unique_ptr<dem::Rve>> rves_;
+  std::map<std::uint64_t, Slot> slots_;
   dem::Team team_;
 };
 

@@ -74,7 +74,7 @@ RveMaterial::RveMaterial(RveFarm& farm, const std::vector<dem::State>& states, c
   }
   for (const auto& s : states) start_volume_.push_back(s.boundary.cell.volume());
   if (options_.share > 0)
-    for (const auto& s : states) prepared_.push_back(dem::bytes_of(s));
+    for (const auto& s : states) prepared_.push_back(HostedRve{s, Mat3::Identity(), false}.bytes());
   path_.resize(options_.share > 0 ? start.size() : 0);
   refresh();
   report_.distinct = slots_.size();
@@ -89,7 +89,7 @@ fem::Material RveMaterial::material() {
   return m;
 }
 
-dem::State RveMaterial::committed(std::size_t point) const { return dem::state_of(farm_.fetch(point_[point].slot)); }
+dem::State RveMaterial::committed(std::size_t point) const { return HostedRve::from(farm_.fetch(point_[point].slot)).state; }
 
 void RveMaterial::refresh() {
   std::vector<std::uint64_t> all;
@@ -270,7 +270,8 @@ bool RveMaterial::catch_up() {
   const std::vector<Outcome> done = farm_.advance(tasks);
   for (std::size_t k = 0; k < done.size(); ++k) {
     const dem::Response& r = done[k].response;
-    report_.dem_steps += r.steps, ++report_.advanced;
+    report_.dem_steps += r.steps, ++(done[k].elastic ? report_.elastic : report_.advanced);
+    if (done[k].elastic_error >= 0) report_.linear.add(done[k].elastic_error);
     if (!r.stable) return reason_ = fmt::format("RVE of point {}, which was put off, does not get to its place: {}", slots_.at(slots[k]).leader, r.failure), false;
   }
   const std::vector<Facts> facts = farm_.commit(slots);
@@ -308,10 +309,12 @@ void RveMaterial::answer(double duration, bool tangent) {
   for (std::size_t j = 0; j < real.size(); ++j) {
     Job& job = jobs_[real[j]];
     job.response = std::move(outcomes[j].response);
+    ++(outcomes[j].elastic ? report_.elastic : report_.advanced);
+    if (outcomes[j].elastic_error >= 0) report_.linear.add(outcomes[j].elastic_error);
     report_.dem_steps += job.response.steps;
     report_.retried += job.response.pieces > 1 ? 1 : 0;
   }
-  report_.asked += point_.size(), report_.advanced += real.size(), report_.deferred += jobs_.size() - real.size();
+  report_.asked += point_.size(), report_.deferred += jobs_.size() - real.size();
 }
 
 /// What a point hears of its job: for one that rides on another's path, to first order in the difference.

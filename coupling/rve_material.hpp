@@ -29,10 +29,10 @@ struct MeasuredError {
 
 /// Figures of the last commit and of everything since the start.
 struct SweepReport {
-  std::uint64_t asked = 0, advanced = 0, deferred = 0, similar = 0, replayed = 0, retried = 0;  // responses; DEM runs; answers without one
+  std::uint64_t asked = 0, advanced = 0, deferred = 0, elastic = 0, similar = 0, replayed = 0, retried = 0;  // answers; of them DEM runs, others
   std::uint64_t dem_steps = 0;
   std::uint64_t distinct = 0;                            // RVEs now
-  MeasuredError deferral, sharing;                       // prediction against what the RVE then did; at replays
+  MeasuredError deferral, sharing, linear;               // prediction against what the RVE then did; at replays; of elastic points
   double correction = 0;                                 // largest first-order correction of a similar point, relative to its stress
   double worst_unbalanced = 0, worst_stress_change = 0;  // of the last commit
 };

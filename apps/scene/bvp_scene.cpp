@@ -29,6 +29,7 @@ void read_rve(Table t, BvpScene& scene) {
     if (scene.dynamic()) t.fail("adaptivity", "sharing and deferral are for \"quasi-static\": in real time an RVE cannot wait; leave the key out");
     scene.rve.share = a->number_or("share", 0, dimension::none, {0, 0.1});
     scene.rve.error = a->number_or("error", 0, dimension::none, {0, 0.5});
+    if (a->has("elastic")) response.elastic = a->number("elastic", dimension::none, {0, 0.5});
     if (scene.rve.share > 0 && !scene.rve.exact_sharing) a->fail("share", "needs exact_sharing");
     a->finish();
   }

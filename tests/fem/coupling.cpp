@@ -239,6 +239,34 @@ TEST_CASE("deferral: fewer RVE runs, the error that it reports is the true one, 
   CHECK(worst < 2 * tolerance);  // a path of other increments ends elsewhere too: within the RVE's own scatter
 }
 
+TEST_CASE("elastic points: one linear response serves until contacts slide; its error is measured when the grains catch up") {
+  Mat3 g = Mat3::Zero();
+  g(2, 2) = -4e-3;
+  coupling::RveOptions with;
+  with.response.elastic = 0.02;
+  Sand s = standard();
+  s.q.unbalanced_force = s.q.stress_change = 1e-4;
+  Element plain(s, {everywhere(g)}), linear(s, {everywhere(g)}, with);
+  std::vector<Vec6> truth;
+  REQUIRE(fem::solve_statics(plain.problem, plain.material, options(100), [&](const fem::IncrementReport&) {
+            truth.push_back(plain.stress());
+            return true;
+          }).converged);
+  std::size_t at = 0;
+  double worst = 0;
+  REQUIRE(fem::solve_statics(linear.problem, linear.material, options(100), [&](const fem::IncrementReport&) {
+            worst = std::max(worst, (linear.stress() - truth[at]).norm() / truth[at].norm());
+            ++at;
+            return true;
+          }).converged);
+  const auto& report = linear.rves.report();
+  CHECK(report.elastic > 10);
+  CHECK(report.advanced > 10);  // sliding sets in on the way
+  CHECK(report.linear.count > 0);
+  CHECK(report.linear.worst < 0.02);
+  CHECK(worst < 0.03);
+}
+
 TEST_CASE("an RVE that refuses an increment is taken in parts, then the increment is cut; the same with RVEs on another rank") {
   int rank, ranks;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include <Eigen/SparseCholesky>
+
+#include "dem/rve/linear_response.hpp"
+
+#include "dem/fracture/grain_stress.hpp"
+#include "dem/rve/measure.hpp"
+
+namespace grus::dem {
+namespace {
+
+using Link = LinearResponse::Link;
+using Strain = Eigen::Matrix<double, 3, 6>;
+using Freedom = Eigen::Matrix<double, 3, 6>;  // of one grain: what translation and rotation do to a contact point
+
+/// eps l for the six strain components, engineering shear.
+Strain affine(const Vec3& l) {
+  Strain b = Strain::Zero();
+  b(0, 0) = l[0], b(1, 1) = l[1], b(2, 2) = l[2];
+  b(1, 3) = 0.5 * l[2], b(2, 3) = 0.5 * l[1];
+  b(0, 4) = 0.5 * l[2], b(2, 4) = 0.5 * l[0];
+  b(0, 5) = 0.5 * l[1], b(1, 5) = 0.5 * l[0];
+  return b;
+}
+
+Freedom freedom(const Vec3& arm) {
+  Freedom f;
+  f.leftCols<3>().setIdentity();
+  f.rightCols<3>() = -cross_matrix(arm);  // omega x arm
+  return f;
+}
+
+Vec3 branch(const State& s, std::size_t k) {
+  const Pair& p = s.contacts.pair[k];
+  return s.grains.motion[p.b].position + s.boundary.cell.vectors * Vec3(p.image[0], p.image[1], p.image[2]) - s.grains.motion[p.a].position;
+}
+
+}  // namespace
+
+std::unique_ptr<const LinearResponse> linear_response(const Model& model, const State& s, double share) {
+  if (s.bonds.size() > 0 || !s.boundary.cell.periodic()) return nullptr;
+  auto out = std::make_unique<LinearResponse>();
+  const std::size_t n = s.grains.size();
+  const double volume = s.boundary.cell.volume();
+  std::vector<Eigen::Triplet<double>> entries;
+  Eigen::MatrixXd load = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(6 * n), 6);
+  std::vector<std::size_t> touching(s.contacts.size(), SIZE_MAX);
+  std::vector<Mat3> stiffness;
+  double sliding = 0, diagonal = 0;
+  for (std::size_t k = 0; k < s.contacts.begin[sphere_wall]; ++k) {
+    const Contact& c = s.contacts.contact[k];
+    if (c.stiffness <= 0) continue;
+    const PairLaw& law = model.pairs[s.contacts.pair[k].law];
+    const Elastic elastic = std::visit([&](const auto& l) { return l(c.stiffness, c.overlap); }, model.law);
+    if (c.spring.norm() >= law.friction * elastic.force * (1 - 1e-6) && law.friction > 0) sliding += elastic.force;
+    const double kt = law.friction > 0 ? law.shear_ratio * elastic.normal_stiffness : 0;
+    const Mat3 spring = (elastic.normal_stiffness - kt) * c.normal * c.normal.transpose() + kt * Mat3::Identity();
+    touching[k] = out->links.size();
+    stiffness.push_back(spring);
+    out->links.push_back({c.normal, c.spring, elastic.force, law.friction, {}});
+    out->total_force += elastic.force;
+    const Strain b = affine(branch(s, k));
+    const auto &a = s.contacts.pair[k].a, &e = s.contacts.pair[k].b;
+    const Freedom fa = -freedom(contact_arm(s.grains, s.contacts, k, false)), fb = freedom(contact_arm(s.grains, s.contacts, k, true));
+    for (const auto& [i, f] : {std::pair{a, fa}, std::pair{e, fb}}) {
+      load.middleRows<6>(static_cast<Eigen::Index>(6 * i)) -= f.transpose() * spring * b;
+      for (const auto& [j, g] : {std::pair{a, fa}, std::pair{e, fb}}) {
+        const Mat6 block = f.transpose() * spring * g;
+        for (int r = 0; r < 6; ++r)
+          for (int q = 0; q < 6; ++q) entries.emplace_back(static_cast<int>(6 * i) + r, static_cast<int>(6 * j) + q, block(r, q));
+      }
+    }
+    diagonal = std::max(diagonal, elastic.normal_stiffness);
+  }
+  if (out->links.empty() || sliding > share * out->total_force) return nullptr;
+  const double size2 = std::pow(mean_diameter(s.grains), 2);
+  for (std::size_t i = 0; i < 6 * n; ++i)  // holds what nothing else holds: the whole, and grains without contacts
+    entries.emplace_back(static_cast<int>(i), static_cast<int>(i), 1e-9 * diagonal * (i % 6 < 3 ? 1 : size2));
+  Eigen::SparseMatrix<double> matrix(static_cast<Eigen::Index>(6 * n), static_cast<Eigen::Index>(6 * n));
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(matrix);
+  if (factor.info() != Eigen::Success) return nullptr;
+  const Eigen::MatrixXd moved = factor.solve(load);
+
+  out->stress = love_weber(s, volume);
+  auto slip = [&](std::size_t k) {  // relative displacement of b against a
+    const auto &a = s.contacts.pair[k].a, &e = s.contacts.pair[k].b;
+    return Strain(affine(branch(s, k)) + freedom(contact_arm(s.grains, s.contacts, k, true)) * moved.middleRows<6>(static_cast<Eigen::Index>(6 * e)) -
+                  freedom(contact_arm(s.grains, s.contacts, k, false)) * moved.middleRows<6>(static_cast<Eigen::Index>(6 * a)));
+  };
+  for (std::size_t k = 0; k < s.contacts.begin[sphere_wall]; ++k) {
+    const Strain relative = slip(k);
+    const Contact& c = s.contacts.contact[k];
+    if (touching[k] == SIZE_MAX) {
+      out->gaps.push_back({-c.overlap, relative.transpose() * c.normal});
+      continue;
+    }
+    Link& link = out->links[touching[k]];
+    const Strain pull = stiffness[touching[k]] * relative;  // force that b exerts when it moves away from a
+    link.change = -pull;
+    out->tangent += affine(branch(s, k)).transpose() * pull / volume;
+  }
+  out->tangent = Mat6(0.5 * (out->tangent + out->tangent.transpose()));
+  if (!model.breakable()) return out;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Material& material = model.materials[s.grains.material[i]];
+    if (!material.fracture) continue;
+    LinearResponse::Grain grain{s.grains.material[i], s.grains.strength[i], material.poissons_ratio, grain_stress(s.grains, s.contacts, i), {}, {}, {}};
+    grain.change.fill(Mat3::Zero());
+    const double solid = dem::volume(s.grains.shape[i]);
+    for (Index e = s.contacts.first[i]; e < s.contacts.first[i + 1]; ++e) {
+      const std::size_t k = s.contacts.entry[e] >> 1;
+      if (touching[k] == SIZE_MAX) continue;
+      const bool is_b = s.contacts.entry[e] & 1;
+      const Link& link = out->links[touching[k]];
+      const Vec3 arm = contact_arm(s.grains, s.contacts, k, is_b);
+      for (int v = 0; v < 6; ++v) {
+        const Mat3 part = (is_b ? 1.0 : -1.0) * Vec3(link.change.col(v)) * arm.transpose() / solid;
+        grain.change[static_cast<std::size_t>(v)] += 0.5 * (part + part.transpose());
+      }
+      const Contact& c = s.contacts.contact[k];
+      grain.tension.push_back({link.force, ContactTension::tension(link.force, std::sqrt(c.radius * c.overlap), material.poissons_ratio)});
+      grain.link.push_back(touching[k]);
+    }
+    out->grains.push_back(std::move(grain));
+  }
+  return out;
+}
+
+bool LinearResponse::holds(const Model& model, const Vec6& strain, double share) const {
+  const double limit = share * total_force;
+  double outside = 0, changed = 0;
+  std::vector<double> force(links.size());
+  for (std::size_t k = 0; k < links.size(); ++k) {
+    const Link& l = links[k];
+    const Vec3 change = l.change * strain;
+    const double along = change.dot(l.normal), now = force[k] = l.force + along;
+    changed += std::abs(along);
+    if (now <= 0 || (l.friction > 0 && (l.spring + change - along * l.normal).norm() > l.friction * now)) outside += std::max(l.force, now);
+    if (outside > limit) return false;
+  }
+  if (changed > 0.1 * total_force) return false;
+  for (const Gap& g : gaps)
+    if (g.width + g.change.dot(strain) < 0) {  // a contact that would close would carry about what the mean one does
+      outside += total_force / static_cast<double>(links.size());
+      if (outside > limit) return false;
+    }
+  for (const Grain& g : grains) {
+    const FractureModel& f = *model.materials[g.material].fracture;
+    Mat3 stress = g.stress;
+    for (int v = 0; v < 6; ++v) stress += strain[v] * g.change[static_cast<std::size_t>(v)];
+    if (f.hoek_brown && f.hoek_brown->utilisation(stress, g.strength) >= 1) return false;
+    if (!f.contact_tension) continue;
+    int critical = 0;
+    for (std::size_t e = 0; e < g.link.size(); ++e)  // Hertz: tension goes with the cube root of the force
+      critical += g.tension[e][1] * std::cbrt(std::max(force[g.link[e]], 0.0) / std::max(g.tension[e][0], 1e-300)) >= f.contact_tension->strength * g.strength;
+    if (critical >= f.contact_tension->critical_contacts) return false;
+  }
+  return true;
+}
+
+}  // namespace grus::dem
