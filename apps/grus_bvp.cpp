@@ -9,6 +9,7 @@
 #include "apps/run.hpp"
 #include "dem/base/error.hpp"
 #include "dem/io/checkpoint.hpp"
+#include "dem/io/whole_file.hpp"
 #include "fem/session.hpp"
 
 using namespace grus;
@@ -265,11 +266,13 @@ int run(const Options& given, const fem::Session& session) {
     std::optional<coupling::RveFarm> farm;
     try {
       if (scene.has_rve) farm.emplace(MPI_COMM_WORLD, run_model(scene), scene.rve.response, options.threads);
+      if (farm && scene.costs) farm->record_costs();
       work.emplace(scene, options, std::move(setup), farm ? &*farm : nullptr);
       ending = work->go(ready, clock);
       ending.ranks = session.ranks();
       ending.migrated = farm ? farm->moved() : 0;
       work->finish(ending);
+      if (farm && farm->costs()) dem::write_whole(options.directory + "/costs.csv", *farm->costs());
     } catch (...) {
       error = std::current_exception();
     }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "coupling/rve_farm.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
 
@@ -179,7 +181,11 @@ std::vector<Outcome> RveFarm::advance(const std::vector<Task>& tasks) {
     Loader in(bytes);
     for (const auto i : of[static_cast<std::size_t>(r)]) archive_outcome(in, outcomes[i]);
   }
-  for (std::size_t i = 0; i < tasks.size(); ++i) homes_.at(tasks[i].slot).cost = outcomes[i].seconds;
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    homes_.at(tasks[i].slot).cost = outcomes[i].seconds;
+    if (costs_) *costs_ += fmt::format("{},{},{:.6g}\n", sweeps_, tasks[i].slot, outcomes[i].seconds);
+  }
+  ++sweeps_;
   return outcomes;
 }
 

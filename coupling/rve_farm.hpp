@@ -5,6 +5,9 @@
 
 #include <mpi.h>
 
+#include <optional>
+#include <string>
+
 #include "coupling/rve_host.hpp"
 
 namespace grus::coupling {
@@ -38,6 +41,9 @@ public:
   std::uint64_t moved() const { return moved_; }
   double cost(std::uint64_t slot) const { return homes_.at(slot).cost; }
   int ranks() const { return ranks_; }
+  /// From now on every advance notes what each RVE cost: lines "sweep,slot,seconds".
+  void record_costs() { costs_.emplace("sweep,slot,seconds\n"); }
+  const std::optional<std::string>& costs() const { return costs_; }
 
 private:
   struct Home {
@@ -52,7 +58,8 @@ private:
   int ranks_;
   RveHost host_;
   std::map<std::uint64_t, Home> homes_;
-  std::uint64_t moved_ = 0;
+  std::uint64_t moved_ = 0, sweeps_ = 0;
+  std::optional<std::string> costs_;
 };
 
 /// What ranks above 0 do until the farm is gone.

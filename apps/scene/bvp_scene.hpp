@@ -48,6 +48,7 @@ struct BvpScene {
   int variants = 1;                  // different packings, dealt to the Gauss points in turn
   std::vector<RveScene> unit_cells;  // one for each variant
   int frames = 0;
+  bool costs = false;                // costs.csv: what every RVE cost in every sweep
   double checkpoint_interval = INFINITY;  // s of wall time; an interrupted run writes one in any case
   std::vector<Probe> probes;
   nlohmann::json record;
