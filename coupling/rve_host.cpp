@@ -95,6 +95,7 @@ Outcome RveHost::advance(Slot& s, const Task& task) const {
     if (i + 1 < task.path.size()) s.rve->commit();
   }
   out.response.steps = steps;
+  if (options_.tangent == TangentKind::network && out.response.stable) out.response.tangent = dem::network_tangent(*model_, s.rve->trial());
   if (options_.tangent == TangentKind::perturbation && out.response.stable) {
     dem::Team alone(1);
     out.response.tangent = dem::perturbation_tangent(*model_, options_.quasi_static, s.rve->trial(), options_.perturbation, options_.central, out.response.steps, alone);

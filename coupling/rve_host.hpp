@@ -13,6 +13,7 @@ namespace grus::coupling {
 
 enum class TangentKind {
   contact_stiffness,  // elastic contacts, sliding ones without k_t
+  network,            // the contact network with grains free to move: relaxed, sliding contacts without k_t
   elastic,            // that of the first response, kept
   perturbation,       // from scratch copies
   quasi_newton        // Broyden's update from iteration to iteration and from increment to increment
@@ -21,7 +22,7 @@ enum class TangentKind {
 /// How responses are made; the same on all ranks.
 struct ResponseOptions {
   dem::QuasiStatic quasi_static;
-  TangentKind tangent = TangentKind::contact_stiffness;
+  TangentKind tangent = TangentKind::network;
   double perturbation = 1e-4;  // strain of the scratch copies
   bool central = false;
   double elastic = -1;         // share of the contact forces that may leave the linear range of an elastic point; below 0: off

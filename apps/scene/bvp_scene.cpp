@@ -17,9 +17,9 @@ void read_rve(Table t, BvpScene& scene) {
   if (!std::filesystem::is_regular_file(file)) t.fail("scene", fmt::format("\"{}\": no such scene file", t.text("scene")));
   coupling::ResponseOptions& response = scene.rve.response;
   response.quasi_static = read_quasi_static(t);
-  const std::string tangent = t.choice_or("tangent", "contact-stiffness", {"contact-stiffness", "perturbation", "elastic", "quasi-newton"});
+  const std::string tangent = t.choice_or("tangent", "network", {"contact-stiffness", "network", "perturbation", "elastic", "quasi-newton"});
   using Kind = coupling::TangentKind;
-  response.tangent = tangent == "elastic" ? Kind::elastic : tangent == "perturbation" ? Kind::perturbation : tangent == "quasi-newton" ? Kind::quasi_newton : Kind::contact_stiffness;
+  response.tangent = tangent == "network" ? Kind::network : tangent == "elastic" ? Kind::elastic : tangent == "perturbation" ? Kind::perturbation : tangent == "quasi-newton" ? Kind::quasi_newton : Kind::contact_stiffness;
   if (response.tangent == Kind::perturbation) {
     response.perturbation = t.number_or("perturbation", response.perturbation, dimension::none, {1e-8, 0.01});
     response.central = t.flag_or("perturbation_central", false);

@@ -35,10 +35,9 @@ Vec3 branch(const State& s, std::size_t k) {
   return s.grains.motion[p.b].position + s.boundary.cell.vectors * Vec3(p.image[0], p.image[1], p.image[2]) - s.grains.motion[p.a].position;
 }
 
-}  // namespace
-
-std::unique_ptr<const LinearResponse> linear_response(const Model& model, const State& s, double share) {
-  if (s.bonds.size() > 0 || !s.boundary.cell.periodic()) return nullptr;
+/// `share` not finite: whatever slides gives way, and only the tangent is made.
+std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s, double share) {
+  const bool tangent_only = !std::isfinite(share);
   auto out = std::make_unique<LinearResponse>();
   const std::size_t n = s.grains.size();
   const double volume = s.boundary.cell.volume();
@@ -52,8 +51,9 @@ std::unique_ptr<const LinearResponse> linear_response(const Model& model, const 
     if (c.stiffness <= 0) continue;
     const PairLaw& law = model.pairs[s.contacts.pair[k].law];
     const Elastic elastic = std::visit([&](const auto& l) { return l(c.stiffness, c.overlap); }, model.law);
-    if (c.spring.norm() >= law.friction * elastic.force * (1 - 1e-6) && law.friction > 0) sliding += elastic.force;
-    const double kt = law.friction > 0 ? law.shear_ratio * elastic.normal_stiffness : 0;
+    const bool slides = law.friction > 0 && c.spring.norm() >= law.friction * elastic.force * (1 - 1e-6);
+    if (slides) sliding += elastic.force;
+    const double kt = law.friction > 0 && !(slides && tangent_only) ? law.shear_ratio * elastic.normal_stiffness : 0;
     const Mat3 spring = (elastic.normal_stiffness - kt) * c.normal * c.normal.transpose() + kt * Mat3::Identity();
     touching[k] = out->links.size();
     stiffness.push_back(spring);
@@ -101,7 +101,7 @@ std::unique_ptr<const LinearResponse> linear_response(const Model& model, const 
     out->tangent += affine(branch(s, k)).transpose() * pull / volume;
   }
   out->tangent = Mat6(0.5 * (out->tangent + out->tangent.transpose()));
-  if (!model.breakable()) return out;
+  if (tangent_only || !model.breakable()) return out;
   for (std::size_t i = 0; i < n; ++i) {
     const Material& material = model.materials[s.grains.material[i]];
     if (!material.fracture) continue;
@@ -125,6 +125,18 @@ std::unique_ptr<const LinearResponse> linear_response(const Model& model, const 
     out->grains.push_back(std::move(grain));
   }
   return out;
+}
+
+}  // namespace
+
+std::unique_ptr<const LinearResponse> linear_response(const Model& model, const State& state, double share) {
+  if (state.bonds.size() > 0 || !state.boundary.cell.periodic()) return nullptr;
+  return respond(model, state, share);
+}
+
+Mat6 network_tangent(const Model& model, const State& state) {
+  const auto r = respond(model, state, INFINITY);
+  return r ? r->tangent : Mat6(Mat6::Zero());
 }
 
 bool LinearResponse::holds(const Model& model, const Vec6& strain, double share) const {
