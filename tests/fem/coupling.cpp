@@ -106,6 +106,23 @@ Mat3 snapped(const Mat3& m) {
   return m.unaryExpr([](double v) { return std::ldexp(std::nearbyint(std::ldexp(v, 34)), -34); });
 }
 
+/// Runs both on the same increments; largest difference of stresses on the way, relative.
+double worst_difference(Element& plain, Element& other, int increments) {
+  std::vector<Vec6> truth;
+  REQUIRE(fem::solve_statics(plain.problem, plain.material, options(increments), [&](const fem::IncrementReport&) {
+            truth.push_back(plain.stress());
+            return true;
+          }).converged);
+  std::size_t at = 0;
+  double worst = 0;
+  REQUIRE(fem::solve_statics(other.problem, other.material, options(increments), [&](const fem::IncrementReport&) {
+            worst = std::max(worst, (other.stress() - truth[at]).norm() / truth[at].norm());
+            ++at;
+            return true;
+          }).converged);
+  return worst;
+}
+
 Mat3 shear(double amount) {
   Mat3 g = Mat3::Zero();
   g(0, 2) = amount;
@@ -219,18 +236,7 @@ TEST_CASE("deferral: fewer RVE runs, the error that it reports is the true one, 
   coupling::RveOptions with;
   with.error = tolerance;
   Element plain(standard(), {everywhere(g)}), lazy(standard(), {everywhere(g)}, with);
-  std::vector<Vec6> truth;
-  REQUIRE(fem::solve_statics(plain.problem, plain.material, options(100), [&](const fem::IncrementReport&) {
-            truth.push_back(plain.stress());
-            return true;
-          }).converged);
-  std::size_t at = 0;
-  double worst = 0;
-  REQUIRE(fem::solve_statics(lazy.problem, lazy.material, options(100), [&](const fem::IncrementReport&) {
-            worst = std::max(worst, (lazy.stress() - truth[at]).norm() / truth[at].norm());
-            ++at;
-            return true;
-          }).converged);
+  const double worst = worst_difference(plain, lazy, 100);
   const auto& report = lazy.rves.report();
   CHECK(report.deferred > 0);
   CHECK(report.advanced < 0.8 * static_cast<double>(plain.rves.report().advanced));
@@ -247,18 +253,7 @@ TEST_CASE("elastic points: one linear response serves until contacts slide; its 
   Sand s = standard();
   s.q.unbalanced_force = s.q.stress_change = 1e-4;
   Element plain(s, {everywhere(g)}), linear(s, {everywhere(g)}, with);
-  std::vector<Vec6> truth;
-  REQUIRE(fem::solve_statics(plain.problem, plain.material, options(100), [&](const fem::IncrementReport&) {
-            truth.push_back(plain.stress());
-            return true;
-          }).converged);
-  std::size_t at = 0;
-  double worst = 0;
-  REQUIRE(fem::solve_statics(linear.problem, linear.material, options(100), [&](const fem::IncrementReport&) {
-            worst = std::max(worst, (linear.stress() - truth[at]).norm() / truth[at].norm());
-            ++at;
-            return true;
-          }).converged);
+  const double worst = worst_difference(plain, linear, 100);
   const auto& report = linear.rves.report();
   CHECK(report.elastic > 10);
   CHECK(report.advanced > 10);  // sliding sets in on the way
