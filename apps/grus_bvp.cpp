@@ -273,11 +273,15 @@ int run(const Options& given, const fem::Session& session) {
       ending.migrated = farm ? farm->moved() : 0;
       work->finish(ending);
       if (farm && farm->costs()) dem::write_whole(options.directory + "/costs.csv", *farm->costs());
+      status = ending.status;
+    } catch (const InputError&) {
+      error = std::current_exception(), status = refused;
+    } catch (const dem::Unstable&) {
+      error = std::current_exception(), status = unstable;
     } catch (...) {
       error = std::current_exception();
     }
     work.reset(), farm.reset();
-    status = error ? failed : ending.status;
     MPI_Bcast(&status, 1, MPI_INT, 0, MPI_COMM_WORLD);
     if (error) std::rethrow_exception(error);
     if (status == unstable)

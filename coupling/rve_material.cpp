@@ -134,6 +134,7 @@ bool RveMaterial::respond(const fem::Points& points) {
         for (int b = 0; b < 6; ++b) points.tangent[36 * i + static_cast<std::size_t>(6 * a + b)] = r.tangent(a, b);
     }
   }
+  if (!good) deformation_.clear();  // nothing to compare the next response with
   seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return good;
 }
