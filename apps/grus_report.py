@@ -107,22 +107,49 @@ def rve_plots(runs):
     return plots
 
 
+def loaded_axis(c):
+    """The axis that is strained most: yy in two dimensions, zz in three."""
+    return max(("xx", "yy", "zz"), key=lambda k: max(map(abs, c[f"mean_strain_{k}"])))
+
+
 def bvp_plots(runs):
     plots = []
     for name, c, _ in runs:
-        strain = [-v for v in c["mean_strain_zz"]]
+        dynamic = "macro_kinetic_J" in c
+        axis = loaded_axis(c)
+        along = [1e6 * t for t in c["time_s"]] if dynamic else [-v for v in c[f"mean_strain_{axis}"]]
+        label = "time (µs)" if dynamic else f"mean strain {axis}, compression"
 
         def stress(ax):
+            head = "grains_stress" if "grains_stress_xx_Pa" in c else "mean_stress"
             for k in ("xx", "yy", "zz"):
-                line(ax, strain, [-v / 1e6 for v in c[f"mean_stress_{k}_Pa"]], f"mean stress {k}", marker="o", ms=3)
-            ax.set(xlabel="mean vertical strain", ylabel="stress (MPa)", title=f"{name}: macro response (compression positive)")
+                line(ax, along, [-v / 1e6 for v in c[f"{head}_{k}_Pa"]], f"mean stress {k}", marker=None if dynamic else "o", ms=3)
+            where = " of the grains" if head.startswith("grains") else ""
+            ax.set(xlabel=label, ylabel="stress (MPa)", title=f"{name}: stress{where} (compression positive)")
             ax.legend()
         plots.append(figure(stress))
 
         def breaks(ax):
-            line(ax, strain, c["breakages"], "breakages", marker="o", ms=3)
-            ax.set(xlabel="mean vertical strain", ylabel="breakages in all RVEs", title=f"{name}: breakage")
+            line(ax, along, c["breakages"], "breakages", marker=None if dynamic else "o", ms=3)
+            ax.set(xlabel=label, ylabel="breakages in all RVEs", title=f"{name}: breakage")
         plots.append(figure(breaks))
+
+        if dynamic:
+            def energy(ax):
+                for k in ("external", "internal", "kinetic", "viscous"):
+                    line(ax, along, c[f"macro_{k}_J"], k)
+                ax.set(xlabel=label, ylabel="energy (J)", title=f"{name}: macro energy, largest error {100 * max(map(abs, c['macro_energy_error'][5:] or [0])):.2f} %")
+                ax.legend()
+            plots.append(figure(energy))
+
+            def gauges(ax):
+                for k in [k for k in c if k.startswith("probe_") and k.endswith(f"_strain_{axis}")]:
+                    line(ax, along, [-1e6 * v for v in c[k]], k[6:-10])
+                ax.set(xlabel=label, ylabel=f"strain {axis} (µm/m, compression)", title=f"{name}: probes")
+                ax.legend()
+            if any(k.startswith("probe_") for k in c):
+                plots.append(figure(gauges))
+            continue
 
         def newton(ax):
             ax.bar(c["increment"], c["newton_iterations"], label="Newton iterations")
@@ -140,8 +167,8 @@ def table(runs):
         counts = s.get("counts", {})
         seconds = s.get("seconds", {})
         if "increment" in c:
-            facts = {"status": s.get("ending", ""), "load": f"{max(map(abs, c['mean_strain_zz'])):.3f} strain",
-                     "stress": f"{-min(c['mean_stress_zz_Pa']) / 1e6:.4g} MPa", "breakages": f"{c['breakages'][-1]:.0f}",
+            facts = {"status": s.get("ending", ""), "load": f"{max(map(abs, c[f'mean_strain_{loaded_axis(c)}'])):.3f} strain",
+                     "stress": f"{-min(c[f'mean_stress_{loaded_axis(c)}_Pa']) / 1e6:.4g} MPa", "breakages": f"{c['breakages'][-1]:.0f}",
                      "energy error": f"{100 * c['worst_rve_energy_error'][-1]:.2f} %", "wall": f"{seconds.get('solve_wall', math.nan):.1f} s"}
         else:
             facts = {"status": s.get("ending", ""), "load": f"{max(map(abs, c['axial_strain'])):.3f} strain",

@@ -7,7 +7,7 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/dem DESTINATION include/grus FILES_MATCH
 if(GRUS_FEM)
   install(TARGETS grus_fem grus_coupling EXPORT grusTargets)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/fem ${PROJECT_SOURCE_DIR}/coupling DESTINATION include/grus FILES_MATCHING PATTERN "*.hpp"
-    PATTERN "*_impl.hpp" EXCLUDE PATTERN "dolfinx_compat.hpp" EXCLUDE)
+    PATTERN "*_impl.hpp" EXCLUDE PATTERN "acceleration.hpp" EXCLUDE PATTERN "dolfinx_compat.hpp" EXCLUDE)
 endif()
 install(EXPORT grusTargets NAMESPACE grus:: DESTINATION lib/cmake/grus)
 file(WRITE ${PROJECT_BINARY_DIR}/grusConfig.cmake "include(CMakeFindDependencyMacro)
