@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Scenes end to end: run.py refused|shipped|same_bits|golden|resume|shpb_full BIN"""
+import csv
 import glob
 import json
 import os
