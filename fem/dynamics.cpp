@@ -141,7 +141,8 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
     run.dissipated = start.dissipated;
   }
   const double xi = o.linear_viscosity, slower = std::sqrt(1 + xi * xi) - xi;
-  double due = o.output_interval > 0 ? o.output_interval * (std::floor(now.time / o.output_interval * (1 + 1e-12)) + 1) : o.duration;
+  auto next_report = [&] { return o.output_interval > 0 ? o.output_interval * (std::floor(now.time / o.output_interval * (1 + 1e-12)) + 1) : o.duration; };
+  double due = next_report();
   if (start.steps == 0) p.last_internal.assign(p.internal->array().begin(), p.internal->array().end());
   const auto owned = p.width() * static_cast<std::size_t>(p.owned_nodes());
   MacroEnergy total = start.energy;
@@ -188,7 +189,7 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
     run.dissipated = 0;
     if (!run.respond(dt, tangent)) {
       p.back_to_committed();
-      result.failure = "at " + std::to_string(now.time) + " s: " + run.reason;
+      result.failure = "step " + std::to_string(now.steps + 1) + ": " + run.reason;
       return result;
     }
     p.commit();
@@ -201,7 +202,7 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
       return result;
     }
     if (now.time >= due * (1 - 1e-12) || now.time >= o.duration * (1 - 1e-12)) {
-      due += o.output_interval > 0 ? o.output_interval : o.duration;
+      due = next_report();
       if (!observer(now)) return result.stopped = true, result;
     }
   }
