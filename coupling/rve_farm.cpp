@@ -129,8 +129,9 @@ void RveFarm::put(std::uint64_t slot, const dem::State& state, double cost) {
   }
 }
 
-void RveFarm::put_bytes(std::uint64_t slot, const std::string& state, double cost) {
-  const int rank = idlest();
+void RveFarm::put_bytes(std::uint64_t slot, const std::string& state, double cost) { place(idlest(), slot, state, cost); }
+
+void RveFarm::place(int rank, std::uint64_t slot, const std::string& state, double cost) {
   homes_[slot] = {rank, cost};
   if (rank == 0) return host_.put(slot, HostedRve::from(state));
   Saver s;
@@ -189,37 +190,27 @@ std::vector<Outcome> RveFarm::advance(const std::vector<Task>& tasks) {
   return outcomes;
 }
 
-std::vector<Facts> RveFarm::commit(const std::vector<std::uint64_t>& slots) {
+std::vector<Facts> RveFarm::commit(const std::vector<std::uint64_t>& slots) { return told(true, slots); }
+std::vector<Facts> RveFarm::facts(const std::vector<std::uint64_t>& slots) { return told(false, slots); }
+
+std::vector<Facts> RveFarm::told(bool commit, const std::vector<std::uint64_t>& slots) {
   std::vector<Facts> all(slots.size());
   std::vector<std::vector<std::size_t>> of(static_cast<std::size_t>(ranks_));
   for (std::size_t i = 0; i < slots.size(); ++i) of[static_cast<std::size_t>(homes_.at(slots[i]).rank)].push_back(i);
   for (int r = 1; r < ranks_; ++r) {
     std::vector<std::uint64_t> theirs;
     for (const auto i : of[static_cast<std::size_t>(r)]) theirs.push_back(slots[i]);
-    if (!theirs.empty()) ask(r, request(Command::commit, theirs));
+    if (!theirs.empty()) ask(r, request(commit ? Command::commit : Command::facts, theirs));
   }
-  for (const auto i : of[0]) host_.commit(slots[i]), all[i] = host_.facts(slots[i]);
+  for (const auto i : of[0]) {
+    if (commit) host_.commit(slots[i]);
+    all[i] = host_.facts(slots[i]);
+  }
   for (int r = 1; r < ranks_; ++r) {
     if (of[static_cast<std::size_t>(r)].empty()) continue;
     const std::string bytes = answer(r);
     Loader in(bytes);
     for (const auto i : of[static_cast<std::size_t>(r)]) in.plain(all[i]);
-  }
-  return all;
-}
-
-std::vector<Facts> RveFarm::facts(const std::vector<std::uint64_t>& slots) {
-  std::vector<Facts> all;
-  for (const auto slot : slots) {
-    const int rank = homes_.at(slot).rank;
-    if (rank == 0) {
-      all.push_back(host_.facts(slot));
-      continue;
-    }
-    ask(rank, request(Command::facts, {slot}));
-    const std::string bytes = answer(rank);
-    Loader in(bytes);
-    in.plain(all.emplace_back());
   }
   return all;
 }
@@ -254,14 +245,7 @@ void RveFarm::rebalance() {
     const double cost = best->second.cost;
     drop(slot);
     *most -= cost, *least += cost;
-    homes_[slot] = {to, cost};
-    if (to == 0) host_.put(slot, HostedRve::from(bytes));
-    else {
-      Saver s;
-      s.plain(Command::put), s.column(std::vector<std::uint64_t>{slot}), s.text(bytes);
-      ask(to, s.take());
-      answer(to);
-    }
+    place(to, slot, bytes, cost);
     ++moved_;
   }
 }

@@ -53,6 +53,8 @@ private:
   void ask(int rank, const std::string& request);
   std::string answer(int rank);
   int idlest() const;
+  void place(int rank, std::uint64_t slot, const std::string& state, double cost);
+  std::vector<Facts> told(bool commit, const std::vector<std::uint64_t>& slots);
 
   MPI_Comm comm_;
   int ranks_;

@@ -256,15 +256,21 @@ void RveMaterial::commit() {
     const std::vector<Facts> facts = farm_.commit(advanced);
     for (std::size_t k = 0; k < advanced.size(); ++k) slots_.at(advanced[k]).facts = facts[k];
   }
+  std::vector<std::uint8_t> moved(point_.size());
   for (std::size_t i = 0; i < point_.size(); ++i) {
     Point& p = point_[i];
+    moved[i] = p.slot != jobs_[job_[i]].slot;
     p.slot = jobs_[job_[i]].slot;
     p.total = deformation_[i] * p.total;
     p.stress = responses_[i].stress;
     if (options_.share > 0) path_[i].push_back(deformation_[i]);
   }
   if (options_.share > 0)
-    for (std::size_t i = 0; i < point_.size(); ++i) point_[i].distance = distance(i, slots_.at(point_[i].slot).leader, INFINITY);
+    for (std::size_t i = 0; i < point_.size(); ++i) {
+      Point& p = point_[i];
+      const std::size_t leader = slots_.at(p.slot).leader;
+      p.distance = moved[i] ? distance(i, leader, INFINITY) : std::max(p.distance, (p.total - point_[leader].total).norm());
+    }
   for (const auto& [slot, copies] : parted_)
     for (const auto copy : copies)
       if (!in_use.contains(copy)) farm_.drop(copy), slots_.erase(copy);

@@ -13,26 +13,11 @@ using Link = LinearResponse::Link;
 using Strain = Eigen::Matrix<double, 3, 6>;
 using Freedom = Eigen::Matrix<double, 3, 6>;  // of one grain: what translation and rotation do to a contact point
 
-/// eps l for the six strain components, engineering shear.
-Strain affine(const Vec3& l) {
-  Strain b = Strain::Zero();
-  b(0, 0) = l[0], b(1, 1) = l[1], b(2, 2) = l[2];
-  b(1, 3) = 0.5 * l[2], b(2, 3) = 0.5 * l[1];
-  b(0, 4) = 0.5 * l[2], b(2, 4) = 0.5 * l[0];
-  b(0, 5) = 0.5 * l[1], b(1, 5) = 0.5 * l[0];
-  return b;
-}
-
 Freedom freedom(const Vec3& arm) {
   Freedom f;
   f.leftCols<3>().setIdentity();
   f.rightCols<3>() = -cross_matrix(arm);  // omega x arm
   return f;
-}
-
-Vec3 branch(const State& s, std::size_t k) {
-  const Pair& p = s.contacts.pair[k];
-  return s.grains.motion[p.b].position + s.boundary.cell.vectors * Vec3(p.image[0], p.image[1], p.image[2]) - s.grains.motion[p.a].position;
 }
 
 /// `share` not finite: whatever slides gives way, and only the tangent is made.
@@ -59,7 +44,7 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
     stiffness.push_back(spring);
     out->links.push_back({c.normal, c.spring, elastic.force, law.friction, {}});
     out->total_force += elastic.force;
-    const Strain b = affine(branch(s, k));
+    const Strain b = displacement_of_strain(branch(s, k));
     const auto &a = s.contacts.pair[k].a, &e = s.contacts.pair[k].b;
     const Freedom fa = -freedom(contact_arm(s.grains, s.contacts, k, false)), fb = freedom(contact_arm(s.grains, s.contacts, k, true));
     for (const auto& [i, f] : {std::pair{a, fa}, std::pair{e, fb}}) {
@@ -85,7 +70,7 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
   out->stress = love_weber(s, volume);
   auto slip = [&](std::size_t k) {  // relative displacement of b against a
     const auto &a = s.contacts.pair[k].a, &e = s.contacts.pair[k].b;
-    return Strain(affine(branch(s, k)) + freedom(contact_arm(s.grains, s.contacts, k, true)) * moved.middleRows<6>(static_cast<Eigen::Index>(6 * e)) -
+    return Strain(displacement_of_strain(branch(s, k)) + freedom(contact_arm(s.grains, s.contacts, k, true)) * moved.middleRows<6>(static_cast<Eigen::Index>(6 * e)) -
                   freedom(contact_arm(s.grains, s.contacts, k, false)) * moved.middleRows<6>(static_cast<Eigen::Index>(6 * a)));
   };
   for (std::size_t k = 0; k < s.contacts.begin[sphere_wall]; ++k) {
@@ -98,7 +83,7 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
     Link& link = out->links[touching[k]];
     const Strain pull = stiffness[touching[k]] * relative;  // force that b exerts when it moves away from a
     link.change = -pull;
-    out->tangent += affine(branch(s, k)).transpose() * pull / volume;
+    out->tangent += displacement_of_strain(branch(s, k)).transpose() * pull / volume;
   }
   out->tangent = Mat6(0.5 * (out->tangent + out->tangent.transpose()));
   if (tangent_only || !model.breakable()) return out;

@@ -10,26 +10,6 @@
 namespace grus::dem {
 namespace {
 
-/// From the centre of a to that of b; to the contact point at walls.
-Vec3 branch(const State& s, std::size_t k) {
-  const Pair& p = s.contacts.pair[k];
-  if (k >= s.contacts.begin[sphere_wall]) return contact_arm(s.grains, s.contacts, k, false);
-  Vec3 l = s.grains.motion[p.b].position - s.grains.motion[p.a].position;
-  if (s.boundary.cell.periodic()) l += s.boundary.cell.vectors * Vec3(p.image[0], p.image[1], p.image[2]);
-  return l;
-}
-
-/// Strain -> relative displacement across a branch: column e is eps_e * l for a unit strain (engineering shear).
-Eigen::Matrix<double, 3, 6> displacement_of_strain(const Vec3& l) {
-  Eigen::Matrix<double, 3, 6> b = Eigen::Matrix<double, 3, 6>::Zero();
-  for (int e = 0; e < 6; ++e) {
-    const int i = voigt_row[e], j = voigt_col[e];
-    if (i == j) b(i, e) = l[i];
-    else b(i, e) = 0.5 * l[j], b(j, e) = 0.5 * l[i];
-  }
-  return b;
-}
-
 /// Walls of a box: index of the wall facing + and - along each axis; -1 where there is none.
 std::array<std::array<int, 2>, 3> box_walls(const Boundary& boundary) {
   std::array<std::array<int, 2>, 3> box;
@@ -43,6 +23,24 @@ std::array<std::array<int, 2>, 3> box_walls(const Boundary& boundary) {
 }
 
 }  // namespace
+
+Vec3 branch(const State& s, std::size_t k) {
+  const Pair& p = s.contacts.pair[k];
+  if (k >= s.contacts.begin[sphere_wall]) return contact_arm(s.grains, s.contacts, k, false);
+  Vec3 l = s.grains.motion[p.b].position - s.grains.motion[p.a].position;
+  if (s.boundary.cell.periodic()) l += s.boundary.cell.vectors * Vec3(p.image[0], p.image[1], p.image[2]);
+  return l;
+}
+
+Eigen::Matrix<double, 3, 6> displacement_of_strain(const Vec3& l) {
+  Eigen::Matrix<double, 3, 6> b = Eigen::Matrix<double, 3, 6>::Zero();
+  for (int e = 0; e < 6; ++e) {
+    const int i = voigt_row[e], j = voigt_col[e];
+    if (i == j) b(i, e) = l[i];
+    else b(i, e) = 0.5 * l[j], b(j, e) = 0.5 * l[i];
+  }
+  return b;
+}
 
 double bulk_volume(const Boundary& boundary) {
   if (boundary.cell.periodic()) return boundary.cell.volume();

@@ -21,6 +21,12 @@ struct Measurement {
 
 Measurement measure(const Model& model, const State& state);
 
+/// Branch of pair k: from the centre of a to that of b, images included (m); of a contact with a wall the arm to it.
+Vec3 branch(const State& state, std::size_t pair);
+
+/// Strain -> relative displacement across a branch: column e is eps_e * l for a unit strain (engineering shear).
+Eigen::Matrix<double, 3, 6> displacement_of_strain(const Vec3& branch);
+
 /// Love-Weber stress alone (Pa): -(1/V) sum of sym(force on b (x) branch from a to b, images included).
 Mat3 love_weber(const State& state, double volume);
 

@@ -10,11 +10,13 @@
 #include "dem/rve/measure.hpp"
 #include "fem/dynamics.hpp"
 #include "fem/statics.hpp"
+#include "tests/fem/boundaries.hpp"
 #include "tests/helpers.hpp"
 
 using namespace grus;
 using namespace grus::dem;
 using fem::Point;
+using fem::test::plane;
 
 namespace {
 
@@ -64,14 +66,6 @@ fem::BoundaryCondition everywhere(const Mat3& gradient) {
     return Point{u[0], u[1], u[2]};
   };
   return bc;
-}
-
-fem::BoundaryCondition plane(std::string name, std::size_t axis, double place, std::size_t component, double value) {
-  fem::BoundaryCondition b;
-  b.name = std::move(name);
-  b.where = [=](const Point& x) { return std::abs(x[axis] - place) < 1e-9; };
-  b.displacement[component] = value;
-  return b;
 }
 
 /// One element of the given sand and what drives it; every rank has its own.

@@ -1,23 +1,17 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Explicit dynamics: wave speeds, stable step, energy, order, going on from a snapshot.
 #include "fem/dynamics.hpp"
+#include "tests/fem/boundaries.hpp"
 #include "tests/helpers.hpp"
 
 using namespace grus;
 using fem::Kinematics;
 using fem::Point;
+using fem::test::plane;
 
 namespace {
 
 constexpr double E = 200e9, nu = 0.3, rho = 7800;
-
-fem::BoundaryCondition plane(std::string name, std::size_t axis, double place, std::size_t component, double value) {
-  fem::BoundaryCondition b;
-  b.name = std::move(name);
-  b.where = [=](const Point& x) { return std::abs(x[axis] - place) < 1e-9; };
-  b.displacement[component] = value;
-  return b;
-}
 
 /// A bar along y, 1 m long, whose lower end moves at a constant speed from t = 0.
 std::unique_ptr<fem::Problem> bar(Kinematics kinematics, bool confined, long cells, double radius, double speed, double duration) {

@@ -4,11 +4,13 @@
 #include <fstream>
 
 #include "fem/statics.hpp"
+#include "tests/fem/boundaries.hpp"
 #include "tests/helpers.hpp"
 
 using namespace grus;
 using fem::Kinematics;
 using fem::Point;
+using fem::test::plane;
 
 namespace {
 
@@ -23,12 +25,6 @@ fem::StaticsOptions exact(int increments = 1) {
 fem::BoundaryCondition at(std::string name, std::function<bool(const Point&)> where) {
   fem::BoundaryCondition b;
   b.name = std::move(name), b.where = std::move(where);
-  return b;
-}
-
-fem::BoundaryCondition plane(std::string name, std::size_t axis, double place, std::size_t component, double value) {
-  auto b = at(std::move(name), [=](const Point& x) { return std::abs(x[axis] - place) < 1e-9; });
-  b.displacement[component] = value;
   return b;
 }
 

@@ -3,10 +3,12 @@
 #include "coupling/rve_material.hpp"
 #include "dem/rve/measure.hpp"
 #include "fem/statics.hpp"
+#include "tests/fem/boundaries.hpp"
 #include "tests/helpers.hpp"
 
 using namespace grus;
 using fem::Point;
+using fem::test::plane;
 
 namespace {
 
@@ -27,14 +29,6 @@ Point distorted(const Point& x) {
 fem::BoundaryCondition everywhere(std::function<Point(const Point&)> u) {
   fem::BoundaryCondition bc;
   bc.name = "all", bc.where = on_boundary, bc.displacement = {0.0, 0.0, 0.0}, bc.at = std::move(u);
-  return bc;
-}
-
-fem::BoundaryCondition plane(std::string name, std::size_t axis, double at, std::size_t component, double value) {
-  fem::BoundaryCondition bc;
-  bc.name = std::move(name);
-  bc.where = [axis, at](const Point& x) { return std::abs(x[axis] - at) < 1e-9; };
-  bc.displacement[component] = value;
   return bc;
 }
 
