@@ -32,6 +32,17 @@ public:
     run([](void* context, std::size_t b, std::size_t e) { (*static_cast<std::remove_reference_t<F>*>(context))(b, e); }, &f, n);
   }
 
+  /// Calls f(begin, end) for one piece of [0, n) a thread; returns when all are done.
+  template <class F>
+  void pieces(std::size_t n, F&& f) {
+    auto scaled = [&](std::size_t b, std::size_t e) { f(b / block_size, (e + block_size - 1) / block_size); };
+    if (workers_.empty() || n < 2) {
+      if (n > 0) f(std::size_t{0}, n);
+      return;
+    }
+    run([](void* context, std::size_t b, std::size_t e) { (*static_cast<decltype(scaled)*>(context))(b, e); }, &scaled, n * block_size);
+  }
+
   /// Calls f(i) for i in [0, n), handed out one by one: for few, long and uneven jobs.
   template <class F>
   void each(std::size_t n, F&& f) {

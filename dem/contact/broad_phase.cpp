@@ -42,9 +42,9 @@ Box box_of(const Grains& grains, const Cell& cell, double skin) {
 
 }  // namespace
 
-std::vector<Candidate> find_candidates(const Grains& grains, const Cell& cell, double skin, Team& team) {
+Candidates find_candidates(const Grains& grains, const Cell& cell, double skin, Team& team) {
   const std::size_t n = grains.size();
-  if (n == 0) return {};
+  if (n == 0) return {{}, {0}};
   const Box box = box_of(grains, cell, skin);
 
   double smallest = INFINITY, largest = 0;
@@ -146,17 +146,18 @@ std::vector<Candidate> find_candidates(const Grains& grains, const Cell& cell, d
   });
 
   // Rows by a, each sorted by (b, image): the order does not tell who found what.
-  std::vector<std::size_t> row(n + 1, 0);
+  Candidates sorted;
+  sorted.row.assign(n + 1, 0);
   for (const auto& found : piece)
-    for (const auto& c : found) ++row[c.a + 1];
-  for (std::size_t i = 0; i < n; ++i) row[i + 1] += row[i];
-  std::vector<Candidate> sorted(row[n]);
-  std::vector<std::size_t> next(row.begin(), row.end() - 1);
+    for (const auto& c : found) ++sorted.row[c.a + 1];
+  for (std::size_t i = 0; i < n; ++i) sorted.row[i + 1] += sorted.row[i];
+  sorted.pair.resize(sorted.row[n]);
+  std::vector<Index> next(sorted.row.begin(), sorted.row.end() - 1);
   for (const auto& found : piece)
-    for (const auto& c : found) sorted[next[c.a]++] = c;
+    for (const auto& c : found) sorted.pair[next[c.a]++] = c;
   team.blocks(n, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
-      std::sort(sorted.begin() + static_cast<std::ptrdiff_t>(row[i]), sorted.begin() + static_cast<std::ptrdiff_t>(row[i + 1]),
+      std::sort(sorted.pair.begin() + sorted.row[i], sorted.pair.begin() + sorted.row[i + 1],
                 [](const Candidate& p, const Candidate& q) { return p.b != q.b ? p.b < q.b : p.image < q.image; });
   });
   return sorted;

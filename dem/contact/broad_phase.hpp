@@ -17,8 +17,14 @@ struct Candidate {
   std::array<std::int16_t, 3> image;  // cell vectors to add to b
 };
 
-/// All pairs whose bounding spheres are closer than `skin`, each once, sorted by (a, b, image).
+/// Pairs of grain a: pair[row[a]] to pair[row[a + 1]], by (b, image).
+struct Candidates {
+  std::vector<Candidate> pair;
+  std::vector<Index> row;
+};
+
+/// All pairs whose bounding spheres are closer than `skin`, each once.
 /// Throws InputError where a periodic cell is too small for its largest grain (a grain would meet its own image).
-std::vector<Candidate> find_candidates(const Grains& grains, const Cell& cell, double skin, Team& team);
+Candidates find_candidates(const Grains& grains, const Cell& cell, double skin, Team& team);
 
 }  // namespace grus::dem

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "dem/kernel/sphere_pass.hpp"
 #include "dem/shape/common_normal.hpp"
 
 namespace grus::dem {
@@ -21,9 +22,8 @@ struct Scene {
 
 inline bool crosses(const Pair& p) { return (p.image[0] | p.image[1] | p.image[2]) != 0; }
 
-inline void apart(Contact& c, ContactForce& f, BlockEnergy& e) {
-  if (c.stiffness > 0) part_contact(c, e);
-  f.force.setZero(), f.torque_a.setZero(), f.torque_b.setZero();
+inline void apart(Contact& c, Touch& t, BlockEnergy& e) {
+  if (c.stiffness > 0) part_contact(c, t, e);
 }
 
 template <class Law>
@@ -33,46 +33,11 @@ void begin_contact(const Law& law, const PairLaw& p, double radius, double volum
   if constexpr (std::is_same_v<Law, HertzMindlin>) c.stiffness *= ellipse;
 }
 
-/// Force, both torques, and the work of a moving boundary on the pair (the boundary moves b by `drag`).
-inline void set_force(ContactForce& f, const Vec3& force, const Vec3& arm_a, const Vec3& arm_b) {
-  f.force = force;
-  f.torque_a = force.cross(arm_a);  // arm x (-force)
-  f.torque_b = arm_b.cross(force);
-}
-
-template <class Law>
-void sphere_pairs(const Law& law, const Scene& s, Contacts& contacts, std::size_t begin, std::size_t end, BlockEnergy& e) {
-  for (std::size_t k = begin; k < end; ++k) {
-    const Pair& pair = contacts.pair[k];
-    Contact& c = contacts.contact[k];
-    ContactForce& f = contacts.force[k];
-    const Motion &a = s.grains.motion[pair.a], &b = s.grains.motion[pair.b];
-    Vec3 d = b.position - a.position;
-    const bool across = s.periodic && crosses(pair);
-    if (across) d += s.shift(pair);
-    const double sum = a.radius + b.radius, d2 = d.squaredNorm();
-    Vec3 drag = Vec3::Zero();
-    if (across) {
-      drag = s.shift_rate(pair);
-      e.work -= 0.5 * s.dt * f.force.dot(drag);
-    }
-    if (!(d2 < sum * sum)) {
-      apart(c, f, e);
-      continue;
-    }
-    const double distance = std::sqrt(d2), overlap = sum - distance;
-    const Vec3 n = distance > 0 ? Vec3(d / distance) : Vec3(1, 0, 0);
-    const PairLaw& p = s.pairs[pair.law];
-    if (c.stiffness == 0) {
-      const double r = a.radius * b.radius / sum;
-      begin_contact(law, p, r, r, 1, c);
-    }
-    const double la = a.radius - 0.5 * overlap, lb = b.radius - 0.5 * overlap;
-    const Vec3 v = b.velocity + drag - a.velocity - (la * a.spin + lb * b.spin).cross(n);
-    const Vec3 force = advance_contact(law, p, c, n, overlap, v, 0.5 * n.dot(a.spin + b.spin), s.dt, e);
-    set_force(f, force, la * n, -lb * n);
-    if (across) e.work -= 0.5 * s.dt * force.dot(drag);
-  }
+/// `force` on b at the lever arm_b, -force on a at arm_a.
+inline void add_load(Contacts& contacts, Index a, Index b_row, const Vec3& force, const Vec3& arm_a, const Vec3& arm_b) {
+  Load &on_a = contacts.load[a], &on_b = contacts.load[b_row];
+  on_a.force -= force, on_a.torque += force.cross(arm_a);
+  on_b.force += force, on_b.torque += arm_b.cross(force);
 }
 
 template <class Law>
@@ -80,29 +45,22 @@ void general_pairs(const Law& law, const Scene& s, Contacts& contacts, std::size
   for (std::size_t k = begin; k < end; ++k) {
     const Pair& pair = contacts.pair[k];
     Contact& c = contacts.contact[k];
-    ContactForce& f = contacts.force[k];
+    Touch& touch = contacts.touch[k];
     const Frame &fa = s.grains.frame[pair.a], &fb = s.grains.frame[pair.b];
     const bool across = s.periodic && crosses(pair);
     Vec3 r = fb.origin - fa.origin, drag = Vec3::Zero();
-    if (across) {
-      r += s.shift(pair);
-      drag = s.shift_rate(pair);
-      e.work -= 0.5 * s.dt * f.force.dot(drag);
-    }
-    const Vec3 cached = fa.axes.transpose() * c.normal;
+    if (across) r += s.shift(pair), drag = s.shift_rate(pair);
+    const Vec3 cached = fa.axes.transpose() * touch.normal;
     const ShapePair shapes{s.grains.shape[pair.a], s.grains.shape[pair.b], fa.axes.transpose() * fb.axes, fa.axes.transpose() * r};
-    if (c.stiffness == 0 && separation_test(shapes, cached) < 0) {  // the common case of a near pair that stays apart
-      apart(c, f, e);
-      continue;
-    }
+    if (c.stiffness == 0 && separation_test(shapes, cached) < 0) continue;  // the common case of a near pair that stays apart
     CommonNormal found = warm_common_normal(shapes, cached);
     if (c.stiffness == 0 && found.overlap > 0) {  // a new contact is checked from scratch: a trap of the warm start shows here
       const CommonNormal fresh = cold_common_normal(shapes);
       if (fresh.overlap < found.overlap) found = fresh;
     }
     if (!(found.overlap > 0)) {
-      c.normal = fa.axes * found.normal;
-      apart(c, f, e);
+      touch.normal = fa.axes * found.normal;
+      apart(c, touch, e);
       continue;
     }
     const PairLaw& p = s.pairs[pair.law];
@@ -118,85 +76,128 @@ void general_pairs(const Law& law, const Scene& s, Contacts& contacts, std::size
     Vec3 arm_b = point - b.position;
     if (across) arm_b -= s.shift(pair);
     const Vec3 v = b.velocity + drag + b.spin.cross(arm_b) - a.velocity - a.spin.cross(arm_a);
-    const Vec3 force = advance_contact(law, p, c, n, found.overlap, v, 0.5 * n.dot(a.spin + b.spin), s.dt, e);
-    set_force(f, force, arm_a, arm_b);
-    if (across) e.work -= 0.5 * s.dt * force.dot(drag);
-  }
-}
-
-template <bool round, class Law>
-void wall_pairs(const Law& law, const Scene& s, Contacts& contacts, std::size_t begin, std::size_t end, BlockEnergy& e) {
-  for (std::size_t k = begin; k < end; ++k) {
-    const Pair& pair = contacts.pair[k];
-    Contact& c = contacts.contact[k];
-    ContactForce& f = contacts.force[k];
-    const Motion& a = s.grains.motion[pair.a];
-    const Wall& wall = s.boundary.walls[pair.b];
-    const Vec3 n = -wall.normal;
-    e.work -= 0.5 * s.dt * f.force.dot(wall.velocity);
-    double overlap;
-    Vec3 arm, d;
-    if constexpr (round) {
-      overlap = a.radius - wall.normal.dot(a.position - wall.point);
-      if (!(overlap > 0)) {
-        apart(c, f, e);
-        continue;
-      }
-      arm = (a.radius - 0.5 * overlap) * n;
-    } else {
-      const Frame& frame = s.grains.frame[pair.a];
-      d = frame.axes.transpose() * n;
-      const Vec3 tip = frame.origin + frame.axes * support(s.grains.shape[pair.a], d);
-      overlap = wall.normal.dot(wall.point - tip);
-      if (!(overlap > 0)) {
-        apart(c, f, e);
-        continue;
-      }
-      arm = tip - 0.5 * overlap * n - a.position;
-    }
-    const PairLaw& p = s.pairs[pair.law];
-    if (c.stiffness == 0) {
-      if constexpr (round) {
-        begin_contact(law, p, a.radius, a.radius, 1, c);
-      } else {
-        const ContactCurvature curvature = plane_curvature(s.grains.shape[pair.a], d);
-        begin_contact(law, p, curvature.radius, equivalent_radius(s.grains.shape[pair.a]), curvature.ellipse_factor, c);
-      }
-    }
-    const Vec3 v = wall.velocity - a.velocity - a.spin.cross(arm);
-    const Vec3 force = advance_contact(law, p, c, n, overlap, v, 0.5 * n.dot(a.spin), s.dt, e);
-    set_force(f, force, arm, Vec3::Zero());
-    e.work -= 0.5 * s.dt * force.dot(wall.velocity);
+    const Vec3 force = advance_contact(law, p, c, touch, n, found.overlap, v, 0.5 * n.dot(a.spin + b.spin), s.dt, e);
+    add_load(contacts, pair.a, contacts.target[k], force, arm_a, arm_b);
+    if (across) e.work -= s.dt * force.dot(drag);
   }
 }
 
 template <class Law>
-void block(const Law& law, const Scene& s, Contacts& contacts, std::size_t begin, std::size_t end, BlockEnergy& e) {
-  auto part = [&](Bin bin, auto&& loop) {
-    const std::size_t b = std::max(begin, contacts.begin[bin]), t = std::min(end, contacts.begin[bin + 1]);
-    if (b < t) loop(law, s, contacts, b, t, e);
-  };
-  part(sphere_sphere, sphere_pairs<Law>);
-  part(general, general_pairs<Law>);
-  part(sphere_wall, wall_pairs<true, Law>);
-  part(polyellipsoid_wall, wall_pairs<false, Law>);
+void polyellipsoid_walls(const Law& law, const Scene& s, Contacts& contacts, std::size_t begin, std::size_t end, BlockEnergy& e) {
+  for (std::size_t k = begin; k < end; ++k) {
+    const Pair& pair = contacts.pair[k];
+    Contact& c = contacts.contact[k];
+    Touch& touch = contacts.touch[k];
+    const Motion& a = s.grains.motion[pair.a];
+    const Frame& frame = s.grains.frame[pair.a];
+    const Wall& wall = s.boundary.walls[pair.b];
+    const Vec3 n = -wall.normal, d = frame.axes.transpose() * n;
+    const Vec3 tip = frame.origin + frame.axes * support(s.grains.shape[pair.a], d);
+    const double overlap = wall.normal.dot(wall.point - tip);
+    if (!(overlap > 0)) {
+      apart(c, touch, e);
+      continue;
+    }
+    const Vec3 arm = tip - 0.5 * overlap * n - a.position;
+    const PairLaw& p = s.pairs[pair.law];
+    if (c.stiffness == 0) {
+      const ContactCurvature curvature = plane_curvature(s.grains.shape[pair.a], d);
+      begin_contact(law, p, curvature.radius, equivalent_radius(s.grains.shape[pair.a]), curvature.ellipse_factor, c);
+    }
+    const Vec3 v = wall.velocity - a.velocity - a.spin.cross(arm);
+    const Vec3 force = advance_contact(law, p, c, touch, n, overlap, v, 0.5 * n.dot(a.spin), s.dt, e);
+    Load& load = contacts.load[pair.a];
+    load.force -= force, load.torque += force.cross(arm);
+    e.work -= s.dt * force.dot(wall.velocity);
+  }
 }
+
+/// The columns as the kernel wants them; laws and images as rows.
+struct KernelInput {
+  SpherePass pass{};
+  std::vector<double>&laws, &shifts, &walls;
+
+  KernelInput(const ContactLaw& law, const Scene& s, bool shown, Contacts& c) : laws(c.law_rows), shifts(c.shift_rows), walls(c.wall_rows) {
+    laws.assign(s.pairs.size() * law_columns, 0);
+    for (std::size_t k = 0; k < s.pairs.size(); ++k) {
+      const PairLaw& p = s.pairs[k];
+      double* row = &laws[k * law_columns];
+      row[law_youngs] = p.youngs, row[law_dashpot] = p.dashpot, row[law_stiffness] = p.normal_stiffness;
+      row[law_shear_ratio] = p.friction > 0 ? p.shear_ratio : 1, row[law_friction] = p.friction;
+      pass.friction = pass.friction || p.friction > 0, pass.dashpot = pass.dashpot || p.dashpot > 0;
+    }
+    if (s.periodic) {
+      shifts.assign(8 * c.images.size(), 0);
+      for (std::size_t k = 0; k < c.images.size(); ++k) {
+        const Vec3 image(c.images[k][0], c.images[k][1], c.images[k][2]), offset = s.boundary.cell.vectors * image, rate = s.boundary.cell.rate * image;
+        for (int j = 0; j < 3; ++j) shifts[8 * k + static_cast<std::size_t>(j)] = offset[j], shifts[8 * k + 4 + static_cast<std::size_t>(j)] = rate[j];
+      }
+    }
+    walls.assign(8 * s.boundary.walls.size(), 0);
+    for (std::size_t w = 0; w < s.boundary.walls.size(); ++w) {
+      const Wall& wall = s.boundary.walls[w];
+      for (int j = 0; j < 3; ++j) walls[8 * w + static_cast<std::size_t>(j)] = wall.normal[j], walls[8 * w + 4 + static_cast<std::size_t>(j)] = wall.velocity[j];
+      walls[8 * w + 3] = wall.normal.dot(wall.point);
+    }
+    static_assert(sizeof(Motion) == 96 && sizeof(Contact) == 64 && sizeof(Touch) == 64 && sizeof(Load) == 64);
+    pass.motion = reinterpret_cast<const double*>(s.grains.motion.data());
+    pass.a = c.a.data(), pass.b = c.b.data(), pass.law = c.law.data(), pass.target = c.target.data();
+    pass.shift = s.periodic ? c.shift.data() : nullptr, pass.shifts = shifts.data();
+    pass.walls = walls.data(), pass.laws = laws.data(), pass.law_count = s.pairs.size();
+    pass.dt = s.dt;
+    pass.contact = reinterpret_cast<double*>(c.contact.data());
+    pass.touch = shown ? reinterpret_cast<double*>(c.touch.data()) : nullptr;
+    pass.active = c.active.data();
+    pass.load = reinterpret_cast<double*>(c.load.data());
+    pass.hertz = std::holds_alternative<HertzMindlin>(law);
+  }
+};
 
 }  // namespace
 
 void contact_forces(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary,
-                    double dt, Contacts& contacts, Team& team) {
-  if (contacts.energy.size() < block_count(contacts.size())) contacts.energy.resize(block_count(contacts.size()));
+                    double dt, bool shown, Contacts& contacts, Team& team) {
   const Scene scene{grains, boundary, pairs, dt, boundary.cell.periodic()};
-  std::visit(
-      [&](const auto& l) {
-        team.blocks(contacts.size(), [&](std::size_t begin, std::size_t end) {
-          for (std::size_t b = begin; b < end; b += block_size)
-            block(l, scene, contacts, b, std::min(end, b + block_size), contacts.energy[b / block_size]);
-        });
-      },
-      law);
+  const KernelInput input(law, scene, shown, contacts);
+  const SpherePairs spheres = sphere_pairs(), walls = sphere_walls();
+  team.pieces(tile_count(grains.size()), [&](std::size_t first, std::size_t last) {
+    std::visit(
+        [&](const auto& l) {
+          for (std::size_t t = first; t < last; ++t) {
+            BlockEnergy& e = contacts.energy[t];
+            auto part = [&](Bin bin, auto&& loop) {
+              const std::size_t b = contacts.tile[bin][t], end = contacts.tile[bin][t + 1];
+              if (b < end) loop(l, scene, contacts, b, end, e);
+            };
+            auto rows = [&](Bin bin, SpherePairs loop) {
+              const std::size_t b = contacts.tile[bin][t], end = contacts.tile[bin][t + 1];
+              if (b == end) return;
+              const PassEnergy spent = loop(input.pass, b, end);
+              e.friction += spent.friction, e.viscous += spent.viscous, e.work -= dt * spent.power;
+            };
+            rows(sphere_sphere, spheres);
+            rows(sphere_wall, walls);
+            part(general, general_pairs<std::decay_t<decltype(l)>>);
+            part(polyellipsoid_wall, polyellipsoid_walls<std::decay_t<decltype(l)>>);
+          }
+        },
+        law);
+  });
 }
+
+double boundary_power(const Boundary& boundary, const Contacts& contacts) {
+  double power = 0;
+  for (std::size_t k = contacts.begin[sphere_wall]; k < contacts.size(); ++k)
+    power -= contacts.touch[k].force.dot(boundary.walls[contacts.pair[k].b].velocity);
+  if (!boundary.cell.periodic() || boundary.cell.rate.isZero(0)) return power;
+  for (std::size_t k = 0; k < contacts.begin[sphere_wall]; ++k) {
+    const Pair& p = contacts.pair[k];
+    if (crosses(p) && contacts.contact[k].stiffness > 0) power -= contacts.touch[k].force.dot(boundary.cell.rate * Vec3(p.image[0], p.image[1], p.image[2]));
+  }
+  return power;
+}
+
+void drop_loads(Contacts& contacts) { std::fill(contacts.load.begin(), contacts.load.end(), Load{}); }
 
 BlockEnergy flush(Contacts& contacts) {
   BlockEnergy sum;
@@ -210,24 +211,23 @@ BlockEnergy flush(Contacts& contacts) {
 void sum_wall_forces(const Contacts& contacts, Boundary& boundary) {
   for (auto& wall : boundary.walls) wall.force.setZero();
   for (std::size_t k = contacts.begin[sphere_wall]; k < contacts.begin[bin_count]; ++k)
-    boundary.walls[contacts.pair[k].b].force += contacts.force[k].force;
+    boundary.walls[contacts.pair[k].b].force += contacts.touch[k].force;
 }
 
 double elastic_energy(const ContactLaw& law, const Contacts& contacts) {
   double sum = 0;
-  std::visit([&](const auto& l) { for (const auto& c : contacts.contact) sum += elastic_energy(l, c); }, law);
+  std::visit([&](const auto& l) { for (std::size_t k = 0; k < contacts.size(); ++k) sum += elastic_energy(l, contacts.contact[k], contacts.touch[k].overlap); }, law);
   return sum;
 }
 
 DeepestContact deepest_contact(const Grains& grains, const Contacts& contacts) {
   DeepestContact deepest;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    const Contact& c = contacts.contact[k];
-    if (c.stiffness <= 0) continue;
+    if (contacts.contact[k].stiffness <= 0) continue;
     const Pair& p = contacts.pair[k];
     double r = equivalent_radius(grains.shape[p.a]);
     if (k < contacts.begin[sphere_wall]) r = std::min(r, equivalent_radius(grains.shape[p.b]));
-    if (c.overlap > deepest.ratio * r) deepest = {c.overlap / r, k};
+    if (contacts.touch[k].overlap > deepest.ratio * r) deepest = {contacts.touch[k].overlap / r, k};
   }
   return deepest;
 }

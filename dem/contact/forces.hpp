@@ -11,12 +11,20 @@
 
 namespace grus::dem {
 
-/// Evaluates every near pair at the present positions and half-step velocities; advances contact histories by dt.
-/// Energies go to contacts.energy, one entry a block of pairs (resized here when the list has grown).
+/// Evaluates every near pair at the present positions and half-step velocities; advances contact histories by dt and
+/// adds forces and torques to contacts.load, which must be clear. Dissipation and work of a moving boundary go to
+/// contacts.energy, one entry a tile; the work is that of this step's forces over a whole dt, so that a run books half of
+/// `boundary_power` for its first and last instant. `shown`: fills contacts.touch for every pair.
 void contact_forces(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary,
-                    double dt, Contacts& contacts, Team& team);
+                    double dt, bool shown, Contacts& contacts, Team& team);
 
-/// Adds up the block energies and clears them.
+/// Work of moving walls and cell on the contacts in a second, at the forces shown (W).
+double boundary_power(const Boundary& boundary, const Contacts& contacts);
+
+/// Clears the loads of a contact pass that no sweep has taken.
+void drop_loads(Contacts& contacts);
+
+/// Adds up the tiles' energies and clears them.
 BlockEnergy flush(Contacts& contacts);
 
 /// Sum of the forces of the grains on each wall (N).

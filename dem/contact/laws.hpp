@@ -2,6 +2,7 @@
 // Contact laws as values with a call operator; each sees one contact and nothing else.
 #pragma once
 
+#include <algorithm>
 #include <variant>
 
 #include "dem/state/contacts.hpp"
@@ -43,30 +44,27 @@ struct LinearSpring {
 
 using ContactLaw = std::variant<HertzMindlin, LinearSpring>;
 
-/// Advances a touching contact to the new normal and overlap; returns the force on b.
+/// Advances a touching contact to the new normal and overlap; returns the force on b. The plain form of what
+/// kernel/sphere_pass.cpp does for many spheres at once.
 /// Tangential form: incremental dF = -k_t dslip, rescaled by k_t/k_t,old on unloading so that no energy appears.
 /// `v`: velocity of b against a at the contact point; `twist`: mean spin of both along n. Energies are booked to `e`:
 /// trapezoid of force times the half-step velocity, the discrete work of the leapfrog integrator.
 template <class Law>
-[[gnu::always_inline]] inline Vec3 advance_contact(const Law& law, const PairLaw& p, Contact& c, const Vec3& n, double overlap, const Vec3& v,
-                            double twist, double dt, BlockEnergy& e) {
+[[gnu::always_inline]] inline Vec3 advance_contact(const Law& law, const PairLaw& p, Contact& c, Touch& touch, const Vec3& n, double overlap,
+                                                   const Vec3& v, double twist, double dt, BlockEnergy& e) {
   const Elastic elastic = law(c.stiffness, overlap);
   const double vn = v.dot(n);
   double viscous = 0;
   if (p.dashpot > 0) {
-    viscous = -p.dashpot * std::sqrt(c.effective_mass * elastic.normal_stiffness) * vn;
-    if (elastic.force + viscous < 0) viscous = -elastic.force;  // no attraction
+    viscous = std::max(-p.dashpot * std::sqrt(c.effective_mass * elastic.normal_stiffness) * vn, -elastic.force);  // no attraction
     e.viscous -= 0.5 * (c.viscous + viscous) * vn * dt;
     c.viscous = viscous;
   }
-  c.overlap = overlap;
   const double normal_force = elastic.force + viscous;
-  if (p.friction == 0) {
-    c.normal = n;
-    return normal_force * n;
-  }
+  touch.normal = n, touch.overlap = overlap;
+  if (p.friction == 0) return touch.force = normal_force * n;
   const double kt = p.shear_ratio * elastic.normal_stiffness;
-  const double size2 = c.spring.squaredNorm();
+  const double size2 = c.spring.squaredNorm(), held = shear_energy(c);
   Vec3 old = c.spring;
   if (size2 > 0) {
     old -= n * n.dot(old);
@@ -75,35 +73,31 @@ template <class Law>
     if (turned2 > 0) old *= std::sqrt(size2 / turned2);  // turned with the contact, not shortened
   }
   const Vec3 slip = dt * (v - vn * n);
-  Vec3 now = (kt < c.tangential ? kt / c.tangential : 1.0) * old - kt * slip;
+  Vec3 now = std::min(1.0, kt * c.compliance) * old - kt * slip;
   const double limit = p.friction * normal_force, now2 = now.squaredNorm();
   if (now2 > limit * limit) now *= limit / std::sqrt(now2);
-  const double remains = kt > 0 ? 0.5 * now.squaredNorm() / kt : 0;
-  e.friction += c.shear_energy - remains - 0.5 * (old + now).dot(slip);
+  c.compliance = 1 / kt;
   c.spring = now;
-  c.tangential = kt;
-  c.shear_energy = remains;
-  c.normal = n;
-  return normal_force * n + now;
+  e.friction += held - shear_energy(c) - 0.5 * (old + now).dot(slip);
+  return touch.force = normal_force * n + now;
 }
 
 /// Books what a parting contact still holds, and forgets it.
-inline void part_contact(Contact& c, BlockEnergy& e) {
-  e.friction += c.shear_energy;
-  c.stiffness = c.overlap = c.tangential = c.shear_energy = c.viscous = c.radius = 0;
-  c.spring.setZero();
+inline void part_contact(Contact& c, Touch& touch, BlockEnergy& e) {
+  e.friction += shear_energy(c);
+  c = {.effective_mass = c.effective_mass};
+  touch.overlap = 0, touch.force.setZero();
 }
 
 /// Elastic energy of a contact, normal and tangential (J).
 template <class Law>
-inline double elastic_energy(const Law& law, const Contact& c) {
-  if (c.stiffness <= 0) return 0;
-  return law(c.stiffness, c.overlap).energy + c.shear_energy;
+inline double elastic_energy(const Law& law, const Contact& c, double overlap) {
+  return c.stiffness > 0 ? law(c.stiffness, overlap).energy + shear_energy(c) : 0;
 }
 
-/// Elastic part of the normal force of a touching contact (N).
-inline double elastic_force(const ContactLaw& law, const Contact& c) {
-  return std::visit([&](const auto& l) { return l(c.stiffness, c.overlap).force; }, law);
+/// Elastic part of the normal force of touching contact k (N).
+inline double elastic_force(const ContactLaw& law, const Contacts& contacts, std::size_t k) {
+  return std::visit([&](const auto& l) { return l(contacts.contact[k].stiffness, contacts.touch[k].overlap).force; }, law);
 }
 
 /// Dashpot coefficient that makes the measured restitution of a head-on impact equal `restitution`, the force being

@@ -18,6 +18,8 @@ struct NeighbourReference {
   std::vector<Vec3> wall_point;
   Mat3 cell = Mat3::Zero();
   double skin = 0, grown = 0;  // grown: largest growth of a surface since, by shape transition
+  double largest = 0;          // radius
+  double travelled = 0;        // bound of any grain's way since, against the affine motion; kept by the step loop
 };
 
 /// Rebuilds the list. Contacts of pairs that are still near keep their history. `origin[i]` is the index that grain i
@@ -27,7 +29,8 @@ struct NeighbourReference {
 void build_contacts(const Grains& grains, const Boundary& boundary, double skin, std::size_t materials,
                     std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference, Team& team);
 
-/// True once the list may miss a contact.
-bool list_is_stale(const Grains& grains, const Boundary& boundary, const NeighbourReference& reference);
+/// True once the list may miss a contact. Looks at the grains only where `travelled` says that one could have gone too
+/// far, and then corrects it.
+bool list_is_stale(const Grains& grains, const Boundary& boundary, NeighbourReference& reference);
 
 }  // namespace grus::dem

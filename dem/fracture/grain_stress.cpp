@@ -4,9 +4,9 @@
 namespace grus::dem {
 
 Vec3 contact_arm(const Grains& g, const Contacts& contacts, std::size_t k, bool is_b) {
-  const Contact& c = contacts.contact[k];
-  const Vec3 outward = is_b ? Vec3(-c.normal) : c.normal;
-  return surface_arm(g, is_b ? contacts.pair[k].b : contacts.pair[k].a, outward) - 0.5 * c.overlap * outward;
+  const Touch& t = contacts.touch[k];
+  const Vec3 outward = is_b ? Vec3(-t.normal) : t.normal;
+  return surface_arm(g, is_b ? contacts.pair[k].b : contacts.pair[k].a, outward) - 0.5 * t.overlap * outward;
 }
 
 Mat3 grain_stress(const Grains& g, const Contacts& contacts, std::size_t i) {
@@ -16,8 +16,8 @@ Mat3 grain_stress(const Grains& g, const Contacts& contacts, std::size_t i) {
     if (contacts.contact[k].stiffness <= 0) continue;
     const bool is_b = contacts.entry[e] & 1;
     // The undeformed surface point goes with the undeformed volume: F = 2 pi R^2 strength / 3 holds at any overlap.
-    const Vec3 arm = surface_arm(g, i, is_b ? Vec3(-contacts.contact[k].normal) : contacts.contact[k].normal);
-    sum += (is_b ? 1.0 : -1.0) * contacts.force[k].force * arm.transpose();
+    const Vec3 arm = surface_arm(g, i, is_b ? Vec3(-contacts.touch[k].normal) : contacts.touch[k].normal);
+    sum += (is_b ? 1.0 : -1.0) * contacts.touch[k].force * arm.transpose();
   }
   const Mat3 inertia = inertia_tensor(g, i);
   const Mat3 moment = 0.5 * inertia.trace() * Mat3::Identity() - inertia;  // integral of rho x x^T

@@ -71,8 +71,11 @@ void archive(A& a, S& s) {
   for_each_column(s.grains, [&](auto& column) { a.column(column); });
   a.plain(s.grains.next_id);
   a.plain(s.contacts.begin);
-  a.column(s.contacts.pair), a.column(s.contacts.contact), a.column(s.contacts.force);
-  a.column(s.contacts.first), a.column(s.contacts.entry), a.column(s.contacts.energy);
+  auto& c = s.contacts;
+  for (auto& starts : c.tile) a.column(starts);
+  a.column(c.pair), a.column(c.contact), a.column(c.touch), a.column(c.a), a.column(c.b), a.column(c.law);
+  a.column(c.shift), a.column(c.images), a.column(c.active), a.column(c.target);
+  a.column(c.load), a.column(c.remote), a.column(c.first), a.column(c.entry), a.column(c.energy);
   a.column(s.bonds);
   std::uint64_t walls = s.boundary.walls.size();
   a.plain(walls);
@@ -85,7 +88,7 @@ void archive(A& a, S& s) {
   a.plain(l.fines.mass), a.plain(l.fines.kinetic), a.plain(l.fines.momentum), a.plain(l.fines.angular_momentum);
   a.column(l.fines.classes), a.plain(l.splits);
   auto& r = s.reference;
-  a.column(r.position), a.column(r.orientation), a.column(r.wall_point), a.plain(r.cell), a.plain(r.skin), a.plain(r.grown);
+  a.column(r.position), a.column(r.orientation), a.column(r.wall_point), a.plain(r.cell), a.plain(r.skin), a.plain(r.grown), a.plain(r.largest), a.plain(r.travelled);
   a.column(s.grain_energy);
   for (auto* v : {&s.time, &s.dt, &s.skin}) a.plain(*v);
   for (auto* v : {&s.steps, &s.next_estimate, &s.estimate_interval}) a.plain(*v);

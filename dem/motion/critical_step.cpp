@@ -13,16 +13,16 @@ struct Stiffness {
 };
 
 template <class Law>
-Stiffness stiffness_of(const Law& law, const PairLaw& p, const Contact& c) {
+Stiffness stiffness_of(const Law& law, const PairLaw& p, const Contact& c, double overlap) {
   if (c.stiffness <= 0) return {};
-  const double kn = law(c.stiffness, c.overlap).normal_stiffness;
+  const double kn = law(c.stiffness, overlap).normal_stiffness;
   return {kn, p.friction > 0 ? p.shear_ratio * kn : 0, 0};
 }
 
 /// Bodies of radii H_A, H_B roll on each other by the parallel sum of both; its trace is at most that of the traces.
 double rolling_path(const Grains& g, const Contacts& contacts, std::size_t k) {
   const Pair& p = contacts.pair[k];
-  const Vec3& n = contacts.contact[k].normal;
+  const Vec3& n = contacts.touch[k].normal;
   const double a = sum_of_radii(g.shape[p.a], g.frame[p.a].axes.transpose() * n);
   if (k >= contacts.begin[sphere_wall]) return a;
   const double b = sum_of_radii(g.shape[p.b], g.frame[p.b].axes.transpose() * -n);
@@ -43,10 +43,10 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
   std::vector<double> trace(n, 0.0), impact(n, 0.0);
   std::vector<Stiffness> k(contacts.size());
   std::visit([&](const auto& l) {
-    for (std::size_t c = 0; c < contacts.size(); ++c) k[c] = stiffness_of(l, pairs[contacts.pair[c].law], contacts.contact[c]);
+    for (std::size_t c = 0; c < contacts.size(); ++c) k[c] = stiffness_of(l, pairs[contacts.pair[c].law], contacts.contact[c], contacts.touch[c].overlap);
     for (const Bin bin : {general, polyellipsoid_wall})
       for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c)
-        if (k[c].normal > 0) k[c].rolling = l(contacts.contact[c].stiffness, contacts.contact[c].overlap).force * rolling_path(g, contacts, c);
+        if (k[c].normal > 0) k[c].rolling = l(contacts.contact[c].stiffness, contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
   }, law);
   auto least_inertia = [&](std::size_t i) { return g.inertia[i].moments.minCoeff(); };
   auto add = [&](std::size_t i, double weight, Stiffness s, double arm) {
@@ -99,7 +99,7 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
     for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
       const std::size_t c = contacts.entry[e] >> 1;
       if (k[c].normal == 0) continue;
-      const Vec3 outward = (contacts.entry[e] & 1) ? Vec3(-contacts.contact[c].normal) : contacts.contact[c].normal;
+      const Vec3 outward = (contacts.entry[e] & 1) ? Vec3(-contacts.touch[c].normal) : contacts.touch[c].normal;
       const Mat3 nn = outward * outward.transpose();
       assemble(c < walls ? 2 : 1, k[c].normal * nn + k[c].tangential * (Mat3::Identity() - nn), surface_arm(g, i, outward));
       s.bottomRightCorner<3, 3>() += (c < walls ? 2 : 1) * k[c].rolling * (Mat3::Identity() - nn);

@@ -12,9 +12,9 @@ Vec3 opposing(const Vec3& force, const Vec3& velocity, double alpha) {
   return d;
 }
 
-inline void half_kick(Grains& g, std::size_t i, const MotionSettings& s, double h, BlockEnergy& e) {
+inline void half_kick(Grains& g, std::size_t i, const MotionSettings& s, const Vec3& f, const Vec3& t, double h, SweepEnergy& e) {
   Motion& m = g.motion[i];
-  Vec3 force = g.force[i], torque = g.torque[i];
+  Vec3 force = f, torque = t;
   if (s.local_damping > 0) {
     const Vec3 df = opposing(force, m.velocity - s.affine * m.position, s.local_damping);
     const Vec3 dt = opposing(torque, m.spin, s.local_damping);
@@ -23,53 +23,94 @@ inline void half_kick(Grains& g, std::size_t i, const MotionSettings& s, double 
   }
   e.work += h * g.mass[i] * s.gravity.dot(m.velocity + 0.5 * h * m.inverse_mass * force);
   m.velocity += (h * m.inverse_mass) * force;
-  g.angular_momentum[i] += h * torque;
-  if (g.round[i]) m.spin = m.inverse_inertia * g.angular_momentum[i];
+  if (g.round[i]) m.spin += (h * m.inverse_inertia) * torque;
+  else g.angular_momentum[i] += h * torque;
 }
 
-inline void gather(Grains& g, const Contacts& c, std::size_t i, const Vec3& gravity, bool bonded) {
-  Vec3 force = g.mass[i] * gravity, torque = Vec3::Zero();
-  if (bonded) force += g.force[i], torque += g.torque[i];
-  for (Index e = c.first[i]; e < c.first[i + 1]; ++e) {
-    const Index entry = c.entry[e];
-    const ContactForce& f = c.force[entry >> 1];
-    if (entry & 1) force += f.force, torque += f.torque_b;
-    else force -= f.force, torque += f.torque_a;
+/// Takes the loads of grain i, its own row and those of pairs of other tiles.
+inline void gather(const Grains& g, Contacts& c, std::size_t i, const Vec3& gravity, bool bonded, Vec3& force, Vec3& torque) {
+  force = g.mass[i] * gravity + c.load[i].force, torque = c.load[i].torque;
+  c.load[i] = {};
+  for (std::size_t r = g.size() + c.remote[i]; r < g.size() + c.remote[i + 1]; ++r) {
+    force += c.load[r].force, torque += c.load[r].torque;
+    c.load[r] = {};
   }
-  g.force[i] = force;
-  g.torque[i] = torque;
+  if (bonded) force += g.force[i], torque += g.torque[i];
 }
 
-inline void drift(Grains& g, std::size_t i, double dt, bool turn_spheres) {
+inline void drift(Grains& g, std::size_t i, double dt) {
   Motion& m = g.motion[i];
   m.position += dt * m.velocity;
-  if (g.round[i]) {
-    if (!turn_spheres) return;
-    g.orientation[i] = unit(rotation_by(dt * m.spin) * g.orientation[i]);
-    if (!g.frame.empty()) g.frame[i].origin = m.position, g.frame[i].axes = g.orientation[i].toRotationMatrix();
-    return;
-  }
   g.orientation[i] = turn(g.orientation[i], g.inertia[i], g.angular_momentum[i], dt);
   g.frame[i] = frame_of(g, i);
   m.spin = spin_of(g, i);
 }
 
+inline void turn_sphere(Grains& g, std::size_t i, double dt) {
+  g.orientation[i] = unit(rotation_by(dt * g.motion[i].spin) * g.orientation[i]);
+  if (!g.frame.empty()) g.frame[i].origin = g.motion[i].position, g.frame[i].axes = g.orientation[i].toRotationMatrix();
+}
+
+/// Grain by grain: tiles that hold other shapes than spheres, or bonds.
 template <bool close, bool open>
-void sweep(Grains& g, const Contacts* c, const MotionSettings& s, bool bonded, double dt, std::vector<BlockEnergy>& energy,
-           Team& team) {
-  if (energy.size() < block_count(g.size())) energy.resize(block_count(g.size()));
-  team.blocks(g.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      BlockEnergy& e = energy[i / block_size];
-      if constexpr (close) {
-        gather(g, *c, i, s.gravity, bonded);
-        half_kick(g, i, s, 0.5 * dt, e);
-        if (!g.round[i]) g.motion[i].spin = spin_of(g, i);
+void sweep_each(Grains& g, Contacts& c, const MotionSettings& s, bool bonded, double dt, std::size_t begin, std::size_t end, SweepEnergy& e) {
+  for (std::size_t i = begin; i < end; ++i) {
+    Motion& m = g.motion[i];
+    Vec3 force = g.force[i], torque = g.torque[i];
+    if constexpr (close) {
+      gather(g, c, i, s.gravity, bonded, force, torque);
+      if constexpr (!open) g.force[i] = force, g.torque[i] = torque;
+      half_kick(g, i, s, force, torque, 0.5 * dt, e);
+      if (!g.round[i]) m.spin = spin_of(g, i);
+      else if (!open) g.angular_momentum[i] = m.spin / m.inverse_inertia;
+    }
+    if constexpr (open) {
+      half_kick(g, i, s, force, torque, 0.5 * dt, e);
+      if (g.round[i]) m.position += dt * m.velocity;
+      else drift(g, i, dt);
+      const double speed = (m.velocity - s.affine * m.position).norm() + (g.round[i] ? 0 : 1.01 * m.spin.norm() * m.radius);
+      e.speed2 = std::max(e.speed2, speed * speed);
+    }
+  }
+}
+
+template <Kick kick>
+void sweep(Grains& g, Contacts& c, const MotionSettings& s, bool bonded, double dt, std::vector<SweepEnergy>& energy, Team& team) {
+  constexpr bool close = kick != Kick::open, open = kick != Kick::close;
+  const std::size_t tiles = tile_count(g.size());
+  if (energy.size() < tiles) energy.resize(tiles);
+  const bool turns = open && (s.turn_spheres || !g.frame.empty());
+  SphereSweep rows{.motion = reinterpret_cast<double*>(g.motion.data()),
+                   .load = reinterpret_cast<double*>(c.load.data()),
+                   .remote = c.remote.data(),
+                   .first_remote = g.size(),
+                   .force = reinterpret_cast<double*>(g.force.data()),
+                   .torque = reinterpret_cast<double*>(g.torque.data()),
+                   .angular_momentum = reinterpret_cast<double*>(g.angular_momentum.data()),
+                   .mass = g.mass.data(),
+                   .gravity = {s.gravity.x(), s.gravity.y(), s.gravity.z()},
+                   .affine = {},
+                   .weighs = !s.gravity.isZero(0),
+                   .shears = !s.affine.isZero(0),
+                   .damping = s.local_damping,
+                   .dt = dt};
+  for (int k = 0; k < 9; ++k) rows.affine[k] = s.affine(k % 3, k / 3);
+  const SphereKicks kicks = sphere_kicks();
+  team.pieces(tiles, [&](std::size_t first, std::size_t last) {
+    for (std::size_t t = first; t < last; ++t) {
+      const std::size_t begin = t * tile_size, end = std::min(g.size(), begin + tile_size);
+      bool spheres = !bonded;
+      if (!g.frame.empty())
+        for (std::size_t i = begin; i < end && spheres; ++i) spheres = g.round[i];
+      if (spheres) {
+        const SweepEnergy e = kicks(rows, kick, begin, end);
+        energy[t].viscous += e.viscous, energy[t].work += e.work, energy[t].speed2 = std::max(energy[t].speed2, e.speed2);
+      } else {
+        sweep_each<close, open>(g, c, s, bonded, dt, begin, end, energy[t]);
       }
-      if constexpr (open) {
-        half_kick(g, i, s, 0.5 * dt, e);
-        drift(g, i, dt, s.turn_spheres || !g.frame.empty());
-      }
+      if (turns)
+        for (std::size_t i = begin; i < end; ++i)
+          if (g.round[i]) turn_sphere(g, i, dt);
     }
   });
 }
@@ -92,18 +133,23 @@ Quat turn(const Quat& orientation, const Inertia& inertia, const Vec3& momentum,
   return unit(q * inertia.axes.conjugate());
 }
 
-void close_step(Grains& g, const Contacts& c, const MotionSettings& s, bool bonded, double dt, std::vector<BlockEnergy>& energy,
-                Team& team) {
-  sweep<true, false>(g, &c, s, bonded, dt, energy, team);
+void close_step(Grains& g, Contacts& c, const MotionSettings& s, bool bonded, double dt, std::vector<SweepEnergy>& energy, Team& team) {
+  sweep<Kick::close>(g, c, s, bonded, dt, energy, team);
 }
 
-void open_step(Grains& g, const MotionSettings& s, double dt, std::vector<BlockEnergy>& energy, Team& team) {
-  sweep<false, true>(g, nullptr, s, false, dt, energy, team);
+void open_step(Grains& g, Contacts& c, const MotionSettings& s, double dt, std::vector<SweepEnergy>& energy, Team& team) {
+  sweep<Kick::open>(g, c, s, false, dt, energy, team);
 }
 
-void close_and_open_step(Grains& g, const Contacts& c, const MotionSettings& s, bool bonded, double dt,
-                         std::vector<BlockEnergy>& energy, Team& team) {
-  sweep<true, true>(g, &c, s, bonded, dt, energy, team);
+void close_and_open_step(Grains& g, Contacts& c, const MotionSettings& s, bool bonded, double dt, std::vector<SweepEnergy>& energy,
+                         Team& team) {
+  sweep<Kick::both>(g, c, s, bonded, dt, energy, team);
+}
+
+double take_speed(std::vector<SweepEnergy>& energy) {
+  double speed2 = 0;
+  for (auto& e : energy) speed2 = std::max(speed2, e.speed2), e.speed2 = 0;
+  return std::sqrt(speed2);
 }
 
 void move_boundary(Boundary& boundary, double dt) {

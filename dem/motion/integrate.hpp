@@ -3,6 +3,7 @@
 #pragma once
 
 #include "dem/base/parallel.hpp"
+#include "dem/kernel/sphere_sweep.hpp"
 #include "dem/state/boundary.hpp"
 #include "dem/state/contacts.hpp"
 #include "dem/state/grains.hpp"
@@ -16,14 +17,18 @@ struct MotionSettings {
   Mat3 affine = Mat3::Zero();   // velocity gradient of the cell (1/s); kept by the step loop
 };
 
-/// Closes a step: sums the forces of contacts (and what `bond_forces` left in grains.force/torque) and kicks by dt/2.
-/// Opens the next: kicks by dt/2 and drifts. A step in the middle of a run does both in one sweep over the grains;
-/// the two half kicks are rounded apart, so stopping between steps changes no bit.
-void close_step(Grains& grains, const Contacts& contacts, const MotionSettings& settings, bool bonded, double dt,
-                std::vector<BlockEnergy>& energy, Team& team);
-void open_step(Grains& grains, const MotionSettings& settings, double dt, std::vector<BlockEnergy>& energy, Team& team);
-void close_and_open_step(Grains& grains, const Contacts& contacts, const MotionSettings& settings, bool bonded, double dt,
-                         std::vector<BlockEnergy>& energy, Team& team);
+/// Closes a step: takes the loads of the contact pass (and what `bond_forces` left in grains.force/torque) and kicks by
+/// dt/2. Opens the next: kicks by dt/2 and drifts. A step in the middle of a run does both in one sweep over the grains and
+/// leaves grains.force and torque alone; the two half kicks are rounded apart, so stopping between steps changes no bit.
+/// Spheres turn by their spin; their angular momentum is written when a step is closed. `energy`: one entry a tile.
+void close_step(Grains& grains, Contacts& contacts, const MotionSettings& settings, bool bonded, double dt,
+                std::vector<SweepEnergy>& energy, Team& team);
+void open_step(Grains& grains, Contacts& contacts, const MotionSettings& settings, double dt, std::vector<SweepEnergy>& energy, Team& team);
+void close_and_open_step(Grains& grains, Contacts& contacts, const MotionSettings& settings, bool bonded, double dt,
+                         std::vector<SweepEnergy>& energy, Team& team);
+
+/// Largest speed (m/s) since it was last asked for.
+double take_speed(std::vector<SweepEnergy>& energy);
 
 /// Orientation (geometry -> global) of a torque-free body after dt, from its angular momentum.
 Quat turn(const Quat& orientation, const Inertia& inertia, const Vec3& angular_momentum, double dt);

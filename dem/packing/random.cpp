@@ -71,7 +71,7 @@ private:
     }
     Cell cell;
     if (periodic_) cell.vectors = Mat3(box_.asDiagonal());
-    pairs_ = find_candidates(grains_, cell, skin_, team_);
+    pairs_ = find_candidates(grains_, cell, skin_, team_).pair;
   }
   bool moved() const {
     for (std::size_t i = 0; i < s_.size(); ++i)

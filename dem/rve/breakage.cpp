@@ -24,7 +24,7 @@ std::optional<Vec3> contact_plane(const Model& model, const State& state, std::s
     const std::size_t k = contacts.entry[e] >> 1;
     const Contact& c = contacts.contact[k];
     if (c.stiffness <= 0) continue;
-    const double tension = ContactTension::tension(elastic_force(model.law, c), std::sqrt(c.radius * c.overlap), nu);
+    const double tension = ContactTension::tension(elastic_force(model.law, contacts, k), std::sqrt(c.radius * contacts.touch[k].overlap), nu);
     if (tension >= strength) critical.emplace_back(tension, contact_arm(state.grains, contacts, k, contacts.entry[e] & 1));
   }
   if (critical.size() < static_cast<std::size_t>(std::max(count, 3))) return std::nullopt;
@@ -94,19 +94,19 @@ void share_contacts(const Model& model, State& state, std::size_t plus, std::siz
       if (!touching(l) || (l >= contacts.begin[sphere_wall]) != wall || other(f) != other(e) || image(f) != image(e)) continue;
       Contact &a = contacts.contact[k], &b = contacts.contact[l];
       if (a.stiffness != b.stiffness) continue;  // not both inherited
-      const double fa = elastic_force(model.law, a), fb = elastic_force(model.law, b);
+      const double fa = elastic_force(model.law, contacts, k), fb = elastic_force(model.law, contacts, l);
       const double share = std::max(fa, fb) / (fa + fb);
-      for (Contact* c : {&a, &b}) c->stiffness *= share, c->spring *= share, c->tangential *= share, c->shear_energy *= share;
+      for (Contact* c : {&a, &b}) c->stiffness *= share, c->spring *= share, c->compliance /= share;
       break;
     }
   }
 }
 
 void refresh_forces(const Model& model, State& state, Team& team) {
-  contact_forces(model.law, model.pairs, state.grains, state.boundary, 0, state.contacts, team);
+  contact_forces(model.law, model.pairs, state.grains, state.boundary, 0, true, state.contacts, team);
   flush(state.contacts);  // what the lost contacts held is booked by the caller's balance
   if (!state.bonds.empty()) bond_forces(state.grains, state.bonds, state.ledger);
-  std::vector<BlockEnergy> none;
+  std::vector<SweepEnergy> none;
   MotionSettings settings = model.motion;
   settings.local_damping = 0;
   close_step(state.grains, state.contacts, settings, !state.bonds.empty(), 0, none, team);

@@ -34,15 +34,16 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
   for (std::size_t k = 0; k < s.contacts.begin[sphere_wall]; ++k) {
     const Contact& c = s.contacts.contact[k];
     if (c.stiffness <= 0) continue;
+    const Touch& touch = s.contacts.touch[k];
     const PairLaw& law = model.pairs[s.contacts.pair[k].law];
-    const Elastic elastic = std::visit([&](const auto& l) { return l(c.stiffness, c.overlap); }, model.law);
+    const Elastic elastic = std::visit([&](const auto& l) { return l(c.stiffness, touch.overlap); }, model.law);
     const bool slides = law.friction > 0 && c.spring.norm() >= law.friction * elastic.force * (1 - 1e-6);
     if (slides) sliding += elastic.force;
     const double kt = law.friction > 0 && !(slides && tangent_only) ? law.shear_ratio * elastic.normal_stiffness : 0;
-    const Mat3 spring = (elastic.normal_stiffness - kt) * c.normal * c.normal.transpose() + kt * Mat3::Identity();
+    const Mat3 spring = (elastic.normal_stiffness - kt) * touch.normal * touch.normal.transpose() + kt * Mat3::Identity();
     touching[k] = out->links.size();
     stiffness.push_back(spring);
-    out->links.push_back({c.normal, c.spring, elastic.force, law.friction, {}});
+    out->links.push_back({touch.normal, c.spring, elastic.force, law.friction, {}});
     out->total_force += elastic.force;
     const Strain b = displacement_of_strain(branch(s, k));
     const auto &a = s.contacts.pair[k].a, &e = s.contacts.pair[k].b;
@@ -75,9 +76,9 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
   };
   for (std::size_t k = 0; k < s.contacts.begin[sphere_wall]; ++k) {
     const Strain relative = slip(k);
-    const Contact& c = s.contacts.contact[k];
     if (touching[k] == SIZE_MAX) {
-      out->gaps.push_back({-c.overlap, relative.transpose() * c.normal});
+      const Touch& t = s.contacts.touch[k];
+      out->gaps.push_back({-t.overlap, relative.transpose() * t.normal});
       continue;
     }
     Link& link = out->links[touching[k]];
@@ -104,7 +105,7 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
         grain.change[static_cast<std::size_t>(v)] += 0.5 * (part + part.transpose());
       }
       const Contact& c = s.contacts.contact[k];
-      grain.tension.push_back({link.force, ContactTension::tension(link.force, std::sqrt(c.radius * c.overlap), material.poissons_ratio)});
+      grain.tension.push_back({link.force, ContactTension::tension(link.force, std::sqrt(c.radius * s.contacts.touch[k].overlap), material.poissons_ratio)});
       grain.link.push_back(touching[k]);
     }
     out->grains.push_back(std::move(grain));

@@ -57,7 +57,7 @@ Mat3 love_weber(const State& s, double volume) {
   Mat3 sum = Mat3::Zero();
   if (volume <= 0) return sum;
   for (std::size_t k = 0; k < s.contacts.size(); ++k)
-    if (s.contacts.contact[k].stiffness > 0) sum -= s.contacts.force[k].force * branch(s, k).transpose();
+    if (s.contacts.contact[k].stiffness > 0) sum -= s.contacts.touch[k].force * branch(s, k).transpose();
   for (const auto& spring : s.bonds)
     sum -= spring.force * (s.grains.motion[spring.b].position - s.grains.motion[spring.a].position).transpose();
   return 0.5 / volume * (sum + sum.transpose());
@@ -87,8 +87,8 @@ Measurement measure(const Model& model, const State& s) {
       double force = 0;
       for (std::size_t c = s.contacts.begin[sphere_wall]; c < s.contacts.size(); ++c) {
         const int w = static_cast<int>(s.contacts.pair[c].b);
-        if (w == box[k][0]) force -= s.contacts.force[c].force[k];
-        if (w == box[k][1]) force += s.contacts.force[c].force[k];
+        if (w == box[k][0]) force -= s.contacts.touch[c].force[k];
+        if (w == box[k][1]) force += s.contacts.touch[c].force[k];
       }
       m.wall_stress(k, k) = -0.5 * force * width / m.volume;
     }
@@ -96,12 +96,12 @@ Measurement measure(const Model& model, const State& s) {
   double contact_force = 0;
   std::size_t ends = 0;
   for (std::size_t k = 0; k < s.contacts.size(); ++k) {
-    const Contact& c = s.contacts.contact[k];
-    if (c.stiffness <= 0) continue;
+    if (s.contacts.contact[k].stiffness <= 0) continue;
+    const Vec3& n = s.contacts.touch[k].normal;
     ++m.contacts;
     ends += k < s.contacts.begin[sphere_wall] ? 2 : 1;
-    m.fabric += c.normal * c.normal.transpose();
-    contact_force += s.contacts.force[k].force.norm();
+    m.fabric += n * n.transpose();
+    contact_force += s.contacts.touch[k].force.norm();
   }
   const double n = static_cast<double>(std::max<std::size_t>(s.grains.size(), 1));
   if (m.contacts > 0) {
@@ -127,11 +127,11 @@ Mat6 contact_stiffness_tangent(const Model& model, const State& s) {
     const Contact& c = s.contacts.contact[k];
     if (c.stiffness <= 0) continue;
     const PairLaw& p = model.pairs[s.contacts.pair[k].law];
-    const Elastic elastic = std::visit([&](const auto& law) { return law(c.stiffness, c.overlap); }, model.law);
+    const Elastic elastic = std::visit([&](const auto& law) { return law(c.stiffness, s.contacts.touch[k].overlap); }, model.law);
     const double normal_force = elastic.force + c.viscous;
     const bool slides = c.spring.norm() >= p.friction * normal_force * (1 - 1e-9);
     const double kt = p.friction > 0 && !slides ? p.shear_ratio * elastic.normal_stiffness : 0;
-    const Vec3 l = branch(s, k), &n = c.normal;
+    const Vec3 l = branch(s, k), &n = s.contacts.touch[k].normal;
     const auto b = displacement_of_strain(l);
     const Mat3 stiffness = (elastic.normal_stiffness - kt) * n * n.transpose() + kt * Mat3::Identity();
     tangent += b.transpose() * stiffness * b;

@@ -12,8 +12,7 @@ namespace {
 double half_work(const Model& model, const Contacts& contacts, const std::vector<Growth>& growths) {
   double work = 0;
   for (const auto& growth : growths) {
-    const Contact& c = contacts.contact[growth.contact];
-    if (c.stiffness > 0) work += 0.5 * elastic_force(model.law, c) * growth.amount;
+    if (contacts.contact[growth.contact].stiffness > 0) work += 0.5 * elastic_force(model.law, contacts, growth.contact) * growth.amount;
   }
   return work;
 }
@@ -40,11 +39,12 @@ void reshape_fragments(const Model& model, State& state, double duration, Reshap
     const PolyEllipsoid& next = *now.next[i];
     furthest = std::max(furthest, (next.plus - g.shape[i].plus).cwiseAbs().sum() * 1.75);  // support height, and centre of mass
     for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
-      const Contact& c = contacts.contact[contacts.entry[e] >> 1];
-      if (c.stiffness <= 0) continue;
-      const Vec3 outward = contacts.entry[e] & 1 ? Vec3(-c.normal) : c.normal;
+      const std::size_t k = contacts.entry[e] >> 1;
+      if (contacts.contact[k].stiffness <= 0) continue;
+      const Vec3& n = contacts.touch[k].normal;
+      const Vec3 outward = contacts.entry[e] & 1 ? Vec3(-n) : n;
       // At the least overlap the direction does not matter to first order: the overlap grows by the growth along it.
-      now.growths.push_back({contacts.entry[e] >> 1, growth(g.shape[i], next, g.frame[i].axes.transpose() * outward)});
+      now.growths.push_back({k, growth(g.shape[i], next, g.frame[i].axes.transpose() * outward)});
     }
     state.ledger.reshape -= 0.5 * g.angular_momentum[i].dot(g.motion[i].spin);
     set_shape(g, i, next);

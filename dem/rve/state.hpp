@@ -3,6 +3,7 @@
 #pragma once
 
 #include "dem/contact/neighbours.hpp"
+#include "dem/kernel/sphere_sweep.hpp"
 #include "dem/state/bonds.hpp"
 #include "dem/state/ledger.hpp"
 
@@ -15,7 +16,7 @@ struct State {
   Boundary boundary;
   Ledger ledger;
   NeighbourReference reference;
-  std::vector<BlockEnergy> grain_energy;
+  std::vector<SweepEnergy> grain_energy;  // one a tile
   double time = 0, dt = 0;       // s
   std::uint64_t steps = 0;
   std::uint64_t next_estimate = 0, estimate_interval = 5;  // step at which the critical step is due again, and the gap to the next

@@ -24,10 +24,10 @@ MotionSettings settings_of(const Model& model, const State& state) {
 
 void book(State& state) {
   const BlockEnergy contacts = flush(state.contacts);
-  BlockEnergy grains;
+  SweepEnergy grains;
   for (auto& e : state.grain_energy) {
     grains.viscous += e.viscous, grains.work += e.work;
-    e = {};
+    e = {.speed2 = e.speed2};
   }
   state.ledger.friction += contacts.friction;
   state.ledger.damping += contacts.viscous + grains.viscous;
@@ -62,7 +62,7 @@ void prepare(const Model& model, State& state, Team& team) {
   for (const auto& shape : g.shape) mean_radius += equivalent_radius(shape);
   state.skin = model.numerics.skin * mean_radius / static_cast<double>(std::max<std::size_t>(g.size(), 1));
   rebuild(model, state, team);
-  contact_forces(model.law, model.pairs, g, state.boundary, 0, state.contacts, team);
+  contact_forces(model.law, model.pairs, g, state.boundary, 0, true, state.contacts, team);
   close_step(g, state.contacts, settings_of(model, state), false, 0, state.grain_energy, team);
   flush(state.contacts);
   state.next_estimate = state.steps;
@@ -96,22 +96,28 @@ std::uint64_t run_steps(const Model& model, State& state, std::uint64_t count, T
   const double dt = state.dt;
   Reshaping reshaping;
   bool moving = false;  // positions already opened by the sweep of the step before
+  state.ledger.work += 0.5 * dt * boundary_power(state.boundary, state.contacts);
+  auto finish = [&] {
+    state.ledger.work -= 0.5 * dt * boundary_power(state.boundary, state.contacts);  // the passes booked a whole dt
+    book(state);
+  };
   for (std::uint64_t k = 0; k < count; ++k) {
-    if (!moving) open_step(g, settings, dt, state.grain_energy, team);
+    if (!moving) open_step(g, state.contacts, settings, dt, state.grain_energy, team);
+    state.reference.travelled += 1.1 * dt * take_speed(state.grain_energy);  // the affine motion may stretch the way by a little
     move_boundary(state.boundary, dt);
     if (list_is_stale(g, state.boundary, state.reference)) {
       check_speeds(state);
       rebuild(model, state, team);
     }
     if (reshapes) reshape_fragments(model, state, dt, reshaping, team);
-    contact_forces(model.law, model.pairs, g, state.boundary, dt, state.contacts, team);
+    const bool test = breakable && (state.steps + 1) % static_cast<std::uint64_t>(model.numerics.fracture_every) == 0;
+    moving = !test && k + 1 < count;
+    contact_forces(model.law, model.pairs, g, state.boundary, dt, reshapes || !moving, state.contacts, team);
     if (reshapes) book_growth(model, state, reshaping);
     const bool bonded = !state.bonds.empty();
     if (bonded) bond_forces(g, state.bonds, state.ledger);
     ++state.steps;
     state.time += dt;
-    const bool test = breakable && state.steps % static_cast<std::uint64_t>(model.numerics.fracture_every) == 0;
-    moving = !test && k + 1 < count;
     if (moving) {
       close_and_open_step(g, state.contacts, settings, bonded, dt, state.grain_energy, team);
       continue;
@@ -120,12 +126,12 @@ std::uint64_t run_steps(const Model& model, State& state, std::uint64_t count, T
     if (!test) continue;
     const std::vector<Break> breaks = find_breaks(model, state, team);
     if (breaks.empty()) continue;
-    book(state);
+    finish();
     apply_breaks(model, state, breaks, team);
     if (model.numerics.time_step == 0) state.next_estimate = state.steps;
     return k + 1;
   }
-  book(state);
+  finish();
   return count;
 }
 
@@ -157,8 +163,8 @@ void rotate(State& state, const Mat3& r) {
     g.force[i] = r * g.force[i], g.torque[i] = r * g.torque[i];
   }
   update_frames(g);
-  for (auto& c : state.contacts.contact) c.normal = r * c.normal, c.spring = r * c.spring;
-  for (auto& f : state.contacts.force) f.force = r * f.force, f.torque_a = r * f.torque_a, f.torque_b = r * f.torque_b;
+  for (auto& c : state.contacts.contact) c.spring = r * c.spring;
+  for (auto& t : state.contacts.touch) t.normal = r * t.normal, t.force = r * t.force;
   for (auto& s : state.bonds) s.force = r * s.force;
   Cell& cell = state.boundary.cell;
   cell.vectors = r * cell.vectors, cell.rate = r * cell.rate;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Candidate pairs within the skin, binned by kind, with what each contact remembers.
+// Candidate pairs within the skin, binned by kind, with what each contact remembers and shows.
 #pragma once
 
 #include <array>
@@ -20,36 +20,66 @@ struct Pair {
   bool operator==(const Pair&) const = default;
 };
 
-/// What a contact remembers. Touching when stiffness > 0.
-struct Contact {
-  Vec3 normal = Vec3::Zero();  // unit, from a to b; the search direction while apart
-  double overlap = 0;          // m, > 0 touching
+/// What a contact remembers; a row of the kernels. Touching when stiffness > 0.
+struct alignas(64) Contact {
   Vec3 spring = Vec3::Zero();  // tangential elastic force on b (N)
   double stiffness = 0;        // Hertz: F = stiffness overlap^1.5; linear: F = stiffness overlap. Frozen at contact birth
-  double radius = 0;           // effective radius (m), frozen at contact birth
   double effective_mass = 0;   // kg
-  double tangential = 0;       // current tangential stiffness (N/m)
-  double shear_energy = 0;     // held by the spring (J)
+  double compliance = 0;       // 1 / tangential stiffness (m/N) of the step before; 0: no spring yet
   double viscous = 0;          // viscous part of the normal force (N)
+  double radius = 0;           // effective radius (m), frozen at contact birth
 };
 
-/// Force of a contact as grains feel it: +force on b, -force on a.
-struct ContactForce {
-  Vec3 force, torque_a, torque_b;
+/// What a contact shows: of the last step of a run, and of steps that test for breakage. Steps in between leave it out
+/// for spheres.
+struct alignas(64) Touch {
+  Vec3 normal = Vec3::Zero();  // unit, from a to b; the search direction while apart
+  double overlap = 0;          // m, > 0 touching
+  Vec3 force = Vec3::Zero();   // on b (N); -force on a
+  double unused = 0;
 };
 
-/// Work and dissipation of one block of pairs since the last flush (J).
+/// Force and torque that a grain collects in a step; a row of the kernels.
+struct alignas(64) Load {
+  Vec3 force = Vec3::Zero();
+  double unused = 0;
+  Vec3 torque = Vec3::Zero();
+  double unused_too = 0;
+};
+
+/// Energy held by the tangential spring (J).
+inline double shear_energy(const Contact& c) { return 0.5 * c.compliance * c.spring.squaredNorm(); }
+
+/// Work and dissipation of one tile since the last flush (J).
 struct BlockEnergy {
   double friction = 0, viscous = 0, work = 0;
 };
 
+/// Grains are cut into tiles of consecutive indices, pairs belong to the tile of their grain a. A tile's pairs are one
+/// thread's work: what they do to grains of the tile goes to those grains' loads, what they do to grains of later tiles to
+/// rows of its own (`target`), which the later grain adds up. So no order depends on the number of threads.
+inline constexpr std::size_t tile_size = 128;
+inline std::size_t tile_count(std::size_t grains) { return (grains + tile_size - 1) / tile_size; }
+
+/// Kernels read whole groups of pairs, and may look beyond the last.
+inline constexpr std::size_t overrun = 8;
+
 struct Contacts {
-  std::array<std::size_t, bin_count + 1> begin{};  // bins are ranges of the columns below, each sorted by (a, b, image)
-  std::vector<Pair> pair;
+  std::array<std::size_t, bin_count + 1> begin{};  // bins are ranges of the columns below
+  std::array<std::vector<Index>, bin_count> tile;  // of each bin: first pair of each tile, and the end
+  std::vector<Pair> pair;        // in a tile: pairs that touched when the list was made, then the others; each by (a, b, image)
   std::vector<Contact> contact;
-  std::vector<ContactForce> force;
-  std::vector<Index> first, entry;  // of grain i: entry[first[i]..first[i+1]) = 2 * pair + (is b)
-  std::vector<BlockEnergy> energy;
+  std::vector<Touch> touch;
+  std::vector<Index> a, b, law;      // of `pair`, as the kernels read them; longer by `overrun`, as are shift, active, contact and touch
+  std::vector<Index> shift;          // row of `images`; empty without a periodic cell
+  std::vector<std::uint8_t> active;  // touching; kept for spheres
+  std::vector<Index> target;         // row of `load` for b; unused for walls
+  std::vector<std::array<std::int16_t, 3>> images;
+  std::vector<Load> load;            // one a grain, then the rows that `remote` counts; all zero between steps
+  std::vector<Index> remote;         // of grain i: load[grains + remote[i]] to load[grains + remote[i + 1]]
+  std::vector<Index> first, entry;   // of grain i: entry[first[i]..first[i+1]) = 2 * pair + (is b)
+  std::vector<BlockEnergy> energy;   // one a tile
+  std::vector<double> law_rows, shift_rows, wall_rows;  // room for the kernels' tables
 
   std::size_t size() const { return pair.size(); }
 };

@@ -13,6 +13,7 @@
 #include "dem/rve/measure.hpp"
 #include "dem/rve/step.hpp"
 #include "dem/shape/common_normal.hpp"
+#include "dem/state/order.hpp"
 
 using namespace grus::dem;
 
@@ -101,10 +102,54 @@ Row warm_pair() {
   return {"poly-ellipsoid pair, warm start 1e-4 rad stale", "ns", best / (20.0 * static_cast<double>(pairs.size())) * 1e9, 1};
 }
 
+/// The peers' own packing ("N L", then "x y z r") and loading.
+int packed(const char* file, std::uint64_t steps, int threads) {
+  std::ifstream in(file);
+  std::size_t n;
+  double size;
+  in >> n >> size;
+  Model model;
+  Material sand;
+  sand.friction = 0.5, sand.restitution = 0.5;
+  model.materials = {sand};
+  model.numerics.time_step = 2e-8;
+  model.motion.turn_spheres = false;
+  make_pair_laws(model);
+  State state;
+  Vec3 x;
+  double r;
+  while (in >> x[0] >> x[1] >> x[2] >> r)
+    set_grain(state.grains, state.grains.size(), {.shape = PolyEllipsoid::sphere(r), .position = x, .density = 2650});
+  for (int k = 0; k < 3; ++k)
+    for (int side = 0; side < 2; ++side) {
+      Wall wall;
+      wall.normal = Vec3::Zero(), wall.point = Vec3::Zero();
+      wall.normal[k] = side ? -1 : 1;
+      if (side) wall.point[k] = size;
+      if (side && k == 2) wall.velocity = Vec3(0, 0, -500 * size);
+      state.boundary.walls.push_back(wall);
+    }
+  Team team(threads);
+  sort_in_space(state.grains);
+  prepare(model, state, team);
+  run_steps(model, state, 100, team);
+  double best = INFINITY;
+  Measurement m;
+  for (int repeat = 0; repeat < 3; ++repeat) {
+    State copy = state;
+    best = std::min(best, seconds([&] { run_steps(model, copy, steps, team); }));
+    m = measure(model, copy);
+  }
+  fmt::print("{} grains {} threads: {:.3f} M grain-steps/s, Z {:.3f}, top {:.4g} MPa, szz {:.4g}\n", n, threads,
+             static_cast<double>(n * steps) / best / 1e6, 2.0 * static_cast<double>(m.contacts) / static_cast<double>(n), -m.wall_stress(2, 2) / 1e6, -m.stress(2, 2) / 1e6);
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   std::vector<Row> rows;
+  if (argc > 3 && std::string(argv[1]) == "w1") return packed(argv[2], std::stoul(argv[3]), argc > 4 ? std::stoi(argv[4]) : 1);
   if (argc > 1 && std::string(argv[1]) == "quick") {
     const Row r = dense(1000, 1, 4000, 0.12);
     fmt::print("{:.3f} million grain-steps/s, {:.2f} contacts a grain; warm pair {:.0f} ns\n", r.value, r.contacts, warm_pair().value);

@@ -110,7 +110,7 @@ Mat6 stiffness_by_difference(const Model& model, const State& start) {
       }
       s.boundary.cell.rate = rate * s.boundary.cell.vectors;
       s.boundary.cell.vectors += s.boundary.cell.rate;
-      contact_forces(model.law, model.pairs, s.grains, s.boundary, s.dt, s.contacts, team);
+      contact_forces(model.law, model.pairs, s.grains, s.boundary, s.dt, true, s.contacts, team);
       stress[side] = to_voigt(love_weber(s, s.boundary.cell.volume()));
     }
     c.col(e) = (stress[0] - stress[1]) / 2e-8;

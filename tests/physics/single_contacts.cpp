@@ -25,8 +25,8 @@ Impact collide(const Model& model, State s, double speed) {
     run_steps(model, s, 1, team);
     if (s.contacts.size() > 0 && s.contacts.contact[0].stiffness > 0) {
       r.time += s.dt;
-      r.depth = std::max(r.depth, s.contacts.contact[0].overlap);
-      r.force = std::max(r.force, s.contacts.force[0].force.norm());
+      r.depth = std::max(r.depth, s.contacts.touch[0].overlap);
+      r.force = std::max(r.force, s.contacts.touch[0].force.norm());
     } else if (r.time > 0) {
       break;
     }

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// `width` doubles at a time, as the compiler's target allows: 8 (AVX-512), 4 (AVX2) or 1. Every operation is rounded
+// alone, so all widths give the same bits. Everything is inlined: no symbol of one target can end up in another's code.
+#pragma once
+
+#include <cstdint>
+
+#if defined(__AVX2__)
+#include <immintrin.h>
+#endif
+
+namespace grus::dem {
+namespace {
+
+#define GRUS_INLINE [[gnu::always_inline]] inline
+
+#if defined(__AVX512F__) && defined(__AVX512DQ__)
+constexpr int width = 8;
+using Mask = __mmask8;
+struct Real {
+  __m512d v;
+  Real() = default;
+  GRUS_INLINE Real(__m512d x) : v(x) {}
+  GRUS_INLINE Real(double x) : v(_mm512_set1_pd(x)) {}
+};
+GRUS_INLINE Real operator+(Real a, Real b) { return _mm512_add_pd(a.v, b.v); }
+GRUS_INLINE Real operator-(Real a, Real b) { return _mm512_sub_pd(a.v, b.v); }
+GRUS_INLINE Real operator*(Real a, Real b) { return _mm512_mul_pd(a.v, b.v); }
+GRUS_INLINE Real operator/(Real a, Real b) { return _mm512_div_pd(a.v, b.v); }
+GRUS_INLINE Real operator-(Real a) { return _mm512_xor_pd(a.v, _mm512_set1_pd(-0.0)); }
+GRUS_INLINE Real root(Real a) { return _mm512_sqrt_pd(a.v); }
+GRUS_INLINE Mask less(Real a, Real b) { return _mm512_cmp_pd_mask(a.v, b.v, _CMP_LT_OQ); }
+GRUS_INLINE Real select(Mask m, Real a, Real b) { return _mm512_mask_blend_pd(m, b.v, a.v); }
+GRUS_INLINE Real kept_lanes(Mask m, Real a) { return _mm512_maskz_mov_pd(m, a.v); }
+GRUS_INLINE unsigned bits(Mask m) { return m; }
+GRUS_INLINE Mask mask_of(unsigned b) { return static_cast<Mask>(b); }
+GRUS_INLINE void store(Real a, double* to) { _mm512_storeu_pd(to, a.v); }
+GRUS_INLINE void load(const double* from, Real& a) { a.v = _mm512_loadu_pd(from); }
+GRUS_INLINE Real gather(const double* base, const std::uint32_t* at, int stride) {
+  double x[8];
+  for (int l = 0; l < 8; ++l) x[l] = base[at[l] * static_cast<std::size_t>(stride)];
+  return _mm512_loadu_pd(x);
+}
+
+/// Columns 0..3 of `width` rows of four.
+GRUS_INLINE void load4(const double* base, const std::uint32_t* at, std::size_t stride, Real& x, Real& y, Real& z, Real& w) {
+  auto two = [&](int p, int q) {
+    return _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_loadu_pd(base + at[p] * stride)), _mm256_loadu_pd(base + at[q] * stride), 1);
+  };
+  const __m512d r0 = two(0, 2), r1 = two(1, 3), r2 = two(4, 6), r3 = two(5, 7);
+  const __m512d t0 = _mm512_unpacklo_pd(r0, r1), t1 = _mm512_unpackhi_pd(r0, r1);
+  const __m512d t2 = _mm512_unpacklo_pd(r2, r3), t3 = _mm512_unpackhi_pd(r2, r3);
+  x = _mm512_shuffle_f64x2(t0, t2, 0x88), z = _mm512_shuffle_f64x2(t0, t2, 0xdd);
+  y = _mm512_shuffle_f64x2(t1, t3, 0x88), w = _mm512_shuffle_f64x2(t1, t3, 0xdd);
+}
+
+GRUS_INLINE unsigned flags(const std::uint8_t* of) {  // bytes 0 or 1
+  std::uint64_t x;
+  __builtin_memcpy(&x, of, 8);
+  return static_cast<unsigned>(x * 0x0102040810204080ull >> 56);
+}
+
+/// Rows of eight from eight columns.
+struct Rows {
+  __m512d row[8];
+};
+struct Quads {  // rows of four, two to a register: 0|2, 1|3, 4|6, 5|7
+  __m512d q[4];
+};
+GRUS_INLINE Quads quads(Real x, Real y, Real z, Real w) {
+  const __m512i low = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11), high = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
+  const __m512d t0 = _mm512_unpacklo_pd(x.v, y.v), t1 = _mm512_unpackhi_pd(x.v, y.v);
+  const __m512d u0 = _mm512_unpacklo_pd(z.v, w.v), u1 = _mm512_unpackhi_pd(z.v, w.v);
+  return {{_mm512_permutex2var_pd(t0, low, u0), _mm512_permutex2var_pd(t1, low, u1), _mm512_permutex2var_pd(t0, high, u0),
+           _mm512_permutex2var_pd(t1, high, u1)}};
+}
+GRUS_INLINE Rows rows(const Quads& a, const Quads& b) {
+  Rows r;
+  for (int k = 0; k < 4; ++k) {
+    const int first = k < 2 ? k : k + 2;
+    r.row[first] = _mm512_shuffle_f64x2(a.q[k], b.q[k], 0x44);
+    r.row[first + 2] = _mm512_shuffle_f64x2(a.q[k], b.q[k], 0xee);
+  }
+  return r;
+}
+GRUS_INLINE void put(const Rows& r, int l, double* to) { _mm512_storeu_pd(to, r.row[l]); }
+GRUS_INLINE void add(const Rows& r, int l, double* to) { _mm512_storeu_pd(to, _mm512_add_pd(_mm512_loadu_pd(to), r.row[l])); }
+GRUS_INLINE void subtract(const Rows& r, int l, double* to) { _mm512_storeu_pd(to, _mm512_sub_pd(_mm512_loadu_pd(to), r.row[l])); }
+
+#elif defined(__AVX2__)
+constexpr int width = 4;
+struct Mask {
+  __m256d v;
+};
+struct Real {
+  __m256d v;
+  Real() = default;
+  GRUS_INLINE Real(__m256d x) : v(x) {}
+  GRUS_INLINE Real(double x) : v(_mm256_set1_pd(x)) {}
+};
+GRUS_INLINE Real operator+(Real a, Real b) { return _mm256_add_pd(a.v, b.v); }
+GRUS_INLINE Real operator-(Real a, Real b) { return _mm256_sub_pd(a.v, b.v); }
+GRUS_INLINE Real operator*(Real a, Real b) { return _mm256_mul_pd(a.v, b.v); }
+GRUS_INLINE Real operator/(Real a, Real b) { return _mm256_div_pd(a.v, b.v); }
+GRUS_INLINE Real operator-(Real a) { return _mm256_xor_pd(a.v, _mm256_set1_pd(-0.0)); }
+GRUS_INLINE Real root(Real a) { return _mm256_sqrt_pd(a.v); }
+GRUS_INLINE Mask less(Real a, Real b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_LT_OQ)}; }
+GRUS_INLINE Real select(Mask m, Real a, Real b) { return _mm256_blendv_pd(b.v, a.v, m.v); }
+GRUS_INLINE Real kept_lanes(Mask m, Real a) { return _mm256_and_pd(m.v, a.v); }
+GRUS_INLINE unsigned bits(Mask m) { return static_cast<unsigned>(_mm256_movemask_pd(m.v)); }
+GRUS_INLINE Mask mask_of(unsigned b) {
+  const __m256i bit = _mm256_setr_epi64x(1, 2, 4, 8), all = _mm256_set1_epi64x(static_cast<long long>(b));
+  return {_mm256_castsi256_pd(_mm256_cmpeq_epi64(_mm256_and_si256(all, bit), bit))};
+}
+GRUS_INLINE void store(Real a, double* to) { _mm256_storeu_pd(to, a.v); }
+GRUS_INLINE void load(const double* from, Real& a) { a.v = _mm256_loadu_pd(from); }
+GRUS_INLINE Real gather(const double* base, const std::uint32_t* at, int stride) {
+  double x[4];
+  for (int l = 0; l < 4; ++l) x[l] = base[at[l] * static_cast<std::size_t>(stride)];
+  return _mm256_loadu_pd(x);
+}
+GRUS_INLINE void load4(const double* base, const std::uint32_t* at, std::size_t stride, Real& x, Real& y, Real& z, Real& w) {
+  const __m256d r0 = _mm256_loadu_pd(base + at[0] * stride), r1 = _mm256_loadu_pd(base + at[1] * stride);
+  const __m256d r2 = _mm256_loadu_pd(base + at[2] * stride), r3 = _mm256_loadu_pd(base + at[3] * stride);
+  const __m256d t0 = _mm256_unpacklo_pd(r0, r1), t1 = _mm256_unpackhi_pd(r0, r1);
+  const __m256d t2 = _mm256_unpacklo_pd(r2, r3), t3 = _mm256_unpackhi_pd(r2, r3);
+  x = _mm256_permute2f128_pd(t0, t2, 0x20), z = _mm256_permute2f128_pd(t0, t2, 0x31);
+  y = _mm256_permute2f128_pd(t1, t3, 0x20), w = _mm256_permute2f128_pd(t1, t3, 0x31);
+}
+GRUS_INLINE unsigned flags(const std::uint8_t* of) {
+  std::uint32_t x;
+  __builtin_memcpy(&x, of, 4);
+  return (x * 0x10204080u) >> 28;
+}
+struct Quads {
+  __m256d q[4];
+};
+struct Rows {
+  Quads a, b;
+};
+GRUS_INLINE Quads quads(Real x, Real y, Real z, Real w) {
+  const __m256d t0 = _mm256_unpacklo_pd(x.v, y.v), t1 = _mm256_unpackhi_pd(x.v, y.v);
+  const __m256d u0 = _mm256_unpacklo_pd(z.v, w.v), u1 = _mm256_unpackhi_pd(z.v, w.v);
+  return {{_mm256_permute2f128_pd(t0, u0, 0x20), _mm256_permute2f128_pd(t1, u1, 0x20), _mm256_permute2f128_pd(t0, u0, 0x31),
+           _mm256_permute2f128_pd(t1, u1, 0x31)}};
+}
+GRUS_INLINE Rows rows(const Quads& a, const Quads& b) { return {a, b}; }
+GRUS_INLINE void put(const Rows& r, int l, double* to) { _mm256_storeu_pd(to, r.a.q[l]), _mm256_storeu_pd(to + 4, r.b.q[l]); }
+GRUS_INLINE void add(const Rows& r, int l, double* to) {
+  _mm256_storeu_pd(to, _mm256_add_pd(_mm256_loadu_pd(to), r.a.q[l]));
+  _mm256_storeu_pd(to + 4, _mm256_add_pd(_mm256_loadu_pd(to + 4), r.b.q[l]));
+}
+GRUS_INLINE void subtract(const Rows& r, int l, double* to) {
+  _mm256_storeu_pd(to, _mm256_sub_pd(_mm256_loadu_pd(to), r.a.q[l]));
+  _mm256_storeu_pd(to + 4, _mm256_sub_pd(_mm256_loadu_pd(to + 4), r.b.q[l]));
+}
+
+#else
+constexpr int width = 1;
+using Mask = bool;
+using Real = double;
+GRUS_INLINE double root(double a) { return __builtin_sqrt(a); }
+GRUS_INLINE bool less(double a, double b) { return a < b; }
+GRUS_INLINE double select(bool m, double a, double b) { return m ? a : b; }
+GRUS_INLINE double kept_lanes(bool m, double a) { return m ? a : 0.0; }
+GRUS_INLINE unsigned bits(bool m) { return m; }
+GRUS_INLINE bool mask_of(unsigned b) { return b & 1; }
+GRUS_INLINE void store(double a, double* to) { *to = a; }
+GRUS_INLINE void load(const double* from, double& a) { a = *from; }
+GRUS_INLINE double gather(const double* base, const std::uint32_t* at, int stride) { return base[at[0] * static_cast<std::size_t>(stride)]; }
+GRUS_INLINE void load4(const double* base, const std::uint32_t* at, std::size_t stride, double& x, double& y, double& z, double& w) {
+  const double* r = base + at[0] * stride;
+  x = r[0], y = r[1], z = r[2], w = r[3];
+}
+GRUS_INLINE unsigned flags(const std::uint8_t* of) { return *of; }
+struct Quads {
+  double q[4];
+};
+struct Rows {
+  double row[8];
+};
+GRUS_INLINE Quads quads(double x, double y, double z, double w) { return {{x, y, z, w}}; }
+GRUS_INLINE Rows rows(const Quads& a, const Quads& b) { return {{a.q[0], a.q[1], a.q[2], a.q[3], b.q[0], b.q[1], b.q[2], b.q[3]}}; }
+GRUS_INLINE void put(const Rows& r, int, double* to) {
+  for (int k = 0; k < 8; ++k) to[k] = r.row[k];
+}
+GRUS_INLINE void add(const Rows& r, int, double* to) {
+  for (int k = 0; k < 8; ++k) to[k] = to[k] + r.row[k];
+}
+GRUS_INLINE void subtract(const Rows& r, int, double* to) {
+  for (int k = 0; k < 8; ++k) to[k] = to[k] - r.row[k];
+}
+#endif
+
+GRUS_INLINE Real larger(Real a, Real b) { return select(less(a, b), b, a); }
+GRUS_INLINE Real smaller(Real a, Real b) { return select(less(b, a), b, a); }
+
+/// The same of consecutive rows.
+GRUS_INLINE void load4(const double* base, std::size_t stride, Real& x, Real& y, Real& z, Real& w) {
+  constexpr std::uint32_t each[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+  load4(base, each, stride, x, y, z, w);
+}
+
+struct Real3 {
+  Real x, y, z;
+};
+GRUS_INLINE Real3 operator+(const Real3& a, const Real3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+GRUS_INLINE Real3 operator-(const Real3& a, const Real3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+GRUS_INLINE Real3 operator*(Real s, const Real3& a) { return {s * a.x, s * a.y, s * a.z}; }
+GRUS_INLINE Real dot(const Real3& a, const Real3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+GRUS_INLINE Real3 cross(const Real3& a, const Real3& b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+
+}  // namespace
+}  // namespace grus::dem

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/state/order.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace grus::dem {
+
+void sort_in_space(Grains& g) {
+  if (g.size() < 2) return;
+  Vec3 low = Vec3::Constant(INFINITY), high = -low;
+  for (const auto& m : g.motion) low = low.cwiseMin(m.position), high = high.cwiseMax(m.position);
+  constexpr int levels = 20;
+  const double scale = (1 << levels) / std::max((high - low).maxCoeff(), 1e-300) * (1 - 1e-9);
+  std::vector<std::pair<std::uint64_t, Index>> key(g.size());
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    std::uint64_t code = 0;
+    for (int k = 0; k < 3; ++k) {
+      const auto x = static_cast<std::uint64_t>((g.motion[i].position[k] - low[k]) * scale);
+      for (int b = 0; b < levels; ++b) code |= (x >> b & 1) << (3 * b + k);
+    }
+    key[i] = {code, static_cast<Index>(i)};
+  }
+  std::sort(key.begin(), key.end());
+  for_each_column(g, [&](auto& column) {
+    if (column.empty()) return;
+    auto sorted = column;
+    for (std::size_t i = 0; i < key.size(); ++i) sorted[i] = column[key[i].second];
+    column = std::move(sorted);
+  });
+}
+
+}  // namespace grus::dem
