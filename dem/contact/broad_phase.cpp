@@ -10,20 +10,13 @@
 namespace grus::dem {
 namespace {
 
+using Level = Candidates::Level;
+using Member = Candidates::Member;
+
 struct Box {  // fractional coordinates: s = inverse * (x - origin)
   Mat3 vectors, inverse;
   Vec3 origin, heights;  // distance between opposite faces
   bool periodic;
-};
-
-struct Level {
-  double largest = 0;  // radius
-  std::array<int, 3> cells{1, 1, 1};
-  std::vector<Index> first, member;
-
-  std::size_t index(const std::array<int, 3>& c) const {
-    return (static_cast<std::size_t>(c[2]) * cells[1] + c[1]) * cells[0] + c[0];
-  }
 };
 
 Box box_of(const Grains& grains, const Cell& cell, double skin) {
@@ -40,127 +33,170 @@ Box box_of(const Grains& grains, const Cell& cell, double skin) {
   return box;
 }
 
-}  // namespace
+std::size_t cell_index(const Level& level, int x, int y, int z) {
+  return (static_cast<std::size_t>(z) * static_cast<std::size_t>(level.cells[1]) + static_cast<std::size_t>(y)) * static_cast<std::size_t>(level.cells[0]) + static_cast<std::size_t>(x);
+}
 
-Candidates find_candidates(const Grains& grains, const Cell& cell, double skin, Team& team) {
+std::size_t cell_of(const Level& level, const Vec3& s) {
+  std::array<int, 3> c;
+  for (std::size_t k = 0; k < 3; ++k) c[k] = std::clamp(static_cast<int>(s[static_cast<int>(k)] * level.cells[k]), 0, level.cells[k] - 1);
+  return cell_index(level, c[0], c[1], c[2]);
+}
+
+/// Puts the grains into the cells of their levels.
+void fill_levels(const Grains& grains, const Box& box, double skin, Candidates& out) {
   const std::size_t n = grains.size();
-  if (n == 0) return {{}, {0}};
-  const Box box = box_of(grains, cell, skin);
-
   double smallest = INFINITY, largest = 0;
   for (const auto& g : grains.motion) smallest = std::min(smallest, g.radius), largest = std::max(largest, g.radius);
   if (box.periodic && box.heights.minCoeff() < 2 * largest + skin)
     throw InputError(fmt::format("periodic cell of {:.3g} m is smaller than its largest grain ({:.3g} m across): a grain would "
                                  "touch its own image; enlarge the cell",
                                  box.heights.minCoeff(), 2 * largest));
-
-  // Fractional coordinates, folded into the cell; `fold` remembers by how many cell vectors.
-  std::vector<Vec3> s(n);
-  std::vector<std::array<int, 3>> fold(n, {0, 0, 0});
-  std::vector<std::uint8_t> level_of(n);
-  std::vector<Level> levels(static_cast<std::size_t>(std::floor(std::log2(largest / smallest) + 1e-9)) + 1);
-  std::vector<std::size_t> count(levels.size());
+  const auto depth = static_cast<std::size_t>(std::floor(std::log2(largest / smallest) + 1e-9)) + 1;
+  out.levels.resize(depth);
+  std::array<double, 64> bound;  // radius at which the next level begins
+  for (std::size_t l = 0; l < std::min<std::size_t>(depth, 64); ++l) bound[l] = l + 1 < depth ? std::ldexp(smallest, static_cast<int>(l) + 1) : INFINITY;
+  std::vector<std::size_t> count(depth, 0);
+  for (auto& level : out.levels) level.largest = 0;
+  out.level_of.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
-    s[i] = box.inverse * (grains.motion[i].position - box.origin);
-    for (int k = 0; k < 3; ++k)
-      if (box.periodic) fold[i][k] = static_cast<int>(std::floor(s[i][k])), s[i][k] -= fold[i][k];
     const double r = grains.motion[i].radius;
-    level_of[i] = static_cast<std::uint8_t>(std::min(levels.size() - 1, static_cast<std::size_t>(std::log2(r / smallest))));
-    levels[level_of[i]].largest = std::max(levels[level_of[i]].largest, r);
-    ++count[level_of[i]];
+    std::size_t l = 0;
+    while (r >= bound[l]) ++l;
+    out.level_of[i] = static_cast<std::uint8_t>(l);
+    out.levels[l].largest = std::max(out.levels[l].largest, r);
+    ++count[l];
   }
-  auto cell_of = [&](const Level& level, const Vec3& x) {
-    std::array<int, 3> c;
-    for (int k = 0; k < 3; ++k) c[k] = std::clamp(static_cast<int>(x[k] * level.cells[k]), 0, level.cells[k] - 1);
-    return c;
-  };
-  for (std::size_t l = 0; l < levels.size(); ++l) {
-    if (count[l] == 0) continue;
+  for (std::size_t l = 0; l < depth; ++l) {
+    Level& level = out.levels[l];
     const double most = std::cbrt(8.0 * static_cast<double>(count[l])) + 4;  // no more cells than a few for each grain
     for (int k = 0; k < 3; ++k)
-      levels[l].cells[k] = std::max(1, static_cast<int>(std::min(box.heights[k] / (2 * levels[l].largest + skin), most)));
-    const auto& c = levels[l].cells;
-    levels[l].first.assign(static_cast<std::size_t>(c[0]) * c[1] * c[2] + 1, 0);
-    levels[l].member.resize(count[l]);
+      level.cells[static_cast<std::size_t>(k)] = std::max(1, static_cast<int>(std::min(box.heights[k] / (2 * level.largest + skin), most)));
+    level.first.assign(static_cast<std::size_t>(level.cells[0]) * static_cast<std::size_t>(level.cells[1]) * static_cast<std::size_t>(level.cells[2]) + 1, 0);
+    level.member.resize(count[l]);
   }
-  for (std::size_t i = 0; i < n; ++i) ++levels[level_of[i]].first[levels[level_of[i]].index(cell_of(levels[level_of[i]], s[i])) + 1];
-  for (auto& level : levels)
+  out.folded.resize(n), out.place.resize(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    Vec3 s = box.inverse * (grains.motion[i].position - box.origin);
+    Member& m = out.folded[i];
+    m.fold = {0, 0, 0};
+    if (box.periodic)
+      for (int k = 0; k < 3; ++k) {
+        const double whole = std::floor(s[k]);
+        m.fold[static_cast<std::size_t>(k)] = static_cast<std::int16_t>(whole), s[k] -= whole;
+      }
+    m.position = box.vectors * s, m.radius = grains.motion[i].radius, m.grain = static_cast<Index>(i);
+    Level& level = out.levels[out.level_of[i]];
+    out.place[i] = static_cast<Index>(cell_of(level, s));
+    ++level.first[out.place[i] + 1];
+  }
+  for (auto& level : out.levels)
     for (std::size_t c = 1; c < level.first.size(); ++c) level.first[c] += level.first[c - 1];
   for (std::size_t i = n; i-- > 0;) {  // backwards: members end up in ascending order
-    auto& level = levels[level_of[i]];
-    const std::size_t c = level.index(cell_of(level, s[i]));
-    level.member[--level.first[c + 1]] = static_cast<Index>(i);
+    Level& level = out.levels[out.level_of[i]];
+    level.member[--level.first[out.place[i] + 1]] = out.folded[i];
   }
   // The fill above moved the ends to the starts: first[c + 1] is now where cell c starts.
-  for (auto& level : levels)
-    if (!level.first.empty()) {
-      for (std::size_t c = 0; c + 1 < level.first.size(); ++c) level.first[c] = level.first[c + 1];
-      level.first.back() = static_cast<Index>(level.member.size());
-    }
+  for (auto& level : out.levels) {
+    for (std::size_t c = 0; c + 1 < level.first.size(); ++c) level.first[c] = level.first[c + 1];
+    level.first.back() = static_cast<Index>(level.member.size());
+  }
+}
 
-  std::vector<std::vector<Candidate>> piece(block_count(n));
-  team.blocks(n, [&](std::size_t begin, std::size_t end) {
-    std::vector<Candidate>& found = piece[begin / block_size];
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto& gi = grains.motion[i];
-      for (std::size_t l = level_of[i]; l < levels.size(); ++l) {
-        const Level& level = levels[l];
-        if (level.member.empty()) continue;
-        const double reach = gi.radius + level.largest + skin;
-        std::array<int, 3> low, high;
-        for (int k = 0; k < 3; ++k) {
-          low[k] = static_cast<int>(std::floor((s[i][k] - reach / box.heights[k]) * level.cells[k]));
-          high[k] = static_cast<int>(std::floor((s[i][k] + reach / box.heights[k]) * level.cells[k]));
-          if (!box.periodic) low[k] = std::max(low[k], 0), high[k] = std::min(high[k], level.cells[k] - 1);
-        }
-        for (int z = low[2]; z <= high[2]; ++z)
-          for (int y = low[1]; y <= high[1]; ++y)
-            for (int x = low[0]; x <= high[0]; ++x) {
-              std::array<int, 3> c{x, y, z}, wrap{0, 0, 0};
-              for (int k = 0; k < 3; ++k) {
-                wrap[k] = c[k] >= 0 ? c[k] / level.cells[k] : -((level.cells[k] - 1 - c[k]) / level.cells[k]);
-                c[k] -= wrap[k] * level.cells[k];
-              }
-              const std::size_t at = level.index(c);
-              const Vec3 shift = box.periodic ? Vec3(box.vectors * Vec3(wrap[0], wrap[1], wrap[2])) : Vec3(Vec3::Zero());
-              for (Index m = level.first[at]; m < level.first[at + 1]; ++m) {
-                const Index j = level.member[m];
-                if (l == level_of[i] && j <= i) continue;  // same level: seen once, from the lower index
-                const auto& gj = grains.motion[j];
-                const double far = gi.radius + gj.radius + skin;
-                const Vec3 d = box.vectors * (s[j] - s[i]) + shift;
-                if (d.squaredNorm() >= far * far) continue;
-                std::array<std::int16_t, 3> image;
-                for (int k = 0; k < 3; ++k) image[k] = static_cast<std::int16_t>(wrap[k] - fold[j][k] + fold[i][k]);
-                const auto a = static_cast<Index>(i);
-                if (a < j) {
-                  found.push_back({a, j, image});
-                } else {
-                  for (auto& v : image) v = static_cast<std::int16_t>(-v);
-                  found.push_back({j, a, image});
-                }
-              }
-            }
+/// Calls f(cell, image) for whole numbers low..high, the cells taken round the box.
+template <class F>
+void each_wrapped(int low, int high, int cells, bool periodic, F&& f) {
+  if (!periodic) {
+    for (int c = std::max(low, 0); c <= std::min(high, cells - 1); ++c) f(c, 0);
+    return;
+  }
+  int image = 0, c = low;
+  while (c < 0) c += cells, --image;
+  for (int k = low; k <= high; ++k, ++c) {
+    while (c >= cells) c -= cells, ++image;
+    f(c, image);
+  }
+}
+
+/// Grains of a level near grain i; of its own level only those with a higher index.
+void search(const Box& box, const Level& level, const Member& mine, bool own, double skin, std::vector<Candidate>& found) {
+  const double reach = mine.radius + level.largest + skin;
+  const Vec3 s = box.inverse * mine.position;
+  std::array<int, 3> low, high;
+  for (int k = 0; k < 3; ++k) {
+    const double span = reach / box.heights[k];
+    low[static_cast<std::size_t>(k)] = static_cast<int>(std::floor((s[k] - span) * level.cells[static_cast<std::size_t>(k)]));
+    high[static_cast<std::size_t>(k)] = static_cast<int>(std::floor((s[k] + span) * level.cells[static_cast<std::size_t>(k)]));
+  }
+  auto look = [&](std::size_t begin, std::size_t end, const std::array<int, 3>& wrap) {
+    const Vec3 from = box.periodic ? Vec3(mine.position - box.vectors * Vec3(wrap[0], wrap[1], wrap[2])) : mine.position;
+    for (std::size_t m = begin; m < end; ++m) {
+      const Member& other = level.member[m];
+      const double far = mine.radius + other.radius + skin;
+      if ((other.position - from).squaredNorm() >= far * far) continue;
+      if (own && other.grain <= mine.grain) continue;
+      std::array<std::int16_t, 3> image;
+      for (std::size_t k = 0; k < 3; ++k) image[k] = static_cast<std::int16_t>(wrap[k] - other.fold[k] + mine.fold[k]);
+      if (mine.grain < other.grain) {
+        found.push_back({mine.grain, other.grain, image});
+      } else {
+        for (auto& v : image) v = static_cast<std::int16_t>(-v);
+        found.push_back({other.grain, mine.grain, image});
       }
     }
+  };
+  each_wrapped(low[2], high[2], level.cells[2], box.periodic, [&](int z, int wz) {
+    each_wrapped(low[1], high[1], level.cells[1], box.periodic, [&](int y, int wy) {
+      const std::size_t line = cell_index(level, 0, y, z);  // cells along x lie one after the other
+      int c = low[0], wx = 0;
+      if (!box.periodic) return look(level.first[line + static_cast<std::size_t>(std::max(c, 0))], level.first[line + static_cast<std::size_t>(std::min(high[0], level.cells[0] - 1)) + 1], {0, wy, wz});
+      while (c < 0) c += level.cells[0], --wx;
+      for (int left = high[0] - low[0] + 1; left > 0; ++wx) {
+        while (c >= level.cells[0]) c -= level.cells[0], ++wx;
+        const int run = std::min(left, level.cells[0] - c);
+        look(level.first[line + static_cast<std::size_t>(c)], level.first[line + static_cast<std::size_t>(c + run)], {wx, wy, wz});
+        left -= run, c = 0;
+      }
+    });
+  });
+}
+
+}  // namespace
+
+void find_candidates(const Grains& grains, const Cell& cell, double skin, Candidates& out, Team& team) {
+  const std::size_t n = grains.size();
+  out.pair.clear();
+  out.row.assign(n + 1, 0);
+  if (n == 0) return;
+  const Box box = box_of(grains, cell, skin);
+  fill_levels(grains, box, skin, out);
+
+  if (out.piece.size() < block_count(n)) out.piece.resize(block_count(n));
+  for (auto& found : out.piece) found.clear();
+  team.blocks(n, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      for (std::size_t l = out.level_of[i]; l < out.levels.size(); ++l)
+        if (!out.levels[l].member.empty()) search(box, out.levels[l], out.folded[i], l == out.level_of[i], skin, out.piece[i / block_size]);
   });
 
   // Rows by a, each sorted by (b, image): the order does not tell who found what.
-  Candidates sorted;
-  sorted.row.assign(n + 1, 0);
-  for (const auto& found : piece)
-    for (const auto& c : found) ++sorted.row[c.a + 1];
-  for (std::size_t i = 0; i < n; ++i) sorted.row[i + 1] += sorted.row[i];
-  sorted.pair.resize(sorted.row[n]);
-  std::vector<Index> next(sorted.row.begin(), sorted.row.end() - 1);
-  for (const auto& found : piece)
-    for (const auto& c : found) sorted.pair[next[c.a]++] = c;
+  for (const auto& found : out.piece)
+    for (const auto& c : found) ++out.row[c.a + 1];
+  for (std::size_t i = 0; i < n; ++i) out.row[i + 1] += out.row[i];
+  out.pair.resize(out.row[n]);
+  out.next.assign(out.row.begin(), out.row.end() - 1);
+  for (const auto& found : out.piece)
+    for (const auto& c : found) out.pair[out.next[c.a]++] = c;
   team.blocks(n, [&](std::size_t begin, std::size_t end) {
+    auto before = [](const Candidate& p, const Candidate& q) { return p.b != q.b ? p.b < q.b : p.image < q.image; };
     for (std::size_t i = begin; i < end; ++i)
-      std::sort(sorted.pair.begin() + sorted.row[i], sorted.pair.begin() + sorted.row[i + 1],
-                [](const Candidate& p, const Candidate& q) { return p.b != q.b ? p.b < q.b : p.image < q.image; });
+      for (std::size_t k = out.row[i] + 1; k < out.row[i + 1]; ++k) {  // by insertion: rows are short
+        const Candidate c = out.pair[k];
+        std::size_t to = k;
+        for (; to > out.row[i] && before(c, out.pair[to - 1]); --to) out.pair[to] = out.pair[to - 1];
+        out.pair[to] = c;
+      }
   });
-  return sorted;
 }
 
 }  // namespace grus::dem

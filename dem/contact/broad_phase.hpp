@@ -17,14 +17,32 @@ struct Candidate {
   std::array<std::int16_t, 3> image;  // cell vectors to add to b
 };
 
-/// Pairs of grain a: pair[row[a]] to pair[row[a + 1]], by (b, image).
+/// Pairs of grain a: pair[row[a]] to pair[row[a + 1]], by (b, image). The rest is room that searches reuse.
 struct Candidates {
   std::vector<Candidate> pair;
   std::vector<Index> row;
+
+  struct Member {  // of a grid cell
+    Vec3 position;  // folded into the cell, from its corner
+    double radius;
+    Index grain;
+    std::array<std::int16_t, 3> fold;  // cell vectors taken off
+  };
+  struct Level {
+    double largest = 0;  // radius
+    std::array<int, 3> cells{1, 1, 1};
+    std::vector<Index> first;
+    std::vector<Member> member;  // by cell, x fastest
+  };
+  std::vector<Level> levels;
+  std::vector<Member> folded;
+  std::vector<std::uint8_t> level_of;
+  std::vector<Index> place, next;
+  std::vector<std::vector<Candidate>> piece;
 };
 
 /// All pairs whose bounding spheres are closer than `skin`, each once.
 /// Throws InputError where a periodic cell is too small for its largest grain (a grain would meet its own image).
-Candidates find_candidates(const Grains& grains, const Cell& cell, double skin, Team& team);
+void find_candidates(const Grains& grains, const Cell& cell, double skin, Candidates& found, Team& team);
 
 }  // namespace grus::dem

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "dem/kernel/sphere_pass.hpp"
 #include "dem/shape/common_normal.hpp"
 
 namespace grus::dem {
@@ -112,76 +111,82 @@ void polyellipsoid_walls(const Law& law, const Scene& s, Contacts& contacts, std
   }
 }
 
-/// The columns as the kernel wants them; laws and images as rows.
-struct KernelInput {
+/// The columns as the kernel wants them; laws, images and walls as rows.
+SpherePass rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary, double dt, bool shown,
+                   Contacts& c) {
+  static_assert(sizeof(Motion) == 96 && sizeof(Contact) == 64 && sizeof(Touch) == 64 && sizeof(Load) == 64);
   SpherePass pass{};
-  std::vector<double>&laws, &shifts, &walls;
-
-  KernelInput(const ContactLaw& law, const Scene& s, bool shown, Contacts& c) : laws(c.law_rows), shifts(c.shift_rows), walls(c.wall_rows) {
-    laws.assign(s.pairs.size() * law_columns, 0);
-    for (std::size_t k = 0; k < s.pairs.size(); ++k) {
-      const PairLaw& p = s.pairs[k];
-      double* row = &laws[k * law_columns];
-      row[law_youngs] = p.youngs, row[law_dashpot] = p.dashpot, row[law_stiffness] = p.normal_stiffness;
-      row[law_shear_ratio] = p.friction > 0 ? p.shear_ratio : 1, row[law_friction] = p.friction;
-      pass.friction = pass.friction || p.friction > 0, pass.dashpot = pass.dashpot || p.dashpot > 0;
-    }
-    if (s.periodic) {
-      shifts.assign(8 * c.images.size(), 0);
-      for (std::size_t k = 0; k < c.images.size(); ++k) {
-        const Vec3 image(c.images[k][0], c.images[k][1], c.images[k][2]), offset = s.boundary.cell.vectors * image, rate = s.boundary.cell.rate * image;
-        for (int j = 0; j < 3; ++j) shifts[8 * k + static_cast<std::size_t>(j)] = offset[j], shifts[8 * k + 4 + static_cast<std::size_t>(j)] = rate[j];
-      }
-    }
-    walls.assign(8 * s.boundary.walls.size(), 0);
-    for (std::size_t w = 0; w < s.boundary.walls.size(); ++w) {
-      const Wall& wall = s.boundary.walls[w];
-      for (int j = 0; j < 3; ++j) walls[8 * w + static_cast<std::size_t>(j)] = wall.normal[j], walls[8 * w + 4 + static_cast<std::size_t>(j)] = wall.velocity[j];
-      walls[8 * w + 3] = wall.normal.dot(wall.point);
-    }
-    static_assert(sizeof(Motion) == 96 && sizeof(Contact) == 64 && sizeof(Touch) == 64 && sizeof(Load) == 64);
-    pass.motion = reinterpret_cast<const double*>(s.grains.motion.data());
-    pass.a = c.a.data(), pass.b = c.b.data(), pass.law = c.law.data(), pass.target = c.target.data();
-    pass.shift = s.periodic ? c.shift.data() : nullptr, pass.shifts = shifts.data();
-    pass.walls = walls.data(), pass.laws = laws.data(), pass.law_count = s.pairs.size();
-    pass.dt = s.dt;
-    pass.contact = reinterpret_cast<double*>(c.contact.data());
-    pass.touch = shown ? reinterpret_cast<double*>(c.touch.data()) : nullptr;
-    pass.active = c.active.data();
-    pass.load = reinterpret_cast<double*>(c.load.data());
-    pass.hertz = std::holds_alternative<HertzMindlin>(law);
+  c.law_rows.assign(pairs.size() * law_columns, 0);
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    const PairLaw& p = pairs[k];
+    double* row = &c.law_rows[k * law_columns];
+    row[law_youngs] = p.youngs, row[law_dashpot] = p.dashpot, row[law_stiffness] = p.normal_stiffness;
+    row[law_shear_ratio] = p.friction > 0 ? p.shear_ratio : 1, row[law_friction] = p.friction;
+    pass.friction = pass.friction || p.friction > 0, pass.dashpot = pass.dashpot || p.dashpot > 0;
   }
-};
+  const bool periodic = boundary.cell.periodic();
+  auto put = [](double* to, const Vec3& v) { to[0] = v.x(), to[1] = v.y(), to[2] = v.z(); };
+  if (periodic) {
+    c.shift_rows.assign(8 * c.images.size(), 0);
+    for (std::size_t k = 0; k < c.images.size(); ++k) {
+      const Vec3 image(c.images[k][0], c.images[k][1], c.images[k][2]);
+      put(&c.shift_rows[8 * k], boundary.cell.vectors * image), put(&c.shift_rows[8 * k + 4], boundary.cell.rate * image);
+    }
+  }
+  c.wall_rows.assign(8 * boundary.walls.size(), 0);
+  for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
+    const Wall& wall = boundary.walls[w];
+    put(&c.wall_rows[8 * w], wall.normal), put(&c.wall_rows[8 * w + 4], wall.velocity);
+    c.wall_rows[8 * w + 3] = wall.normal.dot(wall.point);
+  }
+  pass.motion = reinterpret_cast<const double*>(grains.motion.data());
+  pass.a = c.a.data(), pass.b = c.b.data(), pass.law = c.law.data(), pass.target = c.target.data();
+  pass.shift = periodic ? c.shift.data() : nullptr, pass.shifts = c.shift_rows.data();
+  pass.walls = c.wall_rows.data(), pass.laws = c.law_rows.data(), pass.law_count = pairs.size();
+  pass.dt = dt;
+  pass.contact = reinterpret_cast<double*>(c.contact.data());
+  pass.touch = shown ? reinterpret_cast<double*>(c.touch.data()) : nullptr;
+  pass.active = c.active.data();
+  pass.load = reinterpret_cast<double*>(c.load.data());
+  pass.hertz = std::holds_alternative<HertzMindlin>(law);
+  return pass;
+}
 
 }  // namespace
 
+ContactPass::ContactPass(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary, double dt,
+                         bool shown, Contacts& contacts)
+    : law_(law), pairs_(pairs), grains_(grains), boundary_(boundary), contacts_(contacts),
+      rows_(rows_of(law, pairs, grains, boundary, dt, shown, contacts)), spheres_(sphere_pairs()), walls_(sphere_walls()) {}
+
+void ContactPass::tile(std::size_t t) const {
+  BlockEnergy& e = contacts_.energy[t];
+  auto range = [&](Bin bin) { return std::pair<std::size_t, std::size_t>(contacts_.tile[bin][t], contacts_.tile[bin][t + 1]); };
+  auto rows = [&](Bin bin, SpherePairs loop) {
+    const auto [begin, end] = range(bin);
+    if (begin == end) return;
+    const PassEnergy spent = loop(rows_, begin, end);
+    e.friction += spent.friction, e.viscous += spent.viscous, e.work -= rows_.dt * spent.power;
+  };
+  rows(sphere_sphere, spheres_);
+  rows(sphere_wall, walls_);
+  const auto [begin, end] = range(general);
+  const auto [wall_begin, wall_end] = range(polyellipsoid_wall);
+  if (begin == end && wall_begin == wall_end) return;
+  const Scene scene{grains_, boundary_, pairs_, rows_.dt, boundary_.cell.periodic()};
+  std::visit(
+      [&](const auto& law) {
+        general_pairs(law, scene, contacts_, begin, end, e);
+        polyellipsoid_walls(law, scene, contacts_, wall_begin, wall_end, e);
+      },
+      law_);
+}
+
 void contact_forces(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary,
                     double dt, bool shown, Contacts& contacts, Team& team) {
-  const Scene scene{grains, boundary, pairs, dt, boundary.cell.periodic()};
-  const KernelInput input(law, scene, shown, contacts);
-  const SpherePairs spheres = sphere_pairs(), walls = sphere_walls();
+  const ContactPass pass(law, pairs, grains, boundary, dt, shown, contacts);
   team.pieces(tile_count(grains.size()), [&](std::size_t first, std::size_t last) {
-    std::visit(
-        [&](const auto& l) {
-          for (std::size_t t = first; t < last; ++t) {
-            BlockEnergy& e = contacts.energy[t];
-            auto part = [&](Bin bin, auto&& loop) {
-              const std::size_t b = contacts.tile[bin][t], end = contacts.tile[bin][t + 1];
-              if (b < end) loop(l, scene, contacts, b, end, e);
-            };
-            auto rows = [&](Bin bin, SpherePairs loop) {
-              const std::size_t b = contacts.tile[bin][t], end = contacts.tile[bin][t + 1];
-              if (b == end) return;
-              const PassEnergy spent = loop(input.pass, b, end);
-              e.friction += spent.friction, e.viscous += spent.viscous, e.work -= dt * spent.power;
-            };
-            rows(sphere_sphere, spheres);
-            rows(sphere_wall, walls);
-            part(general, general_pairs<std::decay_t<decltype(l)>>);
-            part(polyellipsoid_wall, polyellipsoid_walls<std::decay_t<decltype(l)>>);
-          }
-        },
-        law);
+    for (std::size_t t = first; t < last; ++t) pass.tile(t);
   });
 }
 

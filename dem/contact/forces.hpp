@@ -6,15 +6,34 @@
 
 #include "dem/base/parallel.hpp"
 #include "dem/contact/laws.hpp"
+#include "dem/kernel/sphere_pass.hpp"
 #include "dem/state/boundary.hpp"
 #include "dem/state/grains.hpp"
 
 namespace grus::dem {
 
-/// Evaluates every near pair at the present positions and half-step velocities; advances contact histories by dt and
-/// adds forces and torques to contacts.load, which must be clear. Dissipation and work of a moving boundary go to
-/// contacts.energy, one entry a tile; the work is that of this step's forces over a whole dt, so that a run books half of
-/// `boundary_power` for its first and last instant. `shown`: fills contacts.touch for every pair.
+/// One pass over all near pairs at the present positions and half-step velocities: advances contact histories by dt and
+/// adds forces and torques to contacts.load, which must be clear. Tiles may be taken in any order by any threads.
+/// Dissipation and work of a moving boundary go to contacts.energy, one entry a tile; the work is that of this step's forces
+/// over a whole dt, so that a run books half of `boundary_power` for its first and last instant. `shown`: fills
+/// contacts.touch for every pair.
+class ContactPass {
+public:
+  ContactPass(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary, double dt, bool shown,
+              Contacts& contacts);
+  void tile(std::size_t t) const;
+
+private:
+  const ContactLaw& law_;
+  std::span<const PairLaw> pairs_;
+  const Grains& grains_;
+  const Boundary& boundary_;
+  Contacts& contacts_;
+  SpherePass rows_;
+  SpherePairs spheres_, walls_;
+};
+
+/// The whole pass.
 void contact_forces(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary,
                     double dt, bool shown, Contacts& contacts, Team& team);
 

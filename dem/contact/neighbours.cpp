@@ -11,57 +11,51 @@ namespace {
 
 /// Contacts of the list before, by grain.
 struct Past {
-  const Contacts& old;
+  const NeighbourRoom& old;
+  const Contacts& lists;  // whose adjacency and bins are still those of before
   std::span<const Index> origin;
 
   Index before(Index i) const { return origin.empty() ? i : origin[i]; }
 
-  /// Index in the old list, or -1.
-  std::ptrdiff_t find(Index a, Index b, std::array<std::int16_t, 3> image, bool wall) const {
+  /// Index in the old list, or `none`.
+  Index find(Index a, Index b, std::array<std::int16_t, 3> image, bool wall) const {
     Index p = before(a), q = wall ? b : before(b);
-    if (!wall && p == q) return -1;  // siblings
+    if (!wall && p == q) return none;  // siblings
     if (!wall && p > q) {
       std::swap(p, q);
       for (auto& v : image) v = static_cast<std::int16_t>(-v);
     }
-    if (static_cast<std::size_t>(p) + 1 >= old.first.size()) return -1;
-    for (Index e = old.first[p]; e < old.first[p + 1]; ++e) {
-      const std::size_t k = old.entry[e] >> 1;
+    if (static_cast<std::size_t>(p) + 1 >= lists.first.size()) return none;
+    for (Index e = lists.first[p]; e < lists.first[p + 1]; ++e) {
+      if (lists.entry[e] & 1) continue;
+      const Index k = lists.entry[e] >> 1;
       const Pair& pair = old.pair[k];
-      if (pair.a == p && pair.b == q && (k >= old.begin[sphere_wall]) == wall && (wall || pair.image == image))
-        return static_cast<std::ptrdiff_t>(k);
+      if (pair.b == q && (k >= lists.begin[sphere_wall]) == wall && (wall || pair.image == image)) return k;
     }
-    return -1;
+    return none;
   }
 
-  /// History of the pair, turned to its present order.
-  void carry(Index a, Index b, const std::array<std::int16_t, 3>& image, bool wall, Contact& c, Touch& touch) const {
-    const std::ptrdiff_t k = find(a, b, image, wall);
-    if (k < 0) return;
-    c = old.contact[static_cast<std::size_t>(k)], touch = old.touch[static_cast<std::size_t>(k)];
-    if (!wall && before(a) > before(b)) touch.normal = -touch.normal, c.spring = -c.spring, touch.force = -touch.force;
-  }
+  static constexpr Index none = ~Index{0};
 };
 
-/// Exact-gap test for pairs that involve a poly-ellipsoid; leaves a search direction in the contact.
-bool near(const Grains& g, const Cell& cell, const Candidate& pair, double skin, const Contact& c, Touch& touch) {
+/// Exact-gap test for pairs that involve a poly-ellipsoid; `normal`: the last search direction if there is one; left for the next.
+bool near(const Grains& g, const Cell& cell, const Candidate& pair, double skin, Vec3& normal) {
   const Frame &fa = g.frame[pair.a], &fb = g.frame[pair.b];
   Vec3 r = fb.origin - fa.origin;
   if (cell.periodic()) r += cell.vectors * Vec3(pair.image[0], pair.image[1], pair.image[2]);
   const ShapePair shapes{g.shape[pair.a], g.shape[pair.b], fa.axes.transpose() * fb.axes, fa.axes.transpose() * r};
-  if (c.stiffness > 0) return true;
-  if (touch.normal != Vec3::Zero()) return separation_test(shapes, fa.axes.transpose() * touch.normal) > -skin;
+  if (normal != Vec3::Zero()) return separation_test(shapes, fa.axes.transpose() * normal) > -skin;
   // Any direction whose separation exceeds the skin settles it: most candidates go here, before the full search.
   const Vec3 line = shapes.r.normalized();
   if (separation_test(shapes, line) < -skin) return false;
   const Vec3 scaled = line.cwiseQuotient(octant_squares(shapes.a, line)).normalized();
   if (separation_test(shapes, scaled) < -skin) return false;
   const CommonNormal found = cold_common_normal(shapes);
-  touch.normal = fa.axes * found.normal;
+  normal = fa.axes * found.normal;
   return !found.converged || found.overlap > -skin;
 }
 
-void fill_adjacency(std::size_t grains, Contacts& contacts) {
+void fill_adjacency(std::size_t grains, Contacts& contacts, std::vector<Index>& next) {
   contacts.first.assign(grains + 1, 0);
   const std::size_t walls = contacts.begin[sphere_wall];
   for (std::size_t k = 0; k < contacts.size(); ++k) {
@@ -70,30 +64,30 @@ void fill_adjacency(std::size_t grains, Contacts& contacts) {
   }
   for (std::size_t i = 0; i < grains; ++i) contacts.first[i + 1] += contacts.first[i];
   contacts.entry.resize(contacts.first[grains]);
-  std::vector<Index> next(contacts.first.begin(), contacts.first.end() - 1);
+  next.assign(contacts.first.begin(), contacts.first.end() - 1);
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     contacts.entry[next[contacts.pair[k].a]++] = static_cast<Index>(2 * k);
     if (k < walls) contacts.entry[next[contacts.pair[k].b]++] = static_cast<Index>(2 * k + 1);
   }
 }
 
-/// A pair that goes on the list, with its history.
-struct Listed {
-  Pair pair;
-  Contact contact;
-  Touch touch;
-};
-
 /// What b feels goes to b's own row in the same tile, else to a row for this pair alone, in the order of (b, pair).
-void assign_targets(std::size_t grains, Contacts& contacts) {
+void assign_targets(std::size_t grains, Contacts& contacts, std::vector<Index>& next) {
   const std::size_t walls = contacts.begin[sphere_wall];
   contacts.target.resize(contacts.size());
   contacts.remote.assign(grains + 1, 0);
-  auto elsewhere = [](const Pair& p) { return p.a / tile_size != p.b / tile_size; };
+  contacts.needed_by.resize(tile_count(grains));
+  for (std::size_t t = 0; t < contacts.needed_by.size(); ++t) contacts.needed_by[t] = static_cast<Index>(t);
+  const int bits = tile_bits(grains);
+  auto elsewhere = [&](const Pair& p) { return p.a >> bits != p.b >> bits; };
   for (std::size_t k = 0; k < walls; ++k)
-    if (elsewhere(contacts.pair[k])) ++contacts.remote[contacts.pair[k].b + 1];
+    if (const Pair& p = contacts.pair[k]; elsewhere(p)) {
+      ++contacts.remote[p.b + 1];
+      Index& tile = contacts.needed_by[p.b >> bits];
+      tile = std::min(tile, static_cast<Index>(p.a >> bits));
+    }
   for (std::size_t i = 0; i < grains; ++i) contacts.remote[i + 1] += contacts.remote[i];
-  std::vector<Index> next(contacts.remote.begin(), contacts.remote.end() - 1);
+  next.assign(contacts.remote.begin(), contacts.remote.end() - 1);
   for (std::size_t k = 0; k < walls; ++k) {
     const Pair& p = contacts.pair[k];
     contacts.target[k] = elsewhere(p) ? static_cast<Index>(grains) + next[p.b]++ : p.b;
@@ -102,7 +96,7 @@ void assign_targets(std::size_t grains, Contacts& contacts) {
 }
 
 void index_images(const Cell& cell, Contacts& contacts) {
-  contacts.shift.clear(), contacts.images.clear();
+  contacts.shift.clear(), contacts.images.assign(1, {0, 0, 0});
   if (!cell.periodic()) return;
   contacts.shift.reserve(contacts.size() + overrun);
   for (std::size_t k = 0; k < contacts.begin[sphere_wall]; ++k) {
@@ -119,74 +113,111 @@ void index_images(const Cell& cell, Contacts& contacts) {
 
 void build_contacts(const Grains& grains, const Boundary& boundary, double skin, std::size_t materials,
                     std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference, Team& team) {
-  const Candidates candidates = find_candidates(grains, boundary.cell, skin, team);
-  const Past past{contacts, origin};  // reads the old columns until they are replaced below
+  NeighbourRoom& room = reference.room;
+  find_candidates(grains, boundary.cell, skin, room.candidates, team);
+  room.pair.swap(contacts.pair), room.contact.swap(contacts.contact), room.touch.swap(contacts.touch);
+  const Past past{room, contacts, origin};
+  const auto& candidate = room.candidates.pair;
+  const auto& row = room.candidates.row;
   const bool polys = !grains.frame.empty();
-  const std::size_t tiles = tile_count(grains.size());
+  const std::size_t tiles = tile_count(grains.size()), size = tile_size(grains.size());
 
-  // Each tile's pairs with their histories, bin by bin; those that touch first.
-  std::vector<std::array<std::vector<Listed>, bin_count>> listed(tiles);
+  // Which candidates go on the list, and where their histories are. In each tile and bin, pairs that touch come first.
+  room.listing.resize(candidate.size());
+  if (polys) room.normal.assign(candidate.size(), Vec3::Zero());
+  room.wall_pairs.resize(tiles);
+  room.counts.assign(tiles, {});
+  auto touched = [&](Index k) { return k != Past::none && room.contact[k].stiffness > 0; };
   team.pieces(tiles, [&](std::size_t first, std::size_t last) {
-    std::vector<Listed> still;
     for (std::size_t t = first; t < last; ++t) {
-      const std::size_t begin = t * tile_size, end = std::min(grains.size(), begin + tile_size);
-      auto take = [&](std::vector<Listed>& bin, const Listed& pair) { (pair.contact.stiffness > 0 ? bin : still).push_back(pair); };
-      auto add_still = [&](std::vector<Listed>& bin) { bin.insert(bin.end(), still.begin(), still.end()), still.clear(); };
-      for (const Bin bin : {sphere_sphere, general}) {
-        if (bin == general && !polys) continue;
-        for (std::size_t k = candidates.row[begin]; k < candidates.row[end]; ++k) {
-          const Candidate& c = candidates.pair[k];
-          if (polys && (grains.round[c.a] && grains.round[c.b]) != (bin == sphere_sphere)) continue;
-          Listed l{{c.a, c.b, c.image, static_cast<std::uint16_t>(grains.material[c.a] * materials + grains.material[c.b])}, {}, {}};
-          past.carry(c.a, c.b, c.image, false, l.contact, l.touch);
-          l.contact.effective_mass = 1 / (grains.motion[c.a].inverse_mass + grains.motion[c.b].inverse_mass);
-          if (bin == general && !near(grains, boundary.cell, c, skin, l.contact, l.touch)) continue;
-          take(listed[t][bin], l);
+      const std::size_t begin = t * size, end = std::min(grains.size(), begin + size);
+      auto& count = room.counts[t];
+      for (std::size_t k = row[begin]; k < row[end]; ++k) {
+        const Candidate& c = candidate[k];
+        auto& listed = room.listing[k];
+        listed.old = past.find(c.a, c.b, c.image, false);
+        listed.bin = polys && !(grains.round[c.a] && grains.round[c.b]) ? general : sphere_sphere;
+        const bool on = touched(listed.old);
+        if (listed.bin == general && !on) {
+          Vec3 n = listed.old == Past::none ? Vec3(Vec3::Zero()) : room.touch[listed.old].normal;
+          if (past.before(c.a) > past.before(c.b)) n = -n;
+          if (!near(grains, boundary.cell, c, skin, n)) listed.bin = bin_count;
+          room.normal[k] = n;
         }
-        add_still(listed[t][bin]);
+        if (listed.bin != bin_count) ++count[2 * static_cast<std::size_t>(listed.bin) + !on];
       }
+      room.wall_pairs[t].clear();
       for (std::size_t i = begin; i < end; ++i)
         for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
           const Wall& wall = boundary.walls[w];
           const auto& g = grains.motion[i];
           if (wall.normal.dot(g.position - wall.point) > g.radius + skin) continue;
-          const auto a = static_cast<Index>(i), b = static_cast<Index>(w);
-          Listed l{{a, b, {}, static_cast<std::uint16_t>(grains.material[i] * materials + wall.material)}, {}, {}};
-          past.carry(a, b, {}, true, l.contact, l.touch);
-          l.contact.effective_mass = grains.mass[i];
-          listed[t][grains.round[i] ? sphere_wall : polyellipsoid_wall].push_back(l);
+          const auto a = static_cast<Index>(i), b = static_cast<Index>(w), old = past.find(a, b, {}, true);
+          room.wall_pairs[t].push_back({a, b, old});
+          ++count[2 * static_cast<std::size_t>(grains.round[i] ? sphere_wall : polyellipsoid_wall) + !touched(old)];
         }
     }
   });
 
   // Contacts that leave the list while touching cannot exist: the skin exceeds any gap they could have opened.
   std::size_t total = 0;
-  for (int bin = 0; bin < bin_count; ++bin) {
-    contacts.begin[static_cast<std::size_t>(bin)] = total;
-    auto& starts = contacts.tile[static_cast<std::size_t>(bin)];
-    starts.resize(tiles + 1);
-    for (std::size_t t = 0; t < tiles; ++t) starts[t] = static_cast<Index>(total), total += listed[t][static_cast<std::size_t>(bin)].size();
-    starts[tiles] = static_cast<Index>(total);
-  }
-  contacts.begin[bin_count] = total;
-  contacts.pair.resize(total);
-  contacts.contact.assign(total + overrun, {}), contacts.touch.assign(total + overrun, {}), contacts.active.assign(total + overrun, 0);
-  for (auto* column : {&contacts.a, &contacts.b, &contacts.law}) column->assign(total + overrun, 0);
-  team.pieces(tiles, [&](std::size_t first, std::size_t last) {
-    for (std::size_t t = first; t < last; ++t)
-      for (std::size_t bin = 0; bin < bin_count; ++bin) {
-        std::size_t k = contacts.tile[bin][t];
-        for (const Listed& l : listed[t][bin]) {
-          contacts.pair[k] = l.pair, contacts.contact[k] = l.contact, contacts.touch[k] = l.touch;
-          contacts.a[k] = l.pair.a, contacts.b[k] = l.pair.b, contacts.law[k] = l.pair.law;
-          contacts.active[k++] = l.contact.stiffness > 0;
-        }
+  std::array<std::size_t, bin_count + 1> begins{};
+  for (std::size_t bin = 0; bin < bin_count; ++bin) {
+    begins[bin] = total;
+    contacts.tile[bin].resize(tiles + 1);
+    for (std::size_t t = 0; t < tiles; ++t) {
+      contacts.tile[bin][t] = static_cast<Index>(total);
+      for (std::size_t h = 2 * bin; h < 2 * bin + 2; ++h) {
+        const std::size_t pairs = room.counts[t][h];
+        room.counts[t][h] = static_cast<Index>(total), total += pairs;
       }
+    }
+    contacts.tile[bin][tiles] = static_cast<Index>(total);
+  }
+  begins[bin_count] = total;
+  contacts.pair.resize(total);
+  contacts.contact.resize(total + overrun), contacts.touch.resize(total + overrun), contacts.active.resize(total + overrun);
+  for (auto* column : {&contacts.a, &contacts.b, &contacts.law}) column->resize(total + overrun);
+  for (std::size_t k = total; k < total + overrun; ++k) {
+    contacts.contact[k] = {}, contacts.touch[k] = {}, contacts.active[k] = 0;
+    contacts.a[k] = contacts.b[k] = contacts.law[k] = 0;
+  }
+  team.pieces(tiles, [&](std::size_t first, std::size_t last) {
+    for (std::size_t t = first; t < last; ++t) {
+      const std::size_t begin = t * size, end = std::min(grains.size(), begin + size);
+      auto list = [&](std::size_t bin, const Pair& pair, Index old, bool turned, double effective_mass) -> Touch& {
+        const bool on = touched(old);
+        const std::size_t k = room.counts[t][2 * bin + !on]++;
+        contacts.pair[k] = pair;
+        contacts.a[k] = pair.a, contacts.b[k] = pair.b, contacts.law[k] = pair.law, contacts.active[k] = on;
+        Contact& c = contacts.contact[k];
+        Touch& touch = contacts.touch[k];
+        if (old != Past::none) c = room.contact[old], touch = room.touch[old];
+        else c = {}, touch = {};
+        if (turned) touch.normal = -touch.normal, c.spring = -c.spring, touch.force = -touch.force;
+        c.effective_mass = effective_mass;
+        return touch;
+      };
+      for (std::size_t k = row[begin]; k < row[end]; ++k) {
+        const Candidate& c = candidate[k];
+        const auto& listed = room.listing[k];
+        if (listed.bin == bin_count) continue;
+        const Pair pair{c.a, c.b, c.image, static_cast<std::uint16_t>(grains.material[c.a] * materials + grains.material[c.b])};
+        Touch& touch = list(static_cast<std::size_t>(listed.bin), pair, listed.old, past.before(c.a) > past.before(c.b),
+                            1 / (grains.motion[c.a].inverse_mass + grains.motion[c.b].inverse_mass));
+        if (listed.bin == general && !touched(listed.old)) touch.normal = room.normal[k];
+      }
+      for (const auto& [a, b, old] : room.wall_pairs[t]) {
+        const Pair pair{a, b, {}, static_cast<std::uint16_t>(grains.material[a] * materials + boundary.walls[b].material)};
+        list(static_cast<std::size_t>(grains.round[a] ? sphere_wall : polyellipsoid_wall), pair, old, false, grains.mass[a]);
+      }
+    }
   });
+  contacts.begin = begins;
   contacts.energy.resize(std::max(contacts.energy.size(), tiles));
-  assign_targets(grains.size(), contacts);
+  assign_targets(grains.size(), contacts, room.candidates.next);
   index_images(boundary.cell, contacts);
-  fill_adjacency(grains.size(), contacts);
+  fill_adjacency(grains.size(), contacts, room.candidates.next);
 
   reference.skin = skin, reference.grown = 0, reference.travelled = 0;
   reference.cell = boundary.cell.vectors;

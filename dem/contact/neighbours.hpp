@@ -5,11 +5,37 @@
 #include <span>
 
 #include "dem/base/parallel.hpp"
+#include "dem/contact/broad_phase.hpp"
 #include "dem/state/boundary.hpp"
 #include "dem/state/contacts.hpp"
 #include "dem/state/grains.hpp"
 
 namespace grus::dem {
+
+/// Room that rebuilds reuse. A copied state starts with none.
+struct NeighbourRoom {
+  NeighbourRoom() = default;
+  NeighbourRoom(const NeighbourRoom&) {}
+  NeighbourRoom(NeighbourRoom&&) = default;
+  NeighbourRoom& operator=(const NeighbourRoom&) { return *this; }
+  NeighbourRoom& operator=(NeighbourRoom&&) = default;
+
+  Candidates candidates;
+  std::vector<Pair> pair;  // of the list before
+  std::vector<Contact> contact;
+  std::vector<Touch> touch;
+  struct Listing {
+    Index old;  // pair in the list before
+    Bin bin;
+  };
+  std::vector<Listing> listing;  // one a candidate
+  std::vector<Vec3> normal;      // search directions of those of the general bin
+  struct WallPair {
+    Index a, b, old;
+  };
+  std::vector<std::vector<WallPair>> wall_pairs;  // by tile
+  std::vector<std::array<Index, 2 * bin_count>> counts;
+};
 
 /// Where things stood when the list was made: it holds until they have moved by the skin.
 struct NeighbourReference {
@@ -19,6 +45,7 @@ struct NeighbourReference {
   Mat3 cell = Mat3::Zero();
   double skin = 0, grown = 0;  // grown: largest growth of a surface since, by shape transition
   double largest = 0;          // radius
+  NeighbourRoom room;
   double travelled = 0;        // bound of any grain's way since, against the affine motion; kept by the step loop
 };
 

@@ -26,9 +26,13 @@ struct Real {
 GRUS_INLINE Real operator+(Real a, Real b) { return _mm512_add_pd(a.v, b.v); }
 GRUS_INLINE Real operator-(Real a, Real b) { return _mm512_sub_pd(a.v, b.v); }
 GRUS_INLINE Real operator*(Real a, Real b) { return _mm512_mul_pd(a.v, b.v); }
-GRUS_INLINE Real operator/(Real a, Real b) { return _mm512_div_pd(a.v, b.v); }
 GRUS_INLINE Real operator-(Real a) { return _mm512_xor_pd(a.v, _mm512_set1_pd(-0.0)); }
-GRUS_INLINE Real root(Real a) { return _mm512_sqrt_pd(a.v); }
+GRUS_INLINE Real halved_from(std::int64_t seed, Real a) {  // seed - (bits of a) / 2, as a number
+  return _mm512_castsi512_pd(_mm512_sub_epi64(_mm512_set1_epi64(seed), _mm512_srli_epi64(_mm512_castpd_si512(a.v), 1)));
+}
+GRUS_INLINE Real taken_from(std::int64_t seed, Real a) {  // seed - bits of a
+  return _mm512_castsi512_pd(_mm512_sub_epi64(_mm512_set1_epi64(seed), _mm512_castpd_si512(a.v)));
+}
 GRUS_INLINE Mask less(Real a, Real b) { return _mm512_cmp_pd_mask(a.v, b.v, _CMP_LT_OQ); }
 GRUS_INLINE Real select(Mask m, Real a, Real b) { return _mm512_mask_blend_pd(m, b.v, a.v); }
 GRUS_INLINE Real kept_lanes(Mask m, Real a) { return _mm512_maskz_mov_pd(m, a.v); }
@@ -101,9 +105,13 @@ struct Real {
 GRUS_INLINE Real operator+(Real a, Real b) { return _mm256_add_pd(a.v, b.v); }
 GRUS_INLINE Real operator-(Real a, Real b) { return _mm256_sub_pd(a.v, b.v); }
 GRUS_INLINE Real operator*(Real a, Real b) { return _mm256_mul_pd(a.v, b.v); }
-GRUS_INLINE Real operator/(Real a, Real b) { return _mm256_div_pd(a.v, b.v); }
 GRUS_INLINE Real operator-(Real a) { return _mm256_xor_pd(a.v, _mm256_set1_pd(-0.0)); }
-GRUS_INLINE Real root(Real a) { return _mm256_sqrt_pd(a.v); }
+GRUS_INLINE Real halved_from(std::int64_t seed, Real a) {
+  return _mm256_castsi256_pd(_mm256_sub_epi64(_mm256_set1_epi64x(seed), _mm256_srli_epi64(_mm256_castpd_si256(a.v), 1)));
+}
+GRUS_INLINE Real taken_from(std::int64_t seed, Real a) {
+  return _mm256_castsi256_pd(_mm256_sub_epi64(_mm256_set1_epi64x(seed), _mm256_castpd_si256(a.v)));
+}
 GRUS_INLINE Mask less(Real a, Real b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_LT_OQ)}; }
 GRUS_INLINE Real select(Mask m, Real a, Real b) { return _mm256_blendv_pd(b.v, a.v, m.v); }
 GRUS_INLINE Real kept_lanes(Mask m, Real a) { return _mm256_and_pd(m.v, a.v); }
@@ -159,7 +167,20 @@ GRUS_INLINE void subtract(const Rows& r, int l, double* to) {
 constexpr int width = 1;
 using Mask = bool;
 using Real = double;
-GRUS_INLINE double root(double a) { return __builtin_sqrt(a); }
+GRUS_INLINE double halved_from(std::int64_t seed, double a) {
+  std::uint64_t i;
+  __builtin_memcpy(&i, &a, 8);
+  i = static_cast<std::uint64_t>(seed) - (i >> 1);
+  __builtin_memcpy(&a, &i, 8);
+  return a;
+}
+GRUS_INLINE double taken_from(std::int64_t seed, double a) {
+  std::uint64_t i;
+  __builtin_memcpy(&i, &a, 8);
+  i = static_cast<std::uint64_t>(seed) - i;
+  __builtin_memcpy(&a, &i, 8);
+  return a;
+}
 GRUS_INLINE bool less(double a, double b) { return a < b; }
 GRUS_INLINE double select(bool m, double a, double b) { return m ? a : b; }
 GRUS_INLINE double kept_lanes(bool m, double a) { return m ? a : 0.0; }
@@ -199,6 +220,21 @@ GRUS_INLINE Real smaller(Real a, Real b) { return select(less(b, a), b, a); }
 GRUS_INLINE void load4(const double* base, std::size_t stride, Real& x, Real& y, Real& z, Real& w) {
   constexpr std::uint32_t each[8] = {0, 1, 2, 3, 4, 5, 6, 7};
   load4(base, each, stride, x, y, z, w);
+}
+
+// Roots and quotients by Newton's iteration: a divider does one at a time, the multipliers do many. The seeds are good to
+// 3.5 % and 5 %, every step squares the error: four end within two units of the last place. For positive normal numbers;
+// of 0 they give something large and finite.
+GRUS_INLINE Real inverse_root(Real a) {
+  Real y = halved_from(0x5fe6eb50c7b537a9, a);
+  const Real half_a = Real(0.5) * a;
+  for (int k = 0; k < 4; ++k) y = y * (Real(1.5) - half_a * y * y);
+  return y;
+}
+GRUS_INLINE Real inverse(Real a, int steps = 4) {
+  Real y = taken_from(0x7fde623822fc16e6, a);
+  for (int k = 0; k < steps; ++k) y = y * (Real(2.0) - a * y);
+  return y;
 }
 
 struct Real3 {

@@ -18,7 +18,7 @@ struct alignas(64) Chunk {
   double dx[chunk], dy[chunk], dz[chunk], ra[chunk], rb[chunk], gap[chunk];  // gap: squared distance, then overlap
   double drag_x[chunk], drag_y[chunk], drag_z[chunk];  // of the wall or the cell
   double sx[chunk], sy[chunk], sz[chunk], k[chunk], m[chunk], c[chunk], v[chunk], r[chunk];
-  double distance[chunk], depth[chunk], root_depth[chunk], elastic[chunk], kt[chunk], inverse[chunk], dashpot[chunk], friction[chunk];
+  double distance[chunk], depth[chunk], root_depth[chunk], elastic[chunk], kt[chunk], inverse[chunk], inverse_kt[chunk], dashpot[chunk], friction[chunk];
   double keep[chunk], cut[chunk], held[chunk], old_work[chunk];
   double vx[chunk], vy[chunk], vz[chunk], turn[chunk], normal[chunk];  // velocity of b against a, mean spin along n, normal force
   std::size_t first[chunk / width];   // pair of each kept group
@@ -106,15 +106,18 @@ GRUS_STAGE int find_touching(const SpherePass& s, std::size_t first, std::size_t
   return kept;
 }
 
-// Roots and quotients take long, and a processor looks only some hundred operations ahead: each loop below ends in one
-// of them, so that many are under way together.
+// Roots take long, and a processor looks only some hundred operations ahead: each loop below ends in one, so that many
+// are under way together.
 
 /// Overlap, elastic force and stiffness.
 template <bool wall, bool hertz, bool friction, bool dashpot>
 GRUS_STAGE void respond(const SpherePass& s, int kept, Chunk& c) {
   const Real one(1.0), zero(0.0);
   if constexpr (!wall)
-    for (int o = 0; o < kept * width; o += width) store(root(at(c.gap + o)), c.distance + o);
+    for (int o = 0; o < kept * width; o += width) {
+      const Real d2 = at(c.gap + o), y = inverse_root(d2);
+      store(y, c.inverse + o), store(d2 * y, c.distance + o);
+    }
   for (int g = 0; g < kept; ++g) {
     const int o = g * width;
     if constexpr (!wall) {
@@ -123,12 +126,12 @@ GRUS_STAGE void respond(const SpherePass& s, int kept, Chunk& c) {
       store(at(c.ra + o) + at(c.rb + o) - distance, c.gap + o);
       if (bits(coincide)) {  // centres that coincide have no direction
         store(select(coincide, one, at(c.dx + o)), c.dx + o), store(select(coincide, zero, at(c.dy + o)), c.dy + o);
-        store(select(coincide, zero, at(c.dz + o)), c.dz + o), store(select(coincide, one, distance), c.distance + o);
+        store(select(coincide, zero, at(c.dz + o)), c.dz + o), store(select(coincide, one, at(c.inverse + o)), c.inverse + o);
       }
     }
     const Real depth = select(mask_of(c.touching[g]), at(c.gap + o), one);
     store(depth, c.depth + o);
-    if constexpr (hertz) store(root(depth), c.root_depth + o);
+    if constexpr (hertz) store(depth * inverse_root(depth), c.root_depth + o);
   }
   for (int g = 0; g < kept; ++g) {
     const int o = g * width;
@@ -141,12 +144,12 @@ GRUS_STAGE void respond(const SpherePass& s, int kept, Chunk& c) {
     const Real ks = hertz ? stiffness * at(c.root_depth + o) : stiffness, normal_stiffness = hertz ? Real(1.5) * ks : stiffness;
     if constexpr (friction) {
       const Real kt = select(mask_of(c.touching[g]), column(law_shear_ratio) * normal_stiffness, one);
-      store(one / (wall ? kt : at(c.distance + o) * kt), c.inverse + o);  // one division for two reciprocals
-      store(kt, c.kt + o), store(column(law_friction), c.friction + o);
-    } else if constexpr (!wall) {
-      store(one / at(c.distance + o), c.inverse + o);
+      store(kt, c.kt + o), store(inverse(kt), c.inverse_kt + o), store(column(law_friction), c.friction + o);
     }
-    if constexpr (dashpot) store(column(law_dashpot) * root(mass * normal_stiffness), c.dashpot + o);
+    if constexpr (dashpot) {
+      const Real x = mass * normal_stiffness;
+      store(column(law_dashpot) * (x * inverse_root(x)), c.dashpot + o);
+    }
     store(ks * at(c.depth + o), c.elastic + o);
     store(spring.x, c.sx + o), store(spring.y, c.sy + o), store(spring.z, c.sz + o), store(stiffness, c.k + o);
     store(mass, c.m + o), store(compliance, c.c + o), store(viscous, c.v + o), store(radius, c.r + o);
@@ -154,7 +157,7 @@ GRUS_STAGE void respond(const SpherePass& s, int kept, Chunk& c) {
 }
 
 /// Normal, velocity of b against a where they touch, and their mean spin along the normal.
-template <bool wall, bool friction>
+template <bool wall>
 GRUS_STAGE void meet(const SpherePass& s, int kept, Chunk& c) {
   const Real half(0.5);
   for (int g = 0; g < kept; ++g) {
@@ -166,7 +169,7 @@ GRUS_STAGE void meet(const SpherePass& s, int kept, Chunk& c) {
     load4(s.motion + 8, ia, 12, wa.x, wa.y, wa.z, unused);
     Real3 n{at(c.dx + o), at(c.dy + o), at(c.dz + o)};
     if constexpr (!wall) {
-      n = (friction ? at(c.inverse + o) * at(c.kt + o) : at(c.inverse + o)) * n;
+      n = at(c.inverse + o) * n;
       store(n.x, c.dx + o), store(n.y, c.dy + o), store(n.z, c.dz + o);
     }
     const Real overlap = at(c.gap + o), la = at(c.ra + o) - half * overlap;
@@ -202,9 +205,10 @@ struct Sums {
 /// Dashpot; spring turned with the contact and stretched by the slip, before the Coulomb limit.
 template <bool wall, bool friction, bool dashpot>
 GRUS_STAGE void resist(const SpherePass& s, std::size_t first, int kept, Chunk& c, Sums& sums) {
-  const Real dt(s.dt), half(0.5), zero(0.0), one(1.0), three(3.0);
+  const Real dt(s.dt), half(0.5), zero(0.0), one(1.0);
   for (int g = 0; g < kept; ++g) {
     const int o = g * width, h = static_cast<int>((c.first[g] - first) / width % (group / width));
+    for (int l = 0; l < width; ++l) __builtin_prefetch(s.contact + 8 * (c.first[g] + chunk + static_cast<std::size_t>(l)), 1, 2);
     const Real3 n{at(c.dx + o), at(c.dy + o), at(c.dz + o)}, v{at(c.vx + o), at(c.vy + o), at(c.vz + o)};
     const Real vn = dot(v, n), elastic = at(c.elastic + o);
     Real normal = elastic;
@@ -224,9 +228,9 @@ GRUS_STAGE void resist(const SpherePass& s, std::size_t first, int kept, Chunk& 
       Real3 old = spring - dot(n, spring) * n;
       old = old + (at(c.turn + o) * dt) * cross(n, old);
       store(old.x, c.sx + o), store(old.y, c.sy + o), store(old.z, c.sz + o);
-      // Turned with the contact, not shortened: sqrt(size2 / turned2) to third order in what the turn took.
-      const Real turned2 = dot(old, old), whole = three * turned2 + size2;
-      store((turned2 + three * size2) / select(less(zero, whole), whole, one), c.keep + o);
+      // Turned with the contact, not shortened: by sqrt(size2 / turned2), to third order in what the turn took.
+      const Real turned2 = dot(old, old), lost = smaller((size2 - turned2) * inverse(larger(turned2, Real(1e-290)), 2), one);
+      store(one + lost * (half - Real(0.125) * lost), c.keep + o);
     }
   }
   if constexpr (friction)
@@ -239,8 +243,7 @@ GRUS_STAGE void resist(const SpherePass& s, std::size_t first, int kept, Chunk& 
       store(now.x, c.sx + o), store(now.y, c.sy + o), store(now.z, c.sz + o);
       const Real limit = at(c.friction + o) * at(c.normal + o), now2 = dot(now, now);
       const Mask slides = less(limit * limit, now2);
-      store(select(slides, limit, one) / root(select(slides, now2, one)), c.cut + o);
-      store(wall ? at(c.inverse + o) : at(c.inverse + o) * at(c.distance + o), c.c + o);
+      store(select(slides, limit * inverse_root(now2), one), c.cut + o);
     }
 }
 
@@ -259,7 +262,7 @@ GRUS_STAGE void hand_out(const SpherePass& s, std::size_t first, int kept, Chunk
       now = {cut * at(c.sx + o), cut * at(c.sy + o), cut * at(c.sz + o)};
       twist = cross(now, n);
       const Real3 slip{at(c.vx + o), at(c.vy + o), at(c.vz + o)};
-      const Real remains = half * at(c.c + o) * dot(now, now), work = at(c.old_work + o) + half * dot(now, slip);
+      const Real remains = half * at(c.inverse_kt + o) * dot(now, now), work = at(c.old_work + o) + half * dot(now, slip);
       sums.slid[h] = sums.slid[h] + kept_lanes(mask_of(touching), at(c.held + o) - remains - work);
     }
     const Real3 force = at(c.normal + o) * n + now;
@@ -268,7 +271,7 @@ GRUS_STAGE void hand_out(const SpherePass& s, std::size_t first, int kept, Chunk
       sums.power[h] = sums.power[h] + kept_lanes(mask_of(touching), dot(force, drag));
     }
     if constexpr (friction || dashpot) {
-      const Rows history = rows(quads(now.x, now.y, now.z, at(c.k + o)), quads(at(c.m + o), at(c.c + o), at(c.v + o), at(c.r + o)));
+      const Rows history = rows(quads(now.x, now.y, now.z, at(c.k + o)), quads(at(c.m + o), friction ? at(c.inverse_kt + o) : zero, at(c.v + o), at(c.r + o)));
 #pragma GCC unroll 8
       for (int l = 0; l < width; ++l)
         if (touching >> l & 1) put(history, l, s.contact + 8 * (k + static_cast<std::size_t>(l)));
@@ -306,7 +309,7 @@ PassEnergy run(const SpherePass& s, std::size_t first, std::size_t last) {
   for (std::size_t start = first; start < last; start += chunk) {
     const int kept = find_touching<wall>(s, start, last - start < chunk ? last : start + chunk, c, e.friction);
     respond<wall, hertz, friction, dashpot>(s, kept, c);
-    meet<wall, friction>(s, kept, c);
+    meet<wall>(s, kept, c);
     resist<wall, friction, dashpot>(s, first, kept, c, sums);
     hand_out<wall, friction, dashpot>(s, first, kept, c, sums);
   }

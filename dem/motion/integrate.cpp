@@ -74,47 +74,6 @@ void sweep_each(Grains& g, Contacts& c, const MotionSettings& s, bool bonded, do
   }
 }
 
-template <Kick kick>
-void sweep(Grains& g, Contacts& c, const MotionSettings& s, bool bonded, double dt, std::vector<SweepEnergy>& energy, Team& team) {
-  constexpr bool close = kick != Kick::open, open = kick != Kick::close;
-  const std::size_t tiles = tile_count(g.size());
-  if (energy.size() < tiles) energy.resize(tiles);
-  const bool turns = open && (s.turn_spheres || !g.frame.empty());
-  SphereSweep rows{.motion = reinterpret_cast<double*>(g.motion.data()),
-                   .load = reinterpret_cast<double*>(c.load.data()),
-                   .remote = c.remote.data(),
-                   .first_remote = g.size(),
-                   .force = reinterpret_cast<double*>(g.force.data()),
-                   .torque = reinterpret_cast<double*>(g.torque.data()),
-                   .angular_momentum = reinterpret_cast<double*>(g.angular_momentum.data()),
-                   .mass = g.mass.data(),
-                   .gravity = {s.gravity.x(), s.gravity.y(), s.gravity.z()},
-                   .affine = {},
-                   .weighs = !s.gravity.isZero(0),
-                   .shears = !s.affine.isZero(0),
-                   .damping = s.local_damping,
-                   .dt = dt};
-  for (int k = 0; k < 9; ++k) rows.affine[k] = s.affine(k % 3, k / 3);
-  const SphereKicks kicks = sphere_kicks();
-  team.pieces(tiles, [&](std::size_t first, std::size_t last) {
-    for (std::size_t t = first; t < last; ++t) {
-      const std::size_t begin = t * tile_size, end = std::min(g.size(), begin + tile_size);
-      bool spheres = !bonded;
-      if (!g.frame.empty())
-        for (std::size_t i = begin; i < end && spheres; ++i) spheres = g.round[i];
-      if (spheres) {
-        const SweepEnergy e = kicks(rows, kick, begin, end);
-        energy[t].viscous += e.viscous, energy[t].work += e.work, energy[t].speed2 = std::max(energy[t].speed2, e.speed2);
-      } else {
-        sweep_each<close, open>(g, c, s, bonded, dt, begin, end, energy[t]);
-      }
-      if (turns)
-        for (std::size_t i = begin; i < end; ++i)
-          if (g.round[i]) turn_sphere(g, i, dt);
-    }
-  });
-}
-
 }  // namespace
 
 Quat turn(const Quat& orientation, const Inertia& inertia, const Vec3& momentum, double dt) {
@@ -133,17 +92,54 @@ Quat turn(const Quat& orientation, const Inertia& inertia, const Vec3& momentum,
   return unit(q * inertia.axes.conjugate());
 }
 
-void close_step(Grains& g, Contacts& c, const MotionSettings& s, bool bonded, double dt, std::vector<SweepEnergy>& energy, Team& team) {
-  sweep<Kick::close>(g, c, s, bonded, dt, energy, team);
+SweepPass::SweepPass(Kick kick, Grains& g, Contacts& c, const MotionSettings& s, bool bonded, double dt, std::vector<SweepEnergy>& energy)
+    : kick_(kick), grains_(g), contacts_(c), settings_(s), bonded_(bonded), energy_(energy),
+      rows_{.motion = reinterpret_cast<double*>(g.motion.data()),
+            .load = reinterpret_cast<double*>(c.load.data()),
+            .remote = c.remote.data(),
+            .first_remote = g.size(),
+            .force = reinterpret_cast<double*>(g.force.data()),
+            .torque = reinterpret_cast<double*>(g.torque.data()),
+            .angular_momentum = reinterpret_cast<double*>(g.angular_momentum.data()),
+            .mass = g.mass.data(),
+            .gravity = {s.gravity.x(), s.gravity.y(), s.gravity.z()},
+            .affine = {},
+            .weighs = !s.gravity.isZero(0),
+            .shears = !s.affine.isZero(0),
+            .damping = s.local_damping,
+            .dt = dt},
+      kicks_(sphere_kicks()) {
+  for (int k = 0; k < 9; ++k) rows_.affine[k] = s.affine(k % 3, k / 3);
+  if (energy.size() < tile_count(g.size())) energy.resize(tile_count(g.size()));
 }
 
-void open_step(Grains& g, Contacts& c, const MotionSettings& s, double dt, std::vector<SweepEnergy>& energy, Team& team) {
-  sweep<Kick::open>(g, c, s, false, dt, energy, team);
+void SweepPass::tile(std::size_t t) const {
+  Grains& g = grains_;
+  const std::size_t begin = t * tile_size(g.size()), end = std::min(g.size(), begin + tile_size(g.size()));
+  SweepEnergy& total = energy_[t];
+  bool spheres = !bonded_;
+  if (!g.frame.empty())
+    for (std::size_t i = begin; i < end && spheres; ++i) spheres = g.round[i];
+  if (spheres) {
+    const SweepEnergy e = kicks_(rows_, kick_, begin, end);
+    total.viscous += e.viscous, total.work += e.work, total.speed2 = std::max(total.speed2, e.speed2);
+  } else if (kick_ == Kick::close) {
+    sweep_each<true, false>(g, contacts_, settings_, bonded_, rows_.dt, begin, end, total);
+  } else if (kick_ == Kick::open) {
+    sweep_each<false, true>(g, contacts_, settings_, bonded_, rows_.dt, begin, end, total);
+  } else {
+    sweep_each<true, true>(g, contacts_, settings_, bonded_, rows_.dt, begin, end, total);
+  }
+  if (kick_ == Kick::close || !(settings_.turn_spheres || !g.frame.empty())) return;
+  for (std::size_t i = begin; i < end; ++i)
+    if (g.round[i]) turn_sphere(g, i, rows_.dt);
 }
 
-void close_and_open_step(Grains& g, Contacts& c, const MotionSettings& s, bool bonded, double dt, std::vector<SweepEnergy>& energy,
-                         Team& team) {
-  sweep<Kick::both>(g, c, s, bonded, dt, energy, team);
+void sweep(Kick kick, Grains& g, Contacts& c, const MotionSettings& s, bool bonded, double dt, std::vector<SweepEnergy>& energy, Team& team) {
+  const SweepPass pass(kick, g, c, s, bonded, dt, energy);
+  team.pieces(tile_count(g.size()), [&](std::size_t first, std::size_t last) {
+    for (std::size_t t = first; t < last; ++t) pass.tile(t);
+  });
 }
 
 double take_speed(std::vector<SweepEnergy>& energy) {

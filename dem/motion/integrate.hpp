@@ -17,15 +17,30 @@ struct MotionSettings {
   Mat3 affine = Mat3::Zero();   // velocity gradient of the cell (1/s); kept by the step loop
 };
 
-/// Closes a step: takes the loads of the contact pass (and what `bond_forces` left in grains.force/torque) and kicks by
-/// dt/2. Opens the next: kicks by dt/2 and drifts. A step in the middle of a run does both in one sweep over the grains and
-/// leaves grains.force and torque alone; the two half kicks are rounded apart, so stopping between steps changes no bit.
+/// One sweep over the grains. A close takes the loads of the contact pass (and what `bond_forces` left in
+/// grains.force/torque) and kicks by dt/2; an open kicks by dt/2 and drifts. A step in the middle of a run does both at once
+/// and leaves grains.force and torque alone; the two half kicks are rounded apart, so stopping between steps changes no bit.
 /// Spheres turn by their spin; their angular momentum is written when a step is closed. `energy`: one entry a tile.
-void close_step(Grains& grains, Contacts& contacts, const MotionSettings& settings, bool bonded, double dt,
-                std::vector<SweepEnergy>& energy, Team& team);
-void open_step(Grains& grains, Contacts& contacts, const MotionSettings& settings, double dt, std::vector<SweepEnergy>& energy, Team& team);
-void close_and_open_step(Grains& grains, Contacts& contacts, const MotionSettings& settings, bool bonded, double dt,
-                         std::vector<SweepEnergy>& energy, Team& team);
+class SweepPass {
+public:
+  SweepPass(Kick kick, Grains& grains, Contacts& contacts, const MotionSettings& settings, bool bonded, double dt,
+            std::vector<SweepEnergy>& energy);
+  void tile(std::size_t t) const;
+
+private:
+  Kick kick_;
+  Grains& grains_;
+  Contacts& contacts_;
+  const MotionSettings& settings_;
+  bool bonded_;
+  std::vector<SweepEnergy>& energy_;
+  SphereSweep rows_;
+  SphereKicks kicks_;
+};
+
+/// The whole sweep.
+void sweep(Kick kick, Grains& grains, Contacts& contacts, const MotionSettings& settings, bool bonded, double dt,
+           std::vector<SweepEnergy>& energy, Team& team);
 
 /// Largest speed (m/s) since it was last asked for.
 double take_speed(std::vector<SweepEnergy>& energy);

@@ -71,7 +71,7 @@ private:
     }
     Cell cell;
     if (periodic_) cell.vectors = Mat3(box_.asDiagonal());
-    pairs_ = find_candidates(grains_, cell, skin_, team_).pair;
+    find_candidates(grains_, cell, skin_, near_, team_);
   }
   bool moved() const {
     for (std::size_t i = 0; i < s_.size(); ++i)
@@ -81,7 +81,7 @@ private:
   double forces() {
     f_.assign(s_.size(), Vec3::Zero());
     double worst = 0;
-    for (const auto& p : pairs_) {
+    for (const auto& p : near_.pair) {
       Vec3 d = s_[p.b].position - s_[p.a].position;
       if (periodic_) d += box_.cwiseProduct(Vec3(p.image[0], p.image[1], p.image[2]));
       const double sum = s_[p.a].radius + s_[p.b].radius, d2 = d.squaredNorm();
@@ -106,7 +106,7 @@ private:
   bool periodic_;
   std::vector<Sphere>& s_;
   Grains grains_;
-  std::vector<Candidate> pairs_;
+  Candidates near_;
   std::vector<Vec3> v_, f_, at_;
   double skin_ = 0;
   Team team_;

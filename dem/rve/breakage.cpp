@@ -109,7 +109,7 @@ void refresh_forces(const Model& model, State& state, Team& team) {
   std::vector<SweepEnergy> none;
   MotionSettings settings = model.motion;
   settings.local_damping = 0;
-  close_step(state.grains, state.contacts, settings, !state.bonds.empty(), 0, none, team);
+  sweep(Kick::close, state.grains, state.contacts, settings, !state.bonds.empty(), 0, none, team);
 }
 
 }  // namespace

@@ -38,6 +38,26 @@ void rebuild(const Model& model, State& state, Team& team) {
   build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team);
 }
 
+/// Forces of all contacts, and the kicks that they give. A tile of grains moves on as soon as nothing else needs it where it
+/// is: while its data is at hand. What depends on pairs of another thread's tiles waits for a second round.
+void force_and_move(const Model& model, State& state, const MotionSettings& settings, bool shown, bool bonded, Kick kick, Team& team) {
+  const ContactPass contacts(model.law, model.pairs, state.grains, state.boundary, state.dt, shown, state.contacts);
+  const SweepPass grains(kick, state.grains, state.contacts, settings, bonded, state.dt, state.grain_energy);
+  const std::vector<Index>& needed_by = state.contacts.needed_by;
+  const std::size_t tiles = tile_count(state.grains.size());
+  team.pieces(tiles, [&](std::size_t first, std::size_t last) {
+    for (std::size_t t = first; t < last; ++t) {
+      contacts.tile(t);
+      if (needed_by[t] >= first) grains.tile(t);
+    }
+  });
+  if (team.threads() == 1) return;
+  team.pieces(tiles, [&](std::size_t first, std::size_t last) {
+    for (std::size_t t = first; t < last; ++t)
+      if (needed_by[t] < first) grains.tile(t);
+  });
+}
+
 /// Before a list is made: a run that blows up must end here, not in a search over an endless box.
 void check_speeds(const State& state) {
   for (std::size_t i = 0; i < state.grains.size(); ++i) {
@@ -63,7 +83,7 @@ void prepare(const Model& model, State& state, Team& team) {
   state.skin = model.numerics.skin * mean_radius / static_cast<double>(std::max<std::size_t>(g.size(), 1));
   rebuild(model, state, team);
   contact_forces(model.law, model.pairs, g, state.boundary, 0, true, state.contacts, team);
-  close_step(g, state.contacts, settings_of(model, state), false, 0, state.grain_energy, team);
+  sweep(Kick::close, g, state.contacts, settings_of(model, state), false, 0, state.grain_energy, team);
   flush(state.contacts);
   state.next_estimate = state.steps;
   update_time_step(model, state);
@@ -102,7 +122,7 @@ std::uint64_t run_steps(const Model& model, State& state, std::uint64_t count, T
     book(state);
   };
   for (std::uint64_t k = 0; k < count; ++k) {
-    if (!moving) open_step(g, state.contacts, settings, dt, state.grain_energy, team);
+    if (!moving) sweep(Kick::open, g, state.contacts, settings, false, dt, state.grain_energy, team);
     state.reference.travelled += 1.1 * dt * take_speed(state.grain_energy);  // the affine motion may stretch the way by a little
     move_boundary(state.boundary, dt);
     if (list_is_stale(g, state.boundary, state.reference)) {
@@ -112,17 +132,13 @@ std::uint64_t run_steps(const Model& model, State& state, std::uint64_t count, T
     if (reshapes) reshape_fragments(model, state, dt, reshaping, team);
     const bool test = breakable && (state.steps + 1) % static_cast<std::uint64_t>(model.numerics.fracture_every) == 0;
     moving = !test && k + 1 < count;
-    contact_forces(model.law, model.pairs, g, state.boundary, dt, reshapes || !moving, state.contacts, team);
-    if (reshapes) book_growth(model, state, reshaping);
     const bool bonded = !state.bonds.empty();
     if (bonded) bond_forces(g, state.bonds, state.ledger);
+    force_and_move(model, state, settings, reshapes || !moving, bonded, moving ? Kick::both : Kick::close, team);
+    if (reshapes) book_growth(model, state, reshaping);
     ++state.steps;
     state.time += dt;
-    if (moving) {
-      close_and_open_step(g, state.contacts, settings, bonded, dt, state.grain_energy, team);
-      continue;
-    }
-    close_step(g, state.contacts, settings, bonded, dt, state.grain_energy, team);
+    if (moving) continue;
     if (!test) continue;
     const std::vector<Break> breaks = find_breaks(model, state, team);
     if (breaks.empty()) continue;

@@ -58,8 +58,14 @@ struct BlockEnergy {
 /// Grains are cut into tiles of consecutive indices, pairs belong to the tile of their grain a. A tile's pairs are one
 /// thread's work: what they do to grains of the tile goes to those grains' loads, what they do to grains of later tiles to
 /// rows of its own (`target`), which the later grain adds up. So no order depends on the number of threads.
-inline constexpr std::size_t tile_size = 128;
-inline std::size_t tile_count(std::size_t grains) { return (grains + tile_size - 1) / tile_size; }
+/// The size follows from the number of grains alone: enough tiles for a team, few pairs between tiles.
+inline int tile_bits(std::size_t grains) {
+  int bits = 7;
+  while (bits < 12 && (grains >> bits) > 32) ++bits;
+  return bits;
+}
+inline std::size_t tile_size(std::size_t grains) { return std::size_t{1} << tile_bits(grains); }
+inline std::size_t tile_count(std::size_t grains) { return (grains + tile_size(grains) - 1) >> tile_bits(grains); }
 
 /// Kernels read whole groups of pairs, and may look beyond the last.
 inline constexpr std::size_t overrun = 8;
@@ -77,6 +83,7 @@ struct Contacts {
   std::vector<std::array<std::int16_t, 3>> images;
   std::vector<Load> load;            // one a grain, then the rows that `remote` counts; all zero between steps
   std::vector<Index> remote;         // of grain i: load[grains + remote[i]] to load[grains + remote[i + 1]]
+  std::vector<Index> needed_by;      // of each tile: the lowest tile with a pair that holds one of its grains
   std::vector<Index> first, entry;   // of grain i: entry[first[i]..first[i+1]) = 2 * pair + (is b)
   std::vector<BlockEnergy> energy;   // one a tile
   std::vector<double> law_rows, shift_rows, wall_rows;  // room for the kernels' tables

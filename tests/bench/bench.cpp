@@ -103,7 +103,7 @@ Row warm_pair() {
 }
 
 /// The peers' own packing ("N L", then "x y z r") and loading.
-int packed(const char* file, std::uint64_t steps, int threads) {
+int packed(const char* file, std::uint64_t steps, int threads, double skin) {
   std::ifstream in(file);
   std::size_t n;
   double size;
@@ -114,12 +114,13 @@ int packed(const char* file, std::uint64_t steps, int threads) {
   model.materials = {sand};
   model.numerics.time_step = 2e-8;
   model.motion.turn_spheres = false;
+  model.numerics.skin = skin;
   make_pair_laws(model);
-  State state;
+  State fresh;
   Vec3 x;
   double r;
   while (in >> x[0] >> x[1] >> x[2] >> r)
-    set_grain(state.grains, state.grains.size(), {.shape = PolyEllipsoid::sphere(r), .position = x, .density = 2650});
+    set_grain(fresh.grains, fresh.grains.size(), {.shape = PolyEllipsoid::sphere(r), .position = x, .density = 2650});
   for (int k = 0; k < 3; ++k)
     for (int side = 0; side < 2; ++side) {
       Wall wall;
@@ -127,18 +128,18 @@ int packed(const char* file, std::uint64_t steps, int threads) {
       wall.normal[k] = side ? -1 : 1;
       if (side) wall.point[k] = size;
       if (side && k == 2) wall.velocity = Vec3(0, 0, -500 * size);
-      state.boundary.walls.push_back(wall);
+      fresh.boundary.walls.push_back(wall);
     }
   Team team(threads);
-  sort_in_space(state.grains);
-  prepare(model, state, team);
-  run_steps(model, state, 100, team);
+  sort_in_space(fresh.grains);
   double best = INFINITY;
   Measurement m;
   for (int repeat = 0; repeat < 3; ++repeat) {
-    State copy = state;
-    best = std::min(best, seconds([&] { run_steps(model, copy, steps, team); }));
-    m = measure(model, copy);
+    State state = fresh;
+    prepare(model, state, team);
+    run_steps(model, state, 100, team);
+    best = std::min(best, seconds([&] { run_steps(model, state, steps, team); }));
+    m = measure(model, state);
   }
   fmt::print("{} grains {} threads: {:.3f} M grain-steps/s, Z {:.3f}, top {:.4g} MPa, szz {:.4g}\n", n, threads,
              static_cast<double>(n * steps) / best / 1e6, 2.0 * static_cast<double>(m.contacts) / static_cast<double>(n), -m.wall_stress(2, 2) / 1e6, -m.stress(2, 2) / 1e6);
@@ -149,7 +150,7 @@ int packed(const char* file, std::uint64_t steps, int threads) {
 
 int main(int argc, char** argv) {
   std::vector<Row> rows;
-  if (argc > 3 && std::string(argv[1]) == "w1") return packed(argv[2], std::stoul(argv[3]), argc > 4 ? std::stoi(argv[4]) : 1);
+  if (argc > 3 && std::string(argv[1]) == "w1") return packed(argv[2], std::stoul(argv[3]), argc > 4 ? std::stoi(argv[4]) : 1, argc > 5 ? std::stod(argv[5]) : 0.12);
   if (argc > 1 && std::string(argv[1]) == "quick") {
     const Row r = dense(1000, 1, 4000, 0.12);
     fmt::print("{:.3f} million grain-steps/s, {:.2f} contacts a grain; warm pair {:.0f} ns\n", r.value, r.contacts, warm_pair().value);
