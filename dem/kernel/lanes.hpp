@@ -27,6 +27,8 @@ GRUS_INLINE Real operator+(Real a, Real b) { return _mm512_add_pd(a.v, b.v); }
 GRUS_INLINE Real operator-(Real a, Real b) { return _mm512_sub_pd(a.v, b.v); }
 GRUS_INLINE Real operator*(Real a, Real b) { return _mm512_mul_pd(a.v, b.v); }
 GRUS_INLINE Real operator-(Real a) { return _mm512_xor_pd(a.v, _mm512_set1_pd(-0.0)); }
+GRUS_INLINE Real operator/(Real a, Real b) { return _mm512_div_pd(a.v, b.v); }
+GRUS_INLINE Real root(Real a) { return _mm512_sqrt_pd(a.v); }
 GRUS_INLINE Real halved_from(std::int64_t seed, Real a) {  // seed - (bits of a) / 2, as a number
   return _mm512_castsi512_pd(_mm512_sub_epi64(_mm512_set1_epi64(seed), _mm512_srli_epi64(_mm512_castpd_si512(a.v), 1)));
 }
@@ -106,6 +108,8 @@ GRUS_INLINE Real operator+(Real a, Real b) { return _mm256_add_pd(a.v, b.v); }
 GRUS_INLINE Real operator-(Real a, Real b) { return _mm256_sub_pd(a.v, b.v); }
 GRUS_INLINE Real operator*(Real a, Real b) { return _mm256_mul_pd(a.v, b.v); }
 GRUS_INLINE Real operator-(Real a) { return _mm256_xor_pd(a.v, _mm256_set1_pd(-0.0)); }
+GRUS_INLINE Real operator/(Real a, Real b) { return _mm256_div_pd(a.v, b.v); }
+GRUS_INLINE Real root(Real a) { return _mm256_sqrt_pd(a.v); }
 GRUS_INLINE Real halved_from(std::int64_t seed, Real a) {
   return _mm256_castsi256_pd(_mm256_sub_epi64(_mm256_set1_epi64x(seed), _mm256_srli_epi64(_mm256_castpd_si256(a.v), 1)));
 }
@@ -167,6 +171,7 @@ GRUS_INLINE void subtract(const Rows& r, int l, double* to) {
 constexpr int width = 1;
 using Mask = bool;
 using Real = double;
+GRUS_INLINE double root(double a) { return __builtin_sqrt(a); }
 GRUS_INLINE double halved_from(std::int64_t seed, double a) {
   std::uint64_t i;
   __builtin_memcpy(&i, &a, 8);

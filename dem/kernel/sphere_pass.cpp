@@ -131,7 +131,7 @@ GRUS_STAGE void respond(const SpherePass& s, int kept, Chunk& c) {
     }
     const Real depth = select(mask_of(c.touching[g]), at(c.gap + o), one);
     store(depth, c.depth + o);
-    if constexpr (hertz) store(depth * inverse_root(depth), c.root_depth + o);
+    if constexpr (hertz) store(root(depth), c.root_depth + o);
   }
   for (int g = 0; g < kept; ++g) {
     const int o = g * width;
@@ -148,7 +148,7 @@ GRUS_STAGE void respond(const SpherePass& s, int kept, Chunk& c) {
     }
     if constexpr (dashpot) {
       const Real x = mass * normal_stiffness;
-      store(column(law_dashpot) * (x * inverse_root(x)), c.dashpot + o);
+      store(column(law_dashpot) * root(x), c.dashpot + o);
     }
     store(ks * at(c.depth + o), c.elastic + o);
     store(spring.x, c.sx + o), store(spring.y, c.sy + o), store(spring.z, c.sz + o), store(stiffness, c.k + o);
