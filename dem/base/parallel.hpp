@@ -32,15 +32,19 @@ public:
     run([](void* context, std::size_t b, std::size_t e) { (*static_cast<std::remove_reference_t<F>*>(context))(b, e); }, &f, n);
   }
 
-  /// Calls f(begin, end) for one piece of [0, n) a thread; returns when all are done.
+  /// Calls f(begin, end, rank) for one piece of [0, n) a thread; returns when all are done.
   template <class F>
   void pieces(std::size_t n, F&& f) {
-    auto scaled = [&](std::size_t b, std::size_t e) { f(b / block_size, (e + block_size - 1) / block_size); };
     if (workers_.empty() || n < 2) {
-      if (n > 0) f(std::size_t{0}, n);
+      if (n > 0) f(std::size_t{0}, n, 0);
       return;
     }
-    run([](void* context, std::size_t b, std::size_t e) { (*static_cast<decltype(scaled)*>(context))(b, e); }, &scaled, n * block_size);
+    const std::size_t all = static_cast<std::size_t>(threads());
+    auto piece = [&](std::size_t b, std::size_t) {
+      const std::size_t rank = b / block_size;
+      if (n * rank / all < n * (rank + 1) / all) f(n * rank / all, n * (rank + 1) / all, static_cast<int>(rank));
+    };
+    run([](void* context, std::size_t b, std::size_t e) { (*static_cast<decltype(piece)*>(context))(b, e); }, &piece, all * block_size);
   }
 
   /// Calls f(i) for i in [0, n), handed out one by one: for few, long and uneven jobs.

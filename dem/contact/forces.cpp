@@ -33,14 +33,13 @@ void begin_contact(const Law& law, const PairLaw& p, double radius, double volum
 }
 
 /// `force` on b at the lever arm_b, -force on a at arm_a.
-inline void add_load(Contacts& contacts, Index a, Index b_row, const Vec3& force, const Vec3& arm_a, const Vec3& arm_b) {
-  Load &on_a = contacts.load[a], &on_b = contacts.load[b_row];
+inline void add_load(Load& on_a, Load& on_b, const Vec3& force, const Vec3& arm_a, const Vec3& arm_b) {
   on_a.force -= force, on_a.torque += force.cross(arm_a);
   on_b.force += force, on_b.torque += arm_b.cross(force);
 }
 
 template <class Law>
-void general_pairs(const Law& law, const Scene& s, Contacts& contacts, std::size_t begin, std::size_t end, BlockEnergy& e) {
+void general_pairs(const Law& law, const Scene& s, Contacts& contacts, Load* load, std::size_t begin, std::size_t end, BlockEnergy& e) {
   for (std::size_t k = begin; k < end; ++k) {
     const Pair& pair = contacts.pair[k];
     Contact& c = contacts.contact[k];
@@ -76,13 +75,14 @@ void general_pairs(const Law& law, const Scene& s, Contacts& contacts, std::size
     if (across) arm_b -= s.shift(pair);
     const Vec3 v = b.velocity + drag + b.spin.cross(arm_b) - a.velocity - a.spin.cross(arm_a);
     const Vec3 force = advance_contact(law, p, c, touch, n, found.overlap, v, 0.5 * n.dot(a.spin + b.spin), s.dt, e);
-    add_load(contacts, pair.a, contacts.target[k], force, arm_a, arm_b);
+    const Index target = contacts.target[k];
+    add_load(load[pair.a], target < s.grains.size() ? load[target] : contacts.load[target], force, arm_a, arm_b);
     if (across) e.work -= s.dt * force.dot(drag);
   }
 }
 
 template <class Law>
-void polyellipsoid_walls(const Law& law, const Scene& s, Contacts& contacts, std::size_t begin, std::size_t end, BlockEnergy& e) {
+void polyellipsoid_walls(const Law& law, const Scene& s, Contacts& contacts, Load* load, std::size_t begin, std::size_t end, BlockEnergy& e) {
   for (std::size_t k = begin; k < end; ++k) {
     const Pair& pair = contacts.pair[k];
     Contact& c = contacts.contact[k];
@@ -105,8 +105,7 @@ void polyellipsoid_walls(const Law& law, const Scene& s, Contacts& contacts, std
     }
     const Vec3 v = wall.velocity - a.velocity - a.spin.cross(arm);
     const Vec3 force = advance_contact(law, p, c, touch, n, overlap, v, 0.5 * n.dot(a.spin), s.dt, e);
-    Load& load = contacts.load[pair.a];
-    load.force -= force, load.torque += force.cross(arm);
+    load[pair.a].force -= force, load[pair.a].torque += force.cross(arm);
     e.work -= s.dt * force.dot(wall.velocity);
   }
 }
@@ -147,7 +146,7 @@ SpherePass rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const 
   pass.contact = reinterpret_cast<double*>(c.contact.data());
   pass.touch = shown ? reinterpret_cast<double*>(c.touch.data()) : nullptr;
   pass.active = c.active.data();
-  pass.load = reinterpret_cast<double*>(c.load.data());
+  pass.elsewhere = reinterpret_cast<double*>(c.load.data()), pass.grains = static_cast<std::uint32_t>(grains.size());
   pass.hertz = std::holds_alternative<HertzMindlin>(law);
   return pass;
 }
@@ -159,13 +158,16 @@ ContactPass::ContactPass(const ContactLaw& law, std::span<const PairLaw> pairs, 
     : law_(law), pairs_(pairs), grains_(grains), boundary_(boundary), contacts_(contacts),
       rows_(rows_of(law, pairs, grains, boundary, dt, shown, contacts)), spheres_(sphere_pairs()), walls_(sphere_walls()) {}
 
-void ContactPass::tile(std::size_t t) const {
+void ContactPass::tile(std::size_t t, Load* load) const {
+  if (!load) load = contacts_.load.data();
+  SpherePass pass = rows_;
+  pass.load = reinterpret_cast<double*>(load);
   BlockEnergy& e = contacts_.energy[t];
   auto range = [&](Bin bin) { return std::pair<std::size_t, std::size_t>(contacts_.tile[bin][t], contacts_.tile[bin][t + 1]); };
   auto rows = [&](Bin bin, SpherePairs loop) {
     const auto [begin, end] = range(bin);
     if (begin == end) return;
-    const PassEnergy spent = loop(rows_, begin, end);
+    const PassEnergy spent = loop(pass, begin, end);
     e.friction += spent.friction, e.viscous += spent.viscous, e.work -= rows_.dt * spent.power;
   };
   rows(sphere_sphere, spheres_);
@@ -176,8 +178,8 @@ void ContactPass::tile(std::size_t t) const {
   const Scene scene{grains_, boundary_, pairs_, rows_.dt, boundary_.cell.periodic()};
   std::visit(
       [&](const auto& law) {
-        general_pairs(law, scene, contacts_, begin, end, e);
-        polyellipsoid_walls(law, scene, contacts_, wall_begin, wall_end, e);
+        general_pairs(law, scene, contacts_, load, begin, end, e);
+        polyellipsoid_walls(law, scene, contacts_, load, wall_begin, wall_end, e);
       },
       law_);
 }
@@ -185,7 +187,7 @@ void ContactPass::tile(std::size_t t) const {
 void contact_forces(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary,
                     double dt, bool shown, Contacts& contacts, Team& team) {
   const ContactPass pass(law, pairs, grains, boundary, dt, shown, contacts);
-  team.pieces(tile_count(grains.size()), [&](std::size_t first, std::size_t last) {
+  team.pieces(tile_count(grains.size()), [&](std::size_t first, std::size_t last, int) {
     for (std::size_t t = first; t < last; ++t) pass.tile(t);
   });
 }

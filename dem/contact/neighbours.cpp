@@ -128,7 +128,7 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
   room.wall_pairs.resize(tiles);
   room.counts.assign(tiles, {});
   auto touched = [&](Index k) { return k != Past::none && room.contact[k].stiffness > 0; };
-  team.pieces(tiles, [&](std::size_t first, std::size_t last) {
+  team.pieces(tiles, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t t = first; t < last; ++t) {
       const std::size_t begin = t * size, end = std::min(grains.size(), begin + size);
       auto& count = room.counts[t];
@@ -182,7 +182,7 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
     contacts.contact[k] = {}, contacts.touch[k] = {}, contacts.active[k] = 0;
     contacts.a[k] = contacts.b[k] = contacts.law[k] = 0;
   }
-  team.pieces(tiles, [&](std::size_t first, std::size_t last) {
+  team.pieces(tiles, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t t = first; t < last; ++t) {
       const std::size_t begin = t * size, end = std::min(grains.size(), begin + size);
       auto list = [&](std::size_t bin, const Pair& pair, Index old, bool turned, double effective_mass) -> Touch& {

@@ -289,7 +289,8 @@ GRUS_STAGE void hand_out(const SpherePass& s, std::size_t first, int kept, Chunk
       for (int l = 0; l < width; ++l)
         if (touching >> l & 1) {
           subtract(on_a, l, s.load + 8 * std::size_t{s.a[k + static_cast<std::size_t>(l)]});
-          add(on_b, l, s.load + 8 * std::size_t{s.target[k + static_cast<std::size_t>(l)]});
+          const std::uint32_t target = s.target[k + static_cast<std::size_t>(l)];
+          add(on_b, l, (target < s.grains ? s.load : s.elsewhere) + 8 * std::size_t{target});
         }
     }
     if (s.touch) {

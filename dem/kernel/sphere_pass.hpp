@@ -23,7 +23,9 @@ struct SpherePass {
   double* contact;               // 8: spring k | effective mass, compliance, viscous, radius
   double* touch;                 // 8: normal overlap | force, 0; nullptr: nobody looks at this step
   std::uint8_t* active;          // touching
-  double* load;                  // 8: force, 0 | torque, 0; added to
+  double* load;                  // 8: force, 0 | torque, 0; added to. Rows of the grains of the tile at hand
+  double* elsewhere;             // the same of targets from `grains` on
+  std::uint32_t grains;
   bool hertz, friction, dashpot; // what any of the laws needs
 };
 

@@ -11,8 +11,8 @@ namespace grus::dem {
 struct SphereSweep {
   double* motion;              // 12: position radius | velocity 1/m | spin 1/I
   double* load;                // 8: force, 0 | torque, 0; taken and cleared by a close
-  const std::uint32_t* remote; // of grain i: rows first_remote + [remote[i], remote[i+1]) of `load`
-  std::size_t first_remote;
+  double* elsewhere;           // of grain i: rows [remote[i], remote[i+1]), the same
+  const std::uint32_t* remote;
   double *force, *torque;      // 3 each: written by a close alone, read by an open alone
   double* angular_momentum;    // 3: written by a close alone
   const double* mass;

@@ -28,9 +28,9 @@ inline void half_kick(Grains& g, std::size_t i, const MotionSettings& s, const V
 }
 
 /// Takes the loads of grain i, its own row and those of pairs of other tiles.
-inline void gather(const Grains& g, Contacts& c, std::size_t i, const Vec3& gravity, bool bonded, Vec3& force, Vec3& torque) {
-  force = g.mass[i] * gravity + c.load[i].force, torque = c.load[i].torque;
-  c.load[i] = {};
+inline void gather(const Grains& g, Contacts& c, Load& load, std::size_t i, const Vec3& gravity, bool bonded, Vec3& force, Vec3& torque) {
+  force = g.mass[i] * gravity + load.force, torque = load.torque;
+  load = {};
   for (std::size_t r = g.size() + c.remote[i]; r < g.size() + c.remote[i + 1]; ++r) {
     force += c.load[r].force, torque += c.load[r].torque;
     c.load[r] = {};
@@ -53,12 +53,12 @@ inline void turn_sphere(Grains& g, std::size_t i, double dt) {
 
 /// Grain by grain: tiles that hold other shapes than spheres, or bonds.
 template <bool close, bool open>
-void sweep_each(Grains& g, Contacts& c, const MotionSettings& s, bool bonded, double dt, std::size_t begin, std::size_t end, SweepEnergy& e) {
+void sweep_each(Grains& g, Contacts& c, Load* load, const MotionSettings& s, bool bonded, double dt, std::size_t begin, std::size_t end, SweepEnergy& e) {
   for (std::size_t i = begin; i < end; ++i) {
     Motion& m = g.motion[i];
     Vec3 force = g.force[i], torque = g.torque[i];
     if constexpr (close) {
-      gather(g, c, i, s.gravity, bonded, force, torque);
+      gather(g, c, load[i], i, s.gravity, bonded, force, torque);
       if constexpr (!open) g.force[i] = force, g.torque[i] = torque;
       half_kick(g, i, s, force, torque, 0.5 * dt, e);
       if (!g.round[i]) m.spin = spin_of(g, i);
@@ -95,9 +95,9 @@ Quat turn(const Quat& orientation, const Inertia& inertia, const Vec3& momentum,
 SweepPass::SweepPass(Kick kick, Grains& g, Contacts& c, const MotionSettings& s, bool bonded, double dt, std::vector<SweepEnergy>& energy)
     : kick_(kick), grains_(g), contacts_(c), settings_(s), bonded_(bonded), energy_(energy),
       rows_{.motion = reinterpret_cast<double*>(g.motion.data()),
-            .load = reinterpret_cast<double*>(c.load.data()),
+            .load = nullptr,
+            .elsewhere = reinterpret_cast<double*>(c.load.data() + g.size()),
             .remote = c.remote.data(),
-            .first_remote = g.size(),
             .force = reinterpret_cast<double*>(g.force.data()),
             .torque = reinterpret_cast<double*>(g.torque.data()),
             .angular_momentum = reinterpret_cast<double*>(g.angular_momentum.data()),
@@ -113,7 +113,8 @@ SweepPass::SweepPass(Kick kick, Grains& g, Contacts& c, const MotionSettings& s,
   if (energy.size() < tile_count(g.size())) energy.resize(tile_count(g.size()));
 }
 
-void SweepPass::tile(std::size_t t) const {
+void SweepPass::tile(std::size_t t, Load* load) const {
+  if (!load) load = contacts_.load.data();
   Grains& g = grains_;
   const std::size_t begin = t * tile_size(g.size()), end = std::min(g.size(), begin + tile_size(g.size()));
   SweepEnergy& total = energy_[t];
@@ -121,14 +122,16 @@ void SweepPass::tile(std::size_t t) const {
   if (!g.frame.empty())
     for (std::size_t i = begin; i < end && spheres; ++i) spheres = g.round[i];
   if (spheres) {
-    const SweepEnergy e = kicks_(rows_, kick_, begin, end);
+    SphereSweep rows = rows_;
+    rows.load = reinterpret_cast<double*>(load);
+    const SweepEnergy e = kicks_(rows, kick_, begin, end);
     total.viscous += e.viscous, total.work += e.work, total.speed2 = std::max(total.speed2, e.speed2);
   } else if (kick_ == Kick::close) {
-    sweep_each<true, false>(g, contacts_, settings_, bonded_, rows_.dt, begin, end, total);
+    sweep_each<true, false>(g, contacts_, load, settings_, bonded_, rows_.dt, begin, end, total);
   } else if (kick_ == Kick::open) {
-    sweep_each<false, true>(g, contacts_, settings_, bonded_, rows_.dt, begin, end, total);
+    sweep_each<false, true>(g, contacts_, load, settings_, bonded_, rows_.dt, begin, end, total);
   } else {
-    sweep_each<true, true>(g, contacts_, settings_, bonded_, rows_.dt, begin, end, total);
+    sweep_each<true, true>(g, contacts_, load, settings_, bonded_, rows_.dt, begin, end, total);
   }
   if (kick_ == Kick::close || !(settings_.turn_spheres || !g.frame.empty())) return;
   for (std::size_t i = begin; i < end; ++i)
@@ -137,7 +140,7 @@ void SweepPass::tile(std::size_t t) const {
 
 void sweep(Kick kick, Grains& g, Contacts& c, const MotionSettings& s, bool bonded, double dt, std::vector<SweepEnergy>& energy, Team& team) {
   const SweepPass pass(kick, g, c, s, bonded, dt, energy);
-  team.pieces(tile_count(g.size()), [&](std::size_t first, std::size_t last) {
+  team.pieces(tile_count(g.size()), [&](std::size_t first, std::size_t last, int) {
     for (std::size_t t = first; t < last; ++t) pass.tile(t);
   });
 }

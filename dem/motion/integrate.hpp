@@ -25,7 +25,8 @@ class SweepPass {
 public:
   SweepPass(Kick kick, Grains& grains, Contacts& contacts, const MotionSettings& settings, bool bonded, double dt,
             std::vector<SweepEnergy>& energy);
-  void tile(std::size_t t) const;
+  /// `load`: where the tile's grains have collected; see ContactPass.
+  void tile(std::size_t t, Load* load = nullptr) const;
 
 private:
   Kick kick_;

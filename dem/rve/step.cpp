@@ -39,20 +39,27 @@ void rebuild(const Model& model, State& state, Team& team) {
 }
 
 /// Forces of all contacts, and the kicks that they give. A tile of grains moves on as soon as nothing else needs it where it
-/// is: while its data is at hand. What depends on pairs of another thread's tiles waits for a second round.
+/// is, while its data is at hand, and collects its forces in a room that stays in the cache. What depends on pairs of another thread's tiles waits for a second round.
 void force_and_move(const Model& model, State& state, const MotionSettings& settings, bool shown, bool bonded, Kick kick, Team& team) {
   const ContactPass contacts(model.law, model.pairs, state.grains, state.boundary, state.dt, shown, state.contacts);
   const SweepPass grains(kick, state.grains, state.contacts, settings, bonded, state.dt, state.grain_energy);
   const std::vector<Index>& needed_by = state.contacts.needed_by;
-  const std::size_t tiles = tile_count(state.grains.size());
-  team.pieces(tiles, [&](std::size_t first, std::size_t last) {
+  const std::size_t tiles = tile_count(state.grains.size()), size = tile_size(state.grains.size());
+  std::vector<Load>& room = state.contacts.tile_load;
+  room.resize(std::max(room.size(), size * static_cast<std::size_t>(team.threads())));
+  team.pieces(tiles, [&](std::size_t first, std::size_t last, int rank) {
+    Load* const mine = room.data() + size * static_cast<std::size_t>(rank);
     for (std::size_t t = first; t < last; ++t) {
-      contacts.tile(t);
-      if (needed_by[t] >= first) grains.tile(t);
+      if (needed_by[t] < first) {
+        contacts.tile(t);
+      } else {
+        contacts.tile(t, mine - t * size);
+        grains.tile(t, mine - t * size);
+      }
     }
   });
   if (team.threads() == 1) return;
-  team.pieces(tiles, [&](std::size_t first, std::size_t last) {
+  team.pieces(tiles, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t t = first; t < last; ++t)
       if (needed_by[t] < first) grains.tile(t);
   });

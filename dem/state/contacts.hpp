@@ -82,6 +82,7 @@ struct Contacts {
   std::vector<Index> target;         // row of `load` for b; unused for walls
   std::vector<std::array<std::int16_t, 3>> images;
   std::vector<Load> load;            // one a grain, then the rows that `remote` counts; all zero between steps
+  std::vector<Load> tile_load;       // room of the threads for the tile at hand
   std::vector<Index> remote;         // of grain i: load[grains + remote[i]] to load[grains + remote[i + 1]]
   std::vector<Index> needed_by;      // of each tile: the lowest tile with a pair that holds one of its grains
   std::vector<Index> first, entry;   // of grain i: entry[first[i]..first[i+1]) = 2 * pair + (is b)
