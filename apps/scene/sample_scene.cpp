@@ -6,6 +6,8 @@
 
 #include <filesystem>
 
+#include "dem/state/order.hpp"
+
 namespace grus::app {
 namespace {
 
@@ -113,6 +115,7 @@ void read_packing_table(Table t, RveScene& scene, Vec3& box) {
     if (turned == "random") spec.orientation = dem::random_rotation(scene.model.seed, i);
     dem::set_grain(scene.state.grains, i, spec);
   }
+  dem::sort_in_space(scene.state.grains);
   t.finish();
 }
 

@@ -42,9 +42,10 @@ std::size_t brute_force(const Grains& g, const Cell& cell, double skin) {
 TEST_CASE("the grids find every near pair once, size ratio 1:30") {
   const Grains g = cloud(600, 2, 30);
   Team team(2);
-  const auto found = find_candidates(g, {}, 0.01, team);
-  CHECK(found.size() == brute_force(g, {}, 0.01));
-  CHECK(std::adjacent_find(found.begin(), found.end(), [](const auto& p, const auto& q) { return p.a == q.a && p.b == q.b; }) == found.end());
+  Candidates found;
+  find_candidates(g, {}, 0.01, found, team);
+  CHECK(found.pair.size() == brute_force(g, {}, 0.01));
+  CHECK(std::adjacent_find(found.pair.begin(), found.pair.end(), [](const auto& p, const auto& q) { return p.a == q.a && p.b == q.b; }) == found.pair.end());
 }
 
 TEST_CASE("the grids find every near pair of a sheared periodic cell, images included") {
@@ -52,9 +53,10 @@ TEST_CASE("the grids find every near pair of a sheared periodic cell, images inc
   Cell cell;
   cell.vectors << 1.6, 0.5, -0.2, 0, 1.7, 0.3, 0, 0, 1.5;
   Team team(2);
-  const auto found = find_candidates(g, cell, 0.01, team);
-  CHECK(found.size() == brute_force(g, cell, 0.01));
-  for (const auto& p : found) {
+  Candidates found;
+  find_candidates(g, cell, 0.01, found, team);
+  CHECK(found.pair.size() == brute_force(g, cell, 0.01));
+  for (const auto& p : found.pair) {
     const Vec3 d = g.motion[p.b].position + cell.vectors * Vec3(p.image[0], p.image[1], p.image[2]) - g.motion[p.a].position;
     REQUIRE(d.norm() < g.motion[p.a].radius + g.motion[p.b].radius + 0.01);
   }
