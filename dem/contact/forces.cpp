@@ -32,53 +32,45 @@ void begin_contact(const Law& law, const PairLaw& p, double radius, double volum
   if constexpr (std::is_same_v<Law, HertzMindlin>) c.stiffness *= ellipse;
 }
 
-/// `force` on b at the lever arm_b, -force on a at arm_a.
-inline void add_load(Load& on_a, Load& on_b, const Vec3& force, const Vec3& arm_a, const Vec3& arm_b) {
-  on_a.force -= force, on_a.torque += force.cross(arm_a);
-  on_b.force += force, on_b.torque += arm_b.cross(force);
-}
+/// What ContactRows::solve needs.
+struct Solver {
+  const ContactLaw& law;
+  const Scene& scene;
+  Contacts& contacts;
+  BlockEnergy& energy;
+};
 
-template <class Law>
-void general_pairs(const Law& law, const Scene& s, Contacts& contacts, Load* load, std::size_t begin, std::size_t end, BlockEnergy& e) {
-  for (std::size_t k = begin; k < end; ++k) {
-    const Pair& pair = contacts.pair[k];
-    Contact& c = contacts.contact[k];
-    Touch& touch = contacts.touch[k];
-    const Frame &fa = s.grains.frame[pair.a], &fb = s.grains.frame[pair.b];
-    const bool across = s.periodic && crosses(pair);
-    Vec3 r = fb.origin - fa.origin, drag = Vec3::Zero();
-    if (across) r += s.shift(pair), drag = s.shift_rate(pair);
-    const Vec3 cached = fa.axes.transpose() * touch.normal;
-    const ShapePair shapes{s.grains.shape[pair.a], s.grains.shape[pair.b], fa.axes.transpose() * fb.axes, fa.axes.transpose() * r};
-    if (c.stiffness == 0 && separation_test(shapes, cached) < 0) continue;  // the common case of a near pair that stays apart
-    CommonNormal found = warm_common_normal(shapes, cached);
-    if (c.stiffness == 0 && found.overlap > 0) {  // a new contact is checked from scratch: a trap of the warm start shows here
-      const CommonNormal fresh = cold_common_normal(shapes);
-      if (fresh.overlap < found.overlap) found = fresh;
-    }
-    if (!(found.overlap > 0)) {
-      touch.normal = fa.axes * found.normal;
-      apart(c, touch, e);
-      continue;
-    }
-    const PairLaw& p = s.pairs[pair.law];
-    if (c.stiffness == 0) {
-      const ContactCurvature curvature = contact_curvature(shapes, found.normal);
-      const double ra = equivalent_radius(shapes.a), rb = equivalent_radius(shapes.b);
-      begin_contact(law, p, curvature.radius, ra * rb / (ra + rb), curvature.ellipse_factor, c);
-    }
-    const Motion &a = s.grains.motion[pair.a], &b = s.grains.motion[pair.b];
-    const Vec3 n = fa.axes * found.normal;
-    const Vec3 point = fa.origin + fa.axes * (0.5 * (found.point_a + found.point_b));
-    const Vec3 arm_a = point - a.position;
-    Vec3 arm_b = point - b.position;
-    if (across) arm_b -= s.shift(pair);
-    const Vec3 v = b.velocity + drag + b.spin.cross(arm_b) - a.velocity - a.spin.cross(arm_a);
-    const Vec3 force = advance_contact(law, p, c, touch, n, found.overlap, v, 0.5 * n.dot(a.spin + b.spin), s.dt, e);
-    const Index target = contacts.target[k];
-    add_load(load[pair.a], target < s.grains.size() ? load[target] : contacts.load[target], force, arm_a, arm_b);
-    if (across) e.work -= s.dt * force.dot(drag);
+/// One pair of shapes, whatever has become of it; see ContactRows::solve.
+bool solve_pair(const void* context, std::size_t k, double* found_row) {
+  const auto& [law, s, contacts, e] = *static_cast<const Solver*>(context);
+  const Pair& pair = contacts.pair[k];
+  Contact& c = contacts.contact[k];
+  Touch& touch = contacts.touch[k];
+  const Frame &fa = s.grains.frame[pair.a], &fb = s.grains.frame[pair.b];
+  Vec3 r = fb.origin - fa.origin;
+  if (s.periodic && crosses(pair)) r += s.shift(pair);
+  const ShapePair shapes{s.grains.shape[pair.a], s.grains.shape[pair.b], fa.axes.transpose() * fb.axes, fa.axes.transpose() * r};
+  CommonNormal found = warm_common_normal(shapes, fa.axes.transpose() * touch.normal);
+  if (c.stiffness == 0 && found.overlap > 0) {  // a new contact is checked from scratch: a trap of the warm start shows here
+    const CommonNormal fresh = cold_common_normal(shapes);
+    if (fresh.overlap < found.overlap) found = fresh;
   }
+  const Vec3 n = fa.axes * found.normal;
+  touch.normal = n;
+  contacts.active[k] = found.overlap > 0;
+  if (!(found.overlap > 0)) {
+    apart(c, touch, e);
+    return false;
+  }
+  if (c.stiffness == 0) {
+    const ContactCurvature curvature = contact_curvature(shapes, found.normal);
+    const double ra = equivalent_radius(shapes.a), rb = equivalent_radius(shapes.b);
+    std::visit([&](const auto& l) { begin_contact(l, s.pairs[pair.law], curvature.radius, ra * rb / (ra + rb), curvature.ellipse_factor, c); }, law);
+  }
+  const Vec3 point = fa.origin + fa.axes * (0.5 * (found.point_a + found.point_b));
+  for (int j = 0; j < 3; ++j) found_row[j] = n[j], found_row[4 + j] = point[j];
+  found_row[3] = found.overlap;
+  return true;
 }
 
 template <class Law>
@@ -111,10 +103,10 @@ void polyellipsoid_walls(const Law& law, const Scene& s, Contacts& contacts, Loa
 }
 
 /// The columns as the kernel wants them; laws, images and walls as rows.
-SpherePass rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary, double dt, bool shown,
+ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary, double dt, bool shown,
                    Contacts& c) {
   static_assert(sizeof(Motion) == 96 && sizeof(Contact) == 64 && sizeof(Touch) == 64 && sizeof(Load) == 64);
-  SpherePass pass{};
+  ContactRows pass{};
   c.law_rows.assign(pairs.size() * law_columns, 0);
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const PairLaw& p = pairs[k];
@@ -146,6 +138,8 @@ SpherePass rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const 
   pass.contact = reinterpret_cast<double*>(c.contact.data());
   pass.touch = shown ? reinterpret_cast<double*>(c.touch.data()) : nullptr;
   pass.active = c.active.data();
+  pass.frame = reinterpret_cast<const double*>(grains.frame.data()), pass.shape = reinterpret_cast<const double*>(grains.shape.data());
+  static_assert(sizeof(Frame) == 96 && sizeof(PolyEllipsoid) == 48);
   pass.elsewhere = reinterpret_cast<double*>(c.load.data()), pass.grains = static_cast<std::uint32_t>(grains.size());
   pass.hertz = std::holds_alternative<HertzMindlin>(law);
   return pass;
@@ -156,15 +150,15 @@ SpherePass rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const 
 ContactPass::ContactPass(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary, double dt,
                          bool shown, Contacts& contacts)
     : law_(law), pairs_(pairs), grains_(grains), boundary_(boundary), contacts_(contacts),
-      rows_(rows_of(law, pairs, grains, boundary, dt, shown, contacts)), spheres_(sphere_pairs()), walls_(sphere_walls()) {}
+      rows_(rows_of(law, pairs, grains, boundary, dt, shown, contacts)), spheres_(sphere_pairs()), walls_(sphere_walls()), polyellipsoids_(polyellipsoid_pairs()) {}
 
 void ContactPass::tile(std::size_t t, Load* load) const {
   if (!load) load = contacts_.load.data();
-  SpherePass pass = rows_;
+  ContactRows pass = rows_;
   pass.load = reinterpret_cast<double*>(load);
   BlockEnergy& e = contacts_.energy[t];
   auto range = [&](Bin bin) { return std::pair<std::size_t, std::size_t>(contacts_.tile[bin][t], contacts_.tile[bin][t + 1]); };
-  auto rows = [&](Bin bin, SpherePairs loop) {
+  auto rows = [&](Bin bin, PairLoop loop) {
     const auto [begin, end] = range(bin);
     if (begin == end) return;
     const PassEnergy spent = loop(pass, begin, end);
@@ -172,16 +166,15 @@ void ContactPass::tile(std::size_t t, Load* load) const {
   };
   rows(sphere_sphere, spheres_);
   rows(sphere_wall, walls_);
-  const auto [begin, end] = range(general);
   const auto [wall_begin, wall_end] = range(polyellipsoid_wall);
-  if (begin == end && wall_begin == wall_end) return;
+  if (grains_.frame.empty()) return;
   const Scene scene{grains_, boundary_, pairs_, rows_.dt, boundary_.cell.periodic()};
+  const Solver solver{law_, scene, contacts_, e};
+  pass.touch = reinterpret_cast<double*>(contacts_.touch.data());
+  pass.solve = solve_pair, pass.context = &solver;
+  rows(general, polyellipsoids_);
   std::visit(
-      [&](const auto& law) {
-        general_pairs(law, scene, contacts_, load, begin, end, e);
-        polyellipsoid_walls(law, scene, contacts_, load, wall_begin, wall_end, e);
-      },
-      law_);
+      [&](const auto& law) { polyellipsoid_walls(law, scene, contacts_, load, wall_begin, wall_end, e); }, law_);
 }
 
 void contact_forces(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary,

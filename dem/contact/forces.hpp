@@ -6,7 +6,7 @@
 
 #include "dem/base/parallel.hpp"
 #include "dem/contact/laws.hpp"
-#include "dem/kernel/sphere_pass.hpp"
+#include "dem/kernel/contact_pass.hpp"
 #include "dem/state/boundary.hpp"
 #include "dem/state/grains.hpp"
 
@@ -30,8 +30,8 @@ private:
   const Grains& grains_;
   const Boundary& boundary_;
   Contacts& contacts_;
-  SpherePass rows_;
-  SpherePairs spheres_, walls_;
+  ContactRows rows_;
+  PairLoop spheres_, walls_, polyellipsoids_;
 };
 
 /// The whole pass.

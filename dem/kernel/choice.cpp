@@ -2,7 +2,7 @@
 // The widest kernels that the machine runs.
 #include <cstdlib>
 
-#include "dem/kernel/sphere_pass.hpp"
+#include "dem/kernel/contact_pass.hpp"
 #include "dem/kernel/sphere_sweep.hpp"
 
 namespace grus::dem {
@@ -34,12 +34,16 @@ int lanes() {
 }
 
 #if defined(GRUS_WIDE_KERNELS)
-SpherePairs sphere_pairs() { return lanes() == 8 ? lanes8::sphere_pairs : lanes() == 4 ? lanes4::sphere_pairs : lanes1::sphere_pairs; }
-SpherePairs sphere_walls() { return lanes() == 8 ? lanes8::sphere_walls : lanes() == 4 ? lanes4::sphere_walls : lanes1::sphere_walls; }
+PairLoop sphere_pairs() { return lanes() == 8 ? lanes8::sphere_pairs : lanes() == 4 ? lanes4::sphere_pairs : lanes1::sphere_pairs; }
+PairLoop sphere_walls() { return lanes() == 8 ? lanes8::sphere_walls : lanes() == 4 ? lanes4::sphere_walls : lanes1::sphere_walls; }
+PairLoop polyellipsoid_pairs() {
+  return lanes() == 8 ? lanes8::polyellipsoid_pairs : lanes() == 4 ? lanes4::polyellipsoid_pairs : lanes1::polyellipsoid_pairs;
+}
 SphereKicks sphere_kicks() { return lanes() == 8 ? lanes8::sphere_kicks : lanes() == 4 ? lanes4::sphere_kicks : lanes1::sphere_kicks; }
 #else
-SpherePairs sphere_pairs() { return lanes1::sphere_pairs; }
-SpherePairs sphere_walls() { return lanes1::sphere_walls; }
+PairLoop sphere_pairs() { return lanes1::sphere_pairs; }
+PairLoop sphere_walls() { return lanes1::sphere_walls; }
+PairLoop polyellipsoid_pairs() { return lanes1::polyellipsoid_pairs; }
 SphereKicks sphere_kicks() { return lanes1::sphere_kicks; }
 #endif
 

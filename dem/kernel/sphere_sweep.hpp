@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Kicks and drifts of spheres, a grain's row of four at a time. Built for several instruction sets, as sphere_pass.hpp.
+// Kicks and drifts of spheres, a grain's row of four at a time. Built for several instruction sets, as contact_pass.hpp.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Forces of spheres on spheres and walls, several pairs at a time: plain pointers in and out, so that the code may be built for
+// Forces of pairs, several at a time: plain pointers in and out, so that the code may be built for
 // several instruction sets and chosen at run time.
 #pragma once
 
@@ -9,7 +9,7 @@
 namespace grus::dem {
 
 /// Rows of doubles, in the layout of the columns of the same names (state/grains.hpp, state/contacts.hpp).
-struct SpherePass {
+struct ContactRows {
   const double* motion;          // 12: position radius | velocity 1/m | spin 1/I
   const std::uint32_t *a, *b;    // grains, or grain and wall; as `law` and `shift` readable by 8 beyond the end
   const std::uint32_t* law;      // row of `laws`
@@ -21,12 +21,20 @@ struct SpherePass {
   std::size_t law_count;
   double dt;
   double* contact;               // 8: spring k | effective mass, compliance, viscous, radius
-  double* touch;                 // 8: normal overlap | force, 0; nullptr: nobody looks at this step
+  double* touch;                 // 8: normal overlap | force, 0; nullptr for spheres: nobody looks at this step
   std::uint8_t* active;          // touching
   double* load;                  // 8: force, 0 | torque, 0; added to. Rows of the grains of the tile at hand
   double* elsewhere;             // the same of targets from `grains` on
   std::uint32_t grains;
   bool hertz, friction, dashpot; // what any of the laws needs
+
+  // Poly-ellipsoids only.
+  const double* frame;           // 12: octant origin, axes column by column
+  const double* shape;           // 6: semi-axes plus, minus
+  // Settles pair k one by one: begins or parts the contact where that is due. Touching: fills `found` with normal, overlap,
+  // and the point of contact (global), and says so.
+  bool (*solve)(const void* context, std::size_t k, double* found);
+  const void* context;
 };
 
 enum LawRow { law_youngs, law_shear_ratio, law_friction, law_dashpot, law_stiffness, law_columns = 8 };
@@ -37,15 +45,24 @@ struct PassEnergy {
 };
 
 /// Pairs [begin, end): one thread's, whose rows of `load` no other thread writes.
-using SpherePairs = PassEnergy (*)(const SpherePass&, std::size_t begin, std::size_t end);
+using PairLoop = PassEnergy (*)(const ContactRows&, std::size_t begin, std::size_t end);
 
 /// The widest that this machine can run; GRUS_LANES=1, 4 or 8 in the environment asks for less.
-SpherePairs sphere_pairs();
-SpherePairs sphere_walls();
+PairLoop sphere_pairs();
+PairLoop sphere_walls();
+PairLoop polyellipsoid_pairs();
 int lanes();
 
-namespace lanes1 { PassEnergy sphere_pairs(const SpherePass&, std::size_t, std::size_t), sphere_walls(const SpherePass&, std::size_t, std::size_t); }
-namespace lanes4 { PassEnergy sphere_pairs(const SpherePass&, std::size_t, std::size_t), sphere_walls(const SpherePass&, std::size_t, std::size_t); }
-namespace lanes8 { PassEnergy sphere_pairs(const SpherePass&, std::size_t, std::size_t), sphere_walls(const SpherePass&, std::size_t, std::size_t); }
+
+#define GRUS_DECLARE_LANES(name)                                                        \
+  namespace name {                                                                      \
+  PassEnergy sphere_pairs(const ContactRows&, std::size_t begin, std::size_t end);        \
+  PassEnergy sphere_walls(const ContactRows&, std::size_t begin, std::size_t end);        \
+  PassEnergy polyellipsoid_pairs(const ContactRows&, std::size_t begin, std::size_t end); \
+  }
+GRUS_DECLARE_LANES(lanes1)
+GRUS_DECLARE_LANES(lanes4)
+GRUS_DECLARE_LANES(lanes8)
+#undef GRUS_DECLARE_LANES
 
 }  // namespace grus::dem
