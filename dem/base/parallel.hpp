@@ -3,8 +3,11 @@
 // reduction is kept per block: the same bits for any number of threads.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
+#include <span>
 #include <thread>
 #include <vector>
 
@@ -32,19 +35,29 @@ public:
     run([](void* context, std::size_t b, std::size_t e) { (*static_cast<std::remove_reference_t<F>*>(context))(b, e); }, &f, n);
   }
 
-  /// Calls f(begin, end, rank) for one piece of [0, n) a thread; returns when all are done.
+  /// Calls f(begin, end, rank) for one piece of [0, n) a thread; returns when all are done. `load`: n + 1 running sums of what
+  /// each index costs, so that the pieces cost the same; empty: the same number each.
   template <class F>
-  void pieces(std::size_t n, F&& f) {
+  void pieces(std::size_t n, std::span<const std::uint64_t> load, F&& f) {
     if (workers_.empty() || n < 2) {
       if (n > 0) f(std::size_t{0}, n, 0);
       return;
     }
     const std::size_t all = static_cast<std::size_t>(threads());
+    auto cut = [&](std::size_t rank) {
+      if (load.empty()) return n * rank / all;
+      const std::uint64_t share = load[n] / all * rank;
+      return rank == all ? n : static_cast<std::size_t>(std::lower_bound(load.begin(), load.end(), share) - load.begin());
+    };
     auto piece = [&](std::size_t b, std::size_t) {
-      const std::size_t rank = b / block_size;
-      if (n * rank / all < n * (rank + 1) / all) f(n * rank / all, n * (rank + 1) / all, static_cast<int>(rank));
+      const std::size_t rank = b / block_size, begin = cut(rank), end = cut(rank + 1);
+      if (begin < end) f(begin, end, static_cast<int>(rank));
     };
     run([](void* context, std::size_t b, std::size_t e) { (*static_cast<decltype(piece)*>(context))(b, e); }, &piece, all * block_size);
+  }
+  template <class F>
+  void pieces(std::size_t n, F&& f) {
+    pieces(n, {}, f);
   }
 
   /// Calls f(i) for i in [0, n), handed out one by one: for few, long and uneven jobs.

@@ -95,6 +95,23 @@ void assign_targets(std::size_t grains, Contacts& contacts, std::vector<Index>& 
   contacts.load.assign(grains + contacts.remote[grains], {});
 }
 
+/// Measured: a pair that touches, one that does not, a grain to be moved.
+void weigh_tiles(const Grains& grains, Contacts& contacts) {
+  const std::size_t tiles = tile_count(grains.size()), size = tile_size(grains.size());
+  contacts.pair_work.assign(tiles + 1, 0), contacts.grain_work.assign(tiles + 1, 0);
+  for (std::size_t t = 0; t < tiles; ++t) {
+    std::uint64_t cost = 0;
+    for (std::size_t bin = 0; bin < bin_count; ++bin) {
+      const std::uint64_t touching = bin == general ? 60 : bin == polyellipsoid_wall ? 150 : 15, apart = bin == general ? 12 : 2;
+      for (std::size_t k = contacts.tile[bin][t]; k < contacts.tile[bin][t + 1]; ++k) cost += contacts.active[k] ? touching : apart;
+    }
+    contacts.pair_work[t + 1] = contacts.pair_work[t] + cost;
+    cost = 0;
+    for (std::size_t i = t * size; i < std::min(grains.size(), (t + 1) * size); ++i) cost += grains.round[i] ? 6 : 150;
+    contacts.grain_work[t + 1] = contacts.grain_work[t] + cost;
+  }
+}
+
 void index_images(const Cell& cell, Contacts& contacts) {
   contacts.shift.clear(), contacts.images.assign(1, {0, 0, 0});
   if (!cell.periodic()) return;
@@ -127,8 +144,10 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
   if (polys) room.normal.assign(candidate.size(), Vec3::Zero());
   room.wall_pairs.resize(tiles);
   room.counts.assign(tiles, {});
+  room.work.resize(tiles + 1);
+  for (std::size_t t = 0; t <= tiles; ++t) room.work[t] = row[std::min(grains.size(), t * size)];
   auto touched = [&](Index k) { return k != Past::none && room.contact[k].stiffness > 0; };
-  team.pieces(tiles, [&](std::size_t first, std::size_t last, int) {
+  team.pieces(tiles, room.work, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t t = first; t < last; ++t) {
       const std::size_t begin = t * size, end = std::min(grains.size(), begin + size);
       auto& count = room.counts[t];
@@ -182,7 +201,7 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
     contacts.contact[k] = {}, contacts.touch[k] = {}, contacts.active[k] = 0;
     contacts.a[k] = contacts.b[k] = contacts.law[k] = 0;
   }
-  team.pieces(tiles, [&](std::size_t first, std::size_t last, int) {
+  team.pieces(tiles, room.work, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t t = first; t < last; ++t) {
       const std::size_t begin = t * size, end = std::min(grains.size(), begin + size);
       auto list = [&](std::size_t bin, const Pair& pair, Index old, bool turned, double effective_mass) -> Touch& {
@@ -214,6 +233,7 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
     }
   });
   contacts.begin = begins;
+  weigh_tiles(grains, contacts);
   contacts.energy.resize(std::max(contacts.energy.size(), tiles));
   assign_targets(grains.size(), contacts, room.candidates.next);
   index_images(boundary.cell, contacts);

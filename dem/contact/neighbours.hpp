@@ -35,6 +35,7 @@ struct NeighbourRoom {
   };
   std::vector<std::vector<WallPair>> wall_pairs;  // by tile
   std::vector<std::array<Index, 2 * bin_count>> counts;
+  std::vector<std::uint64_t> work;
 };
 
 /// Where things stood when the list was made: it holds until they have moved by the skin.

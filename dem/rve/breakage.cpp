@@ -75,8 +75,9 @@ std::optional<Break> break_of(const Model& model, const State& state, std::size_
 }
 
 /// A neighbour at the plane may touch both halves: together they go on with no more than the parent's force. The contacts
-/// that both inherited share their stiffness in proportion to what the deeper one carries.
-void share_contacts(const Model& model, State& state, std::size_t plus, std::size_t minus) {
+/// that both inherited share their stiffness in proportion to what the deeper one carries. Says whether there are any.
+bool share_contacts(const Model& model, State& state, std::size_t plus, std::size_t minus) {
+  bool shared = false;
   Contacts& contacts = state.contacts;
   auto touching = [&](std::size_t k) { return contacts.contact[k].stiffness > 0; };
   auto other = [&](Index e) { return contacts.entry[e] & 1 ? contacts.pair[contacts.entry[e] >> 1].a : contacts.pair[contacts.entry[e] >> 1].b; };
@@ -97,9 +98,11 @@ void share_contacts(const Model& model, State& state, std::size_t plus, std::siz
       const double fa = elastic_force(model.law, contacts, k), fb = elastic_force(model.law, contacts, l);
       const double share = std::max(fa, fb) / (fa + fb);
       for (Contact* c : {&a, &b}) c->stiffness *= share, c->spring *= share, c->compliance /= share;
+      shared = true;
       break;
     }
   }
+  return shared;
 }
 
 void refresh_forces(const Model& model, State& state, Team& team) {
@@ -161,8 +164,9 @@ void apply_breaks(const Model& model, State& state, const std::vector<Break>& br
   update_frames(g);
   build_contacts(g, state.boundary, state.skin, model.materials.size(), origin, state.contacts, state.reference, team);
   refresh_forces(model, state, team);
-  for (std::size_t k = 0; k < breaks.size(); ++k) share_contacts(model, state, breaks[k].grain, minus[k]);
-  refresh_forces(model, state, team);
+  bool shared = false;
+  for (std::size_t k = 0; k < breaks.size(); ++k) shared = share_contacts(model, state, breaks[k].grain, minus[k]) || shared;
+  if (shared) refresh_forces(model, state, team);
   if (model.split_statistics) {
     std::vector<std::array<std::size_t, 2>> halves;
     for (std::size_t k = 0; k < breaks.size(); ++k) halves.push_back({breaks[k].grain, minus[k]});

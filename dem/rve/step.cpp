@@ -38,30 +38,35 @@ void rebuild(const Model& model, State& state, Team& team) {
   build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team);
 }
 
-/// Forces of all contacts, and the kicks that they give. A tile of grains moves on as soon as nothing else needs it where it
-/// is, while its data is at hand, and collects its forces in a room that stays in the cache. What depends on pairs of another thread's tiles waits for a second round.
+/// Forces of all contacts, and the kicks that they give. A tile of spheres moves on as soon as nothing else needs it where it
+/// is, while its data is at hand, and collects its forces in a room that stays in the cache. What depends on pairs of another
+/// thread's tiles waits for a second round; so do other shapes, whose turning costs enough to be shared out by itself.
 void force_and_move(const Model& model, State& state, const MotionSettings& settings, bool shown, bool bonded, Kick kick, Team& team) {
   const ContactPass contacts(model.law, model.pairs, state.grains, state.boundary, state.dt, shown, state.contacts);
   const SweepPass grains(kick, state.grains, state.contacts, settings, bonded, state.dt, state.grain_energy);
   const std::vector<Index>& needed_by = state.contacts.needed_by;
   const std::size_t tiles = tile_count(state.grains.size()), size = tile_size(state.grains.size());
+  const bool at_once = team.threads() == 1 || state.grains.frame.empty();
   std::vector<Load>& room = state.contacts.tile_load;
-  room.resize(std::max(room.size(), size * static_cast<std::size_t>(team.threads())));
-  team.pieces(tiles, [&](std::size_t first, std::size_t last, int rank) {
+  if (at_once) room.resize(std::max(room.size(), size * static_cast<std::size_t>(team.threads())));
+  std::vector<std::uint8_t>& moved = state.contacts.moved;
+  moved.assign(tiles, 0);
+  team.pieces(tiles, state.contacts.pair_work, [&](std::size_t first, std::size_t last, int rank) {
     Load* const mine = room.data() + size * static_cast<std::size_t>(rank);
     for (std::size_t t = first; t < last; ++t) {
-      if (needed_by[t] < first) {
+      if (!at_once || needed_by[t] < first) {
         contacts.tile(t);
-      } else {
-        contacts.tile(t, mine - t * size);
-        grains.tile(t, mine - t * size);
+        continue;
       }
+      contacts.tile(t, mine - t * size);
+      grains.tile(t, mine - t * size);
+      moved[t] = 1;
     }
   });
   if (team.threads() == 1) return;
-  team.pieces(tiles, [&](std::size_t first, std::size_t last, int) {
+  team.pieces(tiles, state.contacts.grain_work, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t t = first; t < last; ++t)
-      if (needed_by[t] < first) grains.tile(t);
+      if (!moved[t]) grains.tile(t);
   });
 }
 

@@ -108,15 +108,15 @@ def shipped_scenes(tmp):
 
 
 def same_bits(tmp):
-    """The same history for 1 and 2 threads, and for 1 and 2 ranks."""
+    """The same history for 1 and 2 threads, for any width of the kernels, and for 1 and 2 ranks."""
     rve, bvp = program("grus-rve"), program("grus-bvp")
     texts = []
-    for threads in ("1", "2"):
+    for threads, lanes in (("1", "8"), ("2", "4"), ("3", "1")):
         out = os.path.join(tmp, "t" + threads)
-        r = run(rve, os.path.join(shipped, "shpb_random.toml"), "-o", out, "--threads", threads, "--quiet", "--set", "loading.final_strain=0.04", "--set", "output.frames=0")
+        r = run("env", "GRUS_LANES=" + lanes, rve, os.path.join(shipped, "shpb_random.toml"), "-o", out, "--threads", threads, "--quiet", "--set", "loading.final_strain=0.04", "--set", "output.frames=0")
         need(r.returncode == 0, r.stderr)
         texts.append(open(os.path.join(out, "history.csv")).read())
-    need(texts[0] == texts[1], "history.csv differs between 1 and 2 threads")
+    need(texts[0] == texts[1] == texts[2], "history.csv differs with the number of threads or the width of the kernels")
     need(float(history(os.path.join(tmp, "t1"))[-1]["breakages"]) > 10, "nothing broke")
     if not bvp:
         return

@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// The vector kernels against the plain form of the same physics, one contact at a time; and what the step loop costs.
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "dem/base/error.hpp"
+#include "dem/contact/forces.hpp"
+#include "dem/fracture/split_polyellipsoid.hpp"
+#include "dem/packing/packing.hpp"
+#include "dem/rve/step.hpp"
+#include "dem/shape/common_normal.hpp"
+#include "dem/state/order.hpp"
+#include "tests/helpers.hpp"
+
+namespace {
+std::atomic<long> allocations{0};
+}
+
+void* operator new(std::size_t n) {
+  ++allocations;
+  if (void* p = std::malloc(n)) return p;
+  throw std::bad_alloc();
+}
+void* operator new(std::size_t n, std::align_val_t a) {
+  ++allocations;
+  const std::size_t align = static_cast<std::size_t>(a);
+  if (void* p = std::aligned_alloc(align, (n + align - 1) / align * align)) return p;
+  throw std::bad_alloc();
+}
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
+
+using namespace grus::dem;
+
+namespace {
+
+/// A dense sheared cell or a box being closed: two materials, friction and dashpots, every third grain a half.
+struct Case {
+  Model model;
+  State state;
+  Team team{1};
+};
+
+void make(Case& c, bool periodic, bool shapes, bool friction, bool dashpot, bool hertz) {
+  Model& model = c.model;
+  Material hard, soft;
+  hard.friction = friction ? 0.3 : 0, hard.restitution = dashpot ? 0.5 : 1;
+  soft = hard;
+  soft.youngs_modulus = 20e9, soft.friction = friction ? 0.5 : 0;
+  hard.normal_stiffness = 2e6, hard.shear_ratio = 0.8, soft.normal_stiffness = 1e6, soft.shear_ratio = 0.8;
+  model.materials = {hard, soft};
+  if (!hertz) model.law = LinearSpring{};
+  model.numerics.time_step = 3e-8;
+  make_pair_laws(model);
+  const std::size_t n = 300;
+  const double fraction = 0.55, size = std::cbrt(static_cast<double>(n) * 1.225e-10 / fraction);
+  const Packing packing = random_packing(Vec3::Constant(size), {"truncated-normal", 3e-4, 5e-5, 1e-4, 4.5e-4}, fraction, n, periodic, 7);
+  Grains& g = c.state.grains;
+  for (std::size_t i = 0; i < packing.spheres.size(); ++i) {
+    const auto& s = packing.spheres[i];
+    PolyEllipsoid shape = PolyEllipsoid::sphere(s.radius);
+    if (shapes && i % 3 == 0)
+      for (int k = 0; k < 3; ++k) shape.plus[k] *= 0.8 + 0.2 * random_uniform(3, i, Purpose::radius, k), shape.minus[k] *= 0.8 + 0.2 * random_uniform(4, i, Purpose::radius, k);
+    set_grain(g, g.size(), {.shape = shape, .position = s.position, .orientation = random_rotation(5, i), .material = static_cast<std::uint8_t>(i % 2), .density = 2650});
+  }
+  sort_in_space(g);
+  const double squeeze = 2000;  // 1/s
+  if (periodic) {
+    c.state.boundary.cell.vectors = size * Mat3::Identity();
+  } else {
+    for (int k = 0; k < 3; ++k)
+      for (int side = 0; side < 2; ++side) {
+        Wall wall;
+        wall.normal = Vec3::Zero(), wall.point = Vec3::Zero();
+        wall.normal[k] = side ? -1 : 1;
+        if (side) wall.point[k] = size, wall.velocity[k] = -squeeze * size;
+        c.state.boundary.walls.push_back(wall);
+      }
+  }
+  prepare(model, c.state, c.team);
+  if (periodic) set_cell_rate(c.state, -squeeze * size * Mat3::Identity());
+  run_steps(model, c.state, shapes ? 1500 : 900, c.team);
+  for (auto& wall : c.state.boundary.walls) wall.velocity *= 0.1;
+  if (periodic) {
+    Mat3 rate = Mat3::Zero();
+    rate.diagonal() = Vec3(-100, 50, -200) * size, rate(0, 1) = 100 * size;
+    set_cell_rate(c.state, rate);
+  }
+}
+
+/// Forces, histories and loads of all pairs, one contact at a time.
+struct Plain {
+  std::vector<Contact> contact;
+  std::vector<Touch> touch;
+  std::vector<Load> load;  // of the grains
+  BlockEnergy energy;
+  double power = 0;
+};
+
+Plain plain_pass(const Model& model, const State& state, double dt) {
+  Plain out{state.contacts.contact, state.contacts.touch, std::vector<Load>(state.grains.size()), {}, 0};
+  const Grains& g = state.grains;
+  const Cell& cell = state.boundary.cell;
+  for (std::size_t k = 0; k < state.contacts.size(); ++k) {
+    const Pair& pair = state.contacts.pair[k];
+    Contact& c = out.contact[k];
+    Touch& touch = out.touch[k];
+    const PairLaw& law = model.pairs[pair.law];
+    const Motion& a = g.motion[pair.a];
+    const bool wall = k >= state.contacts.begin[sphere_wall];
+    Vec3 n, arm_a, arm_b = Vec3::Zero(), moving = Vec3::Zero(), shift = Vec3::Zero();
+    double overlap, radius = 0, ellipse = 1;
+    if (wall) {
+      const Wall& w = state.boundary.walls[pair.b];
+      n = -w.normal, moving = w.velocity;
+      const Frame frame = frame_of(g, pair.a);
+      const Vec3 d = frame.axes.transpose() * n, tip = frame.origin + frame.axes * support(g.shape[pair.a], d);
+      overlap = w.normal.dot(w.point - tip);
+      arm_a = tip - 0.5 * overlap * n - a.position;
+      const ContactCurvature curvature = plane_curvature(g.shape[pair.a], d);
+      radius = curvature.radius, ellipse = curvature.ellipse_factor;
+    } else {
+      const Motion& b = g.motion[pair.b];
+      if (cell.periodic()) shift = cell.vectors * Vec3(pair.image[0], pair.image[1], pair.image[2]), moving = cell.rate * Vec3(pair.image[0], pair.image[1], pair.image[2]);
+      const Frame fa = frame_of(g, pair.a), fb = frame_of(g, pair.b);
+      const ShapePair shapes{g.shape[pair.a], g.shape[pair.b], fa.axes.transpose() * fb.axes, fa.axes.transpose() * (fb.origin + shift - fa.origin)};
+      const CommonNormal found = cold_common_normal(shapes);
+      n = fa.axes * found.normal, overlap = found.overlap;
+      const Vec3 point = fa.origin + fa.axes * (0.5 * (found.point_a + found.point_b));
+      arm_a = point - a.position, arm_b = point - b.position - shift;
+      const ContactCurvature curvature = contact_curvature(shapes, found.normal);
+      radius = curvature.radius, ellipse = curvature.ellipse_factor;
+    }
+    if (!(overlap > 0)) {
+      if (c.stiffness > 0) part_contact(c, touch, out.energy);
+      continue;
+    }
+    std::visit(
+        [&]<class L>(const L& l) {
+          if (c.stiffness == 0) c.radius = radius, c.stiffness = l.stiffness_at_birth(law, radius) * (std::is_same_v<L, HertzMindlin> ? ellipse : 1);
+          const Vec3 vb = wall ? Vec3(Vec3::Zero()) : Vec3(g.motion[pair.b].velocity + g.motion[pair.b].spin.cross(arm_b));
+          const Vec3 wb = wall ? Vec3(Vec3::Zero()) : g.motion[pair.b].spin;
+          const Vec3 v = vb + moving - a.velocity - a.spin.cross(arm_a);
+          const Vec3 force = advance_contact(l, law, c, touch, n, overlap, v, 0.5 * n.dot(a.spin + wb), dt, out.energy);
+          out.power += force.dot(moving);
+          out.load[pair.a].force -= force, out.load[pair.a].torque += force.cross(arm_a);
+          if (!wall) out.load[pair.b].force += force, out.load[pair.b].torque += arm_b.cross(force);
+        },
+        model.law);
+  }
+  return out;
+}
+
+void compare(Case& c) {
+  const State before = c.state;
+  const Plain plain = plain_pass(c.model, before, c.state.dt);
+  State& s = c.state;
+  flush(s.contacts);
+  contact_forces(c.model.law, c.model.pairs, s.grains, s.boundary, s.dt, true, s.contacts, c.team);
+  double scale = 0, arm = 0;
+  for (const auto& t : plain.touch) scale = std::max(scale, t.force.norm());
+  for (const auto& m : s.grains.motion) arm = std::max(arm, m.radius);
+  REQUIRE(scale > 0);
+  std::size_t touching = 0, sliding = 0;
+  for (std::size_t k = 0; k < s.contacts.size(); ++k) {
+    const Contact &p = plain.contact[k], &q = s.contacts.contact[k];
+    INFO("pair " << k << " of bin " << (k >= s.contacts.begin[sphere_wall] ? 2 : k >= s.contacts.begin[general] ? 1 : 0));
+    // The search for a common normal stops at a gradient of 1e-8 of the pair's four semi-axes: 1e-7 rad at most.
+    const double tolerance = (k >= s.contacts.begin[general] && k < s.contacts.begin[sphere_wall] ? 1e-7 : 1e-12) * scale;
+    if (p.stiffness > 0 && plain.touch[k].overlap < 1e-6 * arm) continue;  // just born: round-off decides
+    REQUIRE((p.stiffness > 0) == (q.stiffness > 0));
+    REQUIRE((plain.touch[k].force - s.contacts.touch[k].force).norm() <= tolerance);
+    if (p.stiffness == 0) continue;
+    ++touching;
+    const PairLaw& law = c.model.pairs[s.contacts.pair[k].law];
+    sliding += law.friction > 0 && q.spring.norm() > 0.999 * law.friction * s.contacts.touch[k].force.dot(s.contacts.touch[k].normal);
+    REQUIRE(p.stiffness == Approx(q.stiffness).epsilon(1e-7));
+    REQUIRE((p.spring - q.spring).norm() <= tolerance);
+    REQUIRE(p.compliance == Approx(q.compliance).epsilon(1e-6));
+  }
+  CHECK(touching > s.grains.size());
+  if (c.model.pairs[0].friction > 0) CHECK(sliding > 0);
+  std::vector<Load> load(s.contacts.load.begin(), s.contacts.load.begin() + static_cast<std::ptrdiff_t>(s.grains.size()));
+  for (std::size_t i = 0; i < load.size(); ++i)
+    for (Index r = s.contacts.remote[i]; r < s.contacts.remote[i + 1]; ++r) {
+      load[i].force += s.contacts.load[load.size() + r].force, load[i].torque += s.contacts.load[load.size() + r].torque;
+    }
+  for (std::size_t i = 0; i < load.size(); ++i) {
+    const double tolerance = s.grains.frame.empty() ? 1e-11 : 1e-6;  // of some ten contacts
+    REQUIRE((load[i].force - plain.load[i].force).norm() <= tolerance * scale);
+    REQUIRE((load[i].torque - plain.load[i].torque).norm() <= tolerance * scale * arm);
+  }
+  const BlockEnergy energy = flush(s.contacts);
+  CHECK(energy.friction == Approx(plain.energy.friction).epsilon(1e-6).margin(1e-12 * scale * arm));
+  CHECK(energy.viscous == Approx(plain.energy.viscous).epsilon(1e-6).margin(1e-12 * scale * arm));
+  CHECK(energy.work == Approx(-s.dt * plain.power).epsilon(1e-7).margin(1e-12 * scale * arm));
+  s = before;
+}
+
+}  // namespace
+
+TEST_CASE("vector kernels do what one contact at a time does") {
+  for (const bool periodic : {true, false})
+    for (const bool shapes : {false, true})
+      for (const int variant : {0, 1, 2, 3}) {
+        INFO("periodic " << periodic << ", shapes " << shapes << ", variant " << variant);
+        Case c;
+        make(c, periodic, shapes, variant != 1, variant != 2, variant != 3);
+        for (int stage = 0; stage < 3; ++stage) {
+          run_steps(c.model, c.state, 150, c.team);
+          // A state in the middle of a step: positions of now, velocities of half a step before.
+          sweep(Kick::open, c.state.grains, c.state.contacts, c.model.motion, false, c.state.dt, c.state.grain_energy, c.team);
+          compare(c);
+        }
+      }
+}
+
+TEST_CASE("a step allocates nothing") {
+  for (const bool shapes : {false, true}) {
+    Case c;
+    make(c, true, shapes, true, true, true);
+    run_steps(c.model, c.state, 400, c.team);
+    build_contacts(c.state.grains, c.state.boundary, c.state.skin, 2, {}, c.state.contacts, c.state.reference, c.team);
+    const Mat3 built_at = c.state.reference.cell;
+    const long before = allocations;
+    run_steps(c.model, c.state, 25, c.team);
+    CHECK(allocations == before);
+    REQUIRE(c.state.reference.cell == built_at);  // the list held
+  }
+}
+
+TEST_CASE("rebuilding the list reuses its room") {
+  Case c;
+  make(c, true, false, true, true, true);
+  run_steps(c.model, c.state, 2000, c.team);
+  build_contacts(c.state.grains, c.state.boundary, c.state.skin, 2, {}, c.state.contacts, c.state.reference, c.team);
+  build_contacts(c.state.grains, c.state.boundary, c.state.skin, 2, {}, c.state.contacts, c.state.reference, c.team);
+  const long before = allocations;
+  build_contacts(c.state.grains, c.state.boundary, c.state.skin, 2, {}, c.state.contacts, c.state.reference, c.team);
+  CHECK(allocations - before <= 1);
+}
