@@ -27,7 +27,7 @@ struct Past {
     }
     if (static_cast<std::size_t>(p) + 1 >= lists.first.size()) return none;
     for (Index e = lists.first[p]; e < lists.first[p + 1]; ++e) {
-      if (lists.entry[e] & 1) continue;
+      if (lists.entry[e] & 1) break;  // pairs of which p is a come first
       const Index k = lists.entry[e] >> 1;
       const Pair& pair = old.pair[k];
       if (pair.b == q && (k >= lists.begin[sphere_wall]) == wall && (wall || pair.image == image)) return k;
@@ -65,10 +65,8 @@ void fill_adjacency(std::size_t grains, Contacts& contacts, std::vector<Index>& 
   for (std::size_t i = 0; i < grains; ++i) contacts.first[i + 1] += contacts.first[i];
   contacts.entry.resize(contacts.first[grains]);
   next.assign(contacts.first.begin(), contacts.first.end() - 1);
-  for (std::size_t k = 0; k < contacts.size(); ++k) {
-    contacts.entry[next[contacts.pair[k].a]++] = static_cast<Index>(2 * k);
-    if (k < walls) contacts.entry[next[contacts.pair[k].b]++] = static_cast<Index>(2 * k + 1);
-  }
+  for (std::size_t k = 0; k < contacts.size(); ++k) contacts.entry[next[contacts.pair[k].a]++] = static_cast<Index>(2 * k);
+  for (std::size_t k = 0; k < walls; ++k) contacts.entry[next[contacts.pair[k].b]++] = static_cast<Index>(2 * k + 1);
 }
 
 /// What b feels goes to b's own row in the same tile, else to a row for this pair alone, in the order of (b, pair).
