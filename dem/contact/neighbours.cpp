@@ -237,6 +237,7 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
   index_images(boundary.cell, contacts);
   fill_adjacency(grains.size(), contacts, room.candidates.next);
 
+  ++reference.builds;
   reference.skin = skin, reference.grown = 0, reference.travelled = 0;
   reference.cell = boundary.cell.vectors;
   reference.position.resize(grains.size());

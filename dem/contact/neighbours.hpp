@@ -46,6 +46,7 @@ struct NeighbourReference {
   Mat3 cell = Mat3::Zero();
   double skin = 0, grown = 0;  // grown: largest growth of a surface since, by shape transition
   double largest = 0;          // radius
+  std::uint64_t builds = 0;    // lists made so far
   NeighbourRoom room;
   double travelled = 0;        // bound of any grain's way since, against the affine motion; kept by the step loop
 };

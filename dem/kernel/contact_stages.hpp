@@ -66,8 +66,10 @@ GRUS_STAGE void respond(const ContactRows& s, int kept, Chunk& c) {
         store(select(coincide, zero, at(c.dz + o)), c.dz + o), store(select(coincide, one, at(c.inverse + o)), c.inverse + o);
       }
     }
-    const Real depth = select(mask_of(c.touching[g]), at(c.gap + o), one);
-    store(depth, c.depth + o);
+    // A pair can touch by less than the round-off of its distance: never let its depth be 0 or less.
+    const Mask on = mask_of(c.touching[g]);
+    const Real gap = at(c.gap + o), positive = larger(gap, Real(1e-30)), depth = select(on, positive, one);
+    store(select(on, positive, gap), c.gap + o), store(depth, c.depth + o);
     if constexpr (hertz) store(root(depth), c.root_depth + o);
   }
   for (int g = 0; g < kept; ++g) {

@@ -1,171 +1,174 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Benchmarks: one table of measured figures; with a file name, also as CSV.
-//   grus_bench [results.csv | quick]
+// Benchmarks: one table of measured figures, the peers' figures and the machine's limits.
 #include <fmt/format.h>
 
-#include <chrono>
+#include <algorithm>
+#include <cstring>
 #include <fstream>
-#include <functional>
+#include <map>
+#include <sstream>
 
-#include "dem/contact/forces.hpp"
-#include "dem/fracture/split_polyellipsoid.hpp"
-#include "dem/packing/packing.hpp"
-#include "dem/rve/measure.hpp"
+#include "dem/kernel/contact_pass.hpp"
 #include "dem/rve/step.hpp"
-#include "dem/shape/common_normal.hpp"
-#include "dem/state/order.hpp"
+#include "tests/bench/machine.hpp"
+#include "tests/bench/works.hpp"
 
-using namespace grus::dem;
+using namespace grus::bench;
 
 namespace {
 
-double seconds(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
+constexpr const char* usage =
+    "grus_bench [--out results.csv] [--peers peers.csv] [--large]   the table; --large: up to 1,000,000 grains (some minutes)\n"
+    "grus_bench --packing FILE STEPS [THREADS]                      one run on a packing (\"N L\", then \"x y z r\"), as RESULT line\n"
+    "grus_bench --make-packing GRAINS FILE                          such a packing\n"
+    "GRUS_LANES=1|4|8 in the environment chooses narrower kernels.\n";
 
-struct Row {
-  std::string work, unit;
-  double value, contacts;
+// Counted in the sources of dem/kernel: multiplications, additions, comparisons and roots of the stages that a touching pair
+// goes through (18 + 74 + 40 + 128 + 52), and of a grain's kicks; bytes read and written of its rows.
+constexpr double flops_of_contact = 312, flops_of_grain = 45;
+constexpr double bytes_of_contact = 64 + 16 + 1, bytes_of_grain = 96;
+
+struct Table {
+  std::vector<Row> rows;
+
+  void add(Row row) {
+    fmt::print("{:<72} {:>10.4g} {}\n", row.work, row.value, row.unit);
+    std::fflush(stdout);
+    rows.push_back(std::move(row));
+  }
 };
 
-/// Dense polydisperse spheres in a box, top wall at 500/s: the work that peers are measured on.
-State dense_box(Model& model, std::size_t grains) {
-  Material sand;
-  sand.friction = 0.5, sand.restitution = 0.5;
-  model.materials = {sand};
-  model.numerics.time_step = 2e-8;
-  model.motion.turn_spheres = false;
-  make_pair_laws(model);
-  const double fraction = 0.55, size = std::cbrt(static_cast<double>(grains) * 1.225e-10 / fraction);
-  const Packing packing = random_packing(Vec3::Constant(size), {"truncated-normal", 3e-4, 5e-5, 1e-4, 4.5e-4}, fraction, grains, false, 1);
-  State state;
-  for (const auto& s : packing.spheres)
-    set_grain(state.grains, state.grains.size(), {.shape = PolyEllipsoid::sphere(s.radius), .position = s.position, .density = 2650});
-  for (int k = 0; k < 3; ++k)
-    for (int side = 0; side < 2; ++side) {
-      Wall wall;
-      wall.normal = Vec3::Zero(), wall.point = Vec3::Zero();
-      wall.normal[k] = side ? -1 : 1;
-      if (side) wall.point[k] = size;
-      if (side && k == 2) wall.velocity = Vec3(0, 0, -500 * size);
-      state.boundary.walls.push_back(wall);
-    }
-  return state;
-}
-
-Row dense(std::size_t grains, int threads, std::uint64_t steps, double strain) {
-  Model model;
-  State state = dense_box(model, grains);
-  Team team(threads);
-  prepare(model, state, team);
-  run_steps(model, state, static_cast<std::uint64_t>(strain / 500 / state.dt), team);
-  double best = INFINITY;
+Row dense_row(const Sample& sample, std::size_t nominal, int threads, std::uint64_t steps) {
+  double contacts = 0, best = 0;
   for (int repeat = 0; repeat < 3; ++repeat) {
-    State copy = state;
-    best = std::min(best, seconds([&] { run_steps(model, copy, steps, team); }));
+    const double took = seconds_of_steps(sample, steps, threads, 100, &contacts);
+    best = std::max(best, static_cast<double>(sample.state.grains.size()) * static_cast<double>(steps) / took / 1e6);
   }
-  const Measurement m = measure(model, state);
-  return {fmt::format("dense Hertz-Mindlin spheres, {} grains, {} thread(s)", grains, threads), "1e6 grain-steps/s",
-          static_cast<double>(grains) * static_cast<double>(steps) / best / 1e6, static_cast<double>(m.contacts) / static_cast<double>(grains)};
+  Row row{fmt::format("dense spheres {}, {} thread{}", nominal, threads, threads > 1 ? "s" : ""), "10^6 grain-steps/s", best};
+  row.bytes = contacts * bytes_of_contact + bytes_of_grain;
+  row.flops = contacts * flops_of_contact + flops_of_grain;
+  row.touched = row.bytes * static_cast<double>(sample.state.grains.size());
+  return row;
 }
 
-Row warm_pair() {
-  std::vector<ShapePair> pairs;
-  std::vector<PolyEllipsoid> shapes;
-  shapes.reserve(2048);
-  std::vector<Vec3> normals;
-  for (std::uint64_t i = 0; i < 1024; ++i) {
-    for (int k = 0; k < 2; ++k) {
-      PolyEllipsoid s;
-      for (int a = 0; a < 3; ++a) {
-        s.plus[a] = 0.6 + 0.4 * random_uniform(1, 2 * i + k, Purpose::radius, 2 * a);
-        s.minus[a] = 0.6 + 0.4 * random_uniform(1, 2 * i + k, Purpose::radius, 2 * a + 1);
-      }
-      shapes.push_back(halves(s, static_cast<int>(i % 3), 0.1)[0].shape);
-    }
-    const Mat3 r = random_rotation(2, i).toRotationMatrix();
-    const Vec3 n = random_rotation(3, i) * Vec3(1, 0, 0);
-    ShapePair p{shapes[2 * i], shapes[2 * i + 1], r, Vec3::Zero()};
-    p.r = support(p.a, n) - r * support(p.b, r.transpose() * -n) - 1e-3 * n;
-    pairs.push_back(p);
-    normals.push_back((n + 1e-4 * (random_rotation(4, i) * Vec3(1, 0, 0))).normalized());
-  }
-  double sum = 0, best = INFINITY;
-  for (int repeat = 0; repeat < 5; ++repeat)
-    best = std::min(best, seconds([&] {
-                      for (int round = 0; round < 20; ++round)
-                        for (std::size_t i = 0; i < pairs.size(); ++i) sum += warm_common_normal(pairs[i], normals[i]).overlap;
-                    }));
-  if (!(sum > 0)) fmt::print("no overlaps: the benchmark is broken\n");
-  return {"poly-ellipsoid pair, warm start 1e-4 rad stale", "ns", best / (20.0 * static_cast<double>(pairs.size())) * 1e9, 1};
-}
-
-/// The peers' own packing ("N L", then "x y z r") and loading.
-int packed(const char* file, std::uint64_t steps, int threads, double skin) {
+/// "work,figure,who" lines.
+std::map<std::string, std::vector<std::pair<std::string, double>>> read_peers(const std::string& file) {
+  std::map<std::string, std::vector<std::pair<std::string, double>>> peers;
   std::ifstream in(file);
-  std::size_t n;
-  double size;
-  in >> n >> size;
-  Model model;
-  Material sand;
-  sand.friction = 0.5, sand.restitution = 0.5;
-  model.materials = {sand};
-  model.numerics.time_step = 2e-8;
-  model.motion.turn_spheres = false;
-  model.numerics.skin = skin;
-  make_pair_laws(model);
-  State fresh;
-  Vec3 x;
-  double r;
-  while (in >> x[0] >> x[1] >> x[2] >> r)
-    set_grain(fresh.grains, fresh.grains.size(), {.shape = PolyEllipsoid::sphere(r), .position = x, .density = 2650});
-  for (int k = 0; k < 3; ++k)
-    for (int side = 0; side < 2; ++side) {
-      Wall wall;
-      wall.normal = Vec3::Zero(), wall.point = Vec3::Zero();
-      wall.normal[k] = side ? -1 : 1;
-      if (side) wall.point[k] = size;
-      if (side && k == 2) wall.velocity = Vec3(0, 0, -500 * size);
-      fresh.boundary.walls.push_back(wall);
-    }
-  Team team(threads);
-  sort_in_space(fresh.grains);
-  double best = INFINITY;
-  Measurement m;
-  for (int repeat = 0; repeat < 3; ++repeat) {
-    State state = fresh;
-    prepare(model, state, team);
-    run_steps(model, state, 100, team);
-    best = std::min(best, seconds([&] { run_steps(model, state, steps, team); }));
-    m = measure(model, state);
+  std::string line;
+  while (std::getline(in, line)) {
+    std::istringstream cells(line);
+    std::string work, figure, who;
+    if (line.empty() || line[0] == '#' || !std::getline(cells, work, ';') || !std::getline(cells, figure, ';') || !std::getline(cells, who)) continue;
+    peers[work].emplace_back(who, std::stod(figure));
   }
-  fmt::print("{} grains {} threads: {:.3f} M grain-steps/s, Z {:.3f}, top {:.4g} MPa, szz {:.4g}\n", n, threads,
-             static_cast<double>(n * steps) / best / 1e6, 2.0 * static_cast<double>(m.contacts) / static_cast<double>(n), -m.wall_stress(2, 2) / 1e6, -m.stress(2, 2) / 1e6);
+  return peers;
+}
+
+void time_all(Table& table, bool large) {
+  std::map<std::size_t, Sample> boxes;
+  for (const auto& [grains, steps] : std::vector<std::pair<std::size_t, std::uint64_t>>{{1000, 4000}, {10000, 1000}, {50000, 200}}) {
+    boxes[grains] = boxed(make_packing(grains, 4.5));
+    for (const int threads : {1, 2}) table.add(dense_row(boxes[grains], grains, threads, steps));
+  }
+  double share = 0, contacts = 0;
+  seconds_of_steps(boxes[10000], 2000, 1, 100, &contacts, &share);
+  table.add({"neighbour rebuilds, dense spheres 10000, of the time", "%", 100 * share});
+  {
+    double full = INFINITY, bare = INFINITY;
+    Sample s = boxes[1000];
+    s.state.boundary.walls.back().velocity.setZero();
+    grus::dem::Team team(1);
+    prepare(s.model, s.state, team);
+    for (int repeat = 0; repeat < 7; ++repeat) full = std::min(full, seconds_of_steps(s, 3000, 1, 0)), bare = std::min(bare, seconds_of_bare_steps(s, 3000));
+    table.add({"step loop against contacts and kicks alone, 1000 spheres", "x", full / bare});
+  }
+  Sample spheres = celled(1000, false, 10e6), shapes = celled(1000, true, 10e6);
+  const double of_sphere = contact_nanoseconds(spheres), of_shape = contact_nanoseconds(shapes);
+  table.add({"contact pass, spheres, a touching pair", "ns", of_sphere});
+  table.add({"contact pass, poly-ellipsoids, a touching pair", "ns", of_shape});
+  table.add({"poly-ellipsoid pair against sphere pair", "x", of_shape / of_sphere});
+  for (const int threads : {1, 2}) {
+    double best = 0;
+    for (int repeat = 0; repeat < 3; ++repeat) best = std::max(best, 1000.0 * 2000 / seconds_of_steps(shapes, 2000, threads, 100) / 1e6);
+    table.add({fmt::format("dense poly-ellipsoids 1000, {} thread{}", threads, threads > 1 ? "s" : ""), "10^6 grain-steps/s", best});
+  }
+  for (const std::size_t grains : {400u, 1000u}) {
+    const Sample cell = celled(grains, false, 1e6);
+    const Increment i = uniaxial_increment(cell, 1e-3, 6);
+    table.add({fmt::format("increment of 1e-3 to unbalanced 1e-3, cell of {} spheres", grains), "s", i.seconds});
+    table.add({fmt::format("... its steps"), "steps", i.steps});
+    table.add({fmt::format("... its stress against closure to 1e-6"), "relative error", i.error});
+    if (grains == 400) table.add({"1000 cells of 400 spheres, 2 threads", "x", farm_speed_up(cell, 1000)});
+  }
+  std::vector<std::size_t> sizes{1000, 10000, 100000};
+  if (large) sizes.push_back(1000000);
+  for (const std::size_t grains : sizes) {
+    const Sample s = boxed(make_packing(grains, 3));
+    const std::uint64_t steps = std::max<std::uint64_t>(20, 4000000 / grains);
+    const double took = seconds_of_steps(s, steps, 1, 20);
+    table.add({fmt::format("growth: a grain and step, 1:3, {} grains", grains), "ns", 1e9 * took / static_cast<double>(s.state.grains.size() * steps)});
+    table.add({"... memory of the state", "bytes a grain", bytes_of(s) / static_cast<double>(s.state.grains.size())});
+  }
+  for (const double ratio : {3.0, 30.0}) {
+    const Sample s = boxed(make_packing(20000, ratio));
+    double c = 0;
+    const double took = seconds_of_steps(s, 200, 1, 20, &c);
+    table.add({fmt::format("size ratio 1:{}, 20000 grains, a grain and step", ratio), "ns", 1e9 * took / (static_cast<double>(s.state.grains.size()) * 200)});
+    table.add({fmt::format("... its contacts a grain"), "", c});
+  }
+}
+
+int one_run(const std::string& file, std::uint64_t steps, int threads) {
+  const Sample sample = boxed(read_packing(file));
+  double contacts = 0, share = 0;
+  const double took = seconds_of_steps(sample, steps, threads, 100, &contacts, &share);
+  fmt::print("RESULT code=grus N={} steps={} threads={} wall={:.4f} psps={:.6g} contacts_a_grain={:.3f} rebuild_share={:.3f} lanes={}\n", sample.state.grains.size(), steps,
+             threads, took, static_cast<double>(sample.state.grains.size() * steps) / took, contacts, share, grus::dem::lanes());
   return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::vector<Row> rows;
-  if (argc > 3 && std::string(argv[1]) == "w1") return packed(argv[2], std::stoul(argv[3]), argc > 4 ? std::stoi(argv[4]) : 1, argc > 5 ? std::stod(argv[5]) : 0.12);
-  if (argc > 1 && std::string(argv[1]) == "quick") {
-    const Row r = dense(1000, 1, 4000, 0.12);
-    fmt::print("{:.3f} million grain-steps/s, {:.2f} contacts a grain; warm pair {:.0f} ns\n", r.value, r.contacts, warm_pair().value);
-    return 0;
+  std::string out, peers_file;
+  bool large = false;
+  for (int k = 1; k < argc; ++k) {
+    if (!std::strcmp(argv[k], "--packing") && k + 2 < argc) return one_run(argv[k + 1], std::stoul(argv[k + 2]), k + 3 < argc ? std::stoi(argv[k + 3]) : 1);
+    if (!std::strcmp(argv[k], "--make-packing") && k + 2 < argc) return write_packing(argv[k + 2], make_packing(std::stoul(argv[k + 1]), 4.5)), 0;
+    if (!std::strcmp(argv[k], "--large")) large = true;
+    else if (!std::strcmp(argv[k], "--out") && k + 1 < argc) out = argv[++k];
+    else if (!std::strcmp(argv[k], "--peers") && k + 1 < argc) peers_file = argv[++k];
+    else return fmt::print(stderr, "{}", usage), 2;
   }
-  rows.push_back(dense(1000, 1, 4000, 0.12));
-  rows.push_back(dense(1000, 2, 4000, 0.12));
-  rows.push_back(dense(10000, 1, 400, 0.12));
-  rows.push_back(dense(10000, 2, 400, 0.12));
-  rows.push_back(warm_pair());
-  fmt::print("{:<62} {:>12} {:<20} {}\n", "work", "figure", "unit", "contacts a grain");
-  for (const auto& r : rows) fmt::print("{:<62} {:>12.3f} {:<20} {:.2f}\n", r.work, r.value, r.unit, r.contacts);
-  if (argc > 1) {
-    std::ofstream csv(argv[1]);
-    csv << "work,figure,unit,contacts_a_grain\n";
-    for (const auto& r : rows) csv << fmt::format("\"{}\",{:.6g},{},{:.3f}\n", r.work, r.value, r.unit, r.contacts);
+  Table table;
+  const double rate = gigaflops();
+  table.add({fmt::format("machine: multiplications and additions, {} at a time", grus::dem::lanes()), "10^9/s", rate});
+  std::map<double, double> bandwidth;
+  for (const double bytes : {1e6, 5e6, 3e7, 2e8}) {
+    bandwidth[bytes] = update_bandwidth(bytes);
+    table.add({fmt::format("machine: read and written back, {:g} MB", bytes / 1e6), "GB/s", bandwidth[bytes]});
   }
+  time_all(table, large);
+
+  const auto peers = peers_file.empty() ? decltype(read_peers("")){} : read_peers(peers_file);
+  fmt::print("\n{:<72} {:>10} {:<20} {:>10} {:>7}  {}\n", "work", "figure", "unit", "limit", "of it", "peers (ratio)");
+  std::ostringstream csv;
+  csv << "work;figure;unit;machine limit\n";
+  for (const auto& row : table.rows) {
+    double limit = 0;
+    if (row.bytes > 0) {
+      const auto room = bandwidth.lower_bound(row.touched);
+      const double speed = room == bandwidth.end() ? bandwidth.rbegin()->second : room->second;
+      const int threads = row.work.find("2 threads") != std::string::npos ? 2 : 1;
+      limit = 1e3 * threads / std::max(row.bytes / speed, row.flops / rate);
+    }
+    std::string others;
+    if (const auto found = peers.find(row.work); found != peers.end())
+      for (const auto& [who, figure] : found->second) others += fmt::format("{} {:.3g} ({:.1f} x)  ", who, figure, row.unit == "s" ? figure / row.value : row.value / figure);
+    fmt::print("{:<72} {:>10.4g} {:<20} {:>10} {:>7}  {}\n", row.work, row.value, row.unit, limit > 0 ? fmt::format("{:.3g}", limit) : "",
+               limit > 0 ? fmt::format("{:.0f} %", 100 * row.value / limit) : "", others);
+    csv << fmt::format("{};{:.6g};{};{}\n", row.work, row.value, row.unit, limit > 0 ? fmt::format("{:.6g}", limit) : "");
+  }
+  if (!out.empty()) std::ofstream(out) << csv.str();
 }

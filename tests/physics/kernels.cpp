@@ -243,3 +243,33 @@ TEST_CASE("rebuilding the list reuses its room") {
   build_contacts(c.state.grains, c.state.boundary, c.state.skin, 2, {}, c.state.contacts, c.state.reference, c.team);
   CHECK(allocations - before <= 1);
 }
+
+TEST_CASE("pairs that touch by round-off only have finite histories") {
+  Case c;
+  Material m;
+  m.friction = 0.5, m.restitution = 0.5;
+  c.model.materials = {m};
+  c.model.numerics.time_step = 1e-8;
+  make_pair_laws(c.model);
+  const double radius = 3e-4;
+  double distance = 2 * radius * (1 + 4e-16);
+  for (int i = 0; i < 40; ++i) {  // pairs along a line, each a unit of the last place closer
+    for (int side = 0; side < 2; ++side)
+      set_grain(c.state.grains, c.state.grains.size(), {.shape = PolyEllipsoid::sphere(radius), .position = Vec3(side * distance, 0.01 * i, 0), .density = 2650});
+    distance = std::nextafter(distance, 0.0);
+  }
+  prepare(c.model, c.state, c.team);
+  for (int step = 0; step < 5; ++step) contact_forces(c.model.law, c.model.pairs, c.state.grains, c.state.boundary, 1e-8, true, c.state.contacts, c.team);
+  std::size_t touching = 0;
+  for (std::size_t k = 0; k < c.state.contacts.size(); ++k) {
+    const Contact& contact = c.state.contacts.contact[k];
+    touching += contact.stiffness > 0;
+    REQUIRE(std::isfinite(contact.compliance + contact.viscous + contact.spring.sum() + c.state.contacts.touch[k].force.sum()));
+    if (contact.stiffness > 0) REQUIRE(c.state.contacts.touch[k].overlap > 0);
+  }
+  CHECK(touching > 10);
+  CHECK(touching < 40);
+  const BlockEnergy e = flush(c.state.contacts);
+  CHECK(std::isfinite(e.friction + e.viscous + e.work));
+  CHECK(std::isfinite(elastic_energy(c.model.law, c.state.contacts)));
+}
