@@ -74,16 +74,10 @@ void assign_targets(std::size_t grains, Contacts& contacts, std::vector<Index>& 
   const std::size_t walls = contacts.begin[sphere_wall];
   contacts.target.resize(contacts.size());
   contacts.remote.assign(grains + 1, 0);
-  contacts.needed_by.resize(tile_count(grains));
-  for (std::size_t t = 0; t < contacts.needed_by.size(); ++t) contacts.needed_by[t] = static_cast<Index>(t);
   const int bits = tile_bits(grains);
   auto elsewhere = [&](const Pair& p) { return p.a >> bits != p.b >> bits; };
   for (std::size_t k = 0; k < walls; ++k)
-    if (const Pair& p = contacts.pair[k]; elsewhere(p)) {
-      ++contacts.remote[p.b + 1];
-      Index& tile = contacts.needed_by[p.b >> bits];
-      tile = std::min(tile, static_cast<Index>(p.a >> bits));
-    }
+    if (elsewhere(contacts.pair[k])) ++contacts.remote[contacts.pair[k].b + 1];
   for (std::size_t i = 0; i < grains; ++i) contacts.remote[i + 1] += contacts.remote[i];
   next.assign(contacts.remote.begin(), contacts.remote.end() - 1);
   for (std::size_t k = 0; k < walls; ++k) {

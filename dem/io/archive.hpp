@@ -75,7 +75,7 @@ void archive(A& a, S& s) {
   for (auto& starts : c.tile) a.column(starts);
   a.column(c.pair), a.column(c.contact), a.column(c.touch), a.column(c.a), a.column(c.b), a.column(c.law);
   a.column(c.shift), a.column(c.images), a.column(c.active), a.column(c.target);
-  a.column(c.load), a.column(c.remote), a.column(c.needed_by), a.column(c.pair_work), a.column(c.grain_work), a.column(c.first), a.column(c.entry), a.column(c.energy);
+  a.column(c.load), a.column(c.remote), a.column(c.pair_work), a.column(c.grain_work), a.column(c.first), a.column(c.entry), a.column(c.energy);
   a.column(s.bonds);
   std::uint64_t walls = s.boundary.walls.size();
   a.plain(walls);
@@ -90,8 +90,8 @@ void archive(A& a, S& s) {
   auto& r = s.reference;
   a.column(r.position), a.column(r.orientation), a.column(r.wall_point), a.plain(r.cell), a.plain(r.skin), a.plain(r.grown), a.plain(r.largest), a.plain(r.travelled), a.plain(r.builds);
   a.column(s.grain_energy);
-  for (auto* v : {&s.time, &s.dt, &s.skin}) a.plain(*v);
-  for (auto* v : {&s.steps, &s.next_estimate, &s.estimate_interval}) a.plain(*v);
+  for (auto* v : {&s.time, &s.dt, &s.skin, &s.mean_radius}) a.plain(*v);
+  for (auto* v : {&s.steps, &s.next_estimate, &s.estimate_interval, &s.listed_at}) a.plain(*v);
 }
 
 inline std::string bytes_of(const State& state) {

@@ -20,7 +20,8 @@ struct State {
   double time = 0, dt = 0;       // s
   std::uint64_t steps = 0;
   std::uint64_t next_estimate = 0, estimate_interval = 5;  // step at which the critical step is due again, and the gap to the next
-  double skin = 0;               // m
+  double skin = 0, mean_radius = 0;  // m; the radius at the start
+  std::uint64_t listed_at = 0;   // step at which the neighbour list ran out last
 };
 
 }  // namespace grus::dem

@@ -34,39 +34,38 @@ void book(State& state) {
   state.ledger.work += contacts.work + grains.work;
 }
 
+/// The list has run out. A wider skin where that happens often, a narrower one where seldom; by counts of steps, so that no
+/// clock decides. Spheres: a list costs some fifteen steps; other shapes, whose steps cost more, some four.
 void rebuild(const Model& model, State& state, Team& team) {
+  const std::uint64_t lasted = state.steps - state.listed_at, often = state.grains.frame.empty() ? 120 : 30;
+  const double usual = model.numerics.skin * state.mean_radius;
+  if (lasted < often) state.skin = std::min(1.25 * state.skin, 2 * usual);
+  if (lasted > 5 * often) state.skin = std::max(0.8 * state.skin, 0.5 * usual);
+  state.listed_at = state.steps;
   build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team);
 }
 
-/// Forces of all contacts, and the kicks that they give. A tile of spheres moves on as soon as nothing else needs it where it
-/// is, while its data is at hand, and collects its forces in a room that stays in the cache. What depends on pairs of another
-/// thread's tiles waits for a second round; so do other shapes, whose turning costs enough to be shared out by itself.
+/// Forces of all contacts, and the kicks that they give. A single thread moves a tile of grains as soon as its pairs are
+/// done (pairs belong to the lower tile: nothing later needs the tile where it is), while its data is at hand, and collects
+/// forces in a room that stays in the cache. Several threads meet in between.
 void force_and_move(const Model& model, State& state, const MotionSettings& settings, bool shown, bool bonded, Kick kick, Team& team) {
   const ContactPass contacts(model.law, model.pairs, state.grains, state.boundary, state.dt, shown, state.contacts);
   const SweepPass grains(kick, state.grains, state.contacts, settings, bonded, state.dt, state.grain_energy);
-  const std::vector<Index>& needed_by = state.contacts.needed_by;
   const std::size_t tiles = tile_count(state.grains.size()), size = tile_size(state.grains.size());
-  const bool at_once = team.threads() == 1 || state.grains.frame.empty();
-  std::vector<Load>& room = state.contacts.tile_load;
-  if (at_once) room.resize(std::max(room.size(), size * static_cast<std::size_t>(team.threads())));
-  std::vector<std::uint8_t>& moved = state.contacts.moved;
-  moved.assign(tiles, 0);
-  team.pieces(tiles, state.contacts.pair_work, [&](std::size_t first, std::size_t last, int rank) {
-    Load* const mine = room.data() + size * static_cast<std::size_t>(rank);
-    for (std::size_t t = first; t < last; ++t) {
-      if (!at_once || needed_by[t] < first) {
-        contacts.tile(t);
-        continue;
-      }
-      contacts.tile(t, mine - t * size);
-      grains.tile(t, mine - t * size);
-      moved[t] = 1;
+  if (team.threads() == 1) {
+    std::vector<Load>& room = state.contacts.tile_load;
+    room.resize(size);
+    for (std::size_t t = 0; t < tiles; ++t) {
+      contacts.tile(t, room.data() - t * size);
+      grains.tile(t, room.data() - t * size);
     }
+    return;
+  }
+  team.pieces(tiles, state.contacts.pair_work, [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t t = first; t < last; ++t) contacts.tile(t);
   });
-  if (team.threads() == 1) return;
   team.pieces(tiles, state.contacts.grain_work, [&](std::size_t first, std::size_t last, int) {
-    for (std::size_t t = first; t < last; ++t)
-      if (!moved[t]) grains.tile(t);
+    for (std::size_t t = first; t < last; ++t) grains.tile(t);
   });
 }
 
@@ -92,8 +91,10 @@ void prepare(const Model& model, State& state, Team& team) {
   update_frames(g);
   double mean_radius = 0;
   for (const auto& shape : g.shape) mean_radius += equivalent_radius(shape);
-  state.skin = model.numerics.skin * mean_radius / static_cast<double>(std::max<std::size_t>(g.size(), 1));
-  rebuild(model, state, team);
+  state.mean_radius = mean_radius / static_cast<double>(std::max<std::size_t>(g.size(), 1));
+  state.skin = model.numerics.skin * state.mean_radius;
+  state.listed_at = state.steps;
+  build_contacts(g, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team);
   contact_forces(model.law, model.pairs, g, state.boundary, 0, true, state.contacts, team);
   sweep(Kick::close, g, state.contacts, settings_of(model, state), false, 0, state.grain_energy, team);
   flush(state.contacts);

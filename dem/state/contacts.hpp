@@ -82,11 +82,9 @@ struct Contacts {
   std::vector<Index> target;         // row of `load` for b; unused for walls
   std::vector<std::array<std::int16_t, 3>> images;
   std::vector<Load> load;            // one a grain, then the rows that `remote` counts; all zero between steps
-  std::vector<Load> tile_load;       // room of the threads for the tile at hand
+  std::vector<Load> tile_load;       // room for the tile at hand
   std::vector<Index> remote;         // of grain i: load[grains + remote[i]] to load[grains + remote[i + 1]]
-  std::vector<Index> needed_by;      // of each tile: the lowest tile with a pair that holds one of its grains
   std::vector<std::uint64_t> pair_work, grain_work;  // running sums of what the tiles cost, in nanoseconds or so
-  std::vector<std::uint8_t> moved;   // room of a step: tiles that are done
   std::vector<Index> first, entry;   // of grain i: entry[first[i]..first[i+1]) = 2 * pair + (is b), first those of which it is a
   std::vector<BlockEnergy> energy;   // one a tile
   std::vector<double> law_rows, shift_rows, wall_rows;  // room for the kernels' tables
