@@ -34,6 +34,8 @@ struct Packing {
 Packing read_packing(const std::string& file);
 /// Dense, about `grains` grains, radii 1:`ratio`: placed at random, then compressed by the walls.
 Packing make_packing(std::size_t grains, double ratio);
+/// Simple-cubic lattice of layers^3 equal spheres, a thousandth overlapped: large samples at no cost.
+Packing lattice(int layers);
 void write_packing(const std::string& file, const Packing& packing);
 
 /// Hertz-Mindlin spheres (60 GPa, friction 0.5, restitution 0.5) between walls, the top one coming down at 500/s.
@@ -41,6 +43,8 @@ Sample boxed(const Packing& packing);
 /// A periodic cell of spheres or poly-ellipsoids at a pressure (Pa).
 Sample celled(std::size_t grains, bool shapes, double pressure);
 
+/// ns a grain to make its neighbour list anew.
+double list_nanoseconds(const Sample& sample);
 /// Bytes of a prepared sample's state.
 double bytes_of(const Sample& sample);
 
