@@ -72,7 +72,8 @@ void fill_adjacency(std::size_t grains, Contacts& contacts, std::vector<Index>& 
 /// What b feels goes to b's own row in the same tile, else to a row for this pair alone, in the order of (b, pair).
 void assign_targets(std::size_t grains, Contacts& contacts, std::vector<Index>& next) {
   const std::size_t walls = contacts.begin[sphere_wall];
-  contacts.target.resize(contacts.size());
+  contacts.target.assign(contacts.size() + overrun, 0);
+  for (std::size_t k = walls; k < contacts.size(); ++k) contacts.target[k] = contacts.pair[k].b;
   contacts.remote.assign(grains + 1, 0);
   const int bits = tile_bits(grains);
   auto elsewhere = [&](const Pair& p) { return p.a >> bits != p.b >> bits; };
@@ -200,7 +201,7 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
         const bool on = touched(old);
         const std::size_t k = room.counts[t][2 * bin + !on]++;
         contacts.pair[k] = pair;
-        contacts.a[k] = pair.a, contacts.b[k] = pair.b, contacts.law[k] = pair.law, contacts.active[k] = on;
+        contacts.a[k] = pair.a, contacts.b[k] = bin < sphere_wall ? pair.b : 0, contacts.law[k] = pair.law, contacts.active[k] = on;
         Contact& c = contacts.contact[k];
         Touch& touch = contacts.touch[k];
         if (old != Past::none) c = room.contact[old], touch = room.touch[old];

@@ -11,9 +11,9 @@ namespace grus::dem {
 /// Rows of doubles, in the layout of the columns of the same names (state/grains.hpp, state/contacts.hpp).
 struct ContactRows {
   const double* motion;          // 12: position radius | velocity 1/m | spin 1/I
-  const std::uint32_t *a, *b;    // grains, or grain and wall; as `law` and `shift` readable by 8 beyond the end
+  const std::uint32_t *a, *b;    // grains; as the next three readable by 8 beyond the end
   const std::uint32_t* law;      // row of `laws`
-  const std::uint32_t* target;   // row of `load` that takes what b feels
+  const std::uint32_t* target;   // row of `load` that takes what b feels; for walls, the wall
   const std::uint32_t* shift;    // row of `shifts`; nullptr: no periodic cell
   const double* shifts;          // 8: offset of b, 0 | velocity of the offset, 0
   const double* walls;           // 8: normal, normal . point | velocity, 0
@@ -52,7 +52,6 @@ PairLoop sphere_pairs();
 PairLoop sphere_walls();
 PairLoop polyellipsoid_pairs();
 int lanes();
-
 
 #define GRUS_DECLARE_LANES(name)                                                        \
   namespace name {                                                                      \

@@ -115,7 +115,7 @@ GRUS_STAGE void meet(const ContactRows& s, int kept, Chunk& c) {
     if constexpr (kind == Kind::walls) {
       const Real la = at(c.ra + o) - half * at(c.gap + o);
       store(la, c.ra + o);
-      load4(s.walls + 4, ib, 8, drag.x, drag.y, drag.z, unused);
+      load4(s.walls + 4, s.target + c.first[g], 8, drag.x, drag.y, drag.z, unused);
       v = drag - va - cross(la * wa, n);
       store(half * dot(n, wa), c.turn + o);
     } else {

@@ -34,7 +34,7 @@ template <Kind kind>
     unsigned touching;
     if constexpr (kind == Kind::walls) {
       Real offset;
-      load4(s.walls, ib, 8, d.x, d.y, d.z, offset);  // normal into the space
+      load4(s.walls, s.target + k, 8, d.x, d.y, d.z, offset);  // normal into the space
       gap = ra - (dot(d, xa) - offset);
       d = Real(-1.0) * d, rb = Real(0.0);
       touching = bits(less(Real(0.0), gap));

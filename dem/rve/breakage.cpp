@@ -122,17 +122,17 @@ void draw_strength(const Model& model, Grains& g, std::size_t i) {
   g.strength[i] = fracture ? fracture->strength_factor(equivalent_radius(g.shape[i]), model.seed, g.id[i]) : 1;
 }
 
-std::vector<Break> find_breaks(const Model& model, const State& state, Team& team) {
-  std::vector<std::uint8_t> bonded(state.grains.size(), 0);
-  for (const auto& s : state.bonds) bonded[s.a] = bonded[s.b] = 1;
-  std::vector<std::optional<Break>> found(state.grains.size());
+std::vector<Break> find_breaks(const Model& model, const State& state, std::vector<std::uint8_t>& room, Team& team) {
+  enum : std::uint8_t { holds, bonded, fails };
+  room.assign(state.grains.size(), holds);
+  for (const auto& s : state.bonds) room[s.a] = room[s.b] = bonded;
   team.blocks(state.grains.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
-      if (!bonded[i]) found[i] = break_of(model, state, i);
+      if (room[i] == holds && break_of(model, state, i)) room[i] = fails;
   });
   std::vector<Break> breaks;
-  for (const auto& b : found)
-    if (b) breaks.push_back(*b);
+  for (std::size_t i = 0; i < room.size(); ++i)
+    if (room[i] == fails) breaks.push_back(*break_of(model, state, i));
   return breaks;
 }
 

@@ -14,7 +14,12 @@ struct Break {
 };
 
 /// Grains that fail a criterion and whose shape may be split. Forces and torques must be up to date.
-std::vector<Break> find_breaks(const Model& model, const State& state, Team& team);
+/// `room` is reused from test to test: where nothing fails, nothing is allocated.
+std::vector<Break> find_breaks(const Model& model, const State& state, std::vector<std::uint8_t>& room, Team& team);
+inline std::vector<Break> find_breaks(const Model& model, const State& state, Team& team) {
+  std::vector<std::uint8_t> room;
+  return find_breaks(model, state, room, team);
+}
 
 /// Splits them; the neighbour list, contact forces and grains.force/torque are up to date again afterwards.
 void apply_breaks(const Model& model, State& state, const std::vector<Break>& breaks, Team& team);

@@ -17,6 +17,7 @@ struct State {
   Ledger ledger;
   NeighbourReference reference;
   std::vector<SweepEnergy> grain_energy;  // one a tile
+  std::vector<std::uint8_t> break_room;   // of the breakage test
   double time = 0, dt = 0;       // s
   std::uint64_t steps = 0;
   std::uint64_t next_estimate = 0, estimate_interval = 5;  // step at which the critical step is due again, and the gap to the next

@@ -153,7 +153,7 @@ std::uint64_t run_steps(const Model& model, State& state, std::uint64_t count, T
     state.time += dt;
     if (moving) continue;
     if (!test) continue;
-    const std::vector<Break> breaks = find_breaks(model, state, team);
+    const std::vector<Break> breaks = find_breaks(model, state, state.break_room, team);
     if (breaks.empty()) continue;
     finish();
     apply_breaks(model, state, breaks, team);

@@ -76,10 +76,10 @@ struct Contacts {
   std::vector<Pair> pair;        // in a tile: pairs that touched when the list was made, then the others; each by (a, b, image)
   std::vector<Contact> contact;
   std::vector<Touch> touch;
-  std::vector<Index> a, b, law;      // of `pair`, as the kernels read them; longer by `overrun`, as are shift, active, contact and touch
+  std::vector<Index> a, b, law;      // of `pair`, as the kernels read them (b of a wall: 0); longer by `overrun`, as are the next three, contact and touch
   std::vector<Index> shift;          // row of `images`; empty without a periodic cell
   std::vector<std::uint8_t> active;  // touching; kept for spheres
-  std::vector<Index> target;         // row of `load` for b; unused for walls
+  std::vector<Index> target;         // row of `load` for b; of walls, the wall
   std::vector<std::array<std::int16_t, 3>> images;
   std::vector<Load> load;            // one a grain, then the rows that `remote` counts; all zero between steps
   std::vector<Load> tile_load;       // room for the tile at hand

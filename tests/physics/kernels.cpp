@@ -225,6 +225,13 @@ TEST_CASE("a step allocates nothing") {
     make(c, true, shapes, true, true, true);
     run_steps(c.model, c.state, 400, c.team);
     build_contacts(c.state.grains, c.state.boundary, c.state.skin, 2, {}, c.state.contacts, c.state.reference, c.team);
+    FractureModel tested;  // every fifth step, and never reached
+    tested.hoek_brown = HoekBrown{1e15, 20};
+    for (auto& m : c.model.materials) m.fracture = tested;
+    c.model.numerics.fracture_every = 5;
+    c.state.grains.strength.assign(c.state.grains.size(), 1), c.state.grains.generation.assign(c.state.grains.size(), 0);
+    run_steps(c.model, c.state, 6, c.team);
+    build_contacts(c.state.grains, c.state.boundary, c.state.skin, 2, {}, c.state.contacts, c.state.reference, c.team);
     const Mat3 built_at = c.state.reference.cell;
     const long before = allocations;
     run_steps(c.model, c.state, 25, c.team);
