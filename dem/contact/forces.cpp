@@ -16,7 +16,6 @@ struct Scene {
   bool periodic;
 
   Vec3 shift(const Pair& p) const { return boundary.cell.vectors * Vec3(p.image[0], p.image[1], p.image[2]); }
-  Vec3 shift_rate(const Pair& p) const { return boundary.cell.rate * Vec3(p.image[0], p.image[1], p.image[2]); }
 };
 
 inline bool crosses(const Pair& p) { return (p.image[0] | p.image[1] | p.image[2]) != 0; }

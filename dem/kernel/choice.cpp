@@ -34,17 +34,14 @@ int lanes() {
 }
 
 #if defined(GRUS_WIDE_KERNELS)
-PairLoop sphere_pairs() { return lanes() == 8 ? lanes8::sphere_pairs : lanes() == 4 ? lanes4::sphere_pairs : lanes1::sphere_pairs; }
-PairLoop sphere_walls() { return lanes() == 8 ? lanes8::sphere_walls : lanes() == 4 ? lanes4::sphere_walls : lanes1::sphere_walls; }
-PairLoop polyellipsoid_pairs() {
-  return lanes() == 8 ? lanes8::polyellipsoid_pairs : lanes() == 4 ? lanes4::polyellipsoid_pairs : lanes1::polyellipsoid_pairs;
-}
-SphereKicks sphere_kicks() { return lanes() == 8 ? lanes8::sphere_kicks : lanes() == 4 ? lanes4::sphere_kicks : lanes1::sphere_kicks; }
+#define GRUS_CHOICE(name) (lanes() == 8 ? lanes8::name : lanes() == 4 ? lanes4::name : lanes1::name)
 #else
-PairLoop sphere_pairs() { return lanes1::sphere_pairs; }
-PairLoop sphere_walls() { return lanes1::sphere_walls; }
-PairLoop polyellipsoid_pairs() { return lanes1::polyellipsoid_pairs; }
-SphereKicks sphere_kicks() { return lanes1::sphere_kicks; }
+#define GRUS_CHOICE(name) lanes1::name
 #endif
+
+PairLoop sphere_pairs() { return GRUS_CHOICE(sphere_pairs); }
+PairLoop sphere_walls() { return GRUS_CHOICE(sphere_walls); }
+PairLoop polyellipsoid_pairs() { return GRUS_CHOICE(polyellipsoid_pairs); }
+SphereKicks sphere_kicks() { return GRUS_CHOICE(sphere_kicks); }
 
 }  // namespace grus::dem

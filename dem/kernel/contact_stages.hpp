@@ -28,6 +28,9 @@ struct alignas(64) Chunk {
   std::size_t first[chunk / width];   // pair of each kept group
   unsigned touching[chunk / width];
   int count[chunk / width];
+
+  /// Where the energies of kept group g are summed, in a call that began at pair `begin`.
+  int place(int g, std::size_t begin) const { return static_cast<int>((first[g] - begin) / width % (group / width)); }
 };
 
 GRUS_INLINE Real at(const double* column) {
@@ -151,8 +154,7 @@ template <bool friction, bool dashpot>
 GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk& c, Sums& sums) {
   const Real dt(s.dt), half(0.5), zero(0.0), one(1.0);
   for (int g = 0; g < kept; ++g) {
-    const int o = g * width, h = static_cast<int>((c.first[g] - first) / width % (group / width));
-    for (int l = 0; l < width; ++l) __builtin_prefetch(s.contact + 8 * (c.first[g] + chunk + static_cast<std::size_t>(l)), 1, 2);
+    const int o = g * width, h = c.place(g, first);
     const Real3 n{at(c.dx + o), at(c.dy + o), at(c.dz + o)}, v{at(c.vx + o), at(c.vy + o), at(c.vz + o)};
     const Real vn = dot(v, n), elastic = at(c.elastic + o);
     Real normal = elastic;
@@ -196,7 +198,7 @@ template <Kind kind, bool friction, bool dashpot>
 GRUS_STAGE void hand_out(const ContactRows& s, std::size_t first, int kept, Chunk& c, Sums& sums) {
   const Real zero(0.0);
   for (int g = 0; g < kept; ++g) {
-    const int o = g * width, h = static_cast<int>((c.first[g] - first) / width % (group / width));
+    const int o = g * width, h = c.place(g, first);
     const std::size_t k = c.first[g];
     const unsigned touching = c.touching[g];
     const Real3 n{at(c.dx + o), at(c.dy + o), at(c.dz + o)};

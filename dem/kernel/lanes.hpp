@@ -26,8 +26,6 @@ struct Real {
 GRUS_INLINE Real operator+(Real a, Real b) { return _mm512_add_pd(a.v, b.v); }
 GRUS_INLINE Real operator-(Real a, Real b) { return _mm512_sub_pd(a.v, b.v); }
 GRUS_INLINE Real operator*(Real a, Real b) { return _mm512_mul_pd(a.v, b.v); }
-GRUS_INLINE Real operator-(Real a) { return _mm512_xor_pd(a.v, _mm512_set1_pd(-0.0)); }
-GRUS_INLINE Real operator/(Real a, Real b) { return _mm512_div_pd(a.v, b.v); }
 GRUS_INLINE Real root(Real a) { return _mm512_sqrt_pd(a.v); }
 GRUS_INLINE Real halved_from(std::int64_t seed, Real a) {  // seed - (bits of a) / 2, as a number
   return _mm512_castsi512_pd(_mm512_sub_epi64(_mm512_set1_epi64(seed), _mm512_srli_epi64(_mm512_castpd_si512(a.v), 1)));
@@ -107,8 +105,6 @@ struct Real {
 GRUS_INLINE Real operator+(Real a, Real b) { return _mm256_add_pd(a.v, b.v); }
 GRUS_INLINE Real operator-(Real a, Real b) { return _mm256_sub_pd(a.v, b.v); }
 GRUS_INLINE Real operator*(Real a, Real b) { return _mm256_mul_pd(a.v, b.v); }
-GRUS_INLINE Real operator-(Real a) { return _mm256_xor_pd(a.v, _mm256_set1_pd(-0.0)); }
-GRUS_INLINE Real operator/(Real a, Real b) { return _mm256_div_pd(a.v, b.v); }
 GRUS_INLINE Real root(Real a) { return _mm256_sqrt_pd(a.v); }
 GRUS_INLINE Real halved_from(std::int64_t seed, Real a) {
   return _mm256_castsi256_pd(_mm256_sub_epi64(_mm256_set1_epi64x(seed), _mm256_srli_epi64(_mm256_castpd_si256(a.v), 1)));
@@ -229,7 +225,7 @@ GRUS_INLINE void load4(const double* base, std::size_t stride, Real& x, Real& y,
 
 // Roots and quotients by Newton's iteration: a divider does one at a time, the multipliers do many. The seeds are good to
 // 3.5 % and 5 %, every step squares the error: four end within two units of the last place. For positive normal numbers;
-// of 0 they give something large and finite.
+// of 0 they give something large, and the inverse may overflow.
 GRUS_INLINE Real inverse_root(Real a) {
   Real y = halved_from(0x5fe6eb50c7b537a9, a);
   const Real half_a = Real(0.5) * a;

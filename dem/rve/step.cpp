@@ -151,7 +151,6 @@ std::uint64_t run_steps(const Model& model, State& state, std::uint64_t count, T
     if (reshapes) book_growth(model, state, reshaping);
     ++state.steps;
     state.time += dt;
-    if (moving) continue;
     if (!test) continue;
     const std::vector<Break> breaks = find_breaks(model, state, state.break_room, team);
     if (breaks.empty()) continue;

@@ -2,7 +2,6 @@
 #include "dem/state/order.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 namespace grus::dem {
 
