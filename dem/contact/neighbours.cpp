@@ -2,6 +2,7 @@
 #include "dem/contact/neighbours.hpp"
 
 #include <algorithm>
+#include <atomic>
 
 #include "dem/contact/broad_phase.hpp"
 #include "dem/shape/common_normal.hpp"
@@ -9,10 +10,10 @@
 namespace grus::dem {
 namespace {
 
-/// Contacts of the list before, by grain.
+/// Contacts of the list before, where grains were split since: looked up by grain.
 struct Past {
   const NeighbourRoom& old;
-  const Contacts& lists;  // whose adjacency and bins are still those of before
+  const Contacts& lists;  // whose index of grains and bins are still those of before
   std::span<const Index> origin;
 
   Index before(Index i) const { return origin.empty() ? i : origin[i]; }
@@ -38,6 +39,41 @@ struct Past {
   static constexpr Index none = ~Index{0};
 };
 
+/// Contacts of a tile of the list before, where grains are the same: both lists are sorted, so one walk finds all.
+struct Walk {
+  std::span<const Pair> old;
+  std::array<Index, 2 * bin_count> at, end;
+
+  Walk(std::span<const Pair> old, const std::array<std::vector<Index>, bin_count>& tile, const std::array<std::vector<Index>, bin_count>& apart, std::size_t t) : old(old) {
+    for (std::size_t bin = 0; bin < bin_count; ++bin) {
+      at[2 * bin] = tile[bin][t], end[2 * bin] = at[2 * bin + 1] = apart[bin][t], end[2 * bin + 1] = tile[bin][t + 1];
+    }
+  }
+
+  /// Index in the old list, or Past::none. Pairs are asked for in ascending order.
+  Index find(Bin bin, Index a, Index b, const std::array<std::int16_t, 3>& image) {
+    for (std::size_t h = 2 * static_cast<std::size_t>(bin); h < 2 * static_cast<std::size_t>(bin) + 2; ++h) {
+      Index& k = at[h];
+      while (k < end[h] && before(old[k], a, b, image)) ++k;
+      if (k < end[h] && old[k].a == a && old[k].b == b && old[k].image == image) return k;
+    }
+    return Past::none;
+  }
+
+  static bool before(const Pair& p, Index a, Index b, const std::array<std::int16_t, 3>& image) {
+    if (p.a != a) return p.a < a;
+    return p.b != b ? p.b < b : p.image < image;
+  }
+};
+
+bool close(const Grains& g, const Cell& cell, const Candidate& pair, double skin) {
+  const Motion &a = g.motion[pair.a], &b = g.motion[pair.b];
+  Vec3 r = b.position - a.position;
+  if ((pair.image[0] | pair.image[1] | pair.image[2]) != 0) r += cell.vectors * Vec3(pair.image[0], pair.image[1], pair.image[2]);
+  const double reach = a.radius + b.radius + skin;
+  return r.squaredNorm() < reach * reach;
+}
+
 /// Exact-gap test for pairs that involve a poly-ellipsoid; `normal`: the last search direction if there is one; left for the next.
 bool near(const Grains& g, const Cell& cell, const Candidate& pair, double skin, Vec3& normal) {
   const Frame &fa = g.frame[pair.a], &fb = g.frame[pair.b];
@@ -55,54 +91,73 @@ bool near(const Grains& g, const Cell& cell, const Candidate& pair, double skin,
   return !found.converged || found.overlap > -skin;
 }
 
-void fill_adjacency(std::size_t grains, Contacts& contacts, std::vector<Index>& next) {
-  contacts.first.assign(grains + 1, 0);
-  const std::size_t walls = contacts.begin[sphere_wall];
-  for (std::size_t k = 0; k < contacts.size(); ++k) {
-    ++contacts.first[contacts.pair[k].a + 1];
-    if (k < walls) ++contacts.first[contacts.pair[k].b + 1];
-  }
-  for (std::size_t i = 0; i < grains; ++i) contacts.first[i + 1] += contacts.first[i];
-  contacts.entry.resize(contacts.first[grains]);
-  next.assign(contacts.first.begin(), contacts.first.end() - 1);
-  for (std::size_t k = 0; k < contacts.size(); ++k) contacts.entry[next[contacts.pair[k].a]++] = static_cast<Index>(2 * k);
-  for (std::size_t k = 0; k < walls; ++k) contacts.entry[next[contacts.pair[k].b]++] = static_cast<Index>(2 * k + 1);
-}
-
 /// What b feels goes to b's own row in the same tile, else to a row for this pair alone, in the order of (b, pair).
-void assign_targets(std::size_t grains, Contacts& contacts, std::vector<Index>& next) {
-  const std::size_t walls = contacts.begin[sphere_wall];
-  contacts.target.assign(contacts.size() + overrun, 0);
-  for (std::size_t k = walls; k < contacts.size(); ++k) contacts.target[k] = contacts.pair[k].b;
+/// `crossing`: the pairs between tiles, by tile of a.
+void assign_targets(std::size_t grains, Contacts& contacts, NeighbourRoom& room) {
   contacts.remote.assign(grains + 1, 0);
-  const int bits = tile_bits(grains);
-  auto elsewhere = [&](const Pair& p) { return p.a >> bits != p.b >> bits; };
-  for (std::size_t k = 0; k < walls; ++k)
-    if (elsewhere(contacts.pair[k])) ++contacts.remote[contacts.pair[k].b + 1];
+  for (const auto& pairs : room.crossing)
+    for (const Index k : pairs) ++contacts.remote[contacts.b[k] + 1];
   for (std::size_t i = 0; i < grains; ++i) contacts.remote[i + 1] += contacts.remote[i];
-  next.assign(contacts.remote.begin(), contacts.remote.end() - 1);
-  for (std::size_t k = 0; k < walls; ++k) {
-    const Pair& p = contacts.pair[k];
-    contacts.target[k] = elsewhere(p) ? static_cast<Index>(grains) + next[p.b]++ : p.b;
-  }
-  contacts.load.assign(grains + contacts.remote[grains], {});
+  room.next.assign(contacts.remote.begin(), contacts.remote.end() - 1);
+  for (const auto& pairs : room.crossing)
+    for (const Index k : pairs) contacts.target[k] = static_cast<Index>(grains) + room.next[contacts.b[k]]++;
+  contacts.load.resize(grains + contacts.remote[grains]);  // all zero between steps
 }
 
 /// Measured: a pair that touches, one that does not, a grain to be moved.
-void weigh_tiles(const Grains& grains, Contacts& contacts) {
-  const std::size_t tiles = tile_count(grains.size()), size = tile_size(grains.size());
-  contacts.pair_work.assign(tiles + 1, 0), contacts.grain_work.assign(tiles + 1, 0);
-  for (std::size_t t = 0; t < tiles; ++t) {
-    std::uint64_t cost = 0;
-    for (std::size_t bin = 0; bin < bin_count; ++bin) {
-      const std::uint64_t touching = bin == general ? 60 : bin == polyellipsoid_wall ? 150 : 15, apart = bin == general ? 12 : 2;
-      for (std::size_t k = contacts.tile[bin][t]; k < contacts.tile[bin][t + 1]; ++k) cost += contacts.active[k] ? touching : apart;
-    }
-    contacts.pair_work[t + 1] = contacts.pair_work[t] + cost;
-    cost = 0;
-    for (std::size_t i = t * size; i < std::min(grains.size(), (t + 1) * size); ++i) cost += grains.round[i] ? 6 : 150;
-    contacts.grain_work[t + 1] = contacts.grain_work[t] + cost;
+void weigh_tile(const Grains& grains, std::size_t t, std::size_t begin, std::size_t end, Contacts& contacts) {
+  std::uint64_t cost = 0;
+  for (std::size_t bin = 0; bin < bin_count; ++bin) {
+    const std::uint64_t touching = bin == general ? 60 : bin == polyellipsoid_wall ? 150 : 15, apart = bin == general ? 12 : 2;
+    cost += touching * (contacts.apart[bin][t] - contacts.tile[bin][t]) + apart * (contacts.tile[bin][t + 1] - contacts.apart[bin][t]);
   }
+  contacts.pair_work[t + 1] = cost;
+  cost = 0;
+  for (std::size_t i = begin; i < end; ++i) cost += grains.round[i] ? 6 : 150;
+  contacts.grain_work[t + 1] = cost;
+}
+
+/// What the affine motion of a cell since `before` may take off the gap of pairs at the end of their reach.
+double affine_loss(const Cell& cell, const Mat3& before, double reach) {
+  if (!cell.periodic()) return 0;
+  return (cell.vectors * before.inverse() - Mat3::Identity()).norm() * reach;
+}
+
+/// True while the candidates hold every pair within `skin`: no grain has gone or grown by what is left of the reserve.
+bool candidates_hold(const Grains& grains, const Cell& cell, double skin, NeighbourRoom& room, Team& team) {
+  const std::size_t n = grains.size();
+  if (room.anchor.size() != n || cell.periodic() != (room.cell(0, 0) != 0)) return false;
+  const double budget = 0.5 * (room.skin - skin - affine_loss(cell, room.cell, 2 * room.largest + room.skin));
+  if (!(budget > 0)) return false;
+  const Mat3 affine = cell.periodic() ? Mat3(cell.vectors * room.cell.inverse()) : Mat3(Mat3::Identity());
+  std::atomic<bool> hold{true};
+  team.blocks(n, [&](std::size_t begin, std::size_t end) {
+    bool all = true;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Motion& m = grains.motion[i];
+      const auto& [position, radius] = room.anchor[i];
+      const double way = budget - std::max(0.0, m.radius - radius);
+      all = all && way > 0 && (m.position - (cell.periodic() ? Vec3(affine * position) : position)).squaredNorm() <= way * way;
+    }
+    if (!all) hold.store(false, std::memory_order_relaxed);
+  });
+  return hold;
+}
+
+/// Candidates are searched with a reserve beyond the skin, and serve as long as it lasts. Lists that end with a breakage, and
+/// the first, have none: nobody knows yet that they will last.
+void renew_candidates(const Grains& grains, const Cell& cell, double skin, bool lasting, NeighbourRoom& room, Team& team) {
+  if (lasting && candidates_hold(grains, cell, skin, room, team)) return;
+  room.skin = lasting && !room.anchor.empty() ? 2.5 * skin : skin;
+  room.cell = cell.vectors, room.largest = 0;
+  room.anchor.resize(grains.size());
+  for (std::size_t i = 0; i < grains.size(); ++i) {
+    const Motion& m = grains.motion[i];
+    room.anchor[i] = {m.position, m.radius};
+    room.largest = std::max(room.largest, m.radius);
+  }
+  if (cell.periodic()) room.skin = std::max(skin, std::min(room.skin, 1 / cell.vectors.inverse().rowwise().norm().maxCoeff() - 2 * room.largest));
+  find_candidates(grains, cell, room.skin, room.candidates, team);
 }
 
 void index_images(const Cell& cell, Contacts& contacts) {
@@ -121,42 +176,62 @@ void index_images(const Cell& cell, Contacts& contacts) {
 
 }  // namespace
 
+void index_grains(std::size_t grains, Contacts& contacts, std::vector<Index>& next) {
+  contacts.first.assign(grains + 1, 0);
+  const std::size_t walls = contacts.begin[sphere_wall];
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    ++contacts.first[contacts.pair[k].a + 1];
+    if (k < walls) ++contacts.first[contacts.pair[k].b + 1];
+  }
+  for (std::size_t i = 0; i < grains; ++i) contacts.first[i + 1] += contacts.first[i];
+  contacts.entry.resize(contacts.first[grains]);
+  next.assign(contacts.first.begin(), contacts.first.end() - 1);
+  for (std::size_t k = 0; k < contacts.size(); ++k) contacts.entry[next[contacts.pair[k].a]++] = static_cast<Index>(2 * k);
+  for (std::size_t k = 0; k < walls; ++k) contacts.entry[next[contacts.pair[k].b]++] = static_cast<Index>(2 * k + 1);
+}
+
 void build_contacts(const Grains& grains, const Boundary& boundary, double skin, std::size_t materials,
-                    std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference, Team& team) {
+                    std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference, Team& team, bool indexed) {
   NeighbourRoom& room = reference.room;
-  find_candidates(grains, boundary.cell, skin, room.candidates, team);
+  renew_candidates(grains, boundary.cell, skin, origin.empty(), room, team);
+  const std::size_t tiles = tile_count(grains.size()), size = tile_size(grains.size());
+  const bool same = origin.empty() && reference.position.size() == grains.size() && contacts.tile[0].size() == tiles + 1;
+  if (!same && contacts.first.empty()) index_grains(reference.position.size(), contacts, room.next);
   room.pair.swap(contacts.pair), room.contact.swap(contacts.contact), room.touch.swap(contacts.touch);
   const Past past{room, contacts, origin};
   const auto& candidate = room.candidates.pair;
   const auto& row = room.candidates.row;
   const bool polys = !grains.frame.empty();
-  const std::size_t tiles = tile_count(grains.size()), size = tile_size(grains.size());
 
   // Which candidates go on the list, and where their histories are. In each tile and bin, pairs that touch come first.
   room.listing.resize(candidate.size());
   if (polys) room.normal.assign(candidate.size(), Vec3::Zero());
-  room.wall_pairs.resize(tiles);
+  room.wall_pairs.resize(tiles), room.crossing.resize(tiles);
   room.counts.assign(tiles, {});
   room.work.resize(tiles + 1);
   for (std::size_t t = 0; t <= tiles; ++t) room.work[t] = row[std::min(grains.size(), t * size)];
   auto touched = [&](Index k) { return k != Past::none && room.contact[k].stiffness > 0; };
-  team.pieces(tiles, room.work, [&](std::size_t first, std::size_t last, int) {
+  auto look_up = [&](std::size_t first, std::size_t last, auto&& finder) {
     for (std::size_t t = first; t < last; ++t) {
       const std::size_t begin = t * size, end = std::min(grains.size(), begin + size);
+      auto find = finder(t);
       auto& count = room.counts[t];
       for (std::size_t k = row[begin]; k < row[end]; ++k) {
         const Candidate& c = candidate[k];
         auto& listed = room.listing[k];
-        listed.old = past.find(c.a, c.b, c.image, false);
-        listed.bin = polys && !(grains.round[c.a] && grains.round[c.b]) ? general : sphere_sphere;
+        listed.bin = bin_count;
+        if (!close(grains, boundary.cell, c, skin)) continue;
+        const Bin bin = polys && !(grains.round[c.a] && grains.round[c.b]) ? general : sphere_sphere;
+        listed.old = find(bin, c.a, c.b, c.image);
         const bool on = touched(listed.old);
-        if (listed.bin == general && !on) {
+        if (bin == general && !on) {
           Vec3 n = listed.old == Past::none ? Vec3(Vec3::Zero()) : room.touch[listed.old].normal;
           if (past.before(c.a) > past.before(c.b)) n = -n;
-          if (!near(grains, boundary.cell, c, skin, n)) listed.bin = bin_count;
+          if (!near(grains, boundary.cell, c, skin, n)) continue;
           room.normal[k] = n;
         }
-        if (listed.bin != bin_count) ++count[2 * static_cast<std::size_t>(listed.bin) + !on];
+        listed.bin = bin;
+        ++count[2 * static_cast<std::size_t>(bin) + !on];
       }
       room.wall_pairs[t].clear();
       for (std::size_t i = begin; i < end; ++i)
@@ -164,11 +239,22 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
           const Wall& wall = boundary.walls[w];
           const auto& g = grains.motion[i];
           if (wall.normal.dot(g.position - wall.point) > g.radius + skin) continue;
-          const auto a = static_cast<Index>(i), b = static_cast<Index>(w), old = past.find(a, b, {}, true);
+          const Bin bin = grains.round[i] ? sphere_wall : polyellipsoid_wall;
+          const auto a = static_cast<Index>(i), b = static_cast<Index>(w), old = find(bin, a, b, {});
           room.wall_pairs[t].push_back({a, b, old});
-          ++count[2 * static_cast<std::size_t>(grains.round[i] ? sphere_wall : polyellipsoid_wall) + !touched(old)];
+          ++count[2 * static_cast<std::size_t>(bin) + !touched(old)];
         }
     }
+  };
+  team.pieces(tiles, room.work, [&](std::size_t first, std::size_t last, int) {
+    if (same)
+      look_up(first, last, [&](std::size_t t) {
+        return [walk = Walk(room.pair, contacts.tile, contacts.apart, t)](Bin bin, Index a, Index b, const std::array<std::int16_t, 3>& image) mutable { return walk.find(bin, a, b, image); };
+      });
+    else
+      look_up(first, last, [&](std::size_t) {
+        return [&](Bin bin, Index a, Index b, const std::array<std::int16_t, 3>& image) { return past.find(a, b, image, bin >= sphere_wall); };
+      });
   });
 
   // Contacts that leave the list while touching cannot exist: the skin exceeds any gap they could have opened.
@@ -176,11 +262,12 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
   std::array<std::size_t, bin_count + 1> begins{};
   for (std::size_t bin = 0; bin < bin_count; ++bin) {
     begins[bin] = total;
-    contacts.tile[bin].resize(tiles + 1);
+    contacts.tile[bin].resize(tiles + 1), contacts.apart[bin].resize(tiles);
     for (std::size_t t = 0; t < tiles; ++t) {
       contacts.tile[bin][t] = static_cast<Index>(total);
       for (std::size_t h = 2 * bin; h < 2 * bin + 2; ++h) {
         const std::size_t pairs = room.counts[t][h];
+        if (h & 1) contacts.apart[bin][t] = static_cast<Index>(total);
         room.counts[t][h] = static_cast<Index>(total), total += pairs;
       }
     }
@@ -189,58 +276,71 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
   begins[bin_count] = total;
   contacts.pair.resize(total);
   contacts.contact.resize(total + overrun), contacts.touch.resize(total + overrun), contacts.active.resize(total + overrun);
-  for (auto* column : {&contacts.a, &contacts.b, &contacts.law}) column->resize(total + overrun);
+  for (auto* column : {&contacts.a, &contacts.b, &contacts.law, &contacts.target}) column->resize(total + overrun);
   for (std::size_t k = total; k < total + overrun; ++k) {
     contacts.contact[k] = {}, contacts.touch[k] = {}, contacts.active[k] = 0;
-    contacts.a[k] = contacts.b[k] = contacts.law[k] = 0;
+    contacts.a[k] = contacts.b[k] = contacts.law[k] = contacts.target[k] = 0;
   }
+  contacts.pair_work.resize(tiles + 1), contacts.grain_work.resize(tiles + 1);
+  const int bits = tile_bits(grains.size());
   team.pieces(tiles, room.work, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t t = first; t < last; ++t) {
       const std::size_t begin = t * size, end = std::min(grains.size(), begin + size);
-      auto list = [&](std::size_t bin, const Pair& pair, Index old, bool turned, double effective_mass) -> Touch& {
-        const bool on = touched(old);
-        const std::size_t k = room.counts[t][2 * bin + !on]++;
+      room.crossing[t].clear();
+      auto list = [&](Bin bin, const Pair& pair, Index old, bool turned, double effective_mass) -> std::size_t {
+        const bool on = touched(old), wall = bin >= sphere_wall;
+        const std::size_t k = room.counts[t][2 * static_cast<std::size_t>(bin) + !on]++;
         contacts.pair[k] = pair;
-        contacts.a[k] = pair.a, contacts.b[k] = bin < sphere_wall ? pair.b : 0, contacts.law[k] = pair.law, contacts.active[k] = on;
+        contacts.a[k] = pair.a, contacts.b[k] = wall ? 0 : pair.b, contacts.law[k] = pair.law, contacts.active[k] = on;
+        contacts.target[k] = pair.b;
+        if (!wall && pair.b >> bits != t) room.crossing[t].push_back(static_cast<Index>(k));
         Contact& c = contacts.contact[k];
-        Touch& touch = contacts.touch[k];
-        if (old != Past::none) c = room.contact[old], touch = room.touch[old];
-        else c = {}, touch = {};
-        if (turned) touch.normal = -touch.normal, c.spring = -c.spring, touch.force = -touch.force;
+        c = on ? room.contact[old] : Contact{};
+        if (turned) c.spring = -c.spring;
         c.effective_mass = effective_mass;
-        return touch;
+        if (bin == sphere_sphere || bin == sphere_wall) return k;  // what spheres show is of the last observed step
+        Touch& touch = contacts.touch[k];
+        touch = old != Past::none ? room.touch[old] : Touch{};
+        if (turned) touch.normal = -touch.normal, touch.force = -touch.force;
+        return k;
       };
       for (std::size_t k = row[begin]; k < row[end]; ++k) {
         const Candidate& c = candidate[k];
         const auto& listed = room.listing[k];
         if (listed.bin == bin_count) continue;
         const Pair pair{c.a, c.b, c.image, static_cast<std::uint16_t>(grains.material[c.a] * materials + grains.material[c.b])};
-        Touch& touch = list(static_cast<std::size_t>(listed.bin), pair, listed.old, past.before(c.a) > past.before(c.b),
-                            1 / (grains.motion[c.a].inverse_mass + grains.motion[c.b].inverse_mass));
-        if (listed.bin == general && !touched(listed.old)) touch.normal = room.normal[k];
+        const std::size_t to = list(listed.bin, pair, listed.old, past.before(c.a) > past.before(c.b),
+                                    1 / (grains.motion[c.a].inverse_mass + grains.motion[c.b].inverse_mass));
+        if (listed.bin == general && !touched(listed.old)) contacts.touch[to].normal = room.normal[k];
       }
       for (const auto& [a, b, old] : room.wall_pairs[t]) {
         const Pair pair{a, b, {}, static_cast<std::uint16_t>(grains.material[a] * materials + boundary.walls[b].material)};
-        list(static_cast<std::size_t>(grains.round[a] ? sphere_wall : polyellipsoid_wall), pair, old, false, grains.mass[a]);
+        list(grains.round[a] ? sphere_wall : polyellipsoid_wall, pair, old, false, grains.mass[a]);
       }
+      std::sort(room.crossing[t].begin(), room.crossing[t].end());
+      weigh_tile(grains, t, begin, end, contacts);
     }
   });
   contacts.begin = begins;
-  weigh_tiles(grains, contacts);
+  contacts.pair_work[0] = contacts.grain_work[0] = 0;
+  for (auto* work : {&contacts.pair_work, &contacts.grain_work})
+    for (std::size_t t = 0; t < tiles; ++t) (*work)[t + 1] += (*work)[t];
   contacts.energy.resize(std::max(contacts.energy.size(), tiles));
-  assign_targets(grains.size(), contacts, room.candidates.next);
+  assign_targets(grains.size(), contacts, room);
   index_images(boundary.cell, contacts);
-  fill_adjacency(grains.size(), contacts, room.candidates.next);
+  contacts.first.clear();
+  if (indexed) index_grains(grains.size(), contacts, room.next);
 
   ++reference.builds;
   reference.skin = skin, reference.grown = 0, reference.travelled = 0;
   reference.cell = boundary.cell.vectors;
   reference.position.resize(grains.size());
-  reference.largest = 0;
-  for (std::size_t i = 0; i < grains.size(); ++i) {
-    reference.position[i] = grains.motion[i].position;
-    reference.largest = std::max(reference.largest, grains.motion[i].radius);
-  }
+  reference.largest = room.largest;
+  if (polys)  // radii of spheres never change
+    for (const auto& m : grains.motion) reference.largest = std::max(reference.largest, m.radius);
+  team.blocks(grains.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) reference.position[i] = grains.motion[i].position;
+  });
   if (polys) reference.orientation = grains.orientation;
   else reference.orientation.clear();
   reference.wall_point.clear();
@@ -250,11 +350,8 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
 bool list_is_stale(const Grains& grains, const Boundary& boundary, NeighbourReference& ref) {
   double budget = ref.skin - 2 * ref.grown;
   const bool periodic = boundary.cell.periodic();
-  Mat3 affine = Mat3::Identity();
-  if (periodic) {
-    affine = boundary.cell.vectors * ref.cell.inverse();
-    budget -= (affine - Mat3::Identity()).norm() * (2 * ref.largest + ref.skin);
-  }
+  budget -= affine_loss(boundary.cell, ref.cell, 2 * ref.largest + ref.skin);
+  const Mat3 affine = periodic ? Mat3(boundary.cell.vectors * ref.cell.inverse()) : Mat3(Mat3::Identity());
   double walls = 0;
   for (std::size_t w = 0; w < boundary.walls.size(); ++w)
     walls = std::max(walls, std::abs(boundary.walls[w].normal.dot(boundary.walls[w].point - ref.wall_point[w])));

@@ -20,7 +20,14 @@ struct NeighbourRoom {
   NeighbourRoom& operator=(const NeighbourRoom&) { return *this; }
   NeighbourRoom& operator=(NeighbourRoom&&) = default;
 
-  Candidates candidates;
+  Candidates candidates;  // of all pairs that were closer than `skin` when the grains were at `anchor`
+  struct Anchor {
+    Vec3 position;
+    double radius;
+  };
+  std::vector<Anchor> anchor;
+  Mat3 cell = Mat3::Zero();
+  double skin = 0, largest = 0;
   std::vector<Pair> pair;  // of the list before
   std::vector<Contact> contact;
   std::vector<Touch> touch;
@@ -34,6 +41,8 @@ struct NeighbourRoom {
     Index a, b, old;
   };
   std::vector<std::vector<WallPair>> wall_pairs;  // by tile
+  std::vector<std::vector<Index>> crossing;       // pairs of which b is in a later tile; by tile of a
+  std::vector<Index> next;
   std::vector<std::array<Index, 2 * bin_count>> counts;
   std::vector<std::uint64_t> work;
 };
@@ -54,9 +63,12 @@ struct NeighbourReference {
 /// Rebuilds the list. Contacts of pairs that are still near keep their history. `origin[i]` is the index that grain i
 /// (or the parent it was split from) had in the old list; empty: unchanged. Children inherit a parent's contact
 /// with its frozen stiffness.
-/// `materials` is the number of materials: law row = material a * materials + material b.
+/// `materials` is the number of materials: law row = material a * materials + material b. `indexed`: also by grain.
 void build_contacts(const Grains& grains, const Boundary& boundary, double skin, std::size_t materials,
-                    std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference, Team& team);
+                    std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference, Team& team, bool indexed = true);
+
+/// Fills `first` and `entry` of the contacts: steps that test for no breakage can do without. `next`: room.
+void index_grains(std::size_t grains, Contacts& contacts, std::vector<Index>& next);
 
 /// True once the list may miss a contact. Looks at the grains only where `travelled` says that one could have gone too
 /// far, and then corrects it.

@@ -73,6 +73,7 @@ void archive(A& a, S& s) {
   a.plain(s.contacts.begin);
   auto& c = s.contacts;
   for (auto& starts : c.tile) a.column(starts);
+  for (auto& starts : c.apart) a.column(starts);
   a.column(c.pair), a.column(c.contact), a.column(c.touch), a.column(c.a), a.column(c.b), a.column(c.law);
   a.column(c.shift), a.column(c.images), a.column(c.active), a.column(c.target);
   a.column(c.load), a.column(c.remote), a.column(c.pair_work), a.column(c.grain_work), a.column(c.first), a.column(c.entry), a.column(c.energy);

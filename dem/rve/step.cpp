@@ -42,7 +42,7 @@ void rebuild(const Model& model, State& state, Team& team) {
   if (lasted < often) state.skin = std::min(1.25 * state.skin, 2 * usual);
   if (lasted > 5 * often) state.skin = std::max(0.8 * state.skin, 0.5 * usual);
   state.listed_at = state.steps;
-  build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team);
+  build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team, model.breakable() || model.reshapes());
 }
 
 /// Forces of all contacts, and the kicks that they give. A single thread moves a tile of grains as soon as its pairs are
@@ -133,6 +133,7 @@ std::uint64_t run_steps(const Model& model, State& state, std::uint64_t count, T
   auto finish = [&] {
     state.ledger.work -= 0.5 * dt * boundary_power(state.boundary, state.contacts);  // the passes booked a whole dt
     book(state);
+    if (state.contacts.first.empty()) index_grains(g.size(), state.contacts, state.reference.room.next);
   };
   for (std::uint64_t k = 0; k < count; ++k) {
     if (!moving) sweep(Kick::open, g, state.contacts, settings, false, dt, state.grain_energy, team);

@@ -73,6 +73,7 @@ inline constexpr std::size_t overrun = 8;
 struct Contacts {
   std::array<std::size_t, bin_count + 1> begin{};  // bins are ranges of the columns below
   std::array<std::vector<Index>, bin_count> tile;  // of each bin: first pair of each tile, and the end
+  std::array<std::vector<Index>, bin_count> apart; // first pair of each tile that did not touch when the list was made
   std::vector<Pair> pair;        // in a tile: pairs that touched when the list was made, then the others; each by (a, b, image)
   std::vector<Contact> contact;
   std::vector<Touch> touch;
@@ -85,7 +86,7 @@ struct Contacts {
   std::vector<Load> tile_load;       // room for the tile at hand
   std::vector<Index> remote;         // of grain i: load[grains + remote[i]] to load[grains + remote[i + 1]]
   std::vector<std::uint64_t> pair_work, grain_work;  // running sums of what the tiles cost, in nanoseconds or so
-  std::vector<Index> first, entry;   // of grain i: entry[first[i]..first[i+1]) = 2 * pair + (is b), first those of which it is a
+  std::vector<Index> first, entry;   // of grain i: entry[first[i]..first[i+1]) = 2 * pair + (is b), first those of which it is a; empty until somebody asks (index_grains)
   std::vector<BlockEnergy> energy;   // one a tile
   std::vector<double> law_rows, shift_rows, wall_rows;  // room for the kernels' tables
 
