@@ -162,6 +162,9 @@ struct Newton {
     if (!evaluate(to)) return false;
     double now = residual(r), correction = 1;
     report.residuals.assign(1, now);
+    double best = now;
+    int idle = 0;  // iterations since the residual last fell by a tenth
+    constexpr int patience = 8;
     Acceleration acceleration(p.comm, static_cast<std::size_t>(o.acceleration));
     for (report.iterations = 1; report.iterations <= o.max_iterations; ++report.iterations) {
       // Corrections are judged against the increment that was asked for: cutting it does not make the material less noisy.
@@ -177,8 +180,11 @@ struct Newton {
         commit();
         return true;
       }
-      double part = 1, next = now;
-      move(dx, 1);
+      // A correction larger than all that was moved so far is no correction: grains would be driven through strains that nobody
+      // asked for. It is cut to that size.
+      const double sofar = largest(total), size = largest(dx);
+      double part = sofar > 0 && size > sofar ? sofar / size : 1, next = now;
+      move(dx, part);
       for (int cut = 0;; ++cut) {
         if (!evaluate(to)) return false;
         next = residual(r);
@@ -191,6 +197,8 @@ struct Newton {
       for (std::size_t i = 0; i < total.size(); ++i) total[i] += part * dx[i];
       now = next;
       report.residuals.push_back(now);
+      if (now < 0.9 * best) best = now, idle = 0;
+      else if (++idle == patience && best > 3 * floor) return reason = "no progress in " + std::to_string(patience) + " iterations", false;
     }
     reason = "no convergence in " + std::to_string(o.max_iterations) + " iterations";
     return false;

@@ -116,7 +116,7 @@ GRUS_STAGE void meet(const ContactRows& s, int kept, Chunk& c) {
     }
     Real3 v;
     if constexpr (kind == Kind::walls) {
-      const Real la = at(c.ra + o) - half * at(c.gap + o);
+      const Real la = less_fused(at(c.ra + o), half, at(c.gap + o));
       store(la, c.ra + o);
       load4(s.walls + 4, s.target + c.first[g], 8, drag.x, drag.y, drag.z, unused);
       v = drag - va - cross(la * wa, n);
@@ -126,9 +126,9 @@ GRUS_STAGE void meet(const ContactRows& s, int kept, Chunk& c) {
       load4(s.motion + 4, ib, 12, vb.x, vb.y, vb.z, unused);
       load4(s.motion + 8, ib, 12, wb.x, wb.y, wb.z, unused);
       if constexpr (kind == Kind::spheres) {
-        const Real overlap = at(c.gap + o), la = at(c.ra + o) - half * overlap, lb = at(c.rb + o) - half * overlap;
+        const Real overlap = at(c.gap + o), la = less_fused(at(c.ra + o), half, overlap), lb = less_fused(at(c.rb + o), half, overlap);
         store(la, c.ra + o), store(lb, c.rb + o);
-        v = vb - va - cross(la * wa + lb * wb, n);
+        v = vb - va - cross(fused(la, wa, lb * wb), n);
       } else {
         const Real3 arm_a{at(c.arm_ax + o), at(c.arm_ay + o), at(c.arm_az + o)}, arm_b{at(c.arm_bx + o), at(c.arm_by + o), at(c.arm_bz + o)};
         v = vb - va + cross(wb, arm_b) - cross(wa, arm_a);
@@ -166,17 +166,17 @@ GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk&
     }
     store(normal, c.normal + o);
     if constexpr (friction) {
-      const Real3 slip = dt * (v - vn * n);
+      const Real3 slip = dt * less_fused(v, vn, n);
       store(slip.x, c.vx + o), store(slip.y, c.vy + o), store(slip.z, c.vz + o);
       const Real3 spring{at(c.sx + o), at(c.sy + o), at(c.sz + o)};
       const Real size2 = dot(spring, spring), compliance = at(c.c + o);
       store(half * compliance * size2, c.held + o);
-      Real3 old = spring - dot(n, spring) * n;
-      old = old + (at(c.turn + o) * dt) * cross(n, old);
+      Real3 old = less_fused(spring, dot(n, spring), n);
+      old = fused(at(c.turn + o) * dt, cross(n, old), old);
       store(old.x, c.sx + o), store(old.y, c.sy + o), store(old.z, c.sz + o);
       // Turned with the contact, not shortened: by sqrt(size2 / turned2), to third order in what the turn took.
       const Real turned2 = dot(old, old), lost = smaller((size2 - turned2) * inverse(larger(turned2, Real(1e-290)), 2), one);
-      store(one + lost * (half - Real(0.125) * lost), c.keep + o);
+      store(fused(lost, less_fused(half, Real(0.125), lost), one), c.keep + o);
     }
   }
   if constexpr (friction)
@@ -184,7 +184,7 @@ GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk&
       const int o = g * width;
       const Real kt = at(c.kt + o), keep = at(c.keep + o);
       const Real3 old{keep * at(c.sx + o), keep * at(c.sy + o), keep * at(c.sz + o)}, slip{at(c.vx + o), at(c.vy + o), at(c.vz + o)};
-      const Real3 now = smaller(one, kt * at(c.c + o)) * old - kt * slip;
+      const Real3 now = less_fused(smaller(one, kt * at(c.c + o)) * old, kt, slip);
       store(half * dot(old, slip), c.old_work + o);
       store(now.x, c.sx + o), store(now.y, c.sy + o), store(now.z, c.sz + o);
       const Real limit = at(c.friction + o) * at(c.normal + o), now2 = dot(now, now);
@@ -208,10 +208,10 @@ GRUS_STAGE void hand_out(const ContactRows& s, std::size_t first, int kept, Chun
       now = {cut * at(c.sx + o), cut * at(c.sy + o), cut * at(c.sz + o)};
       twist = cross(now, n);
       const Real3 slip{at(c.vx + o), at(c.vy + o), at(c.vz + o)};
-      const Real remains = half * at(c.inverse_kt + o) * dot(now, now), work = at(c.old_work + o) + half * dot(now, slip);
+      const Real remains = half * at(c.inverse_kt + o) * dot(now, now), work = fused(half, dot(now, slip), at(c.old_work + o));
       sums.slid[h] = sums.slid[h] + kept_lanes(mask_of(touching), at(c.held + o) - remains - work);
     }
-    const Real3 force = at(c.normal + o) * n + now;
+    const Real3 force = fused(at(c.normal + o), n, now);
     if (kind == Kind::walls || s.shift) {
       const Real3 drag{at(c.drag_x + o), at(c.drag_y + o), at(c.drag_z + o)};
       sums.power[h] = sums.power[h] + kept_lanes(mask_of(touching), dot(force, drag));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// `width` doubles at a time, as the compiler's target allows: 8 (AVX-512), 4 (AVX2) or 1. Every operation is rounded
-// alone, so all widths give the same bits. Everything is inlined: no symbol of one target can end up in another's code.
+// `width` doubles at a time, as the compiler's target allows: 8 (AVX-512), 4 (AVX2) or 1. What is fused is written
+// so, and all else is rounded alone: all widths give the same bits. Everything is inlined: no symbol of one target can end up in another's code.
 #pragma once
 
 #include <cstdint>
@@ -26,6 +26,9 @@ struct Real {
 GRUS_INLINE Real operator+(Real a, Real b) { return _mm512_add_pd(a.v, b.v); }
 GRUS_INLINE Real operator-(Real a, Real b) { return _mm512_sub_pd(a.v, b.v); }
 GRUS_INLINE Real operator*(Real a, Real b) { return _mm512_mul_pd(a.v, b.v); }
+GRUS_INLINE Real fused(Real a, Real b, Real c) { return _mm512_fmadd_pd(a.v, b.v, c.v); }      // a b + c
+GRUS_INLINE Real fused_less(Real a, Real b, Real c) { return _mm512_fmsub_pd(a.v, b.v, c.v); }  // a b - c
+GRUS_INLINE Real less_fused(Real c, Real a, Real b) { return _mm512_fnmadd_pd(a.v, b.v, c.v); } // c - a b
 GRUS_INLINE Real root(Real a) { return _mm512_sqrt_pd(a.v); }
 GRUS_INLINE Real halved_from(std::int64_t seed, Real a) {  // seed - (bits of a) / 2, as a number
   return _mm512_castsi512_pd(_mm512_sub_epi64(_mm512_set1_epi64(seed), _mm512_srli_epi64(_mm512_castpd_si512(a.v), 1)));
@@ -105,6 +108,9 @@ struct Real {
 GRUS_INLINE Real operator+(Real a, Real b) { return _mm256_add_pd(a.v, b.v); }
 GRUS_INLINE Real operator-(Real a, Real b) { return _mm256_sub_pd(a.v, b.v); }
 GRUS_INLINE Real operator*(Real a, Real b) { return _mm256_mul_pd(a.v, b.v); }
+GRUS_INLINE Real fused(Real a, Real b, Real c) { return _mm256_fmadd_pd(a.v, b.v, c.v); }
+GRUS_INLINE Real fused_less(Real a, Real b, Real c) { return _mm256_fmsub_pd(a.v, b.v, c.v); }
+GRUS_INLINE Real less_fused(Real c, Real a, Real b) { return _mm256_fnmadd_pd(a.v, b.v, c.v); }
 GRUS_INLINE Real root(Real a) { return _mm256_sqrt_pd(a.v); }
 GRUS_INLINE Real halved_from(std::int64_t seed, Real a) {
   return _mm256_castsi256_pd(_mm256_sub_epi64(_mm256_set1_epi64x(seed), _mm256_srli_epi64(_mm256_castpd_si256(a.v), 1)));
@@ -167,6 +173,9 @@ GRUS_INLINE void subtract(const Rows& r, int l, double* to) {
 constexpr int width = 1;
 using Mask = bool;
 using Real = double;
+GRUS_INLINE double fused(double a, double b, double c) { return __builtin_fma(a, b, c); }
+GRUS_INLINE double fused_less(double a, double b, double c) { return __builtin_fma(a, b, -c); }
+GRUS_INLINE double less_fused(double c, double a, double b) { return __builtin_fma(-a, b, c); }
 GRUS_INLINE double root(double a) { return __builtin_sqrt(a); }
 GRUS_INLINE double halved_from(std::int64_t seed, double a) {
   std::uint64_t i;
@@ -229,12 +238,12 @@ GRUS_INLINE void load4(const double* base, std::size_t stride, Real& x, Real& y,
 GRUS_INLINE Real inverse_root(Real a) {
   Real y = halved_from(0x5fe6eb50c7b537a9, a);
   const Real half_a = Real(0.5) * a;
-  for (int k = 0; k < 4; ++k) y = y * (Real(1.5) - half_a * y * y);
+  for (int k = 0; k < 4; ++k) y = y * less_fused(Real(1.5), half_a * y, y);
   return y;
 }
 GRUS_INLINE Real inverse(Real a, int steps = 4) {
   Real y = taken_from(0x7fde623822fc16e6, a);
-  for (int k = 0; k < steps; ++k) y = y * (Real(2.0) - a * y);
+  for (int k = 0; k < steps; ++k) y = y * less_fused(Real(2.0), a, y);
   return y;
 }
 
@@ -244,8 +253,12 @@ struct Real3 {
 GRUS_INLINE Real3 operator+(const Real3& a, const Real3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 GRUS_INLINE Real3 operator-(const Real3& a, const Real3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 GRUS_INLINE Real3 operator*(Real s, const Real3& a) { return {s * a.x, s * a.y, s * a.z}; }
-GRUS_INLINE Real dot(const Real3& a, const Real3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-GRUS_INLINE Real3 cross(const Real3& a, const Real3& b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+GRUS_INLINE Real3 fused(Real s, const Real3& a, const Real3& b) { return {fused(s, a.x, b.x), fused(s, a.y, b.y), fused(s, a.z, b.z)}; }
+GRUS_INLINE Real3 less_fused(const Real3& b, Real s, const Real3& a) { return {less_fused(b.x, s, a.x), less_fused(b.y, s, a.y), less_fused(b.z, s, a.z)}; }
+GRUS_INLINE Real dot(const Real3& a, const Real3& b) { return fused(a.z, b.z, fused(a.y, b.y, a.x * b.x)); }
+GRUS_INLINE Real3 cross(const Real3& a, const Real3& b) {
+  return {fused_less(a.y, b.z, a.z * b.y), fused_less(a.z, b.x, a.x * b.z), fused_less(a.x, b.y, a.y * b.x)};
+}
 
 }  // namespace
 }  // namespace grus::dem

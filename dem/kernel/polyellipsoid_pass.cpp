@@ -20,7 +20,7 @@ struct Bodies {
     load4(s.shape + 2, at, 6, again, again, minus.y, minus.z);
   }
   GRUS_INLINE Real3 local(const Real3& v) const { return {dot(ex, v), dot(ey, v), dot(ez, v)}; }
-  GRUS_INLINE Real3 global(const Real3& v) const { return v.x * ex + v.y * ey + v.z * ez; }
+  GRUS_INLINE Real3 global(const Real3& v) const { return fused(v.z, ez, fused(v.y, ey, v.x * ex)); }
   GRUS_INLINE Real3 squares(const Real3& d) const {  // of the octant of d
     const Real zero(0.0);
     const Real3 a{select(less(d.x, zero), minus.x, plus.x), select(less(d.y, zero), minus.y, plus.y), select(less(d.z, zero), minus.z, plus.z)};
@@ -42,7 +42,7 @@ struct Side {
   }
   GRUS_INLINE Real3 hessian(const Real3& v) const {
     const Real along = dot(point, v);
-    return inverse_height * Real3{squares.x * v.x - along * point.x, squares.y * v.y - along * point.y, squares.z * v.z - along * point.z};
+    return inverse_height * less_fused(Real3{squares.x * v.x, squares.y * v.y, squares.z * v.z}, along, point);
   }
   GRUS_INLINE Real trace() const { return inverse_height * (squares.x + squares.y + squares.z - dot(point, point)); }
 };
@@ -57,18 +57,18 @@ struct Evaluation {
     point_a = A.global(a.point), point_b = r + B.global(b.point);
     const Real3 w = point_a - point_b;
     f = dot(w, n);
-    g = w - f * n;
+    g = less_fused(w, f, n);
   }
 };
 
 /// Newton by Cayley and Hamilton, as in shape/common_normal.cpp; says where the Hessian is positive definite.
 GRUS_INLINE unsigned newton_step(const Bodies& A, const Bodies& B, const Evaluation& e, Real3& step) {
   const Real g2 = dot(e.g, e.g), tiny(1e-300);
-  const Real3 mg = A.global(e.a.hessian(A.local(e.g))) + B.global(e.b.hessian(B.local(e.g))) - e.f * e.g;
+  const Real3 mg = less_fused(A.global(e.a.hessian(A.local(e.g))) + B.global(e.b.hessian(B.local(e.g))), e.f, e.g);
   const Real t = e.a.trace() + e.b.trace() - Real(2.0) * e.f;
-  const Real det = (dot(e.g, mg) * t - dot(mg, mg)) * inverse(larger(g2, tiny));
+  const Real det = fused_less(dot(e.g, mg), t, dot(mg, mg)) * inverse(larger(g2, tiny));
   const unsigned good = bits(less(Real(0.0), t)) & bits(less(Real(1e-12) * t * t, det));
-  step = inverse(larger(det, tiny)) * (mg - t * e.g);
+  step = inverse(larger(det, tiny)) * less_fused(mg, t, e.g);
   return good;
 }
 
@@ -137,7 +137,7 @@ template <Kind kind>
     load4(s.motion, ia, 12, xa.x, xa.y, xa.z, unused);
     load4(s.motion, ib, 12, xb.x, xb.y, xb.z, unused);
     if (s.shift) xb = xb + offset;
-    const Real3 point = A.origin + Real(0.5) * (e.point_a + e.point_b);
+    const Real3 point = fused(Real(0.5), e.point_a + e.point_b, A.origin);
     put_columns(c, o, n, e.f, point - xa, point - xb);
     // One by one: what begins, what ends, what Newton does not settle.
     for (unsigned m = valid & (hard | (meet & ~before) | (before & ~meet)); m; m &= m - 1) {

@@ -14,7 +14,7 @@ double multiply_add_rounds(long rounds, double* sink) {
   for (int k = 0; k < 10; ++k) x[k] = Real(1.0 + 1e-3 * k);
   const Real a(0.999999), b(1e-6);
   for (long i = 0; i < rounds; ++i)
-    for (int k = 0; k < 10; ++k) x[k] = x[k] * a + b;
+    for (int k = 0; k < 10; ++k) x[k] = fused(x[k], a, b);
   for (int k = 0; k < 10; ++k) store(x[k], sink + 8 * k);
   return sink[0];
 }
