@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "apps/error_estimates.hpp"
 #include "apps/grading_states.hpp"
 #include "apps/prepare_sample.hpp"
 #include "apps/run.hpp"
@@ -71,10 +72,11 @@ struct Course {
   dem::Mat3 initial_cell = dem::Mat3::Zero();
   dem::Vec3 initial_size = dem::Vec3::Zero();
   std::uint64_t row = 0;
-  double peak = 0, worst_error = 0, wall = 0;
+  double peak = 0, wall = 0, grain_steps = 0;
+  ErrorEstimates errors;
 
   template <class A>
-  static void archive(A& a, auto& c) { a.plain(c.initial_cell), a.plain(c.initial_size), a.plain(c.row), a.plain(c.peak), a.plain(c.worst_error), a.plain(c.wall); }
+  static void archive(A& a, auto& c) { a.plain(c.initial_cell), a.plain(c.initial_size), a.plain(c.row), a.plain(c.peak), a.plain(c.wall), a.plain(c.grain_steps), ErrorEstimates::archive(a, c.errors); }
 };
 
 void save_checkpoint(const Options& options, const RveScene& scene, const dem::State& state, const Course& course, const History& history,
@@ -135,7 +137,8 @@ int run(const Options& options) {
   History history((folder / "history.csv").string(), rve_columns(scene, options.resume ? scene.state : state));
   Frames frames(options, scene.output.frames, scene.test.duration);
   GradingStates gradings(options.directory, scene);
-  Course course{state.boundary.cell.vectors, scene.test.loading.initial_size};
+  Course course;
+  course.initial_cell = state.boundary.cell.vectors, course.initial_size = scene.test.loading.initial_size;
   if (options.resume) {
     state = take_up(kept, course, history, frames, gradings);
     scene.test.loading.initial_size = course.initial_size;
@@ -157,7 +160,9 @@ int run(const Options& options) {
   try {
     for (std::uint64_t row = course.row + 1; row <= rows; ++row) {
       const double until = row == rows ? scene.test.duration : static_cast<double>(row) * scene.output.history_interval;
+      const std::uint64_t before = state.steps;
       dem::load(scene.model, state, scene.test.loading, until - state.time, team);
+      course.grain_steps += static_cast<double>(state.steps - before) * static_cast<double>(state.grains.size());
       m = dem::measure(scene.model, state);
       dem::check_sanity(scene.model, state);
       history.add(rve_row(scene, state, m, course.initial_cell));
@@ -165,7 +170,8 @@ int run(const Options& options) {
       frames.write_if_due(state);
       gradings.write_if_due(state);
       const double axial = axial_stress(scene, state, m), error = dem::energy_error(state.ledger, m.kinetic + m.elastic);
-      course.peak = std::max(course.peak, axial), course.worst_error = std::max(course.worst_error, std::abs(error));
+      course.peak = std::max(course.peak, axial);
+      course.errors.add(scene.model, state, m);
       course.row = row, course.wall = earlier + clock.wall() - ready;
       progress.show(state.time / scene.test.duration,
                     fmt::format("t {:.4g} s  strain {:.4f}  stress {:.3g} MPa  grains {}  broken {}  energy error {:.2f} %  {:.3g} steps/s", state.time,
@@ -196,12 +202,13 @@ int run(const Options& options) {
   summary["seed"] = scene.model.seed;
   summary["threads"] = options.threads;
   summary["counts"] = {{"grains_start", scene.state.grains.size()}, {"grains", state.grains.size()}, {"breakages", state.ledger.breakages},
-                       {"bonds_broken", state.ledger.bonds_broken}, {"steps", state.steps}, {"history_rows", history.rows()}};
+                       {"bonds_broken", state.ledger.bonds_broken}, {"steps", state.steps}, {"grain_steps", course.grain_steps}, {"history_rows", history.rows()}};
   if (const double bulk = dem::bulk_volume(scene.state.boundary); bulk > 0)
     summary["sample"] = {{"bulk_density_kg_m3", dem::total_mass(scene.state.grains) / bulk}, {"solid_fraction", dem::solid_volume(scene.state.grains) / bulk}};
   summary["mass"] = {{"start_kg", dem::total_mass(scene.state.grains)}, {"grains_kg", dem::total_mass(state.grains)}, {"lost_kg", state.ledger.fines.mass}};
   summary["energy"] = ledger_json(state, m);
-  summary["errors"] = {{"worst_energy_error", course.worst_error}, {"packing_overlap", scene.packing_overlap}};
+  summary["errors"] = course.errors.json(state);
+  summary["errors"]["packing_overlap"] = scene.packing_overlap;
   summary["results"] = {{"peak_axial_stress_Pa", course.peak}, {"final_time_s", state.time}, {"final_void_ratio", m.void_ratio}};
   summary["seconds"] = {{"preparation_wall", ready}, {"loading_wall", earlier + wall - ready}, {"cpu", Clock::cpu()}};
   dem::write_whole((folder / "summary.json").string(), summary.dump(2) + "\n");
@@ -210,7 +217,7 @@ int run(const Options& options) {
                               "{} steps in {} ({})",
                               status == finished ? "finished" : status == interrupted ? "interrupted" : "stopped", state.time, course.peak / 1e6,
                               scene.state.grains.size(), state.grains.size(), state.ledger.breakages,
-                              100 * state.ledger.fines.mass / dem::total_mass(scene.state.grains), 100 * course.worst_error, state.steps, duration_text(earlier + wall - ready),
+                              100 * state.ledger.fines.mass / dem::total_mass(scene.state.grains), 100 * course.errors.energy.worst, state.steps, duration_text(earlier + wall - ready),
                               options.directory));
   if (status == unstable) fmt::print(stderr, "{}: {}\n", options.scene, ending);
   return status;

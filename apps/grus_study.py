@@ -1,11 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Runs a list of cases of one or more scenes, several seeds each, side by side on the cores given, and compares them:
-a table, plots with scatter bands, checks of claims, report.html. Runs that are done are not repeated."""
+"""Error against run time: runs a scene over lists of settings, several seeds each, side by side on the cores given, and
+compares with a reference: work-precision tables, plots, Pareto front, order, recommended settings. Or compares a list of
+cases: a table, plots with scatter bands, checks of claims. All in report.html. Runs that are done are not repeated."""
 import argparse
 import hashlib
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -14,6 +16,7 @@ import tomllib
 from concurrent.futures import ThreadPoolExecutor, as_completed
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+import grus_precision as precision  # noqa: E402
 from grus_results import read_grading, read_history  # noqa: E402
 
 
@@ -48,7 +51,7 @@ def read_study(path):
         raise Refused(f"{path}: {e.strerror}") from None
     except tomllib.TOMLDecodeError as e:
         raise Refused(f"{path}: {e}") from None
-    need(study, path, {"title", "study", "case", "plot", "check", "table", "fit"})
+    need(study, path, {"title", "study", "case", "plot", "check", "table", "fit", "precision"})
     common = study.get("study", {})
     need(common, f"{path}: study", {"scene", "seeds", "seed_key", "set", "at", "quantities"})
     folder = os.path.dirname(os.path.abspath(path))
@@ -58,16 +61,12 @@ def read_study(path):
         need(c, where, {"name", "label", "scene", "set", "seeds"})
         if "name" not in c:
             raise Refused(f"{where}: needs a name")
-        scene = c.get("scene", common.get("scene"))
-        if not scene:
-            raise Refused(f"{where}: needs a scene, its own or that of [study]")
-        scene = os.path.normpath(os.path.join(folder, scene))
-        if not os.path.isfile(scene):
-            raise Refused(f"{where}: no such scene file {scene}")
+        scene = scene_of(where, c.get("scene", common.get("scene")), folder)
         cases.append({"name": c["name"], "label": c.get("label", c["name"]), "scene": scene,
                       "set": {**common.get("set", {}), **c.get("set", {})}, "seeds": c.get("seeds", common.get("seeds", [None]))})
-    if not cases:
-        raise Refused(f"{path}: needs at least one [[case]]")
+    entries = [e for k, p in enumerate(study.get("precision", [])) for e in read_precision(path, k, p, common, folder)]
+    if not cases and not entries:
+        raise Refused(f"{path}: needs at least one [[case]] or [[precision]]")
     names = [c["name"] for c in cases]
     if len(set(names)) < len(names):
         raise Refused(f"{path}: two cases share a name")
@@ -77,29 +76,88 @@ def read_study(path):
             for name in used + ([t["case"]] if "case" in t else []):
                 if name not in names:
                     raise Refused(f"{path}: {kind} '{t.get('name', t.get('claim', '?'))}': no case is called '{name}'")
+    study["precision"] = entries
     return study, common, cases
+
+
+def scene_of(where, scene, folder):
+    if not scene:
+        raise Refused(f"{where}: needs a scene, its own or that of [study]")
+    scene = os.path.normpath(os.path.join(folder, scene))
+    if not os.path.isfile(scene):
+        raise Refused(f"{where}: no such scene file {scene}")
+    return scene
+
+
+def read_precision(path, k, table, common, folder):
+    """Entries of one [[precision]]: one for each position of `at`. Each carries its cases: the settings, then the reference."""
+    where = f"{path}: precision {table.get('name', k)}"
+    need(table, where, precision.KEYS)
+    for key in ("name", "vary", "quantity"):
+        if key not in table:
+            raise Refused(f"{where}: needs '{key}'")
+    if not isinstance(table["vary"], dict) or not all(isinstance(v, list) and v for v in table["vary"].values()):
+        raise Refused(f"{where}: vary: needs keys with lists of values, as {{ \"numerics.safety\" = [0.4, 0.2] }}")
+    how = table.get("measure", "at")
+    if how not in ("at", "peak", "last", "area"):
+        raise Refused(f"{where}: measure: '{how}' is none of at, peak, last, area")
+    if how == "at" and "at" not in table:
+        raise Refused(f"{where}: needs 'at', or a measure (peak, last, area)")
+    reference = table.get("reference", "finest")
+    if isinstance(reference, str) and reference != "finest":
+        raise Refused(f"{where}: reference: \"finest\", a number, a table of settings, or {{ file = \"...\" }}")
+    if isinstance(reference, dict) and "file" in reference and not os.path.isfile(os.path.join(folder, reference["file"])):
+        raise Refused(f"{where}: reference: no such file {reference['file']}")
+    base = {"scene": scene_of(where, table.get("scene", common.get("scene")), folder), "seeds": table.get("seeds", common.get("seeds", [None]))}
+    fixed = {**common.get("set", {}), **table.get("set", {})}
+    reference = precision.reference_settings(table)
+    rows = [s for s in precision.settings(table) if s != reference]
+    if not rows:
+        raise Refused(f"{where}: nothing to compare with the reference")
+
+    def case(settings):
+        whole = {**fixed, **settings}
+        name = hashlib.sha256(json.dumps([base["scene"], whole], sort_keys=True).encode()).hexdigest()[:12]
+        return {"name": name, "label": ", ".join(f"{key}={v}" for key, v in settings.items()), **base, "set": whole}
+
+    table = {**table, "folder": folder, "rows": [(s, case(s)) for s in rows], "reference_case": case(reference) if reference is not None else None}
+    if how != "at" or not isinstance(table["at"], list):
+        return [table]
+    return [{**table, "at": at, "name": f"{table['name']}, at {at:g}"} for at in table["at"]]
 
 
 def key_of(case, seed, seed_key, program):
     """Changes when the scene, its settings or the program change: then the run is done again."""
     with open(case["scene"], "rb") as f:
         scene = f.read()
+    inner = tomllib.loads(scene.decode()).get("rve", {}).get("scene")
+    if inner:
+        with open(os.path.join(os.path.dirname(case["scene"]), inner), "rb") as f:
+            scene += f.read()
     with open(program, "rb") as f:
         binary = hashlib.sha256(f.read()).hexdigest()
     return hashlib.sha256(scene + json.dumps([case["set"], seed, seed_key, binary], sort_keys=True).encode()).hexdigest()
 
 
+def program_of(scene, bins):
+    """grus-bvp for scenes with a mesh."""
+    with open(scene, "rb") as f:
+        return os.path.join(bins, "grus-bvp" if "mesh" in tomllib.load(f) else "grus-rve")
+
+
 class Runner:
-    def __init__(self, out, seed_key, program):
-        self.out, self.seed_key, self.program = out, seed_key, program
+    def __init__(self, out, seed_key, bins):
+        self.out, self.seed_key, self.bins = out, seed_key, bins
         self.running, self.stopped = set(), False
 
     def folder(self, case, seed):
-        return os.path.join(self.out, "runs", case["name"] + ("" if seed is None else f"_s{seed}"))
+        text = "" if seed is None else "_s" + re.sub(r"[^\w.-]+", "_", toml_value(seed)).strip("_")
+        return os.path.join(self.out, "runs", case["name"] + text)
 
     def run(self, case, seed):
         folder = self.folder(case, seed)
-        key, marker = key_of(case, seed, self.seed_key, self.program), os.path.join(folder, "study.key")
+        program = program_of(case["scene"], self.bins)
+        key, marker = key_of(case, seed, self.seed_key, program), os.path.join(folder, "study.key")
         if os.path.isfile(marker) and open(marker).read() == key:
             return case, seed, None
         if self.stopped:
@@ -109,7 +167,7 @@ class Runner:
         settings = dict(case["set"])
         if seed is not None:
             settings[self.seed_key] = seed
-        command = [self.program, case["scene"], "-o", folder, "--force", "--quiet", "--threads", "1"]
+        command = [program, case["scene"], "-o", folder, "--force", "--quiet", "--threads", "1"]
         for k, v in settings.items():
             command += ["--set", f"{k}={toml_value(v)}"]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
@@ -133,7 +191,7 @@ def duration_text(s):
 
 
 def run_all(runner, cases, workers, quiet):
-    jobs = [(c, s) for c in cases for s in c["seeds"]]
+    jobs = list({(c["name"], str(s)): (c, s) for c in cases for s in c["seeds"]}.values())  # settings that two studies share run once
     start, failures, done = time.time(), [], 0
     with ThreadPoolExecutor(workers) as pool:
         futures = [pool.submit(runner.run, c, s) for c, s in jobs]
@@ -145,7 +203,7 @@ def run_all(runner, cases, workers, quiet):
                     failures.append((case["name"], seed, failure))
                 if not quiet:
                     left = (time.time() - start) / done * (len(jobs) - done)
-                    print(f"{done}/{len(jobs)}  {case['name']}{'' if seed is None else f' seed {seed}'}"
+                    print(f"{done}/{len(jobs)}  {case['label']}{'' if seed is None else f' seed {seed}'}"
                           f"{'  FAILED: ' + failure if failure else ''}  ETA {duration_text(left)}", flush=True)
         except KeyboardInterrupt:
             runner.stop()
@@ -174,17 +232,17 @@ def main():
     except Refused as e:
         print(f"grus-study: {e}", file=sys.stderr)
         return 2
-    program = os.path.join(os.path.dirname(os.path.realpath(__file__)), "grus-rve")
+    runs_of = cases + [c for e in study["precision"] for c in [row[1] for row in e["rows"]] + ([e["reference_case"]] if e["reference_case"] else [])]
     out = args.out or os.path.splitext(os.path.basename(args.scene))[0]
     if args.check:
-        for c in cases:
+        for c in {c["name"]: c for c in runs_of}.values():
             print(c["name"], c["seeds"], os.path.relpath(c["scene"]), json.dumps(c["set"]))
-        print(f"{sum(len(c['seeds']) for c in cases)} runs")
+        print(f"{len({(c['name'], str(s)) for c in runs_of for s in c['seeds']})} runs")
         return 0
     os.makedirs(os.path.join(out, "runs"), exist_ok=True)
     workers = args.threads or len(os.sched_getaffinity(0))
-    runner = Runner(out, common.get("seed_key", "packing.seed"), program)
-    failures, wall = run_all(runner, cases, workers, args.quiet)
+    runner = Runner(out, common.get("seed_key", "packing.seed"), os.path.dirname(os.path.realpath(__file__)))
+    failures, wall = run_all(runner, runs_of, workers, args.quiet)
     if failures is None:
         return 130
     for name, seed, text in failures:
@@ -194,7 +252,16 @@ def main():
 
     import grus_study_report as report
     runs = {c["name"]: [read_run(runner.folder(c, s)) for s in c["seeds"]] for c in cases}
-    passed = report.write(study, common, cases, runs, out, wall, workers)
+    studies = []
+    try:
+        for e in study["precision"]:
+            rows = [(s, [read_run(runner.folder(c, seed)) for seed in c["seeds"]]) for s, c in e["rows"]]
+            c = e["reference_case"]
+            studies.append((e, precision.judge(e, rows, [read_run(runner.folder(c, seed)) for seed in c["seeds"]] if c else None, e["folder"])))
+    except KeyError as missing:
+        print(f"grus-study: {args.scene}: no column {missing} in history.csv", file=sys.stderr)
+        return 2
+    passed = report.write(study, common, cases, runs, studies, out, wall, workers)
     print(f"report: {os.path.join(out, 'report.html')}")
     return 1 if args.strict and not passed else 0
 

@@ -169,7 +169,8 @@ def text_table(head, rows):
     return "\n".join("  ".join(str(v).ljust(w) for v, w in zip(r, widths)).rstrip() for r in [head] + rows) + "\n"
 
 
-def write(study, common, cases, runs, out, wall, workers):
+def write(study, common, cases, runs, studies, out, wall, workers):
+    import grus_precision_report
     labels = {c["name"]: c["label"] for c in cases}
     strains = common.get("at", [0.1, 0.2])
     quantities = common.get("quantities", ["axial_stress_Pa"])
@@ -195,8 +196,11 @@ def write(study, common, cases, runs, out, wall, workers):
         writer.writerow(["case", "seeds", "status"] + [f"{k}_{q}_at_{e:g}" for q in quantities for e in strains for k in ("mean", "sd")] +
                         ["grains", "breakages", "worst_energy_error_percent", "steps", "cpu_s"])
         writer.writerows(plain)
-    text = study.get("title", "Study") + f"\n{sum(len(r) for r in runs.values())} runs, {wall:.0f} s on {workers} cores\n\n" + text_table(head, rows)
-    body = html_table(head, rows)
+    text = study.get("title", "Study") + f"\n{wall:.0f} s on {workers} cores\n" + ("\n" + text_table(head, rows) if rows else "")
+    body = html_table(head, rows) if rows else ""
+    if studies:
+        added = grus_precision_report.write(studies, out)
+        text, body = text + added[0], body + added[1]
 
     for t in study.get("table", []):
         reference = runs[t["reference"]][0]

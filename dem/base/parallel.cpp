@@ -4,9 +4,8 @@
 #include <algorithm>
 
 namespace grus::dem {
-namespace {
 
-inline void relax(int& spins) {
+void relax(int& spins) {
 #if defined(__x86_64__)
   __builtin_ia32_pause();
 #endif
@@ -15,8 +14,6 @@ inline void relax(int& spins) {
     std::this_thread::yield();
   }
 }
-
-}  // namespace
 
 Team::Team(int threads) {
   for (int rank = 1; rank < threads; ++rank) workers_.emplace_back([this, rank] { work(rank); });

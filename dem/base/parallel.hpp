@@ -16,6 +16,9 @@ namespace grus::dem {
 inline constexpr std::size_t block_size = 128;
 inline std::size_t block_count(std::size_t n) { return (n + block_size - 1) / block_size; }
 
+/// One turn of waiting for another thread; now and then gives the core away.
+void relax(int& spins);
+
 class Team {
 public:
   explicit Team(int threads = 1);

@@ -5,6 +5,7 @@
 #include <atomic>
 
 #include "dem/contact/broad_phase.hpp"
+#include "dem/contact/tiles.hpp"
 #include "dem/shape/common_normal.hpp"
 
 namespace grus::dem {
@@ -91,32 +92,6 @@ bool near(const Grains& g, const Cell& cell, const Candidate& pair, double skin,
   return !found.converged || found.overlap > -skin;
 }
 
-/// What b feels goes to b's own row in the same tile, else to a row for this pair alone, in the order of (b, pair).
-/// `crossing`: the pairs between tiles, by tile of a.
-void assign_targets(std::size_t grains, Contacts& contacts, NeighbourRoom& room) {
-  contacts.remote.assign(grains + 1, 0);
-  for (const auto& pairs : room.crossing)
-    for (const Index k : pairs) ++contacts.remote[contacts.b[k] + 1];
-  for (std::size_t i = 0; i < grains; ++i) contacts.remote[i + 1] += contacts.remote[i];
-  room.next.assign(contacts.remote.begin(), contacts.remote.end() - 1);
-  for (const auto& pairs : room.crossing)
-    for (const Index k : pairs) contacts.target[k] = static_cast<Index>(grains) + room.next[contacts.b[k]]++;
-  contacts.load.resize(grains + contacts.remote[grains]);  // all zero between steps
-}
-
-/// Measured: a pair that touches, one that does not, a grain to be moved.
-void weigh_tile(const Grains& grains, std::size_t t, std::size_t begin, std::size_t end, Contacts& contacts) {
-  std::uint64_t cost = 0;
-  for (std::size_t bin = 0; bin < bin_count; ++bin) {
-    const std::uint64_t touching = bin == general ? 60 : bin == polyellipsoid_wall ? 150 : 15, apart = bin == general ? 12 : 2;
-    cost += touching * (contacts.apart[bin][t] - contacts.tile[bin][t]) + apart * (contacts.tile[bin][t + 1] - contacts.apart[bin][t]);
-  }
-  contacts.pair_work[t + 1] = cost;
-  cost = 0;
-  for (std::size_t i = begin; i < end; ++i) cost += grains.round[i] ? 6 : 150;
-  contacts.grain_work[t + 1] = cost;
-}
-
 /// What the affine motion of a cell since `before` may take off the gap of pairs at the end of their reach.
 double affine_loss(const Cell& cell, const Mat3& before, double reach) {
   if (!cell.periodic()) return 0;
@@ -158,20 +133,6 @@ void renew_candidates(const Grains& grains, const Cell& cell, double skin, bool 
   }
   if (cell.periodic()) room.skin = std::max(skin, std::min(room.skin, 1 / cell.vectors.inverse().rowwise().norm().maxCoeff() - 2 * room.largest));
   find_candidates(grains, cell, room.skin, room.candidates, team);
-}
-
-void index_images(const Cell& cell, Contacts& contacts) {
-  contacts.shift.clear(), contacts.images.assign(1, {0, 0, 0});
-  if (!cell.periodic()) return;
-  contacts.shift.reserve(contacts.size() + overrun);
-  for (std::size_t k = 0; k < contacts.begin[sphere_wall]; ++k) {
-    const auto& image = contacts.pair[k].image;
-    std::size_t row = 0;
-    while (row < contacts.images.size() && contacts.images[row] != image) ++row;
-    if (row == contacts.images.size()) contacts.images.push_back(image);
-    contacts.shift.push_back(static_cast<Index>(row));
-  }
-  contacts.shift.resize(contacts.size() + overrun, 0);
 }
 
 }  // namespace
@@ -281,7 +242,7 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
     contacts.contact[k] = {}, contacts.touch[k] = {}, contacts.active[k] = 0;
     contacts.a[k] = contacts.b[k] = contacts.law[k] = contacts.target[k] = 0;
   }
-  contacts.pair_work.resize(tiles + 1), contacts.grain_work.resize(tiles + 1);
+  contacts.tile_work.resize(tiles + 1);
   const int bits = tile_bits(grains.size());
   team.pieces(tiles, room.work, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t t = first; t < last; ++t) {
@@ -322,11 +283,10 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
     }
   });
   contacts.begin = begins;
-  contacts.pair_work[0] = contacts.grain_work[0] = 0;
-  for (auto* work : {&contacts.pair_work, &contacts.grain_work})
-    for (std::size_t t = 0; t < tiles; ++t) (*work)[t + 1] += (*work)[t];
+  contacts.tile_work[0] = 0;
+  for (std::size_t t = 0; t < tiles; ++t) contacts.tile_work[t + 1] += contacts.tile_work[t];
   contacts.energy.resize(std::max(contacts.energy.size(), tiles));
-  assign_targets(grains.size(), contacts, room);
+  assign_targets(grains.size(), room.crossing, contacts, room.next);
   index_images(boundary.cell, contacts);
   contacts.first.clear();
   if (indexed) index_grains(grains.size(), contacts, room.next);

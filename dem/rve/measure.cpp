@@ -63,6 +63,24 @@ Mat3 love_weber(const State& s, double volume) {
   return 0.5 / volume * (sum + sum.transpose());
 }
 
+double pressure_scatter(const State& s, double volume) {
+  if (volume <= 0 || s.grains.size() < 2) return 0;
+  std::vector<double> share(s.grains.size(), 0.0);
+  double sum = 0, squares = 0;
+  for (std::size_t k = 0; k < s.contacts.size(); ++k) {
+    if (s.contacts.contact[k].stiffness <= 0) continue;
+    const double carried = s.contacts.touch[k].force.dot(branch(s, k));
+    const Pair& p = s.contacts.pair[k];
+    sum += carried;
+    if (k >= s.contacts.begin[sphere_wall]) share[p.a] += carried;
+    else share[p.a] += 0.5 * carried, share[p.b] += 0.5 * carried;
+  }
+  if (sum == 0) return 0;
+  const double n = static_cast<double>(share.size()), mean = sum / n;
+  for (const double v : share) squares += (v - mean) * (v - mean);
+  return std::sqrt(n / (n - 1) * squares) / std::abs(sum);
+}
+
 double mean_diameter(const Grains& g) {
   double sum = 0;
   for (const auto& shape : g.shape) sum += 2 * equivalent_radius(shape);

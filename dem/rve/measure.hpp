@@ -30,6 +30,11 @@ Eigen::Matrix<double, 3, 6> displacement_of_strain(const Vec3& branch);
 /// Love-Weber stress alone (Pa): -(1/V) sum of sym(force on b (x) branch from a to b, images included).
 Mat3 love_weber(const State& state, double volume);
 
+/// Standard error of the mean pressure of this sample, relative to it, if its grains were independent draws: each grain's
+/// share of the stress is half of what its contacts carry. Force chains make the true scatter larger, equilibrium with
+/// the boundary smaller (docs/studies: cell size). 0 without pressure.
+double pressure_scatter(const State& state, double volume);
+
 double bulk_volume(const Boundary& boundary);
 
 /// Rate x mean diameter x sqrt(density / pressure).

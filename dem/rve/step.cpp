@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <atomic>
+#include <bit>
 #include <limits>
 
 #include "dem/base/error.hpp"
@@ -45,27 +47,39 @@ void rebuild(const Model& model, State& state, Team& team) {
   build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team, model.breakable() || model.reshapes());
 }
 
-/// Forces of all contacts, and the kicks that they give. A single thread moves a tile of grains as soon as its pairs are
-/// done (pairs belong to the lower tile: nothing later needs the tile where it is), while its data is at hand, and collects
-/// forces in a room that stays in the cache. Several threads meet in between.
+/// Forces of all contacts, and the kicks that they give. A thread moves a tile of grains as soon as its pairs and those that
+/// earlier tiles have with it are done (pairs belong to the lower tile: nothing later needs the tile where it is), while its
+/// data is at hand. The thread with the first tiles never waits, and collects forces in a room that stays in its cache.
 void force_and_move(const Model& model, State& state, const MotionSettings& settings, bool shown, bool bonded, Kick kick, Team& team) {
-  const ContactPass contacts(model.law, model.pairs, state.grains, state.boundary, state.dt, shown, state.contacts);
-  const SweepPass grains(kick, state.grains, state.contacts, settings, bonded, state.dt, state.grain_energy);
-  const std::size_t tiles = tile_count(state.grains.size()), size = tile_size(state.grains.size());
-  if (team.threads() == 1) {
-    std::vector<Load>& room = state.contacts.tile_load;
-    room.resize(size);
-    for (std::size_t t = 0; t < tiles; ++t) {
-      contacts.tile(t, room.data() - t * size);
-      grains.tile(t, room.data() - t * size);
+  Contacts& c = state.contacts;
+  const ContactPass contacts(model.law, model.pairs, state.grains, state.boundary, state.dt, shown, c);
+  const SweepPass grains(kick, state.grains, c, settings, bonded, state.dt, state.grain_energy);
+  const std::size_t tiles = tile_count(state.grains.size()), size = tile_size(state.grains.size()), words = tile_words(state.grains.size());
+  const std::uint32_t round = ++c.round;
+  c.tile_load.resize(size);
+  team.pieces(tiles, c.tile_work, [&](std::size_t first, std::size_t last, int) {
+    auto own = [&](std::size_t t) { return first == 0 ? c.tile_load.data() - t * size : nullptr; };
+    auto done = [&](std::size_t t) { return std::atomic_ref(c.done[t]); };
+    auto ready = [&](std::size_t t) {  // tiles of this thread that come before t are done
+      for (std::size_t w = 0; 64 * w < first; ++w) {
+        std::uint64_t wanted = c.before[t * words + w];
+        if (first - 64 * w < 64) wanted &= (std::uint64_t{1} << (first - 64 * w)) - 1;
+        for (; wanted; wanted &= wanted - 1)
+          if (done(64 * w + static_cast<std::size_t>(std::countr_zero(wanted))).load(std::memory_order_acquire) != round) return false;
+      }
+      return true;
+    };
+    std::size_t left = 0;
+    for (std::size_t t = first; t < last; ++t) {
+      contacts.tile(t, own(t));
+      done(t).store(round, std::memory_order_release);
+      c.moved[t] = ready(t);
+      if (c.moved[t]) grains.tile(t, own(t));
+      else ++left;
     }
-    return;
-  }
-  team.pieces(tiles, state.contacts.pair_work, [&](std::size_t first, std::size_t last, int) {
-    for (std::size_t t = first; t < last; ++t) contacts.tile(t);
-  });
-  team.pieces(tiles, state.contacts.grain_work, [&](std::size_t first, std::size_t last, int) {
-    for (std::size_t t = first; t < last; ++t) grains.tile(t);
+    for (int spins = 0; left > 0; relax(spins))
+      for (std::size_t t = first; t < last; ++t)
+        if (!c.moved[t] && ready(t)) grains.tile(t, own(t)), c.moved[t] = true, --left;
   });
 }
 

@@ -61,11 +61,12 @@ struct BlockEnergy {
 /// The size follows from the number of grains alone: enough tiles for a team, few pairs between tiles.
 inline int tile_bits(std::size_t grains) {
   int bits = 7;
-  while (bits < 12 && (grains >> bits) > 32) ++bits;
+  while (bits < 12 && (grains >> bits) > 64) ++bits;
   return bits;
 }
 inline std::size_t tile_size(std::size_t grains) { return std::size_t{1} << tile_bits(grains); }
 inline std::size_t tile_count(std::size_t grains) { return (grains + tile_size(grains) - 1) >> tile_bits(grains); }
+inline std::size_t tile_words(std::size_t grains) { return (tile_count(grains) + 63) / 64; }
 
 /// Kernels read whole groups of pairs, and may look beyond the last.
 inline constexpr std::size_t overrun = 8;
@@ -85,7 +86,11 @@ struct Contacts {
   std::vector<Load> load;            // one a grain, then the rows that `remote` counts; all zero between steps
   std::vector<Load> tile_load;       // room for the tile at hand
   std::vector<Index> remote;         // of grain i: load[grains + remote[i]] to load[grains + remote[i + 1]]
-  std::vector<std::uint64_t> pair_work, grain_work;  // running sums of what the tiles cost, in nanoseconds or so
+  std::vector<std::uint64_t> tile_work;  // running sums of what the tiles cost, in nanoseconds or so
+  std::vector<std::uint64_t> before;     // tile_words() words a tile: the bits of the tiles that have pairs with it
+  std::vector<std::uint32_t> done;       // of each tile: the round in which its pairs were done last
+  std::vector<std::uint8_t> moved;       // of each tile, in the pass at hand
+  std::uint32_t round = 0;               // passes so far
   std::vector<Index> first, entry;   // of grain i: entry[first[i]..first[i+1]) = 2 * pair + (is b), first those of which it is a; empty until somebody asks (index_grains)
   std::vector<BlockEnergy> energy;   // one a tile
   std::vector<double> law_rows, shift_rows, wall_rows;  // room for the kernels' tables

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/error_estimates.hpp"
+
+#include <cmath>
+
+#include "dem/contact/forces.hpp"
+#include "dem/rve/step.hpp"
+
+namespace grus::app {
+
+void ErrorEstimates::add(const dem::Model& model, const dem::State& state, const dem::Measurement& m) {
+  energy.add(std::abs(dem::energy_error(state.ledger, dem::stored_energy(model, state))));
+  unbalanced.add(m.unbalanced_force);
+  overlap.add(dem::deepest_contact(state.grains, state.contacts).ratio);
+  if (m.volume <= 0) return;
+  const double wall = m.wall_stress.trace() / 3;
+  largest_wall = std::max(largest_wall, std::abs(wall));
+  if (wall != 0) wall_minus_cell.add(std::abs(wall - m.stress.trace() / 3) / largest_wall);
+  pressure_scatter.add(dem::pressure_scatter(state, m.volume));
+}
+
+nlohmann::json ErrorEstimates::json(const dem::State& state) const {
+  nlohmann::json out = {{"worst_energy_error", energy.worst}};
+  auto put = [&](const char* name, const Estimate& e) { out[name] = {{"last", e.last}, {"worst", e.worst}}; };
+  put("unbalanced_force", unbalanced), put("overlap_to_radius", overlap);
+  if (dem::bulk_volume(state.boundary) > 0) put("pressure_standard_error", pressure_scatter);
+  if (!state.boundary.walls.empty() && dem::bulk_volume(state.boundary) > 0) put("wall_minus_cell_pressure", wall_minus_cell);
+  return out;
+}
+
+}  // namespace grus::app

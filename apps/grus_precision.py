@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Error against run time: what settings cost, how far their results are from a reference, and what the scatter over seeds
+leaves open. Numbers only; grus_study_report.py writes them."""
+import csv
+import itertools
+import math
+import os
+
+KEYS = {"name", "scene", "set", "seeds", "vary", "reference", "quantity", "measure", "at", "over", "paired", "label", "order", "scale"}
+TARGETS = (0.1, 0.01, 0.001)
+
+
+def position(columns, name, x, over="axial_strain"):
+    """Column where another reaches x, linear between rows; NaN where the run does not reach it."""
+    if over not in columns or name not in columns:
+        raise KeyError(name if over in columns else over)
+    xs, ys = columns[over], columns[name]
+    for k in range(len(xs)):
+        if k == 0 and abs(xs[0] - x) <= 1e-12 * max(1, abs(x)):
+            return ys[0]
+        if k and xs[k] > xs[k - 1] and xs[k - 1] <= x <= xs[k] + 1e-9 * abs(xs[k]):
+            return ys[k - 1] + (x - xs[k - 1]) / (xs[k] - xs[k - 1]) * (ys[k] - ys[k - 1])
+    return math.nan
+
+
+def measured(columns, entry):
+    """The quantity of a run: at a position, its peak, its area, or its last value."""
+    name, over, how = entry["quantity"], entry.get("over", "axial_strain"), entry.get("measure", "at")
+    if how == "at":
+        return position(columns, name, entry["at"], over)
+    y = columns[name]
+    if how == "peak":
+        return max(y)
+    if how == "last":
+        return y[-1]
+    x = columns[over]
+    return sum(0.5 * (y[k] + y[k - 1]) * (x[k] - x[k - 1]) for k in range(1, len(x)))
+
+
+def student(confidence, freedom):
+    """Two-sided quantile of Student's t: the density integrated by Simpson, the root bracketed."""
+    norm = math.exp(math.lgamma((freedom + 1) / 2) - math.lgamma(freedom / 2)) / math.sqrt(freedom * math.pi)
+
+    def inside(t):  # substitution x = sqrt(f) tan(u): a smooth integrand on a finite range
+        top, n = math.atan(t / math.sqrt(freedom)), 400
+        values = [math.cos(top * k / n) ** (freedom - 1) for k in range(n + 1)]
+        return 2 * norm * math.sqrt(freedom) * top / n / 3 * (values[0] + values[-1] + 4 * sum(values[1:-1:2]) + 2 * sum(values[2:-1:2]))
+
+    low, high = 0.0, 1.0
+    while inside(high) < confidence:
+        high *= 2
+        if high > 1e9:
+            break
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if inside(middle) < confidence else (low, middle)
+    return 0.5 * (low + high)
+
+
+def mean(v):
+    return sum(v) / len(v)
+
+
+def interval(values, confidence=0.95):
+    """Mean, and half the width of its confidence interval (NaN for one value: nothing is known of its scatter)."""
+    n = len(values)
+    if n < 2:
+        return mean(values), math.nan
+    m = mean(values)
+    return m, student(confidence, n - 1) * math.sqrt(sum((x - m) ** 2 for x in values) / (n - 1) / n)
+
+
+def difference(values, reference, paired):
+    """Mean of values - reference and half its 95 % interval. Paired: seed by seed; else two samples (Welch)."""
+    if len(reference) == 1 and not paired:
+        m, half = interval(values)
+        return m - reference[0], half
+    if paired:
+        return interval([a - b for a, b in zip(values, reference)])
+    n, k = len(values), len(reference)
+    if n < 2 or k < 2:
+        return mean(values) - mean(reference), math.nan
+    a, b = [sum((x - mean(v)) ** 2 for x in v) / (len(v) - 1) / len(v) for v in (values, reference)]
+    freedom = (a + b) ** 2 / (a * a / (n - 1) + b * b / (k - 1)) if a + b > 0 else n + k - 2
+    return mean(values) - mean(reference), student(0.95, freedom) * math.sqrt(a + b)
+
+
+def pareto(points):
+    """Indices of the (cost, error) pairs that no other beats in both, by cost."""
+    front, best = [], math.inf
+    for k in sorted(range(len(points)), key=lambda k: points[k]):
+        if points[k][1] < best:
+            front.append(k)
+            best = points[k][1]
+    return front
+
+
+def order(steps, errors):
+    """Exponent p of error = c step^p by least squares in logs, and its standard error (0 for two points); None for fewer."""
+    points = [(math.log(h), math.log(e)) for h, e in zip(steps, errors) if e > 0 and h > 0]
+    if len(points) < 2 or len({p[0] for p in points}) < 2:
+        return None
+    mx, my = mean([p[0] for p in points]), mean([p[1] for p in points])
+    sxx = sum((x - mx) ** 2 for x, _ in points)
+    slope = sum((x - mx) * (y - my) for x, y in points) / sxx
+    rest = sum((y - my - slope * (x - mx)) ** 2 for x, y in points)
+    return slope, math.sqrt(rest / (len(points) - 2) / sxx) if len(points) > 2 else 0.0
+
+
+def bound(row):
+    """What the error may be: the bias and what its interval leaves open."""
+    return row["error"] + (0 if math.isnan(row["interval"]) else row["interval"])
+
+
+def recommended(rows):
+    """For each target the cheapest row whose error, interval included, is below; None where none is."""
+    found = {}
+    for target in TARGETS:
+        good = [r for r in rows if r["status"] == "0" and bound(r) <= target]
+        found[target] = min(good, key=lambda r: r["cpu"]) if good else None
+    return found
+
+
+def settings(entry):
+    """The combinations of the varied keys, first key slowest."""
+    keys = list(entry["vary"])
+    return [dict(zip(keys, values)) for values in itertools.product(*(entry["vary"][k] for k in keys))]
+
+
+def reference_settings(entry):
+    """Settings of the reference runs; None if the reference is known."""
+    reference = entry.get("reference", "finest")
+    if reference == "finest":
+        return settings(entry)[-1]
+    return reference if isinstance(reference, dict) and "file" not in reference else None
+
+
+def known_reference(entry, folder):
+    reference = entry["reference"]
+    if not isinstance(reference, dict):
+        return float(reference)
+    with open(os.path.join(folder, reference["file"])) as f:
+        lines = list(csv.DictReader(f))
+    columns = {name: [float(line[name]) for line in lines] for name in lines[0]}
+    return measured(columns, {**entry, "quantity": reference.get("column", entry["quantity"])})
+
+
+def cost(run):
+    seconds, counts = run["summary"]["seconds"], run["summary"]["counts"]
+    return {"cpu": seconds.get("cpu", seconds.get("cpu_rank0", math.nan)),
+            "wall": sum(v for k, v in seconds.items() if k in ("loading_wall", "solve_wall")),
+            "grain_steps": counts.get("grain_steps", counts.get("dem_steps", 0) * counts.get("grains_a_point", 0)),
+            "rves": counts.get("rves_advanced", 0)}
+
+
+def energy_error(run):
+    errors = run["summary"]["errors"]
+    return errors.get("worst_energy_error", errors.get("worst_rve_energy_error", math.nan))
+
+
+def judge(entry, table, reference_runs, folder):
+    """Rows of a study: `table` is a list of (settings, runs by seed). Errors are relative to the reference."""
+    paired = reference_runs is not None and entry.get("paired", True)
+    reference = [measured(r["columns"], entry) for r in reference_runs] if reference_runs is not None else [known_reference(entry, folder)]
+    scale = entry.get("scale", abs(mean(reference)) or 1.0)
+    rows = []
+    for values, runs in table:
+        found = [measured(r["columns"], entry) for r in runs]
+        off, half = difference(found, reference, paired)
+        costs = [cost(r) for r in runs]
+        row = {"settings": values, "value": mean(found), "error": abs(off) / scale, "signed": off / scale, "interval": half / scale,
+               "scatter": interval(found)[1] / scale, "seeds": len(runs), "energy": max(energy_error(r) for r in runs),
+               "status": ",".join(sorted({str(r["summary"]["status"]) for r in runs}))}
+        for name in costs[0]:
+            row[name] = mean([c[name] for c in costs])
+        if math.isnan(row["error"]):
+            row["error"], row["status"] = math.inf, row["status"] + " (not reached)"
+        rows.append(row)
+    result = {"rows": rows, "reference": mean(reference), "front": pareto([(r["cpu"], bound(r)) for r in rows]), "recommended": recommended(rows), "order": None}
+    keys = list(entry["vary"])
+    if len(keys) == 1 and entry.get("order", True) and all(isinstance(v, (int, float)) for v in entry["vary"][keys[0]]):
+        clear = [r for r in rows if math.isfinite(r["error"]) and (math.isnan(r["interval"]) or r["error"] > r["interval"])]
+        result["order"] = order([r["settings"][keys[0]] for r in clear], [r["error"] for r in clear])
+    return result

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/contact/tiles.hpp"
+
+namespace grus::dem {
+
+void weigh_tile(const Grains& grains, std::size_t t, std::size_t begin, std::size_t end, Contacts& contacts) {
+  std::uint64_t cost = 0;
+  for (std::size_t bin = 0; bin < bin_count; ++bin) {
+    const std::uint64_t touching = bin == general ? 60 : bin == polyellipsoid_wall ? 150 : 15, apart = bin == general ? 12 : 2;
+    cost += touching * (contacts.apart[bin][t] - contacts.tile[bin][t]) + apart * (contacts.tile[bin][t + 1] - contacts.apart[bin][t]);
+  }
+  for (std::size_t i = begin; i < end; ++i) cost += grains.round[i] ? 6 : 150;
+  contacts.tile_work[t + 1] = cost;
+}
+
+void assign_targets(std::size_t grains, std::span<const std::vector<Index>> crossing, Contacts& contacts, std::vector<Index>& next) {
+  const std::size_t tiles = tile_count(grains), words = tile_words(grains);
+  const int bits = tile_bits(grains);
+  contacts.remote.assign(grains + 1, 0);
+  contacts.before.assign(tiles * words, 0);
+  for (std::size_t t = 0; t < tiles; ++t)
+    for (const Index k : crossing[t]) {
+      ++contacts.remote[contacts.b[k] + 1];
+      contacts.before[(contacts.b[k] >> bits) * words + t / 64] |= std::uint64_t{1} << (t % 64);
+    }
+  for (std::size_t i = 0; i < grains; ++i) contacts.remote[i + 1] += contacts.remote[i];
+  next.assign(contacts.remote.begin(), contacts.remote.end() - 1);
+  for (std::size_t t = 0; t < tiles; ++t)
+    for (const Index k : crossing[t]) contacts.target[k] = static_cast<Index>(grains) + next[contacts.b[k]]++;
+  contacts.load.resize(grains + contacts.remote[grains]);  // all zero between steps
+  contacts.done.assign(tiles, contacts.round), contacts.moved.assign(tiles, 0);
+}
+
+void index_images(const Cell& cell, Contacts& contacts) {
+  contacts.shift.clear(), contacts.images.assign(1, {0, 0, 0});
+  if (!cell.periodic()) return;
+  contacts.shift.reserve(contacts.size() + overrun);
+  for (std::size_t k = 0; k < contacts.begin[sphere_wall]; ++k) {
+    const auto& image = contacts.pair[k].image;
+    std::size_t row = 0;
+    while (row < contacts.images.size() && contacts.images[row] != image) ++row;
+    if (row == contacts.images.size()) contacts.images.push_back(image);
+    contacts.shift.push_back(static_cast<Index>(row));
+  }
+  contacts.shift.resize(contacts.size() + overrun, 0);
+}
+
+}  // namespace grus::dem
