@@ -155,11 +155,11 @@ private:
   }
 
   void save(const fem::IncrementReport& r, double wall) {
-    write({{"load_factor", hex(r.load_factor)}, {"next_size", hex(r.next_size)}, {"increments", r.increment}, {"sweeps", r.law_sweeps}}, wall);
+    write({{"load_factor", hex(r.load_factor)}, {"next_size", hex(r.next_size)}, {"increments", r.increment}, {"sweeps", r.law_sweeps}, {"largest_force", hex(r.largest_force)}, {"stiffest", hex(r.stiffest)}}, wall);
   }
 
   void save(const fem::DynamicsReport& r, double wall) {
-    write({{"time", hex(r.time)}, {"dt", hex(r.dt)}, {"steps", r.steps}, {"dissipated", hex(r.dissipated)}, {"energy", {hex(r.energy.kinetic), hex(r.energy.internal), hex(r.energy.external), hex(r.energy.viscous)}}}, wall);
+    write({{"time", hex(r.time)}, {"dt", hex(r.dt)}, {"steps", r.steps}, {"dissipated", hex(r.dissipated)}, {"energy", {hex(r.energy.kinetic), hex(r.energy.internal), hex(r.energy.external), hex(r.energy.viscous), hex(r.energy.largest)}}}, wall);
   }
 
   static std::string hex(double v) { return fmt::format("{:a}", v); }  // exact
@@ -192,13 +192,13 @@ private:
 
   fem::StaticsStart resume_statics() {
     const auto about = resume();
-    return {unhex(about["load_factor"]), unhex(about["next_size"]), about["increments"], about["sweeps"]};
+    return {unhex(about["load_factor"]), unhex(about["next_size"]), about["increments"], about["sweeps"], unhex(about["largest_force"]), unhex(about["stiffest"])};
   }
 
   fem::DynamicsReport resume_dynamics() {
     const auto about = resume();
     const auto& e = about["energy"];
-    return {unhex(about["time"]), unhex(about["dt"]), about["steps"], {unhex(e[0]), unhex(e[1]), unhex(e[2]), unhex(e[3])}, unhex(about["dissipated"])};
+    return {unhex(about["time"]), unhex(about["dt"]), about["steps"], {unhex(e[0]), unhex(e[1]), unhex(e[2]), unhex(e[3]), unhex(e[4])}, unhex(about["dissipated"])};
   }
 
   const BvpScene& scene_;

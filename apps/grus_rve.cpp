@@ -67,6 +67,9 @@ void print_setup(const RveScene& scene, const dem::State& s, double wall_estimat
   fmt::print("\n");
 }
 
+/// More than any machine does in a lifetime: time would no longer move on by a step.
+constexpr double most_steps = 1e13;
+
 /// What a run carries besides its state.
 struct Course {
   dem::Mat3 initial_cell = dem::Mat3::Zero();
@@ -146,11 +149,6 @@ int run(const Options& options) {
   }
   Progress progress(options.quiet);
   dem::Measurement m = dem::measure(scene.model, state);
-  if (!options.resume) {
-    history.add(rve_row(scene, state, m, course.initial_cell));
-    frames.write_if_due(state);
-    gradings.write_if_due(state);
-  }
 
   int status = finished;
   std::string ending = "finished";
@@ -158,6 +156,14 @@ int run(const Options& options) {
   const double earlier = course.wall;
   const auto rows = static_cast<std::uint64_t>(std::ceil(scene.test.duration / scene.output.history_interval * (1 - 1e-9)));
   try {
+    dem::check_sanity(scene.model, state);
+    if (scene.test.duration > most_steps * state.dt)
+      throw dem::Unstable(fmt::format("a time step of {:.3g} s would take {:.3g} steps: stiffness, density or size of the grains is out of all bounds", state.dt, scene.test.duration / state.dt));
+    if (!options.resume) {
+      history.add(rve_row(scene, state, m, course.initial_cell));
+      frames.write_if_due(state);
+      gradings.write_if_due(state);
+    }
     for (std::uint64_t row = course.row + 1; row <= rows; ++row) {
       const double until = row == rows ? scene.test.duration : static_cast<double>(row) * scene.output.history_interval;
       const std::uint64_t before = state.steps;

@@ -200,7 +200,7 @@ def run_all(runner, cases, workers, quiet):
                 case, seed, failure = future.result()
                 done += 1
                 if failure:
-                    failures.append((case["name"], seed, failure))
+                    failures.append((case["label"], seed, failure))
                 if not quiet:
                     left = (time.time() - start) / done * (len(jobs) - done)
                     print(f"{done}/{len(jobs)}  {case['label']}{'' if seed is None else f' seed {seed}'}"
@@ -245,25 +245,35 @@ def main():
     failures, wall = run_all(runner, runs_of, workers, args.quiet)
     if failures is None:
         return 130
-    for name, seed, text in failures:
-        print(f"grus-study: case {name}{'' if seed is None else f', seed {seed}'}: {text}", file=sys.stderr)
-    if failures:
-        return 1
+    for label, seed, text in failures:
+        print(f"grus-study: {label}{'' if seed is None else f', seed {seed}'}: {text}", file=sys.stderr)
+    lost = {(label, str(seed)) for label, seed, _ in failures}
+    if failures and any(c["label"] == label for c in cases for label, _ in lost):
+        return 1  # claims and plots need all their cases
 
     import grus_study_report as report
     runs = {c["name"]: [read_run(runner.folder(c, s)) for s in c["seeds"]] for c in cases}
     studies = []
     try:
         for e in study["precision"]:
-            rows = [(s, [read_run(runner.folder(c, seed)) for seed in c["seeds"]]) for s, c in e["rows"]]
             c = e["reference_case"]
-            studies.append((e, precision.judge(e, rows, [read_run(runner.folder(c, seed)) for seed in c["seeds"]] if c else None, e["folder"])))
+            found = {row[1]["label"]: {str(s): read_run(runner.folder(row[1], s)) for s in row[1]["seeds"] if (row[1]["label"], str(s)) not in lost}
+                     for row in e["rows"] + ([(None, c)] if c else [])}
+            # Runs that failed are left out; where seeds are compared one by one, the others of their seed too.
+            paired = c is not None and e.get("paired", True)
+            common_seeds = set.intersection(*(set(r) for r in found.values() if r)) if paired else None
+            kept = {label: [r for seed, r in runs_by_seed.items() if not paired or seed in common_seeds] for label, runs_by_seed in found.items()}
+            rows = [(s, kept[k["label"]]) for s, k in e["rows"] if kept[k["label"]]]
+            if not rows or (c and not kept[c["label"]]):
+                print(f"grus-study: {e['name']}: no run is left to compare", file=sys.stderr)
+                continue
+            studies.append((e, precision.judge(e, rows, kept[c["label"]] if c else None, e["folder"])))
     except KeyError as missing:
         print(f"grus-study: {args.scene}: no column {missing} in history.csv", file=sys.stderr)
         return 2
     passed = report.write(study, common, cases, runs, studies, out, wall, workers)
     print(f"report: {os.path.join(out, 'report.html')}")
-    return 1 if args.strict and not passed else 0
+    return 1 if failures or (args.strict and not passed) else 0
 
 
 if __name__ == "__main__":

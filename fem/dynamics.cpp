@@ -99,7 +99,7 @@ struct Integrator {
 }  // namespace
 
 double MacroEnergy::error() const {
-  const double scale = std::max({std::abs(external), kinetic, std::abs(internal), viscous});
+  const double scale = std::max({largest, std::abs(external), kinetic, std::abs(internal), viscous});
   return scale > 0 ? (external - kinetic - internal - viscous) / scale : 0;
 }
 
@@ -195,6 +195,7 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
     p.commit();
     p.now_internal.assign(p.internal->array().begin(), p.internal->array().end());
     last_dt = dt;
+    total.largest = std::max({total.largest, std::abs(total.external), total.kinetic, std::abs(total.internal), total.viscous});
     now.time += dt, now.dt = dt, ++now.steps, now.energy = total, now.dissipated = run.dissipated;
     // The first steps start from rest: their energies are too small to be judged against each other.
     if (!std::isfinite(total.kinetic) || (now.steps > 100 && std::abs(total.error()) > o.max_energy_error)) {

@@ -21,7 +21,8 @@ struct DynamicsOptions {
 /// viscosity; external that of loads and prescribed motion.
 struct MacroEnergy {
   double kinetic = 0, internal = 0, external = 0, viscous = 0;
-  double error() const;  // (external - kinetic - internal - viscous) / largest of them
+  double largest = 0;    // of any of them so far: a bar that swings back holds nothing for a moment
+  double error() const;  // (external - kinetic - internal - viscous) / largest
 };
 
 struct DynamicsReport {

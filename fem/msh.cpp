@@ -4,6 +4,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "fem/cell_shape.hpp"
 #include "fem/mesh.hpp"
 
 namespace grus::fem {
@@ -20,6 +21,7 @@ struct Element {
   const ElementType* type;
   int tag;
   std::vector<std::int64_t> nodes;
+  long long number;
 };
 
 class Reader {
@@ -147,8 +149,8 @@ private:
     fail("element type " + std::to_string(code) + " is not read; mesh with first-order lines, triangles, quadrilaterals, tetrahedra or hexahedra");
   }
 
-  void element(int code, int tag) {
-    Element e{&type(code), tag, {}};
+  void element(long long number, int code, int tag) {
+    Element e{&type(code), tag, {}, number};
     for (int k = 0; k < e.type->nodes; ++k) {
       const auto number = next<long long>();
       const auto at = index_.find(number);
@@ -160,14 +162,14 @@ private:
 
   void elements2() {
     for (std::size_t n = count(); n > 0; --n) {
-      next<long long>();
+      const auto number = next<long long>();
       const int code = next<int>();
       int tag = 0;
       for (std::size_t tags = count(), k = 0; k < tags; ++k) {
         const int v = next<int>();
         if (k == 0) tag = v;
       }
-      element(code, tag);
+      element(number, code, tag);
     }
     end();
   }
@@ -179,8 +181,8 @@ private:
       const int d = next<int>(), entity = next<int>(), code = next<int>();
       const auto physical = physical_.find({d, entity});
       for (std::size_t n = count(); n > 0; --n) {
-        next<long long>();
-        element(code, physical == physical_.end() ? 0 : physical->second);
+        const auto number = next<long long>();
+        element(number, code, physical == physical_.end() ? 0 : physical->second);
       }
     }
     end();
@@ -205,6 +207,13 @@ private:
       m.cell_tags.push_back(e.tag);
     }
     m.kind = kind->code == 2 ? CellKind::triangle : kind->code == 3 ? CellKind::quadrilateral : kind->code == 4 ? CellKind::tetrahedron : CellKind::hexahedron;
+    std::vector<Point> corner;
+    for (const auto& e : elements_) {
+      if (e.type->dimension != top) continue;
+      corner.clear();
+      for (const auto n : e.nodes) corner.push_back(nodes_[static_cast<std::size_t>(n)]);
+      if (const std::string fault = cell_fault(m.kind, corner); !fault.empty()) fail("element " + std::to_string(e.number) + " (" + e.type->name + ") " + fault);
+    }
     if (top == 2)
       for (const auto& p : m.nodes)
         if (std::abs(p[2]) > 1e-9 * (std::abs(p[0]) + std::abs(p[1]))) fail("a two-dimensional mesh must lie in the plane z = 0");

@@ -95,6 +95,9 @@ struct Newton {
   std::vector<std::uint8_t> fixed;  // owned components
   int sweeps = 0;
   std::string reason;
+  static constexpr double forgotten = 0.02, softest = 1e-3;
+  double size = 0, largest_force = 0;  // norm of all forces (N): now, and the largest committed so far
+  double stiffest = 0;                 // mean tangent (Pa): the largest committed so far
 
   Newton(Problem::Impl& problem, Material& m, const StaticsOptions& options) : p(problem), material(m), o(options), linear(problem) {
     fixed.assign(p.width() * static_cast<std::size_t>(p.owned_nodes()), 0);
@@ -115,13 +118,26 @@ struct Newton {
       reason = mine ? "a Gauss point of another rank refused the increment" : material.reason();
       return false;
     }
+    hold_loose_points();
     p.assemble_internal();
     p.assemble_external(time);
     return true;
   }
 
+  /// Points that carry nothing any more get a thousandth of the stiffest tangent, for the iteration's matrix only: their nodes
+  /// would be nowhere otherwise. Stress is not touched, so what converges is the same.
+  void hold_loose_points() {
+    for (std::size_t i = 0; i < p.size(); ++i) {
+      double* const c = p.tangent.data() + 36 * i;
+      double trace = 0;
+      for (int k = 0; k < 6; ++k) trace += c[7 * k];
+      const double missing = softest * stiffest - trace / 6;
+      for (int k = 0; k < 6 && missing > 0; ++k) c[7 * k] += missing;
+    }
+  }
+
   /// external - internal on owned components; relative norm over the free ones.
-  double residual(std::vector<double>& r) const {
+  double residual(std::vector<double>& r) {
     const auto in = p.internal->array(), ex = p.external->array();
     r.resize(fixed.size());
     double free = 0, scale = 0;
@@ -131,7 +147,10 @@ struct Newton {
       scale += in[i] * in[i] + ex[i] * ex[i];
     }
     free = sum_over_ranks(p.comm, free), scale = sum_over_ranks(p.comm, scale);
-    return scale > 0 ? std::sqrt(free / scale) : 0;
+    size = std::sqrt(scale);
+    // Where nearly all is gone of the largest forces there were, what is left need not balance better than a share of those.
+    scale = std::max(size, forgotten * largest_force);
+    return scale > 0 ? std::sqrt(free) / scale : 0;
   }
 
   void move(const std::vector<double>& dx, double part) {
@@ -149,6 +168,16 @@ struct Newton {
   void commit() {
     material.commit();
     p.commit();
+    largest_force = std::max(largest_force, size);
+    double mine = 0;
+    for (std::size_t i = 0; i < p.size(); ++i) {
+      double trace = 0;
+      for (std::size_t k = 0; k < 6; ++k) trace += p.tangent[36 * i + 7 * k];
+      mine = std::max(mine, trace / 6);
+    }
+    double all = 0;
+    MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, MPI_MAX, p.comm);
+    stiffest = std::max(stiffest, all);
   }
 
   /// One increment of the load factor from the committed state; false: nothing was committed.
@@ -216,9 +245,11 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
   double size = start.next_size > 0 ? start.next_size : asked;
   int cutbacks = 0, number = start.increments;
   result.load_factor = start.load_factor;
-  newton.sweeps = start.law_sweeps;
+  newton.sweeps = start.law_sweeps, newton.largest_force = start.largest_force, newton.stiffest = start.stiffest;
   if (number == 0) {  // stress and tangent of the start: an empty increment
     if (!newton.evaluate(0)) return result.failure = "the initial state: " + newton.reason, result;
+    std::vector<double> unused;
+    newton.residual(unused);
     newton.commit();
   } else {
     p.back_to_committed();
@@ -227,7 +258,7 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
   while (result.load_factor < 1 - 1e-12) {
     double next = std::min(1.0, result.load_factor + size);
     if (1 - next < 1e-9 * asked) next = 1;
-    IncrementReport report{number + 1, next, 0, cutbacks, 0, 0, 0, cut_reason, {}, 0, 0, 0};
+    IncrementReport report{number + 1, next, 0, cutbacks, 0, 0, 0, cut_reason, {}, 0, 0, 0, 0, 0};
     if (!newton.increment(result.load_factor, next, report)) {
       p.back_to_committed();
       cut_reason = newton.reason;
@@ -243,7 +274,7 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
     result.load_factor = next;
     result.law_sweeps = newton.sweeps;
     report.next_size = size = std::min(asked, cutbacks > 0 ? size : size * o.grow);
-    report.law_sweeps = newton.sweeps;
+    report.law_sweeps = newton.sweeps, report.largest_force = newton.largest_force, report.stiffest = newton.stiffest;
     cutbacks = 0;
     cut_reason.clear();
     if (!observer(report)) return result.stopped = true, result;

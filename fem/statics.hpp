@@ -29,12 +29,14 @@ struct IncrementReport {
   double work;                    // J, of the stresses on the increment's deformation (trapezoid)
   double next_size;               // of the load factor
   int law_sweeps;                 // since the start
+  double largest_force, stiffest; // norm of all forces (N) and mean tangent (Pa): the largest so far
 };
 
 /// Where to go on from, after Problem::restore.
 struct StaticsStart {
   double load_factor = 0, next_size = 0;
   int increments = 0, law_sweeps = 0;
+  double largest_force = 0, stiffest = 0;
 };
 
 struct StaticsResult {
