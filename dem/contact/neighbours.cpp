@@ -125,14 +125,11 @@ void renew_candidates(const Grains& grains, const Cell& cell, double skin, bool 
   if (lasting && candidates_hold(grains, cell, skin, room, team)) return;
   room.skin = lasting && !room.anchor.empty() ? 2.5 * skin : skin;
   room.cell = cell.vectors, room.largest = 0;
-  room.anchor.resize(grains.size());
-  for (std::size_t i = 0; i < grains.size(); ++i) {
-    const Motion& m = grains.motion[i];
-    room.anchor[i] = {m.position, m.radius};
-    room.largest = std::max(room.largest, m.radius);
-  }
+  for (const Motion& m : grains.motion) room.largest = std::max(room.largest, m.radius);
   if (cell.periodic()) room.skin = std::max(skin, std::min(room.skin, 1 / cell.vectors.inverse().rowwise().norm().maxCoeff() - 2 * room.largest));
+  room.anchor.clear();  // should the search fail, nothing vouches for what it leaves
   find_candidates(grains, cell, room.skin, room.candidates, team);
+  for (const Motion& m : grains.motion) room.anchor.push_back({m.position, m.radius});
 }
 
 }  // namespace

@@ -3,12 +3,14 @@
 """grus-study on a small study with known answers: study.py BIN"""
 import math
 import os
+import random
 import subprocess
 import sys
 import tempfile
 
 binaries = os.path.abspath(sys.argv[1])
 sys.path.insert(0, binaries)
+import grus_precision as precision  # noqa: E402
 import grus_study_report as report  # noqa: E402
 
 faults = []
@@ -99,5 +101,61 @@ slope, error = report.power_law([(x, 3 * x ** 2 * math.exp(0.05 * (-1) ** k)) fo
 need(abs(slope - 2) < 3 * error and 0 < error < 0.1, f"scattered power law {slope} +- {error}")
 need(abs(report.at({"axial_strain": [0, 0.1, 0.2], "y": [0, 1, 4]}, "y", 0.15) - 2.5) < 1e-12, "interpolation")
 need(math.isnan(report.at({"axial_strain": [0, 0.1], "y": [0, 1]}, "y", 0.15)), "a strain that was not reached")
+
+def made_up(value, cpu, energy=0.0):
+    """A run that ended with this value, at this cost."""
+    return {"columns": {"axial_strain": [0.0, 1.0], "y": [0.0, value]},
+            "summary": {"status": 0, "errors": {"worst_energy_error": energy}, "counts": {}, "seconds": {"cpu": cpu, "loading_wall": cpu}}}
+
+
+# A made-up scheme of order 2, y = 1 + 3 h^2 at a cost of 1 / h: the order, the front and the recommendations are known.
+steps = [0.4, 0.2, 0.1, 0.05, 0.025]
+entry = {"name": "made up", "quantity": "y", "at": 1.0, "vary": {"h": steps}, "reference": 1.0}
+result = precision.judge(entry, [({"h": h}, [made_up(1 + 3 * h * h, 1 / h)]) for h in steps], None, ".")
+need(abs(result["order"][0] - 2) < 1e-9 and result["order"][1] < 1e-9, f"order 2 reported as {result['order']}")
+need(result["front"] == [0, 1, 2, 3, 4], f"front {result['front']}")
+best = {t: r and r["settings"]["h"] for t, r in result["recommended"].items()}
+need(best == {0.1: 0.1, 0.01: 0.05, 0.001: None}, f"recommended {best}")  # 3 h^2 = 48 %, 12 %, 3 %, 0.75 %, 0.19 %
+need(precision.pareto([(1, 5), (2, 6), (3, 3), (3, 4), (5, 1), (6, 1)]) == [0, 2, 4], "Pareto front")
+need(precision.pareto([(2, 1), (1, 1)]) == [1], "Pareto front of equals")
+# Scatter hides the order of what lies below it: those points are left out.
+noisy = [({"h": h}, [made_up(1 + 3 * h * h + s, 1 / h) for s in (-0.02, 0.0, 0.02)]) for h in steps]
+result = precision.judge(entry, noisy, None, ".")
+need(abs(result["order"][0] - 2) < 1e-9, f"order under scatter {result['order']}")
+need(all(r["interval"] > 0.04 for r in result["rows"]), "intervals of three seeds")
+need(result["recommended"][0.01] is None, "a recommendation that forgets the interval")  # 5 % of scatter
+# Student's quantiles from tables, and the interval's coverage of the truth: 95 % within what 4,000 draws allow (3 sigma).
+for freedom, quantile in ((1, 12.7062), (2, 4.30265), (4, 2.77645), (9, 2.26216), (30, 2.04227)):
+    need(abs(precision.student(0.95, freedom) / quantile - 1) < 1e-5, f"t({freedom}) = {precision.student(0.95, freedom)}")
+draw = random.Random(7)
+t4 = precision.student(0.95, 4)
+precision_student, precision.student = precision.student, lambda c, f: t4 if f == 4 else precision_student(c, f)  # 4,000 quadratures are slow
+covered = 0
+for _ in range(4000):
+    m, half = precision.interval([draw.gauss(3.0, 2.0) for _ in range(5)])
+    covered += abs(m - 3.0) <= half
+need(abs(covered / 4000 - 0.95) < 3 * math.sqrt(0.95 * 0.05 / 4000), f"95 % interval covers {covered / 40:.1f} %")
+# Paired by seed: what seeds share drops out.
+off, half = precision.difference([11.0, 21.0, 31.0, 41.0, 51.0], [10.0, 20.0, 30.0, 40.0, 50.0], True)
+need(abs(off - 1) < 1e-12 and half < 1e-12, f"paired difference {off} +- {half}")
+need(precision.difference([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], False)[1] > 1, "unpaired difference without an interval")
+columns = {"x": [0, 1, 2], "y": [0, 4, 2]}
+for how, expected in (("peak", 4), ("last", 2), ("area", 5), ("at", 3)):
+    need(abs(precision.measured(columns, {"quantity": "y", "over": "x", "measure": how, "at": 1.5}) - expected) < 1e-12, f"measure {how}")
+
+with tempfile.TemporaryDirectory() as tmp:
+    path, out = os.path.join(tmp, "p.toml"), os.path.join(tmp, "out")
+    text = open(os.path.join(scenes, "studies", "elastic_collision.toml")).read().replace('"two_spheres.toml"', f'"{os.path.abspath(scenes)}/studies/two_spheres.toml"')
+    open(path, "w").write(text)
+    r = study(path, "-o", out, "--quiet")
+    lines = open(os.path.join(out, "study.txt")).read().splitlines() if r.returncode == 0 else [r.stderr]
+    orders = [float(x.split(": ")[1].split()[0]) for x in lines if x.startswith("observed order")]
+    need(len(orders) == 2 and 1.5 < orders[0] < 2.4, f"leapfrog's order in a collision: {orders} {lines[:1]}")
+    need(len(open(os.path.join(out, "precision.csv")).read().splitlines()) == 15, "precision.csv: 14 rows")
+    for bad, expected in ((text.replace('"g1_z_m"', '"no_such_column"'), "no_such_column"), (text.replace('measure = "last"', 'measure = "best"'), "'best'"),
+                          (text.replace("vary = {", "varies = {"), "unknown key 'varies'"), (text.replace('[0.5, 0.25, 0.125', '0.5 #'), "")):
+        open(path, "w").write(bad)
+        r = study(path, "-o", os.path.join(tmp, "bad"), "--quiet")
+        need(r.returncode == 2 and expected in r.stderr and r.stderr.count("\n") == 1, f"{expected}: exit {r.returncode}: {r.stderr!r}")
 print(f"study: {len(faults)} faults")
 sys.exit(1 if faults else 0)
