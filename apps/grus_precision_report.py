@@ -32,6 +32,9 @@ def plot(entry, result):
         ax.errorbar(r["cpu"], y, yerr=bars, fmt="o", ms=4, color="C0", ecolor="0.7", capsize=2)
         ax.annotate(setting_text(r["settings"]), (r["cpu"], y), fontsize=6, xytext=(3, 3), textcoords="offset points")
     front = [result["rows"][k] for k in result["front"] if math.isfinite(result["rows"][k]["error"])]
+    if not rows:
+        ax.text(0.5, 0.5, "no run got that far", transform=ax.transAxes, ha="center")
+        return fig
     ax.plot([r["cpu"] for r in front], [100 * max(r["error"], 0.1 * least) for r in front], "-", color="C3", lw=1.2, label="Pareto front (error + interval)")
     ax.set(xscale="log", yscale="log", xlabel="CPU time of a run (s)", ylabel="error (%), bars: 95 % interval over seeds", title=entry["name"])
     ax.legend(fontsize=8)

@@ -97,7 +97,7 @@ def explicit(tmp):
     good, bad = bvp(tmp, text), bvp(tmp, text + f"time_step = {1.5 * 0.01 / math.sqrt(1e7 / 2000)!r}\n")
     errors = [abs(v) for v in good.columns["macro_energy_error"]]
     half = len(errors) // 2
-    energy = max(errors[half:]) if good.exit == 0 and max(errors[half:]) <= 1.001 * max(errors[half // 2:half]) else math.nan
+    energy = max(errors[half:]) if good.exit == 0 and max(errors[half:]) <= 1.2 * max(errors[half // 2:half]) else math.nan
     return f"{energy:.0e}; exit {bad.exit}: {bad.error.split(': ', 1)[-1][:60]}", good.exit == 0 and energy < 0.02 and bad.stopped()
 
 
