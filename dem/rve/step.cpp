@@ -60,7 +60,7 @@ void force_and_move(const Model& model, State& state, const MotionSettings& sett
   team.pieces(tiles, c.tile_work, [&](std::size_t first, std::size_t last, int) {
     auto own = [&](std::size_t t) { return first == 0 ? c.tile_load.data() - t * size : nullptr; };
     auto done = [&](std::size_t t) { return std::atomic_ref(c.done[t]); };
-    auto ready = [&](std::size_t t) {  // tiles of this thread that come before t are done
+    auto ready = [&](std::size_t t) {  // of other threads; tiles of this one that come before t are done
       for (std::size_t w = 0; 64 * w < first; ++w) {
         std::uint64_t wanted = c.before[t * words + w];
         if (first - 64 * w < 64) wanted &= (std::uint64_t{1} << (first - 64 * w)) - 1;
