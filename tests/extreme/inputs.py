@@ -42,7 +42,7 @@ def unwritable(tmp):
     scene = os.path.join(tmp, "s.toml")
     open(scene, "w").write(collision())
     r = subprocess.run([os.path.join(bench.binaries, "grus-rve"), scene, "-o", os.path.join(blocked, "out"), "--quiet"], capture_output=True, text=True)
-    return f"exit {r.returncode}: {r.stderr.strip().split("/out: ")[-1]}", r.returncode in (1, 2) and r.stderr.count("\n") == 1
+    return f"exit {r.returncode}: {r.stderr.strip().split('/out: ')[-1]}", r.returncode in (1, 2) and r.stderr.count("\n") == 1
 
 
 @case("a scene cut short at every tenth of its length", "refused in one line, or a scene that is whole without the rest")
