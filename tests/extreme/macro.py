@@ -107,3 +107,12 @@ def paper(tmp):
     held, bounded = (Run(tmp, "zhang2015/single_grain.toml", "output.frames=0", "loading.strain_rate=1", f"numerics.{key}=5e-7") for key in ("time_step", "max_time_step"))
     return f"held at 5e-7 s ('blow up' in Table 1): exit {held.exit}, {held.error.split(': ', 1)[-1][:60]}; bounded by it: exit {bounded.exit}, energy {bounded.energy:.0e}; " \
         f"ours: exit {ours.exit}, energy {ours.energy:.0e}", held.stopped() and bounded.exit == 0 and bounded.energy < 0.05 and ours.exit == 0 and ours.energy < 0.02
+
+
+@case("shape transition at once, as in the paper ('unstable'), and over 10 us, as here", "at once, it is found out (exit 3); over 10 us the sample is crushed to 15 % with an energy error < 2 %")
+def shape_transition(tmp):
+    common = ('packing.box=["3.79 mm", "3.79 mm", "3.79 mm"]', "packing.count=", "loading.final_strain=0.15", "output.frames=0", "material.sand.fracture.shape_transition.ratio=0.5",
+              'material.sand.fracture.smallest_radius="0.1 mm"')
+    once, slow = (Run(tmp, "shpb_random.toml", *common, f'material.sand.fracture.shape_transition.time="{t}"') for t in ("1e-9 s", "10 us"))
+    return f"at once: exit {once.exit}, {once.error.split(': ', 1)[-1][:50]}; over 10 us: exit {slow.exit}, {slow.last('breakages'):.0f} breakages, energy {slow.energy:.1e}", \
+        once.stopped("energy") and slow.exit == 0 and slow.energy < 0.02 and slow.last("breakages") > 100
