@@ -171,3 +171,12 @@ def skins(tmp):
     runs = [Run(tmp, cell(loading=uniaxial(0.005, 100.0), numerics=f"skin = {s}")) for s in (0.2, 0.001, 2.0)]
     off = max(abs(r.last("axial_stress_Pa") / runs[0].last("axial_stress_Pa") - 1) for r in runs[1:] if r.exit == 0)
     return f"{off:.0e}", all(r.exit == 0 for r in runs) and off < 1e-4
+
+
+@case("thousands of grains that break in the same test: a lattice squeezed evenly, strength 1/100 of sand's", "more than 1,000 breakages between two rows of 1e-4 strain; mass to 1e-12, finite, energy error < 5 % or stopped")
+def all_at_once(tmp):
+    text = lattice(60e9, uniaxial(0.004, 500.0, 40), "") + fracture(2.75e6, 1.655e7)
+    r = Run(tmp, text.replace("layers = [5, 5, 4]", "layers = [20, 20, 20]").replace("max_overlap = 0.5", "max_overlap = 0.8\nsafety = 0.4"), timeout=300)
+    jumps = [b - a for a, b in zip(r.columns["breakages"], r.columns["breakages"][1:])]
+    return f"{r.summary['counts']['grains_start']} grains, {r.last('breakages'):.0f} breakages, {max(jumps):.0f} between two rows, mass {r.mass:.0e}, energy {r.energy:.1e}, exit {r.exit} {r.error.split(': ', 1)[-1][:60]}", \
+        (r.exit == 0 or r.stopped()) and r.finite and max(jumps) > 1000 and abs(r.mass) < 1e-12 and (r.exit == 3 or r.energy < 0.05)
