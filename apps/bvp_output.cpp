@@ -182,9 +182,6 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   summary["ranks"] = e.ranks;
   summary["counts"] = {{"gauss_points", problem_.global_points()}, {"breakages", breakages_}, {"newton_iterations", iterations_}, {"cutbacks", cutbacks_}, {"material_sweeps", sweeps_}};
   summary["errors"] = {{"worst_residual", worst_residual_}, {"worst_rve_energy_error", worst_energy_}};
-  const auto& names = history_->columns();
-  for (std::size_t i = 0; i < names.size() && !history_->last().empty(); ++i)
-    if (names[i] == "correction" || names[i] == "worst_unbalanced_force" || names[i] == "worst_stress_change") summary["errors"]["last_" + names[i]] = history_->last()[i];
   summary["seconds"] = {{"preparation_wall", e.preparation}, {"solve_wall", e.wall - e.preparation}, {"cpu_rank0", Clock::cpu()}};
   if (!contraction_.empty()) {
     double mean = 0;
@@ -212,6 +209,8 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   }
   const auto& columns = history_->columns();
   for (std::size_t i = 0; i < columns.size() && !history_->last().empty(); ++i) summary["last_row"][columns[i]] = history_->last()[i];
+  for (const std::string name : {"correction", "worst_unbalanced_force", "worst_stress_change"})
+    if (summary["last_row"].contains(name)) summary["errors"]["last_" + name] = summary["last_row"][name];
   dem::write_whole((std::filesystem::path(directory_) / "summary.json").string(), summary.dump(2) + "\n");
 }
 

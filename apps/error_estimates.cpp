@@ -4,12 +4,11 @@
 #include <cmath>
 
 #include "dem/contact/forces.hpp"
-#include "dem/rve/step.hpp"
 
 namespace grus::app {
 
-void ErrorEstimates::add(const dem::Model& model, const dem::State& state, const dem::Measurement& m) {
-  energy.add(std::abs(dem::energy_error(state.ledger, dem::stored_energy(model, state))));
+void ErrorEstimates::add(const dem::State& state, const dem::Measurement& m) {
+  energy.add(std::abs(dem::energy_error(state.ledger, m.kinetic + m.elastic)));
   unbalanced.add(m.unbalanced_force);
   overlap.add(dem::deepest_contact(state.grains, state.contacts).ratio);
   if (m.volume <= 0) return;

@@ -25,7 +25,7 @@ struct ErrorEstimates {
 
   double largest_wall = 0;               // Pa
 
-  void add(const dem::Model& model, const dem::State& state, const dem::Measurement& m);
+  void add(const dem::State& state, const dem::Measurement& m);
   nlohmann::json json(const dem::State& state) const;
 
   template <class A, class E>

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Error against run time: what settings cost, how far their results are from a reference, and what the scatter over seeds
-leaves open. Numbers only; grus_study_report.py writes them."""
+leaves open. Numbers only; grus_precision_report.py writes them."""
 import csv
 import itertools
 import math
@@ -12,13 +12,9 @@ TARGETS = (0.1, 0.01, 0.001)
 
 def position(columns, name, x, over="axial_strain"):
     """Column where another reaches x, linear between rows; NaN where the run does not reach it."""
-    if over not in columns or name not in columns:
-        raise KeyError(name if over in columns else over)
     xs, ys = columns[over], columns[name]
-    for k in range(len(xs)):
-        if k == 0 and abs(xs[0] - x) <= 1e-12 * max(1, abs(x)):
-            return ys[0]
-        if k and xs[k] > xs[k - 1] and xs[k - 1] <= x <= xs[k] + 1e-9 * abs(xs[k]):
+    for k in range(1, len(xs)):
+        if xs[k] > xs[k - 1] and xs[k - 1] <= x <= xs[k] + 1e-9 * abs(xs[k]):
             return ys[k - 1] + (x - xs[k - 1]) / (xs[k] - xs[k - 1]) * (ys[k] - ys[k - 1])
     return math.nan
 
@@ -58,7 +54,12 @@ def student(confidence, freedom):
 
 
 def mean(v):
-    return sum(v) / len(v)
+    return sum(v) / len(v) if v else math.nan
+
+
+def deviation(v):
+    m = mean(v)
+    return math.sqrt(sum((x - m) ** 2 for x in v) / (len(v) - 1)) if len(v) > 1 else 0.0
 
 
 def interval(values, confidence=0.95):
@@ -66,8 +67,7 @@ def interval(values, confidence=0.95):
     n = len(values)
     if n < 2:
         return mean(values), math.nan
-    m = mean(values)
-    return m, student(confidence, n - 1) * math.sqrt(sum((x - m) ** 2 for x in values) / (n - 1) / n)
+    return mean(values), student(confidence, n - 1) * deviation(values) / math.sqrt(n)
 
 
 def difference(values, reference, paired):
@@ -80,7 +80,7 @@ def difference(values, reference, paired):
     n, k = len(values), len(reference)
     if n < 2 or k < 2:
         return mean(values) - mean(reference), math.nan
-    a, b = [sum((x - mean(v)) ** 2 for x in v) / (len(v) - 1) / len(v) for v in (values, reference)]
+    a, b = [deviation(v) ** 2 / len(v) for v in (values, reference)]
     freedom = (a + b) ** 2 / (a * a / (n - 1) + b * b / (k - 1)) if a + b > 0 else n + k - 2
     return mean(values) - mean(reference), student(0.95, freedom) * math.sqrt(a + b)
 
@@ -95,16 +95,16 @@ def pareto(points):
     return front
 
 
-def order(steps, errors):
-    """Exponent p of error = c step^p by least squares in logs, and its standard error (0 for two points); None for fewer."""
-    points = [(math.log(h), math.log(e)) for h, e in zip(steps, errors) if e > 0 and h > 0]
-    if len(points) < 2 or len({p[0] for p in points}) < 2:
+def power_law(points):
+    """Exponent of y = c x^n by least squares in logs, and its standard error; None for fewer than two places."""
+    points = [(math.log(x), math.log(y)) for x, y in points if x > 0 and y > 0]
+    if len({x for x, _ in points}) < 2:
         return None
     mx, my = mean([p[0] for p in points]), mean([p[1] for p in points])
     sxx = sum((x - mx) ** 2 for x, _ in points)
     slope = sum((x - mx) * (y - my) for x, y in points) / sxx
     rest = sum((y - my - slope * (x - mx)) ** 2 for x, y in points)
-    return slope, math.sqrt(rest / (len(points) - 2) / sxx) if len(points) > 2 else 0.0
+    return slope, math.sqrt(rest / max(1, len(points) - 2) / sxx)
 
 
 def bound(row):
@@ -180,5 +180,5 @@ def judge(entry, table, reference_runs, folder):
     keys = list(entry["vary"])
     if len(keys) == 1 and entry.get("order", True) and all(isinstance(v, (int, float)) for v in entry["vary"][keys[0]]):
         clear = [r for r in rows if math.isfinite(r["error"]) and (math.isnan(r["interval"]) or r["error"] > r["interval"])]
-        result["order"] = order([r["settings"][keys[0]] for r in clear], [r["error"] for r in clear])
+        result["order"] = power_law([(r["settings"][keys[0]], r["error"]) for r in clear])
     return result

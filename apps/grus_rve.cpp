@@ -177,7 +177,7 @@ int run(const Options& options) {
       gradings.write_if_due(state);
       const double axial = axial_stress(scene, state, m), error = dem::energy_error(state.ledger, m.kinetic + m.elastic);
       course.peak = std::max(course.peak, axial);
-      course.errors.add(scene.model, state, m);
+      course.errors.add(state, m);
       course.row = row, course.wall = earlier + clock.wall() - ready;
       progress.show(state.time / scene.test.duration,
                     fmt::format("t {:.4g} s  strain {:.4f}  stress {:.3g} MPa  grains {}  broken {}  energy error {:.2f} %  {:.3g} steps/s", state.time,

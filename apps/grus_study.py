@@ -61,8 +61,7 @@ def read_study(path):
         need(c, where, {"name", "label", "scene", "set", "seeds"})
         if "name" not in c:
             raise Refused(f"{where}: needs a name")
-        scene = scene_of(where, c.get("scene", common.get("scene")), folder)
-        cases.append({"name": c["name"], "label": c.get("label", c["name"]), "scene": scene,
+        cases.append({"name": c["name"], "label": c.get("label", c["name"]), **scene_of(where, c.get("scene", common.get("scene")), folder),
                       "set": {**common.get("set", {}), **c.get("set", {})}, "seeds": c.get("seeds", common.get("seeds", [None]))})
     entries = [e for k, p in enumerate(study.get("precision", [])) for e in read_precision(path, k, p, common, folder)]
     if not cases and not entries:
@@ -81,12 +80,19 @@ def read_study(path):
 
 
 def scene_of(where, scene, folder):
+    """The scene's file, the one that it takes its cells from, and the program: grus-bvp for scenes with a mesh."""
     if not scene:
         raise Refused(f"{where}: needs a scene, its own or that of [study]")
     scene = os.path.normpath(os.path.join(folder, scene))
     if not os.path.isfile(scene):
         raise Refused(f"{where}: no such scene file {scene}")
-    return scene
+    try:
+        with open(scene, "rb") as f:
+            table = tomllib.load(f)
+    except tomllib.TOMLDecodeError as e:
+        raise Refused(f"{where}: {scene}: {e}") from None
+    inner = os.path.join(os.path.dirname(scene), table.get("rve", {}).get("scene", ""))
+    return {"scene": scene, "inner": inner if os.path.isfile(inner) else None, "program": "grus-bvp" if "mesh" in table else "grus-rve"}
 
 
 def read_precision(path, k, table, common, folder):
@@ -108,7 +114,7 @@ def read_precision(path, k, table, common, folder):
         raise Refused(f"{where}: reference: \"finest\", a number, a table of settings, or {{ file = \"...\" }}")
     if isinstance(reference, dict) and "file" in reference and not os.path.isfile(os.path.join(folder, reference["file"])):
         raise Refused(f"{where}: reference: no such file {reference['file']}")
-    base = {"scene": scene_of(where, table.get("scene", common.get("scene")), folder), "seeds": table.get("seeds", common.get("seeds", [None]))}
+    base = {**scene_of(where, table.get("scene", common.get("scene")), folder), "seeds": table.get("seeds", common.get("seeds", [None]))}
     fixed = {**common.get("set", {}), **table.get("set", {})}
     reference = precision.reference_settings(table)
     rows = [s for s in precision.settings(table) if s != reference]
@@ -128,21 +134,13 @@ def read_precision(path, k, table, common, folder):
 
 def key_of(case, seed, seed_key, program):
     """Changes when the scene, its settings or the program change: then the run is done again."""
-    with open(case["scene"], "rb") as f:
-        scene = f.read()
-    inner = tomllib.loads(scene.decode()).get("rve", {}).get("scene")
-    if inner:
-        with open(os.path.join(os.path.dirname(case["scene"]), inner), "rb") as f:
+    scene = b""
+    for path in filter(None, (case["scene"], case["inner"])):
+        with open(path, "rb") as f:
             scene += f.read()
     with open(program, "rb") as f:
         binary = hashlib.sha256(f.read()).hexdigest()
     return hashlib.sha256(scene + json.dumps([case["set"], seed, seed_key, binary], sort_keys=True).encode()).hexdigest()
-
-
-def program_of(scene, bins):
-    """grus-bvp for scenes with a mesh."""
-    with open(scene, "rb") as f:
-        return os.path.join(bins, "grus-bvp" if "mesh" in tomllib.load(f) else "grus-rve")
 
 
 class Runner:
@@ -156,7 +154,7 @@ class Runner:
 
     def run(self, case, seed):
         folder = self.folder(case, seed)
-        program = program_of(case["scene"], self.bins)
+        program = os.path.join(self.bins, case["program"])
         key, marker = key_of(case, seed, self.seed_key, program), os.path.join(folder, "study.key")
         if os.path.isfile(marker) and open(marker).read() == key:
             return case, seed, None
@@ -200,7 +198,7 @@ def run_all(runner, cases, workers, quiet):
                 case, seed, failure = future.result()
                 done += 1
                 if failure:
-                    failures.append((case["label"], seed, failure))
+                    failures.append((case, seed, failure))
                 if not quiet:
                     left = (time.time() - start) / done * (len(jobs) - done)
                     print(f"{done}/{len(jobs)}  {case['label']}{'' if seed is None else f' seed {seed}'}"
@@ -245,10 +243,10 @@ def main():
     failures, wall = run_all(runner, runs_of, workers, args.quiet)
     if failures is None:
         return 130
-    for label, seed, text in failures:
-        print(f"grus-study: {label}{'' if seed is None else f', seed {seed}'}: {text}", file=sys.stderr)
-    lost = {(label, str(seed)) for label, seed, _ in failures}
-    if failures and any(c["label"] == label for c in cases for label, _ in lost):
+    for case, seed, text in failures:
+        print(f"grus-study: {case['label']}{'' if seed is None else f', seed {seed}'}: {text}", file=sys.stderr)
+    lost = {(case["name"], str(seed)) for case, seed, _ in failures}
+    if any(case is c for case, _, _ in failures for c in cases):
         return 1  # claims and plots need all their cases
 
     import grus_study_report as report
@@ -257,17 +255,17 @@ def main():
     try:
         for e in study["precision"]:
             c = e["reference_case"]
-            found = {row[1]["label"]: {str(s): read_run(runner.folder(row[1], s)) for s in row[1]["seeds"] if (row[1]["label"], str(s)) not in lost}
-                     for row in e["rows"] + ([(None, c)] if c else [])}
+            found = {k["name"]: {str(s): read_run(runner.folder(k, s)) for s in k["seeds"] if (k["name"], str(s)) not in lost}
+                     for k in [k for _, k in e["rows"]] + ([c] if c else [])}
             # Runs that failed are left out; where seeds are compared one by one, the others of their seed too.
             paired = c is not None and e.get("paired", True)
             common_seeds = set.intersection(*(set(r) for r in found.values() if r)) if paired else None
-            kept = {label: [r for seed, r in runs_by_seed.items() if not paired or seed in common_seeds] for label, runs_by_seed in found.items()}
-            rows = [(s, kept[k["label"]]) for s, k in e["rows"] if kept[k["label"]]]
-            if not rows or (c and not kept[c["label"]]):
+            kept = {name: [r for seed, r in by_seed.items() if not paired or seed in common_seeds] for name, by_seed in found.items()}
+            rows = [(s, kept[k["name"]]) for s, k in e["rows"] if kept[k["name"]]]
+            if not rows or (c and not kept[c["name"]]):
                 print(f"grus-study: {e['name']}: no run is left to compare", file=sys.stderr)
                 continue
-            studies.append((e, precision.judge(e, rows, kept[c["label"]] if c else None, e["folder"])))
+            studies.append((e, precision.judge(e, rows, kept[c["name"]] if c else None, e["folder"])))
     except KeyError as missing:
         print(f"grus-study: {args.scene}: no column {missing} in history.csv", file=sys.stderr)
         return 2

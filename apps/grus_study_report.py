@@ -12,24 +12,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-
-def at(columns, name, strain):
-    """Column at an axial strain, linear between rows; NaN where the run does not reach it."""
-    x, y = columns["axial_strain"], columns[name]
-    for k in range(1, len(x)):
-        if x[k - 1] <= strain <= x[k] * (1 + 1e-9) and x[k] > x[k - 1]:
-            t = (strain - x[k - 1]) / (x[k] - x[k - 1])
-            return y[k - 1] + t * (y[k] - y[k - 1])
-    return math.nan
-
-
-def mean(v):
-    return sum(v) / len(v) if v else math.nan
-
-
-def deviation(v):
-    m = mean(v)
-    return math.sqrt(sum((x - m) ** 2 for x in v) / (len(v) - 1)) if len(v) > 1 else 0.0
+from grus_precision import deviation, mean, position as at, power_law
 
 
 def of_summary(run, path):
@@ -114,17 +97,6 @@ def check_of(check, runs):
         low, high = check["between"]
         return all(low <= x <= high for x in v), f"{min(v):.4g} … {max(v):.4g}, asked {low:g} … {high:g}"
     return all(abs(x) <= check["below"] for x in v), f"at most {max(map(abs, v)):.3g}, asked {check['below']:g}"
-
-
-def power_law(points):
-    """Exponent of y = c x^n by least squares in logs, and its standard error."""
-    points = [(math.log(x), math.log(y)) for x, y in points if y > 0]
-    n = len(points)
-    mx, my = mean([p[0] for p in points]), mean([p[1] for p in points])
-    sxx = sum((x - mx) ** 2 for x, _ in points)
-    slope = sum((x - mx) * (y - my) for x, y in points) / sxx
-    rest = sum((y - my - slope * (x - mx)) ** 2 for x, y in points)
-    return slope, math.sqrt(rest / max(1, n - 2) / sxx)
 
 
 def law_plot(fit, labels, runs):

@@ -152,9 +152,9 @@ private:
   void element(long long number, int code, int tag) {
     Element e{&type(code), tag, {}, number};
     for (int k = 0; k < e.type->nodes; ++k) {
-      const auto number = next<long long>();
-      const auto at = index_.find(number);
-      if (at == index_.end()) fail("an element names node " + std::to_string(number) + ", which is not there");
+      const auto node = next<long long>();
+      const auto at = index_.find(node);
+      if (at == index_.end()) fail("an element names node " + std::to_string(node) + ", which is not there");
       e.nodes.push_back(at->second);
     }
     elements_.push_back(std::move(e));

@@ -96,8 +96,8 @@ struct Newton {
   int sweeps = 0;
   std::string reason;
   static constexpr double forgotten = 0.02, softest = 1e-3;
-  double size = 0, largest_force = 0;  // norm of all forces (N): now, and the largest committed so far
-  double stiffest = 0;                 // mean tangent (Pa): the largest committed so far
+  double force = 0, largest_force = 0;  // norm of all forces (N): now, and the largest committed so far
+  double stiffest = 0;                  // mean tangent (Pa): the largest committed so far
 
   Newton(Problem::Impl& problem, Material& m, const StaticsOptions& options) : p(problem), material(m), o(options), linear(problem) {
     fixed.assign(p.width() * static_cast<std::size_t>(p.owned_nodes()), 0);
@@ -128,12 +128,16 @@ struct Newton {
   /// would be nowhere otherwise. Stress is not touched, so what converges is the same.
   void hold_loose_points() {
     for (std::size_t i = 0; i < p.size(); ++i) {
-      double* const c = p.tangent.data() + 36 * i;
-      double trace = 0;
-      for (int k = 0; k < 6; ++k) trace += c[7 * k];
-      const double missing = softest * stiffest - trace / 6;
-      for (int k = 0; k < 6 && missing > 0; ++k) c[7 * k] += missing;
+      const double missing = softest * stiffest - mean_tangent(i);
+      for (std::size_t k = 0; k < 6 && missing > 0; ++k) p.tangent[36 * i + 7 * k] += missing;
     }
+  }
+
+  /// Mean of the diagonal of point i's tangent (Pa).
+  double mean_tangent(std::size_t i) const {
+    double trace = 0;
+    for (std::size_t k = 0; k < 6; ++k) trace += p.tangent[36 * i + 7 * k];
+    return trace / 6;
   }
 
   /// external - internal on owned components; relative norm over the free ones.
@@ -147,9 +151,9 @@ struct Newton {
       scale += in[i] * in[i] + ex[i] * ex[i];
     }
     free = sum_over_ranks(p.comm, free), scale = sum_over_ranks(p.comm, scale);
-    size = std::sqrt(scale);
+    force = std::sqrt(scale);
     // Where nearly all is gone of the largest forces there were, what is left need not balance better than a share of those.
-    scale = std::max(size, forgotten * largest_force);
+    scale = std::max(force, forgotten * largest_force);
     return scale > 0 ? std::sqrt(free) / scale : 0;
   }
 
@@ -159,8 +163,13 @@ struct Newton {
   }
 
   double largest(const std::vector<double>& v) const {
-    double mine = 0, all = 0;
+    double mine = 0;
     for (double x : v) mine = std::max(mine, std::abs(x));
+    return largest_of_ranks(mine);
+  }
+
+  double largest_of_ranks(double mine) const {
+    double all = 0;
     MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, MPI_MAX, p.comm);
     return all;
   }
@@ -168,16 +177,10 @@ struct Newton {
   void commit() {
     material.commit();
     p.commit();
-    largest_force = std::max(largest_force, size);
+    largest_force = std::max(largest_force, force);
     double mine = 0;
-    for (std::size_t i = 0; i < p.size(); ++i) {
-      double trace = 0;
-      for (std::size_t k = 0; k < 6; ++k) trace += p.tangent[36 * i + 7 * k];
-      mine = std::max(mine, trace / 6);
-    }
-    double all = 0;
-    MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, MPI_MAX, p.comm);
-    stiffest = std::max(stiffest, all);
+    for (std::size_t i = 0; i < p.size(); ++i) mine = std::max(mine, mean_tangent(i));
+    stiffest = std::max(stiffest, largest_of_ranks(mine));
   }
 
   /// One increment of the load factor from the committed state; false: nothing was committed.
