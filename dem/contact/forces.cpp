@@ -20,8 +20,11 @@ struct Scene {
 
 inline bool crosses(const Pair& p) { return (p.image[0] | p.image[1] | p.image[2]) != 0; }
 
-inline void apart(Contact& c, Touch& t, BlockEnergy& e) {
-  if (c.stiffness > 0) part_contact(c, t, e);
+inline void apart(Contacts& contacts, std::size_t k, BlockEnergy& e) {
+  if (!contacts.contact.touching(k)) return;
+  Contact c = contacts.contact[k];
+  part_contact(c, contacts.touch[k], e);
+  contacts.contact.set(k, c);
 }
 
 template <class Law>
@@ -43,14 +46,14 @@ struct Solver {
 bool solve_pair(const void* context, std::size_t k, double* found_row) {
   const auto& [law, s, contacts, e] = *static_cast<const Solver*>(context);
   const Pair& pair = contacts.pair[k];
-  Contact& c = contacts.contact[k];
+  const bool fresh_contact = !contacts.contact.touching(k);
   Touch& touch = contacts.touch[k];
   const Frame &fa = s.grains.frame[pair.a], &fb = s.grains.frame[pair.b];
   Vec3 r = fb.origin - fa.origin;
   if (s.periodic && crosses(pair)) r += s.shift(pair);
   const ShapePair shapes{s.grains.shape[pair.a], s.grains.shape[pair.b], fa.axes.transpose() * fb.axes, fa.axes.transpose() * r};
   CommonNormal found = warm_common_normal(shapes, fa.axes.transpose() * touch.normal);
-  if (c.stiffness == 0 && found.overlap > 0) {  // a new contact is checked from scratch: a trap of the warm start shows here
+  if (fresh_contact && found.overlap > 0) {  // a new contact is checked from scratch: a trap of the warm start shows here
     const CommonNormal fresh = cold_common_normal(shapes);
     if (fresh.overlap < found.overlap) found = fresh;
   }
@@ -58,13 +61,15 @@ bool solve_pair(const void* context, std::size_t k, double* found_row) {
   touch.normal = n;
   contacts.active[k] = found.overlap > 0;
   if (!(found.overlap > 0)) {
-    apart(c, touch, e);
+    apart(contacts, k, e);
     return false;
   }
-  if (c.stiffness == 0) {
+  if (fresh_contact) {
     const ContactCurvature curvature = contact_curvature(shapes, found.normal);
     const double ra = equivalent_radius(shapes.a), rb = equivalent_radius(shapes.b);
+    Contact c = contacts.contact[k];
     std::visit([&](const auto& l) { begin_contact(l, s.pairs[pair.law], curvature.radius, ra * rb / (ra + rb), curvature.ellipse_factor, c); }, law);
+    contacts.contact.set(k, c);
   }
   const Vec3 point = fa.origin + fa.axes * (0.5 * (found.point_a + found.point_b));
   for (int j = 0; j < 3; ++j) found_row[j] = n[j], found_row[4 + j] = point[j];
@@ -76,7 +81,6 @@ template <class Law>
 void polyellipsoid_walls(const Law& law, const Scene& s, Contacts& contacts, Load* load, std::size_t begin, std::size_t end, BlockEnergy& e) {
   for (std::size_t k = begin; k < end; ++k) {
     const Pair& pair = contacts.pair[k];
-    Contact& c = contacts.contact[k];
     Touch& touch = contacts.touch[k];
     const Motion& a = s.grains.motion[pair.a];
     const Frame& frame = s.grains.frame[pair.a];
@@ -85,17 +89,19 @@ void polyellipsoid_walls(const Law& law, const Scene& s, Contacts& contacts, Loa
     const Vec3 tip = frame.origin + frame.axes * support(s.grains.shape[pair.a], d);
     const double overlap = wall.normal.dot(wall.point - tip);
     if (!(overlap > 0)) {
-      apart(c, touch, e);
+      apart(contacts, k, e);
       continue;
     }
     const Vec3 arm = tip - 0.5 * overlap * n - a.position;
     const PairLaw& p = s.pairs[pair.law];
+    Contact c = contacts.contact[k];
     if (c.stiffness == 0) {
       const ContactCurvature curvature = plane_curvature(s.grains.shape[pair.a], d);
       begin_contact(law, p, curvature.radius, equivalent_radius(s.grains.shape[pair.a]), curvature.ellipse_factor, c);
     }
     const Vec3 v = wall.velocity - a.velocity - a.spin.cross(arm);
-    const Vec3 force = advance_contact(law, p, c, touch, n, overlap, v, 0.5 * n.dot(a.spin), s.dt, e);
+    const Vec3 force = advance_contact(law, p, 1 / a.inverse_mass, c, touch, n, overlap, v, 0.5 * n.dot(a.spin), s.dt, e);
+    contacts.contact.set(k, c);
     load[pair.a].force -= force, load[pair.a].torque += force.cross(arm);
     e.work -= s.dt * force.dot(wall.velocity);
   }
@@ -104,7 +110,7 @@ void polyellipsoid_walls(const Law& law, const Scene& s, Contacts& contacts, Loa
 /// The columns as the kernel wants them; laws, images and walls as rows.
 ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary, double dt, bool shown,
                    Contacts& c) {
-  static_assert(sizeof(Motion) == 96 && sizeof(Contact) == 64 && sizeof(Touch) == 64 && sizeof(Load) == 64);
+  static_assert(sizeof(Motion) == 96 && sizeof(Touch) == 64 && sizeof(Load) == 64);
   ContactRows pass{};
   c.law_rows.assign(pairs.size() * law_columns, 0);
   for (std::size_t k = 0; k < pairs.size(); ++k) {
@@ -134,7 +140,9 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
   pass.shift = periodic ? c.shift.data() : nullptr, pass.shifts = c.shift_rows.data();
   pass.walls = c.wall_rows.data(), pass.laws = c.law_rows.data(), pass.law_count = pairs.size();
   pass.dt = dt;
-  pass.contact = reinterpret_cast<double*>(c.contact.data());
+  ContactColumns& h = c.contact;
+  pass.spring_x = h.spring_x.data(), pass.spring_y = h.spring_y.data(), pass.spring_z = h.spring_z.data(), pass.compliance = h.compliance.data();
+  pass.viscous = h.viscous.data(), pass.stiffness = h.stiffness.data(), pass.radius = h.radius.data();
   pass.touch = shown ? reinterpret_cast<double*>(c.touch.data()) : nullptr;
   pass.active = c.active.data();
   pass.frame = reinterpret_cast<const double*>(grains.frame.data()), pass.shape = reinterpret_cast<const double*>(grains.shape.data());
@@ -191,7 +199,7 @@ double boundary_power(const Boundary& boundary, const Contacts& contacts) {
   if (!boundary.cell.periodic() || boundary.cell.rate.isZero(0)) return power;
   for (std::size_t k = 0; k < contacts.begin[sphere_wall]; ++k) {
     const Pair& p = contacts.pair[k];
-    if (crosses(p) && contacts.contact[k].stiffness > 0) power -= contacts.touch[k].force.dot(boundary.cell.rate * Vec3(p.image[0], p.image[1], p.image[2]));
+    if (crosses(p) && contacts.contact.touching(k)) power -= contacts.touch[k].force.dot(boundary.cell.rate * Vec3(p.image[0], p.image[1], p.image[2]));
   }
   return power;
 }
@@ -222,7 +230,7 @@ double elastic_energy(const ContactLaw& law, const Contacts& contacts) {
 DeepestContact deepest_contact(const Grains& grains, const Contacts& contacts) {
   DeepestContact deepest;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    if (contacts.contact[k].stiffness <= 0) continue;
+    if (!contacts.contact.touching(k)) continue;
     const Pair& p = contacts.pair[k];
     double r = equivalent_radius(grains.shape[p.a]);
     if (k < contacts.begin[sphere_wall]) r = std::min(r, equivalent_radius(grains.shape[p.b]));

@@ -50,13 +50,13 @@ using ContactLaw = std::variant<HertzMindlin, LinearSpring>;
 /// `v`: velocity of b against a at the contact point; `twist`: mean spin of both along n. Energies are booked to `e`:
 /// trapezoid of force times the half-step velocity, the discrete work of the leapfrog integrator.
 template <class Law>
-[[gnu::always_inline]] inline Vec3 advance_contact(const Law& law, const PairLaw& p, Contact& c, Touch& touch, const Vec3& n, double overlap,
+[[gnu::always_inline]] inline Vec3 advance_contact(const Law& law, const PairLaw& p, double effective_mass, Contact& c, Touch& touch, const Vec3& n, double overlap,
                                                    const Vec3& v, double twist, double dt, BlockEnergy& e) {
   const Elastic elastic = law(c.stiffness, overlap);
   const double vn = v.dot(n);
   double viscous = 0;
   if (p.dashpot > 0) {
-    viscous = std::max(-p.dashpot * std::sqrt(c.effective_mass * elastic.normal_stiffness) * vn, -elastic.force);  // no attraction
+    viscous = std::max(-p.dashpot * std::sqrt(effective_mass * elastic.normal_stiffness) * vn, -elastic.force);  // no attraction
     e.viscous -= 0.5 * (c.viscous + viscous) * vn * dt;
     c.viscous = viscous;
   }
@@ -85,7 +85,7 @@ template <class Law>
 /// Books what a parting contact still holds, and forgets it.
 inline void part_contact(Contact& c, Touch& touch, BlockEnergy& e) {
   e.friction += shear_energy(c);
-  c = {.effective_mass = c.effective_mass};
+  c = {};
   touch.overlap = 0, touch.force.setZero();
 }
 

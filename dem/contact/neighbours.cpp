@@ -155,7 +155,7 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
   const std::size_t tiles = tile_count(grains.size()), size = tile_size(grains.size());
   const bool same = origin.empty() && reference.position.size() == grains.size() && contacts.tile[0].size() == tiles + 1;
   if (!same && contacts.first.empty()) index_grains(reference.position.size(), contacts, room.next);
-  room.pair.swap(contacts.pair), room.contact.swap(contacts.contact), room.touch.swap(contacts.touch);
+  room.pair.swap(contacts.pair), std::swap(room.contact, contacts.contact), room.touch.swap(contacts.touch);
   const Past past{room, contacts, origin};
   const auto& candidate = room.candidates.pair;
   const auto& row = room.candidates.row;
@@ -168,7 +168,7 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
   room.counts.assign(tiles, {});
   room.work.resize(tiles + 1);
   for (std::size_t t = 0; t <= tiles; ++t) room.work[t] = row[std::min(grains.size(), t * size)];
-  auto touched = [&](Index k) { return k != Past::none && room.contact[k].stiffness > 0; };
+  auto touched = [&](Index k) { return k != Past::none && room.contact.touching(k); };
   auto look_up = [&](std::size_t first, std::size_t last, auto&& finder) {
     for (std::size_t t = first; t < last; ++t) {
       const std::size_t begin = t * size, end = std::min(grains.size(), begin + size);
@@ -233,10 +233,11 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
   }
   begins[bin_count] = total;
   contacts.pair.resize(total);
-  contacts.contact.resize(total + overrun), contacts.touch.resize(total + overrun), contacts.active.resize(total + overrun);
+  for_each_contact_column(contacts.contact, [&](auto& column) { column.resize(total + overrun); });
+  contacts.touch.resize(total + overrun), contacts.active.resize(total + overrun);
   for (auto* column : {&contacts.a, &contacts.b, &contacts.law, &contacts.target}) column->resize(total + overrun);
   for (std::size_t k = total; k < total + overrun; ++k) {
-    contacts.contact[k] = {}, contacts.touch[k] = {}, contacts.active[k] = 0;
+    contacts.contact.set(k, {}), contacts.touch[k] = {}, contacts.active[k] = 0;
     contacts.a[k] = contacts.b[k] = contacts.law[k] = contacts.target[k] = 0;
   }
   contacts.tile_work.resize(tiles + 1);
@@ -245,17 +246,16 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
     for (std::size_t t = first; t < last; ++t) {
       const std::size_t begin = t * size, end = std::min(grains.size(), begin + size);
       room.crossing[t].clear();
-      auto list = [&](Bin bin, const Pair& pair, Index old, bool turned, double effective_mass) -> std::size_t {
+      auto list = [&](Bin bin, const Pair& pair, Index old, bool turned) -> std::size_t {
         const bool on = touched(old), wall = bin >= sphere_wall;
         const std::size_t k = room.counts[t][2 * static_cast<std::size_t>(bin) + !on]++;
         contacts.pair[k] = pair;
         contacts.a[k] = pair.a, contacts.b[k] = wall ? 0 : pair.b, contacts.law[k] = pair.law, contacts.active[k] = on;
         contacts.target[k] = pair.b;
         if (!wall && pair.b >> bits != t) room.crossing[t].push_back(static_cast<Index>(k));
-        Contact& c = contacts.contact[k];
-        c = on ? room.contact[old] : Contact{};
+        Contact c = on ? room.contact[old] : Contact{};
         if (turned) c.spring = -c.spring;
-        c.effective_mass = effective_mass;
+        contacts.contact.set(k, c);
         if (bin == sphere_sphere || bin == sphere_wall) return k;  // what spheres show is of the last observed step
         Touch& touch = contacts.touch[k];
         touch = old != Past::none ? room.touch[old] : Touch{};
@@ -267,15 +267,13 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
         const auto& listed = room.listing[k];
         if (listed.bin == bin_count) continue;
         const Pair pair{c.a, c.b, c.image, static_cast<std::uint16_t>(grains.material[c.a] * materials + grains.material[c.b])};
-        const std::size_t to = list(listed.bin, pair, listed.old, past.before(c.a) > past.before(c.b),
-                                    1 / (grains.motion[c.a].inverse_mass + grains.motion[c.b].inverse_mass));
+        const std::size_t to = list(listed.bin, pair, listed.old, past.before(c.a) > past.before(c.b));
         if (listed.bin == general && !touched(listed.old)) contacts.touch[to].normal = room.normal[k];
       }
       for (const auto& [a, b, old] : room.wall_pairs[t]) {
         const Pair pair{a, b, {}, static_cast<std::uint16_t>(grains.material[a] * materials + boundary.walls[b].material)};
-        list(grains.round[a] ? sphere_wall : polyellipsoid_wall, pair, old, false, grains.mass[a]);
+        list(grains.round[a] ? sphere_wall : polyellipsoid_wall, pair, old, false);
       }
-      std::sort(room.crossing[t].begin(), room.crossing[t].end());
       weigh_tile(grains, t, begin, end, contacts);
     }
   });
@@ -283,7 +281,7 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
   contacts.tile_work[0] = 0;
   for (std::size_t t = 0; t < tiles; ++t) contacts.tile_work[t + 1] += contacts.tile_work[t];
   contacts.energy.resize(std::max(contacts.energy.size(), tiles));
-  assign_targets(grains.size(), room.crossing, contacts, room.next);
+  assign_targets(grains.size(), room.crossing, contacts, room.receivers, room.next);
   index_images(boundary.cell, contacts);
   contacts.first.clear();
   if (indexed) index_grains(grains.size(), contacts, room.next);

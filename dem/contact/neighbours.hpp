@@ -29,7 +29,7 @@ struct NeighbourRoom {
   Mat3 cell = Mat3::Zero();
   double skin = 0, largest = 0;
   std::vector<Pair> pair;  // of the list before
-  std::vector<Contact> contact;
+  ContactColumns contact;
   std::vector<Touch> touch;
   struct Listing {
     Index old;  // pair in the list before
@@ -42,7 +42,7 @@ struct NeighbourRoom {
   };
   std::vector<std::vector<WallPair>> wall_pairs;  // by tile
   std::vector<std::vector<Index>> crossing;       // pairs of which b is in a later tile; by tile of a
-  std::vector<Index> next;
+  std::vector<Index> next, receivers;
   std::vector<std::array<Index, 2 * bin_count>> counts;
   std::vector<std::uint64_t> work;
 };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/contact/tiles.hpp"
 
+#include <algorithm>
+
 namespace grus::dem {
 
 void weigh_tile(const Grains& grains, std::size_t t, std::size_t begin, std::size_t end, Contacts& contacts) {
@@ -13,21 +15,32 @@ void weigh_tile(const Grains& grains, std::size_t t, std::size_t begin, std::siz
   contacts.tile_work[t + 1] = cost;
 }
 
-void assign_targets(std::size_t grains, std::span<const std::vector<Index>> crossing, Contacts& contacts, std::vector<Index>& next) {
+void assign_targets(std::size_t grains, std::span<const std::vector<Index>> crossing, Contacts& contacts, std::vector<Index>& receivers, std::vector<Index>& next) {
   const std::size_t tiles = tile_count(grains), words = tile_words(grains);
   const int bits = tile_bits(grains);
   contacts.remote.assign(grains + 1, 0);
   contacts.before.assign(tiles * words, 0);
-  for (std::size_t t = 0; t < tiles; ++t)
-    for (const Index k : crossing[t]) {
-      ++contacts.remote[contacts.b[k] + 1];
-      contacts.before[(contacts.b[k] >> bits) * words + t / 64] |= std::uint64_t{1} << (t % 64);
+  receivers.clear();
+  next.resize(grains);
+  for (std::size_t t = 0; t < tiles; ++t) {
+    const std::size_t first = receivers.size();
+    for (const Index k : crossing[t]) receivers.push_back(contacts.b[k]);
+    const auto mine = receivers.begin() + static_cast<std::ptrdiff_t>(first);
+    std::sort(mine, receivers.end());
+    receivers.erase(std::unique(mine, receivers.end()), receivers.end());
+    for (std::size_t r = first; r < receivers.size(); ++r) {
+      const Index b = receivers[r];
+      next[b] = static_cast<Index>(grains + r);
+      ++contacts.remote[b + 1];
+      contacts.before[(b >> bits) * words + t / 64] |= std::uint64_t{1} << (t % 64);
     }
+    for (const Index k : crossing[t]) contacts.target[k] = next[contacts.b[k]];
+  }
   for (std::size_t i = 0; i < grains; ++i) contacts.remote[i + 1] += contacts.remote[i];
   next.assign(contacts.remote.begin(), contacts.remote.end() - 1);
-  for (std::size_t t = 0; t < tiles; ++t)
-    for (const Index k : crossing[t]) contacts.target[k] = static_cast<Index>(grains) + next[contacts.b[k]]++;
-  contacts.load.resize(grains + contacts.remote[grains]);  // all zero between steps
+  contacts.remote_row.resize(receivers.size());
+  for (std::size_t r = 0; r < receivers.size(); ++r) contacts.remote_row[next[receivers[r]]++] = static_cast<Index>(grains + r);
+  contacts.load.resize(grains + receivers.size());  // all zero between steps
   contacts.done.assign(tiles, contacts.round), contacts.moved.assign(tiles, 0);
 }
 

@@ -20,13 +20,16 @@ struct ContactRows {
   const double* laws;            // 8: see law_row
   std::size_t law_count;
   double dt;
-  double* contact;               // 8: spring k | effective mass, compliance, viscous, radius
   double* touch;                 // 8: normal overlap | force, 0; nullptr for spheres: nobody looks at this step
   std::uint8_t* active;          // touching
   double* load;                  // 8: force, 0 | torque, 0; added to. Rows of the grains of the tile at hand
   double* elsewhere;             // the same of targets from `grains` on
   std::uint32_t grains;
   bool hertz, friction, dashpot; // what any of the laws needs
+
+  // Histories, a value a pair; as a and b readable beyond the end.
+  double *spring_x, *spring_y, *spring_z, *compliance, *viscous;
+  double *stiffness, *radius;    // written when a contact begins or parts
 
   // Poly-ellipsoids only.
   const double* frame;           // 12: octant origin, axes column by column

@@ -26,6 +26,7 @@ struct Real {
 GRUS_INLINE Real operator+(Real a, Real b) { return _mm512_add_pd(a.v, b.v); }
 GRUS_INLINE Real operator-(Real a, Real b) { return _mm512_sub_pd(a.v, b.v); }
 GRUS_INLINE Real operator*(Real a, Real b) { return _mm512_mul_pd(a.v, b.v); }
+GRUS_INLINE Real operator/(Real a, Real b) { return _mm512_div_pd(a.v, b.v); }
 GRUS_INLINE Real fused(Real a, Real b, Real c) { return _mm512_fmadd_pd(a.v, b.v, c.v); }      // a b + c
 GRUS_INLINE Real fused_less(Real a, Real b, Real c) { return _mm512_fmsub_pd(a.v, b.v, c.v); }  // a b - c
 GRUS_INLINE Real less_fused(Real c, Real a, Real b) { return _mm512_fnmadd_pd(a.v, b.v, c.v); } // c - a b
@@ -108,6 +109,7 @@ struct Real {
 GRUS_INLINE Real operator+(Real a, Real b) { return _mm256_add_pd(a.v, b.v); }
 GRUS_INLINE Real operator-(Real a, Real b) { return _mm256_sub_pd(a.v, b.v); }
 GRUS_INLINE Real operator*(Real a, Real b) { return _mm256_mul_pd(a.v, b.v); }
+GRUS_INLINE Real operator/(Real a, Real b) { return _mm256_div_pd(a.v, b.v); }
 GRUS_INLINE Real fused(Real a, Real b, Real c) { return _mm256_fmadd_pd(a.v, b.v, c.v); }
 GRUS_INLINE Real fused_less(Real a, Real b, Real c) { return _mm256_fmsub_pd(a.v, b.v, c.v); }
 GRUS_INLINE Real less_fused(Real c, Real a, Real b) { return _mm256_fnmadd_pd(a.v, b.v, c.v); }

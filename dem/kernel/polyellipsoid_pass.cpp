@@ -76,7 +76,7 @@ GRUS_INLINE Real3 chosen(Mask m, const Real3& a, const Real3& b) { return {selec
 
 /// Columns of a group that all stages after the first read.
 GRUS_INLINE void put_columns(Chunk& c, int o, const Real3& n, Real overlap, const Real3& arm_a, const Real3& arm_b) {
-  store(n.x, c.dx + o), store(n.y, c.dy + o), store(n.z, c.dz + o), store(overlap, c.gap + o);
+  store(n.x, c.nx + o), store(n.y, c.ny + o), store(n.z, c.nz + o), store(overlap, c.overlap + o);
   store(arm_a.x, c.arm_ax + o), store(arm_a.y, c.arm_ay + o), store(arm_a.z, c.arm_az + o);
   store(arm_b.x, c.arm_bx + o), store(arm_b.y, c.arm_by + o), store(arm_b.z, c.arm_bz + o);
 }
@@ -148,7 +148,7 @@ template <Kind kind>
       touching |= 1u << l;
       const double *ma = s.motion + 12 * std::size_t{s.a[p]}, *mb = s.motion + 12 * std::size_t{s.b[p]};
       const double* shift = s.shift ? s.shifts + 8 * std::size_t{s.shift[p]} : nullptr;
-      double* const columns[10] = {c.dx, c.dy, c.dz, c.gap, c.arm_ax, c.arm_ay, c.arm_az, c.arm_bx, c.arm_by, c.arm_bz};
+      double* const columns[10] = {c.nx, c.ny, c.nz, c.overlap, c.arm_ax, c.arm_ay, c.arm_az, c.arm_bx, c.arm_by, c.arm_bz};
       for (int j = 0; j < 4; ++j) columns[j][o + l] = found[j];
       for (int j = 0; j < 3; ++j) {
         columns[4 + j][o + l] = found[4 + j] - ma[j];
@@ -159,7 +159,7 @@ template <Kind kind>
     for (unsigned m = valid & ~touching & ~hard & ~before; m; m &= m - 1) {
       const int l = __builtin_ctz(m);
       double* const to = s.touch + 8 * (k + static_cast<std::size_t>(l));
-      to[0] = c.dx[o + l], to[1] = c.dy[o + l], to[2] = c.dz[o + l];
+      to[0] = c.nx[o + l], to[1] = c.ny[o + l], to[2] = c.nz[o + l];
     }
     if (touching == 0) continue;
     c.first[kept] = k, c.touching[kept] = touching, c.count[kept] = count;

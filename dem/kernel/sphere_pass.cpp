@@ -11,14 +11,13 @@ template <Kind kind>
 [[gnu::noinline]] static void begin(const ContactRows& s, std::size_t p) {
   const double ra = s.motion[12 * std::size_t{s.a[p]} + 3];
   const double* law = s.laws + std::size_t{s.law[p]} * law_columns;
-  double* const contact = s.contact + 8 * p;
   double r = ra;
   if constexpr (kind == Kind::spheres) {
     const double rb = s.motion[12 * std::size_t{s.b[p]} + 3];
     r = ra * rb / (ra + rb);
   }
-  contact[7] = r;
-  contact[3] = s.hertz ? 4.0 / 3 * law[law_youngs] * __builtin_sqrt(r) : law[law_stiffness];
+  s.radius[p] = r;
+  s.stiffness[p] = s.hertz ? 4.0 / 3 * law[law_youngs] * __builtin_sqrt(r) : law[law_stiffness];
 }
 
 /// Which pairs touch. Groups without any are left out, unless somebody looks.
@@ -36,7 +35,7 @@ template <Kind kind>
       Real offset;
       load4(s.walls, s.target + k, 8, d.x, d.y, d.z, offset);  // normal into the space
       gap = ra - (dot(d, xa) - offset);
-      d = Real(-1.0) * d, rb = Real(0.0);
+      d = Real(-1.0) * d;
       touching = bits(less(Real(0.0), gap));
     } else {
       Real3 xb;
@@ -61,12 +60,27 @@ template <Kind kind>
       }
       for (unsigned m = before & ~touching; m; m &= m - 1) {
         const std::size_t p = k + static_cast<std::size_t>(__builtin_ctz(m));
-        parted += part(s.contact + 8 * p);
+        parted += part(s, p);
         s.active[p] = 0;
       }
     }
     if (touching == 0 && !s.touch) continue;
-    store(d.x, c.dx + o), store(d.y, c.dy + o), store(d.z, c.dz + o), store(ra, c.ra + o), store(rb, c.rb + o), store(gap, c.gap + o);
+    const Real one(1.0), zero(0.0), half(0.5);
+    if constexpr (kind == Kind::spheres) {
+      const Real distance = root(gap);
+      const Mask coincide = less(distance, Real(1e-150));
+      Real inverse = one / distance;
+      if (bits(coincide)) {  // centres that coincide have no direction
+        d = {select(coincide, one, d.x), select(coincide, zero, d.y), select(coincide, zero, d.z)};
+        inverse = select(coincide, one, inverse);
+      }
+      d = inverse * d, gap = ra + rb - distance;
+    }
+    // A pair can touch by less than the round-off of its distance: never let its overlap be 0 or less.
+    const Real overlap = select(mask_of(touching), larger(gap, Real(1e-30)), gap);
+    store(d.x, c.nx + o), store(d.y, c.ny + o), store(d.z, c.nz + o), store(overlap, c.overlap + o);
+    store(less_fused(ra, half, overlap), c.la + o);
+    if constexpr (kind == Kind::spheres) store(less_fused(rb, half, overlap), c.lb + o);
     c.first[kept] = k, c.touching[kept] = touching, c.count[kept] = count;
     ++kept;
   }

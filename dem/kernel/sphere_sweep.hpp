@@ -11,8 +11,8 @@ namespace grus::dem {
 struct SphereSweep {
   double* motion;              // 12: position radius | velocity 1/m | spin 1/I
   double* load;                // 8: force, 0 | torque, 0; taken and cleared by a close
-  double* elsewhere;           // of grain i: rows [remote[i], remote[i+1]), the same
-  const std::uint32_t* remote;
+  double* elsewhere;           // the same; of grain i: rows remote_row[remote[i]] to remote_row[remote[i + 1]]
+  const std::uint32_t *remote, *remote_row;
   double *force, *torque;      // 3 each: written by a close alone, read by an open alone
   double* angular_momentum;    // 3: written by a close alone
   const double* mass;

@@ -31,7 +31,8 @@ inline void half_kick(Grains& g, std::size_t i, const MotionSettings& s, const V
 inline void gather(const Grains& g, Contacts& c, Load& load, std::size_t i, const Vec3& gravity, bool bonded, Vec3& force, Vec3& torque) {
   force = g.mass[i] * gravity + load.force, torque = load.torque;
   load = {};
-  for (std::size_t r = g.size() + c.remote[i]; r < g.size() + c.remote[i + 1]; ++r) {
+  for (Index e = c.remote[i]; e < c.remote[i + 1]; ++e) {
+    const Index r = c.remote_row[e];
     force += c.load[r].force, torque += c.load[r].torque;
     c.load[r] = {};
   }
@@ -96,8 +97,9 @@ SweepPass::SweepPass(Kick kick, Grains& g, Contacts& c, const MotionSettings& s,
     : kick_(kick), grains_(g), contacts_(c), settings_(s), bonded_(bonded), energy_(energy),
       rows_{.motion = reinterpret_cast<double*>(g.motion.data()),
             .load = nullptr,
-            .elsewhere = reinterpret_cast<double*>(c.load.data() + g.size()),
+            .elsewhere = reinterpret_cast<double*>(c.load.data()),
             .remote = c.remote.data(),
+            .remote_row = c.remote_row.data(),
             .force = reinterpret_cast<double*>(g.force.data()),
             .torque = reinterpret_cast<double*>(g.torque.data()),
             .angular_momentum = reinterpret_cast<double*>(g.angular_momentum.data()),

@@ -22,7 +22,7 @@ std::optional<Vec3> contact_plane(const Model& model, const State& state, std::s
   std::vector<std::pair<double, Vec3>> critical;
   for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
     const std::size_t k = contacts.entry[e] >> 1;
-    const Contact& c = contacts.contact[k];
+    const Contact c = contacts.contact[k];
     if (c.stiffness <= 0) continue;
     const double tension = ContactTension::tension(elastic_force(model.law, contacts, k), std::sqrt(c.radius * contacts.touch[k].overlap), nu);
     if (tension >= strength) critical.emplace_back(tension, contact_arm(state.grains, contacts, k, contacts.entry[e] & 1));
@@ -79,7 +79,7 @@ std::optional<Break> break_of(const Model& model, const State& state, std::size_
 bool share_contacts(const Model& model, State& state, std::size_t plus, std::size_t minus) {
   bool shared = false;
   Contacts& contacts = state.contacts;
-  auto touching = [&](std::size_t k) { return contacts.contact[k].stiffness > 0; };
+  auto touching = [&](std::size_t k) { return contacts.contact.touching(k); };
   auto other = [&](Index e) { return contacts.entry[e] & 1 ? contacts.pair[contacts.entry[e] >> 1].a : contacts.pair[contacts.entry[e] >> 1].b; };
   auto image = [&](Index e) {  // of the other grain, as seen from this one
     std::array<int, 3> v;
@@ -93,11 +93,12 @@ bool share_contacts(const Model& model, State& state, std::size_t plus, std::siz
     for (Index f = contacts.first[minus]; f < contacts.first[minus + 1]; ++f) {
       const std::size_t l = contacts.entry[f] >> 1;
       if (!touching(l) || (l >= contacts.begin[sphere_wall]) != wall || other(f) != other(e) || image(f) != image(e)) continue;
-      Contact &a = contacts.contact[k], &b = contacts.contact[l];
+      Contact a = contacts.contact[k], b = contacts.contact[l];
       if (a.stiffness != b.stiffness) continue;  // not both inherited
       const double fa = elastic_force(model.law, contacts, k), fb = elastic_force(model.law, contacts, l);
       const double share = std::max(fa, fb) / (fa + fb);
       for (Contact* c : {&a, &b}) c->stiffness *= share, c->spring *= share, c->compliance /= share;
+      contacts.contact.set(k, a), contacts.contact.set(l, b);
       shared = true;
       break;
     }

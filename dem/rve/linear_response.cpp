@@ -32,7 +32,7 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
   std::vector<Mat3> stiffness;
   double sliding = 0, diagonal = 0;
   for (std::size_t k = 0; k < s.contacts.begin[sphere_wall]; ++k) {
-    const Contact& c = s.contacts.contact[k];
+    const Contact c = s.contacts.contact[k];
     if (c.stiffness <= 0) continue;
     const Touch& touch = s.contacts.touch[k];
     const PairLaw& law = model.pairs[s.contacts.pair[k].law];
@@ -104,7 +104,7 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
         const Mat3 part = (is_b ? 1.0 : -1.0) * Vec3(link.change.col(v)) * arm.transpose() / solid;
         grain.change[static_cast<std::size_t>(v)] += 0.5 * (part + part.transpose());
       }
-      const Contact& c = s.contacts.contact[k];
+      const Contact c = s.contacts.contact[k];
       grain.tension.push_back({link.force, ContactTension::tension(link.force, std::sqrt(c.radius * s.contacts.touch[k].overlap), material.poissons_ratio)});
       grain.link.push_back(touching[k]);
     }

@@ -57,7 +57,7 @@ Mat3 love_weber(const State& s, double volume) {
   Mat3 sum = Mat3::Zero();
   if (volume <= 0) return sum;
   for (std::size_t k = 0; k < s.contacts.size(); ++k)
-    if (s.contacts.contact[k].stiffness > 0) sum -= s.contacts.touch[k].force * branch(s, k).transpose();
+    if (s.contacts.contact.touching(k)) sum -= s.contacts.touch[k].force * branch(s, k).transpose();
   for (const auto& spring : s.bonds)
     sum -= spring.force * (s.grains.motion[spring.b].position - s.grains.motion[spring.a].position).transpose();
   return 0.5 / volume * (sum + sum.transpose());
@@ -68,7 +68,7 @@ double pressure_scatter(const State& s, double volume) {
   std::vector<double> share(s.grains.size(), 0.0);
   double sum = 0, squares = 0;
   for (std::size_t k = 0; k < s.contacts.size(); ++k) {
-    if (s.contacts.contact[k].stiffness <= 0) continue;
+    if (!s.contacts.contact.touching(k)) continue;
     const double carried = s.contacts.touch[k].force.dot(branch(s, k));
     const Pair& p = s.contacts.pair[k];
     sum += carried;
@@ -114,7 +114,7 @@ Measurement measure(const Model& model, const State& s) {
   double contact_force = 0;
   std::size_t ends = 0;
   for (std::size_t k = 0; k < s.contacts.size(); ++k) {
-    if (s.contacts.contact[k].stiffness <= 0) continue;
+    if (!s.contacts.contact.touching(k)) continue;
     const Vec3& n = s.contacts.touch[k].normal;
     ++m.contacts;
     ends += k < s.contacts.begin[sphere_wall] ? 2 : 1;
@@ -142,7 +142,7 @@ Mat6 contact_stiffness_tangent(const Model& model, const State& s) {
   const double volume = bulk_volume(s.boundary);
   if (volume <= 0) return tangent;
   for (std::size_t k = 0; k < s.contacts.size(); ++k) {
-    const Contact& c = s.contacts.contact[k];
+    const Contact c = s.contacts.contact[k];
     if (c.stiffness <= 0) continue;
     const PairLaw& p = model.pairs[s.contacts.pair[k].law];
     const Elastic elastic = std::visit([&](const auto& law) { return law(c.stiffness, s.contacts.touch[k].overlap); }, model.law);

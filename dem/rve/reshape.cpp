@@ -12,7 +12,7 @@ namespace {
 double half_work(const Model& model, const Contacts& contacts, const std::vector<Growth>& growths) {
   double work = 0;
   for (const auto& growth : growths) {
-    if (contacts.contact[growth.contact].stiffness > 0) work += 0.5 * elastic_force(model.law, contacts, growth.contact) * growth.amount;
+    if (contacts.contact.touching(growth.contact)) work += 0.5 * elastic_force(model.law, contacts, growth.contact) * growth.amount;
   }
   return work;
 }
@@ -40,7 +40,7 @@ void reshape_fragments(const Model& model, State& state, double duration, Reshap
     furthest = std::max(furthest, (next.plus - g.shape[i].plus).cwiseAbs().sum() * 1.75);  // support height, and centre of mass
     for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
       const std::size_t k = contacts.entry[e] >> 1;
-      if (contacts.contact[k].stiffness <= 0) continue;
+      if (!contacts.contact.touching(k)) continue;
       const Vec3& n = contacts.touch[k].normal;
       const Vec3 outward = contacts.entry[e] & 1 ? Vec3(-n) : n;
       // At the least overlap the direction does not matter to first order: the overlap grows by the growth along it.

@@ -13,7 +13,7 @@ void each_touching(const Model& model, const State& state, std::size_t i, F&& f)
   const Contacts& c = state.contacts;
   for (Index e = c.first[i]; e < c.first[i + 1]; ++e) {
     const std::size_t k = c.entry[e] >> 1;
-    if (c.contact[k].stiffness <= 0) continue;
+    if (!c.contact.touching(k)) continue;
     f(k >= c.begin[sphere_wall], c.entry[e] & 1 ? c.pair[k].a : c.pair[k].b, elastic_force(model.law, c, k));
   }
 }

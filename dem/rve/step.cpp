@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <atomic>
 #include <bit>
 #include <limits>
@@ -109,6 +110,10 @@ void prepare(const Model& model, State& state, Team& team) {
   state.skin = model.numerics.skin * state.mean_radius;
   state.listed_at = state.steps;
   build_contacts(g, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team);
+  if (std::none_of(model.pairs.begin(), model.pairs.end(), [](const PairLaw& p) { return p.friction > 0; })) {
+    ContactColumns& c = state.contacts.contact;  // of a preparation with friction; passes without it leave springs alone
+    for (auto* column : {&c.spring_x, &c.spring_y, &c.spring_z, &c.compliance}) std::fill(column->begin(), column->end(), 0.0);
+  }
   contact_forces(model.law, model.pairs, g, state.boundary, 0, true, state.contacts, team);
   sweep(Kick::close, g, state.contacts, settings_of(model, state), false, 0, state.grain_energy, team);
   flush(state.contacts);
@@ -206,7 +211,11 @@ void rotate(State& state, const Mat3& r) {
     g.force[i] = r * g.force[i], g.torque[i] = r * g.torque[i];
   }
   update_frames(g);
-  for (auto& c : state.contacts.contact) c.spring = r * c.spring;
+  auto& springs = state.contacts.contact;
+  for (std::size_t k = 0; k < springs.stiffness.size(); ++k) {
+    const Vec3 turned = r * springs[k].spring;
+    springs.spring_x[k] = turned.x(), springs.spring_y[k] = turned.y(), springs.spring_z[k] = turned.z();
+  }
   for (auto& t : state.contacts.touch) t.normal = r * t.normal, t.force = r * t.force;
   for (auto& s : state.bonds) s.force = r * s.force;
   Cell& cell = state.boundary.cell;

@@ -20,15 +20,34 @@ struct Pair {
   bool operator==(const Pair&) const = default;
 };
 
-/// What a contact remembers; a row of the kernels. Touching when stiffness > 0.
-struct alignas(64) Contact {
+/// What a contact remembers. Touching when stiffness > 0.
+struct Contact {
   Vec3 spring = Vec3::Zero();  // tangential elastic force on b (N)
   double stiffness = 0;        // Hertz: F = stiffness overlap^1.5; linear: F = stiffness overlap. Frozen at contact birth
-  double effective_mass = 0;   // kg
   double compliance = 0;       // 1 / tangential stiffness (m/N) of the step before; 0: no spring yet
   double viscous = 0;          // viscous part of the normal force (N)
   double radius = 0;           // effective radius (m), frozen at contact birth
 };
+
+/// The same of many contacts, column by column: the kernels read and write as many in a row as a register holds.
+struct ContactColumns {
+  std::vector<double> spring_x, spring_y, spring_z, stiffness, compliance, viscous, radius;
+
+  Contact operator[](std::size_t k) const {
+    return {{spring_x[k], spring_y[k], spring_z[k]}, stiffness[k], compliance[k], viscous[k], radius[k]};
+  }
+  void set(std::size_t k, const Contact& c) {
+    spring_x[k] = c.spring.x(), spring_y[k] = c.spring.y(), spring_z[k] = c.spring.z(), stiffness[k] = c.stiffness;
+    compliance[k] = c.compliance, viscous[k] = c.viscous, radius[k] = c.radius;
+  }
+  bool touching(std::size_t k) const { return stiffness[k] > 0; }
+};
+
+/// Calls f on every column.
+template <class C, class F>
+void for_each_contact_column(C& c, F&& f) {
+  f(c.spring_x), f(c.spring_y), f(c.spring_z), f(c.stiffness), f(c.compliance), f(c.viscous), f(c.radius);
+}
 
 /// What a contact shows: of the last step of a run, and of steps that test for breakage. Steps in between leave it out
 /// for spheres.
@@ -76,16 +95,16 @@ struct Contacts {
   std::array<std::vector<Index>, bin_count> tile;  // of each bin: first pair of each tile, and the end
   std::array<std::vector<Index>, bin_count> apart; // first pair of each tile that did not touch when the list was made
   std::vector<Pair> pair;        // in a tile: pairs that touched when the list was made, then the others; each by (a, b, image)
-  std::vector<Contact> contact;
+  ContactColumns contact;
   std::vector<Touch> touch;
   std::vector<Index> a, b, law;      // of `pair`, as the kernels read them (b of a wall: 0); longer by `overrun`, as are the next three, contact and touch
   std::vector<Index> shift;          // row of `images`; empty without a periodic cell
   std::vector<std::uint8_t> active;  // touching; kept for spheres
   std::vector<Index> target;         // row of `load` for b; of walls, the wall
   std::vector<std::array<std::int16_t, 3>> images;
-  std::vector<Load> load;            // one a grain, then the rows that `remote` counts; all zero between steps
+  std::vector<Load> load;            // one a grain, then one for each tile and grain of a later tile that it has pairs with; all zero between steps
   std::vector<Load> tile_load;       // room for the tile at hand
-  std::vector<Index> remote;         // of grain i: load[grains + remote[i]] to load[grains + remote[i + 1]]
+  std::vector<Index> remote, remote_row;  // of grain i: load[remote_row[remote[i]]] to load[remote_row[remote[i + 1]]], by tile
   std::vector<std::uint64_t> tile_work;  // running sums of what the tiles cost, in nanoseconds or so
   std::vector<std::uint64_t> before;     // tile_words() words a tile: the bits of the tiles that have pairs with it
   std::vector<std::uint32_t> done;       // of each tile: the round in which its pairs were done last
@@ -101,7 +120,7 @@ struct Contacts {
 /// Touching contacts of grain i, walls included.
 inline int coordination(const Contacts& c, std::size_t i) {
   int touching = 0;
-  for (Index e = c.first[i]; e < c.first[i + 1]; ++e) touching += c.contact[c.entry[e] >> 1].stiffness > 0;
+  for (Index e = c.first[i]; e < c.first[i + 1]; ++e) touching += c.contact.touching(c.entry[e] >> 1);
   return touching;
 }
 

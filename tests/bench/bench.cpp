@@ -23,10 +23,10 @@ constexpr const char* usage =
     "grus_bench --make-packing GRAINS FILE                          such a packing\n"
     "GRUS_LANES=1|4|8 in the environment chooses narrower kernels.\n";
 
-// Counted in the sources of dem/kernel: multiplications, additions, comparisons and roots of the stages that a touching pair
-// goes through (18 + 74 + 40 + 128 + 52), and of a grain's kicks; bytes read and written of its rows.
-constexpr double flops_of_contact = 312, flops_of_grain = 45;
-constexpr double bytes_of_contact = 64 + 16 + 1, bytes_of_grain = 96;
+// Counted in the sources of dem/kernel: multiplications, additions, comparisons, divisions and roots of the stages that a
+// touching pair goes through (24 + 43 + 93 + 53), and of a grain's kicks; bytes of its columns and rows.
+constexpr double flops_of_contact = 213, flops_of_grain = 45;
+constexpr double bytes_of_contact = 48 + 12 + 1, bytes_of_grain = 96;
 
 struct Table {
   std::vector<Row> rows;

@@ -186,7 +186,7 @@ double contact_nanoseconds(Sample& sample) {
   Team team(1);
   State& s = sample.state;
   std::size_t touching = 0;
-  for (std::size_t k = 0; k < s.contacts.size(); ++k) touching += s.contacts.contact[k].stiffness > 0;
+  for (std::size_t k = 0; k < s.contacts.size(); ++k) touching += s.contacts.contact.touching(k);
   double best = INFINITY;
   for (int repeat = 0; repeat < 30; ++repeat) {
     best = std::min(best, seconds([&] { contact_forces(sample.model.law, sample.model.pairs, s.grains, s.boundary, 0, false, s.contacts, team); }));

@@ -23,7 +23,7 @@ Impact collide(const Model& model, State s, double speed) {
   const double before = s.grains.motion[0].velocity.norm();
   for (int k = 0; k < 100000; ++k) {
     run_steps(model, s, 1, team);
-    if (s.contacts.size() > 0 && s.contacts.contact[0].stiffness > 0) {
+    if (s.contacts.size() > 0 && s.contacts.contact.touching(0)) {
       r.time += s.dt;
       r.depth = std::max(r.depth, s.contacts.touch[0].overlap);
       r.force = std::max(r.force, s.contacts.touch[0].force.norm());
