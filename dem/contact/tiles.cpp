@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "dem/kernel/sphere_sweep.hpp"
+
 namespace grus::dem {
 
 void weigh_tile(const Grains& grains, std::size_t t, std::size_t begin, std::size_t end, Contacts& contacts) {
@@ -38,7 +40,7 @@ void assign_targets(std::size_t grains, std::span<const std::vector<Index>> cros
   }
   for (std::size_t i = 0; i < grains; ++i) contacts.remote[i + 1] += contacts.remote[i];
   next.assign(contacts.remote.begin(), contacts.remote.end() - 1);
-  contacts.remote_row.resize(receivers.size());
+  contacts.remote_row.assign(receivers.size() + rows_ahead, 0);
   for (std::size_t r = 0; r < receivers.size(); ++r) contacts.remote_row[next[receivers[r]]++] = static_cast<Index>(grains + r);
   contacts.load.resize(grains + receivers.size());  // all zero between steps
   contacts.done.assign(tiles, contacts.round), contacts.moved.assign(tiles, 0);

@@ -40,6 +40,7 @@ GRUS_INLINE SweepEnergy run(const SphereSweep& s, std::size_t begin, std::size_t
       GRUS_ROW(row) = zero, GRUS_ROW(row + 4) = zero;
       for (std::uint32_t r = s.remote[i]; r < s.remote[i + 1]; ++r) {
         row = s.elsewhere + 8 * std::size_t{s.remote_row[r]};
+        __builtin_prefetch(s.elsewhere + 8 * std::size_t{s.remote_row[r + rows_ahead]}, 1);
         force = force + GRUS_ROW(row), torque = torque + GRUS_ROW(row + 4);
         GRUS_ROW(row) = zero, GRUS_ROW(row + 4) = zero;
       }

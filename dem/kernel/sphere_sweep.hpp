@@ -7,6 +7,9 @@
 
 namespace grus::dem {
 
+/// Rows of other tiles may lie in another core's cache: they are asked for this many ahead. remote_row is longer by as much.
+inline constexpr std::uint32_t rows_ahead = 16;
+
 /// Rows of doubles, in the layout of the columns of the same names.
 struct SphereSweep {
   double* motion;              // 12: position radius | velocity 1/m | spin 1/I
