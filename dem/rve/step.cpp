@@ -70,17 +70,19 @@ void force_and_move(const Model& model, State& state, const MotionSettings& sett
       }
       return true;
     };
-    std::size_t left = 0;
+    std::size_t oldest = first;  // of the tiles that have not moved
+    auto move_ready = [&](std::size_t end) {
+      for (std::size_t t = oldest; t < end; ++t)
+        if (!c.moved[t] && ready(t)) grains.tile(t, own(t)), c.moved[t] = true;
+      while (oldest < end && c.moved[oldest]) ++oldest;
+    };
     for (std::size_t t = first; t < last; ++t) {
       contacts.tile(t, own(t));
       done(t).store(round, std::memory_order_release);
-      c.moved[t] = ready(t);
-      if (c.moved[t]) grains.tile(t, own(t));
-      else ++left;
+      c.moved[t] = false;
+      move_ready(t + 1);
     }
-    for (int spins = 0; left > 0; relax(spins))
-      for (std::size_t t = first; t < last; ++t)
-        if (!c.moved[t] && ready(t)) grains.tile(t, own(t)), c.moved[t] = true, --left;
+    for (int spins = 0; oldest < last; relax(spins)) move_ready(last);
   });
 }
 
