@@ -43,7 +43,7 @@ void assign_targets(std::size_t grains, std::span<const std::vector<Index>> cros
   contacts.remote_row.assign(receivers.size() + rows_ahead, 0);
   for (std::size_t r = 0; r < receivers.size(); ++r) contacts.remote_row[next[receivers[r]]++] = static_cast<Index>(grains + r);
   contacts.load.resize(grains + receivers.size());  // all zero between steps
-  contacts.done.assign(tiles, contacts.round), contacts.moved.assign(tiles, 0);
+  for (auto* column : {&contacts.taken, &contacts.done, &contacts.moved}) column->assign(tiles, contacts.round);
 }
 
 void index_images(const Cell& cell, Contacts& contacts) {

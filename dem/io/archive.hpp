@@ -77,7 +77,7 @@ void archive(A& a, S& s) {
   for_each_contact_column(c.contact, [&](auto& column) { a.column(column); });
   a.column(c.pair), a.column(c.touch), a.column(c.a), a.column(c.b), a.column(c.law);
   a.column(c.shift), a.column(c.images), a.column(c.active), a.column(c.target);
-  a.column(c.load), a.column(c.remote), a.column(c.remote_row), a.column(c.tile_work), a.column(c.before), a.column(c.done), a.column(c.moved), a.plain(c.round), a.column(c.first), a.column(c.entry), a.column(c.energy);
+  a.column(c.load), a.column(c.remote), a.column(c.remote_row), a.column(c.tile_work), a.column(c.before), a.column(c.taken), a.column(c.done), a.column(c.moved), a.plain(c.round), a.column(c.first), a.column(c.entry), a.column(c.energy);
   a.column(s.bonds);
   std::uint64_t walls = s.boundary.walls.size();
   a.plain(walls);

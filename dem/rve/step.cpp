@@ -48,41 +48,56 @@ void rebuild(const Model& model, State& state, Team& team) {
   build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team, model.breakable() || model.reshapes());
 }
 
-/// Forces of all contacts, and the kicks that they give. A thread moves a tile of grains as soon as its pairs and those that
-/// earlier tiles have with it are done (pairs belong to the lower tile: nothing later needs the tile where it is), while its
-/// data is at hand. The thread with the first tiles never waits, and collects forces in a room that stays in its cache.
+/// Forces of all contacts, and the kicks that they give. A tile of grains may move as soon as its pairs and those that earlier
+/// tiles have with it are done (pairs belong to the lower tile: nothing later needs the tile where it is). A thread moves its
+/// tiles while their data is at hand: it collects forces in a room that stays in its cache. One that has nothing left takes
+/// from the others, from the back: sums are by tile, so it is all the same who makes them.
 void force_and_move(const Model& model, State& state, const MotionSettings& settings, bool shown, bool bonded, Kick kick, Team& team) {
   Contacts& c = state.contacts;
   const ContactPass contacts(model.law, model.pairs, state.grains, state.boundary, state.dt, shown, c);
   const SweepPass grains(kick, state.grains, c, settings, bonded, state.dt, state.grain_energy);
-  const std::size_t tiles = tile_count(state.grains.size()), size = tile_size(state.grains.size()), words = tile_words(state.grains.size());
+  const std::size_t n = state.grains.size(), tiles = tile_count(n), size = tile_size(n), words = tile_words(n);
   const std::uint32_t round = ++c.round;
-  c.tile_load.resize(size);
-  team.pieces(tiles, c.tile_work, [&](std::size_t first, std::size_t last, int) {
-    auto own = [&](std::size_t t) { return first == 0 ? c.tile_load.data() - t * size : nullptr; };
-    auto done = [&](std::size_t t) { return std::atomic_ref(c.done[t]); };
-    auto ready = [&](std::size_t t) {  // of other threads; tiles of this one that come before t are done
-      for (std::size_t w = 0; 64 * w < first; ++w) {
-        std::uint64_t wanted = c.before[t * words + w];
-        if (first - 64 * w < 64) wanted &= (std::uint64_t{1} << (first - 64 * w)) - 1;
-        for (; wanted; wanted &= wanted - 1)
-          if (done(64 * w + static_cast<std::size_t>(std::countr_zero(wanted))).load(std::memory_order_acquire) != round) return false;
-      }
-      return true;
-    };
-    std::size_t oldest = first;  // of the tiles that have not moved
-    auto move_ready = [&](std::size_t end) {
-      for (std::size_t t = oldest; t < end; ++t)
-        if (!c.moved[t] && ready(t)) grains.tile(t, own(t)), c.moved[t] = true;
-      while (oldest < end && c.moved[oldest]) ++oldest;
-    };
-    for (std::size_t t = first; t < last; ++t) {
-      contacts.tile(t, own(t));
-      done(t).store(round, std::memory_order_release);
-      c.moved[t] = false;
-      move_ready(t + 1);
+  c.tile_load.resize(size * static_cast<std::size_t>(team.threads()));
+  auto done = [&](std::size_t t) { return std::atomic_ref(c.done[t]).load(std::memory_order_acquire) == round; };
+  auto finish = [&](std::size_t t) { std::atomic_ref(c.done[t]).store(round, std::memory_order_release); };
+  auto ready = [&](std::size_t t) {  // but for its own pairs
+    for (std::size_t w = 0; w < words; ++w)
+      for (std::uint64_t wanted = c.before[t * words + w]; wanted; wanted &= wanted - 1)
+        if (!done(64 * w + static_cast<std::size_t>(std::countr_zero(wanted)))) return false;
+    return true;
+  };
+  auto mine = [&](std::uint32_t& of) {  // one thread, once a round
+    std::atomic_ref claim(of);
+    return claim.load(std::memory_order_relaxed) != round && claim.exchange(round, std::memory_order_relaxed) != round;
+  };
+  auto move_ready = [&](std::size_t begin, std::size_t end) {  // true: none is left
+    bool all = true;
+    for (std::size_t t = begin; t < end; ++t) {
+      if (std::atomic_ref(c.moved[t]).load(std::memory_order_relaxed) == round) continue;
+      if (!done(t) || !ready(t)) all = false;
+      else if (mine(c.moved[t])) grains.tile(t, nullptr);
     }
-    for (int spins = 0; oldest < last; relax(spins)) move_ready(last);
+    return all;
+  };
+  team.pieces(tiles, c.tile_work, [&](std::size_t first, std::size_t last, int rank) {
+    Load* const room = c.tile_load.data() + size * static_cast<std::size_t>(rank);
+    for (std::size_t t = first; t < last; ++t) {
+      if (!mine(c.taken[t])) continue;
+      Load* const here = room - t * size;
+      contacts.tile(t, here);
+      const bool now = ready(t) && mine(c.moved[t]);  // nobody else claims it before it is done
+      const std::size_t begin = t * size, end = std::min(n, begin + size);
+      if (!now) {
+        std::copy(here + begin, here + end, c.load.begin() + static_cast<std::ptrdiff_t>(begin));
+        std::fill(here + begin, here + end, Load{});
+      }
+      finish(t);
+      if (now) grains.tile(t, here);
+    }
+    for (std::size_t t = tiles; t-- > 0;)
+      if (mine(c.taken[t])) contacts.tile(t, nullptr), finish(t);
+    for (int spins = 0; !move_ready(0, tiles); relax(spins)) {}
   });
 }
 

@@ -107,8 +107,7 @@ struct Contacts {
   std::vector<Index> remote, remote_row;  // of grain i: load[remote_row[remote[i]]] to load[remote_row[remote[i + 1]]], by tile
   std::vector<std::uint64_t> tile_work;  // running sums of what the tiles cost, in nanoseconds or so
   std::vector<std::uint64_t> before;     // tile_words() words a tile: the bits of the tiles that have pairs with it
-  std::vector<std::uint32_t> done;       // of each tile: the round in which its pairs were done last
-  std::vector<std::uint8_t> moved;       // of each tile, in the pass at hand
+  std::vector<std::uint32_t> taken, done, moved;  // of each tile: the pass in which its pairs were begun and done, and its grains moved, last
   std::uint32_t round = 0;               // passes so far
   std::vector<Index> first, entry;   // of grain i: entry[first[i]..first[i+1]) = 2 * pair + (is b), first those of which it is a; empty until somebody asks (index_grains)
   std::vector<BlockEnergy> energy;   // one a tile
