@@ -103,7 +103,7 @@ struct Contacts {
   std::vector<Index> target;         // row of `load` for b; of walls, the wall
   std::vector<std::array<std::int16_t, 3>> images;
   std::vector<Load> load;            // one a grain, then one for each tile and grain of a later tile that it has pairs with; all zero between steps
-  std::vector<Load> tile_load;       // room for the tile at hand
+  std::vector<Load> tile_load;       // room for the tile that each thread has at hand
   std::vector<Index> remote, remote_row;  // of grain i: load[remote_row[remote[i]]] to load[remote_row[remote[i + 1]]], by tile
   std::vector<std::uint64_t> tile_work;  // running sums of what the tiles cost, in nanoseconds or so
   std::vector<std::uint64_t> before;     // tile_words() words a tile: the bits of the tiles that have pairs with it
