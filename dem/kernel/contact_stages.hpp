@@ -53,13 +53,13 @@ GRUS_INLINE void put_back(Real x, int count, double* to) {
   for (int l = 0; l < count; ++l) to[l] = lane[l];
 }
 
-// Roots take long, and a processor looks only some hundred operations ahead: each loop below ends in one, so that many
-// are under way together.
-
 /// Law constant k of the pairs from `first` on.
 GRUS_INLINE Real constant(const ContactRows& s, int k, std::size_t first) {
   return s.law_count == 1 ? Real(s.laws[k]) : gather(s.laws + k, s.law + first, law_columns);
 }
+
+// Roots take long, and a processor looks only some hundred operations ahead: each loop below ends in one, so that many
+// are under way together.
 
 /// Velocity of b against a where they touch, how far they turn about the normal, and what overlap and masses decide: elastic
 /// force, tangential stiffness, dashpot.

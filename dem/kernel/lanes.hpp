@@ -234,7 +234,7 @@ GRUS_INLINE void load4(const double* base, std::size_t stride, Real& x, Real& y,
   load4(base, each, stride, x, y, z, w);
 }
 
-// Roots and quotients by Newton's iteration: a divider does one at a time, the multipliers do many. The seeds are good to
+// Roots and quotients by Newton's iteration, where many are wanted at once: a divider does one at a time, the multipliers do many. The seeds are good to
 // 3.5 % and 5 %, every step squares the error: four end within two units of the last place. For positive normal numbers;
 // of 0 they give something large, and the inverse may overflow.
 GRUS_INLINE Real inverse_root(Real a) {
@@ -243,9 +243,9 @@ GRUS_INLINE Real inverse_root(Real a) {
   for (int k = 0; k < 4; ++k) y = y * less_fused(Real(1.5), half_a * y, y);
   return y;
 }
-GRUS_INLINE Real inverse(Real a, int steps = 4) {
+GRUS_INLINE Real inverse(Real a) {
   Real y = taken_from(0x7fde623822fc16e6, a);
-  for (int k = 0; k < steps; ++k) y = y * less_fused(Real(2.0), a, y);
+  for (int k = 0; k < 4; ++k) y = y * less_fused(Real(2.0), a, y);
   return y;
 }
 

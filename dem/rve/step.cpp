@@ -61,21 +61,21 @@ void force_and_move(const Model& model, State& state, const MotionSettings& sett
   c.tile_load.resize(size * static_cast<std::size_t>(team.threads()));
   auto done = [&](std::size_t t) { return std::atomic_ref(c.done[t]).load(std::memory_order_acquire) == round; };
   auto finish = [&](std::size_t t) { std::atomic_ref(c.done[t]).store(round, std::memory_order_release); };
-  auto ready = [&](std::size_t t) {  // but for its own pairs
+  auto waits = [&](std::size_t t) {  // for pairs of earlier tiles
     for (std::size_t w = 0; w < words; ++w)
       for (std::uint64_t wanted = c.before[t * words + w]; wanted; wanted &= wanted - 1)
-        if (!done(64 * w + static_cast<std::size_t>(std::countr_zero(wanted)))) return false;
-    return true;
+        if (!done(64 * w + static_cast<std::size_t>(std::countr_zero(wanted)))) return true;
+    return false;
   };
   auto mine = [&](std::uint32_t& of) {  // one thread, once a round
     std::atomic_ref claim(of);
     return claim.load(std::memory_order_relaxed) != round && claim.exchange(round, std::memory_order_relaxed) != round;
   };
-  auto move_ready = [&](std::size_t begin, std::size_t end) {  // true: none is left
+  auto move_ready = [&] {  // true: none is left
     bool all = true;
-    for (std::size_t t = begin; t < end; ++t) {
+    for (std::size_t t = 0; t < tiles; ++t) {
       if (std::atomic_ref(c.moved[t]).load(std::memory_order_relaxed) == round) continue;
-      if (!done(t) || !ready(t)) all = false;
+      if (!done(t) || waits(t)) all = false;
       else if (mine(c.moved[t])) grains.tile(t, nullptr);
     }
     return all;
@@ -86,7 +86,7 @@ void force_and_move(const Model& model, State& state, const MotionSettings& sett
       if (!mine(c.taken[t])) continue;
       Load* const here = room - t * size;
       contacts.tile(t, here);
-      const bool now = ready(t) && mine(c.moved[t]);  // nobody else claims it before it is done
+      const bool now = !waits(t) && mine(c.moved[t]);  // nobody else claims it before it is done
       const std::size_t begin = t * size, end = std::min(n, begin + size);
       if (!now) {
         std::copy(here + begin, here + end, c.load.begin() + static_cast<std::ptrdiff_t>(begin));
@@ -97,7 +97,7 @@ void force_and_move(const Model& model, State& state, const MotionSettings& sett
     }
     for (std::size_t t = tiles; t-- > 0;)
       if (mine(c.taken[t])) contacts.tile(t, nullptr), finish(t);
-    for (int spins = 0; !move_ready(0, tiles); relax(spins)) {}
+    for (int spins = 0; !move_ready(); relax(spins)) {}
   });
 }
 
