@@ -118,8 +118,9 @@ void each_wrapped(int low, int high, int cells, bool periodic, F&& f) {
   }
 }
 
-/// Grains of a level near grain i; of its own level only those with a higher index.
-void search(const Box& box, const Level& level, const Member& mine, bool own, double skin, std::vector<Candidate>& found) {
+/// Grains of a level near one grain, but for those that `elsewhere` says are found from the other side.
+template <class F>
+void search(const Box& box, const Level& level, const Member& mine, double skin, std::vector<Candidate>& found, F&& elsewhere) {
   const double reach = mine.radius + level.largest + skin;
   const Vec3 s = box.inverse * mine.position;
   std::array<int, 3> low, high;
@@ -134,7 +135,7 @@ void search(const Box& box, const Level& level, const Member& mine, bool own, do
       const Member& other = level.member[m];
       const double far = mine.radius + other.radius + skin;
       if ((other.position - from).squaredNorm() >= far * far) continue;
-      if (own && other.grain <= mine.grain) continue;
+      if (elsewhere(other.grain)) continue;
       std::array<std::int16_t, 3> image;
       for (std::size_t k = 0; k < 3; ++k) image[k] = static_cast<std::int16_t>(wrap[k] - other.fold[k] + mine.fold[k]);
       if (mine.grain < other.grain) {
@@ -161,32 +162,17 @@ void search(const Box& box, const Level& level, const Member& mine, bool own, do
   });
 }
 
-}  // namespace
-
-void find_candidates(const Grains& grains, const Cell& cell, double skin, Candidates& out, Team& team) {
-  const std::size_t n = grains.size();
-  out.pair.clear();
+/// Rows by a, each sorted by (b, image), of what the first pieces hold: the order does not tell who found what.
+void make_rows(std::size_t n, std::size_t pieces, Candidates& out, Team& team) {
+  const std::span found(out.piece.data(), pieces);
   out.row.assign(n + 1, 0);
-  if (n == 0) return;
-  const Box box = box_of(grains, cell, skin);
-  fill_levels(grains, box, skin, out);
-
-  if (out.piece.size() < block_count(n)) out.piece.resize(block_count(n));
-  for (auto& found : out.piece) found.clear();
-  team.blocks(n, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      for (std::size_t l = out.level_of[i]; l < out.levels.size(); ++l)
-        if (!out.levels[l].member.empty()) search(box, out.levels[l], out.folded[i], l == out.level_of[i], skin, out.piece[i / block_size]);
-  });
-
-  // Rows by a, each sorted by (b, image): the order does not tell who found what.
-  for (const auto& found : out.piece)
-    for (const auto& c : found) ++out.row[c.a + 1];
+  for (const auto& piece : found)
+    for (const auto& c : piece) ++out.row[c.a + 1];
   for (std::size_t i = 0; i < n; ++i) out.row[i + 1] += out.row[i];
   out.pair.resize(out.row[n]);
   out.next.assign(out.row.begin(), out.row.end() - 1);
-  for (const auto& found : out.piece)
-    for (const auto& c : found) out.pair[out.next[c.a]++] = c;
+  for (const auto& piece : found)
+    for (const auto& c : piece) out.pair[out.next[c.a]++] = c;
   team.blocks(n, [&](std::size_t begin, std::size_t end) {
     auto before = [](const Candidate& p, const Candidate& q) { return p.b != q.b ? p.b < q.b : p.image < q.image; };
     for (std::size_t i = begin; i < end; ++i)
@@ -197,6 +183,41 @@ void find_candidates(const Grains& grains, const Cell& cell, double skin, Candid
         out.pair[to] = c;
       }
   });
+}
+
+}  // namespace
+
+void find_candidates(const Grains& grains, const Cell& cell, double skin, Candidates& out, Team& team) {
+  const std::size_t n = grains.size(), pieces = block_count(n);
+  out.piece.resize(std::max(out.piece.size(), pieces));
+  for (auto& found : out.piece) found.clear();
+  if (n > 0) {
+    const Box box = box_of(grains, cell, skin);
+    fill_levels(grains, box, skin, out);
+    team.blocks(n, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        for (std::size_t l = out.level_of[i]; l < out.levels.size(); ++l) {
+          const Index least = l == out.level_of[i] ? static_cast<Index>(i + 1) : 0;  // pairs of one level once
+          if (!out.levels[l].member.empty()) search(box, out.levels[l], out.folded[i], skin, out.piece[i / block_size], [=](Index other) { return other < least; });
+        }
+    });
+  }
+  make_rows(n, pieces, out, team);
+}
+
+void find_candidates_of(std::span<const Index> few, const std::vector<std::uint8_t>& marked, const Grains& grains, const Cell& cell, double skin, Candidates& out, Team& team) {
+  const std::size_t n = grains.size();
+  if (out.piece.empty()) out.piece.resize(1);
+  auto& found = out.piece[0];
+  found.clear();
+  if (!few.empty()) {
+    const Box box = box_of(grains, cell, skin);
+    fill_levels(grains, box, skin, out);
+    for (const Index i : few)
+      for (const Level& level : out.levels)
+        if (!level.member.empty()) search(box, level, out.folded[i], skin, found, [&](Index other) { return other == i || (other < i && marked[other]); });
+  }
+  make_rows(n, 1, out, team);
 }
 
 }  // namespace grus::dem

@@ -28,20 +28,20 @@ struct NeighbourRoom {
   std::vector<Anchor> anchor;
   Mat3 cell = Mat3::Zero();
   double skin = 0, largest = 0;
+  Candidates few;                     // pairs of the grains that a mending looks at
+  std::vector<Index> strays;          // such grains
+  std::vector<std::uint8_t> marked;   // one of them; by grain
   std::vector<Pair> pair;  // of the list before
   ContactColumns contact;
   std::vector<Touch> touch;
-  struct Listing {
-    Index old;  // pair in the list before
+  struct Listed {
+    Pair pair;
+    Index old;    // in the list before
     Bin bin;
+    Vec3 normal;  // search direction of a pair of the general bin that is apart
   };
-  std::vector<Listing> listing;  // one a candidate
-  std::vector<Vec3> normal;      // search directions of those of the general bin
-  struct WallPair {
-    Index a, b, old;
-  };
-  std::vector<std::vector<WallPair>> wall_pairs;  // by tile
-  std::vector<std::vector<Index>> crossing;       // pairs of which b is in a later tile; by tile of a
+  std::vector<std::vector<Listed>> listed;   // by tile
+  std::vector<std::vector<Index>> crossing;  // pairs of which b is in a later tile; by tile of a
   std::vector<Index> next, receivers;
   std::vector<std::array<Index, 2 * bin_count>> counts;
   std::vector<std::uint64_t> work;
@@ -56,6 +56,7 @@ struct NeighbourReference {
   double skin = 0, grown = 0;  // grown: largest growth of a surface since, by shape transition
   double largest = 0;          // radius
   std::uint64_t builds = 0;    // lists made so far
+  std::uint64_t mends = 0;     // of the list, since it was made
   NeighbourRoom room;
   double travelled = 0;        // bound of any grain's way since, against the affine motion; kept by the step loop
 };
@@ -67,11 +68,33 @@ struct NeighbourReference {
 void build_contacts(const Grains& grains, const Boundary& boundary, double skin, std::size_t materials,
                     std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference, Team& team, bool indexed = true);
 
+/// Pairs of up to one in so many grains are searched again alone: with more, a whole list costs hardly more.
+inline constexpr std::size_t few_of = 32;
+
+/// The same where only the pairs of `few` grains have to be searched again: of halves of grains that were split (`origin` as
+/// above), or of strays (`origin` empty). All other pairs stay, and so does what is known of the other grains' ways. Makes the
+/// whole list, with `skin`, where that takes no longer.
+void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, std::size_t materials, std::span<const Index> few,
+                   std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference, Team& team, bool indexed = true);
+
 /// Fills `first` and `entry` of the contacts: steps that test for no breakage can do without. `next`: room.
 void index_grains(std::size_t grains, Contacts& contacts, std::vector<Index>& next);
 
-/// True once the list may miss a contact. Looks at the grains only where `travelled` says that one could have gone too
-/// far, and then corrects it.
-bool list_is_stale(const Grains& grains, const Boundary& boundary, NeighbourReference& reference);
+enum class ListState { holds, strays, stale };
+
+/// Whether the list may miss a contact, and if so, whether that is due to a few grains that have gone far (room.strays: all that
+/// have gone a quarter of what the list allows). Looks at the grains only where `travelled` says that one could have gone too
+/// far, and then corrects it: it is the furthest way of the grains that are not strays.
+ListState look_at_list(const Grains& grains, const Boundary& boundary, NeighbourReference& reference);
+
+/// From here on the list counts: ways of all grains, or of `few` of them.
+void begin_ways(const Grains& grains, const Boundary& boundary, double skin, NeighbourReference& reference, Team& team);
+void begin_ways_of(std::span<const Index> few, const Grains& grains, const Boundary& boundary, NeighbourReference& reference);
+
+/// What the affine motion of a cell since `before` may take off the gap of pairs at the end of their reach.
+double affine_loss(const Cell& cell, const Mat3& before, double reach);
+
+/// The furthest that a wall has moved against its normal or along it since the list was made.
+double wall_travel(const Boundary& boundary, const NeighbourReference& reference);
 
 }  // namespace grus::dem

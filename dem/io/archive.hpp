@@ -90,7 +90,7 @@ void archive(A& a, S& s) {
   a.plain(l.fines.mass), a.plain(l.fines.kinetic), a.plain(l.fines.momentum), a.plain(l.fines.angular_momentum);
   a.column(l.fines.classes), a.plain(l.splits);
   auto& r = s.reference;
-  a.column(r.position), a.column(r.orientation), a.column(r.wall_point), a.plain(r.cell), a.plain(r.skin), a.plain(r.grown), a.plain(r.largest), a.plain(r.travelled), a.plain(r.builds);
+  a.column(r.position), a.column(r.orientation), a.column(r.wall_point), a.plain(r.cell), a.plain(r.skin), a.plain(r.grown), a.plain(r.largest), a.plain(r.travelled), a.plain(r.builds), a.plain(r.mends);
   a.column(s.grain_energy);
   for (auto* v : {&s.time, &s.dt, &s.skin, &s.mean_radius}) a.plain(*v);
   for (auto* v : {&s.steps, &s.next_estimate, &s.estimate_interval, &s.listed_at}) a.plain(*v);

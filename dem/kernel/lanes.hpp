@@ -234,9 +234,9 @@ GRUS_INLINE void load4(const double* base, std::size_t stride, Real& x, Real& y,
   load4(base, each, stride, x, y, z, w);
 }
 
-// Roots and quotients by Newton's iteration, where many are wanted at once: a divider does one at a time, the multipliers do many. The seeds are good to
-// 3.5 % and 5 %, every step squares the error: four end within two units of the last place. For positive normal numbers;
-// of 0 they give something large, and the inverse may overflow.
+// Roots and quotients by Newton's iteration, where many are wanted at once: a divider does one at a time, the multipliers do
+// many. The seeds are good to 3.5 % and 5 %, every step squares the error: four end within two units of the last place. For
+// positive normal numbers; of 0 they give something large, and the inverse may overflow.
 GRUS_INLINE Real inverse_root(Real a) {
   Real y = halved_from(0x5fe6eb50c7b537a9, a);
   const Real half_a = Real(0.5) * a;

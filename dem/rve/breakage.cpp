@@ -163,7 +163,9 @@ void apply_breaks(const Model& model, State& state, const std::vector<Break>& br
     draw_strength(model, g, minus.back());
   }
   update_frames(g);
-  build_contacts(g, state.boundary, state.skin, model.materials.size(), origin, state.contacts, state.reference, team);
+  std::vector<Index> few;
+  for (std::size_t k = 0; k < breaks.size(); ++k) few.push_back(static_cast<Index>(breaks[k].grain)), few.push_back(static_cast<Index>(minus[k]));
+  mend_contacts(g, state.boundary, state.skin, model.materials.size(), few, origin, state.contacts, state.reference, team);
   refresh_forces(model, state, team);
   bool shared = false;
   for (std::size_t k = 0; k < breaks.size(); ++k) shared = share_contacts(model, state, breaks[k].grain, minus[k]) || shared;

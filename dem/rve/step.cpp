@@ -37,15 +37,18 @@ void book(State& state) {
   state.ledger.work += contacts.work + grains.work;
 }
 
-/// The list has run out. A wider skin where that happens often, a narrower one where seldom; by counts of steps, so that no
-/// clock decides. Spheres: a list costs some fifteen steps; other shapes, whose steps cost more, some four.
-void rebuild(const Model& model, State& state, Team& team) {
-  const std::uint64_t lasted = state.steps - state.listed_at, often = state.grains.frame.empty() ? 120 : 30;
+/// The list has run out. A wider skin where lists take much of the time, a narrower one where little; by counts of steps, so
+/// that no clock decides: a list costs some fifteen steps, to mend one some two.
+void rebuild(const Model& model, State& state, ListState found, Team& team) {
+  const bool indexed = model.breakable() || model.reshapes();
+  if (found == ListState::strays)
+    return mend_contacts(state.grains, state.boundary, state.skin, model.materials.size(), state.reference.room.strays, {}, state.contacts, state.reference, team, indexed);
+  const std::uint64_t lasted = state.steps - state.listed_at, cost = 15 + 2 * state.reference.mends;
   const double usual = model.numerics.skin * state.mean_radius;
-  if (lasted < often) state.skin = std::min(1.25 * state.skin, 2 * usual);
-  if (lasted > 5 * often) state.skin = std::max(0.8 * state.skin, 0.5 * usual);
+  if (lasted < 8 * cost) state.skin = std::min(1.25 * state.skin, 2 * usual);
+  if (lasted > 40 * cost) state.skin = std::max(0.8 * state.skin, 0.5 * usual);
   state.listed_at = state.steps;
-  build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team, model.breakable() || model.reshapes());
+  build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team, indexed);
 }
 
 /// Forces of all contacts, and the kicks that they give. A tile of grains may move as soon as its pairs and those that earlier
@@ -175,9 +178,9 @@ std::uint64_t run_steps(const Model& model, State& state, std::uint64_t count, T
     if (!moving) sweep(Kick::open, g, state.contacts, settings, false, dt, state.grain_energy, team);
     state.reference.travelled += 1.1 * dt * take_speed(state.grain_energy);  // the affine motion may stretch the way by a little
     move_boundary(state.boundary, dt);
-    if (list_is_stale(g, state.boundary, state.reference)) {
+    if (const ListState found = look_at_list(g, state.boundary, state.reference); found != ListState::holds) {
       check_speeds(state);
-      rebuild(model, state, team);
+      rebuild(model, state, found, team);
     }
     if (reshapes) reshape_fragments(model, state, dt, reshaping, team);
     const bool test = breakable && (state.steps + 1) % static_cast<std::uint64_t>(model.numerics.fracture_every) == 0;

@@ -205,7 +205,7 @@ double seconds_of_bare_steps(const Sample& sample, std::uint64_t steps) {
     for (std::uint64_t k = 0; k < steps; ++k) {
       s.reference.travelled += 1.1 * s.dt * take_speed(s.grain_energy);
       move_boundary(s.boundary, s.dt);
-      if (list_is_stale(s.grains, s.boundary, s.reference))
+      if (look_at_list(s.grains, s.boundary, s.reference) != ListState::holds)
         build_contacts(s.grains, s.boundary, s.skin, 1, {}, s.contacts, s.reference, team);
       const ContactPass contacts(sample.model.law, sample.model.pairs, s.grains, s.boundary, s.dt, false, s.contacts);
       const SweepPass grains(Kick::both, s.grains, s.contacts, settings, false, s.dt, s.grain_energy);

@@ -253,33 +253,6 @@ TEST_CASE("rebuilding the list reuses its room") {
   CHECK(allocations - before <= 1);
 }
 
-TEST_CASE("no contact is missed while candidates serve several lists") {
-  for (const bool periodic : {true, false}) {
-    Case c;
-    make(c, periodic, false, true, true, true);
-    c.model.numerics.skin = 0.02, c.state.skin = 0.02 * c.state.mean_radius;  // many lists
-    const std::uint64_t lists = c.state.reference.builds;
-    for (int look = 0; look < 30; ++look) {
-      run_steps(c.model, c.state, 200, c.team);
-      const Grains& g = c.state.grains;
-      const Mat3 inverse = periodic ? Mat3(c.state.boundary.cell.vectors.inverse()) : Mat3(Mat3::Zero());
-      std::size_t meet = 0, listed = 0;
-      for (std::size_t i = 0; i < g.size(); ++i)
-        for (std::size_t j = i + 1; j < g.size(); ++j) {
-          Vec3 r = g.motion[j].position - g.motion[i].position;
-          if (periodic) {
-            const Vec3 s = inverse * r;
-            r -= c.state.boundary.cell.vectors * Vec3(std::round(s.x()), std::round(s.y()), std::round(s.z()));
-          }
-          meet += r.norm() < g.motion[i].radius + g.motion[j].radius;
-        }
-      for (std::size_t k = 0; k < c.state.contacts.begin[sphere_wall]; ++k) listed += c.state.contacts.contact.touching(k);
-      REQUIRE(listed == meet);
-    }
-    CHECK(c.state.reference.builds > lists + 5);
-  }
-}
-
 TEST_CASE("pairs that touch by round-off only have finite histories") {
   Case c;
   Material m;

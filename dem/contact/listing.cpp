@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/contact/listing.hpp"
+
+#include <algorithm>
+
+#include "dem/contact/tiles.hpp"
+
+namespace grus::dem {
+
+void put_aside(Contacts& contacts, NeighbourRoom& room) {
+  room.pair.swap(contacts.pair), std::swap(room.contact, contacts.contact), room.touch.swap(contacts.touch);
+}
+
+void begin_tiles(std::size_t grains, NeighbourRoom& room) {
+  const std::size_t tiles = tile_count(grains);
+  room.listed.resize(std::max(room.listed.size(), tiles)), room.crossing.resize(std::max(room.crossing.size(), tiles));
+  for (auto& listed : room.listed) listed.clear();
+  for (auto& crossing : room.crossing) crossing.clear();
+  room.counts.assign(tiles, {});
+  room.work.resize(tiles + 1);
+}
+
+void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team) {
+  NeighbourRoom& room = lister.room;
+  const std::size_t grains = lister.grains.size(), tiles = tile_count(grains), size = tile_size(grains);
+  // Contacts that leave the list while touching cannot exist: the skin exceeds any gap they could have opened.
+  std::size_t total = 0;
+  std::array<std::size_t, bin_count + 1> begins{};
+  for (std::size_t bin = 0; bin < bin_count; ++bin) {
+    begins[bin] = total;
+    contacts.tile[bin].resize(tiles + 1), contacts.apart[bin].resize(tiles);
+    for (std::size_t t = 0; t < tiles; ++t) {
+      contacts.tile[bin][t] = static_cast<Index>(total);
+      for (std::size_t h = 2 * bin; h < 2 * bin + 2; ++h) {
+        const std::size_t pairs = room.counts[t][h];
+        if (h & 1) contacts.apart[bin][t] = static_cast<Index>(total);
+        room.counts[t][h] = static_cast<Index>(total), total += pairs;
+      }
+    }
+    contacts.tile[bin][tiles] = static_cast<Index>(total);
+  }
+  begins[bin_count] = total;
+  contacts.pair.resize(total);
+  for_each_contact_column(contacts.contact, [&](auto& column) { column.resize(total + overrun); });
+  contacts.touch.resize(total + overrun), contacts.active.resize(total + overrun);
+  for (auto* column : {&contacts.a, &contacts.b, &contacts.law, &contacts.target}) column->resize(total + overrun);
+  for (std::size_t k = total; k < total + overrun; ++k) {
+    contacts.contact.set(k, {}), contacts.touch[k] = {}, contacts.active[k] = 0;
+    contacts.a[k] = contacts.b[k] = contacts.law[k] = contacts.target[k] = 0;
+  }
+  contacts.tile_work.resize(tiles + 1);
+  const int bits = tile_bits(grains);
+  team.pieces(tiles, room.work, [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t t = first; t < last; ++t) {
+      for (const auto& [pair, old, bin, normal] : room.listed[t]) {
+        const bool on = lister.touched(old), wall = bin >= sphere_wall;
+        const std::size_t k = room.counts[t][2 * static_cast<std::size_t>(bin) + !on]++;
+        contacts.pair[k] = pair;
+        contacts.a[k] = pair.a, contacts.b[k] = wall ? 0 : pair.b, contacts.law[k] = pair.law, contacts.active[k] = on;
+        contacts.target[k] = pair.b;
+        if (!wall && pair.b >> bits != t) room.crossing[t].push_back(static_cast<Index>(k));
+        const bool turned = !wall && lister.past.before(pair.a) > lister.past.before(pair.b);
+        Contact c = on ? room.contact[old] : Contact{};
+        if (turned) c.spring = -c.spring;
+        contacts.contact.set(k, c);
+        if (bin == sphere_sphere || bin == sphere_wall) continue;  // what spheres show is of the last observed step
+        Touch& touch = contacts.touch[k];
+        touch = old != Past::none ? room.touch[old] : Touch{};
+        if (turned) touch.normal = -touch.normal, touch.force = -touch.force;
+        if (bin == general && !on) touch.normal = normal;
+      }
+      weigh_tile(lister.grains, t, t * size, std::min(grains, (t + 1) * size), contacts);
+    }
+  });
+  contacts.begin = begins;
+  contacts.tile_work[0] = 0;
+  for (std::size_t t = 0; t < tiles; ++t) contacts.tile_work[t + 1] += contacts.tile_work[t];
+  contacts.energy.resize(std::max(contacts.energy.size(), tiles));
+  assign_targets(grains, room.crossing, contacts, room.receivers, room.next);
+  index_images(lister.boundary.cell, contacts);
+  contacts.first.clear();
+  if (indexed) index_grains(grains, contacts, room.next);
+}
+
+void index_grains(std::size_t grains, Contacts& contacts, std::vector<Index>& next) {
+  contacts.first.assign(grains + 1, 0);
+  const std::size_t walls = contacts.begin[sphere_wall];
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    ++contacts.first[contacts.pair[k].a + 1];
+    if (k < walls) ++contacts.first[contacts.pair[k].b + 1];
+  }
+  for (std::size_t i = 0; i < grains; ++i) contacts.first[i + 1] += contacts.first[i];
+  contacts.entry.resize(contacts.first[grains]);
+  next.assign(contacts.first.begin(), contacts.first.end() - 1);
+  for (std::size_t k = 0; k < contacts.size(); ++k) contacts.entry[next[contacts.pair[k].a]++] = static_cast<Index>(2 * k);
+  for (std::size_t k = 0; k < walls; ++k) contacts.entry[next[contacts.pair[k].b]++] = static_cast<Index>(2 * k + 1);
+}
+
+}  // namespace grus::dem

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// From near pairs to the columns of contacts: what a whole list and a mended one have in common.
+#pragma once
+
+#include "dem/contact/near_pairs.hpp"
+#include "dem/contact/neighbours.hpp"
+
+namespace grus::dem {
+
+/// Contacts of the list before, where grains were split since: looked up by grain.
+struct Past {
+  const NeighbourRoom& old;
+  const Contacts& lists;  // whose index of grains and bins are still those of before
+  std::span<const Index> origin;
+
+  Index before(Index i) const { return origin.empty() ? i : origin[i]; }
+
+  /// Index in the old list, or `none`.
+  Index find(Index a, Index b, std::array<std::int16_t, 3> image, bool wall) const {
+    Index p = before(a), q = wall ? b : before(b);
+    if (!wall && p == q) return none;  // siblings
+    if (!wall && p > q) {
+      std::swap(p, q);
+      for (auto& v : image) v = static_cast<std::int16_t>(-v);
+    }
+    if (static_cast<std::size_t>(p) + 1 >= lists.first.size()) return none;
+    for (Index e = lists.first[p]; e < lists.first[p + 1]; ++e) {
+      if (lists.entry[e] & 1) break;  // pairs of which p is a come first
+      const Index k = lists.entry[e] >> 1;
+      const Pair& pair = old.pair[k];
+      if (pair.b == q && (k >= lists.begin[sphere_wall]) == wall && (wall || pair.image == image)) return k;
+    }
+    return none;
+  }
+
+  static constexpr Index none = ~Index{0};
+};
+
+/// What it takes to put pairs on the new list, a tile at a time. The list before is in the room.
+struct Lister {
+  const Grains& grains;
+  const Boundary& boundary;
+  std::size_t materials;
+  Past past;
+  NeighbourRoom& room;
+  double skin, wall_skin;
+
+  bool touched(Index old) const { return old != Past::none && room.contact.touching(old); }
+  std::uint16_t law(Index a, std::uint8_t other) const { return static_cast<std::uint16_t>(grains.material[a] * materials + other); }
+
+  void put(std::size_t t, const NeighbourRoom::Listed& pair) {
+    room.listed[t].push_back(pair);
+    ++room.counts[t][2 * static_cast<std::size_t>(pair.bin) + !touched(pair.old)];
+  }
+
+  /// Puts a candidate on the list if it is near. `find(bin, a, b, image)`: where its history is.
+  template <class Find>
+  void consider(std::size_t t, const Candidate& c, Find&& find) {
+    if (!close(grains, boundary.cell, c, skin)) return;
+    const Bin bin = grains.round[c.a] && grains.round[c.b] ? sphere_sphere : general;
+    NeighbourRoom::Listed pair{{c.a, c.b, c.image, law(c.a, grains.material[c.b])}, find(bin, c.a, c.b, c.image), bin, Vec3::Zero()};
+    if (bin == general && !touched(pair.old)) {
+      if (pair.old != Past::none) pair.normal = past.before(c.a) > past.before(c.b) ? Vec3(-room.touch[pair.old].normal) : room.touch[pair.old].normal;
+      if (!near(grains, boundary.cell, c, skin, pair.normal)) return;
+    }
+    put(t, pair);
+  }
+
+  /// Puts the walls that grain i is near on the list, but for those that `known` says are on it.
+  template <class Find, class Known>
+  void consider_walls(std::size_t t, Index i, Find&& find, Known&& known) {
+    for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
+      const Wall& wall = boundary.walls[w];
+      const Motion& g = grains.motion[i];
+      if (wall.normal.dot(g.position - wall.point) > g.radius + wall_skin) continue;
+      const Bin bin = grains.round[i] ? sphere_wall : polyellipsoid_wall;
+      const auto b = static_cast<Index>(w);
+      if (!known(b)) put(t, {{i, b, {}, law(i, wall.material)}, find(bin, i, b, {}), bin, Vec3::Zero()});
+    }
+  }
+};
+
+/// The contacts become the list before.
+void put_aside(Contacts& contacts, NeighbourRoom& room);
+
+/// Empty lists for the tiles; room.work: running sums of what they will cost.
+void begin_tiles(std::size_t grains, NeighbourRoom& room);
+
+/// Makes the columns of the contacts from what the tiles have on their lists. In each tile and bin, pairs that touch come first.
+void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team);
+
+}  // namespace grus::dem

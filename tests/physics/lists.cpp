@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Lists of near pairs against all pairs: while candidates serve several lists, and while lists are mended.
+#include "dem/packing/packing.hpp"
+#include "dem/rve/breakage.hpp"
+#include "dem/rve/step.hpp"
+#include "dem/shape/common_normal.hpp"
+#include "dem/state/order.hpp"
+#include "tests/helpers.hpp"
+
+using namespace grus::dem;
+using namespace grus::dem::test;
+
+namespace {
+
+/// Loose grains in a cell that shears, or between walls of which one comes in; speed in m/s, rate in 1/s.
+State loose(const Model& model, std::size_t grains, bool periodic, bool shapes, double speed, double rate, Team& team) {
+  State s;
+  const double fraction = 0.45, size = std::cbrt(static_cast<double>(grains) * 1.225e-10 / fraction);
+  for (const auto& sphere : random_packing(Vec3::Constant(size), {"truncated-normal", 3e-4, 5e-5, 1e-4, 4.5e-4}, fraction, grains, periodic, 11).spheres) {
+    PolyEllipsoid shape = PolyEllipsoid::sphere(sphere.radius);
+    const std::size_t i = s.grains.size();
+    if (shapes && i % 3 == 0) shape.plus.x() *= 0.6, shape.minus.y() *= 0.8;
+    set_grain(s.grains, i, {.shape = shape, .position = sphere.position, .velocity = speed * (random_rotation(6, i) * Vec3(1, 0, 0)), .orientation = random_rotation(5, i), .density = 2650});
+  }
+  sort_in_space(s.grains);
+  if (periodic) s.boundary.cell.vectors = size * Mat3::Identity();
+  else
+    for (int k = 0; k < 3; ++k)
+      for (int side = 0; side < 2; ++side) {
+        Wall wall;
+        wall.material = 1, wall.point = wall.normal = Vec3::Zero();
+        wall.normal[k] = side ? -1 : 1;
+        if (side) wall.point[k] = size;
+        if (side && k == 2) wall.velocity[k] = -rate * size;
+        s.boundary.walls.push_back(wall);
+      }
+  prepare(model, s, team);
+  if (periodic) {
+    Mat3 gradient = Mat3::Zero();
+    gradient.diagonal() = Vec3(-1, 0.6, -0.8), gradient(0, 1) = 0.8;
+    set_cell_rate(s, rate * size * gradient);
+  }
+  return s;
+}
+
+bool listed(const Contacts& c, bool wall, std::size_t i, std::size_t j, std::array<std::int16_t, 3> image, bool touching) {
+  for (std::size_t k = wall ? c.begin[sphere_wall] : 0; k < (wall ? c.size() : c.begin[sphere_wall]); ++k)
+    if (c.pair[k].a == i && c.pair[k].b == j && c.pair[k].image == image) return !touching || c.contact.touching(k);
+  return false;
+}
+
+/// Vector from i to the nearest image of j, and that image, which is the only near one: no cell here is that small.
+std::pair<Vec3, std::array<std::int16_t, 3>> nearest(const Mat3& cell, const Vec3& i, const Vec3& j) {
+  Vec3 r = j - i;
+  std::array<std::int16_t, 3> image{};
+  if (cell(0, 0) == 0) return {r, image};
+  const Vec3 f = cell.inverse() * r;
+  for (int k = 0; k < 3; ++k) image[static_cast<std::size_t>(k)] = static_cast<std::int16_t>(-std::lround(f[k]));
+  r += cell * Vec3(image[0], image[1], image[2]);
+  return {r, image};
+}
+
+/// Pairs of spheres, and spheres and walls, that the list lacks though less than the skin was between them where their ways begin.
+std::size_t too_near(const State& s) {
+  const Grains& g = s.grains;
+  const NeighbourReference& ref = s.reference;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    if (!g.round[i]) continue;
+    const double reach = g.motion[i].radius + (1 - 1e-9) * ref.skin;
+    for (std::size_t j = i + 1; j < g.size(); ++j) {
+      const auto [r, image] = nearest(ref.cell, ref.position[i], ref.position[j]);
+      if (g.round[j] && r.norm() < g.motion[j].radius + reach) count += !listed(s.contacts, false, i, j, image, false);
+    }
+    for (std::size_t w = 0; w < s.boundary.walls.size(); ++w)
+      if (s.boundary.walls[w].normal.dot(ref.position[i] - ref.wall_point[w]) < reach) count += !listed(s.contacts, true, i, w, {}, false);
+  }
+  return count;
+}
+
+/// Pairs that overlap by more than `least`, by looking at all, and how many of them do not touch on the list.
+struct Meeting {
+  std::size_t pairs = 0, missed = 0;
+};
+
+Meeting all_pairs(const State& s, double least) {
+  const Grains& g = s.grains;
+  Meeting m;
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    for (std::size_t j = i + 1; j < g.size(); ++j) {
+      const auto [r, image] = nearest(s.boundary.cell.vectors, g.motion[i].position, g.motion[j].position);
+      double overlap = g.motion[i].radius + g.motion[j].radius - r.norm();
+      if (overlap > least && !(g.round[i] && g.round[j])) {
+        const Frame a = frame_of(g, i), b = frame_of(g, j);
+        const Vec3 apart = b.origin - g.motion[j].position + r + g.motion[i].position - a.origin;
+        overlap = cold_common_normal({g.shape[i], g.shape[j], a.axes.transpose() * b.axes, a.axes.transpose() * apart}).overlap;
+      }
+      if (overlap > least) ++m.pairs, m.missed += !listed(s.contacts, false, i, j, image, true);
+    }
+    for (std::size_t w = 0; w < s.boundary.walls.size(); ++w) {
+      const Wall& wall = s.boundary.walls[w];
+      const Vec3 tip = g.round[i] ? Vec3(-g.motion[i].radius * wall.normal) : surface_arm(g, i, -wall.normal);
+      if (wall.normal.dot(g.motion[i].position + tip - wall.point) < -least) ++m.pairs, m.missed += !listed(s.contacts, true, i, w, {}, true);
+    }
+  }
+  return m;
+}
+
+}  // namespace
+
+TEST_CASE("no contact is missed while candidates serve several lists") {
+  Model model = model_of(solid(60e9, 0.17, 2650, 0.3, 0.5));
+  model.numerics.skin = 0.02;  // many lists
+  Team team(1);
+  for (const bool periodic : {true, false}) {
+    State s = loose(model, 200, periodic, false, 0.3, 50, team);
+    const std::uint64_t lists = s.reference.builds;
+    std::size_t meet = 0;
+    for (int look = 0; look < 30; ++look) {
+      run_steps(model, s, 200, team);
+      const Meeting m = all_pairs(s, 1e-12);
+      meet += m.pairs;
+      REQUIRE(m.missed == 0);
+      REQUIRE(too_near(s) == 0);
+    }
+    CHECK(meet > 100);
+    CHECK(s.reference.builds > lists + 5);
+  }
+}
+
+TEST_CASE("no contact is missed while lists are mended, for strays and for grains that break") {
+  Material sand = solid(60e9, 0.17, 2650, 0.3, 0.2);
+  sand.fracture = FractureModel{};  // no criterion: they break when told to
+  const Model model = model_of(sand);
+  Team team(2);
+  for (const bool periodic : {true, false})
+    for (const bool shapes : {true, false}) {
+      INFO("periodic " << periodic << ", shapes " << shapes);
+      State s = loose(model, 400, periodic, shapes, 0.02, 10, team);
+      const std::uint64_t lists = s.reference.builds;
+      std::uint64_t mends = 0, last = 0;
+      std::size_t meet = 0;
+      for (int look = 0; look < 60; ++look) {
+        if (look % 3 == 0) s.grains.motion[static_cast<std::size_t>(7 * look) % s.grains.size()].velocity += 30 * (random_rotation(9, static_cast<std::uint64_t>(look)) * Vec3(1, 0, 0));
+        if (look % 4 == 1) {
+          const auto i = static_cast<std::size_t>(13 * look) % s.grains.size();
+          apply_breaks(model, s, {Break{i, look % 3}}, team);
+        }
+        s.next_estimate = s.steps;  // of the time step
+        for (int part = 0; part < 10; ++part) {
+          update_time_step(model, s);
+          run_steps(model, s, 20, team);
+          mends += s.reference.mends > last ? s.reference.mends - last : 0, last = s.reference.mends;
+        }
+        const Meeting m = all_pairs(s, 1e-9);
+        meet += m.pairs;
+        REQUIRE(m.missed == 0);
+        REQUIRE(too_near(s) == 0);
+      }
+      CHECK(meet > 1000);
+      CHECK(mends > 30);
+      CHECK(s.reference.builds > lists + 3);
+    }
+}
