@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "dem/kernel/sphere_sweep.hpp"
+#include "dem/kernel/sweep.hpp"
 
 namespace grus::dem {
 

@@ -3,7 +3,7 @@
 #include <cstdlib>
 
 #include "dem/kernel/contact_pass.hpp"
-#include "dem/kernel/sphere_sweep.hpp"
+#include "dem/kernel/sweep.hpp"
 
 namespace grus::dem {
 namespace {
@@ -43,5 +43,7 @@ PairLoop sphere_pairs() { return GRUS_CHOICE(sphere_pairs); }
 PairLoop sphere_walls() { return GRUS_CHOICE(sphere_walls); }
 PairLoop polyellipsoid_pairs() { return GRUS_CHOICE(polyellipsoid_pairs); }
 SphereKicks sphere_kicks() { return GRUS_CHOICE(sphere_kicks); }
+BodyKicks body_kicks() { return GRUS_CHOICE(body_kicks); }
+SphereTurns sphere_turns() { return GRUS_CHOICE(sphere_turns); }
 
 }  // namespace grus::dem

@@ -91,6 +91,10 @@ GRUS_INLINE Rows rows(const Quads& a, const Quads& b) {
   }
   return r;
 }
+GRUS_INLINE void put(const Quads& r, int l, double* to) {  // row l
+  const __m512d two = r.q[l / 4 * 2 + l % 2];
+  _mm256_storeu_pd(to, l / 2 % 2 ? _mm512_extractf64x4_pd(two, 1) : _mm512_castpd512_pd256(two));
+}
 GRUS_INLINE void put(const Rows& r, int l, double* to) { _mm512_storeu_pd(to, r.row[l]); }
 GRUS_INLINE void add(const Rows& r, int l, double* to) { _mm512_storeu_pd(to, _mm512_add_pd(_mm512_loadu_pd(to), r.row[l])); }
 GRUS_INLINE void subtract(const Rows& r, int l, double* to) { _mm512_storeu_pd(to, _mm512_sub_pd(_mm512_loadu_pd(to), r.row[l])); }
@@ -161,6 +165,7 @@ GRUS_INLINE Quads quads(Real x, Real y, Real z, Real w) {
            _mm256_permute2f128_pd(t1, u1, 0x31)}};
 }
 GRUS_INLINE Rows rows(const Quads& a, const Quads& b) { return {a, b}; }
+GRUS_INLINE void put(const Quads& r, int l, double* to) { _mm256_storeu_pd(to, r.q[l]); }
 GRUS_INLINE void put(const Rows& r, int l, double* to) { _mm256_storeu_pd(to, r.a.q[l]), _mm256_storeu_pd(to + 4, r.b.q[l]); }
 GRUS_INLINE void add(const Rows& r, int l, double* to) {
   _mm256_storeu_pd(to, _mm256_add_pd(_mm256_loadu_pd(to), r.a.q[l]));
@@ -214,6 +219,9 @@ struct Rows {
 };
 GRUS_INLINE Quads quads(double x, double y, double z, double w) { return {{x, y, z, w}}; }
 GRUS_INLINE Rows rows(const Quads& a, const Quads& b) { return {{a.q[0], a.q[1], a.q[2], a.q[3], b.q[0], b.q[1], b.q[2], b.q[3]}}; }
+GRUS_INLINE void put(const Quads& r, int, double* to) {
+  for (int k = 0; k < 4; ++k) to[k] = r.q[k];
+}
 GRUS_INLINE void put(const Rows& r, int, double* to) {
   for (int k = 0; k < 8; ++k) to[k] = r.row[k];
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Built once for each instruction set, with GRUS_LANES naming the namespace; see sphere_pass.cpp.
-#include "dem/kernel/sphere_sweep.hpp"
+#include "dem/kernel/sweep.hpp"
 
 namespace grus::dem {
 namespace {
@@ -23,7 +23,7 @@ GRUS_INLINE Four opposing(const Four& force, const Four& velocity, const Four& d
 }
 
 template <bool damped, bool weighs, bool shears, bool close, bool open>
-GRUS_INLINE SweepEnergy run(const SphereSweep& s, std::size_t begin, std::size_t end) {
+GRUS_INLINE SweepEnergy run(const SweepRows& s, std::size_t begin, std::size_t end) {
   const Four zero{0, 0, 0, 0}, three{1, 1, 1, 0};
   const double h = 0.5 * s.dt;
   const Four gravity{s.gravity[0], s.gravity[1], s.gravity[2], 0}, damping = GRUS_ALL(s.damping);
@@ -45,6 +45,10 @@ GRUS_INLINE SweepEnergy run(const SphereSweep& s, std::size_t begin, std::size_t
         GRUS_ROW(row) = zero, GRUS_ROW(row + 4) = zero;
       }
       if constexpr (weighs) force = force + GRUS_ALL(s.mass[i]) * gravity;
+      if (s.bonded) {
+        const double *f = s.force + 3 * i, *t = s.torque + 3 * i;
+        force = force + Four{f[0], f[1], f[2], 0}, torque = torque + Four{t[0], t[1], t[2], 0};
+      }
       if constexpr (!open)
         for (int k = 0; k < 3; ++k) s.force[3 * i + static_cast<std::size_t>(k)] = force[k], s.torque[3 * i + static_cast<std::size_t>(k)] = torque[k];
     } else {
@@ -76,7 +80,7 @@ GRUS_INLINE SweepEnergy run(const SphereSweep& s, std::size_t begin, std::size_t
 }
 
 template <bool damped, bool weighs, bool shears>
-SweepEnergy choose(const SphereSweep& s, Kick kick, std::size_t begin, std::size_t end) {
+SweepEnergy choose(const SweepRows& s, Kick kick, std::size_t begin, std::size_t end) {
   if (kick == Kick::both) return run<damped, weighs, shears, true, true>(s, begin, end);
   return kick == Kick::close ? run<damped, weighs, shears, true, false>(s, begin, end) : run<damped, weighs, shears, false, true>(s, begin, end);
 }
@@ -84,7 +88,7 @@ SweepEnergy choose(const SphereSweep& s, Kick kick, std::size_t begin, std::size
 }  // namespace
 
 namespace GRUS_LANES {
-SweepEnergy sphere_kicks(const SphereSweep& s, Kick k, std::size_t b, std::size_t e) {
+SweepEnergy sphere_kicks(const SweepRows& s, Kick k, std::size_t b, std::size_t e) {
   if (s.damping > 0) {
     if (s.weighs) return s.shears ? choose<true, true, true>(s, k, b, e) : choose<true, true, false>(s, k, b, e);
     return s.shears ? choose<true, false, true>(s, k, b, e) : choose<true, false, false>(s, k, b, e);

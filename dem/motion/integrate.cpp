@@ -2,99 +2,12 @@
 #include "dem/motion/integrate.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace grus::dem {
-namespace {
-
-Vec3 opposing(const Vec3& force, const Vec3& velocity, double alpha) {
-  Vec3 d;
-  for (int k = 0; k < 3; ++k) d[k] = velocity[k] == 0 ? 0 : -alpha * std::copysign(std::abs(force[k]), velocity[k]);
-  return d;
-}
-
-inline void half_kick(Grains& g, std::size_t i, const MotionSettings& s, const Vec3& f, const Vec3& t, double h, SweepEnergy& e) {
-  Motion& m = g.motion[i];
-  Vec3 force = f, torque = t;
-  if (s.local_damping > 0) {
-    const Vec3 df = opposing(force, m.velocity - s.affine * m.position, s.local_damping);
-    const Vec3 dt = opposing(torque, m.spin, s.local_damping);
-    force += df, torque += dt;
-    e.viscous -= h * (df.dot(m.velocity + 0.5 * h * m.inverse_mass * force) + dt.dot(m.spin));
-  }
-  e.work += h * g.mass[i] * s.gravity.dot(m.velocity + 0.5 * h * m.inverse_mass * force);
-  m.velocity += (h * m.inverse_mass) * force;
-  if (g.round[i]) m.spin += (h * m.inverse_inertia) * torque;
-  else g.angular_momentum[i] += h * torque;
-}
-
-/// Takes the loads of grain i, its own row and those of pairs of other tiles.
-inline void gather(const Grains& g, Contacts& c, Load& load, std::size_t i, const Vec3& gravity, bool bonded, Vec3& force, Vec3& torque) {
-  force = g.mass[i] * gravity + load.force, torque = load.torque;
-  load = {};
-  for (Index e = c.remote[i]; e < c.remote[i + 1]; ++e) {
-    const Index r = c.remote_row[e];
-    force += c.load[r].force, torque += c.load[r].torque;
-    c.load[r] = {};
-  }
-  if (bonded) force += g.force[i], torque += g.torque[i];
-}
-
-inline void drift(Grains& g, std::size_t i, double dt) {
-  Motion& m = g.motion[i];
-  m.position += dt * m.velocity;
-  g.orientation[i] = turn(g.orientation[i], g.inertia[i], g.angular_momentum[i], dt);
-  g.frame[i] = frame_of(g, i);
-  m.spin = spin_of(g, i);
-}
-
-inline void turn_sphere(Grains& g, std::size_t i, double dt) {
-  g.orientation[i] = unit(rotation_by(dt * g.motion[i].spin) * g.orientation[i]);
-  if (!g.frame.empty()) g.frame[i].origin = g.motion[i].position, g.frame[i].axes = g.orientation[i].toRotationMatrix();
-}
-
-/// Grain by grain: tiles that hold other shapes than spheres, or bonds.
-template <bool close, bool open>
-void sweep_each(Grains& g, Contacts& c, Load* load, const MotionSettings& s, bool bonded, double dt, std::size_t begin, std::size_t end, SweepEnergy& e) {
-  for (std::size_t i = begin; i < end; ++i) {
-    Motion& m = g.motion[i];
-    Vec3 force = g.force[i], torque = g.torque[i];
-    if constexpr (close) {
-      gather(g, c, load[i], i, s.gravity, bonded, force, torque);
-      if constexpr (!open) g.force[i] = force, g.torque[i] = torque;
-      half_kick(g, i, s, force, torque, 0.5 * dt, e);
-      if (!g.round[i]) m.spin = spin_of(g, i);
-      else if (!open) g.angular_momentum[i] = m.spin / m.inverse_inertia;
-    }
-    if constexpr (open) {
-      half_kick(g, i, s, force, torque, 0.5 * dt, e);
-      if (g.round[i]) m.position += dt * m.velocity;
-      else drift(g, i, dt);
-      const double speed = (m.velocity - s.affine * m.position).norm() + (g.round[i] ? 0 : 1.01 * m.spin.norm() * m.radius);
-      e.speed2 = std::max(e.speed2, speed * speed);
-    }
-  }
-}
-
-}  // namespace
-
-Quat turn(const Quat& orientation, const Inertia& inertia, const Vec3& momentum, double dt) {
-  const Vec3& I = inertia.moments;
-  const double split = 1 / I.x() - 1 / I.y(), spin = 1 / I.z() - 1 / I.y();
-  Quat q = orientation * inertia.axes;
-  auto about_x = [&] {
-    if (split == 0) return;
-    const double p = (q.conjugate() * momentum).x();
-    q = q * rotation_by({0.5 * dt * p * split, 0, 0});
-  };
-  about_x();
-  const double pz = (q.conjugate() * momentum).z();  // a top keeps it
-  q = rotation_by(dt / I.y() * momentum) * q * rotation_by({0, 0, dt * pz * spin});
-  about_x();
-  return unit(q * inertia.axes.conjugate());
-}
 
 SweepPass::SweepPass(Kick kick, Grains& g, Contacts& c, const MotionSettings& s, bool bonded, double dt, std::vector<SweepEnergy>& energy)
-    : kick_(kick), grains_(g), contacts_(c), settings_(s), bonded_(bonded), energy_(energy),
+    : kick_(kick), grains_(g), contacts_(c), energy_(energy), turning_(kick != Kick::close && (s.turn_spheres || !g.frame.empty())),
       rows_{.motion = reinterpret_cast<double*>(g.motion.data()),
             .load = nullptr,
             .elsewhere = reinterpret_cast<double*>(c.load.data()),
@@ -104,40 +17,46 @@ SweepPass::SweepPass(Kick kick, Grains& g, Contacts& c, const MotionSettings& s,
             .torque = reinterpret_cast<double*>(g.torque.data()),
             .angular_momentum = reinterpret_cast<double*>(g.angular_momentum.data()),
             .mass = g.mass.data(),
+            .orientation = reinterpret_cast<double*>(g.orientation.data()),
+            .frame = g.frame.empty() ? nullptr : reinterpret_cast<double*>(g.frame.data()),
+            .inertia = reinterpret_cast<const double*>(g.inertia.data()),
+            .shape = reinterpret_cast<const double*>(g.shape.data()),
             .gravity = {s.gravity.x(), s.gravity.y(), s.gravity.z()},
             .affine = {},
             .weighs = !s.gravity.isZero(0),
             .shears = !s.affine.isZero(0),
+            .bonded = bonded,
             .damping = s.local_damping,
             .dt = dt},
-      kicks_(sphere_kicks()) {
+      spheres_(sphere_kicks()), bodies_(body_kicks()), turns_(sphere_turns()) {
+  static_assert(sizeof(Quat) == 32 && sizeof(Inertia) == 56 && sizeof(PolyEllipsoid) == 48 && sizeof(Frame) == 96 && sizeof(Motion) == 96);
   for (int k = 0; k < 9; ++k) rows_.affine[k] = s.affine(k % 3, k / 3);
   if (energy.size() < tile_count(g.size())) energy.resize(tile_count(g.size()));
 }
 
 void SweepPass::tile(std::size_t t, Load* load) const {
-  if (!load) load = contacts_.load.data();
-  Grains& g = grains_;
-  const std::size_t begin = t * tile_size(g.size()), end = std::min(g.size(), begin + tile_size(g.size()));
+  const Grains& g = grains_;
+  SweepRows rows = rows_;
+  rows.load = reinterpret_cast<double*>(load ? load : contacts_.load.data());
   SweepEnergy& total = energy_[t];
-  bool spheres = !bonded_;
-  if (!g.frame.empty())
-    for (std::size_t i = begin; i < end && spheres; ++i) spheres = g.round[i];
-  if (spheres) {
-    SphereSweep rows = rows_;
-    rows.load = reinterpret_cast<double*>(load);
-    const SweepEnergy e = kicks_(rows, kick_, begin, end);
-    total.viscous += e.viscous, total.work += e.work, total.speed2 = std::max(total.speed2, e.speed2);
-  } else if (kick_ == Kick::close) {
-    sweep_each<true, false>(g, contacts_, load, settings_, bonded_, rows_.dt, begin, end, total);
-  } else if (kick_ == Kick::open) {
-    sweep_each<false, true>(g, contacts_, load, settings_, bonded_, rows_.dt, begin, end, total);
-  } else {
-    sweep_each<true, true>(g, contacts_, load, settings_, bonded_, rows_.dt, begin, end, total);
+  auto book = [&](const SweepEnergy& e) { total.viscous += e.viscous, total.work += e.work, total.speed2 = std::max(total.speed2, e.speed2); };
+  const std::size_t begin = t * tile_size(g.size()), end = std::min(g.size(), begin + tile_size(g.size()));
+  const bool all_round = g.frame.empty();
+  if (all_round) book(spheres_(rows, kick_, begin, end));
+  if (all_round && !turning_) return;
+  std::array<Index, 128> round, other;
+  for (std::size_t from = begin; from < end; from += round.size()) {
+    const std::size_t to = std::min(end, from + round.size());
+    std::size_t rounds = 0, others = 0;
+    for (std::size_t i = from; i < to; ++i) (g.round[i] ? round[rounds++] : other[others++]) = static_cast<Index>(i);
+    for (std::size_t k = 0; k < rounds && !all_round;) {  // those in a row together
+      const std::size_t first = k++;
+      while (k < rounds && round[k] == round[k - 1] + 1) ++k;
+      book(spheres_(rows, kick_, round[first], round[k - 1] + 1));
+    }
+    if (others > 0) book(bodies_(rows, kick_, other.data(), others));
+    if (turning_ && rounds > 0) turns_(rows, round.data(), rounds);
   }
-  if (kick_ == Kick::close || !(settings_.turn_spheres || !g.frame.empty())) return;
-  for (std::size_t i = begin; i < end; ++i)
-    if (g.round[i]) turn_sphere(g, i, rows_.dt);
 }
 
 void sweep(Kick kick, Grains& g, Contacts& c, const MotionSettings& s, bool bonded, double dt, std::vector<SweepEnergy>& energy, Team& team) {

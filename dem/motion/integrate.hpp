@@ -3,7 +3,7 @@
 #pragma once
 
 #include "dem/base/parallel.hpp"
-#include "dem/kernel/sphere_sweep.hpp"
+#include "dem/kernel/sweep.hpp"
 #include "dem/state/boundary.hpp"
 #include "dem/state/contacts.hpp"
 #include "dem/state/grains.hpp"
@@ -20,7 +20,8 @@ struct MotionSettings {
 /// One sweep over the grains. A close takes the loads of the contact pass (and what `bond_forces` left in
 /// grains.force/torque) and kicks by dt/2; an open kicks by dt/2 and drifts. A step in the middle of a run does both at once
 /// and leaves grains.force and torque alone; the two half kicks are rounded apart, so stopping between steps changes no bit.
-/// Spheres turn by their spin; their angular momentum is written when a step is closed. `energy`: one entry a tile.
+/// Spheres turn by their spin; their angular momentum is written when a step is closed. Other bodies turn freely for dt, by
+/// their angular momentum: half a step about x, as a symmetric top about z, half a step about x. `energy`: one entry a tile.
 class SweepPass {
 public:
   SweepPass(Kick kick, Grains& grains, Contacts& contacts, const MotionSettings& settings, bool bonded, double dt,
@@ -32,11 +33,12 @@ private:
   Kick kick_;
   Grains& grains_;
   Contacts& contacts_;
-  const MotionSettings& settings_;
-  bool bonded_;
   std::vector<SweepEnergy>& energy_;
-  SphereSweep rows_;
-  SphereKicks kicks_;
+  bool turning_;  // spheres too
+  SweepRows rows_;
+  SphereKicks spheres_;
+  BodyKicks bodies_;
+  SphereTurns turns_;
 };
 
 /// The whole sweep.
@@ -45,9 +47,6 @@ void sweep(Kick kick, Grains& grains, Contacts& contacts, const MotionSettings& 
 
 /// Largest speed (m/s) since it was last asked for.
 double take_speed(std::vector<SweepEnergy>& energy);
-
-/// Orientation (geometry -> global) of a torque-free body after dt, from its angular momentum.
-Quat turn(const Quat& orientation, const Inertia& inertia, const Vec3& angular_momentum, double dt);
 
 /// Walls and cell by dt.
 void move_boundary(Boundary& boundary, double dt);

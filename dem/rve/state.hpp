@@ -3,7 +3,7 @@
 #pragma once
 
 #include "dem/contact/neighbours.hpp"
-#include "dem/kernel/sphere_sweep.hpp"
+#include "dem/kernel/sweep.hpp"
 #include "dem/state/bonds.hpp"
 #include "dem/state/ledger.hpp"
 
