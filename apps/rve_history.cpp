@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "dem/rve/grading.hpp"
 
 namespace grus::app {
@@ -102,11 +104,13 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
     }
   }
   for (std::size_t g = 0; g < std::min(scene.listed_grains, most_listed); ++g) {
-    // Listed grains keep slot and id until they break; then their columns are empty (NaN).
-    const bool there = s.grains.id[g] == g;
-    const dem::Motion& p = s.grains.motion[g];
-    const dem::Quat& q = s.grains.orientation[g];
-    for (const auto& v : {p.position, p.velocity, p.spin, s.grains.force[g], s.grains.torque[g]})
+    // Listed grains keep their ids until they break; then their columns are empty (NaN).
+    const auto found = std::find(s.grains.id.begin(), s.grains.id.end(), g);
+    const bool there = found != s.grains.id.end();
+    const std::size_t i = there ? static_cast<std::size_t>(found - s.grains.id.begin()) : 0;
+    const dem::Motion& p = s.grains.motion[i];
+    const dem::Quat& q = s.grains.orientation[i];
+    for (const auto& v : {p.position, p.velocity, p.spin, s.grains.force[i], s.grains.torque[i]})
       for (int k = 0; k < 3; ++k) row.push_back(there ? v[k] : NAN);
     for (double v : {q.w(), q.x(), q.y(), q.z()}) row.push_back(there ? v : NAN);
   }

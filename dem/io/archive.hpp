@@ -93,7 +93,7 @@ void archive(A& a, S& s) {
   a.column(r.position), a.column(r.orientation), a.column(r.wall_point), a.plain(r.cell), a.plain(r.skin), a.plain(r.grown), a.plain(r.largest), a.plain(r.travelled), a.plain(r.builds), a.plain(r.mends);
   a.column(s.grain_energy);
   for (auto* v : {&s.time, &s.dt, &s.skin, &s.mean_radius}) a.plain(*v);
-  for (auto* v : {&s.steps, &s.next_estimate, &s.estimate_interval, &s.listed_at}) a.plain(*v);
+  for (auto* v : {&s.steps, &s.next_estimate, &s.estimate_interval, &s.listed_at, &s.sorted}) a.plain(*v);
 }
 
 inline std::string bytes_of(const State& state) {

@@ -14,6 +14,7 @@
 #include "dem/motion/critical_step.hpp"
 #include "dem/rve/breakage.hpp"
 #include "dem/rve/reshape.hpp"
+#include "dem/state/order.hpp"
 
 namespace grus::dem {
 namespace {
@@ -37,6 +38,19 @@ void book(State& state) {
   state.ledger.work += contacts.work + grains.work;
 }
 
+/// Fragments are born at the end of the columns, far from their neighbours. Where many have been, all grains are put in the
+/// order in which they lie. Returns what index each comes from; nothing where they stay.
+std::vector<Index> put_in_order(State& state) {
+  Grains& g = state.grains;
+  if (10 * g.size() < 11 * state.sorted) return {};
+  std::vector<Index> order = order_in_space(g), place(g.size());
+  reorder(g, order);
+  for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = static_cast<Index>(i);
+  for (auto& s : state.bonds) s.a = place[s.a], s.b = place[s.b];
+  state.sorted = g.size();
+  return order;
+}
+
 /// The list has run out. A wider skin where lists take much of the time, a narrower one where little; by counts of steps, so
 /// that no clock decides: a list costs some fifteen steps, to mend one some two.
 void rebuild(const Model& model, State& state, ListState found, Team& team) {
@@ -48,7 +62,8 @@ void rebuild(const Model& model, State& state, ListState found, Team& team) {
   if (lasted < 8 * cost) state.skin = std::min(1.25 * state.skin, 2 * usual);
   if (lasted > 40 * cost) state.skin = std::max(0.8 * state.skin, 0.5 * usual);
   state.listed_at = state.steps;
-  build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team, indexed);
+  const std::vector<Index> order = put_in_order(state);
+  build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), order, state.contacts, state.reference, team, indexed);
 }
 
 /// Forces of all contacts, and the kicks that they give. A tile of grains may move as soon as its pairs and those that earlier
@@ -128,7 +143,7 @@ void prepare(const Model& model, State& state, Team& team) {
   for (const auto& shape : g.shape) mean_radius += equivalent_radius(shape);
   state.mean_radius = mean_radius / static_cast<double>(std::max<std::size_t>(g.size(), 1));
   state.skin = model.numerics.skin * state.mean_radius;
-  state.listed_at = state.steps;
+  state.listed_at = state.steps, state.sorted = g.size();
   build_contacts(g, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team);
   if (std::none_of(model.pairs.begin(), model.pairs.end(), [](const PairLaw& p) { return p.friction > 0; })) {
     ContactColumns& c = state.contacts.contact;  // of a preparation with friction; passes without it leave springs alone

@@ -5,8 +5,7 @@
 
 namespace grus::dem {
 
-void sort_in_space(Grains& g) {
-  if (g.size() < 2) return;
+std::vector<Index> order_in_space(const Grains& g) {
   Vec3 low = Vec3::Constant(INFINITY), high = -low;
   for (const auto& m : g.motion) low = low.cwiseMin(m.position), high = high.cwiseMax(m.position);
   constexpr int levels = 20;
@@ -21,12 +20,20 @@ void sort_in_space(Grains& g) {
     key[i] = {code, static_cast<Index>(i)};
   }
   std::sort(key.begin(), key.end());
+  std::vector<Index> order;
+  for (const auto& [code, i] : key) order.push_back(i);
+  return order;
+}
+
+void reorder(Grains& g, std::span<const Index> order) {
   for_each_column(g, [&](auto& column) {
     if (column.empty()) return;
     auto sorted = column;
-    for (std::size_t i = 0; i < key.size(); ++i) sorted[i] = column[key[i].second];
+    for (std::size_t i = 0; i < order.size(); ++i) sorted[i] = column[order[i]];
     column = std::move(sorted);
   });
 }
+
+void sort_in_space(Grains& g) { reorder(g, order_in_space(g)); }
 
 }  // namespace grus::dem

@@ -2,12 +2,19 @@
 // The order of grains in memory: near in space, near in memory.
 #pragma once
 
+#include <span>
+
 #include "dem/state/grains.hpp"
 
 namespace grus::dem {
 
-/// Puts the grains in the order of a space-filling (Morton) curve over their bounding box. Ids stay with their grains.
-/// For new samples: indices held elsewhere (contacts, bonds) do not follow.
+/// The order along a space-filling (Morton) curve over the bounding box of the grains: what index each is to come from.
+std::vector<Index> order_in_space(const Grains& grains);
+
+/// Puts the grains in that order. Ids stay with their grains; indices held elsewhere (contacts, bonds) do not follow.
+void reorder(Grains& grains, std::span<const Index> order);
+
+/// For new samples: both.
 void sort_in_space(Grains& grains);
 
 }  // namespace grus::dem
