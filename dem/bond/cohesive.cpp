@@ -14,8 +14,12 @@ double stored_energy(const Bonds& bonds) {
   return sum;
 }
 
-void bond_forces(Grains& g, Bonds& bonds, Ledger& ledger) {
-  for (std::size_t i = 0; i < g.size(); ++i) g.force[i].setZero(), g.torque[i].setZero();
+void bond_forces(Grains& g, Bonds& bonds, Ledger& ledger, bool again) {
+  auto clear = [&](std::size_t i) { g.force[i].setZero(), g.torque[i].setZero(); };
+  if (again)
+    for (const auto& s : bonds) clear(s.a), clear(s.b);
+  else
+    for (std::size_t i = 0; i < g.size(); ++i) clear(i);
   bool broken = false;
   for (auto& s : bonds) {
     const Quat &qa = g.orientation[s.a], &qb = g.orientation[s.b];

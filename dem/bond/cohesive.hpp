@@ -21,8 +21,9 @@ inline double dissipated(const CohesiveSpring& s) { return 0.5 * s.rupture * (s.
 /// Stored energy (J) at the present opening.
 double stored_energy(const Bonds& bonds);
 
-/// Evaluates all springs, writes their force and torque on the grains into grains.force/torque (cleared first),
-/// books dissipation and removes the broken ones.
-void bond_forces(Grains& grains, Bonds& bonds, Ledger& ledger);
+/// Evaluates all springs, writes their force and torque on the grains into grains.force/torque (cleared first), books
+/// dissipation and removes the broken ones. `again`: nobody has written there since the last call, which left zero wherever it
+/// found no spring.
+void bond_forces(Grains& grains, Bonds& bonds, Ledger& ledger, bool again = false);
 
 }  // namespace grus::dem

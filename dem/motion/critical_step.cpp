@@ -96,50 +96,39 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
   double worst = 0;
   for (const Index i : order) {
     if (std::max(trace[i], impact[i]) <= worst) break;
-    Mat6 scaled = Mat6::Zero();
-    if (g.round[i] && bonds.empty()) {  // arm = radius x normal: the blocks in closed form
-      Mat3 shift = Mat3::Zero(), mixed = Mat3::Zero(), turn = Mat3::Zero();
-      const double radius = g.motion[i].radius;
-      for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
-        const std::size_t c = contacts.entry[e] >> 1;
-        if (k[c].normal == 0) continue;
-        const double weight = c < walls ? 2 : 1, kt = weight * k[c].tangential;
-        const Vec3 outward = (contacts.entry[e] & 1) ? Vec3(-contacts.touch[c].normal) : contacts.touch[c].normal;
-        const Mat3 nn = outward * outward.transpose(), across = Mat3::Identity() - nn;
+    Mat3 shift = Mat3::Zero(), mixed = Mat3::Zero(), turn = Mat3::Zero();  // blocks of sum w J^T K J, J = [1, -arm x]
+    auto assemble = [&](double weight, const Mat3& stiffness, const Vec3& arm) {
+      const Mat3 lever = cross_matrix(arm), by_turn = stiffness * lever;
+      shift += weight * stiffness, mixed -= weight * by_turn, turn += weight * lever.transpose() * by_turn;
+    };
+    for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
+      const std::size_t c = contacts.entry[e] >> 1;
+      if (k[c].normal == 0) continue;
+      const double weight = c < walls ? 2 : 1, kt = weight * k[c].tangential;
+      const Vec3 outward = (contacts.entry[e] & 1) ? Vec3(-contacts.touch[c].normal) : contacts.touch[c].normal;
+      const Mat3 nn = outward * outward.transpose(), across = Mat3::Identity() - nn;
+      if (g.round[i]) {  // arm = radius x normal: in closed form
+        const double radius = g.motion[i].radius;
         shift += weight * k[c].normal * nn + kt * across;
         mixed -= kt * radius * cross_matrix(outward);
-        turn += (kt * radius * radius + weight * k[c].rolling) * across;
+        turn += kt * radius * radius * across;
+      } else {
+        assemble(weight, k[c].normal * nn + k[c].tangential * across, surface_arm(g, i, outward));
       }
-      const double by_mass = g.motion[i].inverse_mass, by_inertia = g.motion[i].inverse_inertia;
-      scaled.topLeftCorner<3, 3>() = by_mass * shift, scaled.bottomRightCorner<3, 3>() = by_inertia * turn;
-      scaled.topRightCorner<3, 3>() = std::sqrt(by_mass * by_inertia) * mixed;
-      scaled.bottomLeftCorner<3, 3>() = scaled.topRightCorner<3, 3>().transpose();
-    } else {
-      Mat6 s = Mat6::Zero();
-      auto assemble = [&](double weight, const Mat3& stiffness, const Vec3& arm) {
-        Eigen::Matrix<double, 3, 6> j;
-        j << Mat3::Identity(), -cross_matrix(arm);
-        s += weight * j.transpose() * stiffness * j;
-      };
-      for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
-        const std::size_t c = contacts.entry[e] >> 1;
-        if (k[c].normal == 0) continue;
-        const Vec3 outward = (contacts.entry[e] & 1) ? Vec3(-contacts.touch[c].normal) : contacts.touch[c].normal;
-        const Mat3 nn = outward * outward.transpose();
-        assemble(c < walls ? 2 : 1, k[c].normal * nn + k[c].tangential * (Mat3::Identity() - nn), surface_arm(g, i, outward));
-        s.bottomRightCorner<3, 3>() += (c < walls ? 2 : 1) * k[c].rolling * (Mat3::Identity() - nn);
-      }
-      for (const auto& spring : bonds) {
-        if (spring.a != i && spring.b != i) continue;
-        const Vec3 arm = g.orientation[i] * (spring.a == i ? spring.at_a : spring.at_b);
-        assemble(2, spring.peak / spring.onset * Mat3::Identity(), arm);
-      }
-      const Mat3 axes = (g.orientation[i] * g.inertia[i].axes).toRotationMatrix();
-      Mat6 scale = Mat6::Zero();
-      scale.topLeftCorner<3, 3>() = std::sqrt(g.motion[i].inverse_mass) * Mat3::Identity();
-      scale.bottomRightCorner<3, 3>() = axes * g.inertia[i].moments.cwiseSqrt().cwiseInverse().asDiagonal() * axes.transpose();
-      scaled = scale * s * scale;
+      turn += weight * k[c].rolling * across;
     }
+    for (const auto& spring : bonds) {
+      if (spring.a != i && spring.b != i) continue;
+      assemble(2, spring.peak / spring.onset * Mat3::Identity(), g.orientation[i] * (spring.a == i ? spring.at_a : spring.at_b));
+    }
+    const double by_mass = std::sqrt(g.motion[i].inverse_mass);
+    const Mat3 axes = (g.orientation[i] * g.inertia[i].axes).toRotationMatrix();
+    const Mat3 by_inertia = g.round[i] ? Mat3(std::sqrt(g.motion[i].inverse_inertia) * Mat3::Identity())
+                                       : Mat3(axes * g.inertia[i].moments.cwiseSqrt().cwiseInverse().asDiagonal() * axes.transpose());
+    Mat6 scaled;
+    scaled.topLeftCorner<3, 3>() = by_mass * by_mass * shift, scaled.bottomRightCorner<3, 3>() = by_inertia * turn * by_inertia;
+    scaled.topRightCorner<3, 3>() = by_mass * mixed * by_inertia;
+    scaled.bottomLeftCorner<3, 3>() = scaled.topRightCorner<3, 3>().transpose();
     if (std::max(largest_eigenvalue_bound(scaled), impact[i]) <= worst) continue;
     const Eigen::SelfAdjointEigenSolver<Mat6> eigen(scaled, Eigen::EigenvaluesOnly);
     const double value = std::max(eigen.eigenvalues()[5], impact[i]);

@@ -198,10 +198,11 @@ std::uint64_t run_steps(const Model& model, State& state, std::uint64_t count, T
       rebuild(model, state, found, team);
     }
     if (reshapes) reshape_fragments(model, state, dt, reshaping, team);
+    const bool again = moving;  // no sweep has left its forces where those of bonds go
     const bool test = breakable && (state.steps + 1) % static_cast<std::uint64_t>(model.numerics.fracture_every) == 0;
     moving = !test && k + 1 < count;
     const bool bonded = !state.bonds.empty();
-    if (bonded) bond_forces(g, state.bonds, state.ledger);
+    if (bonded) bond_forces(g, state.bonds, state.ledger, again);
     force_and_move(model, state, settings, reshapes || !moving, bonded, moving ? Kick::both : Kick::close, team);
     if (reshapes) book_growth(model, state, reshaping);
     ++state.steps;
