@@ -5,6 +5,7 @@
 #include <chrono>
 #include <vector>
 
+#include "dem/base/parallel.hpp"
 #include "dem/kernel/contact_pass.hpp"
 
 namespace grus::bench {
@@ -23,9 +24,9 @@ double fastest(F&& work) {
 
 }  // namespace
 
-double gigaflops() {
-  const long rounds = 2000000;
-  double sink[80];
+double gigaflops(int threads) {
+  const long rounds = 20000000 / threads;
+  dem::Team team(threads);
 #if defined(GRUS_WIDE_KERNELS)
   const auto loop = dem::lanes() == 8 ? lanes8::multiply_add_rounds : dem::lanes() == 4 ? lanes4::multiply_add_rounds : lanes1::multiply_add_rounds;
   const int each = dem::lanes() == 8 ? lanes8::flops_a_round : dem::lanes() == 4 ? lanes4::flops_a_round : lanes1::flops_a_round;
@@ -33,7 +34,13 @@ double gigaflops() {
   const auto loop = lanes1::multiply_add_rounds;
   const int each = lanes1::flops_a_round;
 #endif
-  return static_cast<double>(rounds) * each / fastest([&] { loop(rounds, sink); }) / 1e9;
+  const double took = fastest([&] {
+    team.each(static_cast<std::size_t>(threads), [&](std::size_t) {
+      double sink[80];
+      loop(rounds, sink);
+    });
+  });
+  return static_cast<double>(rounds) * threads * each / took / 1e9;
 }
 
 double update_bandwidth(double bytes) {

@@ -17,8 +17,8 @@ GRUS_DECLARE_MACHINE(lanes4)
 GRUS_DECLARE_MACHINE(lanes8)
 #undef GRUS_DECLARE_MACHINE
 
-/// Multiplications and additions, each rounded, a second (10^9).
-double gigaflops();
+/// Multiplications and additions, each rounded, a second (10^9), of so many threads together.
+double gigaflops(int threads = 1);
 
 /// Bytes a second (10^9), each counted once, of reading and writing back `bytes` over and over.
 double update_bandwidth(double bytes);

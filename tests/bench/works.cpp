@@ -237,11 +237,11 @@ Increment uniaxial_increment(const Sample& sample, double unbalanced, int count)
 }
 
 double farm_speed_up(const Sample& sample, std::size_t count) {
-  double took[2];
-  for (const int threads : {1, 2}) {
+  double took[2] = {INFINITY, INFINITY};
+  for (const int threads : {1, 2, 1, 2, 1, 2}) {  // in turn: the machine may not be ours alone
     std::vector<State> cells(count, sample.state);
     Team farm(threads);
-    took[threads - 1] = seconds([&] {
+    const double now = seconds([&] {
       farm.each(count, [&](std::size_t i) {
         Team own(1);
         dem::Increment step;
@@ -249,6 +249,7 @@ double farm_speed_up(const Sample& sample, std::size_t count) {
         deform(sample.model, {}, cells[i], step, own);
       });
     });
+    took[threads - 1] = std::min(took[threads - 1], now);
   }
   return took[0] / took[1];
 }
