@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Kicks and turns of grains of any shape, `width` at a time; built once for each instruction set, see sphere_pass.cpp.
 // Nothing is fused: what does so by a call, on processors before 2013, would take most of the time.
-#include <cmath>
-
 #include "dem/kernel/lanes.hpp"
 #include "dem/kernel/sweep.hpp"
 

@@ -42,7 +42,7 @@ std::optional<Break> break_of(const Model& model, const State& state, std::size_
   const Grains& g = state.grains;
   const auto& fracture = model.materials[g.material[i]].fracture;
   if (!fracture || g.generation[i] >= fracture->max_generations) return std::nullopt;
-  if (equivalent_radius(g.shape[i]) < fracture->smallest_radius) return std::nullopt;
+  if (fracture->smallest_radius > 0 && equivalent_radius(g.shape[i]) < fracture->smallest_radius) return std::nullopt;
   if (!choose_axis(g.shape[i], Vec3::Zero())) return std::nullopt;
 
   std::optional<Mat3> stress;
