@@ -49,6 +49,18 @@ inline std::size_t add(State& s, const PolyEllipsoid& shape, const Vec3& x, doub
   return s.grains.size() - 1;
 }
 
+/// Rigid walls around a cube that begins at the origin, the highest last.
+inline void add_box(State& s, double size) {
+  for (int k = 0; k < 3; ++k)
+    for (int side = 0; side < 2; ++side) {
+      Wall wall;
+      wall.material = 1, wall.point = wall.normal = Vec3::Zero();
+      wall.normal[k] = side ? -1 : 1;
+      if (side) wall.point[k] = size;
+      s.boundary.walls.push_back(wall);
+    }
+}
+
 inline void add_floor(State& s) {
   Wall wall;
   wall.point = Vec3::Zero(), wall.normal = Vec3(0, 0, 1), wall.material = 1;

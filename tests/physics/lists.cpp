@@ -26,16 +26,7 @@ State loose(const Model& model, std::size_t grains, bool periodic, bool shapes, 
   }
   sort_in_space(s.grains);
   if (periodic) s.boundary.cell.vectors = size * Mat3::Identity();
-  else
-    for (int k = 0; k < 3; ++k)
-      for (int side = 0; side < 2; ++side) {
-        Wall wall;
-        wall.material = 1, wall.point = wall.normal = Vec3::Zero();
-        wall.normal[k] = side ? -1 : 1;
-        if (side) wall.point[k] = size;
-        if (side && k == 2) wall.velocity[k] = -rate * size;
-        s.boundary.walls.push_back(wall);
-      }
+  else add_box(s, size), s.boundary.walls.back().velocity.z() = -rate * size;
   prepare(model, s, team);
   if (periodic) {
     Mat3 gradient = Mat3::Zero();

@@ -35,18 +35,8 @@ State packed(std::size_t grains, bool periodic, double fraction = 0.57) {
   for (const auto& sphere : p.spheres)
     set_grain(s.grains, s.grains.size(),
               {.shape = PolyEllipsoid::sphere(sphere.radius), .position = sphere.position, .orientation = random_rotation(5, s.grains.size()), .density = 2650});
-  if (periodic) {
-    s.boundary.cell.vectors = size * Mat3::Identity();
-  } else {
-    for (int k = 0; k < 3; ++k)
-      for (int side = 0; side < 2; ++side) {
-        Wall wall;
-        wall.material = 1, wall.point = wall.normal = Vec3::Zero();
-        wall.normal[k] = side ? -1 : 1;
-        if (side) wall.point[k] = size;
-        s.boundary.walls.push_back(wall);
-      }
-  }
+  if (periodic) s.boundary.cell.vectors = size * Mat3::Identity();
+  else add_box(s, size);
   return s;
 }
 
