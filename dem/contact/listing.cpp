@@ -17,7 +17,7 @@ void begin_tiles(std::size_t grains, NeighbourRoom& room) {
   for (auto& listed : room.listed) listed.clear();
   for (auto& crossing : room.crossing) crossing.clear();
   room.counts.assign(tiles, {});
-  room.work.resize(tiles + 1);
+  room.work.clear();
 }
 
 void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team) {

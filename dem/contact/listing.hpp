@@ -83,10 +83,23 @@ struct Lister {
 /// The contacts become the list before.
 void put_aside(Contacts& contacts, NeighbourRoom& room);
 
-/// Empty lists for the tiles; room.work: running sums of what they will cost.
+/// Empty lists for the tiles, which cost the same unless room.work, running sums, says otherwise.
 void begin_tiles(std::size_t grains, NeighbourRoom& room);
 
 /// Makes the columns of the contacts from what the tiles have on their lists. In each tile and bin, pairs that touch come first.
 void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team);
+
+/// Pairs of up to one in so many grains are searched again alone: with more, a whole list costs hardly more.
+inline constexpr std::size_t few_of = 32;
+
+/// From here on the list counts: ways of all grains, or of `few` of them.
+void begin_ways(const Grains& grains, const Boundary& boundary, double skin, NeighbourReference& reference, Team& team);
+void begin_ways_of(std::span<const Index> few, const Grains& grains, const Boundary& boundary, NeighbourReference& reference);
+
+/// What the affine motion of a cell since `before` may take off the gap of pairs at the end of their reach.
+double affine_loss(const Cell& cell, const Mat3& before, double reach);
+
+/// The furthest that a wall has moved against its normal or along it since the list was made.
+double wall_travel(const Boundary& boundary, const NeighbourReference& reference);
 
 }  // namespace grus::dem

@@ -37,7 +37,7 @@ void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, 
   // A pair that the list lacks may be this far apart by now: what the others went, they may come back, and go on.
   const double loss = affine_loss(cell, reference.cell, 2 * reference.largest + reference.skin);
   const double reach = (cell.periodic() ? 1.1 : 1.0) * (reference.skin + reference.travelled + loss);  // 1.1: strains since, squared
-  const bool fits = !cell.periodic() || 1 / cell.vectors.inverse().rowwise().norm().maxCoeff() >= 2 * reference.largest + reach;
+  const bool fits = !cell.periodic() || cell.height() >= 2 * reference.largest + reach;
   if (few.size() * few_of > n || tile_size(before) != size || !fits) {
     build_contacts(grains, boundary, skin, materials, origin, contacts, reference, team, indexed);
     return;
@@ -49,7 +49,6 @@ void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, 
   if (split && contacts.first.empty()) index_grains(before, contacts, room.next);
   put_aside(contacts, room);
   begin_tiles(n, room);
-  for (std::size_t t = 0; t <= tiles; ++t) room.work[t] = t;
   Lister lister{grains, boundary, materials, {room, contacts, origin}, room, reach, reference.skin + wall_travel(boundary, reference)};
   auto find = [&](Bin bin, Index a, Index b, const std::array<std::int16_t, 3>& image) { return split ? lister.past.find(a, b, image, bin >= sphere_wall) : Past::none; };
   auto gone = [&](Index i) { return split && room.marked[i]; };

@@ -39,7 +39,7 @@ struct Walk {
 /// True while the candidates hold every pair within `skin`: no grain has gone or grown by what is left of the reserve.
 bool candidates_hold(const Grains& grains, const Cell& cell, double skin, NeighbourRoom& room, Team& team) {
   const std::size_t n = grains.size();
-  if (room.anchor.size() != n || cell.periodic() != (room.cell(0, 0) != 0)) return false;
+  if (cell.periodic() != (room.cell(0, 0) != 0)) return false;
   const double budget = 0.5 * (room.skin - skin - affine_loss(cell, room.cell, 2 * room.largest + room.skin));
   if (!(budget > 0)) return false;
   const Mat3 affine = cell.periodic() ? Mat3(cell.vectors * room.cell.inverse()) : Mat3(Mat3::Identity());
@@ -63,7 +63,7 @@ void renew_candidates(const Grains& grains, const Cell& cell, double skin, bool 
   room.skin = lasting ? 2.5 * skin : skin;
   room.cell = cell.vectors, room.largest = 0;
   for (const Motion& m : grains.motion) room.largest = std::max(room.largest, m.radius);
-  if (cell.periodic()) room.skin = std::max(skin, std::min(room.skin, 1 / cell.vectors.inverse().rowwise().norm().maxCoeff() - 2 * room.largest));
+  if (cell.periodic()) room.skin = std::max(skin, std::min(room.skin, cell.height() - 2 * room.largest));
   room.anchor.clear();  // should the search fail, nothing vouches for what it leaves
   find_candidates(grains, cell, room.skin, room.candidates, team);
   for (const Motion& m : grains.motion) room.anchor.push_back({m.position, m.radius});
@@ -84,6 +84,7 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
   const auto& candidate = room.candidates.pair;
   const auto& row = room.candidates.row;
   begin_tiles(n, room);
+  room.work.resize(tiles + 1);
   for (std::size_t t = 0; t <= tiles; ++t) room.work[t] = row[std::min(n, t * size)];
   Lister lister{grains, boundary, materials, {room, contacts, origin}, room, skin, skin};
   auto list = [&](std::size_t first, std::size_t last, auto&& finder) {

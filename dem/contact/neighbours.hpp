@@ -68,9 +68,6 @@ struct NeighbourReference {
 void build_contacts(const Grains& grains, const Boundary& boundary, double skin, std::size_t materials,
                     std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference, Team& team, bool indexed = true);
 
-/// Pairs of up to one in so many grains are searched again alone: with more, a whole list costs hardly more.
-inline constexpr std::size_t few_of = 32;
-
 /// The same where only the pairs of `few` grains have to be searched again: of halves of grains that were split (`origin` as
 /// above), or of strays (`origin` empty). All other pairs stay, and so does what is known of the other grains' ways. Makes the
 /// whole list, with `skin`, where that takes no longer.
@@ -86,15 +83,5 @@ enum class ListState { holds, strays, stale };
 /// have gone a quarter of what the list allows). Looks at the grains only where `travelled` says that one could have gone too
 /// far, and then corrects it: it is the furthest way of the grains that are not strays.
 ListState look_at_list(const Grains& grains, const Boundary& boundary, NeighbourReference& reference);
-
-/// From here on the list counts: ways of all grains, or of `few` of them.
-void begin_ways(const Grains& grains, const Boundary& boundary, double skin, NeighbourReference& reference, Team& team);
-void begin_ways_of(std::span<const Index> few, const Grains& grains, const Boundary& boundary, NeighbourReference& reference);
-
-/// What the affine motion of a cell since `before` may take off the gap of pairs at the end of their reach.
-double affine_loss(const Cell& cell, const Mat3& before, double reach);
-
-/// The furthest that a wall has moved against its normal or along it since the list was made.
-double wall_travel(const Boundary& boundary, const NeighbourReference& reference);
 
 }  // namespace grus::dem

@@ -2,7 +2,7 @@
 // How far grains, walls and the cell have gone since the list of pairs was made, and how long it holds.
 #include <algorithm>
 
-#include "dem/contact/neighbours.hpp"
+#include "dem/contact/listing.hpp"
 
 namespace grus::dem {
 namespace {

@@ -122,9 +122,11 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
       assemble(2, spring.peak / spring.onset * Mat3::Identity(), g.orientation[i] * (spring.a == i ? spring.at_a : spring.at_b));
     }
     const double by_mass = std::sqrt(g.motion[i].inverse_mass);
-    const Mat3 axes = (g.orientation[i] * g.inertia[i].axes).toRotationMatrix();
-    const Mat3 by_inertia = g.round[i] ? Mat3(std::sqrt(g.motion[i].inverse_inertia) * Mat3::Identity())
-                                       : Mat3(axes * g.inertia[i].moments.cwiseSqrt().cwiseInverse().asDiagonal() * axes.transpose());
+    Mat3 by_inertia = std::sqrt(g.motion[i].inverse_inertia) * Mat3::Identity();
+    if (!g.round[i]) {
+      const Mat3 axes = (g.orientation[i] * g.inertia[i].axes).toRotationMatrix();
+      by_inertia = axes * g.inertia[i].moments.cwiseSqrt().cwiseInverse().asDiagonal() * axes.transpose();
+    }
     Mat6 scaled;
     scaled.topLeftCorner<3, 3>() = by_mass * by_mass * shift, scaled.bottomRightCorner<3, 3>() = by_inertia * turn * by_inertia;
     scaled.topRightCorner<3, 3>() = by_mass * mixed * by_inertia;

@@ -156,6 +156,16 @@ Plain plain_pass(const Model& model, const State& state, double dt) {
   return out;
 }
 
+/// What grain i has collected, from its own tile and from others.
+Load collected(const Contacts& c, std::size_t i) {
+  Load sum = c.load[i];
+  for (Index e = c.remote[i]; e < c.remote[i + 1]; ++e) {
+    const Load& elsewhere = c.load[c.remote_row[e]];
+    sum.force += elsewhere.force, sum.torque += elsewhere.torque;
+  }
+  return sum;
+}
+
 void compare(Case& c) {
   const State before = c.state;
   const Plain plain = plain_pass(c.model, before, c.state.dt);
@@ -185,16 +195,11 @@ void compare(Case& c) {
   }
   CHECK(touching > s.grains.size());
   if (c.model.pairs[0].friction > 0) CHECK(sliding > 0);
-  std::vector<Load> load(s.contacts.load.begin(), s.contacts.load.begin() + static_cast<std::ptrdiff_t>(s.grains.size()));
-  for (std::size_t i = 0; i < load.size(); ++i)
-    for (Index e = s.contacts.remote[i]; e < s.contacts.remote[i + 1]; ++e) {
-      const Load& elsewhere = s.contacts.load[s.contacts.remote_row[e]];
-      load[i].force += elsewhere.force, load[i].torque += elsewhere.torque;
-    }
-  for (std::size_t i = 0; i < load.size(); ++i) {
+  for (std::size_t i = 0; i < s.grains.size(); ++i) {
+    const Load load = collected(s.contacts, i);
     const double tolerance = s.grains.frame.empty() ? 1e-11 : 1e-6;  // of some ten contacts
-    REQUIRE((load[i].force - plain.load[i].force).norm() <= tolerance * scale);
-    REQUIRE((load[i].torque - plain.load[i].torque).norm() <= tolerance * scale * arm);
+    REQUIRE((load.force - plain.load[i].force).norm() <= tolerance * scale);
+    REQUIRE((load.torque - plain.load[i].torque).norm() <= tolerance * scale * arm);
   }
   const BlockEnergy energy = flush(s.contacts);
   CHECK(energy.friction == Approx(plain.energy.friction).epsilon(1e-6).margin(1e-12 * scale * arm));
@@ -276,14 +281,10 @@ TEST_CASE("kicks and turns of many grains at a time are those of one") {
       std::vector<PlainGrain> plain;
       double lost = 0, won = 0;
       for (std::size_t i = 0; i < g.size(); ++i) {
-        const Contacts& contacts = c.state.contacts;
         Vec3 force = bonded || kick == Kick::open ? g.force[i] : Vec3(Vec3::Zero()), torque = bonded || kick == Kick::open ? g.torque[i] : Vec3(Vec3::Zero());
         if (kick != Kick::open) {
-          force += contacts.load[i].force + g.mass[i] * settings.gravity, torque += contacts.load[i].torque;
-          for (Index e = contacts.remote[i]; e < contacts.remote[i + 1]; ++e) {
-            const Load& elsewhere = contacts.load[contacts.remote_row[e]];
-            force += elsewhere.force, torque += elsewhere.torque;
-          }
+          const Load load = collected(c.state.contacts, i);
+          force += load.force + g.mass[i] * settings.gravity, torque += load.torque;
         }
         PlainGrain p{g.motion[i], g.orientation[i], g.angular_momentum[i]};
         if (kick != Kick::open) p.half_kick(g, i, settings, force, torque, 0.5 * dt);
