@@ -16,7 +16,7 @@ constexpr double span = 8;  // of the first smallest grain over the smallest cla
 
 GradingStates::GradingStates(const std::string& directory, const RveScene& scene) : path_(directory + "/grading.csv"), scene_(scene) {
   if (scene.output.gradings == 0) return;
-  const dem::Grading first(scene.model, scene.state);
+  const dem::Grading first(scene.state);
   largest_ = first.largest() * (1 + 1e-9), smallest_ = first.smallest() / span;
   text_ = "time_s,strain,diameter_m,passing,grains,mass_kg,coordination,elongation,flatness,generation\n";
 }
@@ -25,7 +25,7 @@ void GradingStates::write_if_due(const dem::State& state) {
   const int states = scene_.output.gradings;
   const double every = states > 1 ? scene_.test.duration / (states - 1) : scene_.test.duration;
   if (written_ >= states || state.time < every * written_ * (1 - 1e-9)) return;
-  const dem::Grading now(scene_.model, state);
+  const dem::Grading now(state);
   for (const auto& c : dem::size_classes(state, smallest_, largest_, classes))
     text_ += fmt::format("{:.9g},{:.9g},{:.6g},{:.9g},{},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g}\n", state.time, state.time * scene_.test.strain_rate, c.upper,
                          now.passing(c.upper), c.grains, c.mass, c.coordination, c.elongation, c.flatness, c.generation);

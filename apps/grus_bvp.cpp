@@ -54,7 +54,7 @@ std::unique_ptr<fem::Problem> make_problem(const BvpScene& scene) {
 /// Model of the run: in real time grains are damped by their contacts only; local damping is for the preparation.
 std::shared_ptr<const dem::Model> run_model(const BvpScene& scene) {
   auto model = std::make_shared<dem::Model>(scene.unit_cells[0].model);
-  if (scene.dynamics) model->motion.local_damping = 0;
+  if (scene.dynamics) dem::set_damping(*model, 0);
   return model;
 }
 

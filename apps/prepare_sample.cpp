@@ -12,7 +12,7 @@ dem::State prepare_sample(const RveScene& scene, dem::Team& team) {
     for (auto& m : model.materials)
       if (std::isfinite(m.youngs_modulus)) m.friction = scene.preparation->friction;
     dem::make_pair_laws(model);
-    if (model.motion.local_damping == 0) model.motion.local_damping = 0.3;  // a sample must come to rest
+    if (std::all_of(model.damping.begin(), model.damping.end(), [](double d) { return d == 0; })) dem::set_damping(model, 0.3);  // a sample must come to rest
     dem::prepare(model, state, team);
     dem::compress_isotropically(model, scene.preparation->quasi_static, state, scene.preparation->pressure, team);
     state.time = 0;

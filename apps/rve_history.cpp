@@ -85,7 +85,7 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
   for (int k = 0; k < 6; ++k) row.push_back(fabric[k]);
   if (scene.model.reshapes()) row.push_back(l.reshape);
   if (scene.output.grading) {
-    const dem::Grading first(scene.model, scene.state), now(scene.model, s);
+    const dem::Grading first(scene.state), now(s);
     const dem::Zingg z = dem::zingg(s.grains);
     row.insert(row.end(), {now.diameter(0.1), now.diameter(0.5), now.diameter(0.9), dem::einav_breakage(first, now), dem::hardin_breakage(first, now),
                            now.fractal_dimension(), now.fines_fraction(), z.equant, z.disc, z.rod, z.blade, z.elongation, z.flatness});

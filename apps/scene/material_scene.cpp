@@ -18,7 +18,7 @@ dem::FractureModel read_fracture(Table t) {
   }
   if (auto c = t.table_if("contact_tension")) {
     f.contact_tension = {c->number("strength", dimension::pressure, positive),
-                         static_cast<int>(c->integer_or("critical_contacts", 3, 3, 100))};
+                         static_cast<int>(c->integer_or("critical_contacts", 3, 3, dem::most_critical_contacts))};
     c->finish();
   }
   if (!f.hoek_brown && !f.contact_tension) t.fail("", "needs hoek_brown, contact_tension or both: without a criterion nothing breaks");
@@ -90,7 +90,7 @@ void read_model(Table& scene, dem::Model& model) {
     }
     m.friction = t.number_or("friction", 0, dimension::none, not_negative);
     m.restitution = t.number_or("restitution", 1, dimension::none, {0.01, 1});
-    model.motion.local_damping = std::max(model.motion.local_damping, t.number_or("damping", 0, dimension::none, {0, 1, false, true}));
+    m.damping = t.number_or("damping", 0, dimension::none, {0, 1, false, true});
     if (auto f = t.table_if("fracture")) m.fracture = read_fracture(*f);
     t.finish();
     model.materials.push_back(m);
@@ -98,7 +98,13 @@ void read_model(Table& scene, dem::Model& model) {
   materials.finish();
   if (model.materials.empty()) scene.fail("material", "needs at least one [material.NAME] table");
   if (model.materials.size() > 200) scene.fail("material", "at most 200 materials");
-  if (law == "linear") model.law = dem::LinearSpring{};
+  if (law == "linear") {
+    model.law = dem::LinearSpring{};
+    // Force over the square of Hertz's contact radius does not depend on the force here: it breaks at none or never.
+    for (const auto& m : model.materials)
+      if (m.fracture && m.fracture->contact_tension)
+        materials.fail(m.name, "fracture.contact_tension has no meaning with contact = \"linear\", whose tension at the contact's rim does not grow with the load; use hoek_brown, or \"hertz-mindlin\"");
+  }
 
   dem::Numerics& n = model.numerics;
   if (auto t = scene.table_if("numerics")) {

@@ -10,6 +10,8 @@
 namespace grus::dem {
 namespace {
 
+constexpr std::size_t most_levels = 64;
+
 using Level = Candidates::Level;
 using Member = Candidates::Member;
 
@@ -49,13 +51,14 @@ void fill_levels(const Grains& grains, const Box& box, double skin, Candidates& 
   double smallest = INFINITY, largest = 0;
   for (const auto& g : grains.motion) smallest = std::min(smallest, g.radius), largest = std::max(largest, g.radius);
   if (box.periodic && box.heights.minCoeff() < 2 * largest + skin)
-    throw InputError(fmt::format("periodic cell of {:.3g} m is smaller than its largest grain ({:.3g} m across): a grain would "
-                                 "touch its own image; enlarge the cell",
-                                 box.heights.minCoeff(), 2 * largest));
-  const auto depth = static_cast<std::size_t>(std::floor(std::log2(largest / smallest) + 1e-9)) + 1;
+    throw Unstable(fmt::format("periodic cell of {:.3g} m has become smaller than its largest grain ({:.3g} m across): a grain would "
+                               "touch its own image; use a larger cell, or load less",
+                               box.heights.minCoeff(), 2 * largest));
+  // More than 64 doublings in size: all that is larger shares the last level.
+  const auto depth = std::min<std::size_t>(most_levels, static_cast<std::size_t>(std::floor(std::log2(largest / smallest) + 1e-9)) + 1);
   out.levels.resize(depth);
-  std::array<double, 64> bound;  // radius at which the next level begins
-  for (std::size_t l = 0; l < std::min<std::size_t>(depth, 64); ++l) bound[l] = l + 1 < depth ? std::ldexp(smallest, static_cast<int>(l) + 1) : INFINITY;
+  std::array<double, most_levels> bound;  // radius at which the next level begins
+  for (std::size_t l = 0; l < depth; ++l) bound[l] = l + 1 < depth ? std::ldexp(smallest, static_cast<int>(l) + 1) : INFINITY;
   std::vector<std::size_t> count(depth, 0);
   for (auto& level : out.levels) level.largest = 0;
   out.level_of.resize(n);
@@ -126,8 +129,8 @@ void search(const Box& box, const Level& level, const Member& mine, double skin,
   std::array<int, 3> low, high;
   for (int k = 0; k < 3; ++k) {
     const double span = reach / box.heights[k];
-    low[static_cast<std::size_t>(k)] = static_cast<int>(std::floor((s[k] - span) * level.cells[static_cast<std::size_t>(k)]));
-    high[static_cast<std::size_t>(k)] = static_cast<int>(std::floor((s[k] + span) * level.cells[static_cast<std::size_t>(k)]));
+    auto cell = [&](double at) { return static_cast<int>(std::clamp(std::floor(at * level.cells[static_cast<std::size_t>(k)]), -1e9, 1e9)); };
+    low[static_cast<std::size_t>(k)] = cell(s[k] - span), high[static_cast<std::size_t>(k)] = cell(s[k] + span);
   }
   auto look = [&](std::size_t begin, std::size_t end, const std::array<int, 3>& wrap) {
     const Vec3 from = box.periodic ? Vec3(mine.position - box.vectors * Vec3(wrap[0], wrap[1], wrap[2])) : mine.position;
@@ -186,6 +189,16 @@ void make_rows(std::size_t n, std::size_t pieces, Candidates& out, Team& team) {
 }
 
 }  // namespace
+
+void refuse_small_cell(const Grains& grains, const Cell& cell, double skin) {
+  if (!cell.periodic()) return;
+  double largest = 0;
+  for (const auto& g : grains.motion) largest = std::max(largest, g.radius);
+  if (cell.height() < 2 * largest + skin)
+    throw InputError(fmt::format("periodic cell of {:.3g} m is smaller than its largest grain ({:.3g} m across) and the neighbour skin: a grain would "
+                                 "touch its own image; enlarge the cell",
+                                 cell.height(), 2 * largest));
+}
 
 void find_candidates(const Grains& grains, const Cell& cell, double skin, Candidates& out, Team& team) {
   const std::size_t n = grains.size(), pieces = block_count(n);

@@ -43,8 +43,11 @@ struct Candidates {
 };
 
 /// All pairs whose bounding spheres are closer than `skin`, each once.
-/// Throws InputError where a periodic cell is too small for its largest grain (a grain would meet its own image).
+/// Throws Unstable where a periodic cell has become too small for its largest grain (a grain would meet its own image).
 void find_candidates(const Grains& grains, const Cell& cell, double skin, Candidates& found, Team& team);
+
+/// Throws InputError where a cell is too small to begin with.
+void refuse_small_cell(const Grains& grains, const Cell& cell, double skin);
 
 /// Those of them that a grain of `few` is part of; marked[i]: grain i is one of the few.
 void find_candidates_of(std::span<const Index> few, const std::vector<std::uint8_t>& marked, const Grains& grains, const Cell& cell,

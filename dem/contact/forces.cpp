@@ -78,7 +78,7 @@ bool solve_pair(const void* context, std::size_t k, double* found_row) {
 }
 
 template <class Law>
-void polyellipsoid_walls(const Law& law, const Scene& s, Contacts& contacts, Load* load, std::size_t begin, std::size_t end, BlockEnergy& e) {
+void polyellipsoid_walls(const Law& law, const Scene& s, Contacts& contacts, Load* load, std::size_t first, std::size_t begin, std::size_t end, BlockEnergy& e) {
   for (std::size_t k = begin; k < end; ++k) {
     const Pair& pair = contacts.pair[k];
     Touch& touch = contacts.touch[k];
@@ -102,7 +102,8 @@ void polyellipsoid_walls(const Law& law, const Scene& s, Contacts& contacts, Loa
     const Vec3 v = wall.velocity - a.velocity - a.spin.cross(arm);
     const Vec3 force = advance_contact(law, p, 1 / a.inverse_mass, c, touch, n, overlap, v, 0.5 * n.dot(a.spin), s.dt, e);
     contacts.contact.set(k, c);
-    load[pair.a].force -= force, load[pair.a].torque += force.cross(arm);
+    Load& mine = load[pair.a - first];
+    mine.force -= force, mine.torque += force.cross(arm);
     e.work -= s.dt * force.dot(wall.velocity);
   }
 }
@@ -159,10 +160,11 @@ ContactPass::ContactPass(const ContactLaw& law, std::span<const PairLaw> pairs, 
     : law_(law), pairs_(pairs), grains_(grains), boundary_(boundary), contacts_(contacts),
       rows_(rows_of(law, pairs, grains, boundary, dt, shown, contacts)), spheres_(sphere_pairs()), walls_(sphere_walls()), polyellipsoids_(polyellipsoid_pairs()) {}
 
-void ContactPass::tile(std::size_t t, Load* load) const {
-  if (!load) load = contacts_.load.data();
+void ContactPass::tile(std::size_t t, Load* room) const {
+  const std::size_t first = t * tile_size(grains_.size());
+  Load* const load = room ? room : contacts_.load.data() + first;
   ContactRows pass = rows_;
-  pass.load = reinterpret_cast<double*>(load);
+  pass.load = reinterpret_cast<double*>(load), pass.first = static_cast<std::uint32_t>(first);
   BlockEnergy& e = contacts_.energy[t];
   auto range = [&](Bin bin) { return std::pair<std::size_t, std::size_t>(contacts_.tile[bin][t], contacts_.tile[bin][t + 1]); };
   auto rows = [&](Bin bin, PairLoop loop) {
@@ -181,7 +183,7 @@ void ContactPass::tile(std::size_t t, Load* load) const {
   pass.solve = solve_pair, pass.context = &solver;
   rows(general, polyellipsoids_);
   std::visit(
-      [&](const auto& law) { polyellipsoid_walls(law, scene, contacts_, load, wall_begin, wall_end, e); }, law_);
+      [&](const auto& law) { polyellipsoid_walls(law, scene, contacts_, load, first, wall_begin, wall_end, e); }, law_);
 }
 
 void contact_forces(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary,

@@ -21,8 +21,8 @@ class ContactPass {
 public:
   ContactPass(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary, double dt, bool shown,
               Contacts& contacts);
-  /// `load`: where the tile's grains collect, as an array over all grains; contacts.load unless said otherwise.
-  void tile(std::size_t t, Load* load = nullptr) const;
+  /// `room`: where the tile's grains collect, one row a grain of the tile; their rows of contacts.load unless said otherwise.
+  void tile(std::size_t t, Load* room = nullptr) const;
 
 private:
   const ContactLaw& law_;

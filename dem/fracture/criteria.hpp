@@ -25,6 +25,8 @@ struct HoekBrown {
   }
 };
 
+inline constexpr int most_critical_contacts = 100;
+
 /// Largest tensile stress at the rim of a Hertz contact, (1 - 2 nu)/3 q0 with q0 = 3F/(2 pi a^2) (eq 17).
 /// A grain breaks once `critical_contacts` contacts reach the strength (Pa).
 struct ContactTension {

@@ -55,7 +55,7 @@ void split_grain(Grains& g, std::size_t i, int axis, const FractureModel& fractu
     fines.kinetic -= 0.5 * (m * child.velocity.squaredNorm() + g.angular_momentum[slot].dot(spin));
     kept += m;
   }
-  if (!keep_mass) add_fines(fines, fracture.fines.largest * parent_diameter, mass - kept);
+  if (!keep_mass) add_fines(fines, fracture.fines.largest * parent_diameter, fracture.fines.dimension, mass - kept);
 }
 
 }  // namespace grus::dem

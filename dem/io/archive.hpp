@@ -85,7 +85,7 @@ void archive(A& a, S& s) {
   for (auto& w : s.boundary.walls) a.plain(w.point), a.plain(w.normal), a.plain(w.velocity), a.plain(w.material), a.plain(w.force), a.text(w.name);
   a.plain(s.boundary.cell);
   auto& l = s.ledger;
-  for (auto* v : {&l.work, &l.friction, &l.damping, &l.fracture, &l.split, &l.split_added, &l.reshape, &l.start, &l.fracture_area, &l.residual_force}) a.plain(*v);
+  for (auto* v : {&l.work, &l.friction, &l.damping, &l.fracture, &l.split, &l.split_added, &l.reshape, &l.start, &l.floor, &l.fracture_area, &l.residual_force}) a.plain(*v);
   for (auto* v : {&l.breakages, &l.bonds_broken, &l.splits_refused}) a.plain(*v);
   a.plain(l.fines.mass), a.plain(l.fines.kinetic), a.plain(l.fines.momentum), a.plain(l.fines.angular_momentum);
   a.column(l.fines.classes), a.plain(l.splits);
@@ -93,7 +93,7 @@ void archive(A& a, S& s) {
   a.column(r.position), a.column(r.orientation), a.column(r.wall_point), a.plain(r.cell), a.plain(r.skin), a.plain(r.grown), a.plain(r.largest), a.plain(r.travelled), a.plain(r.builds), a.plain(r.mends);
   a.column(s.grain_energy);
   for (auto* v : {&s.time, &s.dt, &s.skin, &s.mean_radius}) a.plain(*v);
-  for (auto* v : {&s.steps, &s.next_estimate, &s.estimate_interval, &s.listed_at, &s.sorted}) a.plain(*v);
+  for (auto* v : {&s.steps, &s.next_estimate, &s.estimate_interval, &s.listed_at, &s.sorted, &s.tested_at, &s.next_test}) a.plain(*v);
 }
 
 inline std::string bytes_of(const State& state) {

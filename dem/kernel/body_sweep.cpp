@@ -85,13 +85,12 @@ GRUS_INLINE Real3 spin_of(const Turn& q, const Real3& moments, const Real3& mome
   return sum(along(e.x, momentum) / moments.x, e.x, along(e.y, momentum) / moments.y, e.y, along(e.z, momentum) / moments.z, e.z);
 }
 
-/// -damping |force| in the direction of each component of the velocity.
-GRUS_INLINE Real opposing(Real force, Real velocity, Real damping) {
-  const Real zero(0.0), size = damping * larger(force, zero - force);
-  return select(less(velocity, zero), size, select(less(zero, velocity), zero - size, zero));
-}
+/// -damping |force| against the direction of the velocity, as sphere_sweep.cpp.
 GRUS_INLINE Real3 opposing(const Real3& f, const Real3& v, Real damping) {
-  return {opposing(f.x, v.x, damping), opposing(f.y, v.y, damping), opposing(f.z, v.z, damping)};
+  const Real zero(0.0), force2 = along(f, f), speed2 = along(v, v);
+  const Mask moves = less(zero, speed2);
+  const Real share = select(moves, zero - damping * root(force2 / select(moves, speed2, Real(1.0))), zero);
+  return share * v;
 }
 
 /// Up to `width` grains; rows beyond `count` repeat the last.
@@ -103,6 +102,13 @@ struct Group {
     for (int l = 0; l < width; ++l) at[l] = grains[first + static_cast<std::size_t>(l < count ? l : count - 1)];
   }
   GRUS_INLINE Real3 read3(const double* column) const { return {gather(column, at, 3), gather(column + 1, at, 3), gather(column + 2, at, 3)}; }
+  GRUS_INLINE Real damping(const SweepRows& s) const {
+    double of[width];
+    for (int l = 0; l < width; ++l) of[l] = s.damping[s.material[at[l]]];
+    Real v;
+    load(of, v);
+    return v;
+  }
   GRUS_INLINE void write3(const Real3& v, double* column) const {
     double x[width], y[width], z[width];
     store(v.x, x), store(v.y, y), store(v.z, z);
@@ -134,7 +140,7 @@ GRUS_INLINE void collect(const SweepRows& s, const Group& g, Real3& force, Real3
   double sums[width][8];
   for (int l = 0; l < g.count; ++l) {
     const std::size_t i = g.at[l];
-    double* row = s.load + 8 * i;
+    double* row = s.load + 8 * (i - s.first);
     double* const to = sums[l];
     for (int k = 0; k < 8; ++k) to[k] = row[k], row[k] = 0;
     for (std::uint32_t r = s.remote[i]; r < s.remote[i + 1]; ++r) {
@@ -152,7 +158,7 @@ GRUS_INLINE void collect(const SweepRows& s, const Group& g, Real3& force, Real3
 
 template <bool close, bool open>
 SweepEnergy run(const SweepRows& s, const std::uint32_t* grains, std::size_t count) {
-  const Real half(0.5), dt(s.dt), h(0.5 * s.dt), damping(s.damping);
+  const Real half(0.5), dt(s.dt), h(0.5 * s.dt);
   const Real3 gravity{s.gravity[0], s.gravity[1], s.gravity[2]};
   const double* const a = s.affine;
   const Real3 ax{a[0], a[1], a[2]}, ay{a[3], a[4], a[5]}, az{a[6], a[7], a[8]};
@@ -179,12 +185,13 @@ SweepEnergy run(const SweepRows& s, const std::uint32_t* grains, std::size_t cou
       force = g.read3(s.force), torque = g.read3(s.torque);
     }
     auto apart = [&] { return s.shears ? v - sum(x.x, ax, x.y, ay, x.z, az) : v; };
-    if (s.damping > 0) load4(s.motion + 8, g.at, 12, w.x, w.y, w.z, unused);
+    Real damping(0.0);
+    if (s.damping) damping = g.damping(s), load4(s.motion + 8, g.at, 12, w.x, w.y, w.z, unused);
     for (int k = 0; k < (close && open ? 2 : 1); ++k) {
       Real3 f = force, t = torque;
-      if (k == 1 && s.damping > 0) w = spin_of(q * principal, moments, momentum);
+      if (k == 1 && s.damping) w = spin_of(q * principal, moments, momentum);
       const Real kick = h * inverse_mass;
-      if (s.damping > 0) {
+      if (s.damping) {
         const Real3 df = opposing(force, apart(), damping), dm = opposing(torque, w, damping);
         f = f + df, t = t + dm;
         double lost[width];

@@ -22,9 +22,9 @@ struct ContactRows {
   double dt;
   double* touch;                 // 8: normal overlap | force, 0; nullptr for spheres: nobody looks at this step
   std::uint8_t* active;          // touching
-  double* load;                  // 8: force, 0 | torque, 0; added to. Rows of the grains of the tile at hand
+  double* load;                  // 8: force, 0 | torque, 0; added to. Rows of the grains of the tile at hand, that of `first` first
   double* elsewhere;             // the same of targets from `grains` on
-  std::uint32_t grains;
+  std::uint32_t grains, first;
   bool hertz, friction, dashpot; // what any of the laws needs
 
   // Histories, a value a pair; as a and b readable beyond the end.

@@ -193,10 +193,10 @@ GRUS_STAGE void hand_out(const ContactRows& s, std::size_t first, int kept, Chun
       sums.power[h] = sums.power[h] + kept_lanes(on, dot(force, drag));
     }
     const Quads push = quads(force.x, force.y, force.z, zero);
-    auto load_of_a = [&](int l) { return s.load + 8 * std::size_t{s.a[k + static_cast<std::size_t>(l)]}; };
+    auto load_of_a = [&](int l) { return s.load + 8 * std::size_t{s.a[k + static_cast<std::size_t>(l)] - s.first}; };
     auto load_of_b = [&](int l) {
       const std::uint32_t target = s.target[k + static_cast<std::size_t>(l)];
-      return (target < s.grains ? s.load : s.elsewhere) + 8 * std::size_t{target};
+      return target < s.grains ? s.load + 8 * std::size_t{target - s.first} : s.elsewhere + 8 * std::size_t{target};
     };
     if constexpr (kind == Kind::shaped) {
       const Real3 torque_a = cross(Real3{at(c.arm_ax + o), at(c.arm_ay + o), at(c.arm_az + o)}, force);

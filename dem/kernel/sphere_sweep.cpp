@@ -8,25 +8,25 @@ namespace {
 #define GRUS_INLINE [[gnu::always_inline]] inline
 
 using Four = double __attribute__((vector_size(32)));
-using FourBits = long long __attribute__((vector_size(32)));
 using FourAnywhere = double __attribute__((vector_size(32), aligned(8), may_alias));
 
 #define GRUS_ROW(p) (*reinterpret_cast<FourAnywhere*>(p))
 #define GRUS_ALL(x) (Four{(x), (x), (x), (x)})
 
-GRUS_INLINE Four opposing(const Four& force, const Four& velocity, const Four& damping) {
-  const FourBits sign = FourBits{1, 1, 1, 1} << 63;
-  const Four size = reinterpret_cast<Four>(reinterpret_cast<FourBits>(force) & ~sign);
-  const Four against = reinterpret_cast<Four>(reinterpret_cast<FourBits>(size) | (reinterpret_cast<FourBits>(velocity) & sign));
-  const Four zero{0, 0, 0, 0};
-  return velocity == zero ? zero : zero - damping * against;
+/// -damping |force| against the direction of the velocity: no axis is special. The fourths are not parts of either.
+GRUS_INLINE Four opposing(const Four& force, const Four& velocity, double damping) {
+  const Four ff = force * force, vv = velocity * velocity;
+  const double force2 = ff[0] + ff[1] + ff[2], speed2 = vv[0] + vv[1] + vv[2];
+  if (!(speed2 > 0)) return Four{0, 0, 0, 0};
+  const double share = damping * __builtin_sqrt(force2 / speed2);
+  return Four{-share, -share, -share, 0} * velocity;
 }
 
 template <bool damped, bool weighs, bool shears, bool close, bool open>
 GRUS_INLINE SweepEnergy run(const SweepRows& s, std::size_t begin, std::size_t end) {
   const Four zero{0, 0, 0, 0}, three{1, 1, 1, 0};
   const double h = 0.5 * s.dt;
-  const Four gravity{s.gravity[0], s.gravity[1], s.gravity[2], 0}, damping = GRUS_ALL(s.damping);
+  const Four gravity{s.gravity[0], s.gravity[1], s.gravity[2], 0};
   const Four ax{s.affine[0], s.affine[1], s.affine[2], 0}, ay{s.affine[3], s.affine[4], s.affine[5], 0}, az{s.affine[6], s.affine[7], s.affine[8], 0};
   const Four step{s.dt, s.dt, s.dt, 0};
   Four viscous = zero, work = zero, fastest = zero;
@@ -35,7 +35,7 @@ GRUS_INLINE SweepEnergy run(const SweepRows& s, std::size_t begin, std::size_t e
     Four x = GRUS_ROW(m), v = GRUS_ROW(m + 4), w = GRUS_ROW(m + 8), force, torque;
     const double kick = h * v[3], turn = h * w[3];
     if constexpr (close) {
-      double* row = s.load + 8 * i;
+      double* row = s.load + 8 * (i - s.first);
       force = GRUS_ROW(row), torque = GRUS_ROW(row + 4);
       GRUS_ROW(row) = zero, GRUS_ROW(row + 4) = zero;
       for (std::uint32_t r = s.remote[i]; r < s.remote[i + 1]; ++r) {
@@ -59,6 +59,7 @@ GRUS_INLINE SweepEnergy run(const SweepRows& s, std::size_t begin, std::size_t e
     for (int half = 0; half < (close && open ? 2 : 1); ++half) {
       Four f = force, t = torque;
       if constexpr (damped) {
+        const double damping = s.damping[s.material[i]];
         const Four df = opposing(force, shears ? Four(v - affine()) : v, damping), dt = opposing(torque, w, damping);
         f = f + df, t = t + dt;
         viscous = viscous - GRUS_ALL(h) * (df * (v + GRUS_ALL(0.5 * kick) * f) + dt * w);
@@ -89,7 +90,7 @@ SweepEnergy choose(const SweepRows& s, Kick kick, std::size_t begin, std::size_t
 
 namespace GRUS_LANES {
 SweepEnergy sphere_kicks(const SweepRows& s, Kick k, std::size_t b, std::size_t e) {
-  if (s.damping > 0) {
+  if (s.damping) {
     if (s.weighs) return s.shears ? choose<true, true, true>(s, k, b, e) : choose<true, true, false>(s, k, b, e);
     return s.shears ? choose<true, false, true>(s, k, b, e) : choose<true, false, false>(s, k, b, e);
   }

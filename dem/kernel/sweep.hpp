@@ -13,7 +13,7 @@ inline constexpr std::uint32_t rows_ahead = 16;
 /// Rows of doubles, in the layout of the columns of the same names.
 struct SweepRows {
   double* motion;              // 12: position radius | velocity 1/m | spin 1/I
-  double* load;                // 8: force, 0 | torque, 0; taken and cleared by a close
+  double* load;                // 8: force, 0 | torque, 0; taken and cleared by a close. Row 0 is that of grain `first`
   double* elsewhere;           // the same; of grain i: rows remote_row[remote[i]] to remote_row[remote[i + 1]]
   const std::uint32_t *remote, *remote_row;
   double *force, *torque;      // 3 each: written by a close alone, read by an open alone, and what bonds do
@@ -26,7 +26,10 @@ struct SweepRows {
   double gravity[3];
   double affine[9];            // velocity gradient of the cell, column by column
   bool weighs, shears, bonded; // gravity, affine are not zero; force and torque hold what bonds do
-  double damping, dt;
+  const double* damping;       // by material; nullptr: none damps
+  const std::uint8_t* material;
+  std::uint32_t first;
+  double dt;
 };
 
 /// Energies of the sweep (J), and the square of a bound of the speeds against the affine field.
@@ -38,7 +41,7 @@ enum class Kick { close, open, both };
 
 /// Spheres [begin, end), a grain's row of four at a time; their orientations are left to `turn_spheres`.
 using SphereKicks = SweepEnergy (*)(const SweepRows&, Kick, std::size_t begin, std::size_t end);
-/// Grains of any shape, by symmetric-top splitting, as many at a time as a register holds.
+/// Spheres and poly-ellipsoids, by symmetric-top splitting, as many at a time as a register holds.
 using BodyKicks = SweepEnergy (*)(const SweepRows&, Kick, const std::uint32_t* grains, std::size_t count);
 /// Spheres turn by their spin.
 using SphereTurns = void (*)(const SweepRows&, const std::uint32_t* grains, std::size_t count);

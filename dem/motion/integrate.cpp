@@ -26,7 +26,9 @@ SweepPass::SweepPass(Kick kick, Grains& g, Contacts& c, const MotionSettings& s,
             .weighs = !s.gravity.isZero(0),
             .shears = !s.affine.isZero(0),
             .bonded = bonded,
-            .damping = s.local_damping,
+            .damping = std::all_of(s.damping.begin(), s.damping.end(), [](double d) { return d == 0; }) ? nullptr : s.damping.data(),
+            .material = g.material.data(),
+            .first = 0,
             .dt = dt},
       spheres_(sphere_kicks()), bodies_(body_kicks()), turns_(sphere_turns()) {
   static_assert(sizeof(Quat) == 32 && sizeof(Inertia) == 56 && sizeof(PolyEllipsoid) == 48 && sizeof(Frame) == 96 && sizeof(Motion) == 96);
@@ -34,13 +36,13 @@ SweepPass::SweepPass(Kick kick, Grains& g, Contacts& c, const MotionSettings& s,
   if (energy.size() < tile_count(g.size())) energy.resize(tile_count(g.size()));
 }
 
-void SweepPass::tile(std::size_t t, Load* load) const {
+void SweepPass::tile(std::size_t t, Load* room) const {
   const Grains& g = grains_;
   SweepRows rows = rows_;
-  rows.load = reinterpret_cast<double*>(load ? load : contacts_.load.data());
   SweepEnergy& total = energy_[t];
   auto book = [&](const SweepEnergy& e) { total.viscous += e.viscous, total.work += e.work, total.speed2 = std::max(total.speed2, e.speed2); };
   const std::size_t begin = t * tile_size(g.size()), end = std::min(g.size(), begin + tile_size(g.size()));
+  rows.load = reinterpret_cast<double*>(room ? room : contacts_.load.data() + begin), rows.first = static_cast<std::uint32_t>(begin);
   const bool all_round = g.frame.empty();
   if (all_round) book(spheres_(rows, kick_, begin, end));
   if (all_round && !turning_) return;

@@ -2,6 +2,8 @@
 // Kick-drift-kick on velocity and world angular momentum; rotation by symmetric-top splitting.
 #pragma once
 
+#include <span>
+
 #include "dem/base/parallel.hpp"
 #include "dem/kernel/sweep.hpp"
 #include "dem/state/boundary.hpp"
@@ -12,7 +14,7 @@ namespace grus::dem {
 
 struct MotionSettings {
   Vec3 gravity = Vec3::Zero();  // m/s^2
-  double local_damping = 0;     // non-viscous (Cundall): -alpha |F_k| sign(v_k), v against the cell's affine motion
+  std::span<const double> damping;  // by material, local non-viscous: -alpha |F| v / |v|, v against the cell's affine motion; empty: none
   bool turn_spheres = true;     // keep the orientation of spheres: needed to break or to report them
   Mat3 affine = Mat3::Zero();   // velocity gradient of the cell (1/s); kept by the step loop
 };
@@ -26,8 +28,8 @@ class SweepPass {
 public:
   SweepPass(Kick kick, Grains& grains, Contacts& contacts, const MotionSettings& settings, bool bonded, double dt,
             std::vector<SweepEnergy>& energy);
-  /// `load`: where the tile's grains have collected; see ContactPass.
-  void tile(std::size_t t, Load* load = nullptr) const;
+  /// `room`: where the tile's grains have collected; see ContactPass.
+  void tile(std::size_t t, Load* room = nullptr) const;
 
 private:
   Kick kick_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/rve/breakage.hpp"
 
+#include <array>
+#include <atomic>
 #include <numeric>
 
 #include "dem/bond/cohesive.hpp"
@@ -14,61 +16,97 @@
 namespace grus::dem {
 namespace {
 
-/// Normal (global) of the plane of the three contacts of largest tension that are not in line, among those of at least
-/// `strength`; none if fewer than `count` reach it.
-std::optional<Vec3> contact_plane(const Model& model, const State& state, std::size_t i, double strength, int count) {
+/// Calls f(contact, is b, tension) for the touching contacts of grain i.
+template <class F>
+void each_tension(const Model& model, const State& state, std::size_t i, F&& f) {
   const Contacts& contacts = state.contacts;
   const double nu = model.materials[state.grains.material[i]].poissons_ratio;
-  std::vector<std::pair<double, Vec3>> critical;
   for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
     const std::size_t k = contacts.entry[e] >> 1;
     const Contact c = contacts.contact[k];
     if (c.stiffness <= 0) continue;
-    const double tension = ContactTension::tension(elastic_force(model.law, contacts, k), std::sqrt(c.radius * contacts.touch[k].overlap), nu);
-    if (tension >= strength) critical.emplace_back(tension, contact_arm(state.grains, contacts, k, contacts.entry[e] & 1));
+    f(k, contacts.entry[e] & 1, ContactTension::tension(elastic_force(model.law, contacts, k), std::sqrt(c.radius * contacts.touch[k].overlap), nu));
   }
+}
+
+struct Critical {
+  double tension;  // Pa
+  Vec3 arm;        // from the centre of mass (m)
+};
+
+/// Normal (global) of the plane of the three contacts of largest tension that are not in line, among those of at least
+/// `strength`; none if fewer than `count` reach it.
+std::optional<Vec3> contact_plane(const Model& model, const State& state, std::size_t i, double strength, int count) {
+  std::vector<Critical> critical;
+  each_tension(model, state, i, [&](std::size_t k, bool is_b, double tension) {
+    if (tension >= strength) critical.push_back({tension, contact_arm(state.grains, state.contacts, k, is_b)});
+  });
   if (critical.size() < static_cast<std::size_t>(std::max(count, 3))) return std::nullopt;
-  std::stable_sort(critical.begin(), critical.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  const Vec3 &p = critical[0].second, &q = critical[1].second;
+  std::stable_sort(critical.begin(), critical.end(), [](const auto& a, const auto& b) { return a.tension > b.tension; });
+  const Vec3 &p = critical[0].arm, &q = critical[1].arm;
   for (std::size_t k = 2; k < critical.size(); ++k) {
-    const Vec3 u = q - p, v = critical[k].second - p, n = u.cross(v);
+    const Vec3 u = q - p, v = critical[k].arm - p, n = u.cross(v);
     if (n.norm() > 1e-3 * u.norm() * v.norm()) return n.normalized();
   }
   return std::nullopt;
 }
 
-/// Whether grain i fails, by which criterion, and along which plane it then breaks.
-std::optional<Break> break_of(const Model& model, const State& state, std::size_t i) {
+/// The tension that the asked number of contacts reach, over the strength; 0 where there are fewer.
+double tension_utilisation(const Model& model, const State& state, std::size_t i, const ContactTension& criterion, double factor) {
+  std::array<double, most_critical_contacts> largest;
+  const auto count = static_cast<std::size_t>(criterion.critical_contacts);
+  std::size_t found = 0;
+  each_tension(model, state, i, [&](std::size_t, bool, double tension) {
+    std::size_t to = std::min(found, count);
+    for (; to > 0 && largest[to - 1] < tension; --to)
+      if (to < count) largest[to] = largest[to - 1];
+    if (to < count) largest[to] = tension, found = std::min(found + 1, count);
+  });
+  return found < count ? 0 : largest[count - 1] / (criterion.strength * factor);
+}
+
+/// How near grain i is to failing, 1: it fails; 0 where it may not break.
+struct Loading {
+  double hoek_brown = 0, tension = 0;
+  double utilisation() const { return std::max(hoek_brown, tension); }
+};
+
+Loading loading_of(const Model& model, const State& state, std::size_t i) {
   const Grains& g = state.grains;
   const auto& fracture = model.materials[g.material[i]].fracture;
-  if (!fracture || g.generation[i] >= fracture->max_generations) return std::nullopt;
-  if (fracture->smallest_radius > 0 && equivalent_radius(g.shape[i]) < fracture->smallest_radius) return std::nullopt;
-  if (!choose_axis(g.shape[i], Vec3::Zero())) return std::nullopt;
+  Loading found;
+  if (!fracture || g.generation[i] >= fracture->max_generations) return found;
+  if (fracture->smallest_radius > 0 && equivalent_radius(g.shape[i]) < fracture->smallest_radius) return found;
+  if (!choose_axis(g.shape[i], Vec3::Zero())) return found;
+  if (fracture->hoek_brown) found.hoek_brown = fracture->hoek_brown->utilisation(grain_stress(g, state.contacts, i), g.strength[i]);
+  if (found.hoek_brown >= 1 || !fracture->contact_tension) return found;
+  const ContactTension& criterion = *fracture->contact_tension;
+  found.tension = tension_utilisation(model, state, i, criterion, g.strength[i]);
+  if (found.tension >= 1 && !contact_plane(model, state, i, criterion.strength * g.strength[i], criterion.critical_contacts)) found.tension = 0;  // in line
+  return found;
+}
 
-  std::optional<Mat3> stress;
+/// Along which plane a grain that fails breaks.
+Break break_of(const Model& model, const State& state, std::size_t i) {
+  const Grains& g = state.grains;
+  const FractureModel& fracture = *model.materials[g.material[i]].fracture;
+  const bool by_stress = loading_of(model, state, i).hoek_brown >= 1;
   std::optional<Vec3> plane;
-  bool by_stress = false;
-  if (fracture->hoek_brown) {
-    stress = grain_stress(g, state.contacts, i);
-    by_stress = fracture->hoek_brown->utilisation(*stress, g.strength[i]) >= 1;
+  if (by_stress ? fracture.plane == BreakPlane::critical_contacts : fracture.plane != BreakPlane::average_stress) {
+    const double strength = by_stress ? 0 : fracture.contact_tension->strength * g.strength[i];
+    plane = contact_plane(model, state, i, strength, by_stress ? 3 : fracture.contact_tension->critical_contacts);
   }
-  if (!by_stress && fracture->contact_tension)
-    plane = contact_plane(model, state, i, fracture->contact_tension->strength * g.strength[i], fracture->contact_tension->critical_contacts);
-  if (!by_stress && !plane) return std::nullopt;
-  if (by_stress && fracture->plane == BreakPlane::critical_contacts) plane = contact_plane(model, state, i, 0, 3);
-  if (!by_stress && fracture->plane == BreakPlane::average_stress) plane.reset(), stress = grain_stress(g, state.contacts, i);
-
-  const Mat3 axes = g.orientation[i].toRotationMatrix();
-  const AxisPreference preference = plane ? AxisPreference((axes.transpose() * *plane).cwiseAbs()) : AxisPreference((axes.transpose() * *stress * axes).diagonal());
+  const Mat3 stress = grain_stress(g, state.contacts, i), axes = g.orientation[i].toRotationMatrix();
+  const AxisPreference preference = plane ? AxisPreference((axes.transpose() * *plane).cwiseAbs()) : AxisPreference((axes.transpose() * stress * axes).diagonal());
   Break b{i, *choose_axis(g.shape[i], preference), std::nullopt};
-  if (g.round[i] && (fracture->turn_spheres || fracture->slight_rotation > 0)) {  // only a sphere's axes are free to turn
+  if (g.round[i] && (fracture.turn_spheres || fracture.slight_rotation > 0)) {  // only a sphere's axes are free to turn
     Quat q = g.orientation[i];
-    if (fracture->turn_spheres) {
+    if (fracture.turn_spheres) {
       Eigen::SelfAdjointEigenSolver<Mat3> principal;
-      if (!plane) principal.computeDirect(*stress);
+      if (!plane) principal.computeDirect(stress);
       q = turned_to_plane(q, b.axis, plane ? *plane : Vec3(principal.eigenvectors().col(2)));
     }
-    if (fracture->slight_rotation > 0) q = (q * Quat(slight_rotation(fracture->slight_rotation, model.seed, g.id[i]))).normalized();
+    if (fracture.slight_rotation > 0) q = (q * Quat(slight_rotation(fracture.slight_rotation, model.seed, g.id[i]))).normalized();
     b.orientation = q;
   }
   return b;
@@ -111,9 +149,7 @@ void refresh_forces(const Model& model, State& state, Team& team) {
   flush(state.contacts);  // what the lost contacts held is booked by the caller's balance
   if (!state.bonds.empty()) bond_forces(state.grains, state.bonds, state.ledger);
   std::vector<SweepEnergy> none;
-  MotionSettings settings = model.motion;
-  settings.local_damping = 0;
-  sweep(Kick::close, state.grains, state.contacts, settings, !state.bonds.empty(), 0, none, team);
+  sweep(Kick::close, state.grains, state.contacts, model.motion, !state.bonds.empty(), 0, none, team);
 }
 
 }  // namespace
@@ -123,17 +159,30 @@ void draw_strength(const Model& model, Grains& g, std::size_t i) {
   g.strength[i] = fracture ? fracture->strength_factor(equivalent_radius(g.shape[i]), model.seed, g.id[i]) : 1;
 }
 
-std::vector<Break> find_breaks(const Model& model, const State& state, std::vector<std::uint8_t>& room, Team& team) {
+std::vector<Break> find_breaks(const Model& model, State& state, Team& team) {
   enum : std::uint8_t { holds, bonded, fails };
-  room.assign(state.grains.size(), holds);
+  Grains& g = state.grains;
+  auto& room = state.break_room;
+  room.assign(g.size(), holds);
   for (const auto& s : state.bonds) room[s.a] = room[s.b] = bonded;
-  team.blocks(state.grains.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      if (room[i] == holds && break_of(model, state, i)) room[i] = fails;
+  const double since = static_cast<double>(state.steps - state.tested_at), every = model.numerics.fracture_every;
+  std::atomic<std::uint64_t> soonest{static_cast<std::uint64_t>(every) - state.steps % static_cast<std::uint64_t>(every)};
+  team.blocks(g.size(), [&](std::size_t begin, std::size_t end) {
+    double steps = every;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (room[i] == bonded) continue;
+      const double now = loading_of(model, state, i).utilisation(), rate = (now - g.utilisation[i]) / since;
+      if (now >= 1) room[i] = fails;
+      else if (now + rate * every > 1 + overshoot) steps = std::min(steps, (1 + overshoot - now) / rate);
+      g.utilisation[i] = now;
+    }
+    const auto mine = static_cast<std::uint64_t>(std::max(1.0, std::floor(steps)));
+    for (std::uint64_t least = soonest; mine < least && !soonest.compare_exchange_weak(least, mine);) {}
   });
+  state.tested_at = state.steps, state.next_test = state.steps + soonest;
   std::vector<Break> breaks;
   for (std::size_t i = 0; i < room.size(); ++i)
-    if (room[i] == fails) breaks.push_back(*break_of(model, state, i));
+    if (room[i] == fails) breaks.push_back(break_of(model, state, i));
   return breaks;
 }
 
@@ -161,6 +210,7 @@ void apply_breaks(const Model& model, State& state, const std::vector<Break>& br
     split_grain(g, b.grain, b.axis, *model.materials[g.material[b.grain]].fracture, ledger.fines);
     draw_strength(model, g, b.grain);
     draw_strength(model, g, minus.back());
+    g.utilisation[b.grain] = g.utilisation[minus.back()] = NAN;
   }
   update_frames(g);
   std::vector<Index> few;

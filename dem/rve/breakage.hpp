@@ -13,13 +13,13 @@ struct Break {
   std::optional<Quat> orientation = std::nullopt;  // of a sphere whose axes turn before it splits
 };
 
-/// Grains that fail a criterion and whose shape may be split. Forces and torques must be up to date.
-/// `room` is reused from test to test: where nothing fails, nothing is allocated.
-std::vector<Break> find_breaks(const Model& model, const State& state, std::vector<std::uint8_t>& room, Team& team);
-inline std::vector<Break> find_breaks(const Model& model, const State& state, Team& team) {
-  std::vector<std::uint8_t> room;
-  return find_breaks(model, state, room, team);
-}
+/// A grain is found before its load is this much beyond what it can bear, as far as loads go on as since the last test.
+inline constexpr double overshoot = 0.02;
+
+/// Grains that fail a criterion and whose shape may be split. Forces and torques must be up to date. Notes how near each grain
+/// is to failing, and when to test next: after numerics.fracture_every steps, sooner where a load grows so fast that a grain
+/// would overshoot. Where nothing fails, nothing is allocated.
+std::vector<Break> find_breaks(const Model& model, State& state, Team& team);
 
 /// Splits them; the neighbour list, contact forces and grains.force/torque are up to date again afterwards.
 void apply_breaks(const Model& model, State& state, const std::vector<Break>& breaks, Team& team);

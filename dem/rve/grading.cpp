@@ -5,21 +5,19 @@
 
 namespace grus::dem {
 
-Grading::Grading(const Model& model, const State& state) {
+Grading::Grading(const State& state) {
   const Grains& g = state.grains;
   for (std::size_t i = 0; i < g.size(); ++i) grains_.emplace_back(2 * equivalent_radius(g.shape[i]), g.mass[i]);
   std::sort(grains_.begin(), grains_.end());
   for (auto& [d, m] : grains_) m = mass_ += m;
-  for (const auto& m : model.materials)
-    if (m.fracture) slope_ = 3 - m.fracture->fines.dimension;
-  for (const auto& c : state.ledger.fines.classes) fines_.push_back({std::exp2(c.octave8 / 8.0), c.mass}), fines_mass_ += c.mass;
+  for (const auto& c : state.ledger.fines.classes) fines_.push_back({std::exp2(static_cast<double>(c.octave8) / 8.0), c.mass, 3 - c.dimension}), fines_mass_ += c.mass;
   mass_ += fines_mass_;
 }
 
 double Grading::passing(double d) const {
   const auto above = std::upper_bound(grains_.begin(), grains_.end(), d, [](double x, const auto& g) { return x < g.first; });
   double sum = above == grains_.begin() ? 0 : std::prev(above)->second;
-  for (const auto& f : fines_) sum += f.mass * (d < f.top ? std::pow(d / f.top, slope_) : 1.0);
+  for (const auto& f : fines_) sum += f.mass * (d < f.top ? std::pow(d / f.top, f.slope) : 1.0);
   return sum / mass_;
 }
 
@@ -37,7 +35,7 @@ double Grading::diameter(double fraction) const {
 double Grading::mean_log(double reference) const {
   double sum = 0, before = 0;
   for (const auto& [d, m] : grains_) sum += (m - before) * std::log(reference / d), before = m;
-  for (const auto& f : fines_) sum += f.mass * (std::log(reference / f.top) + 1 / slope_);
+  for (const auto& f : fines_) sum += f.mass * (std::log(reference / f.top) + 1 / f.slope);
   return sum / mass_;
 }
 
@@ -47,13 +45,13 @@ double Grading::hardin_potential(double cut) const {
   for (const auto& f : fines_) {
     if (f.top <= cut) continue;  // integral of log10(x / cut) over the fractal's mass above the cut
     const double l = std::log(f.top / cut);
-    sum += f.mass * (l - (1 - std::exp(-slope_ * l)) / slope_) / std::log(10.0);
+    sum += f.mass * (l - (1 - std::exp(-f.slope * l)) / f.slope) / std::log(10.0);
   }
   return sum / mass_;
 }
 
 double Grading::fractal_dimension() const {
-  const double low = std::log(std::max(diameter(0.02), smallest())), high = std::log(diameter(0.6));
+  const double low = std::log(diameter(0.02)), high = std::log(diameter(0.6));
   if (!(high > low)) return NAN;
   constexpr int points = 24;
   double sx = 0, sy = 0, sxx = 0, sxy = 0;

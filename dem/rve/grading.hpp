@@ -2,7 +2,6 @@
 // Size, shape and breakage of the grains of a state, by mass; the fines that splits booked are part of the grading.
 #pragma once
 
-#include "dem/rve/model.hpp"
 #include "dem/rve/state.hpp"
 
 namespace grus::dem {
@@ -10,7 +9,7 @@ namespace grus::dem {
 /// Grading by mass against the equivalent diameter (m).
 class Grading {
 public:
-  Grading(const Model& model, const State& state);
+  explicit Grading(const State& state);
 
   /// Mass fraction finer than d: whole grains below it, and of each class of fines (d / top)^(3 - dimension).
   double passing(double d) const;
@@ -23,17 +22,17 @@ public:
   double mean_log(double reference) const;
   /// Mean of max(0, log10(d / cut)) over the mass: Hardin's (1985) breakage potential.
   double hardin_potential(double cut = 74e-6) const;
-  /// 3 - slope of log passing against log d between the 2 % and the 60 % passing sizes (least squares, 24 points); the
-  /// part below the smallest whole grain is left out: there the curve only says what was assumed of the fines.
+  /// 3 - slope of log passing against log d between the 2 % and the 60 % passing sizes (least squares, 24 points). With more
+  /// than 2 % of fines the lower part of the curve is what was assumed of them.
   double fractal_dimension() const;
 
 private:
   std::vector<std::pair<double, double>> grains_;  // diameter, mass up to it
   struct Fines {
-    double top, mass;
+    double top, mass, slope;  // m, kg, 3 - fractal dimension
   };
   std::vector<Fines> fines_;
-  double slope_ = 0.4, mass_ = 0, fines_mass_ = 0;
+  double mass_ = 0, fines_mass_ = 0;
 };
 
 /// Einav's (2007) breakage: area between the first and the present grading over that between the first and the ultimate

@@ -8,6 +8,8 @@ namespace grus::dem {
 void make_pair_laws(Model& model) {
   const std::size_t n = model.materials.size();
   model.pairs.assign(n * n, {});
+  model.damping.clear();
+  for (const Material& m : model.materials) model.damping.push_back(m.damping);
   std::map<double, double> dashpots;  // solved once for each restitution
   auto dashpot = [&](double e) {
     if (!dashpots.contains(e)) dashpots[e] = dashpot_for(model.law, e);
@@ -39,6 +41,11 @@ void make_pair_laws(Model& model) {
         p.shear_ratio = rigid_a || rigid_b ? soft.shear_ratio : 0.5 * (a.shear_ratio + b.shear_ratio);
       }
     }
+}
+
+void set_damping(Model& model, double damping) {
+  for (Material& m : model.materials) m.damping = damping;
+  model.damping.assign(model.materials.size(), damping);
 }
 
 }  // namespace grus::dem

@@ -17,6 +17,7 @@ struct Material {
   double poissons_ratio = 0.17;
   double friction = 0;
   double restitution = 1;        // normal
+  double damping = 0;            // local, non-viscous; of this material's grains
   double normal_stiffness = 0;   // linear law, N/m
   double shear_ratio = 0;        // linear law, tangential / normal
   std::optional<FractureModel> fracture;
@@ -38,7 +39,8 @@ struct Model {
   std::vector<Material> materials;
   ContactLaw law;
   std::vector<PairLaw> pairs;  // row a * materials + b
-  MotionSettings motion;
+  MotionSettings motion;       // its `damping` is set by the step loop, from the column below
+  std::vector<double> damping; // by material
   Numerics numerics;
   std::uint64_t seed = 1;
   bool split_statistics = false;
@@ -55,8 +57,11 @@ struct Model {
   }
 };
 
-/// Fills model.pairs from the materials: the friction of a pair is the smaller one, its restitution the mean. A rigid
+/// Fills model.pairs and model.damping from the materials: the friction of a pair is the smaller one, its restitution the mean. A rigid
 /// partner (infinite modulus) takes the other's restitution, and its own friction wins unless it is NaN.
 void make_pair_laws(Model& model);
+
+/// The same local damping for the grains of all materials.
+void set_damping(Model& model, double damping);
 
 }  // namespace grus::dem

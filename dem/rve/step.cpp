@@ -21,6 +21,7 @@ namespace {
 
 MotionSettings settings_of(const Model& model, const State& state) {
   MotionSettings s = model.motion;
+  s.damping = model.damping;
   const Cell& cell = state.boundary.cell;
   if (cell.periodic() && !cell.rate.isZero(0)) s.affine = cell.rate * cell.vectors.inverse();
   return s;
@@ -102,21 +103,32 @@ void force_and_move(const Model& model, State& state, const MotionSettings& sett
     Load* const room = c.tile_load.data() + size * static_cast<std::size_t>(rank);
     for (std::size_t t = first; t < last; ++t) {
       if (!mine(c.taken[t])) continue;
-      Load* const here = room - t * size;
-      contacts.tile(t, here);
+      contacts.tile(t, room);
       const bool now = !waits(t) && mine(c.moved[t]);  // nobody else claims it before it is done
       const std::size_t begin = t * size, end = std::min(n, begin + size);
       if (!now) {
-        std::copy(here + begin, here + end, c.load.begin() + static_cast<std::ptrdiff_t>(begin));
-        std::fill(here + begin, here + end, Load{});
+        std::copy(room, room + (end - begin), c.load.begin() + static_cast<std::ptrdiff_t>(begin));
+        std::fill(room, room + (end - begin), Load{});
       }
       finish(t);
-      if (now) grains.tile(t, here);
+      if (now) grains.tile(t, room);
     }
     for (std::size_t t = tiles; t-- > 0;)
       if (mine(c.taken[t])) contacts.tile(t, nullptr), finish(t);
     for (int spins = 0; !move_ready(); relax(spins)) {}
   });
+}
+
+/// What is below a strain of 1e-10 of all grains is round-off of their positions (J).
+double energy_floor(const Model& model, const Grains& g) {
+  const bool linear = std::holds_alternative<LinearSpring>(model.law);
+  double whole = 0;
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    const Material& m = model.materials[g.material[i]];
+    const double v = volume(g.shape[i]);
+    whole += linear ? m.normal_stiffness * std::pow(v, 2.0 / 3) : m.youngs_modulus * v;
+  }
+  return 1e-20 * whole;
 }
 
 /// Before a list is made: a run that blows up must end here, not in a search over an endless box.
@@ -138,12 +150,18 @@ void prepare(const Model& model, State& state, Team& team) {
     g.generation.resize(g.size(), 0);
     for (std::size_t i = 0; i < g.size(); ++i) draw_strength(model, g, i);
   }
+  if (model.breakable()) {
+    g.utilisation.assign(g.size(), NAN);
+    const auto every = static_cast<std::uint64_t>(model.numerics.fracture_every);
+    state.tested_at = state.steps, state.next_test = (state.steps / every + 1) * every;
+  }
   update_frames(g);
   double mean_radius = 0;
   for (const auto& shape : g.shape) mean_radius += equivalent_radius(shape);
   state.mean_radius = mean_radius / static_cast<double>(std::max<std::size_t>(g.size(), 1));
   state.skin = model.numerics.skin * state.mean_radius;
   state.listed_at = state.steps, state.sorted = g.size();
+  refuse_small_cell(g, state.boundary.cell, state.skin);
   build_contacts(g, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team);
   if (std::none_of(model.pairs.begin(), model.pairs.end(), [](const PairLaw& p) { return p.friction > 0; })) {
     ContactColumns& c = state.contacts.contact;  // of a preparation with friction; passes without it leave springs alone
@@ -155,6 +173,7 @@ void prepare(const Model& model, State& state, Team& team) {
   state.next_estimate = state.steps;
   update_time_step(model, state);
   state.ledger.start = stored_energy(model, state);
+  state.ledger.floor = energy_floor(model, g);
 }
 
 void update_time_step(const Model& model, State& state) {
@@ -199,7 +218,7 @@ std::uint64_t run_steps(const Model& model, State& state, std::uint64_t count, T
     }
     if (reshapes) reshape_fragments(model, state, dt, reshaping, team);
     const bool again = moving;  // no sweep has left its forces where those of bonds go
-    const bool test = breakable && (state.steps + 1) % static_cast<std::uint64_t>(model.numerics.fracture_every) == 0;
+    const bool test = breakable && state.steps + 1 >= state.next_test;
     moving = !test && k + 1 < count;
     const bool bonded = !state.bonds.empty();
     if (bonded) bond_forces(g, state.bonds, state.ledger, again);
@@ -208,7 +227,7 @@ std::uint64_t run_steps(const Model& model, State& state, std::uint64_t count, T
     ++state.steps;
     state.time += dt;
     if (!test) continue;
-    const std::vector<Break> breaks = find_breaks(model, state, state.break_room, team);
+    const std::vector<Break> breaks = find_breaks(model, state, team);
     if (breaks.empty()) continue;
     finish();
     apply_breaks(model, state, breaks, team);

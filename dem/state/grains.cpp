@@ -9,7 +9,7 @@ void set_grain(Grains& g, std::size_t i, const GrainSpec& spec) {
   if (i == g.size()) {
     for_each_column(g, [&](auto& column) {
       const bool optional = static_cast<const void*>(&column) == &g.frame || static_cast<const void*>(&column) == &g.strength ||
-                            static_cast<const void*>(&column) == &g.generation;
+                            static_cast<const void*>(&column) == &g.generation || static_cast<const void*>(&column) == &g.utilisation;
       if (!optional || !column.empty()) column.emplace_back();
     });
   }

@@ -42,6 +42,7 @@ struct Grains {
   std::vector<Frame> frame;             // empty unless some grain is not a sphere
   std::vector<double> strength;         // factor on the characteristic strengths; empty without a fracture table
   std::vector<std::uint8_t> generation; // splits since the start; empty without a fracture table
+  std::vector<double> utilisation;      // how near to failing at the last breakage test, NaN: not tested yet; empty without a fracture table
   std::uint32_t next_id = 0;
 
   std::size_t size() const { return motion.size(); }
@@ -51,7 +52,7 @@ struct Grains {
 template <class G, class F>
 void for_each_column(G& g, F&& f) {
   f(g.motion), f(g.orientation), f(g.angular_momentum), f(g.force), f(g.torque), f(g.mass), f(g.inertia), f(g.shape);
-  f(g.round), f(g.material), f(g.id), f(g.frame), f(g.strength), f(g.generation);
+  f(g.round), f(g.material), f(g.id), f(g.frame), f(g.strength), f(g.generation), f(g.utilisation);
 }
 
 /// Pose and motion of a grain to be made; position is the centre of mass.

@@ -12,8 +12,9 @@ namespace grus::dem {
 
 /// Fines of one origin: mass below d is mass x (d / top)^(3 - dimension).
 struct FinesClass {
-  int octave8;  // round(8 log2 of top in m): classes of an eighth of an octave
-  double mass;  // kg
+  std::int64_t octave8;  // round(8 log2 of top in m): classes of an eighth of an octave
+  double dimension;      // of the material that broke
+  double mass;           // kg
 };
 
 /// Taken out of the grains by splits: what the children's geometry does not hold.
@@ -23,11 +24,11 @@ struct Fines {
   std::vector<FinesClass> classes;
 };
 
-inline void add_fines(Fines& fines, double top, double mass) {
-  const int octave8 = static_cast<int>(std::lround(8 * std::log2(top)));
+inline void add_fines(Fines& fines, double top, double dimension, double mass) {
+  const std::int64_t octave8 = std::lround(8 * std::log2(top));
   for (auto& c : fines.classes)
-    if (c.octave8 == octave8) return void(c.mass += mass);
-  fines.classes.push_back({octave8, mass});
+    if (c.octave8 == octave8 && c.dimension == dimension) return void(c.mass += mass);
+  fines.classes.push_back({octave8, dimension, mass});
 }
 
 /// Filled only where the scene asks for it: what the halves kept of their parents' contacts at the instant of the split.
@@ -47,6 +48,7 @@ struct Ledger {
   double split_added = 0;   // of it, summed over the instants at which more was put in (springs' birth) than left
   double reshape = 0;       // put in by shape transition: work of growing surfaces, change of spin energy
   double start = 0;         // stored energy at the start
+  double floor = 0;         // below this, energies are round-off: see energy_floor
   double fracture_area = 0; // m^2 of planes made
   double residual_force = 0;// N, summed: part of the children's initial forces that springs could not carry
   std::size_t breakages = 0, bonds_broken = 0, splits_refused = 0;
@@ -56,9 +58,10 @@ struct Ledger {
   double spent() const { return friction + damping + fracture + split + fines.kinetic; }
 };
 
-/// (work and reshaping - change of everything stored or dissipated) / max(work, stored); 0 where both are negligible.
+/// (work and reshaping - change of everything stored or dissipated) / max(work, stored), of the floor at least: what is smaller
+/// is round-off, and says nothing.
 inline double energy_error(const Ledger& l, double stored) {
-  const double scale = std::max({std::abs(l.work), std::abs(stored), std::abs(l.start)});
+  const double scale = std::max({std::abs(l.work), std::abs(stored), std::abs(l.start), l.floor});
   return scale > 0 ? (l.work + l.reshape - (stored - l.start) - l.spent()) / scale : 0;
 }
 

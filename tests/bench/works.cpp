@@ -86,7 +86,7 @@ Packing make_packing(std::size_t grains, double ratio) {
     set_grain(s.state.grains, s.state.grains.size(), {.shape = PolyEllipsoid::sphere(sphere.radius), .position = sphere.position, .density = 2650});
   add_box(s.state, size);
   sort_in_space(s.state.grains);
-  s.model.motion.local_damping = 0.3;
+  set_damping(s.model, 0.3);
   Team team(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
   prepare(s.model, s.state, team);
   Loading loading;
@@ -125,7 +125,7 @@ Sample boxed(const Packing& p) {
 
 Sample celled(std::size_t grains, bool shapes, double pressure) {
   Sample s{sand(), {}};
-  s.model.motion.local_damping = 0.3;
+  set_damping(s.model, 0.3);
   s.model.numerics.max_overlap = 0.5;
   const double fraction = 0.55, size = std::cbrt(static_cast<double>(grains) * 1.17e-10 / fraction);
   const auto made = random_packing(Vec3::Constant(size), {"uniform", 3e-4, 0, 2.2e-4, 3.8e-4}, fraction, grains, true, 5);

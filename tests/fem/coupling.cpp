@@ -29,7 +29,7 @@ struct Sand {
 /// 60 frictional spheres, 100 kPa.
 Sand sand(std::uint64_t seed = 4) {
   Model model = test::model_of(test::solid(600e6, 0.3, 2650, 0.5, 0.5));
-  model.motion.local_damping = 0.3;
+  set_damping(model, 0.3);
   State s;
   const Packing p = random_packing(Vec3::Constant(0.036), {"uniform", 5e-3, 0, 4e-3, 6e-3}, 0.58, 0, true, seed);
   for (const auto& sphere : p.spheres) test::add(s, PolyEllipsoid::sphere(sphere.radius), sphere.position, 2650);

@@ -185,7 +185,7 @@ TEST_CASE("a refused increment is cut, and nothing unconverged is ever committed
 TEST_CASE("one element in uniform strain gives the standalone RVE's numbers") {
   using namespace grus::dem;
   Model model = dem::test::linear_model(1e6, 0.8, 2650, 1e3);
-  model.motion.local_damping = 0.5;
+  set_damping(model, 0.5);
   State s;
   const double R = 5e-4, edge = std::sqrt(2.0) * 2 * R * (1 - 1e-4);
   for (int x = 0; x < 2; ++x)

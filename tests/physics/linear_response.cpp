@@ -36,7 +36,7 @@ TEST_CASE("linear response: simple cubic in closed form, a random sample as smal
   }
   // Frictional spheres at an isotropic pressure, prepared with little friction: nothing slides at first.
   Model model = grus::dem::test::model_of(grus::dem::test::solid(600e6, 0.3, 2650, 0.1, 0.5));
-  model.motion.local_damping = 0.3;
+  set_damping(model, 0.3);
   State s;
   const Packing p = random_packing(Vec3::Constant(0.036), {"uniform", 5e-3, 0, 4e-3, 6e-3}, 0.58, 0, true, 4);
   for (const auto& sphere : p.spheres) grus::dem::test::add(s, PolyEllipsoid::sphere(sphere.radius), sphere.position, 2650);

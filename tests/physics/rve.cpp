@@ -23,7 +23,7 @@ Model sand(bool fracture) {
     m.fracture = f;
   }
   Model model = model_of(m);
-  model.motion.local_damping = 0.3;
+  set_damping(model, 0.3);
   model.numerics.max_overlap = 0.5;
   return model;
 }
@@ -170,7 +170,7 @@ TEST_CASE("Love-Weber stress and wall stress agree in a quasi-static state") {
   Model model = sand(false);
   model.materials[1].friction = 0;  // wall shear would carry part of the mean stress past the normal forces
   make_pair_laws(model);
-  model.motion.local_damping = 0.5;
+  set_damping(model, 0.5);
   State s = packed(400, false, 0.56);
   Team team(2);
   prepare(model, s, team);
@@ -214,7 +214,7 @@ TEST_CASE("the tangent bounds the response to a small strain from above, and not
 TEST_CASE("a simple-cubic Hertz column under oedometric strain follows 2/3 E* strain^1.5") {
   Material m = solid(60e9, 0.17, 2650, 0.5);
   Model model = model_of(m);
-  model.motion.local_damping = 0.5;
+  set_damping(model, 0.5);
   model.numerics.max_overlap = 0.5;
   State s;
   const double R = 3e-4;
@@ -256,7 +256,7 @@ TEST_CASE("a run that blows up ends in one clear error") {
 TEST_CASE("the perturbation tangent of a lattice is its closed form, and Broyden's update meets the last step") {
   // FCC, linear contacts: C11 = 2.545584e9, C12 = 1.414214e8, C44 = 1.272792e9 Pa; geometry changes by the overlap of 1e-4.
   Model model = linear_model(1e6, 0.8, 2650, 10);
-  model.motion.local_damping = 0.3;
+  set_damping(model, 0.3);
   State s;
   const double r = 5e-4, edge = std::sqrt(2.0) * 2 * r * (1 - 1e-4);
   for (int x = 0; x < 2; ++x)
