@@ -343,7 +343,7 @@ TEST_CASE("a step allocates nothing") {
     tested.hoek_brown = HoekBrown{1e15, 20};
     for (auto& m : c.model.materials) m.fracture = tested;
     c.model.numerics.fracture_every = 5;
-    c.state.grains.strength.assign(c.state.grains.size(), 1), c.state.grains.generation.assign(c.state.grains.size(), 0);
+    c.state.grains.strength.assign(c.state.grains.size(), 1), c.state.grains.generation.assign(c.state.grains.size(), 0), c.state.grains.utilisation.assign(c.state.grains.size(), NAN);
     run_steps(c.model, c.state, 6, c.team);
     build_contacts(c.state.grains, c.state.boundary, c.state.skin, 2, {}, c.state.contacts, c.state.reference, c.team);
     const Mat3 built_at = c.state.reference.cell;
