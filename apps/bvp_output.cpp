@@ -21,8 +21,8 @@ int vtk_type(fem::CellKind kind) {
 
 }  // namespace
 
-BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points, coupling::RveMaterial* rves)
-    : directory_(std::move(directory)), scene_(scene), problem_(problem), points_(points), rves_(rves), probes_(directory_, scene, problem, points, rves) {
+BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points, const std::vector<dem::State>& states, coupling::RveMaterial* rves)
+    : directory_(std::move(directory)), scene_(scene), problem_(problem), points_(points), states_(states), rves_(rves), probes_(directory_, scene, problem, points, states, rves) {
   for (const auto group : points.group) grains_.push_back(group == 0);
   std::vector<std::string> columns{"increment", "time_s", "newton_iterations", "cutbacks", "residual"};
   for (const auto& b : problem.boundaries())
@@ -44,7 +44,6 @@ BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem&
 }
 
 void BvpOutput::add(const fem::IncrementReport& r, double wall) {
-  if (!r.cut_reason.empty()) fmt::print("  increment {}: {} cutback(s), the last because {}\n", r.increment, r.cutbacks, r.cut_reason);
   macro_work_ += r.work;
   iterations_ += r.iterations, cutbacks_ += r.cutbacks, sweeps_ = r.law_sweeps;
   worst_residual_ = std::max(worst_residual_, r.residual);
@@ -71,7 +70,8 @@ void BvpOutput::add(const Row& r, const fem::MacroEnergy* energy) {
   std::vector<double> row{r.increment, r.time, r.iterations, r.cutbacks, r.residual};
   for (std::size_t b = 0; b < problem_.boundaries().size(); ++b)
     for (double v : problem_.reaction(b)) row.push_back(v);
-  strain_ = strain[2], stress_ = stress[2];
+  const std::size_t axis = scene_.flat() ? 1 : 2;  // in two dimensions z is across the plane, or the hoop
+  strain_ = strain[axis], stress_ = stress[axis];
   breakages_ = rves_ ? static_cast<double>(rves_->breakages()) : 0;
   double error = 0, mass = 0, lost = 0;
   for (std::size_t i = 0; rves_ && i < rves_->points(); ++i) {
@@ -100,15 +100,19 @@ void BvpOutput::frame(double time) {
   const fem::MacroFields fields = problem_.gather_fields();
   const auto per_cell = static_cast<std::size_t>(problem_.points_per_cell());
   std::vector<double> cells(3 * (points_.group.size() / per_cell), 0.0);  // void ratio, breakages a starting grain, grains; means of the cell's RVEs
+  std::vector<double> with(points_.group.size() / per_cell, 0.0);         // points of the cell that have one
+  for (std::size_t i = 0; i < points_.rve_of.size(); ++i) with[i / per_cell] += points_.rve_of[i] != SIZE_MAX;
   for (std::size_t i = 0; i < points_.rve_of.size(); ++i) {
     if (points_.rve_of[i] == SIZE_MAX) continue;
     const coupling::Facts& f = rves_->facts(points_.rve_of[i]);
     double* at = cells.data() + 3 * (i / per_cell);
-    const double share = 1.0 / static_cast<double>(per_cell);
+    const double share = 1 / with[i / per_cell];
     at[0] += f.void_ratio * share;
     at[1] += static_cast<double>(f.breakages) / static_cast<double>(f.grains - f.breakages) * share;
     at[2] += static_cast<double>(f.grains) * share;
   }
+  for (std::size_t c = 0; c < with.size(); ++c)
+    if (with[c] == 0) cells[3 * c] = cells[3 * c + 1] = cells[3 * c + 2] = NAN;  // no grains, no void ratio
   const std::vector<double> all = problem_.gather_cells(cells);
   const std::string name = fmt::format("macro/macro_{:05}.hdf", series_.size());
   probes_.frame(series_.size(), time);
@@ -140,7 +144,7 @@ void BvpOutput::frame(double time) {
 }
 
 std::string BvpOutput::line(std::uint64_t sweeps) const {
-  return fmt::format("strain zz {:.4f}  stress zz {:.3g} MPa  broken {:.0f}  material sweeps {}  DEM steps {:.3g}", strain_, stress_ / 1e6, breakages_, sweeps,
+  return fmt::format("strain {0} {1:.4f}  stress {0} {2:.3g} MPa  broken {3:.0f}  material sweeps {4}  DEM steps {5:.3g}", axis(), strain_, stress_ / 1e6, breakages_, sweeps,
                      rves_ ? static_cast<double>(rves_->report().dem_steps) : 0.0);
 }
 
@@ -148,11 +152,11 @@ std::string BvpOutput::closing(const BvpEnding& e) const {
   const double steps = rves_ ? static_cast<double>(rves_->report().dem_steps) : 0.0;
   const std::string how = e.status == finished ? "finished" : e.status == interrupted ? "interrupted" : "stopped";
   if (scene_.dynamics)
-    return fmt::format("{}: {:.4g} s, mean stress zz {:.4g} MPa, {:.0f} breakages, {:.3g} DEM steps in {} ({})", how, e.time, stress_ / 1e6, breakages_, steps, duration_text(e.wall),
+    return fmt::format("{}: {:.4g} s, mean stress {} {:.4g} MPa, {:.0f} breakages, {:.3g} DEM steps in {} ({})", how, e.time, axis(), stress_ / 1e6, breakages_, steps, duration_text(e.wall),
                        directory_);
-  return fmt::format("{}: load factor {:.4g}, mean strain zz {:.4f}, mean stress zz {:.4g} MPa, {:.0f} breakages, {} Newton iterations, {} cutbacks, {} material sweeps, "
-                     "{:.3g} DEM steps in {} ({})",
-                     how, e.time, strain_, stress_ / 1e6, breakages_, iterations_, cutbacks_, sweeps_, steps, duration_text(e.wall), directory_);
+  return fmt::format("{0}: load factor {1:.4g}, mean strain {2} {3:.4f}, mean stress {2} {4:.4g} MPa, {5:.0f} breakages, {6} Newton iterations, {7} cutbacks, {8} material sweeps, "
+                     "{9:.3g} DEM steps in {10} ({11})",
+                     how, e.time, axis(), strain_, stress_ / 1e6, breakages_, iterations_, cutbacks_, sweeps_, steps, duration_text(e.wall), directory_);
 }
 
 nlohmann::json BvpOutput::state() const {
@@ -171,9 +175,9 @@ void BvpOutput::restore(const nlohmann::json& s, const std::string& history) {
 
 void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   history_->save();
-  if (scene_.hopkinson && history_->rows() > 1) write_hopkinson((std::filesystem::path(directory_) / "hopkinson.csv").string(), *scene_.hopkinson, history_->text());
   nlohmann::json summary = provenance();
   summary["title"] = scene_.title;
+  if (!scene_.notes.empty()) summary["notes"] = scene_.notes;
   summary["scene_file"] = std::filesystem::path(scene_.file).filename().string();
   summary["scene"] = scene_.record;
   summary["status"] = e.status;
@@ -193,13 +197,17 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
     summary["unit_cell"] = scene_.unit_cells[0].record;
     summary["seed"] = scene_.unit_cells[0].model.seed;
     auto& counts = summary["counts"];
-    counts["grains_a_point"] = scene_.unit_cells[0].state.grains.size();
+    counts["grains_a_point"] = states_[points_.variant[0]].grains.size();
     counts["rves"] = rves_->points();
     counts["rves_asked"] = r.asked, counts["rves_advanced"] = r.advanced, counts["rves_distinct"] = r.distinct, counts["rves_deferred"] = r.deferred, counts["rves_elastic"] = r.elastic;
     counts["rves_similar"] = r.similar, counts["rves_replayed"] = r.replayed, counts["rves_retried_in_parts"] = r.retried, counts["rves_moved_between_ranks"] = e.migrated;
     counts["dem_steps"] = r.dem_steps;
     auto& errors = summary["errors"];
     errors["macro_work_J"] = macro_work_, errors["rve_work_J"] = rve_work();
+    // Hill and Mandel: both are the work on the grains where all points have them, and in increments also beside elastic regions.
+    const double largest = std::max(std::abs(macro_work_), std::abs(rve_work()));
+    if (largest > 0 && (!scene_.dynamics || scene_.regions.empty())) errors["hill_mandel"] = std::abs(macro_work_ - rve_work()) / largest;
+    if (!scene_.dynamics) errors["residual_floor"] = scene_.residual_floor();
     if (scene_.rve.error > 0) errors["deferral"] = {{"tolerance", scene_.rve.error}, {"measured", r.deferral.count}, {"worst", r.deferral.worst}, {"mean", r.deferral.mean()}};
     if (scene_.rve.response.elastic >= 0)
       errors["elastic"] = {{"tolerance_force_share", scene_.rve.response.elastic}, {"measured", r.linear.count}, {"worst", r.linear.worst}, {"mean", r.linear.mean()}};
@@ -212,6 +220,7 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   for (const std::string name : {"correction", "worst_unbalanced_force", "worst_stress_change"})
     if (summary["last_row"].contains(name)) summary["errors"]["last_" + name] = summary["last_row"][name];
   dem::write_whole((std::filesystem::path(directory_) / "summary.json").string(), summary.dump(2) + "\n");
+  if (scene_.hopkinson && history_->rows() > 1) write_hopkinson((std::filesystem::path(directory_) / "hopkinson.csv").string(), *scene_.hopkinson, history_->text());
 }
 
 }  // namespace grus::app

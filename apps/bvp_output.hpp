@@ -17,7 +17,8 @@ struct BvpEnding {
 
 class BvpOutput {
 public:
-  BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points, coupling::RveMaterial* rves);
+  BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points, const std::vector<dem::State>& states,
+            coupling::RveMaterial* rves);
 
   /// One row, and a frame if one is due.
   void add(const fem::IncrementReport& report, double wall);
@@ -41,11 +42,13 @@ private:
   void add(const Row& row, const fem::MacroEnergy* energy);
   void frame(double time);
   double rve_work() const;
+  const char* axis() const { return scene_.flat() ? "yy" : "zz"; }
 
   std::string directory_;
   const BvpScene& scene_;
   fem::Problem& problem_;
   const BvpPoints& points_;
+  const std::vector<dem::State>& states_;
   coupling::RveMaterial* rves_;  // null: no grains anywhere
   Probes probes_;
   std::vector<std::uint8_t> grains_;  // points that have an RVE

@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <atomic>
+#include <thread>
+
 #include "apps/prepare_sample.hpp"
 #include "dem/io/archive.hpp"
 
@@ -31,22 +34,40 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem) {
   return points;
 }
 
-std::vector<dem::State> prepare_variants(const BvpScene& scene, const std::vector<std::size_t>& used, int threads) {
+std::vector<dem::State> prepare_variants(const BvpScene& scene, const std::vector<std::size_t>& used, int threads, const dem::Watch& watch) {
   int rank, ranks;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   MPI_Comm_size(MPI_COMM_WORLD, &ranks);
   std::vector<std::size_t> mine;
   for (std::size_t k = static_cast<std::size_t>(rank); k < used.size(); k += static_cast<std::size_t>(ranks)) mine.push_back(k);
-  std::vector<std::string> bytes(used.size()), errors(used.size());
+  std::vector<std::string> bytes(used.size()), errors(used.size());  // of an error: a letter for its kind, and what it says
+  std::atomic<std::size_t> made{0};
+  std::atomic<int> stopped{0};
+  const auto asking = std::this_thread::get_id();  // one thread shows the progress; all hear that they are to stop
   dem::Team team(threads);
   team.each(mine.size(), [&](std::size_t m) {
-    dem::Team alone(1);
+    const std::string place = fmt::format("{}: ", scene.unit_cells[used[mine[m]]].file);
     try {
-      bytes[mine[m]] = dem::bytes_of(prepare_sample(scene.unit_cells[used[mine[m]]], alone));
+      dem::Team alone(1);
+      RveScene cell = scene.unit_cells[used[mine[m]]];
+      bytes[mine[m]] = dem::bytes_of(prepare_sample(cell, alone, [&](double, const char*) {
+        if (watch && std::this_thread::get_id() == asking && !watch(static_cast<double>(made) / static_cast<double>(mine.size()))) stopped = 1;
+        return stopped == 0;
+      }));
+      ++made;
+    } catch (const dem::Interrupted&) {
+      stopped = 1;
+    } catch (const InputError& e) {
+      errors[mine[m]] = std::string("i") + e.what();
+    } catch (const dem::Unstable& e) {
+      errors[mine[m]] = "u" + place + e.what();
     } catch (const std::exception& e) {
-      errors[mine[m]] = e.what();
+      errors[mine[m]] = "f" + place + e.what();
     }
   });
+  int any = stopped;
+  MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
+  if (any != 0) throw dem::Interrupted("interrupted while unit cells were prepared; nothing to go on from yet");
   for (std::size_t k = 0; k < used.size(); ++k) {
     const int from = static_cast<int>(k % static_cast<std::size_t>(ranks));
     for (std::string* text : {&errors[k], &bytes[k]}) {
@@ -63,10 +84,13 @@ std::vector<dem::State> prepare_variants(const BvpScene& scene, const std::vecto
   }
   std::vector<dem::State> states(static_cast<std::size_t>(scene.variants));
   if (rank != 0) return states;
-  for (std::size_t k = 0; k < used.size(); ++k) {
-    if (!errors[k].empty()) throw dem::Unstable(fmt::format("unit cell: {}", errors[k]));
-    states[used[k]] = dem::state_of(bytes[k]);
+  for (const std::string& e : errors) {
+    if (e.empty()) continue;
+    if (e[0] == 'i') throw InputError(e.substr(1));
+    if (e[0] == 'u') throw dem::Unstable(e.substr(1));
+    throw std::runtime_error(e.substr(1));
   }
+  for (std::size_t k = 0; k < used.size(); ++k) states[used[k]] = dem::state_of(bytes[k]);
   return states;
 }
 

@@ -17,7 +17,8 @@ struct BvpPoints {
 BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem);
 
 /// Prepared states of all variants that are in use, made by all ranks together; on rank 0, empty elsewhere and where unused.
-/// Collective over MPI_COMM_WORLD.
-std::vector<dem::State> prepare_variants(const BvpScene& scene, const std::vector<std::size_t>& used, int threads);
+/// Collective over MPI_COMM_WORLD. Throws, on all ranks or on rank 0, what the first variant that cannot be made throws: InputError, Unstable,
+/// Interrupted where a rank's watch says so.
+std::vector<dem::State> prepare_variants(const BvpScene& scene, const std::vector<std::size_t>& used, int threads, const dem::Watch& watch);
 
 }  // namespace grus::app

@@ -6,8 +6,10 @@
 #include <set>
 
 #include "apps/bvp_output.hpp"
+#include "apps/folder.hpp"
 #include "apps/run.hpp"
 #include "dem/base/error.hpp"
+#include "dem/base/watch.hpp"
 #include "dem/io/checkpoint.hpp"
 #include "dem/io/whole_file.hpp"
 #include "fem/session.hpp"
@@ -30,6 +32,8 @@ void together(const fem::Session& session, F&& part) {
     kind = 2, message = e.what();
   } catch (const std::invalid_argument& e) {
     kind = 1, message = e.what();
+  } catch (const dem::Interrupted& e) {
+    kind = 4, message = e.what();
   } catch (const std::exception& e) {
     kind = 3, message = e.what();
   }
@@ -44,6 +48,7 @@ void together(const fem::Session& session, F&& part) {
   MPI_Bcast(message.data(), size, MPI_CHAR, first, MPI_COMM_WORLD);
   if (kind == 1) throw InputError(message);
   if (kind == 2) throw dem::Unstable(message);
+  if (kind == 4) throw dem::Interrupted(message);
   throw std::runtime_error(message);
 }
 
@@ -70,20 +75,19 @@ class Run {
 public:
   Run(const BvpScene& scene, const Options& options, Setup setup, coupling::RveFarm* farm)
       : scene_(scene), options_(options), setup_(std::move(setup)) {
-    std::vector<fem::Material> parts(1);
+    std::vector<fem::Material> parts;
     if (farm) {
       rves_.emplace(*farm, setup_.states, setup_.points.variant, scene.rve);
-      parts[0] = rves_->material();
+      parts.push_back(rves_->material());
     } else {
-      parts[0].respond = [](const fem::Points&) { return true; };
-      parts[0].commit = [] {};
+      parts.push_back(fem::elastic_material(0, 1, 0));  // of no point
     }
     for (std::size_t r = 0; r < scene.regions.size(); ++r) {
       const auto count = std::count(setup_.points.group.begin(), setup_.points.group.end(), r + 1);
       parts.push_back(fem::elastic_material(static_cast<std::size_t>(count), scene.regions[r].youngs_modulus, scene.regions[r].poissons_ratio));
     }
     regions_.assign(parts.begin() + 1, parts.end());
-    material_ = scene.regions.empty() ? parts[0] : fem::composite_material(parts, setup_.points.group);
+    material_.emplace(scene.regions.empty() ? parts[0] : fem::composite_material(parts, setup_.points.group));
     for (std::size_t i = 0; i < setup_.points.group.size(); ++i) {
       if (setup_.points.group[i] > 0) {
         density_.push_back(scene.regions[setup_.points.group[i] - 1].density);
@@ -92,7 +96,9 @@ public:
         density_.push_back(dem::total_mass(s.grains) / s.boundary.cell.volume());
       }
     }
-    output_.emplace(options.directory, scene, *setup_.problem, setup_.points, rves_ ? &*rves_ : nullptr);
+    work_of_grains_ = scene.solve;
+    for (const auto group : setup_.points.group) work_of_grains_.work_of.push_back(group == 0);
+    output_.emplace(options.directory, scene, *setup_.problem, setup_.points, setup_.states, rves_ ? &*rves_ : nullptr);
   }
 
   BvpEnding go(double ready, const Clock& clock) {
@@ -101,8 +107,8 @@ public:
     ending.preparation = ready;
     double time = 0, saved = clock.wall();
     std::uint64_t sweeps = 0;
-    const auto respond = material_.respond;
-    material_.respond = [&](const fem::Points& p) {
+    const auto respond = material_->respond;
+    material_->respond = [&](const fem::Points& p) {
       if (p.duration == 0 || sweeps % 64 == 0) progress.show(time / scene_.end_time(), output_->line(sweeps));
       ++sweeps;
       return respond(p);
@@ -111,6 +117,8 @@ public:
     auto after = [&](const auto& report, double now) {
       time = now;
       output_->add(report, elapsed_ + clock.wall() - ready);
+      if constexpr (requires { report.cut_reason; })
+        if (!report.cut_reason.empty()) progress.note(fmt::format("  increment {}: {} cutback(s), the last because {}", report.increment, report.cutbacks, one_line(report.cut_reason)));
       stop = interruption_asked();
       if (stop || clock.wall() - saved > scene_.checkpoint_interval) save(report, elapsed_ + clock.wall() - ready), saved = clock.wall();
       return !stop;
@@ -120,11 +128,11 @@ public:
     if (scene_.dynamics) {
       fem::allocate_dynamics(*setup_.problem);
       const fem::DynamicsReport start = options_.resume ? resume_dynamics() : fem::DynamicsReport{};
-      const auto result = fem::solve_dynamics(*setup_.problem, material_, density_, *scene_.dynamics, [&](const fem::DynamicsReport& r) { return after(r, r.time); }, start);
+      const auto result = fem::solve_dynamics(*setup_.problem, *material_, density_, *scene_.dynamics, [&](const fem::DynamicsReport& r) { return after(r, r.time); }, start);
       complete = result.finished, failure = result.failure, ending.time = result.last.time;
     } else {
       const fem::StaticsStart start = options_.resume ? resume_statics() : fem::StaticsStart{};
-      const auto result = fem::solve_statics(*setup_.problem, material_, scene_.solve, [&](const fem::IncrementReport& r) { return after(r, r.load_factor); }, start);
+      const auto result = fem::solve_statics(*setup_.problem, *material_, work_of_grains_, [&](const fem::IncrementReport& r) { return after(r, r.load_factor); }, start);
       complete = result.converged, failure = result.failure, ending.time = result.load_factor;
     }
     ending.status = stop ? interrupted : complete ? finished : unstable;
@@ -148,7 +156,7 @@ private:
     dem::Checkpoint c{about.dump(), {output_->history().text()}};
     auto pack = [](const std::vector<double>& v) { return std::string(reinterpret_cast<const char*>(v.data()), v.size() * sizeof(double)); };
     c.parts.push_back(pack(setup_.problem->snapshot()));
-    for (const auto& r : regions_) c.parts.push_back(pack(r.save()));
+    for (const auto& r : regions_) c.parts.push_back(r.save());
     if (rves_)
       for (auto& part : rves_->save()) c.parts.push_back(std::move(part));
     dem::write_checkpoint(path(), c);
@@ -177,7 +185,7 @@ private:
     };
     try {
       setup_.problem->restore(unpack(kept.parts[1]));
-      for (std::size_t r = 0; r < regions_.size(); ++r) regions_[r].load(unpack(kept.parts[2 + r]));
+      for (std::size_t r = 0; r < regions_.size(); ++r) regions_[r].load(kept.parts[2 + r]);
       kept.parts.erase(kept.parts.begin() + 1, kept.parts.begin() + 2 + static_cast<std::ptrdiff_t>(regions_.size()));
       const std::string history = std::move(kept.parts.front());
       kept.parts.erase(kept.parts.begin());
@@ -206,7 +214,8 @@ private:
   Setup setup_;
   std::optional<coupling::RveMaterial> rves_;
   std::vector<fem::Material> regions_;
-  fem::Material material_;
+  std::optional<fem::Material> material_;
+  fem::StaticsOptions work_of_grains_;  // scene.solve; work is told of the points with grains, as that of the cells is
   std::vector<double> density_;
   std::optional<BvpOutput> output_;
   double elapsed_ = 0;  // wall time of earlier parts of the run (s)
@@ -217,11 +226,15 @@ void print_setup(const BvpScene& scene, const Setup& setup, const Options& optio
   const fem::Problem& p = *setup.problem;
   const auto rves = setup.points.variant.size();
   double grains = 0;
-  for (const auto& u : scene.unit_cells) grains += static_cast<double>(u.state.grains.size()) / scene.variants;
+  for (const auto& u : scene.unit_cells) grains += u.grains() / scene.variants;
   const std::string length = scene.dynamics ? fmt::format("duration {:.3g} s", scene.dynamics->duration) : fmt::format("increments {}", scene.solve.increments);
   fmt::print("{}\n  cells {}   Gauss points {}   with grains {} ({:.0f} grains each, {} packings)   {}   memory up to {:.3g} MB   ranks {} x threads {}\n", scene.title,
              p.global_points() / p.points_per_cell(), p.global_points(), rves, grains, scene.unit_cells.size(), length, static_cast<double>(rves) * grains * 2 * 4000 / 1e6, ranks,
              options.threads);
+  if (!scene.dynamics) fmt::print("  residual to {:.2g}{}\n", std::max(scene.solve.tolerance, scene.residual_floor()), scene.has_rve ? " (the larger of solve.tolerance, rve.unbalanced_force and rve.stress_change)" : "");
+  for (const auto& note : scene.notes) fmt::print("  note: {}\n", note);
+  for (const auto& u : scene.unit_cells)
+    for (const auto& note : u.notes) fmt::print("  note: unit cell: {}\n", note);
 }
 
 int run(const Options& given, const fem::Session& session) {
@@ -239,19 +252,30 @@ int run(const Options& given, const fem::Session& session) {
     const std::set<std::size_t> variants(setup.points.variant.begin(), setup.points.variant.end());
     used.assign(variants.begin(), variants.end());
     if (!options.quiet) print_setup(scene, setup, options, session.ranks());
-    if (!options.check && !options.resume) make_folder(options);
-    if (options.resume && !std::filesystem::exists(options.directory + "/checkpoint.h5")) throw InputError(options.directory + "/checkpoint.h5: no checkpoint to resume from");
+    if (!options.check) check_folder(options);
+    if (options.check && used.size() > 1) used.resize(1);
   });
   std::size_t count = used.size();
   MPI_Bcast(&count, sizeof count, MPI_BYTE, 0, MPI_COMM_WORLD);
   used.resize(count);
   MPI_Bcast(used.data(), static_cast<int>(count * sizeof(std::size_t)), MPI_BYTE, 0, MPI_COMM_WORLD);
-  together(session, [&] { setup.states = prepare_variants(scene, used, options.threads); });
+  together(session, [&] {
+    Progress progress(options.quiet || options.check);
+    setup.states = prepare_variants(scene, used, options.threads, [&](double done) { return progress.watch(done, "unit cells"); });
+  });
+  std::optional<Folder> made;
+  together(session, [&] {
+    if (leads && !options.check) made.emplace(options);
+  });
+  std::shared_ptr<const dem::Model> model;
+  together(session, [&] {
+    if (scene.has_rve) model = run_model(scene);
+  });
   const double ready = clock.wall();
   if (leads && !options.quiet && scene.has_rve) fmt::print("  unit cells prepared in {}\n", duration_text(ready));
   if (options.check) {
     if (leads && scene.has_rve) {
-      dem::Rve rve(run_model(scene), scene.rve.response.quasi_static, setup.states[used[0]]);
+      dem::Rve rve(model, scene.rve.response.quasi_static, setup.states[used[0]]);
       const Clock timer;
       rve.advance({dem::Mat3::Identity()});
       fmt::print("  one RVE at rest: {:.3g} s; run time grows with strain and breakage\n", timer.wall());
@@ -264,8 +288,8 @@ int run(const Options& given, const fem::Session& session) {
     std::exception_ptr error;
     std::optional<Run> work;
     std::optional<coupling::RveFarm> farm;
-    try {
-      if (scene.has_rve) farm.emplace(MPI_COMM_WORLD, run_model(scene), scene.rve.response, options.threads);
+    try {  // the farm first: from then on the other ranks serve, and hear when it is gone
+      if (scene.has_rve) farm.emplace(MPI_COMM_WORLD, model, scene.rve.response, options.threads);
       if (farm && scene.costs) farm->record_costs();
       work.emplace(scene, options, std::move(setup), farm ? &*farm : nullptr);
       ending = work->go(ready, clock);
@@ -285,11 +309,11 @@ int run(const Options& given, const fem::Session& session) {
     MPI_Bcast(&status, 1, MPI_INT, 0, MPI_COMM_WORLD);
     if (error) std::rethrow_exception(error);
     if (status == unstable)
-      fmt::print(stderr, "{}: {} {:.4g}: {}; {}\n", options.scene, scene.dynamics ? "time" : "load factor", ending.time, ending.text,
-                 scene.dynamics ? "a smaller solve.safety or another unit cell may help" : "smaller solve.increments, looser rve.unbalanced_force or a larger unit cell may help");
+      fmt::print(stderr, "{}\n", one_line(fmt::format("{}: {} {:.4g}: {}; {}", options.scene, scene.dynamics ? "time" : "load factor", ending.time, ending.text,
+                 scene.dynamics ? "a smaller solve.safety or another unit cell may help" : "more solve.increments, looser rve.unbalanced_force or a larger unit cell may help")));
     return status;
   }
-  if (scene.has_rve) coupling::serve(MPI_COMM_WORLD, run_model(scene), scene.rve.response, options.threads);
+  if (scene.has_rve) coupling::serve(MPI_COMM_WORLD, model, scene.rve.response, options.threads);
   MPI_Bcast(&status, 1, MPI_INT, 0, MPI_COMM_WORLD);
   return status;
 }
@@ -299,5 +323,5 @@ int run(const Options& given, const fem::Session& session) {
 int main(int argc, char** argv) {
   const fem::Session session;
   return run_command(argc, argv, "grus-bvp", "A macro boundary-value problem, finite elements with breakable grains at every Gauss point (mpirun -n P for P ranks).",
-                     [&](const Options& options) { return run(options, session); }, session.rank() == 0);
+                     [&](const Options& options) { return run(options, session); }, session.rank() == 0, session.sharers());
 }

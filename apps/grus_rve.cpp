@@ -5,10 +5,12 @@
 #include <filesystem>
 
 #include "apps/error_estimates.hpp"
+#include "apps/folder.hpp"
 #include "apps/grading_states.hpp"
 #include "apps/prepare_sample.hpp"
 #include "apps/run.hpp"
 #include "apps/rve_history.hpp"
+#include "apps/scene/sample_scene.hpp"
 #include "dem/bond/cohesive.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/io/checkpoint.hpp"
@@ -56,19 +58,30 @@ nlohmann::json ledger_json(const dem::State& s, const dem::Measurement& m) {
           {"energy_error", dem::energy_error(l, m.kinetic + m.elastic)}};
 }
 
-void print_setup(const RveScene& scene, const dem::State& s, double wall_estimate) {
+/// `grains`: of the whole sample, where the state is a piece of it. `wall_estimate`: s, of the whole; 0: none.
+void print_setup(const RveScene& scene, const dem::State& s, double grains, double wall_estimate) {
   const dem::Measurement m = dem::measure(scene.model, s);
-  fmt::print("{}\n  grains {}   mean diameter {:.4g} m   solid fraction {:.4f}   bulk density {:.4g} g/cm^3   contacts {}\n", scene.title, s.grains.size(),
-             dem::mean_diameter(s.grains), m.solid_fraction, m.volume > 0 ? dem::total_mass(s.grains) / m.volume / 1000 : 0.0, m.contacts);
-  const double bytes = static_cast<double>(s.grains.size()) * 600 + static_cast<double>(s.contacts.size()) * 260;
+  const double whole = grains / static_cast<double>(s.grains.size());
+  const std::string piece = whole > 1.05 ? fmt::format("   (from a piece of {} grains)", s.grains.size()) : "";
+  fmt::print("{}\n  grains {:.0f}   mean diameter {:.4g} m   solid fraction {:.4f}   bulk density {:.4g} g/cm^3   contacts {:.0f}{}\n", scene.title, grains,
+             dem::mean_diameter(s.grains), m.solid_fraction, m.volume > 0 ? dem::total_mass(s.grains) / m.volume / 1000 : 0.0, whole * static_cast<double>(m.contacts), piece);
+  const double bytes = whole * (static_cast<double>(s.grains.size()) * 600 + static_cast<double>(s.contacts.size()) * 260);
   fmt::print("  time step {:.3g} s   duration {:.4g} s   steps about {:.3g}   memory about {:.3g} MB", s.dt, scene.test.duration,
              scene.test.duration / s.dt, bytes / 1e6);
   if (wall_estimate > 0) fmt::print("   run time about {} (at the initial time step)", duration_text(wall_estimate));
   fmt::print("\n");
+  for (const auto& note : scene.notes) fmt::print("  note: {}\n", note);
 }
 
-/// More than any machine does in a lifetime: time would no longer move on by a step.
-constexpr double most_steps = 1e13;
+/// Steps of a grain that no machine of today gets through in months; with few grains a step costs as much as with a thousand.
+constexpr double most_grain_steps = 1e14;
+
+void refuse_endless(const RveScene& scene, const dem::State& s) {
+  const double steps = scene.test.duration / s.dt;
+  if (!(steps * std::max(1000.0, static_cast<double>(s.grains.size())) < most_grain_steps))
+    throw dem::InputError(fmt::format("{}: loading: a time step of {:.3g} s would take {:.3g} steps to {:.3g} s: stiffness, density, size or speed of the grains, or the rate, is out of all bounds", scene.file,
+                                      s.dt, steps, scene.test.duration));
+}
 
 /// What a run carries besides its state.
 struct Course {
@@ -111,29 +124,47 @@ dem::State take_up(const dem::Checkpoint& kept, Course& course, History& history
   return state;
 }
 
+/// --check: what a run would be like, from a piece of the sample where that is large.
+int check(const Options& options, RveScene& scene, dem::Team& team) {
+  const double grains = scene.grains();
+  make_smaller(scene);
+  Progress progress(options.quiet);
+  dem::State state = prepare_sample(scene, team, [&](double done, const char* what) { return progress.watch(done, what); });
+  dem::begin_loading(scene.model, state, scene.test.loading);
+  refuse_endless(scene, state);
+  dem::State probe = state;
+  const Clock timer;
+  while (probe.steps < 50) {
+    dem::update_time_step(scene.model, probe);
+    dem::run_steps(scene.model, probe, 2, team);
+  }
+  const double whole = scene.model.numerics.time_step > 0 || grains < 1.05 * static_cast<double>(state.grains.size()) ? static_cast<double>(state.grains.size()) : grains;
+  print_setup(scene, state, whole, timer.wall() / 50 * scene.test.duration / probe.dt * whole / static_cast<double>(state.grains.size()));
+  return finished;
+}
+
 int run(const Options& options) {
   const Clock clock;
   RveScene scene = read_rve_scene(options.scene, options.overrides);
   dem::Team team(options.threads);
+  if (options.check) return check(options, scene, team);
   dem::Checkpoint kept;
   if (options.resume) kept = find_checkpoint(options, scene);
-  else if (!options.check) make_folder(options);
+  check_folder(options);
   dem::State state;
-  if (!options.resume) {
-    state = prepare_sample(scene, team);
-    dem::begin_loading(scene.model, state, scene.test.loading);
-  }
-  if (options.check) {
-    dem::State probe = state;
-    const Clock timer;
-    while (probe.steps < 50) {
-      dem::update_time_step(scene.model, probe);
-      dem::run_steps(scene.model, probe, 2, team);
+  {
+    Progress progress(options.quiet);
+    auto watch = [&](double done, const char* what) { return progress.watch(done, what); };
+    if (options.resume) {
+      make_sample(scene, team, [&](double done) { return watch(done, "packing"); });  // what the sample was at first, for gradings
+    } else {
+      state = prepare_sample(scene, team, watch);
+      dem::begin_loading(scene.model, state, scene.test.loading);
+      refuse_endless(scene, state);
     }
-    print_setup(scene, state, timer.wall() / 50 * scene.test.duration / probe.dt);
-    return finished;
   }
-  if (!options.quiet && !options.resume) print_setup(scene, state, 0);
+  const Folder made(options);
+  if (!options.quiet && !options.resume) print_setup(scene, state, static_cast<double>(state.grains.size()), 0);
   const double ready = clock.wall();
 
   const std::filesystem::path folder = options.directory;
@@ -152,40 +183,48 @@ int run(const Options& options) {
 
   int status = finished;
   std::string ending = "finished";
-  double saved = ready;
+  double saved = clock.wall();
   const double earlier = course.wall;
   const auto rows = static_cast<std::uint64_t>(std::ceil(scene.test.duration / scene.output.history_interval * (1 - 1e-9)));
   try {
     dem::check_sanity(scene.model, state);
-    if (scene.test.duration > most_steps * state.dt)
-      throw dem::Unstable(fmt::format("a time step of {:.3g} s would take {:.3g} steps: stiffness, density or size of the grains is out of all bounds", state.dt, scene.test.duration / state.dt));
     if (!options.resume) {
       history.add(rve_row(scene, state, m, course.initial_cell));
       frames.write_if_due(state);
       gradings.write_if_due(state);
     }
-    for (std::uint64_t row = course.row + 1; row <= rows; ++row) {
-      const double until = row == rows ? scene.test.duration : static_cast<double>(row) * scene.output.history_interval;
-      const std::uint64_t before = state.steps;
-      dem::load(scene.model, state, scene.test.loading, until - state.time, team);
-      course.grain_steps += static_cast<double>(state.steps - before) * static_cast<double>(state.grains.size());
-      m = dem::measure(scene.model, state);
-      dem::check_sanity(scene.model, state);
-      history.add(rve_row(scene, state, m, course.initial_cell));
-      history.save(2);
-      frames.write_if_due(state);
-      gradings.write_if_due(state);
-      const double axial = axial_stress(scene, state, m), error = dem::energy_error(state.ledger, m.kinetic + m.elastic);
-      course.peak = std::max(course.peak, axial);
-      course.errors.add(state, m);
-      course.row = row, course.wall = earlier + clock.wall() - ready;
+    double axial = axial_stress(scene, state, m), error = dem::energy_error(state.ledger, m.kinetic + m.elastic);
+    auto stand = [&] {  // of a moment between rows: stress and error are the last row's
+      course.wall = earlier + clock.wall() - ready;
       progress.show(state.time / scene.test.duration,
                     fmt::format("t {:.4g} s  strain {:.4f}  stress {:.3g} MPa  grains {}  broken {}  energy error {:.2f} %  {:.3g} steps/s", state.time,
                                 state.time * scene.test.strain_rate, axial / 1e6, state.grains.size(), state.ledger.breakages, 100 * error,
                                 static_cast<double>(state.steps) / course.wall));
-      if (scene.test.final_stress && axial >= *scene.test.final_stress) break;
-      const bool stop = interruption_asked();
-      if (stop || clock.wall() - saved > scene.output.checkpoint_interval) {
+    };
+    auto due = [&] { return interruption_asked() || clock.wall() - saved > scene.output.checkpoint_interval; };
+    for (std::uint64_t row = course.row + 1; row <= rows; ++row) {
+      const double until = row == rows ? scene.test.duration : static_cast<double>(row) * scene.output.history_interval;
+      bool stop = false;
+      for (bool there = false; !there && !stop;) {
+        const std::uint64_t before = state.steps;
+        there = dem::load(scene.model, state, scene.test.loading, until, team, [&](double) { return stand(), !due(); });
+        course.grain_steps += static_cast<double>(state.steps - before) * static_cast<double>(state.grains.size());
+        if (there) {
+          m = dem::measure(scene.model, state);
+          dem::check_sanity(scene.model, state);
+          history.add(rve_row(scene, state, m, course.initial_cell));
+          frames.write_if_due(state);
+          gradings.write_if_due(state);
+          axial = axial_stress(scene, state, m), error = dem::energy_error(state.ledger, m.kinetic + m.elastic);
+          course.peak = std::max(course.peak, axial);
+          course.errors.add(state, m);
+          course.row = row;
+          stand();
+          history.save(2);
+          if (scene.test.final_stress && axial >= *scene.test.final_stress) break;
+        }
+        if (!due()) continue;
+        stop = interruption_asked();
         save_checkpoint(options, scene, state, course, history, frames, gradings);
         saved = clock.wall();
       }
@@ -193,14 +232,17 @@ int run(const Options& options) {
         status = interrupted, ending = "interrupted; --resume goes on from checkpoint.h5";
         break;
       }
+      if (scene.test.final_stress && axial >= *scene.test.final_stress) break;
     }
   } catch (const dem::Unstable& e) {
     status = unstable, ending = e.what();
+  } catch (const std::exception& e) {  // of the system: what there is may still be kept
+    status = failed, ending = e.what();
   }
-  history.save();
   const double wall = clock.wall();
   nlohmann::json summary = provenance();
   summary["title"] = scene.title;
+  if (!scene.notes.empty()) summary["notes"] = scene.notes;
   summary["scene_file"] = std::filesystem::path(scene.file).filename().string();
   summary["scene"] = scene.record;
   summary["status"] = status;
@@ -212,12 +254,22 @@ int run(const Options& options) {
   if (const double bulk = dem::bulk_volume(scene.state.boundary); bulk > 0)
     summary["sample"] = {{"bulk_density_kg_m3", dem::total_mass(scene.state.grains) / bulk}, {"solid_fraction", dem::solid_volume(scene.state.grains) / bulk}};
   summary["mass"] = {{"start_kg", dem::total_mass(scene.state.grains)}, {"grains_kg", dem::total_mass(state.grains)}, {"lost_kg", state.ledger.fines.mass}};
+  if (scene.model.breakable()) {
+    const dem::Fines& f = state.ledger.fines;
+    auto vector = [](const dem::Vec3& v) { return nlohmann::json{v.x(), v.y(), v.z()}; };
+    summary["fines"] = {{"mass_kg", f.mass}, {"kinetic_J", f.kinetic}, {"momentum_kg_m_s", vector(f.momentum)}, {"angular_momentum_kg_m2_s", vector(f.angular_momentum)}};
+  }
   summary["energy"] = ledger_json(state, m);
   summary["errors"] = course.errors.json(state);
   summary["errors"]["packing_overlap"] = scene.packing_overlap;
   summary["results"] = {{"peak_axial_stress_Pa", course.peak}, {"final_time_s", state.time}, {"final_void_ratio", m.void_ratio}};
   summary["seconds"] = {{"preparation_wall", ready}, {"loading_wall", earlier + wall - ready}, {"cpu", Clock::cpu()}};
-  dem::write_whole((folder / "summary.json").string(), summary.dump(2) + "\n");
+  try {
+    history.save();
+    dem::write_whole((folder / "summary.json").string(), summary.dump(2) + "\n");
+  } catch (const std::exception&) {  // of one fault one line
+    if (status != failed) throw;
+  }
 
   progress.finish(fmt::format("{}: t {:.5g} s, peak stress {:.4g} MPa, {} -> {} grains, {} breakages, mass lost {:.2f} %, worst energy error {:.2f} %, "
                               "{} steps in {} ({})",
@@ -225,7 +277,7 @@ int run(const Options& options) {
                               scene.state.grains.size(), state.grains.size(), state.ledger.breakages,
                               100 * state.ledger.fines.mass / dem::total_mass(scene.state.grains), 100 * course.errors.energy.worst, state.steps, duration_text(earlier + wall - ready),
                               options.directory));
-  if (status == unstable) fmt::print(stderr, "{}: {}\n", options.scene, ending);
+  if (status == unstable || status == failed) fmt::print(stderr, "{}\n", one_line(fmt::format("{}: {}", options.scene, ending)));
   return status;
 }
 

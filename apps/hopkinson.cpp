@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <sstream>
+#include <stdexcept>
 
 #include "dem/io/whole_file.hpp"
 
@@ -65,7 +66,9 @@ void write_hopkinson(const std::string& path, const Hopkinson& bar, const std::s
     std::size_t k = 0;
     for (std::istringstream in(line); std::getline(in, cell, ',') && k < names.size();) columns[k++].push_back(std::strtod(cell.c_str(), nullptr));
   }
+  auto has = [&](const std::string& name) { return std::find(names.begin(), names.end(), name) != names.end(); };
   auto column = [&](const std::string& name) -> const std::vector<double>& {
+    if (!has(name)) throw std::runtime_error("history.csv has no column " + name);
     return columns[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())];
   };
   const std::string axis = fmt::format("{0}{0}", "xyz"[bar.axis]);
@@ -74,12 +77,17 @@ void write_hopkinson(const std::string& path, const Hopkinson& bar, const std::s
     for (double& e : g.strain) e = -e;
     return g;
   };
-  GaugeSignal own_strain{column("time_s"), column("grains_strain_" + axis)}, own_stress{column("time_s"), column("grains_stress_" + axis + "_Pa")};
-  std::string text = "time_s,incident_strain,reflected_strain,transmitted_strain,rate_1wave,strain_1wave,stress_1wave_Pa,stress_2wave_Pa,rate_3wave,strain_3wave,stress_3wave_Pa,"
-                     "specimen_strain,specimen_stress_Pa\n";
-  for (const HopkinsonRow& r : analyse_hopkinson(bar, gauge(bar.incident), gauge(bar.transmitted)))
-    text += fmt::format("{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g}\n", r.time, r.incident, r.reflected, r.transmitted, r.rate_1,
-                        r.strain_1, r.stress_1, r.stress_2, r.rate_3, r.strain_3, r.stress_3, -own_strain.at(r.time), -own_stress.at(r.time));
+  // The specimen's own averages, where grains are the specimen.
+  const bool own = has("grains_strain_" + axis);
+  const GaugeSignal own_strain = own ? GaugeSignal{column("time_s"), column("grains_strain_" + axis)} : GaugeSignal{};
+  const GaugeSignal own_stress = own ? GaugeSignal{column("time_s"), column("grains_stress_" + axis + "_Pa")} : GaugeSignal{};
+  std::string text = "time_s,incident_strain,reflected_strain,transmitted_strain,rate_1wave,strain_1wave,stress_1wave_Pa,stress_2wave_Pa,rate_3wave,strain_3wave,stress_3wave_Pa";
+  text += own ? ",specimen_strain,specimen_stress_Pa\n" : "\n";
+  for (const HopkinsonRow& r : analyse_hopkinson(bar, gauge(bar.incident), gauge(bar.transmitted))) {
+    text += fmt::format("{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g}", r.time, r.incident, r.reflected, r.transmitted, r.rate_1,
+                        r.strain_1, r.stress_1, r.stress_2, r.rate_3, r.strain_3, r.stress_3);
+    text += own ? fmt::format(",{:.10g},{:.10g}\n", -own_strain.at(r.time), -own_stress.at(r.time)) : "\n";
+  }
   dem::write_whole(path, text);
 }
 

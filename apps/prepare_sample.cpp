@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "apps/prepare_sample.hpp"
 
+#include <algorithm>
+
+#include "apps/scene/sample_scene.hpp"
 #include "dem/rve/step.hpp"
 
 namespace grus::app {
 
-dem::State prepare_sample(const RveScene& scene, dem::Team& team) {
+dem::State prepare_sample(RveScene& scene, dem::Team& team, const StageWatch& watch) {
+  auto stage = [&](const char* what) { return watch ? dem::Watch([&watch, what](double done) { return watch(done, what); }) : dem::Watch(); };
+  make_sample(scene, team, stage("packing"));
   dem::State state = scene.state;
   if (scene.preparation) {
     dem::Model model = scene.model;  // the friction of the preparation, not of the test
@@ -14,7 +19,7 @@ dem::State prepare_sample(const RveScene& scene, dem::Team& team) {
     dem::make_pair_laws(model);
     if (std::all_of(model.damping.begin(), model.damping.end(), [](double d) { return d == 0; })) dem::set_damping(model, 0.3);  // a sample must come to rest
     dem::prepare(model, state, team);
-    dem::compress_isotropically(model, scene.preparation->quasi_static, state, scene.preparation->pressure, team);
+    dem::compress_isotropically(model, scene.preparation->quasi_static, state, scene.preparation->pressure, team, stage("preparation"));
     state.time = 0;
     state.steps = 0;
     state.ledger = {};

@@ -6,8 +6,12 @@
 
 namespace grus::app {
 
-/// Neighbour list, forces and time step; then the scene's preparation, if it has one. The state's clock and ledger
-/// start at zero. Throws Unstable where the preparation does not reach its pressure.
-dem::State prepare_sample(const RveScene& scene, dem::Team& team);
+/// How far each stage of making a sample is; `what` names it. False: stop.
+using StageWatch = std::function<bool(double done, const char* what)>;
+
+/// Makes a packing that is pending, then neighbour list, forces and time step, then the scene's preparation, if it has one. The
+/// state's clock and ledger start at zero. Throws InputError where the packing cannot be, Unstable where the preparation does
+/// not reach its pressure, Interrupted.
+dem::State prepare_sample(RveScene& scene, dem::Team& team, const StageWatch& watch = {});
 
 }  // namespace grus::app

@@ -19,8 +19,9 @@ const char* const grading_facts[] = {"d10_m", "d50_m", "d90_m", "breakage_einav"
 
 }  // namespace
 
-Probes::Probes(const std::string& directory, const BvpScene& scene, const fem::Problem& problem, const BvpPoints& points, const coupling::RveMaterial* rves)
-    : directory_(directory), scene_(scene), problem_(problem), points_(points), rves_(rves) {
+Probes::Probes(const std::string& directory, const BvpScene& scene, const fem::Problem& problem, const BvpPoints& points, const std::vector<dem::State>& states,
+               const coupling::RveMaterial* rves)
+    : directory_(directory), scene_(scene), problem_(problem), points_(points), states_(states), rves_(rves) {
   for (const Probe& probe : scene.probes) {
     double nearest = INFINITY;
     std::size_t point = 0;
@@ -69,7 +70,7 @@ std::vector<double> Probes::row() const {
     const dem::Measurement m = dem::measure(model, s);
     row.insert(row.end(), {m.void_ratio, m.coordination, static_cast<double>(s.grains.size()), static_cast<double>(s.ledger.breakages)});
     if (!f.probe->grading) continue;
-    const dem::Grading first(scene_.unit_cells[points_.variant[rve]].state), now(s);
+    const dem::Grading first(states_[points_.variant[rve]]), now(s);
     row.insert(row.end(), {now.diameter(0.1), now.diameter(0.5), now.diameter(0.9), dem::einav_breakage(first, now), now.fines_fraction()});
   }
   return row;

@@ -9,7 +9,8 @@ namespace grus::app {
 class Probes {
 public:
   /// Each probe sits at the Gauss point nearest to its place in the reference mesh; of equals the lowest key.
-  Probes(const std::string& directory, const BvpScene& scene, const fem::Problem& problem, const BvpPoints& points, const coupling::RveMaterial* rves);
+  Probes(const std::string& directory, const BvpScene& scene, const fem::Problem& problem, const BvpPoints& points, const std::vector<dem::State>& states,
+         const coupling::RveMaterial* rves);
 
   std::vector<std::string> columns() const;
   std::vector<double> row() const;
@@ -31,6 +32,7 @@ private:
   const BvpScene& scene_;
   const fem::Problem& problem_;
   const BvpPoints& points_;
+  const std::vector<dem::State>& states_;  // prepared, of the variants
   const coupling::RveMaterial* rves_;  // null: no grains anywhere
   std::vector<Found> probes_;
 };

@@ -6,12 +6,14 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
-#include <thread>
 
+#include "apps/cores.hpp"
 #include "dem/base/error.hpp"
+#include "dem/base/watch.hpp"
 #include "dem/io/whole_file.hpp"
 
 namespace grus::app {
@@ -28,14 +30,22 @@ void on_signal(int signal) {
 
 bool interruption_asked() { return asked != 0; }
 
+std::string one_line(const std::string& text) {
+  std::string line;
+  for (const char c : text)
+    if (static_cast<unsigned char>(c) >= ' ' && c != 0x7f) line += c;
+    else line += c == '\n' ? "\\n" : c == '\t' ? "\\t" : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+  return line;
+}
+
 int run_command(int argc, char** argv, const std::string& name, const std::string& description,
-                const std::function<int(const Options&)>& work, bool speaks) {
+                const std::function<int(const Options&)>& work, bool speaks, int sharers) {
   Options options;
   CLI::App cli{description, name};
   cli.set_version_flag("--version", name + " " GRUS_VERSION);
   cli.add_option("SCENE", options.scene, "scene file (TOML)")->required();
   cli.add_option("-o", options.directory, "results folder (default: the scene's name, beside the current folder)")->type_name("DIR");
-  cli.add_option("--threads", options.threads, "threads (default: all cores given)")->check(CLI::Range(1, 1024));
+  cli.add_option("--threads", options.threads, "threads (default: all cores that this process may use)")->check(CLI::Range(1, 1024));
   cli.add_option("--set", options.overrides, "override a scene key, e.g. --set packing.seed=7 (repeatable)")
       ->type_name("KEY=VALUE")
       ->take_all()
@@ -50,16 +60,16 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
   } catch (const CLI::Success& e) {
     return speaks ? cli.exit(e) : finished;
   } catch (const CLI::ParseError& e) {
-    if (speaks) fmt::print(stderr, "{}: {} (see --help)\n", name, e.what());
+    if (speaks) fmt::print(stderr, "{}\n", one_line(fmt::format("{}: {} (see --help)", name, e.what())));
     return refused;
   }
   if (options.directory.empty()) options.directory = default_directory(options.scene);
-  if (options.threads == 0) options.threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  if (options.threads == 0) options.threads = std::max(1, usable_cores() / std::max(1, sharers));
   options.quiet = options.quiet || !speaks;
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, on_signal);
+  for (const int signal : {SIGXFSZ, SIGPIPE}) std::signal(signal, SIG_IGN);  // a write that fails says so by itself
   auto say = [&](const std::string& line) {
-    if (speaks) fmt::print(stderr, "{}\n", line);
+    if (speaks) fmt::print(stderr, "{}\n", one_line(line));
   };
   try {
     return work(options);
@@ -67,6 +77,8 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
     return say(e.what()), refused;
   } catch (const dem::Unstable& e) {
     return say(options.scene + ": " + e.what()), unstable;
+  } catch (const dem::Interrupted& e) {
+    return say(options.scene + ": " + e.what()), interrupted;
   } catch (const std::bad_alloc&) {
     return say(options.scene + ": out of memory"), failed;
   } catch (const std::exception& e) {
@@ -75,26 +87,6 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
 }
 
 std::string default_directory(const std::string& scene) { return std::filesystem::path(scene).stem().string(); }
-
-void make_folder(const Options& options) {
-  namespace fs = std::filesystem;
-  if (fs::exists(options.directory) && !fs::is_directory(options.directory))
-    throw dem::InputError(fmt::format("{}: is a file; name a folder with -o", options.directory));
-  if (fs::exists(options.directory) && !fs::is_empty(options.directory)) {
-    if (!options.force) throw dem::InputError(fmt::format("{}: folder is not empty; use another -o DIR, or --force", options.directory));
-    for (const char* old : {"grains", "macro"}) fs::remove_all(fs::path(options.directory) / old);  // frames of another run would mix in
-    std::vector<fs::path> probes;  // a folder of frames lies beside its index
-    for (const auto& entry : fs::directory_iterator(options.directory))
-      if (entry.is_directory() && entry.path().filename().string().starts_with("grains_") && fs::exists(entry.path().string() + ".hdf.series"))
-        probes.push_back(entry.path());
-    for (const auto& probe : probes) fs::remove_all(probe), fs::remove(probe.string() + ".hdf.series");
-    for (const char* old : {"grains.hdf.series", "macro.hdf.series", "history.csv", "grading.csv", "summary.json", "report.html", "checkpoint.h5"})
-      fs::remove(fs::path(options.directory) / old);
-  }
-  std::error_code error;
-  fs::create_directories(options.directory, error);
-  if (error) throw std::runtime_error(fmt::format("{}: cannot create the folder: {}", options.directory, error.message()));
-}
 
 double Clock::cpu() {
   rusage use{};
@@ -118,7 +110,8 @@ void Progress::show(double done, const std::string& text) {
   if (terminal_ ? now - last_shown_ < 0.1 : done - last_part_ < 0.05 && now - last_shown_ < 20) return;
   last_shown_ = now;
   last_part_ = done;
-  const std::string eta = done > 0 ? duration_text(now * (1 - done) / done) : "?";
+  if (first_part_ < 0) first_part_ = done, first_shown_ = now;  // a resumed run does not begin at 0
+  const std::string eta = done > first_part_ ? duration_text((now - first_shown_) * (1 - done) / (done - first_part_)) : "?";
   if (terminal_) {
     const int full = static_cast<int>(24 * done);
     fmt::print("\r\033[K[{}{}] {:3.0f} %  {}  ETA {}", std::string(static_cast<std::size_t>(full), '#'),
@@ -129,11 +122,18 @@ void Progress::show(double done, const std::string& text) {
   std::fflush(stdout);
 }
 
-void Progress::finish(const std::string& text) {
+bool Progress::watch(double done, const std::string& what) {
+  show(done, what);
+  return !interruption_asked();
+}
+
+void Progress::note(const std::string& text) {
   if (quiet_) return;
   fmt::print("{}{}\n", terminal_ ? "\r\033[K" : "", text);
   std::fflush(stdout);
 }
+
+void Progress::finish(const std::string& text) { note(text); }
 
 History::History(std::string path, std::vector<std::string> columns) : path_(std::move(path)), columns_(std::move(columns)) {
   for (std::size_t i = 0; i < columns_.size(); ++i) text_ += (i ? "," : "") + columns_[i];

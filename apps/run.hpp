@@ -20,15 +20,15 @@ struct Options {
 inline constexpr int finished = 0, failed = 1, refused = 2, unstable = 3, interrupted = 130;
 
 /// Parses the command line (prints help and version itself) and runs `work`; turns exceptions into one line and a status.
-/// Of several ranks only one `speaks`.
+/// Of several ranks only one `speaks`; `sharers` of them share this one's cores.
 int run_command(int argc, char** argv, const std::string& name, const std::string& description,
-                const std::function<int(const Options&)>& work, bool speaks = true);
+                const std::function<int(const Options&)>& work, bool speaks = true, int sharers = 1);
 
-/// True once Ctrl-C or SIGTERM has been seen; the second one kills.
+/// A message without line ends or other control characters, which texts of a scene may bring along.
+std::string one_line(const std::string& text);
+
+/// True once Ctrl-C, SIGTERM or SIGHUP has been seen; the second one kills.
 bool interruption_asked();
-
-/// Creates the results folder; throws InputError when it holds something and `force` is not given.
-void make_folder(const Options& options);
 
 /// Seconds since some start.
 class Clock {
@@ -47,11 +47,15 @@ public:
   /// `done` from 0 to 1; `text` says where things stand.
   void show(double done, const std::string& text);
   void finish(const std::string& text);
+  /// A line that stays, above the live one.
+  void note(const std::string& text);
+  /// Shows the part of some work that is done, and hears interruptions: what a dem::Watch is to do.
+  bool watch(double done, const std::string& what);
 
 private:
   bool quiet_, terminal_;
   Clock clock_;
-  double last_shown_ = -1, last_part_ = -1;
+  double last_shown_ = -1, last_part_ = -1, first_shown_ = 0, first_part_ = -1;
 };
 
 /// A table of numbers kept in memory and written whole, so that a reader never sees half a row.

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "dem/rve/grading.hpp"
 
@@ -22,16 +23,28 @@ dem::Vec3 wall_force(const dem::State& s, std::size_t wall) {
   return force;
 }
 
+/// Compression-positive stress (Pa) on the fixed and on the moving face along the test's axis: walls of a box, or platens (force
+/// over the square of the initial height).
+std::array<double, 2> face_stresses(const RveScene& scene, const dem::State& s) {
+  const int axis = scene.test.axis;
+  double area = 0;
+  if (scene.test.kind == "platens") area = std::pow((scene.state.boundary.walls[1].point - scene.state.boundary.walls[0].point)[axis], 2);
+  std::array<std::size_t, 2> face{};
+  for (std::size_t w = 0; w < s.boundary.walls.size(); ++w)
+    for (std::size_t side = 0; side < 2; ++side)
+      if (s.boundary.walls[w].normal[axis] == (side ? -1 : 1)) face[side] = w;
+  if (area == 0) area = dem::bulk_volume(s.boundary) / (s.boundary.walls[face[1]].point - s.boundary.walls[face[0]].point)[axis];
+  return {-wall_force(s, face[0])[axis] / area, wall_force(s, face[1])[axis] / area};
+}
+
+bool has_faces(const RveScene& scene, const dem::State& s) { return box_of_walls(s) || scene.test.kind == "platens"; }
+
 }  // namespace
 
 double axial_stress(const RveScene& scene, const dem::State& s, const dem::Measurement& m) {
-  const int axis = scene.test.axis;
-  if (scene.test.kind == "platens") {  // force over the square of the initial height: what crushing tests report
-    const double force = 0.5 * (wall_force(s, 1)[axis] - wall_force(s, 0)[axis]);
-    const double height = scene.state.boundary.walls[1].point[axis] - scene.state.boundary.walls[0].point[axis];
-    return force / (height * height);
-  }
-  return box_of_walls(s) ? -m.wall_stress(axis, axis) : -m.stress(axis, axis);
+  if (!has_faces(scene, s)) return -m.stress(scene.test.axis, scene.test.axis);
+  const auto [back, front] = face_stresses(scene, s);
+  return 0.5 * (back + front);
 }
 
 std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& state) {
@@ -56,6 +69,7 @@ std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& st
   else
     for (std::size_t w = 0; w < state.boundary.walls.size(); ++w)
       for (const char* k : {"x", "y", "z"}) c.push_back(fmt::format("wall{}_f{}_N", w, k));
+  if (has_faces(scene, state)) c.insert(c.end(), {"stress_front_Pa", "stress_back_Pa"});
   for (std::size_t g = 0; g < std::min(scene.listed_grains, most_listed); ++g)
     for (const char* name : {"x_m", "y_m", "z_m", "vx_m_s", "vy_m_s", "vz_m_s", "wx_rad_s", "wy_rad_s", "wz_rad_s", "fx_N", "fy_N", "fz_N",
                              "tx_N_m", "ty_N_m", "tz_N_m", "qw", "qx", "qy", "qz"})
@@ -102,6 +116,10 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
       const dem::Vec3 f = wall_force(s, w);
       row.insert(row.end(), {f.x(), f.y(), f.z()});
     }
+  }
+  if (has_faces(scene, s)) {
+    const auto [back, front] = face_stresses(scene, s);
+    row.insert(row.end(), {front, back});
   }
   for (std::size_t g = 0; g < std::min(scene.listed_grains, most_listed); ++g) {
     // Listed grains keep their ids until they break; then their columns are empty (NaN).

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <numeric>
+#include <stdexcept>
 
+#include "dem/base/error.hpp"
 #include "dem/io/archive.hpp"
 
 namespace grus::coupling {
@@ -17,19 +19,26 @@ using dem::Saver;
 enum class Command : std::uint8_t { put, copy, drop, advance, commit, facts, fetch, stop };
 constexpr int request_tag = 1, answer_tag = 2;
 
+constexpr std::uint64_t piece = 1u << 24;  // of a message: a count is an int, and states of many grains may be large
+
 void send(MPI_Comm comm, int rank, int tag, const std::string& bytes) {
-  // Pieces: a count is an int, and states of many grains may be large.
   const std::uint64_t size = bytes.size();
   MPI_Send(&size, 1, MPI_UINT64_T, rank, tag, comm);
-  for (std::uint64_t at = 0; at < size; at += 1u << 30) MPI_Send(bytes.data() + at, static_cast<int>(std::min<std::uint64_t>(size - at, 1u << 30)), MPI_CHAR, rank, tag, comm);
+  for (std::uint64_t at = 0; at < size; at += piece) MPI_Send(bytes.data() + at, static_cast<int>(std::min(size - at, piece)), MPI_CHAR, rank, tag, comm);
 }
 
 std::string receive(MPI_Comm comm, int rank, int tag) {
   std::uint64_t size = 0;
   MPI_Recv(&size, 1, MPI_UINT64_T, rank, tag, comm, MPI_STATUS_IGNORE);
-  std::string bytes(size, '\0');
-  for (std::uint64_t at = 0; at < size; at += 1u << 30)
-    MPI_Recv(bytes.data() + at, static_cast<int>(std::min<std::uint64_t>(size - at, 1u << 30)), MPI_CHAR, rank, tag, comm, MPI_STATUS_IGNORE);
+  std::string bytes;
+  try {
+    bytes.resize(size);
+  } catch (const std::bad_alloc&) {  // the message must leave all the same, or the next one would be read amiss
+    std::string bin(piece, '\0');
+    for (std::uint64_t at = 0; at < size; at += piece) MPI_Recv(bin.data(), static_cast<int>(std::min(size - at, piece)), MPI_CHAR, rank, tag, comm, MPI_STATUS_IGNORE);
+    throw;
+  }
+  for (std::uint64_t at = 0; at < size; at += piece) MPI_Recv(bytes.data() + at, static_cast<int>(std::min(size - at, piece)), MPI_CHAR, rank, tag, comm, MPI_STATUS_IGNORE);
   return bytes;
 }
 
@@ -51,15 +60,17 @@ std::string request(Command c, const std::vector<std::uint64_t>& slots) {
   return s.take();
 }
 
-/// One request, answered on the rank that it came to; false: stop.
-bool handle(RveHost& host, const std::string& bytes, std::string& answer) {
+bool is_stop(const std::string& bytes) { return !bytes.empty() && static_cast<Command>(bytes.front()) == Command::stop; }
+
+/// The answer to one request on the rank that it came to.
+std::string handle(RveHost& host, const std::string& bytes) {
   Loader in(bytes);
   Saver out;
   Command c;
   std::vector<std::uint64_t> slots;
   in.plain(c), in.column(slots);
   switch (c) {
-    case Command::stop: return false;
+    case Command::stop: break;
     case Command::put: {
       std::string state;
       in.text(state);
@@ -82,8 +93,7 @@ bool handle(RveHost& host, const std::string& bytes, std::string& answer) {
       break;
     case Command::fetch: out.text(host.hosted(slots[0]).bytes()); break;
   }
-  answer = out.take();
-  return true;
+  return out.take();
 }
 
 }  // namespace
@@ -102,17 +112,45 @@ std::vector<int> balance(const std::vector<double>& costs, int ranks) {
   return to;
 }
 
-RveFarm::RveFarm(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const ResponseOptions& options, int threads)
+RveFarm::RveFarm(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const ResponseOptions& options, int threads) try
     : comm_(comm), host_(std::move(model), options, threads) {
   MPI_Comm_size(comm, &ranks_);
+  owed_.assign(static_cast<std::size_t>(ranks_), 0);
+} catch (...) {  // no destructor will: the other ranks are told to go all the same
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  for (int r = 1; r < ranks; ++r) send(comm, r, request_tag, request(Command::stop, {}));
 }
 
 RveFarm::~RveFarm() {
-  for (int r = 1; r < ranks_; ++r) send(comm_, r, request_tag, request(Command::stop, {}));
+  for (int r = 1; r < ranks_; ++r) {
+    drain(r);
+    send(comm_, r, request_tag, request(Command::stop, {}));
+  }
 }
 
-void RveFarm::ask(int rank, const std::string& bytes) { send(comm_, rank, request_tag, bytes); }
-std::string RveFarm::answer(int rank) { return receive(comm_, rank, answer_tag); }
+/// Takes answers that nobody has waited for, because something failed between asking and listening: a rank that still wants to
+/// tell one hears nothing.
+void RveFarm::drain(int rank) {
+  for (int& owed = owed_[static_cast<std::size_t>(rank)]; owed > 0; --owed) receive(comm_, rank, answer_tag);
+}
+
+void RveFarm::ask(int rank, const std::string& bytes) {
+  drain(rank);
+  send(comm_, rank, request_tag, bytes);
+  ++owed_[static_cast<std::size_t>(rank)];
+}
+
+std::string RveFarm::answer(int rank) {
+  --owed_[static_cast<std::size_t>(rank)];
+  std::string bytes = receive(comm_, rank, answer_tag);
+  const char kind = bytes.empty() ? 'f' : bytes.front();
+  bytes.erase(0, 1);
+  if (kind == 'i') throw dem::InputError(bytes);
+  if (kind == 'u') throw dem::Unstable(bytes);
+  if (kind == 'f') throw std::runtime_error(fmt::format("rank {}: {}", rank, bytes));
+  return bytes;
+}
 
 int RveFarm::idlest() const {
   std::vector<double> load(static_cast<std::size_t>(ranks_), 0);
@@ -132,12 +170,16 @@ void RveFarm::put(std::uint64_t slot, const dem::State& state, double cost) {
 void RveFarm::put_bytes(std::uint64_t slot, const std::string& state, double cost) { place(idlest(), slot, state, cost); }
 
 void RveFarm::place(int rank, std::uint64_t slot, const std::string& state, double cost) {
-  homes_[slot] = {rank, cost};
-  if (rank == 0) return host_.put(slot, HostedRve::from(state));
+  if (rank == 0) {
+    host_.put(slot, HostedRve::from(state));
+    homes_[slot] = {rank, cost};
+    return;
+  }
   Saver s;
   s.plain(Command::put), s.column(std::vector<std::uint64_t>{slot}), s.text(state);
   ask(rank, s.take());
   answer(rank);
+  homes_[slot] = {rank, cost};
 }
 
 void RveFarm::copy(std::uint64_t from, std::uint64_t to) {
@@ -251,9 +293,24 @@ void RveFarm::rebalance() {
 }
 
 void serve(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const ResponseOptions& options, int threads) {
-  RveHost host(std::move(model), options, threads);
-  std::string reply;
-  while (handle(host, receive(comm, 0, request_tag), reply)) send(comm, 0, answer_tag, reply);
+  // Whatever fails here is an answer: rank 0 waits for one. The first letter says what it is.
+  std::optional<RveHost> host;
+  while (true) {
+    std::string reply;
+    try {
+      const std::string bytes = receive(comm, 0, request_tag);
+      if (is_stop(bytes)) return;
+      if (!host) host.emplace(model, options, threads);
+      reply = "a" + handle(*host, bytes);
+    } catch (const dem::InputError& e) {
+      reply = std::string("i") + e.what();
+    } catch (const dem::Unstable& e) {
+      reply = std::string("u") + e.what();
+    } catch (const std::exception& e) {
+      reply = std::string("f") + e.what();
+    }
+    send(comm, 0, answer_tag, reply);
+  }
 }
 
 }  // namespace grus::coupling

@@ -51,7 +51,8 @@ private:
     double cost;
   };
   void ask(int rank, const std::string& request);
-  std::string answer(int rank);
+  void drain(int rank);
+  std::string answer(int rank);  // throws what the rank has thrown
   int idlest() const;
   void place(int rank, std::uint64_t slot, const std::string& state, double cost);
   std::vector<Facts> told(bool commit, const std::vector<std::uint64_t>& slots);
@@ -59,6 +60,7 @@ private:
   MPI_Comm comm_;
   int ranks_;
   RveHost host_;
+  std::vector<int> owed_;  // answers of each rank that are on their way
   std::map<std::uint64_t, Home> homes_;
   std::uint64_t moved_ = 0, sweeps_ = 0;
   std::optional<std::string> costs_;

@@ -69,9 +69,17 @@ RveMaterial::RveMaterial(RveFarm& farm, const std::vector<dem::State>& states, c
 }
 
 fem::Material RveMaterial::material() {
-  fem::Material m;
-  m.respond = [this](const fem::Points& p) { return respond(p); };
-  m.commit = [this] { commit(); };
+  auto packed = [this] {
+    dem::Saver a;
+    for (const std::string& part : save()) a.text(part);
+    return a.take();
+  };
+  auto unpacked = [this](const std::string& bytes) {
+    std::vector<std::string> parts;
+    for (dem::Loader a(bytes); !a.at_end();) a.text(parts.emplace_back());
+    load(parts);
+  };
+  fem::Material m([this](const fem::Points& p) { return respond(p); }, [this] { commit(); }, packed, unpacked);
   m.noise = [this] { return noise(); };
   m.reason = [this] { return reason_; };
   return m;

@@ -5,6 +5,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace grus::fem {
@@ -17,20 +18,25 @@ struct Points {
   double duration = 0;                  // s of real time that the increment takes; 0: quasi-static
 };
 
-/// Answers for all points of a rank. Always starts from the committed state.
+/// Answers for all points of a rank. Always starts from the committed state. All four of the first must be given: a material
+/// that forgets its state in a checkpoint goes on wrong without a word.
 struct Material {
-  std::function<bool(const Points&)> respond;   // false: this increment cannot be taken; `reason` says why
-  std::function<void()> commit;                 // the last response becomes the committed state
+  Material(std::function<bool(const Points&)> respond, std::function<void()> commit, std::function<std::string()> save, std::function<void(const std::string&)> load)
+      : respond(std::move(respond)), commit(std::move(commit)), save(std::move(save)), load(std::move(load)) {}
+
+  std::function<bool(const Points&)> respond;      // false: this increment cannot be taken; `reason` says why
+  std::function<void()> commit;                    // the last response becomes the committed state
+  std::function<std::string()> save;               // bytes of the committed state, for a checkpoint
+  std::function<void(const std::string&)> load;    // throws std::invalid_argument for bytes of another problem
   std::function<double()> noise = [] { return 0.0; };  // relative error of the stress, below which no residual can go; the same on all ranks
   std::function<std::string()> reason = [] { return std::string(); };
-  std::function<std::vector<double>()> save = [] { return std::vector<double>(); };     // committed state, for a checkpoint
-  std::function<void(const std::vector<double>&)> load = [](const std::vector<double>&) {};
 };
 
-/// Linear isotropic elasticity in the accumulated strain sym(F) - 1.
+/// Linear isotropic elasticity in the strain U - 1 of the whole deformation F = R U, its stress turned by R: objective, and the
+/// same whatever the increments.
 Material elastic_material(std::size_t points, double youngs_modulus, double poissons_ratio);
 
-/// Von Mises plasticity with linear isotropic hardening (Pa); radial return, consistent tangent; small strains.
+/// Von Mises plasticity with linear isotropic hardening (Pa) in the same strain; radial return, consistent tangent.
 Material j2_material(std::size_t points, double youngs_modulus, double poissons_ratio, double yield_stress, double hardening);
 
 /// One material for each group of points; `group[i]` says whose point i is. A group's points keep their order.

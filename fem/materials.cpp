@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cstdint>
+#include <cstring>
 #include <memory>
 #include <stdexcept>
 #include <vector>
@@ -21,66 +23,98 @@ Mat6 elasticity(double E, double nu) {
   return c;
 }
 
-/// Strain of the increment, engineering shear.
-Vec6 strain(const double* f) {
-  Vec6 e;
-  e << f[0] - 1, f[4] - 1, f[8] - 1, f[5] + f[7], f[2] + f[6], f[1] + f[3];
-  return e;
-}
+using Mat3 = Eigen::Matrix3d;
+using RowMat3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-struct PlasticPoint {
-  Vec6 strain = Vec6::Zero(), plastic = Vec6::Zero();
-  double hardening = 0;  // accumulated plastic strain
+constexpr int row[6] = {0, 1, 2, 1, 0, 0}, column[6] = {0, 1, 2, 2, 2, 1};  // Voigt
+
+/// F = R U; strain U - 1, engineering shear.
+struct Polar {
+  Mat3 rotation;
+  Vec6 strain;
+
+  explicit Polar(const Mat3& f) {
+    const Eigen::JacobiSVD<Mat3> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    rotation = svd.matrixU() * svd.matrixV().transpose();
+    const Mat3 u = rotation.transpose() * f - Mat3::Identity();  // small strains keep their digits
+    for (int k = 0; k < 6; ++k) strain[k] = 0.5 * (u(row[k], column[k]) + u(column[k], row[k])) * (k < 3 ? 1 : 2);
+  }
 };
 
-struct PlasticState {
-  std::vector<PlasticPoint> committed, trial;
+/// R t R^T of a stress.
+Vec6 turned(const Mat3& r, const Vec6& t) {
+  Mat3 m;
+  for (int k = 0; k < 6; ++k) m(row[k], column[k]) = m(column[k], row[k]) = t[k];
+  m = Mat3(r * m * r.transpose());
+  Vec6 out;
+  for (int k = 0; k < 6; ++k) out[k] = m(row[k], column[k]);
+  return out;
+}
+
+/// A tangent in the turned frame: Q C Q^T, Q what the turn does to stresses.
+Mat6 in_frame(const Mat3& r, const Mat6& tangent) {
+  Mat6 q;
+  for (int k = 0; k < 6; ++k) q.col(k) = turned(r, Vec6::Unit(k));
+  return q * tangent * q.transpose();
+}
+
+/// A column of plain values, committed and tried.
+template <class T>
+struct Kept {
+  std::vector<T> committed, trial;
+  explicit Kept(std::size_t n) : committed(n), trial(n) {}
+};
+
+template <class T>
+Material material_of(std::shared_ptr<Kept<T>> state, std::function<bool(const Points&)> respond) {
+  return {std::move(respond), [state] { state->committed = state->trial; },
+          [state] { return std::string(reinterpret_cast<const char*>(state->committed.data()), state->committed.size() * sizeof(T)); },
+          [state](const std::string& bytes) {
+            if (bytes.size() != state->committed.size() * sizeof(T)) throw std::invalid_argument("the saved material is of another problem");
+            std::memcpy(static_cast<void*>(state->committed.data()), bytes.data(), bytes.size());
+          }};
+}
+
+/// Of an elastic point: F since the start.
+struct ElasticPoint {
+  Mat3 f = Mat3::Identity();
+};
+
+/// Of a J2 point; plastic strain in the frame of the body before it turned.
+struct PlasticPoint {
+  Mat3 f = Mat3::Identity();
+  Vec6 plastic = Vec6::Zero();
+  double hardening = 0;  // accumulated plastic strain
 };
 
 }  // namespace
 
 Material elastic_material(std::size_t points, double E, double nu) {
-  auto state = std::make_shared<PlasticState>();
-  state->committed.resize(points);
-  state->trial.resize(points);
+  auto state = std::make_shared<Kept<ElasticPoint>>(points);
   const Mat6 c = elasticity(E, nu);
-  Material m;
-  m.respond = [state, c](const Points& p) {
+  return material_of<ElasticPoint>(state, [state, c](const Points& p) {
     for (std::size_t i = 0; i < state->committed.size(); ++i) {
-      const Vec6 e = state->committed[i].strain + strain(p.deformation.data() + 9 * i);
-      state->trial[i].strain = e;
-      Eigen::Map<Vec6>(p.stress.data() + 6 * i) = c * e;
+      const Mat3 f = Eigen::Map<const RowMat3>(p.deformation.data() + 9 * i) * state->committed[i].f;
+      const Polar polar(f);
+      state->trial[i].f = f;
+      Eigen::Map<Vec6>(p.stress.data() + 6 * i) = turned(polar.rotation, c * polar.strain);
       if (!p.tangent.empty()) Eigen::Map<Mat6>(p.tangent.data() + 36 * i) = c;
     }
     return true;
-  };
-  m.commit = [state] { state->committed = state->trial; };
-  m.save = [state] {
-    std::vector<double> v;
-    for (const auto& p : state->committed) v.insert(v.end(), p.strain.begin(), p.strain.end());
-    return v;
-  };
-  m.load = [state](const std::vector<double>& v) {
-    if (v.size() != 6 * state->committed.size()) throw std::invalid_argument("the saved material is of another problem");
-    for (std::size_t i = 0; i < state->committed.size(); ++i) state->committed[i].strain = Eigen::Map<const Vec6>(v.data() + 6 * i);
-  };
-  return m;
+  });
 }
 
 Material j2_material(std::size_t points, double E, double nu, double yield, double hardening) {
-  auto state = std::make_shared<PlasticState>();
-  state->committed.resize(points);
-  state->trial.resize(points);
+  auto state = std::make_shared<Kept<PlasticPoint>>(points);
   const Mat6 c = elasticity(E, nu);
   const double mu = E / (2 * (1 + nu)), bulk = E / (3 * (1 - 2 * nu));
-  Material m;
-  m.respond = [=](const Points& p) {
+  return material_of<PlasticPoint>(state, [=](const Points& p) {
     for (std::size_t i = 0; i < state->committed.size(); ++i) {
       PlasticPoint now = state->committed[i];
-      now.strain += strain(p.deformation.data() + 9 * i);
-      Eigen::Map<Vec6> stress(p.stress.data() + 6 * i);
+      now.f = Eigen::Map<const RowMat3>(p.deformation.data() + 9 * i) * now.f;
+      const Polar polar(now.f);
       Mat6 tangent = c;
-      stress = c * (now.strain - now.plastic);
+      Vec6 stress = c * (polar.strain - now.plastic);
       Vec6 s = stress;
       s.head<3>().array() -= stress.head<3>().sum() / 3;
       const double norm = std::sqrt(s.head<3>().squaredNorm() + 2 * s.tail<3>().squaredNorm()), mises = std::sqrt(1.5) * norm;
@@ -100,13 +134,12 @@ Material j2_material(std::size_t points, double E, double nu, double yield, doub
         tangent = 2 * mu * theta * deviator - 2 * mu * bar * n * n.transpose();
         tangent.topLeftCorner<3, 3>().array() += bulk;
       }
-      if (!p.tangent.empty()) Eigen::Map<Mat6>(p.tangent.data() + 36 * i) = tangent;
+      Eigen::Map<Vec6>(p.stress.data() + 6 * i) = turned(polar.rotation, stress);
+      if (!p.tangent.empty()) Eigen::Map<Mat6>(p.tangent.data() + 36 * i) = in_frame(polar.rotation, tangent);
       state->trial[i] = now;
     }
     return true;
-  };
-  m.commit = [state] { state->committed = state->trial; };
-  return m;
+  });
 }
 
 Material composite_material(std::vector<Material> parts, const std::vector<std::size_t>& group) {
@@ -119,8 +152,7 @@ Material composite_material(std::vector<Material> parts, const std::vector<std::
   for (auto& m : parts) all->push_back({std::move(m), {}, {}, {}, {}});
   for (std::size_t i = 0; i < group.size(); ++i) (*all)[group[i]].points.push_back(i);
   auto failed = std::make_shared<std::string>();
-  Material m;
-  m.respond = [all, failed](const Points& p) {
+  Material m([all, failed](const Points& p) {
     bool good = true;
     for (Part& part : *all) {  // every part answers even if one has failed: parts may be collective
       const std::size_t n = part.points.size();
@@ -136,10 +168,26 @@ Material composite_material(std::vector<Material> parts, const std::vector<std::
       }
     }
     return good;
-  };
-  m.commit = [all] {
+  }, [all] {
     for (Part& part : *all) part.material.commit();
-  };
+  }, [all] {
+    std::string bytes;
+    for (Part& part : *all) {
+      const std::string own = part.material.save();
+      const std::uint64_t size = own.size();
+      bytes.append(reinterpret_cast<const char*>(&size), sizeof size), bytes += own;
+    }
+    return bytes;
+  }, [all](const std::string& bytes) {
+    std::size_t at = 0;
+    for (Part& part : *all) {
+      std::uint64_t size = 0;
+      if (bytes.size() - at < sizeof size) throw std::invalid_argument("the saved material is of another problem");
+      std::memcpy(&size, bytes.data() + at, sizeof size), at += sizeof size;
+      if (bytes.size() - at < size) throw std::invalid_argument("the saved material is of another problem");
+      part.material.load(bytes.substr(at, size)), at += size;
+    }
+  });
   m.noise = [all] {
     double most = 0;
     for (const Part& part : *all) most = std::max(most, part.material.noise());

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Reader of ASCII Gmsh files, formats 2.2 and 4.1.
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <stdexcept>
 
@@ -27,7 +28,8 @@ struct Element {
 class Reader {
 public:
   explicit Reader(const std::string& path) : path_(path), in_(path) {
-    if (!in_) throw std::invalid_argument(path + ": no such mesh file");
+    if (!in_ || !std::filesystem::is_regular_file(path)) throw std::invalid_argument(path + ": no such mesh file");
+    size_ = std::filesystem::file_size(path);
   }
 
   MshMesh read() {
@@ -40,7 +42,7 @@ public:
       else if (word == "$Nodes") version_ < 4 ? nodes2() : nodes4();
       else if (word == "$Elements") version_ < 4 ? elements2() : elements4();
       else if (word.size() > 1 && word[0] == '$') skip();
-      else fail("expected a section that begins with $, found \"" + word.substr(0, 20) + "\"");
+      else fail("expected a section that begins with $: not an ASCII Gmsh file, or damaged");
     }
     section_.clear();
     return mesh();
@@ -60,12 +62,12 @@ private:
 
   std::size_t count() {
     const auto n = next<long long>();
-    if (n < 0 || n > 1000000000) fail("impossible count " + std::to_string(n));
+    if (n < 0 || static_cast<std::uintmax_t>(n) > size_ / 2) fail("count " + std::to_string(n) + " is more than the file can hold");
     return static_cast<std::size_t>(n);
   }
 
   void end() {
-    if (const auto word = next<std::string>(); word != "$End" + section_.substr(1)) fail("expected $End" + section_.substr(1) + ", found \"" + word + "\"");
+    if (next<std::string>() != "$End" + section_.substr(1)) fail("expected $End" + section_.substr(1) + ": more or fewer entries than it says");
   }
 
   void skip() {
@@ -233,6 +235,7 @@ private:
 
   std::string path_, section_;
   std::ifstream in_;
+  std::uintmax_t size_ = 0;  // bytes: each number takes two at least
   double version_ = 0;
   std::map<std::pair<int, std::string>, int> names_;
   std::map<std::pair<int, int>, int> physical_;

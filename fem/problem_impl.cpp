@@ -149,7 +149,7 @@ void Problem::Impl::commit() {
   committed_F = F, committed_stress = stress, committed_tangent = tangent;
 }
 
-double Problem::Impl::work_since_commit() const {
+double Problem::Impl::work_since_commit(const std::vector<std::uint8_t>& some) const {
   double work = 0;
   Local l;
   auto first_piola = [&](const double* s, const RowMatrix3& f) -> Matrix3 {
@@ -159,6 +159,7 @@ double Problem::Impl::work_since_commit() const {
     for (int q = 0; q < nq; ++q) {
       local(c, q, l);
       const std::size_t p = point(c, q);
+      if (!some.empty() && !some[p]) continue;
       const Eigen::Map<const RowMatrix3> before(committed_F.data() + 9 * p), now(F.data() + 9 * p);
       const Matrix3 mean = 0.5 * (first_piola(committed_stress.data() + 6 * p, before) + first_piola(stress.data() + 6 * p, now));
       work += l.dv * mean.cwiseProduct(now - before).sum();
@@ -179,7 +180,7 @@ bool Problem::Impl::strain_sweep() {
       now = f;
       good = good && f.determinant() > 0;
       if (discretisation.finite_strain) increment = f * before.inverse();
-      else increment = RowMatrix3::Identity() + f - before;
+      else increment = 0.5 * (f + f.transpose()) * (0.5 * (before + before.transpose())).inverse();  // small strains: no rotation, and increments that add up
     }
   return all_true(comm, good);
 }

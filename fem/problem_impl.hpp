@@ -99,7 +99,7 @@ struct Problem::Impl {
   void back_to_committed();
   void commit();
   /// Work of the stresses from the committed state to the present one (J), by the trapezoidal rule in P : dF, over all ranks.
-  double work_since_commit() const;
+  double work_since_commit(const std::vector<std::uint8_t>& some) const;  // of the points in `some`; empty: all
 
   /// Sweep 1: F and the increment's F at all points; false where the element turned inside out.
   bool strain_sweep();

@@ -2,6 +2,11 @@
 #include "fem/session.hpp"
 
 #include <petscsys.h>
+#include <sched.h>
+
+#include <algorithm>
+#include <vector>
+
 #if __has_include(<dolfinx/common/init.h>)
 #include <dolfinx/common/init.h>
 #endif
@@ -17,6 +22,21 @@ Session::Session() {
   PetscPopSignalHandler();
   MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
   MPI_Comm_size(MPI_COMM_WORLD, &ranks_);
+  MPI_Comm node;
+  MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, rank_, MPI_INFO_NULL, &node);
+  int here = 1;
+  MPI_Comm_size(node, &here);
+  cpu_set_t mine;
+  CPU_ZERO(&mine);
+  sched_getaffinity(0, sizeof mine, &mine);
+  std::vector<cpu_set_t> all(static_cast<std::size_t>(here));
+  MPI_Allgather(&mine, sizeof mine, MPI_BYTE, all.data(), sizeof mine, MPI_BYTE, node);
+  MPI_Comm_free(&node);
+  sharers_ = static_cast<int>(std::count_if(all.begin(), all.end(), [&](const cpu_set_t& other) {
+    cpu_set_t both;
+    CPU_AND(&both, &mine, &other);
+    return CPU_COUNT(&both) > 0;
+  }));
 }
 
 Session::~Session() { PetscFinalize(); }

@@ -13,9 +13,11 @@ public:
 
   int rank() const { return rank_; }
   int ranks() const { return ranks_; }
+  /// Ranks of this node, this one counted, that may run on a core that this one may run on.
+  int sharers() const { return sharers_; }
 
 private:
-  int rank_ = 0, ranks_ = 1;
+  int rank_ = 0, ranks_ = 1, sharers_ = 1;
 };
 
 }  // namespace grus::fem

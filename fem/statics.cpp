@@ -124,7 +124,7 @@ struct Newton {
     return true;
   }
 
-  /// Points that carry nothing any more get a thousandth of the stiffest tangent, for the iteration's matrix only: their nodes
+  /// Points that carry nothing any more get a thousandth of the stiffest tangent, in the tangent that makes the matrix, not in the stress; it is committed with the point as the predictor's tangent: their nodes
   /// would be nowhere otherwise. Stress is not touched, so what converges is the same.
   void hold_loose_points() {
     for (std::size_t i = 0; i < p.size(); ++i) {
@@ -208,7 +208,7 @@ struct Newton {
       // What Newton would still change is known before it is done: a converged state costs no further material sweep.
       if (now <= floor && correction <= floor_u) {
         report.residual = now, report.correction = correction, report.noise = noise;
-        report.work = p.work_since_commit();
+        report.work = p.work_since_commit(o.work_of);
         commit();
         return true;
       }

@@ -13,6 +13,7 @@ struct StaticsOptions {
   int max_iterations = 25;
   int acceleration = 5;           // iterations that Anderson acceleration remembers; 0: plain Newton
   int max_cutbacks = 6;           // in a row
+  std::vector<std::uint8_t> work_of;  // points whose work the reports tell; empty: all
   double cut = 0.25, grow = 1.5;  // of the increment, never above the one asked for
 };
 

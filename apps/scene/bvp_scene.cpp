@@ -99,6 +99,10 @@ void read_output(Table o, BvpScene& scene) {
     scene.dynamics->output_interval = o.number_or("history_interval", scene.dynamics->duration / 200, dimension::time, positive);
     if (scene.dynamics->duration / scene.dynamics->output_interval > 1e6) o.fail("history_interval", "more than a million rows; ask for fewer");
   }
+  const double rows = scene.dynamics ? std::ceil(scene.dynamics->duration / scene.dynamics->output_interval * (1 - 1e-9)) : scene.solve.increments;
+  if (scene.frames > rows)
+    scene.notes.push_back(fmt::format("output.frames = {}, but one is written with a row of history.csv at most, of which there are {:.0f}{}", scene.frames, rows,
+                                      scene.dynamics ? "" : " where no increment is cut"));
   o.finish();
 }
 
@@ -147,6 +151,11 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
   if (auto h = t.table_if("hopkinson")) read_hopkinson(*h, scene);
   if (t.has("rve") || scene.regions.empty()) read_rve(t.table("rve"), scene);
   t.finish();
+  for (std::size_t r = 0; r < scene.regions.size(); ++r)
+    if (scene.regions[r].poissons_ratio > 0.45 && scene.discretisation.order == 1)
+      scene.notes.push_back(fmt::format("region[{}].poissons_ratio = {:g} with element.order = 1: such elements lock, far too stiff in bending and shear; element.order = 2 helps", r, scene.regions[r].poissons_ratio));
+  if (scene.solve.tolerance < scene.residual_floor() && scene.record["solve"].contains("tolerance"))
+    scene.notes.push_back(fmt::format("the residual is asked to fall to {:.2g}, what the cells' own equilibrium leaves (rve.unbalanced_force, rve.stress_change), not to solve.tolerance = {:.2g}", scene.residual_floor(), scene.solve.tolerance));
   return scene;
 }
 

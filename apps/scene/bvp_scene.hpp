@@ -49,10 +49,16 @@ struct BvpScene {
   std::vector<RveScene> unit_cells;  // one for each variant
   int frames = 0;
   bool costs = false;                // costs.csv: what every RVE cost in every sweep
-  double checkpoint_interval = INFINITY;  // s of wall time; an interrupted run writes one in any case
+  double checkpoint_interval = 300;  // s of wall time; an interrupted run writes one in any case
   std::vector<Probe> probes;
   nlohmann::json record;
+  std::vector<std::string> notes;    // what the user should know before it runs
 
+  /// What no residual can be asked to go below: the equilibrium of the cells themselves; 0 without grains.
+  double residual_floor() const {
+    const dem::QuasiStatic& q = rve.response.quasi_static;
+    return has_rve && !dynamics ? std::max(q.unbalanced_force, q.stress_change) : 0;
+  }
   bool flat() const { return discretisation.kinematics != fem::Kinematics::solid; }
   bool dynamic() const { return dynamics.has_value(); }
   double end_time() const { return dynamics ? dynamics->duration : 1; }

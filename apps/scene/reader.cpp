@@ -23,24 +23,20 @@ Table::Table(const toml::table& table, std::string file, std::string path, nlohm
   if (record_->is_null()) *record_ = nlohmann::json::object();
 }
 
-void Table::fail_at(const toml::source_region& where, const std::string& key, const std::string& message) const {
-  const std::string name = path_of(key);
-  if (name.empty()) throw InputError(fmt::format("{}: {}", file_, message));
-  if (where.begin.line == 0) throw InputError(fmt::format("{}: {}: {}", file_, name, message));
-  throw InputError(fmt::format("{}:{}:{}: {}: {}", file_, where.begin.line, where.begin.column, name, message));
+std::string Table::place_at(const toml::source_region& where, const std::string& key) const {
+  const std::string name = key.empty() ? path_ : path_of(key);
+  const std::string line = where.begin.line == 0 || name.empty() ? "" : fmt::format(":{}:{}", where.begin.line, where.begin.column);
+  return file_ + line + (name.empty() ? "" : ": " + name);
 }
 
-void Table::fail(const std::string& key, const std::string& message) const {
-  const toml::node* n = table_->get(key);
-  if (key.empty() || n == nullptr) {
-    if (key.empty() && !path_.empty()) {
-      const auto& at = table_->source().begin;
-      if (at.line > 0) throw InputError(fmt::format("{}:{}:{}: {}: {}", file_, at.line, at.column, path_, message));
-    }
-    fail_at(table_->source(), key, message);
-  }
-  fail_at(n->source(), key, message);
+std::string Table::place(const std::string& key) const {
+  const toml::node* n = key.empty() ? nullptr : table_->get(key);
+  return place_at(n ? n->source() : table_->source(), key);
 }
+
+void Table::fail_at(const toml::source_region& where, const std::string& key, const std::string& message) const { throw InputError(place_at(where, key) + ": " + message); }
+
+void Table::fail(const std::string& key, const std::string& message) const { throw InputError(place(key) + ": " + message); }
 
 bool Table::has(const std::string& key) const { return table_->contains(key); }
 
@@ -289,8 +285,9 @@ toml::table parse_scene(const std::string& file, const std::vector<std::string>&
       const std::string key = rest.substr(0, dot);
       if (auto* list = at->as_array()) {
         const bool digits = !key.empty() && key.find_first_not_of("0123456789") == std::string::npos;
-        if (!digits || std::stoul(key) >= list->size()) throw InputError(fmt::format("--set {}: '{}' is not one of {} entries", entry, key, list->size()));
-        at = list->get(std::stoul(key));
+        const std::size_t number = digits && key.size() < 10 ? std::stoul(key) : SIZE_MAX;
+        if (number >= list->size()) throw InputError(fmt::format("--set {}: '{}' is not one of {} entries", entry, key, list->size()));
+        at = list->get(number);
         if (dot == std::string::npos) throw InputError(fmt::format("--set {}: name a key of the entry", entry));
       } else if (auto* table = at->as_table()) {
         if (dot == std::string::npos) {

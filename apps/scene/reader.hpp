@@ -58,12 +58,15 @@ public:
 
   /// An InputError at a key, or at the table.
   [[noreturn]] void fail(const std::string& key, const std::string& message) const;
+  /// "file:line:column: key", for a fault that shows later.
+  std::string place(const std::string& key) const;
   const std::string& file() const { return file_; }
 
 private:
   const toml::node& node(const std::string& key);
   double quantity(const toml::node& value, const std::string& key, const Dimension& dimension, const Range& range) const;
   std::string path_of(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
+  std::string place_at(const toml::source_region& where, const std::string& key) const;
   [[noreturn]] void fail_at(const toml::source_region& where, const std::string& key, const std::string& message) const;
 
   const toml::table* table_;

@@ -65,7 +65,9 @@ void read_loading(Table t, RveScene& scene) {
     if (periodic || !boundary.walls.empty()) t.fail("kind", "\"platens\" makes its own two walls; leave out [boundary] and [[wall]]");
     read_axis();
     const double friction = t.number_or("friction", NAN, dimension::none, not_negative);
-    add_platens(scene, test.axis, 0, friction);
+    dem::Team alone(1);
+    make_sample(scene, alone, {});  // the platens touch it
+    add_platens(t, scene, test.axis, 0, friction);
     auto& walls = scene.state.boundary.walls;
     const double height = walls[1].point[test.axis] - walls[0].point[test.axis];
     const bool by_speed = t.has("speed");
@@ -105,6 +107,10 @@ void read_output(Table& t, RveScene& scene) {
   out.grading = o->flag_or("grading", false);
   out.gradings = static_cast<int>(o->integer_or("gradings", 0, 0, 1000));
   out.frames = static_cast<int>(o->integer_or("frames", 0, 0, 100000));
+  const double rows = std::ceil(scene.test.duration / out.history_interval * (1 - 1e-9)) + 1;
+  if (std::max(out.frames, out.gradings) > rows)
+    scene.notes.push_back(fmt::format("output: {} {} are asked for, but one is written with a row of history.csv at most, of which there are {:.0f}; shorten history_interval for more",
+                                      std::max(out.frames, out.gradings), out.frames > rows ? "frames" : "gradings", rows));
   if (o->has("checkpoint_interval")) out.checkpoint_interval = o->number("checkpoint_interval", dimension::time, positive);
   o->finish();
 }
@@ -129,11 +135,14 @@ RveScene read(const std::string& file, const std::vector<std::string>& overrides
   scene.title = t.text_or("title", std::filesystem::path(file).stem().string());
   // Listed grains are verification cases: some hundred steps an impact. Packings need stability, not each collision's shape.
   if (t.has("grain")) scene.model.numerics.safety = 0.02;
+  scene.model.seed = static_cast<std::uint64_t>(t.integer_or("seed", 1, 0, 1L << 62));
   read_model(t, scene.model);
   read_sample(t, scene);
   if (unit_cell) {
     if (!scene.state.boundary.cell.periodic()) t.fail("boundary", "the unit cell of a boundary-value problem must be periodic");
-    t.table_if("loading"), t.table_if("output");  // of the standalone test; not used here
+    RveScene alone = scene;  // the standalone test: read, so that its mistakes show, but not used here
+    if (t.has("loading")) read_loading(t.table("loading"), alone);
+    if (t.has("loading") || t.has("output")) read_output(t, alone);
   } else {
     if (!t.has("loading")) t.fail("", "[loading] is missing");
     read_loading(t.table("loading"), scene);

@@ -28,22 +28,39 @@ struct Output {
   double history_interval = 0;  // s
   int frames = 0, gradings = 0;
   bool grading = false;            // size and shape columns in history.csv
-  double checkpoint_interval = INFINITY;  // s of wall time; an interrupted run writes one in any case
+  double checkpoint_interval = 300;  // s of wall time; an interrupted run writes one in any case
+};
+
+/// A random packing that is still to be made: that takes long, and can be watched and stopped.
+struct PendingPacking {
+  dem::Vec3 box = dem::Vec3::Zero();
+  dem::RadiusDistribution radius;
+  double solid_fraction = 0;
+  std::size_t count = 0;  // 0: as many as fill the fraction
+  bool periodic = false, turned = false;
+  std::uint8_t material = 0;
+  std::string place;      // file, line and key, for what is refused
+
+  double grains() const;  // how many there will be, about
 };
 
 struct RveScene {
   std::string file, title;
   dem::Model model;
-  dem::State state;  // grains and boundary; not prepared
+  dem::State state;  // grains and boundary; not prepared. No grains yet while a packing is pending
+  std::optional<PendingPacking> pending;
   std::optional<Preparation> preparation;
   TestProgram test;
   Output output;
   std::size_t listed_grains = 0;
   double packing_overlap = 0;
   nlohmann::json record;  // the scene as used, defaults included
+  std::vector<std::string> notes;  // what the user should know before it runs
+
+  double grains() const { return pending ? pending->grains() : static_cast<double>(state.grains.size()); }
 };
 
-/// Reads and checks a scene; makes the packing. Throws InputError with file, line and key.
+/// Reads and checks a scene. Throws InputError with file, line and key.
 RveScene read_rve_scene(const std::string& file, const std::vector<std::string>& overrides);
 
 /// The same for the unit cell of a boundary-value problem: periodic, no loading or output needed.

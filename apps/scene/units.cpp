@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -71,13 +72,9 @@ Unit parse_unit(const std::string& text) {
       const Unit u = unit_of(text.substr(i, end - i));
       double power = 1;
       if (end < text.size() && text[end] == '^') {
-        std::size_t used = 0;
-        try {
-          power = std::stod(text.substr(end + 1), &used);
-        } catch (const std::exception&) {
-          throw std::invalid_argument(fmt::format("expected a power after '^' in the unit '{}'", text));
-        }
-        end += 1 + used;
+        const auto [rest, fault] = std::from_chars(text.data() + end + 1, text.data() + text.size(), power);
+        if (fault != std::errc()) throw std::invalid_argument(fmt::format("expected a power after '^' in the unit '{}'", text));
+        end = static_cast<std::size_t>(rest - text.data());
       }
       power *= sign;
       sign = 1;
@@ -116,6 +113,8 @@ std::size_t distance(const std::string& a, const std::string& b) {
 std::string closest(const std::string& word, const std::vector<std::string>& candidates) {
   std::string best;
   std::size_t least = std::max<std::size_t>(1, word.size() / 3) + 1;
+  for (const auto& c : candidates)  // half a word is nearer than any misspelling
+    if (word.size() >= 3 && c.size() > word.size() && lower(c).starts_with(lower(word))) return c;
   for (const auto& c : candidates) {
     const std::size_t d = lower(c) == lower(word) ? 0 : distance(lower(word), lower(c));
     if (d < least) least = d, best = c;
@@ -126,11 +125,11 @@ std::string closest(const std::string& word, const std::vector<std::string>& can
 double parse_quantity(const std::string& text, const Dimension& expected) {
   std::size_t used = 0;
   double value = 0;
-  try {
-    value = std::stod(text, &used);
-  } catch (const std::exception&) {
-    throw std::invalid_argument(fmt::format("expected a {}, a number with or without a unit", expected.name));
-  }
+  const char* begin = text.data() + std::min(text.find_first_not_of(' '), text.size());
+  if (*begin == '+' && begin[1] != '-') ++begin;
+  const auto [end, fault] = std::from_chars(begin, text.data() + text.size(), value);  // decimal: no hexadecimal, whatever the locale
+  if (fault != std::errc()) throw std::invalid_argument(fmt::format("expected a {}, a number with or without a unit", expected.name));
+  used = static_cast<std::size_t>(end - text.data());
   while (used < text.size() && text[used] == ' ') ++used;
   if (used == text.size()) return value;
   const Unit unit = parse_unit(text.substr(used));

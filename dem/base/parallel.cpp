@@ -2,6 +2,9 @@
 #include "dem/base/parallel.hpp"
 
 #include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <system_error>
 
 namespace grus::dem {
 
@@ -16,10 +19,18 @@ void relax(int& spins) {
 }
 
 Team::Team(int threads) {
-  for (int rank = 1; rank < threads; ++rank) workers_.emplace_back([this, rank] { work(rank); });
+  try {
+    for (int rank = 1; rank < threads; ++rank) workers_.emplace_back([this, rank] { work(rank); });
+  } catch (const std::system_error& e) {
+    const std::size_t made = workers_.size() + 1;
+    send_home();
+    throw std::runtime_error("cannot start " + std::to_string(threads) + " threads, only " + std::to_string(made) + ": lower --threads (" + e.code().message() + ")");
+  }
 }
 
-Team::~Team() {
+Team::~Team() { send_home(); }
+
+void Team::send_home() {
   stop_ = true;
   round_.fetch_add(1, std::memory_order_release);
   round_.notify_all();

@@ -21,6 +21,7 @@ void relax(int& spins);
 
 class Team {
 public:
+  /// Throws std::runtime_error where the system does not give that many threads.
   explicit Team(int threads = 1);
   ~Team();
   Team(const Team&) = delete;
@@ -80,6 +81,7 @@ private:
   void run(Call call, void* context, std::size_t n);
   void piece(int rank) const;
   void work(int rank);
+  void send_home();
 
   std::vector<std::thread> workers_;
   Call call_ = nullptr;

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "dem/base/error.hpp"
-#include "dem/io/hdf5_handle.hpp"
+#include "dem/io/hdf5_image.hpp"
 #include "dem/io/whole_file.hpp"
 #include "dem/rve/state.hpp"
 
@@ -47,26 +47,23 @@ bool read(hid_t file, const char* name, hid_t type, C& into) {
 }  // namespace
 
 void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
-  const std::string aside = path + ".new";
   std::string packed;
   std::vector<std::uint64_t> offsets{0};
   for (const auto& part : checkpoint.parts) packed += part, offsets.push_back(packed.size());
   const std::vector<std::uint64_t> head{format_version, layout, checksum(packed), checksum(checkpoint.about)};
-  {
-    const Handle file{H5Fcreate(aside.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose};
-    if (file.id < 0) throw std::runtime_error(aside + ": cannot write");
-    write(file.id, "head", H5T_NATIVE_UINT64, head.size(), head.data());
-    write(file.id, "about", H5T_NATIVE_UINT8, checkpoint.about.size(), checkpoint.about.data());
-    write(file.id, "offsets", H5T_NATIVE_UINT64, offsets.size(), offsets.data());
-    write(file.id, "parts", H5T_NATIVE_UINT8, packed.size(), packed.data());
-  }
-  put_in_place(aside, path);
+  write_whole(path, hdf5_image([&](hid_t file) {
+    write(file, "head", H5T_NATIVE_UINT64, head.size(), head.data());
+    write(file, "about", H5T_NATIVE_UINT8, checkpoint.about.size(), checkpoint.about.data());
+    write(file, "offsets", H5T_NATIVE_UINT64, offsets.size(), offsets.data());
+    write(file, "parts", H5T_NATIVE_UINT8, packed.size(), packed.data());
+    packed = {};  // HDF5 has a copy of its own
+  }));
 }
 
 Checkpoint read_checkpoint(const std::string& path) {
   auto refuse = [&](const std::string& why) { throw InputError(fmt::format("{}: {}", path, why)); };
   if (::access(path.c_str(), F_OK) != 0) refuse("no checkpoint to resume from");
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // one line of ours instead of HDF5's stack
+  silence_hdf5();
   const Handle file{H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose};
   if (file.id < 0) refuse("checkpoint is damaged: not a whole HDF5 file");
   std::vector<std::uint64_t> head, offsets;

@@ -4,19 +4,12 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <cstdio>
-#include <stdexcept>
 
-#include "dem/io/hdf5_handle.hpp"
+#include "dem/io/hdf5_image.hpp"
 #include "dem/io/whole_file.hpp"
 
 namespace grus::dem {
 namespace {
-
-hid_t must(hid_t id, const char* what) {
-  if (id < 0) throw std::runtime_error(fmt::format("HDF5: cannot {}", what));
-  return id;
-}
 
 template <class T>
 hid_t type_of();
@@ -53,10 +46,8 @@ void fields(hid_t root, const char* name, const std::map<std::string, VtkField>&
 }  // namespace
 
 void write_vtkhdf(const std::string& path, const VtkGrid& grid) {
-  const std::string aside = path + ".new";
-  {
-    Handle file{must(H5Fcreate(aside.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), ("create " + aside).c_str()), H5Fclose};
-    Handle root{must(H5Gcreate2(file.id, "VTKHDF", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), "make a group"), H5Gclose};
+  write_whole(path, hdf5_image([&](hid_t file) {
+    Handle root{must(H5Gcreate2(file, "VTKHDF", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), "make a group"), H5Gclose};
     {
       const hsize_t two = 2;
       const std::array<std::int64_t, 2> version{1, 0};
@@ -80,8 +71,7 @@ void write_vtkhdf(const std::string& path, const VtkGrid& grid) {
     dataset(root.id, "Types", grid.types, 1);
     fields(root.id, "PointData", grid.point_fields);
     fields(root.id, "CellData", grid.cell_fields);
-  }
-  put_in_place(aside, path);
+  }));
 }
 
 void write_series(const std::string& path, const std::vector<std::pair<std::string, double>>& files) {

@@ -6,10 +6,7 @@
 
 namespace grus::dem {
 
-/// Replaces `path` by `text`. Throws std::runtime_error with the system's reason.
+/// Replaces `path` by `text`. Throws std::runtime_error with the system's reason; the old file then stays, and nothing beside it.
 void write_whole(const std::string& path, const std::string& text);
-
-/// Syncs `aside` and renames it to `path`.
-void put_in_place(const std::string& aside, const std::string& path);
 
 }  // namespace grus::dem

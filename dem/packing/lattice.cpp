@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -33,7 +34,7 @@ Packing hexagonal_close(double r, const std::array<int, 3>& layers) {
 
 Packing read_packing(const std::string& path, const Vec3& box) {
   std::ifstream in(path);
-  if (!in) throw InputError(fmt::format("{}: cannot open the packing file", path));
+  if (!in || !std::filesystem::is_regular_file(path)) throw InputError(fmt::format("{}: no such packing file", path));
   Packing p;
   p.box = box;
   std::string line;
@@ -44,7 +45,7 @@ Packing read_packing(const std::string& path, const Vec3& box) {
     std::string rest;
     if (!(text >> x)) {
       text.clear();
-      if (text >> rest) throw InputError(fmt::format("{}:{}: expected x y z r, found '{}'", path, number, rest));
+      if (text >> rest) throw InputError(fmt::format("{}:{}: expected numbers x y z r", path, number));
       continue;  // blank
     }
     if (!(text >> y >> z >> r) || (text >> rest) || !(r > 0) || !std::isfinite(x + y + z + r))

@@ -83,12 +83,13 @@ void begin_loading(const Model& model, State& state, Loading& loading) {
   if (model.numerics.time_step == 0) state.next_estimate = state.steps;  // the motion may set a smaller step
 }
 
-void load(const Model& model, State& state, const Loading& loading, double duration, Team& team) {
-  const double end = state.time + duration;
+bool load(const Model& model, State& state, const Loading& loading, double end, Team& team, const Watch& watch) {
+  const double begin = state.time;
   const bool servo = loading.driven && std::any_of(loading.axes.begin(), loading.axes.end(), [](const auto& a) { return a.stress.has_value(); });
   while (true) {
     const double left = end - state.time;
     if (left <= 1e-9 * state.dt) break;
+    if (watch && state.time > begin && !watch((state.time - begin) / (end - begin))) return false;
     if (servo) set_rates(state, loading, servo_rates(model, state, loading));
     update_time_step(model, state);
     const auto due = static_cast<std::uint64_t>(std::ceil(left / state.dt * (1 - 1e-12)));
@@ -105,6 +106,7 @@ void load(const Model& model, State& state, const Loading& loading, double durat
     state.dt = safe;
   }
   state.time = end;
+  return true;
 }
 
 Mat3 displacement_gradient(const State& state, const Loading& loading, const Mat3& initial_cell) {
@@ -116,7 +118,7 @@ Mat3 displacement_gradient(const State& state, const Loading& loading, const Mat
   return h;
 }
 
-void compress_isotropically(const Model& model, const QuasiStatic& o, State& state, double pressure, Team& team) {
+void compress_isotropically(const Model& model, const QuasiStatic& o, State& state, double pressure, Team& team, const Watch& watch) {
   Model quiet = model;  // nothing breaks while a sample is prepared
   for (auto& m : quiet.materials) m.fracture.reset();
   quiet.numerics.max_energy_error = INFINITY;  // damped hard on purpose
@@ -125,15 +127,20 @@ void compress_isotropically(const Model& model, const QuasiStatic& o, State& sta
   loading.initial_size = size_of(state.boundary);
   const double rate = 5 * o.inertial_number / inertial_number(state, 1, pressure);
   for (auto& axis : loading.axes) axis = {0, -pressure, rate};
-  for (int round = 0; round < 4000; ++round) {
-    load(quiet, state, loading, 100 * state.dt, team);
+  constexpr int rounds = 4000;
+  double done = 0;
+  auto told = [&](double part) { tell(watch, done = std::max(done, part), "the sample was prepared"); };
+  const double first = std::max(0.0, mean_pressure(measure(quiet, state).stress));
+  for (int round = 0; round < rounds; ++round) {
+    load(quiet, state, loading, state.time + 100 * state.dt, team);
     const Measurement m = measure(quiet, state);
+    told(std::clamp((mean_pressure(m.stress) - first) / std::max(pressure - first, 1e-300), 0.0, 0.95));
     const Vec3 off = (m.stress.diagonal().array() + pressure) / pressure;
     if (off.cwiseAbs().maxCoeff() < 0.02 && m.unbalanced_force < 5 * o.unbalanced_force) {
       set_cell_rate(state, Mat3::Zero());
       QuasiStatic strict = o;
       strict.pressure_floor = 0.1 * pressure;
-      const Response rest = hold(quiet, strict, state, team);
+      const Response rest = hold(quiet, strict, state, team, [&] { told(0.96); });
       if (!rest.stable) throw Unstable("preparation: the sample does not come to rest: " + rest.failure);
       if (std::abs(mean_pressure(rest.stress) / pressure - 1) < 0.05) return;
     }

@@ -5,6 +5,7 @@
 #include <array>
 #include <optional>
 
+#include "dem/base/watch.hpp"
 #include "dem/rve/rve.hpp"
 
 namespace grus::dem {
@@ -26,14 +27,15 @@ struct Loading {
 /// Notes the initial size and starts the motion of walls or cell.
 void begin_loading(const Model& model, State& state, Loading& loading);
 
-/// Advances by `duration` (s), exactly; servo axes are corrected every few steps.
-void load(const Model& model, State& state, const Loading& loading, double duration, Team& team);
+/// Advances to the time `end` (s), exactly; servo axes are corrected every few steps. False: the watch, which is asked every few
+/// steps, said to stop; going on later, from the state as it is, to the same end changes no bit.
+bool load(const Model& model, State& state, const Loading& loading, double end, Team& team, const Watch& watch = {});
 
 /// Displacement gradient F - 1 of the box or cell since begin_loading; walls: diagonal.
 Mat3 displacement_gradient(const State& state, const Loading& loading, const Mat3& initial_cell);
 
 /// Compresses a prepared periodic state to an isotropic pressure (Pa), without breakage, and holds it there.
-/// Throws Unstable where the pressure is not reached.
-void compress_isotropically(const Model& model, const QuasiStatic& options, State& state, double pressure, Team& team);
+/// Throws Unstable where the pressure is not reached, Interrupted where the watch says so.
+void compress_isotropically(const Model& model, const QuasiStatic& options, State& state, double pressure, Team& team, const Watch& watch = {});
 
 }  // namespace grus::dem

@@ -20,12 +20,13 @@ double pressure_of(const QuasiStatic& o, const State& s) {
 
 }  // namespace
 
-Response hold(const Model& model, const QuasiStatic& o, State& state, Team& team) {
+Response hold(const Model& model, const QuasiStatic& o, State& state, Team& team, const std::function<void()>& told) {
   Response response;
   const std::uint64_t first = state.steps;
   Mat3 before = love_weber(state, state.boundary.cell.volume());
   while (true) {
     const std::size_t broken = state.ledger.breakages;
+    if (told) told();
     update_time_step(model, state);
     run_steps(model, state, static_cast<std::uint64_t>(o.window), team);
     const Measurement m = measure(model, state);

@@ -2,6 +2,7 @@
 // The representative volume element of one Gauss point: a periodic cell of grains, committed and trial.
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "dem/rve/model.hpp"
@@ -40,8 +41,8 @@ struct Response {
 /// constant rate in the fixed frame, then everything is turned by R (objective exactly).
 Response deform(const Model& model, const QuasiStatic& options, State& state, const Increment& increment, Team& team);
 
-/// Holds the cell until the forces and the stress are at rest and no grain broke in the window.
-Response hold(const Model& model, const QuasiStatic& options, State& state, Team& team);
+/// Holds the cell until the forces and the stress are at rest and no grain broke in the window. `told`: asked after each window, may throw.
+Response hold(const Model& model, const QuasiStatic& options, State& state, Team& team, const std::function<void()>& told = {});
 
 /// The same in `pieces` equal parts of the path, each held, then turned. Stops at the first part that finds no rest.
 Response deform_in_pieces(const Model& model, const QuasiStatic& options, State& state, const Increment& increment, int pieces, Team& team);

@@ -93,10 +93,10 @@ Packing make_packing(std::size_t grains, double ratio) {
   loading.driven = true;
   for (auto& axis : loading.axes) axis.strain_rate = -2000;
   begin_loading(s.model, s.state, loading);
-  load(s.model, s.state, loading, 0.04 / 2000, team);
+  load(s.model, s.state, loading, s.state.time + 0.04 / 2000, team);
   for (auto& axis : loading.axes) axis.strain_rate = 0;
   begin_loading(s.model, s.state, loading);
-  load(s.model, s.state, loading, 0.04 / 2000, team);  // comes to rest
+  load(s.model, s.state, loading, s.state.time + 0.04 / 2000, team);  // comes to rest
   Packing p;
   p.size = s.state.boundary.walls[1].point[0];
   for (const auto& m : s.state.grains.motion) p.centre.push_back(m.position), p.radius.push_back(m.radius);

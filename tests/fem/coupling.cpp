@@ -340,6 +340,37 @@ TEST_CASE("RVEs are dealt to ranks by cost, and moving one changes nothing") {
   CHECK((farm.moved() > 0) == (ranks == 2));
 }
 
+TEST_CASE("what fails on another rank fails here, in the same words, and the farm goes on") {
+  int rank, ranks;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+  coupling::ResponseOptions with;
+  with.quasi_static = standard().q;
+  if (rank > 0) return coupling::serve(MPI_COMM_WORLD, standard().model, with, 1);
+  coupling::RveFarm farm(MPI_COMM_WORLD, standard().model, with, 1);
+  farm.put(0, standard().state, 1);  // here
+  // Bytes that are no state: refused where they arrive.
+  CHECK_THROWS_AS(farm.put_bytes(1, "no state at all", 1), InputError);
+  farm.put(1, standard().state, 1);
+  const std::string good = farm.fetch(1);
+  // Rank 1 is asked to commit, and rank 0 fails before it listens: nothing to commit here.
+  Mat3 f = Mat3::Identity();
+  f(2, 2) -= 1e-4;
+  const auto done = farm.advance({{1, {f}, 0, false, true}});
+  REQUIRE(done[0].response.stable);
+  CHECK_THROWS_AS(farm.commit({1, 0}), std::logic_error);
+  if (ranks > 1) CHECK(farm.fetch(1) != good);  // the answer that nobody took does not get in the way of the next
+  // Committing twice fails where the RVE lives.
+  if (ranks > 1) CHECK_THROWS_AS(farm.commit({1}), std::runtime_error);
+  const auto again = farm.advance({{0, {f}, 0, false, true}, {1, {f}, 0, false, true}});
+  CHECK(again[0].response.stable);
+  CHECK(again[1].response.stable);
+  // One more answer is left on its way as the farm is taken down: the other rank must hear that it may go.
+  CHECK_THROWS_AS(farm.commit({1, 77}), std::out_of_range);
+  farm.commit({0});
+  CHECK_THROWS_AS(farm.commit({1, 0}), std::logic_error);
+}
+
 TEST_CASE("a wave in a bar of grains: simple cubic packing, c = sqrt(k / (d rho)), through explicit dynamics and RVEs in real time") {
   const double kn = 1e6, R = 5e-4, d = 2 * R * (1 - 1e-4), density = 2650;
   Model model = test::linear_model(kn, 0.8, density, 0.5);

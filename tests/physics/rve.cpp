@@ -124,7 +124,7 @@ TEST_CASE("the energy ledger of a crushing cell closes, and no breakage adds ene
   begin_loading(model, s, loading);
   double split = 0;
   for (int k = 0; k < 60; ++k) {
-    load(model, s, loading, 1e-5, team);
+    load(model, s, loading, s.time + 1e-5, team);
     CHECK(std::abs(energy_error(s.ledger, stored_energy(model, s))) < 0.01);
     CHECK(s.ledger.split + s.ledger.fines.kinetic >= split - 1e-3 * s.ledger.work);
     split = s.ledger.split + s.ledger.fines.kinetic;
@@ -148,7 +148,7 @@ TEST_CASE("the same bits for 1, 2 and 3 threads, breakage included") {
     loading.driven = true;
     loading.axes[2].strain_rate = -500;
     begin_loading(model, s, loading);
-    load(model, s, loading, 1.4e-4, team);
+    load(model, s, loading, s.time + 1.4e-4, team);
     if (threads == 1) bits = hash(s.grains), breakages = s.ledger.breakages;
     CHECK(hash(s.grains) == bits);
     CHECK(s.ledger.breakages == breakages);
@@ -178,10 +178,10 @@ TEST_CASE("Love-Weber stress and wall stress agree in a quasi-static state") {
   loading.driven = true;
   for (auto& axis : loading.axes) axis.strain_rate = -100;
   begin_loading(model, s, loading);
-  load(model, s, loading, 3e-4, team);
+  load(model, s, loading, s.time + 3e-4, team);
   for (auto& axis : loading.axes) axis.strain_rate = 0;
   begin_loading(model, s, loading);
-  load(model, s, loading, 5e-4, team);
+  load(model, s, loading, s.time + 5e-4, team);
   const Measurement m = measure(model, s);
   REQUIRE(-m.wall_stress(2, 2) > 1e5);
   REQUIRE(m.unbalanced_force < 1e-3);

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// The results folder: whose it is, and who may write there.
+#pragma once
+
+#include "apps/run.hpp"
+
+namespace grus::app {
+
+/// Refuses, with InputError, a results folder that cannot be used: a file, a folder that holds something without `force`, with
+/// `force` one that Grus has not made, for --resume one without a checkpoint. Changes nothing.
+void check_folder(const Options& options);
+
+/// The results folder while a run writes there: made, marked as Grus's, and locked against a second program.
+class Folder {
+public:
+  /// Clears what an earlier run has left, unless the run goes on from it. Throws InputError as check_folder does.
+  explicit Folder(const Options& options);
+  ~Folder();
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+private:
+  int lock_ = -1;
+};
+
+}  // namespace grus::app

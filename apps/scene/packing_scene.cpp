@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/scene/packing_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "apps/scene/sample_scene.hpp"
+#include "dem/state/order.hpp"
+
+namespace grus::app {
+namespace {
+
+using dem::Vec3;
+
+dem::RadiusDistribution read_radius(Table& packing) {
+  dem::RadiusDistribution d;
+  Table t = packing.table("radius");
+  d.kind = t.choice("distribution", {"constant", "uniform", "truncated-normal"});
+  if (d.kind == "uniform") {
+    d.min = t.number("min", dimension::length, positive);
+    d.max = t.number("max", dimension::length, {d.min, INFINITY});
+    d.mean = 0.5 * (d.min + d.max);
+  } else {
+    d.mean = t.number("mean", dimension::length, positive);
+    if (d.kind == "truncated-normal") {
+      d.sd = t.number("sd", dimension::length, not_negative);
+      d.min = t.number("min", dimension::length, {0, d.mean, true});
+      d.max = t.number("max", dimension::length, {d.mean, INFINITY});
+    }
+  }
+  t.finish();
+  return d;
+}
+
+constexpr double most_grains = 5e6;
+
+void put_grains(const dem::Packing& packing, std::uint8_t material, bool turned, RveScene& scene) {
+  scene.packing_overlap = packing.worst_overlap;
+  for (std::size_t i = 0; i < packing.spheres.size(); ++i) {
+    dem::GrainSpec spec;
+    spec.shape = dem::PolyEllipsoid::sphere(packing.spheres[i].radius);
+    spec.position = packing.spheres[i].position;
+    spec.material = material;
+    spec.density = scene.model.materials[material].density;
+    if (turned) spec.orientation = dem::random_rotation(scene.model.seed, i);
+    dem::set_grain(scene.state.grains, i, spec);
+  }
+  dem::sort_in_space(scene.state.grains);
+}
+
+}  // namespace
+
+std::uint8_t material_of(Table& t, const dem::Model& model, const std::string& name) {
+  for (std::size_t i = 0; i < model.materials.size(); ++i)
+    if (model.materials[i].name == name) return static_cast<std::uint8_t>(i);
+  std::vector<std::string> names;
+  for (const auto& m : model.materials) names.push_back(m.name);
+  const std::string near = closest(name, names);
+  t.fail("material", fmt::format("\"{}\": no such material{}", name, near.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", near)));
+}
+
+void check_mass(const Table& t, const dem::Material& material, double radius, const std::string& key) {
+  const double mass = material.density * 4 * dem::pi / 3 * radius * radius * radius, inertia = mass * radius * radius;
+  if (!(mass > 1e-290) || !(inertia > 1e-290) || !(inertia < 1e290) || !(mass < 1e290))
+    t.fail(key, fmt::format("a grain of radius {:.3g} m and density {:.3g} kg/m^3 has a mass of {:.3g} kg: out of all bounds", radius, material.density, mass));
+}
+
+void read_packing(Table t, RveScene& scene, Vec3& box) {
+  const std::string kind = t.choice("kind", {"random", "hcp", "simple-cubic", "file"});
+  const bool periodic = scene.state.boundary.cell.periodic();
+  if (t.has("box")) {
+    box = vector3(t.numbers("box", 3, dimension::length));
+    if (!(box.minCoeff() > 0)) t.fail("box", "all three sides must be above 0");
+  }
+  scene.model.seed = static_cast<std::uint64_t>(t.integer_or("seed", static_cast<long>(scene.model.seed), 0, 1L << 62));
+  const std::string name = t.text_or("material", scene.model.materials.front().name);
+  const auto material = material_of(t, scene.model, name);
+  const bool turned = t.choice_or("orientation", "random", {"random", "aligned"}) == "random";
+  if (kind == "random") {
+    if (box.isZero()) t.fail("", "packing.box is missing");
+    PendingPacking p;
+    p.box = box, p.periodic = periodic, p.turned = turned, p.material = material;
+    p.radius = read_radius(t);
+    p.solid_fraction = t.number("solid_fraction", dimension::none, proper_fraction);
+    if (p.solid_fraction > 0.74) t.fail("solid_fraction", fmt::format("{:g}: not even a lattice of spheres is denser than 0.74", p.solid_fraction));
+    p.count = static_cast<std::size_t>(t.integer_or("count", 0, 0, 20000000));
+    if (!(p.grains() < most_grains)) t.fail("box", "more than five million grains; check box and radius");
+    if (!(2 * p.radius.mean < box.minCoeff())) t.fail("box", fmt::format("a grain of the mean radius, {:.3g} m, does not fit in", p.radius.mean));
+    check_mass(t, scene.model.materials[material], p.radius.mean, "radius");
+    p.place = t.place("solid_fraction");
+    scene.pending = p;
+    t.finish();
+    return;
+  }
+  dem::Packing packing;
+  if (kind == "file") {
+    std::filesystem::path file = t.text("path");
+    if (file.is_relative()) file = std::filesystem::path(scene.file).parent_path() / file;
+    try {
+      packing = dem::read_packing(file.string(), box);
+    } catch (const InputError& e) {
+      t.fail("path", e.what());
+    }
+  } else {
+    const auto radius = read_radius(t);
+    if (radius.kind != "constant") t.fail("radius", fmt::format("distribution = \"{}\": the grains of a lattice have one radius; use \"constant\"", radius.kind));
+    const double r = radius.mean;
+    std::array<double, 3> asked{};
+    if (t.has("layers")) {
+      const auto v = t.numbers("layers", 3, dimension::none);
+      for (std::size_t k = 0; k < 3; ++k) {
+        asked[k] = v[k];
+        if (v[k] != std::floor(v[k]) || v[k] < 1) t.fail("layers", "expected three whole numbers from 1");
+      }
+    } else {
+      if (box.isZero()) t.fail("", "packing.box or packing.layers is missing");
+      for (int k = 0; k < 3; ++k) asked[static_cast<std::size_t>(k)] = box[k] / (2 * r) + 1e-9;
+      if (kind == "hcp") {
+        asked[1] = 1 + (box[1] - 2 * r - r / std::sqrt(3.0)) / (std::sqrt(3.0) * r) + 1e-9;
+        asked[0] = (box[0] / r - 1) / 2 + 1e-9;
+        asked[2] = 1 + (box[2] - 2 * r) / (std::sqrt(8.0 / 3) * r) + 1e-9;
+      }
+    }
+    for (double& n : asked) n = std::max(1.0, std::floor(n));
+    if (!(asked[0] * asked[1] * asked[2] < most_grains)) t.fail(t.has("layers") ? "layers" : "box", "more than five million grains; check box, layers and radius");
+    const std::array<int, 3> layers{static_cast<int>(asked[0]), static_cast<int>(asked[1]), static_cast<int>(asked[2])};
+    packing = kind == "hcp" ? dem::hexagonal_close(r, layers) : dem::simple_cubic(r, layers);
+    if (periodic && kind == "hcp") {
+      if (layers[1] % 2 || layers[2] % 2) t.fail("layers", "a periodic hcp packing needs even numbers of rows and layers");
+      packing.box = Vec3(2 * r * layers[0], std::sqrt(3.0) * r * layers[1], std::sqrt(8.0 / 3) * r * layers[2]);
+    }
+    box = packing.box;
+  }
+  double smallest = INFINITY, largest = 0;
+  for (const auto& sphere : packing.spheres) smallest = std::min(smallest, sphere.radius), largest = std::max(largest, sphere.radius);
+  for (const double r : {smallest, largest}) check_mass(t, scene.model.materials[material], r, kind == "file" ? "path" : "radius");
+  put_grains(packing, material, turned, scene);
+  t.finish();
+}
+
+void make_sample(RveScene& scene, dem::Team& team, const dem::Watch& watch) {
+  if (!scene.pending) return;
+  const PendingPacking& p = *scene.pending;
+  try {
+    put_grains(dem::random_packing(p.box, p.radius, p.solid_fraction, p.count, p.periodic, scene.model.seed, team, watch), p.material, p.turned, scene);
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("{}: {}", p.place, e.what()));
+  }
+  scene.pending.reset();
+}
+
+void make_smaller(RveScene& scene) {
+  constexpr double enough = 1000;
+  dem::Boundary& boundary = scene.state.boundary;
+  const bool box = boundary.cell.periodic() || (!boundary.walls.empty() && !boundary.walls[0].name.empty());
+  if (!scene.pending || !box || scene.pending->grains() <= enough) return;
+  PendingPacking& p = *scene.pending;
+  const double scale = std::max(std::cbrt(enough / p.grains()), 3 * p.radius.mean / p.box.minCoeff());
+  if (scale >= 1) return;
+  p.box *= scale, p.count = 0;
+  boundary.cell.vectors *= scale;
+  for (auto& wall : boundary.walls) wall.point *= scale;
+}
+
+double PendingPacking::grains() const {
+  return count > 0 ? static_cast<double>(count) : solid_fraction * box.prod() / (4 * dem::pi / 3 * std::pow(radius.mean, 3));
+}
+
+}  // namespace grus::app

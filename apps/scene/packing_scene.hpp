@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// [packing], and what it shares with [[grain]].
+#pragma once
+
+#include "apps/scene/rve_scene.hpp"
+
+namespace grus::app {
+
+inline dem::Vec3 vector3(const std::vector<double>& v) { return {v[0], v[1], v[2]}; }
+
+/// Index of a material by its name.
+std::uint8_t material_of(Table& table, const dem::Model& model, const std::string& name);
+
+/// Refuses grains whose mass or inertia no number holds.
+void check_mass(const Table& table, const dem::Material& material, double radius, const std::string& key);
+
+/// Reads the table; lattices and files are made at once, random packings are left pending. `box` is given, or found here.
+void read_packing(Table table, RveScene& scene, dem::Vec3& box);
+
+}  // namespace grus::app
