@@ -21,9 +21,7 @@ int vtk_type(fem::CellKind kind) {
 
 }  // namespace
 
-BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points, const std::vector<dem::State>& states, coupling::RveMaterial* rves)
-    : directory_(std::move(directory)), scene_(scene), problem_(problem), points_(points), states_(states), rves_(rves), probes_(directory_, scene, problem, points, states, rves) {
-  for (const auto group : points.group) grains_.push_back(group == 0);
+std::vector<std::string> bvp_columns(const BvpScene& scene, const fem::Problem& problem, const Probes& probes) {
   std::vector<std::string> columns{"increment", "time_s", "newton_iterations", "cutbacks", "residual"};
   for (const auto& b : problem.boundaries())
     for (char k : {'x', 'y', 'z'}) columns.push_back(fmt::format("reaction_{}_{}_N", b.name, k));
@@ -35,12 +33,21 @@ BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem&
     columns.emplace_back(name);
   if (scene.dynamics)
     for (const char* name : {"macro_kinetic_J", "macro_internal_J", "macro_external_J", "macro_viscous_J", "macro_energy_error"}) columns.emplace_back(name);
-  if (!scene.regions.empty() && rves)
+  if (!scene.regions.empty() && scene.has_rve)
     for (const char* what : {"strain_{}", "stress_{}_Pa"})
       for (const char* ij : components) columns.push_back("grains_" + fmt::format(fmt::runtime(what), ij));
-  for (auto& name : probes_.columns()) columns.push_back(std::move(name));
-  history_.emplace((std::filesystem::path(directory_) / "history.csv").string(), columns);
-  if (scene.frames > 0) std::filesystem::create_directories(std::filesystem::path(directory_) / "macro");
+  for (auto& name : probes.columns()) columns.push_back(std::move(name));
+  return columns;
+}
+
+BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points, const std::vector<dem::State>& states, coupling::RveMaterial* rves)
+    : directory_(std::move(directory)), scene_(scene), problem_(problem), points_(points), states_(states), rves_(rves), probes_(directory_, scene, problem, points, states, rves) {
+  for (const auto group : points.group) grains_.push_back(group == 0);
+  history_.emplace((std::filesystem::path(directory_) / "history.csv").string(), bvp_columns(scene, problem, probes_));
+  if (scene.frames > 0) {
+    std::filesystem::create_directories(std::filesystem::path(directory_) / "macro");
+    probes_.make_folders();
+  }
 }
 
 void BvpOutput::add(const fem::IncrementReport& r, double wall) {

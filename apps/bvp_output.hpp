@@ -15,6 +15,9 @@ struct BvpEnding {
   std::uint64_t migrated = 0;                  // RVEs moved between ranks
 };
 
+/// Columns of history.csv.
+std::vector<std::string> bvp_columns(const BvpScene& scene, const fem::Problem& problem, const Probes& probes);
+
 class BvpOutput {
 public:
   BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points, const std::vector<dem::State>& states,

@@ -251,10 +251,16 @@ int run(const Options& given, const fem::Session& session) {
     setup.points = find_points(scene, *setup.problem);
     const std::set<std::size_t> variants(setup.points.variant.begin(), setup.points.variant.end());
     used.assign(variants.begin(), variants.end());
+    if (options.columns) {
+      const std::vector<dem::State> none;
+      for (const auto& name : bvp_columns(scene, *setup.problem, Probes("", scene, *setup.problem, setup.points, none, nullptr))) fmt::print("{}\n", name);
+      return;
+    }
     if (!options.quiet) print_setup(scene, setup, options, session.ranks());
     if (!options.check) check_folder(options);
     if (options.check && used.size() > 1) used.resize(1);
   });
+  if (options.columns) return finished;
   std::size_t count = used.size();
   MPI_Bcast(&count, sizeof count, MPI_BYTE, 0, MPI_COMM_WORLD);
   used.resize(count);

@@ -6,7 +6,8 @@ import itertools
 import math
 import os
 
-KEYS = {"name", "scene", "set", "seeds", "vary", "reference", "quantity", "measure", "at", "over", "paired", "label", "order", "scale"}
+from scipy import stats
+
 TARGETS = (0.1, 0.01, 0.001)
 
 
@@ -34,23 +35,8 @@ def measured(columns, entry):
 
 
 def student(confidence, freedom):
-    """Two-sided quantile of Student's t: the density integrated by Simpson, the root bracketed."""
-    norm = math.exp(math.lgamma((freedom + 1) / 2) - math.lgamma(freedom / 2)) / math.sqrt(freedom * math.pi)
-
-    def inside(t):  # substitution x = sqrt(f) tan(u): a smooth integrand on a finite range
-        top, n = math.atan(t / math.sqrt(freedom)), 400
-        values = [math.cos(top * k / n) ** (freedom - 1) for k in range(n + 1)]
-        return 2 * norm * math.sqrt(freedom) * top / n / 3 * (values[0] + values[-1] + 4 * sum(values[1:-1:2]) + 2 * sum(values[2:-1:2]))
-
-    low, high = 0.0, 1.0
-    while inside(high) < confidence:
-        high *= 2
-        if high > 1e9:
-            break
-    for _ in range(80):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if inside(middle) < confidence else (low, middle)
-    return 0.5 * (low + high)
+    """Two-sided quantile of Student's t."""
+    return float(stats.t.ppf(0.5 * (1 + confidence), freedom))
 
 
 def mean(v):
@@ -100,11 +86,8 @@ def power_law(points):
     points = [(math.log(x), math.log(y)) for x, y in points if x > 0 and y > 0]
     if len({x for x, _ in points}) < 2:
         return None
-    mx, my = mean([p[0] for p in points]), mean([p[1] for p in points])
-    sxx = sum((x - mx) ** 2 for x, _ in points)
-    slope = sum((x - mx) * (y - my) for x, y in points) / sxx
-    rest = sum((y - my - slope * (x - mx)) ** 2 for x, y in points)
-    return slope, math.sqrt(rest / max(1, len(points) - 2) / sxx)
+    fit = stats.linregress(*zip(*points))
+    return fit.slope, fit.stderr
 
 
 def bound(row):

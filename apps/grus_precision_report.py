@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Work-precision tables, plots and recommendations of a study."""
 import csv
+import html
 import math
 import os
 
@@ -68,7 +69,7 @@ def write(studies, out):
         for target, r in result["recommended"].items():
             lines.append(f"for {100 * target:g} %: " + (f"{setting_text(r['settings'])} ({r['cpu']:.3g} s)" if r else "none of these"))
         text += f"\n{entry['name']}\n" + "\n".join(lines) + "\n" + text_table(head, rows)
-        body += f"<h2>{entry['name']}</h2><p>" + "<br>".join(lines) + "</p>" + html_table(head, rows) + picture(plot(entry, result), out, f"precision_{number}")
+        body += f"<h2>{html.escape(entry['name'])}</h2><p>" + "<br>".join(map(html.escape, lines)) + "</p>" + html_table(head, rows) + picture(plot(entry, result), out, f"precision_{number}")
     return text, body
 
 

@@ -3,6 +3,7 @@
 """grus-report DIR [DIR...] [-o FILE]: one self-contained report.html with plots from result folders."""
 import argparse
 import base64
+import csv
 import html
 import io
 import json
@@ -14,11 +15,12 @@ try:
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    matplotlib.rcParams["text.parse_math"] = False  # names are the user's, not formulas
 except ImportError:
     sys.exit("grus-report: needs matplotlib (Debian: python3-matplotlib)")
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from grus_results import read_grading, read_history  # noqa: E402
+from grus_results import VERSION, one_line, read_grading, read_history  # noqa: E402
 
 
 def grading_curves(ax, name, states):
@@ -92,7 +94,7 @@ def rve_plots(runs):
                 other.legend(loc="lower right")
             plots.append(figure(broken))
 
-        grading = read_grading(summary["folder"])
+        grading = summary.pop("grading")
         if grading:
             plots.append(figure(lambda ax: grading_curves(ax, name, grading)))
             plots.append(figure(lambda ax: by_size(ax, name, grading)))
@@ -185,26 +187,59 @@ def table(runs):
     return "<table><tr>" + "".join(f"<th>{h}</th>" for h in head) + f"</tr>{body}</table>"
 
 
+RVE_COLUMNS = ("time_s", "axial_strain", "axial_stress_Pa", "grains", "breakages", "void_ratio", "energy_error", "unbalanced_force", "inertial_number",
+               "elastic_J", "kinetic_J", "friction_J", "damping_J", "fracture_J", "split_J", "work_J")
+BVP_COLUMNS = ("increment", "time_s", "newton_iterations", "residual", "breakages", "worst_rve_energy_error", *(f"mean_{q}" for ij in ("xx", "yy", "zz") for q in (f"strain_{ij}", f"stress_{ij}_Pa")))
+
+
+def read_result(folder):
+    """Name, columns and summary of a result folder. Throws OSError, ValueError where it is none."""
+    columns = read_history(folder)
+    path = os.path.join(folder, "summary.json")
+    with open(path) as f:
+        try:
+            summary = json.load(f)
+        except (ValueError, RecursionError) as e:
+            raise ValueError(f"{path}: not JSON: {e}") from None
+    if not isinstance(summary, dict) or not all(isinstance(summary.get(k, {}), dict) for k in ("counts", "seconds")):
+        raise ValueError(f"{path}: not a summary of Grus")
+    missing = [c for c in (BVP_COLUMNS if "increment" in columns else RVE_COLUMNS) if c not in columns]
+    if missing:
+        raise ValueError(f"{os.path.join(folder, 'history.csv')}: no column {missing[0]}: not a history of Grus")
+    try:
+        summary["grading"] = read_grading(folder) if "increment" not in columns else {}
+    except (ValueError, KeyError, TypeError, csv.Error) as e:
+        raise ValueError(f"{os.path.join(folder, 'grading.csv')}: not a grading of Grus ({e})") from None
+    return os.path.basename(os.path.abspath(folder)), columns, summary
+
+
 def main():
     parser = argparse.ArgumentParser(prog="grus-report", description=__doc__)
     parser.add_argument("folders", nargs="+", metavar="DIR", help="result folders of grus-rve or grus-bvp")
     parser.add_argument("-o", metavar="FILE", help="output (default: report.html in the first folder)")
+    parser.add_argument("--version", action="version", version=f"grus-report {VERSION}")
     args = parser.parse_args()
-    runs = []
-    for folder in args.folders:
-        try:
-            columns = read_history(folder)
-            with open(os.path.join(folder, "summary.json")) as f:
-                summary = json.load(f)
-        except (OSError, ValueError) as e:
-            print(f"grus-report: {e}", file=sys.stderr)
-            return 2
-        summary["folder"] = folder
-        runs.append((os.path.basename(os.path.abspath(folder)), columns, summary))
+    try:
+        runs = [read_result(folder) for folder in args.folders]
+    except (OSError, ValueError) as e:
+        print(one_line(f"grus-report: {e}"), file=sys.stderr)
+        return 2
+    try:
+        return write(runs, args)
+    except Exception as e:  # one line for the user; the whole story for who asks
+        if os.environ.get("GRUS_DEBUG"):
+            raise
+        print(one_line(f"grus-report: {type(e).__name__}: {e} (GRUS_DEBUG=1 shows where)"), file=sys.stderr)
+        return 1
+
+
+def write(runs, args):
     rve = [r for r in runs if "increment" not in r[1]]
     bvp = [r for r in runs if "increment" in r[1]]
     plots = (bvp_plots(bvp) if bvp else []) + (rve_plots(rve) if rve else [])
-    scenes = "".join(f"<details><summary>{html.escape(n)}: {html.escape(s.get('title', ''))}</summary><pre>{html.escape(json.dumps(s, indent=1))}</pre></details>"
+    for _, _, summary in runs:
+        summary.pop("grading", None)
+    scenes = "".join(f"<details><summary>{html.escape(n)}: {html.escape(str(s.get('title', '')))}</summary><pre>{html.escape(json.dumps(s, indent=1))}</pre></details>"
                      for n, _, s in runs)
     page = f"""<!doctype html><html lang="en"><meta charset="utf-8"><title>Grus report</title>
 <style>body{{font:15px/1.5 sans-serif;max-width:1460px;margin:2em auto;padding:0 1em;color:#222}}table{{border-collapse:collapse;margin:1em 0}}

@@ -1,21 +1,72 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Reads the tables of a result folder."""
 import csv
+import fcntl
 import math
 import os
 
+from grus_version import VERSION  # noqa: F401  shown by every command
+
+MARKER = ".grus"  # in folders that Grus has made; the lock
+
+
+def one_line(text):
+    """Text without line ends or other control characters: a message is one line."""
+    return "".join(c if c.isprintable() else " " for c in str(text))
+
+
+class InUse(Exception):
+    """A results folder that is not Grus's, or that another program writes to."""
+
+
+class Folder:
+    """A results folder: made, marked as Grus's, and locked against a second program, as the C++ programs do."""
+
+    def __init__(self, path):
+        self.path, self.file = path, None
+
+    def __enter__(self):
+        mark = os.path.join(self.path, MARKER)
+        if os.path.exists(self.path):
+            if not os.path.isdir(self.path):
+                raise InUse(f"{self.path}: is a file; name a folder with -o")
+            if os.listdir(self.path) and not os.path.isfile(mark):
+                raise InUse(f"{self.path}: folder is not empty and was not made by Grus; use another -o DIR")
+        try:
+            os.makedirs(self.path, exist_ok=True)
+            self.file = open(mark, "a")
+        except OSError as e:
+            raise InUse(f"{self.path}: cannot write: {e.strerror}") from None
+        try:
+            fcntl.flock(self.file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            self.file.close()
+            raise InUse(f"{self.path}: another run is writing to this folder; use another -o DIR") from None
+        return self
+
+    def __exit__(self, *_):
+        self.file.close()
+
 
 def read_history(folder):
-    """history.csv as columns; an empty field is NaN."""
+    """history.csv as columns; an empty field is NaN. Throws ValueError, one line, for what is no table of numbers."""
     path = os.path.join(folder, "history.csv")
-    with open(path, newline="") as f:
-        rows = list(csv.reader(f))
+    try:
+        with open(path, newline="") as f:
+            rows = list(csv.reader(f))
+    except (csv.Error, UnicodeDecodeError) as e:
+        raise ValueError(f"{path}: not a table: {e}") from None
     if len(rows) < 2:
         raise ValueError(f"{path}: no rows")
     columns = {name: [] for name in rows[0]}
-    for row in rows[1:]:
+    for number, row in enumerate(rows[1:], 2):
+        if len(row) != len(rows[0]):
+            raise ValueError(f"{path}: line {number} has {len(row)} values for {len(rows[0])} columns")
         for name, value in zip(rows[0], row):
-            columns[name].append(float(value) if value else math.nan)
+            try:
+                columns[name].append(float(value) if value else math.nan)
+            except ValueError:
+                raise ValueError(f"{path}: line {number}: {name} is not a number") from None
     return columns
 
 

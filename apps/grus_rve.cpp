@@ -146,6 +146,10 @@ int check(const Options& options, RveScene& scene, dem::Team& team) {
 int run(const Options& options) {
   const Clock clock;
   RveScene scene = read_rve_scene(options.scene, options.overrides);
+  if (options.columns) {
+    for (const auto& name : rve_columns(scene, scene.state)) fmt::print("{}\n", name);
+    return finished;
+  }
   dem::Team team(options.threads);
   if (options.check) return check(options, scene, team);
   dem::Checkpoint kept;

@@ -12,124 +12,12 @@ import signal
 import subprocess
 import sys
 import time
-import tomllib
 from concurrent.futures import ThreadPoolExecutor, as_completed
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import grus_precision as precision  # noqa: E402
-from grus_results import read_grading, read_history  # noqa: E402
-
-
-class Refused(Exception):
-    pass
-
-
-def need(table, where, known):
-    for key in table:
-        if key not in known:
-            raise Refused(f"{where}: unknown key '{key}' (known: {', '.join(sorted(known))})")
-
-
-def toml_value(v):
-    """A value as --set takes it."""
-    if isinstance(v, bool):
-        return "true" if v else "false"
-    if isinstance(v, str):
-        return json.dumps(v) if v else ""
-    if isinstance(v, dict):
-        return "{" + ", ".join(f"{k} = {toml_value(x)}" for k, x in v.items()) + "}"
-    if isinstance(v, list):
-        return "[" + ", ".join(map(toml_value, v)) + "]"
-    return repr(v)
-
-
-def read_study(path):
-    try:
-        with open(path, "rb") as f:
-            study = tomllib.load(f)
-    except OSError as e:
-        raise Refused(f"{path}: {e.strerror}") from None
-    except tomllib.TOMLDecodeError as e:
-        raise Refused(f"{path}: {e}") from None
-    need(study, path, {"title", "study", "case", "plot", "check", "table", "fit", "precision"})
-    common = study.get("study", {})
-    need(common, f"{path}: study", {"scene", "seeds", "seed_key", "set", "at", "quantities"})
-    folder = os.path.dirname(os.path.abspath(path))
-    cases = []
-    for k, c in enumerate(study.get("case", [])):
-        where = f"{path}: case {c.get('name', k)}"
-        need(c, where, {"name", "label", "scene", "set", "seeds"})
-        if "name" not in c:
-            raise Refused(f"{where}: needs a name")
-        cases.append({"name": c["name"], "label": c.get("label", c["name"]), **scene_of(where, c.get("scene", common.get("scene")), folder),
-                      "set": {**common.get("set", {}), **c.get("set", {})}, "seeds": c.get("seeds", common.get("seeds", [None]))})
-    entries = [e for k, p in enumerate(study.get("precision", [])) for e in read_precision(path, k, p, common, folder)]
-    if not cases and not entries:
-        raise Refused(f"{path}: needs at least one [[case]] or [[precision]]")
-    names = [c["name"] for c in cases]
-    if len(set(names)) < len(names):
-        raise Refused(f"{path}: two cases share a name")
-    for kind in ("plot", "check", "table", "fit"):
-        for t in study.get(kind, []):
-            used = list(t.get("cases", [])) + ([t["reference"]] if "reference" in t else []) + list(t.get("greater", []))
-            for name in used + ([t["case"]] if "case" in t else []):
-                if name not in names:
-                    raise Refused(f"{path}: {kind} '{t.get('name', t.get('claim', '?'))}': no case is called '{name}'")
-    study["precision"] = entries
-    return study, common, cases
-
-
-def scene_of(where, scene, folder):
-    """The scene's file, the one that it takes its cells from, and the program: grus-bvp for scenes with a mesh."""
-    if not scene:
-        raise Refused(f"{where}: needs a scene, its own or that of [study]")
-    scene = os.path.normpath(os.path.join(folder, scene))
-    if not os.path.isfile(scene):
-        raise Refused(f"{where}: no such scene file {scene}")
-    try:
-        with open(scene, "rb") as f:
-            table = tomllib.load(f)
-    except tomllib.TOMLDecodeError as e:
-        raise Refused(f"{where}: {scene}: {e}") from None
-    inner = os.path.join(os.path.dirname(scene), table.get("rve", {}).get("scene", ""))
-    return {"scene": scene, "inner": inner if os.path.isfile(inner) else None, "program": "grus-bvp" if "mesh" in table else "grus-rve"}
-
-
-def read_precision(path, k, table, common, folder):
-    """Entries of one [[precision]]: one for each position of `at`. Each carries its cases: the settings, then the reference."""
-    where = f"{path}: precision {table.get('name', k)}"
-    need(table, where, precision.KEYS)
-    for key in ("name", "vary", "quantity"):
-        if key not in table:
-            raise Refused(f"{where}: needs '{key}'")
-    if not isinstance(table["vary"], dict) or not all(isinstance(v, list) and v for v in table["vary"].values()):
-        raise Refused(f"{where}: vary: needs keys with lists of values, as {{ \"numerics.safety\" = [0.4, 0.2] }}")
-    how = table.get("measure", "at")
-    if how not in ("at", "peak", "last", "area"):
-        raise Refused(f"{where}: measure: '{how}' is none of at, peak, last, area")
-    if how == "at" and "at" not in table:
-        raise Refused(f"{where}: needs 'at', or a measure (peak, last, area)")
-    reference = table.get("reference", "finest")
-    if isinstance(reference, str) and reference != "finest":
-        raise Refused(f"{where}: reference: \"finest\", a number, a table of settings, or {{ file = \"...\" }}")
-    if isinstance(reference, dict) and "file" in reference and not os.path.isfile(os.path.join(folder, reference["file"])):
-        raise Refused(f"{where}: reference: no such file {reference['file']}")
-    base = {**scene_of(where, table.get("scene", common.get("scene")), folder), "seeds": table.get("seeds", common.get("seeds", [None]))}
-    fixed = {**common.get("set", {}), **table.get("set", {})}
-    reference = precision.reference_settings(table)
-    rows = [s for s in precision.settings(table) if s != reference]
-    if not rows:
-        raise Refused(f"{where}: nothing to compare with the reference")
-
-    def case(settings):
-        whole = {**fixed, **settings}
-        name = hashlib.sha256(json.dumps([base["scene"], whole], sort_keys=True).encode()).hexdigest()[:12]
-        return {"name": name, "label": ", ".join(f"{key}={v}" for key, v in settings.items()), **base, "set": whole}
-
-    table = {**table, "folder": folder, "rows": [(s, case(s)) for s in rows], "reference_case": case(reference) if reference is not None else None}
-    if how != "at" or not isinstance(table["at"], list):
-        return [table]
-    return [{**table, "at": at, "name": f"{table['name']}, at {at:g}"} for at in table["at"]]
+from grus_results import VERSION, Folder, InUse, one_line, read_grading, read_history  # noqa: E402
+from grus_study_reader import Refused, read_study, toml_value, wanted  # noqa: E402
 
 
 def key_of(case, seed, seed_key, program):
@@ -144,9 +32,41 @@ def key_of(case, seed, seed_key, program):
 
 
 class Runner:
-    def __init__(self, out, seed_key, bins):
-        self.out, self.seed_key, self.bins = out, seed_key, bins
+    """Runs cases; `asked` tells what columns and keys each must have (grus_study_reader.wanted)."""
+
+    def __init__(self, out, seed_key, bins, asked):
+        self.out, self.seed_key, self.bins, self.asked = out, seed_key, bins, asked
         self.running, self.stopped = set(), False
+
+    def command(self, case, seed=None):
+        settings = dict(case["set"])
+        if seed is not None:
+            settings[self.seed_key] = seed
+        return [os.path.join(self.bins, case["program"]), case["scene"]] + [a for k, v in settings.items() for a in ("--set", f"{k}={toml_value(v)}")]
+
+    def refusal(self, case):
+        """Why the program would refuse a case, or what it does not write that is asked of it; None: nothing is wrong."""
+        for seed in case["seeds"]:
+            try:
+                r = subprocess.run(self.command(case, seed) + ["--columns"], capture_output=True, text=True, start_new_session=True)
+            except (OSError, ValueError) as e:  # no such program here, or a text that no command can hold
+                return f"{case['label']}: {e}"
+            if r.returncode != 0:
+                return f"{case['label']}: {r.stderr.strip()}"
+        missing = sorted(self.asked[case["name"]][0] - set(r.stdout.split()))
+        return f"{case['label']}: history.csv will have no column '{missing[0]}'" if missing else None
+
+    def lacking(self, case, folder):
+        """A key of summary.json that is asked of a case and is not there."""
+        for key in sorted(self.asked[case["name"]][1]):
+            try:
+                value = read_run(folder)["summary"]
+                for part in key.split("."):
+                    value = value[part]
+                float(value)
+            except (KeyError, TypeError, ValueError):
+                return f"summary.json has no number '{key}'"
+        return None
 
     def folder(self, case, seed):
         text = "" if seed is None else "_s" + re.sub(r"[^\w.-]+", "_", toml_value(seed)).strip("_")
@@ -162,12 +82,7 @@ class Runner:
             return case, seed, "not started"
         if os.path.isfile(marker):  # of other settings: must not vouch for what is about to be overwritten
             os.remove(marker)
-        settings = dict(case["set"])
-        if seed is not None:
-            settings[self.seed_key] = seed
-        command = [program, case["scene"], "-o", folder, "--force", "--quiet", "--threads", "1"]
-        for k, v in settings.items():
-            command += ["--set", f"{k}={toml_value(v)}"]
+        command = self.command(case, seed) + ["-o", folder, "--force", "--quiet", "--threads", "1"]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
         self.running.add(process)
         _, errors = process.communicate()
@@ -197,6 +112,11 @@ def run_all(runner, cases, workers, quiet):
             for future in as_completed(futures):
                 case, seed, failure = future.result()
                 done += 1
+                if not failure and not runner.stopped:
+                    lacking = runner.lacking(case, runner.folder(case, seed))
+                    if lacking:  # the first run tells: no need to wait for the others
+                        runner.stop()
+                        raise Refused(f"{case['label']}: {lacking}")
                 if failure:
                     failures.append((case, seed, failure))
                 if not quiet:
@@ -216,62 +136,84 @@ def read_run(folder):
     return {"columns": read_history(folder), "summary": summary, "grading": read_grading(folder)}
 
 
+def judged(entry, runner, lost):
+    """The runs of a [[precision]] that are there, and what they say; None where nothing is left to compare."""
+    c = entry["reference_case"]
+    found = {k["name"]: {str(s): read_run(runner.folder(k, s)) for s in k["seeds"] if (k["name"], str(s)) not in lost}
+             for k in [k for _, k in entry["rows"]] + ([c] if c else [])}
+    # Runs that failed are left out; where seeds are compared one by one, the others of their seed too.
+    paired = c is not None and entry.get("paired", True)
+    common_seeds = set.intersection(*(set(r) for r in found.values() if r)) if paired and any(found.values()) else None
+    kept = {name: [r for seed, r in by_seed.items() if not paired or seed in (common_seeds or ())] for name, by_seed in found.items()}
+    rows = [(s, kept[k["name"]]) for s, k in entry["rows"] if kept[k["name"]]]
+    if not rows or (c and not kept[c["name"]]):
+        return None
+    return entry, precision.judge(entry, rows, kept[c["name"]] if c else None, entry["folder"])
+
+
+def work(args):
+    study, common, cases = read_study(args.scene)
+    runs_of = cases + [c for e in study["precision"] for c in [row[1] for row in e["rows"]] + ([e["reference_case"]] if e["reference_case"] else [])]
+    distinct = {c["name"]: c for c in runs_of}
+    out = args.out or os.path.splitext(os.path.basename(args.scene))[0]
+    workers = args.threads or len(os.sched_getaffinity(0))
+    runner = Runner(out, common.get("seed_key", "packing.seed"), os.path.dirname(os.path.realpath(__file__)), wanted(study, common, cases))
+    with ThreadPoolExecutor(workers) as pool:
+        for refusal in pool.map(runner.refusal, distinct.values()):
+            if refusal:
+                pool.shutdown(cancel_futures=True)
+                raise Refused(f"{args.scene}: {refusal}")
+    if args.check:
+        for c in distinct.values():
+            print(c["name"], c["seeds"], os.path.relpath(c["scene"]), json.dumps(c["set"], default=str))
+        print(f"{len({(c['name'], str(s)) for c in runs_of for s in c['seeds']})} runs")
+        return 0
+    with Folder(out):
+        os.makedirs(os.path.join(out, "runs"), exist_ok=True)
+        failures, wall = run_all(runner, runs_of, workers, args.quiet)
+        if failures is None:
+            return 130
+        for case, seed, text in failures:
+            print(one_line(f"grus-study: {case['label']}{'' if seed is None else f', seed {seed}'}: {text}"), file=sys.stderr)
+        if any(case is c for case, _, _ in failures for c in cases):
+            return 1  # claims and plots need all their cases
+        import grus_study_report as report
+        runs = {c["name"]: [read_run(runner.folder(c, s)) for s in c["seeds"]] for c in cases}
+        lost = {(case["name"], str(seed)) for case, seed, _ in failures}
+        studies = []
+        for e in study["precision"]:
+            result = judged(e, runner, lost)
+            if result:
+                studies.append(result)
+            else:
+                print(f"grus-study: {one_line(e['name'])}: no run is left to compare", file=sys.stderr)
+        passed = report.write(study, common, cases, runs, studies, out, wall, workers)
+        print(f"report: {os.path.join(out, 'report.html')}")
+        return 1 if failures or (args.strict and not passed) else 0
+
+
 def main():
     parser = argparse.ArgumentParser(prog="grus-study", description=__doc__)
     parser.add_argument("scene", metavar="STUDY.toml")
     parser.add_argument("-o", metavar="DIR", dest="out", help="results folder (default: the study's name)")
     parser.add_argument("--threads", type=int, default=0, help="cores to use; each run takes one (default: all cores given)")
-    parser.add_argument("--check", action="store_true", help="list the runs and stop")
+    parser.add_argument("--check", action="store_true", help="check every case, list the runs and stop")
     parser.add_argument("--quiet", action="store_true")
     parser.add_argument("--strict", action="store_true", help="exit with 1 if a check of the study fails")
+    parser.add_argument("--version", action="version", version=f"grus-study {VERSION}")
     args = parser.parse_args()
+    if args.threads < 0:
+        parser.error("--threads: at least 1")
     try:
-        study, common, cases = read_study(args.scene)
-    except Refused as e:
-        print(f"grus-study: {e}", file=sys.stderr)
+        return work(args)
+    except (Refused, InUse) as e:
+        print(one_line(f"grus-study: {e}"), file=sys.stderr)
         return 2
-    runs_of = cases + [c for e in study["precision"] for c in [row[1] for row in e["rows"]] + ([e["reference_case"]] if e["reference_case"] else [])]
-    out = args.out or os.path.splitext(os.path.basename(args.scene))[0]
-    if args.check:
-        for c in {c["name"]: c for c in runs_of}.values():
-            print(c["name"], c["seeds"], os.path.relpath(c["scene"]), json.dumps(c["set"]))
-        print(f"{len({(c['name'], str(s)) for c in runs_of for s in c['seeds']})} runs")
-        return 0
-    os.makedirs(os.path.join(out, "runs"), exist_ok=True)
-    workers = args.threads or len(os.sched_getaffinity(0))
-    runner = Runner(out, common.get("seed_key", "packing.seed"), os.path.dirname(os.path.realpath(__file__)))
-    failures, wall = run_all(runner, runs_of, workers, args.quiet)
-    if failures is None:
-        return 130
-    for case, seed, text in failures:
-        print(f"grus-study: {case['label']}{'' if seed is None else f', seed {seed}'}: {text}", file=sys.stderr)
-    lost = {(case["name"], str(seed)) for case, seed, _ in failures}
-    if any(case is c for case, _, _ in failures for c in cases):
-        return 1  # claims and plots need all their cases
-
-    import grus_study_report as report
-    runs = {c["name"]: [read_run(runner.folder(c, s)) for s in c["seeds"]] for c in cases}
-    studies = []
-    try:
-        for e in study["precision"]:
-            c = e["reference_case"]
-            found = {k["name"]: {str(s): read_run(runner.folder(k, s)) for s in k["seeds"] if (k["name"], str(s)) not in lost}
-                     for k in [k for _, k in e["rows"]] + ([c] if c else [])}
-            # Runs that failed are left out; where seeds are compared one by one, the others of their seed too.
-            paired = c is not None and e.get("paired", True)
-            common_seeds = set.intersection(*(set(r) for r in found.values() if r)) if paired else None
-            kept = {name: [r for seed, r in by_seed.items() if not paired or seed in common_seeds] for name, by_seed in found.items()}
-            rows = [(s, kept[k["name"]]) for s, k in e["rows"] if kept[k["name"]]]
-            if not rows or (c and not kept[c["name"]]):
-                print(f"grus-study: {e['name']}: no run is left to compare", file=sys.stderr)
-                continue
-            studies.append((e, precision.judge(e, rows, kept[c["name"]] if c else None, e["folder"])))
-    except KeyError as missing:
-        print(f"grus-study: {args.scene}: no column {missing} in history.csv", file=sys.stderr)
-        return 2
-    passed = report.write(study, common, cases, runs, studies, out, wall, workers)
-    print(f"report: {os.path.join(out, 'report.html')}")
-    return 1 if failures or (args.strict and not passed) else 0
+    except Exception as e:  # one line for the user; the whole story for who asks
+        if os.environ.get("GRUS_DEBUG"):
+            raise
+        print(one_line(f"grus-study: {args.scene}: {type(e).__name__}: {e} (GRUS_DEBUG=1 shows where)"), file=sys.stderr)
+        return 1
 
 
 if __name__ == "__main__":

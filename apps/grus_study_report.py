@@ -10,9 +10,10 @@ import os
 import matplotlib
 
 matplotlib.use("Agg")
+matplotlib.rcParams["text.parse_math"] = False  # texts are the user's, not formulas
 import matplotlib.pyplot as plt
 
-from grus_precision import deviation, mean, position as at, power_law
+from grus_precision import cost, deviation, energy_error, mean, position as at, power_law
 
 
 def of_summary(run, path):
@@ -72,7 +73,7 @@ def grading_plot(ax, plot, labels, runs):
         states = runs[name][0]["grading"]
         for k, (strain, rows) in enumerate(states.items()):
             total = sum(r["mass_kg"] for r in rows)
-            y = [100 * r["passing"] for r in rows] if plot.get("passing", True) else [100 * r["mass_kg"] / total for r in rows]
+            y = [100 * r["passing"] for r in rows] if plot.get("passing", True) else [100 * r["mass_kg"] / total if total > 0 else math.nan for r in rows]
             ax.semilogx([1e3 * r["diameter_m"] for r in rows], y, color=plt.cm.viridis(k / max(1, len(states) - 1)), label=f"{labels[name]}, strain {strain:.2f}")
     ax.set(xlabel="equivalent diameter (mm)", ylabel="passing by mass (%)" if plot.get("passing", True) else "mass in class (%)")
     ax.legend(fontsize=7)
@@ -104,8 +105,11 @@ def law_plot(fit, labels, runs):
     fig, ax = plt.subplots(figsize=(7, 4.6))
     for k, strain in enumerate(fit["at"]):
         points = [(of_summary(r, fit["x"]), at(r["columns"], fit["quantity"], strain)) for name in fit["cases"] for r in runs[name]]
-        points = sorted(p for p in points if p[1] > 0)
-        exponent, _ = power_law(points)
+        points = sorted(p for p in points if p[0] > 0 and p[1] > 0)
+        law = power_law(points)
+        if law is None:
+            continue
+        exponent, _ = law
         mx, my = (math.exp(mean([math.log(p[j]) for p in points])) for j in (0, 1))
         x = [points[0][0], points[-1][0]]
         ax.loglog([p[0] for p in points], [p[1] for p in points], "o", ms=4, color=f"C{k}", label=f"strain {strain:g}")
@@ -127,7 +131,7 @@ def sweep_result(run, reference):
     grid = [last * k / 200 for k in range(1, 200)]
     a, b = [[at(r["columns"], "axial_stress_Pa", x) for x in grid] for r in (run, reference)]
     norm = math.sqrt(sum(y * y for y in b))
-    off = math.sqrt(sum((x - y) ** 2 for x, y in zip(a, b))) / norm
+    off = math.sqrt(sum((x - y) ** 2 for x, y in zip(a, b))) / norm if norm > 0 else math.nan
     return f"{'good, same result' if off < 0.05 else 'good, slightly different' if off < 0.2 else 'broken, different path'} ({100 * off:.1f} %)"
 
 
@@ -158,9 +162,9 @@ def write(study, common, cases, runs, studies, out, wall, workers):
                 cells.append("-" if math.isnan(mean(v)) else f"{mean(v):.4g}" + (f" ± {deviation(v):.2g}" if len(v) > 1 else ""))
                 numbers += [mean(v), deviation(v)]
         status = sorted({str(x["summary"]["status"]) for x in r})
-        tail = [mean([x["columns"]["grains"][-1] for x in r]), mean([x["columns"]["breakages"][-1] for x in r]),
-                100 * max(of_summary(x, "errors.worst_energy_error") for x in r), mean([of_summary(x, "counts.steps") for x in r]),
-                mean([of_summary(x, "seconds.cpu") for x in r])]
+        last = lambda name: mean([x["columns"][name][-1] if name in x["columns"] else math.nan for x in r])
+        tail = [last("grains"), last("breakages"), 100 * max(energy_error(x) for x in r), mean([x["summary"]["counts"].get("steps", x["summary"]["counts"].get("dem_steps", 0)) for x in r]),
+                mean([cost(x)["cpu"] for x in r])]
         rows.append([c["label"], len(r), ",".join(status)] + cells + [f"{tail[0]:.0f}", f"{tail[1]:.0f}", f"{tail[2]:.2f}", f"{tail[3]:.3g}", f"{tail[4]:.1f}"])
         plain.append([c["name"], len(r), ",".join(status)] + numbers + tail)
     with open(os.path.join(out, "study.csv"), "w", newline="") as f:
@@ -191,8 +195,8 @@ def write(study, common, cases, runs, studies, out, wall, workers):
         body += picture(law_plot(fit, labels, runs), out, "fit_" + "".join(c if c.isalnum() else "_" for c in fit["name"])[:40])
         for strain in fit["at"]:
             points = [(of_summary(r, fit["x"]), at(r["columns"], fit["quantity"], strain)) for name in fit["cases"] for r in runs[name]]
-            exponent, error = power_law([p for p in points if not math.isnan(p[1])])
-            fits.append([fit["name"], f"{strain:g}", f"{exponent:.2f} ± {error:.2f}", fit.get("expected", "")])
+            law = power_law([p for p in points if not math.isnan(p[1])])
+            fits.append([fit["name"], f"{strain:g}", f"{law[0]:.2f} ± {law[1]:.2f}" if law else "fewer than two places", fit.get("expected", "")])
     if fits:
         head_f = ["power law", "axial strain", "exponent (standard error)", "expected"]
         text += "\n" + text_table(head_f, fits)

@@ -35,8 +35,12 @@ Probes::Probes(const std::string& directory, const BvpScene& scene, const fem::P
     if ((probe.frames || probe.grading) && points.rve_of[point] == SIZE_MAX)
       throw InputError(fmt::format("{}: probe \"{}\" lies in an elastic region, which has no grains to show", scene.file, probe.name));
     probes_.push_back({&probe, point, {}});
-    if (probe.frames && scene.frames > 0) std::filesystem::create_directories(std::filesystem::path(directory) / ("grains_" + probe.name));
   }
+}
+
+void Probes::make_folders() const {
+  for (const Found& f : probes_)
+    if (f.probe->frames) std::filesystem::create_directories(std::filesystem::path(directory_) / ("grains_" + f.probe->name));
 }
 
 std::vector<std::string> Probes::columns() const {

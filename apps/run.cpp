@@ -51,6 +51,7 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
       ->take_all()
       ->allow_extra_args(false);
   cli.add_flag("--check", options.check, "validate, print the derived set-up, stop");
+  cli.add_flag("--columns", options.columns, "validate, print the names of the columns of history.csv, stop");
   cli.add_flag("--resume", options.resume, "go on from checkpoint.h5 in DIR");
   cli.add_flag("--quiet", options.quiet, "print errors only");
   cli.add_flag("--force", options.force, "allow a results folder that is not empty");

@@ -14,7 +14,7 @@ struct Options {
   std::string scene, directory;
   std::vector<std::string> overrides;
   int threads = 0;  // 0: all cores given
-  bool check = false, quiet = false, force = false, resume = false;
+  bool check = false, columns = false, quiet = false, force = false, resume = false;
 };
 
 inline constexpr int finished = 0, failed = 1, refused = 2, unstable = 3, interrupted = 130;

@@ -115,7 +115,7 @@ void read_model(Table& scene, dem::Model& model) {
     n.estimate_every = static_cast<int>(t->integer_or("estimate_every", n.estimate_every, 1, 1000000));
     n.fracture_every = static_cast<int>(t->integer_or("fracture_every", n.fracture_every, 1, 100000));
     n.max_energy_error = t->number_or("max_energy_error", n.max_energy_error, dimension::none, positive);
-    n.max_overlap = t->number_or("max_overlap", n.max_overlap, dimension::none, {0, 10, true});
+    n.max_overlap = t->number_or("max_overlap", model.overlap_limit(), dimension::none, {0, 10, true});
     t->finish();
   }
 }

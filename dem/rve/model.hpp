@@ -32,7 +32,7 @@ struct Numerics {
   int estimate_every = 50;      // steps between estimates of the critical step
   int fracture_every = 10;      // steps between tests of the fracture criteria
   double max_energy_error = 0.05;
-  double max_overlap = 0.2;     // of the smaller equivalent radius
+  std::optional<double> max_overlap;  // of the smaller equivalent radius; see overlap_limit
 };
 
 struct Model {
@@ -44,6 +44,10 @@ struct Model {
   Numerics numerics;
   std::uint64_t seed = 1;
   bool split_statistics = false;
+
+  /// Contacts deeper than this end a run: 0.2, far beyond Hertz's range; 2 where grains break: small fragments that may not break
+  /// again are pressed into their neighbours, up to 1.25 of their radius at 45 % of strain (docs/studies).
+  double overlap_limit() const { return numerics.max_overlap.value_or(breakable() ? 2 : 0.2); }
 
   bool reshapes() const {
     for (const auto& m : materials)

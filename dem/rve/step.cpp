@@ -291,13 +291,13 @@ void check_sanity(const Model& model, const State& state) {
   if (!std::isfinite(stored))
     throw Unstable(fmt::format("energy is not finite at t = {:.6g} s (step {}): lower numerics.safety", state.time, state.steps));
   const DeepestContact deepest = deepest_contact(state.grains, state.contacts);
-  if (deepest.ratio > model.numerics.max_overlap) {
+  if (deepest.ratio > model.overlap_limit()) {
     const Pair& p = state.contacts.pair[deepest.pair];
     const bool wall = deepest.pair >= state.contacts.begin[sphere_wall];
     throw Unstable(fmt::format("overlap of grain {} and {} {} is {:.0f} % of a radius at t = {:.6g} s (limit {:.0f} %): stiffen the "
                                "material, load less, or raise numerics.max_overlap",
                                state.grains.id[p.a], wall ? "wall" : "grain", wall ? p.b : state.grains.id[p.b], 100 * deepest.ratio,
-                               state.time, 100 * model.numerics.max_overlap));
+                               state.time, 100 * model.overlap_limit()));
   }
   const double error = energy_error(state.ledger, stored);
   if (std::abs(error) > model.numerics.max_energy_error)

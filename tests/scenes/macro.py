@@ -55,7 +55,7 @@ def problems(tmp):
 
 def resume(tmp):
     """Killed and interrupted at any moment, then resumed with other threads and ranks: the same history."""
-    block = [os.path.join(shipped, "oedometer_block.toml"), "mesh.box.cells=[1,1,2]", "rve.variants=2", "boundary.0.displacement=['free','free',-5e-4]", "solve.increments=5",
+    block = [os.path.join(shipped, "oedometer_block.toml"), "mesh.box.cells=[1,1,2]", "rve.variants=2", "boundary.0.displacement=['free','free',-3e-4]", "solve.increments=5",
              "rve.adaptivity.share=1e-3", "rve.adaptivity.error=0.02", "rve.adaptivity.elastic=0.02", "rve.tangent=quasi-newton", "output.frames=3", "output.checkpoint_interval=1e-3"]
     impact = [os.path.join(here, "macro", "impact.toml"), "output.checkpoint_interval=1e-3"]
     for name, (scene, *changes) in {"block": block, "impact": impact}.items():

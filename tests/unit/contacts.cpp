@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-#include <algorithm>
+#include <sys/resource.h>
 
+#include <algorithm>
+#include <atomic>
+#include <fstream>
+
+#include "dem/base/error.hpp"
 #include "dem/base/parallel.hpp"
 #include "dem/contact/broad_phase.hpp"
 #include "dem/fracture/break_plane.hpp"
@@ -131,4 +136,46 @@ TEST_CASE("columns share their length after splits and appends") {
   g.strength.assign(5, 1), g.generation.assign(5, 0);
   set_grain(g, 5, {.shape = PolyEllipsoid::sphere(1), .density = 1});
   for_each_column(g, [&](auto& column) { CHECK((column.empty() || column.size() == 6)); });
+}
+
+TEST_CASE("sizes that differ by any factor are searched, and a cell that is too small is refused before a run, unstable in it") {
+  Team team(1);
+  Grains g;
+  const double sizes[] = {1e-3, 1e20, 2e-3};
+  for (std::size_t i = 0; i < 3; ++i) set_grain(g, i, {.shape = PolyEllipsoid::sphere(sizes[i]), .position = Vec3(3e-3 * static_cast<double>(i), 0, 0), .density = 1e-3});
+  Candidates found;
+  find_candidates(g, {}, 1e-4, found, team);
+  CHECK(found.pair.size() == 2);  // the giant holds both of the others, which are 2e-3 + 1e-3 apart from touching
+  Cell cell;
+  cell.vectors = Mat3::Identity();
+  Grains one;
+  set_grain(one, 0, {.shape = PolyEllipsoid::sphere(0.49), .position = Vec3::Zero(), .density = 1});
+  CHECK_NOTHROW(refuse_small_cell(one, cell, 0.01));
+  CHECK_NOTHROW(find_candidates(one, cell, 0.01, found, team));
+  CHECK_THROWS_AS(refuse_small_cell(one, cell, 0.03), InputError);
+  CHECK_THROWS_AS(find_candidates(one, cell, 0.03, found, team), Unstable);
+}
+
+TEST_CASE("threads that cannot be had are one error, and the others go home") {
+  // Address space for a handful of stacks only.
+  rlimit before{};
+  getrlimit(RLIMIT_AS, &before);
+  rlimit tight = before;
+  std::ifstream statm("/proc/self/statm");
+  std::size_t pages = 0;
+  statm >> pages;
+  tight.rlim_cur = pages * 4096 + (std::size_t{100} << 20);
+  REQUIRE(setrlimit(RLIMIT_AS, &tight) == 0);
+  std::string said;
+  try {
+    Team many(500);
+  } catch (const std::runtime_error& e) {
+    said = e.what();
+  }
+  setrlimit(RLIMIT_AS, &before);
+  CHECK(said.find("cannot start 500 threads") != std::string::npos);
+  Team two(2);
+  std::size_t sum = 0;
+  two.blocks(1000, [&](std::size_t b, std::size_t e) { std::atomic_ref(sum) += e - b; });
+  CHECK(sum == 1000);
 }

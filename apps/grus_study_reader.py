@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Reads a study: cases, settings, references, and what is asked of each run."""
+import csv
+import hashlib
+import json
+import os
+import tomllib
+
+import grus_precision as precision
+import grus_study_schema as schema
+
+
+class Refused(Exception):
+    pass
+
+
+def toml_value(v):
+    """A value as --set takes it."""
+    if isinstance(v, bool):
+        return "true" if v else "false"
+    if isinstance(v, str):
+        return json.dumps(v) if v else ""
+    if isinstance(v, dict):
+        return "{" + ", ".join(f"{k} = {toml_value(x)}" for k, x in v.items()) + "}"
+    if isinstance(v, list):
+        return "[" + ", ".join(map(toml_value, v)) + "]"
+    return repr(v)
+
+
+def read_study(path):
+    try:
+        with open(path, "rb") as f:
+            study = tomllib.load(f)
+    except OSError as e:
+        raise Refused(f"{path}: {e.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as e:
+        raise Refused(f"{path}: {e}") from None
+    fault = schema.fault(study)
+    if fault:
+        raise Refused(f"{path}: {fault}")
+    common = study.get("study", {})
+    folder = os.path.dirname(os.path.abspath(path))
+    cases = []
+    for c in study.get("case", []):
+        where = f"{path}: case {c['name']}"
+        cases.append({"name": c["name"], "label": c.get("label", c["name"]), **scene_of(where, c.get("scene", common.get("scene")), folder),
+                      "set": {**common.get("set", {}), **c.get("set", {})}, "seeds": c.get("seeds", common.get("seeds", [None]))})
+    entries = [e for k, p in enumerate(study.get("precision", [])) for e in read_precision(path, k, p, common, folder)]
+    if not cases and not entries:
+        raise Refused(f"{path}: needs at least one [[case]] or [[precision]]")
+    names = [c["name"] for c in cases]
+    if len(set(names)) < len(names):
+        raise Refused(f"{path}: two cases share a name")
+    for t in study.get("check", []):
+        if ("greater" in t) == ("case" in t or "cases" in t):
+            raise Refused(f"{path}: check '{t['claim']}': needs either greater, or case or cases")
+        if "greater" not in t and not ("below" in t or "between" in t or ("near" in t and "tolerance" in t)):
+            raise Refused(f"{path}: check '{t['claim']}': needs near with tolerance, between or below")
+    for t in study.get("plot", []):
+        if t.get("kind") != "grading" and "y" not in t:
+            raise Refused(f"{path}: plot '{t['name']}': needs 'y'")
+    for kind in ("plot", "check", "table", "fit"):
+        for t in study.get(kind, []):
+            used = list(t.get("cases", [])) + ([t["reference"]] if "reference" in t else []) + list(t.get("greater", []))
+            for name in used + ([t["case"]] if "case" in t else []):
+                if name not in names:
+                    raise Refused(f"{path}: {kind} '{t.get('name', t.get('claim', '?'))}': no case is called '{name}'")
+    study["precision"] = entries
+    return study, common, cases
+
+
+def scene_of(where, scene, folder):
+    """The scene's file, the one that it takes its cells from, and the program: grus-bvp for scenes with a mesh."""
+    if not scene:
+        raise Refused(f"{where}: needs a scene, its own or that of [study]")
+    scene = os.path.normpath(os.path.join(folder, scene))
+    if not os.path.isfile(scene):
+        raise Refused(f"{where}: no such scene file {scene}")
+    try:
+        with open(scene, "rb") as f:
+            table = tomllib.load(f)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as e:
+        raise Refused(f"{where}: {scene}: {e}") from None
+    rve = table.get("rve")
+    named = rve.get("scene", "") if isinstance(rve, dict) else ""
+    inner = os.path.join(os.path.dirname(scene), named if isinstance(named, str) else "")
+    return {"scene": scene, "inner": inner if os.path.isfile(inner) else None, "program": "grus-bvp" if "mesh" in table else "grus-rve"}
+
+
+def read_precision(path, k, table, common, folder):
+    """Entries of one [[precision]]: one for each position of `at`. Each carries its cases: the settings, then the reference."""
+    where = f"{path}: precision {table.get('name', k)}"
+    how = table.get("measure", "at")
+    if how == "at" and "at" not in table:
+        raise Refused(f"{where}: needs 'at', or a measure (peak, last, area)")
+    reference = table.get("reference", "finest")
+    if isinstance(reference, str) and reference != "finest":
+        raise Refused(f"{where}: reference: \"finest\", a number, a table of settings, or {{ file = \"...\" }}")
+    if isinstance(reference, dict) and "file" in reference:
+        try:
+            precision.known_reference({**table, "at": 0.0}, folder)
+        except (OSError, TypeError) as e:
+            raise Refused(f"{where}: reference: cannot read {reference['file']!r}: {e}") from None
+        except (ValueError, KeyError, IndexError, csv.Error) as e:
+            raise Refused(f"{where}: reference: {reference['file']}: not a table with the columns asked for ({e})") from None
+    base = {**scene_of(where, table.get("scene", common.get("scene")), folder), "seeds": table.get("seeds", common.get("seeds", [None]))}
+    fixed = {**common.get("set", {}), **table.get("set", {})}
+    reference = precision.reference_settings(table)
+    rows = [s for s in precision.settings(table) if s != reference]
+    if not rows:
+        raise Refused(f"{where}: nothing to compare with the reference")
+
+    def case(settings):
+        whole = {**fixed, **settings}
+        name = hashlib.sha256(json.dumps([base["scene"], whole], sort_keys=True).encode()).hexdigest()[:12]
+        return {"name": name, "label": ", ".join(f"{key}={v}" for key, v in settings.items()), **base, "set": whole}
+
+    table = {**table, "folder": folder, "rows": [(s, case(s)) for s in rows], "reference_case": case(reference) if reference is not None else None}
+    if how != "at" or not isinstance(table["at"], list):
+        return [table]
+    return [{**table, "at": at, "name": f"{table['name']}, at {at:g}"} for at in table["at"]]
+
+
+def wanted(study, common, cases):
+    """What is asked of each case: name -> (columns of history.csv, dotted keys of summary.json)."""
+    asked = {c["name"]: (set(), set()) for c in cases}
+
+    def ask(name, quantity, over_strain):
+        columns, keys = asked[name]
+        if "." in quantity:
+            keys.add(quantity)
+        else:
+            columns.update([quantity] + (["axial_strain"] if over_strain else []))
+
+    for c in cases:
+        for q in common.get("quantities", ["axial_stress_Pa"]):
+            ask(c["name"], q, True)
+    for p in study.get("plot", []):
+        for name in p["cases"]:
+            for q in [p[k] for k in ("x", "y") if k in p]:
+                ask(name, q, "x" not in p)
+    for t in study.get("table", []):
+        for name in t["cases"] + [t["reference"]]:
+            for q in ("axial_stress_Pa", "breakages", "time_step_s"):
+                ask(name, q, True)
+    for f in study.get("fit", []):
+        for name in f["cases"]:
+            ask(name, f["quantity"], True)
+            ask(name, f["x"], True)
+    for t in study.get("check", []):
+        for name in t.get("greater", t.get("cases", [t.get("case")])):
+            ask(name, t.get("quantity", "axial_stress_Pa"), True)
+    for e in study["precision"]:
+        for c in [row[1] for row in e["rows"]] + ([e["reference_case"]] if e["reference_case"] else []):
+            columns, keys = asked.setdefault(c["name"], (set(), set()))
+            columns.add(e["quantity"])
+            if e.get("measure", "at") in ("at", "area"):
+                columns.add(e.get("over", "axial_strain"))
+    return asked
