@@ -70,11 +70,23 @@ struct Setup {
   std::vector<dem::State> states;  // of the variants in use
 };
 
+std::string checkpoint_of(const Options& options) { return options.directory + "/checkpoint.h5"; }
+
+/// The checkpoint of a run of this scene; refuses any other.
+dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene) {
+  const std::string path = checkpoint_of(options);
+  dem::Checkpoint kept = dem::read_checkpoint(path);
+  const auto about = nlohmann::json::parse(kept.about, nullptr, false);
+  if (about.is_discarded() || about.value("program", "") != "grus-bvp" || kept.parts.size() < 2 + scene.regions.size()) throw InputError(path + ": not a checkpoint of grus-bvp");
+  if (about["scene"] != scene.record) throw InputError(path + ": checkpoint of another scene or other settings; give the same file and --set");
+  return kept;
+}
+
 /// The macro problem with its materials; on rank 0.
 class Run {
 public:
-  Run(const BvpScene& scene, const Options& options, Setup setup, coupling::RveFarm* farm)
-      : scene_(scene), options_(options), setup_(std::move(setup)) {
+  Run(const BvpScene& scene, const Options& options, Setup setup, dem::Checkpoint kept, coupling::RveFarm* farm)
+      : scene_(scene), options_(options), setup_(std::move(setup)), kept_(std::move(kept)) {
     std::vector<fem::Material> parts;
     if (farm) {
       rves_.emplace(*farm, setup_.states, setup_.points.variant, scene.rve);
@@ -106,10 +118,12 @@ public:
     BvpEnding ending;
     ending.preparation = ready;
     double time = 0, saved = clock.wall();
+    bool told = false;
     std::uint64_t sweeps = 0;
     const auto respond = material_->respond;
     material_->respond = [&](const fem::Points& p) {
       if (p.duration == 0 || sweeps % 64 == 0) progress.show(time / scene_.end_time(), output_->line(sweeps));
+      if (p.duration == 0 && interruption_asked() && !told) progress.note("  interrupted: ends with this increment, which --resume would have to begin anew; once more ends at once"), told = true;
       ++sweeps;
       return respond(p);
     };
@@ -127,8 +141,15 @@ public:
     std::string failure;
     if (scene_.dynamics) {
       fem::allocate_dynamics(*setup_.problem);
-      const fem::DynamicsReport start = options_.resume ? resume_dynamics() : fem::DynamicsReport{};
-      const auto result = fem::solve_dynamics(*setup_.problem, *material_, density_, *scene_.dynamics, [&](const fem::DynamicsReport& r) { return after(r, r.time); }, start);
+      fem::DynamicsOptions with = *scene_.dynamics;
+      with.stop = [&] { return interruption_asked() || clock.wall() - saved > scene_.checkpoint_interval; };
+      fem::DynamicsResult result;
+      for (result.last = options_.resume ? resume_dynamics() : fem::DynamicsReport{};;) {
+        result = fem::solve_dynamics(*setup_.problem, *material_, density_, with, [&](const fem::DynamicsReport& r) { return after(r, r.time); }, result.last);
+        if (!result.stopped || stop) break;
+        save(result.last, elapsed_ + clock.wall() - ready), saved = clock.wall();  // between two rows
+        if ((stop = interruption_asked())) break;
+      }
       complete = result.finished, failure = result.failure, ending.time = result.last.time;
     } else {
       const fem::StaticsStart start = options_.resume ? resume_statics() : fem::StaticsStart{};
@@ -146,7 +167,7 @@ public:
   void finish(const BvpEnding& ending) { output_->finish(ending, options_); }
 
 private:
-  std::string path() const { return options_.directory + "/checkpoint.h5"; }
+  std::string path() const { return checkpoint_of(options_); }
 
   void write(nlohmann::json about, double wall) {
     about["program"] = "grus-bvp";
@@ -174,10 +195,8 @@ private:
   static double unhex(const nlohmann::json& v) { return std::strtod(v.get<std::string>().c_str(), nullptr); }
 
   nlohmann::json resume() {
-    dem::Checkpoint kept = dem::read_checkpoint(path());
-    const auto about = nlohmann::json::parse(kept.about, nullptr, false);
-    if (about.is_discarded() || about.value("program", "") != "grus-bvp" || kept.parts.size() < 2 + regions_.size()) throw InputError(path() + ": not a checkpoint of grus-bvp");
-    if (about["scene"] != scene_.record) throw InputError(path() + ": checkpoint of another scene or other settings; give the same file and --set");
+    dem::Checkpoint kept = std::move(kept_);
+    const auto about = nlohmann::json::parse(kept.about);
     auto unpack = [](const std::string& bytes) {
       std::vector<double> v(bytes.size() / sizeof(double));
       std::memcpy(v.data(), bytes.data(), v.size() * sizeof(double));
@@ -212,6 +231,7 @@ private:
   const BvpScene& scene_;
   const Options& options_;
   Setup setup_;
+  dem::Checkpoint kept_;  // to go on from; of a resumed run
   std::optional<coupling::RveMaterial> rves_;
   std::vector<fem::Material> regions_;
   std::optional<fem::Material> material_;
@@ -243,6 +263,7 @@ int run(const Options& given, const fem::Session& session) {
   const bool leads = session.rank() == 0;
   BvpScene scene;
   Setup setup;
+  dem::Checkpoint kept;
   together(session, [&] { scene = read_bvp_scene(options.scene, options.overrides); });
   std::vector<std::size_t> used;
   together(session, [&] {
@@ -258,6 +279,7 @@ int run(const Options& given, const fem::Session& session) {
     }
     if (!options.quiet) print_setup(scene, setup, options, session.ranks());
     if (!options.check) check_folder(options);
+    if (options.resume) kept = find_checkpoint(options, scene);
     if (options.check && used.size() > 1) used.resize(1);
   });
   if (options.columns) return finished;
@@ -297,7 +319,7 @@ int run(const Options& given, const fem::Session& session) {
     try {  // the farm first: from then on the other ranks serve, and hear when it is gone
       if (scene.has_rve) farm.emplace(MPI_COMM_WORLD, model, scene.rve.response, options.threads);
       if (farm && scene.costs) farm->record_costs();
-      work.emplace(scene, options, std::move(setup), farm ? &*farm : nullptr);
+      work.emplace(scene, options, std::move(setup), std::move(kept), farm ? &*farm : nullptr);
       ending = work->go(ready, clock);
       ending.ranks = session.ranks();
       ending.migrated = farm ? farm->moved() : 0;

@@ -31,6 +31,10 @@ def key_of(case, seed, seed_key, program):
     return hashlib.sha256(scene + json.dumps([case["set"], seed, seed_key, binary], sort_keys=True).encode()).hexdigest()
 
 
+class Lacking(Exception):
+    """Something that is asked for and that no run has."""
+
+
 class Runner:
     """Runs cases; `asked` tells what columns and keys each must have (grus_study_reader.wanted)."""
 
@@ -57,7 +61,9 @@ class Runner:
         return f"{case['label']}: history.csv will have no column '{missing[0]}'" if missing else None
 
     def lacking(self, case, folder):
-        """A key of summary.json that is asked of a case and is not there."""
+        """A key of summary.json that is asked of a case and is not there; a run that was stopped may have none."""
+        if read_run(folder)["summary"].get("status") != 0:
+            return None
         for key in sorted(self.asked[case["name"]][1]):
             try:
                 value = read_run(folder)["summary"]
@@ -116,7 +122,7 @@ def run_all(runner, cases, workers, quiet):
                     lacking = runner.lacking(case, runner.folder(case, seed))
                     if lacking:  # the first run tells: no need to wait for the others
                         runner.stop()
-                        raise Refused(f"{case['label']}: {lacking}")
+                        raise Lacking(f"{case['label']}: {lacking}; what has run is kept")
                 if failure:
                     failures.append((case, seed, failure))
                 if not quiet:
@@ -209,6 +215,9 @@ def main():
     except (Refused, InUse) as e:
         print(one_line(f"grus-study: {e}"), file=sys.stderr)
         return 2
+    except Lacking as e:
+        print(one_line(f"grus-study: {args.scene}: {e}"), file=sys.stderr)
+        return 1
     except Exception as e:  # one line for the user; the whole story for who asks
         if os.environ.get("GRUS_DEBUG"):
             raise

@@ -20,7 +20,7 @@ def of_summary(run, path):
     value = run["summary"]
     for key in path.split("."):
         value = value[key]
-    return float(value)
+    return math.nan if value is None else float(value)
 
 
 def values(runs, quantity, strain=None):

@@ -124,6 +124,7 @@ void Progress::show(double done, const std::string& text) {
 }
 
 bool Progress::watch(double done, const std::string& what) {
+  if (what != stage_) stage_ = what, last_shown_ = last_part_ = first_part_ = -1;
   show(done, what);
   return !interruption_asked();
 }

@@ -49,12 +49,13 @@ public:
   void finish(const std::string& text);
   /// A line that stays, above the live one.
   void note(const std::string& text);
-  /// Shows the part of some work that is done, and hears interruptions: what a dem::Watch is to do.
+  /// Shows the part of a stage of the work that is done, and hears interruptions: what a dem::Watch is to do.
   bool watch(double done, const std::string& what);
 
 private:
   bool quiet_, terminal_;
   Clock clock_;
+  std::string stage_;
   double last_shown_ = -1, last_part_ = -1, first_shown_ = 0, first_part_ = -1;
 };
 

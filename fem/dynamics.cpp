@@ -205,6 +205,8 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
     if (now.time >= due * (1 - 1e-12) || now.time >= o.duration * (1 - 1e-12)) {
       due = next_report();
       if (!observer(now)) return result.stopped = true, result;
+    } else if (o.stop && o.stop()) {
+      return result.stopped = true, result;
     }
   }
   result.finished = true;

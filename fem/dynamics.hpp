@@ -15,6 +15,7 @@ struct DynamicsOptions {
   int estimate_every = 50;          // steps between estimates of the stable step (and tangents of the material)
   double output_interval = 0;       // s between reports
   double max_energy_error = 0.1;    // beyond it the run has become unstable
+  std::function<bool()> stop;       // asked after every step; true: the run ends there, to be gone on with; empty: never
 };
 
 /// Energies since the start (J). Internal is the work of the stresses on the deformation; viscous that of the bulk
@@ -33,7 +34,7 @@ struct DynamicsReport {
 };
 
 struct DynamicsResult {
-  bool finished = false, stopped = false;  // stopped by the observer
+  bool finished = false, stopped = false;  // stopped by the observer, or between two of its calls
   DynamicsReport last;
   std::string failure;
 };

@@ -42,7 +42,7 @@ public:
       else if (word == "$Nodes") version_ < 4 ? nodes2() : nodes4();
       else if (word == "$Elements") version_ < 4 ? elements2() : elements4();
       else if (word.size() > 1 && word[0] == '$') skip();
-      else fail("expected a section that begins with $: not an ASCII Gmsh file, or damaged");
+      else section_.clear(), fail("expected a section that begins with $: not an ASCII Gmsh file, or damaged");
     }
     section_.clear();
     return mesh();

@@ -94,7 +94,7 @@ void read_probe(Table p, BvpScene& scene) {
 void read_output(Table o, BvpScene& scene) {
   scene.frames = static_cast<int>(o.integer_or("frames", 0, 0, 100000));
   scene.costs = o.flag_or("costs", false);
-  if (o.has("checkpoint_interval")) scene.checkpoint_interval = o.number("checkpoint_interval", dimension::time, positive);
+  scene.checkpoint_interval = o.number_or("checkpoint_interval", scene.checkpoint_interval, dimension::time, positive);
   if (scene.dynamics) {
     scene.dynamics->output_interval = o.number_or("history_interval", scene.dynamics->duration / 200, dimension::time, positive);
     if (scene.dynamics->duration / scene.dynamics->output_interval > 1e6) o.fail("history_interval", "more than a million rows; ask for fewer");

@@ -111,7 +111,7 @@ void read_output(Table& t, RveScene& scene) {
   if (std::max(out.frames, out.gradings) > rows)
     scene.notes.push_back(fmt::format("output: {} {} are asked for, but one is written with a row of history.csv at most, of which there are {:.0f}; shorten history_interval for more",
                                       std::max(out.frames, out.gradings), out.frames > rows ? "frames" : "gradings", rows));
-  if (o->has("checkpoint_interval")) out.checkpoint_interval = o->number("checkpoint_interval", dimension::time, positive);
+  out.checkpoint_interval = o->number_or("checkpoint_interval", out.checkpoint_interval, dimension::time, positive);
   o->finish();
 }
 
