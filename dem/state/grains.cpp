@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/state/grains.hpp"
 
-#include <cstring>
-
 namespace grus::dem {
 
 void set_grain(Grains& g, std::size_t i, const GrainSpec& spec) {
@@ -102,20 +100,15 @@ Vec3 angular_momentum(const Grains& g) {
 }
 
 std::uint64_t hash(const Grains& g) {
+  static_assert(sizeof(Motion) == 96 && sizeof(Inertia) == 56 && sizeof(PolyEllipsoid) == 48 && sizeof(Frame) == 96 && sizeof(Vec3) == 24 && sizeof(Quat) == 32);  // no padding
   std::uint64_t h = 0xcbf29ce484222325ULL;
-  auto add = [&](const double* v, std::size_t n) {
-    for (std::size_t k = 0; k < n; ++k) {
-      std::uint64_t bits;
-      std::memcpy(&bits, v + k, sizeof bits);
-      h = (h ^ bits) * 0x100000001b3ULL;
-    }
+  auto add = [&](const void* data, std::size_t n) {
+    for (std::size_t k = 0; k < n; ++k) h = (h ^ static_cast<const unsigned char*>(data)[k]) * 0x100000001b3ULL;
   };
-  for (std::size_t i = 0; i < g.size(); ++i) {  // field by field: padding bytes are not state
-    add(g.motion[i].position.data(), 3), add(g.motion[i].velocity.data(), 3), add(g.angular_momentum[i].data(), 3);
-    add(g.orientation[i].coeffs().data(), 4), add(g.force[i].data(), 3), add(g.torque[i].data(), 3);
-    add(g.shape[i].plus.data(), 3), add(g.shape[i].minus.data(), 3), add(&g.mass[i], 1);
-    h = (h ^ g.id[i]) * 0x100000001b3ULL;
-  }
+  for_each_column(g, [&](const auto& column) {
+    if (!column.empty()) add(column.data(), column.size() * sizeof(column[0]));
+  });
+  add(&g.next_id, sizeof g.next_id);
   return h;
 }
 

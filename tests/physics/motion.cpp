@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Free rotation, isolated systems, the critical step, lattices.
+#include <algorithm>
+#include <cstdio>
+
+#include "dem/base/error.hpp"
 #include "dem/contact/forces.hpp"
 #include "dem/motion/critical_step.hpp"
 #include "dem/packing/packing.hpp"
@@ -211,4 +215,42 @@ TEST_CASE("packings have the density asked for, no overlap beyond the bound, and
   CHECK(1000 * 2.65 * 4 * pi / 3 * std::pow(0.3, 3) / (hcp.box.prod() * 1e9) == Approx(1.7427).epsilon(1e-3));
   const Packing sc = simple_cubic(3e-4, {10, 10, 10});
   CHECK(1000 * 2.65 * 4 * pi / 3 * std::pow(0.3, 3) / (sc.box.prod() * 1e9) == Approx(1.3875).epsilon(1e-3));
+}
+
+TEST_CASE("dense packings: the densest of a wide grading, the same with any threads, refused with the density reached, stopped when asked") {
+  const RadiusDistribution wide{"uniform", 2.5e-4, 0, 1e-4, 4e-4};
+  const Vec3 box = Vec3::Constant(3.6e-3);
+  Team one(1), two(2);
+  const Packing p = random_packing(box, wide, 0.66, 0, true, 3, two, {});
+  double solid = 0, worst = 0;
+  for (const auto& s : p.spheres) solid += 4 * pi / 3 * std::pow(s.radius, 3);
+  CHECK(solid / box.prod() == Approx(0.66).epsilon(1e-9));
+  for (std::size_t i = 0; i < p.spheres.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      Vec3 d = p.spheres[i].position - p.spheres[j].position;
+      for (int k = 0; k < 3; ++k) d[k] -= box[k] * std::nearbyint(d[k] / box[k]);
+      worst = std::max(worst, (p.spheres[i].radius + p.spheres[j].radius - d.norm()) / std::min(p.spheres[i].radius, p.spheres[j].radius));
+    }
+  CHECK(worst < 2e-6);
+  // Radii change places: the grading is what was drawn.
+  std::vector<double> drawn, placed;
+  for (const auto& s : random_packing(std::cbrt(0.66 / 0.5) * box, wide, 0.5, p.spheres.size(), true, 3, one, {}).spheres) drawn.push_back(s.radius);
+  for (const auto& s : p.spheres) placed.push_back(s.radius);
+  std::sort(drawn.begin(), drawn.end()), std::sort(placed.begin(), placed.end());
+  for (std::size_t i = 0; i < drawn.size(); ++i) REQUIRE(placed[i] / drawn[i] == Approx(placed[0] / drawn[0]).epsilon(1e-3));
+  const Packing again = random_packing(box, wide, 0.66, 0, true, 3, one, {});
+  REQUIRE(again.spheres.size() == p.spheres.size());
+  for (std::size_t i = 0; i < p.spheres.size(); ++i) REQUIRE((again.spheres[i].position == p.spheres[i].position && again.spheres[i].radius == p.spheres[i].radius));
+  std::string said;
+  try {
+    random_packing(Vec3::Constant(2e-3), {"constant", 3e-4, 0, 0, 0}, 0.7, 0, true, 1, two, {});
+  } catch (const InputError& e) {
+    said = e.what();
+  }
+  double reached = 0;
+  REQUIRE(std::sscanf(said.c_str(), "0.7: the densest random packing found of these grains in this box is %lf", &reached) == 1);
+  CHECK(reached > 0.6);
+  CHECK(reached < 0.7);
+  CHECK_THROWS_AS(random_packing(box, wide, 0.66, 0, true, 3, two, [](double done) { return done < 0.01; }), Interrupted);
+  CHECK_THROWS_AS(random_packing(Vec3::Constant(6e-4), {"constant", 2.9e-4, 0, 0, 0}, 0.4, 0, true, 1, two, {}), InputError);
 }

@@ -4,13 +4,14 @@
 import csv
 import json
 import os
+import random
 import signal
 import subprocess
 import sys
 import tempfile
 
 import scene_tools
-from scene_tools import faults, here, history, interrupt_when, need, run, shipped, without_wall
+from scene_tools import faults, here, history, interrupt_when, kill_at_random, need, run, shipped, without_wall
 
 case, binaries = sys.argv[1:3]
 bvp = scene_tools.program(binaries, "grus-bvp")
@@ -64,8 +65,10 @@ def resume(tmp):
         need(rows[-1]["breakages"] > 20, f"{name}: {rows[-1]['breakages']} breakages")
         checkpoint = os.path.join(part, "checkpoint.h5")
         command = [bvp, scene, "-o", part, "--quiet", *sets(changes)]
-        p = subprocess.Popen([*command, "--threads", "2"])
-        need(interrupt_when(p, lambda: os.path.exists(checkpoint), signal.SIGKILL), f"{name}: ended before it was killed: {p.returncode}")
+        seed = random.randrange(1 << 30)
+        killed = kill_at_random(lambda k: (["mpirun", "-n", "2"] if k % 2 else []) + [*command, "--threads", str(1 + (k + 1) % 2)] + (["--resume"] if k else []), lambda: os.path.exists(checkpoint), 5,
+                                random.Random(seed))
+        need(killed >= 2, f"{name}: killed {killed} times before the end (seed {seed})")
         p = subprocess.Popen(["mpirun", "-n", "2", *command, "--threads", "1", "--resume"], stdout=subprocess.DEVNULL)
         before = os.path.getmtime(checkpoint)
         interrupt_when(p, lambda: os.path.getmtime(checkpoint) != before, signal.SIGTERM)

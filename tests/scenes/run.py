@@ -5,6 +5,7 @@ import csv
 import glob
 import json
 import os
+import random
 import signal
 import subprocess
 import sys
@@ -12,7 +13,7 @@ import tempfile
 import time
 
 import scene_tools
-from scene_tools import faults, here, history, need, run, shipped, without_wall
+from scene_tools import faults, here, history, kill_at_random, need, run, shipped, without_wall
 
 case, binaries = sys.argv[1:3]
 
@@ -186,18 +187,15 @@ def golden(tmp):
 def resume(tmp):
     """Killed, interrupted and resumed with other threads, a run past hundreds of breakages writes the same bytes."""
     rve, scene = program("grus-rve"), os.path.join(shipped, "shpb_random.toml")
-    settings = [a for s in ("loading.final_strain=0.05", "output.frames=3", "output.gradings=3", "output.grading=true", "output.checkpoint_interval=0.1",
+    settings = [a for s in ("loading.final_strain=0.08", "output.frames=3", "output.gradings=3", "output.grading=true", "output.checkpoint_interval=0.1",
                             "material.sand.fracture.shape_transition.ratio=0.25") for a in ("--set", s)]
     whole, part = os.path.join(tmp, "whole"), os.path.join(tmp, "part")
     need(run(rve, scene, "-o", whole, "--threads", "1", "--quiet", *settings).returncode == 0, "the run itself")
     checkpoint = os.path.join(part, "checkpoint.h5")
     command = [rve, scene, "-o", part, "--quiet", *settings]
-    p = subprocess.Popen([*command, "--threads", "2"])
-    while p.poll() is None and not os.path.exists(checkpoint):
-        time.sleep(0.01)
-    p.kill()  # -9, at whatever moment
-    p.wait()
-    need(os.path.exists(checkpoint), "no checkpoint after kill -9")
+    seed = random.randrange(1 << 30)
+    killed = kill_at_random(lambda k: [*command, "--threads", str(1 + k % 2)] + (["--resume"] if k else []), lambda: os.path.exists(checkpoint), 5, random.Random(seed))
+    need(killed >= 4 and os.path.exists(checkpoint), f"killed {killed} times before the end (seed {seed})")
     p = subprocess.Popen([*command, "--threads", "1", "--resume"])
     time.sleep(0.3)
     p.send_signal(signal.SIGINT)
@@ -205,7 +203,7 @@ def resume(tmp):
     r = run(*command, "--threads", "2", "--resume")
     need(r.returncode == 0, f"resume: exit {r.returncode} {r.stderr}")
     for name in ("history.csv", "grading.csv", "grains.hdf.series"):
-        need(open(os.path.join(whole, name)).read() == open(os.path.join(part, name)).read(), f"{name} differs after kill and resume")
+        need(open(os.path.join(whole, name)).read() == open(os.path.join(part, name)).read(), f"{name} differs after kill and resume (seed {seed})")
     need(float(history(part)[-1]["breakages"]) > 50, "nothing broke")
     r = run(*command, "--resume", "--set", "packing.seed=9")
     need(r.returncode == 2 and "another scene" in r.stderr, f"another scene: {r.stderr!r}")

@@ -1,0 +1,80 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Installs a build, and builds and runs a client of it from an empty folder: check_install.py BUILD full|dem"""
+import os
+import subprocess
+import sys
+import tempfile
+
+build, kind = os.path.abspath(sys.argv[1]), sys.argv[2]
+
+CMAKE = """cmake_minimum_required(VERSION 3.25)
+project(client LANGUAGES CXX)
+set(CMAKE_CXX_STANDARD 20)
+find_package(grus REQUIRED)
+add_executable(client main.cpp)
+target_link_libraries(client PRIVATE {target})
+"""
+# Two spheres pushed together by 1 % of a radius: Hertz's force is the closed form.
+DEM = """#include <cstdio>
+#include "dem/io/archive.hpp"
+#include "dem/rve/step.hpp"
+using namespace grus::dem;
+int main() {
+  Model model;
+  Material m;
+  m.youngs_modulus = 60e9, m.poissons_ratio = 0.17;
+  model.materials = {m};
+  make_pair_laws(model);
+  State s;
+  for (int i = 0; i < 2; ++i) set_grain(s.grains, i, {.shape = PolyEllipsoid::sphere(1e-3), .position = Vec3(i * 1.99e-3, 0, 0), .density = 2650});
+  Team team(2);
+  prepare(model, s, team);
+  const State back = state_of(bytes_of(s));
+  std::printf("%.6g\\n", back.grains.force[1].x());
+}
+"""
+MACRO = """#include <cstdio>
+#include "coupling/rve_farm.hpp"
+#include "fem/session.hpp"
+#include "fem/statics.hpp"
+using namespace grus;
+int main() {
+  const fem::Session session;
+  fem::BoundaryCondition low, high;
+  low.name = "low", low.where = [](const fem::Point& x) { return x[2] < 1e-9; }, low.displacement = {0.0, 0.0, 0.0};
+  high.name = "high", high.where = [](const fem::Point& x) { return x[2] > 1 - 1e-9; }, high.displacement = {0.0, 0.0, -1e-3};
+  fem::Problem problem(MPI_COMM_WORLD, fem::BoxMesh{}, {}, {low, high});
+  fem::Material m = fem::elastic_material(problem.owned_points(), 1e9, 0);
+  fem::solve_statics(problem, m, {.increments = 1}, [](const fem::IncrementReport&) { return true; });
+  std::printf("%.6g %zu\\n", problem.reaction(1)[2], coupling::balance({1, 2}, 2).size());
+}
+"""
+
+
+def run(*command, cwd):
+    r = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=600)
+    if r.returncode != 0:
+        sys.exit(f"FAULT {' '.join(command)}: exit {r.returncode}\n{r.stdout[-3000:]}\n{r.stderr[-3000:]}")
+    return r.stdout
+
+
+with tempfile.TemporaryDirectory() as tmp:
+    run("cmake", "--install", build, "--prefix", os.path.join(tmp, "installed"), cwd=tmp)
+    clients = [("grus::dem", DEM, lambda out: abs(float(out) / HERTZ - 1) < 1e-5)]
+    if kind == "full":
+        clients.append(("grus::coupling", MACRO, lambda out: abs(float(out.split()[0]) / -1e6 - 1) < 2e-3 and out.split()[1] == "2"))
+    HERTZ = 4 / 3 * 60e9 / (2 * (1 - 0.17 ** 2)) * (0.5e-3) ** 0.5 * (0.01e-3) ** 1.5
+    for k, (target, text, right) in enumerate(clients):
+        folder = os.path.join(tmp, f"client{k}")
+        os.mkdir(folder)
+        open(os.path.join(folder, "CMakeLists.txt"), "w").write(CMAKE.format(target=target))
+        open(os.path.join(folder, "main.cpp"), "w").write(text)
+        run("cmake", "-S", ".", "-B", "b", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={tmp}/installed", cwd=folder)
+        run("cmake", "--build", "b", cwd=folder)
+        out = run(os.path.join(folder, "b", "client"), cwd=folder)
+        if not right(out):
+            sys.exit(f"FAULT client of {target} says {out!r}")
+    for program in ["grus-rve", "grus-study", "grus-report"] + (["grus-bvp"] if kind == "full" else []):
+        run(os.path.join(tmp, "installed", "bin", program), "--version", cwd=tmp)
+print("install: 0 faults")
