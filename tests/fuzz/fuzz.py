@@ -139,8 +139,9 @@ def prepared(kind, work):
     write("cell.toml", bases.CELL), write("pack.txt", bases.PACKING), write("mesh.msh", bases.MESH)
 
 
-KINDS = ["rve"] * 8 + ["packing"] * 2 + ["study"] * 2 + ["checkpoint"] * 3 + (["bvp"] * 5 + ["cell", "mesh", "mesh", "mesh", "checkpoint_bvp"] if fem else [])
-whole = {}  # checkpoints of runs that ended well
+KINDS = ["rve"] * 9 + ["packing"] * 2 + ["study"] * 2 + ["checkpoint"] * 3 + ["report"] + (["bvp"] * 5 + ["cell", "mesh", "mesh", "mesh", "checkpoint_bvp"] if fem else [])
+whole = {}    # checkpoints of runs that ended well
+results_of = {}  # files of such a run
 
 
 def a_checkpoint(program, scene):
@@ -149,6 +150,9 @@ def a_checkpoint(program, scene):
         out = os.path.join(work, "out")
         r = subprocess.run([os.path.join(binaries, program), scene, "-o", out, "--quiet", "--threads", "1", "--set", "output.checkpoint_interval=\"1e-9 s\""], cwd=work, capture_output=True, text=True)
         assert r.returncode == 0, r.stderr
+        for name in ("history.csv", "summary.json", "grading.csv"):
+            if os.path.exists(os.path.join(out, name)):
+                results_of[name] = open(os.path.join(out, name), "rb").read()
         return open(os.path.join(out, "checkpoint.h5"), "rb").read()
 
 
@@ -175,12 +179,18 @@ def one(number):
         "rve": lambda: (draw.choice([n + ".toml" for n in bases.RVE]), "grus-rve", None), "bvp": lambda: (draw.choice([n + ".toml" for n in bases.BVP]), "grus-bvp", None),
         "cell": lambda: ("cell.toml", "grus-bvp", "block.toml"), "study": lambda: (draw.choice(["study_cases.toml", "study_precision.toml", "two.toml"]), "grus-study", None),
         "packing": lambda: ("pack.txt", "grus-rve", "file.toml"), "mesh": lambda: ("mesh.msh", "grus-bvp", "plate.toml"),
-        "checkpoint": lambda: ("out/checkpoint.h5", "grus-rve", "walls.toml"), "checkpoint_bvp": lambda: ("out/checkpoint.h5", "grus-bvp", "plate.toml")}[kind]()
+        "report": lambda: ("run/" + draw.choice(["history.csv", "history.csv", "summary.json", "grading.csv"]), "grus-report", "run"), "checkpoint": lambda: ("out/checkpoint.h5", "grus-rve", "walls.toml"), "checkpoint_bvp": lambda: ("out/checkpoint.h5", "grus-bvp", "plate.toml")}[kind]()
     scene = scene or ("study_cases.toml" if target == "two.toml" and program == "grus-study" else target)
     path = os.path.join(work, target)
     if kind.startswith("checkpoint"):
         os.mkdir(os.path.join(work, "out"))
         new = mutate_bytes(draw, whole[kind]) if draw.random() < 0.9 else draw.choice([b"", b"\x89HDF\r\n\x1a\n", whole[kind][:len(whole[kind]) // 2]])
+    elif kind == "report":
+        os.mkdir(os.path.join(work, "run"))
+        for name, data in results_of.items():
+            open(os.path.join(work, "run", name), "wb").write(data)
+        data = results_of[os.path.basename(target)]
+        new = mutate_numbers(draw, data) if draw.random() < 0.5 else mutate_bytes(draw, data)
     elif kind in ("packing", "mesh"):
         data = open(path, "rb").read()
         new = mutate_numbers(draw, data) if draw.random() < 0.6 else mutate_bytes(draw, data)
@@ -190,8 +200,9 @@ def one(number):
         new = mutate_gently(draw, data.decode()) if how < 0.35 else mutate_tree(draw, data.decode()) if how < 0.8 else mutate_bytes(draw, data)
     open(path, "wb").write(new)
     command = [os.path.join(binaries, program), scene, "-o", "out"]
-    command += ["--check"] if draw.random() < 0.3 and not kind.startswith("checkpoint") else ["--quiet"]
-    command += ["--threads", draw.choice(["1", "1", "2"])]
+    if kind != "report":
+        command += ["--check"] if draw.random() < 0.3 and not kind.startswith("checkpoint") else ["--quiet"]
+        command += ["--threads", draw.choice(["1", "1", "2"])]
     if kind.startswith("checkpoint"):
         command += ["--resume", "--set", "output.checkpoint_interval=\"1e-9 s\""]
     before, outside = listing(work), listing(outer)
@@ -232,9 +243,9 @@ def one(number):
 
 
 begin = time.time()
-whole["checkpoint"] = a_checkpoint("grus-rve", "walls.toml")
 if fem:
     whole["checkpoint_bvp"] = a_checkpoint("grus-bvp", "plate.toml")
+whole["checkpoint"] = a_checkpoint("grus-rve", "walls.toml")
 with ThreadPoolExecutor(max(2, len(os.sched_getaffinity(0)))) as pool:
     results = list(pool.map(one, range(count)))
 faults = [fault for fault, _ in results if fault]

@@ -6,6 +6,7 @@ import math
 import os
 import resource
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
@@ -187,46 +188,52 @@ def folders(tmp):
     need(r.returncode == 0 and summary(one)["threads"] == 1, "threads do not follow the affinity mask")
 
 
-def interrupted(tmp, name, arguments, after, sent, deadline):
-    """Starts, sends a signal after some seconds; (exit, seconds until it ended, outputs)."""
-    p = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    time.sleep(after)
-    need(p.poll() is None, f"{name}: ended before it could be interrupted")
-    start = time.time()
-    p.send_signal(sent)
-    try:
-        out, err = p.communicate(timeout=deadline)
-    except subprocess.TimeoutExpired:
-        p.kill()
-        out, err = p.communicate()
-        need(False, f"{name}: no end within {deadline} s")
-    return p.returncode, time.time() - start, out, err
+def interrupted(tmp, name, arguments, word, sent, deadline):
+    """Starts, sends a signal half a second after a word has been said, or after that many seconds; (exit, outputs)."""
+    said, errors = os.path.join(tmp, "said"), os.path.join(tmp, "errors")
+    with open(said, "w") as out, open(errors, "w") as err:
+        p = subprocess.Popen(arguments, stdout=out, stderr=err)
+        begin = time.time()
+        while p.poll() is None and time.time() - begin < 120:
+            if word in open(said).read() if isinstance(word, str) else time.time() - begin > word:
+                break
+            time.sleep(0.05)
+        time.sleep(0.5)
+        need(p.poll() is None, f"{name}: ended before it could be interrupted")
+        p.send_signal(sent)
+        try:
+            p.wait(timeout=deadline)
+        except subprocess.TimeoutExpired:
+            p.kill()
+            p.wait()
+            need(False, f"{name}: no end within {deadline} s")
+    return p.returncode, open(said).read(), open(errors).read()
 
 
 def signals(tmp):
     """Interruptions are heard at once: while a sample is packed, while it is prepared, in the middle of a row."""
     large = write(tmp, box(kind="periodic", fraction=0.63, side="40 mm"), "large.toml")
     out = os.path.join(tmp, "large")
-    code, seconds, said, err = interrupted(tmp, "packing", [rve, large, "-o", out], 3, signal.SIGINT, 20)
+    code, said, err = interrupted(tmp, "packing", [rve, large, "-o", out], "packing", signal.SIGINT, 20)
     need(code == 130 and err.count("\n") == 1 and "interrupted" in err and not os.path.exists(out), f"packing: exit {code} {err!r}")
     need("packing" in said and "ETA" in said, f"no progress of the packing: {said!r}")
     r = run(rve, large, "--check", timeout=100)
     need(r.returncode == 0 and "from a piece of" in r.stdout and "run time about" in r.stdout, f"--check of a large sample: {r.stdout!r} {r.stderr!r}")
     prepared = write(tmp, box(kind="periodic", fraction=0.5, side="12 mm", more="[preparation]\npressure = \"1 MPa\"\ninertial_number = 1e-5\n"), "prepared.toml")
-    code, seconds, said, err = interrupted(tmp, "preparation", [rve, prepared, "-o", out], 5, signal.SIGTERM, 20)
+    code, said, err = interrupted(tmp, "preparation", [rve, prepared, "-o", out], "preparation", signal.SIGTERM, 20)
     need(code == 130 and "interrupted" in err and "preparation" in said and not os.path.exists(out), f"preparation: exit {code} {err!r} {said!r}")
     # A row that lasts: stopped in its middle, gone on with, the same bytes. SIGHUP is a request like the others.
     rows = write(tmp, box(fraction=0.52, loading=UNIAXIAL.replace("0.02", "0.3").replace("500.0", "25.0"), more="[numerics]\nmax_overlap = 10.0\n[output]\nhistory_interval = 0.15\n"), "rows.toml")
     whole, part = os.path.join(tmp, "whole"), os.path.join(tmp, "part")
     need(run(rve, rows, "-o", whole, "--quiet", "--threads", "1").returncode == 0, "the whole run")
     for k, sent in enumerate((signal.SIGHUP, signal.SIGTERM)):
-        code, _, _, err = interrupted(tmp, "row", [rve, rows, "-o", part, "--quiet", "--threads", str(2 - k)] + (["--resume"] if k else []), 0.8, sent, 20)
+        code, _, err = interrupted(tmp, "row", [rve, rows, "-o", part, "--quiet", "--threads", str(2 - k)] + (["--resume"] if k else []), 0.3, sent, 20)
         need(code == 130 and os.path.exists(os.path.join(part, "checkpoint.h5")), f"signal {sent}: exit {code} {err!r}")
     need(len(history(part)) < 3, "not stopped within a row")
     r = run(rve, rows, "-o", part, "--quiet", "--resume")
     need(r.returncode == 0 and open(os.path.join(whole, "history.csv")).read() == open(os.path.join(part, "history.csv")).read(), f"history.csv differs after stops within rows: {r.returncode} {r.stderr}")
     spinning = write(tmp, (BALL + FREE).replace("velocity =", "spin = [0, 0, 1e8]\nvelocity =").replace('"2 ms"', '"0.2 s"'), "spin.toml")
-    code, _, said, err = interrupted(tmp, "spin", [rve, spinning, "-o", os.path.join(tmp, "spin")], 2, signal.SIGINT, 20)
+    code, said, err = interrupted(tmp, "spin", [rve, spinning, "-o", os.path.join(tmp, "spin")], "%  t", signal.SIGINT, 20)
     need(code == 130 and "ETA" in said, f"a grain that spins for ever: exit {code} {said[-200:]!r}")
     need(run(rve, write(tmp, BALL + FREE + "[output]\nframes = 0\n"), "-o", os.path.join(tmp, "default"), "--quiet").returncode == 0 and
          summary(os.path.join(tmp, "default"))["scene"]["output"]["checkpoint_interval"] == 300, "checkpoints are not kept every five minutes by default")
@@ -276,9 +283,26 @@ def macro(tmp):
     r = run(bvp, write(tmp, block.replace("frames = 100000", "frames = 1")), "-o", out, "--quiet")
     errors = summary(out)["errors"] if r.returncode == 0 else {}
     need(errors.get("residual_floor") == 1e-3 and 0 <= errors.get("hill_mandel", -1) < 0.2, f"errors: {errors} {r.stderr!r}")
+    # Cells of a frame without grains have no void ratio: NaN (a small data set is stored as it is).
+    half = block.replace("cells = [1, 1, 1]", "cells = [1, 1, 2]").replace("frames = 100000", "frames = 1") + "[[region]]\nwhere = \"z<0.005\"\nmaterial = \"elastic\"\nyoungs_modulus = \"1 GPa\"\npoissons_ratio = 0.2\n"
+    out = os.path.join(tmp, "half")
+    r = run(bvp, write(tmp, half), "-o", out, "--quiet")
+    frame = open(os.path.join(out, "macro", "macro_00000.hdf"), "rb").read() if r.returncode == 0 else b""
+    need(frame.count(struct.pack("<f", math.nan)) == 3, f"void ratio, broken fraction and grains of an elastic cell: {frame.count(struct.pack('<f', math.nan))} NaN {r.stderr}")
+    # Ranks share the cores of the node.
+    out = os.path.join(tmp, "ranks")
+    r = run("mpirun", "-n", "2", bvp, write(tmp, block.replace("frames = 100000", "frames = 0")), "-o", out, "--quiet")
+    need(r.returncode == 0 and summary(out)["threads"] == max(1, len(os.sched_getaffinity(0)) // 2) and summary(out)["ranks"] == 2, f"threads of two ranks: {r.stderr}")
+    # Interrupted while the cells are prepared: heard, nothing made.
+    write(tmp, MATERIAL + CELL.replace("layers = [3, 3, 3]", "layers = [14, 14, 14]").replace("[preparation]", "[preparation]\ninertial_number = 1e-7"), "cell.toml")
+    out = os.path.join(tmp, "slow")
+    code, said, err = interrupted(tmp, "unit cells", [bvp, write(tmp, block), "-o", out], "unit cells", signal.SIGINT, 20)
+    need(code == 130 and "unit cells" in err and err.count("\n") == 1 and not os.path.exists(out), f"interrupted unit cells: exit {code} {err!r}")
+    write(tmp, MATERIAL + CELL, "cell.toml")
     # Increments that are cut are told, but not to who asked for quiet; the hint says more increments, not smaller ones.
     wild = block.replace("-0.02 mm", "-9 mm").replace("increments = 1", "increments = 1\nmax_cutbacks = 1")
     loud, quiet = (run(bvp, write(tmp, wild), "-o", os.path.join(tmp, f"wild{k}"), *more, timeout=300) for k, more in enumerate(((), ("--quiet",))))
+    need("cutback" in loud.stdout, f"a cutback is not told: {loud.stdout!r}")
     need(loud.returncode == quiet.returncode == 3 and "more solve.increments" in quiet.stderr and quiet.stdout == "" and quiet.stderr.count("\n") == 1, f"quiet: {quiet.returncode} {quiet.stdout!r} {quiet.stderr!r}")
 
 
