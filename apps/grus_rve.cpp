@@ -62,7 +62,7 @@ nlohmann::json ledger_json(const dem::State& s, const dem::Measurement& m) {
 void print_setup(const RveScene& scene, const dem::State& s, double grains, double wall_estimate) {
   const dem::Measurement m = dem::measure(scene.model, s);
   const double whole = grains / static_cast<double>(s.grains.size());
-  const std::string piece = whole > 1.05 ? fmt::format("   (from a piece of {} grains)", s.grains.size()) : "";
+  const std::string piece = whole != 1 ? fmt::format("   (from a piece of {} grains)", s.grains.size()) : "";
   fmt::print("{}\n  grains {:.0f}   mean diameter {:.4g} m   solid fraction {:.4f}   bulk density {:.4g} g/cm^3   contacts {:.0f}{}\n", scene.title, grains,
              dem::mean_diameter(s.grains), m.solid_fraction, m.volume > 0 ? dem::total_mass(s.grains) / m.volume / 1000 : 0.0, whole * static_cast<double>(m.contacts), piece);
   const double bytes = whole * (static_cast<double>(s.grains.size()) * 600 + static_cast<double>(s.contacts.size()) * 260);
@@ -126,8 +126,8 @@ dem::State take_up(const dem::Checkpoint& kept, Course& course, History& history
 
 /// --check: what a run would be like, from a piece of the sample where that is large.
 int check(const Options& options, RveScene& scene, dem::Team& team) {
-  const double grains = scene.grains();
-  make_smaller(scene);
+  const double all = scene.grains();
+  const bool piece = make_smaller(scene);
   Progress progress(options.quiet);
   dem::State state = prepare_sample(scene, team, [&](double done, const char* what) { return progress.watch(done, what); });
   dem::begin_loading(scene.model, state, scene.test.loading);
@@ -138,8 +138,8 @@ int check(const Options& options, RveScene& scene, dem::Team& team) {
     dem::update_time_step(scene.model, probe);
     dem::run_steps(scene.model, probe, 2, team);
   }
-  const double whole = scene.model.numerics.time_step > 0 || grains < 1.05 * static_cast<double>(state.grains.size()) ? static_cast<double>(state.grains.size()) : grains;
-  print_setup(scene, state, whole, timer.wall() / 50 * scene.test.duration / probe.dt * whole / static_cast<double>(state.grains.size()));
+  const double grains = piece ? all : static_cast<double>(state.grains.size());
+  print_setup(scene, state, grains, timer.wall() / 50 * scene.test.duration / probe.dt * grains / static_cast<double>(state.grains.size()));
   return finished;
 }
 

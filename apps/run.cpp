@@ -124,8 +124,8 @@ void Progress::show(double done, const std::string& text) {
 }
 
 bool Progress::watch(double done, const std::string& what) {
-  if (what != stage_) stage_ = what, last_shown_ = last_part_ = first_part_ = -1;
-  show(done, what);
+  if (what != stage_) stage_ = what, stage_began_ = clock_.wall(), last_shown_ = last_part_ = first_part_ = -1;
+  if (clock_.wall() - stage_began_ > 1) show(done, what);  // what is done at once needs no line
   return !interruption_asked();
 }
 

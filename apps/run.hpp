@@ -56,7 +56,7 @@ private:
   bool quiet_, terminal_;
   Clock clock_;
   std::string stage_;
-  double last_shown_ = -1, last_part_ = -1, first_shown_ = 0, first_part_ = -1;
+  double stage_began_ = 0, last_shown_ = -1, last_part_ = -1, first_shown_ = 0, first_part_ = -1;
 };
 
 /// A table of numbers kept in memory and written whole, so that a reader never sees half a row.

@@ -150,21 +150,24 @@ void make_sample(RveScene& scene, dem::Team& team, const dem::Watch& watch) {
   scene.pending.reset();
 }
 
-void make_smaller(RveScene& scene) {
+bool make_smaller(RveScene& scene) {
   constexpr double enough = 1000;
   dem::Boundary& boundary = scene.state.boundary;
   const bool box = boundary.cell.periodic() || (!boundary.walls.empty() && !boundary.walls[0].name.empty());
-  if (!scene.pending || !box || scene.pending->grains() <= enough) return;
+  if (!scene.pending || !box || scene.pending->grains() <= 1.5 * enough) return false;
   PendingPacking& p = *scene.pending;
   const double scale = std::max(std::cbrt(enough / p.grains()), 3 * p.radius.mean / p.box.minCoeff());
-  if (scale >= 1) return;
+  if (scale >= 1) return false;
   p.box *= scale, p.count = 0;
   boundary.cell.vectors *= scale;
   for (auto& wall : boundary.walls) wall.point *= scale;
+  return true;
 }
 
 double PendingPacking::grains() const {
-  return count > 0 ? static_cast<double>(count) : solid_fraction * box.prod() / (4 * dem::pi / 3 * std::pow(radius.mean, 3));
+  double cube = std::pow(radius.mean, 3) + 3 * radius.mean * radius.sd * radius.sd;  // mean of r^3, the ends of a normal's tails left out
+  if (radius.kind == "uniform" && radius.max > radius.min) cube = 0.25 * (std::pow(radius.max, 4) - std::pow(radius.min, 4)) / (radius.max - radius.min);
+  return count > 0 ? static_cast<double>(count) : solid_fraction * box.prod() / (4 * dem::pi / 3 * cube);
 }
 
 }  // namespace grus::app
