@@ -137,27 +137,35 @@ public:
       if (stop || clock.wall() - saved > scene_.checkpoint_interval) save(report, elapsed_ + clock.wall() - ready), saved = clock.wall();
       return !stop;
     };
-    bool complete;
+    bool complete = false, broken = false;
     std::string failure;
-    if (scene_.dynamics) {
-      fem::allocate_dynamics(*setup_.problem);
-      fem::DynamicsOptions with = *scene_.dynamics;
-      with.stop = [&] { return interruption_asked() || clock.wall() - saved > scene_.checkpoint_interval; };
-      fem::DynamicsResult result;
-      for (result.last = options_.resume ? resume_dynamics() : fem::DynamicsReport{};;) {
-        result = fem::solve_dynamics(*setup_.problem, *material_, density_, with, [&](const fem::DynamicsReport& r) { return after(r, r.time); }, result.last);
-        if (!result.stopped || stop) break;
-        save(result.last, elapsed_ + clock.wall() - ready), saved = clock.wall();  // between two rows
-        if ((stop = interruption_asked())) break;
+    try {
+      if (scene_.dynamics) {
+        fem::allocate_dynamics(*setup_.problem);
+        fem::DynamicsOptions with = *scene_.dynamics;
+        with.stop = [&] { return interruption_asked() || clock.wall() - saved > scene_.checkpoint_interval; };
+        fem::DynamicsResult result;
+        for (result.last = options_.resume ? resume_dynamics() : fem::DynamicsReport{};;) {
+          result = fem::solve_dynamics(*setup_.problem, *material_, density_, with, [&](const fem::DynamicsReport& r) { return after(r, r.time); }, result.last);
+          if (!result.stopped || stop) break;
+          save(result.last, elapsed_ + clock.wall() - ready), saved = clock.wall();  // between two rows
+          if ((stop = interruption_asked())) break;
+        }
+        complete = result.finished, failure = result.failure, ending.time = result.last.time;
+      } else {
+        const fem::StaticsStart start = options_.resume ? resume_statics() : fem::StaticsStart{};
+        const auto result = fem::solve_statics(*setup_.problem, *material_, work_of_grains_, [&](const fem::IncrementReport& r) { return after(r, r.load_factor); }, start);
+        complete = result.converged, failure = result.failure, ending.time = result.load_factor;
       }
-      complete = result.finished, failure = result.failure, ending.time = result.last.time;
-    } else {
-      const fem::StaticsStart start = options_.resume ? resume_statics() : fem::StaticsStart{};
-      const auto result = fem::solve_statics(*setup_.problem, *material_, work_of_grains_, [&](const fem::IncrementReport& r) { return after(r, r.load_factor); }, start);
-      complete = result.converged, failure = result.failure, ending.time = result.load_factor;
+    } catch (const InputError&) {
+      throw;
+    } catch (const dem::Unstable&) {
+      throw;
+    } catch (const std::exception& e) {  // of the system, such as a full disk: what there is may still be kept
+      broken = true, failure = e.what(), ending.time = time;
     }
-    ending.status = stop ? interrupted : complete ? finished : unstable;
-    ending.text = stop ? "interrupted; --resume goes on from checkpoint.h5" : complete ? "finished" : failure;
+    ending.status = broken ? failed : stop ? interrupted : complete ? finished : unstable;
+    ending.text = stop && !broken ? "interrupted; --resume goes on from checkpoint.h5" : complete ? "finished" : failure;
     ending.wall = clock.wall();
     closing_ = output_->closing(ending);
     progress.finish(closing_);
@@ -323,19 +331,24 @@ int run(const Options& given, const fem::Session& session) {
       ending = work->go(ready, clock);
       ending.ranks = session.ranks();
       ending.migrated = farm ? farm->moved() : 0;
-      work->finish(ending);
-      if (farm && farm->costs()) dem::write_whole(options.directory + "/costs.csv", *farm->costs());
       status = ending.status;
+      try {
+        work->finish(ending);
+        if (farm && farm->costs()) dem::write_whole(options.directory + "/costs.csv", *farm->costs());
+      } catch (const std::exception&) {  // of one fault one line
+        if (status != failed) throw;
+      }
     } catch (const InputError&) {
       error = std::current_exception(), status = refused;
     } catch (const dem::Unstable&) {
       error = std::current_exception(), status = unstable;
     } catch (...) {
-      error = std::current_exception();
+      error = std::current_exception(), status = failed;
     }
     work.reset(), farm.reset();
     MPI_Bcast(&status, 1, MPI_INT, 0, MPI_COMM_WORLD);
     if (error) std::rethrow_exception(error);
+    if (status == failed) fmt::print(stderr, "{}\n", one_line(fmt::format("{}: {}", options.scene, ending.text)));
     if (status == unstable)
       fmt::print(stderr, "{}\n", one_line(fmt::format("{}: {} {:.4g}: {}; {}", options.scene, scene.dynamics ? "time" : "load factor", ending.time, ending.text,
                  scene.dynamics ? "a smaller solve.safety or another unit cell may help" : "more solve.increments, looser rve.unbalanced_force or a larger unit cell may help")));

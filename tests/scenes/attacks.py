@@ -289,6 +289,11 @@ def macro(tmp):
     r = run(bvp, write(tmp, half), "-o", out, "--quiet")
     frame = open(os.path.join(out, "macro", "macro_00000.hdf"), "rb").read() if r.returncode == 0 else b""
     need(frame.count(struct.pack("<f", math.nan)) == 3, f"void ratio, broken fraction and grains of an elastic cell: {frame.count(struct.pack('<f', math.nan))} NaN {r.stderr}")
+    # A full disk: one line, the status told where there is room for it.
+    out = os.path.join(tmp, "full")
+    tight = {"preexec_fn": limited(resource.RLIMIT_FSIZE, 25000), "env": dict(os.environ, PMIX_MCA_gds="hash", OMPI_MCA_btl="self")}  # MPI's own files stay small
+    r = subprocess.run([bvp, write(tmp, half), "-o", out, "--quiet", "--set", "output.checkpoint_interval=1e-9"], capture_output=True, text=True, timeout=60, **tight)
+    need(r.returncode == 1 and "cannot write" in r.stderr and r.stderr.count("\n") == 1 and summary(out)["status"] == 1 and not any(f.endswith(".new") for f in os.listdir(out)), f"full disk: exit {r.returncode} {r.stderr!r}")
     # Ranks share the cores of the node.
     out = os.path.join(tmp, "ranks")
     r = run("mpirun", "-n", "2", bvp, write(tmp, block.replace("frames = 100000", "frames = 0")), "-o", out, "--quiet")
