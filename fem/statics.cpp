@@ -73,7 +73,10 @@ private:
   }
   bool attempt(KSP ksp) {
     check(KSPSetOperators(ksp, a_, a_), "KSPSetOperators");
-    if (KSPSolve(ksp, b_, x_) != 0) return false;
+    check(PetscPushErrorHandler(PetscIgnoreErrorHandler, nullptr), "PetscPushErrorHandler");  // a solve that fails is answered with another
+    const bool failed = KSPSolve(ksp, b_, x_) != 0;
+    check(PetscPopErrorHandler(), "PetscPopErrorHandler");
+    if (failed) return check(KSPReset(ksp), "KSPReset"), false;
     KSPConvergedReason reason;
     check(KSPGetConvergedReason(ksp, &reason), "KSPGetConvergedReason");
     return reason > 0;
@@ -270,7 +273,10 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
         result.failure = "increment " + std::to_string(number + 1) + " failed after " + std::to_string(o.max_cutbacks) + " cutbacks: " + cut_reason;
         return result;
       }
-      size *= o.cut;
+      if ((size *= o.cut) < o.least * asked) {  // creeping up to a load that cannot be carried
+        result.failure = "increment " + std::to_string(number + 1) + " became too small: " + cut_reason;
+        return result;
+      }
       continue;
     }
     ++number;

@@ -15,6 +15,7 @@ struct StaticsOptions {
   int max_cutbacks = 6;           // in a row
   std::vector<std::uint8_t> work_of;  // points whose work the reports tell; empty: all
   double cut = 0.25, grow = 1.5;  // of the increment, never above the one asked for
+  double least = 1e-6;            // of the one asked for: smaller, and the load is not carried
 };
 
 /// After each accepted increment.

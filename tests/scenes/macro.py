@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 
 import scene_tools
 from scene_tools import faults, here, history, interrupt_when, kill_at_random, need, run, shipped, without_wall
@@ -61,13 +62,15 @@ def resume(tmp):
     impact = [os.path.join(here, "macro", "impact.toml"), "output.checkpoint_interval=1e-3"]
     for name, (scene, *changes) in {"block": block, "impact": impact}.items():
         whole, part = os.path.join(tmp, name + "_whole"), os.path.join(tmp, name + "_part")
+        begin = time.time()
         rows = go(scene, whole, *changes, threads="1")
+        within = 0.08 * (time.time() - begin)  # five kills leave time for more
         need(rows[-1]["breakages"] > 20, f"{name}: {rows[-1]['breakages']} breakages")
         checkpoint = os.path.join(part, "checkpoint.h5")
         command = [bvp, scene, "-o", part, "--quiet", *sets(changes)]
         seed = random.randrange(1 << 30)
         killed = kill_at_random(lambda k: (["mpirun", "-n", "2"] if k % 2 else []) + [*command, "--threads", str(1 + (k + 1) % 2)] + (["--resume"] if k else []), lambda: os.path.exists(checkpoint), 5,
-                                random.Random(seed))
+                                random.Random(seed), within)
         need(killed >= 2, f"{name}: killed {killed} times before the end (seed {seed})")
         p = subprocess.Popen(["mpirun", "-n", "2", *command, "--threads", "1", "--resume"], stdout=subprocess.DEVNULL)
         before = os.path.getmtime(checkpoint)

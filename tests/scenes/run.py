@@ -190,11 +190,13 @@ def resume(tmp):
     settings = [a for s in ("loading.final_strain=0.08", "output.frames=3", "output.gradings=3", "output.grading=true", "output.checkpoint_interval=0.1",
                             "material.sand.fracture.shape_transition.ratio=0.25") for a in ("--set", s)]
     whole, part = os.path.join(tmp, "whole"), os.path.join(tmp, "part")
+    begin = time.time()
     need(run(rve, scene, "-o", whole, "--threads", "1", "--quiet", *settings).returncode == 0, "the run itself")
+    within = 0.08 * (time.time() - begin)  # five kills leave time for more
     checkpoint = os.path.join(part, "checkpoint.h5")
     command = [rve, scene, "-o", part, "--quiet", *settings]
     seed = random.randrange(1 << 30)
-    killed = kill_at_random(lambda k: [*command, "--threads", str(1 + k % 2)] + (["--resume"] if k else []), lambda: os.path.exists(checkpoint), 5, random.Random(seed))
+    killed = kill_at_random(lambda k: [*command, "--threads", str(1 + k % 2)] + (["--resume"] if k else []), lambda: os.path.exists(checkpoint), 5, random.Random(seed), within)
     need(killed >= 4 and os.path.exists(checkpoint), f"killed {killed} times before the end (seed {seed})")
     p = subprocess.Popen([*command, "--threads", "1", "--resume"])
     time.sleep(0.3)

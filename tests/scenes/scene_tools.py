@@ -37,15 +37,15 @@ def program(binaries, name):
     return path if os.path.exists(path) else None
 
 
-def kill_at_random(command_of, ready, times, draw):
-    """Starts command_of(k) and kills it, with all that it has started, at a random instant after `ready()`; k = 0, 1, ... How often
-    it was killed before its end."""
+def kill_at_random(command_of, ready, times, draw, within):
+    """Starts command_of(k) and kills it, with all that it has started, at a random instant less than `within` seconds after `ready()`;
+    k = 0, 1, ... How often it was killed before its end."""
     for k in range(times):
         p = subprocess.Popen(command_of(k), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
         begin = time.time()
         while p.poll() is None and not ready() and time.time() - begin < 300:
             time.sleep(0.005)
-        time.sleep(draw.uniform(0, 0.4))
+        time.sleep(draw.uniform(0, within))
         if p.poll() is not None:
             return k
         os.killpg(p.pid, signal.SIGKILL)
