@@ -247,7 +247,7 @@ begin = time.time()
 if fem:
     whole["checkpoint_bvp"] = a_checkpoint("grus-bvp", "plate.toml")
 whole["checkpoint"] = a_checkpoint("grus-rve", "walls.toml")
-with ThreadPoolExecutor(max(2, len(os.sched_getaffinity(0)))) as pool:
+with ThreadPoolExecutor(2 * max(2, len(os.sched_getaffinity(0)))) as pool:  # MPI sleeps more than it works
     results = list(pool.map(one, range(count)))
 faults = [fault for fault, _ in results if fault]
 for fault in faults:
