@@ -55,7 +55,7 @@ nlohmann::json ledger_json(const dem::State& s, const dem::Measurement& m) {
           {"start_J", l.start},       {"friction_J", l.friction},     {"damping_J", l.damping},
           {"fracture_J", l.fracture}, {"split_elastic_J", l.split},   {"fines_kinetic_J", l.fines.kinetic},
           {"fracture_left_in_springs_J", whole}, {"reshape_J", l.reshape},   {"split_added_J", l.split_added}, {"fracture_area_m2", l.fracture_area}, {"split_force_residual_N", l.residual_force},
-          {"energy_error", dem::energy_error(l, m.kinetic + m.elastic)}};
+          {"energy_unexplained_J", l.unexplained}, {"energy_error", dem::energy_error(l, m.kinetic + m.elastic)}};
 }
 
 /// `grains`: of the whole sample, where the state is a piece of it. `wall_estimate`: s, of the whole; 0: none.

@@ -53,7 +53,8 @@ std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& st
   for (const char* ij : components) c.push_back(fmt::format("stress_{}_Pa", ij));
   for (const char* name : {"axial_strain", "axial_stress_Pa", "mean_pressure_Pa", "void_ratio", "coordination", "grains", "breakages", "bonds_broken",
                            "mass_kg", "mass_lost_kg", "inertial_number", "unbalanced_force", "kinetic_J", "elastic_J", "friction_J", "damping_J",
-                           "fracture_J", "work_J", "energy_error", "split_J", "solid_fraction", "time_step_s", "steps"})
+                           "fracture_J", "work_J", "energy_error", "split_J", "solid_fraction", "time_step_s", "steps",
+                           "energy_unexplained_J"})
     c.emplace_back(name);
   for (const char* ij : components) c.push_back(fmt::format("fabric_{}", ij));
   if (scene.model.reshapes()) c.emplace_back("reshape_J");
@@ -94,7 +95,8 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
              {axial_strain, axial_stress(scene, s, m), pressure, m.void_ratio, m.coordination, static_cast<double>(s.grains.size()),
               static_cast<double>(l.breakages), static_cast<double>(l.bonds_broken), dem::total_mass(s.grains), l.fines.mass,
               dem::inertial_number(s, scene.test.strain_rate, pressure), m.unbalanced_force, m.kinetic, m.elastic, l.friction, l.damping, l.fracture,
-              l.work, dem::energy_error(l, stored), l.split + l.fines.kinetic, m.solid_fraction, s.dt, static_cast<double>(s.steps)});
+              l.work, dem::energy_error(l, stored), l.split + l.fines.kinetic, m.solid_fraction, s.dt, static_cast<double>(s.steps),
+              l.unexplained});
   const dem::Vec6 fabric = dem::to_voigt(m.fabric);
   for (int k = 0; k < 6; ++k) row.push_back(fabric[k]);
   if (scene.model.reshapes()) row.push_back(l.reshape);

@@ -21,6 +21,10 @@ inline double dissipated(const CohesiveSpring& s) { return 0.5 * s.rupture * (s.
 /// Stored energy (J) at the present opening.
 double stored_energy(const Bonds& bonds);
 
+/// Evaluates the springs from `first` on and adds their force and torque to grains.force/torque; books dissipation. One that has
+/// broken carries nothing.
+void add_bond_forces(Grains& grains, Bonds& bonds, std::size_t first, Ledger& ledger);
+
 /// Evaluates all springs, writes their force and torque on the grains into grains.force/torque (cleared first), books
 /// dissipation and removes the broken ones. `again`: nobody has written there since the last call, which left zero wherever it
 /// found no spring.

@@ -171,7 +171,7 @@ void ContactPass::tile(std::size_t t, Load* room) const {
     const auto [begin, end] = range(bin);
     if (begin == end) return;
     const PassEnergy spent = loop(pass, begin, end);
-    e.friction += spent.friction, e.viscous += spent.viscous, e.work -= rows_.dt * spent.power;
+    e.friction += spent.friction, e.springs += spent.springs, e.viscous += spent.viscous, e.work -= rows_.dt * spent.power;
   };
   rows(sphere_sphere, spheres_);
   rows(sphere_wall, walls_);
@@ -211,10 +211,16 @@ void drop_loads(Contacts& contacts) { std::fill(contacts.load.begin(), contacts.
 BlockEnergy flush(Contacts& contacts) {
   BlockEnergy sum;
   for (auto& e : contacts.energy) {
-    sum.friction += e.friction, sum.viscous += e.viscous, sum.work += e.work;
+    sum.friction += e.friction, sum.springs += e.springs, sum.viscous += e.viscous, sum.work += e.work;
     e = {};
   }
   return sum;
+}
+
+void book(const BlockEnergy& contacts, Ledger& l) {
+  l.friction += contacts.friction, l.unexplained += contacts.springs - contacts.friction;
+  l.damping += contacts.viscous, l.work += contacts.work;
+  l.most_friction = std::max(l.most_friction, l.friction), l.most_damping = std::max(l.most_damping, l.damping);
 }
 
 void sum_wall_forces(const Contacts& contacts, Boundary& boundary) {

@@ -9,6 +9,7 @@
 #include "dem/kernel/contact_pass.hpp"
 #include "dem/state/boundary.hpp"
 #include "dem/state/grains.hpp"
+#include "dem/state/ledger.hpp"
 
 namespace grus::dem {
 
@@ -46,6 +47,9 @@ void drop_loads(Contacts& contacts);
 
 /// Adds up the tiles' energies and clears them.
 BlockEnergy flush(Contacts& contacts);
+
+/// Adds what contacts took, and what of their springs' losses is left unexplained.
+void book(const BlockEnergy& contacts, Ledger& ledger);
 
 /// Sum of the forces of the grains on each wall (N).
 void sum_wall_forces(const Contacts& contacts, Boundary& boundary);

@@ -73,18 +73,21 @@ template <class Law>
     if (turned2 > 0) old *= std::sqrt(size2 / turned2);  // turned with the contact, not shortened
   }
   const Vec3 slip = dt * (v - vn * n);
-  Vec3 now = std::min(1.0, kt * c.compliance) * old - kt * slip;
-  const double limit = p.friction * normal_force, now2 = now.squaredNorm();
-  if (now2 > limit * limit) now *= limit / std::sqrt(now2);
-  c.compliance = 1 / kt;
+  const double grown = kt * c.compliance, after = 1 / kt;
+  Vec3 now = std::min(1.0, grown) * old - kt * slip;
+  const double limit = p.friction * normal_force, size = now.norm();
+  // A spring loses the smaller part of its stiffness or of its force; sliding takes the limit times the plastic slip.
+  e.friction += held - std::min(held * grown, 0.5 * size2 * after);
+  if (size > limit) e.friction += limit * (size - limit) * after, now *= limit / size;
+  c.compliance = after;
   c.spring = now;
-  e.friction += held - shear_energy(c) - 0.5 * (old + now).dot(slip);
+  e.springs += held - shear_energy(c) - 0.5 * (old + now).dot(slip);
   return touch.force = normal_force * n + now;
 }
 
 /// Books what a parting contact still holds, and forgets it.
 inline void part_contact(Contact& c, Touch& touch, BlockEnergy& e) {
-  e.friction += shear_energy(c);
+  e.friction += shear_energy(c), e.springs += shear_energy(c);
   c = {};
   touch.overlap = 0, touch.force.setZero();
 }

@@ -42,9 +42,10 @@ struct ContactRows {
 
 enum LawRow { law_youngs, law_shear_ratio, law_friction, law_dashpot, law_stiffness, law_columns = 8 };
 
-/// Dissipation, and force x velocity of a moving cell or wall, over the pairs of this call.
+/// Dissipation, and force x velocity of a moving cell or wall, over the pairs of this call. What friction takes is known from what
+/// slides; `springs` is the same from the other side, the springs' work less the change of what they hold.
 struct PassEnergy {
-  double friction = 0, viscous = 0, power = 0;
+  double friction = 0, springs = 0, viscous = 0, power = 0;
 };
 
 /// Pairs [begin, end): one thread's, whose rows of `load` no other thread writes.

@@ -23,7 +23,7 @@ struct alignas(64) Chunk {
   double vx[chunk], vy[chunk], vz[chunk], turn[chunk];  // velocity of b against a, mean turn about n in this step
   double drag_x[chunk], drag_y[chunk], drag_z[chunk];   // velocity of the wall or the cell
   double elastic[chunk], kt[chunk], compliance[chunk], dashpot[chunk], normal[chunk];
-  double sx[chunk], sy[chunk], sz[chunk], keep[chunk], cut[chunk], held[chunk], old_power[chunk];  // springs
+  double sx[chunk], sy[chunk], sz[chunk], keep[chunk], cut[chunk], size2[chunk];  // springs
   std::size_t first[chunk / width];   // pair of each kept group
   unsigned touching[chunk / width];
   int count[chunk / width];
@@ -113,15 +113,16 @@ GRUS_STAGE void meet(const ContactRows& s, int kept, Chunk& c) {
   }
 }
 
-/// Sums of one call, one for each of `group` places: twice what friction took, what dashpots took over - dt / 2, power.
+/// Sums of one call, one for each of `group` places: twice what springs lost, and of it what friction took; what dashpots took
+/// over - dt / 2; power.
 struct Sums {
-  Real slid[group / width], spent[group / width], power[group / width];
+  Real lost[group / width], slid[group / width], spent[group / width], power[group / width];
 };
 
 /// Dashpot force; spring turned with the contact and stretched by the slip, and its Coulomb limit.
 template <bool friction, bool dashpot>
 GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk& c, Sums& sums) {
-  const Real dt(s.dt), half(0.5), zero(0.0), one(1.0);
+  const Real dt(s.dt), half(0.5), zero(0.0), one(1.0), two(2.0);
   for (int g = 0; g < kept; ++g) {
     const int o = g * width, h = c.place(g, first);
     const std::size_t k = c.first[g];
@@ -140,7 +141,7 @@ GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk&
       store(sliding.x, c.vx + o), store(sliding.y, c.vy + o), store(sliding.z, c.vz + o);
       const Real3 spring{at(s.spring_x + k), at(s.spring_y + k), at(s.spring_z + k)};
       const Real size2 = dot(spring, spring);
-      store(at(s.compliance + k) * size2, c.held + o);
+      store(size2, c.size2 + o);
       Real3 old = less_fused(spring, dot(n, spring), n);
       old = fused(at(c.turn + o), cross(n, old), old);
       store(old.x, c.sx + o), store(old.y, c.sy + o), store(old.z, c.sz + o);
@@ -152,17 +153,24 @@ GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk&
   }
   if constexpr (friction)
     for (int g = 0; g < kept; ++g) {
-      const int o = g * width;
+      const int o = g * width, h = c.place(g, first);
       double* const compliance = s.compliance + c.first[g];
-      const Real kt = at(c.kt + o), keep = at(c.keep + o);
+      const Mask on = mask_of(c.touching[g]);
+      const Real kt = at(c.kt + o), keep = at(c.keep + o), before = at(compliance), after = at(c.compliance + o);
       const Real3 old{at(c.sx + o), at(c.sy + o), at(c.sz + o)}, v{at(c.vx + o), at(c.vy + o), at(c.vz + o)};
-      const Real3 now = less_fused((keep * smaller(one, kt * at(compliance))) * old, kt * dt, v);
-      put_back(kept_lanes(mask_of(c.touching[g]), at(c.compliance + o)), c.count[g], compliance);
-      store(keep * dot(old, v), c.old_power + o);
+      const Real grown = kt * before;
+      const Real3 now = less_fused((keep * smaller(one, grown)) * old, kt * dt, v);
+      put_back(kept_lanes(on, after), c.count[g], compliance);
       store(now.x, c.sx + o), store(now.y, c.sy + o), store(now.z, c.sz + o);
       const Real limit = constant(s, law_friction, c.first[g]) * at(c.normal + o), now2 = dot(now, now);
       const Mask slides = less(limit * limit, now2);
-      store(select(slides, limit / root(now2), one), c.cut + o);
+      const Real cut = select(slides, limit / root(now2), one), size2 = at(c.size2 + o), held = before * size2, along = cut * (now2 * after);
+      store(cut, c.cut + o);
+      // `along`: twice what the spring would hold, uncut, times the cut. A spring sheds the smaller part of its stiffness or of its force; sliding takes the limit times the plastic slip.
+      const Real shed = held - smaller(held * grown, size2 * after);
+      sums.slid[h] = sums.slid[h] + kept_lanes(on, fused(two, less_fused(along, cut, along), shed));
+      const Real power = fused(cut, dot(now, v), keep * dot(old, v));
+      sums.lost[h] = sums.lost[h] + kept_lanes(on, less_fused(less_fused(held, cut, along), dt, power));
     }
 }
 
@@ -178,12 +186,8 @@ GRUS_STAGE void hand_out(const ContactRows& s, std::size_t first, int kept, Chun
     const Real3 n{at(c.nx + o), at(c.ny + o), at(c.nz + o)};
     Real3 now{zero, zero, zero}, twist{zero, zero, zero};
     if constexpr (friction) {
-      const Real cut = at(c.cut + o), dt(s.dt);
-      now = {cut * at(c.sx + o), cut * at(c.sy + o), cut * at(c.sz + o)};
+      now = at(c.cut + o) * Real3{at(c.sx + o), at(c.sy + o), at(c.sz + o)};
       twist = cross(now, n);
-      const Real3 v{at(c.vx + o), at(c.vy + o), at(c.vz + o)};
-      const Real lost = less_fused(at(c.held + o), at(c.compliance + o), dot(now, now));
-      sums.slid[h] = sums.slid[h] + kept_lanes(on, less_fused(lost, dt, dot(now, v) + at(c.old_power + o)));
       put_back(kept_lanes(on, now.x), c.count[g], s.spring_x + k), put_back(kept_lanes(on, now.y), c.count[g], s.spring_y + k);
       put_back(kept_lanes(on, now.z), c.count[g], s.spring_z + k);
     }
@@ -235,20 +239,24 @@ int find_touching(const ContactRows& s, std::size_t first, std::size_t last, Chu
 template <Kind kind, bool hertz, bool friction, bool dashpot>
 PassEnergy run(const ContactRows& s, std::size_t first, std::size_t last) {
   Sums sums;
-  for (int h = 0; h < group / width; ++h) sums.slid[h] = sums.spent[h] = sums.power[h] = Real(0.0);
+  for (int h = 0; h < group / width; ++h) sums.lost[h] = sums.slid[h] = sums.spent[h] = sums.power[h] = Real(0.0);
   PassEnergy e;
+  double parted = 0;
   Chunk c;
   for (std::size_t start = first; start < last; start += chunk) {
-    const int kept = find_touching<kind>(s, start, last - start < chunk ? last : start + chunk, c, e.friction);
+    const int kept = find_touching<kind>(s, start, last - start < chunk ? last : start + chunk, c, parted);
     meet<kind, hertz, friction, dashpot>(s, kept, c);
     resist<friction, dashpot>(s, first, kept, c, sums);
     hand_out<kind, friction, dashpot>(s, first, kept, c, sums);
   }
   for (int h = 0; h < group / width; ++h) {
-    double x[width], y[width], z[width];
-    store(sums.slid[h], x), store(sums.spent[h], y), store(sums.power[h], z);
-    for (int l = 0; l < width; ++l) e.friction += 0.5 * x[l], e.viscous -= 0.5 * s.dt * y[l], e.power += z[l];
+    double w[width], x[width], y[width], z[width];
+    store(sums.lost[h], w), store(sums.slid[h], x), store(sums.spent[h], y), store(sums.power[h], z);
+    for (int l = 0; l < width; ++l) {
+      e.springs += 0.5 * w[l], e.friction += 0.5 * x[l], e.viscous -= 0.5 * s.dt * y[l], e.power += z[l];
+    }
   }
+  e.springs += parted, e.friction += parted;
   return e;
 }
 

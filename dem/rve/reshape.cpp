@@ -46,9 +46,13 @@ void reshape_fragments(const Model& model, State& state, double duration, Reshap
       // At the least overlap the direction does not matter to first order: the overlap grows by the growth along it.
       now.growths.push_back({k, growth(g.shape[i], next, g.frame[i].axes.transpose() * outward)});
     }
-    state.ledger.reshape -= 0.5 * g.angular_momentum[i].dot(g.motion[i].spin);
+    const Vec3 spin = g.motion[i].spin;
+    const Mat3 inertia = inertia_tensor(g, i);
     set_shape(g, i, next);
-    state.ledger.reshape += 0.5 * g.angular_momentum[i].dot(g.motion[i].spin);
+    const Vec3& now_spin = g.motion[i].spin;
+    const double put_in = -0.5 * spin.dot((inertia_tensor(g, i) - inertia) * now_spin);  // at the same angular momentum
+    state.ledger.reshape += put_in;
+    state.ledger.unexplained -= 0.5 * g.angular_momentum[i].dot(now_spin - spin) - put_in;
   }
   state.reference.grown += furthest;
   state.ledger.reshape += half_work(model, contacts, now.growths);

@@ -34,9 +34,8 @@ void book(State& state) {
     grains.viscous += e.viscous, grains.work += e.work;
     e = {.speed2 = e.speed2};
   }
-  state.ledger.friction += contacts.friction;
-  state.ledger.damping += contacts.viscous + grains.viscous;
-  state.ledger.work += contacts.work + grains.work;
+  state.ledger.damping += grains.viscous, state.ledger.work += grains.work;
+  book(contacts, state.ledger);
 }
 
 /// Fragments are born at the end of the columns, far from their neighbours. Where many have been, all grains are put in the
@@ -299,7 +298,20 @@ void check_sanity(const Model& model, const State& state) {
                                state.grains.id[p.a], wall ? "wall" : "grain", wall ? p.b : state.grains.id[p.b], 100 * deepest.ratio,
                                state.time, 100 * model.overlap_limit()));
   }
-  const double error = energy_error(state.ledger, stored);
+  const Ledger& l = state.ledger;
+  const double scale = energy_scale(l, stored);
+  auto refuse = [&](const char* what, double joules) {  // beyond what a trapezoid may miss
+    if (joules > least_dissipation_error * scale)
+      throw Unstable(fmt::format("{} by {:.3g} J ({:.2g} of the work) at t = {:.6g} s: lower numerics.safety (now {:g})", what, joules,
+                                 joules / scale, state.time, model.numerics.safety));
+  };
+  if (std::isfinite(model.numerics.max_energy_error)) {
+    refuse("the energy taken by friction has fallen", l.most_friction - l.friction);
+    refuse("the energy taken by damping has fallen", l.most_damping - l.damping);
+    refuse("splits have added energy to the contacts", l.split_added);
+    refuse("fines have taken a negative kinetic energy", -l.fines.kinetic);
+  }
+  const double error = energy_error(l, stored);
   if (std::abs(error) > model.numerics.max_energy_error)
     throw Unstable(fmt::format("energy error is {:.1f} % at t = {:.6g} s (limit {:.0f} %): lower numerics.safety (now {:g})", 100 * error,
                                state.time, 100 * model.numerics.max_energy_error, model.numerics.safety));

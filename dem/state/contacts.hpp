@@ -69,9 +69,10 @@ struct alignas(64) Load {
 /// Energy held by the tangential spring (J).
 inline double shear_energy(const Contact& c) { return 0.5 * c.compliance * c.spring.squaredNorm(); }
 
-/// Work and dissipation of one tile since the last flush (J).
+/// Work and dissipation of one tile since the last flush (J). `friction`: Coulomb's limit times plastic slip, what a spring sheds as its
+/// stiffness changes, what a parting one holds. `springs`: their work less the change of what they hold, the same if the law is right.
 struct BlockEnergy {
-  double friction = 0, viscous = 0, work = 0;
+  double friction = 0, springs = 0, viscous = 0, work = 0;
 };
 
 /// Grains are cut into tiles of consecutive indices, pairs belong to the tile of their grain a. A tile's pairs are one
