@@ -60,7 +60,7 @@ void BvpOutput::add(const fem::IncrementReport& r, double wall) {
 }
 
 void BvpOutput::add(const fem::DynamicsReport& r, double wall) {
-  macro_work_ = r.energy.internal;
+  macro_work_ = r.energy.work;
   if (rves_) rves_->refresh();
   add({static_cast<double>(r.steps), r.time, 0, 0, 0, 0, 0, wall}, &r.energy);
 }

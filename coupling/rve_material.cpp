@@ -79,7 +79,12 @@ fem::Material RveMaterial::material() {
     for (dem::Loader a(bytes); !a.at_end();) a.text(parts.emplace_back());
     load(parts);
   };
-  fem::Material m([this](const fem::Points& p) { return respond(p); }, [this] { commit(); }, packed, unpacked);
+  auto energy = [this](std::span<const double> volumes) {
+    double sum = 0;
+    for (std::size_t i = 0; i < volumes.size(); ++i) sum += volumes[i] * facts(i).work / start_volume(i);
+    return sum;
+  };
+  fem::Material m([this](const fem::Points& p) { return respond(p); }, [this] { commit(); }, packed, unpacked, energy);
   m.noise = [this] { return noise(); };
   m.reason = [this] { return reason_; };
   return m;
@@ -260,7 +265,9 @@ void RveMaterial::commit() {
     report_.worst_unbalanced = std::max(report_.worst_unbalanced, job.response.unbalanced_force);
     report_.worst_stress_change = std::max(report_.worst_stress_change, job.response.stress_change);
   }
-  if (!options_.real_time) {
+  if (options_.real_time) {
+    for (const Job& job : jobs_) slots_.at(job.slot).facts.work = job.response.work;
+  } else {
     const std::vector<Facts> facts = farm_.commit(advanced);
     for (std::size_t k = 0; k < advanced.size(); ++k) slots_.at(advanced[k]).facts = facts[k];
   }

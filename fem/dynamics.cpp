@@ -40,7 +40,7 @@ struct Integrator {
   Material& material;
   const std::vector<double>& density;
   const DynamicsOptions& o;
-  std::vector<double> mass, lengths, viscous;  // owned and ghost components; cells; points (Pa)
+  std::vector<double> mass, lengths, viscous, volumes;  // owned and ghost components; cells; points (Pa); points (m^3)
   std::vector<std::int8_t> fixed;              // components
   std::vector<double> moved;                   // components, by the last step (m)
   double dissipated = 0;                       // by bulk viscosity in the last step (J)
@@ -50,10 +50,12 @@ struct Integrator {
     Problem::Impl::Vector sum(p.space->dofmap()->index_map, 1);
     sum.set(0.0);
     auto values = sum.mutable_array();
+    Problem::Impl::Local l;
     for (std::int32_t c = 0; c < p.cells; ++c) {
       const Eigen::VectorXd part = cell_mass(p, density, c);
       for (int a = 0; a < p.nodes; ++a) values[static_cast<std::size_t>(p.cell_nodes(c)[static_cast<std::size_t>(a)])] += part[a];
       lengths.push_back(cell_length(p, c));
+      for (int q = 0; q < p.nq; ++q) p.local(c, q, l), volumes.push_back(l.dv);
     }
     sum.scatter_rev(std::plus<double>());
     sum.scatter_fwd();
@@ -79,7 +81,6 @@ struct Integrator {
   }
 
   void add_viscosity(double dt) {
-    Problem::Impl::Local l;
     for (std::int32_t c = 0; c < p.cells; ++c)
       for (int q = 0; q < p.nq; ++q) {
         const std::size_t i = p.point(c, q);
@@ -89,8 +90,7 @@ struct Integrator {
         if (rate >= 0) continue;
         const double wave = std::sqrt(std::max({p.tangent[36 * i], p.tangent[36 * i + 7], p.tangent[36 * i + 14], 0.0}) / rho);
         viscous[i] = rho * h * (o.linear_viscosity * wave * -rate + o.quadratic_viscosity * o.quadratic_viscosity * h * rate * rate);
-        p.local(c, q, l);
-        dissipated += viscous[i] * -rate * dt * l.dv * Eigen::Map<const RowMatrix3>(p.F.data() + 9 * i).determinant();
+        dissipated += viscous[i] * -rate * dt * volumes[i] * Eigen::Map<const RowMatrix3>(p.F.data() + 9 * i).determinant();
         for (std::size_t k = 0; k < 3; ++k) p.stress[6 * i + k] -= viscous[i];
       }
   }
@@ -159,15 +159,17 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
     const auto in = p.internal->array(), ex = p.external->array();
     std::vector<double>& v = p.velocity;
     auto target = [&](const Prescribed& c) { return (p.factor(c.boundary, now.time + dt) - p.factor(c.boundary, now.time)) * c.value / dt; };
-    // Work is known at the ends of the last step, where forces and positions are of one instant.
-    double sums[4] = {0, 0, 0, 0}, all[4];  // external, kinetic, internal, viscous
+    // All is told of the instant of the positions: work by the forces at the ends of the last step, velocities between its two.
+    double sums[5] = {0, 0, 0, 0, 0}, all[5];  // external, kinetic, work of the internal forces, viscous, internal
+    const double part = mean_dt > 0 ? 0.5 * last_dt / mean_dt : 0;
     if (now.steps == 0)  // driven nodes start with the speed they are given
       for (const auto& c : p.prescribed)
         if (const auto i = static_cast<std::size_t>(c.dof); i < owned) v[i] = target(c), sums[0] += 0.5 * run.mass[i / p.width()] * v[i] * v[i];
     std::vector<double>&load = p.last_load, &before = p.last_internal;
     auto turn = [&](std::size_t i, double next, double force) {
       sums[0] += 0.5 * (load[i] + force) * run.moved[i];
-      sums[1] += 0.5 * run.mass[i / p.width()] * v[i] * next;
+      const double at_instant = v[i] + part * (next - v[i]);
+      sums[1] += 0.5 * run.mass[i / p.width()] * at_instant * at_instant;
       sums[2] += 0.5 * (before[i] + in[i]) * run.moved[i];
       load[i] = force, before[i] = in[i];
       v[i] = next;
@@ -183,9 +185,9 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
     auto u = p.u->mutable_array();
     for (std::size_t i = 0; i < owned; ++i) u[i] += run.moved[i];
     const bool tangent = now.steps + 1 >= estimate;
-    sums[2] -= run.dissipated, sums[3] = run.dissipated;
-    MPI_Allreduce(sums, all, 4, MPI_DOUBLE, MPI_SUM, p.comm);
-    total.external += all[0], total.kinetic = all[1], total.internal += all[2], total.viscous += all[3];
+    sums[2] -= run.dissipated, sums[3] = run.dissipated, sums[4] = material.energy(run.volumes);
+    MPI_Allreduce(sums, all, 5, MPI_DOUBLE, MPI_SUM, p.comm);
+    total.external += all[0], total.kinetic = all[1], total.work += all[2], total.viscous += all[3], total.internal = all[4];
     run.dissipated = 0;
     if (!run.respond(dt, tangent)) {
       p.back_to_committed();

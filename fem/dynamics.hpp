@@ -18,10 +18,12 @@ struct DynamicsOptions {
   std::function<bool()> stop;       // asked after every step; true: the run ends there, to be gone on with; empty: never
 };
 
-/// Energies since the start (J). Internal is the work of the stresses on the deformation; viscous that of the bulk
-/// viscosity; external that of loads and prescribed motion.
+/// Energies (J), each computed on its own. Kinetic: of the velocities at the instant of the positions. Internal: what the materials
+/// hold and have spent, by their states. Viscous: pressure times compression rate, summed over the steps. External: work of loads
+/// and of the reactions to prescribed motion. The balance tests them all; of a step beyond the critical one it says so at once.
 struct MacroEnergy {
   double kinetic = 0, internal = 0, external = 0, viscous = 0;
+  double work = 0;       // of the internal forces, bulk viscosity left out: with `internal` it is the test of Hill and Mandel
   double largest = 0;    // of any of them so far: a bar that swings back holds nothing for a moment
   double error() const;  // (external - kinetic - internal - viscous) / largest
 };

@@ -18,16 +18,20 @@ struct Points {
   double duration = 0;                  // s of real time that the increment takes; 0: quasi-static
 };
 
-/// Answers for all points of a rank. Always starts from the committed state. All four of the first must be given: a material
-/// that forgets its state in a checkpoint goes on wrong without a word.
+/// Answers for all points of a rank. Always starts from the committed state. All five of the first must be given: a material
+/// that forgets its state in a checkpoint goes on wrong without a word, and one that cannot tell its energy makes a balance blind.
 struct Material {
-  Material(std::function<bool(const Points&)> respond, std::function<void()> commit, std::function<std::string()> save, std::function<void(const std::string&)> load)
-      : respond(std::move(respond)), commit(std::move(commit)), save(std::move(save)), load(std::move(load)) {}
+  Material(std::function<bool(const Points&)> respond, std::function<void()> commit, std::function<std::string()> save,
+           std::function<void(const std::string&)> load, std::function<double(std::span<const double>)> energy)
+      : respond(std::move(respond)), commit(std::move(commit)), save(std::move(save)), load(std::move(load)), energy(std::move(energy)) {}
 
   std::function<bool(const Points&)> respond;      // false: this increment cannot be taken; `reason` says why
   std::function<void()> commit;                    // the last response becomes the committed state
   std::function<std::string()> save;               // bytes of the committed state, for a checkpoint
   std::function<void(const std::string&)> load;    // throws std::invalid_argument for bytes of another problem
+  /// What the committed state holds and has spent of the work done on it since the start (J), the points having these reference volumes
+  /// (m^3): from the state, not from the work of the stresses.
+  std::function<double(std::span<const double>)> energy;
   std::function<double()> noise = [] { return 0.0; };  // relative error of the stress, below which no residual can go; the same on all ranks
   std::function<std::string()> reason = [] { return std::string(); };
 };

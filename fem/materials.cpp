@@ -72,19 +72,25 @@ Material material_of(std::shared_ptr<Kept<T>> state, std::function<bool(const Po
           [state](const std::string& bytes) {
             if (bytes.size() != state->committed.size() * sizeof(T)) throw std::invalid_argument("the saved material is of another problem");
             std::memcpy(static_cast<void*>(state->committed.data()), bytes.data(), bytes.size());
+          },
+          [state](std::span<const double> volumes) {
+            double sum = 0;
+            for (std::size_t i = 0; i < volumes.size(); ++i) sum += volumes[i] * state->committed[i].energy;
+            return sum;
           }};
 }
 
-/// Of an elastic point: F since the start.
+/// Of an elastic point: F since the start, and energy (J per m^3 of the reference configuration).
 struct ElasticPoint {
   Mat3 f = Mat3::Identity();
+  double energy = 0;
 };
 
-/// Of a J2 point; plastic strain in the frame of the body before it turned.
+/// Of a J2 point; plastic strain in the frame of the body before it turned; energy held and spent (J/m^3).
 struct PlasticPoint {
   Mat3 f = Mat3::Identity();
   Vec6 plastic = Vec6::Zero();
-  double hardening = 0;  // accumulated plastic strain
+  double hardening = 0, energy = 0;  // accumulated plastic strain
 };
 
 }  // namespace
@@ -96,8 +102,9 @@ Material elastic_material(std::size_t points, double E, double nu) {
     for (std::size_t i = 0; i < state->committed.size(); ++i) {
       const Mat3 f = Eigen::Map<const RowMat3>(p.deformation.data() + 9 * i) * state->committed[i].f;
       const Polar polar(f);
-      state->trial[i].f = f;
-      Eigen::Map<Vec6>(p.stress.data() + 6 * i) = turned(polar.rotation, c * polar.strain);
+      const Vec6 stress = c * polar.strain;
+      state->trial[i] = {f, 0.5 * stress.dot(polar.strain)};
+      Eigen::Map<Vec6>(p.stress.data() + 6 * i) = turned(polar.rotation, stress);
       if (!p.tangent.empty()) Eigen::Map<Mat6>(p.tangent.data() + 36 * i) = c;
     }
     return true;
@@ -134,6 +141,7 @@ Material j2_material(std::size_t points, double E, double nu, double yield, doub
         tangent = 2 * mu * theta * deviator - 2 * mu * bar * n * n.transpose();
         tangent.topLeftCorner<3, 3>().array() += bulk;
       }
+      now.energy = 0.5 * stress.dot(polar.strain - now.plastic) + (yield + 0.5 * hardening * now.hardening) * now.hardening;
       Eigen::Map<Vec6>(p.stress.data() + 6 * i) = turned(polar.rotation, stress);
       if (!p.tangent.empty()) Eigen::Map<Mat6>(p.tangent.data() + 36 * i) = in_frame(polar.rotation, tangent);
       state->trial[i] = now;
@@ -187,6 +195,14 @@ Material composite_material(std::vector<Material> parts, const std::vector<std::
       if (bytes.size() - at < size) throw std::invalid_argument("the saved material is of another problem");
       part.material.load(bytes.substr(at, size)), at += size;
     }
+  }, [all](std::span<const double> volumes) {
+    double sum = 0;
+    for (Part& part : *all) {
+      std::vector<double> own;
+      for (const std::size_t i : part.points) own.push_back(volumes[i]);
+      sum += part.material.energy(own);
+    }
+    return sum;
   });
   m.noise = [all] {
     double most = 0;

@@ -38,6 +38,7 @@ Response respond_in_time(const Model& model, State& state, const Mat3& deformati
   response.stable = true;
   response.steps = state.steps - first;
   response.breakages = state.ledger.breakages - broken;
+  response.work = state.ledger.work;
   if (tangent) response.tangent = contact_stiffness_tangent(model, state);
   return response;
 }

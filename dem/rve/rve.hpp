@@ -33,6 +33,7 @@ struct Response {
   double unbalanced_force = 0, stress_change = 0;  // at the end of the hold
   std::uint64_t steps = 0, hold_steps = 0;
   std::size_t breakages = 0;     // in this increment
+  double work = 0;               // J, of the state's ledger so far; in real time only
   int pieces = 1;                // that the increment was taken in
   std::string failure;           // why it is not stable
 };
