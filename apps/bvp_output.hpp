@@ -58,7 +58,7 @@ private:
   std::optional<History> history_;
   std::vector<std::pair<std::string, double>> series_;
   std::vector<double> contraction_;  // of Newton: logarithms of residual ratios
-  double strain_ = 0, stress_ = 0, breakages_ = 0, macro_work_ = 0, worst_residual_ = 0, worst_energy_ = 0;
+  double strain_ = 0, stress_ = 0, breakages_ = 0, macro_work_ = 0, material_work_ = 0, worst_residual_ = 0, worst_energy_ = 0;
   int iterations_ = 0, cutbacks_ = 0, sweeps_ = 0;
 };
 

@@ -99,17 +99,4 @@ Vec3 angular_momentum(const Grains& g) {
   return sum;
 }
 
-std::uint64_t hash(const Grains& g) {
-  static_assert(sizeof(Motion) == 96 && sizeof(Inertia) == 56 && sizeof(PolyEllipsoid) == 48 && sizeof(Frame) == 96 && sizeof(Vec3) == 24 && sizeof(Quat) == 32);  // no padding
-  std::uint64_t h = 0xcbf29ce484222325ULL;
-  auto add = [&](const void* data, std::size_t n) {
-    for (std::size_t k = 0; k < n; ++k) h = (h ^ static_cast<const unsigned char*>(data)[k]) * 0x100000001b3ULL;
-  };
-  for_each_column(g, [&](const auto& column) {
-    if (!column.empty()) add(column.data(), column.size() * sizeof(column[0]));
-  });
-  add(&g.next_id, sizeof g.next_id);
-  return h;
-}
-
 }  // namespace grus::dem

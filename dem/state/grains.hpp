@@ -90,7 +90,4 @@ double solid_volume(const Grains& grains);
 Vec3 momentum(const Grains& grains);
 Vec3 angular_momentum(const Grains& grains);  // about the global origin
 
-/// Order-dependent hash of every bit of the columns: equal states, equal hashes.
-std::uint64_t hash(const Grains& grains);
-
 }  // namespace grus::dem

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/rve/state_hash.hpp"
+
+namespace grus::dem {
+
+std::uint64_t hash(const State& s) {
+  // No padding, whose bytes are anything.
+  static_assert(sizeof(Motion) == 96 && sizeof(Inertia) == 56 && sizeof(PolyEllipsoid) == 48 && sizeof(Frame) == 96 && sizeof(Vec3) == 24);
+  static_assert(sizeof(Quat) == 32 && sizeof(Pair) == 16 && sizeof(CohesiveSpring) == 160 && sizeof(Cell) == 144);
+  std::uint64_t h = 0xcbf29ce484222325ULL;
+  auto add = [&](const void* data, std::size_t bytes) {
+    for (std::size_t k = 0; k < bytes; ++k) h = (h ^ static_cast<const unsigned char*>(data)[k]) * 0x100000001b3ULL;
+  };
+  auto rows = [&](const auto& column, std::size_t count) { add(column.data(), count * sizeof(column[0])); };
+  for_each_column(s.grains, [&](const auto& column) { rows(column, column.size()); });
+  add(&s.grains.next_id, sizeof s.grains.next_id);
+  const std::size_t pairs = s.contacts.size();  // columns go on beyond
+  rows(s.contacts.pair, pairs);
+  for_each_contact_column(s.contacts.contact, [&](const auto& column) { rows(column, pairs); });
+  rows(s.bonds, s.bonds.size());
+  for (const Wall& wall : s.boundary.walls)
+    for (const Vec3& v : {wall.point, wall.normal, wall.velocity}) add(v.data(), sizeof v);
+  add(&s.boundary.cell, sizeof s.boundary.cell);
+  add(&s.time, sizeof s.time);
+  return h;
+}
+
+}  // namespace grus::dem
