@@ -44,7 +44,10 @@ struct Solver {
 
 /// One pair of shapes, whatever has become of it; see ContactRows::solve.
 bool solve_pair(const void* context, std::size_t k, double* found_row) {
-  const auto& [law, s, contacts, e] = *static_cast<const Solver*>(context);
+  const Solver& solver = *static_cast<const Solver*>(context);
+  const Scene& s = solver.scene;
+  Contacts& contacts = solver.contacts;
+  BlockEnergy& e = solver.energy;
   const Pair& pair = contacts.pair[k];
   const bool fresh_contact = !contacts.contact.touching(k);
   Touch& touch = contacts.touch[k];
@@ -68,7 +71,10 @@ bool solve_pair(const void* context, std::size_t k, double* found_row) {
     const ContactCurvature curvature = contact_curvature(shapes, found.normal);
     const double ra = equivalent_radius(shapes.a), rb = equivalent_radius(shapes.b);
     Contact c = contacts.contact[k];
-    std::visit([&](const auto& l) { begin_contact(l, s.pairs[pair.law], curvature.radius, ra * rb / (ra + rb), curvature.ellipse_factor, c); }, law);
+    const auto born = [&](const auto& law) {
+      begin_contact(law, s.pairs[pair.law], curvature.radius, ra * rb / (ra + rb), curvature.ellipse_factor, c);
+    };
+    std::visit(born, solver.law);
     contacts.contact.set(k, c);
   }
   const Vec3 point = fa.origin + fa.axes * (0.5 * (found.point_a + found.point_b));
@@ -175,7 +181,7 @@ void ContactPass::tile(std::size_t t, Load* room) const {
   };
   rows(sphere_sphere, spheres_);
   rows(sphere_wall, walls_);
-  const auto [wall_begin, wall_end] = range(polyellipsoid_wall);
+  const std::pair<std::size_t, std::size_t> at_walls = range(polyellipsoid_wall);
   if (grains_.frame.empty()) return;
   const Scene scene{grains_, boundary_, pairs_, rows_.dt, boundary_.cell.periodic()};
   const Solver solver{law_, scene, contacts_, e};
@@ -183,7 +189,7 @@ void ContactPass::tile(std::size_t t, Load* room) const {
   pass.solve = solve_pair, pass.context = &solver;
   rows(general, polyellipsoids_);
   std::visit(
-      [&](const auto& law) { polyellipsoid_walls(law, scene, contacts_, load, first, wall_begin, wall_end, e); }, law_);
+      [&](const auto& law) { polyellipsoid_walls(law, scene, contacts_, load, first, at_walls.first, at_walls.second, e); }, law_);
 }
 
 void contact_forces(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary,

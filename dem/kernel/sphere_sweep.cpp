@@ -8,9 +8,11 @@ namespace {
 #define GRUS_INLINE [[gnu::always_inline]] inline
 
 using Four = double __attribute__((vector_size(32)));
-using FourAnywhere = double __attribute__((vector_size(32), aligned(8), may_alias));
+struct [[gnu::packed, gnu::may_alias]] RowAnywhere {  // rows are aligned as doubles; clang forgets that of a vector type alone
+  Four four;
+};
 
-#define GRUS_ROW(p) (*reinterpret_cast<FourAnywhere*>(p))
+#define GRUS_ROW(p) (reinterpret_cast<RowAnywhere*>(p)->four)
 #define GRUS_ALL(x) (Four{(x), (x), (x), (x)})
 
 /// -damping |force| against the direction of the velocity: no axis is special. The fourths are not parts of either.
