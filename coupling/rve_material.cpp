@@ -187,6 +187,7 @@ bool RveMaterial::catch_up() {
     const double error = (predicted(s.stress, s.tangent, s.pending) - r.stress).norm() / scale;
     report_.deferral.add(error);
     s.trust = std::clamp(s.trust * 0.9 * options_.error / std::max(error, 1e-12), 0.05, 1.0);
+    report_.least_trust = std::min(report_.least_trust, s.trust);
     s.stress = r.stress, s.tangent = r.tangent, s.pending.setIdentity(), s.facts = facts[k];
   }
   return true;

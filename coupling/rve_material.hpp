@@ -33,6 +33,7 @@ struct SweepReport {
   std::uint64_t dem_steps = 0;
   std::uint64_t distinct = 0;                            // RVEs now
   MeasuredError deferral, sharing, linear;               // prediction against what the RVE then did; at replays; of elastic points
+  double least_trust = 1;                                // lowest share of the deferral tolerance that a slot was left with
   double correction = 0;                                 // largest first-order correction of a similar point, relative to its stress
   double worst_unbalanced = 0, worst_stress_change = 0;  // of the last commit
 };

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What is answered without grains: predictions, linear responses, points that wait or ride along; and what counts as noise.
+#include "coupling/prediction.hpp"
+#include "coupling/rve_material.hpp"
+#include "dem/rve/measure.hpp"
+#include "tests/fem/sand.hpp"
+
+namespace grus {
+
+using namespace dem;
+using fem::test::Sand, fem::test::sand, fem::test::standard;
+
+namespace {
+
+Mat3 stretch(double xx, double xz, double zz) {
+  Mat3 f = Mat3::Identity();
+  f(0, 0) += xx, f(0, 2) = f(2, 0) = xz, f(2, 2) += zz;
+  return f;
+}
+
+Mat3 turn(double angle) { return Eigen::AngleAxisd(angle, Vec3(1, -2, 0.5).normalized()).toRotationMatrix(); }
+
+/// Grains of the standard sand that break under little.
+Sand weak(double strength) {
+  Sand s = standard();
+  Model model = *s.model;
+  FractureModel f;
+  f.hoek_brown = HoekBrown{strength, 20};
+  model.materials[0].fracture = f;
+  s.model = std::make_shared<const Model>(model);
+  Team team(1);
+  prepare(*s.model, s.state, team);
+  return s;
+}
+
+/// As many points of one sand as asked, driven by hand.
+struct Driven {
+  coupling::RveOptions with;
+  coupling::RveFarm farm;
+  coupling::RveMaterial rves;
+  fem::Material material;
+  std::vector<double> stress, tangent;
+
+  Driven(const Sand& s, std::size_t points, coupling::RveOptions o)
+      : with((o.response.quasi_static = s.q, o)), farm(MPI_COMM_SELF, s.model, with.response, 2), rves(farm, {s.state}, std::vector<std::size_t>(points, 0), with),
+        material(rves.material()), stress(6 * points), tangent(36 * points) {}
+
+  void respond(const std::vector<Mat3>& f) {
+    std::vector<double> rows;
+    for (const Mat3& m : f)
+      for (int k = 0; k < 9; ++k) rows.push_back(m(k / 3, k % 3));
+    REQUIRE(material.respond({rows, stress, tangent}));
+  }
+  void go(const std::vector<Mat3>& f) { respond(f), material.commit(); }
+};
+
+}  // namespace
+
+TEST_CASE("a prediction is stress plus tangent times strain, shear counted as engineers do, turned with the deformation") {
+  Mat6 c;
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j) c(i, j) = 1e8 * (i == j ? 5 : 1.0 / (1 + i + j));
+  const Mat3 stress = from_voigt((Vec6() << -1e5, -2e5, -3e5, 1e4, 2e4, 3e4).finished()), u = stretch(1e-3, 4e-4, -2e-3), r = turn(0.3);
+  Vec6 strain = Vec6::Zero();
+  strain[0] = 1e-3, strain[2] = -2e-3, strain[4] = 2 * 4e-4;
+  const Mat3 expected = r * (stress + from_voigt(c * strain)) * r.transpose();
+  CHECK((coupling::predicted(stress, c, r * u) - expected).norm() < 1e-12 * expected.norm());
+}
+
+TEST_CASE("an elastic answer turns with its increment, and increments follow one another in their order") {
+  Sand s = standard();
+  s.q.unbalanced_force = s.q.stress_change = 1e-4;
+  coupling::ResponseOptions with;
+  with.quasi_static = s.q, with.elastic = 0.3;
+  coupling::RveFarm farm(MPI_COMM_SELF, s.model, with, 1);
+  for (std::uint64_t slot : {0, 1, 2}) farm.put(slot, s.state, 1);
+  const Mat3 u = stretch(2e-6, 3e-6, -4e-6), r = turn(0.4);
+  const auto straight = farm.advance({{0, {u}, 0, false, true}})[0], turned = farm.advance({{1, {r * u}, 0, false, true}})[0];
+  REQUIRE(straight.elastic);
+  REQUIRE(turned.elastic);
+  const Mat3 expected = r * straight.response.stress * r.transpose();
+  CHECK((turned.response.stress - expected).norm() < 1e-9 * expected.norm());
+  // Turned first and then sheared in the turned frame is sheared and turned.
+  farm.advance({{2, {r}, 0, false, true}});
+  farm.commit({2});
+  const auto after = farm.advance({{2, {r * u * r.transpose()}, 0, false, true}})[0];
+  CHECK((after.response.stress - expected).norm() < 1e-6 * expected.norm());
+}
+
+TEST_CASE("a point that waits has been where its increments lead, one after the other") {
+  coupling::RveOptions with;
+  with.error = 0.9;
+  Driven d(standard(), 1, with);
+  const Mat3 cell = standard().state.boundary.cell.vectors;
+  Mat3 total = Mat3::Identity();
+  d.go({total});
+  REQUIRE(d.rves.report().advanced == 1);
+  for (const Mat3& f : {turn(0.5), stretch(0, 2e-5, -2e-5), turn(-0.2)}) total = f * total, d.go({f});
+  REQUIRE(d.rves.report().deferred == 3);
+  const Mat3 large = stretch(0, 0, -0.02);
+  total = large * total;
+  d.go({large});
+  REQUIRE(d.rves.report().advanced > 1);
+  CHECK((d.rves.committed(0).boundary.cell.vectors - total * cell).norm() < 1e-8 * cell.norm());
+}
+
+TEST_CASE("who was told wrong is trusted less") {
+  coupling::RveOptions with;
+  with.error = 0.05;
+  Driven d(weak(0.4e6), 1, with);
+  d.go({Mat3::Identity()});
+  CHECK(d.rves.report().least_trust == 1);
+  // Squeezed by steps that the elastic tangent foretells well, while grains break.
+  for (int k = 0; k < 20; ++k) d.go({stretch(0, 0, -5e-4)});
+  const auto& report = d.rves.report();
+  REQUIRE(report.deferral.count > 0);
+  REQUIRE(report.deferral.worst > 0.9 * with.error);
+  CHECK(report.least_trust < 1);
+  CHECK(report.least_trust <= 0.9 * with.error / report.deferral.worst * (1 + 1e-9));
+}
+
+TEST_CASE("points ride together up to the sharing tolerance of this increment, and not beyond") {
+  for (const double part : {0.9, 1.5, 3.0}) {
+    coupling::RveOptions with;
+    with.share = 1e-3;
+    Driven d(standard(), 2, with);
+    d.respond({stretch(0, 0, -2e-3), stretch(0, 0, -2e-3 - part * 1e-3)});
+    CHECK((d.rves.report().similar == 1) == (part < 1));
+    CHECK(d.rves.report().advanced == (part < 1 ? 1u : 2u));
+  }
+}
+
+TEST_CASE("yielding is no noise, breakage is, up to a cap") {
+  coupling::RveOptions stiff;
+  stiff.response.tangent = coupling::TangentKind::contact_stiffness;  // the affine bound: what yields stays below it
+  Driven d(standard(), 1, stiff);
+  d.go({Mat3::Identity()});
+  for (int k = 0; k < 10; ++k) d.go({stretch(0, 1e-3, 0)});
+  d.respond({stretch(0, 1e-3, 0)});
+  const Vec6 first = Eigen::Map<const Vec6>(d.stress.data());
+  const Mat6 tangent = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(d.tangent.data());
+  d.respond({stretch(0, 2e-3, 0)});
+  const Vec6 change = Eigen::Map<const Vec6>(d.stress.data()) - first, elastic = tangent * (Vec6() << 0, 0, 0, 0, 2e-3, 0).finished();
+  REQUIRE((change - elastic).norm() > 0.02 * first.norm());  // far from the tangent
+  // Anything from no change to the elastic one is what yielding may do: only what misses by more is no function of strain.
+  const double off = from_voigt(Vec6(change - elastic)).norm(), yields = from_voigt(elastic).norm(), size = from_voigt(first + change).norm();
+  CHECK(d.rves.noise() == Approx(std::max(standard().q.unbalanced_force, std::max(0.0, off - yields) / size)).epsilon(1e-6));
+  CHECK(d.rves.noise() < 0.5 * off / size);
+  // Where one iteration breaks grains and the other does not, the difference counts; however large, the cap holds.
+  const Sand brittle = weak(1.2e6);
+  Driven b(brittle, 1, {});
+  b.go({Mat3::Identity()});
+  b.respond({stretch(0, 0, -1e-4)});
+  b.respond({stretch(0, 0, -0.05)});
+  CHECK(b.rves.noise() == coupling::RveMaterial::max_noise);
+}
+
+TEST_CASE("after a breakage no elastic range is looked for; without one it is") {
+  for (const double strength : {1e12, 1.2e6}) {
+    Sand s = weak(strength);
+    coupling::ResponseOptions with;
+    with.quasi_static = s.q, with.elastic = 0.5;
+    coupling::RveFarm farm(MPI_COMM_SELF, s.model, with, 1);
+    farm.put(0, s.state, 1);
+    const auto large = farm.advance({{0, {stretch(0, 0, -0.03)}, 0, false, true}})[0];
+    REQUIRE(large.response.stable);
+    REQUIRE((large.response.breakages > 0) == (strength < 1e12));
+    farm.commit({0});
+    CHECK(farm.advance({{0, {stretch(0, 0, -1e-7)}, 0, false, true}})[0].elastic == (strength == 1e12));
+  }
+}
+
+}  // namespace grus
