@@ -105,22 +105,9 @@ void BvpOutput::add(const Row& r, const fem::MacroEnergy* energy) {
 
 void BvpOutput::frame(double time) {
   const fem::MacroFields fields = problem_.gather_fields();
+  const auto facts = [&](std::size_t k) -> const coupling::Facts& { return rves_->facts(k); };
   const auto per_cell = static_cast<std::size_t>(problem_.points_per_cell());
-  std::vector<double> cells(3 * (points_.group.size() / per_cell), 0.0);  // void ratio, breakages a starting grain, grains; means of the cell's RVEs
-  std::vector<double> with(points_.group.size() / per_cell, 0.0);         // points of the cell that have one
-  for (std::size_t i = 0; i < points_.rve_of.size(); ++i) with[i / per_cell] += points_.rve_of[i] != SIZE_MAX;
-  for (std::size_t i = 0; i < points_.rve_of.size(); ++i) {
-    if (points_.rve_of[i] == SIZE_MAX) continue;
-    const coupling::Facts& f = rves_->facts(points_.rve_of[i]);
-    double* at = cells.data() + 3 * (i / per_cell);
-    const double share = 1 / with[i / per_cell];
-    at[0] += f.void_ratio * share;
-    at[1] += static_cast<double>(f.breakages) / static_cast<double>(f.grains - f.breakages) * share;
-    at[2] += static_cast<double>(f.grains) * share;
-  }
-  for (std::size_t c = 0; c < with.size(); ++c)
-    if (with[c] == 0) cells[3 * c] = cells[3 * c + 1] = cells[3 * c + 2] = NAN;  // no grains, no void ratio
-  const std::vector<double> all = problem_.gather_cells(cells);
+  const std::vector<double> all = problem_.gather_cells(cell_means(points_.rve_of, per_cell, facts));
   const std::string name = fmt::format("macro/macro_{:05}.hdf", series_.size());
   probes_.frame(series_.size(), time);
   series_.emplace_back(name, time);

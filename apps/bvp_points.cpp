@@ -94,4 +94,20 @@ std::vector<dem::State> prepare_variants(const BvpScene& scene, const std::vecto
   return states;
 }
 
+std::vector<double> cell_means(const std::vector<std::size_t>& rve_of, std::size_t per_cell,
+                               const std::function<const coupling::Facts&(std::size_t)>& facts) {
+  std::vector<double> cells(3 * (rve_of.size() / per_cell), 0.0), with(rve_of.size() / per_cell, 0.0);
+  for (std::size_t i = 0; i < rve_of.size(); ++i) {
+    if (rve_of[i] == SIZE_MAX) continue;
+    const coupling::Facts& f = facts(rve_of[i]);
+    double* at = cells.data() + 3 * (i / per_cell);
+    at[0] += f.void_ratio;
+    at[1] += static_cast<double>(f.breakages) / static_cast<double>(f.grains - f.breakages);
+    at[2] += static_cast<double>(f.grains);
+    ++with[i / per_cell];
+  }
+  for (std::size_t k = 0; k < cells.size(); ++k) cells[k] /= with[k / 3];  // 0 / 0: no grains, no void ratio
+  return cells;
+}
+
 }  // namespace grus::app

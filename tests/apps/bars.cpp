@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What grus-bvp makes of its results: bars read by their gauges, means of cells.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "apps/bvp_points.hpp"
+#include "apps/hopkinson.hpp"
+#include "tests/helpers.hpp"
+
+using namespace grus;
+using namespace grus::app;
+
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+constexpr double there = 1e-4, beyond = 6e-5, length = 8e-5, peak = 1e-3;  // s from gauges to the specimen; of the pulse
+
+Hopkinson steel() {
+  Hopkinson h;
+  h.bar_modulus = 200e9, h.bar_density = 8000, h.bar_area = 3e-4, h.specimen_area = 2e-4, h.specimen_length = 0.01;
+  const double wave = std::sqrt(h.bar_modulus / h.bar_density);
+  h.incident_distance = there * wave, h.transmitted_distance = beyond * wave;
+  h.incident = "in", h.transmitted = "out", h.axis = 1;
+  return h;
+}
+
+double pulse(double t) { return t > 0 && t < length ? peak * std::pow(std::sin(pi * t / length), 2) : 0; }
+
+/// Incident gauge: the pulse, and half of it back as tension; transmitted gauge: 0.3 of it. Not in equilibrium, so that the analyses differ.
+std::array<GaugeSignal, 2> gauges() {
+  std::array<GaugeSignal, 2> g;
+  for (int k = 0; k <= 8000; ++k) {
+    const double t = 1e-7 * k, arrival = 2e-5;
+    for (auto& one : g) one.time.push_back(t);
+    g[0].strain.push_back(pulse(t - arrival) - 0.5 * pulse(t - arrival - 2 * there));
+    g[1].strain.push_back(0.3 * pulse(t - arrival - there - beyond));
+  }
+  return g;
+}
+
+}  // namespace
+
+TEST_CASE("one-, two- and three-wave analysis of bars are the formulas of the laboratory") {
+  const Hopkinson bar = steel();
+  const auto [incident, transmitted] = gauges();
+  const auto rows = analyse_hopkinson(bar, incident, transmitted);
+  REQUIRE(rows.size() > 1000);
+  const double wave = 5000, force = 200e9 * 3e-4 / 2e-4;
+  double worst = 0, last = 0;
+  for (const HopkinsonRow& r : rows) {
+    const double e = pulse(r.time - 2e-5 - there);  // at the specimen's face
+    worst = std::max({worst, std::abs(r.incident - e) / peak, std::abs(r.reflected + 0.5 * e) / peak, std::abs(r.transmitted - 0.3 * e) / peak});
+    worst = std::max({worst, std::abs(r.rate_1 / (2 * wave * 0.5 * peak / 0.01) - e / peak), std::abs(r.rate_3 / (wave * 1.2 * peak / 0.01) - e / peak)});
+    worst = std::max({worst, std::abs(r.stress_1 / (force * 0.3 * peak) - e / peak), std::abs(r.stress_2 / (force * 0.5 * peak) - e / peak),
+                      std::abs(r.stress_3 / (force * 0.4 * peak) - e / peak)});
+    last = r.time;
+  }
+  CHECK(worst < 1.5e-2);  // where waves are told apart, at a hundredth of the peak
+  CHECK(last > 2e-5 + there + length);
+  // Mean of sin^2 is a half.
+  CHECK(rows.back().strain_1 == Approx(wave * peak / 0.01 * length / 2).epsilon(2e-3));
+  CHECK(rows.back().strain_3 == Approx(1.2 * wave * peak / 0.01 * length / 2).epsilon(2e-3));
+}
+
+TEST_CASE("hopkinson.csv: gauges are tension-positive in history.csv and compression-positive here; the specimen's own beside them") {
+  const auto [incident, transmitted] = gauges();
+  std::string history = "increment,time_s,probe_in_strain_yy,probe_out_strain_yy,grains_strain_yy,grains_stress_yy_Pa\n";
+  for (std::size_t k = 0; k < incident.time.size(); ++k)
+    history += fmt::format("{},{:.17g},{:.12g},{:.12g},{:.12g},{:.12g}\n", k, incident.time[k], -incident.strain[k], -transmitted.strain[k], -0.5 * incident.time[k], -7e6);
+  char name[] = "/tmp/grus_bars_XXXXXX";
+  REQUIRE(mkdtemp(name));
+  const std::string path = std::string(name) + "/hopkinson.csv";
+  write_hopkinson(path, steel(), history);
+  std::ifstream in(path);
+  std::string line, cell;
+  std::getline(in, line);
+  CHECK(line == "time_s,incident_strain,reflected_strain,transmitted_strain,rate_1wave,strain_1wave,stress_1wave_Pa,stress_2wave_Pa,rate_3wave,strain_3wave,stress_3wave_Pa,"
+                "specimen_strain,specimen_stress_Pa");
+  const auto rows = analyse_hopkinson(steel(), incident, transmitted);
+  std::size_t at = 0;
+  for (; std::getline(in, line); ++at) {
+    std::vector<double> v;
+    for (std::istringstream cells(line); std::getline(cells, cell, ',');) v.push_back(std::stod(cell));
+    REQUIRE(v.size() == 13);
+    const HopkinsonRow& r = rows.at(at);
+    const double expected[13] = {r.time, r.incident, r.reflected, r.transmitted, r.rate_1, r.strain_1, r.stress_1, r.stress_2, r.rate_3, r.strain_3, r.stress_3, 0.5 * r.time, 7e6};
+    const double round_off[13] = {1e-14, 1e-10, 1e-10, 1e-10, 1e-3, 1e-8, 10, 10, 1e-3, 1e-8, 10, 1e-12, 1};
+    for (std::size_t k = 0; k < 13; ++k) REQUIRE(v[k] == Approx(expected[k]).epsilon(1e-6).margin(round_off[k]));
+  }
+  CHECK(at == rows.size());
+  std::filesystem::remove_all(name);
+}
+
+TEST_CASE("a cell of the macro frame has the means of its points with grains, and nothing where there are none") {
+  std::vector<coupling::Facts> facts(3);
+  facts[0].void_ratio = 0.6, facts[0].grains = 120, facts[0].breakages = 20;
+  facts[1].void_ratio = 0.8, facts[1].grains = 100, facts[1].breakages = 0;
+  facts[2].void_ratio = 0.5, facts[2].grains = 200, facts[2].breakages = 100;
+  const auto of = [&](std::size_t k) -> const coupling::Facts& { return facts[k]; };
+  const auto cells = cell_means({0, 1, SIZE_MAX, 2, SIZE_MAX, SIZE_MAX}, 2, of);
+  REQUIRE(cells.size() == 9);
+  CHECK(cells[0] == Approx(0.7));
+  CHECK(cells[1] == Approx(0.1));  // 20 of 100 that were there, and none
+  CHECK(cells[2] == Approx(110));
+  CHECK(cells[3] == Approx(0.5));
+  CHECK(cells[4] == Approx(1));
+  CHECK(cells[5] == Approx(200));
+  for (int k = 6; k < 9; ++k) CHECK(std::isnan(cells[static_cast<std::size_t>(k)]));
+}

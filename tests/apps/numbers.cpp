@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Numbers that users read or write: units, defaults, error estimates, gradings over a test.
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+
+#include <unistd.h>
+
+#include "apps/error_estimates.hpp"
+#include "apps/grading_states.hpp"
+#include "apps/scene/rve_scene.hpp"
+#include "apps/scene/units.hpp"
+#include "dem/contact/forces.hpp"
+#include "tests/helpers.hpp"
+
+using namespace grus;
+using namespace grus::app;
+using namespace grus::dem::test;
+using grus::dem::Mat3, grus::dem::Vec3, grus::dem::State, grus::dem::Model, grus::dem::PolyEllipsoid, grus::dem::Team, grus::dem::Wall, grus::dem::pi;
+
+namespace {
+
+/// A folder that goes with its owner.
+struct Scratch {
+  std::string path;
+  Scratch() {
+    char name[] = "/tmp/grus_numbers_XXXXXX";
+    if (!mkdtemp(name)) throw std::runtime_error("no scratch folder");
+    path = name;
+  }
+  ~Scratch() { std::filesystem::remove_all(path); }
+};
+
+std::vector<std::vector<double>> rows_of(const std::string& file) {
+  std::ifstream in(file);
+  std::string line, cell;
+  std::getline(in, line);
+  std::vector<std::vector<double>> rows;
+  while (std::getline(in, line)) {
+    rows.emplace_back();
+    for (std::istringstream cells(line); std::getline(cells, cell, ',');) rows.back().push_back(std::stod(cell));
+  }
+  return rows;
+}
+
+}  // namespace
+
+TEST_CASE("a quantity is its number in SI units, with prefixes above and under the stroke, and powers") {
+  struct Row {
+    const char* text;
+    Dimension dimension;
+    double value;
+  };
+  for (const Row& r : {Row{"0.3 mm", dimension::length, 3e-4}, Row{"7 um", dimension::length, 7e-6}, Row{"2.65 g/cm^3", dimension::density, 2650},
+                       Row{"2650 kg/m^3", dimension::density, 2650}, Row{"2.65e-3 kg/cm^3", dimension::density, 2650}, Row{"1.77 MPa m^0.5", dimension::toughness, 1.77e6},
+                       Row{"3 mm/ms", dimension::speed, 3}, Row{"3 um/us", dimension::speed, 3}, Row{"2 1/ms", dimension::rate, 2000}, Row{"5 kN/mm", dimension::stiffness, 5e6},
+                       Row{"60 GPa", dimension::pressure, 60e9}, Row{"6 kN/cm^2", dimension::pressure, 6e7}, Row{"2 bar", dimension::pressure, 2e5},
+                       Row{"1.5 min", dimension::time, 90}, Row{"30 deg", dimension::none, pi / 6}, Row{"12 %", dimension::none, 0.12}, Row{"7 cm^2", dimension::area, 7e-4},
+                       Row{"3 mg", dimension::mass, 3e-6}, Row{"9.81 m/s^2", dimension::acceleration, 9.81}, Row{"4 mm/ms^2", dimension::acceleration, 4e3},
+                       Row{"250", dimension::pressure, 250}}) {
+    INFO(r.text);
+    CHECK(parse_quantity(r.text, r.dimension) == Approx(r.value).epsilon(1e-12));
+  }
+  CHECK_THROWS_AS(parse_quantity("3 mm", dimension::time), std::invalid_argument);
+  CHECK_THROWS_AS(parse_quantity("3 g/cm^2", dimension::density), std::invalid_argument);
+  CHECK_THROWS_AS(parse_quantity("3 parsec", dimension::length), std::invalid_argument);
+}
+
+TEST_CASE("the size effect that nobody names is three over Weibull's modulus") {
+  const Scratch scratch;
+  const std::string file = scratch.path + "/scene.toml";
+  auto exponent = [&](const std::string& more) {
+    std::ofstream(file) << "[material.m]\nyoungs_modulus = 1e9\ndensity = 2000.0\n[material.m.fracture]\nmodel = \"polyellipsoid-split\"\n"
+                           "hoek_brown = { compressive_strength = 1e8, m = 20 }\nweibull = { modulus = 4.2, reference_radius = 1e-3" +
+                               more + " }\n[[grain]]\nshape = \"sphere\"\nradius = 1e-3\nposition = [0, 0, 0]\nmaterial = \"m\"\n[boundary]\nkind = \"open\"\n[loading]\nkind = \"free\"\nduration = 1e-3\n";
+    return read_rve_scene(file, {}).model.materials[0].fracture->weibull->size_exponent;
+  };
+  CHECK(exponent("") == Approx(3 / 4.2).epsilon(1e-14));
+  CHECK(exponent(", size_exponent = 0.5") == 0.5);
+}
+
+TEST_CASE("error estimates are of the last row and of the worst, and each is what its name says") {
+  const Model model = model_of(solid(60e9, 0.2, 2650));
+  Team team(1);
+  const double r = 1e-3, size = 3.98e-3;
+  auto box = [&](double deeper) {
+    State s;
+    for (int i = 0; i < 8; ++i) add(s, PolyEllipsoid::sphere(r), Vec3(0.25 + 0.5 * (i & 1), 0.25 + 0.5 * (i >> 1 & 1), 0.25 + 0.5 * (i >> 2)) * size, 2650);
+    add_box(s, size);
+    s.boundary.walls[5].point.z() -= deeper;
+    prepare(model, s, team);
+    return s;
+  };
+  State even = box(0), uneven = box(1e-5);
+  ErrorEstimates e;
+  uneven.ledger.work = 0.3 * stored_energy(model, uneven);  // not accounted for
+  even.ledger.work = -0.1 * stored_energy(model, even);
+  for (const State* s : {&even, &uneven, &even}) e.add(*s, measure(model, *s));
+  const auto json = e.json(even);
+  CHECK(json["worst_energy_error"] == Approx(0.3).epsilon(1e-9));
+  CHECK(e.energy.last == Approx(0.1).epsilon(1e-9));
+  // Between grains twice 0.005 r, at a wall half of that; the lid of the uneven box adds its way.
+  CHECK(e.overlap.last == Approx(0.01).epsilon(1e-6));
+  CHECK(e.overlap.worst == Approx(std::max(0.01, 0.005 + 1e-5 / r)).epsilon(1e-6));
+  CHECK(e.unbalanced.worst == Approx(measure(model, uneven).unbalanced_force).epsilon(1e-12));
+  CHECK(e.unbalanced.worst > e.unbalanced.last);
+  const auto m = measure(model, uneven);
+  const double wall = m.wall_stress.trace() / 3, cell = m.stress.trace() / 3;
+  CHECK(e.wall_minus_cell.worst >= std::abs(wall - cell) / std::max(std::abs(wall), e.largest_wall) * (1 - 1e-12));
+  CHECK(e.largest_wall == Approx(std::abs(wall)).epsilon(1e-12));
+  CHECK(e.wall_minus_cell.last < e.wall_minus_cell.worst);
+  CHECK(e.pressure_scatter.last < 1e-9);  // all grains alike
+  // Two grains between the same platens, one pressed deeper: standard error of a mean of two shares, force times arm at both ends.
+  State two;
+  for (const double more : {0.0, 1e-6}) add(two, PolyEllipsoid::sphere(r + more), Vec3(1e4 * more, 0, 0), 2650);
+  for (const double side : {-1.0, 1.0}) {
+    Wall platen;
+    platen.material = 1, platen.normal = Vec3(0, 0, -side), platen.point = Vec3(0, 0, side * (r - 1e-6));
+    two.boundary.walls.push_back(platen);
+  }
+  prepare(model, two, team);
+  double share[2];
+  for (int k = 0; k < 2; ++k) {
+    const double radius = r + 1e-6 * k, depth = 1e-6 * (1 + k);
+    share[k] = 2 * 4.0 / 3 * model.pairs[1].youngs * std::sqrt(radius) * std::pow(depth, 1.5) * (radius - 0.5 * depth);
+  }
+  const double mean = 0.5 * (share[0] + share[1]), deviation = (share[1] - share[0]) / std::sqrt(2.0);  // n - 1 = 1
+  CHECK(dem::pressure_scatter(two, 1) == Approx(deviation / std::sqrt(2.0) / mean).epsilon(1e-9));
+}
+
+TEST_CASE("grading.csv: as many states as asked, evenly over the test, each class with what is finer and what its grains are like") {
+  const Scratch scratch;
+  const std::string file = scratch.path + "/scene.toml";
+  std::ofstream(file) << "[material.m]\nyoungs_modulus = 1e9\ndensity = 2000.0\n"
+                         "[[grain]]\nshape = \"sphere\"\nradius = 1e-3\nposition = [0, 0, 0]\nmaterial = \"m\"\n"
+                         "[[grain]]\nshape = \"sphere\"\nradius = 4e-3\nposition = [0, 0, 0.1]\nmaterial = \"m\"\n"
+                         "[boundary]\nkind = \"open\"\n[loading]\nkind = \"free\"\nduration = 0.3\n[output]\ngradings = 4\n";
+  const RveScene scene = read_rve_scene(file, {});
+  const Model model = scene.model;
+  State s = scene.state;
+  Team team(1);
+  prepare(model, s, team);
+  GradingStates states(scratch.path, scene);
+  for (int k = 0; k <= 30; ++k) s.time = 0.01 * k, states.write_if_due(s);
+  CHECK(states.written() == 4);
+  const auto rows = rows_of(scratch.path + "/grading.csv");
+  REQUIRE(rows.size() == 4 * 40);
+  std::vector<double> times;
+  for (std::size_t i = 0; i < rows.size(); i += 40) times.push_back(rows[i][0]);
+  for (std::size_t k = 0; k < 4; ++k) CHECK(times[k] == Approx(0.1 * static_cast<double>(k)).margin(0.0101));
+  const double small = 1.0 / 65;  // of the mass: 1 and 64
+  double grains = 0, mass = 0;
+  for (std::size_t i = 0; i < 40; ++i) {
+    const auto& r = rows[i];
+    CHECK(r[3] == Approx(r[2] < 2e-3 ? 0 : r[2] < 8e-3 ? small : 1).margin(1e-6));
+    grains += r[4], mass += r[5];
+  }
+  CHECK(grains == 2);
+  CHECK(mass == Approx(2000 * 4 * pi / 3 * 65e-9).epsilon(1e-8));
+  CHECK(rows[0][2] == Approx(2e-3 / 8).epsilon(0.15));  // the smallest class begins an eighth below the smallest grain
+  CHECK(rows[39][2] == Approx(8e-3).epsilon(1e-5));
+}
