@@ -57,6 +57,11 @@ TEST_CASE("one-, two- and three-wave analysis of bars are the formulas of the la
     worst = std::max({worst, std::abs(r.rate_1 / (2 * wave * 0.5 * peak / 0.01) - e / peak), std::abs(r.rate_3 / (wave * 1.2 * peak / 0.01) - e / peak)});
     worst = std::max({worst, std::abs(r.stress_1 / (force * 0.3 * peak) - e / peak), std::abs(r.stress_2 / (force * 0.5 * peak) - e / peak),
                       std::abs(r.stress_3 / (force * 0.4 * peak) - e / peak)});
+    if (&r != &rows.front()) {  // strains are trapezoids of the rates
+      const HopkinsonRow& before = *(&r - 1);
+      REQUIRE(r.strain_1 - before.strain_1 == Approx(0.5 * (r.rate_1 + before.rate_1) * (r.time - before.time)).epsilon(1e-6).margin(1e-12));
+      REQUIRE(r.strain_3 - before.strain_3 == Approx(0.5 * (r.rate_3 + before.rate_3) * (r.time - before.time)).epsilon(1e-6).margin(1e-12));
+    }
     last = r.time;
   }
   CHECK(worst < 1.5e-2);  // where waves are told apart, at a hundredth of the peak

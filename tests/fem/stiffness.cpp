@@ -213,6 +213,84 @@ TEST_CASE("a correction that is still large is made, however small the residual"
   CHECK(problem.mean_strain()[2] == Approx(1e-3).epsilon(1e-5));
 }
 
+TEST_CASE("steps that overshoot are cut: by the line search, and to what was moved so far") {
+  fem::BoundaryCondition pull;
+  pull.name = "top", pull.where = [](const Point& x) { return std::abs(x[2] - 1) < 1e-9; }, pull.traction = Point{0, 0, 1e5};
+  const std::vector<fem::BoundaryCondition> low{plane("x0", 0, 0, 0, 0), plane("y0", 1, 0, 1, 0), plane("z0", 2, 0, 2, 0)};
+  {  // A tangent four times too soft: each full step leaves three times the error of the one before.
+    auto b = low;
+    b.push_back(pull);
+    fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 1}, true, {}}, {1, 2, false}, b);
+    fem::Material elastic = fem::elastic_material(problem.owned_points(), 1e8, 0.2), m = elastic;
+    m.respond = [&](const fem::Points& p) {
+      if (!elastic.respond(p)) return false;
+      for (double& c : p.tangent) c *= 0.25;
+      return true;
+    };
+    fem::StaticsOptions o = options(1, 1e-8, 1e-6);
+    o.acceleration = 0, o.max_iterations = 60;
+    REQUIRE(fem::solve_statics(problem, m, o, always).converged);
+    CHECK(problem.mean_strain()[2] == Approx(1e-3).epsilon(1e-6));
+  }
+  // A tangent that collapses: corrections of a thousand times the increment are proposed, none goes further than the way so far.
+  auto b = low;
+  b.push_back(plane("top", 2, 1, 2, 1e-3));
+  fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 2}, true, {}}, {1, 2, false}, b);
+  fem::Material elastic = fem::elastic_material(problem.owned_points(), 1e8, 0.2), m = elastic;
+  double furthest = 0;
+  int asked = 0;
+  m.respond = [&](const fem::Points& p) {
+    if (!elastic.respond(p)) return false;
+    for (std::size_t i = 0; i < problem.owned_points(); ++i) {
+      for (std::size_t k = 0; k < 9; ++k) furthest = std::max(furthest, std::abs(p.deformation[9 * i + k] - (k % 4 == 0 ? 1 : 0)));
+      if (asked > 0 && problem.point_position(i)[2] > 0.5) p.stress[6 * i + 2] *= 0.9;  // out of balance
+    }
+    if (++asked > 1)
+      for (double& c : p.tangent) c *= 1e-4;
+    return true;
+  };
+  fem::StaticsOptions o = options(1, 1e-8, 1e-6);
+  o.max_iterations = 1, o.max_cutbacks = 0, o.acceleration = 0;
+  CHECK_FALSE(fem::solve_statics(problem, m, o, always).converged);
+  CHECK(asked > 2);
+  CHECK(furthest < 5e-3);  // twice the way, in half of the length
+}
+
+TEST_CASE("where nearly all force is gone, what is left need not balance better than a share of what there was") {
+  fem::BoundaryCondition pull;
+  pull.name = "top", pull.where = [](const Point& x) { return std::abs(x[2] - 1) < 1e-9; }, pull.traction = Point{0, 0, 1e5};
+  pull.history.points = {{0, 0}, {0.5, 1}, {1, 0}};
+  fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 2}, true, {}}, {1, 2, false},
+                       {plane("x0", 0, 0, 0, 0), plane("y0", 1, 0, 1, 0), plane("z0", 2, 0, 2, 0), pull});
+  fem::Material elastic = fem::elastic_material(problem.owned_points(), 1e8, 0.2), m = elastic;
+  int asked = 0;
+  m.respond = [&](const fem::Points& p) {  // a material with a noise of 1e-4 of the largest stress, never twice the same
+    if (!elastic.respond(p)) return false;
+    ++asked;
+    for (std::size_t i = 0; i < problem.owned_points(); ++i) p.stress[6 * i + 2] += 10 * std::sin(1.7 * asked + (problem.point_position(i)[2] > 0.5 ? 2 : 0));
+    return true;
+  };
+  fem::StaticsOptions o = options(4, 1e-2, 1e-1);
+  o.max_cutbacks = 1;
+  REQUIRE(fem::solve_statics(problem, m, o, always).converged);
+  CHECK(std::abs(problem.mean_stress()[2]) < 100);
+}
+
+TEST_CASE("bulk viscosity of one step: linear and quadratic, in closed form") {
+  const double speed = 10, rho = 2000, E = 1e8, h = 0.5;
+  auto top = plane("top", 2, h, 2, -speed * 1e-4), low = plane("low", 2, 0, 2, 0);
+  top.history.points = {{0, 0}, {1e-4, 1}};
+  fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{h, h, h}, {1, 1, 1}, true, {}}, {1, 2, false},
+                       {top, low, plane("x0", 0, 0, 0, 0), plane("x1", 0, h, 0, 0), plane("y0", 1, 0, 1, 0), plane("y1", 1, h, 1, 0)});
+  fem::Material m = fem::elastic_material(problem.owned_points(), E, 0);
+  fem::DynamicsOptions o;
+  o.duration = 1e-6, o.time_step = 1e-6, o.linear_viscosity = 0.06, o.quadratic_viscosity = 1.5, o.max_energy_error = 1e9;
+  const auto result = fem::solve_dynamics(problem, m, std::vector<double>(problem.owned_points(), rho), o, [](const fem::DynamicsReport&) { return true; });
+  REQUIRE(result.finished);
+  const double rate = speed / h, pressure = rho * h * (0.06 * std::sqrt(E / rho) * rate + 1.5 * 1.5 * h * rate * rate);
+  CHECK(result.last.dissipated == Approx(pressure * rate * 1e-6 * h * h * h).epsilon(1e-4));  // of the volume now
+}
+
 TEST_CASE("a free mass under a constant force goes F t^2 / 2 m, from the first half kick on") {
   fem::BoundaryCondition push;
   push.name = "top", push.where = [](const Point& x) { return std::abs(x[2] - 1) < 1e-9; }, push.traction = Point{0, 0, 7};

@@ -174,6 +174,87 @@ TEST_CASE("an elastic answer ends where a grain would break, before anything sli
   }
 }
 
+TEST_CASE("the tension of a contact is Hertz's at its rim, for grains that break and for points that are elastic") {
+  // sigma = (1 - 2 nu) / 3 x 3 F / (2 pi a^2), a^2 = R_e overlap; three contacts of a cubic lattice reach it together.
+  const double overlap = 2e-3 * R, force = 4.0 / 3 * 30e9 / 0.96 * std::sqrt(R / 2) * std::pow(overlap, 1.5);
+  const double tension = (1 - 2 * 0.2) / 3 * 1.5 * force / (pi * R / 2 * overlap);
+  for (const double part : {0.99, 1.01}) {
+    Material m = solid(60e9, 0.2, 2650, 10);
+    FractureModel f;
+    f.contact_tension = ContactTension{part * tension, 3};
+    m.fracture = f;
+    Model model = model_of(m);
+    Team team(1);
+    State s = cubic(3, overlap);
+    prepare(model, s, team);
+    CHECK(find_breaks(model, s, team).empty() == (part > 1));
+    // An isotropic strain adds 3 / 2 e 2 R / overlap to each force, a third of that to each tension.
+    model.materials[0].fracture->contact_tension->strength = 1.02 * tension;
+    const auto r = linear_response(model, s, 0.5);
+    REQUIRE(r);
+    Vec6 squeeze = Vec6::Zero();
+    squeeze.head<3>().setConstant(-(part > 1 ? 0.021 : 0.019) * 2 * overlap / (2 * R));
+    CHECK(r->holds(model, squeeze, 0.5) == (part < 1));
+  }
+}
+
+TEST_CASE("fabric, coordination, void ratio, unbalanced force and inertial number of a lattice are what counting says") {
+  const Model model = linear_model(1e6, 0.8, 2650, 0.5);
+  Team team(1);
+  State s = cubic(3, 1e-3 * R);
+  s.boundary.cell.vectors(2, 2) *= 0.9995;  // pressed more along z: forces differ, directions do not
+  for (auto& m : s.grains.motion) m.position.z() *= 0.9995;
+  prepare(model, s, team);
+  const Measurement m = measure(model, s);
+  CHECK((m.fabric - Mat3::Identity() / 3).norm() < 1e-12);
+  CHECK(m.coordination == Approx(6));
+  const double solid_volume = 27 * 4 * pi / 3 * R * R * R, cell = s.boundary.cell.vectors.determinant();
+  CHECK(m.void_ratio == Approx(cell / solid_volume - 1).epsilon(1e-12));
+  CHECK(m.solid_fraction == Approx(solid_volume / cell).epsilon(1e-12));
+  for (auto& f : s.grains.force) f = Vec3(0.3, 0, 0.4);
+  double contacts = 0, forces = 0;
+  for (std::size_t k = 0; k < s.contacts.size(); ++k)
+    if (s.contacts.contact.touching(k)) ++contacts, forces += s.contacts.touch[k].force.norm();
+  CHECK(measure(model, s).unbalanced_force == Approx(0.5 / (forces / contacts)).epsilon(1e-12));
+  for (auto& mass : s.grains.mass) mass *= 2;
+  CHECK(inertial_number(s, -7, 1e5) == Approx(7 * 2 * R * std::sqrt(2 * 2650 / 1e5)).epsilon(1e-12));
+}
+
+TEST_CASE("the critical step sees an impact coming: both grains' speeds, and Hertz's depth") {
+  const Model model = model_of(solid(60e9, 0.2, 2650));
+  Team team(1);
+  State s;
+  for (const double side : {-1.0, 1.0}) add(s, PolyEllipsoid::sphere(R), Vec3(side * 1.1 * R, 0, 0), 2650, Vec3(-side * 3, 0, 0));
+  prepare(model, s, team);
+  // Depth of an impact at 6 m/s of half the mass on R / 2: 15 m v^2 / (16 E* sqrt R) to the power 2/5; stiffness 2 E* sqrt(R depth).
+  const double mass = 0.5 * s.grains.mass[0], youngs = 30e9 / 0.96, radius = R / 2, v = 6;
+  const double depth = std::pow(15 * mass * v * v / (16 * youngs * std::sqrt(radius)), 0.4), stiffness = 2 * youngs * std::sqrt(radius * depth);
+  CHECK(step_of(model, s).dt == Approx(2 / std::sqrt(stiffness / mass)).epsilon(1e-9));
+}
+
+TEST_CASE("springs of a fresh plane shorten the critical step") {
+  Material m = solid(60e9, 0.17, 2650);
+  FractureModel f;
+  f.hoek_brown = HoekBrown{592e6, 20.56};
+  f.springs = CohesiveSprings{4, 1.77e6};
+  m.fracture = f;
+  const Model model = model_of(m);
+  Team team(1);
+  State s;
+  add(s, PolyEllipsoid::sphere(3e-4), Vec3::Zero(), 2650, Vec3::Zero(), Vec3(0, 10, 0));
+  prepare(model, s, team);
+  apply_breaks(model, s, {{0, 0}}, team);
+  double stiffness = 0;
+  for (const auto& b : s.bonds) stiffness += b.peak / b.onset;
+  const CriticalStep with = step_of(model, s);
+  s.bonds.clear();
+  // Two halves on springs swing at sqrt(2 k / m) at least, the smaller half's; the bound doubles each grain's own k / m.
+  double least = INFINITY;
+  for (const double mass : s.grains.mass) least = std::min(least, mass);
+  CHECK(with.dt <= 2 / std::sqrt(2 * stiffness / least) * (1 + 1e-9));
+  CHECK(step_of(model, s).dt > 1.05 * with.dt);
+}
+
 TEST_CASE("potentials are the integrals of their forces: contacts of both laws, tangential and cohesive springs") {
   for (const ContactLaw& law : {ContactLaw{HertzMindlin{}}, ContactLaw{LinearSpring{}}})
     for (const double overlap : {1e-7, 1e-5}) {

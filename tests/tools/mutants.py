@@ -1,0 +1,169 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Small faults put into formulas, to see whether a test notices: mutants.py [--work DIR] [--jobs N] [--report FILE] [NAME...]
+
+The table beside this file says where: a place in a file, what stands there, what shall stand there instead. All faults are built in at
+once, behind a variable of the environment (GRUS_MUTANT) that chooses one; 0 or nothing is the program as it is. Each fault is run against
+the tests it names, then against all others, until one fails: then it is dead. Exit 0 if all that are not marked equivalent are dead but for
+one in twenty, and all that are marked `from = "review"` are dead.
+"""
+import argparse
+import concurrent.futures
+import glob
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+
+here = os.path.dirname(os.path.abspath(__file__))
+root = os.path.normpath(os.path.join(here, "..", ".."))
+HEADER = """#pragma once
+#include <cstdlib>
+namespace grus_mutants {
+inline const int chosen = std::getenv("GRUS_MUTANT") ? std::atoi(std::getenv("GRUS_MUTANT")) : 0;
+}
+#define GRUS_MUTANT_IS(k) __builtin_expect(grus_mutants::chosen == (k), 0)
+"""
+# Fast first: the order in which a fault meets the tests that it does not name.
+TESTS = ["shapes", "contacts", "grading", "numbers", "bars", "balances", "breakage", "techniques", "small_rules", "histories", "bits", "single_contacts", "linear_response", "lists", "stiffness",
+         "dynamics", "geometry", "devices", "farm", "kernels", "motion", "coupling", "solid", "rve"]
+
+
+def refuse(message):
+    sys.exit(f"mutants: {message}")
+
+
+def read_table(path):
+    with open(path, "rb") as f:
+        table = tomllib.load(f)["mutant"]
+    names = [m["name"] for m in table]
+    if len(set(names)) != len(names):
+        refuse(f"{path}: a name is given twice: {sorted(n for n in names if names.count(n) > 1)[0]}")
+    for m in table:
+        m["places"] = m.get("places") or [{k: m[k] for k in ("file", "old", "new", "type", "nth") if k in m}]
+    return table
+
+
+def build_in(table, source):
+    """Writes the faults into the copied sources. Places in a file are replaced from the back; those of the same text share a place."""
+    spans = {}
+    for number, m in enumerate(table, 1):
+        for place in m["places"]:
+            path = os.path.join(source, place["file"])
+            text = open(path).read()
+            at, nth = -1, place.get("nth", 0)
+            if nth == 0 and text.count(place["old"]) != 1:
+                refuse(f"{m['name']}: {place['file']} holds {text.count(place['old'])} times {place['old']!r}")
+            for _ in range(max(nth, 1)):
+                at = text.find(place["old"], at + 1)
+            if at < 0:
+                refuse(f"{m['name']}: {place['file']} does not hold {place['old']!r} {nth} times")
+            spans.setdefault(path, {}).setdefault((at, at + len(place["old"])), []).append((number, place))
+    for path, places in spans.items():
+        text = open(path).read()
+        ordered = sorted(places, reverse=True)
+        for a, b in zip(ordered[1:], ordered):
+            if a[1] > b[0]:
+                refuse(f"{path}: {text[a[0]:a[1]]!r} and {text[b[0]:b[1]]!r} overlap")
+        for span in ordered:
+            old = text[span[0]:span[1]]
+            statement = old.rstrip().endswith((";", "}"))
+            new = f"{{ {old} }}" if statement else f"({old})"
+            for number, place in places[span]:
+                kind = place.get("type")
+                if statement:
+                    new = f"if (GRUS_MUTANT_IS({number})) {{ {place['new']} }} else {new}"
+                elif kind:
+                    new = f"(GRUS_MUTANT_IS({number}) ? {kind}({place['new']}) : {kind}({new}))"
+                else:
+                    new = f"(GRUS_MUTANT_IS({number}) ? ({place['new']}) : {new})"
+            text = text[:span[0]] + new + text[span[1]:]
+        open(path, "w").write(text)
+
+
+def prepare(table, work):
+    source, build = os.path.join(work, "source"), os.path.join(work, "build")
+    files = subprocess.run(["git", "-C", root, "ls-files"], capture_output=True, text=True, check=True).stdout.split("\n")
+    for name in filter(None, files):
+        to = os.path.join(source, name)
+        os.makedirs(os.path.dirname(to), exist_ok=True)
+        data = open(os.path.join(root, name), "rb").read()
+        if not os.path.exists(to) or open(to, "rb").read() != data:
+            open(to, "wb").write(data)
+    build_in(table, source)
+    header = os.path.join(work, "mutant.hpp")
+    open(header, "w").write(HEADER)
+    subprocess.run(["cmake", "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_CXX_FLAGS=-include {header}"], check=True, stdout=subprocess.DEVNULL)
+    if subprocess.run(["cmake", "--build", build]).returncode:
+        refuse("the faults do not compile")
+    return build
+
+
+def run(build, test, number, timeout):
+    """True where the test passes. A fault that makes a test hang is found by its time."""
+    environment = dict(os.environ, GRUS_MUTANT=str(number), OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_btl="^tcp", OMP_NUM_THREADS="1",
+                       OPENBLAS_NUM_THREADS="1", OMPI_MCA_hwloc_base_binding_policy="none")
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            return subprocess.run([os.path.join(build, "tests", "test_" + test), "--abort"], cwd=folder, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                  timeout=timeout).returncode == 0
+        except subprocess.TimeoutExpired:
+            return False
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--work", help="folder to build in; kept, so that a second run builds less (default: a scratch folder)")
+    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
+    parser.add_argument("--report", help="file for a table of all faults")
+    parser.add_argument("names", nargs="*", help="only these faults")
+    options = parser.parse_args()
+    table = read_table(os.path.join(here, "mutants.toml"))
+    unknown = set(options.names) - {m["name"] for m in table}
+    if unknown:
+        refuse(f"no such fault: {sorted(unknown)[0]}")
+    scratch = None if options.work else tempfile.TemporaryDirectory()
+    build = prepare(table, os.path.abspath(options.work or scratch.name))
+    tests = [t for t in TESTS if os.path.exists(os.path.join(build, "tests", "test_" + t))]
+    missed = {os.path.basename(p)[5:] for p in glob.glob(os.path.join(build, "tests", "test_*")) if os.access(p, os.X_OK) and os.path.isfile(p)} - set(TESTS)
+    tests += sorted(missed)
+    usual = {}
+    for test in tests:
+        begin = time.time()
+        if not run(build, test, 0, 600):
+            refuse(f"test_{test} fails without any fault")
+        usual[test] = time.time() - begin
+    print(f"{len(table)} faults, {len(tests)} tests, {sum(usual.values()):.0f} s for all of them", flush=True)
+
+    def judge(number, m):
+        named = [t for t in m.get("tests", "").split() if t in tests]
+        for test in named + [t for t in tests if t not in named]:
+            if not run(build, test, number, 10 + 4 * usual[test] * options.jobs):
+                return test
+        return None
+
+    chosen = [(k, m) for k, m in enumerate(table, 1) if not options.names or m["name"] in options.names]
+    with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
+        found = {}
+        waiting = {pool.submit(judge, k, m): m for k, m in chosen}
+        for done in concurrent.futures.as_completed(waiting):
+            m = waiting[done]
+            found[m["name"]] = killer = done.result()
+            print(f"[{len(found)}/{len(chosen)}] {m['name']}: {'dead by ' + killer if killer else 'LIVES' + (', equivalent: ' + m['equivalent'] if 'equivalent' in m else '')}", flush=True)
+    real = [m for _, m in chosen if "equivalent" not in m]
+    alive = [m for m in real if found[m["name"]] is None]
+    for m in (m for _, m in chosen if "equivalent" in m and found[m["name"]]):
+        print(f"marked equivalent, but dead: {m['name']} by {found[m['name']]}")
+    print(f"{len(real) - len(alive)} of {len(real)} dead ({100 * (1 - len(alive) / max(1, len(real))):.1f} %)" + ("; alive: " + ", ".join(m["name"] for m in alive) if alive else ""))
+    if options.report:
+        with open(options.report, "w") as f:
+            f.write("| room | fault | found by |\n|---|---|---|\n")
+            for _, m in chosen:
+                f.write(f"| {m['places'][0]['file']} | {m['name']} | {found[m['name']] or ('equivalent: ' + m['equivalent'] if 'equivalent' in m else '**lives**')} |\n")
+    sys.exit(1 if any(m.get("from") == "review" for m in alive) or len(alive) > 0.05 * len(real) else 0)
+
+
+if __name__ == "__main__":
+    main()
