@@ -119,7 +119,7 @@ def cloud(tmp):
     return f"{n} grains, {changed} deflected, momentum {off:.0e}, energy {r.energy:.0e}", r.exit == 0 and changed > 4 and off < 1e-9 and r.energy < 1e-4
 
 
-@case("grains created with an overlap of a radius", "pushed apart: kinetic energy is what the overlap held (Hertz), within 1 %; or refused")
+@case("grains created with an overlap of a radius", "pushed apart: kinetic energy is what the overlap held (Hertz), within 1 %; with the usual limit stopped by the overlap")
 def created_overlapping(tmp):
     radius, density, youngs = 0.01, 2500, 1e8
     text = material(youngs, density) + sphere(radius, (0, 0, 0)) + sphere(radius, (0, 0, 0.01)) + free(4e-3) + "[numerics]\nmax_overlap = 1\n"
@@ -131,13 +131,14 @@ def created_overlapping(tmp):
     return f"{got / held - 1:+.1e}; with the usual limit: exit {plain.exit}, {plain.error.split(': ', 1)[-1][:50]}", r.exit == 0 and abs(got / held - 1) < 0.01 and plain.stopped("overlap")
 
 
-@case("two grains at the same place", "no number that is none: they part along a fixed direction, or a clear error; twice the same")
+@case("two grains at the same place", "refused in one line that names both; moved apart by 1e-9 of a radius, they part along that line, momentum 1e-9")
 def coincident(tmp):
     text = material(1e8, 2500) + sphere(0.01, (0, 0, 0)) + sphere(0.01, (0, 0, 0)) + free(4e-3) + "[numerics]\nmax_overlap = 1\n"
-    a, b = Run(tmp, text), Run(tmp, text)
-    if a.exit == 2:
-        return a.error.split(": ", 1)[-1][:70], a.refused("grain")
-    return f"exit {a.exit}; x of the second grain {a.last('g1_x_m'):.3g} m", a.exit in (0, 3) and a.finite and a.columns == b.columns
+    same = Run(tmp, text)
+    near = Run(tmp, (material(1e8, 2500) + sphere(0.01, (0, 0, 0)) + sphere(0.01, (1e-11, 0, 0)) + free(4e-3) + "[numerics]\nmax_overlap = 2.1\n"))
+    vx = [near.last(f"g{i}_vx_m_s") for i in (0, 1)] if near.exit == 0 else [math.nan] * 2
+    return f"{same.error.split(': ', 1)[-1][:50]}; near: exit {near.exit}, {vx[1]:.3g} m/s", \
+        same.refused("grains 0 and 1", "same centre") and near.exit == 0 and vx[1] > 1 and abs(vx[0] + vx[1]) < 1e-9 * vx[1] and near.energy < 0.02
 
 
 @case("one contact carries everything: an unbreakable grain between platens", "force = Hertz's k d^1.5 within 1 % until the overlap guard stops it, exit 3, results kept")

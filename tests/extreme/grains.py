@@ -70,16 +70,17 @@ def slow_rates(tmp):
     return rates(tmp, (1.0, 10.0))
 
 
-@case("a wall that moves more than a radius in a step", "refused, or stopped with exit 3; never past the grains unnoticed")
+@case("a wall that moves more than a radius in a step", "stopped by the overlap guard with exit 3 before the wall has gone a radius further")
 def wall_too_fast(tmp):
     r = Run(tmp, box(0.3, 1e9))
-    return f"exit {r.exit}: {r.error.split(': ', 1)[-1][:70]}", r.stopped() or r.refused("strain_rate")
+    gone = float(r.error.split("at t = ")[1].split(" s")[0]) * 1e9 * 0.003 if "at t = " in r.error else math.inf
+    return f"exit {r.exit}: {r.error.split(': ', 1)[-1][:70]}, {gone / 2e-4:.2f} radii", r.stopped("overlap", "wall 5") and gone < 4e-4
 
 
-@case("walls that cross: strain beyond 1", "refused in one line, or stopped")
+@case("walls that cross: strain beyond 1", "refused in one line that names final_strain and its bound")
 def crossing(tmp):
     r = Run(tmp, box(1.3, 1000.0))
-    return f"exit {r.exit}: {r.error.split(': ', 1)[-1][:70]}", r.refused("final_strain") or r.stopped()
+    return f"exit {r.exit}: {r.error.split(': ', 1)[-1][:70]}", r.refused("final_strain", "below 0.95")
 
 
 def mixed_sizes(tmp, ratio):
@@ -125,14 +126,16 @@ def rest(tmp):
         r.exit == 0 and r.summary["counts"]["steps"] > 1e6 and kinetic[-1] <= kinetic[n // 10] and drift < 1e-9
 
 
-@case("a periodic cell squeezed to solid fraction 1 and beyond, nothing breaks", "finite stress, energy error < 2 %, or stopped by the overlap guard with results kept")
+@case("a periodic cell squeezed to solid fraction 1 and beyond, nothing breaks", "stopped by the overlap guard past 0.7, results kept; with a wider guard it ends beyond 1, stress grows in every row, energy error < 2 %")
 def beyond_solid(tmp):
     r = Run(tmp, cell(loading=uniaxial(0.6, 500.0)))
     solid = 1 / (1 + r.last("void_ratio")) if r.last("void_ratio") > -1 else math.inf
     wide = Run(tmp, cell(loading=uniaxial(0.45, 500.0), numerics="safety = 0.3").replace("max_overlap = 0.5", "max_overlap = 1.0"))
     top = 1 / (1 + wide.last("void_ratio"))
+    p = wide.columns["mean_pressure_Pa"]
+    grows = all(b > a for a, b in zip(p[5:], p[6:]))
     return f"guard at solid fraction {solid:.2f} (exit {r.exit}); without it {top:.2f} (exit {wide.exit}, energy {wide.energy:.0e})", \
-        (r.stopped("overlap") or r.exit == 0) and wide.finite and ((wide.exit == 0 and wide.energy < 0.02) or wide.stopped())
+        r.stopped("overlap") and solid > 0.7 and wide.exit == 0 and wide.finite and wide.energy < 0.02 and top > 1 and grows
 
 
 @case("a cell pulled apart until no contact is left", "stress exactly 0, energy error < 1 %")
@@ -148,22 +151,22 @@ def mass_breakage(tmp):
     r = Run(tmp, box(0.12, 500.0, fracture(2.75e6, 1.655e7), side=0.004, numerics="fracture_every = 50"), timeout=600)
     jumps = [b - a for a, b in zip(r.columns["breakages"], r.columns["breakages"][1:])]
     return f"{r.last('breakages'):.0f} breakages, up to {max(jumps):.0f} a row, mass {r.mass:.0e}, energy {r.energy:.1e}, exit {r.exit}", \
-        (r.exit == 0 or r.stopped()) and r.finite and r.last("breakages") > 1000 and abs(r.mass) < 1e-12 and (r.exit == 3 or r.energy < 0.05)
+        r.exit == 0 and r.finite and r.last("breakages") > 1000 and abs(r.mass) < 1e-12 and r.energy < 0.05
 
 
-@case("cascades: every test finds new breaks (strength 1/1000, tested in every step)", "ends: each line of descent stops at max_generations; mass to 1e-12; finite")
+@case("cascades: every test finds new breaks (strength 1/1000, tested in every step)", "ends at its strain: each line of descent stops at max_generations; mass to 1e-12, energy error < 5 %")
 def cascade(tmp):
     r = Run(tmp, box(0.05, 1000.0, fracture(2.75e5, 1.655e6, "max_generations = 5\n"), numerics="fracture_every = 1"), timeout=600)
     return f"{r.last('breakages'):.0f} breakages, exit {r.exit} {r.error.split(': ', 1)[-1][:50]}, mass {r.mass:.0e}", \
-        (r.exit == 0 or r.stopped()) and r.finite and r.last("breakages") > 300 and abs(r.mass) < 1e-12
+        r.exit == 0 and r.finite and 300 < r.last("breakages") <= 31 * r.summary["counts"]["grains_start"] and abs(r.mass) < 1e-12 and r.energy < 0.05
 
 
-@case("breakage across the periodic seam, the cell sheared by 1.5 (past any flip of its lattice)", "mass to 1e-12, energy error < 5 %, breaks found; or stopped with results kept", slow=True)
+@case("breakage across the periodic seam, the cell sheared by 1.5 (past any flip of its lattice)", "ends at its shear: mass to 1e-12, energy error < 5 %, breaks found", slow=True)
 def seam(tmp):
     shear = "[loading]\nkind = \"velocity-gradient\"\nvelocity_gradient = [[0, 0, 2000.0], [0, 0, 0], [0, 0, -200.0]]\nduration = 7.5e-4\n"
     r = Run(tmp, cell(loading=shear, fracture=fracture(100e6, 0.6e9)))
     return f"{r.last('breakages'):.0f} breakages, mass {r.mass:.0e}, energy {r.energy:.1e}, exit {r.exit} {r.error.split(': ', 1)[-1][:60]}", \
-        (r.exit == 0 or r.stopped()) and r.finite and r.last("breakages") > 20 and abs(r.mass) < 1e-12 and r.energy < 0.05
+        r.exit == 0 and r.finite and r.last("breakages") > 20 and abs(r.mass) < 1e-12 and r.energy < 0.05
 
 
 @case("neighbour skin of 1/1000 and of twice the mean radius", "stress as with the default to 1e-4 (the order of sums differs, by round-off)")
@@ -173,10 +176,10 @@ def skins(tmp):
     return f"{off:.0e}", all(r.exit == 0 for r in runs) and off < 1e-4
 
 
-@case("thousands of grains that break in the same test: a lattice squeezed evenly, strength 1/100 of sand's", "more than 1,000 breakages between two rows of 1e-4 strain; mass to 1e-12, finite, energy error < 5 % or stopped")
+@case("thousands of grains that break in the same test: a lattice squeezed evenly, strength 1/100 of sand's", "more than 1,000 breakages between two rows of 1e-4 strain; mass to 1e-12, energy error < 5 %")
 def all_at_once(tmp):
     text = lattice(60e9, uniaxial(0.004, 500.0, 40), "") + fracture(2.75e6, 1.655e7)
     r = Run(tmp, text.replace("layers = [5, 5, 4]", "layers = [20, 20, 20]").replace("max_overlap = 0.5", "max_overlap = 0.8\nsafety = 0.4"), timeout=300)
     jumps = [b - a for a, b in zip(r.columns["breakages"], r.columns["breakages"][1:])]
     return f"{r.summary['counts']['grains_start']} grains, {r.last('breakages'):.0f} breakages, {max(jumps):.0f} between two rows, mass {r.mass:.0e}, energy {r.energy:.1e}, exit {r.exit} {r.error.split(': ', 1)[-1][:60]}", \
-        (r.exit == 0 or r.stopped()) and r.finite and max(jumps) > 1000 and abs(r.mass) < 1e-12 and (r.exit == 3 or r.energy < 0.05)
+        r.exit == 0 and r.finite and max(jumps) > 1000 and abs(r.mass) < 1e-12 and r.energy < 0.05

@@ -155,7 +155,8 @@ GOLDEN_COLUMNS = ["axial_strain", "axial_stress_Pa", "mean_pressure_Pa", "void_r
 
 def golden(tmp):
     """Short histories against those kept in git. Up to the first breakage to 1e-6 (round-off of another compiler); after it
-    a packing of a thousand grains is chaotic, so sums over the run are held to 10 %, counts to 15 % and two."""
+    a packing of a thousand grains is chaotic, so sums over the run are held to 10 %, counts to 15 %. What this compiler and library make of them is the same to the
+    last digit (physics/bits)."""
     write = len(sys.argv) > 3 and sys.argv[3] == "--write"
     for name, (scene, settings) in GOLDEN.items():
         out = os.path.join(tmp, name)
@@ -180,7 +181,7 @@ def golden(tmp):
             scale = max(abs(b[k]) for b in kept)
             need(all(abs(a - b) <= 1e-6 * scale for a, b in before), f"{name}: {k} differs before the first breakage")
             total, kept_total = sum(a[k] for a in rows), sum(b[k] for b in kept)
-            slack = 0.15 * abs(kept_total) + 2 * len(rows) if k in ("breakages", "bonds_broken") else 0.1 * abs(kept_total)
+            slack = (0.15 if k in ("breakages", "bonds_broken") else 0.1) * abs(kept_total)
             need(abs(total - kept_total) <= slack, f"{name}: sum of {k} is {total:.6g}, kept {kept_total:.6g}")
 
 
