@@ -29,7 +29,7 @@ std::vector<std::string> bvp_columns(const BvpScene& scene, const fem::Problem& 
   for (const char* ij : components)
     if (std::string(ij) != "zz") columns.push_back(fmt::format("mean_strain_{}", ij)), columns.push_back(fmt::format("mean_stress_{}_Pa", ij));
   for (const char* name : {"correction", "rve_noise", "volume_m3", "worst_unbalanced_force", "worst_stress_change", "worst_rve_energy_error", "mass_lost_fraction", "macro_work_J",
-                           "rve_work_J", "rves_distinct", "rves_deferred"})
+                           "rve_work_J", "rves_distinct", "rves_deferred", "energy_unexplained_J"})
     columns.emplace_back(name);
   if (scene.dynamics)
     for (const char* name : {"macro_kinetic_J", "macro_internal_J", "macro_external_J", "macro_viscous_J", "macro_energy_error"}) columns.emplace_back(name);
@@ -65,10 +65,10 @@ void BvpOutput::add(const fem::DynamicsReport& r, double wall) {
   add({static_cast<double>(r.steps), r.time, 0, 0, 0, 0, 0, wall}, &r.energy);
 }
 
-double BvpOutput::rve_work() const {
-  double work = 0;
-  for (std::size_t i = 0; rves_ && i < rves_->points(); ++i) work += rves_->facts(i).work * points_.volume[i] / rves_->start_volume(i);
-  return work;
+double BvpOutput::of_rves(double coupling::Facts::*energy) const {
+  double sum = 0;
+  for (std::size_t i = 0; rves_ && i < rves_->points(); ++i) sum += rves_->facts(i).*energy * points_.volume[i] / rves_->start_volume(i);
+  return sum;
 }
 
 void BvpOutput::add(const Row& r, const fem::MacroEnergy* energy) {
@@ -90,8 +90,9 @@ void BvpOutput::add(const Row& r, const fem::MacroEnergy* energy) {
   row.insert(row.end(), {strain[2], stress[2], points, static_cast<double>(report.advanced), static_cast<double>(report.dem_steps), breakages_, r.wall});
   for (std::size_t k = 0; k < 6; ++k)
     if (k != 2) row.push_back(strain[k]), row.push_back(stress[k]);
-  row.insert(row.end(), {r.correction, r.noise, problem_.current_volume(), report.worst_unbalanced, report.worst_stress_change, error, mass > 0 ? lost / mass : 0, macro_work_, rve_work(),
-                         static_cast<double>(report.distinct), static_cast<double>(report.deferred)});
+  row.insert(row.end(), {r.correction, r.noise, problem_.current_volume(), report.worst_unbalanced, report.worst_stress_change, error,
+                         mass > 0 ? lost / mass : 0, macro_work_, of_rves(&coupling::Facts::work), static_cast<double>(report.distinct),
+                         static_cast<double>(report.deferred), of_rves(&coupling::Facts::unexplained)});
   if (energy) row.insert(row.end(), {energy->kinetic, energy->internal, energy->external, energy->viscous, energy->error()});
   if (!scene_.regions.empty() && rves_)
     for (const auto& mean : {problem_.mean_strain(grains_), problem_.mean_stress(grains_)}) row.insert(row.end(), mean.begin(), mean.end());
@@ -198,9 +199,10 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
     counts["rves_similar"] = r.similar, counts["rves_replayed"] = r.replayed, counts["rves_retried_in_parts"] = r.retried, counts["rves_moved_between_ranks"] = e.migrated;
     counts["dem_steps"] = r.dem_steps;
     auto& errors = summary["errors"];
-    errors["macro_work_J"] = macro_work_, errors["rve_work_J"] = rve_work();
+    const double rve_work = of_rves(&coupling::Facts::work);
+    errors["macro_work_J"] = macro_work_, errors["rve_work_J"] = rve_work;
     // Hill and Mandel: the stresses' work against what the materials have taken; in increments of the grains alone.
-    const double taken = scene_.dynamics ? material_work_ : rve_work(), largest = std::max(std::abs(macro_work_), std::abs(taken));
+    const double taken = scene_.dynamics ? material_work_ : rve_work, largest = std::max(std::abs(macro_work_), std::abs(taken));
     if (largest > 0) errors["hill_mandel"] = std::abs(macro_work_ - taken) / largest;
     if (!scene_.dynamics) errors["residual_floor"] = scene_.residual_floor();
     if (scene_.rve.error > 0) errors["deferral"] = {{"tolerance", scene_.rve.error}, {"measured", r.deferral.count}, {"worst", r.deferral.worst}, {"mean", r.deferral.mean()}, {"least_trust", r.least_trust}};

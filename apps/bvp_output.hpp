@@ -44,7 +44,7 @@ private:
   };
   void add(const Row& row, const fem::MacroEnergy* energy);
   void frame(double time);
-  double rve_work() const;
+  double of_rves(double coupling::Facts::*energy) const;  // J: of all points with grains, by the volumes that they stand for
   const char* axis() const { return scene_.flat() ? "yy" : "zz"; }
 
   std::string directory_;

@@ -139,6 +139,7 @@ Facts RveHost::facts(std::uint64_t slot) const {
   f.energy_error = std::abs(dem::energy_error(s.ledger, f.stored));
   f.work = s.ledger.work;
   f.dissipated = s.ledger.friction + s.ledger.damping + s.ledger.fracture;
+  f.unexplained = s.ledger.unexplained;
   f.lost_mass = s.ledger.fines.mass;
   f.mass = f.lost_mass + dem::total_mass(s.grains);
   f.void_ratio = s.boundary.cell.volume() / dem::solid_volume(s.grains) - 1;

@@ -47,7 +47,7 @@ struct Outcome {
 /// What is known of a committed state where it does not live.
 struct Facts {
   double energy_error = 0, mass = 0, lost_mass = 0, void_ratio = 0;
-  double work = 0, stored = 0, dissipated = 0;  // J, of the ledger: dissipated includes fracture, friction, damping
+  double work = 0, stored = 0, dissipated = 0, unexplained = 0;  // J, of the ledger: dissipated includes fracture, friction, damping
   std::uint64_t grains = 0, breakages = 0, steps = 0;
 };
 

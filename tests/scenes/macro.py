@@ -51,6 +51,8 @@ def problems(tmp):
     plateau = [r["probe_incident_strain_yy"] for r in rows if 1.9e-4 < r["time_s"] < 2.2e-4]
     need(abs(sum(plateau) / len(plateau) / (-120e6 / 200e9) - 1) < 0.02, f"bars: incident strain {sum(plateau) / len(plateau)}, sigma / E is {-120e6 / 200e9}")
     need(max(abs(r["macro_energy_error"]) for r in rows[20:]) < 0.02, "bars: energy")
+    balance = summary(out("bars"))["errors"]["hill_mandel"]
+    need(0 < balance < 5e-3, f"bars: work of the stresses and energy of the materials differ by {balance}")
     with open(os.path.join(out("bars"), "hopkinson.csv"), newline="") as f:
         need(len(next(csv.reader(f))) == 13, "bars: hopkinson.csv")
 

@@ -69,6 +69,7 @@ def shipped_scenes(tmp):
         rows, summary = history(out), json.load(open(os.path.join(out, "summary.json")))
         last = {k: float(v) for k, v in rows[-1].items() if v != "nan"}
         need(abs(last["energy_error"]) < 0.01, f"{name}: energy error {last['energy_error']}")
+        need(abs(last["energy_unexplained_J"]) < 5e-3 * last["work_J"], f"{name}: {last['energy_unexplained_J']} J unexplained of {last['work_J']}")
         need(abs(last["mass_kg"] + last["mass_lost_kg"] - float(rows[0]["mass_kg"])) < 1e-9 * last["mass_kg"], f"{name}: mass is lost silently")  # ten digits in the file
         need(summary["counts"]["breakages"] == last["breakages"] and last["breakages"] > 0, f"{name}: {last['breakages']} breakages")
         need(last["grains"] == summary["counts"]["grains_start"] + last["breakages"], f"{name}: grains {last['grains']}")
@@ -95,6 +96,7 @@ def shipped_scenes(tmp):
         need(abs(last["reaction_zmax_z_N"] + last["reaction_zmin_z_N"]) < 0.05 * abs(last["reaction_zmax_z_N"]), "oedometer: top and bottom reactions differ")
         area = 4e-4
         need(abs(last["reaction_zmax_z_N"] / area / last["mean_stress_zz_Pa"] - 1) < 0.05, "oedometer: reaction and mean stress differ")
+        need(0 < abs(last["energy_unexplained_J"]) < 0.01 * abs(last["rve_work_J"]), f"oedometer: {last['energy_unexplained_J']} J unexplained of {last['rve_work_J']}")
         need(os.path.exists(os.path.join(out, "macro.hdf.series")), "oedometer: no macro frames")
         need(os.path.exists(os.path.join(out, "grains_middle.hdf.series")) and len(os.listdir(os.path.join(out, "grains_middle"))) == 2, "oedometer: no frames of the probe")
         probe = sum(last[f"probe_middle_stress_{k}_Pa"] for k in ("xx", "yy", "zz")) / 3
