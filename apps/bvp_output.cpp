@@ -155,7 +155,8 @@ std::string BvpOutput::closing(const BvpEnding& e) const {
 }
 
 nlohmann::json BvpOutput::state() const {
-  return {{"rows", history_->rows()}, {"series", series_}, {"probe_series", probes_.series()}, {"contraction", contraction_}, {"macro_work", macro_work_}, {"material_work", material_work_}, {"worst_residual", worst_residual_},
+  return {{"rows", history_->rows()}, {"series", series_}, {"probe_series", probes_.series()}, {"contraction", contraction_}, 
+          {"macro_work", macro_work_}, {"material_work", material_work_}, {"worst_residual", worst_residual_},
           {"worst_energy", worst_energy_}, {"iterations", iterations_}, {"cutbacks", cutbacks_}, {"sweeps", sweeps_}};
 }
 
@@ -205,7 +206,8 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
     const double taken = scene_.dynamics ? material_work_ : rve_work, largest = std::max(std::abs(macro_work_), std::abs(taken));
     if (largest > 0) errors["hill_mandel"] = std::abs(macro_work_ - taken) / largest;
     if (!scene_.dynamics) errors["residual_floor"] = scene_.residual_floor();
-    if (scene_.rve.error > 0) errors["deferral"] = {{"tolerance", scene_.rve.error}, {"measured", r.deferral.count}, {"worst", r.deferral.worst}, {"mean", r.deferral.mean()}, {"least_trust", r.least_trust}};
+    if (scene_.rve.error > 0) errors["deferral"] = {{"tolerance", scene_.rve.error}, {"measured", r.deferral.count}, {"worst", r.deferral.worst},
+                            {"mean", r.deferral.mean()}, {"least_trust", r.least_trust}};
     if (scene_.rve.response.elastic >= 0)
       errors["elastic"] = {{"tolerance_force_share", scene_.rve.response.elastic}, {"measured", r.linear.count}, {"worst", r.linear.worst}, {"mean", r.linear.mean()}};
     if (scene_.rve.share > 0)

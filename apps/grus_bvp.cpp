@@ -196,7 +196,9 @@ private:
   }
 
   void save(const fem::DynamicsReport& r, double wall) {
-    write({{"time", hex(r.time)}, {"dt", hex(r.dt)}, {"steps", r.steps}, {"dissipated", hex(r.dissipated)}, {"energy", {hex(r.energy.kinetic), hex(r.energy.internal), hex(r.energy.external), hex(r.energy.viscous), hex(r.energy.work), hex(r.energy.largest)}}}, wall);
+    write({{"time", hex(r.time)}, {"dt", hex(r.dt)}, {"steps", r.steps}, {"dissipated", hex(r.dissipated)},
+           {"energy", {hex(r.energy.kinetic), hex(r.energy.internal), hex(r.energy.external),
+                       hex(r.energy.viscous), hex(r.energy.work), hex(r.energy.largest)}}}, wall);
   }
 
   static std::string hex(double v) { return fmt::format("{:a}", v); }  // exact
@@ -233,7 +235,8 @@ private:
   fem::DynamicsReport resume_dynamics() {
     const auto about = resume();
     const auto& e = about["energy"];
-    return {unhex(about["time"]), unhex(about["dt"]), about["steps"], {unhex(e[0]), unhex(e[1]), unhex(e[2]), unhex(e[3]), unhex(e[4]), unhex(e[5])}, unhex(about["dissipated"])};
+    return {unhex(about["time"]), unhex(about["dt"]), about["steps"],
+            {unhex(e[0]), unhex(e[1]), unhex(e[2]), unhex(e[3]), unhex(e[4]), unhex(e[5])}, unhex(about["dissipated"])};
   }
 
   const BvpScene& scene_;

@@ -51,7 +51,8 @@ template <class A, class O>
 void archive_outcome(A& a, O& o) {
   auto& r = o.response;
   a.plain(r.stress), a.plain(r.tangent), a.plain(r.stable), a.plain(r.unbalanced_force), a.plain(r.stress_change);
-  a.plain(r.steps), a.plain(r.hold_steps), a.plain(r.breakages), a.plain(r.pieces), a.plain(r.work), a.text(r.failure), a.plain(o.seconds), a.plain(o.elastic), a.plain(o.elastic_error);
+  a.plain(r.steps), a.plain(r.hold_steps), a.plain(r.breakages), a.plain(r.pieces), a.plain(r.work), a.text(r.failure);
+  a.plain(o.seconds), a.plain(o.elastic), a.plain(o.elastic_error);
 }
 
 std::string request(Command c, const std::vector<std::uint64_t>& slots) {

@@ -166,7 +166,8 @@ GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk&
       const Mask slides = less(limit * limit, now2);
       const Real cut = select(slides, limit / root(now2), one), size2 = at(c.size2 + o), held = before * size2, along = cut * (now2 * after);
       store(cut, c.cut + o);
-      // `along`: twice what the spring would hold, uncut, times the cut. A spring sheds the smaller part of its stiffness or of its force; sliding takes the limit times the plastic slip.
+      // `along`: twice what the spring would hold, uncut, times the cut. A spring sheds the smaller part of its stiffness or of its
+      // force; sliding takes the limit times the plastic slip.
       const Real shed = held - smaller(held * grown, size2 * after);
       sums.slid[h] = sums.slid[h] + kept_lanes(on, fused(two, less_fused(along, cut, along), shed));
       const Real power = fused(cut, dot(now, v), keep * dot(old, v));

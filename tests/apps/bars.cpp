@@ -75,7 +75,8 @@ TEST_CASE("hopkinson.csv: gauges are tension-positive in history.csv and compres
   const auto [incident, transmitted] = gauges();
   std::string history = "increment,time_s,probe_in_strain_yy,probe_out_strain_yy,grains_strain_yy,grains_stress_yy_Pa\n";
   for (std::size_t k = 0; k < incident.time.size(); ++k)
-    history += fmt::format("{},{:.17g},{:.12g},{:.12g},{:.12g},{:.12g}\n", k, incident.time[k], -incident.strain[k], -transmitted.strain[k], -0.5 * incident.time[k], -7e6);
+    history += fmt::format("{},{:.17g},{:.12g},{:.12g},{:.12g},{:.12g}\n", k, incident.time[k], -incident.strain[k], -transmitted.strain[k],
+                           -0.5 * incident.time[k], -7e6);
   char name[] = "/tmp/grus_bars_XXXXXX";
   REQUIRE(mkdtemp(name));
   const std::string path = std::string(name) + "/hopkinson.csv";
@@ -83,8 +84,10 @@ TEST_CASE("hopkinson.csv: gauges are tension-positive in history.csv and compres
   std::ifstream in(path);
   std::string line, cell;
   std::getline(in, line);
-  CHECK(line == "time_s,incident_strain,reflected_strain,transmitted_strain,rate_1wave,strain_1wave,stress_1wave_Pa,stress_2wave_Pa,rate_3wave,strain_3wave,stress_3wave_Pa,"
-                "specimen_strain,specimen_stress_Pa");
+  CHECK(line ==
+        "time_s,incident_strain,reflected_strain,transmitted_strain,rate_1wave,strain_1wave,stress_1wave_Pa,stress_2wave_Pa,rate_3wave,strain_3wave,stress_"
+        "3wave_Pa,"
+        "specimen_strain,specimen_stress_Pa");
   const auto rows = analyse_hopkinson(steel(), incident, transmitted);
   std::size_t at = 0;
   for (; std::getline(in, line); ++at) {
@@ -92,7 +95,8 @@ TEST_CASE("hopkinson.csv: gauges are tension-positive in history.csv and compres
     for (std::istringstream cells(line); std::getline(cells, cell, ',');) v.push_back(std::stod(cell));
     REQUIRE(v.size() == 13);
     const HopkinsonRow& r = rows.at(at);
-    const double expected[13] = {r.time, r.incident, r.reflected, r.transmitted, r.rate_1, r.strain_1, r.stress_1, r.stress_2, r.rate_3, r.strain_3, r.stress_3, 0.5 * r.time, 7e6};
+    const double expected[13] = {r.time,     r.incident, r.reflected, r.transmitted, r.rate_1,     r.strain_1, r.stress_1,
+                                 r.stress_2, r.rate_3,   r.strain_3,  r.stress_3,    0.5 * r.time, 7e6};
     const double round_off[13] = {1e-14, 1e-10, 1e-10, 1e-10, 1e-3, 1e-8, 10, 10, 1e-3, 1e-8, 10, 1e-12, 1};
     for (std::size_t k = 0; k < 13; ++k) REQUIRE(v[k] == Approx(expected[k]).epsilon(1e-6).margin(round_off[k]));
   }

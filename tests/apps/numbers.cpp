@@ -51,12 +51,26 @@ TEST_CASE("a quantity is its number in SI units, with prefixes above and under t
     Dimension dimension;
     double value;
   };
-  for (const Row& r : {Row{"0.3 mm", dimension::length, 3e-4}, Row{"7 um", dimension::length, 7e-6}, Row{"2.65 g/cm^3", dimension::density, 2650},
-                       Row{"2650 kg/m^3", dimension::density, 2650}, Row{"2.65e-3 kg/cm^3", dimension::density, 2650}, Row{"1.77 MPa m^0.5", dimension::toughness, 1.77e6},
-                       Row{"3 mm/ms", dimension::speed, 3}, Row{"3 um/us", dimension::speed, 3}, Row{"2 1/ms", dimension::rate, 2000}, Row{"5 kN/mm", dimension::stiffness, 5e6},
-                       Row{"60 GPa", dimension::pressure, 60e9}, Row{"6 kN/cm^2", dimension::pressure, 6e7}, Row{"2 bar", dimension::pressure, 2e5},
-                       Row{"1.5 min", dimension::time, 90}, Row{"30 deg", dimension::none, pi / 6}, Row{"12 %", dimension::none, 0.12}, Row{"7 cm^2", dimension::area, 7e-4},
-                       Row{"3 mg", dimension::mass, 3e-6}, Row{"9.81 m/s^2", dimension::acceleration, 9.81}, Row{"4 mm/ms^2", dimension::acceleration, 4e3},
+  for (const Row& r : {Row{"0.3 mm", dimension::length, 3e-4},
+                       Row{"7 um", dimension::length, 7e-6},
+                       Row{"2.65 g/cm^3", dimension::density, 2650},
+                       Row{"2650 kg/m^3", dimension::density, 2650},
+                       Row{"2.65e-3 kg/cm^3", dimension::density, 2650},
+                       Row{"1.77 MPa m^0.5", dimension::toughness, 1.77e6},
+                       Row{"3 mm/ms", dimension::speed, 3},
+                       Row{"3 um/us", dimension::speed, 3},
+                       Row{"2 1/ms", dimension::rate, 2000},
+                       Row{"5 kN/mm", dimension::stiffness, 5e6},
+                       Row{"60 GPa", dimension::pressure, 60e9},
+                       Row{"6 kN/cm^2", dimension::pressure, 6e7},
+                       Row{"2 bar", dimension::pressure, 2e5},
+                       Row{"1.5 min", dimension::time, 90},
+                       Row{"30 deg", dimension::none, pi / 6},
+                       Row{"12 %", dimension::none, 0.12},
+                       Row{"7 cm^2", dimension::area, 7e-4},
+                       Row{"3 mg", dimension::mass, 3e-6},
+                       Row{"9.81 m/s^2", dimension::acceleration, 9.81},
+                       Row{"4 mm/ms^2", dimension::acceleration, 4e3},
                        Row{"250", dimension::pressure, 250}}) {
     INFO(r.text);
     CHECK(parse_quantity(r.text, r.dimension) == Approx(r.value).epsilon(1e-12));
@@ -72,7 +86,9 @@ TEST_CASE("the size effect that nobody names is three over Weibull's modulus") {
   auto exponent = [&](const std::string& more) {
     std::ofstream(file) << "[material.m]\nyoungs_modulus = 1e9\ndensity = 2000.0\n[material.m.fracture]\nmodel = \"polyellipsoid-split\"\n"
                            "hoek_brown = { compressive_strength = 1e8, m = 20 }\nweibull = { modulus = 4.2, reference_radius = 1e-3" +
-                               more + " }\n[[grain]]\nshape = \"sphere\"\nradius = 1e-3\nposition = [0, 0, 0]\nmaterial = \"m\"\n[boundary]\nkind = \"open\"\n[loading]\nkind = \"free\"\nduration = 1e-3\n";
+                               more +
+                               " }\n[[grain]]\nshape = \"sphere\"\nradius = 1e-3\nposition = [0, 0, 0]\nmaterial = \"m\"\n[boundary]\nkind = "
+                               "\"open\"\n[loading]\nkind = \"free\"\nduration = 1e-3\n";
     return read_rve_scene(file, {}).model.materials[0].fracture->weibull->size_exponent;
   };
   CHECK(exponent("") == Approx(3 / 4.2).epsilon(1e-14));

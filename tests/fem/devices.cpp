@@ -42,8 +42,12 @@ struct Driven {
   std::vector<double> stress, tangent;
 
   Driven(const Sand& s, std::size_t points, coupling::RveOptions o)
-      : with((o.response.quasi_static = s.q, o)), farm(MPI_COMM_SELF, s.model, with.response, 2), rves(farm, {s.state}, std::vector<std::size_t>(points, 0), with),
-        material(rves.material()), stress(6 * points), tangent(36 * points) {}
+      : with((o.response.quasi_static = s.q, o)),
+        farm(MPI_COMM_SELF, s.model, with.response, 2),
+        rves(farm, {s.state}, std::vector<std::size_t>(points, 0), with),
+        material(rves.material()),
+        stress(6 * points),
+        tangent(36 * points) {}
 
   void respond(const std::vector<Mat3>& f) {
     std::vector<double> rows;
@@ -95,8 +99,12 @@ TEST_CASE("a point that waits has been where its increments lead, one after the 
   Mat3 total = Mat3::Identity();
   d.go({total});
   REQUIRE(d.rves.report().advanced == 1);
+  const Mat3 start = from_voigt(Eigen::Map<const Vec6>(d.stress.data()));
+  const Mat6 tangent = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(d.tangent.data());
   for (const Mat3& f : {turn(0.5), stretch(0, 2e-5, -2e-5), turn(-0.2)}) total = f * total, d.go({f});
   REQUIRE(d.rves.report().deferred == 3);
+  const Mat3 told = from_voigt(Eigen::Map<const Vec6>(d.stress.data())), foretold = coupling::predicted(start, tangent, total);
+  CHECK((told - foretold).norm() < 1e-7 * foretold.norm());  // by all of the way since the grains were asked
   const Mat3 large = stretch(0, 0, -0.02);
   total = large * total;
   d.go({large});

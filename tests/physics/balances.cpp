@@ -169,7 +169,8 @@ TEST_CASE("a split under load is booked by the parent's own contacts, and the re
   m.fracture = f;
   const Model model = model_of(m);
   State s;
-  for (int i = 0; i < 5; ++i) add(s, PolyEllipsoid::sphere(R), Vec3(1.99 * R * i, 0, 0), 2650, Vec3(0.2 - 0.1 * i, 0.05 * (i % 2), 0), Vec3(0, 0, i == 2 ? 4e4 : 0));
+  for (int i = 0; i < 5; ++i)
+    add(s, PolyEllipsoid::sphere(R), Vec3(1.99 * R * i, 0, 0), 2650, Vec3(0.2 - 0.1 * i, 0.05 * (i % 2), 0), Vec3(0, 0, i == 2 ? 4e4 : 0));
   for (const double side : {-1.0, 1.0}) {
     Wall wall;
     wall.material = 1, wall.point = Vec3((side < 0 ? -0.995 : 8.955) * R, 0, 0), wall.normal = Vec3(-side, 0, 0);
@@ -195,16 +196,21 @@ TEST_CASE("the work of walls and of a cell is the same sum, however a run is cut
     const Model model = model_of(solid(60e9, 0.17, 2650, 0.5, 0.7));
     State start;
     for (int i = 0; i < 27; ++i)
-      add(start, PolyEllipsoid::sphere(R), 1.99 * R * Vec3(0.5 + i % 3, 0.5 + i / 3 % 3, 0.5 + i / 9), 2650, 0.1 * (random_rotation(3, static_cast<std::uint64_t>(i)) * Vec3(1, 0, 0)));
-    if (periodic) start.boundary.cell.vectors = 3 * 1.99 * R * Mat3::Identity();
-    else add_box(start, 3 * 1.99 * R);
+      add(start, PolyEllipsoid::sphere(R), 1.99 * R * Vec3(0.5 + i % 3, 0.5 + i / 3 % 3, 0.5 + i / 9), 2650,
+          0.1 * (random_rotation(3, static_cast<std::uint64_t>(i)) * Vec3(1, 0, 0)));
+    if (periodic)
+      start.boundary.cell.vectors = 3 * 1.99 * R * Mat3::Identity();
+    else
+      add_box(start, 3 * 1.99 * R);
     Team team(1);
     prepare(model, start, team);
     start.dt *= 0.5;
     Mat3 rate = Mat3::Zero();
     rate(2, 2) = -500, rate(0, 2) = 300;
-    if (periodic) set_cell_rate(start, rate * start.boundary.cell.vectors);
-    else start.boundary.walls[5].velocity = Vec3(0, 0, -1);
+    if (periodic)
+      set_cell_rate(start, rate * start.boundary.cell.vectors);
+    else
+      start.boundary.walls[5].velocity = Vec3(0, 0, -1);
     State whole = start, pieces = start;
     run_steps(model, whole, 60, team);
     for (int k = 0; k < 60; ++k) run_steps(model, pieces, 1, team);

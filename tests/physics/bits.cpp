@@ -25,8 +25,10 @@ State crowd(int n, bool shapes, bool periodic) {
     }
     add(s, shape, x, 2650, v, w);
   }
-  if (periodic) s.boundary.cell.vectors = n * pitch * Mat3::Identity();
-  else add_box(s, n * pitch);
+  if (periodic)
+    s.boundary.cell.vectors = n * pitch * Mat3::Identity();
+  else
+    add_box(s, n * pitch);
   return s;
 }
 

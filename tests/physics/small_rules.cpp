@@ -174,6 +174,23 @@ TEST_CASE("an elastic answer ends where a grain would break, before anything sli
   }
 }
 
+TEST_CASE("an elastic answer ends where a gap would close") {
+  const Model model = linear_model(1e6, 0.8, 2650, 10);
+  Team team(1);
+  State s = cubic(3, 1e-3 * R);
+  const double gap = 1e-5 * R, wider = (2 * R + gap) / (2 * R - 1e-3 * R);
+  s.boundary.cell.vectors(0, 0) *= wider;
+  for (auto& m : s.grains.motion) m.position.x() *= wider;
+  prepare(model, s, team);
+  const auto r = linear_response(model, s, 0);
+  REQUIRE(r);
+  for (const double part : {0.5, 1.5}) {
+    Vec6 squeeze = Vec6::Zero();
+    squeeze[0] = -part * gap / (2 * R + gap);
+    CHECK(r->holds(model, squeeze, 0) == (part < 1));
+  }
+}
+
 TEST_CASE("the tension of a contact is Hertz's at its rim, for grains that break and for points that are elastic") {
   // sigma = (1 - 2 nu) / 3 x 3 F / (2 pi a^2), a^2 = R_e overlap; three contacts of a cubic lattice reach it together.
   const double overlap = 2e-3 * R, force = 4.0 / 3 * 30e9 / 0.96 * std::sqrt(R / 2) * std::pow(overlap, 1.5);

@@ -46,13 +46,13 @@ def read_table(path):
     return table
 
 
-def build_in(table, source):
-    """Writes the faults into the copied sources. Places in a file are replaced from the back; those of the same text share a place."""
-    spans = {}
+def with_faults(table):
+    """Texts of the files that hold faults. Places in a file are replaced from the back; those of the same text share a place."""
+    spans, changed = {}, {}
     for number, m in enumerate(table, 1):
         for place in m["places"]:
-            path = os.path.join(source, place["file"])
-            text = open(path).read()
+            path = place["file"]
+            text = open(os.path.join(root, path)).read()
             at, nth = -1, place.get("nth", 0)
             if nth == 0 and text.count(place["old"]) != 1:
                 refuse(f"{m['name']}: {place['file']} holds {text.count(place['old'])} times {place['old']!r}")
@@ -62,7 +62,7 @@ def build_in(table, source):
                 refuse(f"{m['name']}: {place['file']} does not hold {place['old']!r} {nth} times")
             spans.setdefault(path, {}).setdefault((at, at + len(place["old"])), []).append((number, place))
     for path, places in spans.items():
-        text = open(path).read()
+        text = open(os.path.join(root, path)).read()
         ordered = sorted(places, reverse=True)
         for a, b in zip(ordered[1:], ordered):
             if a[1] > b[0]:
@@ -80,21 +80,25 @@ def build_in(table, source):
                 else:
                     new = f"(GRUS_MUTANT_IS({number}) ? ({place['new']}) : {new})"
             text = text[:span[0]] + new + text[span[1]:]
-        open(path, "w").write(text)
+        changed[path] = text
+    return changed
+
+
+def renew(path, data):
+    """Writes a file only if it is another one: what is the same is not built again."""
+    if not os.path.exists(path) or open(path, "rb").read() != data:
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        open(path, "wb").write(data)
 
 
 def prepare(table, work):
     source, build = os.path.join(work, "source"), os.path.join(work, "build")
     files = subprocess.run(["git", "-C", root, "ls-files"], capture_output=True, text=True, check=True).stdout.split("\n")
+    changed = with_faults(table)
     for name in filter(None, files):
-        to = os.path.join(source, name)
-        os.makedirs(os.path.dirname(to), exist_ok=True)
-        data = open(os.path.join(root, name), "rb").read()
-        if not os.path.exists(to) or open(to, "rb").read() != data:
-            open(to, "wb").write(data)
-    build_in(table, source)
+        renew(os.path.join(source, name), changed[name].encode() if name in changed else open(os.path.join(root, name), "rb").read())
     header = os.path.join(work, "mutant.hpp")
-    open(header, "w").write(HEADER)
+    renew(header, HEADER.encode())
     subprocess.run(["cmake", "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_CXX_FLAGS=-include {header}"], check=True, stdout=subprocess.DEVNULL)
     if subprocess.run(["cmake", "--build", build]).returncode:
         refuse("the faults do not compile")
