@@ -76,9 +76,11 @@ template <class Law>
   const double grown = kt * c.compliance, after = 1 / kt;
   Vec3 now = std::min(1.0, grown) * old - kt * slip;
   const double limit = p.friction * normal_force, size = now.norm();
-  // A spring loses the smaller part of its stiffness or of its force; sliding takes the limit times the plastic slip.
+  // A spring sheds the smaller part of its stiffness or of its force; sliding takes the plastic slip times what held against it, the
+  // spring at first and Coulomb's limit at last.
   e.friction += held - std::min(held * grown, 0.5 * size2 * after);
-  if (size > limit) e.friction += limit * (size - limit) * after, now *= limit / size;
+  const double first = std::min(1.0, grown) * std::sqrt(size2);
+  if (size > limit) e.friction += 0.5 * (first + limit) * (size - limit) * after, now *= limit / size;
   c.compliance = after;
   c.spring = now;
   e.springs += held - shear_energy(c) - 0.5 * (old + now).dot(slip);

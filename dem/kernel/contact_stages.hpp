@@ -23,7 +23,7 @@ struct alignas(64) Chunk {
   double vx[chunk], vy[chunk], vz[chunk], turn[chunk];  // velocity of b against a, mean turn about n in this step
   double drag_x[chunk], drag_y[chunk], drag_z[chunk];   // velocity of the wall or the cell
   double elastic[chunk], kt[chunk], compliance[chunk], dashpot[chunk], normal[chunk];
-  double sx[chunk], sy[chunk], sz[chunk], keep[chunk], cut[chunk], size2[chunk];  // springs
+  double sx[chunk], sy[chunk], sz[chunk], keep[chunk], cut[chunk], size[chunk];  // springs
   std::size_t first[chunk / width];   // pair of each kept group
   unsigned touching[chunk / width];
   int count[chunk / width];
@@ -122,7 +122,7 @@ struct Sums {
 /// Dashpot force; spring turned with the contact and stretched by the slip, and its Coulomb limit.
 template <bool friction, bool dashpot>
 GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk& c, Sums& sums) {
-  const Real dt(s.dt), half(0.5), zero(0.0), one(1.0), two(2.0);
+  const Real dt(s.dt), half(0.5), zero(0.0), one(1.0);
   for (int g = 0; g < kept; ++g) {
     const int o = g * width, h = c.place(g, first);
     const std::size_t k = c.first[g];
@@ -141,7 +141,7 @@ GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk&
       store(sliding.x, c.vx + o), store(sliding.y, c.vy + o), store(sliding.z, c.vz + o);
       const Real3 spring{at(s.spring_x + k), at(s.spring_y + k), at(s.spring_z + k)};
       const Real size2 = dot(spring, spring);
-      store(size2, c.size2 + o);
+      store(root(size2), c.size + o);
       Real3 old = less_fused(spring, dot(n, spring), n);
       old = fused(at(c.turn + o), cross(n, old), old);
       store(old.x, c.sx + o), store(old.y, c.sy + o), store(old.z, c.sz + o);
@@ -164,14 +164,15 @@ GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk&
       store(now.x, c.sx + o), store(now.y, c.sy + o), store(now.z, c.sz + o);
       const Real limit = constant(s, law_friction, c.first[g]) * at(c.normal + o), now2 = dot(now, now);
       const Mask slides = less(limit * limit, now2);
-      const Real cut = select(slides, limit / root(now2), one), size2 = at(c.size2 + o), held = before * size2, along = cut * (now2 * after);
+      const Real reached = root(now2), cut = select(slides, limit / reached, one), size = at(c.size + o), size2 = size * size;
       store(cut, c.cut + o);
-      // `along`: twice what the spring would hold, uncut, times the cut. A spring sheds the smaller part of its stiffness or of its
-      // force; sliding takes the limit times the plastic slip.
-      const Real shed = held - smaller(held * grown, size2 * after);
-      sums.slid[h] = sums.slid[h] + kept_lanes(on, fused(two, less_fused(along, cut, along), shed));
+      // A spring sheds the smaller part of its stiffness or of its force; sliding takes the plastic slip times what held against it,
+      // the spring at first and Coulomb's limit at last.
+      const Real held = before * size2, shed = held - smaller(held * grown, size2 * after);
+      const Real slid = fused(smaller(one, grown), size, limit) * (reached - limit) * after;
+      sums.slid[h] = sums.slid[h] + kept_lanes(on, shed + select(slides, slid, zero));
       const Real power = fused(cut, dot(now, v), keep * dot(old, v));
-      sums.lost[h] = sums.lost[h] + kept_lanes(on, less_fused(less_fused(held, cut, along), dt, power));
+      sums.lost[h] = sums.lost[h] + kept_lanes(on, less_fused(less_fused(held, cut * cut, now2 * after), dt, power));
     }
 }
 
