@@ -106,7 +106,7 @@ std::vector<double> cell_means(const std::vector<std::size_t>& rve_of, std::size
     at[2] += static_cast<double>(f.grains);
     ++with[i / per_cell];
   }
-  for (std::size_t k = 0; k < cells.size(); ++k) cells[k] /= with[k / 3];  // 0 / 0: no grains, no void ratio
+  for (std::size_t k = 0; k < cells.size(); ++k) cells[k] = with[k / 3] > 0 ? cells[k] / with[k / 3] : NAN;  // no grains, no void ratio
   return cells;
 }
 

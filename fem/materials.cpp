@@ -154,10 +154,10 @@ Material composite_material(std::vector<Material> parts, const std::vector<std::
   struct Part {
     Material material;
     std::vector<std::size_t> points;
-    std::vector<double> deformation, stress, tangent;
+    std::vector<double> deformation, stress, tangent, volumes;
   };
   auto all = std::make_shared<std::vector<Part>>();
-  for (auto& m : parts) all->push_back({std::move(m), {}, {}, {}, {}});
+  for (auto& m : parts) all->push_back({std::move(m), {}, {}, {}, {}, {}});
   for (std::size_t i = 0; i < group.size(); ++i) (*all)[group[i]].points.push_back(i);
   auto failed = std::make_shared<std::string>();
   Material m([all, failed](const Points& p) {
@@ -198,9 +198,9 @@ Material composite_material(std::vector<Material> parts, const std::vector<std::
   }, [all](std::span<const double> volumes) {
     double sum = 0;
     for (Part& part : *all) {
-      std::vector<double> own;
-      for (const std::size_t i : part.points) own.push_back(volumes[i]);
-      sum += part.material.energy(own);
+      part.volumes.clear();
+      for (const std::size_t i : part.points) part.volumes.push_back(volumes[i]);
+      sum += part.material.energy(part.volumes);
     }
     return sum;
   });
