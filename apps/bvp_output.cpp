@@ -65,11 +65,7 @@ void BvpOutput::add(const fem::DynamicsReport& r, double wall) {
   add({static_cast<double>(r.steps), r.time, 0, 0, 0, 0, 0, wall}, &r.energy);
 }
 
-double BvpOutput::of_rves(double coupling::Facts::*energy) const {
-  double sum = 0;
-  for (std::size_t i = 0; rves_ && i < rves_->points(); ++i) sum += rves_->facts(i).*energy * points_.volume[i] / rves_->start_volume(i);
-  return sum;
-}
+double BvpOutput::of_rves(double coupling::Facts::*energy) const { return rves_ ? rves_->total(energy, points_.volume) : 0; }
 
 void BvpOutput::add(const Row& r, const fem::MacroEnergy* energy) {
   const auto strain = problem_.mean_strain(), stress = problem_.mean_stress();
@@ -155,7 +151,7 @@ std::string BvpOutput::closing(const BvpEnding& e) const {
 }
 
 nlohmann::json BvpOutput::state() const {
-  return {{"rows", history_->rows()}, {"series", series_}, {"probe_series", probes_.series()}, {"contraction", contraction_}, 
+  return {{"rows", history_->rows()}, {"series", series_}, {"probe_series", probes_.series()}, {"contraction", contraction_},
           {"macro_work", macro_work_}, {"material_work", material_work_}, {"worst_residual", worst_residual_},
           {"worst_energy", worst_energy_}, {"iterations", iterations_}, {"cutbacks", cutbacks_}, {"sweeps", sweeps_}};
 }

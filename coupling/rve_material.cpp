@@ -79,15 +79,17 @@ fem::Material RveMaterial::material() {
     for (dem::Loader a(bytes); !a.at_end();) a.text(parts.emplace_back());
     load(parts);
   };
-  auto energy = [this](std::span<const double> volumes) {
-    double sum = 0;
-    for (std::size_t i = 0; i < volumes.size(); ++i) sum += volumes[i] * facts(i).work / start_volume(i);
-    return sum;
-  };
+  auto energy = [this](std::span<const double> volumes) { return total(&Facts::work, volumes); };
   fem::Material m([this](const fem::Points& p) { return respond(p); }, [this] { commit(); }, packed, unpacked, energy);
   m.noise = [this] { return noise(); };
   m.reason = [this] { return reason_; };
   return m;
+}
+
+double RveMaterial::total(double Facts::*energy, std::span<const double> volumes) const {
+  double sum = 0;
+  for (std::size_t i = 0; i < volumes.size(); ++i) sum += facts(i).*energy * volumes[i] / start_volume(i);
+  return sum;
 }
 
 dem::State RveMaterial::committed(std::size_t point) const { return HostedRve::from(farm_.fetch(point_[point].slot)).state; }

@@ -55,6 +55,8 @@ public:
   std::size_t points() const { return point_.size(); }
   double start_volume(std::size_t point) const { return start_volume_[point_[point].variant]; }  // of the prepared cell (m^3)
   const Facts& facts(std::size_t point) const { return slots_.at(point_[point].slot).facts; }
+  /// Sum of one energy of all points' RVEs (J), each for the volume (m^3, reference) that its point stands for.
+  double total(double Facts::*energy, std::span<const double> volumes) const;
   dem::State committed(std::size_t point) const;
   /// Brings facts up to date; needed in real time only, where steps do not tell them.
   void refresh();

@@ -76,6 +76,15 @@ inline void run_for(const Model& model, State& s, double time, Team& team) {
   }
 }
 
+/// Fragments of this material grow to a ratio of 1 : 4 within a time (s); nothing breaks.
+inline Model growing(double time) {
+  Material m = solid(60e9, 0.17, 2650);
+  m.fracture = FractureModel{};
+  m.fracture->contact_tension = ContactTension{1e15, 3};
+  m.fracture->transition = ShapeTransition{0.25, time};
+  return model_of(m);
+}
+
 inline PolyEllipsoid random_shape(std::uint64_t seed, std::uint64_t id, double low = 0.6, double high = 1) {
   PolyEllipsoid p;
   for (int k = 0; k < 3; ++k) {

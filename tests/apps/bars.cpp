@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // What grus-bvp makes of its results: bars read by their gauges, means of cells.
 #include <fmt/format.h>
-#include <unistd.h>
-
-#include <filesystem>
 #include <fstream>
 #include <sstream>
 
 #include "apps/bvp_points.hpp"
 #include "apps/hopkinson.hpp"
+#include "tests/apps/scratch.hpp"
 #include "tests/helpers.hpp"
 
 using namespace grus;
@@ -77,9 +75,8 @@ TEST_CASE("hopkinson.csv: gauges are tension-positive in history.csv and compres
   for (std::size_t k = 0; k < incident.time.size(); ++k)
     history += fmt::format("{},{:.17g},{:.12g},{:.12g},{:.12g},{:.12g}\n", k, incident.time[k], -incident.strain[k], -transmitted.strain[k],
                            -0.5 * incident.time[k], -7e6);
-  char name[] = "/tmp/grus_bars_XXXXXX";
-  REQUIRE(mkdtemp(name));
-  const std::string path = std::string(name) + "/hopkinson.csv";
+  const app::test::Scratch scratch;
+  const std::string path = scratch.path + "/hopkinson.csv";
   write_hopkinson(path, steel(), history);
   std::ifstream in(path);
   std::string line, cell;
@@ -101,7 +98,6 @@ TEST_CASE("hopkinson.csv: gauges are tension-positive in history.csv and compres
     for (std::size_t k = 0; k < 13; ++k) REQUIRE(v[k] == Approx(expected[k]).epsilon(1e-6).margin(round_off[k]));
   }
   CHECK(at == rows.size());
-  std::filesystem::remove_all(name);
 }
 
 TEST_CASE("a cell of the macro frame has the means of its points with grains, and nothing where there are none") {

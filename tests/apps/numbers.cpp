@@ -4,32 +4,21 @@
 #include <sstream>
 #include <stdexcept>
 
-#include <unistd.h>
-
 #include "apps/error_estimates.hpp"
 #include "apps/grading_states.hpp"
 #include "apps/scene/rve_scene.hpp"
 #include "apps/scene/units.hpp"
 #include "dem/contact/forces.hpp"
+#include "tests/apps/scratch.hpp"
 #include "tests/helpers.hpp"
 
 using namespace grus;
 using namespace grus::app;
+using grus::app::test::Scratch;
 using namespace grus::dem::test;
 using grus::dem::Mat3, grus::dem::Vec3, grus::dem::State, grus::dem::Model, grus::dem::PolyEllipsoid, grus::dem::Team, grus::dem::Wall, grus::dem::pi;
 
 namespace {
-
-/// A folder that goes with its owner.
-struct Scratch {
-  std::string path;
-  Scratch() {
-    char name[] = "/tmp/grus_numbers_XXXXXX";
-    if (!mkdtemp(name)) throw std::runtime_error("no scratch folder");
-    path = name;
-  }
-  ~Scratch() { std::filesystem::remove_all(path); }
-};
 
 std::vector<std::vector<double>> rows_of(const std::string& file) {
   std::ifstream in(file);

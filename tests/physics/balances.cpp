@@ -142,11 +142,7 @@ TEST_CASE("fines are the volume that the halves leave, in the parent's rigid vel
 }
 
 TEST_CASE("a reshaped body's spin energy changes by its inertia, and nothing is left unexplained") {
-  Material m = solid(60e9, 0.17, 2650);
-  m.fracture = FractureModel{};
-  m.fracture->contact_tension = ContactTension{1e15, 3};
-  m.fracture->transition = ShapeTransition{0.25, 1e-5};
-  const Model model = model_of(m);
+  const Model model = growing(1e-5);
   Team team(1);
   State s;
   add(s, halves(PolyEllipsoid::sphere(R), 0, 0.1)[0].shape, Vec3::Zero(), 2650, Vec3(1, 2, 3), Vec3(3000, 9000, -2000), random_rotation(1, 1));

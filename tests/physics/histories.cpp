@@ -182,11 +182,7 @@ TEST_CASE("halves on springs: a spinning pair keeps its angular momentum, and it
 }
 
 TEST_CASE("a surface that grows against fixed neighbours puts in exactly what the contacts then hold more") {
-  Material m = solid(60e9, 0.17, 2650);
-  m.fracture = FractureModel{};
-  m.fracture->contact_tension = ContactTension{1e15, 3};
-  m.fracture->transition = ShapeTransition{0.25, 2e-5};
-  const Model model = model_of(m);
+  const Model model = growing(2e-5);
   Team team(1);
   State s;
   PolyEllipsoid bad = PolyEllipsoid::sphere(R);

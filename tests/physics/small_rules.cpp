@@ -27,6 +27,26 @@ State cubic(int n, double overlap, double radius = R) {
   return s;
 }
 
+/// Grains whose halves are held by springs.
+Model sprung() {
+  Material m = solid(60e9, 0.17, 2650);
+  FractureModel f;
+  f.hoek_brown = HoekBrown{592e6, 20.56};
+  f.springs = CohesiveSprings{4, 1.77e6};
+  m.fracture = f;
+  return model_of(m);
+}
+
+/// A free grain that spins (rad/s) and has just broken in two.
+State halved(const Model& model, double spin) {
+  Team team(1);
+  State s;
+  add(s, PolyEllipsoid::sphere(3e-4), Vec3::Zero(), 2650, Vec3::Zero(), Vec3(0, spin, 0));
+  prepare(model, s, team);
+  apply_breaks(model, s, {{0, 0}}, team);
+  return s;
+}
+
 CriticalStep step_of(const Model& model, const State& s) {
   return critical_step(model.law, model.pairs, model.materials.size(), s.grains, s.boundary, s.contacts, s.bonds);
 }
@@ -250,17 +270,8 @@ TEST_CASE("the critical step sees an impact coming: both grains' speeds, and Her
 }
 
 TEST_CASE("springs of a fresh plane shorten the critical step") {
-  Material m = solid(60e9, 0.17, 2650);
-  FractureModel f;
-  f.hoek_brown = HoekBrown{592e6, 20.56};
-  f.springs = CohesiveSprings{4, 1.77e6};
-  m.fracture = f;
-  const Model model = model_of(m);
-  Team team(1);
-  State s;
-  add(s, PolyEllipsoid::sphere(3e-4), Vec3::Zero(), 2650, Vec3::Zero(), Vec3(0, 10, 0));
-  prepare(model, s, team);
-  apply_breaks(model, s, {{0, 0}}, team);
+  const Model model = sprung();
+  State s = halved(model, 10);
   double stiffness = 0;
   for (const auto& b : s.bonds) stiffness += b.peak / b.onset;
   const CriticalStep with = step_of(model, s);
@@ -281,17 +292,7 @@ TEST_CASE("potentials are the integrals of their forces: contacts of both laws, 
       CHECK((at(overlap + h).force - at(overlap - h).force) / (2 * h) == Approx(at(overlap).normal_stiffness).epsilon(1e-6));
     }
   // A cohesive spring between two fixed halves: held energy changes by minus force times way, and what softens is booked.
-  Material m = solid(60e9, 0.17, 2650);
-  FractureModel f;
-  f.hoek_brown = HoekBrown{592e6, 20.56};
-  f.springs = CohesiveSprings{4, 1.77e6};
-  m.fracture = f;
-  const Model model = model_of(m);
-  Team team(1);
-  State s;
-  add(s, PolyEllipsoid::sphere(3e-4), Vec3::Zero(), 2650, Vec3::Zero(), Vec3(0, 2000, 0));
-  prepare(model, s, team);
-  apply_breaks(model, s, {{0, 0}}, team);
+  State s = halved(sprung(), 2000);
   REQUIRE(s.bonds.size() == 4);
   double reach = 0;
   for (const auto& b : s.bonds) reach = std::max(reach, b.rupture);
