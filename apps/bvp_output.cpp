@@ -29,10 +29,16 @@ std::vector<std::string> bvp_columns(const BvpScene& scene, const fem::Problem& 
   for (const char* ij : components)
     if (std::string(ij) != "zz") columns.push_back(fmt::format("mean_strain_{}", ij)), columns.push_back(fmt::format("mean_stress_{}_Pa", ij));
   for (const char* name : {"correction", "rve_noise", "volume_m3", "worst_unbalanced_force", "worst_stress_change", "worst_rve_energy_error", "mass_lost_fraction", "macro_work_J",
-                           "rve_work_J", "rves_distinct", "rves_deferred", "energy_unexplained_J"})
+                           "rve_work_J", "rves_distinct", "rves_deferred", "energy_unexplained_J", "p_Pa", "q_Pa", "strain_volumetric", "unbalanced_macro_force",
+                           "kinetic_over_internal", "energy_error"})
     columns.emplace_back(name);
-  if (scene.dynamics)
+  for (const auto& b : problem.boundaries())
+    for (char k : {'x', 'y', 'z'}) columns.push_back(fmt::format("moved_{}_{}_m", b.name, k));
+  if (scene.is_explicit())
     for (const char* name : {"macro_kinetic_J", "macro_internal_J", "macro_external_J", "macro_viscous_J", "macro_energy_error"}) columns.emplace_back(name);
+  if (scene.explicit_statics)
+    for (const char* name : {"macro_damped_J", "macro_scaled_J", "largest_unbalanced_macro_force", "cells_haste_J", "inertial_number", "load_rate", "rate_governor", "rves_given_up"})
+      columns.emplace_back(name);
   if (!scene.regions.empty() && scene.has_rve)
     for (const char* what : {"strain_{}", "stress_{}_Pa"})
       for (const char* ij : components) columns.push_back("grains_" + fmt::format(fmt::runtime(what), ij));
@@ -56,18 +62,33 @@ void BvpOutput::add(const fem::IncrementReport& r, double wall) {
   worst_residual_ = std::max(worst_residual_, r.residual);
   for (std::size_t k = 1; k < r.residuals.size(); ++k)
     if (r.residuals[k] > 0 && r.residuals[k - 1] > 0) contraction_.push_back(std::log(r.residuals[k] / r.residuals[k - 1]));
-  add({static_cast<double>(r.increment), r.load_factor, static_cast<double>(r.iterations), static_cast<double>(r.cutbacks), r.residual, r.correction, r.noise, wall}, nullptr);
+  add({static_cast<double>(r.increment), r.load_factor, static_cast<double>(r.iterations), static_cast<double>(r.cutbacks), r.residual, r.correction, r.noise, wall,
+       0, work_error(of_rves(&coupling::Facts::work))});
+}
+
+/// Work of the stresses against what the grains have taken, relative to the larger.
+double BvpOutput::work_error(double taken) const {
+  const double largest = std::max(std::abs(macro_work_), std::abs(taken));
+  return largest > 0 ? (macro_work_ - taken) / largest : 0;
 }
 
 void BvpOutput::add(const fem::DynamicsReport& r, double wall) {
   macro_work_ = r.energy.work, material_work_ = r.energy.internal;
   if (rves_) rves_->refresh();
-  add({static_cast<double>(r.steps), r.time, 0, 0, 0, 0, 0, wall}, &r.energy);
+  const double held = std::max(std::abs(r.energy.internal), std::abs(r.energy.external));
+  add({static_cast<double>(r.steps), r.time, 0, 0, 0, 0, 0, wall, held > 0 ? r.energy.kinetic / held : 0, r.energy.error(), &r.energy});
+}
+
+void BvpOutput::add(const fem::ExplicitStaticsReport& r, double wall) {
+  macro_work_ = r.energy.work, material_work_ = r.energy.internal;
+  worst_residual_ = std::max(worst_residual_, r.unbalanced);
+  if (rves_) rves_->refresh();
+  add({static_cast<double>(r.steps), r.load_factor, 0, 0, r.unbalanced, 0, 0, wall, r.kinetic_ratio(), r.energy.error(), &r.energy, &r});
 }
 
 double BvpOutput::of_rves(double coupling::Facts::*energy) const { return rves_ ? rves_->total(energy, points_.volume) : 0; }
 
-void BvpOutput::add(const Row& r, const fem::MacroEnergy* energy) {
+void BvpOutput::add(const Row& r) {
   const auto strain = problem_.mean_strain(), stress = problem_.mean_stress();
   const coupling::SweepReport report = rves_ ? rves_->report() : coupling::SweepReport{};
   std::vector<double> row{r.increment, r.time, r.iterations, r.cutbacks, r.residual};
@@ -89,7 +110,18 @@ void BvpOutput::add(const Row& r, const fem::MacroEnergy* energy) {
   row.insert(row.end(), {r.correction, r.noise, problem_.current_volume(), report.worst_unbalanced, report.worst_stress_change, error,
                          mass > 0 ? lost / mass : 0, macro_work_, of_rves(&coupling::Facts::work), static_cast<double>(report.distinct),
                          static_cast<double>(report.deferred), of_rves(&coupling::Facts::unexplained)});
-  if (energy) row.insert(row.end(), {energy->kinetic, energy->internal, energy->external, energy->viscous, energy->error()});
+  const auto carried = rves_ ? problem_.mean_stress(grains_) : stress;  // of the grains, where there are any
+  const double p = -(carried[0] + carried[1] + carried[2]) / 3;
+  double q2 = 0;  // 3/2 of the deviator's square
+  for (std::size_t k = 0; k < 6; ++k) q2 += k < 3 ? 1.5 * (carried[k] + p) * (carried[k] + p) : 3 * carried[k] * carried[k];
+  const auto volume = problem_.volumes(rves_ ? grains_ : std::vector<std::uint8_t>{});
+  row.insert(row.end(), {p, std::sqrt(q2), 1 - volume[1] / volume[0], r.residual, r.kinetic_over_internal, r.energy_error});
+  for (std::size_t b = 0; b < problem_.boundaries().size(); ++b)
+    for (double v : problem_.mean_displacement(b)) row.push_back(v);
+  if (const auto* e = r.energy) row.insert(row.end(), {e->kinetic, e->internal, e->external, e->viscous, e->error()});
+  if (const auto* x = r.explicit_statics)
+    row.insert(row.end(), {x->energy.damped, x->energy.scaled, x->largest_unbalanced, of_rves(&coupling::Facts::haste), x->inertial_number, x->rate, static_cast<double>(x->governor),
+                           static_cast<double>(report.given_up)});
   if (!scene_.regions.empty() && rves_)
     for (const auto& mean : {problem_.mean_strain(grains_), problem_.mean_stress(grains_)}) row.insert(row.end(), mean.begin(), mean.end());
   const std::vector<double> probed = probes_.row();
@@ -142,9 +174,9 @@ std::string BvpOutput::line(std::uint64_t sweeps) const {
 std::string BvpOutput::closing(const BvpEnding& e) const {
   const double steps = rves_ ? static_cast<double>(rves_->report().dem_steps) : 0.0;
   const std::string how = e.status == finished ? "finished" : e.status == interrupted ? "interrupted" : "stopped";
-  if (scene_.dynamics)
-    return fmt::format("{}: {:.4g} s, mean stress {} {:.4g} MPa, {:.0f} breakages, {:.3g} DEM steps in {} ({})", how, e.time, axis(), stress_ / 1e6, breakages_, steps, duration_text(e.wall),
-                       directory_);
+  if (scene_.is_explicit())
+    return fmt::format("{}: {:.4g}{}, mean stress {} {:.4g} MPa, {:.0f} breakages, {:.3g} DEM steps in {} ({})", how, e.time,
+                       scene_.dynamics ? " s" : " of the load", axis(), stress_ / 1e6, breakages_, steps, duration_text(e.wall), directory_);
   return fmt::format("{0}: load factor {1:.4g}, mean strain {2} {3:.4f}, mean stress {2} {4:.4g} MPa, {5:.0f} breakages, {6} Newton iterations, {7} cutbacks, {8} material sweeps, "
                      "{9:.3g} DEM steps in {10} ({11})",
                      how, e.time, axis(), strain_, stress_ / 1e6, breakages_, iterations_, cutbacks_, sweeps_, steps, duration_text(e.wall), directory_);
@@ -190,7 +222,7 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
     summary["unit_cell"] = scene_.unit_cells[0].record;
     summary["seed"] = scene_.unit_cells[0].model.seed;
     auto& counts = summary["counts"];
-    counts["grains_a_point"] = states_[points_.variant[0]].grains.size();
+    counts["grains_a_point"] = states_[points_.start[0]].grains.size();
     counts["rves"] = rves_->points();
     counts["rves_asked"] = r.asked, counts["rves_advanced"] = r.advanced, counts["rves_distinct"] = r.distinct, counts["rves_deferred"] = r.deferred, counts["rves_elastic"] = r.elastic;
     counts["rves_similar"] = r.similar, counts["rves_replayed"] = r.replayed, counts["rves_retried_in_parts"] = r.retried, counts["rves_moved_between_ranks"] = e.migrated;
@@ -199,9 +231,9 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
     const double rve_work = of_rves(&coupling::Facts::work);
     errors["macro_work_J"] = macro_work_, errors["rve_work_J"] = rve_work;
     // Hill and Mandel: the stresses' work against what the materials have taken; in increments of the grains alone.
-    const double taken = scene_.dynamics ? material_work_ : rve_work, largest = std::max(std::abs(macro_work_), std::abs(taken));
-    if (largest > 0) errors["hill_mandel"] = std::abs(macro_work_ - taken) / largest;
-    if (!scene_.dynamics) errors["residual_floor"] = scene_.residual_floor();
+    errors["hill_mandel"] = std::abs(work_error(scene_.is_explicit() ? material_work_ : rve_work));
+    if (!scene_.is_explicit()) errors["residual_floor"] = scene_.residual_floor();
+    if (scene_.explicit_statics) counts["rves_given_up"] = r.given_up;
     if (scene_.rve.error > 0) errors["deferral"] = {{"tolerance", scene_.rve.error}, {"measured", r.deferral.count}, {"worst", r.deferral.worst},
                             {"mean", r.deferral.mean()}, {"least_trust", r.least_trust}};
     if (scene_.rve.response.elastic >= 0)

@@ -26,6 +26,7 @@ public:
   /// One row, and a frame if one is due.
   void add(const fem::IncrementReport& report, double wall);
   void add(const fem::DynamicsReport& report, double wall);
+  void add(const fem::ExplicitStaticsReport& report, double wall);
   void finish(const BvpEnding& ending, const Options& options);
 
   /// Where things stand, for the progress line.
@@ -41,9 +42,13 @@ private:
   /// Columns that quasi-static and dynamic runs fill with their own.
   struct Row {
     double increment = 0, time = 0, iterations = 0, cutbacks = 0, residual = 0, correction = 0, noise = 0, wall = 0;
+    double kinetic_over_internal = 0, energy_error = 0;
+    const fem::MacroEnergy* energy = nullptr;                    // of explicit runs
+    const fem::ExplicitStaticsReport* explicit_statics = nullptr;  // of those
   };
-  void add(const Row& row, const fem::MacroEnergy* energy);
+  void add(const Row& row);
   void frame(double time);
+  double work_error(double taken) const;
   double of_rves(double coupling::Facts::*energy) const;  // J: of all points with grains, by the volumes that they stand for
   const char* axis() const { return scene_.flat() ? "yy" : "zz"; }
 

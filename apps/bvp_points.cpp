@@ -11,8 +11,9 @@
 
 namespace grus::app {
 
-BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem) {
+BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double density) {
   BvpPoints points;
+  std::vector<Start> starts;  // of each point with grains
   for (std::size_t i = 0; i < problem.owned_points(); ++i) {
     std::size_t group = 0;
     for (std::size_t r = 0; r < scene.regions.size() && group == 0; ++r) {
@@ -20,40 +21,53 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem) {
       if (region.where ? region.where(problem.point_position(i)) : problem.cell_tag(i) == region.tag) group = r + 1;
     }
     points.group.push_back(group);
-    points.rve_of.push_back(group == 0 ? points.variant.size() : SIZE_MAX);
+    points.rve_of.push_back(group == 0 ? starts.size() : SIZE_MAX);
     if (group != 0) continue;
-    points.variant.push_back(static_cast<std::size_t>(problem.point_key(i)) % static_cast<std::size_t>(scene.variants));
+    Start& start = starts.emplace_back();
+    start.packing = static_cast<std::size_t>(problem.point_key(i)) % static_cast<std::size_t>(scene.variants);
+    if (scene.ground) {
+      const auto stress = ground_stress(scene, problem.point_position(i), density);
+      start.stressed = true, start.stress = {-stress[0], -stress[1], -stress[2]};
+    }
     points.volume.push_back(problem.point_volume(i));
   }
-  if (!scene.has_rve && !points.variant.empty())
-    throw InputError(fmt::format("{}: rve: {} Gauss points lie in no [[region]] and there is no [rve] for them", scene.file, points.variant.size()));
-  if (scene.has_rve && points.variant.empty()) throw InputError(fmt::format("{}: rve: every Gauss point lies in a [[region]]; leave [rve] out", scene.file));
+  points.starts = starts;
+  std::sort(points.starts.begin(), points.starts.end());
+  points.starts.erase(std::unique(points.starts.begin(), points.starts.end()), points.starts.end());
+  for (const Start& s : starts)
+    points.start.push_back(static_cast<std::size_t>(std::lower_bound(points.starts.begin(), points.starts.end(), s) - points.starts.begin()));
+  if (!scene.has_rve && !points.start.empty())
+    throw InputError(fmt::format("{}: rve: {} Gauss points lie in no [[region]] and there is no [rve] for them", scene.file, points.start.size()));
+  if (scene.has_rve && points.start.empty()) throw InputError(fmt::format("{}: rve: every Gauss point lies in a [[region]]; leave [rve] out", scene.file));
   for (std::size_t r = 0; r < scene.regions.size(); ++r)
     if (std::find(points.group.begin(), points.group.end(), r + 1) == points.group.end())
       throw InputError(fmt::format("{}: region[{}]: holds at no Gauss point", scene.file, r));
   return points;
 }
 
-std::vector<dem::State> prepare_variants(const BvpScene& scene, const std::vector<std::size_t>& used, int threads, const dem::Watch& watch) {
+std::vector<dem::State> prepare_starts(const BvpScene& scene, const std::vector<Start>& starts, int threads, const dem::Watch& watch) {
   int rank, ranks;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   MPI_Comm_size(MPI_COMM_WORLD, &ranks);
   std::vector<std::size_t> mine;
-  for (std::size_t k = static_cast<std::size_t>(rank); k < used.size(); k += static_cast<std::size_t>(ranks)) mine.push_back(k);
-  std::vector<std::string> bytes(used.size()), errors(used.size());  // of an error: a letter for its kind, and what it says
+  for (std::size_t k = static_cast<std::size_t>(rank); k < starts.size(); k += static_cast<std::size_t>(ranks)) mine.push_back(k);
+  std::vector<std::string> bytes(starts.size()), errors(starts.size());  // of an error: a letter for its kind, and what it says
   std::atomic<std::size_t> made{0};
   std::atomic<int> stopped{0};
   const auto asking = std::this_thread::get_id();  // one thread shows the progress; all hear that they are to stop
   dem::Team team(threads);
   team.each(mine.size(), [&](std::size_t m) {
-    const std::string place = fmt::format("{}: ", scene.unit_cells[used[mine[m]]].file);
+    const Start& start = starts[mine[m]];
+    const std::string place = fmt::format("{}: ", scene.unit_cells[start.packing].file);
     try {
       dem::Team alone(1);
-      RveScene cell = scene.unit_cells[used[mine[m]]];
+      RveScene cell = scene.unit_cells[start.packing];
+      std::optional<dem::Vec3> stresses;
+      if (start.stressed) stresses.emplace(start.stress[0], start.stress[1], start.stress[2]);
       bytes[mine[m]] = dem::bytes_of(prepare_sample(cell, alone, [&](double, const char*) {
         if (watch && std::this_thread::get_id() == asking && !watch(static_cast<double>(made) / static_cast<double>(mine.size()))) stopped = 1;
         return stopped == 0;
-      }));
+      }, stresses));
       ++made;
     } catch (const dem::Interrupted&) {
       stopped = 1;
@@ -68,7 +82,7 @@ std::vector<dem::State> prepare_variants(const BvpScene& scene, const std::vecto
   int any = stopped;
   MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
   if (any != 0) throw dem::Interrupted("interrupted while unit cells were prepared; nothing to go on from yet");
-  for (std::size_t k = 0; k < used.size(); ++k) {
+  for (std::size_t k = 0; k < starts.size(); ++k) {
     const int from = static_cast<int>(k % static_cast<std::size_t>(ranks));
     for (std::string* text : {&errors[k], &bytes[k]}) {
       int size = static_cast<int>(text->size());
@@ -82,7 +96,7 @@ std::vector<dem::State> prepare_variants(const BvpScene& scene, const std::vecto
       }
     }
   }
-  std::vector<dem::State> states(static_cast<std::size_t>(scene.variants));
+  std::vector<dem::State> states;
   if (rank != 0) return states;
   for (const std::string& e : errors) {
     if (e.empty()) continue;
@@ -90,8 +104,19 @@ std::vector<dem::State> prepare_variants(const BvpScene& scene, const std::vecto
     if (e[0] == 'u') throw dem::Unstable(e.substr(1));
     throw std::runtime_error(e.substr(1));
   }
-  for (std::size_t k = 0; k < used.size(); ++k) states[used[k]] = dem::state_of(bytes[k]);
+  for (const std::string& b : bytes) states.push_back(dem::state_of(b));
   return states;
+}
+
+std::array<double, 6> ground_stress(const BvpScene& scene, const fem::Point& at, double density) {
+  const Ground& g = *scene.ground;
+  const auto axis = static_cast<std::size_t>(g.axis);
+  const double grain = 1e-6 * (scene.high[axis] - scene.low[axis]);  // depths that differ by round-off are one
+  const double depth = std::round(std::max(0.0, g.surface - at[axis]) / grain) * grain;
+  const double vertical = g.surcharge + density * std::abs(scene.gravity[axis]) * depth;
+  std::array<double, 6> stress{-g.k0 * vertical, -g.k0 * vertical, -g.k0 * vertical, 0, 0, 0};
+  stress[axis] = -vertical;
+  return stress;
 }
 
 std::vector<double> cell_means(const std::vector<std::size_t>& rve_of, std::size_t per_cell,

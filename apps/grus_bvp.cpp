@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <filesystem>
-#include <set>
 
 #include "apps/bvp_output.hpp"
 #include "apps/folder.hpp"
@@ -56,10 +55,10 @@ std::unique_ptr<fem::Problem> make_problem(const BvpScene& scene) {
   return std::visit([&](const auto& mesh) { return std::make_unique<fem::Problem>(MPI_COMM_SELF, mesh, scene.discretisation, scene.boundaries); }, scene.mesh);
 }
 
-/// Model of the run: in real time grains are damped by their contacts only; local damping is for the preparation.
+/// Model of the run: in explicit runs grains are damped by their contacts only, unless told otherwise; local damping is for the preparation.
 std::shared_ptr<const dem::Model> run_model(const BvpScene& scene) {
   auto model = std::make_shared<dem::Model>(scene.unit_cells[0].model);
-  if (scene.dynamics) dem::set_damping(*model, 0);
+  if (scene.damping || scene.is_explicit()) dem::set_damping(*model, scene.damping.value_or(0));
   return model;
 }
 
@@ -67,7 +66,8 @@ std::shared_ptr<const dem::Model> run_model(const BvpScene& scene) {
 struct Setup {
   std::unique_ptr<fem::Problem> problem;
   BvpPoints points;
-  std::vector<dem::State> states;  // of the variants in use
+  std::vector<dem::State> states;  // of the points' starts
+  double density = 0;              // of the packed cells (kg/m^3), where the stress of the ground asks for it
 };
 
 std::string checkpoint_of(const Options& options) { return options.directory + "/checkpoint.h5"; }
@@ -89,14 +89,17 @@ public:
       : scene_(scene), options_(options), setup_(std::move(setup)), kept_(std::move(kept)) {
     std::vector<fem::Material> parts;
     if (farm) {
-      rves_.emplace(*farm, setup_.states, setup_.points.variant, scene.rve);
+      rves_.emplace(*farm, setup_.states, setup_.points.start, scene.rve);
       parts.push_back(rves_->material());
     } else {
       parts.push_back(fem::elastic_material(0, 1, 0));  // of no point
     }
     for (std::size_t r = 0; r < scene.regions.size(); ++r) {
-      const auto count = std::count(setup_.points.group.begin(), setup_.points.group.end(), r + 1);
-      parts.push_back(fem::elastic_material(static_cast<std::size_t>(count), scene.regions[r].youngs_modulus, scene.regions[r].poissons_ratio));
+      const Region& region = scene.regions[r];
+      const auto count = static_cast<std::size_t>(std::count(setup_.points.group.begin(), setup_.points.group.end(), r + 1));
+      const fem::InitialStress initial = initial_stress(r);
+      const double E = region.youngs_modulus, nu = region.poissons_ratio;
+      parts.push_back(region.j2 ? fem::j2_material(count, E, nu, region.yield_stress, region.hardening, initial) : fem::elastic_material(count, E, nu, initial));
     }
     regions_.assign(parts.begin() + 1, parts.end());
     material_.emplace(scene.regions.empty() ? parts[0] : fem::composite_material(parts, setup_.points.group));
@@ -104,10 +107,11 @@ public:
       if (setup_.points.group[i] > 0) {
         density_.push_back(scene.regions[setup_.points.group[i] - 1].density);
       } else {
-        const dem::State& s = setup_.states[setup_.points.variant[setup_.points.rve_of[i]]];
+        const dem::State& s = setup_.states[setup_.points.start[setup_.points.rve_of[i]]];
         density_.push_back(dem::total_mass(s.grains) / s.boundary.cell.volume());
       }
     }
+    if (scene.weighs()) setup_.problem->set_gravity(scene.gravity, density_);
     work_of_grains_ = scene.solve;
     for (const auto group : setup_.points.group) work_of_grains_.work_of.push_back(group == 0);
     output_.emplace(options.directory, scene, *setup_.problem, setup_.points, setup_.states, rves_ ? &*rves_ : nullptr);
@@ -122,8 +126,8 @@ public:
     std::uint64_t sweeps = 0;
     const auto respond = material_->respond;
     material_->respond = [&](const fem::Points& p) {
-      if (p.duration == 0 || sweeps % 64 == 0) progress.show(time / scene_.end_time(), output_->line(sweeps));
-      if (p.duration == 0 && interruption_asked() && !told) progress.note("  interrupted: ends with this increment, which --resume would have to begin anew; once more ends at once"), told = true;
+      if (!scene_.is_explicit() || sweeps % 64 == 0) progress.show(time / scene_.end_time(), output_->line(sweeps));
+      if (!scene_.is_explicit() && interruption_asked() && !told) progress.note("  interrupted: ends with this increment, which --resume would have to begin anew; once more ends at once"), told = true;
       ++sweeps;
       return respond(p);
     };
@@ -140,18 +144,31 @@ public:
     bool complete = false, broken = false;
     std::string failure;
     try {
+      // Explicit runs stop between two rows, too, where a checkpoint is due or asked for.
+      const auto due = [&] { return interruption_asked() || clock.wall() - saved > scene_.checkpoint_interval; };
+      const auto march = [&](auto last, auto&& solve) {
+        while (true) {
+          const auto result = solve(last);
+          last = result.last, complete = result.finished, failure = result.failure;
+          if (!result.stopped || stop) return last;
+          save(last, elapsed_ + clock.wall() - ready), saved = clock.wall();
+          if ((stop = interruption_asked())) return last;
+        }
+      };
       if (scene_.dynamics) {
         fem::allocate_dynamics(*setup_.problem);
         fem::DynamicsOptions with = *scene_.dynamics;
-        with.stop = [&] { return interruption_asked() || clock.wall() - saved > scene_.checkpoint_interval; };
-        fem::DynamicsResult result;
-        for (result.last = options_.resume ? resume_dynamics() : fem::DynamicsReport{};;) {
-          result = fem::solve_dynamics(*setup_.problem, *material_, density_, with, [&](const fem::DynamicsReport& r) { return after(r, r.time); }, result.last);
-          if (!result.stopped || stop) break;
-          save(result.last, elapsed_ + clock.wall() - ready), saved = clock.wall();  // between two rows
-          if ((stop = interruption_asked())) break;
-        }
-        complete = result.finished, failure = result.failure, ending.time = result.last.time;
+        with.stop = due;
+        ending.time = march(options_.resume ? resume_dynamics() : fem::DynamicsReport{}, [&](const fem::DynamicsReport& from) {
+          return fem::solve_dynamics(*setup_.problem, *material_, density_, with, [&](const fem::DynamicsReport& r) { return after(r, r.time); }, from);
+        }).time;
+      } else if (scene_.explicit_statics) {
+        fem::allocate_explicit_statics(*setup_.problem);
+        fem::ExplicitStaticsOptions with = *scene_.explicit_statics;
+        with.stop = due;
+        ending.time = march(options_.resume ? resume_explicit_statics() : fem::ExplicitStaticsReport{}, [&](const fem::ExplicitStaticsReport& from) {
+          return fem::solve_explicit_statics(*setup_.problem, *material_, with, [&](const fem::ExplicitStaticsReport& r) { return after(r, r.load_factor); }, from);
+        }).load_factor;
       } else {
         const fem::StaticsStart start = options_.resume ? resume_statics() : fem::StaticsStart{};
         const auto result = fem::solve_statics(*setup_.problem, *material_, work_of_grains_, [&](const fem::IncrementReport& r) { return after(r, r.load_factor); }, start);
@@ -175,6 +192,16 @@ public:
   void finish(const BvpEnding& ending) { output_->finish(ending, options_); }
 
 private:
+  /// Of the points of a region: its own, or that of the ground.
+  fem::InitialStress initial_stress(std::size_t region) const {
+    fem::InitialStress all;
+    const Region& r = scene_.regions[region];
+    for (std::size_t i = 0; i < setup_.points.group.size() && (r.initial_stress || scene_.ground); ++i)
+      if (setup_.points.group[i] == region + 1)
+        all.push_back(r.initial_stress ? *r.initial_stress : ground_stress(scene_, setup_.problem->point_position(i), setup_.density > 0 ? setup_.density : r.density));
+    return all;
+  }
+
   std::string path() const { return checkpoint_of(options_); }
 
   void write(nlohmann::json about, double wall) {
@@ -196,9 +223,20 @@ private:
   }
 
   void save(const fem::DynamicsReport& r, double wall) {
-    write({{"time", hex(r.time)}, {"dt", hex(r.dt)}, {"steps", r.steps}, {"dissipated", hex(r.dissipated)},
-           {"energy", {hex(r.energy.kinetic), hex(r.energy.internal), hex(r.energy.external),
-                       hex(r.energy.viscous), hex(r.energy.work), hex(r.energy.largest)}}}, wall);
+    write({{"time", hex(r.time)}, {"dt", hex(r.dt)}, {"steps", r.steps}, {"dissipated", hex(r.dissipated)}, {"energy", energies(r.energy)}}, wall);
+  }
+
+  void save(const fem::ExplicitStaticsReport& r, double wall) {
+    write({{"load_factor", hex(r.load_factor)}, {"rate", hex(r.rate)}, {"steps", r.steps}, {"settling", r.settling}, {"energy", energies(r.energy)},
+           {"unbalanced", hex(r.unbalanced)}, {"largest_unbalanced", hex(r.largest_unbalanced)}, {"inertial_number", hex(r.inertial_number)},
+           {"sums", {hex(r.sums[0]), hex(r.sums[1]), hex(r.sums[2])}}, {"counted", r.counted}, {"governor", r.governor}}, wall);
+  }
+
+  static nlohmann::json energies(const fem::MacroEnergy& e) {
+    return {hex(e.kinetic), hex(e.internal), hex(e.external), hex(e.viscous), hex(e.work), hex(e.largest), hex(e.damped), hex(e.scaled)};
+  }
+  static fem::MacroEnergy energies_of(const nlohmann::json& e) {
+    return {unhex(e[0]), unhex(e[1]), unhex(e[2]), unhex(e[3]), unhex(e[4]), unhex(e[5]), unhex(e[6]), unhex(e[7])};
   }
 
   static std::string hex(double v) { return fmt::format("{:a}", v); }  // exact
@@ -234,9 +272,15 @@ private:
 
   fem::DynamicsReport resume_dynamics() {
     const auto about = resume();
-    const auto& e = about["energy"];
-    return {unhex(about["time"]), unhex(about["dt"]), about["steps"],
-            {unhex(e[0]), unhex(e[1]), unhex(e[2]), unhex(e[3]), unhex(e[4]), unhex(e[5])}, unhex(about["dissipated"])};
+    return {unhex(about["time"]), unhex(about["dt"]), about["steps"], energies_of(about["energy"]), unhex(about["dissipated"])};
+  }
+
+  fem::ExplicitStaticsReport resume_explicit_statics() {
+    const auto about = resume();
+    const auto& sums = about["sums"];
+    return {unhex(about["load_factor"]), unhex(about["rate"]), about["steps"], about["settling"], energies_of(about["energy"]), unhex(about["unbalanced"]),
+            unhex(about["largest_unbalanced"]), unhex(about["inertial_number"]), {unhex(sums[0]), unhex(sums[1]), unhex(sums[2])}, about["counted"],
+            about["governor"].get<fem::Governor>()};
   }
 
   const BvpScene& scene_;
@@ -255,14 +299,20 @@ private:
 
 void print_setup(const BvpScene& scene, const Setup& setup, const Options& options, int ranks) {
   const fem::Problem& p = *setup.problem;
-  const auto rves = setup.points.variant.size();
+  const auto rves = setup.points.start.size();
   double grains = 0;
   for (const auto& u : scene.unit_cells) grains += u.grains() / scene.variants;
-  const std::string length = scene.dynamics ? fmt::format("duration {:.3g} s", scene.dynamics->duration) : fmt::format("increments {}", scene.solve.increments);
+  std::string length = fmt::format("increments {}", scene.solve.increments);
+  if (scene.dynamics) length = fmt::format("duration {:.3g} s", scene.dynamics->duration);
+  if (scene.explicit_statics) length = fmt::format("steps from {:.0f}", scene.explicit_statics->crossings * fem::crossing_steps(*setup.problem, *scene.explicit_statics));
+  const int copies = scene.is_explicit() ? 1 : 2;  // trial states
   fmt::print("{}\n  cells {}   Gauss points {}   with grains {} ({:.0f} grains each, {} packings)   {}   memory up to {:.3g} MB   ranks {} x threads {}\n", scene.title,
-             p.global_points() / p.points_per_cell(), p.global_points(), rves, grains, scene.unit_cells.size(), length, static_cast<double>(rves) * grains * 2 * 4000 / 1e6, ranks,
+             p.global_points() / p.points_per_cell(), p.global_points(), rves, grains, scene.unit_cells.size(), length, static_cast<double>(rves) * grains * copies * 4000 / 1e6, ranks,
              options.threads);
-  if (!scene.dynamics) fmt::print("  residual to {:.2g}{}\n", std::max(scene.solve.tolerance, scene.residual_floor()), scene.has_rve ? " (the larger of solve.tolerance, rve.unbalanced_force and rve.stress_change)" : "");
+  if (const auto& e = scene.explicit_statics)
+    fmt::print("  limits of the rate: unbalanced force {:g} of what is applied, kinetic energy {:g} of internal, inertial number of the cells {}; local damping {:g}, safety {:g}\n",
+               e->balance, e->kinetic, e->inertial_number > 0 ? fmt::format("{:g}", e->inertial_number) : "their own", e->damping, e->safety);
+  if (!scene.is_explicit()) fmt::print("  residual to {:.2g}{}\n", std::max(scene.solve.tolerance, scene.residual_floor()), scene.has_rve ? " (the larger of solve.tolerance, rve.unbalanced_force and rve.stress_change)" : "");
   for (const auto& note : scene.notes) fmt::print("  note: {}\n", note);
   for (const auto& u : scene.unit_cells)
     for (const auto& note : u.notes) fmt::print("  note: unit cell: {}\n", note);
@@ -276,13 +326,17 @@ int run(const Options& given, const fem::Session& session) {
   Setup setup;
   dem::Checkpoint kept;
   together(session, [&] { scene = read_bvp_scene(options.scene, options.overrides); });
-  std::vector<std::size_t> used;
+  std::vector<Start> starts;
+  together(session, [&] {
+    if (!scene.ground || !scene.has_rve || options.columns) return;  // the weight of the ground is that of its cells
+    const auto packed = prepare_starts(scene, {Start{}}, options.threads, {});
+    if (leads) setup.density = dem::total_mass(packed[0].grains) / packed[0].boundary.cell.volume();
+  });
   together(session, [&] {
     if (!leads) return;
     setup.problem = make_problem(scene);
-    setup.points = find_points(scene, *setup.problem);
-    const std::set<std::size_t> variants(setup.points.variant.begin(), setup.points.variant.end());
-    used.assign(variants.begin(), variants.end());
+    setup.points = find_points(scene, *setup.problem, setup.density);
+    starts = setup.points.starts;
     if (options.columns) {
       const std::vector<dem::State> none;
       for (const auto& name : bvp_columns(scene, *setup.problem, Probes("", scene, *setup.problem, setup.points, none, nullptr))) fmt::print("{}\n", name);
@@ -291,16 +345,16 @@ int run(const Options& given, const fem::Session& session) {
     if (!options.quiet) print_setup(scene, setup, options, session.ranks());
     if (!options.check) check_folder(options);
     if (options.resume) kept = find_checkpoint(options, scene);
-    if (options.check && used.size() > 1) used.resize(1);
+    if (options.check && starts.size() > 1) starts.resize(1);
   });
   if (options.columns) return finished;
-  std::size_t count = used.size();
+  std::size_t count = starts.size();
   MPI_Bcast(&count, sizeof count, MPI_BYTE, 0, MPI_COMM_WORLD);
-  used.resize(count);
-  MPI_Bcast(used.data(), static_cast<int>(count * sizeof(std::size_t)), MPI_BYTE, 0, MPI_COMM_WORLD);
+  starts.resize(count);
+  MPI_Bcast(starts.data(), static_cast<int>(count * sizeof(Start)), MPI_BYTE, 0, MPI_COMM_WORLD);
   together(session, [&] {
     Progress progress(options.quiet || options.check);
-    setup.states = prepare_variants(scene, used, options.threads, [&](double done) { return progress.watch(done, "unit cells"); });
+    setup.states = prepare_starts(scene, starts, options.threads, [&](double done) { return progress.watch(done, "unit cells"); });
   });
   std::optional<Folder> made;
   together(session, [&] {
@@ -314,7 +368,7 @@ int run(const Options& given, const fem::Session& session) {
   if (leads && !options.quiet && scene.has_rve) fmt::print("  unit cells prepared in {}\n", duration_text(ready));
   if (options.check) {
     if (leads && scene.has_rve) {
-      dem::Rve rve(model, scene.rve.response.quasi_static, setup.states[used[0]]);
+      dem::Rve rve(model, scene.rve.response.quasi_static, setup.states[0]);
       const Clock timer;
       rve.advance({dem::Mat3::Identity()});
       fmt::print("  one RVE at rest: {:.3g} s; run time grows with strain and breakage\n", timer.wall());
@@ -354,7 +408,9 @@ int run(const Options& given, const fem::Session& session) {
     if (status == failed) fmt::print(stderr, "{}\n", one_line(fmt::format("{}: {}", options.scene, ending.text)));
     if (status == unstable)
       fmt::print(stderr, "{}\n", one_line(fmt::format("{}: {} {:.4g}: {}; {}", options.scene, scene.dynamics ? "time" : "load factor", ending.time, ending.text,
-                 scene.dynamics ? "a smaller solve.safety or another unit cell may help" : "more solve.increments, looser rve.unbalanced_force or a larger unit cell may help")));
+                 scene.explicit_statics ? "larger limits in [solve], a larger unit cell or rve.on_failure = \"elastic\" may help"
+                 : scene.dynamics       ? "a smaller solve.safety or another unit cell may help"
+                                        : "more solve.increments, looser rve.unbalanced_force or a larger unit cell may help")));
     return status;
   }
   if (scene.has_rve) coupling::serve(MPI_COMM_WORLD, model, scene.rve.response, options.threads);

@@ -8,7 +8,7 @@
 
 namespace grus::app {
 
-dem::State prepare_sample(RveScene& scene, dem::Team& team, const StageWatch& watch) {
+dem::State prepare_sample(RveScene& scene, dem::Team& team, const StageWatch& watch, const std::optional<dem::Vec3>& stresses) {
   auto stage = [&](const char* what) { return watch ? dem::Watch([&watch, what](double done) { return watch(done, what); }) : dem::Watch(); };
   make_sample(scene, team, stage("packing"));
   dem::State state = scene.state;
@@ -20,6 +20,13 @@ dem::State prepare_sample(RveScene& scene, dem::Team& team, const StageWatch& wa
     if (std::all_of(model.damping.begin(), model.damping.end(), [](double d) { return d == 0; })) dem::set_damping(model, 0.3);  // a sample must come to rest
     dem::prepare(model, state, team);
     dem::compress_isotropically(model, scene.preparation->quasi_static, state, scene.preparation->pressure, team, stage("preparation"));
+    if (stresses) {
+      model.materials = scene.model.materials;
+      dem::make_pair_laws(model);
+      if (std::all_of(model.damping.begin(), model.damping.end(), [](double d) { return d == 0; })) dem::set_damping(model, 0.3);
+      dem::prepare(model, state, team);
+      dem::compress(model, scene.preparation->quasi_static, state, *stresses, team, stage("preparation"));
+    }
     state.time = 0;
     state.steps = 0;
     state.ledger = {};

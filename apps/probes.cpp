@@ -74,7 +74,7 @@ std::vector<double> Probes::row() const {
     const dem::Measurement m = dem::measure(model, s);
     row.insert(row.end(), {m.void_ratio, m.coordination, static_cast<double>(s.grains.size()), static_cast<double>(s.ledger.breakages)});
     if (!f.probe->grading) continue;
-    const dem::Grading first(states_[points_.variant[rve]]), now(s);
+    const dem::Grading first(states_[points_.start[rve]]), now(s);
     row.insert(row.end(), {now.diameter(0.1), now.diameter(0.5), now.diameter(0.9), dem::einav_breakage(first, now), now.fines_fraction()});
   }
   return row;

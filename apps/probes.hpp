@@ -34,7 +34,7 @@ private:
   const BvpScene& scene_;
   const fem::Problem& problem_;
   const BvpPoints& points_;
-  const std::vector<dem::State>& states_;  // prepared, of the variants
+  const std::vector<dem::State>& states_;  // prepared, of the starts
   const coupling::RveMaterial* rves_;  // null: no grains anywhere
   std::vector<Found> probes_;
 };

@@ -3,6 +3,7 @@
 
 #include <chrono>
 
+#include "coupling/prediction.hpp"
 #include "dem/base/error.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/rve/measure.hpp"
@@ -16,14 +17,20 @@ RveHost::RveHost(std::shared_ptr<const dem::Model> model, const ResponseOptions&
 
 std::string HostedRve::bytes() const {
   dem::Saver a;
-  a.plain(pending), a.plain(barred), dem::archive(a, state);
+  const bool gone = remainder.has_value();
+  a.plain(pending), a.plain(barred), a.plain(steady), a.plain(gone);
+  if (gone) a.plain(*remainder);
+  dem::archive(a, state);
   return a.take();
 }
 
 HostedRve HostedRve::from(const std::string& bytes) {
   HostedRve rve;
   dem::Loader a(bytes);
-  a.plain(rve.pending), a.plain(rve.barred), dem::archive(a, rve.state);
+  bool gone;
+  a.plain(rve.pending), a.plain(rve.barred), a.plain(rve.steady), a.plain(gone);
+  if (gone) a.plain(rve.remainder.emplace());
+  dem::archive(a, rve.state);
   if (!a.at_end()) throw dem::InputError("checkpoint holds more than an RVE");
   return rve;
 }
@@ -31,14 +38,14 @@ HostedRve HostedRve::from(const std::string& bytes) {
 void RveHost::put(std::uint64_t slot, HostedRve hosted) {
   Slot& s = slots_[slot];
   s = {};
-  s.rve = std::make_unique<dem::Rve>(model_, options_.quasi_static, std::move(hosted.state));
-  s.pending = hosted.pending;
+  s.rve = std::make_unique<dem::Rve>(model_, options_.quasi_static, std::move(hosted.state), hosted.steady);
+  s.pending = hosted.pending, s.remainder = hosted.remainder;
   s.tried = hosted.barred;
 }
 
 HostedRve RveHost::hosted(std::uint64_t slot) const {
   const Slot& s = slots_.at(slot);
-  return {s.rve->committed(), s.pending, s.tried && !s.linear};
+  return {s.rve->committed(), s.pending, s.tried && !s.linear, s.rve->steady(), s.remainder};
 }
 
 /// True where the grains need not be asked.
@@ -60,13 +67,40 @@ bool RveHost::elastic(Slot& s, const dem::Mat3& increment, dem::Response& respon
   return true;
 }
 
+/// At a pace that knows no way back.
+Outcome RveHost::go_on(Slot& s, const Task& task) const {
+  Outcome out;
+  const dem::Mat3& increment = task.path.front();
+  if (task.pace == Pace::real_time) {
+    out.response = s.rve->advance_in_time(increment, task.duration, task.tangent);
+    return out;
+  }
+  const dem::Steady last = s.rve->steady();
+  if (!s.remainder) try {
+    out.response = s.rve->advance_steadily(increment, task.tangent);
+    return out;
+  } catch (const dem::Unstable&) {
+    if (options_.on_failure == OnFailure::stop || last.breakages == UINT64_MAX) throw;
+    const dem::State& state = s.rve->committed();
+    const dem::Mat6 tangent = dem::turned(dem::contact_stiffness_tangent(*model_, state), last.turn);
+    const dem::Mat3 stress = last.turn * last.stress * last.turn.transpose();
+    s.remainder = {stress, tangent.allFinite() ? tangent : dem::Mat6::Zero(), state.boundary.cell.volume(), last.work};
+  }
+  Remainder& left = *s.remainder;
+  const dem::Mat3 before = left.stress;
+  left.stress = predicted(before, left.tangent, increment);
+  left.work += left.volume * (0.5 * (before + left.stress)).cwiseProduct(increment - dem::Mat3::Identity()).sum();
+  left.volume *= increment.determinant();
+  out.response.stress = left.stress, out.response.tangent = left.tangent;
+  out.response.work = left.work, out.response.haste = last.haste;
+  out.response.stable = out.given_up = true;
+  return out;
+}
+
 Outcome RveHost::advance(Slot& s, const Task& task) const {
   Outcome out;
   s.by_linear = false;
-  if (task.real_time) {
-    out.response = s.rve->advance_in_time(task.path.front(), task.duration, task.tangent);
-    return out;
-  }
+  if (task.pace != Pace::relaxed) return go_on(s, task);
   std::uint64_t steps = 0;
   if (options_.elastic >= 0 && task.path.size() == 1) {
     if (elastic(s, task.path.front(), out.response)) {
@@ -137,7 +171,8 @@ Facts RveHost::facts(std::uint64_t slot) const {
   Facts f;
   f.stored = dem::stored_energy(*model_, s);
   f.energy_error = std::abs(dem::energy_error(s.ledger, f.stored));
-  f.work = s.ledger.work;
+  f.work = s.ledger.work, f.haste = slots_.at(slot).rve->steady().haste;
+  if (const auto& left = slots_.at(slot).remainder) f.work = left->work, f.given_up = 1;
   f.dissipated = s.ledger.friction + s.ledger.damping + s.ledger.fracture;
   f.unexplained = s.ledger.unexplained;
   f.lost_mass = s.ledger.fines.mass;

@@ -4,6 +4,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "dem/base/parallel.hpp"
 #include "dem/rve/linear_response.hpp"
@@ -19,6 +20,16 @@ enum class TangentKind {
   quasi_newton        // Broyden's update from iteration to iteration and from increment to increment
 };
 
+/// How an RVE is taken through an increment.
+enum class Pace : std::uint8_t {
+  relaxed,    // to rest, from the committed state; may be refused
+  real_time,  // in the time that the macro solver says; no way back
+  steady      // by its own rate, without rest; no way back
+};
+
+/// What becomes of an RVE that cannot go on, where there is no way back.
+enum class OnFailure : std::uint8_t { stop, elastic };
+
 /// How responses are made; the same on all ranks.
 struct ResponseOptions {
   dem::QuasiStatic quasi_static;
@@ -26,21 +37,24 @@ struct ResponseOptions {
   double perturbation = 1e-4;  // strain of the scratch copies
   bool central = false;
   double elastic = -1;         // share of the contact forces that may leave the linear range of an elastic point; below 0: off
+  OnFailure on_failure = OnFailure::stop;
 };
 
 /// One RVE to advance. Quasi-static: the path's increments are taken one after the other, all but the last committed.
-/// In real time the only increment takes the duration (s), and there is no way back.
+/// At any other pace there is one increment; in real time it takes the duration (s).
 struct Task {
   std::uint64_t slot = 0;
   std::vector<dem::Mat3> path;
   double duration = 0;
-  bool real_time = false, tangent = true;
+  Pace pace = Pace::relaxed;
+  bool tangent = true;
 };
 
 struct Outcome {
   dem::Response response;
   double seconds = 0;         // wall time of the thread
   bool elastic = false;       // a linear response served; no DEM
+  bool given_up = false;      // the grains can no more: what answers is what is left of their stiffness
   double elastic_error = -1;  // of an earlier linear answer, relative to the stress, now that the grains have caught up; below 0: none
 };
 
@@ -48,7 +62,16 @@ struct Outcome {
 struct Facts {
   double energy_error = 0, mass = 0, lost_mass = 0, void_ratio = 0;
   double work = 0, stored = 0, dissipated = 0, unexplained = 0;  // J, of the ledger: dissipated includes fracture, friction, damping
+  double haste = 0;                                              // J, of the work: the price of the cell's own rate; steady cells
   std::uint64_t grains = 0, breakages = 0, steps = 0;
+  std::uint64_t given_up = 0;  // 1: the grains could not go on
+};
+
+/// What answers instead of grains that could not go on: their last stress and stiffness, carried along.
+struct Remainder {
+  dem::Mat3 stress = dem::Mat3::Zero();     // Pa, in space
+  dem::Mat6 tangent = dem::Mat6::Zero();    // Pa
+  double volume = 0, work = 0;              // m^3, present; J since the start, the grains' included
 };
 
 /// An RVE, and the deformation that a linear response has answered for since its state.
@@ -56,6 +79,8 @@ struct HostedRve {
   dem::State state;
   dem::Mat3 pending = dem::Mat3::Identity();
   bool barred = false;  // no linear response is to be looked for at this state
+  dem::Steady steady = {};
+  std::optional<Remainder> remainder = {};
   std::string bytes() const;
   static HostedRve from(const std::string& bytes);  // throws InputError
 };
@@ -79,7 +104,9 @@ private:
     dem::Mat3 pending = dem::Mat3::Identity(), trial = dem::Mat3::Identity();
     std::unique_ptr<const dem::LinearResponse> linear;
     bool tried = false, by_linear = false;  // linear was looked for at this state; it gave the last answer
+    std::optional<Remainder> remainder;
   };
+  Outcome go_on(Slot& slot, const Task& task) const;
   Outcome advance(Slot& slot, const Task& task) const;
   bool elastic(Slot& slot, const dem::Mat3& increment, dem::Response& response) const;
 

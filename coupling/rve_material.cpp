@@ -9,6 +9,7 @@
 #include "coupling/prediction.hpp"
 #include "dem/base/error.hpp"
 #include "dem/io/archive.hpp"
+#include "dem/rve/steady.hpp"
 #include "dem/rve/tangent.hpp"
 
 namespace grus::coupling {
@@ -62,7 +63,7 @@ RveMaterial::RveMaterial(RveFarm& farm, const std::vector<dem::State>& states, c
   }
   for (const auto& s : states) start_volume_.push_back(s.boundary.cell.volume());
   if (options_.share > 0)
-    for (const auto& s : states) prepared_.push_back(HostedRve{s, Mat3::Identity(), false}.bytes());
+    for (const auto& s : states) prepared_.push_back(HostedRve{.state = s}.bytes());
   path_.resize(options_.share > 0 ? start.size() : 0);
   refresh();
   report_.distinct = slots_.size();
@@ -79,9 +80,10 @@ fem::Material RveMaterial::material() {
     for (dem::Loader a(bytes); !a.at_end();) a.text(parts.emplace_back());
     load(parts);
   };
-  auto energy = [this](std::span<const double> volumes) { return total(&Facts::work, volumes); };
+  auto energy = [this](std::span<const double> volumes) { return total(&Facts::work, volumes) - total(&Facts::haste, volumes); };
   fem::Material m([this](const fem::Points& p) { return respond(p); }, [this] { commit(); }, packed, unpacked, energy);
   m.noise = [this] { return noise(); };
+  m.inertial_number = [this] { return report_.inertial_number; };
   m.reason = [this] { return reason_; };
   return m;
 }
@@ -92,7 +94,10 @@ double RveMaterial::total(double Facts::*energy, std::span<const double> volumes
   return sum;
 }
 
-dem::State RveMaterial::committed(std::size_t point) const { return HostedRve::from(farm_.fetch(point_[point].slot)).state; }
+dem::State RveMaterial::committed(std::size_t point) const {
+  HostedRve rve = HostedRve::from(farm_.fetch(point_[point].slot));
+  return dem::in_space(std::move(rve.state), rve.steady);
+}
 
 void RveMaterial::refresh() {
   std::vector<std::uint64_t> all;
@@ -128,7 +133,7 @@ bool RveMaterial::respond(const fem::Points& points) {
   Alike alike;
   for (std::size_t i = 0; i < n; ++i) {
     deformation_[i] = snapped(points.deformation.subspan(9 * i, 9));
-    if (!options_.real_time) deformation_[i] = alike(deformation_[i]);
+    if (options_.pace == Pace::relaxed || (options_.pace == Pace::steady && !parted())) deformation_[i] = alike(deformation_[i]);
   }
   reason_.clear();
   bool good = true;
@@ -170,7 +175,7 @@ bool RveMaterial::catch_up() {
   for (const Job& job : jobs_) {
     Slot& s = slots_.at(job.slot);
     if (!s.heard || s.pending == Mat3::Identity() || foretold(job)) continue;
-    tasks.push_back({job.slot, {s.pending}, 0, false, true});
+    tasks.push_back({job.slot, {s.pending}});
     slots.push_back(job.slot);
   }
   if (tasks.empty()) return true;
@@ -211,14 +216,18 @@ void RveMaterial::answer(double duration, bool tangent) {
     }
     if (options_.error > 0) awake_.insert(job.slot);  // no way back within an increment: Newton needs one answer
     real.push_back(k);
-    tasks.push_back({job.slot, {job.increment}, duration, options_.real_time, tangent});
+    tasks.push_back({job.slot, {job.increment}, duration, options_.pace, tangent});
   }
   std::vector<Outcome> outcomes = farm_.advance(tasks);
+  report_.inertial_number = report_.fastest = 0, report_.given_up = 0;
   for (std::size_t j = 0; j < real.size(); ++j) {
     Job& job = jobs_[real[j]];
     job.response = std::move(outcomes[j].response);
     ++(outcomes[j].elastic ? report_.elastic : report_.advanced);
     if (outcomes[j].elastic_error >= 0) report_.linear.add(outcomes[j].elastic_error);
+    report_.given_up += outcomes[j].given_up ? 1 : 0;
+    report_.inertial_number += job.response.inertial_number / static_cast<double>(real.size());
+    report_.fastest = std::max(report_.fastest, job.response.inertial_number);
     report_.dem_steps += job.response.steps;
     report_.retried += job.response.pieces > 1 ? 1 : 0;
   }
@@ -268,8 +277,11 @@ void RveMaterial::commit() {
     report_.worst_unbalanced = std::max(report_.worst_unbalanced, job.response.unbalanced_force);
     report_.worst_stress_change = std::max(report_.worst_stress_change, job.response.stress_change);
   }
-  if (options_.real_time) {
-    for (const Job& job : jobs_) slots_.at(job.slot).facts.work = job.response.work;
+  if (options_.pace != Pace::relaxed) {
+    for (const Job& job : jobs_) {
+      Facts& facts = slots_.at(job.slot).facts;
+      facts.work = job.response.work, facts.haste = job.response.haste;
+    }
   } else {
     const std::vector<Facts> facts = farm_.commit(advanced);
     for (std::size_t k = 0; k < advanced.size(); ++k) slots_.at(advanced[k]).facts = facts[k];
@@ -295,7 +307,7 @@ void RveMaterial::commit() {
   parted_.clear(), awake_.clear(), jobs_.clear();
   deformation_.clear();  // the next response starts another increment
   report_.distinct = slots_.size();
-  if (!options_.real_time) farm_.rebalance();
+  if (options_.pace == Pace::relaxed) farm_.rebalance();
 }
 
 std::uint64_t RveMaterial::breakages() const {

@@ -13,7 +13,7 @@ namespace grus::coupling {
 /// What may be left out. With everything off every point advances an RVE of its own at every response.
 struct RveOptions {
   ResponseOptions response;
-  bool real_time = false;     // increments last as long as the macro solver says; no trial, no relaxation
+  Pace pace = Pace::relaxed;
   bool exact_sharing = true;  // points of one history have one RVE; the same bits as without
   double share = 0;           // similar sharing: largest difference of deformation gradients, over the history; 0: off
   double error = 0;           // deferral: largest predicted stress change relative to the stress; 0: off
@@ -36,6 +36,8 @@ struct SweepReport {
   double least_trust = 1;                                // lowest share of the deferral tolerance that a slot was left with
   double correction = 0;                                 // largest first-order correction of a similar point, relative to its stress
   double worst_unbalanced = 0, worst_stress_change = 0;  // of the last commit
+  double inertial_number = 0, fastest = 0;               // of the last response of steady cells: mean and largest
+  std::uint64_t given_up = 0;                            // RVEs that answer with what is left of their stiffness
 };
 
 class RveMaterial {
@@ -58,7 +60,7 @@ public:
   /// Sum of one energy of all points' RVEs (J), each for the volume (m^3, reference) that its point stands for.
   double total(double Facts::*energy, std::span<const double> volumes) const;
   dem::State committed(std::size_t point) const;
-  /// Brings facts up to date; needed in real time only, where steps do not tell them.
+  /// Brings facts up to date; needed where there is no way back and steps do not tell them.
   void refresh();
   const SweepReport& report() const { return report_; }
   double seconds() const { return seconds_; }  // wall time in responses
@@ -103,6 +105,8 @@ private:
   };
 
   bool respond(const fem::Points& points);
+  /// Every point has an RVE of its own, and for good.
+  bool parted() const { return options_.share == 0 && slots_.size() == point_.size(); }
   void find_jobs();
   std::size_t add_job(std::uint64_t slot, std::size_t leader);
   std::uint64_t part(std::uint64_t slot, std::size_t leader);

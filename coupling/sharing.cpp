@@ -32,6 +32,10 @@ std::uint64_t RveMaterial::part(std::uint64_t slot, std::size_t leader) {
 /// Who goes with whom: fills jobs_ and job_.
 void RveMaterial::find_jobs() {
   jobs_.clear(), jobs_of_.clear();
+  if (options_.pace != Pace::relaxed && parted()) {
+    for (std::size_t i = 0; i < point_.size(); ++i) jobs_.push_back({point_[i].slot, i, deformation_[i], false, {}}), job_[i] = i;
+    return;
+  }
   const auto own = [&](std::size_t i) -> std::vector<std::size_t>& { return jobs_of_[point_[i].slot]; };
   for (const auto& [slot, s] : slots_)  // leaders first: they never leave their RVE
     if (point_[s.leader].slot == slot) job_[s.leader] = add_job(slot, s.leader);
@@ -91,7 +95,7 @@ double RveMaterial::distance(std::size_t a, std::size_t b, double limit) const {
 bool RveMaterial::replay(std::size_t i) {
   const std::uint64_t slot = next_slot_++;
   farm_.put_bytes(slot, prepared_[point_[i].variant], farm_.cost(point_[i].slot));
-  const std::vector<Outcome> done = farm_.advance({{slot, path_[i], 0, false, true}});
+  const std::vector<Outcome> done = farm_.advance({{slot, path_[i]}});
   const dem::Response& r = done[0].response;
   report_.dem_steps += r.steps, ++report_.replayed;
   if (!r.stable) {

@@ -25,7 +25,10 @@ struct MacroEnergy {
   double kinetic = 0, internal = 0, external = 0, viscous = 0;
   double work = 0;       // of the internal forces, bulk viscosity left out: with `internal` it is the test of Hill and Mandel
   double largest = 0;    // of any of them so far: a bar that swings back holds nothing for a moment
-  double error() const;  // (external - kinetic - internal - viscous) / largest
+  double damped = 0;     // by local damping
+  double scaled = 0;     // added with mass that was scaled up in motion
+  double error() const;  // (external - kinetic - internal - viscous - damped + scaled) / largest
+  void note_largest();
 };
 
 struct DynamicsReport {

@@ -33,7 +33,11 @@ void Problem::Impl::find_boundaries() {
 
   Vector marks(space->dofmap()->index_map, 1);
   boundary_nodes.resize(boundaries.size());
-  std::vector<std::uint8_t> taken(width() * node_at.size(), 0);
+  std::vector<std::uint8_t> taken(width() * node_at.size(), 0), tied(node_at.size(), 0);
+  for (std::int32_t c = 0; c < cells; ++c)
+    for (const std::size_t a : ties.inside) tied[static_cast<std::size_t>(cell_nodes(c)[a])] = 1;
+  for (std::size_t n = 0; n < tied.size(); ++n)  // they have no say, and stay where they are
+    for (std::size_t k = 0; k < width() && tied[n] != 0; ++k) prescribed.push_back({static_cast<std::int32_t>(width() * n + k), 0, 0});
   for (std::size_t b = 0; b < boundaries.size(); ++b) {
     const auto& bc = boundaries[b];
     marks.set(0.0);
@@ -65,7 +69,7 @@ void Problem::Impl::find_boundaries() {
     if (!bc.where) marks.scatter_rev(std::plus<double>()), marks.scatter_fwd();  // a node may touch the tag on another rank only
     double found = 0;
     for (std::size_t n = 0; n < node_at.size(); ++n) {
-      if (mark[n] == 0) continue;
+      if (mark[n] == 0 || tied[n] != 0) continue;
       if (static_cast<std::int32_t>(n) < owned_nodes()) boundary_nodes[b].push_back(static_cast<std::int32_t>(n)), ++found;
       for (std::size_t k = 0; k < width(); ++k) {
         if (!bc.displacement[k] || taken[width() * n + k]) continue;  // the first condition that names a component holds
@@ -85,17 +89,17 @@ void Problem::Impl::assemble_external(double time) {
   external->set(0.0);
   auto f = external->mutable_array();
   Local l;
-  auto add = [&](std::int32_t c, const Eigen::Vector3d& force) {
+  auto add = [&](std::int32_t c, const Eigen::VectorXd& value, const Eigen::Vector3d& force) {
     const auto dofs = cell_nodes(c);
     for (int a = 0; a < nodes; ++a)
-      for (int k = 0; k < components; ++k) f[width() * static_cast<std::size_t>(dofs[static_cast<std::size_t>(a)]) + static_cast<std::size_t>(k)] += l.value[a] * force[k];
+      for (int k = 0; k < components; ++k) f[width() * static_cast<std::size_t>(dofs[static_cast<std::size_t>(a)]) + static_cast<std::size_t>(k)] += value[a] * force[k];
   };
   if (body_force)
     for (std::int32_t c = 0; c < cells; ++c)
       for (int q = 0; q < nq; ++q) {
-        local(c, q, l);
-        const Point force = body_force(l.at);
-        add(c, time * l.dv * Eigen::Vector3d(force[0], force[1], force[2]));
+        const Local& here = local(c, q);
+        const Point force = body_force(here.at);
+        add(c, here.value, time * here.dv * Eigen::Vector3d(force[0], force[1], force[2]));
       }
   if (!loaded.empty()) {
     const ReferenceCell& ref = reference_cell(kind);
@@ -115,7 +119,9 @@ void Problem::Impl::assemble_external(double time) {
                                      : Eigen::Vector3d(o + rule[0][static_cast<std::size_t>(q)] * e1);
         at.insert(at.end(), p.data(), p.data() + dim);
       }
-      const auto values = compat::tabulate(element, at, width()), geometry = compat::tabulate_geometry(*mesh, at, width());
+      auto values = compat::tabulate(element, at, width());
+      tie(ties, static_cast<std::size_t>(nodes), values);
+      const auto geometry = compat::tabulate_geometry(*mesh, at, width());
       for (const LoadedFacet& facet : loaded) {
         if (facet.side != side) continue;
         const BoundaryCondition& bc = boundaries[facet.boundary];
@@ -130,12 +136,13 @@ void Problem::Impl::assemble_external(double time) {
             const Eigen::Matrix3d F_here = deformation_at(facet.cell, l);
             force -= now * *bc.pressure * (discretisation.finite_strain ? Eigen::Vector3d(F_here.determinant() * F_here.inverse().transpose() * area) : area);
           }
-          add(facet.cell, force);
+          add(facet.cell, l.value, force);
         }
       }
     }
   }
   external->scatter_rev(std::plus<double>());
+  for (std::size_t i = 0; i < weight.size(); ++i) f[i] += weight[i];
 }
 
 }  // namespace grus::fem

@@ -2,6 +2,7 @@
 // The seam between the finite elements and what answers at a Gauss point.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <span>
 #include <string>
@@ -33,15 +34,20 @@ struct Material {
   /// (m^3): from the state, not from the work of the stresses.
   std::function<double(std::span<const double>)> energy;
   std::function<double()> noise = [] { return 0.0; };  // relative error of the stress, below which no residual can go; the same on all ranks
+  std::function<double()> inertial_number = [] { return 0.0; };  // mean of its points in the last response; of grains
   std::function<std::string()> reason = [] { return std::string(); };
 };
 
+/// Stress that points have before they are strained (Pa, Voigt), one for each; empty: none.
+using InitialStress = std::vector<std::array<double, 6>>;
+
 /// Linear isotropic elasticity in the strain U - 1 of the whole deformation F = R U, its stress turned by R: objective, and the
 /// same whatever the increments.
-Material elastic_material(std::size_t points, double youngs_modulus, double poissons_ratio);
+Material elastic_material(std::size_t points, double youngs_modulus, double poissons_ratio, const InitialStress& initial = {});
 
 /// Von Mises plasticity with linear isotropic hardening (Pa) in the same strain; radial return, consistent tangent.
-Material j2_material(std::size_t points, double youngs_modulus, double poissons_ratio, double yield_stress, double hardening);
+Material j2_material(std::size_t points, double youngs_modulus, double poissons_ratio, double yield_stress, double hardening,
+                     const InitialStress& initial = {});
 
 /// One material for each group of points; `group[i]` says whose point i is. A group's points keep their order.
 Material composite_material(std::vector<Material> parts, const std::vector<std::size_t>& group);

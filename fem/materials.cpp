@@ -58,6 +58,11 @@ Mat6 in_frame(const Mat3& r, const Mat6& tangent) {
   return q * tangent * q.transpose();
 }
 
+Vec6 initial_of(const InitialStress& initial, std::size_t i) {
+  if (initial.empty()) return Vec6::Zero();
+  return Eigen::Map<const Vec6>(initial[i].data());
+}
+
 /// A column of plain values, committed and tried.
 template <class T>
 struct Kept {
@@ -95,15 +100,15 @@ struct PlasticPoint {
 
 }  // namespace
 
-Material elastic_material(std::size_t points, double E, double nu) {
+Material elastic_material(std::size_t points, double E, double nu, const InitialStress& initial) {
   auto state = std::make_shared<Kept<ElasticPoint>>(points);
   const Mat6 c = elasticity(E, nu);
-  return material_of<ElasticPoint>(state, [state, c](const Points& p) {
+  return material_of<ElasticPoint>(state, [state, c, initial](const Points& p) {
     for (std::size_t i = 0; i < state->committed.size(); ++i) {
       const Mat3 f = Eigen::Map<const RowMat3>(p.deformation.data() + 9 * i) * state->committed[i].f;
       const Polar polar(f);
-      const Vec6 stress = c * polar.strain;
-      state->trial[i] = {f, 0.5 * stress.dot(polar.strain)};
+      const Vec6 first = initial_of(initial, i), stress = first + c * polar.strain;
+      state->trial[i] = {f, 0.5 * (first + stress).dot(polar.strain)};
       Eigen::Map<Vec6>(p.stress.data() + 6 * i) = turned(polar.rotation, stress);
       if (!p.tangent.empty()) Eigen::Map<Mat6>(p.tangent.data() + 36 * i) = c;
     }
@@ -111,7 +116,7 @@ Material elastic_material(std::size_t points, double E, double nu) {
   });
 }
 
-Material j2_material(std::size_t points, double E, double nu, double yield, double hardening) {
+Material j2_material(std::size_t points, double E, double nu, double yield, double hardening, const InitialStress& initial) {
   auto state = std::make_shared<Kept<PlasticPoint>>(points);
   const Mat6 c = elasticity(E, nu);
   const double mu = E / (2 * (1 + nu)), bulk = E / (3 * (1 - 2 * nu));
@@ -121,7 +126,8 @@ Material j2_material(std::size_t points, double E, double nu, double yield, doub
       now.f = Eigen::Map<const RowMat3>(p.deformation.data() + 9 * i) * now.f;
       const Polar polar(now.f);
       Mat6 tangent = c;
-      Vec6 stress = c * (polar.strain - now.plastic);
+      const Vec6 first = initial_of(initial, i);
+      Vec6 stress = first + c * (polar.strain - now.plastic);
       Vec6 s = stress;
       s.head<3>().array() -= stress.head<3>().sum() / 3;
       const double norm = std::sqrt(s.head<3>().squaredNorm() + 2 * s.tail<3>().squaredNorm()), mises = std::sqrt(1.5) * norm;
@@ -141,7 +147,7 @@ Material j2_material(std::size_t points, double E, double nu, double yield, doub
         tangent = 2 * mu * theta * deviator - 2 * mu * bar * n * n.transpose();
         tangent.topLeftCorner<3, 3>().array() += bulk;
       }
-      now.energy = 0.5 * stress.dot(polar.strain - now.plastic) + (yield + 0.5 * hardening * now.hardening) * now.hardening;
+      now.energy = 0.5 * (first + stress).dot(polar.strain - now.plastic) + (yield + 0.5 * hardening * now.hardening) * now.hardening;
       Eigen::Map<Vec6>(p.stress.data() + 6 * i) = turned(polar.rotation, stress);
       if (!p.tangent.empty()) Eigen::Map<Mat6>(p.tangent.data() + 36 * i) = in_frame(polar.rotation, tangent);
       state->trial[i] = now;
@@ -207,6 +213,11 @@ Material composite_material(std::vector<Material> parts, const std::vector<std::
   m.noise = [all] {
     double most = 0;
     for (const Part& part : *all) most = std::max(most, part.material.noise());
+    return most;
+  };
+  m.inertial_number = [all] {
+    double most = 0;
+    for (const Part& part : *all) most = std::max(most, part.material.inertial_number());
     return most;
   };
   m.reason = [failed] { return *failed; };

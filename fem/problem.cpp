@@ -25,22 +25,31 @@ const std::vector<BoundaryCondition>& Problem::boundaries() const { return impl_
 std::span<const double> Problem::deformation() const { return impl_->committed_F; }
 
 Point Problem::point_position(std::size_t point) const {
-  Impl::Local l;
-  const auto nq = static_cast<std::size_t>(impl_->nq);
-  impl_->local(static_cast<std::int32_t>(point / nq), static_cast<int>(point % nq), l);
-  return l.at;
+  return impl_->locals[point].at;
 }
 
 double Problem::point_volume(std::size_t point) const {
-  Impl::Local l;
-  const auto nq = static_cast<std::size_t>(impl_->nq);
-  impl_->local(static_cast<std::int32_t>(point / nq), static_cast<int>(point % nq), l);
-  return l.dv;
+  return impl_->locals[point].dv;
 }
 
 int Problem::cell_tag(std::size_t point) const {
   if (impl_->cell_tags.empty()) return 0;
   return impl_->cell_tags[static_cast<std::size_t>(compat::original_cell(*impl_->mesh, static_cast<std::int32_t>(point) / impl_->nq))];
+}
+
+void Problem::set_gravity(const Point& gravity, const std::vector<double>& density) {
+  Impl::Vector force(impl_->space->dofmap()->index_map, impl_->components);
+  force.set(0.0);
+  auto f = force.mutable_array();
+  for (std::int32_t c = 0; c < impl_->cells; ++c)
+    for (int q = 0; q < impl_->nq; ++q) {
+      const auto& l = impl_->local(c, q);
+      for (int a = 0; a < impl_->nodes; ++a)
+        for (std::size_t k = 0; k < impl_->width(); ++k)
+          f[impl_->width() * static_cast<std::size_t>(impl_->cell_nodes(c)[static_cast<std::size_t>(a)]) + k] += density[impl_->point(c, q)] * gravity[k] * l.dv * l.value[a];
+    }
+  force.scatter_rev(std::plus<double>());
+  impl_->weight.assign(force.array().begin(), force.array().end());
 }
 
 std::span<const double> Problem::stress() const { return impl_->committed_stress; }
@@ -54,7 +63,10 @@ Point Problem::reaction(std::size_t boundary) const {
   Point sum{0, 0, 0};
   const auto r = impl_->internal->array();
   for (auto node : impl_->boundary_nodes[boundary])
-    for (std::size_t k = 0; k < impl_->width(); ++k) sum[k] += r[impl_->width() * static_cast<std::size_t>(node) + k];
+    for (std::size_t k = 0; k < impl_->width(); ++k) {
+      const std::size_t i = impl_->width() * static_cast<std::size_t>(node) + k;
+      sum[k] += r[i] - (impl_->weight.empty() ? 0 : impl_->weight[i]);
+    }
   for (auto& v : sum) v = sum_over_ranks(impl_->comm, v);
   return sum;
 }
@@ -65,12 +77,11 @@ namespace {
 template <class Field>
 std::array<double, 6> average(const Problem::Impl& p, const std::vector<std::uint8_t>& some, Field&& field) {
   std::array<double, 7> sum{};
-  Problem::Impl::Local l;
   for (std::int32_t c = 0; c < p.cells; ++c)
     for (int q = 0; q < p.nq; ++q) {
       const std::size_t i = p.point(c, q);
       if (!some.empty() && !some[i]) continue;
-      p.local(c, q, l);
+      const auto& l = p.local(c, q);
       const Eigen::Map<const RowMatrix3> f(p.committed_F.data() + 9 * i);
       const double dv = l.dv * (p.discretisation.finite_strain ? f.determinant() : 1.0);
       const std::array<double, 6> v = field(i);
@@ -101,26 +112,36 @@ std::array<double, 6> Problem::mean_strain(const std::vector<std::uint8_t>& some
   });
 }
 
-double Problem::current_volume() const {
-  double v = 0;
-  Impl::Local l;
-  for (std::int32_t c = 0; c < impl_->cells; ++c)
-    for (int q = 0; q < impl_->nq; ++q) {
-      impl_->local(c, q, l);
-      const std::size_t i = impl_->point(c, q);
-      v += l.dv * Eigen::Map<const RowMatrix3>(impl_->committed_F.data() + 9 * i).determinant();
-    }
-  return sum_over_ranks(impl_->comm, v);
+double Problem::current_volume() const { return volumes({})[1]; }
+
+std::array<double, 2> Problem::volumes(const std::vector<std::uint8_t>& some) const {
+  double before = 0, now = 0;
+  for (std::size_t i = 0; i < impl_->size(); ++i) {
+    if (!some.empty() && !some[i]) continue;
+    const double dv = impl_->locals[i].dv;
+    before += dv, now += dv * Eigen::Map<const RowMatrix3>(impl_->committed_F.data() + 9 * i).determinant();
+  }
+  return {sum_over_ranks(impl_->comm, before), sum_over_ranks(impl_->comm, now)};
+}
+
+Point Problem::mean_displacement(std::size_t boundary) const {
+  Point sum{0, 0, 0};
+  const auto u = impl_->committed_u->array();
+  const auto& nodes = impl_->boundary_nodes[boundary];
+  for (auto node : nodes)
+    for (std::size_t k = 0; k < impl_->width(); ++k) sum[k] += u[impl_->width() * static_cast<std::size_t>(node) + k];
+  const double count = sum_over_ranks(impl_->comm, static_cast<double>(nodes.size()));
+  for (auto& v : sum) v = sum_over_ranks(impl_->comm, v) / count;
+  return sum;
 }
 
 std::array<double, 2> Problem::error_norms(const std::function<Point(const Point&)>& exact,
                                            const std::function<std::array<double, 9>(const Point&)>& gradient) const {
   double l2 = 0, h1 = 0;
-  Impl::Local l;
   const auto u = impl_->u->array();
   for (std::int32_t c = 0; c < impl_->cells; ++c)
     for (int q = 0; q < impl_->nq; ++q) {
-      impl_->local(c, q, l);
+      const auto& l = impl_->local(c, q);
       const auto dofs = impl_->cell_nodes(c);
       Eigen::Vector3d value = Eigen::Vector3d::Zero();
       RowMatrix3 grad = RowMatrix3::Zero();
@@ -213,6 +234,7 @@ void cell_state(Problem::Impl& p, std::int32_t c, F&& each) {
   for (auto* nodal : {&p.velocity, &p.last_load, &p.last_internal, &p.now_internal})
     for (const auto node : p.cell_nodes(c))
       for (std::size_t k = 0; k < p.width() && !nodal->empty(); ++k) each((*nodal)[p.width() * static_cast<std::size_t>(node) + k]);
+  if (!p.scaled_density.empty()) each(p.scaled_density[static_cast<std::size_t>(c)]);
   for (std::size_t i = p.point(c, 0); i < p.point(c + 1, 0); ++i) {
     for (std::size_t k = 0; k < 9; ++k) each(p.committed_F[9 * i + k]);
     for (std::size_t k = 0; k < 6; ++k) each(p.committed_stress[6 * i + k]);

@@ -22,12 +22,17 @@ namespace grus::fem {
 /// axisymmetric has x the radius, y the axis and z the hoop, F_zz = 1 + u_x / x.
 enum class Kinematics { solid, plane_strain, axisymmetric };
 
+/// Elements as they are; with mean dilatation (quadrilaterals, hexahedra of order 1: they do not lock where the volume hardly changes); with
+/// nodes on corners and edges only (8 and 20, with 2 quadrature points a direction: no locking either).
+enum class ElementKind { standard, fbar, serendipity };
+
 struct Discretisation {
   int order = 1;               // of the displacement: 1 or 2
   int quadrature_degree = 2;
   bool finite_strain = true;
   Kinematics kinematics = Kinematics::solid;
   double thickness = 1;        // m, plane strain
+  ElementKind element = ElementKind::standard;
 };
 
 /// Multiplier of a boundary condition over time, linear between points, constant beyond them; empty: the time itself.
@@ -79,13 +84,20 @@ public:
   double point_volume(std::size_t point) const;   // m^3 of the reference configuration
   MPI_Comm comm() const;
 
+  /// Weight of the points' material (gravity in m/s^2; kg/m^3 of the reference configuration, each owned point's): a load from the start on.
+  void set_gravity(const Point& gravity, const std::vector<double>& density);
+
   const std::vector<BoundaryCondition>& boundaries() const;
-  /// Internal force on the nodes of a boundary condition (N), summed over ranks; a shared node counts in each.
+  /// What holds the nodes of a boundary condition (N), summed over ranks: internal force less weight; a shared node counts in each.
   Point reaction(std::size_t boundary) const;
   /// Volume averages over the current configuration (Voigt; strain: small part of F - 1), of all points or of those in `some`.
   std::array<double, 6> mean_stress(const std::vector<std::uint8_t>& some = {}) const;
   std::array<double, 6> mean_strain(const std::vector<std::uint8_t>& some = {}) const;
   double current_volume() const;
+  /// Volume (m^3) at the start and now, of all points or of those in `some`.
+  std::array<double, 2> volumes(const std::vector<std::uint8_t>& some) const;
+  /// Mean displacement (m) of the nodes of a boundary condition.
+  Point mean_displacement(std::size_t boundary) const;
 
   /// L2 norms of u - exact and of its gradient's error (verification).
   std::array<double, 2> error_norms(const std::function<Point(const Point&)>& exact,
@@ -95,7 +107,7 @@ public:
   std::vector<double> gather_cells(const std::vector<double>& owned_values) const;
   /// Committed stress of the owned points, (n, 6).
   std::span<const double> stress() const;
-  /// Committed deformation gradient of the owned points, (n, 9) row-major.
+  /// Committed deformation gradient of the owned points, (n, 9) row-major; of mean-dilatation elements the compatible one.
   std::span<const double> deformation() const;
 
   /// All that decides how the problem goes on, of every cell and point, gathered on rank 0 in original numbering; and back

@@ -8,12 +8,6 @@ namespace {
 using Matrix3 = Eigen::Matrix3d;
 using RowMatrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-Matrix3 symmetric(const double* s) {
-  Matrix3 m;
-  m << s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2];
-  return m;
-}
-
 }  // namespace
 
 const ReferenceCell& reference_cell(CellKind kind) {
@@ -63,6 +57,12 @@ Problem::Impl::Impl(MPI_Comm c, const MshMesh& msh, const Discretisation& d, std
 void Problem::Impl::build() {
   dim = fem::dimension(kind), components = dim;
   if (discretisation.order != 1 && discretisation.order != 2) throw std::invalid_argument("element order must be 1 or 2");
+  const bool bricks = kind == CellKind::quadrilateral || kind == CellKind::hexahedron;
+  if (discretisation.element == ElementKind::fbar && (!bricks || discretisation.order != 1))
+    throw std::invalid_argument("elements with mean dilatation are quadrilaterals or hexahedra of order 1");
+  if (discretisation.element == ElementKind::fbar && !discretisation.finite_strain) throw std::invalid_argument("elements with mean dilatation are for large strain");
+  if (discretisation.element == ElementKind::serendipity && (!bricks || discretisation.order != 2))
+    throw std::invalid_argument("serendipity elements are quadrilaterals or hexahedra of order 2");
   const auto element = compat::make_element(kind, discretisation.order);
   space = compat::make_space(mesh, element, components);
   cells = compat::topology(*mesh).index_map(dim)->size_local();
@@ -72,7 +72,15 @@ void Problem::Impl::build() {
   basis = compat::tabulate(element, points, width());
   geometry_basis = compat::tabulate_geometry(*mesh, points, width());
   nodes = static_cast<int>(basis.size() / ((1 + width()) * weights.size()));
+  if (discretisation.element == ElementKind::serendipity) {
+    ties = serendipity_ties(element.points().first, width());
+    tie(ties, static_cast<std::size_t>(nodes), basis);
+  }
   geometry_nodes = static_cast<int>(geometry_basis.size() / ((1 + width()) * weights.size()));
+
+  locals.resize(size());
+  for (std::int32_t c = 0; c < cells; ++c)
+    for (int q = 0; q < nq; ++q) local(c, q, {basis, geometry_basis, nq}, weights[static_cast<std::size_t>(q)], locals[point(c, q)]);
 
   const auto map = space->dofmap()->index_map;
   auto vector = [&] {
@@ -84,6 +92,7 @@ void Problem::Impl::build() {
   F.assign(9 * size(), 0.0);
   for (std::size_t i = 0; i < size(); ++i) F[9 * i] = F[9 * i + 4] = F[9 * i + 8] = 1;
   committed_F = deformation = F;
+  if (discretisation.element == ElementKind::fbar) stretch.assign(size(), 1.0), committed_stretch = stretch;
   stress.assign(6 * size(), 0.0), committed_stress = stress;
   tangent.assign(36 * size(), 0.0), committed_tangent = tangent;
 
@@ -140,27 +149,27 @@ void Problem::Impl::back_to_committed() {
   const auto from = committed_u->array();
   std::copy(from.begin(), from.end(), u->mutable_array().begin());
   F = committed_F, stress = committed_stress, tangent = committed_tangent;
+  if (!stretch.empty()) mean_dilatation(F, stretch), committed_stretch = stretch;
   assemble_internal();
 }
 
 void Problem::Impl::commit() {
   const auto from = u->array();
   std::copy(from.begin(), from.end(), committed_u->mutable_array().begin());
-  committed_F = F, committed_stress = stress, committed_tangent = tangent;
+  committed_F = F, committed_stress = stress, committed_tangent = tangent, committed_stretch = stretch;
 }
 
 double Problem::Impl::work_since_commit(const std::vector<std::uint8_t>& some) const {
   double work = 0;
-  Local l;
-  auto first_piola = [&](const double* s, const RowMatrix3& f) -> Matrix3 {
+  auto first_piola = [&](const double* s, const Matrix3& f) -> Matrix3 {
     return discretisation.finite_strain ? Matrix3(f.determinant() * symmetric(s) * f.inverse().transpose()) : symmetric(s);
   };
   for (std::int32_t c = 0; c < cells; ++c)
     for (int q = 0; q < nq; ++q) {
-      local(c, q, l);
+      const Local& l = local(c, q);
       const std::size_t p = point(c, q);
       if (!some.empty() && !some[p]) continue;
-      const Eigen::Map<const RowMatrix3> before(committed_F.data() + 9 * p), now(F.data() + 9 * p);
+      const Matrix3 before = told(committed_F, committed_stretch, p), now = told(F, stretch, p);
       const Matrix3 mean = 0.5 * (first_piola(committed_stress.data() + 6 * p, before) + first_piola(stress.data() + 6 * p, now));
       work += l.dv * mean.cwiseProduct(now - before).sum();
     }
@@ -168,42 +177,45 @@ double Problem::Impl::work_since_commit(const std::vector<std::uint8_t>& some) c
 }
 
 bool Problem::Impl::strain_sweep() {
-  Local l;
   bool good = true;
   for (std::int32_t c = 0; c < cells; ++c)
     for (int q = 0; q < nq; ++q) {
-      local(c, q, l);
-      const Matrix3 f = deformation_at(c, l);
-      const std::size_t p = point(c, q);
-      Eigen::Map<RowMatrix3> now(F.data() + 9 * p), increment(deformation.data() + 9 * p);
-      const Eigen::Map<const RowMatrix3> before(committed_F.data() + 9 * p);
-      now = f;
+      const Matrix3 f = deformation_at(c, local(c, q));
+      Eigen::Map<RowMatrix3>(F.data() + 9 * point(c, q)) = f;
       good = good && f.determinant() > 0;
-      if (discretisation.finite_strain) increment = f * before.inverse();
-      else increment = 0.5 * (f + f.transpose()) * (0.5 * (before + before.transpose())).inverse();  // small strains: no rotation, and increments that add up
     }
+  if (good && !stretch.empty()) mean_dilatation(F, stretch);
+  const auto strained = [](const Matrix3& f) { return Matrix3(0.5 * (f + f.transpose())); };  // small strains: no rotation, and increments that add up
+  for (std::size_t i = 0; i < size() && good; ++i) {
+    const Matrix3 f = told(F, stretch, i), before = told(committed_F, committed_stretch, i);
+    Eigen::Map<RowMatrix3>(deformation.data() + 9 * i) =
+        discretisation.finite_strain ? Matrix3(f * before.inverse()) : Matrix3(strained(f) * strained(before).inverse());
+  }
   return all_true(comm, good);
 }
 
 void Problem::Impl::assemble_internal() {
   internal->set(0.0);
   auto r = internal->mutable_array();
-  Local l;
+  Present now;
+  Eigen::VectorXd mean;
   for (std::int32_t c = 0; c < cells; ++c) {
     const auto dofs = cell_nodes(c);
+    if (!stretch.empty()) mean = mean_trace(c);
     for (int q = 0; q < nq; ++q) {
-      local(c, q, l);
+      const Local& l = local(c, q);
       const std::size_t p = point(c, q);
-      Matrix3 push = symmetric(stress.data() + 6 * p);  // sigma F^-T J turns reference gradients into forces
+      const Eigen::Map<const RowMatrix3> f(F.data() + 9 * p);
+      const Matrix3 sigma = symmetric(stress.data() + 6 * p);
+      Matrix3 push = sigma;  // with F^-T turns reference gradients into forces
       double dv = l.dv;
-      if (discretisation.finite_strain) {
-        const Eigen::Map<const RowMatrix3> f(F.data() + 9 * p);
-        push = push * f.inverse().transpose();
-        dv *= f.determinant();
-      }
+      if (discretisation.finite_strain) push = sigma * f.inverse().transpose(), dv *= stretch.empty() ? f.determinant() : told(F, stretch, p).determinant();
+      double even = 0;  // mean stress in the stretched directions (Pa)
+      if (!stretch.empty()) present(c, q, now), even = sigma.diagonal().head(stretched()).mean();
       for (int a = 0; a < nodes; ++a) {
         Eigen::Vector3d force = dv * (push * l.gradient.row(a).transpose());
         force[0] += dv * push(2, 2) * l.hoop[a];
+        for (int k = 0; k < components && !stretch.empty(); ++k) force[k] += dv * even * (mean[components * a + k] - now.trace[components * a + k]);
         for (int k = 0; k < components; ++k) r[width() * static_cast<std::size_t>(dofs[static_cast<std::size_t>(a)]) + static_cast<std::size_t>(k)] += force[k];
       }
     }
@@ -214,20 +226,15 @@ void Problem::Impl::assemble_internal() {
 void Problem::Impl::cell_tangent(std::int32_t c, Matrix& k) const {
   Matrix b(6, components * nodes), cb(6, components * nodes);
   k.setZero(components * nodes, components * nodes);
-  Local l;
-  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> g(nodes, 3);
+  Present now;
+  Eigen::VectorXd mean;
+  if (!stretch.empty()) mean = mean_trace(c);
   for (int q = 0; q < nq; ++q) {
-    local(c, q, l);
+    present(c, q, now);
     const std::size_t p = point(c, q);
-    double dv = l.dv;
-    g = l.gradient;
-    Eigen::VectorXd h = l.hoop;
-    if (discretisation.finite_strain) {
-      const Eigen::Map<const RowMatrix3> f(F.data() + 9 * p);
-      g = l.gradient * f.inverse();
-      h /= f(2, 2);
-      dv *= f.determinant();
-    }
+    const double dv = stretch.empty() ? now.volume : local(c, q).dv * told(F, stretch, p).determinant();
+    const auto& g = now.gradient;
+    const auto& h = now.hoop;
     b.setZero();
     for (int a = 0; a < nodes; ++a) {
       const double x = g(a, 0), y = g(a, 1), z = g(a, 2);
@@ -235,19 +242,20 @@ void Problem::Impl::cell_tangent(std::int32_t c, Matrix& k) const {
       b(0, at) = x, b(1, at + 1) = y, b(2, at) = h[a], b(5, at) = y, b(5, at + 1) = x;
       if (components == 3) b(2, at + 2) = z, b(3, at + 1) = z, b(3, at + 2) = y, b(4, at) = z, b(4, at + 2) = x;
     }
+    if (!stretch.empty()) b.topRows(stretched()).rowwise() += ((mean - now.trace) / stretched()).transpose();
     const Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>> C(tangent.data() + 36 * p);
     cb.noalias() = dv * C * b;
     k.noalias() += b.transpose() * cb;
-    if (discretisation.finite_strain) {  // initial-stress stiffness
-      const Matrix3 sigma = symmetric(stress.data() + 6 * p);
-      const Matrix gs = dv * g * sigma * g.transpose();
-      for (int a = 0; a < nodes; ++a)
-        for (int e = 0; e < nodes; ++e) {
-          for (int i = 0; i < components; ++i) k(components * a + i, components * e + i) += gs(a, e);
-          k(components * a, components * e) += dv * h[a] * sigma(2, 2) * h[e];
-        }
-    }
+    if (!discretisation.finite_strain) continue;
+    const Matrix3 sigma = symmetric(stress.data() + 6 * p);
+    const Matrix gs = dv * g * sigma * g.transpose();  // initial-stress stiffness
+    for (int a = 0; a < nodes; ++a)
+      for (int e = 0; e < nodes; ++e) {
+        for (int i = 0; i < components; ++i) k(components * a + i, components * e + i) += gs(a, e);
+        k(components * a, components * e) += dv * h[a] * sigma(2, 2) * h[e];
+      }
   }
+  if (!stretch.empty()) add_mean_dilatation(c, k);
 }
 
 void Problem::Impl::assemble_tangent(Mat A) const {

@@ -7,6 +7,7 @@
 
 #include "fem/dolfinx_compat.hpp"
 #include "fem/problem.hpp"
+#include "fem/serendipity.hpp"
 
 namespace grus::fem {
 
@@ -44,10 +45,12 @@ struct Problem::Impl {
   Discretisation discretisation;
   std::vector<BoundaryCondition> boundaries;
   std::function<Point(const Point&)> body_force;
+  std::vector<double> weight;  // of the nodes, by components (N), on their owners; empty: none
 
   std::shared_ptr<compat::Mesh> mesh;
   std::shared_ptr<compat::Space> space;
   std::vector<double> basis, geometry_basis, points, weights;  // (4, nq, nodes) flat; quadrature
+  Ties ties;                                             // serendipity only
   int nq = 0, nodes = 0, geometry_nodes = 0;
   std::int32_t cells = 0;
   std::vector<Point> node_at;  // of owned and ghost nodes
@@ -55,10 +58,13 @@ struct Problem::Impl {
   using Vector = dolfinx::la::Vector<double>;
   std::unique_ptr<Vector> u, committed_u, internal, external;
   std::vector<double> F, committed_F, deformation;      // (points, 9)
+  /// Mean-dilatation elements only: what F is stretched by to have its element's mean dilatation (fem/mean_dilatation.cpp).
+  std::vector<double> stretch, committed_stretch;
   std::vector<double> stress, tangent, committed_stress, committed_tangent;
   /// Dynamics only, of owned and ghost components: velocity, half a step behind; forces from outside and inside a step ago, and
   /// inside now, bulk viscosity included (N).
   std::vector<double> velocity, last_load, last_internal, now_internal;
+  std::vector<double> scaled_density;                    // explicit statics only: of the cells (kg/m^3)
   std::vector<Prescribed> prescribed;                    // owned and ghost, each component once
   std::vector<std::vector<std::int32_t>> boundary_nodes; // owned nodes of each boundary
   std::vector<LoadedFacet> loaded;
@@ -90,9 +96,10 @@ struct Problem::Impl {
     const std::vector<double>&basis, &geometry;
     int count;
   };
-  void local(std::int32_t cell, int q, Local& out) const { local(cell, q, {basis, geometry_basis, nq}, weights[static_cast<std::size_t>(q)], out); }
+  const Local& local(std::int32_t cell, int q) const { return locals[point(cell, q)]; }
   void local(std::int32_t cell, int q, const Tables& tables, double weight, Local& out) const;
   Eigen::Matrix3d deformation_at(std::int32_t cell, const Local& l) const;
+  std::vector<Local> locals;  // of the quadrature points: the mesh never moves
   std::size_t point(std::int32_t cell, int q) const { return static_cast<std::size_t>(cell) * static_cast<std::size_t>(nq) + static_cast<std::size_t>(q); }
 
   /// Displacement, F, stress and tangent of the committed state, and its internal forces.
@@ -107,14 +114,38 @@ struct Problem::Impl {
   void assemble_internal();
   void assemble_external(double time);
   void assemble_tangent(Mat a) const;
+  /// What the material is told: F, or F with the element's mean dilatation. In plane strain only the plane is stretched.
+  Eigen::Matrix3d told(const std::vector<double>& f, const std::vector<double>& by, std::size_t point) const;
+  /// Fills `by` from F.
+  void mean_dilatation(const std::vector<double>& f, std::vector<double>& by) const;
+  /// Directions that a mean dilatation stretches: 2 in plane strain, or 3.
+  int stretched() const { return discretisation.kinematics == Kinematics::plane_strain ? 2 : 3; }
+
   /// Stiffness of one cell, (nodes * components)^2.
   using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   void cell_tangent(std::int32_t cell, Matrix& k) const;
 
 private:
+  /// Gradients against the present place, and the volume, at a point: where its stress does its work.
+  struct Present {
+    Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> gradient;
+    Eigen::VectorXd hoop, trace, mean_trace;  // trace: of the velocity gradient in the stretched directions, a component each
+    double volume = 0;
+  };
+  void present(std::int32_t cell, int q, Present& out) const;
+  /// Volume-weighted mean of `trace` over a cell.
+  Eigen::VectorXd mean_trace(std::int32_t cell) const;
+  void add_mean_dilatation(std::int32_t cell, Matrix& k) const;
   void build();
   void find_boundaries();
 };
+
+/// A stress in Voigt order as a matrix.
+inline Eigen::Matrix3d symmetric(const double* s) {
+  Eigen::Matrix3d m;
+  m << s[0], s[5], s[4], s[5], s[1], s[3], s[4], s[3], s[2];
+  return m;
+}
 
 /// True on all ranks only if it is true on each.
 inline bool all_true(MPI_Comm comm, bool mine) {

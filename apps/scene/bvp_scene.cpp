@@ -26,14 +26,21 @@ void read_rve(Table t, BvpScene& scene) {
   }
   scene.rve.exact_sharing = t.flag_or("exact_sharing", true);
   if (auto a = t.table_if("adaptivity")) {
-    if (scene.dynamic()) t.fail("adaptivity", "sharing and deferral are for \"quasi-static\": in real time an RVE cannot wait; leave the key out");
+    if (scene.is_explicit())
+      t.fail("adaptivity", "sharing and deferral are for \"quasi-static\": in explicit runs an RVE does not go back to where another has been; leave the key out");
     scene.rve.share = a->number_or("share", 0, dimension::none, {0, 0.1});
     scene.rve.error = a->number_or("error", 0, dimension::none, {0, 0.5});
     if (a->has("elastic")) response.elastic = a->number("elastic", dimension::none, {0, 0.5});
     if (scene.rve.share > 0 && !scene.rve.exact_sharing) a->fail("share", "needs exact_sharing");
     a->finish();
   }
-  scene.rve.real_time = scene.dynamic();
+  using coupling::Pace;
+  scene.rve.pace = scene.dynamics ? Pace::real_time : scene.explicit_statics ? Pace::steady : Pace::relaxed;
+  if (t.has("damping")) scene.damping = t.number("damping", dimension::none, {0, 1, false, true});
+  if (t.choice_or("on_failure", "stop", {"stop", "elastic"}) == "elastic") {
+    if (!scene.explicit_statics) t.fail("on_failure", "\"elastic\" needs solve.kind = \"explicit-quasi-static\"");
+    response.on_failure = coupling::OnFailure::elastic;
+  }
   scene.variants = static_cast<int>(t.integer_or("variants", 1, 1, 100000));
   std::vector<std::string> changes = t.texts_or_none("set");
   t.finish();
@@ -50,20 +57,36 @@ void read_rve(Table t, BvpScene& scene) {
   scene.has_rve = true;
 }
 
+fem::DynamicsOptions read_dynamics(Table& t) {
+  fem::DynamicsOptions d;
+  d.duration = t.number("duration", dimension::time, positive);
+  d.safety = t.number_or("safety", d.safety, dimension::none, {0, 1.5, true});
+  if (t.has("time_step")) d.time_step = t.number("time_step", dimension::time, positive);
+  d.linear_viscosity = t.number_or("linear_viscosity", 0, dimension::none, {0, 10});
+  d.quadratic_viscosity = t.number_or("quadratic_viscosity", 0, dimension::none, {0, 100});
+  d.estimate_every = static_cast<int>(t.integer_or("estimate_every", d.estimate_every, 1, 1000000));
+  d.max_energy_error = t.number_or("max_energy_error", d.max_energy_error, dimension::none, positive);
+  return d;
+}
+
+/// Limits below which no rate of loading gets: cells of grains are never that quiet.
+fem::ExplicitStaticsOptions read_explicit_statics(Table& t) {
+  fem::ExplicitStaticsOptions e;
+  e.balance = t.number_or("balance", e.balance, dimension::none, {1e-4, 0.5});
+  e.kinetic = t.number_or("kinetic", e.kinetic, dimension::none, {1e-6, 0.5});
+  e.inertial_number = t.number_or("inertial_number", e.inertial_number, dimension::none, {1e-7, 0.1});
+  e.damping = t.number_or("damping", e.damping, dimension::none, {0, 1, false, true});
+  e.safety = t.number_or("safety", e.safety, dimension::none, {0.05, 0.95});
+  e.crossings = t.number_or("crossings", e.crossings, dimension::none, {1, 1e6});
+  e.max_energy_error = t.number_or("max_energy_error", e.max_energy_error, dimension::none, positive);
+  return e;
+}
+
 void read_solve(Table t, BvpScene& scene) {
-  if (t.choice("kind", {"quasi-static", "explicit-dynamic"}) == "explicit-dynamic") {
-    fem::DynamicsOptions d;
-    d.duration = t.number("duration", dimension::time, positive);
-    d.safety = t.number_or("safety", d.safety, dimension::none, {0, 1.5, true});
-    if (t.has("time_step")) d.time_step = t.number("time_step", dimension::time, positive);
-    d.linear_viscosity = t.number_or("linear_viscosity", 0, dimension::none, {0, 10});
-    d.quadratic_viscosity = t.number_or("quadratic_viscosity", 0, dimension::none, {0, 100});
-    d.estimate_every = static_cast<int>(t.integer_or("estimate_every", d.estimate_every, 1, 1000000));
-    d.max_energy_error = t.number_or("max_energy_error", d.max_energy_error, dimension::none, positive);
-    t.finish();
-    scene.dynamics = d;
-    return;
-  }
+  const std::string kind = t.choice("kind", {"quasi-static", "explicit-dynamic", "explicit-quasi-static"});
+  if (kind == "explicit-dynamic") scene.dynamics = read_dynamics(t);
+  if (kind == "explicit-quasi-static") scene.explicit_statics = read_explicit_statics(t);
+  if (scene.is_explicit()) return t.finish();
   fem::StaticsOptions& s = scene.solve;
   s.increments = static_cast<int>(t.integer_or("increments", 10, 1, 1000000));
   s.tolerance = t.number_or("tolerance", s.tolerance, dimension::none, {0, 0.1, true});
@@ -99,10 +122,15 @@ void read_output(Table o, BvpScene& scene) {
     scene.dynamics->output_interval = o.number_or("history_interval", scene.dynamics->duration / 200, dimension::time, positive);
     if (scene.dynamics->duration / scene.dynamics->output_interval > 1e6) o.fail("history_interval", "more than a million rows; ask for fewer");
   }
-  const double rows = scene.dynamics ? std::ceil(scene.dynamics->duration / scene.dynamics->output_interval * (1 - 1e-9)) : scene.solve.increments;
+  if (scene.explicit_statics) {
+    double& interval = scene.explicit_statics->output_interval;
+    interval = o.number_or("history_interval", interval, dimension::none, {1e-6, 1});
+  }
+  const double rows = scene.explicit_statics ? std::ceil(1 / scene.explicit_statics->output_interval * (1 - 1e-9))
+                      : scene.dynamics ? std::ceil(scene.dynamics->duration / scene.dynamics->output_interval * (1 - 1e-9)) : scene.solve.increments;
   if (scene.frames > rows)
     scene.notes.push_back(fmt::format("output.frames = {}, but one is written with a row of history.csv at most, of which there are {:.0f}{}", scene.frames, rows,
-                                      scene.dynamics ? "" : " where no increment is cut"));
+                                      scene.is_explicit() ? "" : " where no increment is cut"));
   o.finish();
 }
 
@@ -127,6 +155,37 @@ void read_hopkinson(Table h, BvpScene& scene) {
   scene.hopkinson = bar;
 }
 
+void read_gravity(Table& t, BvpScene& scene) {
+  const auto g = t.numbers("gravity", scene.flat() && t.length("gravity") == 2 ? 2 : 3, dimension::acceleration);
+  std::copy(g.begin(), g.end(), scene.gravity.begin());
+  if (scene.flat() && scene.gravity[2] != 0) t.fail("gravity", "two dimensions have no weight along z");
+  if (scene.discretisation.kinematics == fem::Kinematics::axisymmetric && scene.gravity[0] != 0) t.fail("gravity", "acts along the axis (y) where x is the radius");
+}
+
+void read_ground(Table t, BvpScene& scene) {
+  Ground g;
+  g.k0 = t.number("k0", dimension::none, {0, 10, true});
+  g.axis = t.choice_or("axis", scene.flat() ? "y" : "z", {"x", "y", "z"})[0] - 'x';
+  const auto axis = static_cast<std::size_t>(g.axis);
+  if (scene.flat() && g.axis == 2) t.fail("axis", "two dimensions have no depth along z");
+  g.surface = t.number_or("surface", scene.high[axis], dimension::length, any);
+  g.surcharge = t.number_or("surcharge", 0, dimension::pressure, not_negative);
+  for (std::size_t k = 0; k < 3; ++k)
+    if (k != axis && scene.gravity[k] != 0) t.fail("axis", "gravity acts along another axis");
+  if (scene.gravity[axis] > 0) t.fail("axis", "gravity acts away from the ground");
+  if (g.surcharge == 0 && (scene.gravity[axis] == 0 || g.surface <= scene.low[axis])) t.fail("surcharge", "needs a surcharge, or gravity and a surface above the mesh's lowest point: there would be no stress");
+  t.finish();
+  scene.ground = g;
+}
+
+/// What moves at once would strike the mesh like a hammer.
+void check_eased(const Table& t, const BvpScene& scene) {
+  for (const auto& b : scene.boundaries)
+    for (const auto& u : b.displacement)
+      if (u.value_or(0) != 0 && b.history.at(0) != 0)
+        t.fail("boundary", fmt::format("\"{}\": its displacement is not eased in: the history begins with {:g} instead of 0", b.name, b.history.at(0)));
+}
+
 }  // namespace
 
 BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>& overrides) {
@@ -137,19 +196,31 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
   scene.title = t.text_or("title", std::filesystem::path(file).stem().string());
   read_mesh(t.table("mesh"), scene);
   if (auto e = t.table_if("element")) {
-    scene.discretisation.order = static_cast<int>(e->integer_or("order", 1, 1, 2));
+    using Element = fem::ElementKind;
+    const std::string kind = e->choice_or("kind", "standard", {"standard", "fbar", "serendipity"});
+    scene.discretisation.element = kind == "fbar" ? Element::fbar : kind == "serendipity" ? Element::serendipity : Element::standard;
+    const int usual = kind == "serendipity" ? 2 : 1;
+    scene.discretisation.order = static_cast<int>(e->integer_or("order", usual, 1, 2));
+    if (kind != "standard" && scene.discretisation.order != usual)
+      e->fail("order", fmt::format("elements of kind \"{}\" have order {}", kind, usual));
+    if (kind != "standard" && !scene.bricks()) e->fail("kind", fmt::format("\"{}\" is for quadrilaterals and hexahedra", kind));
     scene.discretisation.quadrature_degree = static_cast<int>(e->integer_or("quadrature_degree", 2, 1, 10));
     e->finish();
   }
   read_solve(t.table("solve"), scene);
+  if (t.has("gravity")) read_gravity(t, scene);
+  if (auto g = t.table_if("initial_stress")) read_ground(*g, scene);
   if (scene.dynamics) scene.dynamics->output_interval = scene.dynamics->duration / 200;
   for (auto& b : t.tables("boundary")) read_boundary(b, scene, scene.dynamics ? dimension::time : dimension::none);
   if (scene.boundaries.empty()) t.fail("", "needs at least one [[boundary]]");
+  if (scene.explicit_statics) check_eased(t, scene);
   for (auto& r : t.tables("region")) read_region(r, scene);
   for (auto& p : t.tables("probe")) read_probe(p, scene);
   if (auto o = t.table_if("output")) read_output(*o, scene);
   if (auto h = t.table_if("hopkinson")) read_hopkinson(*h, scene);
   if (t.has("rve") || scene.regions.empty()) read_rve(t.table("rve"), scene);
+  if (scene.ground && scene.has_rve && !scene.unit_cells[0].preparation)
+    t.fail("initial_stress", fmt::format("the cells of {} have no [preparation] to start from", scene.unit_cells[0].file));
   t.finish();
   for (std::size_t r = 0; r < scene.regions.size(); ++r)
     if (scene.regions[r].poissons_ratio > 0.45 && scene.discretisation.order == 1)

@@ -7,6 +7,7 @@
 #include "apps/scene/rve_scene.hpp"
 #include "coupling/rve_material.hpp"
 #include "fem/dynamics.hpp"
+#include "fem/explicit_statics.hpp"
 #include "fem/statics.hpp"
 
 namespace grus::app {
@@ -18,11 +19,20 @@ struct Probe {
   bool frames = false, grading = false;
 };
 
-/// Cells that are a linear elastic solid instead of grains.
+/// Cells that are a solid instead of grains: linear elastic, or with von Mises plasticity.
 struct Region {
   std::function<bool(const fem::Point&)> where;  // of Gauss points; empty: tag of the cell
   int tag = 0;
   double youngs_modulus = 0, poissons_ratio = 0, density = 0;
+  bool j2 = false;
+  double yield_stress = 0, hardening = 0;        // Pa
+  std::optional<std::array<double, 6>> initial_stress;  // Pa, Voigt
+};
+
+/// Ground at rest: what is horizontal is k0 times what is vertical, which grows with depth by the weight.
+struct Ground {
+  double k0 = 0, surface = 0, surcharge = 0;     // surface: its height (m); surcharge: on it (Pa)
+  int axis = 1;
 };
 
 /// A split Hopkinson bar: which probes are the gauges, and what turns bar strains into a test.
@@ -40,11 +50,15 @@ struct BvpScene {
   fem::Discretisation discretisation;
   std::vector<fem::BoundaryCondition> boundaries;
   std::vector<Region> regions;
+  fem::Point gravity{};              // m/s^2
+  std::optional<Ground> ground;
   fem::StaticsOptions solve;
   std::optional<fem::DynamicsOptions> dynamics;  // instead of solve
+  std::optional<fem::ExplicitStaticsOptions> explicit_statics;  // instead of solve
   std::optional<Hopkinson> hopkinson;
   bool has_rve = false;
   coupling::RveOptions rve;
+  std::optional<double> damping;     // local, of the grains in the run; empty: that of their material, or none in explicit runs
   int variants = 1;                  // different packings, dealt to the Gauss points in turn
   std::vector<RveScene> unit_cells;  // one for each variant
   int frames = 0;
@@ -57,10 +71,18 @@ struct BvpScene {
   /// What no residual can be asked to go below: the equilibrium of the cells themselves; 0 without grains.
   double residual_floor() const {
     const dem::QuasiStatic& q = rve.response.quasi_static;
-    return has_rve && !dynamics ? std::max(q.unbalanced_force, q.stress_change) : 0;
+    return has_rve && !is_explicit() ? std::max(q.unbalanced_force, q.stress_change) : 0;
+  }
+  /// Quadrilaterals or hexahedra.
+  bool bricks() const {
+    if (const auto* box = std::get_if<fem::BoxMesh>(&mesh)) return box->hexahedron;
+    const fem::CellKind kind = std::get<fem::MshMesh>(mesh).kind;
+    return kind == fem::CellKind::quadrilateral || kind == fem::CellKind::hexahedron;
   }
   bool flat() const { return discretisation.kinematics != fem::Kinematics::solid; }
+  bool weighs() const { return gravity != fem::Point{}; }
   bool dynamic() const { return dynamics.has_value(); }
+  bool is_explicit() const { return dynamics || explicit_statics; }
   double end_time() const { return dynamics ? dynamics->duration : 1; }
 };
 

@@ -137,9 +137,18 @@ void read_region(Table t, BvpScene& scene) {
   if (t.has("tag") == t.has("where")) t.fail("", "needs either where or tag");
   if (t.has("tag")) region.tag = read_tag(t, scene, true);
   else region.where = read_where(t, scene);
-  t.choice("material", {"elastic"});
+  region.j2 = t.choice("material", {"elastic", "j2"}) == "j2";
   region.youngs_modulus = t.number("youngs_modulus", dimension::pressure, positive);
   region.poissons_ratio = t.number("poissons_ratio", dimension::none, {0, 0.5, false, true});
+  if (region.j2) {
+    region.yield_stress = t.number("yield_stress", dimension::pressure, positive);
+    region.hardening = t.number_or("hardening", 0, dimension::pressure, not_negative);
+  }
+  if (t.has("initial_stress")) {
+    const auto stress = t.numbers("initial_stress", 6, dimension::pressure);
+    std::copy(stress.begin(), stress.end(), region.initial_stress.emplace().begin());
+  }
+  if (scene.weighs() && !t.has("density")) t.fail("density", "is needed: there is gravity");
   if (scene.dynamic()) region.density = t.number("density", dimension::density, positive);
   else region.density = t.number_or("density", 0, dimension::density, not_negative);
   t.finish();

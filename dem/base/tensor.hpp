@@ -68,6 +68,13 @@ inline void polar(const Mat3& f, Mat3& r, Mat3& u) {
   u = svd.matrixV() * svd.singularValues().asDiagonal() * svd.matrixV().transpose();
 }
 
+/// A tangent (Voigt, engineering shear) in a frame turned by r: Q C Q^T, Q what the turn does to stresses.
+inline Mat6 turned(const Mat6& tangent, const Mat3& r) {
+  Mat6 q;
+  for (int k = 0; k < 6; ++k) q.col(k) = to_voigt(r * from_voigt(Vec6::Unit(k)) * r.transpose());
+  return q * tangent * q.transpose();
+}
+
 /// Mean pressure, compression-positive, of a tension-positive stress.
 inline double mean_pressure(const Mat3& stress) { return -stress.trace() / 3; }
 

@@ -118,7 +118,8 @@ Mat3 displacement_gradient(const State& state, const Loading& loading, const Mat
   return h;
 }
 
-void compress_isotropically(const Model& model, const QuasiStatic& o, State& state, double pressure, Team& team, const Watch& watch) {
+void compress(const Model& model, const QuasiStatic& o, State& state, const Vec3& stresses, Team& team, const Watch& watch) {
+  const double pressure = (stresses.array() == stresses[0]).all() ? stresses[0] : stresses.mean();
   Model quiet = model;  // nothing breaks while a sample is prepared
   for (auto& m : quiet.materials) m.fracture.reset();
   quiet.numerics.max_energy_error = INFINITY;  // damped hard on purpose
@@ -126,7 +127,7 @@ void compress_isotropically(const Model& model, const QuasiStatic& o, State& sta
   loading.driven = true;
   loading.initial_size = size_of(state.boundary);
   const double rate = 5 * o.inertial_number / inertial_number(state, 1, pressure);
-  for (auto& axis : loading.axes) axis = {0, -pressure, rate};
+  for (int k = 0; k < 3; ++k) loading.axes[static_cast<std::size_t>(k)] = {0, -stresses[k], rate};
   constexpr int rounds = 4000;
   double done = 0;
   auto told = [&](double part) { tell(watch, done = std::max(done, part), "the sample was prepared"); };
@@ -135,17 +136,25 @@ void compress_isotropically(const Model& model, const QuasiStatic& o, State& sta
     load(quiet, state, loading, state.time + 100 * state.dt, team);
     const Measurement m = measure(quiet, state);
     told(std::clamp((mean_pressure(m.stress) - first) / std::max(pressure - first, 1e-300), 0.0, 0.95));
-    const Vec3 off = (m.stress.diagonal().array() + pressure) / pressure;
+    const Vec3 off = (m.stress.diagonal() + stresses).array() / stresses.array();
     if (off.cwiseAbs().maxCoeff() < 0.02 && m.unbalanced_force < 5 * o.unbalanced_force) {
       set_cell_rate(state, Mat3::Zero());
       QuasiStatic strict = o;
       strict.pressure_floor = 0.1 * pressure;
       const Response rest = hold(quiet, strict, state, team, [&] { told(0.96); });
       if (!rest.stable) throw Unstable("preparation: the sample does not come to rest: " + rest.failure);
-      if (std::abs(mean_pressure(rest.stress) / pressure - 1) < 0.05) return;
+      const Vec3 left = (rest.stress.diagonal() + stresses).array() / stresses.array();
+      const bool isotropic = (stresses.array() == pressure).all();
+      if (isotropic ? std::abs(mean_pressure(rest.stress) / pressure - 1) < 0.05 : left.cwiseAbs().maxCoeff() < 0.05) return;
     }
   }
+  if ((stresses.array() != pressure).any())
+    throw Unstable(fmt::format("preparation: stresses of {:.3g}, {:.3g}, {:.3g} Pa are not reached; start denser, or ask for less", stresses.x(), stresses.y(), stresses.z()));
   throw Unstable(fmt::format("preparation: an isotropic pressure of {:.3g} Pa is not reached; start denser, or ask for less", pressure));
+}
+
+void compress_isotropically(const Model& model, const QuasiStatic& o, State& state, double pressure, Team& team, const Watch& watch) {
+  compress(model, o, state, Vec3::Constant(pressure), team, watch);
 }
 
 }  // namespace grus::dem

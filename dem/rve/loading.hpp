@@ -34,8 +34,11 @@ bool load(const Model& model, State& state, const Loading& loading, double end, 
 /// Displacement gradient F - 1 of the box or cell since begin_loading; walls: diagonal.
 Mat3 displacement_gradient(const State& state, const Loading& loading, const Mat3& initial_cell);
 
-/// Compresses a prepared periodic state to an isotropic pressure (Pa), without breakage, and holds it there.
-/// Throws Unstable where the pressure is not reached, Interrupted where the watch says so.
+/// Compresses a prepared periodic state to normal stresses along the axes (Pa, compression-positive), without breakage, and holds it there.
+/// Throws Unstable where they are not reached, Interrupted where the watch says so.
+void compress(const Model& model, const QuasiStatic& options, State& state, const Vec3& stresses, Team& team, const Watch& watch = {});
+
+/// The same to an isotropic pressure (Pa).
 void compress_isotropically(const Model& model, const QuasiStatic& options, State& state, double pressure, Team& team, const Watch& watch = {});
 
 }  // namespace grus::dem

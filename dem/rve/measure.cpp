@@ -63,6 +63,26 @@ Mat3 love_weber(const State& s, double volume) {
   return 0.5 / volume * (sum + sum.transpose());
 }
 
+PartedStress parted_stress(const State& s) {
+  const Cell& cell = s.boundary.cell;
+  PartedStress sum;
+  for (std::size_t k = 0; k < s.contacts.begin[sphere_wall]; ++k) {
+    if (!s.contacts.contact.touching(k)) continue;
+    const Pair& p = s.contacts.pair[k];
+    const auto& touch = s.contacts.touch[k];
+    const Vec3 apart = s.grains.motion[p.b].position - s.grains.motion[p.a].position;
+    const bool across = p.image[0] != 0 || p.image[1] != 0 || p.image[2] != 0;
+    const Vec3 l = across ? Vec3(apart + cell.vectors * Vec3(p.image[0], p.image[1], p.image[2])) : apart;
+    const double viscous = s.contacts.contact.viscous[k];
+    sum.rest -= (touch.force - viscous * touch.normal) * l.transpose();
+    if (viscous != 0) sum.dashpots -= viscous * touch.normal * l.transpose();
+  }
+  for (const auto& spring : s.bonds)
+    sum.rest -= spring.force * (s.grains.motion[spring.b].position - s.grains.motion[spring.a].position).transpose();
+  for (Mat3* m : {&sum.rest, &sum.dashpots}) *m = Mat3(0.5 / cell.volume() * (*m + m->transpose()));
+  return sum;
+}
+
 double pressure_scatter(const State& s, double volume) {
   if (volume <= 0 || s.grains.size() < 2) return 0;
   std::vector<double> share(s.grains.size(), 0.0);

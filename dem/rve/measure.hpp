@@ -30,6 +30,12 @@ Eigen::Matrix<double, 3, 6> displacement_of_strain(const Vec3& branch);
 /// Love-Weber stress alone (Pa): -(1/V) sum of sym(force on b (x) branch from a to b, images included).
 Mat3 love_weber(const State& state, double volume);
 
+/// The Love-Weber stress of a periodic cell in two parts (Pa): what would be left at rest, and what contact dashpots carry.
+struct PartedStress {
+  Mat3 rest = Mat3::Zero(), dashpots = Mat3::Zero();
+};
+PartedStress parted_stress(const State& state);
+
 /// Standard error of the mean pressure of this sample, relative to it, if its grains were independent draws: each grain's
 /// share of the stress is half of what its contacts carry. Force chains make the true scatter larger, equilibrium with
 /// the boundary smaller (docs/studies: cell size). 0 without pressure.

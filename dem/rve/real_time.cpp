@@ -8,9 +8,7 @@
 
 namespace grus::dem {
 
-void deform_in_time(const Model& model, State& state, const Mat3& deformation, double duration, Team& team) {
-  Mat3 r, u;
-  polar(deformation, r, u);
+void stretch_in_time(const Model& model, State& state, const Mat3& u, double duration, Team& team) {
   const double end = state.time + duration;
   const Mat3 target = u * state.boundary.cell.vectors;
   set_cell_rate(state, (target - state.boundary.cell.vectors) / duration);
@@ -25,6 +23,12 @@ void deform_in_time(const Model& model, State& state, const Mat3& deformation, d
   }
   state.time = end;
   state.boundary.cell.vectors = target;  // differs by round-off only
+}
+
+void deform_in_time(const Model& model, State& state, const Mat3& deformation, double duration, Team& team) {
+  Mat3 r, u;
+  polar(deformation, r, u);
+  stretch_in_time(model, state, u, duration, team);
   if (!(r - Mat3::Identity()).isZero(1e-15)) rotate(state, r);
 }
 

@@ -9,6 +9,7 @@
 #include "dem/base/parallel.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/real_time.hpp"
+#include "dem/rve/steady.hpp"
 #include "dem/rve/step.hpp"
 
 namespace grus::dem {
@@ -113,8 +114,8 @@ Response deform_in_pieces(const Model& model, const QuasiStatic& o, State& state
   return response;
 }
 
-Rve::Rve(std::shared_ptr<const Model> model, QuasiStatic options, State state)
-    : model_(std::move(model)), options_(options), committed_(std::move(state)) {}
+Rve::Rve(std::shared_ptr<const Model> model, QuasiStatic options, State state, const Steady& steady)
+    : model_(std::move(model)), options_(options), committed_(std::move(state)), steady_(steady) {}
 
 Response Rve::advance(const Increment& increment) {
   Team team(1);
@@ -142,6 +143,12 @@ Response Rve::advance_in_time(const Mat3& deformation, double duration, bool tan
   Team team(1);
   fresh_ = false;
   return respond_in_time(*model_, committed_, deformation, duration, tangent, team);
+}
+
+Response Rve::advance_steadily(const Mat3& deformation, bool tangent) {
+  Team team(1);
+  fresh_ = false;
+  return respond_steadily(*model_, options_, committed_, steady_, deformation, tangent, team);
 }
 
 void Rve::commit() {

@@ -33,9 +33,22 @@ struct Response {
   double unbalanced_force = 0, stress_change = 0;  // at the end of the hold
   std::uint64_t steps = 0, hold_steps = 0;
   std::size_t breakages = 0;     // in this increment
-  double work = 0;               // J, of the state's ledger so far; in real time only
+  double work = 0;               // J, of the state's ledger so far; where there is no trial
+  double haste = 0;              // J, so far: what of it is the price of the rate, not of the stress; where it is carried steadily
+  double inertial_number = 0;    // of this advance, at the pressure at its end; where it is carried steadily
   int pieces = 1;                // that the increment was taken in
   std::string failure;           // why it is not stable
+};
+
+/// What a cell that is carried without rest (dem/rve/steady.hpp) keeps besides its state.
+struct Steady {
+  Mat3 turn = Mat3::Identity();          // of the cell since the start, which its state has not been given
+  Mat3 stress = Mat3::Zero();            // when it last advanced, without dashpots, in the frame of the state (Pa)
+  Mat3 viscous = Mat3::Zero();           // of the dashpots then (Pa)
+  double work = 0, haste = 0;            // J, of its ledger then; work of the dashpots' stress
+  double inertia = 0;                    // inertial number of 1/s at 1 Pa
+  double reach = 0;                      // strain of recent increments: their largest, which fades
+  std::uint64_t breakages = UINT64_MAX;  // when `inertia` was found; none: not yet
 };
 
 /// Advances a state by an increment, quasi-statically. The deformation is F = R U: the cell is carried along U, with
@@ -51,7 +64,7 @@ Response deform_in_pieces(const Model& model, const QuasiStatic& options, State&
 class Rve {
 public:
   /// `state` must be prepared. The model is shared by all RVEs of a scene.
-  Rve(std::shared_ptr<const Model> model, QuasiStatic options, State state);
+  Rve(std::shared_ptr<const Model> model, QuasiStatic options, State state, const Steady& steady = {});
 
   /// Always starts from the committed state, so a refused iteration leaves no trace. An increment that fails is taken once
   /// more in `retry_pieces` parts before it is refused.
@@ -61,16 +74,21 @@ public:
   /// Carries the committed state itself through real time (s); there is no trial. Throws Unstable.
   Response advance_in_time(const Mat3& deformation, double duration, bool tangent);
 
+  /// Carries the committed state itself, quasi-statically by its rate alone; there is no trial. Throws Unstable.
+  Response advance_steadily(const Mat3& deformation, bool tangent);
+
   /// Makes the last advance the committed state. Throws std::logic_error without one.
   void commit();
 
   const State& committed() const { return committed_; }
   const State& trial() const { return trial_; }
+  const Steady& steady() const { return steady_; }
 
 private:
   std::shared_ptr<const Model> model_;
   QuasiStatic options_;
   State committed_, trial_;
+  Steady steady_;
   bool fresh_ = false;
 };
 

@@ -298,7 +298,7 @@ TEST_CASE("a wave in a bar of grains: simple cubic packing, c = sqrt(k / (d rho)
   fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{0.01, length, 1}, {1, 40, 1}, true, {}}, {1, 1, true, fem::Kinematics::plane_strain, 1},
                        {low, plane("high", 1, length, 1, 0), plane("left", 0, 0, 0, 0), plane("right", 0, 0.01, 0, 0)});
   coupling::RveOptions with;
-  with.real_time = true;
+  with.pace = coupling::Pace::real_time;
   coupling::RveFarm farm(MPI_COMM_SELF, shared, with.response, 2);
   coupling::RveMaterial rves(farm, {s}, std::vector<std::size_t>(problem.owned_points(), 0), with);
   fem::Material m = rves.material();

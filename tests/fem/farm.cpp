@@ -38,7 +38,7 @@ TEST_CASE("RVEs are dealt to ranks by cost, and moving one changes nothing") {
     Mat3 f = Mat3::Identity();
     f(2, 2) -= 1e-3;
     std::vector<coupling::Task> tasks;
-    for (std::uint64_t slot = 0; slot < 6; ++slot) tasks.push_back({slot, std::vector<Mat3>(slot % 2 == 0 ? 6 : 1, slot % 2 == 0 ? f : Mat3::Identity()), 0, false, true});
+    for (std::uint64_t slot = 0; slot < 6; ++slot) tasks.push_back({slot, std::vector<Mat3>(slot % 2 == 0 ? 6 : 1, slot % 2 == 0 ? f : Mat3::Identity())});
     farm.advance(tasks);
     farm.commit({0, 1, 2, 3, 4, 5});
     std::vector<std::string> before, after;
@@ -61,13 +61,13 @@ TEST_CASE("what fails on another rank fails here, in the same words, and the far
     // Rank 1 is asked to commit, and rank 0 fails before it listens: nothing to commit here.
     Mat3 f = Mat3::Identity();
     f(2, 2) -= 1e-4;
-    const auto done = farm.advance({{1, {f}, 0, false, true}});
+    const auto done = farm.advance({{1, {f}}});
     REQUIRE(done[0].response.stable);
     CHECK_THROWS_AS(farm.commit({1, 0}), std::logic_error);
     if (ranks > 1) CHECK(farm.fetch(1) != good);  // the answer that nobody took does not get in the way of the next
     // Committing twice fails where the RVE lives.
     if (ranks > 1) CHECK_THROWS_AS(farm.commit({1}), std::runtime_error);
-    const auto again = farm.advance({{0, {f}, 0, false, true}, {1, {f}, 0, false, true}});
+    const auto again = farm.advance({{0, {f}}, {1, {f}}});
     CHECK(again[0].response.stable);
     CHECK(again[1].response.stable);
     // One more answer is left on its way as the farm is taken down: the other rank must hear that it may go.

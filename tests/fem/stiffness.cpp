@@ -124,7 +124,7 @@ TEST_CASE("the block's tangent is the difference of its forces: to round-off in 
       fem::Problem::Impl& p = problem.impl();
       fem::Material m = fem::elastic_material(problem.owned_points(), 1e9, 0.3);
       const double size = 0.01;
-      displace(p, [&](const Eigen::Vector3d& x) { return size * Eigen::Vector3d(x[0] + 0.3 * x[1], -0.2 * x[1] + 0.1 * x[0] * x[0], 0.4 * x[2]); });
+      displace(p, [&](const Eigen::Vector3d& x) -> Eigen::Vector3d { return size * Eigen::Vector3d(x[0] + 0.3 * x[1], -0.2 * x[1] + 0.1 * x[0] * x[0], 0.4 * x[2]); });
       internal_forces(p, m);
       const std::vector<double> start(p.u->array().begin(), p.u->array().end());
       std::vector<double> v(start.size());

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/rve/steady.hpp"
+
+#include <algorithm>
+
+#include "dem/rve/measure.hpp"
+#include "dem/rve/real_time.hpp"
+#include "dem/rve/step.hpp"
+
+namespace grus::dem {
+namespace {
+
+constexpr double fading = 0.97;  // of the reach, an increment
+constexpr std::uint64_t checked_every = 256;  // steps between looks at overlaps and energy, which cost as much as a step
+
+}  // namespace
+
+Response respond_steadily(const Model& model, const QuasiStatic& o, State& state, Steady& steady, const Mat3& deformation, bool tangent, Team& team) {
+  Response response;
+  const std::uint64_t first = state.steps;
+  const std::size_t broken = state.ledger.breakages;
+  Mat3 r, u;
+  polar(steady.turn.transpose() * deformation * steady.turn, r, u);
+  if (steady.breakages == UINT64_MAX) steady.stress = parted_stress(state).rest;
+  if (steady.breakages != state.ledger.breakages) {
+    steady.breakages = state.ledger.breakages;
+    steady.inertia = inertial_number(state, 1, 1);
+  }
+  const double strain = (u - Mat3::Identity()).norm(), pressure = std::max({mean_pressure(steady.stress), o.pressure_floor, 1e-9});
+  const double per_rate = steady.inertia / std::sqrt(pressure);
+  update_time_step(model, state);
+  steady.reach = std::max(strain, fading * steady.reach);
+  const double duration = std::max({state.dt, steady.reach * per_rate / o.inertial_number, steady.reach / o.strain_per_step * state.dt});
+  stretch_in_time(model, state, u, duration, team);
+  if (state.steps / checked_every != first / checked_every) check_sanity(model, state);
+  steady.turn = steady.turn * r;
+  const PartedStress now = parted_stress(state);
+  steady.haste += 0.5 * state.boundary.cell.volume() * (steady.viscous + now.dashpots).cwiseProduct(u - Mat3::Identity()).sum();
+  steady.viscous = now.dashpots, steady.stress = now.rest;
+  response.stress = steady.turn * steady.stress * steady.turn.transpose();
+  response.stable = true;
+  response.steps = state.steps - first;
+  response.breakages = state.ledger.breakages - broken;
+  response.work = steady.work = state.ledger.work;
+  response.haste = steady.haste;
+  response.inertial_number = strain / duration * per_rate;
+  if (tangent) response.tangent = turned(contact_stiffness_tangent(model, state), steady.turn);
+  return response;
+}
+
+State in_space(State state, const Steady& steady) {
+  if (steady.turn != Mat3::Identity()) rotate(state, steady.turn);
+  return state;
+}
+
+}  // namespace grus::dem

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "fem/central_differences.hpp"
+
+#include <algorithm>
+
+namespace grus::fem {
+
+CentralDifferences::CentralDifferences(Problem::Impl& impl, Material& m) : p(impl), material(m) {
+  for (std::int32_t c = 0; c < p.cells; ++c)
+    for (int q = 0; q < p.nq; ++q) volumes.push_back(p.local(c, q).dv);
+  fixed.assign(p.u->array().size(), 0);
+  for (const auto& c : p.prescribed) fixed[static_cast<std::size_t>(c.dof)] = 1;
+  moved.assign(fixed.size(), 0);
+}
+
+void CentralDifferences::set_mass(const std::function<Eigen::VectorXd(std::int32_t)>& of) {
+  Problem::Impl::Vector sum(p.space->dofmap()->index_map, 1);
+  sum.set(0.0);
+  auto values = sum.mutable_array();
+  for (std::int32_t c = 0; c < p.cells; ++c) {
+    const Eigen::VectorXd part = of(c);
+    for (int a = 0; a < p.nodes; ++a) values[static_cast<std::size_t>(p.cell_nodes(c)[static_cast<std::size_t>(a)])] += part[a];
+  }
+  sum.scatter_rev(std::plus<double>());
+  sum.scatter_fwd();
+  mass.assign(sum.array().begin(), sum.array().end());
+}
+
+bool CentralDifferences::respond(double dt, bool want_tangent, const std::function<void()>& also) {
+  p.u->scatter_fwd();
+  if (!p.strain_sweep()) return reason = "an element turned inside out", false;
+  const bool mine = material.respond({p.deformation, p.stress, want_tangent ? std::span<double>(p.tangent) : std::span<double>(), dt});
+  if (!all_true(p.comm, mine)) return reason = mine ? "a Gauss point of another rank failed" : material.reason(), false;
+  material.commit();
+  if (also) also();
+  p.assemble_internal();
+  return true;
+}
+
+void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
+  const double mean_dt = s.last_dt == 0 ? 0.5 * s.dt : 0.5 * (s.last_dt + s.dt);
+  const auto in = p.internal->array(), ex = p.external->array();
+  const auto owned = static_cast<std::size_t>(p.owned_nodes());
+  std::vector<double>&v = p.velocity, &load = p.last_load, &before = p.last_internal;
+  auto target = [&](const Prescribed& c) { return (p.factor(c.boundary, s.next) - p.factor(c.boundary, s.time)) * c.value / s.dt; };
+  // All is told of the instant of the positions: work by the forces at the ends of the last step, velocities between its two.
+  double sums[6] = {0, 0, 0, 0, 0, 0}, all[6];  // external, kinetic, work of the internal forces, viscous, internal, damped
+  const double part = mean_dt > 0 ? 0.5 * s.last_dt / mean_dt : 0;
+  if (s.first)
+    for (const auto& c : p.prescribed)
+      if (const auto i = static_cast<std::size_t>(c.dof); i < owned * p.width())
+        v[i] = target(c), sums[0] += 0.5 * mass[i / p.width()] * v[i] * v[i];
+  auto turn = [&](std::size_t i, double next, double force) {
+    sums[0] += 0.5 * (load[i] + force) * moved[i];
+    const double at_instant = v[i] + part * (next - v[i]);
+    sums[1] += 0.5 * mass[i / p.width()] * at_instant * at_instant;
+    sums[2] += 0.5 * (before[i] + in[i]) * moved[i];
+    load[i] = force, before[i] = in[i];
+    v[i] = next;
+    moved[i] = s.dt * next;
+    return at_instant;
+  };
+  for (std::size_t n = 0; n < owned; ++n) {
+    const std::size_t begin = n * p.width(), end = begin + p.width();
+    double drag = 0;  // N s/m: along the velocity, not by components, which would not be objective
+    if (s.damping > 0) {
+      double force2 = 0, speed2 = 0;
+      for (std::size_t i = begin; i < end; ++i)
+        if (!fixed[i]) force2 += (ex[i] - in[i]) * (ex[i] - in[i]), speed2 += v[i] * v[i];
+      if (speed2 > 0) drag = std::min(s.damping * std::sqrt(force2 / speed2), mass[n] / mean_dt);  // no more than stops the node
+    }
+    for (std::size_t i = begin; i < end; ++i) {
+      if (fixed[i]) continue;
+      const double held = drag * v[i];
+      const double at_instant = turn(i, v[i] + mean_dt * (ex[i] - in[i] - held) / mass[n], ex[i]);
+      sums[5] += held * at_instant * mean_dt;
+    }
+  }
+  for (const auto& c : p.prescribed)
+    if (const auto i = static_cast<std::size_t>(c.dof); i < owned * p.width()) {
+      const double next = target(c);
+      turn(i, next, in[i] + mass[i / p.width()] * (next - v[i]) / mean_dt);
+    }
+  auto u = p.u->mutable_array();
+  for (std::size_t i = 0; i < owned * p.width(); ++i) u[i] += moved[i];
+  sums[2] -= viscous, sums[3] = viscous, sums[4] = material.energy(volumes);
+  viscous = 0;
+  MPI_Allreduce(sums, all, 6, MPI_DOUBLE, MPI_SUM, p.comm);
+  total.external += all[0], total.kinetic = all[1], total.work += all[2], total.viscous += all[3], total.internal = all[4];
+  total.damped += all[5];
+}
+
+void CentralDifferences::go_on(double last_dt) {
+  std::copy(p.now_internal.begin(), p.now_internal.end(), p.internal->mutable_array().begin());
+  for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = last_dt * p.velocity[i];
+}
+
+double MacroEnergy::error() const {
+  const double s = std::max({largest, std::abs(external), kinetic, std::abs(internal), viscous, damped});
+  return s > 0 ? (external - kinetic - internal - viscous - damped + scaled) / s : 0;
+}
+
+void MacroEnergy::note_largest() {
+  largest = std::max({largest, std::abs(external), kinetic, std::abs(internal), viscous, damped});
+}
+
+}  // namespace grus::fem

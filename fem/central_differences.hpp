@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Private to fem: what explicit solvers share. A step of central differences on lumped masses, and its energies.
+#pragma once
+
+#include "fem/dynamics.hpp"
+#include "fem/problem_impl.hpp"
+
+namespace grus::fem {
+
+/// Lumped mass of a cell's nodes: diagonal of the consistent mass, scaled to the cell's mass (Hinton, Rock, Zienkiewicz). `density(point)`, kg/m^3.
+template <class Density>
+Eigen::VectorXd cell_mass(const Problem::Impl& p, std::int32_t c, Density&& density) {
+  Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(p.nodes);
+  double mass = 0;
+  for (int q = 0; q < p.nq; ++q) {
+    const auto& l = p.local(c, q);
+    const double dm = density(p.point(c, q)) * l.dv;
+    mass += dm;
+    diagonal.array() += dm * l.value.array().square();
+  }
+  return diagonal * (mass / diagonal.sum());
+}
+
+/// Largest eigenvalue (1/s^2) of one cell's stiffness against its lumped mass.
+template <class Density>
+double largest_eigenvalue(const Problem::Impl& p, std::int32_t c, Density&& density) {
+  Problem::Impl::Matrix k;
+  p.cell_tangent(c, k);
+  const Eigen::VectorXd m = cell_mass(p, c, density);
+  for (int a = 0; a < k.rows(); ++a)
+    for (int b = 0; b < k.cols(); ++b) {
+      const double both = m[a / p.components] * m[b / p.components];
+      k(a, b) = both > 0 ? k(a, b) / std::sqrt(both) : 0;  // nodes without a say have neither
+    }
+  const Eigen::MatrixXd symmetric = 0.5 * (k + k.transpose());
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(symmetric, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+}
+
+/// One step of central differences: how long, between which times of the boundary histories, and what there was before.
+struct Stride {
+  double dt = 0, last_dt = 0;    // s; 0 before the first
+  double time = 0, next = 0;     // of boundary histories, at its ends
+  double damping = 0;            // local, non-viscous: of a free node's unbalanced force, against its velocity
+  bool first = false;            // driven nodes start with the speed they are given
+};
+
+struct CentralDifferences {
+  Problem::Impl& p;
+  Material& material;
+  std::vector<double> mass, volumes;  // of owned and ghost nodes (kg); of points (m^3)
+  std::vector<std::int8_t> fixed;     // components
+  std::vector<double> moved;          // components, by the last step (m)
+  double viscous = 0;                 // taken by bulk viscosity in the last step (J); the solver's own
+  std::string reason;
+
+  CentralDifferences(Problem::Impl& p, Material& material);
+
+  /// Sums `of(cell)`, masses of a cell's nodes, into `mass`.
+  void set_mass(const std::function<Eigen::VectorXd(std::int32_t)>& of);
+  /// Stress at the present displacement, committed, and the internal forces; before those are assembled `also()` may add to the stress.
+  bool respond(double dt, bool want_tangent, const std::function<void()>& also = {});
+  /// Forces at the present instant kick the velocities, which move the nodes; energies of the instant go into `total`.
+  /// Call assemble_external before, respond after.
+  void step(const Stride& stride, MacroEnergy& total);
+  /// Restores what is not kept in the problem's snapshot.
+  void go_on(double last_dt);
+};
+
+}  // namespace grus::fem
