@@ -178,12 +178,18 @@ void read_ground(Table t, BvpScene& scene) {
   scene.ground = g;
 }
 
-/// What moves at once would strike the mesh like a hammer.
+/// What moves or presses at once would strike the mesh like a hammer.
 void check_eased(const Table& t, const BvpScene& scene) {
-  for (const auto& b : scene.boundaries)
+  const bool stressed = scene.ground || (scene.has_rve && scene.unit_cells[0].preparation) ||
+                        std::any_of(scene.regions.begin(), scene.regions.end(), [](const Region& r) { return r.initial_stress.has_value(); });
+  for (const auto& b : scene.boundaries) {
+    const double first = b.history.at(0);
+    if (first == 0) continue;
     for (const auto& u : b.displacement)
-      if (u.value_or(0) != 0 && b.history.at(0) != 0)
-        t.fail("boundary", fmt::format("\"{}\": its displacement is not eased in: the history begins with {:g} instead of 0", b.name, b.history.at(0)));
+      if (u.value_or(0) != 0) t.fail("boundary", fmt::format("\"{}\": its displacement is not eased in: the history begins with {:g} instead of 0", b.name, first));
+    if ((b.traction || b.pressure.value_or(0) != 0) && !stressed)
+      t.fail("boundary", fmt::format("\"{}\": nothing stands under this load at the start: ease it in (history) or give an initial stress", b.name));
+  }
 }
 
 }  // namespace
@@ -213,7 +219,6 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
   if (scene.dynamics) scene.dynamics->output_interval = scene.dynamics->duration / 200;
   for (auto& b : t.tables("boundary")) read_boundary(b, scene, scene.dynamics ? dimension::time : dimension::none);
   if (scene.boundaries.empty()) t.fail("", "needs at least one [[boundary]]");
-  if (scene.explicit_statics) check_eased(t, scene);
   for (auto& r : t.tables("region")) read_region(r, scene);
   for (auto& p : t.tables("probe")) read_probe(p, scene);
   if (auto o = t.table_if("output")) read_output(*o, scene);
@@ -221,10 +226,11 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
   if (t.has("rve") || scene.regions.empty()) read_rve(t.table("rve"), scene);
   if (scene.ground && scene.has_rve && !scene.unit_cells[0].preparation)
     t.fail("initial_stress", fmt::format("the cells of {} have no [preparation] to start from", scene.unit_cells[0].file));
+  if (scene.explicit_statics) check_eased(t, scene);
   t.finish();
   for (std::size_t r = 0; r < scene.regions.size(); ++r)
-    if (scene.regions[r].poissons_ratio > 0.45 && scene.discretisation.order == 1)
-      scene.notes.push_back(fmt::format("region[{}].poissons_ratio = {:g} with element.order = 1: such elements lock, far too stiff in bending and shear; element.order = 2 helps", r, scene.regions[r].poissons_ratio));
+    if (scene.regions[r].poissons_ratio > 0.45 && scene.discretisation.order == 1 && scene.discretisation.element == fem::ElementKind::standard)
+      scene.notes.push_back(fmt::format("region[{}].poissons_ratio = {:g} with element.order = 1: such elements lock, far too stiff in bending and shear; element.kind = \"fbar\" helps", r, scene.regions[r].poissons_ratio));
   if (scene.solve.tolerance < scene.residual_floor() && scene.record["solve"].contains("tolerance"))
     scene.notes.push_back(fmt::format("the residual is asked to fall to {:.2g}, what the cells' own equilibrium leaves (rve.unbalanced_force, rve.stress_change), not to solve.tolerance = {:.2g}", scene.residual_floor(), scene.solve.tolerance));
   return scene;

@@ -116,6 +116,48 @@ max_cutbacks = 3
 [output]
 frames = 0
 """, "plate": bases.BVP["plate"][0] if isinstance(bases.BVP["plate"], tuple) else bases.BVP["plate"], "bar": bases.BVP["bar"].replace("20 us", "30 us")}
+BVP["ground"] = """title = "ground"
+gravity = [0, -5000]
+[mesh]
+box = { size = ["40 mm", "40 mm"], cells = [2, 2] }
+dimension = "plane-strain"
+[element]
+kind = "standard"
+[rve]
+scene = "cell.toml"
+""" + QUASI_STATIC + """[initial_stress]
+k0 = 0.6
+surface = "40 mm"
+surcharge = "1 MPa"
+axis = "y"
+[[region]]
+where = "y<0.02"
+material = "j2"
+youngs_modulus = "300 MPa"
+poissons_ratio = 0.2
+yield_stress = "0.8 MPa"
+hardening = "10 MPa"
+density = 2000
+[[boundary]]
+where = "y=max"
+displacement = ["free", "-0.8 mm"]
+[[boundary]]
+where = "y=min"
+displacement = ["free", 0]
+[[boundary]]
+where = "x=min"
+displacement = [0, "free"]
+[[boundary]]
+where = "x=max"
+pressure = "0.6 MPa"
+history = "constant"
+[solve]
+kind = "explicit-quasi-static"
+balance = 0.2
+crossings = 60
+[output]
+history_interval = 0.1
+"""
 FILES = {"pack.txt": bases.PACKING, "cell.toml": CELL, "mesh.msh": bases.MESH}
 
 SAND, SPLIT = "material.sand.", "material.sand.fracture."
@@ -174,6 +216,13 @@ BVP_KEYS = [
     ("bar", "solve.max_energy_error", 1e-6, "solve.time_step=1e-7"), ("bar", "output.history_interval", 2e-6),
     *[("bar", "hopkinson." + k, v) for k, v in (("incident_gauge", "transmitted"), ("transmitted_gauge", "incident"), ("incident_distance", 0.01), ("transmitted_distance", 0.01), ("bar_modulus", 1e11),
                                                 ("bar_density", 5000.0), ("bar_area", 1e-4), ("specimen_length", 1e-3), ("specimen_area", 1e-4), ("axis", "x"))],
+    *[("ground", key, value) for key, value in (
+        ("gravity", "[0, -1000]"), ("element.kind", "fbar"), ("element.kind", "serendipity"), ("initial_stress.k0", 0.5), ("initial_stress.surface", 0.06), ("initial_stress.surcharge", 1.1e6),
+        ("initial_stress.axis", "x"), ("region.0.yield_stress", 2e6), ("region.0.hardening", 1e9), ("region.0.density", 4000), ("region.0.initial_stress", "[-6e5, -9e5, -6e5, 0, 0, 0]"),
+        ("rve.damping", 0.3), ("solve.balance", 0.003), ("solve.kinetic", 1e-4), ("solve.inertial_number", 1e-4), ("solve.damping", 0.2), ("solve.safety", 0.6), ("solve.crossings", 80),
+        ("output.history_interval", 0.2), ("rve.strain_per_step", 2e-5), ("rve.inertial_number", 3e-3))],
+    ("ground", "region.0.material", "elastic", "region.0.yield_stress=", "region.0.hardening="), ("ground", "solve.max_energy_error", 1e-9),
+    ("ground", "rve.on_failure", "elastic", "rve.set=['numerics.max_overlap=0.02']"),
 ]
 # Keys whose effect is on what is not in a results folder, and where it is looked at.
 ELSEWHERE = {"output.checkpoint_interval": "scenes_resume, macro_resume: a checkpoint of that age",
