@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "apps/bvp_output.hpp"
+#include "apps/bvp_standing.hpp"
 #include "apps/folder.hpp"
 #include "apps/run.hpp"
 #include "dem/base/error.hpp"
@@ -159,18 +160,18 @@ public:
         fem::allocate_dynamics(*setup_.problem);
         fem::DynamicsOptions with = *scene_.dynamics;
         with.stop = due;
-        ending.time = march(options_.resume ? resume_dynamics() : fem::DynamicsReport{}, [&](const fem::DynamicsReport& from) {
+        ending.time = march(begin<fem::DynamicsReport>(), [&](const fem::DynamicsReport& from) {
           return fem::solve_dynamics(*setup_.problem, *material_, density_, with, [&](const fem::DynamicsReport& r) { return after(r, r.time); }, from);
         }).time;
       } else if (scene_.explicit_statics) {
         fem::allocate_explicit_statics(*setup_.problem);
         fem::ExplicitStaticsOptions with = *scene_.explicit_statics;
         with.stop = due;
-        ending.time = march(options_.resume ? resume_explicit_statics() : fem::ExplicitStaticsReport{}, [&](const fem::ExplicitStaticsReport& from) {
+        ending.time = march(begin<fem::ExplicitStaticsReport>(), [&](const fem::ExplicitStaticsReport& from) {
           return fem::solve_explicit_statics(*setup_.problem, *material_, with, [&](const fem::ExplicitStaticsReport& r) { return after(r, r.load_factor); }, from);
         }).load_factor;
       } else {
-        const fem::StaticsStart start = options_.resume ? resume_statics() : fem::StaticsStart{};
+        const fem::StaticsStart start = begin<fem::StaticsStart>();
         const auto result = fem::solve_statics(*setup_.problem, *material_, work_of_grains_, [&](const fem::IncrementReport& r) { return after(r, r.load_factor); }, start);
         complete = result.converged, failure = result.failure, ending.time = result.load_factor;
       }
@@ -218,29 +219,18 @@ private:
     dem::write_checkpoint(path(), c);
   }
 
-  void save(const fem::IncrementReport& r, double wall) {
-    write({{"load_factor", hex(r.load_factor)}, {"next_size", hex(r.next_size)}, {"increments", r.increment}, {"sweeps", r.law_sweeps}, {"largest_force", hex(r.largest_force)}, {"stiffest", hex(r.stiffest)}}, wall);
+  template <class Report>
+  void save(const Report& report, double wall) {
+    write(standing(report), wall);
   }
 
-  void save(const fem::DynamicsReport& r, double wall) {
-    write({{"time", hex(r.time)}, {"dt", hex(r.dt)}, {"steps", r.steps}, {"dissipated", hex(r.dissipated)}, {"energy", energies(r.energy)}}, wall);
+  /// Where to go on from: the beginning, or where the checkpoint stands.
+  template <class Start>
+  Start begin() {
+    Start start;
+    if (options_.resume) stand(resume(), start);
+    return start;
   }
-
-  void save(const fem::ExplicitStaticsReport& r, double wall) {
-    write({{"load_factor", hex(r.load_factor)}, {"rate", hex(r.rate)}, {"steps", r.steps}, {"settling", r.settling}, {"energy", energies(r.energy)},
-           {"unbalanced", hex(r.unbalanced)}, {"largest_unbalanced", hex(r.largest_unbalanced)}, {"inertial_number", hex(r.inertial_number)},
-           {"sums", {hex(r.sums[0]), hex(r.sums[1]), hex(r.sums[2])}}, {"counted", r.counted}, {"governor", r.governor}}, wall);
-  }
-
-  static nlohmann::json energies(const fem::MacroEnergy& e) {
-    return {hex(e.kinetic), hex(e.internal), hex(e.external), hex(e.viscous), hex(e.work), hex(e.largest), hex(e.damped), hex(e.scaled)};
-  }
-  static fem::MacroEnergy energies_of(const nlohmann::json& e) {
-    return {unhex(e[0]), unhex(e[1]), unhex(e[2]), unhex(e[3]), unhex(e[4]), unhex(e[5]), unhex(e[6]), unhex(e[7])};
-  }
-
-  static std::string hex(double v) { return fmt::format("{:a}", v); }  // exact
-  static double unhex(const nlohmann::json& v) { return std::strtod(v.get<std::string>().c_str(), nullptr); }
 
   nlohmann::json resume() {
     dem::Checkpoint kept = std::move(kept_);
@@ -263,24 +253,6 @@ private:
     }
     elapsed_ = about["wall"];
     return about;
-  }
-
-  fem::StaticsStart resume_statics() {
-    const auto about = resume();
-    return {unhex(about["load_factor"]), unhex(about["next_size"]), about["increments"], about["sweeps"], unhex(about["largest_force"]), unhex(about["stiffest"])};
-  }
-
-  fem::DynamicsReport resume_dynamics() {
-    const auto about = resume();
-    return {unhex(about["time"]), unhex(about["dt"]), about["steps"], energies_of(about["energy"]), unhex(about["dissipated"])};
-  }
-
-  fem::ExplicitStaticsReport resume_explicit_statics() {
-    const auto about = resume();
-    const auto& sums = about["sums"];
-    return {unhex(about["load_factor"]), unhex(about["rate"]), about["steps"], about["settling"], energies_of(about["energy"]), unhex(about["unbalanced"]),
-            unhex(about["largest_unbalanced"]), unhex(about["inertial_number"]), {unhex(sums[0]), unhex(sums[1]), unhex(sums[2])}, about["counted"],
-            about["governor"].get<fem::Governor>()};
   }
 
   const BvpScene& scene_;

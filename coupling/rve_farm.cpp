@@ -44,7 +44,7 @@ std::string receive(MPI_Comm comm, int rank, int tag) {
 
 template <class A, class T>
 void archive_task(A& a, T& t) {
-  a.plain(t.slot), a.column(t.path), a.plain(t.duration), a.plain(t.pace), a.plain(t.tangent);
+  a.plain(t.slot), a.column(t.path), a.plain(t.duration), a.plain(t.pace), a.plain(t.tangent), a.plain(t.sharp);
 }
 
 template <class A, class O>

@@ -76,6 +76,7 @@ Outcome RveHost::go_on(Slot& s, const Task& task) const {
     return out;
   }
   const dem::Steady last = s.rve->steady();
+  const double volume = s.rve->committed().boundary.cell.volume();
   if (!s.remainder) try {
     out.response = s.rve->advance_steadily(increment, task.tangent);
     return out;
@@ -84,7 +85,7 @@ Outcome RveHost::go_on(Slot& s, const Task& task) const {
     const dem::State& state = s.rve->committed();
     const dem::Mat6 tangent = dem::turned(dem::contact_stiffness_tangent(*model_, state), last.turn);
     const dem::Mat3 stress = last.turn * last.stress * last.turn.transpose();
-    s.remainder = {stress, tangent.allFinite() ? tangent : dem::Mat6::Zero(), state.boundary.cell.volume(), last.work};
+    s.remainder = {stress, tangent.allFinite() ? tangent : dem::Mat6::Zero(), volume, last.work};
   }
   Remainder& left = *s.remainder;
   const dem::Mat3 before = left.stress;
@@ -129,7 +130,7 @@ Outcome RveHost::advance(Slot& s, const Task& task) const {
     if (i + 1 < task.path.size()) s.rve->commit();
   }
   out.response.steps = steps;
-  if (options_.tangent == TangentKind::network && out.response.stable) out.response.tangent = dem::network_tangent(*model_, s.rve->trial());
+  if (task.sharp && out.response.stable) out.response.tangent = dem::network_tangent(*model_, s.rve->trial());
   if (options_.tangent == TangentKind::perturbation && out.response.stable) {
     dem::Team alone(1);
     out.response.tangent = dem::perturbation_tangent(*model_, options_.quasi_static, s.rve->trial(), options_.perturbation, options_.central, out.response.steps, alone);

@@ -13,6 +13,7 @@
 namespace grus::coupling {
 
 enum class TangentKind {
+  automatic,          // contact stiffness; the network where Newton stalls with it
   contact_stiffness,  // elastic contacts, sliding ones without k_t
   network,            // the contact network with grains free to move: relaxed, sliding contacts without k_t
   elastic,            // that of the first response, kept
@@ -33,7 +34,7 @@ enum class OnFailure : std::uint8_t { stop, elastic };
 /// How responses are made; the same on all ranks.
 struct ResponseOptions {
   dem::QuasiStatic quasi_static;
-  TangentKind tangent = TangentKind::network;
+  TangentKind tangent = TangentKind::automatic;
   double perturbation = 1e-4;  // strain of the scratch copies
   bool central = false;
   double elastic = -1;         // share of the contact forces that may leave the linear range of an elastic point; below 0: off
@@ -48,6 +49,7 @@ struct Task {
   double duration = 0;
   Pace pace = Pace::relaxed;
   bool tangent = true;
+  bool sharp = false;  // the network's tangent
 };
 
 struct Outcome {

@@ -83,6 +83,7 @@ fem::Material RveMaterial::material() {
   auto energy = [this](std::span<const double> volumes) { return total(&Facts::work, volumes) - total(&Facts::haste, volumes); };
   fem::Material m([this](const fem::Points& p) { return respond(p); }, [this] { commit(); }, packed, unpacked, energy);
   m.noise = [this] { return noise(); };
+  m.sharpen = [this] { return sharpen(); };
   m.inertial_number = [this] { return report_.inertial_number; };
   m.reason = [this] { return reason_; };
   return m;
@@ -122,6 +123,13 @@ double RveMaterial::noise() {
   measured_noise_ = has_previous_ ? std::max(all > 0 ? std::sqrt(miss / all) : 0, 0.7 * measured_noise_) : 0;
   const dem::QuasiStatic& q = options_.response.quasi_static;
   return std::max({q.unbalanced_force, q.stress_change, std::min(measured_noise_, max_noise)});
+}
+
+bool RveMaterial::sharpen() {
+  constexpr int lasting = 5;  // increments; a stall comes seldom alone
+  if (options_.response.tangent != TangentKind::automatic || sharp_ > 0) return false;
+  sharp_ = lasting;
+  return true;
 }
 
 bool RveMaterial::respond(const fem::Points& points) {
@@ -175,7 +183,7 @@ bool RveMaterial::catch_up() {
   for (const Job& job : jobs_) {
     Slot& s = slots_.at(job.slot);
     if (!s.heard || s.pending == Mat3::Identity() || foretold(job)) continue;
-    tasks.push_back({job.slot, {s.pending}});
+    tasks.push_back({job.slot, {s.pending}, 0, Pace::relaxed, true, sharp()});
     slots.push_back(job.slot);
   }
   if (tasks.empty()) return true;
@@ -216,7 +224,7 @@ void RveMaterial::answer(double duration, bool tangent) {
     }
     if (options_.error > 0) awake_.insert(job.slot);  // no way back within an increment: Newton needs one answer
     real.push_back(k);
-    tasks.push_back({job.slot, {job.increment}, duration, options_.pace, tangent});
+    tasks.push_back({job.slot, {job.increment}, duration, options_.pace, tangent, sharp()});
   }
   std::vector<Outcome> outcomes = farm_.advance(tasks);
   report_.inertial_number = report_.fastest = 0, report_.given_up = 0;
@@ -305,6 +313,7 @@ void RveMaterial::commit() {
     for (const auto copy : copies)
       if (!in_use.contains(copy)) farm_.drop(copy), slots_.erase(copy);
   parted_.clear(), awake_.clear(), jobs_.clear();
+  sharp_ = std::max(0, sharp_ - 1);
   deformation_.clear();  // the next response starts another increment
   report_.distinct = slots_.size();
   if (options_.pace == Pace::relaxed) farm_.rebalance();
@@ -337,7 +346,7 @@ std::vector<std::string> RveMaterial::save() const {
   dem::Saver a;
   a.column(point_), archive_slots(a, slots_), a.plain(static_cast<std::uint64_t>(path_.size()));
   for (const auto& p : path_) a.column(p);
-  a.column(kept_tangent_), a.plain(report_), a.plain(next_slot_), a.plain(seconds_);
+  a.column(kept_tangent_), a.plain(sharp_), a.plain(report_), a.plain(next_slot_), a.plain(seconds_);
   std::vector<std::string> parts{a.take()};
   for (const auto& [slot, s] : slots_) {
     parts.push_back(farm_.fetch(slot));
@@ -353,7 +362,7 @@ void RveMaterial::load(const std::vector<std::string>& parts) {
   a.column(point_), archive_slots(a, slots_), a.plain(paths);
   if (point_.size() != n || paths != path_.size() || parts.size() != slots_.size() + 1) throw dem::InputError("checkpoint.h5: of another problem");
   for (auto& p : path_) a.column(p);
-  a.column(kept_tangent_), a.plain(report_), a.plain(next_slot_), a.plain(seconds_);
+  a.column(kept_tangent_), a.plain(sharp_), a.plain(report_), a.plain(next_slot_), a.plain(seconds_);
   std::size_t part = 1;
   for (const auto& [slot, s] : slots_) farm_.put_bytes(slot, parts[part++], static_cast<double>(s.facts.grains));
 }

@@ -105,6 +105,8 @@ private:
   };
 
   bool respond(const fem::Points& points);
+  bool sharpen();
+  bool sharp() const { return options_.response.tangent == TangentKind::network || sharp_ > 0; }
   /// Every point has an RVE of its own, and for good.
   bool parted() const { return options_.share == 0 && slots_.size() == point_.size(); }
   void find_jobs();
@@ -134,6 +136,7 @@ private:
   std::vector<std::size_t> job_;                   // of each point
   std::vector<Answer> responses_, previous_;  // of this trial and of the one before it in the same increment
   std::vector<dem::Mat3> deformation_, previous_deformation_;
+  int sharp_ = 0;                                  // increments that will have the network's tangent
   std::vector<dem::Mat6> kept_tangent_;            // elastic, quasi-Newton
   bool has_previous_ = false;
   double measured_noise_ = 0;

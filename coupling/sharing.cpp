@@ -95,7 +95,7 @@ double RveMaterial::distance(std::size_t a, std::size_t b, double limit) const {
 bool RveMaterial::replay(std::size_t i) {
   const std::uint64_t slot = next_slot_++;
   farm_.put_bytes(slot, prepared_[point_[i].variant], farm_.cost(point_[i].slot));
-  const std::vector<Outcome> done = farm_.advance({{slot, path_[i]}});
+  const std::vector<Outcome> done = farm_.advance({{slot, path_[i], 0, Pace::relaxed, true, sharp()}});
   const dem::Response& r = done[0].response;
   report_.dem_steps += r.steps, ++report_.replayed;
   if (!r.stable) {

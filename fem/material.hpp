@@ -34,6 +34,8 @@ struct Material {
   /// (m^3): from the state, not from the work of the stresses.
   std::function<double(std::span<const double>)> energy;
   std::function<double()> noise = [] { return 0.0; };  // relative error of the stress, below which no residual can go; the same on all ranks
+  /// A dearer, better tangent from the next response on, for this increment and some after it; false: there is none, or it is given already.
+  std::function<bool()> sharpen = [] { return false; };
   std::function<double()> inertial_number = [] { return 0.0; };  // mean of its points in the last response; of grains
   std::function<std::string()> reason = [] { return std::string(); };
 };

@@ -215,6 +215,11 @@ Material composite_material(std::vector<Material> parts, const std::vector<std::
     for (const Part& part : *all) most = std::max(most, part.material.noise());
     return most;
   };
+  m.sharpen = [all] {
+    bool any = false;
+    for (const Part& part : *all) any = part.material.sharpen() || any;
+    return any;
+  };
   m.inertial_number = [all] {
     double most = 0;
     for (const Part& part : *all) most = std::max(most, part.material.inertial_number());

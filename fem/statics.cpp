@@ -269,6 +269,7 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
       p.back_to_committed();
       cut_reason = newton.reason;
       result.law_sweeps = newton.sweeps;
+      if (material.sharpen()) continue;  // the same increment once more
       if (++cutbacks > o.max_cutbacks) {
         result.failure = "increment " + std::to_string(number + 1) + " failed after " + std::to_string(o.max_cutbacks) + " cutbacks: " + cut_reason;
         return result;

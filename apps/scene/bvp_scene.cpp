@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 
 #include "apps/scene/mesh_scene.hpp"
 
@@ -17,9 +18,12 @@ void read_rve(Table t, BvpScene& scene) {
   if (!std::filesystem::is_regular_file(file)) t.fail("scene", fmt::format("\"{}\": no such scene file", t.text("scene")));
   coupling::ResponseOptions& response = scene.rve.response;
   response.quasi_static = read_quasi_static(t);
-  const std::string tangent = t.choice_or("tangent", "network", {"contact-stiffness", "network", "perturbation", "elastic", "quasi-newton"});
   using Kind = coupling::TangentKind;
-  response.tangent = tangent == "network" ? Kind::network : tangent == "elastic" ? Kind::elastic : tangent == "perturbation" ? Kind::perturbation : tangent == "quasi-newton" ? Kind::quasi_newton : Kind::contact_stiffness;
+  const std::map<std::string, Kind> kinds{{"automatic", Kind::automatic}, {"contact-stiffness", Kind::contact_stiffness}, {"network", Kind::network},
+                                          {"perturbation", Kind::perturbation}, {"elastic", Kind::elastic}, {"quasi-newton", Kind::quasi_newton}};
+  std::vector<std::string> names;
+  for (const auto& [name, kind] : kinds) names.push_back(name);
+  response.tangent = kinds.at(t.choice_or("tangent", "automatic", names));
   if (response.tangent == Kind::perturbation) {
     response.perturbation = t.number_or("perturbation", response.perturbation, dimension::none, {1e-8, 0.01});
     response.central = t.flag_or("perturbation_central", false);

@@ -145,7 +145,7 @@ void compress(const Model& model, const QuasiStatic& o, State& state, const Vec3
       if (!rest.stable) throw Unstable("preparation: the sample does not come to rest: " + rest.failure);
       const Vec3 left = (rest.stress.diagonal() + stresses).array() / stresses.array();
       const bool isotropic = (stresses.array() == pressure).all();
-      if (isotropic ? std::abs(mean_pressure(rest.stress) / pressure - 1) < 0.05 : left.cwiseAbs().maxCoeff() < 0.05) return;
+      if (isotropic ? std::abs(mean_pressure(rest.stress) / pressure - 1) < 0.05 : left.cwiseAbs().maxCoeff() < 0.03) return;
     }
   }
   if ((stresses.array() != pressure).any())

@@ -2,6 +2,7 @@
 // What is answered without grains: predictions, linear responses, points that wait or ride along; and what counts as noise.
 #include "coupling/prediction.hpp"
 #include "coupling/rve_material.hpp"
+#include "dem/rve/linear_response.hpp"
 #include "dem/rve/measure.hpp"
 #include "tests/fem/sand.hpp"
 
@@ -114,7 +115,7 @@ TEST_CASE("a point that waits has been where its increments lead, one after the 
 
 TEST_CASE("who was told wrong is trusted less") {
   coupling::RveOptions with;
-  with.error = 0.05;
+  with.error = 0.05, with.response.tangent = coupling::TangentKind::network;
   Driven d(weak(0.4e6), 1, with);
   d.go({Mat3::Identity()});
   CHECK(d.rves.report().least_trust == 1);
@@ -217,6 +218,80 @@ TEST_CASE("after a breakage no elastic range is looked for; without one it is") 
     const Mat3 little = stretch(0, 0, -1e-7);
     CHECK(farm.advance({{0, {little}}})[0].elastic == (strength == 1e12));
     CHECK(farm.advance({{1, {little}}})[0].elastic);
+  }
+}
+
+TEST_CASE("the cheap tangent is the contacts' until Newton stalls; then the network's, for five increments") {
+  Driven d(standard(), 1, {});
+  const Mat3 f = stretch(0, 1e-5, -1e-5);
+  const auto told = [&] { return Mat6(Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(d.tangent.data())); };
+  const auto contacts = [&] { return contact_stiffness_tangent(*standard().model, d.rves.committed(0)); };
+  const auto network = [&] { return network_tangent(*standard().model, d.rves.committed(0)); };
+  d.go({f});
+  CHECK(told() == contacts());
+  REQUIRE((network() - contacts()).norm() > 0.05 * contacts().norm());
+  CHECK(d.material.sharpen());
+  CHECK_FALSE(d.material.sharpen());  // there is none better
+  for (int k = 0; k < 5; ++k) {
+    d.go({f});
+    CHECK(told() == network());
+  }
+  d.go({f});
+  CHECK(told() == contacts());
+  coupling::RveOptions fixed;
+  fixed.response.tangent = coupling::TangentKind::contact_stiffness;
+  CHECK_FALSE(Driven(standard(), 1, fixed).material.sharpen());
+}
+
+TEST_CASE("a cell that can no more ends the run, or goes on as what is left of its stiffness, which is counted and booked") {
+  Sand s = standard();
+  Model model = *s.model;
+  model.numerics.max_overlap = 0.05;
+  s.model = std::make_shared<const Model>(model);
+  const Mat3 f = stretch(0, 0, -2e-4);
+  for (const auto policy : {coupling::OnFailure::stop, coupling::OnFailure::elastic}) {
+    coupling::RveOptions with;
+    with.pace = coupling::Pace::steady, with.response.on_failure = policy;
+    Driven d(s, 2, with);
+    int survived = 0;
+    const auto rows = [&](const Mat3& m, const Mat3& n) {
+      std::vector<double> all;
+      for (const Mat3& g : {m, n})
+        for (int k = 0; k < 9; ++k) all.push_back(g(k / 3, k % 3));
+      return all;
+    };
+    bool good = true;
+    Mat3 last = Mat3::Zero();
+    while (survived < 600 && d.rves.report().given_up == 0 && (good = d.material.respond({rows(f, Mat3::Identity()), d.stress, d.tangent}))) {
+      d.material.commit(), ++survived;
+      if (d.rves.report().given_up == 0) last = from_voigt(Eigen::Map<const Vec6>(d.stress.data()));
+    }
+    CHECK(good == (policy == coupling::OnFailure::elastic));
+    if (!good) {
+      CHECK(d.material.reason().find("overlap") != std::string::npos);
+      continue;
+    }
+    REQUIRE(survived < 600);
+    CHECK(d.rves.report().given_up == 1);
+    // Linear from its last stress, and its energy is the work of that.
+    const Mat6 c = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(d.tangent.data());
+    const Mat3 first = from_voigt(Eigen::Map<const Vec6>(d.stress.data()));
+    CHECK((first - coupling::predicted(last, c, f)).norm() < 1e-9 * first.norm());
+    const std::vector<double> volumes{1, 0};
+    const double before = d.material.energy(volumes);
+    REQUIRE(d.material.respond({rows(f, Mat3::Identity()), d.stress, d.tangent}));
+    d.material.commit();
+    const Mat3 second = from_voigt(Eigen::Map<const Vec6>(d.stress.data()));
+    const double shrunk = std::pow(f.determinant(), survived);  // volume, of a unit one
+    CHECK(d.material.energy(volumes) - before == Approx(0.5 * shrunk * (first + second).cwiseProduct(f - Mat3::Identity()).sum()).epsilon(1e-6));
+    // It is saved and goes on as it was.
+    const std::string bytes = d.material.save();
+    Driven again(s, 2, with);
+    again.material.load(bytes);
+    REQUIRE(d.material.respond({rows(f, f), d.stress, d.tangent}));
+    REQUIRE(again.material.respond({rows(f, f), again.stress, again.tangent}));
+    CHECK(d.stress == again.stress);
+    CHECK(again.rves.report().given_up == 1);
   }
 }
 

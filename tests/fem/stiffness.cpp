@@ -215,6 +215,30 @@ TEST_CASE("points that carry nothing are held by a floor of stiffness, and do no
   CHECK(carried == Approx(-1e6).epsilon(1e-6));
 }
 
+TEST_CASE("an increment that fails is begun once more with the better tangent before it is cut") {
+  fem::BoundaryCondition pull;
+  pull.name = "top", pull.where = [](const Point& x) { return std::abs(x[2] - 1) < 1e-9; }, pull.traction = Point{0, 0, 1e5};
+  for (const bool has_better : {true, false}) {
+    fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 2}, true, {}}, {1, 2, false},
+                         {plane("x0", 0, 0, 0, 0), plane("y0", 1, 0, 1, 0), plane("z0", 2, 0, 2, 0), pull});
+    fem::Material elastic = fem::elastic_material(problem.owned_points(), 1e9, 0.0), m = elastic;
+    int asked = 0;
+    m.respond = [&](const fem::Points& p) {  // thirty times too stiff until asked
+      const bool good = elastic.respond(p);
+      for (double& c : p.tangent) c *= asked > 0 && has_better ? 1 : 30;
+      return good;
+    };
+    m.sharpen = [&] { return ++asked == 1 && has_better; };
+    auto o = options(2, 1e-8, 1e-6);
+    o.acceleration = 0, o.max_iterations = 10, o.max_cutbacks = 1;
+    int cutbacks = 0;
+    const auto result = fem::solve_statics(problem, m, o, [&](const fem::IncrementReport& r) { return cutbacks += r.cutbacks, true; });
+    CHECK(result.converged == has_better);
+    if (has_better) CHECK(cutbacks == 0);
+    CHECK(asked == (has_better ? 1 : 2));
+  }
+}
+
 TEST_CASE("a correction that is still large is made, however small the residual; Anderson's mixing needs a few of them") {
   // A tangent three times too stiff: each step leaves two thirds, 34 of them a millionth. Residuals are judged by nothing here.
   fem::BoundaryCondition pull;

@@ -61,8 +61,15 @@ def problems(tmp):
     newton = go(scene("biaxial_plane_strain"), out("newton"), "boundary.1.displacement=[0, '-0.5 mm']", "mesh.box.cells=[4, 8]", "rve.set=[]", "output.frames=0", "solve.kind=quasi-static",
                 "solve.increments=5", "rve.unbalanced_force=5e-3", "rve.stress_change=5e-3", "rve.damping=0")
     need(abs(last["mean_stress_yy_Pa"] / newton[-1]["mean_stress_yy_Pa"] - 1) < 0.015, f"biaxial: {last['mean_stress_yy_Pa']} without iterations, {newton[-1]['mean_stress_yy_Pa']} with")
-    rows = go(scene("strip_footing"), out("footing"), "boundary.0.displacement=[0, '-0.4 mm']", "solve.increments=1", "output.frames=0")
-    need(rows[-1]["reaction_footing_y_N"] < -1e5 * 0.1, f"footing: {rows[-1]['reaction_footing_y_N']} N carries less than the surcharge beside it")
+    rows = go(scene("strip_footing"), out("footing"), "boundary.0.displacement=[0, '-2 mm']", "output.frames=0", "solve.crossings=60")
+    balanced(out("footing"), rows, "footing")
+    need(rows[-1]["reaction_footing_y_N"] < -1e5 * 0.5 * 1.5, f"footing: {rows[-1]['reaction_footing_y_N']} N carries little more than the surcharge beside it")
+    # The ground at rest: what is horizontal is k0 of what is vertical, and the weight of the bed is on its base.
+    rest = go(scene("strip_footing"), out("rest"), "boundary.0.displacement=[0, '-0.01 mm']", "output.frames=0", "solve.crossings=20",
+              "rve.set=['preparation.pressure=350 kPa', 'material.sand.fracture=']")
+    first, depth = rest[0], 0.5
+    need(abs(first["mean_stress_xx_Pa"] / first["mean_stress_yy_Pa"] - 0.5) < 0.05, f"footing: K0 {first['mean_stress_xx_Pa'] / first['mean_stress_yy_Pa']}")
+    need(abs(first["reaction_bottom_y_N"] / (0.8 * (5e5 + 1500 * 9.81 * depth)) - 1) < 0.02, f"footing: {first['reaction_bottom_y_N']} N on the base of the bed")
     # Bars: before the wave has come back the gauge shows sigma / E; v = sigma / (rho c).
     rows = go(scene("shpb_bars"), out("bars"), "solve.duration=230 us", "output.frames=0")
     plateau = [r["probe_incident_strain_yy"] for r in rows if 1.9e-4 < r["time_s"] < 2.2e-4]

@@ -27,8 +27,8 @@ inline const int chosen = std::getenv("GRUS_MUTANT") ? std::atoi(std::getenv("GR
 #define GRUS_MUTANT_IS(k) __builtin_expect(grus_mutants::chosen == (k), 0)
 """
 # Fast first: the order in which a fault meets the tests that it does not name.
-TESTS = ["shapes", "contacts", "grading", "numbers", "bars", "balances", "breakage", "techniques", "small_rules", "histories", "bits", "single_contacts", "linear_response", "lists", "stiffness",
-         "dynamics", "geometry", "devices", "farm", "kernels", "motion", "coupling", "solid", "rve"]
+TESTS = ["shapes", "contacts", "grading", "numbers", "bars", "balances", "breakage", "techniques", "small_rules", "histories", "steady", "bits", "single_contacts", "linear_response", "lists", "stiffness",
+         "dynamics", "geometry", "elements", "explicit_statics", "devices", "farm", "kernels", "motion", "coupling", "solid", "rve"]
 
 
 def refuse(message):

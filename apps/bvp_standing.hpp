@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Where each kind of macro run stands, as JSON with exact numbers, for checkpoints; and back.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "fem/explicit_statics.hpp"
+#include "fem/statics.hpp"
+
+namespace grus::app {
+
+nlohmann::json standing(const fem::IncrementReport& report);
+nlohmann::json standing(const fem::DynamicsReport& report);
+nlohmann::json standing(const fem::ExplicitStaticsReport& report);
+
+void stand(const nlohmann::json& at, fem::StaticsStart& start);
+void stand(const nlohmann::json& at, fem::DynamicsReport& start);
+void stand(const nlohmann::json& at, fem::ExplicitStaticsReport& start);
+
+}  // namespace grus::app
