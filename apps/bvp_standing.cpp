@@ -32,7 +32,7 @@ nlohmann::json standing(const fem::DynamicsReport& r) {
 }
 
 nlohmann::json standing(const fem::ExplicitStaticsReport& r) {
-  return {{"load_factor", hex(r.load_factor)}, {"rate", hex(r.rate)}, {"steps", r.steps}, {"settling", r.settling},
+  return {{"load_factor", hex(r.load_factor)}, {"rate", hex(r.rate)}, {"steps", r.steps}, {"settling", r.settling}, {"rested", r.rested},
           {"energy", energies(r.energy)}, {"unbalanced", hex(r.unbalanced)}, {"largest_unbalanced", hex(r.largest_unbalanced)},
           {"inertial_number", hex(r.inertial_number)}, {"sums", {hex(r.sums[0]), hex(r.sums[1]), hex(r.sums[2])}},
           {"counted", r.counted}, {"governor", r.governor}};
@@ -47,7 +47,7 @@ void stand(const nlohmann::json& at, fem::DynamicsReport& s) {
 }
 
 void stand(const nlohmann::json& at, fem::ExplicitStaticsReport& s) {
-  s.load_factor = unhex(at["load_factor"]), s.rate = unhex(at["rate"]), s.steps = at["steps"], s.settling = at["settling"];
+  s.load_factor = unhex(at["load_factor"]), s.rate = unhex(at["rate"]), s.steps = at["steps"], s.settling = at["settling"], s.rested = at["rested"];
   s.energy = energies_of(at["energy"]);
   s.unbalanced = unhex(at["unbalanced"]), s.largest_unbalanced = unhex(at["largest_unbalanced"]);
   s.inertial_number = unhex(at["inertial_number"]);

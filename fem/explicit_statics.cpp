@@ -12,6 +12,10 @@ namespace {
 /// Stiffness below this share of the largest one there has been gets no mass of its own: what carries nothing must not fly off.
 constexpr double least_mass = 1e-3;
 
+/// The load begins at this share of the rate's cap: hard grains have yielded at strains that a wave of the full rate would carry at once. An
+/// interval makes the rate smaller or larger by so much at most.
+constexpr double first_rate = 1.0 / 30, slowed = 0.5, hastened = 1.15;
+
 /// Between two bends of the loads the rate grows and falls as under a constant force, over two crossings of the mesh; never below a twentieth.
 class Easing {
 public:
@@ -86,7 +90,7 @@ struct Relaxation {
   }
 };
 
-/// The rate for the next steps, by the worst of the limits; slower at once, faster by little.
+/// The rate for the next steps, by the worst of the limits.
 void govern(const ExplicitStaticsOptions& o, double cap, ExplicitStaticsReport& now) {
   const double n = static_cast<double>(now.counted);
   now.unbalanced = now.sums[0] / n, now.inertial_number = now.sums[2] / n;
@@ -95,7 +99,7 @@ void govern(const ExplicitStaticsOptions& o, double cap, ExplicitStaticsReport& 
   const std::array<double, 3> used{now.unbalanced / o.balance, now.load_factor > 0.01 ? now.kinetic_ratio() / o.kinetic : 0.0,
                                    o.inertial_number > 0 ? now.inertial_number / o.inertial_number : 0.0};
   const auto worst = std::max_element(used.begin(), used.end());
-  now.rate = std::min(cap, now.rate * std::clamp(std::pow(std::max(*worst, 1e-9), -0.3), 0.8, 1.02));
+  now.rate = std::min(cap, now.rate * std::clamp(std::pow(std::max(*worst, 1e-9), -0.3), slowed, hastened));
   now.governor = now.rate < cap ? static_cast<Governor>(1 + (worst - used.begin())) : Governor::none;
 }
 
@@ -140,20 +144,20 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
   CentralDifferences& run = relax.run;
   const double crossing = crossing_steps(problem, o), cap = 1 / (o.crossings * crossing);
   const Easing easing(p.boundaries, 2 * crossing);
-  const auto settling = static_cast<std::uint64_t>(100 * crossing);
+  const auto settling = static_cast<std::uint64_t>(100 * crossing), rest = static_cast<std::uint64_t>(2 * crossing);
   if (start.steps == 0) {
     if (!run.respond(0, true)) return result.failure = "the initial state: " + run.reason, result;
     p.commit();
     relax.scale_masses();
     p.last_internal.assign(p.internal->array().begin(), p.internal->array().end());
-    now.rate = cap;
+    now.rate = first_rate * cap;
   } else {
     run.set_mass([&](std::int32_t c) { return cell_mass(p, c, [&](std::size_t) { return p.scaled_density[static_cast<std::size_t>(c)]; }); });
     run.go_on(1);
   }
   double due = o.output_interval * (std::floor(now.load_factor / o.output_interval * (1 + 1e-12)) + 1);
   const auto every = static_cast<std::uint64_t>(o.estimate_every);
-  while (now.load_factor < 1) {
+  while (now.load_factor < 1 || now.rested < rest) {
     p.assemble_external(now.load_factor);
     const auto [mean, largest] = relax.unbalanced();
     const double haste = material.inertial_number();
@@ -177,20 +181,21 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
     p.commit();
     p.now_internal.assign(p.internal->array().begin(), p.internal->array().end());
     now.energy.note_largest();
+    if (now.load_factor == 1) ++now.rested;
     ++now.steps, now.load_factor = next;
     if (estimate) {
       now.energy.scaled += relax.scale_masses();
       govern(o, cap, now);
-      if (now.rate < 1e-3 * cap)
+      if (now.rate < 1e-4 * cap)
         return result.failure = "the balance cannot be held: unbalanced force " + std::to_string(now.unbalanced) + " of what is applied, kinetic energy " +
-                                std::to_string(now.kinetic_ratio()) + " of what the material holds, at a thousandth of the usual rate",
+                                std::to_string(now.kinetic_ratio()) + " of what the material holds, at a ten-thousandth of the usual rate",
                result;
     }
     // Where little has been done yet, what the grains' start has cost is much of it.
     const bool told = now.load_factor > 0.02 && now.steps > 100;
     if (!std::isfinite(now.energy.kinetic) || (told && std::abs(now.energy.error()) > o.max_energy_error))
       return result.failure = "energy error " + std::to_string(now.energy.error()) + " at step " + std::to_string(now.steps) + ": the run has become unstable", result;
-    if (now.load_factor >= due * (1 - 1e-12) || now.load_factor >= 1) {
+    if (now.rested == rest || (now.load_factor < 1 && now.load_factor >= due * (1 - 1e-12))) {
       due = o.output_interval * (std::floor(now.load_factor / o.output_interval * (1 + 1e-12)) + 1);
       if (!observer(now)) return result.stopped = true, result;
     } else if (o.stop && o.stop()) {

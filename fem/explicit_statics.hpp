@@ -27,7 +27,7 @@ enum class Governor : int { none, balance, kinetic, inertial_number };
 struct ExplicitStaticsReport {
   double load_factor = 0;
   double rate = 0;                  // of the load factor, a step, before it is eased in or out
-  std::uint64_t steps = 0, settling = 0;  // settling: steps before the load began to move
+  std::uint64_t steps = 0, settling = 0, rested = 0;  // settling: before the load began to move; rested: after it came to its end
   MacroEnergy energy;               // a step ago
   double unbalanced = 0, largest_unbalanced = 0, inertial_number = 0;  // over the last interval: mean ratio, largest node's, mean
   std::array<double, 3> sums{};     // of these since the last change of the rate

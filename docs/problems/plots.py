@@ -50,41 +50,74 @@ def oedometer(a, b):
 
 def triaxial(a, b):
     drawn = False
-    for name, label, pressure in (("tri5b", "5 MPa, grains break", 5e6), ("tri5n", "5 MPa, grains hold", 5e6), ("tri1b", "100 kPa, grains break", 1e5), ("tri1n", "100 kPa, grains hold", 1e5)):
+    for name, label, pressure in (("tri5b", "5 MPa, grains break", 5e6), ("tri5h", "5 MPa, grains hold", 5e6), ("tri1b", "100 kPa, grains break", 1e5), ("tri1h", "100 kPa, grains hold", 1e5)):
         t = table(name, "history.csv")
         if not t:
             continue
         drawn = True
-        strain = [-100 * e for e in t["mean_strain_yy"]]
-        area = math.pi * 0.025**2
-        a.plot(strain, [-r / area / pressure - 1 for r in t["reaction_platen_y_N"]], ".-", label=label)
-        first = math.pi * 0.025**2 * 0.05
-        b.plot(strain, [100 * (v / first - 1) for v in t["volume_m3"]], ".-", label=label)
+        strain = [-u / 0.05 * 100 for u in t["moved_platen_y_m"]]
+        a.plot(strain, [-r / (math.pi * 0.025**2) / pressure - 1 for r in t["reaction_platen_y_N"]], label=label)
+        b.plot(strain, [100 * v for v in t["strain_volumetric"]], label=label)
     return drawn
 
 
 def biaxial(a, b):
-    t = table("biaxial", "history.csv")
-    if not t:
-        return False
-    strain = [-100 * e for e in t["mean_strain_yy"]]
-    a.plot(strain, [-r / 0.05 / 1e3 for r in t["reaction_top_y_N"]], ".-")
-    first = 0.05 * 0.1
-    b.plot(strain, [100 * (v / first - 1) for v in t["volume_m3"]], ".-")
-    other = b.twinx()
-    other.plot(strain, [100 * d / 512 for d in t["rves_distinct"]], "--", color="gray")
-    other.set_ylabel("dashed: RVEs with a path of their own (% of 512)"), other.set_ylim(0, 100)
-    return True
+    drawn = False
+    for name, label in (("bi3", "packing 3"), ("bi4", "packing 4"), ("bi5", "packing 5"), ("bi12", "packing 3, 12 x 24 elements")):
+        t = table(name, "history.csv")
+        if not t:
+            continue
+        drawn = True
+        strain = [-u / 0.1 * 100 for u in t["moved_top_y_m"]]
+        a.plot(strain, [-r / 0.05 / 1e3 for r in t["reaction_top_y_N"]], label=label)
+        b.plot(strain, [100 * v for v in t["strain_volumetric"]], label=label)
+    return drawn
 
 
 def footing(a, b):
-    t = table("footing", "history.csv")
+    t = table("foot", "history.csv")
     if not t:
         return False
-    settlement = [6 * x for x in t["time_s"]]
-    a.plot(settlement, [-2 * r / 0.2 / 1e3 for r in t["reaction_footing_y_N"]], ".-")
-    b.plot(settlement, [100 * d / 252 for d in t["rves_distinct"]], ".-")
+    settlement = [-1e3 * u for u in t["moved_footing_y_m"]]
+    a.plot(settlement, [-2 * r / 0.2 / 1e6 for r in t["reaction_footing_y_N"]])
+    b.plot(settlement, t["breakages"])
     return True
+
+
+def pile(a, b):
+    t = table("pile", "history.csv")
+    if not t:
+        return False
+    depth = [-1e3 * u for u in t["moved_pile_y_m"]]
+    a.plot(depth, [-r / (math.pi * 0.01**2) / 1e6 for r in t["reaction_pile_y_N"]])
+    b.plot(depth, t["breakages"])
+    return True
+
+
+def field(name, run, frame, what, label, mirror=False):
+    """A macro field of one frame on the mesh as it stands, from macro/*.hdf (needs python3-h5py)."""
+    file = os.path.join(results, run, "macro", f"macro_{frame:05}.hdf")
+    try:
+        import h5py
+    except ImportError:
+        return print("no h5py: no picture of", name)
+    if not os.path.exists(file):
+        return print("not there:", file)
+    with h5py.File(file) as f:
+        g = f["VTKHDF"]
+        x = g["Points"][:, :2] + g["PointData/displacement_m"][:, :2]
+        value = g["CellData"][what][:]
+        corners = g["Connectivity"][:].reshape(len(value), -1)
+    figure, axis = plt.subplots(figsize=(5, 6))
+    quads = x[corners]
+    from matplotlib.collections import PolyCollection
+
+    patches = PolyCollection(quads, array=value, cmap="viridis", edgecolor="none")
+    axis.add_collection(patches), axis.autoscale(), axis.set_aspect("equal")
+    figure.colorbar(patches, label=label, shrink=0.7)
+    figure.tight_layout()
+    figure.savefig(os.path.join(images, name + ".png"), dpi=100)
+    plt.close(figure)
 
 
 def bars(a, b):
@@ -103,7 +136,12 @@ def bars(a, b):
 
 
 page("oedometer_block", ("axial strain (%)", "stress (MPa)"), ("axial strain (%)", "breakages"), oedometer)
-page("triaxial", ("axial strain (%)", "deviator / cell pressure"), ("axial strain (%)", "volume strain (%)"), triaxial)
-page("biaxial_plane_strain", ("axial strain (%)", "axial stress (kPa)"), ("axial strain (%)", "volume strain (%)"), biaxial)
-page("strip_footing", ("settlement (mm)", "footing pressure (kPa)"), ("settlement (mm)", "RVEs with a path of their own (% of 252)"), footing)
+page("triaxial", ("axial strain (%)", "deviator / cell pressure"), ("axial strain (%)", "volume strain (%, contraction +)"), triaxial)
+page("biaxial_plane_strain", ("axial strain (%)", "axial stress (kPa)"), ("axial strain (%)", "volume strain (%, contraction +)"), biaxial)
+page("strip_footing", ("settlement (mm)", "footing pressure (MPa)"), ("settlement (mm)", "breakages"), footing)
+page("pile_tip", ("tip displacement (mm)", "head force / area (MPa)"), ("tip displacement (mm)", "breakages"), pile)
+field("biaxial_field", "bi3", 20, "void_ratio", "void ratio")
+field("footing_field", "foot", 10, "broken_fraction", "breakages a starting grain")
+field("pile_field", "pile", 10, "broken_fraction", "breakages a starting grain")
+field("triaxial_field", "tri5b", 10, "broken_fraction", "breakages a starting grain")
 page("shpb_bars", ("time (µs)", "gauge strain (µm/m, compression)"), ("axial strain (%)", "axial stress (MPa)"), bars)

@@ -204,7 +204,7 @@ BVP_KEYS = [
     ("plate", "region.0.poissons_ratio", 0.1), ("bar", "region.0.density", 5000.0), ("plate", "boundary.0.tag", "top"), ("block", "boundary.0.where", "z>0.005"),
     ("block", "boundary.0.displacement", "['free','free',-2e-4]"), ("block", "boundary.0.name", "lid"), ("bar", "boundary.0.pressure", 2e8), ("bar", "boundary.0.history", "constant"),
     ("bar", "boundary.0.traction", "[0, 2e8]", "boundary.0.pressure="), ("block", "rve.scene", "'nowhere.toml'"), ("block", "rve.set", "['material.sand.friction=0.1']"), ("block", "rve.variants", 1),
-    ("block", "rve.tangent", "contact-stiffness"), ("block", "rve.perturbation", 1e-5, "rve.tangent=perturbation"), ("block", "rve.perturbation_central", "true", "rve.tangent=perturbation"),
+    ("block", "rve.tangent", "network"), ("block", "rve.perturbation", 1e-5, "rve.tangent=perturbation"), ("block", "rve.perturbation_central", "true", "rve.tangent=perturbation"),
     ("block", "rve.exact_sharing", "false"), ("block", "rve.adaptivity.share", 0.1), ("block", "rve.adaptivity.error", 0.5), ("block", "rve.adaptivity.elastic", 0.9),
     ("block", "rve.strain_per_step", 1e-5), ("block", "rve.inertial_number", 2e-3), ("block", "rve.unbalanced_force", 1e-3), ("block", "rve.stress_change", 1e-4), ("block", "rve.window", 100),
     ("block", "rve.pressure_floor", 1e8), ("block", "rve.max_hold", 30, "rve.unbalanced_force=1e-9", "rve.stress_change=1e-9"), ("block", "probe.0.name", "other"), ("block", "probe.0.at", "[0, 0, 0]"),
