@@ -23,23 +23,40 @@ fem::MacroEnergy energies_of(const nlohmann::json& e) {
 }  // namespace
 
 nlohmann::json standing(const fem::IncrementReport& r) {
-  return {{"load_factor", hex(r.load_factor)}, {"next_size", hex(r.next_size)},         {"increments", r.increment},
-          {"sweeps", r.law_sweeps},            {"largest_force", hex(r.largest_force)}, {"stiffest", hex(r.stiffest)}};
+  return {{"load_factor", hex(r.load_factor)},
+          {"next_size", hex(r.next_size)},
+          {"increments", r.increment},
+          {"sweeps", r.law_sweeps},
+          {"largest_force", hex(r.largest_force)},
+          {"stiffest", hex(r.stiffest)}};
 }
 
 nlohmann::json standing(const fem::DynamicsReport& r) {
-  return {{"time", hex(r.time)}, {"dt", hex(r.dt)}, {"steps", r.steps}, {"dissipated", hex(r.dissipated)}, {"energy", energies(r.energy)}};
+  return {{"time", hex(r.time)},
+          {"dt", hex(r.dt)},
+          {"steps", r.steps},
+          {"dissipated", hex(r.dissipated)},
+          {"energy", energies(r.energy)}};
 }
 
 nlohmann::json standing(const fem::ExplicitStaticsReport& r) {
-  return {{"load_factor", hex(r.load_factor)}, {"rate", hex(r.rate)}, {"steps", r.steps}, {"settling", r.settling}, {"rested", r.rested},
-          {"energy", energies(r.energy)}, {"unbalanced", hex(r.unbalanced)}, {"largest_unbalanced", hex(r.largest_unbalanced)},
-          {"inertial_number", hex(r.inertial_number)}, {"sums", {hex(r.sums[0]), hex(r.sums[1]), hex(r.sums[2])}},
-          {"counted", r.counted}, {"governor", r.governor}};
+  return {{"load_factor", hex(r.load_factor)},
+          {"rate", hex(r.rate)},
+          {"steps", r.steps},
+          {"settling", r.settling},
+          {"rested", r.rested},
+          {"energy", energies(r.energy)},
+          {"unbalanced", hex(r.unbalanced)},
+          {"largest_unbalanced", hex(r.largest_unbalanced)},
+          {"inertial_number", hex(r.inertial_number)},
+          {"sums", {hex(r.sums[0]), hex(r.sums[1]), hex(r.sums[2])}},
+          {"counted", r.counted},
+          {"governor", r.governor}};
 }
 
 void stand(const nlohmann::json& at, fem::StaticsStart& s) {
-  s = {unhex(at["load_factor"]), unhex(at["next_size"]), at["increments"], at["sweeps"], unhex(at["largest_force"]), unhex(at["stiffest"])};
+  s = {unhex(at["load_factor"]),   unhex(at["next_size"]), at["increments"], at["sweeps"],
+       unhex(at["largest_force"]), unhex(at["stiffest"])};
 }
 
 void stand(const nlohmann::json& at, fem::DynamicsReport& s) {
@@ -47,7 +64,8 @@ void stand(const nlohmann::json& at, fem::DynamicsReport& s) {
 }
 
 void stand(const nlohmann::json& at, fem::ExplicitStaticsReport& s) {
-  s.load_factor = unhex(at["load_factor"]), s.rate = unhex(at["rate"]), s.steps = at["steps"], s.settling = at["settling"], s.rested = at["rested"];
+  s.load_factor = unhex(at["load_factor"]), s.rate = unhex(at["rate"]), s.steps = at["steps"],
+  s.settling = at["settling"], s.rested = at["rested"];
   s.energy = energies_of(at["energy"]);
   s.unbalanced = unhex(at["unbalanced"]), s.largest_unbalanced = unhex(at["largest_unbalanced"]);
   s.inertial_number = unhex(at["inertial_number"]);

@@ -19,7 +19,8 @@ void CentralDifferences::set_mass(const std::function<Eigen::VectorXd(std::int32
   auto values = sum.mutable_array();
   for (std::int32_t c = 0; c < p.cells; ++c) {
     const Eigen::VectorXd part = of(c);
-    for (int a = 0; a < p.nodes; ++a) values[static_cast<std::size_t>(p.cell_nodes(c)[static_cast<std::size_t>(a)])] += part[a];
+    for (int a = 0; a < p.nodes; ++a)
+      values[static_cast<std::size_t>(p.cell_nodes(c)[static_cast<std::size_t>(a)])] += part[a];
   }
   sum.scatter_rev(std::plus<double>());
   sum.scatter_fwd();
@@ -29,7 +30,8 @@ void CentralDifferences::set_mass(const std::function<Eigen::VectorXd(std::int32
 bool CentralDifferences::respond(double dt, bool want_tangent, const std::function<void()>& also) {
   p.u->scatter_fwd();
   if (!p.strain_sweep()) return reason = "an element turned inside out", false;
-  const bool mine = material.respond({p.deformation, p.stress, want_tangent ? std::span<double>(p.tangent) : std::span<double>(), dt});
+  const bool mine = material.respond(
+      {p.deformation, p.stress, want_tangent ? std::span<double>(p.tangent) : std::span<double>(), dt});
   if (!all_true(p.comm, mine)) return reason = mine ? "a Gauss point of another rank failed" : material.reason(), false;
   material.commit();
   if (also) also();
@@ -42,9 +44,13 @@ void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
   const auto in = p.internal->array(), ex = p.external->array();
   const auto owned = static_cast<std::size_t>(p.owned_nodes());
   std::vector<double>&v = p.velocity, &load = p.last_load, &before = p.last_internal;
-  auto target = [&](const Prescribed& c) { return (p.factor(c.boundary, s.next) - p.factor(c.boundary, s.time)) * c.value / s.dt; };
-  // All is told of the instant of the positions: work by the forces at the ends of the last step, velocities between its two.
-  double sums[6] = {0, 0, 0, 0, 0, 0}, all[6];  // external, kinetic, work of the internal forces, viscous, internal, damped
+  auto target = [&](const Prescribed& c) {
+    return (p.factor(c.boundary, s.next) - p.factor(c.boundary, s.time)) * c.value / s.dt;
+  };
+  // All is told of the instant of the positions: work by the forces at the ends of the last step, velocities between
+  // its two.
+  double sums[6] = {0, 0, 0, 0, 0, 0},
+         all[6];  // external, kinetic, work of the internal forces, viscous, internal, damped
   const double part = mean_dt > 0 ? 0.5 * s.last_dt / mean_dt : 0;
   if (s.first)
     for (const auto& c : p.prescribed)
@@ -67,7 +73,8 @@ void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
       double force2 = 0, speed2 = 0;
       for (std::size_t i = begin; i < end; ++i)
         if (!fixed[i]) force2 += (ex[i] - in[i]) * (ex[i] - in[i]), speed2 += v[i] * v[i];
-      if (speed2 > 0) drag = std::min(s.damping * std::sqrt(force2 / speed2), mass[n] / mean_dt);  // no more than stops the node
+      if (speed2 > 0)
+        drag = std::min(s.damping * std::sqrt(force2 / speed2), mass[n] / mean_dt);  // no more than stops the node
     }
     for (std::size_t i = begin; i < end; ++i) {
       if (fixed[i]) continue;
@@ -86,7 +93,8 @@ void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
   sums[2] -= viscous, sums[3] = viscous, sums[4] = material.energy(volumes);
   viscous = 0;
   MPI_Allreduce(sums, all, 6, MPI_DOUBLE, MPI_SUM, p.comm);
-  total.external += all[0], total.kinetic = all[1], total.work += all[2], total.viscous += all[3], total.internal = all[4];
+  total.external += all[0], total.kinetic = all[1], total.work += all[2], total.viscous += all[3],
+                            total.internal = all[4];
   total.damped += all[5];
 }
 

@@ -7,7 +7,8 @@
 
 namespace grus::fem {
 
-/// Lumped mass of a cell's nodes: diagonal of the consistent mass, scaled to the cell's mass (Hinton, Rock, Zienkiewicz). `density(point)`, kg/m^3.
+/// Lumped mass of a cell's nodes: diagonal of the consistent mass, scaled to the cell's mass (Hinton, Rock,
+/// Zienkiewicz). `density(point)`, kg/m^3.
 template <class Density>
 Eigen::VectorXd cell_mass(const Problem::Impl& p, std::int32_t c, Density&& density) {
   Eigen::VectorXd diagonal = Eigen::VectorXd::Zero(p.nodes);
@@ -38,10 +39,10 @@ double largest_eigenvalue(const Problem::Impl& p, std::int32_t c, Density&& dens
 
 /// One step of central differences: how long, between which times of the boundary histories, and what there was before.
 struct Stride {
-  double dt = 0, last_dt = 0;    // s; 0 before the first
-  double time = 0, next = 0;     // of boundary histories, at its ends
-  double damping = 0;            // local, non-viscous: of a free node's unbalanced force, against its velocity
-  bool first = false;            // driven nodes start with the speed they are given
+  double dt = 0, last_dt = 0;  // s; 0 before the first
+  double time = 0, next = 0;   // of boundary histories, at its ends
+  double damping = 0;          // local, non-viscous: of a free node's unbalanced force, against its velocity
+  bool first = false;          // driven nodes start with the speed they are given
 };
 
 struct CentralDifferences {
@@ -57,7 +58,8 @@ struct CentralDifferences {
 
   /// Sums `of(cell)`, masses of a cell's nodes, into `mass`.
   void set_mass(const std::function<Eigen::VectorXd(std::int32_t)>& of);
-  /// Stress at the present displacement, committed, and the internal forces; before those are assembled `also()` may add to the stress.
+  /// Stress at the present displacement, committed, and the internal forces; before those are assembled `also()` may
+  /// add to the stress.
   bool respond(double dt, bool want_tangent, const std::function<void()>& also = {});
   /// Forces at the present instant kick the velocities, which move the nodes; energies of the instant go into `total`.
   /// Call assemble_external before, respond after.

@@ -9,14 +9,16 @@
 namespace grus::fem {
 namespace {
 
-/// Stiffness below this share of the largest one there has been gets no mass of its own: what carries nothing must not fly off.
+/// Stiffness below this share of the largest one there has been gets no mass of its own: what carries nothing must not
+/// fly off.
 constexpr double least_mass = 1e-3;
 
-/// The load begins at this share of the rate's cap: hard grains have yielded at strains that a wave of the full rate would carry at once. An
-/// interval makes the rate smaller or larger by so much at most.
+/// The load begins at this share of the rate's cap: hard grains have yielded at strains that a wave of the full rate
+/// would carry at once. An interval makes the rate smaller or larger by so much at most.
 constexpr double first_rate = 1.0 / 30, slowed = 0.5, hastened = 1.15;
 
-/// Between two bends of the loads the rate grows and falls as under a constant force, over two crossings of the mesh; never below a twentieth.
+/// Between two bends of the loads the rate grows and falls as under a constant force, over two crossings of the mesh;
+/// never below a twentieth.
 class Easing {
 public:
   Easing(const std::vector<BoundaryCondition>& boundaries, double steps) : steps_(steps) {
@@ -44,9 +46,11 @@ struct Relaxation {
   const ExplicitStaticsOptions& o;
   CentralDifferences run;
 
-  Relaxation(Problem::Impl& impl, Material& m, const ExplicitStaticsOptions& options) : p(impl), o(options), run(impl, m) {}
+  Relaxation(Problem::Impl& impl, Material& m, const ExplicitStaticsOptions& options)
+      : p(impl), o(options), run(impl, m) {}
 
-  /// Densities that give every element the step 1 / safety, where damping that holds against the motion adds to the restoring force: never lower than before, a softer element keeps its mass. Returns what the moving nodes gain (J).
+  /// Densities that give every element the step 1 / safety, where damping that holds against the motion adds to the
+  /// restoring force: never lower than before, a softer element keeps its mass. Returns what the moving nodes gain (J).
   double scale_masses() {
     std::vector<double> wanted(static_cast<std::size_t>(p.cells));
     double largest = 0;
@@ -57,16 +61,20 @@ struct Relaxation {
     }
     double all = 0;
     MPI_Allreduce(&largest, &all, 1, MPI_DOUBLE, MPI_MAX, p.comm);
-    for (std::size_t c = 0; c < wanted.size(); ++c) p.scaled_density[c] = std::max({p.scaled_density[c], wanted[c], least_mass * all});
+    for (std::size_t c = 0; c < wanted.size(); ++c)
+      p.scaled_density[c] = std::max({p.scaled_density[c], wanted[c], least_mass * all});
     const std::vector<double> before = run.mass;
-    run.set_mass([&](std::int32_t c) { return cell_mass(p, c, [&](std::size_t) { return p.scaled_density[static_cast<std::size_t>(c)]; }); });
+    run.set_mass([&](std::int32_t c) {
+      return cell_mass(p, c, [&](std::size_t) { return p.scaled_density[static_cast<std::size_t>(c)]; });
+    });
     double gained = 0;
     for (std::size_t i = 0; i < static_cast<std::size_t>(p.owned_nodes()) * p.width() && !before.empty(); ++i)
       gained += 0.5 * (run.mass[i / p.width()] - before[i / p.width()]) * p.velocity[i] * p.velocity[i];
     return sum_over_ranks(p.comm, gained);
   }
 
-  /// Unbalanced forces of free components, mean and largest, over the mean force applied at nodes, by loads and by what is prescribed.
+  /// Unbalanced forces of free components, mean and largest, over the mean force applied at nodes, by loads and by what
+  /// is prescribed.
   std::array<double, 2> unbalanced() const {
     const auto in = p.internal->array(), ex = p.external->array();
     double sums[4] = {0, 0, 0, 0}, all[4], most = 0, of_all = 0;  // unbalanced, nodes; applied, nodes
@@ -96,7 +104,8 @@ void govern(const ExplicitStaticsOptions& o, double cap, ExplicitStaticsReport& 
   now.unbalanced = now.sums[0] / n, now.inertial_number = now.sums[2] / n;
   now.largest_unbalanced = now.sums[1];
   now.sums = {}, now.counted = 0;
-  const std::array<double, 3> used{now.unbalanced / o.balance, now.load_factor > 0.01 ? now.kinetic_ratio() / o.kinetic : 0.0,
+  const std::array<double, 3> used{now.unbalanced / o.balance,
+                                   now.load_factor > 0.01 ? now.kinetic_ratio() / o.kinetic : 0.0,
                                    o.inertial_number > 0 ? now.inertial_number / o.inertial_number : 0.0};
   const auto worst = std::max_element(used.begin(), used.end());
   now.rate = std::min(cap, now.rate * std::clamp(std::pow(std::max(*worst, 1e-9), -0.3), slowed, hastened));
@@ -126,7 +135,8 @@ double crossing_steps(Problem& problem, const ExplicitStaticsOptions& o) {
   MPI_Allreduce(MPI_IN_PLACE, high, 3, MPI_DOUBLE, MPI_MIN, p.comm);
   double longest = 0;
   for (int k = 0; k < 3; ++k) longest = std::max(longest, -high[k] - low[k]);
-  // A wave passes the same part of an element a step, whatever its size: elements along the longest side if all were alike.
+  // A wave passes the same part of an element a step, whatever its size: elements along the longest side if all were
+  // alike.
   const double cells = static_cast<double>(problem.global_points() / problem.points_per_cell());
   const double size = std::pow(sum_over_ranks(p.comm, volume) / cells, 1.0 / p.dim);
   return std::max(1.0, longest / size * p.discretisation.order) * std::sqrt(1 + o.damping) / o.safety;
@@ -152,7 +162,9 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
     p.last_internal.assign(p.internal->array().begin(), p.internal->array().end());
     now.rate = first_rate * cap;
   } else {
-    run.set_mass([&](std::int32_t c) { return cell_mass(p, c, [&](std::size_t) { return p.scaled_density[static_cast<std::size_t>(c)]; }); });
+    run.set_mass([&](std::int32_t c) {
+      return cell_mass(p, c, [&](std::size_t) { return p.scaled_density[static_cast<std::size_t>(c)]; });
+    });
     run.go_on(1);
   }
   double due = o.output_interval * (std::floor(now.load_factor / o.output_interval * (1 + 1e-12)) + 1);
@@ -165,8 +177,9 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
     // The load waits until what it starts with is in balance.
     const bool settled = now.load_factor > 0 || mean <= o.balance;
     if (!settled && ++now.settling > settling)
-      return result.failure = "the loads at the start do not come into balance with the stress at the start: unbalanced force " + std::to_string(mean) +
-                              " of what is applied after " + std::to_string(now.steps) + " steps",
+      return result.failure =
+                 "the loads at the start do not come into balance with the stress at the start: unbalanced force " +
+                 std::to_string(mean) + " of what is applied after " + std::to_string(now.steps) + " steps",
              result;
     double next = now.load_factor;
     if (settled) next = std::min(easing.next(now.load_factor), next + now.rate * easing(next, now.rate));
@@ -187,14 +200,17 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
       now.energy.scaled += relax.scale_masses();
       govern(o, cap, now);
       if (now.rate < 1e-4 * cap)
-        return result.failure = "the balance cannot be held: unbalanced force " + std::to_string(now.unbalanced) + " of what is applied, kinetic energy " +
-                                std::to_string(now.kinetic_ratio()) + " of what the material holds, at a ten-thousandth of the usual rate",
+        return result.failure = "the balance cannot be held: unbalanced force " + std::to_string(now.unbalanced) +
+                                " of what is applied, kinetic energy " + std::to_string(now.kinetic_ratio()) +
+                                " of what the material holds, at a ten-thousandth of the usual rate",
                result;
     }
     // Where little has been done yet, what the grains' start has cost is much of it.
     const bool told = now.load_factor > 0.02 && now.steps > 100;
     if (!std::isfinite(now.energy.kinetic) || (told && std::abs(now.energy.error()) > o.max_energy_error))
-      return result.failure = "energy error " + std::to_string(now.energy.error()) + " at step " + std::to_string(now.steps) + ": the run has become unstable", result;
+      return result.failure = "energy error " + std::to_string(now.energy.error()) + " at step " +
+                              std::to_string(now.steps) + ": the run has become unstable",
+             result;
     if (now.rested == rest || (now.load_factor < 1 && now.load_factor >= due * (1 - 1e-12))) {
       due = o.output_interval * (std::floor(now.load_factor / o.output_interval * (1 + 1e-12)) + 1);
       if (!observer(now)) return result.stopped = true, result;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Elements with mean dilatation. F stretched to the element's mean J: s F, s = (mean J / J)^(1/m), in m directions; what its virtual work gives, so that
-// the work of nodal forces is that of the stresses, exactly (Nagtegaal, Parks, Rice 1974; Moran, Ortiz, Shih 1990).
+// Elements with mean dilatation. F stretched to the element's mean J: s F, s = (mean J / J)^(1/m), in m directions;
+// what its virtual work gives, so that the work of nodal forces is that of the stresses, exactly (Nagtegaal, Parks,
+// Rice 1974; Moran, Ortiz, Shih 1990).
 #include "fem/problem_impl.hpp"
 
 namespace grus::fem {
@@ -31,10 +32,12 @@ void Problem::Impl::present(std::int32_t cell, int q, Present& out) const {
   const Local& l = local(cell, q);
   const Eigen::Map<const RowMatrix3> f(F.data() + 9 * point(cell, q));
   out.gradient = l.gradient, out.hoop = l.hoop, out.volume = l.dv;
-  if (discretisation.finite_strain) out.gradient = l.gradient * f.inverse(), out.hoop /= f(2, 2), out.volume *= f.determinant();
+  if (discretisation.finite_strain)
+    out.gradient = l.gradient * f.inverse(), out.hoop /= f(2, 2), out.volume *= f.determinant();
   out.trace.resize(nodes * components);
   for (int a = 0; a < nodes; ++a)
-    for (int k = 0; k < components; ++k) out.trace[components * a + k] = out.gradient(a, k) + (k == 0 ? out.hoop[a] : 0);
+    for (int k = 0; k < components; ++k)
+      out.trace[components * a + k] = out.gradient(a, k) + (k == 0 ? out.hoop[a] : 0);
 }
 
 Eigen::VectorXd Problem::Impl::mean_trace(std::int32_t cell) const {
@@ -48,7 +51,8 @@ Eigen::VectorXd Problem::Impl::mean_trace(std::int32_t cell) const {
   return sum / volume;
 }
 
-/// What the mean dilatation adds to the stiffness beside its part in B (cell_tangent): the change of its virtual work with the displacement.
+/// What the mean dilatation adds to the stiffness beside its part in B (cell_tangent): the change of its virtual work
+/// with the displacement.
 void Problem::Impl::add_mean_dilatation(std::int32_t cell, Matrix& k) const {
   const Eigen::VectorXd mean = mean_trace(cell);
   const int m = stretched();
@@ -57,7 +61,8 @@ void Problem::Impl::add_mean_dilatation(std::int32_t cell, Matrix& k) const {
     for (int a = 0; a < nodes; ++a)
       for (int e = 0; e < nodes; ++e) {
         for (int i = 0; i < components; ++i)
-          for (int j = 0; j < components; ++j) to(components * a + i, components * e + j) += factor * now.gradient(a, j) * now.gradient(e, i);
+          for (int j = 0; j < components; ++j)
+            to(components * a + i, components * e + j) += factor * now.gradient(a, j) * now.gradient(e, i);
         to(components * a, components * e) += factor * now.hoop[a] * now.hoop[e];
       }
   };
@@ -67,7 +72,8 @@ void Problem::Impl::add_mean_dilatation(std::int32_t cell, Matrix& k) const {
     present(cell, q, now);
     const std::size_t p = point(cell, q);
     const double* s = stress.data() + 6 * p;
-    const double mean_stress = (m == 2 ? s[0] + s[1] : s[0] + s[1] + s[2]) / m, dv = local(cell, q).dv * told(F, stretch, p).determinant();
+    const double mean_stress = (m == 2 ? s[0] + s[1] : s[0] + s[1] + s[2]) / m,
+                 dv = local(cell, q).dv * told(F, stretch, p).determinant();
     const Eigen::VectorXd b = (mean - now.trace) / m;
     Eigen::VectorXd w = Eigen::VectorXd::Zero(k.rows());  // stress : velocity gradient
     for (int a = 0; a < nodes; ++a) {

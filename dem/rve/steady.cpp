@@ -11,11 +11,13 @@ namespace grus::dem {
 namespace {
 
 constexpr double fading = 0.97;  // of the reach, an increment
-constexpr std::uint64_t checked_every = 256;  // steps between looks at overlaps and energy, which cost as much as a step
+constexpr std::uint64_t checked_every =
+    256;  // steps between looks at overlaps and energy, which cost as much as a step
 
 }  // namespace
 
-Response respond_steadily(const Model& model, const QuasiStatic& o, State& state, Steady& steady, const Mat3& deformation, bool tangent, Team& team) {
+Response respond_steadily(const Model& model, const QuasiStatic& o, State& state, Steady& steady,
+                          const Mat3& deformation, bool tangent, Team& team) {
   Response response;
   const std::uint64_t first = state.steps;
   const std::size_t broken = state.ledger.breakages;
@@ -26,16 +28,19 @@ Response respond_steadily(const Model& model, const QuasiStatic& o, State& state
     steady.breakages = state.ledger.breakages;
     steady.inertia = inertial_number(state, 1, 1);
   }
-  const double strain = (u - Mat3::Identity()).norm(), pressure = std::max({mean_pressure(steady.stress), o.pressure_floor, 1e-9});
+  const double strain = (u - Mat3::Identity()).norm(),
+               pressure = std::max({mean_pressure(steady.stress), o.pressure_floor, 1e-9});
   const double per_rate = steady.inertia / std::sqrt(pressure);
   update_time_step(model, state);
   steady.reach = std::max(strain, fading * steady.reach);
-  const double duration = std::max({state.dt, steady.reach * per_rate / o.inertial_number, steady.reach / o.strain_per_step * state.dt});
+  const double duration =
+      std::max({state.dt, steady.reach * per_rate / o.inertial_number, steady.reach / o.strain_per_step * state.dt});
   stretch_in_time(model, state, u, duration, team);
   if (state.steps / checked_every != first / checked_every) check_sanity(model, state);
   steady.turn = steady.turn * r;
   const PartedStress now = parted_stress(state);
-  steady.haste += 0.5 * state.boundary.cell.volume() * (steady.viscous + now.dashpots).cwiseProduct(u - Mat3::Identity()).sum();
+  steady.haste +=
+      0.5 * state.boundary.cell.volume() * (steady.viscous + now.dashpots).cwiseProduct(u - Mat3::Identity()).sum();
   steady.viscous = now.dashpots, steady.stress = now.rest;
   response.stress = steady.turn * steady.stress * steady.turn.transpose();
   response.stable = true;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Elements that do not lock: mean dilatation (fbar) and serendipity. Tangent against differences, patch, Cook's membrane, no spurious modes.
+// Elements that do not lock: mean dilatation (fbar) and serendipity. Tangent against differences, patch, Cook's
+// membrane, no spurious modes.
 #include "fem/problem_impl.hpp"
 
 #include "fem/statics.hpp"
@@ -21,7 +22,9 @@ struct Kind {
 };
 constexpr Kind kinds[] = {{ElementKind::standard, 1}, {ElementKind::fbar, 1}, {ElementKind::serendipity, 2}};
 
-fem::Discretisation with(const Kind& kind, Kinematics kinematics) { return {kind.order, 2, true, kinematics, 1, kind.element}; }
+fem::Discretisation with(const Kind& kind, Kinematics kinematics) {
+  return {kind.order, 2, true, kinematics, 1, kind.element};
+}
 
 /// Unit box whose inner nodes are moved about: no element is a brick. In two dimensions the third entries are not read.
 fem::BoxMesh distorted(long n) {
@@ -47,7 +50,8 @@ Eigen::VectorXd forces(fem::Problem::Impl& p, fem::Material& m) {
   REQUIRE(p.strain_sweep());
   REQUIRE(m.respond({p.deformation, p.stress, p.tangent}));
   p.assemble_internal();
-  return Eigen::Map<const Eigen::VectorXd>(p.internal->array().data(), static_cast<Eigen::Index>(p.internal->array().size()));
+  return Eigen::Map<const Eigen::VectorXd>(p.internal->array().data(),
+                                           static_cast<Eigen::Index>(p.internal->array().size()));
 }
 
 /// Stiffness of the whole mesh, dense.
@@ -58,7 +62,9 @@ Eigen::MatrixXd stiffness(const fem::Problem::Impl& p) {
   for (std::int32_t c = 0; c < p.cells; ++c) {
     p.cell_tangent(c, k);
     const auto dofs = p.cell_nodes(c);
-    const auto at = [&](Eigen::Index i) { return p.components * dofs[static_cast<std::size_t>(i / p.components)] + i % p.components; };
+    const auto at = [&](Eigen::Index i) {
+      return p.components * dofs[static_cast<std::size_t>(i / p.components)] + i % p.components;
+    };
     for (Eigen::Index i = 0; i < k.rows(); ++i)
       for (Eigen::Index j = 0; j < k.cols(); ++j) all(at(i), at(j)) += k(i, j);
   }
@@ -74,7 +80,8 @@ fem::BoundaryCondition far_away() {  // a problem needs one, and these are left 
 
 }  // namespace
 
-TEST_CASE("one element kind after another: the tangent is the difference of the forces, in large strain, to round-off") {
+TEST_CASE(
+    "one element kind after another: the tangent is the difference of the forces, in large strain, to round-off") {
   for (const Kind& kind : kinds)
     for (const Kinematics kinematics : {Kinematics::solid, Kinematics::plane_strain, Kinematics::axisymmetric}) {
       fem::Problem problem(MPI_COMM_SELF, distorted(2), with(kind, kinematics), {far_away()});
@@ -121,8 +128,10 @@ TEST_CASE("one element kind after another: nodal forces are the derivative of th
         Eigen::Map<Eigen::VectorXd>(p.u->mutable_array().data(), size) += (s == 0 ? -h : s == 1 ? h : 0) * v;
         const Eigen::VectorXd f = forces(p, m);
         m.commit();
-        if (s < 2) energy[s] = m.energy(volumes);
-        else power = f.dot(v);
+        if (s < 2)
+          energy[s] = m.energy(volumes);
+        else
+          power = f.dot(v);
       }
       CAPTURE(static_cast<int>(kind.element), static_cast<int>(kinematics));
       CHECK((energy[1] - energy[0]) / (2 * h) == Approx(power).epsilon(1e-7));
@@ -141,7 +150,9 @@ TEST_CASE("patch: one element kind after another, a linear field at the boundary
         return on;
       };
       for (std::size_t k = 0; k < (flat ? 2 : 3); ++k) all.displacement[k] = 0;
-      const auto u = [=](const Point& x) { return Point{0.1 * x[0] + 0.05 * x[1], -0.2 * x[1] + 0.03 * x[0], flat ? 0 : 0.07 * x[2] - 0.02 * x[0]}; };
+      const auto u = [=](const Point& x) {
+        return Point{0.1 * x[0] + 0.05 * x[1], -0.2 * x[1] + 0.03 * x[0], flat ? 0 : 0.07 * x[2] - 0.02 * x[0]};
+      };
       all.at = u;
       fem::Problem problem(MPI_COMM_SELF, distorted(3), with(kind, kinematics), {all});
       fem::Material m = hyperelastic(problem.owned_points(), 3e8, 5e8);
@@ -151,15 +162,19 @@ TEST_CASE("patch: one element kind after another, a linear field at the boundary
       double worst = 0;
       for (std::size_t i = 0; i < problem.owned_points(); ++i) {
         const double* f = problem.deformation().data() + 9 * i;
-        worst = std::max({worst, std::abs(f[0] - 1.1), std::abs(f[1] - 0.05), std::abs(f[3] - 0.03), std::abs(f[4] - 0.8)});
+        worst =
+            std::max({worst, std::abs(f[0] - 1.1), std::abs(f[1] - 0.05), std::abs(f[3] - 0.03), std::abs(f[4] - 0.8)});
       }
       CAPTURE(static_cast<int>(kind.element), flat);
       CHECK(worst < 1e-10);
     }
 }
 
-TEST_CASE("Cook's membrane, nearly incompressible, plane strain: linear quadrilaterals lock, mean dilatation and serendipity do not") {
-  // E = 250, nu = 0.4999, F = 100 on the right edge: the corner moves by 7.771 in linear theory; here a thousandth of the load.
+TEST_CASE(
+    "Cook's membrane, nearly incompressible, plane strain: linear quadrilaterals lock, mean dilatation and serendipity "
+    "do not") {
+  // E = 250, nu = 0.4999, F = 100 on the right edge: the corner moves by 7.771 in linear theory; here a thousandth of
+  // the load.
   const auto corner = [](const Kind& kind, long n) {
     fem::BoxMesh mesh{{48, 60, 1}, {n, n, 1}, true, {}};
     mesh.map = [](const Point& x) {
@@ -196,7 +211,9 @@ TEST_CASE("no spurious modes: a free block has those of a rigid body and no othe
       fem::Material m = fem::elastic_material(problem.owned_points(), 1, 0.3);
       forces(p, m);
       const Eigen::MatrixXd k = stiffness(p);
-      const Eigen::VectorXd modes = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (k + k.transpose()), Eigen::EigenvaluesOnly).eigenvalues();
+      const Eigen::VectorXd modes =
+          Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (k + k.transpose()), Eigen::EigenvaluesOnly)
+              .eigenvalues();
       int zero = 0, tied = 0;  // inner nodes of serendipity elements have no stiffness at all
       for (Eigen::Index i = 0; i < modes.size(); ++i) zero += std::abs(modes[i]) < 1e-9 * modes.maxCoeff() ? 1 : 0;
       for (Eigen::Index i = 0; i < k.rows(); ++i) tied += k.row(i).norm() == 0 ? 1 : 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Quasi-static problems without iterations: against closed forms and Newton, masses, balance, rate, weight, own stresses, RVEs.
+// Quasi-static problems without iterations: against closed forms and Newton, masses, balance, rate, weight, own
+// stresses, RVEs.
 #include "fem/problem_impl.hpp"
 
 #include "coupling/rve_material.hpp"
@@ -44,10 +45,12 @@ double distance(const std::vector<double>& a, const std::vector<double>& b) {
 
 }  // namespace
 
-TEST_CASE("a hyperelastic block ends where Newton ends, at rest, with its energy accounted for, in few steps or in many") {
+TEST_CASE(
+    "a hyperelastic block ends where Newton ends, at rest, with its energy accounted for, in few steps or in many") {
   for (const auto element : {ElementKind::standard, ElementKind::fbar}) {
     fem::Problem by_newton = pushed(0.1, element), by_steps = pushed(0.1, element);
-    fem::Material a = hyperelastic(by_newton.owned_points(), 4e7, 4e7), b = hyperelastic(by_steps.owned_points(), 4e7, 4e7);
+    fem::Material a = hyperelastic(by_newton.owned_points(), 4e7, 4e7),
+                  b = hyperelastic(by_steps.owned_points(), 4e7, 4e7);
     fem::StaticsOptions newton;
     newton.increments = 5, newton.tolerance = 1e-9;
     REQUIRE(fem::solve_statics(by_newton, a, newton, [](const fem::IncrementReport&) { return true; }).converged);
@@ -57,7 +60,9 @@ TEST_CASE("a hyperelastic block ends where Newton ends, at rest, with its energy
     REQUIRE(result.finished);
     const auto& e = result.last.energy;
     CHECK(distance(displacements(by_steps), displacements(by_newton)) < 2e-3);
-    for (int k : {0, 1}) CHECK(by_steps.reaction(1)[static_cast<std::size_t>(k)] == Approx(by_newton.reaction(1)[static_cast<std::size_t>(k)]).epsilon(5e-3));
+    for (int k : {0, 1})
+      CHECK(by_steps.reaction(1)[static_cast<std::size_t>(k)] ==
+            Approx(by_newton.reaction(1)[static_cast<std::size_t>(k)]).epsilon(5e-3));
     CHECK(e.kinetic < 1e-4 * e.internal);
     CHECK(e.damped > 0);
     CHECK(std::abs(e.error()) < 2e-3);
@@ -74,7 +79,8 @@ TEST_CASE("masses give every element the same critical step, and no element that
   bool falls = false, grows = false;
   const auto result = fem::solve_explicit_statics(problem, m, o, [&](const ExplicitStaticsReport&) {
     const auto& rho = problem.impl().scaled_density;
-    for (std::size_t c = 0; c < before.size(); ++c) falls = falls || rho[c] < before[c], grows = grows || rho[c] > before[c];
+    for (std::size_t c = 0; c < before.size(); ++c)
+      falls = falls || rho[c] < before[c], grows = grows || rho[c] > before[c];
     before = rho;
     return true;
   });
@@ -95,7 +101,8 @@ TEST_CASE("masses give every element the same critical step, and no element that
   REQUIRE(probe.respond({q.deformation, q.stress, q.tangent}));
   for (std::int32_t c = 0; c < p.cells; ++c) {
     const double rho = p.scaled_density[static_cast<std::size_t>(c)];
-    CHECK(2 / std::sqrt(fem::largest_eigenvalue(q, c, [&](std::size_t) { return rho; })) == Approx(std::sqrt(1 + o.damping) / o.safety).epsilon(1e-9));
+    CHECK(2 / std::sqrt(fem::largest_eigenvalue(q, c, [&](std::size_t) { return rho; })) ==
+          Approx(std::sqrt(1 + o.damping) / o.safety).epsilon(1e-9));
   }
 }
 
@@ -110,7 +117,9 @@ TEST_CASE("a material that tells less energy than it was given ends the run: the
   }
 }
 
-TEST_CASE("the rate keeps the unbalanced force and the kinetic energy within their limits, and a balance that cannot be held ends the run") {
+TEST_CASE(
+    "the rate keeps the unbalanced force and the kinetic energy within their limits, and a balance that cannot be held "
+    "ends the run") {
   const auto run = [](double balance, double kinetic, double crossings) {
     fem::Problem problem = pushed(0.05);
     fem::Material m = hyperelastic(problem.owned_points(), 4e7, 4e7);
@@ -118,7 +127,8 @@ TEST_CASE("the rate keeps the unbalanced force and the kinetic energy within the
     o.balance = balance, o.kinetic = kinetic, o.crossings = crossings;
     double worst = 0, moving = 0;
     auto result = fem::solve_explicit_statics(problem, m, o, [&](const ExplicitStaticsReport& r) {
-      if (r.load_factor > 0.5 && r.load_factor < 0.95) worst = std::max(worst, r.unbalanced), moving = std::max(moving, r.kinetic_ratio());
+      if (r.load_factor > 0.5 && r.load_factor < 0.95)
+        worst = std::max(worst, r.unbalanced), moving = std::max(moving, r.kinetic_ratio());
       return true;
     });
     return std::tuple(result, worst, moving);
@@ -140,7 +150,8 @@ TEST_CASE("the rate keeps the unbalanced force and the kinetic energy within the
   m.respond = [&](const fem::Points& points) {  // a material that is never at rest
     const bool good = noisy(points);
     ++calls;
-    for (std::size_t i = 0; i < points.stress.size(); ++i) points.stress[i] += 3e5 * std::sin(static_cast<double>(calls) * (1.0 + 0.37 * static_cast<double>(i)));
+    for (std::size_t i = 0; i < points.stress.size(); ++i)
+      points.stress[i] += 3e5 * std::sin(static_cast<double>(calls) * (1.0 + 0.37 * static_cast<double>(i)));
     return good;
   };
   ExplicitStaticsOptions o;
@@ -150,9 +161,12 @@ TEST_CASE("the rate keeps the unbalanced force and the kinetic energy within the
   CHECK(never.failure.find("balance") != std::string::npos);
 }
 
-TEST_CASE("at the full step a block stays at rest for as long as one likes; beyond it round-off grows: local damping adds to the stiffness") {
+TEST_CASE(
+    "at the full step a block stays at rest for as long as one likes; beyond it round-off grows: local damping adds to "
+    "the stiffness") {
   for (const double safety : {1.0, 1.1}) {
-    fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {2, 4, 1}, true, {}}, {1, 2, true, Kinematics::plane_strain, 1},
+    fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {2, 4, 1}, true, {}},
+                         {1, 2, true, Kinematics::plane_strain, 1},
                          {plane("base", 1, 0, 1, 0), plane("left", 0, 0, 0, 0)});
     problem.set_gravity({0, -10, 0}, std::vector<double>(problem.owned_points(), 2000));
     fem::Material m = fem::elastic_material(problem.owned_points(), E, nu);
@@ -164,10 +178,13 @@ TEST_CASE("at the full step a block stays at rest for as long as one likes; beyo
   }
 }
 
-TEST_CASE("a wall of earth under its weight: with the stress of the ground nothing moves, without it settles by rho g H^2 / 2 M") {
+TEST_CASE(
+    "a wall of earth under its weight: with the stress of the ground nothing moves, without it settles by rho g H^2 / "
+    "2 M") {
   const double rho = 2000, g = 10, H = 2, M = E * (1 - nu) / ((1 + nu) * (1 - 2 * nu)), k0 = nu / (1 - nu);
   for (const bool ground : {true, false}) {
-    fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, H, 1}, {2, 8, 1}, true, {}}, {1, 2, true, Kinematics::plane_strain, 1},
+    fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, H, 1}, {2, 8, 1}, true, {}},
+                         {1, 2, true, Kinematics::plane_strain, 1},
                          {plane("base", 1, 0, 1, 0), plane("left", 0, 0, 0, 0), plane("right", 0, 1, 0, 0)});
     problem.set_gravity({0, -g, 0}, std::vector<double>(problem.owned_points(), rho));
     fem::InitialStress initial;
@@ -186,18 +203,23 @@ TEST_CASE("a wall of earth under its weight: with the stress of the ground nothi
     for (std::size_t n = 0; n < fields.nodes.size(); ++n)
       if (fields.nodes[n][1] > H - 1e-9) top = fields.displacement[n][1];
     const double settlement = rho * g * H * H / (2 * M);
-    if (ground) CHECK(std::abs(top) < 1e-3 * settlement);
-    else CHECK(top == Approx(-settlement).epsilon(2e-3));
+    if (ground)
+      CHECK(std::abs(top) < 1e-3 * settlement);
+    else
+      CHECK(top == Approx(-settlement).epsilon(2e-3));
     CHECK(problem.reaction(0)[1] == Approx(rho * g * H).epsilon(1e-3));
     for (std::size_t i = 0; i < problem.owned_points(); ++i)
-      CHECK(problem.stress()[6 * i + 1] == Approx(-rho * g * (H - problem.point_position(i)[1])).margin(0.04 * rho * g * H));  // constant over an element, H / 8 high
+      CHECK(problem.stress()[6 * i + 1] == Approx(-rho * g * (H - problem.point_position(i)[1]))
+                                               .margin(0.04 * rho * g * H));  // constant over an element, H / 8 high
   }
 }
 
-TEST_CASE("initial stress turns with the body and counts in its energy; beyond the yield stress a J2 solid flows from it") {
+TEST_CASE(
+    "initial stress turns with the body and counts in its energy; beyond the yield stress a J2 solid flows from it") {
   const fem::InitialStress initial{{1e5, 0, 0, 0, 0, 0}};
   for (const bool plastic : {false, true}) {
-    fem::Material m = plastic ? fem::j2_material(1, E, nu, 2e5, 1e6, initial) : fem::elastic_material(1, E, nu, initial);
+    fem::Material m =
+        plastic ? fem::j2_material(1, E, nu, 2e5, 1e6, initial) : fem::elastic_material(1, E, nu, initial);
     std::vector<double> f{0, -1, 0, 1, 0, 0, 0, 0, 1}, stress(6), tangent(36);
     REQUIRE(m.respond({f, stress, tangent}));
     CHECK(stress[1] == Approx(1e5));
@@ -211,12 +233,15 @@ TEST_CASE("initial stress turns with the body and counts in its energy; beyond t
       f = {1, 0, 0, 0, 1 + 1e-5, 0, 0, 0, 1};
       REQUIRE(m.respond({f, stress, tangent}));
       m.commit();
-      work += 0.5 * (before + stress[1]) * 1e-5 * std::pow(1 + 1e-5, k);  // nominal stress of a body that does not move sideways
+      work += 0.5 * (before + stress[1]) * 1e-5 *
+              std::pow(1 + 1e-5, k);  // nominal stress of a body that does not move sideways
       before = stress[1];
     }
     CHECK(m.energy(one) - start == Approx(work).epsilon(2e-3));
-    if (plastic) CHECK(stress[1] - stress[0] < 2.2e5);
-    else CHECK(stress[1] - stress[0] == Approx(1e5 + E / (1 + nu) * 4e-3).epsilon(3e-3));
+    if (plastic)
+      CHECK(stress[1] - stress[0] < 2.2e5);
+    else
+      CHECK(stress[1] - stress[0] == Approx(1e5 + E / (1 + nu) * 4e-3).epsilon(3e-3));
   }
 }
 
@@ -224,9 +249,10 @@ TEST_CASE("a block of grains: the explicit answer is Newton's, and it goes on fr
   const fem::test::Sand& sand = fem::test::standard();
   const auto block = [] {
     auto top = plane("top", 2, 1, 2, -0.01);
-    return std::make_unique<fem::Problem>(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 2}, true, {}}, fem::Discretisation{1, 2, true},
-                                          std::vector<fem::BoundaryCondition>{top, plane("base", 2, 0, 2, 0), plane("x0", 0, 0, 0, 0), plane("x1", 0, 1, 0, 0),
-                                                                              plane("y0", 1, 0, 1, 0), plane("y1", 1, 1, 1, 0)});
+    return std::make_unique<fem::Problem>(
+        MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 2}, true, {}}, fem::Discretisation{1, 2, true},
+        std::vector<fem::BoundaryCondition>{top, plane("base", 2, 0, 2, 0), plane("x0", 0, 0, 0, 0),
+                                            plane("x1", 0, 1, 0, 0), plane("y0", 1, 0, 1, 0), plane("y1", 1, 1, 1, 0)});
   };
   coupling::RveOptions slow;
   slow.response.quasi_static = sand.q;
@@ -236,14 +262,16 @@ TEST_CASE("a block of grains: the explicit answer is Newton's, and it goes on fr
   fem::Material by_newton = relaxed.material();
   fem::StaticsOptions increments;
   increments.increments = 5, increments.tolerance = 1e-2;
-  REQUIRE(fem::solve_statics(*newton, by_newton, increments, [](const fem::IncrementReport&) { return true; }).converged);
+  REQUIRE(
+      fem::solve_statics(*newton, by_newton, increments, [](const fem::IncrementReport&) { return true; }).converged);
 
   coupling::RveOptions with = slow;
   with.pace = coupling::Pace::steady;
   ExplicitStaticsOptions o;
   o.output_interval = 0.1;
   const auto whole = block(), part = block();
-  coupling::RveFarm farm2(MPI_COMM_SELF, sand.model, with.response, 1), farm3(MPI_COMM_SELF, sand.model, with.response, 2);
+  coupling::RveFarm farm2(MPI_COMM_SELF, sand.model, with.response, 1),
+      farm3(MPI_COMM_SELF, sand.model, with.response, 2);
   coupling::RveMaterial first(farm2, {sand.state}, std::vector<std::size_t>(whole->owned_points(), 0), with);
   fem::Material m = first.material();
   const auto result = fem::solve_explicit_statics(*whole, m, o, go_on);

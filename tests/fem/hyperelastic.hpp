@@ -23,7 +23,9 @@ inline Material hyperelastic(std::size_t points, double mu, double lambda, doubl
       const Eigen::Matrix3d f = Eigen::Map<const Row>(p.deformation.data() + 9 * i) * state->committed[i];
       state->trial[i] = f;
       const double J = f.determinant();
-      const Eigen::Matrix3d s = (mu * (f * f.transpose() - Eigen::Matrix3d::Identity()) + lambda * std::log(J) * Eigen::Matrix3d::Identity()) / J;
+      const Eigen::Matrix3d s = (mu * (f * f.transpose() - Eigen::Matrix3d::Identity()) +
+                                 lambda * std::log(J) * Eigen::Matrix3d::Identity()) /
+                                J;
       const double voigt[6] = {s(0, 0), s(1, 1), s(2, 2), s(1, 2), s(0, 2), s(0, 1)};
       std::copy_n(voigt, 6, p.stress.data() + 6 * i);
       if (p.tangent.empty()) continue;
@@ -45,8 +47,14 @@ inline Material hyperelastic(std::size_t points, double mu, double lambda, doubl
     return told * sum;
   };
   return {respond, [=] { state->committed = state->trial; },
-          [=] { return std::string(reinterpret_cast<const char*>(state->committed.data()), points * sizeof(Eigen::Matrix3d)); },
-          [=](const std::string& bytes) { std::memcpy(static_cast<void*>(state->committed.data()), bytes.data(), bytes.size()); }, energy};
+          [=] {
+            return std::string(reinterpret_cast<const char*>(state->committed.data()),
+                               points * sizeof(Eigen::Matrix3d));
+          },
+          [=](const std::string& bytes) {
+            std::memcpy(static_cast<void*>(state->committed.data()), bytes.data(), bytes.size());
+          },
+          energy};
 }
 
 }  // namespace grus::fem::test

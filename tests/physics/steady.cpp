@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// A cell that is carried on without rest: objectivity, pace, what its rate costs, and where it goes as the rate goes to zero.
+// A cell that is carried on without rest: objectivity, pace, what its rate costs, and where it goes as the rate goes to
+// zero.
 #include "dem/rve/steady.hpp"
 
 #include "dem/rve/measure.hpp"
@@ -34,7 +35,8 @@ TEST_CASE("the stress of a cell that turns while it is strained is that of one t
     b = turning(r * total * u * total.transpose());
     total = r * total;
   }
-  CHECK((b.stress - total * a.stress * total.transpose()).norm() < 1e-6 * a.stress.norm());  // round-off of 200 products, through sliding contacts
+  CHECK((b.stress - total * a.stress * total.transpose()).norm() <
+        1e-6 * a.stress.norm());  // round-off of 200 products, through sliding contacts
   CHECK((b.tangent - turned(a.tangent, total)).norm() < 1e-6 * a.tangent.norm());
   const State there = in_space(turning.state, turning.steady);
   CHECK((parted_stress(there).rest - b.stress).norm() < 1e-9 * b.stress.norm());
@@ -55,13 +57,16 @@ TEST_CASE("steps are as many as strain and inertial number want, one at least, a
   Carried by_strain;
   by_strain.q = c.q;
   CHECK(by_strain(stretch(0, 0, -2e-4)).steps == 20);
-  // A small increment after a large one goes at a lower rate, not for a shorter time: what the grains answer is in proportion to it.
+  // A small increment after a large one goes at a lower rate, not for a shorter time: what the grains answer is in
+  // proportion to it.
   const double before = by_strain.state.time;
   by_strain(stretch(0, 0, -2e-5));
   CHECK(by_strain.state.time - before == Approx(0.97 * 20 * dt).epsilon(0.05));
 }
 
-TEST_CASE("work on the grains less what the dashpots took for haste is the told stress on the strain; slower, the haste vanishes") {
+TEST_CASE(
+    "work on the grains less what the dashpots took for haste is the told stress on the strain; slower, the haste "
+    "vanishes") {
   double haste[2];
   int k = 0;
   for (const double inertial : {4e-3, 4e-4}) {
