@@ -50,13 +50,13 @@ def oedometer(a, b):
 
 def triaxial(a, b):
     drawn = False
-    for name, label, pressure in (("tri5b", "5 MPa, grains break", 5e6), ("tri5h", "5 MPa, grains hold", 5e6), ("tri1b", "100 kPa, grains break", 1e5), ("tri1h", "100 kPa, grains hold", 1e5)):
+    for name, label in (("tri5b", "5 MPa, grains break"), ("tri5h", "5 MPa, grains hold"), ("tri1b", "100 kPa, grains break"), ("tri1h", "100 kPa, grains hold")):
         t = table(name, "history.csv")
         if not t:
             continue
         drawn = True
         strain = [-u / 0.05 * 100 for u in t["moved_platen_y_m"]]
-        a.plot(strain, [-r / (math.pi * 0.025**2) / pressure - 1 for r in t["reaction_platen_y_N"]], label=label)
+        a.plot(strain, [q / p for q, p in zip(t["q_Pa"], t["p_Pa"])], label=label)
         b.plot(strain, [100 * v for v in t["strain_volumetric"]], label=label)
     return drawn
 
@@ -136,7 +136,7 @@ def bars(a, b):
 
 
 page("oedometer_block", ("axial strain (%)", "stress (MPa)"), ("axial strain (%)", "breakages"), oedometer)
-page("triaxial", ("axial strain (%)", "deviator / cell pressure"), ("axial strain (%)", "volume strain (%, contraction +)"), triaxial)
+page("triaxial", ("axial strain (%)", "q / p, means of the specimen"), ("axial strain (%)", "volume strain (%, contraction +)"), triaxial)
 page("biaxial_plane_strain", ("axial strain (%)", "axial stress (kPa)"), ("axial strain (%)", "volume strain (%, contraction +)"), biaxial)
 page("strip_footing", ("settlement (mm)", "footing pressure (MPa)"), ("settlement (mm)", "breakages"), footing)
 page("pile_tip", ("tip displacement (mm)", "head force / area (MPa)"), ("tip displacement (mm)", "breakages"), pile)
