@@ -39,6 +39,11 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double
   if (!scene.has_rve && !points.start.empty())
     throw InputError(fmt::format("{}: rve: {} Gauss points lie in no [[region]] and there is no [rve] for them", scene.file, points.start.size()));
   if (scene.has_rve && points.start.empty()) throw InputError(fmt::format("{}: rve: every Gauss point lies in a [[region]]; leave [rve] out", scene.file));
+  for (const Probe& probe : scene.probes) {
+    bool found = !probe.where;
+    for (std::size_t i = 0; i < problem.owned_points() && !found; ++i) found = probe.where(problem.point_position(i));
+    if (!found) throw InputError(fmt::format("{}: probe \"{}\" holds at no Gauss point", scene.file, probe.name));
+  }
   for (std::size_t r = 0; r < scene.regions.size(); ++r)
     if (std::find(points.group.begin(), points.group.end(), r + 1) == points.group.end())
       throw InputError(fmt::format("{}: region[{}]: holds at no Gauss point", scene.file, r));

@@ -15,6 +15,7 @@ namespace {
 
 const char* const components[6] = {"xx", "yy", "zz", "yz", "xz", "xy"};
 const char* const facts[] = {"void_ratio", "coordination", "grains", "breakages"};
+const char* const means[] = {"void_ratio", "grains", "breakages"};
 const char* const grading_facts[] = {"d10_m", "d50_m", "d90_m", "breakage_einav", "fines_fraction"};
 
 }  // namespace
@@ -23,6 +24,12 @@ Probes::Probes(const std::string& directory, const BvpScene& scene, const fem::P
                const coupling::RveMaterial* rves)
     : directory_(directory), scene_(scene), problem_(problem), points_(points), states_(states), rves_(rves) {
   for (const Probe& probe : scene.probes) {
+    if (probe.where) {
+      std::vector<std::uint8_t> some(problem.owned_points());
+      for (std::size_t i = 0; i < some.size(); ++i) some[i] = probe.where(problem.point_position(i)) ? 1 : 0;
+      probes_.push_back({&probe, 0, some, {}});
+      continue;
+    }
     double nearest = INFINITY;
     std::size_t point = 0;
     for (std::size_t i = 0; i < problem.owned_points(); ++i) {
@@ -34,7 +41,7 @@ Probes::Probes(const std::string& directory, const BvpScene& scene, const fem::P
     }
     if ((probe.frames || probe.grading) && points.rve_of[point] == SIZE_MAX)
       throw InputError(fmt::format("{}: probe \"{}\" lies in an elastic region, which has no grains to show", scene.file, probe.name));
-    probes_.push_back({&probe, point, {}});
+    probes_.push_back({&probe, point, {}, {}});
   }
 }
 
@@ -49,6 +56,10 @@ std::vector<std::string> Probes::columns() const {
     const std::string head = "probe_" + f.probe->name + "_";
     for (const char* ij : components) c.push_back(fmt::format("{}strain_{}", head, ij));
     for (const char* ij : components) c.push_back(fmt::format("{}stress_{}_Pa", head, ij));
+    if (!f.some.empty()) {
+      for (const char* name : means) c.push_back(head + name);
+      continue;
+    }
     if (points_.rve_of[f.point] == SIZE_MAX) continue;
     for (const char* name : facts) c.push_back(head + name);
     if (f.probe->grading)
@@ -57,9 +68,32 @@ std::vector<std::string> Probes::columns() const {
   return c;
 }
 
+/// Means over the present volume of a place: strain (tensor components), stress; void ratio over its cells; their grains and breakages.
+std::vector<double> Probes::mean_row(const std::vector<std::uint8_t>& some) const {
+  std::vector<double> row;
+  const auto strain = problem_.mean_strain(some), stress = problem_.mean_stress(some);
+  for (std::size_t k = 0; k < 6; ++k) row.push_back(k < 3 ? strain[k] : 0.5 * strain[k]);
+  row.insert(row.end(), stress.begin(), stress.end());
+  double void_ratio = 0, volume = 0, grains = 0, breakages = 0;
+  for (std::size_t i = 0; i < some.size(); ++i) {
+    const std::size_t rve = points_.rve_of[i];
+    if (some[i] == 0 || rve == SIZE_MAX) continue;
+    const coupling::Facts& facts = rves_->facts(rve);
+    void_ratio += points_.volume[rve] * facts.void_ratio, volume += points_.volume[rve];
+    grains += static_cast<double>(facts.grains), breakages += static_cast<double>(facts.breakages);
+  }
+  row.insert(row.end(), {volume > 0 ? void_ratio / volume : NAN, grains, breakages});
+  return row;
+}
+
 std::vector<double> Probes::row() const {
   std::vector<double> row;
   for (const Found& f : probes_) {
+    if (!f.some.empty()) {
+      const std::vector<double> means_of = mean_row(f.some);
+      row.insert(row.end(), means_of.begin(), means_of.end());
+      continue;
+    }
     const std::size_t i = f.point;
     const auto deformation = problem_.deformation().subspan(9 * i, 9);
     dem::Mat3 gradient;
@@ -82,7 +116,8 @@ std::vector<double> Probes::row() const {
 
 double Probes::stress(const std::string& name, int component) const {
   for (const Found& f : probes_)
-    if (f.probe->name == name) return problem_.stress()[6 * f.point + static_cast<std::size_t>(component)];
+    if (f.probe->name == name && !f.some.empty()) return problem_.mean_stress(f.some)[static_cast<std::size_t>(component)];
+    else if (f.probe->name == name) return problem_.stress()[6 * f.point + static_cast<std::size_t>(component)];
   return NAN;
 }
 

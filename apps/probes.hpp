@@ -8,7 +8,7 @@ namespace grus::app {
 
 class Probes {
 public:
-  /// Each probe sits at the Gauss point nearest to its place in the reference mesh; of equals the lowest key.
+  /// Each probe sits at the Gauss point nearest to its place in the reference mesh, of equals the lowest key; or at all points of a place.
   Probes(const std::string& directory, const BvpScene& scene, const fem::Problem& problem, const BvpPoints& points, const std::vector<dem::State>& states,
          const coupling::RveMaterial* rves);
 
@@ -24,9 +24,11 @@ public:
   void restore(const std::vector<std::vector<std::pair<std::string, double>>>& series);
 
 private:
+  std::vector<double> mean_row(const std::vector<std::uint8_t>& some) const;
   struct Found {
     const Probe* probe;
     std::size_t point;
+    std::vector<std::uint8_t> some;  // points of a place; empty: the one above
     std::vector<std::pair<std::string, double>> series;
   };
 

@@ -107,6 +107,15 @@ void read_probe(Table p, BvpScene& scene) {
   if (probe.name.empty() || probe.name.find_first_of(", /\"\n") != std::string::npos) p.fail("name", "must be a word: it becomes part of column and file names");
   for (const auto& other : scene.probes)
     if (other.name == probe.name) p.fail("name", fmt::format("\"{}\": two probes have this name", probe.name));
+  if (p.has("at") == p.has("where")) p.fail("", "needs either at or where");
+  if (p.has("where")) {
+    probe.where = read_where(p, scene);
+    for (const char* key : {"frames", "grading"})
+      if (p.has(key)) p.fail(key, "is of one point's grains; a probe with where tells means");
+    p.finish();
+    scene.probes.push_back(probe);
+    return;
+  }
   const auto x = p.numbers("at", scene.flat() && p.length("at") == 2 ? 2 : 3, dimension::length);
   for (std::size_t k = 0; k < (scene.flat() ? 2 : 3); ++k) {
     probe.at[k] = x[k];

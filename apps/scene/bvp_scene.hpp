@@ -12,10 +12,11 @@
 
 namespace grus::app {
 
-/// A Gauss point whose story is told.
+/// A Gauss point whose story is told, or the mean over those of a place.
 struct Probe {
   std::string name;
   fem::Point at{};  // m, in the reference mesh
+  std::function<bool(const fem::Point&)> where;  // empty: the point nearest to `at`
   bool frames = false, grading = false;
 };
 

@@ -71,6 +71,8 @@ int read_tag(Table& t, const BvpScene& scene, bool of_cells) {
   t.fail("tag", fmt::format("\"{}\": the mesh has no physical group of this name{}", name, known.empty() ? "" : " (it has " + known + ")"));
 }
 
+}  // namespace
+
 std::function<bool(const fem::Point&)> read_where(Table& t, const BvpScene& scene) {
   const std::string where = t.text("where");
   try {
@@ -79,8 +81,6 @@ std::function<bool(const fem::Point&)> read_where(Table& t, const BvpScene& scen
     t.fail("where", fmt::format("\"{}\": {}", where, e.what()));
   }
 }
-
-}  // namespace
 
 void read_mesh(Table t, BvpScene& scene) {
   const std::string kind = t.choice_or("dimension", "3d", {"3d", "plane-strain", "axisymmetric"});

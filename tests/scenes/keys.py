@@ -207,7 +207,7 @@ BVP_KEYS = [
     ("block", "rve.tangent", "network"), ("block", "rve.perturbation", 1e-5, "rve.tangent=perturbation"), ("block", "rve.perturbation_central", "true", "rve.tangent=perturbation"),
     ("block", "rve.exact_sharing", "false"), ("block", "rve.adaptivity.share", 0.1), ("block", "rve.adaptivity.error", 0.5), ("block", "rve.adaptivity.elastic", 0.9),
     ("block", "rve.strain_per_step", 1e-5), ("block", "rve.inertial_number", 2e-3), ("block", "rve.unbalanced_force", 1e-3), ("block", "rve.stress_change", 1e-4), ("block", "rve.window", 100),
-    ("block", "rve.pressure_floor", 1e8), ("block", "rve.max_hold", 30, "rve.unbalanced_force=1e-9", "rve.stress_change=1e-9"), ("block", "probe.0.name", "other"), ("block", "probe.0.at", "[0, 0, 0]"),
+    ("block", "rve.pressure_floor", 1e8), ("block", "rve.max_hold", 30, "rve.unbalanced_force=1e-9", "rve.stress_change=1e-9"), ("block", "probe.0.name", "other"), ("block", "probe.0.at", "[0, 0, 0]"), ("block", "probe.0.where", "z>0.01", "probe.0.at="),
     ("block", "probe.0.grading", "true"), ("block", "probe.0.frames", "true", "output.frames=1"), ("block", "solve.kind", "explicit-dynamic", "solve.duration=1e-6", "solve.increments=", "solve.tolerance=",
                                                                                                          "solve.displacement_tolerance=", "solve.max_iterations="),
     ("block", "solve.increments", 3), ("block", "solve.tolerance", 0.5, "solve.displacement_tolerance=0.9"), ("block", "solve.displacement_tolerance", 0.9), ("block", "solve.max_cutbacks", 0, "solve.max_iterations=1"),

@@ -52,6 +52,16 @@ def problems(tmp):
     need(abs(last["strain_volumetric"] - volume) < 0.05 * abs(volume) + 1e-4, f"triaxial: volume {last['strain_volumetric']}, sum of the mean strains {volume}")
     need(last["p_Pa"] > 5e6 and 0 < last["q_Pa"] < 3 * last["p_Pa"], f"triaxial: p {last['p_Pa']} q {last['q_Pa']}")
     need(os.path.exists(os.path.join(out("triaxial"), "macro.hdf.series")), "triaxial: no frames")
+    # A probe of the whole specimen tells the means of the run.
+    whole = os.path.join(tmp, "whole.toml")
+    text = open(scene("triaxial")).read().replace('"sand_rve.toml"', f'"{os.path.join(shipped, "sand_rve.toml")}"').replace("../../meshes", os.path.join(here, "..", "..", "meshes"))
+    open(whole, "w").write(text + '\n[[probe]]\nname = "all"\nwhere = "x>0"\n[[probe]]\nname = "upper"\nwhere = "y>0.025"\n')
+    last = go(whole, out("whole"), "boundary.1.displacement=[0, '-0.1 mm']", "rve.set=['preparation.pressure=5 MPa']", "output.frames=0", "solve.crossings=20")[-1]
+    for k in ("xx", "yy", "zz", "yz", "xz", "xy"):
+        half = 0.5 if k[0] != k[1] else 1
+        need(abs(last[f"probe_all_strain_{k}"] - half * last[f"mean_strain_{k}"]) < 1e-12, f"probe of all: strain {k}")
+        need(abs(last[f"probe_all_stress_{k}_Pa"] - last[f"mean_stress_{k}_Pa"]) < 1e-3, f"probe of all: stress {k}")
+    need(last["probe_all_breakages"] == last["breakages"] > last["probe_upper_breakages"] >= 0 and 0.4 < last["probe_all_void_ratio"] < 0.9, "probe of all: breakages, void ratio")
     rows = go(scene("biaxial_plane_strain"), out("biaxial"), "boundary.1.displacement=[0, '-0.5 mm']", "mesh.box.cells=[4, 8]", "rve.set=[]", "output.frames=0")
     last, area = rows[-1], 0.05
     balanced(out("biaxial"), rows, "biaxial")
