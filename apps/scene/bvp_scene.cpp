@@ -243,7 +243,7 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
   t.finish();
   for (std::size_t r = 0; r < scene.regions.size(); ++r)
     if (scene.regions[r].poissons_ratio > 0.45 && scene.discretisation.order == 1 && scene.discretisation.element == fem::ElementKind::standard)
-      scene.notes.push_back(fmt::format("region[{}].poissons_ratio = {:g} with element.order = 1: such elements lock, far too stiff in bending and shear; element.kind = \"fbar\" helps", r, scene.regions[r].poissons_ratio));
+      scene.notes.push_back(fmt::format("region[{}].poissons_ratio = {:g} with element.order = 1: such elements lock, far too stiff in bending and shear; element.kind = \"fbar\" or element.order = 2 helps", r, scene.regions[r].poissons_ratio));
   if (scene.solve.tolerance < scene.residual_floor() && scene.record["solve"].contains("tolerance"))
     scene.notes.push_back(fmt::format("the residual is asked to fall to {:.2g}, what the cells' own equilibrium leaves (rve.unbalanced_force, rve.stress_change), not to solve.tolerance = {:.2g}", scene.residual_floor(), scene.solve.tolerance));
   return scene;
