@@ -41,7 +41,8 @@ Response respond_steadily(const Model& model, const QuasiStatic& o, State& state
   const PartedStress now = parted_stress(state);
   steady.haste +=
       0.5 * state.boundary.cell.volume() * (steady.viscous + now.dashpots).cwiseProduct(u - Mat3::Identity()).sum();
-  steady.viscous = now.dashpots, steady.stress = now.rest;
+  steady.viscous = now.dashpots;
+  steady.stress = now.rest;
   response.stress = steady.turn * steady.stress * steady.turn.transpose();
   response.stable = true;
   response.steps = state.steps - first;
