@@ -75,15 +75,14 @@ double BvpOutput::work_error(double taken) const {
 void BvpOutput::add(const fem::DynamicsReport& r, double wall) {
   macro_work_ = r.energy.work, material_work_ = r.energy.internal;
   if (rves_) rves_->refresh();
-  const double held = std::max(std::abs(r.energy.internal), std::abs(r.energy.external));
-  add({static_cast<double>(r.steps), r.time, 0, 0, 0, 0, 0, wall, held > 0 ? r.energy.kinetic / held : 0, r.energy.error(), &r.energy});
+  add({static_cast<double>(r.steps), r.time, 0, 0, 0, 0, 0, wall, r.energy.kinetic_over_internal(), r.energy.error(), &r.energy});
 }
 
 void BvpOutput::add(const fem::ExplicitStaticsReport& r, double wall) {
   macro_work_ = r.energy.work, material_work_ = r.energy.internal;
   worst_residual_ = std::max(worst_residual_, r.unbalanced);
   if (rves_) rves_->refresh();
-  add({static_cast<double>(r.steps), r.load_factor, 0, 0, r.unbalanced, 0, 0, wall, r.kinetic_ratio(), r.energy.error(), &r.energy, &r});
+  add({static_cast<double>(r.steps), r.load_factor, 0, 0, r.unbalanced, 0, 0, wall, r.energy.kinetic_over_internal(), r.energy.error(), &r.energy, &r});
 }
 
 double BvpOutput::of_rves(double coupling::Facts::*energy) const { return rves_ ? rves_->total(energy, points_.volume) : 0; }

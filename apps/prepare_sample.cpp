@@ -13,17 +13,20 @@ dem::State prepare_sample(RveScene& scene, dem::Team& team, const StageWatch& wa
   make_sample(scene, team, stage("packing"));
   dem::State state = scene.state;
   if (scene.preparation) {
+    const auto make_laws = [](dem::Model& of) {
+      dem::make_pair_laws(of);
+      if (std::all_of(of.damping.begin(), of.damping.end(), [](double d) { return d == 0; }))
+        dem::set_damping(of, 0.3);  // a sample must come to rest
+    };
     dem::Model model = scene.model;  // the friction of the preparation, not of the test
     for (auto& m : model.materials)
       if (std::isfinite(m.youngs_modulus)) m.friction = scene.preparation->friction;
-    dem::make_pair_laws(model);
-    if (std::all_of(model.damping.begin(), model.damping.end(), [](double d) { return d == 0; })) dem::set_damping(model, 0.3);  // a sample must come to rest
+    make_laws(model);
     dem::prepare(model, state, team);
     dem::compress_isotropically(model, scene.preparation->quasi_static, state, scene.preparation->pressure, team, stage("preparation"));
     if (stresses) {
       model.materials = scene.model.materials;
-      dem::make_pair_laws(model);
-      if (std::all_of(model.damping.begin(), model.damping.end(), [](double d) { return d == 0; })) dem::set_damping(model, 0.3);
+      make_laws(model);
       dem::prepare(model, state, team);
       dem::compress(model, scene.preparation->quasi_static, state, *stresses, team, stage("preparation"));
     }

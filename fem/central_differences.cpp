@@ -98,14 +98,25 @@ void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
   total.damped += all[5];
 }
 
+void CentralDifferences::keep() {
+  p.commit();
+  p.now_internal.assign(p.internal->array().begin(), p.internal->array().end());
+}
+
 void CentralDifferences::go_on(double last_dt) {
   std::copy(p.now_internal.begin(), p.now_internal.end(), p.internal->mutable_array().begin());
   for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = last_dt * p.velocity[i];
 }
 
 double MacroEnergy::error() const {
-  const double s = std::max({largest, std::abs(external), kinetic, std::abs(internal), viscous, damped});
-  return s > 0 ? (external - kinetic - internal - viscous - damped + scaled) / s : 0;
+  MacroEnergy now = *this;
+  now.note_largest();
+  return now.largest > 0 ? (external - kinetic - internal - viscous - damped + scaled) / now.largest : 0;
+}
+
+double MacroEnergy::kinetic_over_internal() const {
+  const double held = std::max(std::abs(internal), std::abs(external));
+  return held > 0 ? kinetic / held : 0;
 }
 
 void MacroEnergy::note_largest() {

@@ -64,6 +64,8 @@ struct CentralDifferences {
   /// Forces at the present instant kick the velocities, which move the nodes; energies of the instant go into `total`.
   /// Call assemble_external before, respond after.
   void step(const Stride& stride, MacroEnergy& total);
+  /// The step that has been answered becomes the committed state, its internal forces included.
+  void keep();
   /// Restores what is not kept in the problem's snapshot.
   void go_on(double last_dt);
 };

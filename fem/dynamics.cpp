@@ -112,8 +112,7 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
       result.failure = "step " + std::to_string(now.steps + 1) + ": " + run.run.reason;
       return result;
     }
-    p.commit();
-    p.now_internal.assign(p.internal->array().begin(), p.internal->array().end());
+    run.run.keep();
     last_dt = dt;
     total.note_largest();
     now.time += dt, now.dt = dt, ++now.steps, now.energy = total, now.dissipated = run.run.viscous;

@@ -29,6 +29,7 @@ struct MacroEnergy {
   double scaled = 0;     // added with mass that was scaled up in motion
   double error() const;  // (external - kinetic - internal - viscous - damped + scaled) / largest
   void note_largest();
+  double kinetic_over_internal() const;  // of the larger of internal and external
 };
 
 struct DynamicsReport {

@@ -49,6 +49,13 @@ struct Relaxation {
   Relaxation(Problem::Impl& impl, Material& m, const ExplicitStaticsOptions& options)
       : p(impl), o(options), run(impl, m) {}
 
+  /// Nodal masses by the elements' scaled densities.
+  void weigh() {
+    run.set_mass([&](std::int32_t c) {
+      return cell_mass(p, c, [&](std::size_t) { return p.scaled_density[static_cast<std::size_t>(c)]; });
+    });
+  }
+
   /// Densities that give every element the step 1 / safety, where damping that holds against the motion adds to the
   /// restoring force: never lower than before, a softer element keeps its mass. Returns what the moving nodes gain (J).
   double scale_masses() {
@@ -64,9 +71,7 @@ struct Relaxation {
     for (std::size_t c = 0; c < wanted.size(); ++c)
       p.scaled_density[c] = std::max({p.scaled_density[c], wanted[c], least_mass * all});
     const std::vector<double> before = run.mass;
-    run.set_mass([&](std::int32_t c) {
-      return cell_mass(p, c, [&](std::size_t) { return p.scaled_density[static_cast<std::size_t>(c)]; });
-    });
+    weigh();
     double gained = 0;
     for (std::size_t i = 0; i < static_cast<std::size_t>(p.owned_nodes()) * p.width() && !before.empty(); ++i)
       gained += 0.5 * (run.mass[i / p.width()] - before[i / p.width()]) * p.velocity[i] * p.velocity[i];
@@ -105,7 +110,7 @@ void govern(const ExplicitStaticsOptions& o, double cap, ExplicitStaticsReport& 
   now.largest_unbalanced = now.sums[1];
   now.sums = {}, now.counted = 0;
   const std::array<double, 3> used{now.unbalanced / o.balance,
-                                   now.load_factor > 0.01 ? now.kinetic_ratio() / o.kinetic : 0.0,
+                                   now.load_factor > 0.01 ? now.energy.kinetic_over_internal() / o.kinetic : 0.0,
                                    o.inertial_number > 0 ? now.inertial_number / o.inertial_number : 0.0};
   const auto worst = std::max_element(used.begin(), used.end());
   now.rate = std::min(cap, now.rate * std::clamp(std::pow(std::max(*worst, 1e-9), -0.3), slowed, hastened));
@@ -113,11 +118,6 @@ void govern(const ExplicitStaticsOptions& o, double cap, ExplicitStaticsReport& 
 }
 
 }  // namespace
-
-double ExplicitStaticsReport::kinetic_ratio() const {
-  const double held = std::max(std::abs(energy.internal), std::abs(energy.external));
-  return held > 0 ? energy.kinetic / held : 0;
-}
 
 void allocate_explicit_statics(Problem& problem) {
   allocate_dynamics(problem);
@@ -162,12 +162,13 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
     p.last_internal.assign(p.internal->array().begin(), p.internal->array().end());
     now.rate = first_rate * cap;
   } else {
-    run.set_mass([&](std::int32_t c) {
-      return cell_mass(p, c, [&](std::size_t) { return p.scaled_density[static_cast<std::size_t>(c)]; });
-    });
+    relax.weigh();
     run.go_on(1);
   }
-  double due = o.output_interval * (std::floor(now.load_factor / o.output_interval * (1 + 1e-12)) + 1);
+  const auto next_report = [&] {
+    return o.output_interval * (std::floor(now.load_factor / o.output_interval * (1 + 1e-12)) + 1);
+  };
+  double due = next_report();
   const auto every = static_cast<std::uint64_t>(o.estimate_every);
   while (now.load_factor < 1 || now.rested < rest) {
     p.assemble_external(now.load_factor);
@@ -191,8 +192,7 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
       result.failure = "step " + std::to_string(now.steps + 1) + ": " + run.reason;
       return result;
     }
-    p.commit();
-    p.now_internal.assign(p.internal->array().begin(), p.internal->array().end());
+    run.keep();
     now.energy.note_largest();
     if (now.load_factor == 1) ++now.rested;
     ++now.steps, now.load_factor = next;
@@ -201,7 +201,7 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
       govern(o, cap, now);
       if (now.rate < 1e-4 * cap)
         return result.failure = "the balance cannot be held: unbalanced force " + std::to_string(now.unbalanced) +
-                                " of what is applied, kinetic energy " + std::to_string(now.kinetic_ratio()) +
+                                " of what is applied, kinetic energy " + std::to_string(now.energy.kinetic_over_internal()) +
                                 " of what the material holds, at a ten-thousandth of the usual rate",
                result;
     }
@@ -212,7 +212,7 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
                               std::to_string(now.steps) + ": the run has become unstable",
              result;
     if (now.rested == rest || (now.load_factor < 1 && now.load_factor >= due * (1 - 1e-12))) {
-      due = o.output_interval * (std::floor(now.load_factor / o.output_interval * (1 + 1e-12)) + 1);
+      due = next_report();
       if (!observer(now)) return result.stopped = true, result;
     } else if (o.stop && o.stop()) {
       return result.stopped = true, result;

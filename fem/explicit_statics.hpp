@@ -36,8 +36,6 @@ struct ExplicitStaticsReport {
   std::array<double, 3> sums{};  // of these since the last change of the rate
   std::uint64_t counted = 0;     // steps in them
   Governor governor = Governor::none;
-  /// Kinetic energy over the energy in the material.
-  double kinetic_ratio() const;
 };
 
 struct ExplicitStaticsResult {

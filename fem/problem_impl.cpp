@@ -57,11 +57,10 @@ Problem::Impl::Impl(MPI_Comm c, const MshMesh& msh, const Discretisation& d, std
 void Problem::Impl::build() {
   dim = fem::dimension(kind), components = dim;
   if (discretisation.order != 1 && discretisation.order != 2) throw std::invalid_argument("element order must be 1 or 2");
-  const bool bricks = kind == CellKind::quadrilateral || kind == CellKind::hexahedron;
-  if (discretisation.element == ElementKind::fbar && (!bricks || discretisation.order != 1))
+  if (discretisation.element == ElementKind::fbar && (!bricks(kind) || discretisation.order != 1))
     throw std::invalid_argument("elements with mean dilatation are quadrilaterals or hexahedra of order 1");
   if (discretisation.element == ElementKind::fbar && !discretisation.finite_strain) throw std::invalid_argument("elements with mean dilatation are for large strain");
-  if (discretisation.element == ElementKind::serendipity && (!bricks || discretisation.order != 2))
+  if (discretisation.element == ElementKind::serendipity && (!bricks(kind) || discretisation.order != 2))
     throw std::invalid_argument("serendipity elements are quadrilaterals or hexahedra of order 2");
   const auto element = compat::make_element(kind, discretisation.order);
   space = compat::make_space(mesh, element, components);

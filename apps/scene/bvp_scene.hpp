@@ -77,8 +77,7 @@ struct BvpScene {
   /// Quadrilaterals or hexahedra.
   bool bricks() const {
     if (const auto* box = std::get_if<fem::BoxMesh>(&mesh)) return box->hexahedron;
-    const fem::CellKind kind = std::get<fem::MshMesh>(mesh).kind;
-    return kind == fem::CellKind::quadrilateral || kind == fem::CellKind::hexahedron;
+    return fem::bricks(std::get<fem::MshMesh>(mesh).kind);
   }
   bool flat() const { return discretisation.kinematics != fem::Kinematics::solid; }
   bool weighs() const { return gravity != fem::Point{}; }

@@ -14,7 +14,6 @@ void read_region(Table t, BvpScene& scene);
 /// Throws std::invalid_argument with what is wrong.
 std::function<bool(const fem::Point&)> parse_where(const std::string& text, const fem::Point& low, const fem::Point& high);
 
-
 /// The key `where` of a table, which is refused with its place.
 std::function<bool(const fem::Point&)> read_where(Table& t, const BvpScene& scene);
 

@@ -18,8 +18,6 @@ struct Scene {
   Vec3 shift(const Pair& p) const { return boundary.cell.vectors * Vec3(p.image[0], p.image[1], p.image[2]); }
 };
 
-inline bool crosses(const Pair& p) { return (p.image[0] | p.image[1] | p.image[2]) != 0; }
-
 inline void apart(Contacts& contacts, std::size_t k, BlockEnergy& e) {
   if (!contacts.contact.touching(k)) return;
   Contact c = contacts.contact[k];

@@ -71,8 +71,7 @@ PartedStress parted_stress(const State& s) {
     const Pair& p = s.contacts.pair[k];
     const auto& touch = s.contacts.touch[k];
     const Vec3 apart = s.grains.motion[p.b].position - s.grains.motion[p.a].position;
-    const bool across = p.image[0] != 0 || p.image[1] != 0 || p.image[2] != 0;
-    const Vec3 l = across ? Vec3(apart + cell.vectors * Vec3(p.image[0], p.image[1], p.image[2])) : apart;
+    const Vec3 l = crosses(p) ? Vec3(apart + cell.vectors * Vec3(p.image[0], p.image[1], p.image[2])) : apart;
     const double viscous = s.contacts.contact.viscous[k];
     sum.rest -= (touch.force - viscous * touch.normal) * l.transpose();
     if (viscous != 0) sum.dashpots -= viscous * touch.normal * l.transpose();

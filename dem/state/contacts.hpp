@@ -20,6 +20,9 @@ struct Pair {
   bool operator==(const Pair&) const = default;
 };
 
+/// True for a pair whose partner is an image.
+inline bool crosses(const Pair& p) { return (p.image[0] | p.image[1] | p.image[2]) != 0; }
+
 /// What a contact remembers. Touching when stiffness > 0.
 struct Contact {
   Vec3 spring = Vec3::Zero();  // tangential elastic force on b (N)

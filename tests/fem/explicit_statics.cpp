@@ -128,7 +128,7 @@ TEST_CASE(
     double worst = 0, moving = 0;
     auto result = fem::solve_explicit_statics(problem, m, o, [&](const ExplicitStaticsReport& r) {
       if (r.load_factor > 0.5 && r.load_factor < 0.95)
-        worst = std::max(worst, r.unbalanced), moving = std::max(moving, r.kinetic_ratio());
+        worst = std::max(worst, r.unbalanced), moving = std::max(moving, r.energy.kinetic_over_internal());
       return true;
     });
     return std::tuple(result, worst, moving);
