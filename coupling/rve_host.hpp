@@ -66,7 +66,6 @@ struct Facts {
   double work = 0, stored = 0, dissipated = 0, unexplained = 0;  // J, of the ledger: dissipated includes fracture, friction, damping
   double haste = 0;                                              // J, of the work: the price of the cell's own rate; steady cells
   std::uint64_t grains = 0, breakages = 0, steps = 0;
-  std::uint64_t given_up = 0;  // 1: the grains could not go on
 };
 
 /// What answers instead of grains that could not go on: their last stress and stiffness, carried along.

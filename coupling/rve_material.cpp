@@ -227,7 +227,7 @@ void RveMaterial::answer(double duration, bool tangent) {
     tasks.push_back({job.slot, {job.increment}, duration, options_.pace, tangent, sharp()});
   }
   std::vector<Outcome> outcomes = farm_.advance(tasks);
-  report_.inertial_number = report_.fastest = 0, report_.given_up = 0;
+  report_.inertial_number = 0, report_.given_up = 0;
   for (std::size_t j = 0; j < real.size(); ++j) {
     Job& job = jobs_[real[j]];
     job.response = std::move(outcomes[j].response);
@@ -235,7 +235,6 @@ void RveMaterial::answer(double duration, bool tangent) {
     if (outcomes[j].elastic_error >= 0) report_.linear.add(outcomes[j].elastic_error);
     report_.given_up += outcomes[j].given_up ? 1 : 0;
     report_.inertial_number += job.response.inertial_number / static_cast<double>(real.size());
-    report_.fastest = std::max(report_.fastest, job.response.inertial_number);
     report_.dem_steps += job.response.steps;
     report_.retried += job.response.pieces > 1 ? 1 : 0;
   }

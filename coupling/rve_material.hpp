@@ -36,7 +36,7 @@ struct SweepReport {
   double least_trust = 1;                                // lowest share of the deferral tolerance that a slot was left with
   double correction = 0;                                 // largest first-order correction of a similar point, relative to its stress
   double worst_unbalanced = 0, worst_stress_change = 0;  // of the last commit
-  double inertial_number = 0, fastest = 0;               // of the last response of steady cells: mean and largest
+  double inertial_number = 0;                            // mean of the steady cells in the last response
   std::uint64_t given_up = 0;                            // RVEs that answer with what is left of their stiffness
 };
 
