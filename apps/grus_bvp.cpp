@@ -210,13 +210,13 @@ private:
     about["scene"] = scene_.record;
     about["output"] = output_->state();
     about["wall"] = wall;
-    dem::Checkpoint c{about.dump(), {output_->history().text()}};
     auto pack = [](const std::vector<double>& v) { return std::string(reinterpret_cast<const char*>(v.data()), v.size() * sizeof(double)); };
-    c.parts.push_back(pack(setup_.problem->snapshot()));
-    for (const auto& r : regions_) c.parts.push_back(r.save());
-    if (rves_)
-      for (auto& part : rves_->save()) c.parts.push_back(std::move(part));
-    dem::write_checkpoint(path(), c);
+    dem::write_checkpoint(path(), about.dump(), [&](const dem::TakePart& take) {
+      take(output_->history().text());
+      take(pack(setup_.problem->snapshot()));
+      for (const auto& r : regions_) take(r.save());
+      if (rves_) rves_->save(take);
+    });
   }
 
   template <class Report>

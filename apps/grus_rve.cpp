@@ -100,7 +100,9 @@ void save_checkpoint(const Options& options, const RveScene& scene, const dem::S
   dem::Saver saver;
   Course::archive(saver, course);
   const nlohmann::json about{{"program", "grus-rve"}, {"scene", scene.record}, {"rows", history.rows()}, {"frames", frames.series()}, {"gradings", gradings.written()}};
-  dem::write_checkpoint(options.directory + "/checkpoint.h5", {about.dump(), {dem::bytes_of(state), saver.take(), history.text(), gradings.text()}});
+  dem::write_checkpoint(options.directory + "/checkpoint.h5", about.dump(), [&](const dem::TakePart& take) {
+    take(dem::bytes_of(state)), take(saver.take()), take(history.text()), take(gradings.text());
+  });
 }
 
 /// Refuses what is not a checkpoint of this scene.

@@ -8,7 +8,7 @@ NUMBER = {"type": "number"}
 POSITIVE = {"type": "number", "exclusiveMinimum": 0}
 NAMES = {"type": "array", "items": {"type": "string"}, "minItems": 1}
 SETTINGS = {"type": "object"}  # of scene keys: the program judges them
-SEEDS = {"type": "array", "minItems": 1, "items": {"type": ["integer", "number", "string"]}}
+SEEDS = {"type": "array", "minItems": 1, "items": {"type": ["integer", "number", "string", "array"]}}
 STRAINS = {"type": "array", "items": NUMBER, "minItems": 1}
 
 

@@ -72,7 +72,7 @@ RveMaterial::RveMaterial(RveFarm& farm, const std::vector<dem::State>& states, c
 fem::Material RveMaterial::material() {
   auto packed = [this] {
     dem::Saver a;
-    for (const std::string& part : save()) a.text(part);
+    save([&](const std::string& part) { a.text(part); });
     return a.take();
   };
   auto unpacked = [this](const std::string& bytes) {
@@ -341,16 +341,13 @@ void archive_slots(A& a, T& slots) {
 
 }  // namespace
 
-std::vector<std::string> RveMaterial::save() const {
+void RveMaterial::save(const std::function<void(const std::string&)>& take) const {
   dem::Saver a;
   a.column(point_), archive_slots(a, slots_), a.plain(static_cast<std::uint64_t>(path_.size()));
   for (const auto& p : path_) a.column(p);
   a.column(kept_tangent_), a.plain(sharp_), a.plain(report_), a.plain(next_slot_), a.plain(seconds_);
-  std::vector<std::string> parts{a.take()};
-  for (const auto& [slot, s] : slots_) {
-    parts.push_back(farm_.fetch(slot));
-  }
-  return parts;
+  take(a.take());
+  for (const auto& [slot, s] : slots_) take(farm_.fetch(slot));
 }
 
 void RveMaterial::load(const std::vector<std::string>& parts) {

@@ -66,8 +66,8 @@ public:
   double seconds() const { return seconds_; }  // wall time in responses
   std::uint64_t breakages() const;             // of the committed states, every point counted
 
-  /// All that decides how the points go on, the states included; and back, into one that was made alike.
-  std::vector<std::string> save() const;
+  /// All that decides how the points go on, handed over in parts (the states one by one); and back, into one that was made alike.
+  void save(const std::function<void(const std::string&)>& take) const;
   void load(const std::vector<std::string>& parts);
 
 private:

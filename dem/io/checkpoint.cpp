@@ -19,8 +19,8 @@ namespace {
 constexpr std::uint64_t format_version = 8;
 constexpr std::uint64_t layout = sizeof(Motion) + 1000 * sizeof(Contact) + 1000000 * sizeof(CohesiveSpring) + 1000000000ULL * sizeof(Pair);
 
-std::uint64_t checksum(const std::string& bytes) {
-  std::uint64_t h = 0xcbf29ce484222325ULL;
+/// FNV-1a of `bytes`, after those whose checksum is `h`.
+std::uint64_t checksum(const std::string& bytes, std::uint64_t h = 0xcbf29ce484222325ULL) {
   for (const char c : bytes) h = (h ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
   return h;
 }
@@ -32,6 +32,33 @@ void write(hid_t file, const char* name, hid_t type, std::size_t count, const vo
   if (set.id < 0 || (count > 0 && H5Dwrite(set.id, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0))
     throw std::runtime_error(fmt::format("HDF5: cannot write {}", name));
 }
+
+/// Bytes that grow by what is appended: all the parts, of which one at a time is held.
+class Growing {
+public:
+  Growing(hid_t file, const char* name) {
+    const hsize_t none = 0, any = H5S_UNLIMITED, chunk = hsize_t{1} << 18;
+    const Handle space{H5Screate_simple(1, &none, &any), H5Sclose};
+    const Handle how{must(H5Pcreate(H5P_DATASET_CREATE), "make properties"), H5Pclose};
+    H5Pset_chunk(how.id, 1, &chunk);
+    set_.id = must(H5Dcreate2(file, name, H5T_NATIVE_UINT8, space.id, H5P_DEFAULT, how.id, H5P_DEFAULT), "make a column");
+  }
+  void append(const std::string& bytes) {
+    if (bytes.empty()) return;
+    const hsize_t from = size_, more = bytes.size();
+    size_ += more;
+    const bool longer = H5Dset_extent(set_.id, &size_) >= 0;
+    const Handle here{H5Screate_simple(1, &more, nullptr), H5Sclose}, there{H5Dget_space(set_.id), H5Sclose};
+    H5Sselect_hyperslab(there.id, H5S_SELECT_SET, &from, nullptr, &more, nullptr);
+    if (!longer || H5Dwrite(set_.id, H5T_NATIVE_UINT8, here.id, there.id, H5P_DEFAULT, bytes.data()) < 0)
+      throw std::runtime_error("HDF5: cannot write the parts of a checkpoint");
+  }
+  hsize_t size() const { return size_; }
+
+private:
+  Handle set_{-1, H5Dclose};
+  hsize_t size_ = 0;
+};
 
 template <class C>
 bool read(hid_t file, const char* name, hid_t type, C& into) {
@@ -46,17 +73,18 @@ bool read(hid_t file, const char* name, hid_t type, C& into) {
 
 }  // namespace
 
-void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
-  std::string packed;
-  std::vector<std::uint64_t> offsets{0};
-  for (const auto& part : checkpoint.parts) packed += part, offsets.push_back(packed.size());
-  const std::vector<std::uint64_t> head{format_version, layout, checksum(packed), checksum(checkpoint.about)};
+void write_checkpoint(const std::string& path, const std::string& about, const std::function<void(const TakePart&)>& parts) {
   write_whole(path, hdf5_image([&](hid_t file) {
+    std::vector<std::uint64_t> offsets{0}, head{format_version, layout, checksum({}), checksum(about)};
+    Growing packed(file, "parts");
+    parts([&](const std::string& part) {
+      packed.append(part);
+      offsets.push_back(packed.size());
+      head[2] = checksum(part, head[2]);
+    });
     write(file, "head", H5T_NATIVE_UINT64, head.size(), head.data());
-    write(file, "about", H5T_NATIVE_UINT8, checkpoint.about.size(), checkpoint.about.data());
+    write(file, "about", H5T_NATIVE_UINT8, about.size(), about.data());
     write(file, "offsets", H5T_NATIVE_UINT64, offsets.size(), offsets.data());
-    write(file, "parts", H5T_NATIVE_UINT8, packed.size(), packed.data());
-    packed = {};  // HDF5 has a copy of its own
   }));
 }
 

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """grus-study on a small study with known answers: study.py BIN"""
+import glob
 import math
 import os
 import random
@@ -12,6 +13,7 @@ binaries = os.path.abspath(sys.argv[1])
 sys.path.insert(0, binaries)
 import grus_precision as precision  # noqa: E402
 import grus_study_report as report  # noqa: E402
+from grus_study_reader import Refused, read_study  # noqa: E402
 
 faults = []
 scenes = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "apps", "scenes")
@@ -157,5 +159,11 @@ with tempfile.TemporaryDirectory() as tmp:
         open(path, "w").write(bad)
         r = study(path, "-o", os.path.join(tmp, "bad"), "--quiet")
         need(r.returncode == 2 and expected in r.stderr and r.stderr.count("\n") == 1, f"{expected}: exit {r.returncode}: {r.stderr!r}")
+for path in glob.glob(os.path.join(scenes, "*", "*.toml")):
+    if "\n[study]" in open(path).read():
+        try:
+            read_study(path)
+        except Refused as e:
+            need(False, f"a shipped study is refused: {e}")
 print(f"study: {len(faults)} faults")
 sys.exit(1 if faults else 0)
