@@ -197,6 +197,19 @@ void BvpOutput::restore(const nlohmann::json& s, const std::string& history) {
   iterations_ = s.at("iterations"), cutbacks_ = s.at("cutbacks"), sweeps_ = s.at("sweeps");
 }
 
+/// What numerical devices have taken or put in, of what the loads have done (with iterations: of what the grains have taken).
+nlohmann::json BvpOutput::devices(const nlohmann::json& row) const {
+  const double done = std::max(std::abs(of_rves(&coupling::Facts::work)), std::abs(row.value("macro_external_J", 0.0)));
+  nlohmann::json all;
+  auto put = [&](const char* name, double joule) { all[name] = done > 0 ? joule / done : 0; };
+  put("local_damping_of_cells", of_rves(&coupling::Facts::local_damping));
+  if (scene_.explicit_statics) {
+    put("haste_of_cells", of_rves(&coupling::Facts::haste));
+    put("macro_damping", row.value("macro_damped_J", 0.0)), put("scaled_masses", row.value("macro_scaled_J", 0.0));
+  }
+  return all;
+}
+
 void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   history_->save();
   nlohmann::json summary = provenance();
@@ -245,6 +258,7 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   for (std::size_t i = 0; i < columns.size() && !history_->last().empty(); ++i) summary["last_row"][columns[i]] = history_->last()[i];
   for (const std::string name : {"correction", "worst_unbalanced_force", "worst_stress_change"})
     if (summary["last_row"].contains(name)) summary["errors"]["last_" + name] = summary["last_row"][name];
+  if (rves_) summary["errors"]["devices"] = devices(summary["last_row"]);
   dem::write_whole((std::filesystem::path(directory_) / "summary.json").string(), summary.dump(2) + "\n");
   if (scene_.hopkinson && history_->rows() > 1) write_hopkinson((std::filesystem::path(directory_) / "hopkinson.csv").string(), *scene_.hopkinson, history_->text());
 }

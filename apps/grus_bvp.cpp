@@ -277,9 +277,9 @@ void print_setup(const BvpScene& scene, const Setup& setup, const Options& optio
   std::string length = fmt::format("increments {}", scene.solve.increments);
   if (scene.dynamics) length = fmt::format("duration {:.3g} s", scene.dynamics->duration);
   if (scene.explicit_statics) length = fmt::format("steps from {:.0f}", scene.explicit_statics->crossings * fem::crossing_steps(*setup.problem, *scene.explicit_statics));
-  const int copies = scene.is_explicit() ? 1 : 2;  // trial states
+  const int bytes = scene.is_explicit() ? 5000 : 8000;  // a grain, measured: trial states, and a checkpoint in the making
   fmt::print("{}\n  cells {}   Gauss points {}   with grains {} ({:.0f} grains each, {} packings)   {}   memory up to {:.3g} MB   ranks {} x threads {}\n", scene.title,
-             p.global_points() / p.points_per_cell(), p.global_points(), rves, grains, scene.unit_cells.size(), length, static_cast<double>(rves) * grains * copies * 4000 / 1e6, ranks,
+             p.global_points() / p.points_per_cell(), p.global_points(), rves, grains, scene.unit_cells.size(), length, static_cast<double>(rves) * grains * bytes / 1e6, ranks,
              options.threads);
   if (const auto& e = scene.explicit_statics)
     fmt::print("  limits of the rate: unbalanced force {:g} of what is applied, kinetic energy {:g} of internal, inertial number of the cells {}; local damping {:g}, safety {:g}\n",

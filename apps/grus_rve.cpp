@@ -52,7 +52,7 @@ nlohmann::json ledger_json(const dem::State& s, const dem::Measurement& m) {
   double whole = 0;  // with fracture_J this is G_c times the area made
   for (const auto& spring : s.bonds) whole += 0.5 * spring.peak * spring.rupture - dem::dissipated(spring);
   return {{"work_J", l.work},         {"kinetic_J", m.kinetic},       {"elastic_J", m.elastic},
-          {"start_J", l.start},       {"friction_J", l.friction},     {"damping_J", l.damping},
+          {"start_J", l.start},       {"friction_J", l.friction},     {"damping_J", l.damping},     {"local_damping_J", l.local_damping},
           {"fracture_J", l.fracture}, {"split_elastic_J", l.split},   {"fines_kinetic_J", l.fines.kinetic},
           {"fracture_left_in_springs_J", whole}, {"reshape_J", l.reshape},   {"split_added_J", l.split_added}, {"fracture_area_m2", l.fracture_area}, {"split_force_residual_N", l.residual_force},
           {"energy_unexplained_J", l.unexplained}, {"energy_error", dem::energy_error(l, m.kinetic + m.elastic)}};
@@ -267,6 +267,7 @@ int run(const Options& options) {
   }
   summary["energy"] = ledger_json(state, m);
   summary["errors"] = course.errors.json(state);
+  if (state.ledger.local_damping > 0) summary["errors"]["local_damping"] = state.ledger.local_damping / dem::energy_scale(state.ledger, m.kinetic + m.elastic);
   summary["errors"]["packing_overlap"] = scene.packing_overlap;
   summary["results"] = {{"peak_axial_stress_Pa", course.peak}, {"final_time_s", state.time}, {"final_void_ratio", m.void_ratio}};
   summary["seconds"] = {{"preparation_wall", ready}, {"loading_wall", earlier + wall - ready}, {"cpu", Clock::cpu()}};

@@ -174,6 +174,7 @@ Facts RveHost::facts(std::uint64_t slot) const {
   f.energy_error = std::abs(dem::energy_error(s.ledger, f.stored));
   f.work = s.ledger.work, f.haste = slots_.at(slot).rve->steady().haste;
   if (const auto& left = slots_.at(slot).remainder) f.work = left->work;
+  f.local_damping = s.ledger.local_damping;
   f.dissipated = s.ledger.friction + s.ledger.damping + s.ledger.fracture;
   f.unexplained = s.ledger.unexplained;
   f.lost_mass = s.ledger.fines.mass;

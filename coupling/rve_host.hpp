@@ -65,6 +65,7 @@ struct Facts {
   double energy_error = 0, mass = 0, lost_mass = 0, void_ratio = 0;
   double work = 0, stored = 0, dissipated = 0, unexplained = 0;  // J, of the ledger: dissipated includes fracture, friction, damping
   double haste = 0;                                              // J, of the work: the price of the cell's own rate; steady cells
+  double local_damping = 0;                                      // J, of what is dissipated: by a device
   std::uint64_t grains = 0, breakages = 0, steps = 0;
 };
 

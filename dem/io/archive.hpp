@@ -85,7 +85,7 @@ void archive(A& a, S& s) {
   for (auto& w : s.boundary.walls) a.plain(w.point), a.plain(w.normal), a.plain(w.velocity), a.plain(w.material), a.plain(w.force), a.text(w.name);
   a.plain(s.boundary.cell);
   auto& l = s.ledger;
-  for (auto* v : {&l.work, &l.friction, &l.damping, &l.fracture, &l.split, &l.split_added, &l.reshape, &l.unexplained,
+  for (auto* v : {&l.work, &l.friction, &l.damping, &l.local_damping, &l.fracture, &l.split, &l.split_added, &l.reshape, &l.unexplained,
                   &l.most_friction, &l.most_damping, &l.start, &l.floor, &l.fracture_area, &l.residual_force}) a.plain(*v);
   for (auto* v : {&l.breakages, &l.bonds_broken, &l.splits_refused}) a.plain(*v);
   a.plain(l.fines.mass), a.plain(l.fines.kinetic), a.plain(l.fines.momentum), a.plain(l.fines.angular_momentum);

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-#include <Eigen/SparseCholesky>
-
 #include "dem/rve/linear_response.hpp"
 
 #include "dem/fracture/grain_stress.hpp"
+#include "dem/rve/block_cholesky.hpp"
 #include "dem/rve/measure.hpp"
 
 namespace grus::dem {
@@ -26,7 +25,11 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
   auto out = std::make_unique<LinearResponse>();
   const std::size_t n = s.grains.size();
   const double volume = s.boundary.cell.volume();
-  std::vector<Eigen::Triplet<double>> entries;
+  std::vector<std::pair<int, int>> pairs;
+  for (std::size_t k = 0; k < s.contacts.begin[sphere_wall]; ++k)
+    if (s.contacts.contact[k].stiffness > 0 && s.contacts.pair[k].a != s.contacts.pair[k].b)
+      pairs.emplace_back(static_cast<int>(s.contacts.pair[k].a), static_cast<int>(s.contacts.pair[k].b));
+  BlockCholesky matrix(n, pairs);
   Eigen::MatrixXd load = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(6 * n), 6);
   std::vector<std::size_t> touching(s.contacts.size(), SIZE_MAX);
   std::vector<Mat3> stiffness;
@@ -51,22 +54,19 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
     for (const auto& [i, f] : {std::pair{a, fa}, std::pair{e, fb}}) {
       load.middleRows<6>(static_cast<Eigen::Index>(6 * i)) -= f.transpose() * spring * b;
       for (const auto& [j, g] : {std::pair{a, fa}, std::pair{e, fb}}) {
-        const Mat6 block = f.transpose() * spring * g;
-        for (int r = 0; r < 6; ++r)
-          for (int q = 0; q < 6; ++q) entries.emplace_back(static_cast<int>(6 * i) + r, static_cast<int>(6 * j) + q, block(r, q));
+        if (i >= j) matrix.add(static_cast<int>(i), static_cast<int>(j), f.transpose() * spring * g);
       }
     }
     diagonal = std::max(diagonal, elastic.normal_stiffness);
   }
   if (out->links.empty() || sliding > share * out->total_force) return nullptr;
   const double size2 = std::pow(mean_diameter(s.grains), 2);
-  for (std::size_t i = 0; i < 6 * n; ++i)  // holds what nothing else holds: the whole, and grains without contacts
-    entries.emplace_back(static_cast<int>(i), static_cast<int>(i), 1e-9 * diagonal * (i % 6 < 3 ? 1 : size2));
-  Eigen::SparseMatrix<double> matrix(static_cast<Eigen::Index>(6 * n), static_cast<Eigen::Index>(6 * n));
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> factor(matrix);
-  if (factor.info() != Eigen::Success) return nullptr;
-  const Eigen::MatrixXd moved = factor.solve(load);
+  Vec6 hold = Vec6::Constant(1e-9 * diagonal);  // what nothing else holds: the whole, and grains without contacts
+  hold.tail<3>() *= size2;
+  for (std::size_t i = 0; i < n; ++i) matrix.add(static_cast<int>(i), static_cast<int>(i), hold.asDiagonal());
+  if (!matrix.factorise()) return nullptr;
+  matrix.solve(load);
+  const Eigen::MatrixXd& moved = load;  // of the grains, for each unit strain
 
   out->stress = love_weber(s, volume);
   auto slip = [&](std::size_t k) {  // relative displacement of b against a

@@ -63,7 +63,7 @@ def triaxial(a, b):
 
 def biaxial(a, b):
     drawn = False
-    for name, label in (("bi3", "packing 3"), ("bi4", "packing 4"), ("bi5", "packing 5"), ("bi12", "packing 3, 12 x 24 elements")):
+    for name, label in (("bi3", "packing 3"), ("bi4", "packing 4"), ("bi5", "packing 5")):
         t = table(name, "history.csv")
         if not t:
             continue
@@ -72,6 +72,29 @@ def biaxial(a, b):
         a.plot(strain, [-r / 0.05 / 1e3 for r in t["reaction_top_y_N"]], label=label)
         b.plot(strain, [100 * v for v in t["strain_volumetric"]], label=label)
     return drawn
+
+
+def meshes(a, b):
+    drawn = False
+    for name, label in (("bi3", "8 x 16"), ("bi12", "12 x 24"), ("bi16", "16 x 32")):
+        t = table(name, "history.csv")
+        if not t:
+            continue
+        drawn = True
+        strain = [-u / 0.1 * 100 for u in t["moved_top_y_m"]]
+        a.plot(strain, [-r / 0.05 / 1e3 for r in t["reaction_top_y_N"]], label=label)
+        b.plot(strain, [100 * v for v in t["strain_volumetric"]], label=label)
+    return drawn
+
+
+def block(a, b):
+    t = table("block", "history.csv")
+    if not t:
+        return False
+    strain = [-u / 0.1 * 100 for u in t["moved_top_z_m"]]
+    a.plot(strain, [-r / 0.05**2 / 1e3 for r in t["reaction_top_z_N"]])
+    b.plot(strain, [100 * v for v in t["strain_volumetric"]])
+    return True
 
 
 def footing(a, b):
@@ -94,7 +117,20 @@ def pile(a, b):
     return True
 
 
-def field(name, run, frame, what, label, mirror=False):
+def middle_layer(x, corners):
+    """Of hexahedra: those that the plane through the middle of y cuts, as quadrilaterals of x and z."""
+    centre = x[corners].mean(axis=1)
+    middle = 0.5 * (x[:, 1].min() + x[:, 1].max())
+    depth = abs(centre[:, 1] - middle)
+    kept = [k for k in range(len(corners)) if depth[k] < 1.5 * depth.min() and centre[k, 1] > middle]
+    quads = []
+    for k in kept:
+        near = sorted(corners[k], key=lambda node: x[node, 1])[:4]
+        quads.append(sorted((x[node][[0, 2]] for node in near), key=lambda p: math.atan2(p[1] - centre[k, 2], p[0] - centre[k, 0])))
+    return quads, kept
+
+
+def field(name, run, frame, what, label):
     """A macro field of one frame on the mesh as it stands, from macro/*.hdf (needs python3-h5py)."""
     file = os.path.join(results, run, "macro", f"macro_{frame:05}.hdf")
     try:
@@ -105,11 +141,14 @@ def field(name, run, frame, what, label, mirror=False):
         return print("not there:", file)
     with h5py.File(file) as f:
         g = f["VTKHDF"]
-        x = g["Points"][:, :2] + g["PointData/displacement_m"][:, :2]
+        x = g["Points"][:] + g["PointData/displacement_m"][:]
         value = g["CellData"][what][:]
         corners = g["Connectivity"][:].reshape(len(value), -1)
     figure, axis = plt.subplots(figsize=(5, 6))
-    quads = x[corners]
+    quads = x[corners][:, :, :2]
+    if corners.shape[1] == 8:
+        quads, kept = middle_layer(x, corners)
+        value = value[kept]
     from matplotlib.collections import PolyCollection
 
     patches = PolyCollection(quads, array=value, cmap="viridis", edgecolor="none")
@@ -138,9 +177,13 @@ def bars(a, b):
 page("oedometer_block", ("axial strain (%)", "stress (MPa)"), ("axial strain (%)", "breakages"), oedometer)
 page("triaxial", ("axial strain (%)", "q / p, means of the specimen"), ("axial strain (%)", "volume strain (%, contraction +)"), triaxial)
 page("biaxial_plane_strain", ("axial strain (%)", "axial stress (kPa)"), ("axial strain (%)", "volume strain (%, contraction +)"), biaxial)
+page("biaxial_meshes", ("axial strain (%)", "axial stress (kPa)"), ("axial strain (%)", "volume strain (%, contraction +)"), meshes)
+page("triaxial_block", ("axial strain (%)", "axial stress (kPa)"), ("axial strain (%)", "volume strain (%, contraction +)"), block)
 page("strip_footing", ("settlement (mm)", "footing pressure (MPa)"), ("settlement (mm)", "breakages"), footing)
 page("pile_tip", ("tip displacement (mm)", "head force / area (MPa)"), ("tip displacement (mm)", "breakages"), pile)
 field("biaxial_field", "bi3", 20, "void_ratio", "void ratio")
+field("biaxial_field_16", "bi16", 20, "void_ratio", "void ratio")
+field("block_field", "block", 10, "void_ratio", "void ratio, middle plane")
 field("footing_field", "foot", 10, "broken_fraction", "breakages a starting grain")
 field("pile_field", "pile", 10, "broken_fraction", "breakages a starting grain")
 field("triaxial_field", "tri5b", 10, "broken_fraction", "breakages a starting grain")

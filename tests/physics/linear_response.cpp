@@ -3,6 +3,7 @@
 #include "dem/rve/linear_response.hpp"
 
 #include "dem/packing/packing.hpp"
+#include "dem/rve/block_cholesky.hpp"
 #include "dem/rve/loading.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/tangent.hpp"
@@ -58,4 +59,36 @@ TEST_CASE("linear response: simple cubic in closed form, a random sample as smal
   CHECK((measured - r->tangent).norm() < 0.03 * r->tangent.norm());
   // The affine bound is far stiffer: what relaxation is worth.
   CHECK(contact_stiffness_tangent(model, s)(0, 0) > 1.15 * r->tangent(0, 0));
+}
+
+TEST_CASE("the network's solver against a dense one: rings, a hub, a row of its own, links told twice and both ways round") {
+  const int n = 40;
+  std::vector<std::pair<int, int>> links;
+  for (int i = 0; i < 30; ++i) links.emplace_back(i, (i + 1) % 30), links.emplace_back((7 * i + 3) % 30, i);
+  for (int i = 30; i < n - 1; ++i) links.emplace_back(i, 5);  // the hub is 5; 39 has no link
+  std::erase_if(links, [](const auto& l) { return l.first == l.second; });
+  links.push_back(links.front());
+  BlockCholesky sparse(n, links);
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(6 * n, 6 * n);
+  auto add = [&](int i, int j, const Mat6& block) {
+    sparse.add(i, j, block);
+    dense.block<6, 6>(6 * i, 6 * j) += block;
+    if (i != j) dense.block<6, 6>(6 * j, 6 * i) += block.transpose();
+  };
+  std::srand(1);  // Eigen's Random
+  for (std::size_t k = 0; k < links.size(); ++k) {
+    const auto [i, j] = links[k];
+    const Mat6 off = Mat6::Random();
+    k % 2 ? add(i, j, off) : add(j, i, off);
+    const double held = 1.1 * Eigen::JacobiSVD<Mat6>(off).singularValues()[0];  // block diagonal dominance: positive definite
+    add(i, i, held * Mat6::Identity()), add(j, j, held * Mat6::Identity());
+  }
+  add(n - 1, n - 1, 2 * Mat6::Identity());
+  const Eigen::MatrixXd load = Eigen::MatrixXd::Random(6 * n, 6);
+  Eigen::MatrixXd x = load;
+  REQUIRE(sparse.factorise());
+  sparse.solve(x);
+  CHECK((dense * x - load).norm() < 1e-12 * load.norm());  // no more than round-off times a condition number of some 100
+  BlockCholesky nothing(2, {});
+  CHECK_FALSE(nothing.factorise());  // a block of zeros cannot be inverted
 }

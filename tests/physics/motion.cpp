@@ -71,6 +71,7 @@ TEST_CASE("an isolated cloud keeps linear and angular momentum through a thousan
   for (std::size_t i = 0; i < s.grains.size(); ++i) scale += s.grains.mass[i] * s.grains.motion[i].velocity.norm();
   run_for(model, s, 1.5e-3, team);
   CHECK(s.ledger.damping > 0);
+  CHECK(s.ledger.local_damping == 0);  // dashpots are the contacts'
   CHECK((momentum(s.grains) - p).norm() < 1e-12 * scale);
   CHECK((angular_momentum(s.grains) - l).norm() < 1e-12 * scale * 2e-3);
   CHECK(std::abs(energy_error(s.ledger, stored_energy(model, s))) < 1e-2);

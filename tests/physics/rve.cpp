@@ -275,6 +275,9 @@ TEST_CASE("local damping takes from all directions alike, and only from grains o
   const Vec3 damped = 0.6 * 1e-2 * model.motion.gravity, plain = 1e-2 * model.motion.gravity;
   CHECK((s.grains.motion[0].velocity - 2 * model.motion.gravity - damped).norm() < 1e-10);
   CHECK((s.grains.motion[1].velocity - 2 * model.motion.gravity - plain).norm() < 1e-10);
+  // What the device takes: 0.4 of the weight along the way 2 g t + 0.3 g t^2.
+  const double weight = s.grains.mass[0] * model.motion.gravity.norm(), way = model.motion.gravity.norm() * (2 * 1e-2 + 0.3 * 1e-4);
+  CHECK(s.ledger.local_damping == Approx(0.4 * weight * way).epsilon(1e-6));
   CHECK(std::abs(energy_error(s.ledger, stored_energy(model, s))) < 1e-9);
 }
 

@@ -40,6 +40,10 @@ def problems(tmp):
         need(sum(r["unbalanced_macro_force"] for r in late) / len(late) < 0.02, f"{name}: unbalanced {max(r['unbalanced_macro_force'] for r in late)}")
         balance = summary(folder)["errors"]["hill_mandel"]
         need(0 < balance < 0.01, f"{name}: work of the stresses and of the cells differ by {balance}")
+        devices, last = summary(folder)["errors"]["devices"], rows[-1]
+        need(devices["local_damping_of_cells"] == 0 and 0 < devices["haste_of_cells"] < 0.05, f"{name}: devices {devices}")
+        done = max(abs(last["macro_external_J"]), abs(last["rve_work_J"]))
+        need(abs(devices["macro_damping"] - last["macro_damped_J"] / done) < 1e-9 and 0 < devices["macro_damping"] < 0.3, f"{name}: devices {devices}")
 
     rows = go(scene("triaxial"), out("triaxial"), "boundary.1.displacement=[0, '-0.4 mm']", "rve.set=['preparation.pressure=5 MPa']", "output.frames=2")
     last = rows[-1]
@@ -56,7 +60,9 @@ def problems(tmp):
     whole = os.path.join(tmp, "whole.toml")
     text = open(scene("triaxial")).read().replace('"sand_rve.toml"', f'"{os.path.join(shipped, "sand_rve.toml")}"').replace("../../meshes", os.path.join(here, "..", "..", "meshes"))
     open(whole, "w").write(text + '\n[[probe]]\nname = "all"\nwhere = "x>0"\n[[probe]]\nname = "upper"\nwhere = "y>0.025"\n')
-    last = go(whole, out("whole"), "boundary.1.displacement=[0, '-0.1 mm']", "rve.set=['preparation.pressure=5 MPa']", "output.frames=0", "solve.crossings=20")[-1]
+    last = go(whole, out("whole"), "boundary.1.displacement=[0, '-0.1 mm']", "rve.set=['preparation.pressure=5 MPa']", "output.frames=0", "solve.crossings=20", "rve.damping=0.2")[-1]
+    taken = summary(out("whole"))["errors"]["devices"]["local_damping_of_cells"]
+    need(0 < taken < 1, f"damped cells: of the work a share of {taken} is taken by their damping")
     for k in ("xx", "yy", "zz", "yz", "xz", "xy"):
         half = 0.5 if k[0] != k[1] else 1
         need(abs(last[f"probe_all_strain_{k}"] - half * last[f"mean_strain_{k}"]) < 1e-12, f"probe of all: strain {k}")
