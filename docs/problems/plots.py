@@ -63,20 +63,7 @@ def triaxial(a, b):
 
 def biaxial(a, b):
     drawn = False
-    for name, label in (("bi3", "packing 3"), ("bi4", "packing 4"), ("bi5", "packing 5")):
-        t = table(name, "history.csv")
-        if not t:
-            continue
-        drawn = True
-        strain = [-u / 0.1 * 100 for u in t["moved_top_y_m"]]
-        a.plot(strain, [-r / 0.05 / 1e3 for r in t["reaction_top_y_N"]], label=label)
-        b.plot(strain, [100 * v for v in t["strain_volumetric"]], label=label)
-    return drawn
-
-
-def meshes(a, b):
-    drawn = False
-    for name, label in (("bi3", "8 x 16"), ("bi12", "12 x 24"), ("bi16", "16 x 32")):
+    for name, label in (("bi3", "packing 3"), ("bi4", "packing 4"), ("bi5", "packing 5"), ("bi12", "packing 3, 12 x 24 elements")):
         t = table(name, "history.csv")
         if not t:
             continue
@@ -177,12 +164,10 @@ def bars(a, b):
 page("oedometer_block", ("axial strain (%)", "stress (MPa)"), ("axial strain (%)", "breakages"), oedometer)
 page("triaxial", ("axial strain (%)", "q / p, means of the specimen"), ("axial strain (%)", "volume strain (%, contraction +)"), triaxial)
 page("biaxial_plane_strain", ("axial strain (%)", "axial stress (kPa)"), ("axial strain (%)", "volume strain (%, contraction +)"), biaxial)
-page("biaxial_meshes", ("axial strain (%)", "axial stress (kPa)"), ("axial strain (%)", "volume strain (%, contraction +)"), meshes)
 page("triaxial_block", ("axial strain (%)", "axial stress (kPa)"), ("axial strain (%)", "volume strain (%, contraction +)"), block)
 page("strip_footing", ("settlement (mm)", "footing pressure (MPa)"), ("settlement (mm)", "breakages"), footing)
 page("pile_tip", ("tip displacement (mm)", "head force / area (MPa)"), ("tip displacement (mm)", "breakages"), pile)
 field("biaxial_field", "bi3", 20, "void_ratio", "void ratio")
-field("biaxial_field_16", "bi16", 20, "void_ratio", "void ratio")
 field("block_field", "block", 10, "void_ratio", "void ratio, middle plane")
 field("footing_field", "foot", 10, "broken_fraction", "breakages a starting grain")
 field("pile_field", "pile", 10, "broken_fraction", "breakages a starting grain")
