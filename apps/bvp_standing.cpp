@@ -42,6 +42,7 @@ nlohmann::json standing(const fem::DynamicsReport& r) {
 nlohmann::json standing(const fem::ExplicitStaticsReport& r) {
   return {{"load_factor", hex(r.load_factor)},
           {"rate", hex(r.rate)},
+          {"mean_rate", hex(r.mean_rate)},
           {"steps", r.steps},
           {"settling", r.settling},
           {"rested", r.rested},
@@ -64,7 +65,7 @@ void stand(const nlohmann::json& at, fem::DynamicsReport& s) {
 }
 
 void stand(const nlohmann::json& at, fem::ExplicitStaticsReport& s) {
-  s.load_factor = unhex(at["load_factor"]), s.rate = unhex(at["rate"]), s.steps = at["steps"],
+  s.load_factor = unhex(at["load_factor"]), s.rate = unhex(at["rate"]), s.mean_rate = unhex(at["mean_rate"]), s.steps = at["steps"],
   s.settling = at["settling"], s.rested = at["rested"];
   s.energy = energies_of(at["energy"]);
   s.unbalanced = unhex(at["unbalanced"]), s.largest_unbalanced = unhex(at["largest_unbalanced"]);

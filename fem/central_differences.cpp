@@ -68,19 +68,21 @@ void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
   };
   for (std::size_t n = 0; n < owned; ++n) {
     const std::size_t begin = n * p.width(), end = begin + p.width();
-    double drag = 0;  // N s/m: along the velocity, not by components, which would not be objective
+    double drag = 0;  // N s/m: along the departure, not by components, which would not be objective
+    const auto departure = [&](std::size_t i) { return s.drift > 0 ? v[i] - s.drift * p.drift[i] : v[i]; };
     if (s.damping > 0) {
       double force2 = 0, speed2 = 0;
       for (std::size_t i = begin; i < end; ++i)
-        if (!fixed[i]) force2 += (ex[i] - in[i]) * (ex[i] - in[i]), speed2 += v[i] * v[i];
+        if (!fixed[i]) force2 += (ex[i] - in[i]) * (ex[i] - in[i]), speed2 += departure(i) * departure(i);
       if (speed2 > 0)
-        drag = std::min(s.damping * std::sqrt(force2 / speed2), mass[n] / mean_dt);  // no more than stops the node
+        drag = std::min(s.damping * std::sqrt(force2 / speed2), mass[n] / mean_dt);  // no more than ends the departure
     }
     for (std::size_t i = begin; i < end; ++i) {
       if (fixed[i]) continue;
-      const double held = drag * v[i];
+      const double held = drag * departure(i);
       const double at_instant = turn(i, v[i] + mean_dt * (ex[i] - in[i] - held) / mass[n], ex[i]);
       sums[5] += held * at_instant * mean_dt;
+      if (s.memory > 0) p.drift[i] += (v[i] - p.drift[i]) / s.memory;
     }
   }
   for (const auto& c : p.prescribed)

@@ -17,6 +17,9 @@ constexpr double least_mass = 1e-3;
 /// would carry at once. An interval makes the rate smaller or larger by so much at most.
 constexpr double first_rate = 1.0 / 30, slowed = 0.5, hastened = 1.15;
 
+/// Crossings of the mesh over which nodes' velocities are averaged: slow against its lowest mode, fast against bands.
+constexpr double remembered = 20;
+
 /// Between two bends of the loads the rate grows and falls as under a constant force, over two crossings of the mesh;
 /// never below a twentieth.
 class Easing {
@@ -123,6 +126,7 @@ void allocate_explicit_statics(Problem& problem) {
   allocate_dynamics(problem);
   Problem::Impl& p = problem.impl();
   p.scaled_density.assign(static_cast<std::size_t>(p.cells), 0.0);
+  p.drift.assign(p.velocity.size(), 0.0);
 }
 
 double crossing_steps(Problem& problem, const ExplicitStaticsOptions& o) {
@@ -154,6 +158,7 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
   CentralDifferences& run = relax.run;
   const double crossing = crossing_steps(problem, o), cap = 1 / (o.crossings * crossing);
   const Easing easing(p.boundaries, 2 * crossing);
+  const double memory = remembered * crossing;
   const auto settling = static_cast<std::uint64_t>(100 * crossing), rest = static_cast<std::uint64_t>(2 * crossing);
   if (start.steps == 0) {
     if (!run.respond(0, true)) return result.failure = "the initial state: " + run.reason, result;
@@ -185,7 +190,13 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
     double next = now.load_factor;
     if (settled) next = std::min(easing.next(now.load_factor), next + now.rate * easing(next, now.rate));
     if (1 - next < 1e-12) next = 1;
-    run.step({1, now.steps > 0 ? 1.0 : 0.0, now.load_factor, next, o.damping, now.steps == 0}, now.energy);
+    // Quasi-static motion goes with the load's rate: what departs from that is damped. Damped as a whole, it would be
+    // held by every unbalanced force, and the loads would work against the damping.
+    const double rate = next - now.load_factor;
+    run.step({1, now.steps > 0 ? 1.0 : 0.0, now.load_factor, next, o.damping, now.steps == 0,
+              now.mean_rate > 0 ? std::min(1.0, rate / now.mean_rate) : 0.0, rate > 0 ? memory : 0.0},
+             now.energy);
+    if (rate > 0) now.mean_rate += (rate - now.mean_rate) / memory;
     const bool estimate = (now.steps + 1) % every == 0;
     if (!run.respond(0, estimate)) {
       p.back_to_committed();

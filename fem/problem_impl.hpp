@@ -65,6 +65,7 @@ struct Problem::Impl {
   /// inside now, bulk viscosity included (N).
   std::vector<double> velocity, last_load, last_internal, now_internal;
   std::vector<double> scaled_density;                    // explicit statics only: of the cells (kg/m^3)
+  std::vector<double> drift;                             // explicit statics only: running mean of the velocity
   std::vector<Prescribed> prescribed;                    // owned and ghost, each component once
   std::vector<std::vector<std::int32_t>> boundary_nodes; // owned nodes of each boundary
   std::vector<LoadedFacet> loaded;
