@@ -41,10 +41,10 @@ double largest_eigenvalue(const Problem::Impl& p, std::int32_t c, Density&& dens
 struct Stride {
   double dt = 0, last_dt = 0;  // s; 0 before the first
   double time = 0, next = 0;   // of boundary histories, at its ends
-  double damping = 0;          // local, non-viscous: of a free node's unbalanced force, against its departure from the drift
-  bool first = false;          // driven nodes start with the speed they are given
-  double drift = 0;            // of the running mean of the velocity: how much of it is the load's motion now
-  double memory = 0;           // steps of that mean; 0: none is kept
+  double damping = 0;  // local, non-viscous: of a free node's unbalanced force, against its departure from the drift
+  bool first = false;  // driven nodes start with the speed they are given
+  double drift = 0;    // of the running mean of the velocity: how much of it is the load's motion now
+  double memory = 0;   // steps of that mean; 0: none is kept
 };
 
 struct CentralDifferences {

@@ -212,7 +212,8 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
       govern(o, cap, now);
       if (now.rate < 1e-4 * cap)
         return result.failure = "the balance cannot be held: unbalanced force " + std::to_string(now.unbalanced) +
-                                " of what is applied, kinetic energy " + std::to_string(now.energy.kinetic_over_internal()) +
+                                " of what is applied, kinetic energy " +
+                                std::to_string(now.energy.kinetic_over_internal()) +
                                 " of what the material holds, at a ten-thousandth of the usual rate",
                result;
     }

@@ -15,7 +15,8 @@ BlockCholesky::BlockCholesky(std::size_t rows, std::span<const std::pair<int, in
   graph.setFromTriplets(entries.begin(), entries.end());
   Eigen::AMDOrdering<int>::PermutationType order;
   Eigen::AMDOrdering<int>()(graph, order);
-  for (std::size_t i = 0; i < rows; ++i) place_[static_cast<std::size_t>(order.indices()[static_cast<Eigen::Index>(i)])] = static_cast<int>(i);
+  for (std::size_t i = 0; i < rows; ++i)
+    place_[static_cast<std::size_t>(order.indices()[static_cast<Eigen::Index>(i)])] = static_cast<int>(i);
   std::vector<std::vector<int>> column(rows);
   for (const auto& [i, j] : links) {
     const int a = place_[static_cast<std::size_t>(i)], b = place_[static_cast<std::size_t>(j)];
@@ -44,9 +45,12 @@ Mat6& BlockCholesky::at(int row, int column) {
 
 void BlockCholesky::add(int i, int j, const Mat6& block) {
   const int a = place_[static_cast<std::size_t>(i)], b = place_[static_cast<std::size_t>(j)];
-  if (a == b) diagonal_[static_cast<std::size_t>(a)] += block;
-  else if (a > b) at(a, b) += block;
-  else at(b, a) += block.transpose();
+  if (a == b)
+    diagonal_[static_cast<std::size_t>(a)] += block;
+  else if (a > b)
+    at(a, b) += block;
+  else
+    at(b, a) += block.transpose();
 }
 
 bool BlockCholesky::factorise() {

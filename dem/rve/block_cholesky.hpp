@@ -25,10 +25,10 @@ public:
 
 private:
   Mat6& at(int row, int column);
-  std::vector<int> place_;                      // of a row in the order of elimination (approximate minimum degree)
-  std::vector<std::size_t> begin_;              // of columns, in the two below
-  std::vector<int> row_;                        // below the diagonal, ascending; fill included
-  std::vector<Mat6> below_, diagonal_;          // K, then L and the inverse of D
+  std::vector<int> place_;              // of a row in the order of elimination (approximate minimum degree)
+  std::vector<std::size_t> begin_;      // of columns, in the two below
+  std::vector<int> row_;                // below the diagonal, ascending; fill included
+  std::vector<Mat6> below_, diagonal_;  // K, then L and the inverse of D
 };
 
 }  // namespace grus::dem
