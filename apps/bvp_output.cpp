@@ -258,7 +258,8 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   for (std::size_t i = 0; i < columns.size() && !history_->last().empty(); ++i) summary["last_row"][columns[i]] = history_->last()[i];
   for (const std::string name : {"correction", "worst_unbalanced_force", "worst_stress_change"})
     if (summary["last_row"].contains(name)) summary["errors"]["last_" + name] = summary["last_row"][name];
-  if (rves_) summary["errors"]["devices"] = devices(summary["last_row"]);
+  if (rves_ && summary["last_row"].is_object())  // a resumed run that adds no row has none
+    summary["errors"]["devices"] = devices(summary["last_row"]);
   dem::write_whole((std::filesystem::path(directory_) / "summary.json").string(), summary.dump(2) + "\n");
   if (scene_.hopkinson && history_->rows() > 1) write_hopkinson((std::filesystem::path(directory_) / "hopkinson.csv").string(), *scene_.hopkinson, history_->text());
 }
