@@ -5,7 +5,10 @@
 #include <unistd.h>
 
 #include <cstdint>
+#include <cstring>
+#include <fstream>
 #include <stdexcept>
+#include <string_view>
 
 #include "dem/base/error.hpp"
 #include "dem/io/hdf5_image.hpp"
@@ -17,12 +20,30 @@ namespace {
 
 /// Raised with every change of the archive's fields; the sizes tell another layout of the same fields.
 constexpr std::uint64_t format_version = 9;
-constexpr std::uint64_t layout = sizeof(Motion) + 1000 * sizeof(Contact) + 1000000 * sizeof(CohesiveSpring) + 1000000000ULL * sizeof(Pair);
+constexpr std::uint64_t layout =
+    sizeof(Motion) + 1000 * sizeof(Contact) + 1000000 * sizeof(CohesiveSpring) + 1000000000ULL * sizeof(Pair);
 
 /// FNV-1a of `bytes`, after those whose checksum is `h`.
-std::uint64_t checksum(const std::string& bytes, std::uint64_t h = 0xcbf29ce484222325ULL) {
+std::uint64_t checksum(std::string_view bytes, std::uint64_t h = 0xcbf29ce484222325ULL) {
   for (const char c : bytes) h = (h ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
   return h;
+}
+
+/// True where the last eight bytes of a file are the checksum of all before: HDF5 does not mind them, and leaves gaps
+/// that no checksum of its datasets would reach.
+bool sealed(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string piece(std::size_t{1} << 20, '\0'), ahead;  // ahead: the last bytes so far, which may be the seal
+  std::uint64_t h = checksum({}), seal = 0;
+  while (in.read(piece.data(), static_cast<std::streamsize>(piece.size())), in.gcount() > 0) {
+    ahead.append(piece, 0, static_cast<std::size_t>(in.gcount()));
+    if (ahead.size() < sizeof seal) continue;
+    h = checksum(std::string_view(ahead).substr(0, ahead.size() - sizeof seal), h);
+    ahead.erase(0, ahead.size() - sizeof seal);
+  }
+  if (ahead.size() != sizeof seal) return false;
+  std::memcpy(&seal, ahead.data(), sizeof seal);
+  return seal == h;
 }
 
 void write(hid_t file, const char* name, hid_t type, std::size_t count, const void* data) {
@@ -41,7 +62,8 @@ public:
     const Handle space{H5Screate_simple(1, &none, &any), H5Sclose};
     const Handle how{must(H5Pcreate(H5P_DATASET_CREATE), "make properties"), H5Pclose};
     H5Pset_chunk(how.id, 1, &chunk);
-    set_.id = must(H5Dcreate2(file, name, H5T_NATIVE_UINT8, space.id, H5P_DEFAULT, how.id, H5P_DEFAULT), "make a column");
+    set_.id =
+        must(H5Dcreate2(file, name, H5T_NATIVE_UINT8, space.id, H5P_DEFAULT, how.id, H5P_DEFAULT), "make a column");
   }
   void append(const std::string& bytes) {
     if (bytes.empty()) return;
@@ -73,19 +95,22 @@ bool read(hid_t file, const char* name, hid_t type, C& into) {
 
 }  // namespace
 
-void write_checkpoint(const std::string& path, const std::string& about, const std::function<void(const TakePart&)>& parts) {
-  write_whole(path, hdf5_image([&](hid_t file) {
-    std::vector<std::uint64_t> offsets{0}, head{format_version, layout, checksum({}), checksum(about)};
+void write_checkpoint(const std::string& path, const std::string& about,
+                      const std::function<void(const TakePart&)>& parts) {
+  std::string image = hdf5_image([&](hid_t file) {
+    std::vector<std::uint64_t> offsets{0};
+    const std::vector<std::uint64_t> head{format_version, layout};
     Growing packed(file, "parts");
     parts([&](const std::string& part) {
       packed.append(part);
       offsets.push_back(packed.size());
-      head[2] = checksum(part, head[2]);
     });
     write(file, "head", H5T_NATIVE_UINT64, head.size(), head.data());
     write(file, "about", H5T_NATIVE_UINT8, about.size(), about.data());
     write(file, "offsets", H5T_NATIVE_UINT64, offsets.size(), offsets.data());
-  }));
+  });
+  const std::uint64_t seal = checksum(image);
+  write_whole(path, image.append(reinterpret_cast<const char*>(&seal), sizeof seal));
 }
 
 Checkpoint read_checkpoint(const std::string& path) {
@@ -97,14 +122,18 @@ Checkpoint read_checkpoint(const std::string& path) {
   std::vector<std::uint64_t> head, offsets;
   std::string packed;
   Checkpoint c;
-  if (!read(file.id, "head", H5T_NATIVE_UINT64, head) || head.size() != 4) refuse("not a checkpoint of Grus");
-  if (head[0] != format_version) refuse(fmt::format("checkpoint of format {}, this version reads {}: run again from the start", head[0], format_version));
-  if (head[1] != layout) refuse("checkpoint of a build with another data layout: resume with the program that wrote it");
-  if (!read(file.id, "about", H5T_NATIVE_UINT8, c.about) || !read(file.id, "offsets", H5T_NATIVE_UINT64, offsets) ||
-      !read(file.id, "parts", H5T_NATIVE_UINT8, packed) || checksum(packed) != head[2] || checksum(c.about) != head[3])
+  if (!read(file.id, "head", H5T_NATIVE_UINT64, head) || head.size() < 2) refuse("not a checkpoint of Grus");
+  if (head[0] != format_version)
+    refuse(fmt::format("checkpoint of format {}, this version reads {}: run again from the start", head[0],
+                       format_version));
+  if (head[1] != layout)
+    refuse("checkpoint of a build with another data layout: resume with the program that wrote it");
+  if (!sealed(path) || !read(file.id, "about", H5T_NATIVE_UINT8, c.about) ||
+      !read(file.id, "offsets", H5T_NATIVE_UINT64, offsets) || !read(file.id, "parts", H5T_NATIVE_UINT8, packed))
     refuse("checkpoint is damaged: its checksum does not match");
   for (std::size_t k = 0; k + 1 < offsets.size(); ++k) {
-    if (offsets[k] > offsets[k + 1] || offsets[k + 1] > packed.size()) refuse("checkpoint is damaged: its offsets do not match");
+    if (offsets[k] > offsets[k + 1] || offsets[k + 1] > packed.size())
+      refuse("checkpoint is damaged: its offsets do not match");
     c.parts.push_back(packed.substr(offsets[k], offsets[k + 1] - offsets[k]));
   }
   return c;

@@ -17,7 +17,8 @@ using TakePart = std::function<void(const std::string& part)>;
 
 /// `parts` hands over the parts one after the other, so that they are never all held at once beside the file in memory.
 /// Throws std::runtime_error where the file cannot be written; the old one then stays.
-void write_checkpoint(const std::string& path, const std::string& about, const std::function<void(const TakePart&)>& parts);
+void write_checkpoint(const std::string& path, const std::string& about,
+                      const std::function<void(const TakePart&)>& parts);
 
 /// Throws InputError, one line, for a file that is missing, damaged, of another version or of another machine's layout.
 Checkpoint read_checkpoint(const std::string& path);
