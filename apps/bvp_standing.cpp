@@ -28,7 +28,8 @@ nlohmann::json standing(const fem::IncrementReport& r) {
           {"increments", r.increment},
           {"sweeps", r.law_sweeps},
           {"largest_force", hex(r.largest_force)},
-          {"stiffest", hex(r.stiffest)}};
+          {"stiffest", hex(r.stiffest)},
+          {"last_size", hex(r.last_size)}};
 }
 
 nlohmann::json standing(const fem::DynamicsReport& r) {
@@ -57,7 +58,7 @@ nlohmann::json standing(const fem::ExplicitStaticsReport& r) {
 
 void stand(const nlohmann::json& at, fem::StaticsStart& s) {
   s = {unhex(at["load_factor"]),   unhex(at["next_size"]), at["increments"], at["sweeps"],
-       unhex(at["largest_force"]), unhex(at["stiffest"])};
+       unhex(at["largest_force"]), unhex(at["stiffest"]), unhex(at["last_size"])};
 }
 
 void stand(const nlohmann::json& at, fem::DynamicsReport& s) {

@@ -171,6 +171,7 @@ public:
           return fem::solve_explicit_statics(*setup_.problem, *material_, with, [&](const fem::ExplicitStaticsReport& r) { return after(r, r.load_factor); }, from);
         }).load_factor;
       } else {
+        fem::allocate_statics(*setup_.problem);
         const fem::StaticsStart start = begin<fem::StaticsStart>();
         const auto result = fem::solve_statics(*setup_.problem, *material_, work_of_grains_, [&](const fem::IncrementReport& r) { return after(r, r.load_factor); }, start);
         complete = result.converged, failure = result.failure, ending.time = result.load_factor;

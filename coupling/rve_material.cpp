@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <set>
 
 #include "coupling/prediction.hpp"
 #include "dem/base/error.hpp"
@@ -129,6 +130,7 @@ bool RveMaterial::sharpen() {
   constexpr int lasting = 5;  // increments; a stall comes seldom alone
   if (options_.response.tangent != TangentKind::automatic || sharp_ > 0) return false;
   sharp_ = lasting;
+  for (auto& [slot, s] : slots_) s.trial.reset();
   return true;
 }
 
@@ -170,10 +172,19 @@ bool RveMaterial::respond(const fem::Points& points) {
 /// True where the tangent foretells so small a change of stress that no DEM is needed.
 bool RveMaterial::foretold(const Job& job) const {
   const Slot& s = slots_.at(job.slot);
+  if (!s.heard && !s.trial) return false;
+  const Told last = told(job);
   Mat3 r, u;
-  dem::polar(job.increment * s.pending, r, u);
-  const double change = dem::from_voigt(s.tangent * strain_between(Mat3::Identity(), u)).norm();
-  return change <= s.trust * options_.error * std::max(s.stress.norm(), std::sqrt(3.0) * options_.response.quasi_static.pressure_floor);
+  dem::polar(last.beyond, r, u);
+  const double change = dem::from_voigt(last.tangent * strain_between(Mat3::Identity(), u)).norm();
+  const double scale = std::max(last.stress.norm(), std::sqrt(3.0) * options_.response.quasi_static.pressure_floor);
+  return change <= s.trust * options_.error * scale;
+}
+
+RveMaterial::Told RveMaterial::told(const Job& job) const {
+  const Slot& s = slots_.at(job.slot);
+  if (!s.trial) return {s.stress, s.tangent, job.increment * s.pending};
+  return {s.trial->response.stress, s.trial->response.tangent, job.increment * s.trial->increment.inverse()};
 }
 
 /// RVEs that must advance now and were put off: first to where the macro solver believes them to be, which measures the error.
@@ -182,7 +193,7 @@ bool RveMaterial::catch_up() {
   std::vector<std::uint64_t> slots;
   for (const Job& job : jobs_) {
     Slot& s = slots_.at(job.slot);
-    if (!s.heard || s.pending == Mat3::Identity() || foretold(job)) continue;
+    if (!s.heard || s.trial || s.pending == Mat3::Identity() || foretold(job)) continue;
     tasks.push_back({job.slot, {s.pending}, 0, Pace::relaxed, true, sharp()});
     slots.push_back(job.slot);
   }
@@ -215,14 +226,17 @@ void RveMaterial::answer(double duration, bool tangent) {
   std::vector<std::size_t> real;
   for (std::size_t k = 0; k < jobs_.size(); ++k) {
     Job& job = jobs_[k];
-    const Slot& s = slots_.at(job.slot);
-    if (options_.error > 0 && s.heard && !awake_.contains(job.slot) && foretold(job)) {
+    Slot& s = slots_.at(job.slot);
+    // What has done DEM in this increment answers from there, not from its start.
+    if (options_.error > 0 && foretold(job)) {
+      const Told last = told(job);
       job.deferred = true;
-      job.response.stress = predicted(s.stress, s.tangent, job.increment * s.pending);
-      job.response.tangent = s.tangent, job.response.stable = true;
+      if (s.trial) job.response = s.trial->response;
+      job.response.stress = predicted(last.stress, last.tangent, last.beyond);
+      job.response.tangent = last.tangent, job.response.stable = true;
       continue;
     }
-    if (options_.error > 0) awake_.insert(job.slot);  // no way back within an increment: Newton needs one answer
+    s.trial.reset();
     real.push_back(k);
     tasks.push_back({job.slot, {job.increment}, duration, options_.pace, tangent, sharp()});
   }
@@ -237,6 +251,7 @@ void RveMaterial::answer(double duration, bool tangent) {
     report_.inertial_number += job.response.inertial_number / static_cast<double>(real.size());
     report_.dem_steps += job.response.steps;
     report_.retried += job.response.pieces > 1 ? 1 : 0;
+    if (options_.error > 0 && job.response.stable) slots_.at(job.slot).trial = {job.increment, job.response};
   }
   report_.asked += point_.size(), report_.deferred += jobs_.size() - real.size();
 }
@@ -275,14 +290,14 @@ void RveMaterial::commit() {
     Slot& s = slots_.at(job.slot);
     in_use.insert(job.slot);
     s.leader = job.leader;
-    if (job.deferred) {
-      s.pending = job.increment * s.pending;
-      continue;
-    }
+    if (job.deferred) s.pending = told(job).beyond;
+    if (job.deferred && !s.trial) continue;
+    const dem::Response& done = s.trial ? s.trial->response : job.response;
     advanced.push_back(job.slot);
-    s.heard = true, s.pending.setIdentity(), s.stress = job.response.stress, s.tangent = job.response.tangent;
-    report_.worst_unbalanced = std::max(report_.worst_unbalanced, job.response.unbalanced_force);
-    report_.worst_stress_change = std::max(report_.worst_stress_change, job.response.stress_change);
+    s.heard = true, s.stress = done.stress, s.tangent = done.tangent;
+    if (!job.deferred) s.pending.setIdentity();
+    report_.worst_unbalanced = std::max(report_.worst_unbalanced, done.unbalanced_force);
+    report_.worst_stress_change = std::max(report_.worst_stress_change, done.stress_change);
   }
   if (options_.pace != Pace::relaxed) {
     for (const Job& job : jobs_) {
@@ -311,7 +326,8 @@ void RveMaterial::commit() {
   for (const auto& [slot, copies] : parted_)
     for (const auto copy : copies)
       if (!in_use.contains(copy)) farm_.drop(copy), slots_.erase(copy);
-  parted_.clear(), awake_.clear(), jobs_.clear();
+  for (auto& [slot, s] : slots_) s.trial.reset();
+  parted_.clear(), jobs_.clear();
   sharp_ = std::max(0, sharp_ - 1);
   deformation_.clear();  // the next response starts another increment
   report_.distinct = slots_.size();

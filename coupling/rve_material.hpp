@@ -3,7 +3,7 @@
 #pragma once
 
 #include <memory>
-#include <set>
+#include <optional>
 
 #include "coupling/rve_farm.hpp"
 #include "fem/material.hpp"
@@ -16,7 +16,8 @@ struct RveOptions {
   Pace pace = Pace::relaxed;
   bool exact_sharing = true;  // points of one history have one RVE; the same bits as without
   double share = 0;           // similar sharing: largest difference of deformation gradients, over the history; 0: off
-  double error = 0;           // deferral: largest predicted stress change relative to the stress; 0: off
+  double error = 0;           // deferral: largest predicted stress change relative to the stress, since the last commit
+                              // or since this increment's last DEM answer; 0: off
 };
 
 /// How well a device keeps to its tolerance: errors measured whenever the truth comes out, relative to the stress.
@@ -78,6 +79,11 @@ private:
     dem::Mat3 total = dem::Mat3::Identity();  // F since the start
     dem::Mat3 stress = dem::Mat3::Zero();     // as committed
   };
+  /// The last DEM answer of an increment.
+  struct Trial {
+    dem::Mat3 increment;                // since the last commit
+    dem::Response response;
+  };
   /// An RVE with the committed path of one of its points, and what it last said.
   struct Slot {
     std::size_t leader = 0;             // point whose path it has had
@@ -87,6 +93,7 @@ private:
     dem::Mat6 tangent = dem::Mat6::Zero();
     double trust = 1;                   // of the deferral tolerance, lowered where predictions were bad
     Facts facts;
+    std::optional<Trial> trial;         // the farm's, not committed (deferral)
   };
   /// One increment of one slot in this response.
   struct Job {
@@ -94,7 +101,7 @@ private:
     std::size_t leader;
     dem::Mat3 increment;                // since the last commit
     bool deferred = false;
-    dem::Response response;
+    dem::Response response;             // by DEM, or by a tangent
   };
 
   /// What one point hears.
@@ -115,6 +122,13 @@ private:
   bool replay(std::size_t point);
   double distance(std::size_t a, std::size_t b, double limit) const;
   bool foretold(const Job& job) const;
+  /// What an RVE last said by DEM, in this increment or at the last commit, and the deformation since.
+  struct Told {
+    const dem::Mat3& stress;
+    const dem::Mat6& tangent;
+    dem::Mat3 beyond;
+  };
+  Told told(const Job& job) const;
   bool catch_up();
   void answer(double duration, bool tangent);
   void choose_tangents();
@@ -129,7 +143,6 @@ private:
   std::map<std::uint64_t, Slot> slots_;
   std::vector<std::vector<dem::Mat3>> path_;       // committed increments of every point; similar sharing only
   std::map<std::uint64_t, std::vector<std::uint64_t>> parted_;  // slot -> copies of it that this increment has needed
-  std::set<std::uint64_t> awake_;                  // slots that do DEM until the increment is over, deferral or not
   std::map<std::uint64_t, std::vector<std::size_t>> jobs_of_;   // slot that points have -> jobs that began there
   std::uint64_t next_slot_ = 0;
   std::vector<Job> jobs_;

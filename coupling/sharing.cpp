@@ -24,6 +24,7 @@ std::uint64_t RveMaterial::part(std::uint64_t slot, std::size_t leader) {
     copies.push_back(next_slot_++);
     farm_.copy(slot, copies.back());
     slots_[copies.back()] = slots_.at(slot);
+    slots_[copies.back()].trial.reset();
   }
   slots_[copies[number]].leader = leader;
   return copies[number];

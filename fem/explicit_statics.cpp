@@ -18,7 +18,7 @@ constexpr double least_mass = 1e-3;
 constexpr double first_rate = 1.0 / 30, slowed = 0.5, hastened = 1.15;
 
 /// Crossings of the mesh over which nodes' velocities are averaged: slow against its lowest mode, fast against bands.
-constexpr double remembered = 20;
+constexpr double remembered = 5;
 
 /// Between two bends of the loads the rate grows and falls as under a constant force, over two crossings of the mesh;
 /// never below a twentieth.

@@ -231,7 +231,7 @@ void cell_state(Problem::Impl& p, std::int32_t c, F&& each) {
   auto u = p.committed_u->mutable_array();
   for (const auto node : p.cell_nodes(c))
     for (std::size_t k = 0; k < p.width(); ++k) each(u[p.width() * static_cast<std::size_t>(node) + k]);
-  for (auto* nodal : {&p.velocity, &p.last_load, &p.last_internal, &p.now_internal, &p.drift})
+  for (auto* nodal : {&p.velocity, &p.last_load, &p.last_internal, &p.now_internal, &p.drift, &p.previous_u})
     for (const auto node : p.cell_nodes(c))
       for (std::size_t k = 0; k < p.width() && !nodal->empty(); ++k) each((*nodal)[p.width() * static_cast<std::size_t>(node) + k]);
   if (!p.scaled_density.empty()) each(p.scaled_density[static_cast<std::size_t>(c)]);

@@ -64,6 +64,7 @@ struct Problem::Impl {
   /// Dynamics only, of owned and ghost components: velocity, half a step behind; forces from outside and inside a step ago, and
   /// inside now, bulk viscosity included (N).
   std::vector<double> velocity, last_load, last_internal, now_internal;
+  std::vector<double> previous_u;                        // statics only: committed before the last increment
   std::vector<double> scaled_density;                    // explicit statics only: of the cells (kg/m^3)
   std::vector<double> drift;                             // explicit statics only: running mean of the velocity
   std::vector<Prescribed> prescribed;                    // owned and ghost, each component once

@@ -101,6 +101,7 @@ struct Newton {
   static constexpr double forgotten = 0.02, softest = 1e-3;
   double force = 0, largest_force = 0;  // norm of all forces (N): now, and the largest committed so far
   double stiffest = 0;                  // mean tangent (Pa): the largest committed so far
+  double last_size = 0;                 // of the load factor, in the last increment; 0: nothing to go by
 
   Newton(Problem::Impl& problem, Material& m, const StaticsOptions& options) : p(problem), material(m), o(options), linear(problem) {
     fixed.assign(p.width() * static_cast<std::size_t>(p.owned_nodes()), 0);
@@ -186,12 +187,34 @@ struct Newton {
     stiffest = std::max(stiffest, largest_of_ranks(mine));
   }
 
+  /// True where loads and prescribed displacements go on as in the last increment: no part of them starts, ends or turns.
+  bool goes_on(double from, double to) const {
+    if (last_size == 0) return false;
+    for (std::size_t b = 0; b < p.boundaries.size(); ++b) {
+      const double then = (p.factor(b, from) - p.factor(b, from - last_size)) / last_size;
+      const double now = (p.factor(b, to) - p.factor(b, from)) / (to - from);
+      if (std::abs(now - then) > 1e-9 * std::max(std::abs(now), std::abs(then))) return false;
+    }
+    return true;
+  }
+
+  /// The last increment's displacements, for a load increment of this size: nearer to what yields than any tangent.
+  std::vector<double> as_before(double size) const {
+    std::vector<double> dx(fixed.size());
+    for (std::size_t i = 0; i < dx.size(); ++i)
+      dx[i] = (p.committed_u->array()[i] - p.previous_u[i]) * (size / last_size);
+    return dx;
+  }
+
   /// One increment of the load factor from the committed state; false: nothing was committed.
   bool increment(double from, double to, IncrementReport& report) {
     std::vector<double> r, dx, total;
     p.assemble_external(to);
     residual(r);  // with the committed stress: out of balance by the new load only
-    if (!linear.solve(r, from, to, dx)) return reason = "the linear solver failed", false;
+    if (goes_on(from, to))
+      dx = as_before(to - from);
+    else if (!linear.solve(r, from, to, dx))
+      return reason = "the linear solver failed", false;
     move(dx, 1);
     total = dx;
     if (!evaluate(to)) return false;
@@ -212,6 +235,8 @@ struct Newton {
       if (now <= floor && correction <= floor_u) {
         report.residual = now, report.correction = correction, report.noise = noise;
         report.work = p.work_since_commit(o.work_of);
+        p.previous_u.assign(p.committed_u->array().begin(), p.committed_u->array().end());
+        last_size = to - from;
         commit();
         return true;
       }
@@ -242,6 +267,10 @@ struct Newton {
 
 }  // namespace
 
+void allocate_statics(Problem& problem) {
+  problem.impl().previous_u.assign(problem.impl().u->array().size(), 0.0);
+}
+
 StaticsResult solve_statics(Problem& problem, Material& material, const StaticsOptions& o, const std::function<bool(const IncrementReport&)>& observer,
                             const StaticsStart& start) {
   Problem::Impl& p = problem.impl();
@@ -252,6 +281,8 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
   int cutbacks = 0, number = start.increments;
   result.load_factor = start.load_factor;
   newton.sweeps = start.law_sweeps, newton.largest_force = start.largest_force, newton.stiffest = start.stiffest;
+  newton.last_size = start.last_size;
+  if (p.previous_u.empty()) allocate_statics(problem);
   if (number == 0) {  // stress and tangent of the start: an empty increment
     if (!newton.evaluate(0)) return result.failure = "the initial state: " + newton.reason, result;
     std::vector<double> unused;
@@ -264,9 +295,10 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
   while (result.load_factor < 1 - 1e-12) {
     double next = std::min(1.0, result.load_factor + size);
     if (1 - next < 1e-9 * asked) next = 1;
-    IncrementReport report{number + 1, next, 0, cutbacks, 0, 0, 0, cut_reason, {}, 0, 0, 0, 0, 0};
+    IncrementReport report{number + 1, next, 0, cutbacks, 0, 0, 0, cut_reason, {}, 0, 0, 0, 0, 0, 0};
     if (!newton.increment(result.load_factor, next, report)) {
       p.back_to_committed();
+      newton.last_size = 0;
       cut_reason = newton.reason;
       result.law_sweeps = newton.sweeps;
       if (material.sharpen()) continue;  // the same increment once more
@@ -285,6 +317,7 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
     result.law_sweeps = newton.sweeps;
     report.next_size = size = std::min(asked, cutbacks > 0 ? size : size * o.grow);
     report.law_sweeps = newton.sweeps, report.largest_force = newton.largest_force, report.stiffest = newton.stiffest;
+    report.last_size = newton.last_size;
     cutbacks = 0;
     cut_reason.clear();
     if (!observer(report)) return result.stopped = true, result;

@@ -32,13 +32,14 @@ struct IncrementReport {
   double next_size;               // of the load factor
   int law_sweeps;                 // since the start
   double largest_force, stiffest; // norm of all forces (N) and mean tangent (Pa): the largest so far
+  double last_size;               // of the load factor, that the next predictor goes by; 0: none
 };
 
 /// Where to go on from, after Problem::restore.
 struct StaticsStart {
   double load_factor = 0, next_size = 0;
   int increments = 0, law_sweeps = 0;
-  double largest_force = 0, stiffest = 0;
+  double largest_force = 0, stiffest = 0, last_size = 0;
 };
 
 struct StaticsResult {
@@ -52,5 +53,8 @@ struct StaticsResult {
 /// to its tolerance or to the material's noise, whichever is larger. The observer may end the run by returning false.
 StaticsResult solve_statics(Problem& problem, Material& material, const StaticsOptions& options,
                             const std::function<bool(const IncrementReport&)>& observer, const StaticsStart& start = {});
+
+/// Room for the last increment's start in the problem's snapshot; call before Problem::restore of such a run.
+void allocate_statics(Problem& problem);
 
 }  // namespace grus::fem

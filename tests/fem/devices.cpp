@@ -113,6 +113,42 @@ TEST_CASE("a point that waits has been where its increments lead, one after the 
   CHECK((d.rves.committed(0).boundary.cell.vectors - total * cell).norm() < 1e-8 * cell.norm());
 }
 
+TEST_CASE("iterations near one another ask the grains once; the increment that follows starts from where the last one led") {
+  coupling::RveOptions with;
+  with.error = 0.05;
+  Driven d(standard(), 1, with), every(standard(), 1, {});
+  const Mat3 cell = standard().state.boundary.cell.vectors;
+  const Mat3 first = turn(0.02) * stretch(2e-3, 1e-3, -4e-3), near = stretch(2e-5, -1e-5, 3e-5) * first,
+             far = stretch(0, 0, -2e-3) * first;
+  const auto told = [&] { return from_voigt(Eigen::Map<const Vec6>(d.stress.data())); };
+  d.respond({first});
+  const Mat3 stress = told();
+  const Mat6 tangent = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(d.tangent.data());
+  const auto once = d.rves.report();
+  REQUIRE(once.advanced == 1);
+  d.respond({near});
+  CHECK(d.rves.report().dem_steps == once.dem_steps);
+  const Mat3 foretold = coupling::predicted(stress, tangent, near * first.inverse());
+  CHECK((told() - foretold).norm() < 1e-7 * foretold.norm());
+  CHECK((foretold - stress).norm() > 1e-4 * stress.norm());
+  d.respond({far});
+  CHECK(d.rves.report().advanced == 2);
+  d.respond({first});  // from far: no longer near to what the grains were asked last
+  CHECK(d.rves.report().advanced == 3);
+  d.go({near});
+  CHECK(d.rves.report().advanced == 3);
+  // The next increment: the grains first go to where they were believed to be, then on, turned or not.
+  const Mat3 next = turn(-0.03) * stretch(0, 0, -3e-3);
+  d.go({next});
+  every.go({near}), every.go({next});
+  CHECK(d.rves.report().advanced == 5);
+  CHECK(d.rves.report().deferral.count == 1);
+  CHECK(d.rves.report().deferral.worst < with.error);
+  CHECK((d.rves.committed(0).boundary.cell.vectors - next * near * cell).norm() < 1e-8 * cell.norm());
+  const Mat3 asked = from_voigt(Eigen::Map<const Vec6>(every.stress.data()));
+  CHECK((told() - asked).norm() < with.error * asked.norm());
+}
+
 TEST_CASE("who was told wrong is trusted less") {
   coupling::RveOptions with;
   with.error = 0.05, with.response.tangent = coupling::TangentKind::network;

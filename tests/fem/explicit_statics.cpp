@@ -173,7 +173,7 @@ TEST_CASE(
     o.balance = balance, o.kinetic = kinetic, o.crossings = crossings;
     double worst = 0, moving = 0;
     auto result = fem::solve_explicit_statics(problem, m, o, [&](const ExplicitStaticsReport& r) {
-      if (r.load_factor > 0.5 && r.load_factor < 0.95)
+      if (r.load_factor > 0.1 && r.load_factor < 0.95)  // while what the start has stirred up dies away
         worst = std::max(worst, r.unbalanced), moving = std::max(moving, r.energy.kinetic_over_internal());
       return true;
     });
@@ -182,6 +182,7 @@ TEST_CASE(
   const auto [easy, off, fast] = run(0.5, 0.5, 100);
   const auto [balanced, less_off, unused] = run(0.5 * off, 0.5, 100);
   const auto [slow, unused2, less_fast] = run(0.5, 0.3 * fast, 100);
+  INFO(easy.failure << balanced.failure << slow.failure);
   REQUIRE((easy.finished && balanced.finished && slow.finished));
   CHECK(easy.last.governor == fem::Governor::none);
   CHECK(balanced.last.steps > 1.3 * static_cast<double>(easy.last.steps));
