@@ -187,7 +187,7 @@ struct Newton {
     stiffest = std::max(stiffest, largest_of_ranks(mine));
   }
 
-  /// True where loads and prescribed displacements go on as in the last increment: no part of them starts, ends or turns.
+  /// True where loads and prescribed displacements go on as in the last increment: none starts, ends or turns.
   bool goes_on(double from, double to) const {
     if (last_size == 0) return false;
     for (std::size_t b = 0; b < p.boundaries.size(); ++b) {

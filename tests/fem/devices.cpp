@@ -113,7 +113,7 @@ TEST_CASE("a point that waits has been where its increments lead, one after the 
   CHECK((d.rves.committed(0).boundary.cell.vectors - total * cell).norm() < 1e-8 * cell.norm());
 }
 
-TEST_CASE("iterations near one another ask the grains once; the increment that follows starts from where the last one led") {
+TEST_CASE("iterations near one another ask the grains once; the next increment starts from where the last one led") {
   coupling::RveOptions with;
   with.error = 0.05;
   Driven d(standard(), 1, with), every(standard(), 1, {});

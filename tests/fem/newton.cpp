@@ -98,15 +98,18 @@ TEST_CASE("an increment that fails is begun once more with the better tangent be
     auto o = options(2, 1e-8, 1e-6);
     o.acceleration = 0, o.max_iterations = 10, o.max_cutbacks = 1;
     int cutbacks = 0;
-    const auto result = fem::solve_statics(problem, m, o, [&](const fem::IncrementReport& r) { return cutbacks += r.cutbacks, true; });
+    const auto result =
+        fem::solve_statics(problem, m, o, [&](const fem::IncrementReport& r) { return cutbacks += r.cutbacks, true; });
     CHECK(result.converged == has_better);
     if (has_better) CHECK(cutbacks == 0);
     CHECK(asked == (has_better ? 1 : 2));
   }
 }
 
-TEST_CASE("a correction that is still large is made, however small the residual; Anderson's mixing needs a few of them") {
-  // A tangent three times too stiff: each step leaves two thirds, 34 of them a millionth. Residuals are judged by nothing here.
+TEST_CASE(
+    "a correction that is still large is made, however small the residual; Anderson's mixing needs a few of them") {
+  // A tangent three times too stiff: each step leaves two thirds, 34 of them a millionth. Residuals are judged by
+  // nothing here.
   fem::BoundaryCondition pull = pulled();
   for (const int remembered : {0, 5}) {
     fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 1}, true, {}}, {1, 2, false},
@@ -130,7 +133,8 @@ TEST_CASE("a correction that is still large is made, however small the residual;
 TEST_CASE("steps that overshoot are cut: by the line search, and to what was moved so far") {
   fem::BoundaryCondition pull = pulled();
   {  // A tangent four times too soft: each full step leaves three times the error of the one before.
-    fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 1}, true, {}}, {1, 2, false}, held_low_and(pull));
+    fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 1}, true, {}}, {1, 2, false},
+                         held_low_and(pull));
     fem::Material elastic = fem::elastic_material(problem.owned_points(), 1e8, 0.2), m = elastic;
     m.respond = [&](const fem::Points& p) {
       if (!elastic.respond(p)) return false;
@@ -142,7 +146,8 @@ TEST_CASE("steps that overshoot are cut: by the line search, and to what was mov
     REQUIRE(fem::solve_statics(problem, m, o, always).converged);
     CHECK(problem.mean_strain()[2] == Approx(1e-3).epsilon(1e-6));
   }
-  // A tangent that collapses: corrections of a thousand times the increment are proposed, none goes further than the way so far.
+  // A tangent that collapses: corrections of a thousand times the increment are proposed, none goes further than the
+  // way so far.
   fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 2}, true, {}}, {1, 2, false},
                        held_low_and(plane("top", 2, 1, 2, 1e-3)));
   fem::Material elastic = fem::elastic_material(problem.owned_points(), 1e8, 0.2), m = elastic;
@@ -151,7 +156,8 @@ TEST_CASE("steps that overshoot are cut: by the line search, and to what was mov
   m.respond = [&](const fem::Points& p) {
     if (!elastic.respond(p)) return false;
     for (std::size_t i = 0; i < problem.owned_points(); ++i) {
-      for (std::size_t k = 0; k < 9; ++k) furthest = std::max(furthest, std::abs(p.deformation[9 * i + k] - (k % 4 == 0 ? 1 : 0)));
+      for (std::size_t k = 0; k < 9; ++k)
+        furthest = std::max(furthest, std::abs(p.deformation[9 * i + k] - (k % 4 == 0 ? 1 : 0)));
       if (asked > 0 && problem.point_position(i)[2] > 0.5) p.stress[6 * i + 2] *= 0.9;  // out of balance
     }
     if (++asked > 1)
@@ -168,16 +174,17 @@ TEST_CASE("steps that overshoot are cut: by the line search, and to what was mov
 TEST_CASE("where nearly all force is gone, what is left need not balance better than a share of what there was") {
   fem::BoundaryCondition pull = pulled();
   pull.history.points = {{0, 0}, {0.5, 1}, {1, 0}};
-  fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 2}, true, {}}, {1, 2, false},
-                       held_low_and(pull));
+  fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 2}, true, {}}, {1, 2, false}, held_low_and(pull));
   fem::Material elastic = fem::elastic_material(problem.owned_points(), 1e8, 0.2), m = elastic;
   int asked = 0;
-  m.respond = [&](const fem::Points& p) {  // a material with a noise of 1e-4 of the largest stress, never twice the same
-    if (!elastic.respond(p)) return false;
-    ++asked;
-    for (std::size_t i = 0; i < problem.owned_points(); ++i) p.stress[6 * i + 2] += 10 * std::sin(1.7 * asked + (problem.point_position(i)[2] > 0.5 ? 2 : 0));
-    return true;
-  };
+  m.respond =
+      [&](const fem::Points& p) {  // a material with a noise of 1e-4 of the largest stress, never twice the same
+        if (!elastic.respond(p)) return false;
+        ++asked;
+        for (std::size_t i = 0; i < problem.owned_points(); ++i)
+          p.stress[6 * i + 2] += 10 * std::sin(1.7 * asked + (problem.point_position(i)[2] > 0.5 ? 2 : 0));
+        return true;
+      };
   fem::StaticsOptions o = options(4, 1e-2, 1e-1);
   o.max_cutbacks = 1;
   REQUIRE(fem::solve_statics(problem, m, o, always).converged);
