@@ -18,7 +18,7 @@ public:
   /// The step to take, given the step `g` that the iteration proposes at the present point.
   std::vector<double> step(const std::vector<double>& g) {
     std::vector<double> out = g;
-    if (!last_g_.empty()) {
+    if (again_) {
       std::vector<double> dg(g.size());
       for (std::size_t i = 0; i < g.size(); ++i) dg[i] = g[i] - last_g_[i];
       pairs_.push_back({last_move_, std::move(dg)});
@@ -39,7 +39,7 @@ public:
         for (std::size_t i = 0; i < g.size(); ++i) out[i] -= weight[a] * (p.moved[i] + p.change[i]);
       }
     }
-    last_g_ = g;
+    last_g_ = g, again_ = true;
     return out;
   }
   /// What was really done of it.
@@ -47,7 +47,7 @@ public:
     last_move_ = step;
     for (double& v : last_move_) v *= part;
   }
-  void forget() { pairs_.clear(), last_g_.clear(); }
+  void forget() { pairs_.clear(), again_ = false; }
 
 private:
   struct Pair {
@@ -63,6 +63,7 @@ private:
   std::size_t depth_;
   std::deque<Pair> pairs_;
   std::vector<double> last_g_, last_move_;
+  bool again_ = false;  // there is a last step; of ranks without nodes, too
 };
 
 }  // namespace grus::fem

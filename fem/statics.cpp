@@ -46,7 +46,7 @@ public:
     for (const auto* c : mine_) x[c->dof] = (p_.factor(c->boundary, to) - p_.factor(c->boundary, from)) * c->value;
     check(VecRestoreArray(x_, &x), "VecRestoreArray");
     check(MatZeroRowsColumns(a_, static_cast<PetscInt>(rows_.size()), rows_.data(), 1.0, x_, b_), "MatZeroRowsColumns");
-    bool good = attempt(ksp_);
+    bool good = all_true(p_.comm, attempt(ksp_));  // an error may be one rank's alone
     if (!good) {
       KSP plain;
       check(KSPCreate(p_.comm, &plain), "KSPCreate");
