@@ -218,6 +218,9 @@ def main():
     except Lacking as e:
         print(one_line(f"grus-study: {args.scene}: {e}"), file=sys.stderr)
         return 1
+    except KeyboardInterrupt:  # where no run is under way
+        print("grus-study: interrupted", file=sys.stderr)
+        return 130
     except Exception as e:  # one line for the user; the whole story for who asks
         if os.environ.get("GRUS_DEBUG"):
             raise
@@ -226,4 +229,6 @@ def main():
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    status = main()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing is left to interrupt; Python's own end would die of it
+    sys.exit(status)
