@@ -30,6 +30,18 @@ std::vector<fem::BoundaryCondition> held_low_and(const fem::BoundaryCondition& t
   return {plane("x0", 0, 0, 0, 0), plane("y0", 1, 0, 1, 0), plane("z0", 2, 0, 2, 0), top};
 }
 
+/// An elastic solid (100 MPa, 0.2) that tells this many times its tangent.
+fem::Material with_tangent_times(double factor, const fem::Problem& problem) {
+  const fem::Material elastic = fem::elastic_material(problem.owned_points(), 1e8, 0.2);
+  fem::Material m = elastic;
+  m.respond = [elastic, factor](const fem::Points& p) {
+    if (!elastic.respond(p)) return false;
+    for (double& c : p.tangent) c *= factor;
+    return true;
+  };
+  return m;
+}
+
 }  // namespace
 
 TEST_CASE(
@@ -39,12 +51,7 @@ TEST_CASE(
   for (const double too_stiff : {1.0, 4.0}) {
     fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 2}, true, {}}, {1, 2, false},
                          held_low_and(pull));
-    fem::Material elastic = fem::elastic_material(problem.owned_points(), 1e8, 0.2), m = elastic;
-    m.respond = [&](const fem::Points& p) {
-      if (!elastic.respond(p)) return false;
-      for (double& c : p.tangent) c *= too_stiff;
-      return true;
-    };
+    fem::Material m = with_tangent_times(too_stiff, problem);
     std::vector<double> first;  // residual of each predictor
     const auto result = fem::solve_statics(problem, m, options(8, 1e-10, 1e-9), [&](const fem::IncrementReport& r) {
       return first.push_back(r.residuals.front()), true;
@@ -64,12 +71,7 @@ TEST_CASE(
   // Increments that grow by half foretell one another, too.
   fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 2}, true, {}}, {1, 2, false},
                        held_low_and(pulled()));
-  fem::Material elastic = fem::elastic_material(problem.owned_points(), 1e8, 0.2), m = elastic;
-  m.respond = [&](const fem::Points& p) {
-    if (!elastic.respond(p)) return false;
-    for (double& c : p.tangent) c *= 4;
-    return true;
-  };
+  fem::Material m = with_tangent_times(4, problem);
   fem::StaticsStart small;
   small.next_size = 0.02;
   double last = 0, least = 1, most = 0;
@@ -114,12 +116,7 @@ TEST_CASE(
   for (const int remembered : {0, 5}) {
     fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 1}, true, {}}, {1, 2, false},
                          held_low_and(pull));
-    fem::Material elastic = fem::elastic_material(problem.owned_points(), 1e8, 0.2), m = elastic;
-    m.respond = [&](const fem::Points& p) {
-      if (!elastic.respond(p)) return false;
-      for (double& c : p.tangent) c *= 3;
-      return true;
-    };
+    fem::Material m = with_tangent_times(3, problem);
     fem::StaticsOptions o = options(1, 1, 1e-6);
     o.acceleration = remembered, o.max_iterations = 60;
     int iterations = 0;
@@ -135,12 +132,7 @@ TEST_CASE("steps that overshoot are cut: by the line search, and to what was mov
   {  // A tangent four times too soft: each full step leaves three times the error of the one before.
     fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 1}, true, {}}, {1, 2, false},
                          held_low_and(pull));
-    fem::Material elastic = fem::elastic_material(problem.owned_points(), 1e8, 0.2), m = elastic;
-    m.respond = [&](const fem::Points& p) {
-      if (!elastic.respond(p)) return false;
-      for (double& c : p.tangent) c *= 0.25;
-      return true;
-    };
+    fem::Material m = with_tangent_times(0.25, problem);
     fem::StaticsOptions o = options(1, 1e-8, 1e-6);
     o.acceleration = 0, o.max_iterations = 60;
     REQUIRE(fem::solve_statics(problem, m, o, always).converged);
