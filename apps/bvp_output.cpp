@@ -16,7 +16,10 @@ namespace {
 const char* const components[6] = {"xx", "yy", "zz", "yz", "xz", "xy"};
 
 int vtk_type(fem::CellKind kind) {
-  return kind == fem::CellKind::triangle ? 5 : kind == fem::CellKind::quadrilateral ? 9 : kind == fem::CellKind::tetrahedron ? 10 : 12;
+  return kind == fem::CellKind::triangle        ? 5
+         : kind == fem::CellKind::quadrilateral ? 9
+         : kind == fem::CellKind::tetrahedron   ? 10
+                                                : 12;
 }
 
 }  // namespace
@@ -25,19 +28,26 @@ std::vector<std::string> bvp_columns(const BvpScene& scene, const fem::Problem& 
   std::vector<std::string> columns{"increment", "time_s", "newton_iterations", "cutbacks", "residual"};
   for (const auto& b : problem.boundaries())
     for (char k : {'x', 'y', 'z'}) columns.push_back(fmt::format("reaction_{}_{}_N", b.name, k));
-  for (const char* name : {"mean_strain_zz", "mean_stress_zz_Pa", "rves", "rves_advanced", "dem_steps", "breakages", "wall_s"}) columns.emplace_back(name);
+  for (const char* name :
+       {"mean_strain_zz", "mean_stress_zz_Pa", "rves", "rves_advanced", "dem_steps", "breakages", "wall_s"})
+    columns.emplace_back(name);
   for (const char* ij : components)
-    if (std::string(ij) != "zz") columns.push_back(fmt::format("mean_strain_{}", ij)), columns.push_back(fmt::format("mean_stress_{}_Pa", ij));
-  for (const char* name : {"correction", "rve_noise", "volume_m3", "worst_unbalanced_force", "worst_stress_change", "worst_rve_energy_error", "mass_lost_fraction", "macro_work_J",
-                           "rve_work_J", "rves_distinct", "rves_deferred", "energy_unexplained_J", "p_Pa", "q_Pa", "strain_volumetric", "unbalanced_macro_force",
-                           "kinetic_over_internal", "energy_error"})
+    if (std::string(ij) != "zz")
+      columns.push_back(fmt::format("mean_strain_{}", ij)), columns.push_back(fmt::format("mean_stress_{}_Pa", ij));
+  for (const char* name : {"correction", "rve_noise", "volume_m3", "worst_unbalanced_force", "worst_stress_change",
+                           "worst_rve_energy_error", "mass_lost_fraction", "macro_work_J", "rve_work_J",
+                           "rves_distinct", "rves_deferred", "energy_unexplained_J", "p_Pa", "q_Pa",
+                           "strain_volumetric", "unbalanced_macro_force", "kinetic_over_internal", "energy_error"})
     columns.emplace_back(name);
   for (const auto& b : problem.boundaries())
     for (char k : {'x', 'y', 'z'}) columns.push_back(fmt::format("moved_{}_{}_m", b.name, k));
   if (scene.is_explicit())
-    for (const char* name : {"macro_kinetic_J", "macro_internal_J", "macro_external_J", "macro_viscous_J", "macro_energy_error"}) columns.emplace_back(name);
+    for (const char* name :
+         {"macro_kinetic_J", "macro_internal_J", "macro_external_J", "macro_viscous_J", "macro_energy_error"})
+      columns.emplace_back(name);
   if (scene.explicit_statics)
-    for (const char* name : {"macro_damped_J", "macro_scaled_J", "largest_unbalanced_macro_force", "cells_haste_J", "inertial_number", "load_rate", "rate_governor", "rves_given_up"})
+    for (const char* name : {"macro_damped_J", "macro_scaled_J", "largest_unbalanced_macro_force", "cells_haste_J",
+                             "inertial_number", "load_rate", "rate_governor", "rves_given_up"})
       columns.emplace_back(name);
   if (!scene.regions.empty() && scene.has_rve)
     for (const char* what : {"strain_{}", "stress_{}_Pa"})
@@ -46,8 +56,15 @@ std::vector<std::string> bvp_columns(const BvpScene& scene, const fem::Problem& 
   return columns;
 }
 
-BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points, const std::vector<dem::State>& states, coupling::RveMaterial* rves)
-    : directory_(std::move(directory)), scene_(scene), problem_(problem), points_(points), states_(states), rves_(rves), probes_(directory_, scene, problem, points, states, rves) {
+BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points,
+                     const std::vector<dem::State>& states, coupling::RveMaterial* rves)
+    : directory_(std::move(directory)),
+      scene_(scene),
+      problem_(problem),
+      points_(points),
+      states_(states),
+      rves_(rves),
+      probes_(directory_, scene, problem, points, states, rves) {
   for (const auto group : points.group) grains_.push_back(group == 0);
   history_.emplace((std::filesystem::path(directory_) / "history.csv").string(), bvp_columns(scene, problem, probes_));
   if (scene.frames > 0) {
@@ -61,9 +78,11 @@ void BvpOutput::add(const fem::IncrementReport& r, double wall) {
   iterations_ += r.iterations, cutbacks_ += r.cutbacks, sweeps_ = r.law_sweeps;
   worst_residual_ = std::max(worst_residual_, r.residual);
   for (std::size_t k = 1; k < r.residuals.size(); ++k)
-    if (r.residuals[k] > 0 && r.residuals[k - 1] > 0) contraction_.push_back(std::log(r.residuals[k] / r.residuals[k - 1]));
-  add({static_cast<double>(r.increment), r.load_factor, static_cast<double>(r.iterations), static_cast<double>(r.cutbacks), r.residual, r.correction, r.noise, wall,
-       0, work_error(of_rves(&coupling::Facts::work))});
+    if (r.residuals[k] > 0 && r.residuals[k - 1] > 0)
+      contraction_.push_back(std::log(r.residuals[k] / r.residuals[k - 1]));
+  add({static_cast<double>(r.increment), r.load_factor, static_cast<double>(r.iterations),
+       static_cast<double>(r.cutbacks), r.residual, r.correction, r.noise, wall, 0,
+       work_error(of_rves(&coupling::Facts::work))});
 }
 
 /// Work of the stresses against what the grains have taken, relative to the larger.
@@ -75,17 +94,21 @@ double BvpOutput::work_error(double taken) const {
 void BvpOutput::add(const fem::DynamicsReport& r, double wall) {
   macro_work_ = r.energy.work, material_work_ = r.energy.internal;
   if (rves_) rves_->refresh();
-  add({static_cast<double>(r.steps), r.time, 0, 0, 0, 0, 0, wall, r.energy.kinetic_over_internal(), r.energy.error(), &r.energy});
+  add({static_cast<double>(r.steps), r.time, 0, 0, 0, 0, 0, wall, r.energy.kinetic_over_internal(), r.energy.error(),
+       &r.energy});
 }
 
 void BvpOutput::add(const fem::ExplicitStaticsReport& r, double wall) {
   macro_work_ = r.energy.work, material_work_ = r.energy.internal;
   worst_residual_ = std::max(worst_residual_, r.unbalanced);
   if (rves_) rves_->refresh();
-  add({static_cast<double>(r.steps), r.load_factor, 0, 0, r.unbalanced, 0, 0, wall, r.energy.kinetic_over_internal(), r.energy.error(), &r.energy, &r});
+  add({static_cast<double>(r.steps), r.load_factor, 0, 0, r.unbalanced, 0, 0, wall, r.energy.kinetic_over_internal(),
+       r.energy.error(), &r.energy, &r});
 }
 
-double BvpOutput::of_rves(double coupling::Facts::*energy) const { return rves_ ? rves_->total(energy, points_.volume) : 0; }
+double BvpOutput::of_rves(double coupling::Facts::*energy) const {
+  return rves_ ? rves_->total(energy, points_.volume) : 0;
+}
 
 void BvpOutput::add(const Row& r) {
   const auto strain = problem_.mean_strain(), stress = problem_.mean_stress();
@@ -103,32 +126,39 @@ void BvpOutput::add(const Row& r) {
   }
   worst_energy_ = std::max(worst_energy_, error);
   const double points = rves_ ? static_cast<double>(rves_->points()) : 0;
-  row.insert(row.end(), {strain[2], stress[2], points, static_cast<double>(report.advanced), static_cast<double>(report.dem_steps), breakages_, r.wall});
+  row.insert(row.end(), {strain[2], stress[2], points, static_cast<double>(report.advanced),
+                         static_cast<double>(report.dem_steps), breakages_, r.wall});
   for (std::size_t k = 0; k < 6; ++k)
     if (k != 2) row.push_back(strain[k]), row.push_back(stress[k]);
-  row.insert(row.end(), {r.correction, r.noise, problem_.current_volume(), report.worst_unbalanced, report.worst_stress_change, error,
-                         mass > 0 ? lost / mass : 0, macro_work_, of_rves(&coupling::Facts::work), static_cast<double>(report.distinct),
+  row.insert(row.end(), {r.correction, r.noise, problem_.current_volume(), report.worst_unbalanced,
+                         report.worst_stress_change, error, mass > 0 ? lost / mass : 0, macro_work_,
+                         of_rves(&coupling::Facts::work), static_cast<double>(report.distinct),
                          static_cast<double>(report.deferred), of_rves(&coupling::Facts::unexplained)});
   const auto carried = rves_ ? problem_.mean_stress(grains_) : stress;  // of the grains, where there are any
   const double p = -(carried[0] + carried[1] + carried[2]) / 3;
   double q2 = 0;  // 3/2 of the deviator's square
-  for (std::size_t k = 0; k < 6; ++k) q2 += k < 3 ? 1.5 * (carried[k] + p) * (carried[k] + p) : 3 * carried[k] * carried[k];
+  for (std::size_t k = 0; k < 6; ++k)
+    q2 += k < 3 ? 1.5 * (carried[k] + p) * (carried[k] + p) : 3 * carried[k] * carried[k];
   const auto volume = problem_.volumes(rves_ ? grains_ : std::vector<std::uint8_t>{});
-  row.insert(row.end(), {p, std::sqrt(q2), 1 - volume[1] / volume[0], r.residual, r.kinetic_over_internal, r.energy_error});
+  row.insert(row.end(),
+             {p, std::sqrt(q2), 1 - volume[1] / volume[0], r.residual, r.kinetic_over_internal, r.energy_error});
   for (std::size_t b = 0; b < problem_.boundaries().size(); ++b)
     for (double v : problem_.mean_displacement(b)) row.push_back(v);
   if (const auto* e = r.energy) row.insert(row.end(), {e->kinetic, e->internal, e->external, e->viscous, e->error()});
   if (const auto* x = r.explicit_statics)
-    row.insert(row.end(), {x->energy.damped, x->energy.scaled, x->largest_unbalanced, of_rves(&coupling::Facts::haste), x->inertial_number, x->rate, static_cast<double>(x->governor),
-                           static_cast<double>(report.given_up)});
+    row.insert(row.end(),
+               {x->energy.damped, x->energy.scaled, x->largest_unbalanced, of_rves(&coupling::Facts::haste),
+                x->inertial_number, x->rate, static_cast<double>(x->governor), static_cast<double>(report.given_up)});
   if (!scene_.regions.empty() && rves_)
-    for (const auto& mean : {problem_.mean_strain(grains_), problem_.mean_stress(grains_)}) row.insert(row.end(), mean.begin(), mean.end());
+    for (const auto& mean : {problem_.mean_strain(grains_), problem_.mean_stress(grains_)})
+      row.insert(row.end(), mean.begin(), mean.end());
   const std::vector<double> probed = probes_.row();
   row.insert(row.end(), probed.begin(), probed.end());
   history_->add(row);
   history_->save(2);
   const double part = r.time / scene_.end_time();
-  if (scene_.frames > 0 && part >= static_cast<double>(series_.size()) / std::max(1, scene_.frames - 1) * (1 - 1e-9)) frame(r.time);
+  if (scene_.frames > 0 && part >= static_cast<double>(series_.size()) / std::max(1, scene_.frames - 1) * (1 - 1e-9))
+    frame(r.time);
 }
 
 void BvpOutput::frame(double time) {
@@ -166,25 +196,38 @@ void BvpOutput::frame(double time) {
 }
 
 std::string BvpOutput::line(std::uint64_t sweeps) const {
-  return fmt::format("strain {0} {1:.4f}  stress {0} {2:.3g} MPa  broken {3:.0f}  material sweeps {4}  DEM steps {5:.3g}", axis(), strain_, stress_ / 1e6, breakages_, sweeps,
-                     rves_ ? static_cast<double>(rves_->report().dem_steps) : 0.0);
+  return fmt::format(
+      "strain {0} {1:.4f}  stress {0} {2:.3g} MPa  broken {3:.0f}  material sweeps {4}  DEM steps {5:.3g}", axis(),
+      strain_, stress_ / 1e6, breakages_, sweeps, rves_ ? static_cast<double>(rves_->report().dem_steps) : 0.0);
 }
 
 std::string BvpOutput::closing(const BvpEnding& e) const {
   const double steps = rves_ ? static_cast<double>(rves_->report().dem_steps) : 0.0;
   const std::string how = e.status == finished ? "finished" : e.status == interrupted ? "interrupted" : "stopped";
   if (scene_.is_explicit())
-    return fmt::format("{}: {:.4g}{}, mean stress {} {:.4g} MPa, {:.0f} breakages, {:.3g} DEM steps in {} ({})", how, e.time,
-                       scene_.dynamics ? " s" : " of the load", axis(), stress_ / 1e6, breakages_, steps, duration_text(e.wall), directory_);
-  return fmt::format("{0}: load factor {1:.4g}, mean strain {2} {3:.4f}, mean stress {2} {4:.4g} MPa, {5:.0f} breakages, {6} Newton iterations, {7} cutbacks, {8} material sweeps, "
-                     "{9:.3g} DEM steps in {10} ({11})",
-                     how, e.time, axis(), strain_, stress_ / 1e6, breakages_, iterations_, cutbacks_, sweeps_, steps, duration_text(e.wall), directory_);
+    return fmt::format("{}: {:.4g}{}, mean stress {} {:.4g} MPa, {:.0f} breakages, {:.3g} DEM steps in {} ({})", how,
+                       e.time, scene_.dynamics ? " s" : " of the load", axis(), stress_ / 1e6, breakages_, steps,
+                       duration_text(e.wall), directory_);
+  return fmt::format(
+      "{0}: load factor {1:.4g}, mean strain {2} {3:.4f}, mean stress {2} {4:.4g} MPa, {5:.0f} breakages, {6} Newton "
+      "iterations, {7} cutbacks, {8} material sweeps, "
+      "{9:.3g} DEM steps in {10} ({11})",
+      how, e.time, axis(), strain_, stress_ / 1e6, breakages_, iterations_, cutbacks_, sweeps_, steps,
+      duration_text(e.wall), directory_);
 }
 
 nlohmann::json BvpOutput::state() const {
-  return {{"rows", history_->rows()}, {"series", series_}, {"probe_series", probes_.series()}, {"contraction", contraction_},
-          {"macro_work", macro_work_}, {"material_work", material_work_}, {"worst_residual", worst_residual_},
-          {"worst_energy", worst_energy_}, {"iterations", iterations_}, {"cutbacks", cutbacks_}, {"sweeps", sweeps_}};
+  return {{"rows", history_->rows()},
+          {"series", series_},
+          {"probe_series", probes_.series()},
+          {"contraction", contraction_},
+          {"macro_work", macro_work_},
+          {"material_work", material_work_},
+          {"worst_residual", worst_residual_},
+          {"worst_energy", worst_energy_},
+          {"iterations", iterations_},
+          {"cutbacks", cutbacks_},
+          {"sweeps", sweeps_}};
 }
 
 void BvpOutput::restore(const nlohmann::json& s, const std::string& history) {
@@ -197,7 +240,8 @@ void BvpOutput::restore(const nlohmann::json& s, const std::string& history) {
   iterations_ = s.at("iterations"), cutbacks_ = s.at("cutbacks"), sweeps_ = s.at("sweeps");
 }
 
-/// What numerical devices have taken or put in, of what the loads have done (with iterations: of what the grains have taken).
+/// What numerical devices have taken or put in, of what the loads have done (with iterations: of what the grains have
+/// taken).
 nlohmann::json BvpOutput::devices(const nlohmann::json& row) const {
   const double done = std::max(std::abs(of_rves(&coupling::Facts::work)), std::abs(row.value("macro_external_J", 0.0)));
   nlohmann::json all;
@@ -221,9 +265,14 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   summary["ending"] = e.text;
   summary["threads"] = options.threads;
   summary["ranks"] = e.ranks;
-  summary["counts"] = {{"gauss_points", problem_.global_points()}, {"breakages", breakages_}, {"newton_iterations", iterations_}, {"cutbacks", cutbacks_}, {"material_sweeps", sweeps_}};
+  summary["counts"] = {{"gauss_points", problem_.global_points()},
+                       {"breakages", breakages_},
+                       {"newton_iterations", iterations_},
+                       {"cutbacks", cutbacks_},
+                       {"material_sweeps", sweeps_}};
   summary["errors"] = {{"worst_residual", worst_residual_}, {"worst_rve_energy_error", worst_energy_}};
-  summary["seconds"] = {{"preparation_wall", e.preparation}, {"solve_wall", e.wall - e.preparation}, {"cpu_rank0", Clock::cpu()}};
+  summary["seconds"] = {
+      {"preparation_wall", e.preparation}, {"solve_wall", e.wall - e.preparation}, {"cpu_rank0", Clock::cpu()}};
   if (!contraction_.empty()) {
     double mean = 0;
     for (const double v : contraction_) mean += v / static_cast<double>(contraction_.size());
@@ -236,8 +285,10 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
     auto& counts = summary["counts"];
     counts["grains_a_point"] = states_[points_.start[0]].grains.size();
     counts["rves"] = rves_->points();
-    counts["rves_asked"] = r.asked, counts["rves_advanced"] = r.advanced, counts["rves_distinct"] = r.distinct, counts["rves_deferred"] = r.deferred, counts["rves_elastic"] = r.elastic;
-    counts["rves_similar"] = r.similar, counts["rves_replayed"] = r.replayed, counts["rves_retried_in_parts"] = r.retried, counts["rves_moved_between_ranks"] = e.migrated;
+    counts["rves_asked"] = r.asked, counts["rves_advanced"] = r.advanced, counts["rves_distinct"] = r.distinct,
+    counts["rves_deferred"] = r.deferred, counts["rves_elastic"] = r.elastic;
+    counts["rves_similar"] = r.similar, counts["rves_replayed"] = r.replayed,
+    counts["rves_retried_in_parts"] = r.retried, counts["rves_moved_between_ranks"] = e.migrated;
     counts["dem_steps"] = r.dem_steps;
     auto& errors = summary["errors"];
     const double rve_work = of_rves(&coupling::Facts::work);
@@ -246,22 +297,36 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
     errors["hill_mandel"] = std::abs(work_error(scene_.is_explicit() ? material_work_ : rve_work));
     if (!scene_.is_explicit()) errors["residual_floor"] = scene_.residual_floor();
     if (scene_.explicit_statics) counts["rves_given_up"] = r.given_up;
-    if (scene_.rve.error > 0) errors["deferral"] = {{"tolerance", scene_.rve.error}, {"measured", r.deferral.count}, {"worst", r.deferral.worst},
-                            {"mean", r.deferral.mean()}, {"least_trust", r.least_trust}};
+    if (scene_.rve.error > 0)
+      errors["deferral"] = {{"tolerance", scene_.rve.error},
+                            {"measured", r.deferral.count},
+                            {"worst", r.deferral.worst},
+                            {"mean", r.deferral.mean()},
+                            {"least_trust", r.least_trust}};
     if (scene_.rve.response.elastic >= 0)
-      errors["elastic"] = {{"tolerance_force_share", scene_.rve.response.elastic}, {"measured", r.linear.count}, {"worst", r.linear.worst}, {"mean", r.linear.mean()}};
+      errors["elastic"] = {{"tolerance_force_share", scene_.rve.response.elastic},
+                           {"measured", r.linear.count},
+                           {"worst", r.linear.worst},
+                           {"mean", r.linear.mean()}};
     if (scene_.rve.share > 0)
-      errors["sharing"] = {{"tolerance_strain", scene_.rve.share}, {"measured_at_replays", r.sharing.count}, {"worst", r.sharing.worst}, {"mean", r.sharing.mean()}, {"largest_correction", r.correction}};
+      errors["sharing"] = {{"tolerance_strain", scene_.rve.share},
+                           {"measured_at_replays", r.sharing.count},
+                           {"worst", r.sharing.worst},
+                           {"mean", r.sharing.mean()},
+                           {"largest_correction", r.correction}};
     summary["seconds"]["rve_sweeps_wall"] = rves_->seconds();
   }
   const auto& columns = history_->columns();
-  for (std::size_t i = 0; i < columns.size() && !history_->last().empty(); ++i) summary["last_row"][columns[i]] = history_->last()[i];
+  for (std::size_t i = 0; i < columns.size() && !history_->last().empty(); ++i)
+    summary["last_row"][columns[i]] = history_->last()[i];
   for (const std::string name : {"correction", "worst_unbalanced_force", "worst_stress_change"})
     if (summary["last_row"].contains(name)) summary["errors"]["last_" + name] = summary["last_row"][name];
   if (rves_ && summary["last_row"].is_object())  // a resumed run that adds no row has none
     summary["errors"]["devices"] = devices(summary["last_row"]);
   dem::write_whole((std::filesystem::path(directory_) / "summary.json").string(), summary.dump(2) + "\n");
-  if (scene_.hopkinson && history_->rows() > 1) write_hopkinson((std::filesystem::path(directory_) / "hopkinson.csv").string(), *scene_.hopkinson, history_->text());
+  if (scene_.hopkinson && history_->rows() > 1)
+    write_hopkinson((std::filesystem::path(directory_) / "hopkinson.csv").string(), *scene_.hopkinson,
+                    history_->text());
 }
 
 }  // namespace grus::app

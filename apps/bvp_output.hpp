@@ -20,8 +20,8 @@ std::vector<std::string> bvp_columns(const BvpScene& scene, const fem::Problem& 
 
 class BvpOutput {
 public:
-  BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points, const std::vector<dem::State>& states,
-            coupling::RveMaterial* rves);
+  BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points,
+            const std::vector<dem::State>& states, coupling::RveMaterial* rves);
 
   /// One row, and a frame if one is due.
   void add(const fem::IncrementReport& report, double wall);
@@ -43,14 +43,15 @@ private:
   struct Row {
     double increment = 0, time = 0, iterations = 0, cutbacks = 0, residual = 0, correction = 0, noise = 0, wall = 0;
     double kinetic_over_internal = 0, energy_error = 0;
-    const fem::MacroEnergy* energy = nullptr;                    // of explicit runs
+    const fem::MacroEnergy* energy = nullptr;                      // of explicit runs
     const fem::ExplicitStaticsReport* explicit_statics = nullptr;  // of those
   };
   void add(const Row& row);
   void frame(double time);
   double work_error(double taken) const;
   nlohmann::json devices(const nlohmann::json& row) const;
-  double of_rves(double coupling::Facts::*energy) const;  // J: of all points with grains, by the volumes that they stand for
+  double of_rves(
+      double coupling::Facts::*energy) const;  // J: of all points with grains, by the volumes that they stand for
   const char* axis() const { return scene_.flat() ? "yy" : "zz"; }
 
   std::string directory_;
@@ -64,7 +65,8 @@ private:
   std::optional<History> history_;
   std::vector<std::pair<std::string, double>> series_;
   std::vector<double> contraction_;  // of Newton: logarithms of residual ratios
-  double strain_ = 0, stress_ = 0, breakages_ = 0, macro_work_ = 0, material_work_ = 0, worst_residual_ = 0, worst_energy_ = 0;
+  double strain_ = 0, stress_ = 0, breakages_ = 0, macro_work_ = 0, material_work_ = 0, worst_residual_ = 0,
+         worst_energy_ = 0;
   int iterations_ = 0, cutbacks_ = 0, sweeps_ = 0;
 };
 

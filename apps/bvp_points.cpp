@@ -35,10 +35,13 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double
   std::sort(points.starts.begin(), points.starts.end());
   points.starts.erase(std::unique(points.starts.begin(), points.starts.end()), points.starts.end());
   for (const Start& s : starts)
-    points.start.push_back(static_cast<std::size_t>(std::lower_bound(points.starts.begin(), points.starts.end(), s) - points.starts.begin()));
+    points.start.push_back(static_cast<std::size_t>(std::lower_bound(points.starts.begin(), points.starts.end(), s) -
+                                                    points.starts.begin()));
   if (!scene.has_rve && !points.start.empty())
-    throw InputError(fmt::format("{}: rve: {} Gauss points lie in no [[region]] and there is no [rve] for them", scene.file, points.start.size()));
-  if (scene.has_rve && points.start.empty()) throw InputError(fmt::format("{}: rve: every Gauss point lies in a [[region]]; leave [rve] out", scene.file));
+    throw InputError(fmt::format("{}: rve: {} Gauss points lie in no [[region]] and there is no [rve] for them",
+                                 scene.file, points.start.size()));
+  if (scene.has_rve && points.start.empty())
+    throw InputError(fmt::format("{}: rve: every Gauss point lies in a [[region]]; leave [rve] out", scene.file));
   for (const Probe& probe : scene.probes) {
     bool found = !probe.where;
     for (std::size_t i = 0; i < problem.owned_points() && !found; ++i) found = probe.where(problem.point_position(i));
@@ -50,13 +53,16 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double
   return points;
 }
 
-std::vector<dem::State> prepare_starts(const BvpScene& scene, const std::vector<Start>& starts, int threads, const dem::Watch& watch) {
+std::vector<dem::State> prepare_starts(const BvpScene& scene, const std::vector<Start>& starts, int threads,
+                                       const dem::Watch& watch) {
   int rank, ranks;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   MPI_Comm_size(MPI_COMM_WORLD, &ranks);
   std::vector<std::size_t> mine;
-  for (std::size_t k = static_cast<std::size_t>(rank); k < starts.size(); k += static_cast<std::size_t>(ranks)) mine.push_back(k);
-  std::vector<std::string> bytes(starts.size()), errors(starts.size());  // of an error: a letter for its kind, and what it says
+  for (std::size_t k = static_cast<std::size_t>(rank); k < starts.size(); k += static_cast<std::size_t>(ranks))
+    mine.push_back(k);
+  std::vector<std::string> bytes(starts.size()),
+      errors(starts.size());  // of an error: a letter for its kind, and what it says
   std::atomic<std::size_t> made{0};
   std::atomic<int> stopped{0};
   const auto asking = std::this_thread::get_id();  // one thread shows the progress; all hear that they are to stop
@@ -69,10 +75,15 @@ std::vector<dem::State> prepare_starts(const BvpScene& scene, const std::vector<
       RveScene cell = scene.unit_cells[start.packing];
       std::optional<dem::Vec3> stresses;
       if (start.stressed) stresses.emplace(start.stress[0], start.stress[1], start.stress[2]);
-      bytes[mine[m]] = dem::bytes_of(prepare_sample(cell, alone, [&](double, const char*) {
-        if (watch && std::this_thread::get_id() == asking && !watch(static_cast<double>(made) / static_cast<double>(mine.size()))) stopped = 1;
-        return stopped == 0;
-      }, stresses));
+      bytes[mine[m]] = dem::bytes_of(prepare_sample(
+          cell, alone,
+          [&](double, const char*) {
+            if (watch && std::this_thread::get_id() == asking &&
+                !watch(static_cast<double>(made) / static_cast<double>(mine.size())))
+              stopped = 1;
+            return stopped == 0;
+          },
+          stresses));
       ++made;
     } catch (const dem::Interrupted&) {
       stopped = 1;
@@ -84,9 +95,9 @@ std::vector<dem::State> prepare_starts(const BvpScene& scene, const std::vector<
       errors[mine[m]] = "f" + place + e.what();
     }
   });
-  int any = stopped;
-  MPI_Allreduce(MPI_IN_PLACE, &any, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
-  if (any != 0) throw dem::Interrupted("interrupted while unit cells were prepared; nothing to go on from yet");
+  int stops = stopped;
+  MPI_Allreduce(MPI_IN_PLACE, &stops, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
+  if (stops != 0) throw dem::Interrupted("interrupted while unit cells were prepared; nothing to go on from yet");
   for (std::size_t k = 0; k < starts.size(); ++k) {
     const int from = static_cast<int>(k % static_cast<std::size_t>(ranks));
     for (std::string* text : {&errors[k], &bytes[k]}) {
@@ -136,7 +147,8 @@ std::vector<double> cell_means(const std::vector<std::size_t>& rve_of, std::size
     at[2] += static_cast<double>(f.grains);
     ++with[i / per_cell];
   }
-  for (std::size_t k = 0; k < cells.size(); ++k) cells[k] = with[k / 3] > 0 ? cells[k] / with[k / 3] : NAN;  // no grains, no void ratio
+  for (std::size_t k = 0; k < cells.size(); ++k)
+    cells[k] = with[k / 3] > 0 ? cells[k] / with[k / 3] : NAN;  // no grains, no void ratio
   return cells;
 }
 

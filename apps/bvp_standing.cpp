@@ -57,8 +57,8 @@ nlohmann::json standing(const fem::ExplicitStaticsReport& r) {
 }
 
 void stand(const nlohmann::json& at, fem::StaticsStart& s) {
-  s = {unhex(at["load_factor"]),   unhex(at["next_size"]), at["increments"], at["sweeps"],
-       unhex(at["largest_force"]), unhex(at["stiffest"]), unhex(at["last_size"])};
+  s = {unhex(at["load_factor"]),   unhex(at["next_size"]), at["increments"],      at["sweeps"],
+       unhex(at["largest_force"]), unhex(at["stiffest"]),  unhex(at["last_size"])};
 }
 
 void stand(const nlohmann::json& at, fem::DynamicsReport& s) {

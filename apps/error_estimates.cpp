@@ -23,7 +23,8 @@ nlohmann::json ErrorEstimates::json(const dem::State& state) const {
   auto put = [&](const char* name, const Estimate& e) { out[name] = {{"last", e.last}, {"worst", e.worst}}; };
   put("unbalanced_force", unbalanced), put("overlap_to_radius", overlap);
   if (dem::bulk_volume(state.boundary) > 0) put("pressure_standard_error", pressure_scatter);
-  if (!state.boundary.walls.empty() && dem::bulk_volume(state.boundary) > 0) put("wall_minus_cell_pressure", wall_minus_cell);
+  if (!state.boundary.walls.empty() && dem::bulk_volume(state.boundary) > 0)
+    put("wall_minus_cell_pressure", wall_minus_cell);
   return out;
 }
 

@@ -23,7 +23,9 @@ bool holds_something(const std::string& folder) {
   return false;
 }
 
-[[noreturn]] void in_use(const std::string& folder) { throw dem::InputError(fmt::format("{}: another run is writing to this folder; use another -o DIR", folder)); }
+[[noreturn]] void in_use(const std::string& folder) {
+  throw dem::InputError(fmt::format("{}: another run is writing to this folder; use another -o DIR", folder));
+}
 
 /// An open file that holds the lock; -1: somebody else has it.
 int locked(const std::string& path, int flags) {
@@ -36,13 +38,16 @@ int locked(const std::string& path, int flags) {
 
 void clear(const std::string& folder) {
   namespace fs = std::filesystem;
-  for (const char* old : {"grains", "macro"}) fs::remove_all(fs::path(folder) / old);  // frames of another run would mix in
-  std::vector<fs::path> probes;  // a folder of frames lies beside its index
+  for (const char* old : {"grains", "macro"})
+    fs::remove_all(fs::path(folder) / old);  // frames of another run would mix in
+  std::vector<fs::path> probes;              // a folder of frames lies beside its index
   for (const auto& entry : fs::directory_iterator(folder))
-    if (entry.is_directory() && entry.path().filename().string().starts_with("grains_") && fs::exists(entry.path().string() + ".hdf.series"))
+    if (entry.is_directory() && entry.path().filename().string().starts_with("grains_") &&
+        fs::exists(entry.path().string() + ".hdf.series"))
       probes.push_back(entry.path());
   for (const auto& probe : probes) fs::remove_all(probe), fs::remove(probe.string() + ".hdf.series");
-  for (const char* old : {"grains.hdf.series", "macro.hdf.series", "history.csv", "grading.csv", "hopkinson.csv", "costs.csv", "summary.json", "report.html", "checkpoint.h5"})
+  for (const char* old : {"grains.hdf.series", "macro.hdf.series", "history.csv", "grading.csv", "hopkinson.csv",
+                          "costs.csv", "summary.json", "report.html", "checkpoint.h5"})
     fs::remove(fs::path(folder) / old);
 }
 
@@ -53,12 +58,18 @@ void check_folder(const Options& options) {
   const std::string& folder = options.directory;
   const fs::path mark = fs::path(folder) / marker;
   if (options.resume) {
-    if (!fs::exists(fs::path(folder) / "checkpoint.h5")) throw dem::InputError(folder + "/checkpoint.h5: no checkpoint to resume from");
+    if (!fs::exists(fs::path(folder) / "checkpoint.h5"))
+      throw dem::InputError(folder + "/checkpoint.h5: no checkpoint to resume from");
   } else if (fs::exists(folder)) {
     if (!fs::is_directory(folder)) throw dem::InputError(fmt::format("{}: is a file; name a folder with -o", folder));
     if (holds_something(folder)) {
-      if (!options.force) throw dem::InputError(fmt::format("{}: folder is not empty; use another -o DIR, or --force", folder));
-      if (!fs::is_regular_file(mark)) throw dem::InputError(fmt::format("{}: folder is not empty and was not made by Grus: --force clears only what Grus has made; use another -o DIR", folder));
+      if (!options.force)
+        throw dem::InputError(fmt::format("{}: folder is not empty; use another -o DIR, or --force", folder));
+      if (!fs::is_regular_file(mark))
+        throw dem::InputError(
+            fmt::format("{}: folder is not empty and was not made by Grus: --force clears only what Grus has made; use "
+                        "another -o DIR",
+                        folder));
     }
   }
   if (!fs::is_regular_file(mark)) return;
@@ -72,7 +83,8 @@ Folder::Folder(const Options& options) {
   check_folder(options);
   std::error_code error;
   fs::create_directories(options.directory, error);
-  if (error) throw std::runtime_error(fmt::format("{}: cannot create the folder: {}", options.directory, error.message()));
+  if (error)
+    throw std::runtime_error(fmt::format("{}: cannot create the folder: {}", options.directory, error.message()));
   lock_ = locked((fs::path(options.directory) / marker).string(), O_RDWR | O_CREAT);
   if (lock_ < 0) in_use(options.directory);
   if (!options.resume) clear(options.directory);

@@ -6,8 +6,8 @@
 
 namespace grus::app {
 
-/// Refuses, with InputError, a results folder that cannot be used: a file, a folder that holds something without `force`, with
-/// `force` one that Grus has not made, for --resume one without a checkpoint. Changes nothing.
+/// Refuses, with InputError, a results folder that cannot be used: a file, a folder that holds something without
+/// `force`, with `force` one that Grus has not made, for --resume one without a checkpoint. Changes nothing.
 void check_folder(const Options& options);
 
 /// The results folder while a run writes there: made, marked as Grus's, and locked against a second program.

@@ -14,7 +14,8 @@ constexpr double span = 8;  // of the first smallest grain over the smallest cla
 
 }  // namespace
 
-GradingStates::GradingStates(const std::string& directory, const RveScene& scene) : path_(directory + "/grading.csv"), scene_(scene) {
+GradingStates::GradingStates(const std::string& directory, const RveScene& scene)
+    : path_(directory + "/grading.csv"), scene_(scene) {
   if (scene.output.gradings == 0) return;
   const dem::Grading first(scene.state);
   largest_ = first.largest() * (1 + 1e-9), smallest_ = first.smallest() / span;
@@ -27,8 +28,9 @@ void GradingStates::write_if_due(const dem::State& state) {
   if (written_ >= states || state.time < every * written_ * (1 - 1e-9)) return;
   const dem::Grading now(state);
   for (const auto& c : dem::size_classes(state, smallest_, largest_, classes))
-    text_ += fmt::format("{:.9g},{:.9g},{:.6g},{:.9g},{},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g}\n", state.time, state.time * scene_.test.strain_rate, c.upper,
-                         now.passing(c.upper), c.grains, c.mass, c.coordination, c.elongation, c.flatness, c.generation);
+    text_ += fmt::format("{:.9g},{:.9g},{:.6g},{:.9g},{},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g}\n", state.time,
+                         state.time * scene_.test.strain_rate, c.upper, now.passing(c.upper), c.grains, c.mass,
+                         c.coordination, c.elongation, c.flatness, c.generation);
   dem::write_whole(path_, text_);
   ++written_;
 }

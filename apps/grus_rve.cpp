@@ -27,13 +27,16 @@ namespace {
 /// Grain surfaces at evenly spaced times, the first at the start.
 class Frames {
 public:
-  Frames(const Options& options, int count, double duration) : folder_(options.directory), count_(count), every_(count > 1 ? duration / (count - 1) : duration) {
+  Frames(const Options& options, int count, double duration)
+      : folder_(options.directory), count_(count), every_(count > 1 ? duration / (count - 1) : duration) {
     if (count_ > 0) std::filesystem::create_directories(folder_ / "grains");
   }
   nlohmann::json series() const { return series_; }
   void restore(const nlohmann::json& series) { series_ = series.get<decltype(series_)>(); }
   void write_if_due(const dem::State& state) {
-    if (static_cast<int>(series_.size()) >= count_ || state.time < every_ * static_cast<double>(series_.size()) * (1 - 1e-9)) return;
+    if (static_cast<int>(series_.size()) >= count_ ||
+        state.time < every_ * static_cast<double>(series_.size()) * (1 - 1e-9))
+      return;
     const std::string name = fmt::format("grains/grains_{:05}.hdf", series_.size());
     dem::write_grains((folder_ / name).string(), state);
     series_.emplace_back(name, state.time);
@@ -51,11 +54,23 @@ nlohmann::json ledger_json(const dem::State& s, const dem::Measurement& m) {
   const dem::Ledger& l = s.ledger;
   double whole = 0;  // with fracture_J this is G_c times the area made
   for (const auto& spring : s.bonds) whole += 0.5 * spring.peak * spring.rupture - dem::dissipated(spring);
-  return {{"work_J", l.work},         {"kinetic_J", m.kinetic},       {"elastic_J", m.elastic},
-          {"start_J", l.start},       {"friction_J", l.friction},     {"damping_J", l.damping},     {"local_damping_J", l.local_damping},
-          {"fracture_J", l.fracture}, {"split_elastic_J", l.split},   {"fines_kinetic_J", l.fines.kinetic},
-          {"fracture_left_in_springs_J", whole}, {"reshape_J", l.reshape},   {"split_added_J", l.split_added}, {"fracture_area_m2", l.fracture_area}, {"split_force_residual_N", l.residual_force},
-          {"energy_unexplained_J", l.unexplained}, {"energy_error", dem::energy_error(l, m.kinetic + m.elastic)}};
+  return {{"work_J", l.work},
+          {"kinetic_J", m.kinetic},
+          {"elastic_J", m.elastic},
+          {"start_J", l.start},
+          {"friction_J", l.friction},
+          {"damping_J", l.damping},
+          {"local_damping_J", l.local_damping},
+          {"fracture_J", l.fracture},
+          {"split_elastic_J", l.split},
+          {"fines_kinetic_J", l.fines.kinetic},
+          {"fracture_left_in_springs_J", whole},
+          {"reshape_J", l.reshape},
+          {"split_added_J", l.split_added},
+          {"fracture_area_m2", l.fracture_area},
+          {"split_force_residual_N", l.residual_force},
+          {"energy_unexplained_J", l.unexplained},
+          {"energy_error", dem::energy_error(l, m.kinetic + m.elastic)}};
 }
 
 /// `grains`: of the whole sample, where the state is a piece of it. `wall_estimate`: s, of the whole; 0: none.
@@ -63,24 +78,31 @@ void print_setup(const RveScene& scene, const dem::State& s, double grains, doub
   const dem::Measurement m = dem::measure(scene.model, s);
   const double whole = grains / static_cast<double>(s.grains.size());
   const std::string piece = whole != 1 ? fmt::format("   (from a piece of {} grains)", s.grains.size()) : "";
-  fmt::print("{}\n  grains {:.0f}   mean diameter {:.4g} m   solid fraction {:.4f}   bulk density {:.4g} g/cm^3   contacts {:.0f}{}\n", scene.title, grains,
-             dem::mean_diameter(s.grains), m.solid_fraction, m.volume > 0 ? dem::total_mass(s.grains) / m.volume / 1000 : 0.0, whole * static_cast<double>(m.contacts), piece);
-  const double bytes = whole * (static_cast<double>(s.grains.size()) * 600 + static_cast<double>(s.contacts.size()) * 260);
-  fmt::print("  time step {:.3g} s   duration {:.4g} s   steps about {:.3g}   memory about {:.3g} MB", s.dt, scene.test.duration,
-             scene.test.duration / s.dt, bytes / 1e6);
+  fmt::print(
+      "{}\n  grains {:.0f}   mean diameter {:.4g} m   solid fraction {:.4f}   bulk density {:.4g} g/cm^3   contacts "
+      "{:.0f}{}\n",
+      scene.title, grains, dem::mean_diameter(s.grains), m.solid_fraction,
+      m.volume > 0 ? dem::total_mass(s.grains) / m.volume / 1000 : 0.0, whole * static_cast<double>(m.contacts), piece);
+  const double bytes =
+      whole * (static_cast<double>(s.grains.size()) * 600 + static_cast<double>(s.contacts.size()) * 260);
+  fmt::print("  time step {:.3g} s   duration {:.4g} s   steps about {:.3g}   memory about {:.3g} MB", s.dt,
+             scene.test.duration, scene.test.duration / s.dt, bytes / 1e6);
   if (wall_estimate > 0) fmt::print("   run time about {} (at the initial time step)", duration_text(wall_estimate));
   fmt::print("\n");
   for (const auto& note : scene.notes) fmt::print("  note: {}\n", note);
 }
 
-/// Steps of a grain that no machine of today gets through in months; with few grains a step costs as much as with a thousand.
+/// Steps of a grain that no machine of today gets through in months; with few grains a step costs as much as with a
+/// thousand.
 constexpr double most_grain_steps = 1e14;
 
 void refuse_endless(const RveScene& scene, const dem::State& s) {
   const double steps = scene.test.duration / s.dt;
   if (!(steps * std::max(1000.0, static_cast<double>(s.grains.size())) < most_grain_steps))
-    throw dem::InputError(fmt::format("{}: loading: a time step of {:.3g} s would take {:.3g} steps to {:.3g} s: stiffness, density, size or speed of the grains, or the rate, is out of all bounds", scene.file,
-                                      s.dt, steps, scene.test.duration));
+    throw dem::InputError(
+        fmt::format("{}: loading: a time step of {:.3g} s would take {:.3g} steps to {:.3g} s: stiffness, density, "
+                    "size or speed of the grains, or the rate, is out of all bounds",
+                    scene.file, s.dt, steps, scene.test.duration));
 }
 
 /// What a run carries besides its state.
@@ -92,14 +114,21 @@ struct Course {
   ErrorEstimates errors;
 
   template <class A>
-  static void archive(A& a, auto& c) { a.plain(c.initial_cell), a.plain(c.initial_size), a.plain(c.row), a.plain(c.peak), a.plain(c.wall), a.plain(c.grain_steps), ErrorEstimates::archive(a, c.errors); }
+  static void archive(A& a, auto& c) {
+    a.plain(c.initial_cell), a.plain(c.initial_size), a.plain(c.row), a.plain(c.peak), a.plain(c.wall),
+        a.plain(c.grain_steps), ErrorEstimates::archive(a, c.errors);
+  }
 };
 
-void save_checkpoint(const Options& options, const RveScene& scene, const dem::State& state, const Course& course, const History& history,
-                     const Frames& frames, const GradingStates& gradings) {
+void save_checkpoint(const Options& options, const RveScene& scene, const dem::State& state, const Course& course,
+                     const History& history, const Frames& frames, const GradingStates& gradings) {
   dem::Saver saver;
   Course::archive(saver, course);
-  const nlohmann::json about{{"program", "grus-rve"}, {"scene", scene.record}, {"rows", history.rows()}, {"frames", frames.series()}, {"gradings", gradings.written()}};
+  const nlohmann::json about{{"program", "grus-rve"},
+                             {"scene", scene.record},
+                             {"rows", history.rows()},
+                             {"frames", frames.series()},
+                             {"gradings", gradings.written()}};
   dem::write_checkpoint(options.directory + "/checkpoint.h5", about.dump(), [&](const dem::TakePart& take) {
     take(dem::bytes_of(state)), take(saver.take()), take(history.text()), take(gradings.text());
   });
@@ -110,12 +139,15 @@ dem::Checkpoint find_checkpoint(const Options& options, const RveScene& scene) {
   const std::string path = options.directory + "/checkpoint.h5";
   dem::Checkpoint kept = dem::read_checkpoint(path);
   const nlohmann::json about = nlohmann::json::parse(kept.about);
-  if (about.value("program", "") != "grus-rve" || kept.parts.size() != 4) throw dem::InputError(path + ": not a checkpoint of grus-rve");
-  if (about["scene"] != scene.record) throw dem::InputError(path + ": checkpoint of another scene or other settings; give the same file and --set");
+  if (about.value("program", "") != "grus-rve" || kept.parts.size() != 4)
+    throw dem::InputError(path + ": not a checkpoint of grus-rve");
+  if (about["scene"] != scene.record)
+    throw dem::InputError(path + ": checkpoint of another scene or other settings; give the same file and --set");
   return kept;
 }
 
-dem::State take_up(const dem::Checkpoint& kept, Course& course, History& history, Frames& frames, GradingStates& gradings) {
+dem::State take_up(const dem::Checkpoint& kept, Course& course, History& history, Frames& frames,
+                   GradingStates& gradings) {
   const nlohmann::json about = nlohmann::json::parse(kept.about);
   dem::State state = dem::state_of(kept.parts[0]);
   dem::Loader loader(kept.parts[1]);
@@ -131,7 +163,8 @@ int check(const Options& options, RveScene& scene, dem::Team& team) {
   const double all = scene.grains();
   const bool piece = make_smaller(scene);
   Progress progress(options.quiet);
-  dem::State state = prepare_sample(scene, team, [&](double done, const char* what) { return progress.watch(done, what); });
+  dem::State state =
+      prepare_sample(scene, team, [&](double done, const char* what) { return progress.watch(done, what); });
   dem::begin_loading(scene.model, state, scene.test.loading);
   refuse_endless(scene, state);
   dem::State probe = state;
@@ -141,7 +174,8 @@ int check(const Options& options, RveScene& scene, dem::Team& team) {
     dem::run_steps(scene.model, probe, 2, team);
   }
   const double grains = piece ? all : static_cast<double>(state.grains.size());
-  print_setup(scene, state, grains, timer.wall() / 50 * scene.test.duration / probe.dt * grains / static_cast<double>(state.grains.size()));
+  print_setup(scene, state, grains,
+              timer.wall() / 50 * scene.test.duration / probe.dt * grains / static_cast<double>(state.grains.size()));
   return finished;
 }
 
@@ -162,7 +196,8 @@ int run(const Options& options) {
     Progress progress(options.quiet);
     auto watch = [&](double done, const char* what) { return progress.watch(done, what); };
     if (options.resume) {
-      make_sample(scene, team, [&](double done) { return watch(done, "packing"); });  // what the sample was at first, for gradings
+      make_sample(scene, team,
+                  [&](double done) { return watch(done, "packing"); });  // what the sample was at first, for gradings
     } else {
       state = prepare_sample(scene, team, watch);
       dem::begin_loading(scene.model, state, scene.test.loading);
@@ -182,7 +217,8 @@ int run(const Options& options) {
   if (options.resume) {
     state = take_up(kept, course, history, frames, gradings);
     scene.test.loading.initial_size = course.initial_size;
-    if (!options.quiet) fmt::print("{}\n  going on from t = {:.4g} s, {} grains\n", scene.title, state.time, state.grains.size());
+    if (!options.quiet)
+      fmt::print("{}\n  going on from t = {:.4g} s, {} grains\n", scene.title, state.time, state.grains.size());
   }
   Progress progress(options.quiet);
   dem::Measurement m = dem::measure(scene.model, state);
@@ -191,7 +227,8 @@ int run(const Options& options) {
   std::string ending = "finished";
   double saved = clock.wall();
   const double earlier = course.wall;
-  const auto rows = static_cast<std::uint64_t>(std::ceil(scene.test.duration / scene.output.history_interval * (1 - 1e-9)));
+  const auto rows =
+      static_cast<std::uint64_t>(std::ceil(scene.test.duration / scene.output.history_interval * (1 - 1e-9)));
   try {
     dem::check_sanity(scene.model, state);
     if (!options.resume) {
@@ -203,9 +240,10 @@ int run(const Options& options) {
     auto stand = [&] {  // of a moment between rows: stress and error are the last row's
       course.wall = earlier + clock.wall() - ready;
       progress.show(state.time / scene.test.duration,
-                    fmt::format("t {:.4g} s  strain {:.4f}  stress {:.3g} MPa  grains {}  broken {}  energy error {:.2f} %  {:.3g} steps/s", state.time,
-                                state.time * scene.test.strain_rate, axial / 1e6, state.grains.size(), state.ledger.breakages, 100 * error,
-                                static_cast<double>(state.steps) / course.wall));
+                    fmt::format("t {:.4g} s  strain {:.4f}  stress {:.3g} MPa  grains {}  broken {}  energy error "
+                                "{:.2f} %  {:.3g} steps/s",
+                                state.time, state.time * scene.test.strain_rate, axial / 1e6, state.grains.size(),
+                                state.ledger.breakages, 100 * error, static_cast<double>(state.steps) / course.wall));
     };
     auto due = [&] { return interruption_asked() || clock.wall() - saved > scene.output.checkpoint_interval; };
     for (std::uint64_t row = course.row + 1; row <= rows; ++row) {
@@ -255,21 +293,35 @@ int run(const Options& options) {
   summary["ending"] = ending;
   summary["seed"] = scene.model.seed;
   summary["threads"] = options.threads;
-  summary["counts"] = {{"grains_start", scene.state.grains.size()}, {"grains", state.grains.size()}, {"breakages", state.ledger.breakages},
-                       {"bonds_broken", state.ledger.bonds_broken}, {"steps", state.steps}, {"grain_steps", course.grain_steps}, {"history_rows", history.rows()}};
+  summary["counts"] = {{"grains_start", scene.state.grains.size()},
+                       {"grains", state.grains.size()},
+                       {"breakages", state.ledger.breakages},
+                       {"bonds_broken", state.ledger.bonds_broken},
+                       {"steps", state.steps},
+                       {"grain_steps", course.grain_steps},
+                       {"history_rows", history.rows()}};
   if (const double bulk = dem::bulk_volume(scene.state.boundary); bulk > 0)
-    summary["sample"] = {{"bulk_density_kg_m3", dem::total_mass(scene.state.grains) / bulk}, {"solid_fraction", dem::solid_volume(scene.state.grains) / bulk}};
-  summary["mass"] = {{"start_kg", dem::total_mass(scene.state.grains)}, {"grains_kg", dem::total_mass(state.grains)}, {"lost_kg", state.ledger.fines.mass}};
+    summary["sample"] = {{"bulk_density_kg_m3", dem::total_mass(scene.state.grains) / bulk},
+                         {"solid_fraction", dem::solid_volume(scene.state.grains) / bulk}};
+  summary["mass"] = {{"start_kg", dem::total_mass(scene.state.grains)},
+                     {"grains_kg", dem::total_mass(state.grains)},
+                     {"lost_kg", state.ledger.fines.mass}};
   if (scene.model.breakable()) {
     const dem::Fines& f = state.ledger.fines;
     auto vector = [](const dem::Vec3& v) { return nlohmann::json{v.x(), v.y(), v.z()}; };
-    summary["fines"] = {{"mass_kg", f.mass}, {"kinetic_J", f.kinetic}, {"momentum_kg_m_s", vector(f.momentum)}, {"angular_momentum_kg_m2_s", vector(f.angular_momentum)}};
+    summary["fines"] = {{"mass_kg", f.mass},
+                        {"kinetic_J", f.kinetic},
+                        {"momentum_kg_m_s", vector(f.momentum)},
+                        {"angular_momentum_kg_m2_s", vector(f.angular_momentum)}};
   }
   summary["energy"] = ledger_json(state, m);
   summary["errors"] = course.errors.json(state);
-  if (state.ledger.local_damping > 0) summary["errors"]["local_damping"] = state.ledger.local_damping / dem::energy_scale(state.ledger, m.kinetic + m.elastic);
+  if (state.ledger.local_damping > 0)
+    summary["errors"]["local_damping"] =
+        state.ledger.local_damping / dem::energy_scale(state.ledger, m.kinetic + m.elastic);
   summary["errors"]["packing_overlap"] = scene.packing_overlap;
-  summary["results"] = {{"peak_axial_stress_Pa", course.peak}, {"final_time_s", state.time}, {"final_void_ratio", m.void_ratio}};
+  summary["results"] = {
+      {"peak_axial_stress_Pa", course.peak}, {"final_time_s", state.time}, {"final_void_ratio", m.void_ratio}};
   summary["seconds"] = {{"preparation_wall", ready}, {"loading_wall", earlier + wall - ready}, {"cpu", Clock::cpu()}};
   try {
     history.save();
@@ -278,18 +330,25 @@ int run(const Options& options) {
     if (status != failed) throw;
   }
 
-  progress.finish(fmt::format("{}: t {:.5g} s, peak stress {:.4g} MPa, {} -> {} grains, {} breakages, mass lost {:.2f} %, worst energy error {:.2f} %, "
-                              "{} steps in {} ({})",
-                              status == finished ? "finished" : status == interrupted ? "interrupted" : "stopped", state.time, course.peak / 1e6,
-                              scene.state.grains.size(), state.grains.size(), state.ledger.breakages,
-                              100 * state.ledger.fines.mass / dem::total_mass(scene.state.grains), 100 * course.errors.energy.worst, state.steps, duration_text(earlier + wall - ready),
-                              options.directory));
-  if (status == unstable || status == failed) fmt::print(stderr, "{}\n", one_line(fmt::format("{}: {}", options.scene, ending)));
+  progress.finish(
+      fmt::format("{}: t {:.5g} s, peak stress {:.4g} MPa, {} -> {} grains, {} breakages, mass lost {:.2f} %, worst "
+                  "energy error {:.2f} %, "
+                  "{} steps in {} ({})",
+                  status == finished      ? "finished"
+                  : status == interrupted ? "interrupted"
+                                          : "stopped",
+                  state.time, course.peak / 1e6, scene.state.grains.size(), state.grains.size(), state.ledger.breakages,
+                  100 * state.ledger.fines.mass / dem::total_mass(scene.state.grains), 100 * course.errors.energy.worst,
+                  state.steps, duration_text(earlier + wall - ready), options.directory));
+  if (status == unstable || status == failed)
+    fmt::print(stderr, "{}\n", one_line(fmt::format("{}: {}", options.scene, ending)));
   return status;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  return run_command(argc, argv, "grus-rve", "One DEM test of breakable grains: SHPB, oedometer, triaxial, single-grain crushing, free motion.", run);
+  return run_command(argc, argv, "grus-rve",
+                     "One DEM test of breakable grains: SHPB, oedometer, triaxial, single-grain crushing, free motion.",
+                     run);
 }

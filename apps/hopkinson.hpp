@@ -14,14 +14,16 @@ struct GaugeSignal {
 
 /// Specimen histories from the bars, compression-positive.
 struct HopkinsonRow {
-  double time;                                       // s, at the specimen's faces
-  double incident, reflected, transmitted;           // strains moved to the faces
-  double rate_1, strain_1, stress_1, stress_2, rate_3, strain_3, stress_3;  // one-, two- and three-wave analysis (1/s, -, Pa)
+  double time;                              // s, at the specimen's faces
+  double incident, reflected, transmitted;  // strains moved to the faces
+  double rate_1, strain_1, stress_1, stress_2, rate_3, strain_3,
+      stress_3;  // one-, two- and three-wave analysis (1/s, -, Pa)
 };
 
-/// Incident and reflected waves are told apart by the arrival of the reflected one: the pulse must be shorter than twice
-/// the way from gauge to specimen.
-std::vector<HopkinsonRow> analyse_hopkinson(const Hopkinson& bar, const GaugeSignal& incident, const GaugeSignal& transmitted);
+/// Incident and reflected waves are told apart by the arrival of the reflected one: the pulse must be shorter than
+/// twice the way from gauge to specimen.
+std::vector<HopkinsonRow> analyse_hopkinson(const Hopkinson& bar, const GaugeSignal& incident,
+                                            const GaugeSignal& transmitted);
 
 /// hopkinson.csv from the text of history.csv: the analysis beside the specimen's own averages.
 void write_hopkinson(const std::string& path, const Hopkinson& bar, const std::string& history);

@@ -8,8 +8,11 @@
 
 namespace grus::app {
 
-dem::State prepare_sample(RveScene& scene, dem::Team& team, const StageWatch& watch, const std::optional<dem::Vec3>& stresses) {
-  auto stage = [&](const char* what) { return watch ? dem::Watch([&watch, what](double done) { return watch(done, what); }) : dem::Watch(); };
+dem::State prepare_sample(RveScene& scene, dem::Team& team, const StageWatch& watch,
+                          const std::optional<dem::Vec3>& stresses) {
+  auto stage = [&](const char* what) {
+    return watch ? dem::Watch([&watch, what](double done) { return watch(done, what); }) : dem::Watch();
+  };
   make_sample(scene, team, stage("packing"));
   dem::State state = scene.state;
   if (scene.preparation) {
@@ -23,7 +26,8 @@ dem::State prepare_sample(RveScene& scene, dem::Team& team, const StageWatch& wa
       if (std::isfinite(m.youngs_modulus)) m.friction = scene.preparation->friction;
     make_laws(model);
     dem::prepare(model, state, team);
-    dem::compress_isotropically(model, scene.preparation->quasi_static, state, scene.preparation->pressure, team, stage("preparation"));
+    dem::compress_isotropically(model, scene.preparation->quasi_static, state, scene.preparation->pressure, team,
+                                stage("preparation"));
     if (stresses) {
       model.materials = scene.model.materials;
       make_laws(model);

@@ -14,14 +14,14 @@ namespace grus::app {
 namespace {
 
 const char* const components[6] = {"xx", "yy", "zz", "yz", "xz", "xy"};
-const char* const facts[] = {"void_ratio", "coordination", "grains", "breakages"};
+const char* const point_facts[] = {"void_ratio", "coordination", "grains", "breakages"};
 const char* const means[] = {"void_ratio", "grains", "breakages"};
 const char* const grading_facts[] = {"d10_m", "d50_m", "d90_m", "breakage_einav", "fines_fraction"};
 
 }  // namespace
 
-Probes::Probes(const std::string& directory, const BvpScene& scene, const fem::Problem& problem, const BvpPoints& points, const std::vector<dem::State>& states,
-               const coupling::RveMaterial* rves)
+Probes::Probes(const std::string& directory, const BvpScene& scene, const fem::Problem& problem,
+               const BvpPoints& points, const std::vector<dem::State>& states, const coupling::RveMaterial* rves)
     : directory_(directory), scene_(scene), problem_(problem), points_(points), states_(states), rves_(rves) {
   for (const Probe& probe : scene.probes) {
     if (probe.where) {
@@ -40,14 +40,16 @@ Probes::Probes(const std::string& directory, const BvpScene& scene, const fem::P
       if (same ? problem.point_key(i) < problem.point_key(point) : d2 < nearest) nearest = d2, point = i;
     }
     if ((probe.frames || probe.grading) && points.rve_of[point] == SIZE_MAX)
-      throw InputError(fmt::format("{}: probe \"{}\" lies in an elastic region, which has no grains to show", scene.file, probe.name));
+      throw InputError(fmt::format("{}: probe \"{}\" lies in an elastic region, which has no grains to show",
+                                   scene.file, probe.name));
     probes_.push_back({&probe, point, {}, {}});
   }
 }
 
 void Probes::make_folders() const {
   for (const Found& f : probes_)
-    if (f.probe->frames) std::filesystem::create_directories(std::filesystem::path(directory_) / ("grains_" + f.probe->name));
+    if (f.probe->frames)
+      std::filesystem::create_directories(std::filesystem::path(directory_) / ("grains_" + f.probe->name));
 }
 
 std::vector<std::string> Probes::columns() const {
@@ -61,14 +63,15 @@ std::vector<std::string> Probes::columns() const {
       continue;
     }
     if (points_.rve_of[f.point] == SIZE_MAX) continue;
-    for (const char* name : facts) c.push_back(head + name);
+    for (const char* name : point_facts) c.push_back(head + name);
     if (f.probe->grading)
       for (const char* name : grading_facts) c.push_back(head + name);
   }
   return c;
 }
 
-/// Means over the present volume of a place: strain (tensor components), stress; void ratio over its cells; their grains and breakages.
+/// Means over the present volume of a place: strain (tensor components), stress; void ratio over its cells; their
+/// grains and breakages.
 std::vector<double> Probes::mean_row(const std::vector<std::uint8_t>& some) const {
   std::vector<double> row;
   const auto strain = problem_.mean_strain(some), stress = problem_.mean_stress(some);
@@ -97,7 +100,8 @@ std::vector<double> Probes::row() const {
     const std::size_t i = f.point;
     const auto deformation = problem_.deformation().subspan(9 * i, 9);
     dem::Mat3 gradient;
-    for (int k = 0; k < 9; ++k) gradient(k / 3, k % 3) = deformation[static_cast<std::size_t>(k)] - (k % 4 == 0 ? 1 : 0);
+    for (int k = 0; k < 9; ++k)
+      gradient(k / 3, k % 3) = deformation[static_cast<std::size_t>(k)] - (k % 4 == 0 ? 1 : 0);
     const dem::Vec6 strain = dem::to_voigt(0.5 * (gradient + gradient.transpose()));  // tensor components
     for (int k = 0; k < 6; ++k) row.push_back(strain[k]);
     for (std::size_t k = 0; k < 6; ++k) row.push_back(problem_.stress()[6 * i + k]);
@@ -106,18 +110,22 @@ std::vector<double> Probes::row() const {
     const dem::State s = rves_->committed(rve);
     const dem::Model& model = scene_.unit_cells[0].model;
     const dem::Measurement m = dem::measure(model, s);
-    row.insert(row.end(), {m.void_ratio, m.coordination, static_cast<double>(s.grains.size()), static_cast<double>(s.ledger.breakages)});
+    row.insert(row.end(), {m.void_ratio, m.coordination, static_cast<double>(s.grains.size()),
+                           static_cast<double>(s.ledger.breakages)});
     if (!f.probe->grading) continue;
     const dem::Grading first(states_[points_.start[rve]]), now(s);
-    row.insert(row.end(), {now.diameter(0.1), now.diameter(0.5), now.diameter(0.9), dem::einav_breakage(first, now), now.fines_fraction()});
+    row.insert(row.end(), {now.diameter(0.1), now.diameter(0.5), now.diameter(0.9), dem::einav_breakage(first, now),
+                           now.fines_fraction()});
   }
   return row;
 }
 
 double Probes::stress(const std::string& name, int component) const {
   for (const Found& f : probes_)
-    if (f.probe->name == name && !f.some.empty()) return problem_.mean_stress(f.some)[static_cast<std::size_t>(component)];
-    else if (f.probe->name == name) return problem_.stress()[6 * f.point + static_cast<std::size_t>(component)];
+    if (f.probe->name == name && !f.some.empty())
+      return problem_.mean_stress(f.some)[static_cast<std::size_t>(component)];
+    else if (f.probe->name == name)
+      return problem_.stress()[6 * f.point + static_cast<std::size_t>(component)];
   return NAN;
 }
 

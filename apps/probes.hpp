@@ -8,9 +8,10 @@ namespace grus::app {
 
 class Probes {
 public:
-  /// Each probe sits at the Gauss point nearest to its place in the reference mesh, of equals the lowest key; or at all points of a place.
-  Probes(const std::string& directory, const BvpScene& scene, const fem::Problem& problem, const BvpPoints& points, const std::vector<dem::State>& states,
-         const coupling::RveMaterial* rves);
+  /// Each probe sits at the Gauss point nearest to its place in the reference mesh, of equals the lowest key; or at all
+  /// points of a place.
+  Probes(const std::string& directory, const BvpScene& scene, const fem::Problem& problem, const BvpPoints& points,
+         const std::vector<dem::State>& states, const coupling::RveMaterial* rves);
 
   std::vector<std::string> columns() const;
   /// For frames, where the scene wants any.
@@ -37,7 +38,7 @@ private:
   const fem::Problem& problem_;
   const BvpPoints& points_;
   const std::vector<dem::State>& states_;  // prepared, of the starts
-  const coupling::RveMaterial* rves_;  // null: no grains anywhere
+  const coupling::RveMaterial* rves_;      // null: no grains anywhere
   std::vector<Found> probes_;
 };
 

@@ -33,8 +33,10 @@ bool interruption_asked() { return asked != 0; }
 std::string one_line(const std::string& text) {
   std::string line;
   for (const char c : text)
-    if (static_cast<unsigned char>(c) >= ' ' && c != 0x7f) line += c;
-    else line += c == '\n' ? "\\n" : c == '\t' ? "\\t" : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+    if (static_cast<unsigned char>(c) >= ' ' && c != 0x7f)
+      line += c;
+    else
+      line += c == '\n' ? "\\n" : c == '\t' ? "\\t" : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
   return line;
 }
 
@@ -44,8 +46,10 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
   CLI::App cli{description, name};
   cli.set_version_flag("--version", name + " " GRUS_VERSION);
   cli.add_option("SCENE", options.scene, "scene file (TOML)")->required();
-  cli.add_option("-o", options.directory, "results folder (default: the scene's name, beside the current folder)")->type_name("DIR");
-  cli.add_option("--threads", options.threads, "threads (default: all cores that this process may use)")->check(CLI::Range(1, 1024));
+  cli.add_option("-o", options.directory, "results folder (default: the scene's name, beside the current folder)")
+      ->type_name("DIR");
+  cli.add_option("--threads", options.threads, "threads (default: all cores that this process may use)")
+      ->check(CLI::Range(1, 1024));
   cli.add_option("--set", options.overrides, "override a scene key, e.g. --set packing.seed=7 (repeatable)")
       ->type_name("KEY=VALUE")
       ->take_all()
@@ -55,7 +59,9 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
   cli.add_flag("--resume", options.resume, "go on from checkpoint.h5 in DIR");
   cli.add_flag("--quiet", options.quiet, "print errors only");
   cli.add_flag("--force", options.force, "allow a results folder that is not empty");
-  cli.footer("Exit status: 0 finished, 2 scene or command line refused, 3 unstable or not converged, 130 interrupted, 1 other failure.");
+  cli.footer(
+      "Exit status: 0 finished, 2 scene or command line refused, 3 unstable or not converged, 130 interrupted, 1 other "
+      "failure.");
   try {
     cli.parse(argc, argv);
   } catch (const CLI::Success& e) {
@@ -92,7 +98,8 @@ std::string default_directory(const std::string& scene) { return std::filesystem
 double Clock::cpu() {
   rusage use{};
   getrusage(RUSAGE_SELF, &use);
-  return static_cast<double>(use.ru_utime.tv_sec + use.ru_stime.tv_sec) + 1e-6 * static_cast<double>(use.ru_utime.tv_usec + use.ru_stime.tv_usec);
+  return static_cast<double>(use.ru_utime.tv_sec + use.ru_stime.tv_sec) +
+         1e-6 * static_cast<double>(use.ru_utime.tv_usec + use.ru_stime.tv_usec);
 }
 
 std::string duration_text(double s) {
@@ -112,7 +119,8 @@ void Progress::show(double done, const std::string& text) {
   last_shown_ = now;
   last_part_ = done;
   if (first_part_ < 0) first_part_ = done, first_shown_ = now;  // a resumed run does not begin at 0
-  const std::string eta = done > first_part_ ? duration_text((now - first_shown_) * (1 - done) / (done - first_part_)) : "?";
+  const std::string eta =
+      done > first_part_ ? duration_text((now - first_shown_) * (1 - done) / (done - first_part_)) : "?";
   if (terminal_) {
     const int full = static_cast<int>(24 * done);
     fmt::print("\r\033[K[{}{}] {:3.0f} %  {}  ETA {}", std::string(static_cast<std::size_t>(full), '#'),
@@ -137,13 +145,15 @@ void Progress::note(const std::string& text) {
 
 void Progress::finish(const std::string& text) { note(text); }
 
-History::History(std::string path, std::vector<std::string> columns) : path_(std::move(path)), columns_(std::move(columns)) {
+History::History(std::string path, std::vector<std::string> columns)
+    : path_(std::move(path)), columns_(std::move(columns)) {
   for (std::size_t i = 0; i < columns_.size(); ++i) text_ += (i ? "," : "") + columns_[i];
   text_ += '\n';
 }
 
 void History::add(const std::vector<double>& row) {
-  for (std::size_t i = 0; i < row.size(); ++i) fmt::format_to(std::back_inserter(text_), "{}{:.10g}", i ? "," : "", row[i]);
+  for (std::size_t i = 0; i < row.size(); ++i)
+    fmt::format_to(std::back_inserter(text_), "{}{:.10g}", i ? "," : "", row[i]);
   text_ += '\n';
   last_ = row;
   ++rows_;

@@ -19,8 +19,8 @@ struct Options {
 
 inline constexpr int finished = 0, failed = 1, refused = 2, unstable = 3, interrupted = 130;
 
-/// Parses the command line (prints help and version itself) and runs `work`; turns exceptions into one line and a status.
-/// Of several ranks only one `speaks`; `sharers` of them share this one's cores.
+/// Parses the command line (prints help and version itself) and runs `work`; turns exceptions into one line and a
+/// status. Of several ranks only one `speaks`; `sharers` of them share this one's cores.
 int run_command(int argc, char** argv, const std::string& name, const std::string& description,
                 const std::function<int(const Options&)>& work, bool speaks = true, int sharers = 1);
 

@@ -23,17 +23,19 @@ dem::Vec3 wall_force(const dem::State& s, std::size_t wall) {
   return force;
 }
 
-/// Compression-positive stress (Pa) on the fixed and on the moving face along the test's axis: walls of a box, or platens (force
-/// over the square of the initial height).
+/// Compression-positive stress (Pa) on the fixed and on the moving face along the test's axis: walls of a box, or
+/// platens (force over the square of the initial height).
 std::array<double, 2> face_stresses(const RveScene& scene, const dem::State& s) {
   const int axis = scene.test.axis;
   double area = 0;
-  if (scene.test.kind == "platens") area = std::pow((scene.state.boundary.walls[1].point - scene.state.boundary.walls[0].point)[axis], 2);
+  if (scene.test.kind == "platens")
+    area = std::pow((scene.state.boundary.walls[1].point - scene.state.boundary.walls[0].point)[axis], 2);
   std::array<std::size_t, 2> face{};
   for (std::size_t w = 0; w < s.boundary.walls.size(); ++w)
     for (std::size_t side = 0; side < 2; ++side)
       if (s.boundary.walls[w].normal[axis] == (side ? -1 : 1)) face[side] = w;
-  if (area == 0) area = dem::bulk_volume(s.boundary) / (s.boundary.walls[face[1]].point - s.boundary.walls[face[0]].point)[axis];
+  if (area == 0)
+    area = dem::bulk_volume(s.boundary) / (s.boundary.walls[face[1]].point - s.boundary.walls[face[0]].point)[axis];
   return {-wall_force(s, face[0])[axis] / area, wall_force(s, face[1])[axis] / area};
 }
 
@@ -51,19 +53,25 @@ std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& st
   std::vector<std::string> c{"time_s"};
   for (const char* ij : components) c.push_back(fmt::format("strain_{}", ij));
   for (const char* ij : components) c.push_back(fmt::format("stress_{}_Pa", ij));
-  for (const char* name : {"axial_strain", "axial_stress_Pa", "mean_pressure_Pa", "void_ratio", "coordination", "grains", "breakages", "bonds_broken",
-                           "mass_kg", "mass_lost_kg", "inertial_number", "unbalanced_force", "kinetic_J", "elastic_J", "friction_J", "damping_J",
-                           "fracture_J", "work_J", "energy_error", "split_J", "solid_fraction", "time_step_s", "steps",
-                           "energy_unexplained_J"})
+  for (const char* name : {"axial_strain", "axial_stress_Pa", "mean_pressure_Pa",
+                           "void_ratio",   "coordination",    "grains",
+                           "breakages",    "bonds_broken",    "mass_kg",
+                           "mass_lost_kg", "inertial_number", "unbalanced_force",
+                           "kinetic_J",    "elastic_J",       "friction_J",
+                           "damping_J",    "fracture_J",      "work_J",
+                           "energy_error", "split_J",         "solid_fraction",
+                           "time_step_s",  "steps",           "energy_unexplained_J"})
     c.emplace_back(name);
   for (const char* ij : components) c.push_back(fmt::format("fabric_{}", ij));
   if (scene.model.reshapes()) c.emplace_back("reshape_J");
   if (scene.output.grading)
-    for (const char* name : {"d10_m", "d50_m", "d90_m", "breakage_einav", "breakage_hardin", "fractal_dimension", "fines_fraction", "zingg_equant",
-                             "zingg_disc", "zingg_rod", "zingg_blade", "elongation", "flatness"})
+    for (const char* name :
+         {"d10_m", "d50_m", "d90_m", "breakage_einav", "breakage_hardin", "fractal_dimension", "fines_fraction",
+          "zingg_equant", "zingg_disc", "zingg_rod", "zingg_blade", "elongation", "flatness"})
       c.emplace_back(name);
   if (scene.model.split_statistics)
-    for (const char* name : {"split_contacts", "split_contacts_kept", "split_force_N", "split_force_kept_N", "split_instants", "split_pressure_jump"})
+    for (const char* name : {"split_contacts", "split_contacts_kept", "split_force_N", "split_force_kept_N",
+                             "split_instants", "split_pressure_jump"})
       c.emplace_back(name);
   if (box_of_walls(state))
     for (int k = 0; k < 3; ++k) c.push_back(fmt::format("wall_stress_{}_Pa", components[k]));
@@ -72,13 +80,14 @@ std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& st
       for (const char* k : {"x", "y", "z"}) c.push_back(fmt::format("wall{}_f{}_N", w, k));
   if (has_faces(scene, state)) c.insert(c.end(), {"stress_front_Pa", "stress_back_Pa"});
   for (std::size_t g = 0; g < std::min(scene.listed_grains, most_listed); ++g)
-    for (const char* name : {"x_m", "y_m", "z_m", "vx_m_s", "vy_m_s", "vz_m_s", "wx_rad_s", "wy_rad_s", "wz_rad_s", "fx_N", "fy_N", "fz_N",
-                             "tx_N_m", "ty_N_m", "tz_N_m", "qw", "qx", "qy", "qz"})
+    for (const char* name : {"x_m", "y_m", "z_m", "vx_m_s", "vy_m_s", "vz_m_s", "wx_rad_s", "wy_rad_s", "wz_rad_s",
+                             "fx_N", "fy_N", "fz_N", "tx_N_m", "ty_N_m", "tz_N_m", "qw", "qx", "qy", "qz"})
       c.push_back(fmt::format("g{}_{}", g, name));
   return c;
 }
 
-std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const dem::Measurement& m, const dem::Mat3& initial_cell) {
+std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const dem::Measurement& m,
+                            const dem::Mat3& initial_cell) {
   const dem::Mat3 gradient = dem::displacement_gradient(s, scene.test.loading, initial_cell);
   std::vector<double> row{s.time};
   const dem::Vec6 strain = dem::to_voigt(gradient), stress = dem::to_voigt(m.stress);
@@ -91,20 +100,39 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
                            (scene.state.boundary.walls[1].point - scene.state.boundary.walls[0].point)[scene.test.axis];
   const double stored = m.kinetic + m.elastic, pressure = dem::mean_pressure(m.stress);
   const dem::Ledger& l = s.ledger;
-  row.insert(row.end(),
-             {axial_strain, axial_stress(scene, s, m), pressure, m.void_ratio, m.coordination, static_cast<double>(s.grains.size()),
-              static_cast<double>(l.breakages), static_cast<double>(l.bonds_broken), dem::total_mass(s.grains), l.fines.mass,
-              dem::inertial_number(s, scene.test.strain_rate, pressure), m.unbalanced_force, m.kinetic, m.elastic, l.friction, l.damping, l.fracture,
-              l.work, dem::energy_error(l, stored), l.split + l.fines.kinetic, m.solid_fraction, s.dt, static_cast<double>(s.steps),
-              l.unexplained});
+  row.insert(row.end(), {axial_strain,
+                         axial_stress(scene, s, m),
+                         pressure,
+                         m.void_ratio,
+                         m.coordination,
+                         static_cast<double>(s.grains.size()),
+                         static_cast<double>(l.breakages),
+                         static_cast<double>(l.bonds_broken),
+                         dem::total_mass(s.grains),
+                         l.fines.mass,
+                         dem::inertial_number(s, scene.test.strain_rate, pressure),
+                         m.unbalanced_force,
+                         m.kinetic,
+                         m.elastic,
+                         l.friction,
+                         l.damping,
+                         l.fracture,
+                         l.work,
+                         dem::energy_error(l, stored),
+                         l.split + l.fines.kinetic,
+                         m.solid_fraction,
+                         s.dt,
+                         static_cast<double>(s.steps),
+                         l.unexplained});
   const dem::Vec6 fabric = dem::to_voigt(m.fabric);
   for (int k = 0; k < 6; ++k) row.push_back(fabric[k]);
   if (scene.model.reshapes()) row.push_back(l.reshape);
   if (scene.output.grading) {
     const dem::Grading first(scene.state), now(s);
     const dem::Zingg z = dem::zingg(s.grains);
-    row.insert(row.end(), {now.diameter(0.1), now.diameter(0.5), now.diameter(0.9), dem::einav_breakage(first, now), dem::hardin_breakage(first, now),
-                           now.fractal_dimension(), now.fines_fraction(), z.equant, z.disc, z.rod, z.blade, z.elongation, z.flatness});
+    row.insert(row.end(), {now.diameter(0.1), now.diameter(0.5), now.diameter(0.9), dem::einav_breakage(first, now),
+                           dem::hardin_breakage(first, now), now.fractal_dimension(), now.fines_fraction(), z.equant,
+                           z.disc, z.rod, z.blade, z.elongation, z.flatness});
   }
   if (scene.model.split_statistics) {
     const auto& p = l.splits;

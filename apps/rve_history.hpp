@@ -10,7 +10,8 @@ namespace grus::app {
 std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& state);
 
 /// One row, in the order of rve_columns.
-std::vector<double> rve_row(const RveScene& scene, const dem::State& state, const dem::Measurement& m, const dem::Mat3& initial_cell);
+std::vector<double> rve_row(const RveScene& scene, const dem::State& state, const dem::Measurement& m,
+                            const dem::Mat3& initial_cell);
 
 /// The compression-positive stress that the test is about: walls and platens by their force, cells by Love-Weber (Pa).
 double axial_stress(const RveScene& scene, const dem::State& state, const dem::Measurement& m);

@@ -24,7 +24,8 @@ constexpr std::uint64_t piece = 1u << 24;  // of a message: a count is an int, a
 void send(MPI_Comm comm, int rank, int tag, const std::string& bytes) {
   const std::uint64_t size = bytes.size();
   MPI_Send(&size, 1, MPI_UINT64_T, rank, tag, comm);
-  for (std::uint64_t at = 0; at < size; at += piece) MPI_Send(bytes.data() + at, static_cast<int>(std::min(size - at, piece)), MPI_CHAR, rank, tag, comm);
+  for (std::uint64_t at = 0; at < size; at += piece)
+    MPI_Send(bytes.data() + at, static_cast<int>(std::min(size - at, piece)), MPI_CHAR, rank, tag, comm);
 }
 
 std::string receive(MPI_Comm comm, int rank, int tag) {
@@ -35,10 +36,13 @@ std::string receive(MPI_Comm comm, int rank, int tag) {
     bytes.resize(size);
   } catch (const std::bad_alloc&) {  // the message must leave all the same, or the next one would be read amiss
     std::string bin(piece, '\0');
-    for (std::uint64_t at = 0; at < size; at += piece) MPI_Recv(bin.data(), static_cast<int>(std::min(size - at, piece)), MPI_CHAR, rank, tag, comm, MPI_STATUS_IGNORE);
+    for (std::uint64_t at = 0; at < size; at += piece)
+      MPI_Recv(bin.data(), static_cast<int>(std::min(size - at, piece)), MPI_CHAR, rank, tag, comm, MPI_STATUS_IGNORE);
     throw;
   }
-  for (std::uint64_t at = 0; at < size; at += piece) MPI_Recv(bytes.data() + at, static_cast<int>(std::min(size - at, piece)), MPI_CHAR, rank, tag, comm, MPI_STATUS_IGNORE);
+  for (std::uint64_t at = 0; at < size; at += piece)
+    MPI_Recv(bytes.data() + at, static_cast<int>(std::min(size - at, piece)), MPI_CHAR, rank, tag, comm,
+             MPI_STATUS_IGNORE);
   return bytes;
 }
 
@@ -51,7 +55,8 @@ template <class A, class O>
 void archive_outcome(A& a, O& o) {
   auto& r = o.response;
   a.plain(r.stress), a.plain(r.tangent), a.plain(r.stable), a.plain(r.unbalanced_force), a.plain(r.stress_change);
-  a.plain(r.steps), a.plain(r.hold_steps), a.plain(r.breakages), a.plain(r.pieces), a.plain(r.work), a.plain(r.haste), a.plain(r.inertial_number), a.text(r.failure);
+  a.plain(r.steps), a.plain(r.hold_steps), a.plain(r.breakages), a.plain(r.pieces), a.plain(r.work), a.plain(r.haste),
+      a.plain(r.inertial_number), a.text(r.failure);
   a.plain(o.seconds), a.plain(o.elastic), a.plain(o.given_up), a.plain(o.elastic_error);
 }
 
@@ -61,7 +66,9 @@ std::string request(Command c, const std::vector<std::uint64_t>& slots) {
   return s.take();
 }
 
-bool is_stop(const std::string& bytes) { return !bytes.empty() && static_cast<Command>(bytes.front()) == Command::stop; }
+bool is_stop(const std::string& bytes) {
+  return !bytes.empty() && static_cast<Command>(bytes.front()) == Command::stop;
+}
 
 /// The answer to one request on the rank that it came to.
 std::string handle(RveHost& host, const std::string& bytes) {
@@ -71,15 +78,20 @@ std::string handle(RveHost& host, const std::string& bytes) {
   std::vector<std::uint64_t> slots;
   in.plain(c), in.column(slots);
   switch (c) {
-    case Command::stop: break;
+    case Command::stop:
+      break;
     case Command::put: {
       std::string state;
       in.text(state);
       host.put(slots[0], HostedRve::from(state));
       break;
     }
-    case Command::copy: host.copy(slots[0], slots[1]); break;
-    case Command::drop: host.drop(slots[0]); break;
+    case Command::copy:
+      host.copy(slots[0], slots[1]);
+      break;
+    case Command::drop:
+      host.drop(slots[0]);
+      break;
     case Command::advance: {
       std::vector<Task> tasks(slots.size());
       for (Task& t : tasks) archive_task(in, t);
@@ -92,7 +104,9 @@ std::string handle(RveHost& host, const std::string& bytes) {
     case Command::facts:
       for (const auto slot : slots) out.plain(host.facts(slot));
       break;
-    case Command::fetch: out.text(host.hosted(slots[0]).bytes()); break;
+    case Command::fetch:
+      out.text(host.hosted(slots[0]).bytes());
+      break;
   }
   return out.take();
 }
@@ -113,7 +127,8 @@ std::vector<int> balance(const std::vector<double>& costs, int ranks) {
   return to;
 }
 
-RveFarm::RveFarm(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const ResponseOptions& options, int threads) try
+RveFarm::RveFarm(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const ResponseOptions& options,
+                 int threads) try
     : comm_(comm), host_(std::move(model), options, threads) {
   MPI_Comm_size(comm, &ranks_);
   owed_.assign(static_cast<std::size_t>(ranks_), 0);
@@ -130,8 +145,8 @@ RveFarm::~RveFarm() {
   }
 }
 
-/// Takes answers that nobody has waited for, because something failed between asking and listening: a rank that still wants to
-/// tell one hears nothing.
+/// Takes answers that nobody has waited for, because something failed between asking and listening: a rank that still
+/// wants to tell one hears nothing.
 void RveFarm::drain(int rank) {
   for (int& owed = owed_[static_cast<std::size_t>(rank)]; owed > 0; --owed) receive(comm_, rank, answer_tag);
 }
@@ -168,7 +183,9 @@ void RveFarm::put(std::uint64_t slot, const dem::State& state, double cost) {
   }
 }
 
-void RveFarm::put_bytes(std::uint64_t slot, const std::string& state, double cost) { place(idlest(), slot, state, cost); }
+void RveFarm::put_bytes(std::uint64_t slot, const std::string& state, double cost) {
+  place(idlest(), slot, state, cost);
+}
 
 void RveFarm::place(int rank, std::uint64_t slot, const std::string& state, double cost) {
   if (rank == 0) {
@@ -203,7 +220,8 @@ void RveFarm::drop(std::uint64_t slot) {
 
 std::vector<Outcome> RveFarm::advance(const std::vector<Task>& tasks) {
   std::vector<std::vector<std::size_t>> of(static_cast<std::size_t>(ranks_));
-  for (std::size_t i = 0; i < tasks.size(); ++i) of[static_cast<std::size_t>(homes_.at(tasks[i].slot).rank)].push_back(i);
+  for (std::size_t i = 0; i < tasks.size(); ++i)
+    of[static_cast<std::size_t>(homes_.at(tasks[i].slot).rank)].push_back(i);
   for (int r = 1; r < ranks_; ++r) {
     const auto& mine = of[static_cast<std::size_t>(r)];
     if (mine.empty()) continue;
@@ -281,7 +299,9 @@ void RveFarm::rebalance() {
     const int from = static_cast<int>(most - load.begin()), to = static_cast<int>(least - load.begin());
     auto best = homes_.end();
     for (auto h = homes_.begin(); h != homes_.end(); ++h)
-      if (h->second.rank == from && *least + h->second.cost < *most && (best == homes_.end() || h->second.cost > best->second.cost)) best = h;
+      if (h->second.rank == from && *least + h->second.cost < *most &&
+          (best == homes_.end() || h->second.cost > best->second.cost))
+        best = h;
     if (best == homes_.end()) return;
     const std::string bytes = fetch(best->first);
     const auto slot = best->first;
@@ -302,7 +322,7 @@ void serve(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const Respons
       const std::string bytes = receive(comm, 0, request_tag);
       if (is_stop(bytes)) return;
       if (!host) host.emplace(model, options, threads);
-      reply = "a" + handle(*host, bytes);
+      reply = std::string("a").append(handle(*host, bytes));  // g++ 12 takes "a" + ... for an overlap
     } catch (const dem::InputError& e) {
       reply = std::string("i") + e.what();
     } catch (const dem::Unstable& e) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// RVEs on all ranks, as seen from rank 0, which owns the macro problem and gives out the work. Decisions are taken in one
-// place and RVEs do not see each other: results do not depend on the number of ranks.
+// RVEs on all ranks, as seen from rank 0, which owns the macro problem and gives out the work. Decisions are taken in
+// one place and RVEs do not see each other: results do not depend on the number of ranks.
 #pragma once
 
 #include <mpi.h>

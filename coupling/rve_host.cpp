@@ -78,15 +78,15 @@ Outcome RveHost::go_on(Slot& s, const Task& task) const {
   const dem::Steady last = s.rve->steady();
   const double volume = s.rve->committed().boundary.cell.volume();
   if (!s.remainder) try {
-    out.response = s.rve->advance_steadily(increment, task.tangent);
-    return out;
-  } catch (const dem::Unstable&) {
-    if (options_.on_failure == OnFailure::stop || last.breakages == UINT64_MAX) throw;
-    const dem::State& state = s.rve->committed();
-    const dem::Mat6 tangent = dem::turned(dem::contact_stiffness_tangent(*model_, state), last.turn);
-    const dem::Mat3 stress = last.turn * last.stress * last.turn.transpose();
-    s.remainder = {stress, tangent.allFinite() ? tangent : dem::Mat6::Zero(), volume, last.work};
-  }
+      out.response = s.rve->advance_steadily(increment, task.tangent);
+      return out;
+    } catch (const dem::Unstable&) {
+      if (options_.on_failure == OnFailure::stop || last.breakages == UINT64_MAX) throw;
+      const dem::State& state = s.rve->committed();
+      const dem::Mat6 tangent = dem::turned(dem::contact_stiffness_tangent(*model_, state), last.turn);
+      const dem::Mat3 stress = last.turn * last.stress * last.turn.transpose();
+      s.remainder = {stress, tangent.allFinite() ? tangent : dem::Mat6::Zero(), volume, last.work};
+    }
   Remainder& left = *s.remainder;
   const dem::Mat3 before = left.stress;
   left.stress = predicted(before, left.tangent, increment);
@@ -118,7 +118,8 @@ Outcome RveHost::advance(Slot& s, const Task& task) const {
         return out;
       }
       s.rve->commit();
-      out.elastic_error = (guess.stress - caught_up.stress).norm() / std::max(caught_up.stress.norm(), std::sqrt(3.0) * options_.quasi_static.pressure_floor);
+      out.elastic_error = (guess.stress - caught_up.stress).norm() /
+                          std::max(caught_up.stress.norm(), std::sqrt(3.0) * options_.quasi_static.pressure_floor);
       s.pending.setIdentity();
     }
     s.linear.reset();
@@ -133,7 +134,9 @@ Outcome RveHost::advance(Slot& s, const Task& task) const {
   if (task.sharp && out.response.stable) out.response.tangent = dem::network_tangent(*model_, s.rve->trial());
   if (options_.tangent == TangentKind::perturbation && out.response.stable) {
     dem::Team alone(1);
-    out.response.tangent = dem::perturbation_tangent(*model_, options_.quasi_static, s.rve->trial(), options_.perturbation, options_.central, out.response.steps, alone);
+    out.response.tangent =
+        dem::perturbation_tangent(*model_, options_.quasi_static, s.rve->trial(), options_.perturbation,
+                                  options_.central, out.response.steps, alone);
   }
   return out;
 }
@@ -170,12 +173,10 @@ void RveHost::commit(std::uint64_t slot) {
 Facts RveHost::facts(std::uint64_t slot) const {
   const dem::State& s = slots_.at(slot).rve->committed();
   Facts f;
-  f.stored = dem::stored_energy(*model_, s);
-  f.energy_error = std::abs(dem::energy_error(s.ledger, f.stored));
+  f.energy_error = std::abs(dem::energy_error(s.ledger, dem::stored_energy(*model_, s)));
   f.work = s.ledger.work, f.haste = slots_.at(slot).rve->steady().haste;
   if (const auto& left = slots_.at(slot).remainder) f.work = left->work;
   f.local_damping = s.ledger.local_damping;
-  f.dissipated = s.ledger.friction + s.ledger.damping + s.ledger.fracture;
   f.unexplained = s.ledger.unexplained;
   f.lost_mass = s.ledger.fines.mass;
   f.mass = f.lost_mass + dem::total_mass(s.grains);

@@ -37,7 +37,7 @@ struct ResponseOptions {
   TangentKind tangent = TangentKind::automatic;
   double perturbation = 1e-4;  // strain of the scratch copies
   bool central = false;
-  double elastic = -1;         // share of the contact forces that may leave the linear range of an elastic point; below 0: off
+  double elastic = -1;  // share of the contact forces that may leave the linear range of an elastic point; below 0: off
   OnFailure on_failure = OnFailure::stop;
 };
 
@@ -54,26 +54,27 @@ struct Task {
 
 struct Outcome {
   dem::Response response;
-  double seconds = 0;         // wall time of the thread
-  bool elastic = false;       // a linear response served; no DEM
-  bool given_up = false;      // the grains can no more: what answers is what is left of their stiffness
-  double elastic_error = -1;  // of an earlier linear answer, relative to the stress, now that the grains have caught up; below 0: none
+  double seconds = 0;     // wall time of the thread
+  bool elastic = false;   // a linear response served; no DEM
+  bool given_up = false;  // the grains can no more: what answers is what is left of their stiffness
+  double elastic_error =
+      -1;  // of an earlier linear answer, relative to the stress, now that the grains have caught up; below 0: none
 };
 
 /// What is known of a committed state where it does not live.
 struct Facts {
   double energy_error = 0, mass = 0, lost_mass = 0, void_ratio = 0;
-  double work = 0, stored = 0, dissipated = 0, unexplained = 0;  // J, of the ledger: dissipated includes fracture, friction, damping
-  double haste = 0;                                              // J, of the work: the price of the cell's own rate; steady cells
-  double local_damping = 0;                                      // J, of what is dissipated: by a device
+  double work = 0, unexplained = 0;  // J, of the ledger
+  double haste = 0;                  // J, of the work: the price of the cell's own rate; steady cells
+  double local_damping = 0;          // J, of what is dissipated: by a device
   std::uint64_t grains = 0, breakages = 0, steps = 0;
 };
 
 /// What answers instead of grains that could not go on: their last stress and stiffness, carried along.
 struct Remainder {
-  dem::Mat3 stress = dem::Mat3::Zero();     // Pa, in space
-  dem::Mat6 tangent = dem::Mat6::Zero();    // Pa
-  double volume = 0, work = 0;              // m^3, present; J since the start, the grains' included
+  dem::Mat3 stress = dem::Mat3::Zero();   // Pa, in space
+  dem::Mat6 tangent = dem::Mat6::Zero();  // Pa
+  double volume = 0, work = 0;            // m^3, present; J since the start, the grains' included
 };
 
 /// An RVE, and the deformation that a linear response has answered for since its state.

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <set>
 
+#include "coupling/alike.hpp"
 #include "coupling/prediction.hpp"
 #include "dem/base/error.hpp"
 #include "dem/io/archive.hpp"
@@ -14,42 +15,12 @@
 #include "dem/rve/tangent.hpp"
 
 namespace grus::coupling {
-namespace {
 
 using dem::Mat3;
 using dem::Mat6;
 
-/// Increments are taken to 2^-34 (6e-11 of strain, 0.1 Pa).
-Mat3 snapped(std::span<const double> f) {
-  Mat3 m;
-  for (int k = 0; k < 9; ++k) m(k / 3, k % 3) = std::nearbyint(f[static_cast<std::size_t>(k)] * 0x1p34) * 0x1p-34;
-  return m;
-}
-
-/// Increments that differ by the macro solver's round-off are one: a point takes that of the first one within 2^-30 or so
-/// (1e-9 of strain). Grains are chaotic: without this the last bit would tell all points of a homogeneous block apart.
-class Alike {
-public:
-  Mat3 operator()(const Mat3& f) {
-    // Three grids, shifted: neighbours across a border of one share a cell of another.
-    for (std::size_t g = 0; g < 3; ++g)
-      if (const auto at = seen_[g].find(key(f, g)); at != seen_[g].end()) return at->second;
-    for (std::size_t g = 0; g < 3; ++g) seen_[g].emplace(key(f, g), f);
-    return f;
-  }
-
-private:
-  static std::array<double, 9> key(const Mat3& f, std::size_t grid) {
-    std::array<double, 9> cell;
-    for (int k = 0; k < 9; ++k) cell[static_cast<std::size_t>(k)] = std::floor(f(k / 3, k % 3) * 0x1p30 + static_cast<double>(grid) / 3 + 0.17);
-    return cell;
-  }
-  std::array<std::map<std::array<double, 9>, Mat3>, 3> seen_;
-};
-
-}  // namespace
-
-RveMaterial::RveMaterial(RveFarm& farm, const std::vector<dem::State>& states, const std::vector<std::size_t>& start, const RveOptions& options)
+RveMaterial::RveMaterial(RveFarm& farm, const std::vector<dem::State>& states, const std::vector<std::size_t>& start,
+                         const RveOptions& options)
     : farm_(farm), options_(options), point_(start.size()), responses_(start.size()) {
   std::vector<std::uint64_t> first(states.size(), UINT64_MAX);
   for (std::size_t i = 0; i < start.size(); ++i) {
@@ -81,7 +52,9 @@ fem::Material RveMaterial::material() {
     for (dem::Loader a(bytes); !a.at_end();) a.text(parts.emplace_back());
     load(parts);
   };
-  auto energy = [this](std::span<const double> volumes) { return total(&Facts::work, volumes) - total(&Facts::haste, volumes); };
+  auto energy = [this](std::span<const double> volumes) {
+    return total(&Facts::work, volumes) - total(&Facts::haste, volumes);
+  };
   fem::Material m([this](const fem::Points& p) { return respond(p); }, [this] { commit(); }, packed, unpacked, energy);
   m.noise = [this] { return noise(); };
   m.sharpen = [this] { return sharpen(); };
@@ -117,7 +90,8 @@ double RveMaterial::noise() {
     const Mat3 elastic = dem::from_voigt(previous_[i].tangent * strain);
     const double off = (responses_[i].stress - previous_[i].stress - elastic).norm();
     const bool broke_otherwise = responses_[i].breakages != previous_[i].breakages;
-    // Yielding makes the stress change anything from nothing to the elastic change; what misses by more is no function of strain.
+    // Yielding makes the stress change anything from nothing to the elastic change; what misses by more is no function
+    // of strain.
     miss += std::pow(broke_otherwise ? off : std::max(0.0, off - elastic.norm()), 2);
   }
   // One pair of iterations is a small sample: what earlier pairs of the increment showed fades slowly.
@@ -143,14 +117,16 @@ bool RveMaterial::respond(const fem::Points& points) {
   Alike alike;
   for (std::size_t i = 0; i < n; ++i) {
     deformation_[i] = snapped(points.deformation.subspan(9 * i, 9));
-    if (options_.pace == Pace::relaxed || (options_.pace == Pace::steady && !parted())) deformation_[i] = alike(deformation_[i]);
+    if (options_.pace == Pace::relaxed || (options_.pace == Pace::steady && !parted()))
+      deformation_[i] = alike(deformation_[i]);
   }
   reason_.clear();
   bool good = true;
   find_jobs();
   if (reason_.empty()) answer(points.duration, !points.tangent.empty());
   for (const Job& job : jobs_)
-    if (!job.response.stable && reason_.empty()) reason_ = fmt::format("RVE of point {}: {}", job.leader, job.response.failure);
+    if (!job.response.stable && reason_.empty())
+      reason_ = fmt::format("RVE of point {}: {}", job.leader, job.response.failure);
   good = reason_.empty();
   if (good) {
     for (std::size_t i = 0; i < n; ++i) responses_[i] = corrected(i, jobs_[job_[i]]);
@@ -187,7 +163,8 @@ RveMaterial::Told RveMaterial::told(const Job& job) const {
   return {s.trial->response.stress, s.trial->response.tangent, job.increment * s.trial->increment.inverse()};
 }
 
-/// RVEs that must advance now and were put off: first to where the macro solver believes them to be, which measures the error.
+/// RVEs that must advance now and were put off: first to where the macro solver believes them to be, which measures the
+/// error.
 bool RveMaterial::catch_up() {
   std::vector<Task> tasks;
   std::vector<std::uint64_t> slots;
@@ -203,7 +180,10 @@ bool RveMaterial::catch_up() {
     const dem::Response& r = done[k].response;
     report_.dem_steps += r.steps, ++(done[k].elastic ? report_.elastic : report_.advanced);
     if (done[k].elastic_error >= 0) report_.linear.add(done[k].elastic_error);
-    if (!r.stable) return reason_ = fmt::format("RVE of point {}, which was put off, does not get to its place: {}", slots_.at(slots[k]).leader, r.failure), false;
+    if (!r.stable)
+      return reason_ = fmt::format("RVE of point {}, which was put off, does not get to its place: {}",
+                                   slots_.at(slots[k]).leader, r.failure),
+             false;
   }
   const std::vector<Facts> facts = farm_.commit(slots);
   for (std::size_t k = 0; k < done.size(); ++k) {
@@ -247,10 +227,10 @@ void RveMaterial::answer(double duration, bool tangent) {
     job.response = std::move(outcomes[j].response);
     ++(outcomes[j].elastic ? report_.elastic : report_.advanced);
     if (outcomes[j].elastic_error >= 0) report_.linear.add(outcomes[j].elastic_error);
-    report_.given_up += outcomes[j].given_up ? 1 : 0;
+    report_.given_up += outcomes[j].given_up ? 1u : 0u;
     report_.inertial_number += job.response.inertial_number / static_cast<double>(real.size());
     report_.dem_steps += job.response.steps;
-    report_.retried += job.response.pieces > 1 ? 1 : 0;
+    report_.retried += job.response.pieces > 1 ? 1u : 0u;
     if (options_.error > 0 && job.response.stable) slots_.at(job.slot).trial = {job.increment, job.response};
   }
   report_.asked += point_.size(), report_.deferred += jobs_.size() - real.size();
@@ -260,11 +240,14 @@ void RveMaterial::answer(double duration, bool tangent) {
 RveMaterial::Answer RveMaterial::corrected(std::size_t i, const Job& job) {
   const Point& leader = point_[job.leader];
   const dem::Response& r = job.response;
-  if (job.leader == i || (deformation_[i] == job.increment && point_[i].total == leader.total)) return {r.stress, r.tangent, r.breakages};
+  if (job.leader == i || (deformation_[i] == job.increment && point_[i].total == leader.total))
+    return {r.stress, r.tangent, r.breakages};
   const Mat3 difference = deformation_[i] * point_[i].total * (job.increment * leader.total).inverse();
   const Mat3 stress = predicted(r.stress, r.tangent, difference);
   ++report_.similar;
-  report_.correction = std::max(report_.correction, (stress - r.stress).norm() / std::max(stress.norm(), std::sqrt(3.0) * options_.response.quasi_static.pressure_floor));
+  report_.correction = std::max(
+      report_.correction, (stress - r.stress).norm() /
+                              std::max(stress.norm(), std::sqrt(3.0) * options_.response.quasi_static.pressure_floor));
   return {stress, r.tangent, r.breakages};
 }
 
@@ -275,9 +258,11 @@ void RveMaterial::choose_tangents() {
   kept_tangent_.resize(responses_.size());
   for (std::size_t i = 0; i < responses_.size(); ++i) {
     Answer& r = responses_[i];
-    if (first) kept_tangent_[i] = r.tangent;
+    if (first)
+      kept_tangent_[i] = r.tangent;
     else if (kind == TangentKind::quasi_newton && has_previous_)
-      dem::broyden_update(strain_between(previous_deformation_[i], deformation_[i]), dem::to_voigt(r.stress - previous_[i].stress), kept_tangent_[i]);
+      dem::broyden_update(strain_between(previous_deformation_[i], deformation_[i]),
+                          dem::to_voigt(r.stress - previous_[i].stress), kept_tangent_[i]);
     r.tangent = kept_tangent_[i];
   }
 }
@@ -321,7 +306,8 @@ void RveMaterial::commit() {
     for (std::size_t i = 0; i < point_.size(); ++i) {
       Point& p = point_[i];
       const std::size_t leader = slots_.at(p.slot).leader;
-      p.distance = moved[i] ? distance(i, leader, INFINITY) : std::max(p.distance, (p.total - point_[leader].total).norm());
+      p.distance =
+          moved[i] ? distance(i, leader, INFINITY) : std::max(p.distance, (p.total - point_[leader].total).norm());
     }
   for (const auto& [slot, copies] : parted_)
     for (const auto copy : copies)
@@ -346,7 +332,10 @@ template <class A, class T>
 void archive_slots(A& a, T& slots) {
   std::uint64_t n = slots.size();
   a.plain(n);
-  auto one = [&](auto& s) { a.plain(s.leader), a.plain(s.heard), a.plain(s.pending), a.plain(s.stress), a.plain(s.tangent), a.plain(s.trust), a.plain(s.facts); };
+  auto one = [&](auto& s) {
+    a.plain(s.leader), a.plain(s.heard), a.plain(s.pending), a.plain(s.stress), a.plain(s.tangent), a.plain(s.trust),
+        a.plain(s.facts);
+  };
   if constexpr (std::is_const_v<T>) {
     for (const auto& [slot, s] : slots) a.plain(slot), one(s);
   } else {
@@ -372,7 +361,8 @@ void RveMaterial::load(const std::vector<std::string>& parts) {
   std::uint64_t paths;
   dem::Loader a(parts.at(0));
   a.column(point_), archive_slots(a, slots_), a.plain(paths);
-  if (point_.size() != n || paths != path_.size() || parts.size() != slots_.size() + 1) throw dem::InputError("checkpoint.h5: of another problem");
+  if (point_.size() != n || paths != path_.size() || parts.size() != slots_.size() + 1)
+    throw dem::InputError("checkpoint.h5: of another problem");
   for (auto& p : path_) a.column(p);
   a.column(kept_tangent_), a.plain(sharp_), a.plain(report_), a.plain(next_slot_), a.plain(seconds_);
   std::size_t part = 1;

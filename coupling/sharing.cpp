@@ -34,7 +34,8 @@ std::uint64_t RveMaterial::part(std::uint64_t slot, std::size_t leader) {
 void RveMaterial::find_jobs() {
   jobs_.clear(), jobs_of_.clear();
   if (options_.pace != Pace::relaxed && parted()) {
-    for (std::size_t i = 0; i < point_.size(); ++i) jobs_.push_back({point_[i].slot, i, deformation_[i], false, {}}), job_[i] = i;
+    for (std::size_t i = 0; i < point_.size(); ++i)
+      jobs_.push_back({point_[i].slot, i, deformation_[i], false, {}}), job_[i] = i;
     return;
   }
   const auto own = [&](std::size_t i) -> std::vector<std::size_t>& { return jobs_of_[point_[i].slot]; };
@@ -50,7 +51,8 @@ void RveMaterial::find_jobs() {
   for (std::size_t i = 0; i < point_.size(); ++i) {
     if (job_[i] != SIZE_MAX) continue;
     const auto same = known.find(key(i));
-    if (same != known.end() && point_[i].distance == point_[jobs_[same->second].leader].distance && point_[i].total == point_[jobs_[same->second].leader].total) {
+    if (same != known.end() && point_[i].distance == point_[jobs_[same->second].leader].distance &&
+        point_[i].total == point_[jobs_[same->second].leader].total) {
       job_[i] = same->second;
       continue;
     }
@@ -58,8 +60,10 @@ void RveMaterial::find_jobs() {
       auto rides = [&](std::size_t k) {
         const Job& job = jobs_[k];
         if (point_[job.leader].variant != point_[i].variant) return false;
-        if ((deformation_[i] * point_[i].total - job.increment * point_[job.leader].total).norm() > options_.share) return false;
-        return (job.slot == point_[i].slot ? point_[i].distance : distance(i, job.leader, options_.share)) <= options_.share;
+        if ((deformation_[i] * point_[i].total - job.increment * point_[job.leader].total).norm() > options_.share)
+          return false;
+        return (job.slot == point_[i].slot ? point_[i].distance : distance(i, job.leader, options_.share)) <=
+               options_.share;
       };
       const auto first = own(i).front();
       if (rides(first)) {
@@ -81,7 +85,8 @@ void RveMaterial::find_jobs() {
   }
 }
 
-/// Largest difference of two points' deformation gradients over their committed paths; more than `limit` is not told exactly.
+/// Largest difference of two points' deformation gradients over their committed paths; more than `limit` is not told
+/// exactly.
 double RveMaterial::distance(std::size_t a, std::size_t b, double limit) const {
   Mat3 fa = Mat3::Identity(), fb = fa;
   double most = 0;
@@ -104,7 +109,8 @@ bool RveMaterial::replay(std::size_t i) {
     reason_ = fmt::format("the RVE of point {} does not get through the point's own path: {}", i, r.failure);
     return false;
   }
-  report_.sharing.add((r.stress - point_[i].stress).norm() / std::max(r.stress.norm(), std::sqrt(3.0) * options_.response.quasi_static.pressure_floor));
+  report_.sharing.add((r.stress - point_[i].stress).norm() /
+                      std::max(r.stress.norm(), std::sqrt(3.0) * options_.response.quasi_static.pressure_floor));
   Slot& s = slots_[slot];
   s.leader = i, s.heard = true, s.stress = r.stress, s.tangent = r.tangent;
   s.facts = farm_.commit({slot})[0];

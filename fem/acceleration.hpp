@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Anderson acceleration of a fixed-point iteration x <- x + g(x), here Newton with a tangent that is not consistent: the last
-// iterations' differences stand in for the tangent's error. With an exact tangent it changes nothing.
+// Anderson acceleration of a fixed-point iteration x <- x + g(x), here Newton with a tangent that is not consistent:
+// the last iterations' differences stand in for the tangent's error. With an exact tangent it changes nothing.
 #pragma once
 
 #include <Eigen/Dense>
@@ -26,7 +26,8 @@ public:
       const auto m = static_cast<Eigen::Index>(pairs_.size());
       Eigen::MatrixXd gram(m, m + 1);
       for (Eigen::Index a = 0; a < m; ++a) {
-        for (Eigen::Index b = 0; b < m; ++b) gram(a, b) = dot(pairs_[static_cast<std::size_t>(a)].change, pairs_[static_cast<std::size_t>(b)].change);
+        for (Eigen::Index b = 0; b < m; ++b)
+          gram(a, b) = dot(pairs_[static_cast<std::size_t>(a)].change, pairs_[static_cast<std::size_t>(b)].change);
         gram(a, m) = dot(pairs_[static_cast<std::size_t>(a)].change, g);
       }
       Eigen::MatrixXd total(m, m + 1);

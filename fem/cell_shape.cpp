@@ -11,10 +11,15 @@ namespace {
 /// Each corner and its neighbours, in right-handed order.
 std::vector<std::array<int, 4>> corner_frames(CellKind kind) {
   switch (kind) {
-    case CellKind::triangle: return {{0, 1, 2, -1}};
-    case CellKind::tetrahedron: return {{0, 1, 2, 3}};
-    case CellKind::quadrilateral: return {{0, 1, 3, -1}, {1, 2, 0, -1}, {2, 3, 1, -1}, {3, 0, 2, -1}};
-    default: return {{0, 1, 3, 4}, {1, 2, 0, 5}, {2, 3, 1, 6}, {3, 0, 2, 7}, {4, 7, 5, 0}, {5, 4, 6, 1}, {6, 5, 7, 2}, {7, 6, 4, 3}};
+    case CellKind::triangle:
+      return {{0, 1, 2, -1}};
+    case CellKind::tetrahedron:
+      return {{0, 1, 2, 3}};
+    case CellKind::quadrilateral:
+      return {{0, 1, 3, -1}, {1, 2, 0, -1}, {2, 3, 1, -1}, {3, 0, 2, -1}};
+    default:
+      return {{0, 1, 3, 4}, {1, 2, 0, 5}, {2, 3, 1, 6}, {3, 0, 2, 7},
+              {4, 7, 5, 0}, {5, 4, 6, 1}, {6, 5, 7, 2}, {7, 6, 4, 3}};
   }
 }
 

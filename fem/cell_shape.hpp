@@ -9,8 +9,8 @@
 
 namespace grus::fem {
 
-/// What is wrong with a cell, nodes in Gmsh's order; empty if nothing. Flat: its volume at some corner is below 1e-10 of the
-/// cube of its longest edge there. Folded: the volumes at its corners differ in sign.
+/// What is wrong with a cell, nodes in Gmsh's order; empty if nothing. Flat: its volume at some corner is below 1e-10
+/// of the cube of its longest edge there. Folded: the volumes at its corners differ in sign.
 std::string cell_fault(CellKind kind, std::span<const Point> nodes);
 
 }  // namespace grus::fem

@@ -37,41 +37,58 @@ using Element = basix::FiniteElement;
 
 inline dolfinx::mesh::CellType mesh_cell(CellKind k) {
   using dolfinx::mesh::CellType;
-  return k == CellKind::triangle ? CellType::triangle : k == CellKind::quadrilateral ? CellType::quadrilateral : k == CellKind::tetrahedron ? CellType::tetrahedron : CellType::hexahedron;
+  return k == CellKind::triangle        ? CellType::triangle
+         : k == CellKind::quadrilateral ? CellType::quadrilateral
+         : k == CellKind::tetrahedron   ? CellType::tetrahedron
+                                        : CellType::hexahedron;
 }
 
 inline basix::cell::type basix_cell(CellKind k) {
   using basix::cell::type;
-  return k == CellKind::triangle ? type::triangle : k == CellKind::quadrilateral ? type::quadrilateral : k == CellKind::tetrahedron ? type::tetrahedron : type::hexahedron;
+  return k == CellKind::triangle        ? type::triangle
+         : k == CellKind::quadrilateral ? type::quadrilateral
+         : k == CellKind::tetrahedron   ? type::tetrahedron
+                                        : type::hexahedron;
 }
 
-inline std::shared_ptr<Mesh> make_box(MPI_Comm comm, const std::array<double, 3>& size, const std::array<long, 3>& cells, CellKind kind) {
+inline std::shared_ptr<Mesh> make_box(MPI_Comm comm, const std::array<double, 3>& size,
+                                      const std::array<long, 3>& cells, CellKind kind) {
   using namespace dolfinx::mesh;
   const CellType type = mesh_cell(kind);
   const bool flat = dimension(kind) == 2;
 #if DOLFINX_VERSION_MINOR >= 9
-  if (flat) return std::make_shared<Mesh>(create_rectangle<double>(comm, {{{0, 0}, {size[0], size[1]}}}, {cells[0], cells[1]}, type, create_cell_partitioner(GhostMode::none)));
-  return std::make_shared<Mesh>(create_box<double>(comm, {{{0, 0, 0}, size}}, {cells[0], cells[1], cells[2]}, type, create_cell_partitioner(GhostMode::none)));
+  if (flat)
+    return std::make_shared<Mesh>(create_rectangle<double>(comm, {{{0, 0}, {size[0], size[1]}}}, {cells[0], cells[1]},
+                                                           type, create_cell_partitioner(GhostMode::none)));
+  return std::make_shared<Mesh>(create_box<double>(comm, {{{0, 0, 0}, size}}, {cells[0], cells[1], cells[2]}, type,
+                                                   create_cell_partitioner(GhostMode::none)));
 #else
-  const std::array<std::size_t, 3> n{static_cast<std::size_t>(cells[0]), static_cast<std::size_t>(cells[1]), static_cast<std::size_t>(cells[2])};
-  if (flat) return std::make_shared<Mesh>(create_rectangle(comm, {{{0, 0}, {size[0], size[1]}}}, {n[0], n[1]}, type, GhostMode::none));
+  const std::array<std::size_t, 3> n{static_cast<std::size_t>(cells[0]), static_cast<std::size_t>(cells[1]),
+                                     static_cast<std::size_t>(cells[2])};
+  if (flat)
+    return std::make_shared<Mesh>(
+        create_rectangle(comm, {{{0, 0}, {size[0], size[1]}}}, {n[0], n[1]}, type, GhostMode::none));
   return std::make_shared<Mesh>(create_box(comm, {{{0, 0, 0}, size}}, n, type, GhostMode::none));
 #endif
 }
 
 /// From arrays on rank 0: coordinates (dimension a node) and corners of the cells in basix order.
-inline std::shared_ptr<Mesh> make_mesh(MPI_Comm comm, const std::vector<double>& x, std::vector<std::int64_t> cells, CellKind kind) {
+inline std::shared_ptr<Mesh> make_mesh(MPI_Comm comm, const std::vector<double>& x, std::vector<std::int64_t> cells,
+                                       CellKind kind) {
   using namespace dolfinx;
   const auto width = static_cast<std::size_t>(dimension(kind));
 #if DOLFINX_VERSION_MINOR >= 9
   const dolfinx::fem::CoordinateElement<double> element(mesh_cell(kind), 1);
-  return std::make_shared<Mesh>(mesh::create_mesh(comm, std::span<const std::int64_t>(cells), element, x, {x.size() / width, width}, mesh::GhostMode::none));
+  return std::make_shared<Mesh>(mesh::create_mesh(comm, std::span<const std::int64_t>(cells), element, x,
+                                                  {x.size() / width, width}, mesh::GhostMode::none));
 #else
   const dolfinx::fem::CoordinateElement element(mesh_cell(kind), 1);
   const auto per_cell = static_cast<std::size_t>(corners(kind));
   std::vector<std::int32_t> offsets(cells.size() / per_cell + 1);
   for (std::size_t i = 0; i < offsets.size(); ++i) offsets[i] = static_cast<std::int32_t>(i * per_cell);
-  return std::make_shared<Mesh>(mesh::create_mesh(comm, graph::AdjacencyList<std::int64_t>(std::move(cells), std::move(offsets)), element, x, {x.size() / width, width}, mesh::GhostMode::none));
+  return std::make_shared<Mesh>(
+      mesh::create_mesh(comm, graph::AdjacencyList<std::int64_t>(std::move(cells), std::move(offsets)), element, x,
+                        {x.size() / width, width}, mesh::GhostMode::none));
 #endif
 }
 
@@ -104,24 +121,26 @@ inline const dolfinx::fem::CoordinateElement
 #if DOLFINX_VERSION_MINOR >= 9
     <double>
 #endif
-    &
-    coordinate_element(const Mesh& mesh) {
+        & coordinate_element(const Mesh& mesh) {
   return mesh.geometry().cmap();
 }
 
 inline Element make_element(CellKind kind, int degree) {
   const auto cell = basix_cell(kind);
 #if DOLFINX_VERSION_MINOR >= 9
-  return basix::create_element<double>(basix::element::family::P, cell, degree, basix::element::lagrange_variant::gll_warped,
-                                       basix::element::dpc_variant::unset, false);
+  return basix::create_element<double>(basix::element::family::P, cell, degree,
+                                       basix::element::lagrange_variant::gll_warped, basix::element::dpc_variant::unset,
+                                       false);
 #else
-  return basix::create_element(basix::element::family::P, cell, degree, basix::element::lagrange_variant::gll_warped, false);
+  return basix::create_element(basix::element::family::P, cell, degree, basix::element::lagrange_variant::gll_warped,
+                               false);
 #endif
 }
 
 inline std::shared_ptr<Space> make_space(const std::shared_ptr<Mesh>& mesh, const Element& element, int components) {
 #if DOLFINX_VERSION_MINOR >= 9
-  return std::make_shared<Space>(dolfinx::fem::create_functionspace<double>(mesh, element, std::vector<std::size_t>{static_cast<std::size_t>(components)}));
+  return std::make_shared<Space>(dolfinx::fem::create_functionspace<double>(
+      mesh, element, std::vector<std::size_t>{static_cast<std::size_t>(components)}));
 #else
   return std::make_shared<Space>(dolfinx::fem::create_functionspace(mesh, element, components));
 #endif
@@ -130,7 +149,8 @@ inline std::shared_ptr<Space> make_space(const std::shared_ptr<Mesh>& mesh, cons
 /// Points (n x dim, flat) and weights on the reference cell or facet.
 inline std::array<std::vector<double>, 2> quadrature(basix::cell::type cell, int degree) {
 #if DOLFINX_VERSION_MINOR >= 9
-  return basix::quadrature::make_quadrature<double>(basix::quadrature::type::Default, cell, basix::polyset::type::standard, degree);
+  return basix::quadrature::make_quadrature<double>(basix::quadrature::type::Default, cell,
+                                                    basix::polyset::type::standard, degree);
 #else
   return basix::quadrature::make_quadrature(cell, degree);
 #endif

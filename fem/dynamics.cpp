@@ -37,7 +37,10 @@ struct Integrator {
 
   bool respond(double dt, bool want_tangent) {
     const bool bulk = o.linear_viscosity > 0 || o.quadratic_viscosity > 0;
-    if (!run.respond(dt, want_tangent, [&] { if (bulk) add_viscosity(dt); })) return false;
+    if (!run.respond(dt, want_tangent, [&] {
+          if (bulk) add_viscosity(dt);
+        }))
+      return false;
     for (std::size_t i = 0; i < viscous.size(); ++i)
       for (std::size_t k = 0; k < 3; ++k) p.stress[6 * i + k] += viscous[i];
     return true;
@@ -48,12 +51,17 @@ struct Integrator {
       for (int q = 0; q < p.nq; ++q) {
         const std::size_t i = p.point(c, q);
         const double* f = p.deformation.data() + 9 * i;
-        const double rate = dt > 0 ? (f[0] + f[4] + f[8] - 3) / dt : 0, rho = density[i], h = lengths[static_cast<std::size_t>(c)];
+        const double rate = dt > 0 ? (f[0] + f[4] + f[8] - 3) / dt : 0, rho = density[i],
+                     h = lengths[static_cast<std::size_t>(c)];
         viscous[i] = 0;
         if (rate >= 0) continue;
-        const double wave = std::sqrt(std::max({p.tangent[36 * i], p.tangent[36 * i + 7], p.tangent[36 * i + 14], 0.0}) / rho);
-        viscous[i] = rho * h * (o.linear_viscosity * wave * -rate + o.quadratic_viscosity * o.quadratic_viscosity * h * rate * rate);
-        run.viscous += viscous[i] * -rate * dt * run.volumes[i] * Eigen::Map<const RowMatrix3>(p.F.data() + 9 * i).determinant();
+        const double wave =
+            std::sqrt(std::max({p.tangent[36 * i], p.tangent[36 * i + 7], p.tangent[36 * i + 14], 0.0}) / rho);
+        viscous[i] =
+            rho * h *
+            (o.linear_viscosity * wave * -rate + o.quadratic_viscosity * o.quadratic_viscosity * h * rate * rate);
+        run.viscous +=
+            viscous[i] * -rate * dt * run.volumes[i] * Eigen::Map<const RowMatrix3>(p.F.data() + 9 * i).determinant();
         for (std::size_t k = 0; k < 3; ++k) p.stress[6 * i + k] -= viscous[i];
       }
   }
@@ -63,7 +71,8 @@ struct Integrator {
 
 void allocate_dynamics(Problem& problem) {
   Problem::Impl& p = problem.impl();
-  for (auto* nodal : {&p.velocity, &p.last_load, &p.last_internal, &p.now_internal}) nodal->assign(p.u->array().size(), 0.0);
+  for (auto* nodal : {&p.velocity, &p.last_load, &p.last_internal, &p.now_internal})
+    nodal->assign(p.u->array().size(), 0.0);
 }
 
 double stable_step(Problem& problem, const std::vector<double>& density) {
@@ -75,8 +84,9 @@ double stable_step(Problem& problem, const std::vector<double>& density) {
   return all > 0 ? 2 / std::sqrt(all) : INFINITY;
 }
 
-DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::vector<double>& density, const DynamicsOptions& o,
-                              const std::function<bool(const DynamicsReport&)>& observer, const DynamicsReport& start) {
+DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::vector<double>& density,
+                              const DynamicsOptions& o, const std::function<bool(const DynamicsReport&)>& observer,
+                              const DynamicsReport& start) {
   Problem::Impl& p = problem.impl();
   DynamicsResult result;
   DynamicsReport& now = result.last;
@@ -91,16 +101,21 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
     run.run.viscous = start.dissipated;
   }
   const double xi = o.linear_viscosity, slower = std::sqrt(1 + xi * xi) - xi;
-  auto next_report = [&] { return o.output_interval > 0 ? o.output_interval * (std::floor(now.time / o.output_interval * (1 + 1e-12)) + 1) : o.duration; };
+  auto next_report = [&] {
+    return o.output_interval > 0 ? o.output_interval * (std::floor(now.time / o.output_interval * (1 + 1e-12)) + 1)
+                                 : o.duration;
+  };
   double due = next_report();
   if (start.steps == 0) p.last_internal.assign(p.internal->array().begin(), p.internal->array().end());
   MacroEnergy total = start.energy;
   double last_dt = start.dt, stable = start.steps > 0 ? start.dt : 0;
-  std::uint64_t estimate = (start.steps + static_cast<std::uint64_t>(o.estimate_every) - 1) / static_cast<std::uint64_t>(o.estimate_every) * static_cast<std::uint64_t>(o.estimate_every);
+  std::uint64_t estimate = (start.steps + static_cast<std::uint64_t>(o.estimate_every) - 1) /
+                           static_cast<std::uint64_t>(o.estimate_every) * static_cast<std::uint64_t>(o.estimate_every);
   while (now.time < o.duration * (1 - 1e-12)) {
     if (now.steps >= estimate) {
       stable = o.time_step > 0 ? o.time_step : o.safety * slower * stable_step(problem, density);
-      if (!std::isfinite(stable)) return result.failure = "no element has a stiffness, so there is no stable step; give solve.time_step", result;
+      if (!std::isfinite(stable))
+        return result.failure = "no element has a stiffness, so there is no stable step; give solve.time_step", result;
       estimate += static_cast<std::uint64_t>(o.estimate_every);
     }
     const double dt = std::min(stable, o.duration - now.time);
@@ -116,11 +131,13 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
     last_dt = dt;
     total.note_largest();
     now.time += dt, now.dt = dt, ++now.steps, now.energy = total, now.dissipated = run.run.viscous;
-    // The first steps start from rest, and a pulse that sets in smoothly is not resolved by its first few: what nothing drives tells
-    // itself by then.
-    const double early = now.steps > 10 ? 0.5 : INFINITY, allowed = now.steps > 100 ? o.max_energy_error : std::max(o.max_energy_error, early);
+    // The first steps start from rest, and a pulse that sets in smoothly is not resolved by its first few: what nothing
+    // drives tells itself by then.
+    const double early = now.steps > 10 ? 0.5 : INFINITY,
+                 allowed = now.steps > 100 ? o.max_energy_error : std::max(o.max_energy_error, early);
     if (!std::isfinite(total.kinetic) || std::abs(total.error()) > allowed) {
-      result.failure = "energy error " + std::to_string(total.error()) + " at step " + std::to_string(now.steps) + ": the run has become unstable";
+      result.failure = "energy error " + std::to_string(total.error()) + " at step " + std::to_string(now.steps) +
+                       ": the run has become unstable";
       return result;
     }
     if (now.time >= due * (1 - 1e-12) || now.time >= o.duration * (1 - 1e-12)) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Explicit dynamics: central differences, lumped mass, a stable step from the elements' own eigenvalues, an energy balance.
+// Explicit dynamics: central differences, lumped mass, a stable step from the elements' own eigenvalues, an energy
+// balance.
 #pragma once
 
 #include "fem/problem.hpp"
@@ -7,23 +8,25 @@
 namespace grus::fem {
 
 struct DynamicsOptions {
-  double duration = 0;              // s
-  double safety = 0.8;              // of the stable step
-  double time_step = 0;             // s; 0: from the stable step
-  double linear_viscosity = 0;      // bulk viscosity, of rho c h; acts in compression only
+  double duration = 0;          // s
+  double safety = 0.8;          // of the stable step
+  double time_step = 0;         // s; 0: from the stable step
+  double linear_viscosity = 0;  // bulk viscosity, of rho c h; acts in compression only
   double quadratic_viscosity = 0;
-  int estimate_every = 50;          // steps between estimates of the stable step (and tangents of the material)
-  double output_interval = 0;       // s between reports
-  double max_energy_error = 0.1;    // beyond it the run has become unstable
-  std::function<bool()> stop;       // asked after every step; true: the run ends there, to be gone on with; empty: never
+  int estimate_every = 50;        // steps between estimates of the stable step (and tangents of the material)
+  double output_interval = 0;     // s between reports
+  double max_energy_error = 0.1;  // beyond it the run has become unstable
+  std::function<bool()> stop;     // asked after every step; true: the run ends there, to be gone on with; empty: never
 };
 
-/// Energies (J), each computed on its own. Kinetic: of the velocities at the instant of the positions. Internal: what the materials
-/// hold and have spent, by their states. Viscous: pressure times compression rate, summed over the steps. External: work of loads
-/// and of the reactions to prescribed motion. The balance tests them all; of a step beyond the critical one it says so at once.
+/// Energies (J), each computed on its own. Kinetic: of the velocities at the instant of the positions. Internal: what
+/// the materials hold and have spent, by their states. Viscous: pressure times compression rate, summed over the steps.
+/// External: work of loads and of the reactions to prescribed motion. The balance tests them all; of a step beyond the
+/// critical one it says so at once.
 struct MacroEnergy {
   double kinetic = 0, internal = 0, external = 0, viscous = 0;
-  double work = 0;       // of the internal forces, bulk viscosity left out: with `internal` it is the test of Hill and Mandel
+  double work =
+      0;  // of the internal forces, bulk viscosity left out: with `internal` it is the test of Hill and Mandel
   double largest = 0;    // of any of them so far: a bar that swings back holds nothing for a moment
   double damped = 0;     // by local damping
   double scaled = 0;     // added with mass that was scaled up in motion
@@ -33,10 +36,10 @@ struct MacroEnergy {
 };
 
 struct DynamicsReport {
-  double time = 0, dt = 0;          // s
+  double time = 0, dt = 0;  // s
   std::uint64_t steps = 0;
-  MacroEnergy energy;               // a step ago, when all of it is known
-  double dissipated = 0;            // by bulk viscosity in the last step (J)
+  MacroEnergy energy;     // a step ago, when all of it is known
+  double dissipated = 0;  // by bulk viscosity in the last step (J)
 };
 
 struct DynamicsResult {
@@ -45,10 +48,12 @@ struct DynamicsResult {
   std::string failure;
 };
 
-/// Integrates from rest, or from `start` after Problem::restore. `density` (kg/m^3, reference configuration) is that of every
-/// owned point. The material answers for real time (Points::duration) and is committed at every step.
-DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::vector<double>& density, const DynamicsOptions& options,
-                              const std::function<bool(const DynamicsReport&)>& observer, const DynamicsReport& start = {});
+/// Integrates from rest, or from `start` after Problem::restore. `density` (kg/m^3, reference configuration) is that of
+/// every owned point. The material answers for real time (Points::duration) and is committed at every step.
+DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::vector<double>& density,
+                              const DynamicsOptions& options,
+                              const std::function<bool(const DynamicsReport&)>& observer,
+                              const DynamicsReport& start = {});
 
 /// Room for nodal velocities in the problem's snapshot; call before Problem::restore of a dynamic run.
 void allocate_dynamics(Problem& problem);

@@ -27,7 +27,7 @@ enum class Governor : int { none, balance, kinetic, inertial_number };
 /// All that the solver goes on with; between steps.
 struct ExplicitStaticsReport {
   double load_factor = 0;
-  double rate = 0;  // of the load factor, a step, before it is eased in or out
+  double rate = 0;       // of the load factor, a step, before it is eased in or out
   double mean_rate = 0;  // as it was, averaged as the nodes' drift is
   std::uint64_t steps = 0, settling = 0,
                 rested = 0;  // settling: before the load began to move; rested: after it came to its end

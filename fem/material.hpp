@@ -19,22 +19,30 @@ struct Points {
   double duration = 0;                  // s of real time that the increment takes; 0: quasi-static
 };
 
-/// Answers for all points of a rank. Always starts from the committed state. All five of the first must be given: a material
-/// that forgets its state in a checkpoint goes on wrong without a word, and one that cannot tell its energy makes a balance blind.
+/// Answers for all points of a rank. Always starts from the committed state. All five of the first must be given: a
+/// material that forgets its state in a checkpoint goes on wrong without a word, and one that cannot tell its energy
+/// makes a balance blind.
 struct Material {
-  Material(std::function<bool(const Points&)> respond, std::function<void()> commit, std::function<std::string()> save,
-           std::function<void(const std::string&)> load, std::function<double(std::span<const double>)> energy)
-      : respond(std::move(respond)), commit(std::move(commit)), save(std::move(save)), load(std::move(load)), energy(std::move(energy)) {}
+  Material(std::function<bool(const Points&)> responds, std::function<void()> commits,
+           std::function<std::string()> saves, std::function<void(const std::string&)> loads,
+           std::function<double(std::span<const double>)> tells_energy)
+      : respond(std::move(responds)),
+        commit(std::move(commits)),
+        save(std::move(saves)),
+        load(std::move(loads)),
+        energy(std::move(tells_energy)) {}
 
-  std::function<bool(const Points&)> respond;      // false: this increment cannot be taken; `reason` says why
-  std::function<void()> commit;                    // the last response becomes the committed state
-  std::function<std::string()> save;               // bytes of the committed state, for a checkpoint
-  std::function<void(const std::string&)> load;    // throws std::invalid_argument for bytes of another problem
-  /// What the committed state holds and has spent of the work done on it since the start (J), the points having these reference volumes
-  /// (m^3): from the state, not from the work of the stresses.
+  std::function<bool(const Points&)> respond;    // false: this increment cannot be taken; `reason` says why
+  std::function<void()> commit;                  // the last response becomes the committed state
+  std::function<std::string()> save;             // bytes of the committed state, for a checkpoint
+  std::function<void(const std::string&)> load;  // throws std::invalid_argument for bytes of another problem
+  /// What the committed state holds and has spent of the work done on it since the start (J), the points having these
+  /// reference volumes (m^3): from the state, not from the work of the stresses.
   std::function<double(std::span<const double>)> energy;
-  std::function<double()> noise = [] { return 0.0; };  // relative error of the stress, below which no residual can go; the same on all ranks
-  /// A dearer, better tangent from the next response on, for this increment and some after it; false: there is none, or it is given already.
+  /// Relative error of the stress, below which no residual can go; the same on all ranks.
+  std::function<double()> noise = [] { return 0.0; };
+  /// A dearer, better tangent from the next response on, for this increment and some after it; false: there is none, or
+  /// it is given already.
   std::function<bool()> sharpen = [] { return false; };
   std::function<double()> inertial_number = [] { return 0.0; };  // mean of its points in the last response; of grains
   std::function<std::string()> reason = [] { return std::string(); };
@@ -43,13 +51,14 @@ struct Material {
 /// Stress that points have before they are strained (Pa, Voigt), one for each; empty: none.
 using InitialStress = std::vector<std::array<double, 6>>;
 
-/// Linear isotropic elasticity in the strain U - 1 of the whole deformation F = R U, its stress turned by R: objective, and the
-/// same whatever the increments.
-Material elastic_material(std::size_t points, double youngs_modulus, double poissons_ratio, const InitialStress& initial = {});
+/// Linear isotropic elasticity in the strain U - 1 of the whole deformation F = R U, its stress turned by R: objective,
+/// and the same whatever the increments.
+Material elastic_material(std::size_t points, double youngs_modulus, double poissons_ratio,
+                          const InitialStress& initial = {});
 
 /// Von Mises plasticity with linear isotropic hardening (Pa) in the same strain; radial return, consistent tangent.
-Material j2_material(std::size_t points, double youngs_modulus, double poissons_ratio, double yield_stress, double hardening,
-                     const InitialStress& initial = {});
+Material j2_material(std::size_t points, double youngs_modulus, double poissons_ratio, double yield_stress,
+                     double hardening, const InitialStress& initial = {});
 
 /// One material for each group of points; `group[i]` says whose point i is. A group's points keep their order.
 Material composite_material(std::vector<Material> parts, const std::vector<std::size_t>& group);

@@ -73,9 +73,13 @@ struct Kept {
 template <class T>
 Material material_of(std::shared_ptr<Kept<T>> state, std::function<bool(const Points&)> respond) {
   return {std::move(respond), [state] { state->committed = state->trial; },
-          [state] { return std::string(reinterpret_cast<const char*>(state->committed.data()), state->committed.size() * sizeof(T)); },
+          [state] {
+            return std::string(reinterpret_cast<const char*>(state->committed.data()),
+                               state->committed.size() * sizeof(T));
+          },
           [state](const std::string& bytes) {
-            if (bytes.size() != state->committed.size() * sizeof(T)) throw std::invalid_argument("the saved material is of another problem");
+            if (bytes.size() != state->committed.size() * sizeof(T))
+              throw std::invalid_argument("the saved material is of another problem");
             std::memcpy(static_cast<void*>(state->committed.data()), bytes.data(), bytes.size());
           },
           [state](std::span<const double> volumes) {
@@ -116,7 +120,8 @@ Material elastic_material(std::size_t points, double E, double nu, const Initial
   });
 }
 
-Material j2_material(std::size_t points, double E, double nu, double yield, double hardening, const InitialStress& initial) {
+Material j2_material(std::size_t points, double E, double nu, double yield, double hardening,
+                     const InitialStress& initial) {
   auto state = std::make_shared<Kept<PlasticPoint>>(points);
   const Mat6 c = elasticity(E, nu);
   const double mu = E / (2 * (1 + nu)), bulk = E / (3 * (1 - 2 * nu));
@@ -130,7 +135,8 @@ Material j2_material(std::size_t points, double E, double nu, double yield, doub
       Vec6 stress = first + c * (polar.strain - now.plastic);
       Vec6 s = stress;
       s.head<3>().array() -= stress.head<3>().sum() / 3;
-      const double norm = std::sqrt(s.head<3>().squaredNorm() + 2 * s.tail<3>().squaredNorm()), mises = std::sqrt(1.5) * norm;
+      const double norm = std::sqrt(s.head<3>().squaredNorm() + 2 * s.tail<3>().squaredNorm()),
+                   mises = std::sqrt(1.5) * norm;
       const double over = mises - (yield + hardening * now.hardening);
       if (over > 0) {
         const double step = over / (3 * mu + hardening);
@@ -147,7 +153,8 @@ Material j2_material(std::size_t points, double E, double nu, double yield, doub
         tangent = 2 * mu * theta * deviator - 2 * mu * bar * n * n.transpose();
         tangent.topLeftCorner<3, 3>().array() += bulk;
       }
-      now.energy = 0.5 * (first + stress).dot(polar.strain - now.plastic) + (yield + 0.5 * hardening * now.hardening) * now.hardening;
+      now.energy = 0.5 * (first + stress).dot(polar.strain - now.plastic) +
+                   (yield + 0.5 * hardening * now.hardening) * now.hardening;
       Eigen::Map<Vec6>(p.stress.data() + 6 * i) = turned(polar.rotation, stress);
       if (!p.tangent.empty()) Eigen::Map<Mat6>(p.tangent.data() + 36 * i) = in_frame(polar.rotation, tangent);
       state->trial[i] = now;
@@ -166,50 +173,58 @@ Material composite_material(std::vector<Material> parts, const std::vector<std::
   for (auto& m : parts) all->push_back({std::move(m), {}, {}, {}, {}, {}});
   for (std::size_t i = 0; i < group.size(); ++i) (*all)[group[i]].points.push_back(i);
   auto failed = std::make_shared<std::string>();
-  Material m([all, failed](const Points& p) {
-    bool good = true;
-    for (Part& part : *all) {  // every part answers even if one has failed: parts may be collective
-      const std::size_t n = part.points.size();
-      part.deformation.resize(9 * n), part.stress.resize(6 * n), part.tangent.resize(p.tangent.empty() ? 0 : 36 * n);
-      for (std::size_t i = 0; i < n; ++i) std::copy_n(p.deformation.data() + 9 * part.points[i], 9, part.deformation.data() + 9 * i);
-      if (!part.material.respond({part.deformation, part.stress, part.tangent, p.duration})) {
-        if (good) *failed = part.material.reason();
-        good = false;
-      }
-      for (std::size_t i = 0; i < n; ++i) {
-        std::copy_n(part.stress.data() + 6 * i, 6, p.stress.data() + 6 * part.points[i]);
-        if (!p.tangent.empty()) std::copy_n(part.tangent.data() + 36 * i, 36, p.tangent.data() + 36 * part.points[i]);
-      }
-    }
-    return good;
-  }, [all] {
-    for (Part& part : *all) part.material.commit();
-  }, [all] {
-    std::string bytes;
-    for (Part& part : *all) {
-      const std::string own = part.material.save();
-      const std::uint64_t size = own.size();
-      bytes.append(reinterpret_cast<const char*>(&size), sizeof size), bytes += own;
-    }
-    return bytes;
-  }, [all](const std::string& bytes) {
-    std::size_t at = 0;
-    for (Part& part : *all) {
-      std::uint64_t size = 0;
-      if (bytes.size() - at < sizeof size) throw std::invalid_argument("the saved material is of another problem");
-      std::memcpy(&size, bytes.data() + at, sizeof size), at += sizeof size;
-      if (bytes.size() - at < size) throw std::invalid_argument("the saved material is of another problem");
-      part.material.load(bytes.substr(at, size)), at += size;
-    }
-  }, [all](std::span<const double> volumes) {
-    double sum = 0;
-    for (Part& part : *all) {
-      part.volumes.clear();
-      for (const std::size_t i : part.points) part.volumes.push_back(volumes[i]);
-      sum += part.material.energy(part.volumes);
-    }
-    return sum;
-  });
+  Material m(
+      [all, failed](const Points& p) {
+        bool good = true;
+        for (Part& part : *all) {  // every part answers even if one has failed: parts may be collective
+          const std::size_t n = part.points.size();
+          part.deformation.resize(9 * n), part.stress.resize(6 * n),
+              part.tangent.resize(p.tangent.empty() ? 0 : 36 * n);
+          for (std::size_t i = 0; i < n; ++i)
+            std::copy_n(p.deformation.data() + 9 * part.points[i], 9, part.deformation.data() + 9 * i);
+          if (!part.material.respond({part.deformation, part.stress, part.tangent, p.duration})) {
+            if (good) *failed = part.material.reason();
+            good = false;
+          }
+          for (std::size_t i = 0; i < n; ++i) {
+            std::copy_n(part.stress.data() + 6 * i, 6, p.stress.data() + 6 * part.points[i]);
+            if (!p.tangent.empty())
+              std::copy_n(part.tangent.data() + 36 * i, 36, p.tangent.data() + 36 * part.points[i]);
+          }
+        }
+        return good;
+      },
+      [all] {
+        for (Part& part : *all) part.material.commit();
+      },
+      [all] {
+        std::string bytes;
+        for (Part& part : *all) {
+          const std::string own = part.material.save();
+          const std::uint64_t size = own.size();
+          bytes.append(reinterpret_cast<const char*>(&size), sizeof size), bytes += own;
+        }
+        return bytes;
+      },
+      [all](const std::string& bytes) {
+        std::size_t at = 0;
+        for (Part& part : *all) {
+          std::uint64_t size = 0;
+          if (bytes.size() - at < sizeof size) throw std::invalid_argument("the saved material is of another problem");
+          std::memcpy(&size, bytes.data() + at, sizeof size), at += sizeof size;
+          if (bytes.size() - at < size) throw std::invalid_argument("the saved material is of another problem");
+          part.material.load(bytes.substr(at, size)), at += size;
+        }
+      },
+      [all](std::span<const double> volumes) {
+        double sum = 0;
+        for (Part& part : *all) {
+          part.volumes.clear();
+          for (const std::size_t i : part.points) part.volumes.push_back(volumes[i]);
+          sum += part.material.energy(part.volumes);
+        }
+        return sum;
+      });
   m.noise = [all] {
     double most = 0;
     for (const Part& part : *all) most = std::max(most, part.material.noise());

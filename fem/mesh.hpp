@@ -23,18 +23,19 @@ inline int corners(CellKind k) { return k == CellKind::triangle ? 3 : k == CellK
 struct BoxMesh {
   Point size{1, 1, 1};  // m
   std::array<long, 3> cells{1, 1, 1};
-  bool hexahedron = true;                  // quadrilaterals in 2D; false: tetrahedra, triangles
-  std::function<Point(const Point&)> map;  // moves nodes before anything is built (distorted meshes of tests); may be empty
+  bool hexahedron = true;  // quadrilaterals in 2D; false: tetrahedra, triangles
+  std::function<Point(const Point&)>
+      map;  // moves nodes before anything is built (distorted meshes of tests); may be empty
 };
 
 /// A first-order Gmsh mesh. Cells are those of the highest dimension, all of one kind, nodes in Gmsh's order.
 struct MshMesh {
   CellKind kind = CellKind::hexahedron;
-  std::vector<Point> nodes;                                       // m
-  std::vector<std::int64_t> cells;                                // corners(kind) a cell, indices of nodes
-  std::vector<int> cell_tags;                                     // physical group of each cell; 0: none
-  std::map<std::vector<std::int64_t>, std::vector<int>> facets;   // sorted corners -> physical groups
-  std::map<std::string, int> facet_names, cell_names;             // names of physical groups
+  std::vector<Point> nodes;                                      // m
+  std::vector<std::int64_t> cells;                               // corners(kind) a cell, indices of nodes
+  std::vector<int> cell_tags;                                    // physical group of each cell; 0: none
+  std::map<std::vector<std::int64_t>, std::vector<int>> facets;  // sorted corners -> physical groups
+  std::map<std::string, int> facet_names, cell_names;            // names of physical groups
 };
 
 /// Reads an ASCII .msh file, format 2.2 or 4.1. Throws std::invalid_argument, one line, with what is wrong where.

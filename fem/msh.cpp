@@ -16,7 +16,8 @@ struct ElementType {
   const char* name;
 };
 
-constexpr ElementType first_order[] = {{15, 0, 1, "point"}, {1, 1, 2, "line"}, {2, 2, 3, "triangle"}, {3, 2, 4, "quadrilateral"}, {4, 3, 4, "tetrahedron"}, {5, 3, 8, "hexahedron"}};
+constexpr ElementType first_order[] = {{15, 0, 1, "point"},        {1, 1, 2, "line"},        {2, 2, 3, "triangle"},
+                                       {3, 2, 4, "quadrilateral"}, {4, 3, 4, "tetrahedron"}, {5, 3, 8, "hexahedron"}};
 
 struct Element {
   const ElementType* type;
@@ -36,13 +37,20 @@ public:
     std::string word;
     while (in_ >> word) {
       section_ = word;
-      if (word == "$MeshFormat") format();
-      else if (word == "$PhysicalNames") names();
-      else if (word == "$Entities") entities();
-      else if (word == "$Nodes") version_ < 4 ? nodes2() : nodes4();
-      else if (word == "$Elements") version_ < 4 ? elements2() : elements4();
-      else if (word.size() > 1 && word[0] == '$') skip();
-      else section_.clear(), fail("expected a section that begins with $: not an ASCII Gmsh file, or damaged");
+      if (word == "$MeshFormat")
+        format();
+      else if (word == "$PhysicalNames")
+        names();
+      else if (word == "$Entities")
+        entities();
+      else if (word == "$Nodes")
+        version_ < 4 ? nodes2() : nodes4();
+      else if (word == "$Elements")
+        version_ < 4 ? elements2() : elements4();
+      else if (word.size() > 1 && word[0] == '$')
+        skip();
+      else
+        section_.clear(), fail("expected a section that begins with $: not an ASCII Gmsh file, or damaged");
     }
     section_.clear();
     return mesh();
@@ -62,12 +70,14 @@ private:
 
   std::size_t count() {
     const auto n = next<long long>();
-    if (n < 0 || static_cast<std::uintmax_t>(n) > size_ / 2) fail("count " + std::to_string(n) + " is more than the file can hold");
+    if (n < 0 || static_cast<std::uintmax_t>(n) > size_ / 2)
+      fail("count " + std::to_string(n) + " is more than the file can hold");
     return static_cast<std::size_t>(n);
   }
 
   void end() {
-    if (next<std::string>() != "$End" + section_.substr(1)) fail("expected $End" + section_.substr(1) + ": more or fewer entries than it says");
+    if (next<std::string>() != "$End" + section_.substr(1))
+      fail("expected $End" + section_.substr(1) + ": more or fewer entries than it says");
   }
 
   void skip() {
@@ -81,7 +91,8 @@ private:
   void format() {
     version_ = next<double>();
     if (next<int>() != 0) fail("binary files are not read; save as ASCII (gmsh -format msh22 or msh4)");
-    if (version_ != 2.2 && version_ != 4.1) fail("format " + std::to_string(version_).substr(0, 3) + " is not read; save as 2.2 or 4.1");
+    if (version_ != 2.2 && version_ != 4.1)
+      fail("format " + std::to_string(version_).substr(0, 3) + " is not read; save as 2.2 or 4.1");
     next<int>();
     end();
   }
@@ -106,8 +117,10 @@ private:
         for (int k = 0; k < (d == 0 ? 3 : 6); ++k) next<double>();
         for (std::size_t n = count(), k = 0; k < n; ++k) {
           const int physical = next<int>();
-          if (k == 0) physical_[{d, tag}] = physical;
-          else fail("an entity is in two physical groups of one dimension");
+          if (k == 0)
+            physical_[{d, tag}] = physical;
+          else
+            fail("an entity is in two physical groups of one dimension");
         }
         if (d > 0)
           for (std::size_t n = count(); n > 0; --n) next<int>();
@@ -116,7 +129,8 @@ private:
   }
 
   void node(long long number, const Point& at) {
-    if (!index_.emplace(number, static_cast<std::int64_t>(nodes_.size())).second) fail("node " + std::to_string(number) + " appears twice");
+    if (!index_.emplace(number, static_cast<std::int64_t>(nodes_.size())).second)
+      fail("node " + std::to_string(number) + " appears twice");
     nodes_.push_back(at);
   }
 
@@ -148,7 +162,8 @@ private:
   const ElementType& type(int code) const {
     for (const auto& t : first_order)
       if (t.code == code) return t;
-    fail("element type " + std::to_string(code) + " is not read; mesh with first-order lines, triangles, quadrilaterals, tetrahedra or hexahedra");
+    fail("element type " + std::to_string(code) +
+         " is not read; mesh with first-order lines, triangles, quadrilaterals, tetrahedra or hexahedra");
   }
 
   void element(long long number, int code, int tag) {
@@ -199,26 +214,33 @@ private:
     std::vector<std::int64_t> used(nodes_.size(), -1);  // nodes of no cell are left out
     for (auto& e : elements_) {
       if (e.type->dimension != top) continue;
-      if (kind && kind != e.type) fail(std::string("mixes ") + kind->name + " and " + e.type->name + " cells; one kind is needed");
+      if (kind && kind != e.type)
+        fail(std::string("mixes ") + kind->name + " and " + e.type->name + " cells; one kind is needed");
       kind = e.type;
       for (auto& n : e.nodes) {
         auto& place = used[static_cast<std::size_t>(n)];
-        if (place < 0) place = static_cast<std::int64_t>(m.nodes.size()), m.nodes.push_back(nodes_[static_cast<std::size_t>(n)]);
+        if (place < 0)
+          place = static_cast<std::int64_t>(m.nodes.size()), m.nodes.push_back(nodes_[static_cast<std::size_t>(n)]);
         m.cells.push_back(place);
       }
       m.cell_tags.push_back(e.tag);
     }
-    m.kind = kind->code == 2 ? CellKind::triangle : kind->code == 3 ? CellKind::quadrilateral : kind->code == 4 ? CellKind::tetrahedron : CellKind::hexahedron;
+    m.kind = kind->code == 2   ? CellKind::triangle
+             : kind->code == 3 ? CellKind::quadrilateral
+             : kind->code == 4 ? CellKind::tetrahedron
+                               : CellKind::hexahedron;
     std::vector<Point> corner;
     for (const auto& e : elements_) {
       if (e.type->dimension != top) continue;
       corner.clear();
       for (const auto n : e.nodes) corner.push_back(nodes_[static_cast<std::size_t>(n)]);
-      if (const std::string fault = cell_fault(m.kind, corner); !fault.empty()) fail("element " + std::to_string(e.number) + " (" + e.type->name + ") " + fault);
+      if (const std::string fault = cell_fault(m.kind, corner); !fault.empty())
+        fail("element " + std::to_string(e.number) + " (" + e.type->name + ") " + fault);
     }
     if (top == 2)
       for (const auto& p : m.nodes)
-        if (std::abs(p[2]) > 1e-9 * (std::abs(p[0]) + std::abs(p[1]))) fail("a two-dimensional mesh must lie in the plane z = 0");
+        if (std::abs(p[2]) > 1e-9 * (std::abs(p[0]) + std::abs(p[1])))
+          fail("a two-dimensional mesh must lie in the plane z = 0");
     for (const auto& e : elements_) {
       if (e.type->dimension != top - 1 || e.tag == 0) continue;
       std::vector<std::int64_t> key;

@@ -18,23 +18,22 @@ Problem::Problem(MPI_Comm comm, const MshMesh& mesh, const Discretisation& d, st
 Problem::~Problem() = default;
 
 std::size_t Problem::owned_points() const { return impl_->size(); }
-std::int64_t Problem::global_points() const { return compat::topology(*impl_->mesh).index_map(impl_->dim)->size_global() * impl_->nq; }
+std::int64_t Problem::global_points() const {
+  return compat::topology(*impl_->mesh).index_map(impl_->dim)->size_global() * impl_->nq;
+}
 int Problem::points_per_cell() const { return impl_->nq; }
 MPI_Comm Problem::comm() const { return impl_->comm; }
 const std::vector<BoundaryCondition>& Problem::boundaries() const { return impl_->boundaries; }
 std::span<const double> Problem::deformation() const { return impl_->committed_F; }
 
-Point Problem::point_position(std::size_t point) const {
-  return impl_->locals[point].at;
-}
+Point Problem::point_position(std::size_t point) const { return impl_->locals[point].at; }
 
-double Problem::point_volume(std::size_t point) const {
-  return impl_->locals[point].dv;
-}
+double Problem::point_volume(std::size_t point) const { return impl_->locals[point].dv; }
 
 int Problem::cell_tag(std::size_t point) const {
   if (impl_->cell_tags.empty()) return 0;
-  return impl_->cell_tags[static_cast<std::size_t>(compat::original_cell(*impl_->mesh, static_cast<std::int32_t>(point) / impl_->nq))];
+  return impl_->cell_tags[static_cast<std::size_t>(
+      compat::original_cell(*impl_->mesh, static_cast<std::int32_t>(point) / impl_->nq))];
 }
 
 void Problem::set_gravity(const Point& gravity, const std::vector<double>& density) {
@@ -46,7 +45,8 @@ void Problem::set_gravity(const Point& gravity, const std::vector<double>& densi
       const auto& l = impl_->local(c, q);
       for (int a = 0; a < impl_->nodes; ++a)
         for (std::size_t k = 0; k < impl_->width(); ++k)
-          f[impl_->width() * static_cast<std::size_t>(impl_->cell_nodes(c)[static_cast<std::size_t>(a)]) + k] += density[impl_->point(c, q)] * gravity[k] * l.dv * l.value[a];
+          f[impl_->width() * static_cast<std::size_t>(impl_->cell_nodes(c)[static_cast<std::size_t>(a)]) + k] +=
+              density[impl_->point(c, q)] * gravity[k] * l.dv * l.value[a];
     }
   force.scatter_rev(std::plus<double>());
   impl_->weight.assign(force.array().begin(), force.array().end());
@@ -56,7 +56,8 @@ std::span<const double> Problem::stress() const { return impl_->committed_stress
 
 std::int64_t Problem::point_key(std::size_t point) const {
   const auto nq = static_cast<std::size_t>(impl_->nq);
-  return compat::original_cell(*impl_->mesh, static_cast<std::int32_t>(point / nq)) * impl_->nq + static_cast<std::int64_t>(point % nq);
+  return compat::original_cell(*impl_->mesh, static_cast<std::int32_t>(point / nq)) * impl_->nq +
+         static_cast<std::int64_t>(point % nq);
 }
 
 Point Problem::reaction(std::size_t boundary) const {
@@ -181,7 +182,8 @@ std::vector<double> Problem::gather_cells(const std::vector<double>& owned) cons
   const std::size_t stride = all.size() / cells;
   std::vector<double> sorted(cells * (stride - 1));
   for (std::size_t i = 0; i < cells; ++i)
-    std::copy_n(all.data() + i * stride + 1, stride - 1, sorted.data() + static_cast<std::size_t>(all[i * stride]) * (stride - 1));
+    std::copy_n(all.data() + i * stride + 1, stride - 1,
+                sorted.data() + static_cast<std::size_t>(all[i * stride]) * (stride - 1));
   return sorted;
 }
 
@@ -202,7 +204,8 @@ MacroFields Problem::gather_fields() const {
     }
     for (int k = 0; k < 6; ++k) {
       double mean = 0;
-      for (int q = 0; q < impl_->nq; ++q) mean += impl_->committed_stress[6 * impl_->point(c, q) + static_cast<std::size_t>(k)];
+      for (int q = 0; q < impl_->nq; ++q)
+        mean += impl_->committed_stress[6 * impl_->point(c, q) + static_cast<std::size_t>(k)];
       owned.push_back(mean / impl_->nq);
     }
   }
@@ -233,7 +236,8 @@ void cell_state(Problem::Impl& p, std::int32_t c, F&& each) {
     for (std::size_t k = 0; k < p.width(); ++k) each(u[p.width() * static_cast<std::size_t>(node) + k]);
   for (auto* nodal : {&p.velocity, &p.last_load, &p.last_internal, &p.now_internal, &p.drift, &p.previous_u})
     for (const auto node : p.cell_nodes(c))
-      for (std::size_t k = 0; k < p.width() && !nodal->empty(); ++k) each((*nodal)[p.width() * static_cast<std::size_t>(node) + k]);
+      for (std::size_t k = 0; k < p.width() && !nodal->empty(); ++k)
+        each((*nodal)[p.width() * static_cast<std::size_t>(node) + k]);
   if (!p.scaled_density.empty()) each(p.scaled_density[static_cast<std::size_t>(c)]);
   for (std::size_t i = p.point(c, 0); i < p.point(c + 1, 0); ++i) {
     for (std::size_t k = 0; k < 9; ++k) each(p.committed_F[9 * i + k]);
@@ -255,7 +259,8 @@ void Problem::restore(const std::vector<double>& snapshot) {
   std::size_t width = 0;
   if (impl_->cells > 0) cell_state(*impl_, 0, [&](const double&) { ++width; });
   const auto total = static_cast<std::size_t>(compat::topology(*impl_->mesh).index_map(impl_->dim)->size_global());
-  if (!all_true(impl_->comm, impl_->cells == 0 || snapshot.size() == total * width)) throw std::invalid_argument("the snapshot is of another mesh or element");
+  if (!all_true(impl_->comm, impl_->cells == 0 || snapshot.size() == total * width))
+    throw std::invalid_argument("the snapshot is of another mesh or element");
   for (std::int32_t c = 0; c < impl_->cells; ++c) {
     const double* from = snapshot.data() + width * static_cast<std::size_t>(compat::original_cell(*impl_->mesh, c));
     cell_state(*impl_, c, [&](double& v) { v = *from++; });

@@ -22,16 +22,17 @@ namespace grus::fem {
 /// axisymmetric has x the radius, y the axis and z the hoop, F_zz = 1 + u_x / x.
 enum class Kinematics { solid, plane_strain, axisymmetric };
 
-/// Elements as they are; with mean dilatation (quadrilaterals, hexahedra of order 1: they do not lock where the volume hardly changes); with
-/// nodes on corners and edges only (8 and 20, with 2 quadrature points a direction: no locking either).
+/// Elements as they are; with mean dilatation (quadrilaterals, hexahedra of order 1: they do not lock where the volume
+/// hardly changes); with nodes on corners and edges only (8 and 20, with 2 quadrature points a direction: no locking
+/// either).
 enum class ElementKind { standard, fbar, serendipity };
 
 struct Discretisation {
-  int order = 1;               // of the displacement: 1 or 2
+  int order = 1;  // of the displacement: 1 or 2
   int quadrature_degree = 2;
   bool finite_strain = true;
   Kinematics kinematics = Kinematics::solid;
-  double thickness = 1;        // m, plane strain
+  double thickness = 1;  // m, plane strain
   ElementKind element = ElementKind::standard;
 };
 
@@ -41,9 +42,9 @@ struct LoadHistory {
   double at(double time) const;
 };
 
-/// Where a boundary condition holds: by place or by facet tag. Displacements are prescribed at nodes, tractions (Pa, per
-/// reference area) and pressure (Pa, compression-positive, follows the surface) on outer facets, all of whose corners lie
-/// there. Values are those at multiplier 1; `at` overrides a constant displacement.
+/// Where a boundary condition holds: by place or by facet tag. Displacements are prescribed at nodes, tractions (Pa,
+/// per reference area) and pressure (Pa, compression-positive, follows the surface) on outer facets, all of whose
+/// corners lie there. Values are those at multiplier 1; `at` overrides a constant displacement.
 struct BoundaryCondition {
   std::string name;
   std::function<bool(const Point&)> where;            // empty: `tag`
@@ -51,24 +52,26 @@ struct BoundaryCondition {
   std::function<Point(const Point&)> at;              // displacement by place, for components that are prescribed
   std::optional<Point> traction;
   std::optional<double> pressure;
-  int tag = 0;                                        // of the mesh file
+  int tag = 0;  // of the mesh file
   LoadHistory history;
 };
 
-/// State of the macro model for output, gathered on rank 0 in the mesh's original numbering: the same for any number of ranks.
+/// State of the macro model for output, gathered on rank 0 in the mesh's original numbering: the same for any number of
+/// ranks.
 struct MacroFields {
-  std::vector<Point> nodes, displacement;               // of the mesh's vertices
-  std::vector<std::vector<std::int64_t>> cells;         // vertices in VTK order
-  std::vector<std::array<double, 6>> stress;            // mean of each cell
+  std::vector<Point> nodes, displacement;        // of the mesh's vertices
+  std::vector<std::vector<std::int64_t>> cells;  // vertices in VTK order
+  std::vector<std::array<double, 6>> stress;     // mean of each cell
   CellKind kind = CellKind::hexahedron;
 };
 
 class Problem {
 public:
   /// Throws std::invalid_argument, one line, for what cannot be. `body_force` (N/m^3) grows with time.
-  Problem(MPI_Comm comm, const BoxMesh& mesh, const Discretisation& discretisation, std::vector<BoundaryCondition> boundaries,
-          std::function<Point(const Point&)> body_force = {});
-  Problem(MPI_Comm comm, const MshMesh& mesh, const Discretisation& discretisation, std::vector<BoundaryCondition> boundaries);
+  Problem(MPI_Comm comm, const BoxMesh& mesh, const Discretisation& discretisation,
+          std::vector<BoundaryCondition> boundaries, std::function<Point(const Point&)> body_force = {});
+  Problem(MPI_Comm comm, const MshMesh& mesh, const Discretisation& discretisation,
+          std::vector<BoundaryCondition> boundaries);
   ~Problem();
   Problem(const Problem&) = delete;
   Problem& operator=(const Problem&) = delete;
@@ -84,13 +87,16 @@ public:
   double point_volume(std::size_t point) const;   // m^3 of the reference configuration
   MPI_Comm comm() const;
 
-  /// Weight of the points' material (gravity in m/s^2; kg/m^3 of the reference configuration, each owned point's): a load from the start on.
+  /// Weight of the points' material (gravity in m/s^2; kg/m^3 of the reference configuration, each owned point's): a
+  /// load from the start on.
   void set_gravity(const Point& gravity, const std::vector<double>& density);
 
   const std::vector<BoundaryCondition>& boundaries() const;
-  /// What holds the nodes of a boundary condition (N), summed over ranks: internal force less weight; a shared node counts in each.
+  /// What holds the nodes of a boundary condition (N), summed over ranks: internal force less weight; a shared node
+  /// counts in each.
   Point reaction(std::size_t boundary) const;
-  /// Volume averages over the current configuration (Voigt; strain: small part of F - 1), of all points or of those in `some`.
+  /// Volume averages over the current configuration (Voigt; strain: small part of F - 1), of all points or of those in
+  /// `some`.
   std::array<double, 6> mean_stress(const std::vector<std::uint8_t>& some = {}) const;
   std::array<double, 6> mean_strain(const std::vector<std::uint8_t>& some = {}) const;
   double current_volume() const;
@@ -107,11 +113,12 @@ public:
   std::vector<double> gather_cells(const std::vector<double>& owned_values) const;
   /// Committed stress of the owned points, (n, 6).
   std::span<const double> stress() const;
-  /// Committed deformation gradient of the owned points, (n, 9) row-major; of mean-dilatation elements the compatible one.
+  /// Committed deformation gradient of the owned points, (n, 9) row-major; of mean-dilatation elements the compatible
+  /// one.
   std::span<const double> deformation() const;
 
-  /// All that decides how the problem goes on, of every cell and point, gathered on rank 0 in original numbering; and back
-  /// (given on every rank). Throws std::invalid_argument where the sizes are not this problem's.
+  /// All that decides how the problem goes on, of every cell and point, gathered on rank 0 in original numbering; and
+  /// back (given on every rank). Throws std::invalid_argument where the sizes are not this problem's.
   std::vector<double> snapshot() const;
   void restore(const std::vector<double>& snapshot);
 

@@ -21,10 +21,12 @@ const ReferenceCell& reference_cell(CellKind kind) {
   return cells[static_cast<int>(kind)];
 }
 
-Problem::Impl::Impl(MPI_Comm c, const BoxMesh& box, const Discretisation& d, std::vector<BoundaryCondition> bcs, std::function<Point(const Point&)> force)
+Problem::Impl::Impl(MPI_Comm c, const BoxMesh& box, const Discretisation& d, std::vector<BoundaryCondition> bcs,
+                    std::function<Point(const Point&)> force)
     : comm(c), discretisation(d), boundaries(std::move(bcs)), body_force(std::move(force)) {
   const bool flat = d.kinematics != Kinematics::solid;
-  kind = flat ? (box.hexahedron ? CellKind::quadrilateral : CellKind::triangle) : (box.hexahedron ? CellKind::hexahedron : CellKind::tetrahedron);
+  kind = flat ? (box.hexahedron ? CellKind::quadrilateral : CellKind::triangle)
+              : (box.hexahedron ? CellKind::hexahedron : CellKind::tetrahedron);
   mesh = compat::make_box(comm, box.size, box.cells, kind);
   if (box.map) {
     auto x = mesh->geometry().x();
@@ -37,11 +39,18 @@ Problem::Impl::Impl(MPI_Comm c, const BoxMesh& box, const Discretisation& d, std
 }
 
 Problem::Impl::Impl(MPI_Comm c, const MshMesh& msh, const Discretisation& d, std::vector<BoundaryCondition> bcs)
-    : comm(c), kind(msh.kind), discretisation(d), boundaries(std::move(bcs)), facet_tags(msh.facets), cell_tags(msh.cell_tags) {
+    : comm(c),
+      kind(msh.kind),
+      discretisation(d),
+      boundaries(std::move(bcs)),
+      facet_tags(msh.facets),
+      cell_tags(msh.cell_tags) {
   int rank;
   MPI_Comm_rank(comm, &rank);
   if ((fem::dimension(kind) == 2) != (d.kinematics != Kinematics::solid))
-    throw std::invalid_argument(std::string("the mesh has ") + (fem::dimension(kind) == 2 ? "two dimensions" : "three dimensions") + ", which the kinematics does not allow");
+    throw std::invalid_argument(std::string("the mesh has ") +
+                                (fem::dimension(kind) == 2 ? "two dimensions" : "three dimensions") +
+                                ", which the kinematics does not allow");
   std::vector<double> x;
   std::vector<std::int64_t> cells_of;
   if (rank == 0) {
@@ -56,10 +65,12 @@ Problem::Impl::Impl(MPI_Comm c, const MshMesh& msh, const Discretisation& d, std
 
 void Problem::Impl::build() {
   dim = fem::dimension(kind), components = dim;
-  if (discretisation.order != 1 && discretisation.order != 2) throw std::invalid_argument("element order must be 1 or 2");
+  if (discretisation.order != 1 && discretisation.order != 2)
+    throw std::invalid_argument("element order must be 1 or 2");
   if (discretisation.element == ElementKind::fbar && (!bricks(kind) || discretisation.order != 1))
     throw std::invalid_argument("elements with mean dilatation are quadrilaterals or hexahedra of order 1");
-  if (discretisation.element == ElementKind::fbar && !discretisation.finite_strain) throw std::invalid_argument("elements with mean dilatation are for large strain");
+  if (discretisation.element == ElementKind::fbar && !discretisation.finite_strain)
+    throw std::invalid_argument("elements with mean dilatation are for large strain");
   if (discretisation.element == ElementKind::serendipity && (!bricks(kind) || discretisation.order != 2))
     throw std::invalid_argument("serendipity elements are quadrilaterals or hexahedra of order 2");
   const auto element = compat::make_element(kind, discretisation.order);
@@ -79,7 +90,8 @@ void Problem::Impl::build() {
 
   locals.resize(size());
   for (std::int32_t c = 0; c < cells; ++c)
-    for (int q = 0; q < nq; ++q) local(c, q, {basis, geometry_basis, nq}, weights[static_cast<std::size_t>(q)], locals[point(c, q)]);
+    for (int q = 0; q < nq; ++q)
+      local(c, q, {basis, geometry_basis, nq}, weights[static_cast<std::size_t>(q)], locals[point(c, q)]);
 
   const auto map = space->dofmap()->index_map;
   auto vector = [&] {
@@ -97,14 +109,15 @@ void Problem::Impl::build() {
 
   const auto coordinates = space->tabulate_dof_coordinates(false);
   node_at.resize(coordinates.size() / 3);
-  for (std::size_t i = 0; i < node_at.size(); ++i) node_at[i] = {coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]};
+  for (std::size_t i = 0; i < node_at.size(); ++i)
+    node_at[i] = {coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]};
   if (discretisation.kinematics == Kinematics::axisymmetric)
     for (const auto& x : node_at)
       if (x[0] < -1e-12) throw std::invalid_argument("an axisymmetric mesh must lie at x >= 0: x is the radius");
   find_boundaries();
 }
 
-void Problem::Impl::local(std::int32_t cell, int q, const Tables& t, double weight, Local& out) const {
+void Problem::Impl::local(std::int32_t cell, int q, const Tables& t, double share, Local& out) const {
   const auto dofs = compat::geometry_dofs(*mesh, cell);
   const auto x = mesh->geometry().x();
   Matrix3 j = Matrix3::Zero();
@@ -114,14 +127,15 @@ void Problem::Impl::local(std::int32_t cell, int q, const Tables& t, double weig
     const double* p = x.data() + 3 * dofs[static_cast<std::size_t>(a)];
     for (int i = 0; i < dim; ++i) {
       out.at[static_cast<std::size_t>(i)] += p[i] * t.geometry[static_cast<std::size_t>(q * geometry_nodes + a)];
-      for (int k = 0; k < dim; ++k) j(i, k) += p[i] * t.geometry[static_cast<std::size_t>(((k + 1) * t.count + q) * geometry_nodes + a)];
+      for (int k = 0; k < dim; ++k)
+        j(i, k) += p[i] * t.geometry[static_cast<std::size_t>(((k + 1) * t.count + q) * geometry_nodes + a)];
     }
   }
   const Matrix3 inverse = j.inverse();
   const bool turned = discretisation.kinematics == Kinematics::axisymmetric;
   out.jacobian = j;
   out.depth = turned ? 2 * M_PI * out.at[0] : dim == 2 ? discretisation.thickness : 1;
-  out.dv = weight * out.depth * std::abs(j.determinant());  // cells may be left-handed
+  out.dv = share * out.depth * std::abs(j.determinant());  // cells may be left-handed
   out.gradient.resize(nodes, 3), out.value.resize(nodes), out.hoop.resize(nodes);
   for (int a = 0; a < nodes; ++a) {
     Eigen::RowVector3d d = Eigen::RowVector3d::Zero();
@@ -161,7 +175,8 @@ void Problem::Impl::commit() {
 double Problem::Impl::work_since_commit(const std::vector<std::uint8_t>& some) const {
   double work = 0;
   auto first_piola = [&](const double* s, const Matrix3& f) -> Matrix3 {
-    return discretisation.finite_strain ? Matrix3(f.determinant() * symmetric(s) * f.inverse().transpose()) : symmetric(s);
+    return discretisation.finite_strain ? Matrix3(f.determinant() * symmetric(s) * f.inverse().transpose())
+                                        : symmetric(s);
   };
   for (std::int32_t c = 0; c < cells; ++c)
     for (int q = 0; q < nq; ++q) {
@@ -169,7 +184,8 @@ double Problem::Impl::work_since_commit(const std::vector<std::uint8_t>& some) c
       const std::size_t p = point(c, q);
       if (!some.empty() && !some[p]) continue;
       const Matrix3 before = told(committed_F, committed_stretch, p), now = told(F, stretch, p);
-      const Matrix3 mean = 0.5 * (first_piola(committed_stress.data() + 6 * p, before) + first_piola(stress.data() + 6 * p, now));
+      const Matrix3 mean =
+          0.5 * (first_piola(committed_stress.data() + 6 * p, before) + first_piola(stress.data() + 6 * p, now));
       work += l.dv * mean.cwiseProduct(now - before).sum();
     }
   return sum_over_ranks(comm, work);
@@ -184,11 +200,14 @@ bool Problem::Impl::strain_sweep() {
       good = good && f.determinant() > 0;
     }
   if (good && !stretch.empty()) mean_dilatation(F, stretch);
-  const auto strained = [](const Matrix3& f) { return Matrix3(0.5 * (f + f.transpose())); };  // small strains: no rotation, and increments that add up
+  const auto strained = [](const Matrix3& f) {
+    return Matrix3(0.5 * (f + f.transpose()));
+  };  // small strains: no rotation, and increments that add up
   for (std::size_t i = 0; i < size() && good; ++i) {
     const Matrix3 f = told(F, stretch, i), before = told(committed_F, committed_stretch, i);
-    Eigen::Map<RowMatrix3>(deformation.data() + 9 * i) =
-        discretisation.finite_strain ? Matrix3(f * before.inverse()) : Matrix3(strained(f) * strained(before).inverse());
+    Eigen::Map<RowMatrix3>(deformation.data() + 9 * i) = discretisation.finite_strain
+                                                             ? Matrix3(f * before.inverse())
+                                                             : Matrix3(strained(f) * strained(before).inverse());
   }
   return all_true(comm, good);
 }
@@ -208,14 +227,19 @@ void Problem::Impl::assemble_internal() {
       const Matrix3 sigma = symmetric(stress.data() + 6 * p);
       Matrix3 push = sigma;  // with F^-T turns reference gradients into forces
       double dv = l.dv;
-      if (discretisation.finite_strain) push = sigma * f.inverse().transpose(), dv *= stretch.empty() ? f.determinant() : told(F, stretch, p).determinant();
+      if (discretisation.finite_strain)
+        push = sigma * f.inverse().transpose(),
+        dv *= stretch.empty() ? f.determinant() : told(F, stretch, p).determinant();
       double even = 0;  // mean stress in the stretched directions (Pa)
       if (!stretch.empty()) present(c, q, now), even = sigma.diagonal().head(stretched()).mean();
       for (int a = 0; a < nodes; ++a) {
         Eigen::Vector3d force = dv * (push * l.gradient.row(a).transpose());
         force[0] += dv * push(2, 2) * l.hoop[a];
-        for (int k = 0; k < components && !stretch.empty(); ++k) force[k] += dv * even * (mean[components * a + k] - now.trace[components * a + k]);
-        for (int k = 0; k < components; ++k) r[width() * static_cast<std::size_t>(dofs[static_cast<std::size_t>(a)]) + static_cast<std::size_t>(k)] += force[k];
+        for (int k = 0; k < components && !stretch.empty(); ++k)
+          force[k] += dv * even * (mean[components * a + k] - now.trace[components * a + k]);
+        for (int k = 0; k < components; ++k)
+          r[width() * static_cast<std::size_t>(dofs[static_cast<std::size_t>(a)]) + static_cast<std::size_t>(k)] +=
+              force[k];
       }
     }
   }
@@ -263,7 +287,8 @@ void Problem::Impl::assemble_tangent(Mat A) const {
   for (std::int32_t c = 0; c < cells; ++c) {
     const auto dofs = cell_nodes(c);
     cell_tangent(c, k);
-    check(MatSetValuesBlockedLocal(A, nodes, dofs.data(), nodes, dofs.data(), k.data(), ADD_VALUES), "MatSetValuesBlockedLocal");
+    check(MatSetValuesBlockedLocal(A, nodes, dofs.data(), nodes, dofs.data(), k.data(), ADD_VALUES),
+          "MatSetValuesBlockedLocal");
   }
   check(MatAssemblyBegin(A, MAT_FINAL_ASSEMBLY), "MatAssembly");
   check(MatAssemblyEnd(A, MAT_FINAL_ASSEMBLY), "MatAssembly");

@@ -11,7 +11,8 @@
 
 namespace grus::fem {
 
-static_assert(std::is_same_v<PetscScalar, double> && sizeof(PetscInt) == 4, "needs PETSc with real scalars and 32-bit indices");
+static_assert(std::is_same_v<PetscScalar, double> && sizeof(PetscInt) == 4,
+              "needs PETSc with real scalars and 32-bit indices");
 
 inline void check(PetscErrorCode code, const char* what) {
   if (code != 0) throw std::runtime_error(std::string("PETSc: ") + what + " failed");
@@ -50,30 +51,32 @@ struct Problem::Impl {
   std::shared_ptr<compat::Mesh> mesh;
   std::shared_ptr<compat::Space> space;
   std::vector<double> basis, geometry_basis, points, weights;  // (4, nq, nodes) flat; quadrature
-  Ties ties;                                             // serendipity only
+  Ties ties;                                                   // serendipity only
   int nq = 0, nodes = 0, geometry_nodes = 0;
   std::int32_t cells = 0;
   std::vector<Point> node_at;  // of owned and ghost nodes
 
   using Vector = dolfinx::la::Vector<double>;
   std::unique_ptr<Vector> u, committed_u, internal, external;
-  std::vector<double> F, committed_F, deformation;      // (points, 9)
-  /// Mean-dilatation elements only: what F is stretched by to have its element's mean dilatation (fem/mean_dilatation.cpp).
+  std::vector<double> F, committed_F, deformation;  // (points, 9)
+  /// Mean-dilatation elements only: what F is stretched by to have its element's mean dilatation
+  /// (fem/mean_dilatation.cpp).
   std::vector<double> stretch, committed_stretch;
   std::vector<double> stress, tangent, committed_stress, committed_tangent;
-  /// Dynamics only, of owned and ghost components: velocity, half a step behind; forces from outside and inside a step ago, and
-  /// inside now, bulk viscosity included (N).
+  /// Dynamics only, of owned and ghost components: velocity, half a step behind; forces from outside and inside a step
+  /// ago, and inside now, bulk viscosity included (N).
   std::vector<double> velocity, last_load, last_internal, now_internal;
-  std::vector<double> previous_u;                        // statics only: committed before the last increment
-  std::vector<double> scaled_density;                    // explicit statics only: of the cells (kg/m^3)
-  std::vector<double> drift;                             // explicit statics only: running mean of the velocity
-  std::vector<Prescribed> prescribed;                    // owned and ghost, each component once
-  std::vector<std::vector<std::int32_t>> boundary_nodes; // owned nodes of each boundary
+  std::vector<double> previous_u;                         // statics only: committed before the last increment
+  std::vector<double> scaled_density;                     // explicit statics only: of the cells (kg/m^3)
+  std::vector<double> drift;                              // explicit statics only: running mean of the velocity
+  std::vector<Prescribed> prescribed;                     // owned and ghost, each component once
+  std::vector<std::vector<std::int32_t>> boundary_nodes;  // owned nodes of each boundary
   std::vector<LoadedFacet> loaded;
   std::map<std::vector<std::int64_t>, std::vector<int>> facet_tags;
-  std::vector<int> cell_tags;                            // by original cell; empty: none
+  std::vector<int> cell_tags;  // by original cell; empty: none
 
-  Impl(MPI_Comm comm, const BoxMesh& box, const Discretisation& d, std::vector<BoundaryCondition> boundaries, std::function<Point(const Point&)> body_force);
+  Impl(MPI_Comm comm, const BoxMesh& box, const Discretisation& d, std::vector<BoundaryCondition> boundaries,
+       std::function<Point(const Point&)> body_force);
   Impl(MPI_Comm comm, const MshMesh& msh, const Discretisation& d, std::vector<BoundaryCondition> boundaries);
 
   std::int32_t owned_nodes() const { return space->dofmap()->index_map->size_local(); }
@@ -99,15 +102,18 @@ struct Problem::Impl {
     int count;
   };
   const Local& local(std::int32_t cell, int q) const { return locals[point(cell, q)]; }
-  void local(std::int32_t cell, int q, const Tables& tables, double weight, Local& out) const;
+  void local(std::int32_t cell, int q, const Tables& tables, double share, Local& out) const;
   Eigen::Matrix3d deformation_at(std::int32_t cell, const Local& l) const;
   std::vector<Local> locals;  // of the quadrature points: the mesh never moves
-  std::size_t point(std::int32_t cell, int q) const { return static_cast<std::size_t>(cell) * static_cast<std::size_t>(nq) + static_cast<std::size_t>(q); }
+  std::size_t point(std::int32_t cell, int q) const {
+    return static_cast<std::size_t>(cell) * static_cast<std::size_t>(nq) + static_cast<std::size_t>(q);
+  }
 
   /// Displacement, F, stress and tangent of the committed state, and its internal forces.
   void back_to_committed();
   void commit();
-  /// Work of the stresses from the committed state to the present one (J), by the trapezoidal rule in P : dF, over all ranks.
+  /// Work of the stresses from the committed state to the present one (J), by the trapezoidal rule in P : dF, over all
+  /// ranks.
   double work_since_commit(const std::vector<std::uint8_t>& some) const;  // of the points in `some`; empty: all
 
   /// Sweep 1: F and the increment's F at all points; false where the element turned inside out.
@@ -116,7 +122,8 @@ struct Problem::Impl {
   void assemble_internal();
   void assemble_external(double time);
   void assemble_tangent(Mat a) const;
-  /// What the material is told: F, or F with the element's mean dilatation. In plane strain only the plane is stretched.
+  /// What the material is told: F, or F with the element's mean dilatation. In plane strain only the plane is
+  /// stretched.
   Eigen::Matrix3d told(const std::vector<double>& f, const std::vector<double>& by, std::size_t point) const;
   /// Fills `by` from F.
   void mean_dilatation(const std::vector<double>& f, std::vector<double>& by) const;
@@ -131,7 +138,8 @@ private:
   /// Gradients against the present place, and the volume, at a point: where its stress does its work.
   struct Present {
     Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> gradient;
-    Eigen::VectorXd hoop, trace, mean_trace;  // trace: of the velocity gradient in the stretched directions, a component each
+    Eigen::VectorXd hoop, trace,
+        mean_trace;  // trace: of the velocity gradient in the stretched directions, a component each
     double volume = 0;
   };
   void present(std::int32_t cell, int q, Present& out) const;

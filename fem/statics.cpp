@@ -11,7 +11,8 @@
 namespace grus::fem {
 namespace {
 
-/// Linear solver with prescribed components: KSP from PETSc's options (prefix grus_), MUMPS by default, LU when all else fails.
+/// Linear solver with prescribed components: KSP from PETSc's options (prefix grus_), MUMPS by default, LU when all
+/// else fails.
 class LinearSolver {
 public:
   explicit LinearSolver(Problem::Impl& p) : p_(p), a_(compat::make_matrix(p.comm, *p.space)) {
@@ -23,7 +24,8 @@ public:
     check(KSPSetFromOptions(ksp_), "KSPSetFromOptions");
     const auto map = p.space->dofmap()->index_map;
     for (const auto& c : p.prescribed)
-      if (c.dof < p.components * map->size_local()) rows_.push_back(static_cast<PetscInt>(p.components * map->local_range()[0]) + c.dof), mine_.push_back(&c);
+      if (c.dof < p.components * map->size_local())
+        rows_.push_back(static_cast<PetscInt>(p.components * map->local_range()[0]) + c.dof), mine_.push_back(&c);
   }
   ~LinearSolver() {
     KSPDestroy(&ksp_);
@@ -73,7 +75,8 @@ private:
   }
   bool attempt(KSP ksp) {
     check(KSPSetOperators(ksp, a_, a_), "KSPSetOperators");
-    check(PetscPushErrorHandler(PetscIgnoreErrorHandler, nullptr), "PetscPushErrorHandler");  // a solve that fails is answered with another
+    check(PetscPushErrorHandler(PetscIgnoreErrorHandler, nullptr),
+          "PetscPushErrorHandler");  // a solve that fails is answered with another
     const bool failed = KSPSolve(ksp, b_, x_) != 0;
     check(PetscPopErrorHandler(), "PetscPopErrorHandler");
     if (failed) return check(KSPReset(ksp), "KSPReset"), false;
@@ -103,7 +106,8 @@ struct Newton {
   double stiffest = 0;                  // mean tangent (Pa): the largest committed so far
   double last_size = 0;                 // of the load factor, in the last increment; 0: nothing to go by
 
-  Newton(Problem::Impl& problem, Material& m, const StaticsOptions& options) : p(problem), material(m), o(options), linear(problem) {
+  Newton(Problem::Impl& problem, Material& m, const StaticsOptions& options)
+      : p(problem), material(m), o(options), linear(problem) {
     fixed.assign(p.width() * static_cast<std::size_t>(p.owned_nodes()), 0);
     for (const auto& c : p.prescribed)
       if (static_cast<std::size_t>(c.dof) < fixed.size()) fixed[static_cast<std::size_t>(c.dof)] = 1;
@@ -128,8 +132,9 @@ struct Newton {
     return true;
   }
 
-  /// Points that carry nothing any more get a thousandth of the stiffest tangent, in the tangent that makes the matrix, not in the stress; it is committed with the point as the predictor's tangent: their nodes
-  /// would be nowhere otherwise. Stress is not touched, so what converges is the same.
+  /// Points that carry nothing any more get a thousandth of the stiffest tangent, in the tangent that makes the matrix,
+  /// not in the stress; it is committed with the point as the predictor's tangent: their nodes would be nowhere
+  /// otherwise. Stress is not touched, so what converges is the same.
   void hold_loose_points() {
     for (std::size_t i = 0; i < p.size(); ++i) {
       const double missing = softest * stiffest - mean_tangent(i);
@@ -156,7 +161,8 @@ struct Newton {
     }
     free = sum_over_ranks(p.comm, free), scale = sum_over_ranks(p.comm, scale);
     force = std::sqrt(scale);
-    // Where nearly all is gone of the largest forces there were, what is left need not balance better than a share of those.
+    // Where nearly all is gone of the largest forces there were, what is left need not balance better than a share of
+    // those.
     scale = std::max(force, forgotten * largest_force);
     return scale > 0 ? std::sqrt(free) / scale : 0;
   }
@@ -225,7 +231,8 @@ struct Newton {
     constexpr int patience = 8;
     Acceleration acceleration(p.comm, static_cast<std::size_t>(o.acceleration));
     for (report.iterations = 1; report.iterations <= o.max_iterations; ++report.iterations) {
-      // Corrections are judged against the increment that was asked for: cutting it does not make the material less noisy.
+      // Corrections are judged against the increment that was asked for: cutting it does not make the material less
+      // noisy.
       const double moved = largest(total) * std::max(1.0, 1 / (o.increments * (to - from))), noise = material.noise();
       const double floor = std::max(o.tolerance, noise), floor_u = std::max(o.displacement_tolerance, 2 * noise);
       if (!linear.solve(r, to, to, dx)) return reason = "the linear solver failed", false;
@@ -240,8 +247,8 @@ struct Newton {
         commit();
         return true;
       }
-      // A correction larger than all that was moved so far is no correction: grains would be driven through strains that nobody
-      // asked for. It is cut to that size.
+      // A correction larger than all that was moved so far is no correction: grains would be driven through strains
+      // that nobody asked for. It is cut to that size.
       const double sofar = largest(total), size = largest(dx);
       double part = sofar > 0 && size > sofar ? sofar / size : 1, next = now;
       move(dx, part);
@@ -257,8 +264,10 @@ struct Newton {
       for (std::size_t i = 0; i < total.size(); ++i) total[i] += part * dx[i];
       now = next;
       report.residuals.push_back(now);
-      if (now < 0.9 * best) best = now, idle = 0;
-      else if (++idle == patience && best > 3 * floor) return reason = "no progress in " + std::to_string(patience) + " iterations", false;
+      if (now < 0.9 * best)
+        best = now, idle = 0;
+      else if (++idle == patience && best > 3 * floor)
+        return reason = "no progress in " + std::to_string(patience) + " iterations", false;
     }
     reason = "no convergence in " + std::to_string(o.max_iterations) + " iterations";
     return false;
@@ -267,12 +276,10 @@ struct Newton {
 
 }  // namespace
 
-void allocate_statics(Problem& problem) {
-  problem.impl().previous_u.assign(problem.impl().u->array().size(), 0.0);
-}
+void allocate_statics(Problem& problem) { problem.impl().previous_u.assign(problem.impl().u->array().size(), 0.0); }
 
-StaticsResult solve_statics(Problem& problem, Material& material, const StaticsOptions& o, const std::function<bool(const IncrementReport&)>& observer,
-                            const StaticsStart& start) {
+StaticsResult solve_statics(Problem& problem, Material& material, const StaticsOptions& o,
+                            const std::function<bool(const IncrementReport&)>& observer, const StaticsStart& start) {
   Problem::Impl& p = problem.impl();
   Newton newton(p, material, o);
   StaticsResult result;
@@ -303,7 +310,8 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
       result.law_sweeps = newton.sweeps;
       if (material.sharpen()) continue;  // the same increment once more
       if (++cutbacks > o.max_cutbacks) {
-        result.failure = "increment " + std::to_string(number + 1) + " failed after " + std::to_string(o.max_cutbacks) + " cutbacks: " + cut_reason;
+        result.failure = "increment " + std::to_string(number + 1) + " failed after " + std::to_string(o.max_cutbacks) +
+                         " cutbacks: " + cut_reason;
         return result;
       }
       if ((size *= o.cut) < o.least * asked) {  // creeping up to a load that cannot be carried

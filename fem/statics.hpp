@@ -8,31 +8,31 @@ namespace grus::fem {
 
 struct StaticsOptions {
   int increments = 10;
-  double tolerance = 1e-6;        // residual against the internal forces
+  double tolerance = 1e-6;               // residual against the internal forces
   double displacement_tolerance = 1e-3;  // correction against the increment's largest displacement
   int max_iterations = 25;
-  int acceleration = 5;           // iterations that Anderson acceleration remembers; 0: plain Newton
-  int max_cutbacks = 6;           // in a row
+  int acceleration = 5;               // iterations that Anderson acceleration remembers; 0: plain Newton
+  int max_cutbacks = 6;               // in a row
   std::vector<std::uint8_t> work_of;  // points whose work the reports tell; empty: all
-  double cut = 0.25, grow = 1.5;  // of the increment, never above the one asked for
-  double least = 1e-6;            // of the one asked for: smaller, and the load is not carried
+  double cut = 0.25, grow = 1.5;      // of the increment, never above the one asked for
+  double least = 1e-6;                // of the one asked for: smaller, and the load is not carried
 };
 
 /// After each accepted increment.
 struct IncrementReport {
   int increment;
-  double load_factor;             // 0 to 1
-  int iterations, cutbacks;       // Newton iterations; cutbacks before this increment was accepted
-  double residual;                // relative, of the free nodes
-  double correction;              // relative displacement correction of the last iteration
-  double noise;                   // of the material, when the increment was accepted
-  std::string cut_reason;         // of the last cutback
-  std::vector<double> residuals;  // of the predictor and of every iteration: how Newton contracts
-  double work;                    // J, of the stresses on the increment's deformation (trapezoid)
-  double next_size;               // of the load factor
-  int law_sweeps;                 // since the start
-  double largest_force, stiffest; // norm of all forces (N) and mean tangent (Pa): the largest so far
-  double last_size;               // of the load factor, that the next predictor goes by; 0: none
+  double load_factor;              // 0 to 1
+  int iterations, cutbacks;        // Newton iterations; cutbacks before this increment was accepted
+  double residual;                 // relative, of the free nodes
+  double correction;               // relative displacement correction of the last iteration
+  double noise;                    // of the material, when the increment was accepted
+  std::string cut_reason;          // of the last cutback
+  std::vector<double> residuals;   // of the predictor and of every iteration: how Newton contracts
+  double work;                     // J, of the stresses on the increment's deformation (trapezoid)
+  double next_size;                // of the load factor
+  int law_sweeps;                  // since the start
+  double largest_force, stiffest;  // norm of all forces (N) and mean tangent (Pa): the largest so far
+  double last_size;                // of the load factor, that the next predictor goes by; 0: none
 };
 
 /// Where to go on from, after Problem::restore.
@@ -49,10 +49,12 @@ struct StaticsResult {
   int law_sweeps = 0;
 };
 
-/// Carries the load factor, which is the time of boundary histories, from 0 to 1. A state is committed only when residual and displacement have converged, each
-/// to its tolerance or to the material's noise, whichever is larger. The observer may end the run by returning false.
+/// Carries the load factor, which is the time of boundary histories, from 0 to 1. A state is committed only when
+/// residual and displacement have converged, each to its tolerance or to the material's noise, whichever is larger. The
+/// observer may end the run by returning false.
 StaticsResult solve_statics(Problem& problem, Material& material, const StaticsOptions& options,
-                            const std::function<bool(const IncrementReport&)>& observer, const StaticsStart& start = {});
+                            const std::function<bool(const IncrementReport&)>& observer,
+                            const StaticsStart& start = {});
 
 /// Room for the last increment's start in the problem's snapshot; call before Problem::restore of such a run.
 void allocate_statics(Problem& problem);

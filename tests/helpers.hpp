@@ -17,7 +17,8 @@ namespace grus::dem::test {
 
 inline Material solid(double E, double nu, double density, double friction = 0, double restitution = 1) {
   Material m;
-  m.name = "solid", m.youngs_modulus = E, m.poissons_ratio = nu, m.density = density, m.friction = friction, m.restitution = restitution;
+  m.name = "solid", m.youngs_modulus = E, m.poissons_ratio = nu, m.density = density, m.friction = friction,
+  m.restitution = restitution;
   return m;
 }
 
@@ -43,8 +44,9 @@ inline Model linear_model(double kn, double ratio, double density, double fricti
   return model;
 }
 
-inline std::size_t add(State& s, const PolyEllipsoid& shape, const Vec3& x, double density, const Vec3& v = Vec3::Zero(),
-                       const Vec3& spin = Vec3::Zero(), const Quat& q = Quat::Identity()) {
+inline std::size_t add(State& s, const PolyEllipsoid& shape, const Vec3& x, double density,
+                       const Vec3& v = Vec3::Zero(), const Vec3& spin = Vec3::Zero(),
+                       const Quat& q = Quat::Identity()) {
   set_grain(s.grains, s.grains.size(), {shape, x, v, spin, q, 0, density});
   return s.grains.size() - 1;
 }
@@ -72,7 +74,10 @@ inline void run_for(const Model& model, State& s, double time, Team& team) {
   const double end = s.time + time;
   while (s.time < end - 0.5 * s.dt) {
     update_time_step(model, s);
-    run_steps(model, s, std::max<std::uint64_t>(1, std::min<std::uint64_t>(50, static_cast<std::uint64_t>((end - s.time) / s.dt + 0.5))), team);
+    run_steps(model, s,
+              std::max<std::uint64_t>(
+                  1, std::min<std::uint64_t>(50, static_cast<std::uint64_t>((end - s.time) / s.dt + 0.5))),
+              team);
   }
 }
 
@@ -88,8 +93,9 @@ inline Model growing(double time) {
 inline PolyEllipsoid random_shape(std::uint64_t seed, std::uint64_t id, double low = 0.6, double high = 1) {
   PolyEllipsoid p;
   for (int k = 0; k < 3; ++k) {
-    p.plus[k] = low + (high - low) * random_uniform(seed, id, Purpose::radius, 2 * k);
-    p.minus[k] = low + (high - low) * random_uniform(seed, id, Purpose::radius, 2 * k + 1);
+    const auto draw = 2 * static_cast<std::uint64_t>(k);
+    p.plus[k] = low + (high - low) * random_uniform(seed, id, Purpose::radius, draw);
+    p.minus[k] = low + (high - low) * random_uniform(seed, id, Purpose::radius, draw + 1);
   }
   return p;
 }

@@ -15,12 +15,15 @@ namespace {
 void read_rve(Table t, BvpScene& scene) {
   std::filesystem::path file = t.text("scene");
   if (file.is_relative()) file = std::filesystem::path(scene.file).parent_path() / file;
-  if (!std::filesystem::is_regular_file(file)) t.fail("scene", fmt::format("\"{}\": no such scene file", t.text("scene")));
+  if (!std::filesystem::is_regular_file(file))
+    t.fail("scene", fmt::format("\"{}\": no such scene file", t.text("scene")));
   coupling::ResponseOptions& response = scene.rve.response;
   response.quasi_static = read_quasi_static(t);
   using Kind = coupling::TangentKind;
-  const std::map<std::string, Kind> kinds{{"automatic", Kind::automatic}, {"contact-stiffness", Kind::contact_stiffness}, {"network", Kind::network},
-                                          {"perturbation", Kind::perturbation}, {"elastic", Kind::elastic}, {"quasi-newton", Kind::quasi_newton}};
+  const std::map<std::string, Kind> kinds{
+      {"automatic", Kind::automatic}, {"contact-stiffness", Kind::contact_stiffness},
+      {"network", Kind::network},     {"perturbation", Kind::perturbation},
+      {"elastic", Kind::elastic},     {"quasi-newton", Kind::quasi_newton}};
   std::vector<std::string> names;
   for (const auto& [name, kind] : kinds) names.push_back(name);
   response.tangent = kinds.at(t.choice_or("tangent", "automatic", names));
@@ -31,7 +34,9 @@ void read_rve(Table t, BvpScene& scene) {
   scene.rve.exact_sharing = t.flag_or("exact_sharing", true);
   if (auto a = t.table_if("adaptivity")) {
     if (scene.is_explicit())
-      t.fail("adaptivity", "sharing and deferral are for \"quasi-static\": in explicit runs an RVE does not go back to where another has been; leave the key out");
+      t.fail("adaptivity",
+             "sharing and deferral are for \"quasi-static\": in explicit runs an RVE does not go back to where another "
+             "has been; leave the key out");
     scene.rve.share = a->number_or("share", 0, dimension::none, {0, 0.1});
     scene.rve.error = a->number_or("error", 0, dimension::none, {0, 0.5});
     if (a->has("elastic")) response.elastic = a->number("elastic", dimension::none, {0, 0.5});
@@ -94,7 +99,8 @@ void read_solve(Table t, BvpScene& scene) {
   fem::StaticsOptions& s = scene.solve;
   s.increments = static_cast<int>(t.integer_or("increments", 10, 1, 1000000));
   s.tolerance = t.number_or("tolerance", s.tolerance, dimension::none, {0, 0.1, true});
-  s.displacement_tolerance = t.number_or("displacement_tolerance", s.displacement_tolerance, dimension::none, {0, 1, true});
+  s.displacement_tolerance =
+      t.number_or("displacement_tolerance", s.displacement_tolerance, dimension::none, {0, 1, true});
   s.max_cutbacks = static_cast<int>(t.integer_or("max_cutbacks", s.max_cutbacks, 0, 100));
   s.acceleration = static_cast<int>(t.integer_or("acceleration", s.acceleration, 0, 50));
   s.max_iterations = static_cast<int>(t.integer_or("max_iterations", s.max_iterations, 1, 1000));
@@ -104,7 +110,8 @@ void read_solve(Table t, BvpScene& scene) {
 void read_probe(Table p, BvpScene& scene) {
   Probe probe;
   probe.name = p.text("name");
-  if (probe.name.empty() || probe.name.find_first_of(", /\"\n") != std::string::npos) p.fail("name", "must be a word: it becomes part of column and file names");
+  if (probe.name.empty() || probe.name.find_first_of(", /\"\n") != std::string::npos)
+    p.fail("name", "must be a word: it becomes part of column and file names");
   for (const auto& other : scene.probes)
     if (other.name == probe.name) p.fail("name", fmt::format("\"{}\": two probes have this name", probe.name));
   if (p.has("at") == p.has("where")) p.fail("", "needs either at or where");
@@ -132,18 +139,23 @@ void read_output(Table o, BvpScene& scene) {
   scene.costs = o.flag_or("costs", false);
   scene.checkpoint_interval = o.number_or("checkpoint_interval", scene.checkpoint_interval, dimension::time, positive);
   if (scene.dynamics) {
-    scene.dynamics->output_interval = o.number_or("history_interval", scene.dynamics->duration / 200, dimension::time, positive);
-    if (scene.dynamics->duration / scene.dynamics->output_interval > 1e6) o.fail("history_interval", "more than a million rows; ask for fewer");
+    scene.dynamics->output_interval =
+        o.number_or("history_interval", scene.dynamics->duration / 200, dimension::time, positive);
+    if (scene.dynamics->duration / scene.dynamics->output_interval > 1e6)
+      o.fail("history_interval", "more than a million rows; ask for fewer");
   }
   if (scene.explicit_statics) {
     double& interval = scene.explicit_statics->output_interval;
     interval = o.number_or("history_interval", interval, dimension::none, {1e-6, 1});
   }
   const double rows = scene.explicit_statics ? std::ceil(1 / scene.explicit_statics->output_interval * (1 - 1e-9))
-                      : scene.dynamics ? std::ceil(scene.dynamics->duration / scene.dynamics->output_interval * (1 - 1e-9)) : scene.solve.increments;
+                      : scene.dynamics
+                          ? std::ceil(scene.dynamics->duration / scene.dynamics->output_interval * (1 - 1e-9))
+                          : scene.solve.increments;
   if (scene.frames > rows)
-    scene.notes.push_back(fmt::format("output.frames = {}, but one is written with a row of history.csv at most, of which there are {:.0f}{}", scene.frames, rows,
-                                      scene.is_explicit() ? "" : " where no increment is cut"));
+    scene.notes.push_back(fmt::format(
+        "output.frames = {}, but one is written with a row of history.csv at most, of which there are {:.0f}{}",
+        scene.frames, rows, scene.is_explicit() ? "" : " where no increment is cut"));
   o.finish();
 }
 
@@ -153,7 +165,8 @@ void read_hopkinson(Table h, BvpScene& scene) {
   for (auto* gauge : {&bar.incident, &bar.transmitted}) {
     const std::string key = gauge == &bar.incident ? "incident_gauge" : "transmitted_gauge";
     *gauge = h.text(key);
-    if (std::none_of(scene.probes.begin(), scene.probes.end(), [&](const Probe& p) { return p.name == *gauge; })) h.fail(key, fmt::format("no probe has the name \"{}\"", *gauge));
+    if (std::none_of(scene.probes.begin(), scene.probes.end(), [&](const Probe& p) { return p.name == *gauge; }))
+      h.fail(key, fmt::format("no probe has the name \"{}\"", *gauge));
   }
   bar.bar_modulus = h.number("bar_modulus", dimension::pressure, positive);
   bar.bar_density = h.number("bar_density", dimension::density, positive);
@@ -172,7 +185,8 @@ void read_gravity(Table& t, BvpScene& scene) {
   const auto g = t.numbers("gravity", scene.flat() && t.length("gravity") == 2 ? 2 : 3, dimension::acceleration);
   std::copy(g.begin(), g.end(), scene.gravity.begin());
   if (scene.flat() && scene.gravity[2] != 0) t.fail("gravity", "two dimensions have no weight along z");
-  if (scene.discretisation.kinematics == fem::Kinematics::axisymmetric && scene.gravity[0] != 0) t.fail("gravity", "acts along the axis (y) where x is the radius");
+  if (scene.discretisation.kinematics == fem::Kinematics::axisymmetric && scene.gravity[0] != 0)
+    t.fail("gravity", "acts along the axis (y) where x is the radius");
 }
 
 void read_ground(Table t, BvpScene& scene) {
@@ -186,7 +200,9 @@ void read_ground(Table t, BvpScene& scene) {
   for (std::size_t k = 0; k < 3; ++k)
     if (k != axis && scene.gravity[k] != 0) t.fail("axis", "gravity acts along another axis");
   if (scene.gravity[axis] > 0) t.fail("axis", "gravity acts away from the ground");
-  if (g.surcharge == 0 && (scene.gravity[axis] == 0 || g.surface <= scene.low[axis])) t.fail("surcharge", "needs a surcharge, or gravity and a surface above the mesh's lowest point: there would be no stress");
+  if (g.surcharge == 0 && (scene.gravity[axis] == 0 || g.surface <= scene.low[axis]))
+    t.fail("surcharge",
+           "needs a surcharge, or gravity and a surface above the mesh's lowest point: there would be no stress");
   t.finish();
   scene.ground = g;
 }
@@ -194,14 +210,21 @@ void read_ground(Table t, BvpScene& scene) {
 /// What moves or presses at once would strike the mesh like a hammer.
 void check_eased(const Table& t, const BvpScene& scene) {
   const bool stressed = scene.ground || (scene.has_rve && scene.unit_cells[0].preparation) ||
-                        std::any_of(scene.regions.begin(), scene.regions.end(), [](const Region& r) { return r.initial_stress.has_value(); });
+                        std::any_of(scene.regions.begin(), scene.regions.end(),
+                                    [](const Region& r) { return r.initial_stress.has_value(); });
   for (const auto& b : scene.boundaries) {
     const double first = b.history.at(0);
     if (first == 0) continue;
     for (const auto& u : b.displacement)
-      if (u.value_or(0) != 0) t.fail("boundary", fmt::format("\"{}\": its displacement is not eased in: the history begins with {:g} instead of 0", b.name, first));
+      if (u.value_or(0) != 0)
+        t.fail("boundary",
+               fmt::format("\"{}\": its displacement is not eased in: the history begins with {:g} instead of 0",
+                           b.name, first));
     if ((b.traction || b.pressure.value_or(0) != 0) && !stressed)
-      t.fail("boundary", fmt::format("\"{}\": nothing stands under this load at the start: ease it in (history) or give an initial stress", b.name));
+      t.fail("boundary",
+             fmt::format(
+                 "\"{}\": nothing stands under this load at the start: ease it in (history) or give an initial stress",
+                 b.name));
   }
 }
 
@@ -217,12 +240,15 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
   if (auto e = t.table_if("element")) {
     using Element = fem::ElementKind;
     const std::string kind = e->choice_or("kind", "standard", {"standard", "fbar", "serendipity"});
-    scene.discretisation.element = kind == "fbar" ? Element::fbar : kind == "serendipity" ? Element::serendipity : Element::standard;
+    scene.discretisation.element = kind == "fbar"          ? Element::fbar
+                                   : kind == "serendipity" ? Element::serendipity
+                                                           : Element::standard;
     const int usual = kind == "serendipity" ? 2 : 1;
     scene.discretisation.order = static_cast<int>(e->integer_or("order", usual, 1, 2));
     if (kind != "standard" && scene.discretisation.order != usual)
       e->fail("order", fmt::format("elements of kind \"{}\" have order {}", kind, usual));
-    if (kind != "standard" && !scene.bricks()) e->fail("kind", fmt::format("\"{}\" is for quadrilaterals and hexahedra", kind));
+    if (kind != "standard" && !scene.bricks())
+      e->fail("kind", fmt::format("\"{}\" is for quadrilaterals and hexahedra", kind));
     scene.discretisation.quadrature_degree = static_cast<int>(e->integer_or("quadrature_degree", 2, 1, 10));
     e->finish();
   }
@@ -238,14 +264,22 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
   if (auto h = t.table_if("hopkinson")) read_hopkinson(*h, scene);
   if (t.has("rve") || scene.regions.empty()) read_rve(t.table("rve"), scene);
   if (scene.ground && scene.has_rve && !scene.unit_cells[0].preparation)
-    t.fail("initial_stress", fmt::format("the cells of {} have no [preparation] to start from", scene.unit_cells[0].file));
+    t.fail("initial_stress",
+           fmt::format("the cells of {} have no [preparation] to start from", scene.unit_cells[0].file));
   if (scene.explicit_statics) check_eased(t, scene);
   t.finish();
   for (std::size_t r = 0; r < scene.regions.size(); ++r)
-    if (scene.regions[r].poissons_ratio > 0.45 && scene.discretisation.order == 1 && scene.discretisation.element == fem::ElementKind::standard)
-      scene.notes.push_back(fmt::format("region[{}].poissons_ratio = {:g} with element.order = 1: such elements lock, far too stiff in bending and shear; element.kind = \"fbar\" or element.order = 2 helps", r, scene.regions[r].poissons_ratio));
+    if (scene.regions[r].poissons_ratio > 0.45 && scene.discretisation.order == 1 &&
+        scene.discretisation.element == fem::ElementKind::standard)
+      scene.notes.push_back(
+          fmt::format("region[{}].poissons_ratio = {:g} with element.order = 1: such elements lock, far too stiff in "
+                      "bending and shear; element.kind = \"fbar\" or element.order = 2 helps",
+                      r, scene.regions[r].poissons_ratio));
   if (scene.solve.tolerance < scene.residual_floor() && scene.record["solve"].contains("tolerance"))
-    scene.notes.push_back(fmt::format("the residual is asked to fall to {:.2g}, what the cells' own equilibrium leaves (rve.unbalanced_force, rve.stress_change), not to solve.tolerance = {:.2g}", scene.residual_floor(), scene.solve.tolerance));
+    scene.notes.push_back(
+        fmt::format("the residual is asked to fall to {:.2g}, what the cells' own equilibrium leaves "
+                    "(rve.unbalanced_force, rve.stress_change), not to solve.tolerance = {:.2g}",
+                    scene.residual_floor(), scene.solve.tolerance));
   return scene;
 }
 

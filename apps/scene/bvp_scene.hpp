@@ -15,7 +15,7 @@ namespace grus::app {
 /// A Gauss point whose story is told, or the mean over those of a place.
 struct Probe {
   std::string name;
-  fem::Point at{};  // m, in the reference mesh
+  fem::Point at{};                               // m, in the reference mesh
   std::function<bool(const fem::Point&)> where;  // empty: the point nearest to `at`
   bool frames = false, grading = false;
 };
@@ -26,19 +26,19 @@ struct Region {
   int tag = 0;
   double youngs_modulus = 0, poissons_ratio = 0, density = 0;
   bool j2 = false;
-  double yield_stress = 0, hardening = 0;        // Pa
+  double yield_stress = 0, hardening = 0;               // Pa
   std::optional<std::array<double, 6>> initial_stress;  // Pa, Voigt
 };
 
 /// Ground at rest: what is horizontal is k0 times what is vertical, which grows with depth by the weight.
 struct Ground {
-  double k0 = 0, surface = 0, surcharge = 0;     // surface: its height (m); surcharge: on it (Pa)
+  double k0 = 0, surface = 0, surcharge = 0;  // surface: its height (m); surcharge: on it (Pa)
   int axis = 1;
 };
 
 /// A split Hopkinson bar: which probes are the gauges, and what turns bar strains into a test.
 struct Hopkinson {
-  std::string incident, transmitted;    // probes on the bars
+  std::string incident, transmitted;  // probes on the bars
   double bar_modulus = 0, bar_density = 0, bar_area = 0, specimen_length = 0, specimen_area = 0;
   double incident_distance = 0, transmitted_distance = 0;  // m from gauge to specimen
   int axis = 1;
@@ -47,27 +47,28 @@ struct Hopkinson {
 struct BvpScene {
   std::string file, title;
   std::variant<fem::BoxMesh, fem::MshMesh> mesh;
-  fem::Point low{}, high{};          // extent of the mesh (m)
+  fem::Point low{}, high{};  // extent of the mesh (m)
   fem::Discretisation discretisation;
   std::vector<fem::BoundaryCondition> boundaries;
   std::vector<Region> regions;
-  fem::Point gravity{};              // m/s^2
+  fem::Point gravity{};  // m/s^2
   std::optional<Ground> ground;
   fem::StaticsOptions solve;
-  std::optional<fem::DynamicsOptions> dynamics;  // instead of solve
+  std::optional<fem::DynamicsOptions> dynamics;                 // instead of solve
   std::optional<fem::ExplicitStaticsOptions> explicit_statics;  // instead of solve
   std::optional<Hopkinson> hopkinson;
   bool has_rve = false;
   coupling::RveOptions rve;
-  std::optional<double> damping;     // local, of the grains in the run; empty: that of their material, or none in explicit runs
-  int variants = 1;                  // different packings, dealt to the Gauss points in turn
+  std::optional<double>
+      damping;       // local, of the grains in the run; empty: that of their material, or none in explicit runs
+  int variants = 1;  // different packings, dealt to the Gauss points in turn
   std::vector<RveScene> unit_cells;  // one for each variant
   int frames = 0;
   bool costs = false;                // costs.csv: what every RVE cost in every sweep
   double checkpoint_interval = 300;  // s of wall time; an interrupted run writes one in any case
   std::vector<Probe> probes;
   nlohmann::json record;
-  std::vector<std::string> notes;    // what the user should know before it runs
+  std::vector<std::string> notes;  // what the user should know before it runs
 
   /// What no residual can be asked to go below: the equilibrium of the cells themselves; 0 without grains.
   double residual_floor() const {

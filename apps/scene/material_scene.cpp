@@ -10,10 +10,13 @@ namespace {
 
 dem::FractureModel read_fracture(Table t) {
   dem::FractureModel f;
-  const std::string model = t.choice("model", {"polyellipsoid-split", "apollonian-14", "bonded", "cleavage", "peridynamics"});
-  if (model != "polyellipsoid-split") t.fail("model", fmt::format("\"{}\" is not available in this version; use \"polyellipsoid-split\"", model));
+  const std::string model =
+      t.choice("model", {"polyellipsoid-split", "apollonian-14", "bonded", "cleavage", "peridynamics"});
+  if (model != "polyellipsoid-split")
+    t.fail("model", fmt::format("\"{}\" is not available in this version; use \"polyellipsoid-split\"", model));
   if (auto h = t.table_if("hoek_brown")) {
-    f.hoek_brown = {h->number("compressive_strength", dimension::pressure, positive), h->number("m", dimension::none, positive)};
+    f.hoek_brown = {h->number("compressive_strength", dimension::pressure, positive),
+                    h->number("m", dimension::none, positive)};
     h->finish();
   }
   if (auto c = t.table_if("contact_tension")) {
@@ -21,7 +24,8 @@ dem::FractureModel read_fracture(Table t) {
                          static_cast<int>(c->integer_or("critical_contacts", 3, 3, dem::most_critical_contacts))};
     c->finish();
   }
-  if (!f.hoek_brown && !f.contact_tension) t.fail("", "needs hoek_brown, contact_tension or both: without a criterion nothing breaks");
+  if (!f.hoek_brown && !f.contact_tension)
+    t.fail("", "needs hoek_brown, contact_tension or both: without a criterion nothing breaks");
   if (auto w = t.table_if("weibull")) {
     dem::Weibull weibull;
     weibull.modulus = w->number("modulus", dimension::none, positive);
@@ -39,7 +43,8 @@ dem::FractureModel read_fracture(Table t) {
     f.springs = springs;
     s->finish();
   }
-  const std::string plane = t.choice_or("break_plane", "criterion", {"criterion", "average-stress", "critical-contacts"});
+  const std::string plane =
+      t.choice_or("break_plane", "criterion", {"criterion", "average-stress", "critical-contacts"});
   f.plane = plane == "criterion"        ? dem::BreakPlane::criterion
             : plane == "average-stress" ? dem::BreakPlane::average_stress
                                         : dem::BreakPlane::critical_contacts;
@@ -103,7 +108,9 @@ void read_model(Table& scene, dem::Model& model) {
     // Force over the square of Hertz's contact radius does not depend on the force here: it breaks at none or never.
     for (const auto& m : model.materials)
       if (m.fracture && m.fracture->contact_tension)
-        materials.fail(m.name, "fracture.contact_tension has no meaning with contact = \"linear\", whose tension at the contact's rim does not grow with the load; use hoek_brown, or \"hertz-mindlin\"");
+        materials.fail(m.name,
+                       "fracture.contact_tension has no meaning with contact = \"linear\", whose tension at the "
+                       "contact's rim does not grow with the load; use hoek_brown, or \"hertz-mindlin\"");
   }
 
   dem::Numerics& n = model.numerics;

@@ -25,14 +25,16 @@ void read_box(Table box, BvpScene& scene) {
     if (!(size[k] > 0)) box.fail("size", "all sides must be above 0");
     mesh.size[k] = size[k];
     mesh.cells[k] = static_cast<long>(cells[k]);
-    if (cells[k] != static_cast<double>(mesh.cells[k]) || cells[k] < 1) box.fail("cells", "expected whole numbers from 1");
+    if (cells[k] != static_cast<double>(mesh.cells[k]) || cells[k] < 1)
+      box.fail("cells", "expected whole numbers from 1");
   }
   if (flat && size.size() == 3 && scene.discretisation.kinematics == Kinematics::plane_strain) {
     if (!(size[2] > 0)) box.fail("size", "the third side is the thickness, above 0");
     scene.discretisation.thickness = size[2];
   }
   if (flat && cells.size() == 3 && cells[2] != 1) box.fail("cells", "two dimensions have one cell across");
-  const std::vector<std::string> kinds = flat ? std::vector<std::string>{"quadrilateral", "triangle"} : std::vector<std::string>{"hexahedron", "tetrahedron"};
+  const std::vector<std::string> kinds = flat ? std::vector<std::string>{"quadrilateral", "triangle"}
+                                              : std::vector<std::string>{"hexahedron", "tetrahedron"};
   mesh.hexahedron = box.choice_or("cell", kinds[0], kinds) == kinds[0];
   box.finish();
   scene.low = {0, 0, 0}, scene.high = mesh.size;
@@ -51,10 +53,12 @@ void read_file(Table& t, BvpScene& scene) {
     t.fail("file", e.what());
   }
   if ((fem::dimension(mesh.kind) == 2) != scene.flat())
-    t.fail("dimension", fmt::format("the mesh has {} dimensions; use {}", fem::dimension(mesh.kind), scene.flat() ? "\"3d\"" : "\"plane-strain\" or \"axisymmetric\""));
+    t.fail("dimension", fmt::format("the mesh has {} dimensions; use {}", fem::dimension(mesh.kind),
+                                    scene.flat() ? "\"3d\"" : "\"plane-strain\" or \"axisymmetric\""));
   scene.low = {INFINITY, INFINITY, INFINITY}, scene.high = {-INFINITY, -INFINITY, -INFINITY};
   for (auto& x : mesh.nodes)
-    for (std::size_t k = 0; k < 3; ++k) x[k] *= unit, scene.low[k] = std::min(scene.low[k], x[k]), scene.high[k] = std::max(scene.high[k], x[k]);
+    for (std::size_t k = 0; k < 3; ++k)
+      x[k] *= unit, scene.low[k] = std::min(scene.low[k], x[k]), scene.high[k] = std::max(scene.high[k], x[k]);
   scene.mesh = std::move(mesh);
 }
 
@@ -68,7 +72,8 @@ int read_tag(Table& t, const BvpScene& scene, bool of_cells) {
   if (const auto at = names.find(name); at != names.end()) return at->second;
   std::string known;
   for (const auto& [other, tag] : names) known += (known.empty() ? "" : ", ") + other;
-  t.fail("tag", fmt::format("\"{}\": the mesh has no physical group of this name{}", name, known.empty() ? "" : " (it has " + known + ")"));
+  t.fail("tag", fmt::format("\"{}\": the mesh has no physical group of this name{}", name,
+                            known.empty() ? "" : " (it has " + known + ")"));
 }
 
 }  // namespace
@@ -84,11 +89,15 @@ std::function<bool(const fem::Point&)> read_where(Table& t, const BvpScene& scen
 
 void read_mesh(Table t, BvpScene& scene) {
   const std::string kind = t.choice_or("dimension", "3d", {"3d", "plane-strain", "axisymmetric"});
-  scene.discretisation.kinematics = kind == "3d" ? Kinematics::solid : kind == "plane-strain" ? Kinematics::plane_strain : Kinematics::axisymmetric;
+  scene.discretisation.kinematics = kind == "3d"             ? Kinematics::solid
+                                    : kind == "plane-strain" ? Kinematics::plane_strain
+                                                             : Kinematics::axisymmetric;
   if (t.has("box") == t.has("file")) t.fail("", "needs either box or file");
   if (kind == "plane-strain") scene.discretisation.thickness = t.number_or("thickness", 1, dimension::length, positive);
-  if (t.has("file")) read_file(t, scene);
-  else read_box(t.table("box"), scene);
+  if (t.has("file"))
+    read_file(t, scene);
+  else
+    read_box(t.table("box"), scene);
   t.finish();
 }
 
@@ -105,15 +114,20 @@ void read_boundary(Table t, BvpScene& scene, const Dimension& time) {
       if (std::isalnum(static_cast<unsigned char>(c))) name += c;
   }
   bc.name = t.text_or("name", name);
-  if (bc.name.empty() || bc.name.find_first_of(", \"\n") != std::string::npos) t.fail("name", "must be a word: it becomes part of column names");
+  if (bc.name.empty() || bc.name.find_first_of(", \"\n") != std::string::npos)
+    t.fail("name", "must be a word: it becomes part of column names");
   for (const auto& other : scene.boundaries)
-    if (other.name == bc.name) t.fail("name", fmt::format("\"{}\": two boundaries have this name; give one of them another", bc.name));
-  if (!t.has("displacement") && !t.has("traction") && !t.has("pressure")) t.fail("", "needs displacement, traction or pressure");
+    if (other.name == bc.name)
+      t.fail("name", fmt::format("\"{}\": two boundaries have this name; give one of them another", bc.name));
+  if (!t.has("displacement") && !t.has("traction") && !t.has("pressure"))
+    t.fail("", "needs displacement, traction or pressure");
   const std::size_t width = scene.flat() ? 2 : 3;
   if (t.has("displacement")) {
-    const auto u = t.free_numbers("displacement", width == 2 && t.length("displacement") == 2 ? 2 : 3, dimension::length);
+    const auto u =
+        t.free_numbers("displacement", width == 2 && t.length("displacement") == 2 ? 2 : 3, dimension::length);
     for (std::size_t k = 0; k < width; ++k) bc.displacement[k] = u[k];
-    if (width == 2 && u.size() == 3 && u[2].value_or(0) != 0) t.fail("displacement", "two dimensions do not move along z");
+    if (width == 2 && u.size() == 3 && u[2].value_or(0) != 0)
+      t.fail("displacement", "two dimensions do not move along z");
   }
   if (t.has("traction")) {
     const auto p = t.numbers("traction", width == 2 && t.length("traction") == 2 ? 2 : 3, dimension::pressure);
@@ -135,8 +149,10 @@ void read_boundary(Table t, BvpScene& scene, const Dimension& time) {
 void read_region(Table t, BvpScene& scene) {
   Region region;
   if (t.has("tag") == t.has("where")) t.fail("", "needs either where or tag");
-  if (t.has("tag")) region.tag = read_tag(t, scene, true);
-  else region.where = read_where(t, scene);
+  if (t.has("tag"))
+    region.tag = read_tag(t, scene, true);
+  else
+    region.where = read_where(t, scene);
   region.j2 = t.choice("material", {"elastic", "j2"}) == "j2";
   region.youngs_modulus = t.number("youngs_modulus", dimension::pressure, positive);
   region.poissons_ratio = t.number("poissons_ratio", dimension::none, {0, 0.5, false, true});
@@ -149,13 +165,16 @@ void read_region(Table t, BvpScene& scene) {
     std::copy(stress.begin(), stress.end(), region.initial_stress.emplace().begin());
   }
   if (scene.weighs() && !t.has("density")) t.fail("density", "is needed: there is gravity");
-  if (scene.dynamic()) region.density = t.number("density", dimension::density, positive);
-  else region.density = t.number_or("density", 0, dimension::density, not_negative);
+  if (scene.dynamic())
+    region.density = t.number("density", dimension::density, positive);
+  else
+    region.density = t.number_or("density", 0, dimension::density, not_negative);
   t.finish();
   scene.regions.push_back(region);
 }
 
-std::function<bool(const fem::Point&)> parse_where(const std::string& text, const fem::Point& low, const fem::Point& high) {
+std::function<bool(const fem::Point&)> parse_where(const std::string& text, const fem::Point& low,
+                                                   const fem::Point& high) {
   struct Plane {
     std::size_t axis;
     char relation;
@@ -173,7 +192,9 @@ std::function<bool(const fem::Point&)> parse_where(const std::string& text, cons
       throw std::invalid_argument(fmt::format("'{}' is not a condition such as z=max, x<0.01 or y>\"5 mm\"", part));
     Plane plane{static_cast<std::size_t>(axis[0] - 'x'), part[relation], 0, 0};
     const std::string value = trimmed(part.substr(relation + 1));
-    plane.at = value == "min" ? low[plane.axis] : value == "max" ? high[plane.axis] : parse_quantity(value, dimension::length);
+    plane.at = value == "min"   ? low[plane.axis]
+               : value == "max" ? high[plane.axis]
+                                : parse_quantity(value, dimension::length);
     plane.tolerance = 1e-8 * (high[0] - low[0] + high[1] - low[1] + high[2] - low[2]);
     planes.push_back(plane);
     if (joint == std::string::npos) break;
@@ -182,7 +203,8 @@ std::function<bool(const fem::Point&)> parse_where(const std::string& text, cons
   return [planes](const fem::Point& x) {
     for (const auto& p : planes) {
       const double d = x[p.axis] - p.at;
-      if (p.relation == '=' ? std::abs(d) > p.tolerance : p.relation == '<' ? d > p.tolerance : d < -p.tolerance) return false;
+      if (p.relation == '=' ? std::abs(d) > p.tolerance : p.relation == '<' ? d > p.tolerance : d < -p.tolerance)
+        return false;
     }
     return true;
   };

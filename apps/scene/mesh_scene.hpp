@@ -12,7 +12,8 @@ void read_region(Table t, BvpScene& scene);
 
 /// "z=max", "x=min and y=0", "z>0.01": planes and half-spaces, joined by `and`; min and max are the mesh's extent.
 /// Throws std::invalid_argument with what is wrong.
-std::function<bool(const fem::Point&)> parse_where(const std::string& text, const fem::Point& low, const fem::Point& high);
+std::function<bool(const fem::Point&)> parse_where(const std::string& text, const fem::Point& low,
+                                                   const fem::Point& high);
 
 /// The key `where` of a table, which is refused with its place.
 std::function<bool(const fem::Point&)> read_where(Table& t, const BvpScene& scene);

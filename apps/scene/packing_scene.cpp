@@ -57,13 +57,16 @@ std::uint8_t material_of(Table& t, const dem::Model& model, const std::string& n
   std::vector<std::string> names;
   for (const auto& m : model.materials) names.push_back(m.name);
   const std::string near = closest(name, names);
-  t.fail("material", fmt::format("\"{}\": no such material{}", name, near.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", near)));
+  t.fail("material", fmt::format("\"{}\": no such material{}", name,
+                                 near.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", near)));
 }
 
 void check_mass(const Table& t, const dem::Material& material, double radius, const std::string& key) {
   const double mass = material.density * 4 * dem::pi / 3 * radius * radius * radius, inertia = mass * radius * radius;
   if (!(mass > 1e-290) || !(inertia > 1e-290) || !(inertia < 1e290) || !(mass < 1e290))
-    t.fail(key, fmt::format("a grain of radius {:.3g} m and density {:.3g} kg/m^3 has a mass of {:.3g} kg: out of all bounds", radius, material.density, mass));
+    t.fail(key, fmt::format(
+                    "a grain of radius {:.3g} m and density {:.3g} kg/m^3 has a mass of {:.3g} kg: out of all bounds",
+                    radius, material.density, mass));
 }
 
 void read_packing(Table t, RveScene& scene, Vec3& box) {
@@ -83,10 +86,13 @@ void read_packing(Table t, RveScene& scene, Vec3& box) {
     p.box = box, p.periodic = periodic, p.turned = turned, p.material = material;
     p.radius = read_radius(t);
     p.solid_fraction = t.number("solid_fraction", dimension::none, proper_fraction);
-    if (p.solid_fraction > 0.74) t.fail("solid_fraction", fmt::format("{:g}: not even a lattice of spheres is denser than 0.74", p.solid_fraction));
+    if (p.solid_fraction > 0.74)
+      t.fail("solid_fraction",
+             fmt::format("{:g}: not even a lattice of spheres is denser than 0.74", p.solid_fraction));
     p.count = static_cast<std::size_t>(t.integer_or("count", 0, 0, 20000000));
     if (!(p.grains() < most_grains)) t.fail("box", "more than five million grains; check box and radius");
-    if (!(2 * p.radius.mean < box.minCoeff())) t.fail("box", fmt::format("a grain of the mean radius, {:.3g} m, does not fit in", p.radius.mean));
+    if (!(2 * p.radius.mean < box.minCoeff()))
+      t.fail("box", fmt::format("a grain of the mean radius, {:.3g} m, does not fit in", p.radius.mean));
     check_mass(t, scene.model.materials[material], p.radius.mean, "radius");
     p.place = t.place("solid_fraction");
     scene.pending = p;
@@ -104,7 +110,9 @@ void read_packing(Table t, RveScene& scene, Vec3& box) {
     }
   } else {
     const auto radius = read_radius(t);
-    if (radius.kind != "constant") t.fail("radius", fmt::format("distribution = \"{}\": the grains of a lattice have one radius; use \"constant\"", radius.kind));
+    if (radius.kind != "constant")
+      t.fail("radius", fmt::format("distribution = \"{}\": the grains of a lattice have one radius; use \"constant\"",
+                                   radius.kind));
     const double r = radius.mean;
     std::array<double, 3> asked{};
     if (t.has("layers")) {
@@ -123,18 +131,22 @@ void read_packing(Table t, RveScene& scene, Vec3& box) {
       }
     }
     for (double& n : asked) n = std::max(1.0, std::floor(n));
-    if (!(asked[0] * asked[1] * asked[2] < most_grains)) t.fail(t.has("layers") ? "layers" : "box", "more than five million grains; check box, layers and radius");
+    if (!(asked[0] * asked[1] * asked[2] < most_grains))
+      t.fail(t.has("layers") ? "layers" : "box", "more than five million grains; check box, layers and radius");
     const std::array<int, 3> layers{static_cast<int>(asked[0]), static_cast<int>(asked[1]), static_cast<int>(asked[2])};
     packing = kind == "hcp" ? dem::hexagonal_close(r, layers) : dem::simple_cubic(r, layers);
     if (periodic && kind == "hcp") {
-      if (layers[1] % 2 || layers[2] % 2) t.fail("layers", "a periodic hcp packing needs even numbers of rows and layers");
+      if (layers[1] % 2 || layers[2] % 2)
+        t.fail("layers", "a periodic hcp packing needs even numbers of rows and layers");
       packing.box = Vec3(2 * r * layers[0], std::sqrt(3.0) * r * layers[1], std::sqrt(8.0 / 3) * r * layers[2]);
     }
     box = packing.box;
   }
   double smallest = INFINITY, largest = 0;
-  for (const auto& sphere : packing.spheres) smallest = std::min(smallest, sphere.radius), largest = std::max(largest, sphere.radius);
-  for (const double r : {smallest, largest}) check_mass(t, scene.model.materials[material], r, kind == "file" ? "path" : "radius");
+  for (const auto& sphere : packing.spheres)
+    smallest = std::min(smallest, sphere.radius), largest = std::max(largest, sphere.radius);
+  for (const double r : {smallest, largest})
+    check_mass(t, scene.model.materials[material], r, kind == "file" ? "path" : "radius");
   put_grains(packing, material, turned, scene);
   t.finish();
 }
@@ -143,7 +155,9 @@ void make_sample(RveScene& scene, dem::Team& team, const dem::Watch& watch) {
   if (!scene.pending) return;
   const PendingPacking& p = *scene.pending;
   try {
-    put_grains(dem::random_packing(p.box, p.radius, p.solid_fraction, p.count, p.periodic, scene.model.seed, team, watch), p.material, p.turned, scene);
+    put_grains(
+        dem::random_packing(p.box, p.radius, p.solid_fraction, p.count, p.periodic, scene.model.seed, team, watch),
+        p.material, p.turned, scene);
   } catch (const InputError& e) {
     throw InputError(fmt::format("{}: {}", p.place, e.what()));
   }
@@ -165,8 +179,10 @@ bool make_smaller(RveScene& scene) {
 }
 
 double PendingPacking::grains() const {
-  double cube = std::pow(radius.mean, 3) + 3 * radius.mean * radius.sd * radius.sd;  // mean of r^3, the ends of a normal's tails left out
-  if (radius.kind == "uniform" && radius.max > radius.min) cube = 0.25 * (std::pow(radius.max, 4) - std::pow(radius.min, 4)) / (radius.max - radius.min);
+  double cube = std::pow(radius.mean, 3) +
+                3 * radius.mean * radius.sd * radius.sd;  // mean of r^3, the ends of a normal's tails left out
+  if (radius.kind == "uniform" && radius.max > radius.min)
+    cube = 0.25 * (std::pow(radius.max, 4) - std::pow(radius.min, 4)) / (radius.max - radius.min);
   return count > 0 ? static_cast<double>(count) : solid_fraction * box.prod() / (4 * dem::pi / 3 * cube);
 }
 

@@ -14,7 +14,8 @@ std::uint8_t material_of(Table& table, const dem::Model& model, const std::strin
 /// Refuses grains whose mass or inertia no number holds.
 void check_mass(const Table& table, const dem::Material& material, double radius, const std::string& key);
 
-/// Reads the table; lattices and files are made at once, random packings are left pending. `box` is given, or found here.
+/// Reads the table; lattices and files are made at once, random packings are left pending. `box` is given, or found
+/// here.
 void read_packing(Table table, RveScene& scene, dem::Vec3& box);
 
 }  // namespace grus::app

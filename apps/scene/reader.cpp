@@ -11,8 +11,12 @@ namespace {
 
 std::string shown(const toml::node& node) {
   std::ostringstream out;
-  if (const auto* s = node.as_string()) out << '"' << s->get() << '"';
-  else node.visit([&](const auto& n) { if constexpr (toml::is_value<decltype(n)>) out << n; });
+  if (const auto* s = node.as_string())
+    out << '"' << s->get() << '"';
+  else
+    node.visit([&](const auto& n) {
+      if constexpr (toml::is_value<decltype(n)>) out << n;
+    });
   return out.str();
 }
 
@@ -25,7 +29,8 @@ Table::Table(const toml::table& table, std::string file, std::string path, nlohm
 
 std::string Table::place_at(const toml::source_region& where, const std::string& key) const {
   const std::string name = key.empty() ? path_ : path_of(key);
-  const std::string line = where.begin.line == 0 || name.empty() ? "" : fmt::format(":{}:{}", where.begin.line, where.begin.column);
+  const std::string line =
+      where.begin.line == 0 || name.empty() ? "" : fmt::format(":{}:{}", where.begin.line, where.begin.column);
   return file_ + line + (name.empty() ? "" : ": " + name);
 }
 
@@ -34,9 +39,13 @@ std::string Table::place(const std::string& key) const {
   return place_at(n ? n->source() : table_->source(), key);
 }
 
-void Table::fail_at(const toml::source_region& where, const std::string& key, const std::string& message) const { throw InputError(place_at(where, key) + ": " + message); }
+void Table::fail_at(const toml::source_region& where, const std::string& key, const std::string& message) const {
+  throw InputError(place_at(where, key) + ": " + message);
+}
 
-void Table::fail(const std::string& key, const std::string& message) const { throw InputError(place(key) + ": " + message); }
+void Table::fail(const std::string& key, const std::string& message) const {
+  throw InputError(place(key) + ": " + message);
+}
 
 bool Table::has(const std::string& key) const { return table_->contains(key); }
 
@@ -47,10 +56,13 @@ const toml::node& Table::node(const std::string& key) {
   return *n;
 }
 
-double Table::quantity(const toml::node& value, const std::string& key, const Dimension& dimension, const Range& range) const {
+double Table::quantity(const toml::node& value, const std::string& key, const Dimension& dimension,
+                       const Range& range) const {
   double v = 0;
-  if (const auto* i = value.as_integer()) v = static_cast<double>(i->get());
-  else if (const auto* f = value.as_floating_point()) v = f->get();
+  if (const auto* i = value.as_integer())
+    v = static_cast<double>(i->get());
+  else if (const auto* f = value.as_floating_point())
+    v = f->get();
   else if (const auto* s = value.as_string()) {
     try {
       v = parse_quantity(s->get(), dimension);
@@ -62,9 +74,11 @@ double Table::quantity(const toml::node& value, const std::string& key, const Di
   }
   if (!std::isfinite(v)) fail_at(value.source(), key, "must be finite");
   if (v < range.low || (range.open_low && v == range.low))
-    fail_at(value.source(), key, fmt::format("{}: must be {} {:g}", shown(value), range.open_low ? "above" : "at least", range.low));
+    fail_at(value.source(), key,
+            fmt::format("{}: must be {} {:g}", shown(value), range.open_low ? "above" : "at least", range.low));
   if (v > range.high || (range.open_high && v == range.high))
-    fail_at(value.source(), key, fmt::format("{}: must be {} {:g}", shown(value), range.open_high ? "below" : "at most", range.high));
+    fail_at(value.source(), key,
+            fmt::format("{}: must be {} {:g}", shown(value), range.open_high ? "below" : "at most", range.high));
   return v;
 }
 
@@ -124,11 +138,13 @@ std::string Table::choice(const std::string& key, const std::vector<std::string>
   const std::string word = text(key);
   if (std::find(words.begin(), words.end(), word) != words.end()) return word;
   const std::string near = closest(word, words);
-  fail(key, fmt::format("\"{}\": {}", word, near.empty() ? fmt::format("must be one of {}", fmt::join(words, ", "))
-                                                          : fmt::format("unknown (did you mean \"{}\"?)", near)));
+  fail(key, fmt::format("\"{}\": {}", word,
+                        near.empty() ? fmt::format("must be one of {}", fmt::join(words, ", "))
+                                     : fmt::format("unknown (did you mean \"{}\"?)", near)));
 }
 
-std::string Table::choice_or(const std::string& key, const std::string& fallback, const std::vector<std::string>& words) {
+std::string Table::choice_or(const std::string& key, const std::string& fallback,
+                             const std::vector<std::string>& words) {
   known_.insert(key);
   if (has(key)) return choice(key, words);
   (*record_)[key] = fallback;
@@ -144,21 +160,26 @@ std::vector<double> Table::numbers(const std::string& key, std::size_t count, co
   return v;
 }
 
-std::vector<double> Table::numbers_or(const std::string& key, std::vector<double> fallback, const Dimension& dimension) {
+std::vector<double> Table::numbers_or(const std::string& key, std::vector<double> fallback,
+                                      const Dimension& dimension) {
   known_.insert(key);
   if (has(key)) return numbers(key, fallback.size(), dimension);
   (*record_)[key] = fallback;
   return fallback;
 }
 
-std::vector<std::optional<double>> Table::free_numbers(const std::string& key, std::size_t count, const Dimension& dimension) {
+std::vector<std::optional<double>> Table::free_numbers(const std::string& key, std::size_t count,
+                                                       const Dimension& dimension) {
   const auto* a = node(key).as_array();
-  if (a == nullptr || a->size() != count) fail(key, fmt::format("expected a list of {} values, each a {} or \"free\"", count, dimension.name));
+  if (a == nullptr || a->size() != count)
+    fail(key, fmt::format("expected a list of {} values, each a {} or \"free\"", count, dimension.name));
   std::vector<std::optional<double>> v;
   auto recorded = nlohmann::json::array();
   for (const auto& n : *a) {
-    if (const auto* s = n.as_string(); s != nullptr && s->get() == "free") v.emplace_back(), recorded.push_back("free");
-    else v.emplace_back(quantity(n, key, dimension, any)), recorded.push_back(*v.back());
+    if (const auto* s = n.as_string(); s != nullptr && s->get() == "free")
+      v.emplace_back(), recorded.push_back("free");
+    else
+      v.emplace_back(quantity(n, key, dimension, any)), recorded.push_back(*v.back());
   }
   (*record_)[key] = recorded;
   return v;
@@ -266,18 +287,20 @@ toml::table parse_scene(const std::string& file, const std::vector<std::string>&
   try {
     scene = toml::parse_file(file);
   } catch (const toml::parse_error& e) {
-    throw InputError(fmt::format("{}:{}:{}: {}", file, e.source().begin.line, e.source().begin.column, e.description()));
+    throw InputError(
+        fmt::format("{}:{}:{}: {}", file, e.source().begin.line, e.source().begin.column, e.description()));
   }
   for (const auto& entry : overrides) {
     const auto equals = entry.find('=');
-    if (equals == std::string::npos || equals == 0) throw InputError(fmt::format("--set {}: expected KEY=VALUE", entry));
+    if (equals == std::string::npos || equals == 0)
+      throw InputError(fmt::format("--set {}: expected KEY=VALUE", entry));
     const std::string value = entry.substr(equals + 1);
     toml::table parsed;
     if (!value.empty()) try {
-      parsed = toml::parse("v = " + value);
-    } catch (const toml::parse_error&) {
-      parsed.insert_or_assign("v", value);  // a bare word or quantity
-    }
+        parsed = toml::parse("v = " + value);
+      } catch (const toml::parse_error&) {
+        parsed.insert_or_assign("v", value);  // a bare word or quantity
+      }
     toml::node* at = &scene;
     std::string rest = entry.substr(0, equals);
     while (true) {
@@ -286,13 +309,16 @@ toml::table parse_scene(const std::string& file, const std::vector<std::string>&
       if (auto* list = at->as_array()) {
         const bool digits = !key.empty() && key.find_first_not_of("0123456789") == std::string::npos;
         const std::size_t number = digits && key.size() < 10 ? std::stoul(key) : SIZE_MAX;
-        if (number >= list->size()) throw InputError(fmt::format("--set {}: '{}' is not one of {} entries", entry, key, list->size()));
+        if (number >= list->size())
+          throw InputError(fmt::format("--set {}: '{}' is not one of {} entries", entry, key, list->size()));
         at = list->get(number);
         if (dot == std::string::npos) throw InputError(fmt::format("--set {}: name a key of the entry", entry));
       } else if (auto* table = at->as_table()) {
         if (dot == std::string::npos) {
-          if (value.empty()) table->erase(key);  // KEY= leaves the key, or the whole table, out
-          else parsed.get("v")->visit([&](auto& v) { table->insert_or_assign(key, v); });
+          if (value.empty())
+            table->erase(key);  // KEY= leaves the key, or the whole table, out
+          else
+            parsed.get("v")->visit([&](auto& v) { table->insert_or_assign(key, v); });
           break;
         }
         if (!table->contains(key)) table->insert(key, toml::table{});

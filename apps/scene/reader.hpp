@@ -3,11 +3,11 @@
 // included, is recorded for summary.json. Keys nobody asked for are errors.
 #pragma once
 
+#include <toml++/toml.h>
 #include <array>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <toml++/toml.h>
 
 #include "apps/scene/units.hpp"
 #include "dem/base/error.hpp"
@@ -21,7 +21,8 @@ struct Range {
   double low = -INFINITY, high = INFINITY;
   bool open_low = false, open_high = false;  // bound itself excluded
 };
-inline constexpr Range any{}, positive{0, INFINITY, true}, not_negative{0, INFINITY}, fraction{0, 1}, proper_fraction{0, 1, true, true};
+inline constexpr Range any{}, positive{0, INFINITY, true}, not_negative{0, INFINITY}, fraction{0, 1},
+    proper_fraction{0, 1, true, true};
 
 class Table {
 public:
@@ -40,7 +41,8 @@ public:
   std::vector<double> numbers(const std::string& key, std::size_t count, const Dimension& dimension);  // required
   std::vector<double> numbers_or(const std::string& key, std::vector<double> fallback, const Dimension& dimension);
   /// Components that may be "free" (then empty).
-  std::vector<std::optional<double>> free_numbers(const std::string& key, std::size_t count, const Dimension& dimension);
+  std::vector<std::optional<double>> free_numbers(const std::string& key, std::size_t count,
+                                                  const Dimension& dimension);
   /// A list of [first, second] pairs, the second a plain number.
   std::vector<std::array<double, 2>> pairs(const std::string& key, const Dimension& first);
   std::vector<std::string> texts_or_none(const std::string& key);
@@ -64,7 +66,8 @@ public:
 
 private:
   const toml::node& node(const std::string& key);
-  double quantity(const toml::node& value, const std::string& key, const Dimension& dimension, const Range& range) const;
+  double quantity(const toml::node& value, const std::string& key, const Dimension& dimension,
+                  const Range& range) const;
   std::string path_of(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
   std::string place_at(const toml::source_region& where, const std::string& key) const;
   [[noreturn]] void fail_at(const toml::source_region& where, const std::string& key, const std::string& message) const;

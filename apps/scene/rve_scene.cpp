@@ -10,7 +10,8 @@
 namespace grus::app {
 namespace {
 
-const std::vector<std::string> kinds{"uniaxial-strain", "oedometric-stress", "isotropic-stress", "triaxial", "velocity-gradient", "platens", "free"};
+const std::vector<std::string> kinds{
+    "uniaxial-strain", "oedometric-stress", "isotropic-stress", "triaxial", "velocity-gradient", "platens", "free"};
 
 void read_loading(Table t, RveScene& scene) {
   TestProgram& test = scene.test;
@@ -19,7 +20,8 @@ void read_loading(Table t, RveScene& scene) {
   test.kind = t.choice("kind", kinds);
   auto needs_box = [&] {
     test.loading.driven = true;
-    if (!periodic && !box) t.fail("kind", fmt::format("\"{}\" needs boundary.kind = \"walls\" or \"periodic\"", test.kind));
+    if (!periodic && !box)
+      t.fail("kind", fmt::format("\"{}\" needs boundary.kind = \"walls\" or \"periodic\"", test.kind));
   };
   auto read_axis = [&] {
     const std::string axis = t.choice_or("axis", "z", {"x", "y", "z"});
@@ -31,13 +33,13 @@ void read_loading(Table t, RveScene& scene) {
     if (test.strain_rate == 0) t.fail("strain_rate", "must not be 0");
     const double strain = t.number("final_strain", dimension::none, {0, 0.95, true, true});
     test.duration = strain / std::abs(test.strain_rate);
-    test.loading.axes[test.axis].strain_rate = -test.strain_rate;
+    test.loading.axes[static_cast<std::size_t>(test.axis)].strain_rate = -test.strain_rate;
   } else if (test.kind == "oedometric-stress") {
     needs_box(), read_axis();
     test.strain_rate = t.number("strain_rate", dimension::rate, positive);
     test.final_stress = t.number("final_stress", dimension::pressure, positive);
     test.duration = t.number_or("max_strain", 0.6, dimension::none, {0, 0.95, true, true}) / test.strain_rate;
-    test.loading.axes[test.axis].strain_rate = -test.strain_rate;
+    test.loading.axes[static_cast<std::size_t>(test.axis)].strain_rate = -test.strain_rate;
   } else if (test.kind == "isotropic-stress") {
     needs_box();
     test.strain_rate = t.number("strain_rate", dimension::rate, positive);
@@ -49,20 +51,20 @@ void read_loading(Table t, RveScene& scene) {
     test.strain_rate = t.number("strain_rate", dimension::rate, positive);
     const double pressure = t.number("confining_pressure", dimension::pressure, positive);
     test.duration = t.number("final_strain", dimension::none, {0, 0.95, true, true}) / test.strain_rate;
-    for (int k = 0; k < 3; ++k)
-      if (k == test.axis) test.loading.axes[k].strain_rate = -test.strain_rate;
-      else test.loading.axes[k] = {0, -pressure, 2 * test.strain_rate};
+    for (auto& axis : test.loading.axes) axis = {0, -pressure, 2 * test.strain_rate};
+    test.loading.axes[static_cast<std::size_t>(test.axis)] = {.strain_rate = -test.strain_rate, .stress = {}};
   } else if (test.kind == "velocity-gradient") {
     if (!periodic) t.fail("kind", "\"velocity-gradient\" needs boundary.kind = \"periodic\"");
     const auto m = t.matrix("velocity_gradient", dimension::rate);
     dem::Mat3 gradient;
     for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) gradient(i, j) = m[i][j];
+      for (int j = 0; j < 3; ++j) gradient(i, j) = m[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
     test.duration = t.number("duration", dimension::time, positive);
     test.strain_rate = gradient.norm();
     test.loading.velocity_gradient = gradient;
   } else if (test.kind == "platens") {
-    if (periodic || !boundary.walls.empty()) t.fail("kind", "\"platens\" makes its own two walls; leave out [boundary] and [[wall]]");
+    if (periodic || !boundary.walls.empty())
+      t.fail("kind", "\"platens\" makes its own two walls; leave out [boundary] and [[wall]]");
     read_axis();
     const double friction = t.number_or("friction", NAN, dimension::none, not_negative);
     dem::Team alone(1);
@@ -72,7 +74,8 @@ void read_loading(Table t, RveScene& scene) {
     const double height = walls[1].point[test.axis] - walls[0].point[test.axis];
     const bool by_speed = t.has("speed");
     if (by_speed == t.has("strain_rate")) t.fail("", "needs either speed or strain_rate");
-    const double speed = by_speed ? t.number("speed", dimension::speed, positive) : height * t.number("strain_rate", dimension::rate, positive);
+    const double speed = by_speed ? t.number("speed", dimension::speed, positive)
+                                  : height * t.number("strain_rate", dimension::rate, positive);
     walls[1].velocity[test.axis] = -speed;
     test.strain_rate = speed / height;
     test.duration = t.number("final_strain", dimension::none, {0, 0.95, true, true}) / test.strain_rate;
@@ -101,7 +104,8 @@ void read_output(Table& t, RveScene& scene) {
       in_time = true;
     }
     out.history_interval = in_time ? value : value / rate;
-    if (scene.test.duration / out.history_interval > 1e6) o->fail("history_interval", "more than a million rows; ask for fewer");
+    if (scene.test.duration / out.history_interval > 1e6)
+      o->fail("history_interval", "more than a million rows; ask for fewer");
   }
   scene.model.split_statistics = o->flag_or("split_statistics", false);
   out.grading = o->flag_or("grading", false);
@@ -109,8 +113,10 @@ void read_output(Table& t, RveScene& scene) {
   out.frames = static_cast<int>(o->integer_or("frames", 0, 0, 100000));
   const double rows = std::ceil(scene.test.duration / out.history_interval * (1 - 1e-9)) + 1;
   if (std::max(out.frames, out.gradings) > rows)
-    scene.notes.push_back(fmt::format("output: {} {} are asked for, but one is written with a row of history.csv at most, of which there are {:.0f}; shorten history_interval for more",
-                                      std::max(out.frames, out.gradings), out.frames > rows ? "frames" : "gradings", rows));
+    scene.notes.push_back(
+        fmt::format("output: {} {} are asked for, but one is written with a row of history.csv at most, of which there "
+                    "are {:.0f}; shorten history_interval for more",
+                    std::max(out.frames, out.gradings), out.frames > rows ? "frames" : "gradings", rows));
   out.checkpoint_interval = o->number_or("checkpoint_interval", out.checkpoint_interval, dimension::time, positive);
   o->finish();
 }
@@ -133,13 +139,15 @@ RveScene read(const std::string& file, const std::vector<std::string>& overrides
   const toml::table parsed = parse_scene(file, overrides);
   Table t(parsed, file, "", scene.record);
   scene.title = t.text_or("title", std::filesystem::path(file).stem().string());
-  // Listed grains are verification cases: some hundred steps an impact. Packings need stability, not each collision's shape.
+  // Listed grains are verification cases: some hundred steps an impact. Packings need stability, not each collision's
+  // shape.
   if (t.has("grain")) scene.model.numerics.safety = 0.02;
   scene.model.seed = static_cast<std::uint64_t>(t.integer_or("seed", 1, 0, 1L << 62));
   read_model(t, scene.model);
   read_sample(t, scene);
   if (unit_cell) {
-    if (!scene.state.boundary.cell.periodic()) t.fail("boundary", "the unit cell of a boundary-value problem must be periodic");
+    if (!scene.state.boundary.cell.periodic())
+      t.fail("boundary", "the unit cell of a boundary-value problem must be periodic");
     RveScene alone = scene;  // the standalone test: read, so that its mistakes show, but not used here
     if (t.has("loading")) read_loading(t.table("loading"), alone);
     if (t.has("loading") || t.has("output")) read_output(t, alone);
@@ -157,8 +165,12 @@ RveScene read(const std::string& file, const std::vector<std::string>& overrides
 
 }  // namespace
 
-RveScene read_rve_scene(const std::string& file, const std::vector<std::string>& overrides) { return read(file, overrides, false); }
+RveScene read_rve_scene(const std::string& file, const std::vector<std::string>& overrides) {
+  return read(file, overrides, false);
+}
 
-RveScene read_unit_cell(const std::string& file, const std::vector<std::string>& overrides) { return read(file, overrides, true); }
+RveScene read_unit_cell(const std::string& file, const std::vector<std::string>& overrides) {
+  return read(file, overrides, true);
+}
 
 }  // namespace grus::app

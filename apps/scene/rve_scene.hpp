@@ -9,8 +9,8 @@
 namespace grus::app {
 
 struct Preparation {
-  double pressure = 0;   // Pa
-  double friction = 0;   // between grains while the sample is compressed
+  double pressure = 0;  // Pa
+  double friction = 0;  // between grains while the sample is compressed
   dem::QuasiStatic quasi_static;
 };
 
@@ -18,16 +18,16 @@ struct Preparation {
 struct TestProgram {
   std::string kind;
   int axis = 2;
-  double strain_rate = 0;                    // 1/s, compression-positive, of the driven axis
-  double duration = 0;                       // s; an upper bound where final_stress decides
-  std::optional<double> final_stress;        // Pa, compression-positive: ends the test when reached
+  double strain_rate = 0;              // 1/s, compression-positive, of the driven axis
+  double duration = 0;                 // s; an upper bound where final_stress decides
+  std::optional<double> final_stress;  // Pa, compression-positive: ends the test when reached
   dem::Loading loading;
 };
 
 struct Output {
   double history_interval = 0;  // s
   int frames = 0, gradings = 0;
-  bool grading = false;            // size and shape columns in history.csv
+  bool grading = false;              // size and shape columns in history.csv
   double checkpoint_interval = 300;  // s of wall time; an interrupted run writes one in any case
 };
 
@@ -39,7 +39,7 @@ struct PendingPacking {
   std::size_t count = 0;  // 0: as many as fill the fraction
   bool periodic = false, turned = false;
   std::uint8_t material = 0;
-  std::string place;      // file, line and key, for what is refused
+  std::string place;  // file, line and key, for what is refused
 
   double grains() const;  // how many there will be, about
 };
@@ -54,7 +54,7 @@ struct RveScene {
   Output output;
   std::size_t listed_grains = 0;
   double packing_overlap = 0;
-  nlohmann::json record;  // the scene as used, defaults included
+  nlohmann::json record;           // the scene as used, defaults included
   std::vector<std::string> notes;  // what the user should know before it runs
 
   double grains() const { return pending ? pending->grains() : static_cast<double>(state.grains.size()); }
@@ -69,7 +69,8 @@ RveScene read_unit_cell(const std::string& file, const std::vector<std::string>&
 /// All [material.*] tables and [numerics] into the model (pair laws are made by the caller, after walls are known).
 void read_model(Table& scene, dem::Model& model);
 
-/// Quasi-static keys (strain_per_step, inertial_number, unbalanced_force, stress_change, pressure_floor, window, max_hold) of a table.
+/// Quasi-static keys (strain_per_step, inertial_number, unbalanced_force, stress_change, pressure_floor, window,
+/// max_hold) of a table.
 dem::QuasiStatic read_quasi_static(Table& table);
 
 }  // namespace grus::app

@@ -21,9 +21,12 @@ std::uint8_t rigid_material(const Table& at, dem::Model& model, double friction)
   m.friction = friction;
   for (std::size_t i = 0; i < model.materials.size(); ++i) {  // one is enough for all walls that are alike
     const dem::Material& other = model.materials[i];
-    if (std::isinf(other.youngs_modulus) && (other.friction == friction || (std::isnan(other.friction) && std::isnan(friction)))) return static_cast<std::uint8_t>(i);
+    if (std::isinf(other.youngs_modulus) &&
+        (other.friction == friction || (std::isnan(other.friction) && std::isnan(friction))))
+      return static_cast<std::uint8_t>(i);
   }
-  if (model.materials.size() > most_materials) at.fail("", fmt::format("more than {} materials, those of walls with different friction counted", most_materials));
+  if (model.materials.size() > most_materials)
+    at.fail("", fmt::format("more than {} materials, those of walls with different friction counted", most_materials));
   model.materials.push_back(m);
   return static_cast<std::uint8_t>(model.materials.size() - 1);
 }
@@ -41,7 +44,8 @@ void read_grain(Table t, RveScene& scene) {
     spec.shape = dem::PolyEllipsoid::sphere(radius);
   } else {
     const auto a = t.numbers("semi_axes", 6, dimension::length);
-    for (int k = 0; k < 3; ++k) spec.shape.plus[k] = a[2 * k], spec.shape.minus[k] = a[2 * k + 1];
+    spec.shape.plus = {a[0], a[2], a[4]};
+    spec.shape.minus = {a[1], a[3], a[5]};
     const double least = *std::min_element(a.begin(), a.end()), most = *std::max_element(a.begin(), a.end());
     if (!(least > 0)) t.fail("semi_axes", "all six must be above 0");
     if (most > 1000 * least) t.fail("semi_axes", "the longest is more than 1000 times the shortest");
@@ -85,8 +89,10 @@ void read_sample(Table& t, RveScene& scene) {
   if (b) {
     kind = b->choice("kind", {"walls", "periodic", "open"});
     if (kind == "walls") {
-      if (b->has("material")) wall_material = b->text("material");
-      else friction = b->number_or("friction", NAN, dimension::none, not_negative);
+      if (b->has("material"))
+        wall_material = b->text("material");
+      else
+        friction = b->number_or("friction", NAN, dimension::none, not_negative);
     }
   }
   if (kind == "periodic") boundary.cell.vectors.setIdentity();  // sized by the packing below
@@ -115,8 +121,10 @@ void read_sample(Table& t, RveScene& scene) {
         t.fail("grain", fmt::format("grain {} lies more than a thousand cells away from the cell at the origin", i));
   }
   if (kind == "walls") {
-    if (!boundary.walls.empty()) b->fail("kind", "\"walls\" makes the six walls of the box; use \"open\" with [[wall]]");
-    const auto material = wall_material.empty() ? rigid_material(*b, scene.model, friction) : material_of(*b, scene.model, wall_material);
+    if (!boundary.walls.empty())
+      b->fail("kind", "\"walls\" makes the six walls of the box; use \"open\" with [[wall]]");
+    const auto material =
+        wall_material.empty() ? rigid_material(*b, scene.model, friction) : material_of(*b, scene.model, wall_material);
     for (int k = 0; k < 3; ++k)
       for (int side = 0; side < 2; ++side) {
         dem::Wall wall;

@@ -12,7 +12,8 @@ void read_sample(Table& table, RveScene& scene);
 /// Makes a packing that is pending. Throws InputError with file, line and key, Interrupted where the watch says so.
 void make_sample(RveScene& scene, dem::Team& team, const dem::Watch& watch);
 
-/// A piece of the sample of some thousand grains, where it is larger (true): enough to tell the time step and the cost of a grain.
+/// A piece of the sample of some thousand grains, where it is larger (true): enough to tell the time step and the cost
+/// of a grain.
 bool make_smaller(RveScene& scene);
 
 /// Two rigid platens that touch the grains along an axis; the upper one moves at `speed` (m/s) towards the lower.

@@ -22,20 +22,21 @@ struct Unit {
 
 const std::map<std::string, Unit>& plain_units() {
   static const std::map<std::string, Unit> units{
-      {"m", {1, dimension::length}},         {"g", {1e-3, dimension::mass}},
-      {"s", {1, dimension::time}},           {"min", {60, dimension::time}},
-      {"h", {3600, dimension::time}},        {"N", {1, dimension::force}},
-      {"Pa", {1, dimension::pressure}},      {"bar", {1e5, dimension::pressure}},
-      {"Hz", {1, dimension::rate}},          {"J", {1, {2, 1, -2, "energy"}}},
-      {"rad", {1, dimension::none}},         {"deg", {0.017453292519943295, dimension::none}},
-      {"%", {0.01, dimension::none}},        {"1", {1, dimension::none}}};
+      {"m", {1, dimension::length}},    {"g", {1e-3, dimension::mass}},
+      {"s", {1, dimension::time}},      {"min", {60, dimension::time}},
+      {"h", {3600, dimension::time}},   {"N", {1, dimension::force}},
+      {"Pa", {1, dimension::pressure}}, {"bar", {1e5, dimension::pressure}},
+      {"Hz", {1, dimension::rate}},     {"J", {1, {2, 1, -2, "energy"}}},
+      {"rad", {1, dimension::none}},    {"deg", {0.017453292519943295, dimension::none}},
+      {"%", {0.01, dimension::none}},   {"1", {1, dimension::none}}};
   return units;
 }
 
 std::vector<std::string> unit_names() {
   std::vector<std::string> names;
   for (const auto& [name, unit] : plain_units()) names.push_back(name);
-  for (const char* name : {"mm", "um", "nm", "cm", "km", "kg", "mg", "ms", "us", "ns", "kN", "mN", "MN", "kPa", "MPa", "GPa", "kJ", "mJ", "kHz", "MHz"})
+  for (const char* name : {"mm", "um", "nm", "cm",  "km",  "kg",  "mg", "ms", "us",  "ns",
+                           "kN", "mN", "MN", "kPa", "MPa", "GPa", "kJ", "mJ", "kHz", "MHz"})
     names.emplace_back(name);
   return names;
 }
@@ -43,7 +44,8 @@ std::vector<std::string> unit_names() {
 Unit unit_of(const std::string& name) {
   const auto& units = plain_units();
   if (auto it = units.find(name); it != units.end()) return it->second;
-  static const std::map<char, double> prefixes{{'n', 1e-9}, {'u', 1e-6}, {'m', 1e-3}, {'c', 1e-2}, {'k', 1e3}, {'M', 1e6}, {'G', 1e9}};
+  static const std::map<char, double> prefixes{{'n', 1e-9}, {'u', 1e-6}, {'m', 1e-3}, {'c', 1e-2},
+                                               {'k', 1e3},  {'M', 1e6},  {'G', 1e9}};
   if (name.size() > 1 && prefixes.contains(name[0])) {
     const std::string base = name.substr(1);
     if (base == "m" || base == "g" || base == "s" || base == "N" || base == "Pa" || base == "J" || base == "Hz") {
@@ -52,7 +54,8 @@ Unit unit_of(const std::string& name) {
     }
   }
   const std::string near = closest(name, unit_names());
-  throw std::invalid_argument(fmt::format("unknown unit '{}'{}", name, near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
+  throw std::invalid_argument(
+      fmt::format("unknown unit '{}'{}", name, near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
 }
 
 /// kg/m^3, MPa m^0.5, N/(m s) without brackets: factors joined by space, '*' or '/'.
@@ -73,7 +76,8 @@ Unit parse_unit(const std::string& text) {
       double power = 1;
       if (end < text.size() && text[end] == '^') {
         const auto [rest, fault] = std::from_chars(text.data() + end + 1, text.data() + text.size(), power);
-        if (fault != std::errc()) throw std::invalid_argument(fmt::format("expected a power after '^' in the unit '{}'", text));
+        if (fault != std::errc())
+          throw std::invalid_argument(fmt::format("expected a power after '^' in the unit '{}'", text));
         end = static_cast<std::size_t>(rest - text.data());
       }
       power *= sign;
@@ -127,8 +131,10 @@ double parse_quantity(const std::string& text, const Dimension& expected) {
   double value = 0;
   const char* begin = text.data() + std::min(text.find_first_not_of(' '), text.size());
   if (*begin == '+' && begin[1] != '-') ++begin;
-  const auto [end, fault] = std::from_chars(begin, text.data() + text.size(), value);  // decimal: no hexadecimal, whatever the locale
-  if (fault != std::errc()) throw std::invalid_argument(fmt::format("expected a {}, a number with or without a unit", expected.name));
+  const auto [end, fault] =
+      std::from_chars(begin, text.data() + text.size(), value);  // decimal: no hexadecimal, whatever the locale
+  if (fault != std::errc())
+    throw std::invalid_argument(fmt::format("expected a {}, a number with or without a unit", expected.name));
   used = static_cast<std::size_t>(end - text.data());
   while (used < text.size() && text[used] == ' ') ++used;
   if (used == text.size()) return value;

@@ -24,7 +24,8 @@ Team::Team(int threads) {
   } catch (const std::system_error& e) {
     const std::size_t made = workers_.size() + 1;
     send_home();
-    throw std::runtime_error("cannot start " + std::to_string(threads) + " threads, only " + std::to_string(made) + ": lower --threads (" + e.code().message() + ")");
+    throw std::runtime_error("cannot start " + std::to_string(threads) + " threads, only " + std::to_string(made) +
+                             ": lower --threads (" + e.code().message() + ")");
   }
 }
 
@@ -38,7 +39,8 @@ void Team::send_home() {
 }
 
 void Team::piece(int rank) const {
-  const std::size_t blocks = block_count(n_), all = static_cast<std::size_t>(threads()), r = static_cast<std::size_t>(rank);
+  const std::size_t blocks = block_count(n_), all = static_cast<std::size_t>(threads()),
+                    r = static_cast<std::size_t>(rank);
   const std::size_t begin = blocks * r / all * block_size, end = std::min(n_, blocks * (r + 1) / all * block_size);
   if (begin < end) call_(context_, begin, end);
 }

@@ -36,11 +36,12 @@ public:
       if (n > 0) f(std::size_t{0}, n);
       return;
     }
-    run([](void* context, std::size_t b, std::size_t e) { (*static_cast<std::remove_reference_t<F>*>(context))(b, e); }, &f, n);
+    run([](void* context, std::size_t b, std::size_t e) { (*static_cast<std::remove_reference_t<F>*>(context))(b, e); },
+        &f, n);
   }
 
-  /// Calls f(begin, end, rank) for one piece of [0, n) a thread; returns when all are done. `load`: n + 1 running sums of what
-  /// each index costs, so that the pieces cost the same; empty: the same number each.
+  /// Calls f(begin, end, rank) for one piece of [0, n) a thread; returns when all are done. `load`: n + 1 running sums
+  /// of what each index costs, so that the pieces cost the same; empty: the same number each.
   template <class F>
   void pieces(std::size_t n, std::span<const std::uint64_t> load, F&& f) {
     if (workers_.empty() || n < 2) {
@@ -51,13 +52,15 @@ public:
     auto cut = [&](std::size_t rank) {
       if (load.empty()) return n * rank / all;
       const std::uint64_t share = load[n] / all * rank;
-      return rank == all ? n : static_cast<std::size_t>(std::lower_bound(load.begin(), load.end(), share) - load.begin());
+      return rank == all ? n
+                         : static_cast<std::size_t>(std::lower_bound(load.begin(), load.end(), share) - load.begin());
     };
     auto piece = [&](std::size_t b, std::size_t) {
       const std::size_t rank = b / block_size, begin = cut(rank), end = cut(rank + 1);
       if (begin < end) f(begin, end, static_cast<int>(rank));
     };
-    run([](void* context, std::size_t b, std::size_t e) { (*static_cast<decltype(piece)*>(context))(b, e); }, &piece, all * block_size);
+    run([](void* context, std::size_t b, std::size_t e) { (*static_cast<decltype(piece)*>(context))(b, e); }, &piece,
+        all * block_size);
   }
   template <class F>
   void pieces(std::size_t n, F&& f) {

@@ -18,7 +18,8 @@ struct Interrupted : std::runtime_error {
 
 /// Throws Interrupted, which says `what` was stopped, where the watch says so.
 inline void tell(const Watch& watch, double done, const char* what) {
-  if (watch && !watch(done)) throw Interrupted(std::string("interrupted while ") + what + "; nothing to go on from yet");
+  if (watch && !watch(done))
+    throw Interrupted(std::string("interrupted while ") + what + "; nothing to go on from yet");
 }
 
 }  // namespace grus::dem

@@ -36,12 +36,15 @@ Box box_of(const Grains& grains, const Cell& cell, double skin) {
 }
 
 std::size_t cell_index(const Level& level, int x, int y, int z) {
-  return (static_cast<std::size_t>(z) * static_cast<std::size_t>(level.cells[1]) + static_cast<std::size_t>(y)) * static_cast<std::size_t>(level.cells[0]) + static_cast<std::size_t>(x);
+  return (static_cast<std::size_t>(z) * static_cast<std::size_t>(level.cells[1]) + static_cast<std::size_t>(y)) *
+             static_cast<std::size_t>(level.cells[0]) +
+         static_cast<std::size_t>(x);
 }
 
 std::size_t cell_of(const Level& level, const Vec3& s) {
   std::array<int, 3> c;
-  for (std::size_t k = 0; k < 3; ++k) c[k] = std::clamp(static_cast<int>(s[static_cast<int>(k)] * level.cells[k]), 0, level.cells[k] - 1);
+  for (std::size_t k = 0; k < 3; ++k)
+    c[k] = std::clamp(static_cast<int>(s[static_cast<int>(k)] * level.cells[k]), 0, level.cells[k] - 1);
   return cell_index(level, c[0], c[1], c[2]);
 }
 
@@ -51,14 +54,17 @@ void fill_levels(const Grains& grains, const Box& box, double skin, Candidates& 
   double smallest = INFINITY, largest = 0;
   for (const auto& g : grains.motion) smallest = std::min(smallest, g.radius), largest = std::max(largest, g.radius);
   if (box.periodic && box.heights.minCoeff() < 2 * largest + skin)
-    throw Unstable(fmt::format("periodic cell of {:.3g} m has become smaller than its largest grain ({:.3g} m across): a grain would "
-                               "touch its own image; use a larger cell, or load less",
-                               box.heights.minCoeff(), 2 * largest));
+    throw Unstable(fmt::format(
+        "periodic cell of {:.3g} m has become smaller than its largest grain ({:.3g} m across): a grain would "
+        "touch its own image; use a larger cell, or load less",
+        box.heights.minCoeff(), 2 * largest));
   // More than 64 doublings in size: all that is larger shares the last level.
-  const auto depth = std::min<std::size_t>(most_levels, static_cast<std::size_t>(std::floor(std::log2(largest / smallest) + 1e-9)) + 1);
+  const auto depth = std::min<std::size_t>(
+      most_levels, static_cast<std::size_t>(std::floor(std::log2(largest / smallest) + 1e-9)) + 1);
   out.levels.resize(depth);
   std::array<double, most_levels> bound;  // radius at which the next level begins
-  for (std::size_t l = 0; l < depth; ++l) bound[l] = l + 1 < depth ? std::ldexp(smallest, static_cast<int>(l) + 1) : INFINITY;
+  for (std::size_t l = 0; l < depth; ++l)
+    bound[l] = l + 1 < depth ? std::ldexp(smallest, static_cast<int>(l) + 1) : INFINITY;
   std::vector<std::size_t> count(depth, 0);
   for (auto& level : out.levels) level.largest = 0;
   out.level_of.resize(n);
@@ -74,8 +80,12 @@ void fill_levels(const Grains& grains, const Box& box, double skin, Candidates& 
     Level& level = out.levels[l];
     const double most = std::cbrt(8.0 * static_cast<double>(count[l])) + 4;  // no more cells than a few for each grain
     for (int k = 0; k < 3; ++k)
-      level.cells[static_cast<std::size_t>(k)] = std::max(1, static_cast<int>(std::min(box.heights[k] / (2 * level.largest + skin), most)));
-    level.first.assign(static_cast<std::size_t>(level.cells[0]) * static_cast<std::size_t>(level.cells[1]) * static_cast<std::size_t>(level.cells[2]) + 1, 0);
+      level.cells[static_cast<std::size_t>(k)] =
+          std::max(1, static_cast<int>(std::min(box.heights[k] / (2 * level.largest + skin), most)));
+    level.first.assign(static_cast<std::size_t>(level.cells[0]) * static_cast<std::size_t>(level.cells[1]) *
+                               static_cast<std::size_t>(level.cells[2]) +
+                           1,
+                       0);
     level.member.resize(count[l]);
   }
   out.folded.resize(n), out.place.resize(n);
@@ -123,17 +133,21 @@ void each_wrapped(int low, int high, int cells, bool periodic, F&& f) {
 
 /// Grains of a level near one grain, but for those that `elsewhere` says are found from the other side.
 template <class F>
-void search(const Box& box, const Level& level, const Member& mine, double skin, std::vector<Candidate>& found, F&& elsewhere) {
+void search(const Box& box, const Level& level, const Member& mine, double skin, std::vector<Candidate>& found,
+            F&& elsewhere) {
   const double reach = mine.radius + level.largest + skin;
   const Vec3 s = box.inverse * mine.position;
   std::array<int, 3> low, high;
   for (int k = 0; k < 3; ++k) {
     const double span = reach / box.heights[k];
-    auto cell = [&](double at) { return static_cast<int>(std::clamp(std::floor(at * level.cells[static_cast<std::size_t>(k)]), -1e9, 1e9)); };
+    auto cell = [&](double at) {
+      return static_cast<int>(std::clamp(std::floor(at * level.cells[static_cast<std::size_t>(k)]), -1e9, 1e9));
+    };
     low[static_cast<std::size_t>(k)] = cell(s[k] - span), high[static_cast<std::size_t>(k)] = cell(s[k] + span);
   }
   auto look = [&](std::size_t begin, std::size_t end, const std::array<int, 3>& wrap) {
-    const Vec3 from = box.periodic ? Vec3(mine.position - box.vectors * Vec3(wrap[0], wrap[1], wrap[2])) : mine.position;
+    const Vec3 from =
+        box.periodic ? Vec3(mine.position - box.vectors * Vec3(wrap[0], wrap[1], wrap[2])) : mine.position;
     for (std::size_t m = begin; m < end; ++m) {
       const Member& other = level.member[m];
       const double far = mine.radius + other.radius + skin;
@@ -153,12 +167,16 @@ void search(const Box& box, const Level& level, const Member& mine, double skin,
     each_wrapped(low[1], high[1], level.cells[1], box.periodic, [&](int y, int wy) {
       const std::size_t line = cell_index(level, 0, y, z);  // cells along x lie one after the other
       int c = low[0], wx = 0;
-      if (!box.periodic) return look(level.first[line + static_cast<std::size_t>(std::max(c, 0))], level.first[line + static_cast<std::size_t>(std::min(high[0], level.cells[0] - 1)) + 1], {0, wy, wz});
+      if (!box.periodic)
+        return look(level.first[line + static_cast<std::size_t>(std::max(c, 0))],
+                    level.first[line + static_cast<std::size_t>(std::min(high[0], level.cells[0] - 1)) + 1],
+                    {0, wy, wz});
       while (c < 0) c += level.cells[0], --wx;
       for (int left = high[0] - low[0] + 1; left > 0; ++wx) {
         while (c >= level.cells[0]) c -= level.cells[0], ++wx;
         const int run = std::min(left, level.cells[0] - c);
-        look(level.first[line + static_cast<std::size_t>(c)], level.first[line + static_cast<std::size_t>(c + run)], {wx, wy, wz});
+        look(level.first[line + static_cast<std::size_t>(c)], level.first[line + static_cast<std::size_t>(c + run)],
+             {wx, wy, wz});
         left -= run, c = 0;
       }
     });
@@ -195,9 +213,11 @@ void refuse_small_cell(const Grains& grains, const Cell& cell, double skin) {
   double largest = 0;
   for (const auto& g : grains.motion) largest = std::max(largest, g.radius);
   if (cell.height() < 2 * largest + skin)
-    throw InputError(fmt::format("periodic cell of {:.3g} m is smaller than its largest grain ({:.3g} m across) and the neighbour skin: a grain would "
-                                 "touch its own image; enlarge the cell",
-                                 cell.height(), 2 * largest));
+    throw InputError(
+        fmt::format("periodic cell of {:.3g} m is smaller than its largest grain ({:.3g} m across) and the neighbour "
+                    "skin: a grain would "
+                    "touch its own image; enlarge the cell",
+                    cell.height(), 2 * largest));
 }
 
 void find_candidates(const Grains& grains, const Cell& cell, double skin, Candidates& out, Team& team) {
@@ -211,14 +231,17 @@ void find_candidates(const Grains& grains, const Cell& cell, double skin, Candid
       for (std::size_t i = begin; i < end; ++i)
         for (std::size_t l = out.level_of[i]; l < out.levels.size(); ++l) {
           const Index least = l == out.level_of[i] ? static_cast<Index>(i + 1) : 0;  // pairs of one level once
-          if (!out.levels[l].member.empty()) search(box, out.levels[l], out.folded[i], skin, out.piece[i / block_size], [=](Index other) { return other < least; });
+          if (!out.levels[l].member.empty())
+            search(box, out.levels[l], out.folded[i], skin, out.piece[i / block_size],
+                   [=](Index other) { return other < least; });
         }
     });
   }
   make_rows(n, pieces, out, team);
 }
 
-void find_candidates_of(std::span<const Index> few, const std::vector<std::uint8_t>& marked, const Grains& grains, const Cell& cell, double skin, Candidates& out, Team& team) {
+void find_candidates_of(std::span<const Index> few, const std::vector<std::uint8_t>& marked, const Grains& grains,
+                        const Cell& cell, double skin, Candidates& out, Team& team) {
   const std::size_t n = grains.size();
   if (out.piece.empty()) out.piece.resize(1);
   auto& found = out.piece[0];
@@ -228,7 +251,9 @@ void find_candidates_of(std::span<const Index> few, const std::vector<std::uint8
     fill_levels(grains, box, skin, out);
     for (const Index i : few)
       for (const Level& level : out.levels)
-        if (!level.member.empty()) search(box, level, out.folded[i], skin, found, [&](Index other) { return other == i || (other < i && marked[other]); });
+        if (!level.member.empty())
+          search(box, level, out.folded[i], skin, found,
+                 [&](Index other) { return other == i || (other < i && marked[other]); });
   }
   make_rows(n, 1, out, team);
 }

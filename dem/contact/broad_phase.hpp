@@ -14,7 +14,7 @@
 namespace grus::dem {
 
 struct Candidate {
-  Index a, b;  // a < b
+  Index a, b;                         // a < b
   std::array<std::int16_t, 3> image;  // cell vectors to add to b
 };
 
@@ -23,7 +23,7 @@ struct Candidates {
   std::vector<Candidate> pair;
   std::vector<Index> row;
 
-  struct Member {  // of a grid cell
+  struct Member {   // of a grid cell
     Vec3 position;  // folded into the cell, from its corner
     double radius;
     Index grain;
@@ -50,7 +50,7 @@ void find_candidates(const Grains& grains, const Cell& cell, double skin, Candid
 void refuse_small_cell(const Grains& grains, const Cell& cell, double skin);
 
 /// Those of them that a grain of `few` is part of; marked[i]: grain i is one of the few.
-void find_candidates_of(std::span<const Index> few, const std::vector<std::uint8_t>& marked, const Grains& grains, const Cell& cell,
-                        double skin, Candidates& found, Team& team);
+void find_candidates_of(std::span<const Index> few, const std::vector<std::uint8_t>& marked, const Grains& grains,
+                        const Cell& cell, double skin, Candidates& found, Team& team);
 
 }  // namespace grus::dem

@@ -52,9 +52,11 @@ bool solve_pair(const void* context, std::size_t k, double* found_row) {
   const Frame &fa = s.grains.frame[pair.a], &fb = s.grains.frame[pair.b];
   Vec3 r = fb.origin - fa.origin;
   if (s.periodic && crosses(pair)) r += s.shift(pair);
-  const ShapePair shapes{s.grains.shape[pair.a], s.grains.shape[pair.b], fa.axes.transpose() * fb.axes, fa.axes.transpose() * r};
+  const ShapePair shapes{s.grains.shape[pair.a], s.grains.shape[pair.b], fa.axes.transpose() * fb.axes,
+                         fa.axes.transpose() * r};
   CommonNormal found = warm_common_normal(shapes, fa.axes.transpose() * touch.normal);
-  if (fresh_contact && found.overlap > 0) {  // a new contact is checked from scratch: a trap of the warm start shows here
+  if (fresh_contact &&
+      found.overlap > 0) {  // a new contact is checked from scratch: a trap of the warm start shows here
     const CommonNormal fresh = cold_common_normal(shapes);
     if (fresh.overlap < found.overlap) found = fresh;
   }
@@ -82,7 +84,8 @@ bool solve_pair(const void* context, std::size_t k, double* found_row) {
 }
 
 template <class Law>
-void polyellipsoid_walls(const Law& law, const Scene& s, Contacts& contacts, Load* load, std::size_t first, std::size_t begin, std::size_t end, BlockEnergy& e) {
+void polyellipsoid_walls(const Law& law, const Scene& s, Contacts& contacts, Load* load, std::size_t first,
+                         std::size_t begin, std::size_t end, BlockEnergy& e) {
   for (std::size_t k = begin; k < end; ++k) {
     const Pair& pair = contacts.pair[k];
     Touch& touch = contacts.touch[k];
@@ -104,7 +107,8 @@ void polyellipsoid_walls(const Law& law, const Scene& s, Contacts& contacts, Loa
       begin_contact(law, p, curvature.radius, equivalent_radius(s.grains.shape[pair.a]), curvature.ellipse_factor, c);
     }
     const Vec3 v = wall.velocity - a.velocity - a.spin.cross(arm);
-    const Vec3 force = advance_contact(law, p, 1 / a.inverse_mass, c, touch, n, overlap, v, 0.5 * n.dot(a.spin), s.dt, e);
+    const Vec3 force =
+        advance_contact(law, p, 1 / a.inverse_mass, c, touch, n, overlap, v, 0.5 * n.dot(a.spin), s.dt, e);
     contacts.contact.set(k, c);
     Load& mine = load[pair.a - first];
     mine.force -= force, mine.torque += force.cross(arm);
@@ -113,8 +117,8 @@ void polyellipsoid_walls(const Law& law, const Scene& s, Contacts& contacts, Loa
 }
 
 /// The columns as the kernel wants them; laws, images and walls as rows.
-ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary, double dt, bool shown,
-                   Contacts& c) {
+ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains,
+                    const Boundary& boundary, double dt, bool shown, Contacts& c) {
   static_assert(sizeof(Motion) == 96 && sizeof(Touch) == 64 && sizeof(Load) == 64);
   ContactRows pass{};
   c.law_rows.assign(pairs.size() * law_columns, 0);
@@ -131,7 +135,8 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
     c.shift_rows.assign(8 * c.images.size(), 0);
     for (std::size_t k = 0; k < c.images.size(); ++k) {
       const Vec3 image(c.images[k][0], c.images[k][1], c.images[k][2]);
-      put(&c.shift_rows[8 * k], boundary.cell.vectors * image), put(&c.shift_rows[8 * k + 4], boundary.cell.rate * image);
+      put(&c.shift_rows[8 * k], boundary.cell.vectors * image),
+          put(&c.shift_rows[8 * k + 4], boundary.cell.rate * image);
     }
   }
   c.wall_rows.assign(8 * boundary.walls.size(), 0);
@@ -146,11 +151,13 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
   pass.walls = c.wall_rows.data(), pass.laws = c.law_rows.data(), pass.law_count = pairs.size();
   pass.dt = dt;
   ContactColumns& h = c.contact;
-  pass.spring_x = h.spring_x.data(), pass.spring_y = h.spring_y.data(), pass.spring_z = h.spring_z.data(), pass.compliance = h.compliance.data();
+  pass.spring_x = h.spring_x.data(), pass.spring_y = h.spring_y.data(), pass.spring_z = h.spring_z.data(),
+  pass.compliance = h.compliance.data();
   pass.viscous = h.viscous.data(), pass.stiffness = h.stiffness.data(), pass.radius = h.radius.data();
   pass.touch = shown ? reinterpret_cast<double*>(c.touch.data()) : nullptr;
   pass.active = c.active.data();
-  pass.frame = reinterpret_cast<const double*>(grains.frame.data()), pass.shape = reinterpret_cast<const double*>(grains.shape.data());
+  pass.frame = reinterpret_cast<const double*>(grains.frame.data()),
+  pass.shape = reinterpret_cast<const double*>(grains.shape.data());
   static_assert(sizeof(Frame) == 96 && sizeof(PolyEllipsoid) == 48);
   pass.elsewhere = reinterpret_cast<double*>(c.load.data()), pass.grains = static_cast<std::uint32_t>(grains.size());
   pass.hertz = std::holds_alternative<HertzMindlin>(law);
@@ -159,10 +166,17 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
 
 }  // namespace
 
-ContactPass::ContactPass(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary, double dt,
-                         bool shown, Contacts& contacts)
-    : law_(law), pairs_(pairs), grains_(grains), boundary_(boundary), contacts_(contacts),
-      rows_(rows_of(law, pairs, grains, boundary, dt, shown, contacts)), spheres_(sphere_pairs()), walls_(sphere_walls()), polyellipsoids_(polyellipsoid_pairs()) {}
+ContactPass::ContactPass(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains,
+                         const Boundary& boundary, double dt, bool shown, Contacts& contacts)
+    : law_(law),
+      pairs_(pairs),
+      grains_(grains),
+      boundary_(boundary),
+      contacts_(contacts),
+      rows_(rows_of(law, pairs, grains, boundary, dt, shown, contacts)),
+      spheres_(sphere_pairs()),
+      walls_(sphere_walls()),
+      polyellipsoids_(polyellipsoid_pairs()) {}
 
 void ContactPass::tile(std::size_t t, Load* room) const {
   const std::size_t first = t * tile_size(grains_.size());
@@ -170,12 +184,15 @@ void ContactPass::tile(std::size_t t, Load* room) const {
   ContactRows pass = rows_;
   pass.load = reinterpret_cast<double*>(load), pass.first = static_cast<std::uint32_t>(first);
   BlockEnergy& e = contacts_.energy[t];
-  auto range = [&](Bin bin) { return std::pair<std::size_t, std::size_t>(contacts_.tile[bin][t], contacts_.tile[bin][t + 1]); };
+  auto range = [&](Bin bin) {
+    return std::pair<std::size_t, std::size_t>(contacts_.tile[bin][t], contacts_.tile[bin][t + 1]);
+  };
   auto rows = [&](Bin bin, PairLoop loop) {
     const auto [begin, end] = range(bin);
     if (begin == end) return;
     const PassEnergy spent = loop(pass, begin, end);
-    e.friction += spent.friction, e.springs += spent.springs, e.viscous += spent.viscous, e.work -= rows_.dt * spent.power;
+    e.friction += spent.friction, e.springs += spent.springs, e.viscous += spent.viscous,
+        e.work -= rows_.dt * spent.power;
   };
   rows(sphere_sphere, spheres_);
   rows(sphere_wall, walls_);
@@ -187,11 +204,14 @@ void ContactPass::tile(std::size_t t, Load* room) const {
   pass.solve = solve_pair, pass.context = &solver;
   rows(general, polyellipsoids_);
   std::visit(
-      [&](const auto& law) { polyellipsoid_walls(law, scene, contacts_, load, first, at_walls.first, at_walls.second, e); }, law_);
+      [&](const auto& law) {
+        polyellipsoid_walls(law, scene, contacts_, load, first, at_walls.first, at_walls.second, e);
+      },
+      law_);
 }
 
-void contact_forces(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary,
-                    double dt, bool shown, Contacts& contacts, Team& team) {
+void contact_forces(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains,
+                    const Boundary& boundary, double dt, bool shown, Contacts& contacts, Team& team) {
   const ContactPass pass(law, pairs, grains, boundary, dt, shown, contacts);
   team.pieces(tile_count(grains.size()), [&](std::size_t first, std::size_t last, int) {
     for (std::size_t t = first; t < last; ++t) pass.tile(t);
@@ -205,7 +225,8 @@ double boundary_power(const Boundary& boundary, const Contacts& contacts) {
   if (!boundary.cell.periodic() || boundary.cell.rate.isZero(0)) return power;
   for (std::size_t k = 0; k < contacts.begin[sphere_wall]; ++k) {
     const Pair& p = contacts.pair[k];
-    if (crosses(p) && contacts.contact.touching(k)) power -= contacts.touch[k].force.dot(boundary.cell.rate * Vec3(p.image[0], p.image[1], p.image[2]));
+    if (crosses(p) && contacts.contact.touching(k))
+      power -= contacts.touch[k].force.dot(boundary.cell.rate * Vec3(p.image[0], p.image[1], p.image[2]));
   }
   return power;
 }
@@ -227,15 +248,14 @@ void book(const BlockEnergy& contacts, Ledger& l) {
   l.most_friction = std::max(l.most_friction, l.friction), l.most_damping = std::max(l.most_damping, l.damping);
 }
 
-void sum_wall_forces(const Contacts& contacts, Boundary& boundary) {
-  for (auto& wall : boundary.walls) wall.force.setZero();
-  for (std::size_t k = contacts.begin[sphere_wall]; k < contacts.begin[bin_count]; ++k)
-    boundary.walls[contacts.pair[k].b].force += contacts.touch[k].force;
-}
-
 double elastic_energy(const ContactLaw& law, const Contacts& contacts) {
   double sum = 0;
-  std::visit([&](const auto& l) { for (std::size_t k = 0; k < contacts.size(); ++k) sum += elastic_energy(l, contacts.contact[k], contacts.touch[k].overlap); }, law);
+  std::visit(
+      [&](const auto& l) {
+        for (std::size_t k = 0; k < contacts.size(); ++k)
+          sum += elastic_energy(l, contacts.contact[k], contacts.touch[k].overlap);
+      },
+      law);
   return sum;
 }
 

@@ -15,14 +15,15 @@ namespace grus::dem {
 
 /// One pass over all near pairs at the present positions and half-step velocities: advances contact histories by dt and
 /// adds forces and torques to contacts.load, which must be clear. Tiles may be taken in any order by any threads.
-/// Dissipation and work of a moving boundary go to contacts.energy, one entry a tile; the work is that of this step's forces
-/// over a whole dt, so that a run books half of `boundary_power` for its first and last instant. `shown`: fills
+/// Dissipation and work of a moving boundary go to contacts.energy, one entry a tile; the work is that of this step's
+/// forces over a whole dt, so that a run books half of `boundary_power` for its first and last instant. `shown`: fills
 /// contacts.touch for every pair.
 class ContactPass {
 public:
-  ContactPass(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary, double dt, bool shown,
-              Contacts& contacts);
-  /// `room`: where the tile's grains collect, one row a grain of the tile; their rows of contacts.load unless said otherwise.
+  ContactPass(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary,
+              double dt, bool shown, Contacts& contacts);
+  /// `room`: where the tile's grains collect, one row a grain of the tile; their rows of contacts.load unless said
+  /// otherwise.
   void tile(std::size_t t, Load* room = nullptr) const;
 
 private:
@@ -36,8 +37,8 @@ private:
 };
 
 /// The whole pass.
-void contact_forces(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary,
-                    double dt, bool shown, Contacts& contacts, Team& team);
+void contact_forces(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains,
+                    const Boundary& boundary, double dt, bool shown, Contacts& contacts, Team& team);
 
 /// Work of moving walls and cell on the contacts in a second, at the forces shown (W).
 double boundary_power(const Boundary& boundary, const Contacts& contacts);
@@ -50,9 +51,6 @@ BlockEnergy flush(Contacts& contacts);
 
 /// Adds what contacts took, and what of their springs' losses is left unexplained.
 void book(const BlockEnergy& contacts, Ledger& ledger);
-
-/// Sum of the forces of the grains on each wall (N).
-void sum_wall_forces(const Contacts& contacts, Boundary& boundary);
 
 /// Elastic energy of all contacts (J).
 double elastic_energy(const ContactLaw& law, const Contacts& contacts);

@@ -11,10 +11,10 @@ namespace grus::dem {
 
 /// Constants of a pair of materials (or grain and wall).
 struct PairLaw {
-  double youngs = 0;    // E* = [(1-nu1^2)/E1 + (1-nu2^2)/E2]^-1 (Pa)
+  double youngs = 0;       // E* = [(1-nu1^2)/E1 + (1-nu2^2)/E2]^-1 (Pa)
   double shear_ratio = 0;  // tangential / normal tangent stiffness; Hertz-Mindlin: 4 G*/E*
   double friction = 0;
-  double dashpot = 0;   // coefficient c in c sqrt(m* S_n), S_n the tangent normal stiffness
+  double dashpot = 0;           // coefficient c in c sqrt(m* S_n), S_n the tangent normal stiffness
   double normal_stiffness = 0;  // linear law (N/m)
 };
 
@@ -50,13 +50,15 @@ using ContactLaw = std::variant<HertzMindlin, LinearSpring>;
 /// `v`: velocity of b against a at the contact point; `twist`: mean spin of both along n. Energies are booked to `e`:
 /// trapezoid of force times the half-step velocity, the discrete work of the leapfrog integrator.
 template <class Law>
-[[gnu::always_inline]] inline Vec3 advance_contact(const Law& law, const PairLaw& p, double effective_mass, Contact& c, Touch& touch, const Vec3& n, double overlap,
-                                                   const Vec3& v, double twist, double dt, BlockEnergy& e) {
+[[gnu::always_inline]] inline Vec3 advance_contact(const Law& law, const PairLaw& p, double effective_mass, Contact& c,
+                                                   Touch& touch, const Vec3& n, double overlap, const Vec3& v,
+                                                   double twist, double dt, BlockEnergy& e) {
   const Elastic elastic = law(c.stiffness, overlap);
   const double vn = v.dot(n);
   double viscous = 0;
   if (p.dashpot > 0) {
-    viscous = std::max(-p.dashpot * std::sqrt(effective_mass * elastic.normal_stiffness) * vn, -elastic.force);  // no attraction
+    viscous = std::max(-p.dashpot * std::sqrt(effective_mass * elastic.normal_stiffness) * vn,
+                       -elastic.force);  // no attraction
     e.viscous -= 0.5 * (c.viscous + viscous) * vn * dt;
     c.viscous = viscous;
   }
@@ -76,8 +78,8 @@ template <class Law>
   const double grown = kt * c.compliance, after = 1 / kt;
   Vec3 now = std::min(1.0, grown) * old - kt * slip;
   const double limit = p.friction * normal_force, size = now.norm();
-  // A spring sheds the smaller part of its stiffness or of its force; sliding takes the plastic slip times what held against it, the
-  // spring at first and Coulomb's limit at last.
+  // A spring sheds the smaller part of its stiffness or of its force; sliding takes the plastic slip times what held
+  // against it, the spring at first and Coulomb's limit at last.
   e.friction += held - std::min(held * grown, 0.5 * size2 * after);
   const double first = std::min(1.0, grown) * std::sqrt(size2);
   if (size > limit) e.friction += 0.5 * (first + limit) * (size - limit) * after, now *= limit / size;
@@ -102,7 +104,8 @@ inline double elastic_energy(const Law& law, const Contact& c, double overlap) {
 
 /// Elastic part of the normal force of touching contact k (N).
 inline double elastic_force(const ContactLaw& law, const Contacts& contacts, std::size_t k) {
-  return std::visit([&](const auto& l) { return l(contacts.contact[k].stiffness, contacts.touch[k].overlap).force; }, law);
+  return std::visit([&](const auto& l) { return l(contacts.contact[k].stiffness, contacts.touch[k].overlap).force; },
+                    law);
 }
 
 /// Dashpot coefficient that makes the measured restitution of a head-on impact equal `restitution`, the force being

@@ -92,7 +92,8 @@ void index_grains(std::size_t grains, Contacts& contacts, std::vector<Index>& ne
   for (std::size_t i = 0; i < grains; ++i) contacts.first[i + 1] += contacts.first[i];
   contacts.entry.resize(contacts.first[grains]);
   next.assign(contacts.first.begin(), contacts.first.end() - 1);
-  for (std::size_t k = 0; k < contacts.size(); ++k) contacts.entry[next[contacts.pair[k].a]++] = static_cast<Index>(2 * k);
+  for (std::size_t k = 0; k < contacts.size(); ++k)
+    contacts.entry[next[contacts.pair[k].a]++] = static_cast<Index>(2 * k);
   for (std::size_t k = 0; k < walls; ++k) contacts.entry[next[contacts.pair[k].b]++] = static_cast<Index>(2 * k + 1);
 }
 

@@ -46,7 +46,9 @@ struct Lister {
   double skin, wall_skin;
 
   bool touched(Index old) const { return old != Past::none && room.contact.touching(old); }
-  std::uint16_t law(Index a, std::uint8_t other) const { return static_cast<std::uint16_t>(grains.material[a] * materials + other); }
+  std::uint16_t law(Index a, std::uint8_t other) const {
+    return static_cast<std::uint16_t>(grains.material[a] * materials + other);
+  }
 
   void put(std::size_t t, const NeighbourRoom::Listed& pair) {
     room.listed[t].push_back(pair);
@@ -58,9 +60,12 @@ struct Lister {
   void consider(std::size_t t, const Candidate& c, Find&& find) {
     if (!close(grains, boundary.cell, c, skin)) return;
     const Bin bin = grains.round[c.a] && grains.round[c.b] ? sphere_sphere : general;
-    NeighbourRoom::Listed pair{{c.a, c.b, c.image, law(c.a, grains.material[c.b])}, find(bin, c.a, c.b, c.image), bin, Vec3::Zero()};
+    NeighbourRoom::Listed pair{
+        {c.a, c.b, c.image, law(c.a, grains.material[c.b])}, find(bin, c.a, c.b, c.image), bin, Vec3::Zero()};
     if (bin == general && !touched(pair.old)) {
-      if (pair.old != Past::none) pair.normal = past.before(c.a) > past.before(c.b) ? Vec3(-room.touch[pair.old].normal) : room.touch[pair.old].normal;
+      if (pair.old != Past::none)
+        pair.normal =
+            past.before(c.a) > past.before(c.b) ? Vec3(-room.touch[pair.old].normal) : room.touch[pair.old].normal;
       if (!near(grains, boundary.cell, c, skin, pair.normal)) return;
     }
     put(t, pair);
@@ -86,7 +91,8 @@ void put_aside(Contacts& contacts, NeighbourRoom& room);
 /// Empty lists for the tiles, which cost the same unless room.work, running sums, says otherwise.
 void begin_tiles(std::size_t grains, NeighbourRoom& room);
 
-/// Makes the columns of the contacts from what the tiles have on their lists. In each tile and bin, pairs that touch come first.
+/// Makes the columns of the contacts from what the tiles have on their lists. In each tile and bin, pairs that touch
+/// come first.
 void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team);
 
 /// Pairs of up to one in so many grains are searched again alone: with more, a whole list costs hardly more.
@@ -94,7 +100,8 @@ inline constexpr std::size_t few_of = 32;
 
 /// From here on the list counts: ways of all grains, or of `few` of them.
 void begin_ways(const Grains& grains, const Boundary& boundary, double skin, NeighbourReference& reference, Team& team);
-void begin_ways_of(std::span<const Index> few, const Grains& grains, const Boundary& boundary, NeighbourReference& reference);
+void begin_ways_of(std::span<const Index> few, const Grains& grains, const Boundary& boundary,
+                   NeighbourReference& reference);
 
 /// What the affine motion of a cell since `before` may take off the gap of pairs at the end of their reach.
 double affine_loss(const Cell& cell, const Mat3& before, double reach);

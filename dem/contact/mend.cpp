@@ -12,9 +12,10 @@ struct Rows {
   const std::vector<Pair>& pair;
   std::array<Index, 2 * bin_count> at{}, end{};
 
-  Rows(const std::vector<Pair>& pair, const Contacts& before, std::size_t t) : pair(pair) {
+  Rows(const std::vector<Pair>& pairs, const Contacts& before, std::size_t t) : pair(pairs) {
     for (std::size_t bin = 0; bin < bin_count && t + 1 < before.tile[bin].size(); ++bin)
-      at[2 * bin] = before.tile[bin][t], end[2 * bin] = at[2 * bin + 1] = before.apart[bin][t], end[2 * bin + 1] = before.tile[bin][t + 1];
+      at[2 * bin] = before.tile[bin][t], end[2 * bin] = at[2 * bin + 1] = before.apart[bin][t],
+             end[2 * bin + 1] = before.tile[bin][t + 1];
   }
 
   /// Calls f(bin, k) for the pairs of grain a. Grains are asked for in ascending order.
@@ -29,14 +30,16 @@ bool same_pair(const Pair& p, const Candidate& c) { return p.b == c.b && p.image
 
 }  // namespace
 
-void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, std::size_t materials, std::span<const Index> few,
-                   std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference, Team& team, bool indexed) {
+void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, std::size_t materials,
+                   std::span<const Index> few, std::span<const Index> origin, Contacts& contacts,
+                   NeighbourReference& reference, Team& team, bool indexed) {
   NeighbourRoom& room = reference.room;
   const std::size_t n = grains.size(), tiles = tile_count(n), size = tile_size(n), before = reference.position.size();
   const Cell& cell = boundary.cell;
   // A pair that the list lacks may be this far apart by now: what the others went, they may come back, and go on.
   const double loss = affine_loss(cell, reference.cell, 2 * reference.largest + reference.skin);
-  const double reach = (cell.periodic() ? 1.1 : 1.0) * (reference.skin + reference.travelled + loss);  // 1.1: strains since, squared
+  const double reach =
+      (cell.periodic() ? 1.1 : 1.0) * (reference.skin + reference.travelled + loss);  // 1.1: strains since, squared
   const bool fits = !cell.periodic() || cell.height() >= 2 * reference.largest + reach;
   if (few.size() * few_of > n || tile_size(before) != size || !fits) {
     build_contacts(grains, boundary, skin, materials, origin, contacts, reference, team, indexed);
@@ -49,8 +52,16 @@ void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, 
   if (split && contacts.first.empty()) index_grains(before, contacts, room.next);
   put_aside(contacts, room);
   begin_tiles(n, room);
-  Lister lister{grains, boundary, materials, {room, contacts, origin}, room, reach, reference.skin + wall_travel(boundary, reference)};
-  auto find = [&](Bin bin, Index a, Index b, const std::array<std::int16_t, 3>& image) { return split ? lister.past.find(a, b, image, bin >= sphere_wall) : Past::none; };
+  Lister lister{grains,
+                boundary,
+                materials,
+                {room, contacts, origin},
+                room,
+                reach,
+                reference.skin + wall_travel(boundary, reference)};
+  auto find = [&](Bin bin, Index a, Index b, const std::array<std::int16_t, 3>& image) {
+    return split ? lister.past.find(a, b, image, bin >= sphere_wall) : Past::none;
+  };
   auto gone = [&](Index i) { return split && room.marked[i]; };
   team.pieces(tiles, room.work, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t t = first; t < last; ++t) {
@@ -67,11 +78,16 @@ void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, 
         auto known = [&](auto&& is) { return std::any_of(listed.begin() + start, listed.begin() + kept, is); };
         for (std::size_t k = room.few.row[i]; k < room.few.row[i + 1]; ++k) {
           const Candidate& c = room.few.pair[k];
-          if (!known([&](const auto& l) { return l.bin < sphere_wall && same_pair(l.pair, c); })) lister.consider(t, c, find);
+          if (!known([&](const auto& l) { return l.bin < sphere_wall && same_pair(l.pair, c); }))
+            lister.consider(t, c, find);
         }
         if (room.marked[i])
-          lister.consider_walls(t, a, find, [&](Index w) { return known([&](const auto& l) { return l.bin >= sphere_wall && l.pair.b == w; }); });
-        std::sort(listed.begin() + start, listed.end(), [](const auto& p, const auto& q) { return p.pair.b != q.pair.b ? p.pair.b < q.pair.b : p.pair.image < q.pair.image; });
+          lister.consider_walls(t, a, find, [&](Index w) {
+            return known([&](const auto& l) { return l.bin >= sphere_wall && l.pair.b == w; });
+          });
+        std::sort(listed.begin() + start, listed.end(), [](const auto& p, const auto& q) {
+          return p.pair.b != q.pair.b ? p.pair.b < q.pair.b : p.pair.image < q.pair.image;
+        });
       }
     }
   });

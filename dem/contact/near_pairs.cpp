@@ -8,7 +8,8 @@ namespace grus::dem {
 bool close(const Grains& g, const Cell& cell, const Candidate& pair, double skin) {
   const Motion &a = g.motion[pair.a], &b = g.motion[pair.b];
   Vec3 r = b.position - a.position;
-  if ((pair.image[0] | pair.image[1] | pair.image[2]) != 0) r += cell.vectors * Vec3(pair.image[0], pair.image[1], pair.image[2]);
+  if ((pair.image[0] | pair.image[1] | pair.image[2]) != 0)
+    r += cell.vectors * Vec3(pair.image[0], pair.image[1], pair.image[2]);
   const double reach = a.radius + b.radius + skin;
   return r.squaredNorm() < reach * reach;
 }

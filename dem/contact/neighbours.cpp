@@ -14,7 +14,9 @@ struct Walk {
   std::span<const Pair> old;
   std::array<Index, 2 * bin_count> at, end;
 
-  Walk(std::span<const Pair> old, const std::array<std::vector<Index>, bin_count>& tile, const std::array<std::vector<Index>, bin_count>& apart, std::size_t t) : old(old) {
+  Walk(std::span<const Pair> before, const std::array<std::vector<Index>, bin_count>& tile,
+       const std::array<std::vector<Index>, bin_count>& apart, std::size_t t)
+      : old(before) {
     for (std::size_t bin = 0; bin < bin_count; ++bin) {
       at[2 * bin] = tile[bin][t], end[2 * bin] = at[2 * bin + 1] = apart[bin][t], end[2 * bin + 1] = tile[bin][t + 1];
     }
@@ -50,15 +52,18 @@ bool candidates_hold(const Grains& grains, const Cell& cell, double skin, Neighb
       const Motion& m = grains.motion[i];
       const auto& [position, radius] = room.anchor[i];
       const double way = budget - std::max(0.0, m.radius - radius);
-      all = all && way > 0 && (m.position - (cell.periodic() ? Vec3(affine * position) : position)).squaredNorm() <= way * way;
+      all = all && way > 0 &&
+            (m.position - (cell.periodic() ? Vec3(affine * position) : position)).squaredNorm() <= way * way;
     }
     if (!all) hold.store(false, std::memory_order_relaxed);
   });
   return hold;
 }
 
-/// Candidates are searched with a reserve beyond the skin where they can be expected to last, and serve as long as it does.
-void renew_candidates(const Grains& grains, const Cell& cell, double skin, bool lasting, NeighbourRoom& room, Team& team) {
+/// Candidates are searched with a reserve beyond the skin where they can be expected to last, and serve as long as it
+/// does.
+void renew_candidates(const Grains& grains, const Cell& cell, double skin, bool lasting, NeighbourRoom& room,
+                      Team& team) {
   if (lasting && candidates_hold(grains, cell, skin, room, team)) return;
   room.skin = lasting ? 2.5 * skin : skin;
   room.cell = cell.vectors, room.largest = 0;
@@ -72,7 +77,8 @@ void renew_candidates(const Grains& grains, const Cell& cell, double skin, bool 
 }  // namespace
 
 void build_contacts(const Grains& grains, const Boundary& boundary, double skin, std::size_t materials,
-                    std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference, Team& team, bool indexed) {
+                    std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference, Team& team,
+                    bool indexed) {
   NeighbourRoom& room = reference.room;
   // Not the first, which nobody knows yet to last; not where grains break, or the list was mended because some go far.
   const bool lasting = origin.empty() && reference.mends == 0 && room.anchor.size() == grains.size();
@@ -92,17 +98,23 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
       const std::size_t begin = t * size, end = std::min(n, begin + size);
       auto find = finder(t);
       for (std::size_t k = row[begin]; k < row[end]; ++k) lister.consider(t, candidate[k], find);
-      for (std::size_t i = begin; i < end; ++i) lister.consider_walls(t, static_cast<Index>(i), find, [](Index) { return false; });
+      for (std::size_t i = begin; i < end; ++i)
+        lister.consider_walls(t, static_cast<Index>(i), find, [](Index) { return false; });
     }
   };
   team.pieces(tiles, room.work, [&](std::size_t first, std::size_t last, int) {
     if (same)
       list(first, last, [&](std::size_t t) {
-        return [walk = Walk(room.pair, contacts.tile, contacts.apart, t)](Bin bin, Index a, Index b, const std::array<std::int16_t, 3>& image) mutable { return walk.find(bin, a, b, image); };
+        return [walk = Walk(room.pair, contacts.tile, contacts.apart, t)](
+                   Bin bin, Index a, Index b, const std::array<std::int16_t, 3>& image) mutable {
+          return walk.find(bin, a, b, image);
+        };
       });
     else
       list(first, last, [&](std::size_t) {
-        return [&](Bin bin, Index a, Index b, const std::array<std::int16_t, 3>& image) { return lister.past.find(a, b, image, bin >= sphere_wall); };
+        return [&](Bin bin, Index a, Index b, const std::array<std::int16_t, 3>& image) {
+          return lister.past.find(a, b, image, bin >= sphere_wall);
+        };
       });
   });
   lay_out(lister, contacts, indexed, team);

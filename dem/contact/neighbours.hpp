@@ -28,15 +28,15 @@ struct NeighbourRoom {
   std::vector<Anchor> anchor;
   Mat3 cell = Mat3::Zero();
   double skin = 0, largest = 0;
-  Candidates few;                     // pairs of the grains that a mending looks at
-  std::vector<Index> strays;          // such grains
-  std::vector<std::uint8_t> marked;   // one of them; by grain
-  std::vector<Pair> pair;  // of the list before
+  Candidates few;                    // pairs of the grains that a mending looks at
+  std::vector<Index> strays;         // such grains
+  std::vector<std::uint8_t> marked;  // one of them; by grain
+  std::vector<Pair> pair;            // of the list before
   ContactColumns contact;
   std::vector<Touch> touch;
   struct Listed {
     Pair pair;
-    Index old;    // in the list before
+    Index old;  // in the list before
     Bin bin;
     Vec3 normal;  // search direction of a pair of the general bin that is apart
   };
@@ -58,7 +58,7 @@ struct NeighbourReference {
   std::uint64_t builds = 0;    // lists made so far
   std::uint64_t mends = 0;     // of the list, since it was made
   NeighbourRoom room;
-  double travelled = 0;        // bound of any grain's way since, against the affine motion; kept by the step loop
+  double travelled = 0;  // bound of any grain's way since, against the affine motion; kept by the step loop
 };
 
 /// Rebuilds the list. Contacts of pairs that are still near keep their history. `origin[i]` is the index that grain i
@@ -66,22 +66,24 @@ struct NeighbourReference {
 /// with its frozen stiffness.
 /// `materials` is the number of materials: law row = material a * materials + material b. `indexed`: also by grain.
 void build_contacts(const Grains& grains, const Boundary& boundary, double skin, std::size_t materials,
-                    std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference, Team& team, bool indexed = true);
+                    std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference, Team& team,
+                    bool indexed = true);
 
-/// The same where only the pairs of `few` grains have to be searched again: of halves of grains that were split (`origin` as
-/// above), or of strays (`origin` empty). All other pairs stay, and so does what is known of the other grains' ways. Makes the
-/// whole list, with `skin`, where that takes no longer.
-void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, std::size_t materials, std::span<const Index> few,
-                   std::span<const Index> origin, Contacts& contacts, NeighbourReference& reference, Team& team, bool indexed = true);
+/// The same where only the pairs of `few` grains have to be searched again: of halves of grains that were split
+/// (`origin` as above), or of strays (`origin` empty). All other pairs stay, and so does what is known of the other
+/// grains' ways. Makes the whole list, with `skin`, where that takes no longer.
+void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, std::size_t materials,
+                   std::span<const Index> few, std::span<const Index> origin, Contacts& contacts,
+                   NeighbourReference& reference, Team& team, bool indexed = true);
 
 /// Fills `first` and `entry` of the contacts: steps that test for no breakage can do without. `next`: room.
 void index_grains(std::size_t grains, Contacts& contacts, std::vector<Index>& next);
 
 enum class ListState { holds, strays, stale };
 
-/// Whether the list may miss a contact, and if so, whether that is due to a few grains that have gone far (room.strays: all that
-/// have gone a quarter of what the list allows). Looks at the grains only where `travelled` says that one could have gone too
-/// far, and then corrects it: it is the furthest way of the grains that are not strays.
+/// Whether the list may miss a contact, and if so, whether that is due to a few grains that have gone far (room.strays:
+/// all that have gone a quarter of what the list allows). Looks at the grains only where `travelled` says that one
+/// could have gone too far, and then corrects it: it is the furthest way of the grains that are not strays.
 ListState look_at_list(const Grains& grains, const Boundary& boundary, NeighbourReference& reference);
 
 }  // namespace grus::dem

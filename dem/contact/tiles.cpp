@@ -10,14 +10,19 @@ namespace grus::dem {
 void weigh_tile(const Grains& grains, std::size_t t, std::size_t begin, std::size_t end, Contacts& contacts) {
   std::uint64_t cost = 0;
   for (std::size_t bin = 0; bin < bin_count; ++bin) {
-    const std::uint64_t touching = bin == general ? 60 : bin == polyellipsoid_wall ? 150 : 15, apart = bin == general ? 12 : 2;
-    cost += touching * (contacts.apart[bin][t] - contacts.tile[bin][t]) + apart * (contacts.tile[bin][t + 1] - contacts.apart[bin][t]);
+    const std::uint64_t touching = bin == general              ? 60
+                                   : bin == polyellipsoid_wall ? 150
+                                                               : 15,
+                        apart = bin == general ? 12 : 2;
+    cost += touching * (contacts.apart[bin][t] - contacts.tile[bin][t]) +
+            apart * (contacts.tile[bin][t + 1] - contacts.apart[bin][t]);
   }
-  for (std::size_t i = begin; i < end; ++i) cost += grains.round[i] ? 6 : 150;
+  for (std::size_t i = begin; i < end; ++i) cost += grains.round[i] ? 6u : 150u;
   contacts.tile_work[t + 1] = cost;
 }
 
-void assign_targets(std::size_t grains, std::span<const std::vector<Index>> crossing, Contacts& contacts, std::vector<Index>& receivers, std::vector<Index>& next) {
+void assign_targets(std::size_t grains, std::span<const std::vector<Index>> crossing, Contacts& contacts,
+                    std::vector<Index>& receivers, std::vector<Index>& next) {
   const std::size_t tiles = tile_count(grains), words = tile_words(grains);
   const int bits = tile_bits(grains);
   contacts.remote.assign(grains + 1, 0);
@@ -41,7 +46,8 @@ void assign_targets(std::size_t grains, std::span<const std::vector<Index>> cros
   for (std::size_t i = 0; i < grains; ++i) contacts.remote[i + 1] += contacts.remote[i];
   next.assign(contacts.remote.begin(), contacts.remote.end() - 1);
   contacts.remote_row.assign(receivers.size() + rows_ahead, 0);
-  for (std::size_t r = 0; r < receivers.size(); ++r) contacts.remote_row[next[receivers[r]]++] = static_cast<Index>(grains + r);
+  for (std::size_t r = 0; r < receivers.size(); ++r)
+    contacts.remote_row[next[receivers[r]]++] = static_cast<Index>(grains + r);
   contacts.load.resize(grains + receivers.size());  // all zero between steps
   for (auto* column : {&contacts.taken, &contacts.done, &contacts.moved}) column->assign(tiles, contacts.round);
 }

@@ -22,7 +22,8 @@ double affine_loss(const Cell& cell, const Mat3& before, double reach) {
 double wall_travel(const Boundary& boundary, const NeighbourReference& reference) {
   double furthest = 0;
   for (std::size_t w = 0; w < boundary.walls.size(); ++w)
-    furthest = std::max(furthest, std::abs(boundary.walls[w].normal.dot(boundary.walls[w].point - reference.wall_point[w])));
+    furthest =
+        std::max(furthest, std::abs(boundary.walls[w].normal.dot(boundary.walls[w].point - reference.wall_point[w])));
   return furthest;
 }
 
@@ -46,8 +47,10 @@ ListState look_at_list(const Grains& grains, const Boundary& boundary, Neighbour
     }
     if (!(path < INFINITY)) return ListState::stale;
     furthest = std::max(furthest, path);
-    if (path > 0.25 * limit) strays.push_back(static_cast<Index>(i));
-    else furthest_other = std::max(furthest_other, path);
+    if (path > 0.25 * limit)
+      strays.push_back(static_cast<Index>(i));
+    else
+      furthest_other = std::max(furthest_other, path);
   }
   ref.travelled = furthest;
   if (furthest <= limit) return ListState::holds;
@@ -67,13 +70,16 @@ void begin_ways(const Grains& grains, const Boundary& boundary, double skin, Nei
   team.blocks(grains.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) ref.position[i] = grains.motion[i].position;
   });
-  if (grains.frame.empty()) ref.orientation.clear();
-  else ref.orientation = grains.orientation;
+  if (grains.frame.empty())
+    ref.orientation.clear();
+  else
+    ref.orientation = grains.orientation;
   ref.wall_point.clear();
   for (const auto& wall : boundary.walls) ref.wall_point.push_back(wall.point);
 }
 
-void begin_ways_of(std::span<const Index> few, const Grains& grains, const Boundary& boundary, NeighbourReference& ref) {
+void begin_ways_of(std::span<const Index> few, const Grains& grains, const Boundary& boundary,
+                   NeighbourReference& ref) {
   const bool periodic = boundary.cell.periodic();
   const Mat3 back = affine_since(boundary.cell, ref).inverse();
   ++ref.mends;

@@ -48,7 +48,8 @@ Mat3 slight_rotation(double theta, std::uint64_t seed, std::uint64_t id) {
   }
   // The paper's matrices are passive: R_x(alpha) turns by -alpha about x.
   return (Eigen::AngleAxisd(-angle[0], Vec3::UnitX()) * Eigen::AngleAxisd(-angle[1], Vec3::UnitY()) *
-          Eigen::AngleAxisd(-angle[2], Vec3::UnitZ())).toRotationMatrix();
+          Eigen::AngleAxisd(-angle[2], Vec3::UnitZ()))
+      .toRotationMatrix();
 }
 
 }  // namespace grus::dem

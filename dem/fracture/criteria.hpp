@@ -14,7 +14,8 @@ namespace grus::dem {
 struct HoekBrown {
   double compressive_strength = 0, m = 0;
 
-  /// `stress` tension-positive, `factor` multiplies the strength. Below the apex (sigma_3 <= -s/m) the grain has failed.
+  /// `stress` tension-positive, `factor` multiplies the strength. Below the apex (sigma_3 <= -s/m) the grain has
+  /// failed.
   double utilisation(const Mat3& stress, double factor) const {
     Eigen::SelfAdjointEigenSolver<Mat3> eigen;
     eigen.computeDirect(stress, Eigen::EigenvaluesOnly);
@@ -81,10 +82,12 @@ struct FractureModel {
   std::optional<Weibull> weibull;
   std::optional<CohesiveSprings> springs;
   BreakPlane plane = BreakPlane::criterion;
-  bool turn_spheres = false;   // their principal axes first turn to the ideal plane (geometry only, no motion)
-  double slight_rotation = 0;  // rad: spheres' axes turn by a random angle of [theta/2, theta] about each axis, either sign (3.3.1)
-  double rounding = 0.02;      // epsilon of the split geometry; why 0.02: docs/validation/zhang2015.md
-  bool keep_mass = false;      // children take the lost volume's mass by density / (1 - rounding); otherwise it goes to the fines
+  bool turn_spheres = false;  // their principal axes first turn to the ideal plane (geometry only, no motion)
+  double slight_rotation =
+      0;  // rad: spheres' axes turn by a random angle of [theta/2, theta] about each axis, either sign (3.3.1)
+  double rounding = 0.02;  // epsilon of the split geometry; why 0.02: docs/validation/zhang2015.md
+  bool keep_mass =
+      false;  // children take the lost volume's mass by density / (1 - rounding); otherwise it goes to the fines
   std::optional<ShapeTransition> transition;
   FinesGrading fines;
   double smallest_radius = 0;  // equivalent radius (m) below which grains do not break

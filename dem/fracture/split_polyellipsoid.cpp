@@ -22,7 +22,7 @@ std::array<Half, 2> halves(const PolyEllipsoid& parent, int axis, double asked) 
   const double rounding = std::max(asked, least_rounding);
   const double across = std::sqrt(1 - rounding);
   std::array<Half, 2> half;
-  for (int side = 0; side < 2; ++side) {
+  for (std::size_t side = 0; side < 2; ++side) {
     Half& h = half[side];
     const double length = side == 0 ? parent.plus[axis] : parent.minus[axis];
     h.shape = {across * parent.plus, across * parent.minus};
@@ -47,7 +47,7 @@ void split_grain(Grains& g, std::size_t i, int axis, const FractureModel& fractu
   const std::uint8_t generation = g.generation.empty() ? 0 : g.generation[i];
 
   MassMoments lost = moments_of(g.shape[i], mass / volume(g.shape[i]), frame.axes, Vec3::Zero());
-  for (int side = 0; side < 2; ++side) {
+  for (std::size_t side = 0; side < 2; ++side) {
     const std::size_t slot = side == 0 ? i : g.size();
     GrainSpec child;
     child.shape = half[side].shape;
@@ -68,7 +68,8 @@ void split_grain(Grains& g, std::size_t i, int axis, const FractureModel& fractu
   fines.mass += lost.mass;
   fines.momentum += momentum;
   fines.angular_momentum += parent.position.cross(momentum) + lost.first.cross(parent.velocity) + inertia * spin;
-  fines.kinetic += 0.5 * (lost.mass * parent.velocity.squaredNorm() + spin.dot(inertia * spin)) + parent.velocity.dot(turning);
+  fines.kinetic +=
+      0.5 * (lost.mass * parent.velocity.squaredNorm() + spin.dot(inertia * spin)) + parent.velocity.dot(turning);
   if (!keep_mass) add_fines(fines, fracture.fines.largest * parent_diameter, fracture.fines.dimension, lost.mass);
 }
 

@@ -16,8 +16,8 @@ struct Half {
   Vec3 origin;  // octant origin in the parent's geometry frame
 };
 
-/// An edge without rounding has no Hertz radius: halves with a smaller rounding get this one (0.1 % of the volume), and a
-/// rounding of 0 keeps their mass exact by density.
+/// An edge without rounding has no Hertz radius: halves with a smaller rounding get this one (0.1 % of the volume), and
+/// a rounding of 0 keeps their mass exact by density.
 inline constexpr double least_rounding = 1e-3;
 
 /// Along + and - of the axis.

@@ -15,7 +15,9 @@ namespace grus::dem {
 class Saver {
 public:
   template <class T>
-  void plain(const T& v) { bytes_.append(reinterpret_cast<const char*>(&v), sizeof v); }
+  void plain(const T& v) {
+    bytes_.append(reinterpret_cast<const char*>(&v), sizeof v);
+  }
   template <class T>
   void column(const std::vector<T>& v) {
     plain(static_cast<std::uint64_t>(v.size()));
@@ -36,7 +38,9 @@ class Loader {
 public:
   explicit Loader(std::string_view bytes) : bytes_(bytes) {}
   template <class T>
-  void plain(T& v) { std::memcpy(static_cast<void*>(&v), next(sizeof v), sizeof v); }
+  void plain(T& v) {
+    std::memcpy(static_cast<void*>(&v), next(sizeof v), sizeof v);
+  }
   template <class T>
   void column(std::vector<T>& v) {
     const std::size_t n = size(sizeof(T));
@@ -77,24 +81,32 @@ void archive(A& a, S& s) {
   for_each_contact_column(c.contact, [&](auto& column) { a.column(column); });
   a.column(c.pair), a.column(c.touch), a.column(c.a), a.column(c.b), a.column(c.law);
   a.column(c.shift), a.column(c.images), a.column(c.active), a.column(c.target);
-  a.column(c.load), a.column(c.remote), a.column(c.remote_row), a.column(c.tile_work), a.column(c.before), a.column(c.taken), a.column(c.done), a.column(c.moved), a.plain(c.round), a.column(c.first), a.column(c.entry), a.column(c.energy);
+  a.column(c.load), a.column(c.remote), a.column(c.remote_row), a.column(c.tile_work), a.column(c.before),
+      a.column(c.taken), a.column(c.done), a.column(c.moved), a.plain(c.round), a.column(c.first), a.column(c.entry),
+      a.column(c.energy);
   a.column(s.bonds);
   std::uint64_t walls = s.boundary.walls.size();
   a.plain(walls);
   if constexpr (!std::is_const_v<S>) s.boundary.walls.resize(walls);
-  for (auto& w : s.boundary.walls) a.plain(w.point), a.plain(w.normal), a.plain(w.velocity), a.plain(w.material), a.plain(w.force), a.text(w.name);
+  for (auto& w : s.boundary.walls)
+    a.plain(w.point), a.plain(w.normal), a.plain(w.velocity), a.plain(w.material), a.text(w.name);
   a.plain(s.boundary.cell);
   auto& l = s.ledger;
-  for (auto* v : {&l.work, &l.friction, &l.damping, &l.local_damping, &l.fracture, &l.split, &l.split_added, &l.reshape, &l.unexplained,
-                  &l.most_friction, &l.most_damping, &l.start, &l.floor, &l.fracture_area, &l.residual_force}) a.plain(*v);
-  for (auto* v : {&l.breakages, &l.bonds_broken, &l.splits_refused}) a.plain(*v);
+  for (auto* v :
+       {&l.work, &l.friction, &l.damping, &l.local_damping, &l.fracture, &l.split, &l.split_added, &l.reshape,
+        &l.unexplained, &l.most_friction, &l.most_damping, &l.start, &l.floor, &l.fracture_area, &l.residual_force})
+    a.plain(*v);
+  for (auto* v : {&l.breakages, &l.bonds_broken}) a.plain(*v);
   a.plain(l.fines.mass), a.plain(l.fines.kinetic), a.plain(l.fines.momentum), a.plain(l.fines.angular_momentum);
   a.column(l.fines.classes), a.plain(l.splits);
   auto& r = s.reference;
-  a.column(r.position), a.column(r.orientation), a.column(r.wall_point), a.plain(r.cell), a.plain(r.skin), a.plain(r.grown), a.plain(r.largest), a.plain(r.travelled), a.plain(r.builds), a.plain(r.mends);
+  a.column(r.position), a.column(r.orientation), a.column(r.wall_point), a.plain(r.cell), a.plain(r.skin),
+      a.plain(r.grown), a.plain(r.largest), a.plain(r.travelled), a.plain(r.builds), a.plain(r.mends);
   a.column(s.grain_energy);
   for (auto* v : {&s.time, &s.dt, &s.skin, &s.mean_radius}) a.plain(*v);
-  for (auto* v : {&s.steps, &s.next_estimate, &s.estimate_interval, &s.listed_at, &s.sorted, &s.tested_at, &s.next_test}) a.plain(*v);
+  for (auto* v :
+       {&s.steps, &s.next_estimate, &s.estimate_interval, &s.listed_at, &s.sorted, &s.tested_at, &s.next_test})
+    a.plain(*v);
 }
 
 inline std::string bytes_of(const State& state) {

@@ -26,8 +26,10 @@ Triangulation unit_sphere(int n) {
     const int sx = octant & 1 ? -1 : 1, sy = octant & 2 ? -1 : 1, sz = octant & 4 ? -1 : 1;
     auto at = [&](int i, int j) { return vertex({sx * i, sy * j, sz * (n - i - j)}); };
     auto add = [&](int a, int b, int c) {
-      if (sx * sy * sz > 0) t.triangles.push_back({a, b, c});
-      else t.triangles.push_back({a, c, b});
+      if (sx * sy * sz > 0)
+        t.triangles.push_back({a, b, c});
+      else
+        t.triangles.push_back({a, c, b});
     };
     for (int i = 0; i < n; ++i)
       for (int j = 0; i + j < n; ++j) {
@@ -48,7 +50,8 @@ void write_grains(const std::string& path, const State& state) {
   auto field = [&](const char* name) { return &grid.cell_fields[name].values; };
   auto *id = field("id"), *radius = field("radius"), *speed = field("speed"), *material = field("material"),
        *coordination = field("coordination"), *pressure = field("mean_pressure_Pa");
-  auto *elongation = g.frame.empty() ? nullptr : field("elongation"), *flatness = g.frame.empty() ? nullptr : field("flatness");
+  auto *elongation = g.frame.empty() ? nullptr : field("elongation"),
+       *flatness = g.frame.empty() ? nullptr : field("flatness");
   auto* generation = g.generation.empty() ? nullptr : field("generation");
   for (std::size_t i = 0; i < g.size(); ++i) {
     const Frame frame = frame_of(g, i);
@@ -72,7 +75,9 @@ void write_grains(const std::string& path, const State& state) {
       material->push_back(g.material[i]);
       coordination->push_back(static_cast<float>(touching));
       pressure->push_back(static_cast<float>(p));
-      if (elongation) elongation->push_back(static_cast<float>(widths[1] / widths[0])), flatness->push_back(static_cast<float>(widths[2] / widths[1]));
+      if (elongation)
+        elongation->push_back(static_cast<float>(widths[1] / widths[0])),
+            flatness->push_back(static_cast<float>(widths[2] / widths[1]));
       if (generation) generation->push_back(g.generation[i]);
     }
   }

@@ -8,8 +8,8 @@
 
 namespace grus::dem {
 
-/// One frame: triangulated surfaces; cell fields id, radius, speed, generation, material, coordination and mean pressure
-/// of the grain (Pa, compression-positive).
+/// One frame: triangulated surfaces; cell fields id, radius, speed, generation, material, coordination and mean
+/// pressure of the grain (Pa, compression-positive).
 void write_grains(const std::string& path, const State& state);
 
 }  // namespace grus::dem

@@ -16,7 +16,8 @@ std::string hdf5_image(const std::function<void(hid_t file)>& fill) {
   silence_hdf5();
   const Handle access{must(H5Pcreate(H5P_FILE_ACCESS), "make properties"), H5Pclose};
   must(H5Pset_fapl_core(access.id, std::size_t{1} << 20, false), "make a file in memory");
-  const Handle file{must(H5Fcreate("in memory", H5F_ACC_TRUNC, H5P_DEFAULT, access.id), "make a file in memory"), H5Fclose};
+  const Handle file{must(H5Fcreate("in memory", H5F_ACC_TRUNC, H5P_DEFAULT, access.id), "make a file in memory"),
+                    H5Fclose};
   fill(file.id);
   must(H5Fflush(file.id, H5F_SCOPE_GLOBAL), "flush a file in memory");
   const auto size = must(H5Fget_file_image(file.id, nullptr, 0), "tell the size of a file");

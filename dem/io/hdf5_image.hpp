@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// HDF5 files are made in memory and written like any other: a full disk is then one error of one write, not a library that
-// cannot close its file.
+// HDF5 files are made in memory and written like any other: a full disk is then one error of one write, not a library
+// that cannot close its file.
 #pragma once
 
 #include <functional>

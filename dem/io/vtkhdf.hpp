@@ -16,9 +16,9 @@ struct VtkField {
 };
 
 struct VtkGrid {
-  std::vector<float> points;               // x y z
+  std::vector<float> points;                        // x y z
   std::vector<std::int64_t> connectivity, offsets;  // offsets: cells + 1
-  std::vector<std::uint8_t> types;         // VTK cell types
+  std::vector<std::uint8_t> types;                  // VTK cell types
   std::map<std::string, VtkField> point_fields, cell_fields;
 };
 

@@ -6,7 +6,8 @@
 
 namespace grus::dem {
 
-/// Replaces `path` by `text`. Throws std::runtime_error with the system's reason; the old file then stays, and nothing beside it.
+/// Replaces `path` by `text`. Throws std::runtime_error with the system's reason; the old file then stays, and nothing
+/// beside it.
 void write_whole(const std::string& path, const std::string& text);
 
 }  // namespace grus::dem

@@ -26,17 +26,22 @@ struct Axes {
   Real3 x, y, z;
 };
 GRUS_INLINE Real3 axis_x(const Turn& q) {
-  return {Real(1.0) - Real(2.0) * (q.y * q.y + q.z * q.z), Real(2.0) * (q.x * q.y + q.w * q.z), Real(2.0) * (q.x * q.z - q.w * q.y)};
+  return {Real(1.0) - Real(2.0) * (q.y * q.y + q.z * q.z), Real(2.0) * (q.x * q.y + q.w * q.z),
+          Real(2.0) * (q.x * q.z - q.w * q.y)};
 }
 GRUS_INLINE Real3 axis_y(const Turn& q) {
-  return {Real(2.0) * (q.x * q.y - q.w * q.z), Real(1.0) - Real(2.0) * (q.x * q.x + q.z * q.z), Real(2.0) * (q.y * q.z + q.w * q.x)};
+  return {Real(2.0) * (q.x * q.y - q.w * q.z), Real(1.0) - Real(2.0) * (q.x * q.x + q.z * q.z),
+          Real(2.0) * (q.y * q.z + q.w * q.x)};
 }
 GRUS_INLINE Real3 axis_z(const Turn& q) {
-  return {Real(2.0) * (q.x * q.z + q.w * q.y), Real(2.0) * (q.y * q.z - q.w * q.x), Real(1.0) - Real(2.0) * (q.x * q.x + q.y * q.y)};
+  return {Real(2.0) * (q.x * q.z + q.w * q.y), Real(2.0) * (q.y * q.z - q.w * q.x),
+          Real(1.0) - Real(2.0) * (q.x * q.x + q.y * q.y)};
 }
 GRUS_INLINE Axes axes(const Turn& q) { return {axis_x(q), axis_y(q), axis_z(q)}; }
 GRUS_INLINE Real along(const Real3& a, const Real3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-GRUS_INLINE Real3 sum(Real a, const Real3& x, Real b, const Real3& y, Real c, const Real3& z) { return a * x + b * y + c * z; }
+GRUS_INLINE Real3 sum(Real a, const Real3& x, Real b, const Real3& y, Real c, const Real3& z) {
+  return a * x + b * y + c * z;
+}
 
 /// cos(h) and sin(h) / (2 h) of half the angle, whose square is `half2`, as base/tensor.hpp: rotation_by.
 GRUS_INLINE void half_turn(Real half2, Real& c, Real& s) {
@@ -59,7 +64,8 @@ GRUS_INLINE Turn turn_by(const Real3& a) {
   return {s * a.x, s * a.y, s * a.z, c};
 }
 
-/// Torque-free motion of a body, principal -> global: half a step about x, as a symmetric top about z, half a step about x.
+/// Torque-free motion of a body, principal -> global: half a step about x, as a symmetric top about z, half a step
+/// about x.
 GRUS_INLINE Turn free_turn(Turn q, const Real3& moments, const Real3& momentum, Real dt) {
   const Real one(1.0), half(0.5), of_y = one / moments.y, split = one / moments.x - of_y, spin = one / moments.z - of_y;
   auto about_x = [&] {
@@ -82,7 +88,8 @@ GRUS_INLINE Turn free_turn(Turn q, const Real3& moments, const Real3& momentum, 
 
 GRUS_INLINE Real3 spin_of(const Turn& q, const Real3& moments, const Real3& momentum) {
   const Axes e = axes(q);
-  return sum(along(e.x, momentum) / moments.x, e.x, along(e.y, momentum) / moments.y, e.y, along(e.z, momentum) / moments.z, e.z);
+  return sum(along(e.x, momentum) / moments.x, e.x, along(e.y, momentum) / moments.y, e.y,
+             along(e.z, momentum) / moments.z, e.z);
 }
 
 /// -damping |force| against the direction of the velocity, as sphere_sweep.cpp.
@@ -98,10 +105,13 @@ struct Group {
   std::uint32_t at[width];
   int count;
 
-  GRUS_INLINE Group(const std::uint32_t* grains, std::size_t first, std::size_t end) : count(end - first < width ? static_cast<int>(end - first) : width) {
+  GRUS_INLINE Group(const std::uint32_t* grains, std::size_t first, std::size_t end)
+      : count(end - first < width ? static_cast<int>(end - first) : width) {
     for (int l = 0; l < width; ++l) at[l] = grains[first + static_cast<std::size_t>(l < count ? l : count - 1)];
   }
-  GRUS_INLINE Real3 read3(const double* column) const { return {gather(column, at, 3), gather(column + 1, at, 3), gather(column + 2, at, 3)}; }
+  GRUS_INLINE Real3 read3(const double* column) const {
+    return {gather(column, at, 3), gather(column + 1, at, 3), gather(column + 2, at, 3)};
+  }
   GRUS_INLINE Real damping(const SweepRows& s) const {
     double of[width];
     for (int l = 0; l < width; ++l) of[l] = s.damping[s.material[at[l]]];
@@ -128,7 +138,8 @@ struct Group {
     load4(s.shape, at, 6, plus.x, plus.y, plus.z, minus.x);
     load4(s.shape + 2, at, 6, again, again, minus.y, minus.z);
     const Axes e = axes(q);
-    const Real3 centre = Real(0.375) * (plus - minus), origin = position - sum(centre.x, e.x, centre.y, e.y, centre.z, e.z);
+    const Real3 centre = Real(0.375) * (plus - minus),
+                origin = position - sum(centre.x, e.x, centre.y, e.y, centre.z, e.z);
     write4(origin.x, origin.y, origin.z, e.x.x, s.frame, 12);
     write4(e.x.y, e.x.z, e.y.x, e.y.y, s.frame + 4, 12);
     write4(e.y.z, e.z.x, e.z.y, e.z.z, s.frame + 8, 12);

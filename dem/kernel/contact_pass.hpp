@@ -10,40 +10,41 @@ namespace grus::dem {
 
 /// Rows of doubles, in the layout of the columns of the same names (state/grains.hpp, state/contacts.hpp).
 struct ContactRows {
-  const double* motion;          // 12: position radius | velocity 1/m | spin 1/I
-  const std::uint32_t *a, *b;    // grains; as the next three readable by 8 beyond the end
-  const std::uint32_t* law;      // row of `laws`
-  const std::uint32_t* target;   // row of `load` that takes what b feels; for walls, the wall
-  const std::uint32_t* shift;    // row of `shifts`; nullptr: no periodic cell
-  const double* shifts;          // 8: offset of b, 0 | velocity of the offset, 0
-  const double* walls;           // 8: normal, normal . point | velocity, 0
-  const double* laws;            // 8: see law_row
+  const double* motion;         // 12: position radius | velocity 1/m | spin 1/I
+  const std::uint32_t *a, *b;   // grains; as the next three readable by 8 beyond the end
+  const std::uint32_t* law;     // row of `laws`
+  const std::uint32_t* target;  // row of `load` that takes what b feels; for walls, the wall
+  const std::uint32_t* shift;   // row of `shifts`; nullptr: no periodic cell
+  const double* shifts;         // 8: offset of b, 0 | velocity of the offset, 0
+  const double* walls;          // 8: normal, normal . point | velocity, 0
+  const double* laws;           // 8: see law_row
   std::size_t law_count;
   double dt;
-  double* touch;                 // 8: normal overlap | force, 0; nullptr for spheres: nobody looks at this step
-  std::uint8_t* active;          // touching
-  double* load;                  // 8: force, 0 | torque, 0; added to. Rows of the grains of the tile at hand, that of `first` first
-  double* elsewhere;             // the same of targets from `grains` on
+  double* touch;         // 8: normal overlap | force, 0; nullptr for spheres: nobody looks at this step
+  std::uint8_t* active;  // touching
+  double* load;  // 8: force, 0 | torque, 0; added to. Rows of the grains of the tile at hand, that of `first` first
+  double* elsewhere;  // the same of targets from `grains` on
   std::uint32_t grains, first;
-  bool hertz, friction, dashpot; // what any of the laws needs
+  bool hertz, friction, dashpot;  // what any of the laws needs
 
   // Histories, a value a pair; as a and b readable beyond the end.
   double *spring_x, *spring_y, *spring_z, *compliance, *viscous;
-  double *stiffness, *radius;    // written when a contact begins or parts
+  double *stiffness, *radius;  // written when a contact begins or parts
 
   // Poly-ellipsoids only.
-  const double* frame;           // 12: octant origin, axes column by column
-  const double* shape;           // 6: semi-axes plus, minus
-  // Settles pair k one by one: begins or parts the contact where that is due. Touching: fills `found` with normal, overlap,
-  // and the point of contact (global), and says so.
+  const double* frame;  // 12: octant origin, axes column by column
+  const double* shape;  // 6: semi-axes plus, minus
+  // Settles pair k one by one: begins or parts the contact where that is due. Touching: fills `found` with normal,
+  // overlap, and the point of contact (global), and says so.
   bool (*solve)(const void* context, std::size_t k, double* found);
   const void* context;
 };
 
 enum LawRow { law_youngs, law_shear_ratio, law_friction, law_dashpot, law_stiffness, law_columns = 8 };
 
-/// Dissipation, and force x velocity of a moving cell or wall, over the pairs of this call. What friction takes is known from what
-/// slides; `springs` is the same from the other side, the springs' work less the change of what they hold.
+/// Dissipation, and force x velocity of a moving cell or wall, over the pairs of this call. What friction takes is
+/// known from what slides; `springs` is the same from the other side, the springs' work less the change of what they
+/// hold.
 struct PassEnergy {
   double friction = 0, springs = 0, viscous = 0, power = 0;
 };
@@ -57,8 +58,8 @@ PairLoop sphere_walls();
 PairLoop polyellipsoid_pairs();
 int lanes();
 
-#define GRUS_DECLARE_LANES(name)                                                        \
-  namespace name {                                                                      \
+#define GRUS_DECLARE_LANES(name)                                                          \
+  namespace name {                                                                        \
   PassEnergy sphere_pairs(const ContactRows&, std::size_t begin, std::size_t end);        \
   PassEnergy sphere_walls(const ContactRows&, std::size_t begin, std::size_t end);        \
   PassEnergy polyellipsoid_pairs(const ContactRows&, std::size_t begin, std::size_t end); \

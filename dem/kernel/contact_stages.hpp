@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// The stages that all kinds of pairs go through, `chunk` pairs at a time. Only for the files that are built once for each
-// instruction set.
+// The stages that all kinds of pairs go through, `chunk` pairs at a time. Only for the files that are built once for
+// each instruction set.
 #pragma once
 
 #include "dem/kernel/contact_pass.hpp"
@@ -11,7 +11,11 @@ namespace {
 
 #define GRUS_STAGE [[gnu::noinline]] static
 
-enum class Kind { spheres, walls, shaped };  // sphere on sphere, sphere on wall, pairs whose points of contact are given
+enum class Kind {
+  spheres,
+  walls,
+  shaped
+};  // sphere on sphere, sphere on wall, pairs whose points of contact are given
 
 constexpr int group = 8;   // contacts whose energies are summed apart: the same sums for any width
 constexpr int chunk = 64;  // pairs that go through the stages together: short chains of operations, many at a time
@@ -24,7 +28,7 @@ struct alignas(64) Chunk {
   double drag_x[chunk], drag_y[chunk], drag_z[chunk];   // velocity of the wall or the cell
   double elastic[chunk], kt[chunk], compliance[chunk], dashpot[chunk], normal[chunk];
   double sx[chunk], sy[chunk], sz[chunk], keep[chunk], cut[chunk], size[chunk];  // springs
-  std::size_t first[chunk / width];   // pair of each kept group
+  std::size_t first[chunk / width];                                              // pair of each kept group
   unsigned touching[chunk / width];
   int count[chunk / width];
 
@@ -40,7 +44,8 @@ GRUS_INLINE Real at(const double* column) {
 
 /// Energy (J) that the spring of a parting pair still held.
 GRUS_INLINE double part(const ContactRows& s, std::size_t k) {
-  const double held = 0.5 * s.compliance[k] * (s.spring_x[k] * s.spring_x[k] + s.spring_y[k] * s.spring_y[k] + s.spring_z[k] * s.spring_z[k]);
+  const double held = 0.5 * s.compliance[k] *
+                      (s.spring_x[k] * s.spring_x[k] + s.spring_y[k] * s.spring_y[k] + s.spring_z[k] * s.spring_z[k]);
   s.spring_x[k] = s.spring_y[k] = s.spring_z[k] = s.compliance[k] = s.viscous[k] = s.stiffness[k] = s.radius[k] = 0;
   return held;
 }
@@ -61,8 +66,8 @@ GRUS_INLINE Real constant(const ContactRows& s, int k, std::size_t first) {
 // Roots take long, and a processor looks only some hundred operations ahead: each loop below ends in one, so that many
 // are under way together.
 
-/// Velocity of b against a where they touch, how far they turn about the normal, and what overlap and masses decide: elastic
-/// force, tangential stiffness, dashpot.
+/// Velocity of b against a where they touch, how far they turn about the normal, and what overlap and masses decide:
+/// elastic force, tangential stiffness, dashpot.
 template <Kind kind, bool hertz, bool friction, bool dashpot>
 GRUS_STAGE void meet(const ContactRows& s, int kept, Chunk& c) {
   const Real one(1.0), half_step(0.5 * s.dt);
@@ -90,7 +95,8 @@ GRUS_STAGE void meet(const ContactRows& s, int kept, Chunk& c) {
       if constexpr (kind == Kind::spheres) {
         v = vb - va - cross(fused(at(c.la + o), wa, at(c.lb + o) * wb), n);
       } else {
-        const Real3 arm_a{at(c.arm_ax + o), at(c.arm_ay + o), at(c.arm_az + o)}, arm_b{at(c.arm_bx + o), at(c.arm_by + o), at(c.arm_bz + o)};
+        const Real3 arm_a{at(c.arm_ax + o), at(c.arm_ay + o), at(c.arm_az + o)},
+            arm_b{at(c.arm_bx + o), at(c.arm_by + o), at(c.arm_bz + o)};
         v = vb - va + cross(wb, arm_b) - cross(wa, arm_a);
       }
       store(half_step * dot(n, wa + wb), c.turn + o);
@@ -99,7 +105,8 @@ GRUS_STAGE void meet(const ContactRows& s, int kept, Chunk& c) {
         v = v + drag;
       }
     }
-    if (kind == Kind::walls || s.shift) store(drag.x, c.drag_x + o), store(drag.y, c.drag_y + o), store(drag.z, c.drag_z + o);
+    if (kind == Kind::walls || s.shift)
+      store(drag.x, c.drag_x + o), store(drag.y, c.drag_y + o), store(drag.z, c.drag_z + o);
     store(v.x, c.vx + o), store(v.y, c.vy + o), store(v.z, c.vz + o);
 
     const Real depth = select(on, at(c.overlap + o), one), stiffness = at(s.stiffness + k);
@@ -113,8 +120,8 @@ GRUS_STAGE void meet(const ContactRows& s, int kept, Chunk& c) {
   }
 }
 
-/// Sums of one call, one for each of `group` places: twice what springs lost, and of it what friction took; what dashpots took
-/// over - dt / 2; power.
+/// Sums of one call, one for each of `group` places: twice what springs lost, and of it what friction took; what
+/// dashpots took over - dt / 2; power.
 struct Sums {
   Real lost[group / width], slid[group / width], spent[group / width], power[group / width];
 };
@@ -164,10 +171,11 @@ GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk&
       store(now.x, c.sx + o), store(now.y, c.sy + o), store(now.z, c.sz + o);
       const Real limit = constant(s, law_friction, c.first[g]) * at(c.normal + o), now2 = dot(now, now);
       const Mask slides = less(limit * limit, now2);
-      const Real reached = root(now2), cut = select(slides, limit / reached, one), size = at(c.size + o), size2 = size * size;
+      const Real reached = root(now2), cut = select(slides, limit / reached, one), size = at(c.size + o),
+                 size2 = size * size;
       store(cut, c.cut + o);
-      // A spring sheds the smaller part of its stiffness or of its force; sliding takes the plastic slip times what held against it,
-      // the spring at first and Coulomb's limit at last.
+      // A spring sheds the smaller part of its stiffness or of its force; sliding takes the plastic slip times what
+      // held against it, the spring at first and Coulomb's limit at last.
       const Real held = before * size2, shed = held - smaller(held * grown, size2 * after);
       const Real slid = fused(smaller(one, grown), size, limit) * (reached - limit) * after;
       sums.slid[h] = sums.slid[h] + kept_lanes(on, shed + select(slides, slid, zero));
@@ -190,7 +198,8 @@ GRUS_STAGE void hand_out(const ContactRows& s, std::size_t first, int kept, Chun
     if constexpr (friction) {
       now = at(c.cut + o) * Real3{at(c.sx + o), at(c.sy + o), at(c.sz + o)};
       twist = cross(now, n);
-      put_back(kept_lanes(on, now.x), c.count[g], s.spring_x + k), put_back(kept_lanes(on, now.y), c.count[g], s.spring_y + k);
+      put_back(kept_lanes(on, now.x), c.count[g], s.spring_x + k),
+          put_back(kept_lanes(on, now.y), c.count[g], s.spring_y + k);
       put_back(kept_lanes(on, now.z), c.count[g], s.spring_z + k);
     }
     const Real3 force = fused(at(c.normal + o), n, now);
@@ -207,7 +216,8 @@ GRUS_STAGE void hand_out(const ContactRows& s, std::size_t first, int kept, Chun
     if constexpr (kind == Kind::shaped) {
       const Real3 torque_a = cross(Real3{at(c.arm_ax + o), at(c.arm_ay + o), at(c.arm_az + o)}, force);
       const Real3 torque_b = cross(Real3{at(c.arm_bx + o), at(c.arm_by + o), at(c.arm_bz + o)}, force);
-      const Rows on_a = rows(push, quads(torque_a.x, torque_a.y, torque_a.z, zero)), on_b = rows(push, quads(torque_b.x, torque_b.y, torque_b.z, zero));
+      const Rows on_a = rows(push, quads(torque_a.x, torque_a.y, torque_a.z, zero)),
+                 on_b = rows(push, quads(torque_b.x, torque_b.y, torque_b.z, zero));
 #pragma GCC unroll 8
       for (int l = 0; l < width; ++l)
         if (touching >> l & 1) subtract(on_a, l, load_of_a(l)), add(on_b, l, load_of_b(l));
@@ -226,15 +236,16 @@ GRUS_STAGE void hand_out(const ContactRows& s, std::size_t first, int kept, Chun
       }
     }
     if (s.touch) {
-      const Rows seen = rows(quads(n.x, n.y, n.z, at(c.overlap + o)), quads(kept_lanes(on, force.x), kept_lanes(on, force.y), kept_lanes(on, force.z), zero));
+      const Rows seen = rows(quads(n.x, n.y, n.z, at(c.overlap + o)),
+                             quads(kept_lanes(on, force.x), kept_lanes(on, force.y), kept_lanes(on, force.z), zero));
       for (int l = 0; l < c.count[g]; ++l)
         if (kind != Kind::shaped || (touching >> l & 1)) put(seen, l, s.touch + 8 * (k + static_cast<std::size_t>(l)));
     }
   }
 }
 
-/// The stage before all others: which pairs of [first, last) touch, their normals, overlaps and levers; how many groups are
-/// kept. Overlaps of touching pairs are positive.
+/// The stage before all others: which pairs of [first, last) touch, their normals, overlaps and levers; how many groups
+/// are kept. Overlaps of touching pairs are positive.
 template <Kind kind>
 int find_touching(const ContactRows& s, std::size_t first, std::size_t last, Chunk& c, double& parted);
 
@@ -265,10 +276,12 @@ PassEnergy run(const ContactRows& s, std::size_t first, std::size_t last) {
 template <Kind kind>
 PassEnergy choose(const ContactRows& s, std::size_t first, std::size_t last) {
   if (s.hertz) {
-    if (s.friction) return s.dashpot ? run<kind, true, true, true>(s, first, last) : run<kind, true, true, false>(s, first, last);
+    if (s.friction)
+      return s.dashpot ? run<kind, true, true, true>(s, first, last) : run<kind, true, true, false>(s, first, last);
     return s.dashpot ? run<kind, true, false, true>(s, first, last) : run<kind, true, false, false>(s, first, last);
   }
-  if (s.friction) return s.dashpot ? run<kind, false, true, true>(s, first, last) : run<kind, false, true, false>(s, first, last);
+  if (s.friction)
+    return s.dashpot ? run<kind, false, true, true>(s, first, last) : run<kind, false, true, false>(s, first, last);
   return s.dashpot ? run<kind, false, false, true>(s, first, last) : run<kind, false, false, false>(s, first, last);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // `width` doubles at a time, as the compiler's target allows: 8 (AVX-512), 4 (AVX2) or 1. What is fused is written
-// so, and all else is rounded alone: all widths give the same bits. Everything is inlined: no symbol of one target can end up in another's code.
+// so, and all else is rounded alone: all widths give the same bits. Everything is inlined: no symbol of one target can
+// end up in another's code.
 #pragma once
 
 #include <cstdint>
@@ -27,9 +28,9 @@ GRUS_INLINE Real operator+(Real a, Real b) { return _mm512_add_pd(a.v, b.v); }
 GRUS_INLINE Real operator-(Real a, Real b) { return _mm512_sub_pd(a.v, b.v); }
 GRUS_INLINE Real operator*(Real a, Real b) { return _mm512_mul_pd(a.v, b.v); }
 GRUS_INLINE Real operator/(Real a, Real b) { return _mm512_div_pd(a.v, b.v); }
-GRUS_INLINE Real fused(Real a, Real b, Real c) { return _mm512_fmadd_pd(a.v, b.v, c.v); }      // a b + c
-GRUS_INLINE Real fused_less(Real a, Real b, Real c) { return _mm512_fmsub_pd(a.v, b.v, c.v); }  // a b - c
-GRUS_INLINE Real less_fused(Real c, Real a, Real b) { return _mm512_fnmadd_pd(a.v, b.v, c.v); } // c - a b
+GRUS_INLINE Real fused(Real a, Real b, Real c) { return _mm512_fmadd_pd(a.v, b.v, c.v); }        // a b + c
+GRUS_INLINE Real fused_less(Real a, Real b, Real c) { return _mm512_fmsub_pd(a.v, b.v, c.v); }   // a b - c
+GRUS_INLINE Real less_fused(Real c, Real a, Real b) { return _mm512_fnmadd_pd(a.v, b.v, c.v); }  // c - a b
 GRUS_INLINE Real root(Real a) { return _mm512_sqrt_pd(a.v); }
 GRUS_INLINE Real halved_from(std::int64_t seed, Real a) {  // seed - (bits of a) / 2, as a number
   return _mm512_castsi512_pd(_mm512_sub_epi64(_mm512_set1_epi64(seed), _mm512_srli_epi64(_mm512_castpd_si512(a.v), 1)));
@@ -51,9 +52,11 @@ GRUS_INLINE Real gather(const double* base, const std::uint32_t* at, int stride)
 }
 
 /// Columns 0..3 of `width` rows of four.
-GRUS_INLINE void load4(const double* base, const std::uint32_t* at, std::size_t stride, Real& x, Real& y, Real& z, Real& w) {
+GRUS_INLINE void load4(const double* base, const std::uint32_t* at, std::size_t stride, Real& x, Real& y, Real& z,
+                       Real& w) {
   auto two = [&](int p, int q) {
-    return _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_loadu_pd(base + at[p] * stride)), _mm256_loadu_pd(base + at[q] * stride), 1);
+    return _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_loadu_pd(base + at[p] * stride)),
+                              _mm256_loadu_pd(base + at[q] * stride), 1);
   };
   const __m512d r0 = two(0, 2), r1 = two(1, 3), r2 = two(4, 6), r3 = two(5, 7);
   const __m512d t0 = _mm512_unpacklo_pd(r0, r1), t1 = _mm512_unpackhi_pd(r0, r1);
@@ -79,8 +82,8 @@ GRUS_INLINE Quads quads(Real x, Real y, Real z, Real w) {
   const __m512i low = _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11), high = _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15);
   const __m512d t0 = _mm512_unpacklo_pd(x.v, y.v), t1 = _mm512_unpackhi_pd(x.v, y.v);
   const __m512d u0 = _mm512_unpacklo_pd(z.v, w.v), u1 = _mm512_unpackhi_pd(z.v, w.v);
-  return {{_mm512_permutex2var_pd(t0, low, u0), _mm512_permutex2var_pd(t1, low, u1), _mm512_permutex2var_pd(t0, high, u0),
-           _mm512_permutex2var_pd(t1, high, u1)}};
+  return {{_mm512_permutex2var_pd(t0, low, u0), _mm512_permutex2var_pd(t1, low, u1),
+           _mm512_permutex2var_pd(t0, high, u0), _mm512_permutex2var_pd(t1, high, u1)}};
 }
 GRUS_INLINE Rows rows(const Quads& a, const Quads& b) {
   Rows r;
@@ -96,8 +99,12 @@ GRUS_INLINE void put(const Quads& r, int l, double* to) {  // row l
   _mm256_storeu_pd(to, l / 2 % 2 ? _mm512_extractf64x4_pd(two, 1) : _mm512_castpd512_pd256(two));
 }
 GRUS_INLINE void put(const Rows& r, int l, double* to) { _mm512_storeu_pd(to, r.row[l]); }
-GRUS_INLINE void add(const Rows& r, int l, double* to) { _mm512_storeu_pd(to, _mm512_add_pd(_mm512_loadu_pd(to), r.row[l])); }
-GRUS_INLINE void subtract(const Rows& r, int l, double* to) { _mm512_storeu_pd(to, _mm512_sub_pd(_mm512_loadu_pd(to), r.row[l])); }
+GRUS_INLINE void add(const Rows& r, int l, double* to) {
+  _mm512_storeu_pd(to, _mm512_add_pd(_mm512_loadu_pd(to), r.row[l]));
+}
+GRUS_INLINE void subtract(const Rows& r, int l, double* to) {
+  _mm512_storeu_pd(to, _mm512_sub_pd(_mm512_loadu_pd(to), r.row[l]));
+}
 
 #elif defined(__AVX2__)
 constexpr int width = 4;
@@ -119,7 +126,8 @@ GRUS_INLINE Real fused_less(Real a, Real b, Real c) { return _mm256_fmsub_pd(a.v
 GRUS_INLINE Real less_fused(Real c, Real a, Real b) { return _mm256_fnmadd_pd(a.v, b.v, c.v); }
 GRUS_INLINE Real root(Real a) { return _mm256_sqrt_pd(a.v); }
 GRUS_INLINE Real halved_from(std::int64_t seed, Real a) {
-  return _mm256_castsi256_pd(_mm256_sub_epi64(_mm256_set1_epi64x(seed), _mm256_srli_epi64(_mm256_castpd_si256(a.v), 1)));
+  return _mm256_castsi256_pd(
+      _mm256_sub_epi64(_mm256_set1_epi64x(seed), _mm256_srli_epi64(_mm256_castpd_si256(a.v), 1)));
 }
 GRUS_INLINE Real taken_from(std::int64_t seed, Real a) {
   return _mm256_castsi256_pd(_mm256_sub_epi64(_mm256_set1_epi64x(seed), _mm256_castpd_si256(a.v)));
@@ -139,7 +147,8 @@ GRUS_INLINE Real gather(const double* base, const std::uint32_t* at, int stride)
   for (int l = 0; l < 4; ++l) x[l] = base[at[l] * static_cast<std::size_t>(stride)];
   return _mm256_loadu_pd(x);
 }
-GRUS_INLINE void load4(const double* base, const std::uint32_t* at, std::size_t stride, Real& x, Real& y, Real& z, Real& w) {
+GRUS_INLINE void load4(const double* base, const std::uint32_t* at, std::size_t stride, Real& x, Real& y, Real& z,
+                       Real& w) {
   const __m256d r0 = _mm256_loadu_pd(base + at[0] * stride), r1 = _mm256_loadu_pd(base + at[1] * stride);
   const __m256d r2 = _mm256_loadu_pd(base + at[2] * stride), r3 = _mm256_loadu_pd(base + at[3] * stride);
   const __m256d t0 = _mm256_unpacklo_pd(r0, r1), t1 = _mm256_unpackhi_pd(r0, r1);
@@ -161,12 +170,14 @@ struct Rows {
 GRUS_INLINE Quads quads(Real x, Real y, Real z, Real w) {
   const __m256d t0 = _mm256_unpacklo_pd(x.v, y.v), t1 = _mm256_unpackhi_pd(x.v, y.v);
   const __m256d u0 = _mm256_unpacklo_pd(z.v, w.v), u1 = _mm256_unpackhi_pd(z.v, w.v);
-  return {{_mm256_permute2f128_pd(t0, u0, 0x20), _mm256_permute2f128_pd(t1, u1, 0x20), _mm256_permute2f128_pd(t0, u0, 0x31),
-           _mm256_permute2f128_pd(t1, u1, 0x31)}};
+  return {{_mm256_permute2f128_pd(t0, u0, 0x20), _mm256_permute2f128_pd(t1, u1, 0x20),
+           _mm256_permute2f128_pd(t0, u0, 0x31), _mm256_permute2f128_pd(t1, u1, 0x31)}};
 }
 GRUS_INLINE Rows rows(const Quads& a, const Quads& b) { return {a, b}; }
 GRUS_INLINE void put(const Quads& r, int l, double* to) { _mm256_storeu_pd(to, r.q[l]); }
-GRUS_INLINE void put(const Rows& r, int l, double* to) { _mm256_storeu_pd(to, r.a.q[l]), _mm256_storeu_pd(to + 4, r.b.q[l]); }
+GRUS_INLINE void put(const Rows& r, int l, double* to) {
+  _mm256_storeu_pd(to, r.a.q[l]), _mm256_storeu_pd(to + 4, r.b.q[l]);
+}
 GRUS_INLINE void add(const Rows& r, int l, double* to) {
   _mm256_storeu_pd(to, _mm256_add_pd(_mm256_loadu_pd(to), r.a.q[l]));
   _mm256_storeu_pd(to + 4, _mm256_add_pd(_mm256_loadu_pd(to + 4), r.b.q[l]));
@@ -205,8 +216,11 @@ GRUS_INLINE unsigned bits(bool m) { return m; }
 GRUS_INLINE bool mask_of(unsigned b) { return b & 1; }
 GRUS_INLINE void store(double a, double* to) { *to = a; }
 GRUS_INLINE void load(const double* from, double& a) { a = *from; }
-GRUS_INLINE double gather(const double* base, const std::uint32_t* at, int stride) { return base[at[0] * static_cast<std::size_t>(stride)]; }
-GRUS_INLINE void load4(const double* base, const std::uint32_t* at, std::size_t stride, double& x, double& y, double& z, double& w) {
+GRUS_INLINE double gather(const double* base, const std::uint32_t* at, int stride) {
+  return base[at[0] * static_cast<std::size_t>(stride)];
+}
+GRUS_INLINE void load4(const double* base, const std::uint32_t* at, std::size_t stride, double& x, double& y, double& z,
+                       double& w) {
   const double* r = base + at[0] * stride;
   x = r[0], y = r[1], z = r[2], w = r[3];
 }
@@ -218,7 +232,9 @@ struct Rows {
   double row[8];
 };
 GRUS_INLINE Quads quads(double x, double y, double z, double w) { return {{x, y, z, w}}; }
-GRUS_INLINE Rows rows(const Quads& a, const Quads& b) { return {{a.q[0], a.q[1], a.q[2], a.q[3], b.q[0], b.q[1], b.q[2], b.q[3]}}; }
+GRUS_INLINE Rows rows(const Quads& a, const Quads& b) {
+  return {{a.q[0], a.q[1], a.q[2], a.q[3], b.q[0], b.q[1], b.q[2], b.q[3]}};
+}
 GRUS_INLINE void put(const Quads& r, int, double* to) {
   for (int k = 0; k < 4; ++k) to[k] = r.q[k];
 }
@@ -242,9 +258,9 @@ GRUS_INLINE void load4(const double* base, std::size_t stride, Real& x, Real& y,
   load4(base, each, stride, x, y, z, w);
 }
 
-// Roots and quotients by Newton's iteration, where many are wanted at once: a divider does one at a time, the multipliers do
-// many. The seeds are good to 3.5 % and 5 %, every step squares the error: four end within two units of the last place. For
-// positive normal numbers; of 0 they give something large, and the inverse may overflow.
+// Roots and quotients by Newton's iteration, where many are wanted at once: a divider does one at a time, the
+// multipliers do many. The seeds are good to 3.5 % and 5 %, every step squares the error: four end within two units of
+// the last place. For positive normal numbers; of 0 they give something large, and the inverse may overflow.
 GRUS_INLINE Real inverse_root(Real a) {
   Real y = halved_from(0x5fe6eb50c7b537a9, a);
   const Real half_a = Real(0.5) * a;
@@ -263,8 +279,12 @@ struct Real3 {
 GRUS_INLINE Real3 operator+(const Real3& a, const Real3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 GRUS_INLINE Real3 operator-(const Real3& a, const Real3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 GRUS_INLINE Real3 operator*(Real s, const Real3& a) { return {s * a.x, s * a.y, s * a.z}; }
-GRUS_INLINE Real3 fused(Real s, const Real3& a, const Real3& b) { return {fused(s, a.x, b.x), fused(s, a.y, b.y), fused(s, a.z, b.z)}; }
-GRUS_INLINE Real3 less_fused(const Real3& b, Real s, const Real3& a) { return {less_fused(b.x, s, a.x), less_fused(b.y, s, a.y), less_fused(b.z, s, a.z)}; }
+GRUS_INLINE Real3 fused(Real s, const Real3& a, const Real3& b) {
+  return {fused(s, a.x, b.x), fused(s, a.y, b.y), fused(s, a.z, b.z)};
+}
+GRUS_INLINE Real3 less_fused(const Real3& b, Real s, const Real3& a) {
+  return {less_fused(b.x, s, a.x), less_fused(b.y, s, a.y), less_fused(b.z, s, a.z)};
+}
 GRUS_INLINE Real dot(const Real3& a, const Real3& b) { return fused(a.z, b.z, fused(a.y, b.y, a.x * b.x)); }
 GRUS_INLINE Real3 cross(const Real3& a, const Real3& b) {
   return {fused_less(a.y, b.z, a.z * b.y), fused_less(a.z, b.x, a.x * b.z), fused_less(a.x, b.y, a.y * b.x)};

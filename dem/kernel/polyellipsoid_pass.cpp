@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Pairs of grains of which one is not a sphere: the search of shape/common_normal.cpp for many pairs at once. What does not
-// go the usual way (new contacts, folds, directions that wander) is settled one by one by ContactRows::solve.
+// Pairs of grains of which one is not a sphere: the search of shape/common_normal.cpp for many pairs at once. What does
+// not go the usual way (new contacts, folds, directions that wander) is settled one by one by ContactRows::solve.
 #include "dem/kernel/contact_stages.hpp"
 
 namespace grus::dem {
@@ -23,7 +23,8 @@ struct Bodies {
   GRUS_INLINE Real3 global(const Real3& v) const { return fused(v.z, ez, fused(v.y, ey, v.x * ex)); }
   GRUS_INLINE Real3 squares(const Real3& d) const {  // of the octant of d
     const Real zero(0.0);
-    const Real3 a{select(less(d.x, zero), minus.x, plus.x), select(less(d.y, zero), minus.y, plus.y), select(less(d.z, zero), minus.z, plus.z)};
+    const Real3 a{select(less(d.x, zero), minus.x, plus.x), select(less(d.y, zero), minus.y, plus.y),
+                  select(less(d.z, zero), minus.z, plus.z)};
     return {a.x * a.x, a.y * a.y, a.z * a.z};
   }
 };
@@ -72,7 +73,9 @@ GRUS_INLINE unsigned newton_step(const Bodies& A, const Bodies& B, const Evaluat
   return good;
 }
 
-GRUS_INLINE Real3 chosen(Mask m, const Real3& a, const Real3& b) { return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)}; }
+GRUS_INLINE Real3 chosen(Mask m, const Real3& a, const Real3& b) {
+  return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
+}
 
 /// Columns of a group that all stages after the first read.
 GRUS_INLINE void put_columns(Chunk& c, int o, const Real3& n, Real overlap, const Real3& arm_a, const Real3& arm_b) {
@@ -123,7 +126,8 @@ template <Kind kind>
       hard |= open & ~moved;
       const Mask m = mask_of(moved);
       n = chosen(m, next, n);
-      e.point_a = chosen(m, trial.point_a, e.point_a), e.point_b = chosen(m, trial.point_b, e.point_b), e.g = chosen(m, trial.g, e.g);
+      e.point_a = chosen(m, trial.point_a, e.point_a), e.point_b = chosen(m, trial.point_b, e.point_b),
+      e.g = chosen(m, trial.g, e.g);
       e.f = select(m, trial.f, e.f);
       e.a.squares = chosen(m, trial.a.squares, e.a.squares), e.a.point = chosen(m, trial.a.point, e.a.point);
       e.b.squares = chosen(m, trial.b.squares, e.b.squares), e.b.point = chosen(m, trial.b.point, e.b.point);
@@ -148,7 +152,8 @@ template <Kind kind>
       touching |= 1u << l;
       const double *ma = s.motion + 12 * std::size_t{s.a[p]}, *mb = s.motion + 12 * std::size_t{s.b[p]};
       const double* shift = s.shift ? s.shifts + 8 * std::size_t{s.shift[p]} : nullptr;
-      double* const columns[10] = {c.nx, c.ny, c.nz, c.overlap, c.arm_ax, c.arm_ay, c.arm_az, c.arm_bx, c.arm_by, c.arm_bz};
+      double* const columns[10] = {c.nx,     c.ny,     c.nz,     c.overlap, c.arm_ax,
+                                   c.arm_ay, c.arm_az, c.arm_bx, c.arm_by,  c.arm_bz};
       for (int j = 0; j < 4; ++j) columns[j][o + l] = found[j];
       for (int j = 0; j < 3; ++j) {
         columns[4 + j][o + l] = found[4 + j] - ma[j];
@@ -171,7 +176,9 @@ template <Kind kind>
 }  // namespace
 
 namespace GRUS_LANES {
-PassEnergy polyellipsoid_pairs(const ContactRows& s, std::size_t first, std::size_t last) { return choose<Kind::shaped>(s, first, last); }
+PassEnergy polyellipsoid_pairs(const ContactRows& s, std::size_t first, std::size_t last) {
+  return choose<Kind::shaped>(s, first, last);
+}
 }  // namespace GRUS_LANES
 
 }  // namespace grus::dem

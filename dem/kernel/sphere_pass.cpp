@@ -22,7 +22,8 @@ template <Kind kind>
 
 /// Which pairs touch. Groups without any are left out, unless somebody looks.
 template <Kind kind>
-[[gnu::noinline]] int find_touching(const ContactRows& s, std::size_t first, std::size_t last, Chunk& c, double& parted) {
+[[gnu::noinline]] int find_touching(const ContactRows& s, std::size_t first, std::size_t last, Chunk& c,
+                                    double& parted) {
   int kept = 0;
   for (std::size_t k = first; k < last; k += width) {
     const int count = last - k < width ? static_cast<int>(last - k) : width, o = kept * width;
@@ -90,8 +91,12 @@ template <Kind kind>
 }  // namespace
 
 namespace GRUS_LANES {
-PassEnergy sphere_pairs(const ContactRows& s, std::size_t first, std::size_t last) { return choose<Kind::spheres>(s, first, last); }
-PassEnergy sphere_walls(const ContactRows& s, std::size_t first, std::size_t last) { return choose<Kind::walls>(s, first, last); }
+PassEnergy sphere_pairs(const ContactRows& s, std::size_t first, std::size_t last) {
+  return choose<Kind::spheres>(s, first, last);
+}
+PassEnergy sphere_walls(const ContactRows& s, std::size_t first, std::size_t last) {
+  return choose<Kind::walls>(s, first, last);
+}
 }  // namespace GRUS_LANES
 
 }  // namespace grus::dem

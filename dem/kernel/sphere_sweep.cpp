@@ -8,7 +8,8 @@ namespace {
 #define GRUS_INLINE [[gnu::always_inline]] inline
 
 using Four = double __attribute__((vector_size(32)));
-struct [[gnu::packed, gnu::may_alias]] RowAnywhere {  // rows are aligned as doubles; clang forgets that of a vector type alone
+struct [[gnu::packed,
+         gnu::may_alias]] RowAnywhere {  // rows are aligned as doubles; clang forgets that of a vector type alone
   Four four;
 };
 
@@ -29,7 +30,8 @@ GRUS_INLINE SweepEnergy run(const SweepRows& s, std::size_t begin, std::size_t e
   const Four zero{0, 0, 0, 0}, three{1, 1, 1, 0};
   const double h = 0.5 * s.dt;
   const Four gravity{s.gravity[0], s.gravity[1], s.gravity[2], 0};
-  const Four ax{s.affine[0], s.affine[1], s.affine[2], 0}, ay{s.affine[3], s.affine[4], s.affine[5], 0}, az{s.affine[6], s.affine[7], s.affine[8], 0};
+  const Four ax{s.affine[0], s.affine[1], s.affine[2], 0}, ay{s.affine[3], s.affine[4], s.affine[5], 0},
+      az{s.affine[6], s.affine[7], s.affine[8], 0};
   const Four step{s.dt, s.dt, s.dt, 0};
   Four viscous = zero, work = zero, fastest = zero;
   for (std::size_t i = begin; i < end; ++i) {
@@ -52,7 +54,9 @@ GRUS_INLINE SweepEnergy run(const SweepRows& s, std::size_t begin, std::size_t e
         force = force + Four{f[0], f[1], f[2], 0}, torque = torque + Four{t[0], t[1], t[2], 0};
       }
       if constexpr (!open)
-        for (int k = 0; k < 3; ++k) s.force[3 * i + static_cast<std::size_t>(k)] = force[k], s.torque[3 * i + static_cast<std::size_t>(k)] = torque[k];
+        for (int k = 0; k < 3; ++k)
+          s.force[3 * i + static_cast<std::size_t>(k)] = force[k],
+                          s.torque[3 * i + static_cast<std::size_t>(k)] = torque[k];
     } else {
       const double *f = s.force + 3 * i, *t = s.torque + 3 * i;
       force = Four{f[0], f[1], f[2], 0}, torque = Four{t[0], t[1], t[2], 0};
@@ -85,7 +89,8 @@ GRUS_INLINE SweepEnergy run(const SweepRows& s, std::size_t begin, std::size_t e
 template <bool damped, bool weighs, bool shears>
 SweepEnergy choose(const SweepRows& s, Kick kick, std::size_t begin, std::size_t end) {
   if (kick == Kick::both) return run<damped, weighs, shears, true, true>(s, begin, end);
-  return kick == Kick::close ? run<damped, weighs, shears, true, false>(s, begin, end) : run<damped, weighs, shears, false, true>(s, begin, end);
+  return kick == Kick::close ? run<damped, weighs, shears, true, false>(s, begin, end)
+                             : run<damped, weighs, shears, false, true>(s, begin, end);
 }
 
 }  // namespace

@@ -7,26 +7,27 @@
 
 namespace grus::dem {
 
-/// Rows of other tiles may lie in another core's cache: they are asked for this many ahead. remote_row is longer by as much.
+/// Rows of other tiles may lie in another core's cache: they are asked for this many ahead. remote_row is longer by as
+/// much.
 inline constexpr std::uint32_t rows_ahead = 16;
 
 /// Rows of doubles, in the layout of the columns of the same names.
 struct SweepRows {
-  double* motion;              // 12: position radius | velocity 1/m | spin 1/I
-  double* load;                // 8: force, 0 | torque, 0; taken and cleared by a close. Row 0 is that of grain `first`
-  double* elsewhere;           // the same; of grain i: rows remote_row[remote[i]] to remote_row[remote[i + 1]]
+  double* motion;     // 12: position radius | velocity 1/m | spin 1/I
+  double* load;       // 8: force, 0 | torque, 0; taken and cleared by a close. Row 0 is that of grain `first`
+  double* elsewhere;  // the same; of grain i: rows remote_row[remote[i]] to remote_row[remote[i + 1]]
   const std::uint32_t *remote, *remote_row;
-  double *force, *torque;      // 3 each: written by a close alone, read by an open alone, and what bonds do
-  double* angular_momentum;    // 3: of a sphere written by a close alone
+  double *force, *torque;    // 3 each: written by a close alone, read by an open alone, and what bonds do
+  double* angular_momentum;  // 3: of a sphere written by a close alone
   const double* mass;
-  double* orientation;         // 4
-  double* frame;               // 12: octant origin, axes column by column; none while all grains are spheres
-  const double* inertia;       // 7: principal moments | rotation principal -> geometry
-  const double* shape;         // 6: semi-axes plus, minus
+  double* orientation;    // 4
+  double* frame;          // 12: octant origin, axes column by column; none while all grains are spheres
+  const double* inertia;  // 7: principal moments | rotation principal -> geometry
+  const double* shape;    // 6: semi-axes plus, minus
   double gravity[3];
-  double affine[9];            // velocity gradient of the cell, column by column
-  bool weighs, shears, bonded; // gravity, affine are not zero; force and torque hold what bonds do
-  const double* damping;       // by material; nullptr: none damps
+  double affine[9];             // velocity gradient of the cell, column by column
+  bool weighs, shears, bonded;  // gravity, affine are not zero; force and torque hold what bonds do
+  const double* damping;        // by material; nullptr: none damps
   const std::uint8_t* material;
   std::uint32_t first;
   double dt;

@@ -29,7 +29,8 @@ double rolling_path(const Grains& g, const Contacts& contacts, std::size_t k) {
   return a * b / (a + b);
 }
 
-/// Upper bound of the largest eigenvalue of a symmetric positive matrix, at most 6^(1/8) = 1.25 times it: (tr S^8)^(1/8).
+/// Upper bound of the largest eigenvalue of a symmetric positive matrix, at most 6^(1/8) = 1.25 times it: (tr
+/// S^8)^(1/8).
 double largest_eigenvalue_bound(const Mat6& s) {
   const Mat6 s2 = s * s, s4 = s2 * s2;
   return std::sqrt(std::sqrt(std::sqrt(s4.squaredNorm()))) * (1 + 1e-12);
@@ -37,8 +38,8 @@ double largest_eigenvalue_bound(const Mat6& s) {
 
 }  // namespace
 
-CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs, std::size_t materials, const Grains& g,
-                           const Boundary& boundary, const Contacts& contacts, const Bonds& bonds) {
+CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs, std::size_t materials,
+                           const Grains& g, const Boundary& boundary, const Contacts& contacts, const Bonds& bonds) {
   const std::size_t n = g.size(), walls = contacts.begin[sphere_wall];
   CriticalStep critical;
   double wall_speed = 0;
@@ -48,12 +49,17 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
   // A cheap bound for each grain: the trace of its scaled stiffness, and the impact its speed allows.
   std::vector<double> trace(n, 0.0), impact(n, 0.0);
   std::vector<Stiffness> k(contacts.size());
-  std::visit([&](const auto& l) {
-    for (std::size_t c = 0; c < contacts.size(); ++c) k[c] = stiffness_of(l, pairs[contacts.pair[c].law], contacts.contact[c], contacts.touch[c].overlap);
-    for (const Bin bin : {general, polyellipsoid_wall})
-      for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c)
-        if (k[c].normal > 0) k[c].rolling = l(contacts.contact[c].stiffness, contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
-  }, law);
+  std::visit(
+      [&](const auto& l) {
+        for (std::size_t c = 0; c < contacts.size(); ++c)
+          k[c] = stiffness_of(l, pairs[contacts.pair[c].law], contacts.contact[c], contacts.touch[c].overlap);
+        for (const Bin bin : {general, polyellipsoid_wall})
+          for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c)
+            if (k[c].normal > 0)
+              k[c].rolling =
+                  l(contacts.contact[c].stiffness, contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
+      },
+      law);
   auto least_inertia = [&](std::size_t i) { return g.inertia[i].moments.minCoeff(); };
   auto add = [&](std::size_t i, double weight, Stiffness s, double arm) {
     trace[i] += weight * ((s.normal + 2 * s.tangential) * g.motion[i].inverse_mass +
@@ -70,7 +76,8 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
     add(spring.a, 2, {secant, secant, 0}, spring.at_a.norm());
     add(spring.b, 2, {secant, secant, 0}, spring.at_b.norm());
   }
-  const bool walled = !boundary.walls.empty();  // against a wall all of the grain's mass and radius count, against a grain half
+  const bool walled =
+      !boundary.walls.empty();  // against a wall all of the grain's mass and radius count, against a grain half
   for (std::size_t i = 0; i < n; ++i) {
     const double radius = equivalent_radius(g.shape[i]) * (walled ? 2 : 1), mass = (walled ? 1 : 0.5) * g.mass[i];
     const PairLaw& p = pairs[g.material[i] * materials + g.material[i]];
@@ -78,7 +85,8 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
     double stiffness;
     if (std::holds_alternative<HertzMindlin>(law)) {
       const double e = p.youngs > 0 ? p.youngs : 1;
-      const double depth = std::max(std::pow(15 * mass * speed * speed / (16 * std::sqrt(0.5 * radius) * e), 0.4), 1e-4 * radius);
+      const double depth =
+          std::max(std::pow(15 * mass * speed * speed / (16 * std::sqrt(0.5 * radius) * e), 0.4), 1e-4 * radius);
       stiffness = 2 * e * std::sqrt(0.5 * radius * depth);
     } else {
       stiffness = p.normal_stiffness;
@@ -119,7 +127,8 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
     }
     for (const auto& spring : bonds) {
       if (spring.a != i && spring.b != i) continue;
-      assemble(2, spring.peak / spring.onset * Mat3::Identity(), g.orientation[i] * (spring.a == i ? spring.at_a : spring.at_b));
+      assemble(2, spring.peak / spring.onset * Mat3::Identity(),
+               g.orientation[i] * (spring.a == i ? spring.at_a : spring.at_b));
     }
     const double by_mass = std::sqrt(g.motion[i].inverse_mass);
     Mat3 by_inertia = std::sqrt(g.motion[i].inverse_inertia) * Mat3::Identity();
@@ -128,7 +137,8 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
       by_inertia = axes * g.inertia[i].moments.cwiseSqrt().cwiseInverse().asDiagonal() * axes.transpose();
     }
     Mat6 scaled;
-    scaled.topLeftCorner<3, 3>() = by_mass * by_mass * shift, scaled.bottomRightCorner<3, 3>() = by_inertia * turn * by_inertia;
+    scaled.topLeftCorner<3, 3>() = by_mass * by_mass * shift,
+                            scaled.bottomRightCorner<3, 3>() = by_inertia * turn * by_inertia;
     scaled.topRightCorner<3, 3>() = by_mass * mixed * by_inertia;
     scaled.bottomLeftCorner<3, 3>() = scaled.topRightCorner<3, 3>().transpose();
     if (std::max(largest_eigenvalue_bound(scaled), impact[i]) <= worst) continue;

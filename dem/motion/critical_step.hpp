@@ -17,11 +17,12 @@ struct CriticalStep {
   double max_speed = 0;   // m/s
 };
 
-/// 2 / sqrt(largest eigenvalue bound). For grain i the bound is the largest eigenvalue of its mass-scaled 6 x 6 stiffness
-/// S_i = M_i^-1/2 (sum over contacts of w J^T K J) M_i^-1/2 with w = 2 for grain pairs and 1 for walls: from
+/// 2 / sqrt(largest eigenvalue bound). For grain i the bound is the largest eigenvalue of its mass-scaled 6 x 6
+/// stiffness S_i = M_i^-1/2 (sum over contacts of w J^T K J) M_i^-1/2 with w = 2 for grain pairs and 1 for walls: from
 /// |u_a - u_b|^2 <= 2|u_a|^2 + 2|u_b|^2, a true bound of the assembled system, exact for simple-cubic lattices.
 /// Grains in flight are bounded by the stiffness of the hardest impact their speed allows.
-CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs, std::size_t materials, const Grains& grains,
-                           const Boundary& boundary, const Contacts& contacts, const Bonds& bonds);
+CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs, std::size_t materials,
+                           const Grains& grains, const Boundary& boundary, const Contacts& contacts,
+                           const Bonds& bonds);
 
 }  // namespace grus::dem

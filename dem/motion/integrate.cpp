@@ -6,8 +6,13 @@
 
 namespace grus::dem {
 
-SweepPass::SweepPass(Kick kick, Grains& g, Contacts& c, const MotionSettings& s, bool bonded, double dt, std::vector<SweepEnergy>& energy)
-    : kick_(kick), grains_(g), contacts_(c), energy_(energy), turning_(kick != Kick::close && (s.turn_spheres || !g.frame.empty())),
+SweepPass::SweepPass(Kick kick, Grains& g, Contacts& c, const MotionSettings& s, bool bonded, double dt,
+                     std::vector<SweepEnergy>& energy)
+    : kick_(kick),
+      grains_(g),
+      contacts_(c),
+      energy_(energy),
+      turning_(kick != Kick::close && (s.turn_spheres || !g.frame.empty())),
       rows_{.motion = reinterpret_cast<double*>(g.motion.data()),
             .load = nullptr,
             .elsewhere = reinterpret_cast<double*>(c.load.data()),
@@ -26,12 +31,17 @@ SweepPass::SweepPass(Kick kick, Grains& g, Contacts& c, const MotionSettings& s,
             .weighs = !s.gravity.isZero(0),
             .shears = !s.affine.isZero(0),
             .bonded = bonded,
-            .damping = std::all_of(s.damping.begin(), s.damping.end(), [](double d) { return d == 0; }) ? nullptr : s.damping.data(),
+            .damping = std::all_of(s.damping.begin(), s.damping.end(), [](double d) { return d == 0; })
+                           ? nullptr
+                           : s.damping.data(),
             .material = g.material.data(),
             .first = 0,
             .dt = dt},
-      spheres_(sphere_kicks()), bodies_(body_kicks()), turns_(sphere_turns()) {
-  static_assert(sizeof(Quat) == 32 && sizeof(Inertia) == 56 && sizeof(PolyEllipsoid) == 48 && sizeof(Frame) == 96 && sizeof(Motion) == 96);
+      spheres_(sphere_kicks()),
+      bodies_(body_kicks()),
+      turns_(sphere_turns()) {
+  static_assert(sizeof(Quat) == 32 && sizeof(Inertia) == 56 && sizeof(PolyEllipsoid) == 48 && sizeof(Frame) == 96 &&
+                sizeof(Motion) == 96);
   for (int k = 0; k < 9; ++k) rows_.affine[k] = s.affine(k % 3, k / 3);
   if (energy.size() < tile_count(g.size())) energy.resize(tile_count(g.size()));
 }
@@ -40,9 +50,12 @@ void SweepPass::tile(std::size_t t, Load* room) const {
   const Grains& g = grains_;
   SweepRows rows = rows_;
   SweepEnergy& total = energy_[t];
-  auto book = [&](const SweepEnergy& e) { total.viscous += e.viscous, total.work += e.work, total.speed2 = std::max(total.speed2, e.speed2); };
+  auto book = [&](const SweepEnergy& e) {
+    total.viscous += e.viscous, total.work += e.work, total.speed2 = std::max(total.speed2, e.speed2);
+  };
   const std::size_t begin = t * tile_size(g.size()), end = std::min(g.size(), begin + tile_size(g.size()));
-  rows.load = reinterpret_cast<double*>(room ? room : contacts_.load.data() + begin), rows.first = static_cast<std::uint32_t>(begin);
+  rows.load = reinterpret_cast<double*>(room ? room : contacts_.load.data() + begin),
+  rows.first = static_cast<std::uint32_t>(begin);
   const bool all_round = g.frame.empty();
   if (all_round) book(spheres_(rows, kick_, begin, end));
   if (all_round && !turning_) return;
@@ -61,7 +74,8 @@ void SweepPass::tile(std::size_t t, Load* room) const {
   }
 }
 
-void sweep(Kick kick, Grains& g, Contacts& c, const MotionSettings& s, bool bonded, double dt, std::vector<SweepEnergy>& energy, Team& team) {
+void sweep(Kick kick, Grains& g, Contacts& c, const MotionSettings& s, bool bonded, double dt,
+           std::vector<SweepEnergy>& energy, Team& team) {
   const SweepPass pass(kick, g, c, s, bonded, dt, energy);
   team.pieces(tile_count(g.size()), [&](std::size_t first, std::size_t last, int) {
     for (std::size_t t = first; t < last; ++t) pass.tile(t);

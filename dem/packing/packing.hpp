@@ -12,7 +12,7 @@
 namespace grus::dem {
 
 struct RadiusDistribution {
-  std::string kind = "constant";  // "constant", "uniform", "truncated-normal"
+  std::string kind = "constant";              // "constant", "uniform", "truncated-normal"
   double mean = 0, sd = 0, min = 0, max = 0;  // m
 };
 
@@ -27,16 +27,15 @@ struct Packing {
   double worst_overlap = 0;  // relative to the smaller radius
 };
 
-/// Random packing: spheres placed at random, grown and pushed apart until they fit at the target solid fraction; where they do
-/// not, they change places and are shaken and grown again. About 0.64 for equal spheres in a periodic cell, 0.66 for a
-/// radius ratio of 1:4; walls cost a few per cent.
-/// `count` = 0: as many radii as fill the fraction. Radii are scaled by less than 2 % so that the fraction is exact.
-/// No overlap exceeds 1e-6 of a radius. Throws InputError where the fraction is not reached, with the one
-/// that is.
-Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count, bool periodic,
-                       std::uint64_t seed, Team& team, const Watch& watch);
-Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count, bool periodic,
-                       std::uint64_t seed);
+/// Random packing: spheres placed at random, grown and pushed apart until they fit at the target solid fraction; where
+/// they do not, they change places and are shaken and grown again. About 0.64 for equal spheres in a periodic cell,
+/// 0.66 for a radius ratio of 1:4; walls cost a few per cent. `count` = 0: as many radii as fill the fraction. Radii
+/// are scaled by less than 2 % so that the fraction is exact. No overlap exceeds 1e-6 of a radius. Throws InputError
+/// where the fraction is not reached, with the one that is.
+Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count,
+                       bool periodic, std::uint64_t seed, Team& team, const Watch& watch);
+Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count,
+                       bool periodic, std::uint64_t seed);
 
 /// Equal spheres in contact, layers[k] of them along axis k; the box just holds them.
 Packing simple_cubic(double radius, const std::array<int, 3>& layers);

@@ -22,12 +22,13 @@ double draw(const RadiusDistribution& d, std::uint64_t seed, std::uint64_t i) {
 
 /// Stages of growth: the share of the radii, and how long each may take.
 constexpr int stages = 12;
-constexpr double margin = 1e-4, first = 0.75;  // spheres are grown a little too far, so that the final radii leave no overlap
+constexpr double margin = 1e-4,
+                 first = 0.75;  // spheres are grown a little too far, so that the final radii leave no overlap
 
 }  // namespace
 
-Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count, bool periodic,
-                       std::uint64_t seed, Team& team, const Watch& watch) {
+Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count,
+                       bool periodic, std::uint64_t seed, Team& team, const Watch& watch) {
   Packing p;
   p.box = box;
   const double target = solid_fraction * box.prod();
@@ -38,12 +39,14 @@ Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double
     if (i >= 20'000'000) throw InputError("more than 20 million grains would be needed; check box and radius");
     solid += v;
     p.spheres.push_back({{}, r});
-    for (int k = 0; k < 3; ++k) p.spheres.back().position[k] = random_uniform(seed, i, Purpose::position, static_cast<std::uint64_t>(k));
+    for (int k = 0; k < 3; ++k)
+      p.spheres.back().position[k] = random_uniform(seed, i, Purpose::position, static_cast<std::uint64_t>(k));
   }
   const double exact = std::cbrt(target / solid);
   if (std::abs(exact - 1) > 0.02)
-    throw InputError(fmt::format("{} grains of this size fill {:.3f} of the box, not solid_fraction = {:g}; change count (or leave it out)",
-                                 p.spheres.size(), solid / box.prod(), solid_fraction));
+    throw InputError(fmt::format(
+        "{} grains of this size fill {:.3f} of the box, not solid_fraction = {:g}; change count (or leave it out)",
+        p.spheres.size(), solid / box.prod(), solid_fraction));
   std::vector<double> radii;
   for (auto& s : p.spheres) {
     radii.push_back(s.radius * exact);
@@ -63,13 +66,15 @@ Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double
   double done = 0;
   auto grow = [&](double share, int iterations, double good) {
     for (std::size_t i = 0; i < radii.size(); ++i) p.spheres[i].radius = share * radii[i];
-    const double worst = relaxation.run(iterations, good, [&](int it) { tell(watch, std::min(0.999, (done + it) / steps), "the sample was packed"); });
+    const double worst = relaxation.run(
+        iterations, good, [&](int it) { tell(watch, std::min(0.999, (done + it) / steps), "the sample was packed"); });
     done += iterations;
     return worst;
   };
   double worst = 0;
   for (int stage = 0; stage <= stages; ++stage)
-    worst = grow(first + (1 + margin - first) * stage / stages, stage < stages ? 400 : 20000, stage < stages ? 1e-2 : 0.5 * margin);
+    worst = grow(first + (1 + margin - first) * stage / stages, stage < stages ? 400 : 20000,
+                 stage < stages ? 1e-2 : 0.5 * margin);
   // Places change hands, shaken by less each time: what experiments do by tapping.
   const auto cycles = static_cast<int>(std::clamp(6e8 / (2000.0 * static_cast<double>(radii.size())), 8.0, 60.0));
   if (worst > margin) steps += 2700.0 * cycles;
@@ -80,7 +85,9 @@ Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double
     for (std::size_t i = 0; i < radii.size(); ++i) {
       Sphere& s = p.spheres[i];
       radii[i] = s.radius / (1 + margin);
-      for (int k = 0; k < 3; ++k) s.position[k] += shake * radii[i] * (2 * random_uniform(draw, i, Purpose::position, static_cast<std::uint64_t>(k)) - 1);
+      for (int k = 0; k < 3; ++k)
+        s.position[k] +=
+            shake * radii[i] * (2 * random_uniform(draw, i, Purpose::position, static_cast<std::uint64_t>(k)) - 1);
     }
     grow(0.8, 300, 1e-2), grow(0.95, 400, 1e-2);
     worst = grow(1 + margin, 2000, 0.5 * margin);
@@ -91,15 +98,18 @@ Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double
       const double middle = 0.5 * (low + high);
       (grow(middle * (1 + margin), 2000, 0.5 * margin) > margin ? high : low) = middle;
     }
-    throw InputError(fmt::format("{:g}: the densest random packing found of these grains in this box is {:.3f}; ask for less and compress the sample, or use a larger box",
-                                 solid_fraction, std::floor(1000 * solid_fraction * low * low * low) / 1000));
+    throw InputError(
+        fmt::format("{:g}: the densest random packing found of these grains in this box is {:.3f}; ask for less and "
+                    "compress the sample, or use a larger box",
+                    solid_fraction, std::floor(1000 * solid_fraction * low * low * low) / 1000));
   }
   for (std::size_t i = 0; i < radii.size(); ++i) p.spheres[i].radius = radii[i];
   p.worst_overlap = std::max(0.0, worst - margin);
   return p;
 }
 
-Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count, bool periodic, std::uint64_t seed) {
+Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count,
+                       bool periodic, std::uint64_t seed) {
   Team alone(1);
   return random_packing(box, radius, solid_fraction, count, periodic, seed, alone, {});
 }

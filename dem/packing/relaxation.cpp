@@ -21,7 +21,8 @@ double Relaxation::run(int iterations, double good_enough, const std::function<v
     const double worst = forces();
     if (worst <= good_enough) return worst;
     double power = 0, vv = 0, ff = 0;
-    for (std::size_t i = 0; i < s_.size(); ++i) power += v_[i].dot(f_[i]), vv += v_[i].squaredNorm(), ff += f_[i].squaredNorm();
+    for (std::size_t i = 0; i < s_.size(); ++i)
+      power += v_[i].dot(f_[i]), vv += v_[i].squaredNorm(), ff += f_[i].squaredNorm();
     if (power > 0) {
       const double scale = mix * std::sqrt(vv / std::max(ff, 1e-300));
       for (std::size_t i = 0; i < s_.size(); ++i) v_[i] = (1 - mix) * v_[i] + scale * f_[i];
@@ -56,11 +57,13 @@ void Relaxation::refresh(double skin) {
   neighbours_.resize(row_[n]);
   next_.assign(row_.begin(), row_.end() - 1);
   for (const auto& p : near_.pair) {  // sorted by a, then b: each sphere meets its neighbours in ascending order
-    const Vec3 image = periodic_ ? Vec3(box_.cwiseProduct(Vec3(p.image[0], p.image[1], p.image[2]))) : Vec3(Vec3::Zero());
+    const Vec3 image =
+        periodic_ ? Vec3(box_.cwiseProduct(Vec3(p.image[0], p.image[1], p.image[2]))) : Vec3(Vec3::Zero());
     neighbours_[next_[p.b]++] = {p.a, true, image};
   }
   for (const auto& p : near_.pair) {
-    const Vec3 image = periodic_ ? Vec3(box_.cwiseProduct(Vec3(p.image[0], p.image[1], p.image[2]))) : Vec3(Vec3::Zero());
+    const Vec3 image =
+        periodic_ ? Vec3(box_.cwiseProduct(Vec3(p.image[0], p.image[1], p.image[2]))) : Vec3(Vec3::Zero());
     neighbours_[next_[p.a]++] = {p.b, false, image};
   }
 }
@@ -81,13 +84,16 @@ double Relaxation::forces() {
       for (std::size_t e = row_[i]; e < row_[i + 1]; ++e) {
         const Neighbour& near = neighbours_[e];
         const Sphere& other = s_[near.other];
-        const Vec3 d = near.second ? Vec3(s_[i].position - other.position + near.image) : Vec3(other.position - s_[i].position + near.image);
+        const Vec3 d = near.second ? Vec3(s_[i].position - other.position + near.image)
+                                   : Vec3(other.position - s_[i].position + near.image);
         const double sum = s_[i].radius + other.radius, d2 = d.squaredNorm();
         if (d2 >= sum * sum) continue;
         const double distance = std::sqrt(d2), overlap = sum - distance;
         const Vec3 n = distance > 0 ? Vec3(d / distance) : Vec3(1, 0, 0);
-        if (near.second) force += overlap * n;
-        else force -= overlap * n;
+        if (near.second)
+          force += overlap * n;
+        else
+          force -= overlap * n;
         worst = std::max(worst, overlap / std::min(s_[i].radius, other.radius));
       }
       for (int k = 0; k < 3 && !periodic_; ++k) {
@@ -107,7 +113,8 @@ double Relaxation::energy_of(std::size_t i, double radius) const {
   for (std::size_t e = row_[i]; e < row_[i + 1]; ++e) {
     const Neighbour& near = neighbours_[e];
     const Sphere& other = s_[near.other];
-    const Vec3 d = near.second ? Vec3(s_[i].position - other.position + near.image) : Vec3(other.position - s_[i].position + near.image);
+    const Vec3 d = near.second ? Vec3(s_[i].position - other.position + near.image)
+                               : Vec3(other.position - s_[i].position + near.image);
     const double reach = radius + other.radius, d2 = d.squaredNorm();
     if (d2 < reach * reach) sum += 0.5 * std::pow(reach - std::sqrt(d2), 2);
   }
@@ -118,21 +125,25 @@ double Relaxation::energy_of(std::size_t i, double radius) const {
 }
 
 std::size_t Relaxation::swap(std::uint64_t seed, std::size_t attempts) {
-  const auto [small, large] = std::minmax_element(s_.begin(), s_.end(), [](const Sphere& a, const Sphere& b) { return a.radius < b.radius; });
+  const auto [small, large] =
+      std::minmax_element(s_.begin(), s_.end(), [](const Sphere& a, const Sphere& b) { return a.radius < b.radius; });
   const double range = large->radius - small->radius;
   if (!(range > 1e-3 * large->radius)) return 0;
   refresh(2 * range + 0.1 * small->radius);
   std::size_t swapped = 0;
   const auto n = static_cast<double>(s_.size());
   for (std::uint64_t k = 0; k < attempts; ++k) {
-    const auto i = static_cast<std::size_t>(n * random_uniform(seed, k, Purpose::radius, 0)), j = static_cast<std::size_t>(n * random_uniform(seed, k, Purpose::radius, 1));
+    const auto i = static_cast<std::size_t>(n * random_uniform(seed, k, Purpose::radius, 0)),
+               j = static_cast<std::size_t>(n * random_uniform(seed, k, Purpose::radius, 1));
     const double a = s_[i].radius, b = s_[j].radius;
     if (i == j || std::abs(a - b) < 1e-6 * range) continue;
     const double before = energy_of(i, a) + energy_of(j, b);
     if (before == 0) continue;
     s_[i].radius = b, s_[j].radius = a;  // neighbours of each other see both
-    if (energy_of(i, b) + energy_of(j, a) < before) ++swapped;
-    else s_[i].radius = a, s_[j].radius = b;
+    if (energy_of(i, b) + energy_of(j, a) < before)
+      ++swapped;
+    else
+      s_[i].radius = a, s_[j].radius = b;
   }
   return swapped;
 }

@@ -7,12 +7,15 @@
 
 namespace grus::dem {
 
-/// Energy 1/2 overlap^2, unit mass, minimised by FIRE (Bitzek et al. 2006). Sums are taken in one order, whatever the threads.
+/// Energy 1/2 overlap^2, unit mass, minimised by FIRE (Bitzek et al. 2006). Sums are taken in one order, whatever the
+/// threads.
 class Relaxation {
 public:
-  Relaxation(const Vec3& box, bool periodic, std::vector<Sphere>& spheres, Team& team) : box_(box), periodic_(periodic), s_(spheres), team_(team) {}
+  Relaxation(const Vec3& box, bool periodic, std::vector<Sphere>& spheres, Team& team)
+      : box_(box), periodic_(periodic), s_(spheres), team_(team) {}
 
-  /// Worst overlap relative to the smaller radius after at most `iterations`. `watch(iteration)` is asked every 20 of them.
+  /// Worst overlap relative to the smaller radius after at most `iterations`. `watch(iteration)` is asked every 20 of
+  /// them.
   double run(int iterations, double good_enough, const std::function<void(int)>& watch);
 
   /// Lets pairs of spheres drawn by `seed` change places where that lowers the energy, `attempts` times; how many did.

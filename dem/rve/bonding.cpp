@@ -9,7 +9,8 @@ std::pair<Vec3, Vec3> demand(const Grains& g, std::size_t child, const ParentMot
   const Vec3 d = g.motion[child].position - parent.position;
   const Vec3 a = parent.acceleration + parent.spin_rate.cross(d) + parent.spin.cross(parent.spin.cross(d));
   const Vec3 force = g.mass[child] * a - g.force[child];
-  const Vec3 torque = inertia_tensor(g, child) * parent.spin_rate + parent.spin.cross(g.angular_momentum[child]) - g.torque[child];
+  const Vec3 torque =
+      inertia_tensor(g, child) * parent.spin_rate + parent.spin.cross(g.angular_momentum[child]) - g.torque[child];
   return {force, torque + (g.motion[child].position - parent.origin).cross(force)};
 }
 
@@ -27,13 +28,15 @@ ParentMotion motion_of(const Grains& g, std::size_t i) {
           g.shape[i]};
 }
 
-void add_springs(const Model& model, State& state, const ParentMotion& parent, int axis, std::size_t plus, std::size_t minus) {
+void add_springs(const Model& model, State& state, const ParentMotion& parent, int axis, std::size_t plus,
+                 std::size_t minus) {
   const Grains& g = state.grains;
   const Material& material = model.materials[g.material[plus]];
   const CohesiveSprings& options = *material.fracture->springs;
   const double E = material.youngs_modulus, nu = material.poissons_ratio;
   const int n = options.per_plane, y = (axis + 1) % 3, z = (axis + 2) % 3;
-  const double area = pi / 4 * (parent.shape.plus[y] + parent.shape.minus[y]) * (parent.shape.plus[z] + parent.shape.minus[z]);
+  const double area =
+      pi / 4 * (parent.shape.plus[y] + parent.shape.minus[y]) * (parent.shape.plus[z] + parent.shape.minus[z]);
   const double energy = options.toughness * options.toughness * (1 - nu * nu) / E * area / n;  // G_c A of one spring
   const double radius = equivalent_radius(parent.shape);
 
@@ -50,9 +53,9 @@ void add_springs(const Model& model, State& state, const ParentMotion& parent, i
     Vec3 p = Vec3::Zero();  // geometry frame of the parent, from its octant origin
     p[y] = 0.6 * c * (c >= 0 ? parent.shape.plus[y] : parent.shape.minus[y]);
     p[z] = 0.6 * s * (s >= 0 ? parent.shape.plus[z] : parent.shape.minus[z]);
-    at[k] = parent.axes * p;
+    at[static_cast<std::size_t>(k)] = parent.axes * p;
     balance.block<3, 3>(0, 3 * k).setIdentity();
-    balance.block<3, 3>(3, 3 * k) = cross_matrix(at[k]) / radius;
+    balance.block<3, 3>(3, 3 * k) = cross_matrix(at[static_cast<std::size_t>(k)]) / radius;
   }
   const Eigen::VectorXd forces = balance.completeOrthogonalDecomposition().solve(target);
 
@@ -65,7 +68,8 @@ void add_springs(const Model& model, State& state, const ParentMotion& parent, i
       force -= push * normal;
       state.ledger.residual_force += push;
     }
-    const double stiffest = options.stiffness_ratio * model.pairs[g.material[plus] * (model.materials.size() + 1)].youngs * radius;
+    const double stiffest =
+        options.stiffness_ratio * model.pairs[g.material[plus] * (model.materials.size() + 1)].youngs * radius;
     const double softest_peak = 2 * energy / (options.max_opening * radius);
     CohesiveSpring s;
     s.a = static_cast<Index>(minus), s.b = static_cast<Index>(plus);
@@ -80,7 +84,7 @@ void add_springs(const Model& model, State& state, const ParentMotion& parent, i
     }
     s.preload = -force * (s.onset / s.peak);  // force on b = -stiffness * opening
     s.normal_a = normal;
-    const Vec3 point = parent.origin + at[k];
+    const Vec3 point = parent.origin + at[static_cast<std::size_t>(k)];
     s.at_a = g.orientation[minus].conjugate() * (point - g.motion[minus].position);
     s.at_b = g.orientation[plus].conjugate() * (point - g.motion[plus].position);
     state.bonds.push_back(s);

@@ -16,8 +16,10 @@ struct ParentMotion {
 
 ParentMotion motion_of(const Grains& grains, std::size_t i);
 
-/// Springs across the plane normal to `axis`, between the halves in slots `plus` and `minus` (Zhang et al. 2015, 3.4.2-3.4.3):
-/// the six equations of both halves' acceleration over the springs, least norm; what they cannot carry is booked.
-void add_springs(const Model& model, State& state, const ParentMotion& parent, int axis, std::size_t plus, std::size_t minus);
+/// Springs across the plane normal to `axis`, between the halves in slots `plus` and `minus` (Zhang et al.
+/// 2015, 3.4.2-3.4.3): the six equations of both halves' acceleration over the springs, least norm; what they cannot
+/// carry is booked.
+void add_springs(const Model& model, State& state, const ParentMotion& parent, int axis, std::size_t plus,
+                 std::size_t minus);
 
 }  // namespace grus::dem

@@ -25,7 +25,9 @@ void each_tension(const Model& model, const State& state, std::size_t i, F&& f) 
     const std::size_t k = contacts.entry[e] >> 1;
     const Contact c = contacts.contact[k];
     if (c.stiffness <= 0) continue;
-    f(k, contacts.entry[e] & 1, ContactTension::tension(elastic_force(model.law, contacts, k), std::sqrt(c.radius * contacts.touch[k].overlap), nu));
+    f(k, contacts.entry[e] & 1,
+      ContactTension::tension(elastic_force(model.law, contacts, k), std::sqrt(c.radius * contacts.touch[k].overlap),
+                              nu));
   }
 }
 
@@ -42,7 +44,8 @@ std::optional<Vec3> contact_plane(const Model& model, const State& state, std::s
     if (tension >= strength) critical.push_back({tension, contact_arm(state.grains, state.contacts, k, is_b)});
   });
   if (critical.size() < static_cast<std::size_t>(std::max(count, 3))) return std::nullopt;
-  std::stable_sort(critical.begin(), critical.end(), [](const auto& a, const auto& b) { return a.tension > b.tension; });
+  std::stable_sort(critical.begin(), critical.end(),
+                   [](const auto& a, const auto& b) { return a.tension > b.tension; });
   const Vec3 &p = critical[0].arm, &q = critical[1].arm;
   for (std::size_t k = 2; k < critical.size(); ++k) {
     const Vec3 u = q - p, v = critical[k].arm - p, n = u.cross(v);
@@ -52,7 +55,8 @@ std::optional<Vec3> contact_plane(const Model& model, const State& state, std::s
 }
 
 /// The tension that the asked number of contacts reach, over the strength; 0 where there are fewer.
-double tension_utilisation(const Model& model, const State& state, std::size_t i, const ContactTension& criterion, double factor) {
+double tension_utilisation(const Model& model, const State& state, std::size_t i, const ContactTension& criterion,
+                           double factor) {
   std::array<double, most_critical_contacts> largest;
   const auto count = static_cast<std::size_t>(criterion.critical_contacts);
   std::size_t found = 0;
@@ -78,11 +82,14 @@ Loading loading_of(const Model& model, const State& state, std::size_t i) {
   if (!fracture || g.generation[i] >= fracture->max_generations) return found;
   if (fracture->smallest_radius > 0 && equivalent_radius(g.shape[i]) < fracture->smallest_radius) return found;
   if (!choose_axis(g.shape[i], Vec3::Zero())) return found;
-  if (fracture->hoek_brown) found.hoek_brown = fracture->hoek_brown->utilisation(grain_stress(g, state.contacts, i), g.strength[i]);
+  if (fracture->hoek_brown)
+    found.hoek_brown = fracture->hoek_brown->utilisation(grain_stress(g, state.contacts, i), g.strength[i]);
   if (found.hoek_brown >= 1 || !fracture->contact_tension) return found;
   const ContactTension& criterion = *fracture->contact_tension;
   found.tension = tension_utilisation(model, state, i, criterion, g.strength[i]);
-  if (found.tension >= 1 && !contact_plane(model, state, i, criterion.strength * g.strength[i], criterion.critical_contacts)) found.tension = 0;  // in line
+  if (found.tension >= 1 &&
+      !contact_plane(model, state, i, criterion.strength * g.strength[i], criterion.critical_contacts))
+    found.tension = 0;  // in line
   return found;
 }
 
@@ -97,7 +104,8 @@ Break break_of(const Model& model, const State& state, std::size_t i) {
     plane = contact_plane(model, state, i, strength, by_stress ? 3 : fracture.contact_tension->critical_contacts);
   }
   const Mat3 stress = grain_stress(g, state.contacts, i), axes = g.orientation[i].toRotationMatrix();
-  const AxisPreference preference = plane ? AxisPreference((axes.transpose() * *plane).cwiseAbs()) : AxisPreference((axes.transpose() * stress * axes).diagonal());
+  const AxisPreference preference = plane ? AxisPreference((axes.transpose() * *plane).cwiseAbs())
+                                          : AxisPreference((axes.transpose() * stress * axes).diagonal());
   Break b{i, *choose_axis(g.shape[i], preference), std::nullopt};
   if (g.round[i] && (fracture.turn_spheres || fracture.slight_rotation > 0)) {  // only a sphere's axes are free to turn
     Quat q = g.orientation[i];
@@ -106,22 +114,27 @@ Break break_of(const Model& model, const State& state, std::size_t i) {
       if (!plane) principal.computeDirect(stress);
       q = turned_to_plane(q, b.axis, plane ? *plane : Vec3(principal.eigenvectors().col(2)));
     }
-    if (fracture.slight_rotation > 0) q = (q * Quat(slight_rotation(fracture.slight_rotation, model.seed, g.id[i]))).normalized();
+    if (fracture.slight_rotation > 0)
+      q = (q * Quat(slight_rotation(fracture.slight_rotation, model.seed, g.id[i]))).normalized();
     b.orientation = q;
   }
   return b;
 }
 
-/// A neighbour at the plane may touch both halves: together they go on with no more than the parent's force. The contacts
-/// that both inherited share their stiffness in proportion to what the deeper one carries. Says whether there are any.
+/// A neighbour at the plane may touch both halves: together they go on with no more than the parent's force. The
+/// contacts that both inherited share their stiffness in proportion to what the deeper one carries. Says whether there
+/// are any.
 bool share_contacts(const Model& model, State& state, std::size_t plus, std::size_t minus) {
   bool shared = false;
   Contacts& contacts = state.contacts;
   auto touching = [&](std::size_t k) { return contacts.contact.touching(k); };
-  auto other = [&](Index e) { return contacts.entry[e] & 1 ? contacts.pair[contacts.entry[e] >> 1].a : contacts.pair[contacts.entry[e] >> 1].b; };
+  auto other = [&](Index e) {
+    return contacts.entry[e] & 1 ? contacts.pair[contacts.entry[e] >> 1].a : contacts.pair[contacts.entry[e] >> 1].b;
+  };
   auto image = [&](Index e) {  // of the other grain, as seen from this one
     std::array<int, 3> v;
-    for (int n = 0; n < 3; ++n) v[n] = (contacts.entry[e] & 1 ? -1 : 1) * contacts.pair[contacts.entry[e] >> 1].image[n];
+    for (std::size_t n = 0; n < 3; ++n)
+      v[n] = (contacts.entry[e] & 1 ? -1 : 1) * contacts.pair[contacts.entry[e] >> 1].image[n];
     return v;
   };
   for (Index e = contacts.first[plus]; e < contacts.first[plus + 1]; ++e) {
@@ -130,7 +143,8 @@ bool share_contacts(const Model& model, State& state, std::size_t plus, std::siz
     if (!touching(k) || (!wall && other(e) == minus)) continue;
     for (Index f = contacts.first[minus]; f < contacts.first[minus + 1]; ++f) {
       const std::size_t l = contacts.entry[f] >> 1;
-      if (!touching(l) || (l >= contacts.begin[sphere_wall]) != wall || other(f) != other(e) || image(f) != image(e)) continue;
+      if (!touching(l) || (l >= contacts.begin[sphere_wall]) != wall || other(f) != other(e) || image(f) != image(e))
+        continue;
       Contact a = contacts.contact[k], b = contacts.contact[l];
       if (a.stiffness != b.stiffness) continue;  // not both inherited
       const double fa = elastic_force(model.law, contacts, k), fb = elastic_force(model.law, contacts, l);
@@ -182,18 +196,22 @@ std::vector<Break> find_breaks(const Model& model, State& state, Team& team) {
   room.assign(g.size(), holds);
   for (const auto& s : state.bonds) room[s.a] = room[s.b] = bonded;
   const double since = static_cast<double>(state.steps - state.tested_at), every = model.numerics.fracture_every;
-  std::atomic<std::uint64_t> soonest{static_cast<std::uint64_t>(every) - state.steps % static_cast<std::uint64_t>(every)};
+  std::atomic<std::uint64_t> soonest{static_cast<std::uint64_t>(every) -
+                                     state.steps % static_cast<std::uint64_t>(every)};
   team.blocks(g.size(), [&](std::size_t begin, std::size_t end) {
     double steps = every;
     for (std::size_t i = begin; i < end; ++i) {
       if (room[i] == bonded) continue;
       const double now = loading_of(model, state, i).utilisation(), rate = (now - g.utilisation[i]) / since;
-      if (now >= 1) room[i] = fails;
-      else if (now + rate * every > 1 + overshoot) steps = std::min(steps, (1 + overshoot - now) / rate);
+      if (now >= 1)
+        room[i] = fails;
+      else if (now + rate * every > 1 + overshoot)
+        steps = std::min(steps, (1 + overshoot - now) / rate);
       g.utilisation[i] = now;
     }
     const auto mine = static_cast<std::uint64_t>(std::max(1.0, std::floor(steps)));
-    for (std::uint64_t least = soonest; mine < least && !soonest.compare_exchange_weak(least, mine);) {}
+    for (std::uint64_t least = soonest; mine < least && !soonest.compare_exchange_weak(least, mine);) {
+    }
   });
   state.tested_at = state.steps, state.next_test = state.steps + soonest;
   std::vector<Break> breaks;
@@ -205,7 +223,8 @@ std::vector<Break> find_breaks(const Model& model, State& state, Team& team) {
 void apply_breaks(const Model& model, State& state, const std::vector<Break>& breaks, Team& team) {
   Grains& g = state.grains;
   Ledger& ledger = state.ledger;
-  // Contacts slide by the dashpots of the whole step's velocities; that is friction, and must not be taken for what the split does.
+  // Contacts slide by the dashpots of the whole step's velocities; that is friction, and must not be taken for what the
+  // split does.
   contact_forces(model.law, model.pairs, g, state.boundary, 0, true, state.contacts, team);
   drop_loads(state.contacts);
   book(flush(state.contacts), ledger);
@@ -237,10 +256,12 @@ void apply_breaks(const Model& model, State& state, const std::vector<Break>& br
   }
   update_frames(g);
   for (const std::size_t i : minus) few.push_back(static_cast<Index>(i));
-  mend_contacts(g, state.boundary, state.skin, model.materials.size(), few, origin, state.contacts, state.reference, team);
+  mend_contacts(g, state.boundary, state.skin, model.materials.size(), few, origin, state.contacts, state.reference,
+                team);
   refresh_forces(model, state, team);
   bool shared = false;
-  for (std::size_t k = 0; k < breaks.size(); ++k) shared = share_contacts(model, state, breaks[k].grain, minus[k]) || shared;
+  for (std::size_t k = 0; k < breaks.size(); ++k)
+    shared = share_contacts(model, state, breaks[k].grain, minus[k]) || shared;
   if (shared) refresh_forces(model, state, team);
   if (model.split_statistics) {
     std::vector<std::array<std::size_t, 2>> halves;
@@ -255,8 +276,8 @@ void apply_breaks(const Model& model, State& state, const std::vector<Break>& br
   add_bond_forces(g, state.bonds, springs_before, ledger);
   ledger.breakages += breaks.size();
   left -= energy_of(model, state, few);
-  const double gone = elastic_before + bonds_before - elastic_energy(model.law, state.contacts) - stored_energy(state.bonds) -
-                      (ledger.fracture - fracture_before);
+  const double gone = elastic_before + bonds_before - elastic_energy(model.law, state.contacts) -
+                      stored_energy(state.bonds) - (ledger.fracture - fracture_before);
   ledger.split += left, ledger.unexplained += gone - left;
   ledger.split_added += std::max(0.0, -left);
 }

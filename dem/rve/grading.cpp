@@ -10,12 +10,14 @@ Grading::Grading(const State& state) {
   for (std::size_t i = 0; i < g.size(); ++i) grains_.emplace_back(2 * equivalent_radius(g.shape[i]), g.mass[i]);
   std::sort(grains_.begin(), grains_.end());
   for (auto& [d, m] : grains_) m = mass_ += m;
-  for (const auto& c : state.ledger.fines.classes) fines_.push_back({std::exp2(static_cast<double>(c.octave8) / 8.0), c.mass, 3 - c.dimension}), fines_mass_ += c.mass;
+  for (const auto& c : state.ledger.fines.classes)
+    fines_.push_back({std::exp2(static_cast<double>(c.octave8) / 8.0), c.mass, 3 - c.dimension}), fines_mass_ += c.mass;
   mass_ += fines_mass_;
 }
 
 double Grading::passing(double d) const {
-  const auto above = std::upper_bound(grains_.begin(), grains_.end(), d, [](double x, const auto& g) { return x < g.first; });
+  const auto above =
+      std::upper_bound(grains_.begin(), grains_.end(), d, [](double x, const auto& g) { return x < g.first; });
   double sum = above == grains_.begin() ? 0 : std::prev(above)->second;
   for (const auto& f : fines_) sum += f.mass * (d < f.top ? std::pow(d / f.top, f.slope) : 1.0);
   return sum / mass_;
@@ -108,7 +110,8 @@ std::vector<SizeClass> size_classes(const State& state, double smallest, double 
   }
   for (auto& c : classes)
     if (c.grains > 0)
-      for (double* v : {&c.coordination, &c.elongation, &c.flatness, &c.generation}) *v /= static_cast<double>(c.grains);
+      for (double* v : {&c.coordination, &c.elongation, &c.flatness, &c.generation})
+        *v /= static_cast<double>(c.grains);
   return classes;
 }
 

@@ -22,8 +22,8 @@ public:
   double mean_log(double reference) const;
   /// Mean of max(0, log10(d / cut)) over the mass: Hardin's (1985) breakage potential.
   double hardin_potential(double cut = 74e-6) const;
-  /// 3 - slope of log passing against log d between the 2 % and the 60 % passing sizes (least squares, 24 points). With more
-  /// than 2 % of fines the lower part of the curve is what was assumed of them.
+  /// 3 - slope of log passing against log d between the 2 % and the 60 % passing sizes (least squares, 24 points). With
+  /// more than 2 % of fines the lower part of the curve is what was assumed of them.
   double fractal_dimension() const;
 
 private:

@@ -43,14 +43,16 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
     const bool slides = law.friction > 0 && c.spring.norm() >= law.friction * elastic.force * (1 - 1e-6);
     if (slides) sliding += elastic.force;
     const double kt = law.friction > 0 && !(slides && tangent_only) ? law.shear_ratio * elastic.normal_stiffness : 0;
-    const Mat3 spring = (elastic.normal_stiffness - kt) * touch.normal * touch.normal.transpose() + kt * Mat3::Identity();
+    const Mat3 spring =
+        (elastic.normal_stiffness - kt) * touch.normal * touch.normal.transpose() + kt * Mat3::Identity();
     touching[k] = out->links.size();
     stiffness.push_back(spring);
     out->links.push_back({touch.normal, c.spring, elastic.force, law.friction, {}});
     out->total_force += elastic.force;
     const Strain b = displacement_of_strain(branch(s, k));
     const auto &a = s.contacts.pair[k].a, &e = s.contacts.pair[k].b;
-    const Freedom fa = -freedom(contact_arm(s.grains, s.contacts, k, false)), fb = freedom(contact_arm(s.grains, s.contacts, k, true));
+    const Freedom fa = -freedom(contact_arm(s.grains, s.contacts, k, false)),
+                  fb = freedom(contact_arm(s.grains, s.contacts, k, true));
     for (const auto& [i, f] : {std::pair{a, fa}, std::pair{e, fb}}) {
       load.middleRows<6>(static_cast<Eigen::Index>(6 * i)) -= f.transpose() * spring * b;
       for (const auto& [j, g] : {std::pair{a, fa}, std::pair{e, fb}}) {
@@ -71,8 +73,10 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
   out->stress = love_weber(s, volume);
   auto slip = [&](std::size_t k) {  // relative displacement of b against a
     const auto &a = s.contacts.pair[k].a, &e = s.contacts.pair[k].b;
-    return Strain(displacement_of_strain(branch(s, k)) + freedom(contact_arm(s.grains, s.contacts, k, true)) * moved.middleRows<6>(static_cast<Eigen::Index>(6 * e)) -
-                  freedom(contact_arm(s.grains, s.contacts, k, false)) * moved.middleRows<6>(static_cast<Eigen::Index>(6 * a)));
+    return Strain(
+        displacement_of_strain(branch(s, k)) +
+        freedom(contact_arm(s.grains, s.contacts, k, true)) * moved.middleRows<6>(static_cast<Eigen::Index>(6 * e)) -
+        freedom(contact_arm(s.grains, s.contacts, k, false)) * moved.middleRows<6>(static_cast<Eigen::Index>(6 * a)));
   };
   for (std::size_t k = 0; k < s.contacts.begin[sphere_wall]; ++k) {
     const Strain relative = slip(k);
@@ -91,7 +95,13 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
   for (std::size_t i = 0; i < n; ++i) {
     const Material& material = model.materials[s.grains.material[i]];
     if (!material.fracture) continue;
-    LinearResponse::Grain grain{s.grains.material[i], s.grains.strength[i], material.poissons_ratio, grain_stress(s.grains, s.contacts, i), {}, {}, {}};
+    LinearResponse::Grain grain{s.grains.material[i],
+                                s.grains.strength[i],
+                                material.poissons_ratio,
+                                grain_stress(s.grains, s.contacts, i),
+                                {},
+                                {},
+                                {}};
     grain.change.fill(Mat3::Zero());
     const double solid = dem::volume(s.grains.shape[i]);
     for (Index e = s.contacts.first[i]; e < s.contacts.first[i + 1]; ++e) {
@@ -105,7 +115,9 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
         grain.change[static_cast<std::size_t>(v)] += 0.5 * (part + part.transpose());
       }
       const Contact c = s.contacts.contact[k];
-      grain.tension.push_back({link.force, ContactTension::tension(link.force, std::sqrt(c.radius * s.contacts.touch[k].overlap), material.poissons_ratio)});
+      grain.tension.push_back(
+          {link.force, ContactTension::tension(link.force, std::sqrt(c.radius * s.contacts.touch[k].overlap),
+                                               material.poissons_ratio)});
       grain.link.push_back(touching[k]);
     }
     out->grains.push_back(std::move(grain));
@@ -134,7 +146,8 @@ bool LinearResponse::holds(const Model& model, const Vec6& strain, double share)
     const Vec3 change = l.change * strain;
     const double along = change.dot(l.normal), now = force[k] = l.force + along;
     changed += std::abs(along);
-    if (now <= 0 || (l.friction > 0 && (l.spring + change - along * l.normal).norm() > l.friction * now)) outside += std::max(l.force, now);
+    if (now <= 0 || (l.friction > 0 && (l.spring + change - along * l.normal).norm() > l.friction * now))
+      outside += std::max(l.force, now);
     if (outside > limit) return false;
   }
   if (changed > 0.1 * total_force) return false;
@@ -145,13 +158,14 @@ bool LinearResponse::holds(const Model& model, const Vec6& strain, double share)
     }
   for (const Grain& g : grains) {
     const FractureModel& f = *model.materials[g.material].fracture;
-    Mat3 stress = g.stress;
-    for (int v = 0; v < 6; ++v) stress += strain[v] * g.change[static_cast<std::size_t>(v)];
-    if (f.hoek_brown && f.hoek_brown->utilisation(stress, g.strength) >= 1) return false;
+    Mat3 loaded = g.stress;
+    for (int v = 0; v < 6; ++v) loaded += strain[v] * g.change[static_cast<std::size_t>(v)];
+    if (f.hoek_brown && f.hoek_brown->utilisation(loaded, g.strength) >= 1) return false;
     if (!f.contact_tension) continue;
     int critical = 0;
     for (std::size_t e = 0; e < g.link.size(); ++e)  // Hertz: tension goes with the cube root of the force
-      critical += g.tension[e][1] * std::cbrt(std::max(force[g.link[e]], 0.0) / std::max(g.tension[e][0], 1e-300)) >= f.contact_tension->strength * g.strength;
+      critical += g.tension[e][1] * std::cbrt(std::max(force[g.link[e]], 0.0) / std::max(g.tension[e][0], 1e-300)) >=
+                  f.contact_tension->strength * g.strength;
     if (critical >= f.contact_tension->critical_contacts) return false;
   }
   return true;

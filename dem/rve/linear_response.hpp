@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// The elastic response of a sample at rest: its contact network as springs, grains free to move and turn. Good as long as
-// no contact slides, opens or closes and no grain breaks, which it can tell beforehand.
+// The elastic response of a sample at rest: its contact network as springs, grains free to move and turn. Good as long
+// as no contact slides, opens or closes and no grain breaks, which it can tell beforehand.
 #pragma once
 
 #include <memory>
@@ -13,8 +13,8 @@ namespace grus::dem {
 struct LinearResponse {
   /// A contact and what a strain (Voigt, engineering shear) does to its force.
   struct Link {
-    Vec3 normal, spring;              // unit, a to b; tangential force (N)
-    double force, friction;           // normal force (N)
+    Vec3 normal, spring;                 // unit, a to b; tangential force (N)
+    double force, friction;              // normal force (N)
     Eigen::Matrix<double, 3, 6> change;  // of the force on b, N; compression is along +normal
   };
   /// A pair that does not touch: its gap (m) and what a strain does to it.
@@ -27,27 +27,30 @@ struct LinearResponse {
     std::size_t material;
     double strength, poissons_ratio;
     Mat3 stress;
-    std::array<Mat3, 6> change;       // of the stress for a unit of each strain component (Pa)
+    std::array<Mat3, 6> change;                  // of the stress for a unit of each strain component (Pa)
     std::vector<std::array<double, 2>> tension;  // force (N) and tension (Pa) of each of its links
     std::vector<std::size_t> link;
   };
 
-  Mat3 stress = Mat3::Zero();         // of the state (Pa)
-  Mat6 tangent = Mat6::Zero();        // d stress / d strain, relaxed (Pa)
+  Mat3 stress = Mat3::Zero();   // of the state (Pa)
+  Mat6 tangent = Mat6::Zero();  // d stress / d strain, relaxed (Pa)
   std::vector<Link> links;
   std::vector<Gap> gaps;
   std::vector<Grain> grains;
-  double total_force = 0;             // sum of the links' forces (N)
+  double total_force = 0;  // sum of the links' forces (N)
 
-  /// True while the links that a strain would make slide, open or close carry no more than `share` of all forces, no grain
-  /// would break, and forces change by no more than a tenth in the mean: Hertz's curvature is then below 1/600 of the stress.
+  /// True while the links that a strain would make slide, open or close carry no more than `share` of all forces, no
+  /// grain would break, and forces change by no more than a tenth in the mean: Hertz's curvature is then below 1/600 of
+  /// the stress.
   bool holds(const Model& model, const Vec6& strain, double share) const;
 };
 
-/// Null where the state is not elastic to begin with: contacts at their Coulomb limit that carry more than `share`, or springs.
+/// Null where the state is not elastic to begin with: contacts at their Coulomb limit that carry more than `share`, or
+/// springs.
 std::unique_ptr<const LinearResponse> linear_response(const Model& model, const State& state, double share);
 
-/// The tangent alone, of any state: contacts at their Coulomb limit without k_t, grains free to move and turn (Pa). Zero without contacts.
+/// The tangent alone, of any state: contacts at their Coulomb limit without k_t, grains free to move and turn (Pa).
+/// Zero without contacts.
 Mat6 network_tangent(const Model& model, const State& state);
 
 }  // namespace grus::dem

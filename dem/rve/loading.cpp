@@ -46,12 +46,13 @@ void set_rates(State& state, const Loading& loading, const Vec3& rates) {
 
 Vec3 servo_rates(const Model& model, const State& state, const Loading& loading) {
   Vec3 rates;
-  const bool any = std::any_of(loading.axes.begin(), loading.axes.end(), [](const auto& a) { return a.stress.has_value(); });
+  const bool any =
+      std::any_of(loading.axes.begin(), loading.axes.end(), [](const auto& a) { return a.stress.has_value(); });
   Measurement m;
   Mat6 tangent = Mat6::Zero();
   if (any) m = measure(model, state), tangent = contact_stiffness_tangent(model, state);
   for (int k = 0; k < 3; ++k) {
-    const AxisControl& axis = loading.axes[k];
+    const AxisControl& axis = loading.axes[static_cast<std::size_t>(k)];
     rates[k] = axis.strain_rate;
     if (!axis.stress) continue;
     const double now = state.boundary.cell.periodic() ? m.stress(k, k) : m.wall_stress(k, k);
@@ -85,7 +86,8 @@ void begin_loading(const Model& model, State& state, Loading& loading) {
 
 bool load(const Model& model, State& state, const Loading& loading, double end, Team& team, const Watch& watch) {
   const double begin = state.time;
-  const bool servo = loading.driven && std::any_of(loading.axes.begin(), loading.axes.end(), [](const auto& a) { return a.stress.has_value(); });
+  const bool servo = loading.driven && std::any_of(loading.axes.begin(), loading.axes.end(),
+                                                   [](const auto& a) { return a.stress.has_value(); });
   while (true) {
     const double left = end - state.time;
     if (left <= 1e-9 * state.dt) break;
@@ -118,7 +120,8 @@ Mat3 displacement_gradient(const State& state, const Loading& loading, const Mat
   return h;
 }
 
-void compress(const Model& model, const QuasiStatic& o, State& state, const Vec3& stresses, Team& team, const Watch& watch) {
+void compress(const Model& model, const QuasiStatic& o, State& state, const Vec3& stresses, Team& team,
+              const Watch& watch) {
   const double pressure = (stresses.array() == stresses[0]).all() ? stresses[0] : stresses.mean();
   Model quiet = model;  // nothing breaks while a sample is prepared
   for (auto& m : quiet.materials) m.fracture.reset();
@@ -145,15 +148,20 @@ void compress(const Model& model, const QuasiStatic& o, State& state, const Vec3
       if (!rest.stable) throw Unstable("preparation: the sample does not come to rest: " + rest.failure);
       const Vec3 left = (rest.stress.diagonal() + stresses).array() / stresses.array();
       const bool isotropic = (stresses.array() == pressure).all();
-      if (isotropic ? std::abs(mean_pressure(rest.stress) / pressure - 1) < 0.05 : left.cwiseAbs().maxCoeff() < 0.03) return;
+      if (isotropic ? std::abs(mean_pressure(rest.stress) / pressure - 1) < 0.05 : left.cwiseAbs().maxCoeff() < 0.03)
+        return;
     }
   }
   if ((stresses.array() != pressure).any())
-    throw Unstable(fmt::format("preparation: stresses of {:.3g}, {:.3g}, {:.3g} Pa are not reached; start denser, or ask for less", stresses.x(), stresses.y(), stresses.z()));
-  throw Unstable(fmt::format("preparation: an isotropic pressure of {:.3g} Pa is not reached; start denser, or ask for less", pressure));
+    throw Unstable(
+        fmt::format("preparation: stresses of {:.3g}, {:.3g}, {:.3g} Pa are not reached; start denser, or ask for less",
+                    stresses.x(), stresses.y(), stresses.z()));
+  throw Unstable(fmt::format(
+      "preparation: an isotropic pressure of {:.3g} Pa is not reached; start denser, or ask for less", pressure));
 }
 
-void compress_isotropically(const Model& model, const QuasiStatic& o, State& state, double pressure, Team& team, const Watch& watch) {
+void compress_isotropically(const Model& model, const QuasiStatic& o, State& state, double pressure, Team& team,
+                            const Watch& watch) {
   compress(model, o, state, Vec3::Constant(pressure), team, watch);
 }
 

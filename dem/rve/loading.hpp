@@ -12,9 +12,9 @@ namespace grus::dem {
 
 /// An axis follows a constant rate of engineering strain of the initial size, or seeks a normal stress.
 struct AxisControl {
-  double strain_rate = 0;         // 1/s, tension-positive
-  std::optional<double> stress;   // Pa, tension-positive; the rate is then bounded by max_rate
-  double max_rate = 0;            // 1/s
+  double strain_rate = 0;        // 1/s, tension-positive
+  std::optional<double> stress;  // Pa, tension-positive; the rate is then bounded by max_rate
+  double max_rate = 0;           // 1/s
 };
 
 struct Loading {
@@ -27,18 +27,20 @@ struct Loading {
 /// Notes the initial size and starts the motion of walls or cell.
 void begin_loading(const Model& model, State& state, Loading& loading);
 
-/// Advances to the time `end` (s), exactly; servo axes are corrected every few steps. False: the watch, which is asked every few
-/// steps, said to stop; going on later, from the state as it is, to the same end changes no bit.
+/// Advances to the time `end` (s), exactly; servo axes are corrected every few steps. False: the watch, which is asked
+/// every few steps, said to stop; going on later, from the state as it is, to the same end changes no bit.
 bool load(const Model& model, State& state, const Loading& loading, double end, Team& team, const Watch& watch = {});
 
 /// Displacement gradient F - 1 of the box or cell since begin_loading; walls: diagonal.
 Mat3 displacement_gradient(const State& state, const Loading& loading, const Mat3& initial_cell);
 
-/// Compresses a prepared periodic state to normal stresses along the axes (Pa, compression-positive), without breakage, and holds it there.
-/// Throws Unstable where they are not reached, Interrupted where the watch says so.
-void compress(const Model& model, const QuasiStatic& options, State& state, const Vec3& stresses, Team& team, const Watch& watch = {});
+/// Compresses a prepared periodic state to normal stresses along the axes (Pa, compression-positive), without breakage,
+/// and holds it there. Throws Unstable where they are not reached, Interrupted where the watch says so.
+void compress(const Model& model, const QuasiStatic& options, State& state, const Vec3& stresses, Team& team,
+              const Watch& watch = {});
 
 /// The same to an isotropic pressure (Pa).
-void compress_isotropically(const Model& model, const QuasiStatic& options, State& state, double pressure, Team& team, const Watch& watch = {});
+void compress_isotropically(const Model& model, const QuasiStatic& options, State& state, double pressure, Team& team,
+                            const Watch& watch = {});
 
 }  // namespace grus::dem

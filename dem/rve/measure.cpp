@@ -10,16 +10,23 @@
 namespace grus::dem {
 namespace {
 
-/// Walls of a box: index of the wall facing + and - along each axis; -1 where there is none.
-std::array<std::array<int, 2>, 3> box_walls(const Boundary& boundary) {
-  std::array<std::array<int, 2>, 3> box;
-  for (auto& pair : box) pair = {-1, -1};
-  for (std::size_t w = 0; w < boundary.walls.size(); ++w)
-    for (int k = 0; k < 3; ++k) {
-      if (boundary.walls[w].normal[k] == 1) box[k][0] = static_cast<int>(w);
-      if (boundary.walls[w].normal[k] == -1) box[k][1] = static_cast<int>(w);
-    }
-  return box;
+/// The walls of a box that face + and - along an axis, by index; `none` where there is none.
+struct Faces {
+  static constexpr std::size_t none = SIZE_MAX;
+  std::size_t plus = none, minus = none;
+};
+
+Faces faces(const Boundary& boundary, int axis) {
+  Faces found;
+  for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
+    if (boundary.walls[w].normal[axis] == 1) found.plus = w;
+    if (boundary.walls[w].normal[axis] == -1) found.minus = w;
+  }
+  return found;
+}
+
+double width(const Boundary& boundary, const Faces& of, int axis) {
+  return boundary.walls[of.minus].point[axis] - boundary.walls[of.plus].point[axis];
 }
 
 }  // namespace
@@ -36,8 +43,10 @@ Eigen::Matrix<double, 3, 6> displacement_of_strain(const Vec3& l) {
   Eigen::Matrix<double, 3, 6> b = Eigen::Matrix<double, 3, 6>::Zero();
   for (int e = 0; e < 6; ++e) {
     const int i = voigt_row[e], j = voigt_col[e];
-    if (i == j) b(i, e) = l[i];
-    else b(i, e) = 0.5 * l[j], b(j, e) = 0.5 * l[i];
+    if (i == j)
+      b(i, e) = l[i];
+    else
+      b(i, e) = 0.5 * l[j], b(j, e) = 0.5 * l[i];
   }
   return b;
 }
@@ -45,10 +54,10 @@ Eigen::Matrix<double, 3, 6> displacement_of_strain(const Vec3& l) {
 double bulk_volume(const Boundary& boundary) {
   if (boundary.cell.periodic()) return boundary.cell.volume();
   double v = 1;
-  const auto box = box_walls(boundary);
   for (int k = 0; k < 3; ++k) {
-    if (box[k][0] < 0 || box[k][1] < 0) return 0;
-    v *= boundary.walls[box[k][1]].point[k] - boundary.walls[box[k][0]].point[k];
+    const Faces of = faces(boundary, k);
+    if (of.plus == Faces::none || of.minus == Faces::none) return 0;
+    v *= width(boundary, of, k);
   }
   return v;
 }
@@ -91,8 +100,10 @@ double pressure_scatter(const State& s, double volume) {
     const double carried = s.contacts.touch[k].force.dot(branch(s, k));
     const Pair& p = s.contacts.pair[k];
     sum += carried;
-    if (k >= s.contacts.begin[sphere_wall]) share[p.a] += carried;
-    else share[p.a] += 0.5 * carried, share[p.b] += 0.5 * carried;
+    if (k >= s.contacts.begin[sphere_wall])
+      share[p.a] += carried;
+    else
+      share[p.a] += 0.5 * carried, share[p.b] += 0.5 * carried;
   }
   if (sum == 0) return 0;
   const double n = static_cast<double>(share.size()), mean = sum / n;
@@ -116,18 +127,17 @@ Measurement measure(const Model& model, const State& s) {
   Measurement m;
   m.volume = bulk_volume(s.boundary);
   m.stress = love_weber(s, m.volume);
-  const auto box = box_walls(s.boundary);
   if (m.volume > 0 && !s.boundary.cell.periodic()) {
     for (int k = 0; k < 3; ++k) {
-      const double width = s.boundary.walls[box[k][1]].point[k] - s.boundary.walls[box[k][0]].point[k];
+      const Faces of = faces(s.boundary, k);
       // Mean of both faces; the force on the + wall points outward, along +k.
       double force = 0;
       for (std::size_t c = s.contacts.begin[sphere_wall]; c < s.contacts.size(); ++c) {
-        const int w = static_cast<int>(s.contacts.pair[c].b);
-        if (w == box[k][0]) force -= s.contacts.touch[c].force[k];
-        if (w == box[k][1]) force += s.contacts.touch[c].force[k];
+        const std::size_t w = s.contacts.pair[c].b;
+        if (w == of.plus) force -= s.contacts.touch[c].force[k];
+        if (w == of.minus) force += s.contacts.touch[c].force[k];
       }
-      m.wall_stress(k, k) = -0.5 * force * width / m.volume;
+      m.wall_stress(k, k) = -0.5 * force * width(s.boundary, of, k) / m.volume;
     }
   }
   double contact_force = 0;
@@ -136,7 +146,7 @@ Measurement measure(const Model& model, const State& s) {
     if (!s.contacts.contact.touching(k)) continue;
     const Vec3& n = s.contacts.touch[k].normal;
     ++m.contacts;
-    ends += k < s.contacts.begin[sphere_wall] ? 2 : 1;
+    ends += k < s.contacts.begin[sphere_wall] ? 2u : 1u;
     m.fabric += n * n.transpose();
     contact_force += s.contacts.touch[k].force.norm();
   }
@@ -164,7 +174,8 @@ Mat6 contact_stiffness_tangent(const Model& model, const State& s) {
     const Contact c = s.contacts.contact[k];
     if (c.stiffness <= 0) continue;
     const PairLaw& p = model.pairs[s.contacts.pair[k].law];
-    const Elastic elastic = std::visit([&](const auto& law) { return law(c.stiffness, s.contacts.touch[k].overlap); }, model.law);
+    const Elastic elastic =
+        std::visit([&](const auto& law) { return law(c.stiffness, s.contacts.touch[k].overlap); }, model.law);
     const double normal_force = elastic.force + c.viscous;
     const bool slides = c.spring.norm() >= p.friction * normal_force * (1 - 1e-9);
     const double kt = p.friction > 0 && !slides ? p.shear_ratio * elastic.normal_stiffness : 0;

@@ -8,15 +8,15 @@
 namespace grus::dem {
 
 struct Measurement {
-  double volume = 0;                 // m^3 of the cell, or between the walls of a box; 0: neither
-  Mat3 stress = Mat3::Zero();        // Love-Weber, tension-positive (Pa)
-  Mat3 wall_stress = Mat3::Zero();   // force / area of the box's walls, tension-positive (Pa); diagonal
-  Mat3 fabric = Mat3::Zero();        // mean of n (x) n over contacts
+  double volume = 0;                // m^3 of the cell, or between the walls of a box; 0: neither
+  Mat3 stress = Mat3::Zero();       // Love-Weber, tension-positive (Pa)
+  Mat3 wall_stress = Mat3::Zero();  // force / area of the box's walls, tension-positive (Pa); diagonal
+  Mat3 fabric = Mat3::Zero();       // mean of n (x) n over contacts
   double solid_fraction = 0, void_ratio = 0;
-  double coordination = 0;           // touching contacts a grain, walls included
+  double coordination = 0;  // touching contacts a grain, walls included
   std::size_t contacts = 0;
-  double unbalanced_force = 0;       // mean |resultant on a grain| / mean |contact force|; 0 without contacts
-  double kinetic = 0, elastic = 0;   // J; elastic includes springs
+  double unbalanced_force = 0;      // mean |resultant on a grain| / mean |contact force|; 0 without contacts
+  double kinetic = 0, elastic = 0;  // J; elastic includes springs
 };
 
 Measurement measure(const Model& model, const State& state);
@@ -30,15 +30,16 @@ Eigen::Matrix<double, 3, 6> displacement_of_strain(const Vec3& branch);
 /// Love-Weber stress alone (Pa): -(1/V) sum of sym(force on b (x) branch from a to b, images included).
 Mat3 love_weber(const State& state, double volume);
 
-/// The Love-Weber stress of a periodic cell in two parts (Pa): what would be left at rest, and what contact dashpots carry.
+/// The Love-Weber stress of a periodic cell in two parts (Pa): what would be left at rest, and what contact dashpots
+/// carry.
 struct PartedStress {
   Mat3 rest = Mat3::Zero(), dashpots = Mat3::Zero();
 };
 PartedStress parted_stress(const State& state);
 
-/// Standard error of the mean pressure of this sample, relative to it, if its grains were independent draws: each grain's
-/// share of the stress is half of what its contacts carry. Force chains make the true scatter larger, equilibrium with
-/// the boundary smaller (docs/studies: cell size). 0 without pressure.
+/// Standard error of the mean pressure of this sample, relative to it, if its grains were independent draws: each
+/// grain's share of the stress is half of what its contacts carry. Force chains make the true scatter larger,
+/// equilibrium with the boundary smaller (docs/studies: cell size). 0 without pressure.
 double pressure_scatter(const State& state, double volume);
 
 double bulk_volume(const Boundary& boundary);

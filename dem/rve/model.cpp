@@ -22,7 +22,8 @@ void make_pair_laws(Model& model) {
         return std::isinf(m.youngs_modulus) ? 0.0 : (1 - m.poissons_ratio * m.poissons_ratio) / m.youngs_modulus;
       };
       auto shear_compliance = [](const Material& m) {
-        return std::isinf(m.youngs_modulus) ? 0.0 : (2 - m.poissons_ratio) * 2 * (1 + m.poissons_ratio) / m.youngs_modulus;
+        return std::isinf(m.youngs_modulus) ? 0.0
+                                            : (2 - m.poissons_ratio) * 2 * (1 + m.poissons_ratio) / m.youngs_modulus;
       };
       PairLaw& p = model.pairs[i * n + j];
       const bool rigid_a = std::isinf(a.youngs_modulus), rigid_b = std::isinf(b.youngs_modulus);
@@ -37,7 +38,8 @@ void make_pair_laws(Model& model) {
         if (c > 0) p.youngs = 1 / c, p.shear_ratio = 4 * c / s;
       } else {
         const Material& soft = rigid_a ? b : a;
-        p.normal_stiffness = rigid_a || rigid_b ? soft.normal_stiffness : 0.5 * (a.normal_stiffness + b.normal_stiffness);
+        p.normal_stiffness =
+            rigid_a || rigid_b ? soft.normal_stiffness : 0.5 * (a.normal_stiffness + b.normal_stiffness);
         p.shear_ratio = rigid_a || rigid_b ? soft.shear_ratio : 0.5 * (a.shear_ratio + b.shear_ratio);
       }
     }

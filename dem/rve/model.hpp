@@ -16,21 +16,21 @@ struct Material {
   double youngs_modulus = 60e9;  // Pa; infinite: rigid
   double poissons_ratio = 0.17;
   double friction = 0;
-  double restitution = 1;        // normal
-  double damping = 0;            // local, non-viscous; of this material's grains
-  double normal_stiffness = 0;   // linear law, N/m
-  double shear_ratio = 0;        // linear law, tangential / normal
+  double restitution = 1;       // normal
+  double damping = 0;           // local, non-viscous; of this material's grains
+  double normal_stiffness = 0;  // linear law, N/m
+  double shear_ratio = 0;       // linear law, tangential / normal
   std::optional<FractureModel> fracture;
 };
 
 /// Choices of the numerics; the defaults serve every shipped scene.
 struct Numerics {
-  double safety = 0.3;          // of the critical time step, which is a strict bound
-  double time_step = 0;         // s; 0: from the critical step
-  double max_time_step = 0;     // s; 0: no bound
-  double skin = 0.12;           // of the mean radius
-  int estimate_every = 50;      // steps between estimates of the critical step
-  int fracture_every = 10;      // steps between tests of the fracture criteria
+  double safety = 0.3;       // of the critical time step, which is a strict bound
+  double time_step = 0;      // s; 0: from the critical step
+  double max_time_step = 0;  // s; 0: no bound
+  double skin = 0.12;        // of the mean radius
+  int estimate_every = 50;   // steps between estimates of the critical step
+  int fracture_every = 10;   // steps between tests of the fracture criteria
   double max_energy_error = 0.05;
   std::optional<double> max_overlap;  // of the smaller equivalent radius; see overlap_limit
 };
@@ -38,15 +38,15 @@ struct Numerics {
 struct Model {
   std::vector<Material> materials;
   ContactLaw law;
-  std::vector<PairLaw> pairs;  // row a * materials + b
-  MotionSettings motion;       // its `damping` is set by the step loop, from the column below
-  std::vector<double> damping; // by material
+  std::vector<PairLaw> pairs;   // row a * materials + b
+  MotionSettings motion;        // its `damping` is set by the step loop, from the column below
+  std::vector<double> damping;  // by material
   Numerics numerics;
   std::uint64_t seed = 1;
   bool split_statistics = false;
 
-  /// Contacts deeper than this end a run: 0.2, far beyond Hertz's range; 2 where grains break: small fragments that may not break
-  /// again are pressed into their neighbours, up to 1.25 of their radius at 45 % of strain (docs/studies).
+  /// Contacts deeper than this end a run: 0.2, far beyond Hertz's range; 2 where grains break: small fragments that may
+  /// not break again are pressed into their neighbours, up to 1.25 of their radius at 45 % of strain (docs/studies).
   double overlap_limit() const { return numerics.max_overlap.value_or(breakable() ? 2 : 0.2); }
 
   bool reshapes() const {
@@ -61,8 +61,9 @@ struct Model {
   }
 };
 
-/// Fills model.pairs and model.damping from the materials: the friction of a pair is the smaller one, its restitution the mean. A rigid
-/// partner (infinite modulus) takes the other's restitution, and its own friction wins unless it is NaN.
+/// Fills model.pairs and model.damping from the materials: the friction of a pair is the smaller one, its restitution
+/// the mean. A rigid partner (infinite modulus) takes the other's restitution, and its own friction wins unless it is
+/// NaN.
 void make_pair_laws(Model& model);
 
 /// The same local damping for the grains of all materials.

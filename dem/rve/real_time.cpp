@@ -15,7 +15,9 @@ void stretch_in_time(const Model& model, State& state, const Mat3& u, double dur
   for (double left = duration; left > 1e-9 * duration; left = end - state.time) {
     update_time_step(model, state);
     const auto due = static_cast<std::uint64_t>(std::max(1.0, std::ceil(left / state.dt * (1 - 1e-12))));
-    const std::uint64_t steps = model.numerics.time_step > 0 ? due : std::min(due, std::max<std::uint64_t>(1, state.next_estimate - state.steps));
+    const std::uint64_t steps = model.numerics.time_step > 0
+                                    ? due
+                                    : std::min(due, std::max<std::uint64_t>(1, state.next_estimate - state.steps));
     const double safe = state.dt;
     state.dt = left / static_cast<double>(due);
     run_steps(model, state, steps, team);  // ends early at a breakage: fragments may need a smaller step
@@ -32,7 +34,8 @@ void deform_in_time(const Model& model, State& state, const Mat3& deformation, d
   if (!(r - Mat3::Identity()).isZero(1e-15)) rotate(state, r);
 }
 
-Response respond_in_time(const Model& model, State& state, const Mat3& deformation, double duration, bool tangent, Team& team) {
+Response respond_in_time(const Model& model, State& state, const Mat3& deformation, double duration, bool tangent,
+                         Team& team) {
   Response response;
   const std::uint64_t first = state.steps;
   const std::size_t broken = state.ledger.breakages;

@@ -14,6 +14,7 @@ void deform_in_time(const Model& model, State& state, const Mat3& deformation, d
 void stretch_in_time(const Model& model, State& state, const Mat3& u, double duration, Team& team);
 
 /// The same as a response: Love-Weber stress at the end of the piece; tangent only if asked. Throws Unstable.
-Response respond_in_time(const Model& model, State& state, const Mat3& deformation, double duration, bool tangent, Team& team);
+Response respond_in_time(const Model& model, State& state, const Mat3& deformation, double duration, bool tangent,
+                         Team& team);
 
 }  // namespace grus::dem

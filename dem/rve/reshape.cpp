@@ -12,7 +12,8 @@ namespace {
 double half_work(const Model& model, const Contacts& contacts, const std::vector<Growth>& growths) {
   double work = 0;
   for (const auto& growth : growths) {
-    if (contacts.contact.touching(growth.contact)) work += 0.5 * elastic_force(model.law, contacts, growth.contact) * growth.amount;
+    if (contacts.contact.touching(growth.contact))
+      work += 0.5 * elastic_force(model.law, contacts, growth.contact) * growth.amount;
   }
   return work;
 }
@@ -29,7 +30,8 @@ void reshape_fragments(const Model& model, State& state, double duration, Reshap
   team.blocks(g.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto& fracture = model.materials[g.material[i]].fracture;
-      if (fracture && fracture->transition && g.generation[i] > 0 && !now.held[i]) now.next[i] = next_shape(g.shape[i], *fracture->transition, duration);
+      if (fracture && fracture->transition && g.generation[i] > 0 && !now.held[i])
+        now.next[i] = next_shape(g.shape[i], *fracture->transition, duration);
     }
   });
   double furthest = 0;
@@ -37,7 +39,8 @@ void reshape_fragments(const Model& model, State& state, double duration, Reshap
   for (std::size_t i = 0; i < g.size(); ++i) {
     if (!now.next[i]) continue;
     const PolyEllipsoid& next = *now.next[i];
-    furthest = std::max(furthest, (next.plus - g.shape[i].plus).cwiseAbs().sum() * 1.75);  // support height, and centre of mass
+    furthest = std::max(furthest,
+                        (next.plus - g.shape[i].plus).cwiseAbs().sum() * 1.75);  // support height, and centre of mass
     for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
       const std::size_t k = contacts.entry[e] >> 1;
       if (!contacts.contact.touching(k)) continue;

@@ -23,9 +23,9 @@ struct Reshaping {
 };
 
 /// Lets every free, badly shaped fragment change its shape for `duration` (s), one step at a time: after the drift and
-/// before the forces, so that leapfrog sees a slowly varying potential. ledger.reshape gets the change of spin energy at
-/// constant angular momentum, and half the work of growing surfaces, at the forces before; `book_growth` adds the other
-/// half at the forces after (the trapezoid that the integrator's own work uses).
+/// before the forces, so that leapfrog sees a slowly varying potential. ledger.reshape gets the change of spin energy
+/// at constant angular momentum, and half the work of growing surfaces, at the forces before; `book_growth` adds the
+/// other half at the forces after (the trapezoid that the integrator's own work uses).
 void reshape_fragments(const Model& model, State& state, double duration, Reshaping& now, Team& team);
 void book_growth(const Model& model, State& state, const Reshaping& now);
 

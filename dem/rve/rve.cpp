@@ -45,9 +45,10 @@ Response hold(const Model& model, const QuasiStatic& o, State& state, Team& team
       return response;
     }
     if (response.hold_steps >= o.max_hold) {
-      response.failure = fmt::format("not in equilibrium after {} steps: unbalanced force {:.2g} (asked {:.2g}), stress change {:.2g} "
-                                     "(asked {:.2g})",
-                                     response.hold_steps, m.unbalanced_force, o.unbalanced_force, response.stress_change, o.stress_change);
+      response.failure = fmt::format(
+          "not in equilibrium after {} steps: unbalanced force {:.2g} (asked {:.2g}), stress change {:.2g} "
+          "(asked {:.2g})",
+          response.hold_steps, m.unbalanced_force, o.unbalanced_force, response.stress_change, o.stress_change);
       return response;
     }
   }
@@ -90,7 +91,8 @@ Response deform(const Model& model, const QuasiStatic& o, State& state, const In
   return response;
 }
 
-Response deform_in_pieces(const Model& model, const QuasiStatic& o, State& state, const Increment& increment, int pieces, Team& team) {
+Response deform_in_pieces(const Model& model, const QuasiStatic& o, State& state, const Increment& increment,
+                          int pieces, Team& team) {
   if (pieces == 1) return deform(model, o, state, increment, team);
   Mat3 r, u;
   polar(increment.deformation, r, u);

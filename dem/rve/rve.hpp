@@ -12,13 +12,13 @@ namespace grus::dem {
 
 /// How an increment is carried out and when it counts as equilibrium.
 struct QuasiStatic {
-  double strain_per_step = 1e-5;       // bound on the strain of one DEM step
-  double inertial_number = 1e-3;       // target that sets the loading rate
-  double pressure_floor = 0;           // Pa; the inertial number is taken at no less than this pressure
-  double unbalanced_force = 1e-3;      // mean resultant / mean contact force
-  double stress_change = 1e-3;         // over one window, relative to the stress or the pressure floor
-  int window = 50;                     // steps between tests
-  std::uint64_t max_hold = 40000;      // steps
+  double strain_per_step = 1e-5;   // bound on the strain of one DEM step
+  double inertial_number = 1e-3;   // target that sets the loading rate
+  double pressure_floor = 0;       // Pa; the inertial number is taken at no less than this pressure
+  double unbalanced_force = 1e-3;  // mean resultant / mean contact force
+  double stress_change = 1e-3;     // over one window, relative to the stress or the pressure floor
+  int window = 50;                 // steps between tests
+  std::uint64_t max_hold = 40000;  // steps
 };
 
 /// Since the last commit. F maps the committed configuration to the new one: det > 0.
@@ -27,17 +27,17 @@ struct Increment {
 };
 
 struct Response {
-  Mat3 stress = Mat3::Zero();    // Cauchy, Love-Weber (Pa, tension-positive)
-  Mat6 tangent = Mat6::Zero();   // contact stiffness (Pa, Voigt, engineering shear)
-  bool stable = false;           // equilibrium reached within the tolerances
+  Mat3 stress = Mat3::Zero();                      // Cauchy, Love-Weber (Pa, tension-positive)
+  Mat6 tangent = Mat6::Zero();                     // contact stiffness (Pa, Voigt, engineering shear)
+  bool stable = false;                             // equilibrium reached within the tolerances
   double unbalanced_force = 0, stress_change = 0;  // at the end of the hold
   std::uint64_t steps = 0, hold_steps = 0;
-  std::size_t breakages = 0;     // in this increment
-  double work = 0;               // J, of the state's ledger so far; where there is no trial
-  double haste = 0;              // J, so far: what of it is the price of the rate, not of the stress; where it is carried steadily
-  double inertial_number = 0;    // of this advance, at the pressure at its end; where it is carried steadily
-  int pieces = 1;                // that the increment was taken in
-  std::string failure;           // why it is not stable
+  std::size_t breakages = 0;  // in this increment
+  double work = 0;            // J, of the state's ledger so far; where there is no trial
+  double haste = 0;  // J, so far: what of it is the price of the rate, not of the stress; where it is carried steadily
+  double inertial_number = 0;  // of this advance, at the pressure at its end; where it is carried steadily
+  int pieces = 1;              // that the increment was taken in
+  std::string failure;         // why it is not stable
 };
 
 /// What a cell that is carried without rest (dem/rve/steady.hpp) keeps besides its state.
@@ -55,19 +55,22 @@ struct Steady {
 /// constant rate in the fixed frame, then everything is turned by R (objective exactly).
 Response deform(const Model& model, const QuasiStatic& options, State& state, const Increment& increment, Team& team);
 
-/// Holds the cell until the forces and the stress are at rest and no grain broke in the window. `told`: asked after each window, may throw.
-Response hold(const Model& model, const QuasiStatic& options, State& state, Team& team, const std::function<void()>& told = {});
+/// Holds the cell until the forces and the stress are at rest and no grain broke in the window. `told`: asked after
+/// each window, may throw.
+Response hold(const Model& model, const QuasiStatic& options, State& state, Team& team,
+              const std::function<void()>& told = {});
 
 /// The same in `pieces` equal parts of the path, each held, then turned. Stops at the first part that finds no rest.
-Response deform_in_pieces(const Model& model, const QuasiStatic& options, State& state, const Increment& increment, int pieces, Team& team);
+Response deform_in_pieces(const Model& model, const QuasiStatic& options, State& state, const Increment& increment,
+                          int pieces, Team& team);
 
 class Rve {
 public:
   /// `state` must be prepared. The model is shared by all RVEs of a scene.
   Rve(std::shared_ptr<const Model> model, QuasiStatic options, State state, const Steady& steady = {});
 
-  /// Always starts from the committed state, so a refused iteration leaves no trace. An increment that fails is taken once
-  /// more in `retry_pieces` parts before it is refused.
+  /// Always starts from the committed state, so a refused iteration leaves no trace. An increment that fails is taken
+  /// once more in `retry_pieces` parts before it is refused.
   Response advance(const Increment& increment);
   static constexpr int retry_pieces = 4;
 

@@ -24,14 +24,17 @@ ParentContacts contacts_of(const Model& model, const State& state, std::span<con
   ParentContacts found;
   for (const std::size_t i : grains) {
     auto& list = found.of.emplace_back();
-    each_touching(model, state, i, [&](bool wall, std::size_t other, double force) { list.emplace_back(wall ? state.grains.size() + other : other, force); });
+    each_touching(model, state, i, [&](bool wall, std::size_t other, double force) {
+      list.emplace_back(wall ? state.grains.size() + other : other, force);
+    });
   }
   found.virial = love_weber(state, 1).trace();
   return found;
 }
 
-void count_split(const Model& model, State& state, const ParentContacts& before, std::span<const std::array<std::size_t, 2>> halves,
-                 std::span<const Index> origin, std::size_t grains_before) {
+void count_split(const Model& model, State& state, const ParentContacts& before,
+                 std::span<const std::array<std::size_t, 2>> halves, std::span<const Index> origin,
+                 std::size_t grains_before) {
   SplitStatistics& s = state.ledger.splits;
   for (std::size_t k = 0; k < halves.size(); ++k) {
     std::vector<std::pair<std::size_t, double>> after;

@@ -18,9 +18,10 @@ struct ParentContacts {
 
 ParentContacts contacts_of(const Model& model, const State& state, std::span<const std::size_t> grains);
 
-/// Adds to ledger.splits. `halves[k]` are the slots of the two halves of grain k of `before`; `origin` maps slots to the
-/// slots before the split.
-void count_split(const Model& model, State& state, const ParentContacts& before, std::span<const std::array<std::size_t, 2>> halves,
-                 std::span<const Index> origin, std::size_t grains_before);
+/// Adds to ledger.splits. `halves[k]` are the slots of the two halves of grain k of `before`; `origin` maps slots to
+/// the slots before the split.
+void count_split(const Model& model, State& state, const ParentContacts& before,
+                 std::span<const std::array<std::size_t, 2>> halves, std::span<const Index> origin,
+                 std::size_t grains_before);
 
 }  // namespace grus::dem

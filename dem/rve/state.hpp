@@ -18,13 +18,14 @@ struct State {
   NeighbourReference reference;
   std::vector<SweepEnergy> grain_energy;  // one a tile
   std::vector<std::uint8_t> break_room;   // of the breakage test
-  double time = 0, dt = 0;       // s
+  double time = 0, dt = 0;                // s
   std::uint64_t steps = 0;
-  std::uint64_t next_estimate = 0, estimate_interval = 5;  // step at which the critical step is due again, and the gap to the next
-  double skin = 0, mean_radius = 0;  // m; the radius at the start
+  std::uint64_t next_estimate = 0,
+                estimate_interval = 5;         // step at which the critical step is due again, and the gap to the next
+  double skin = 0, mean_radius = 0;            // m; the radius at the start
   std::uint64_t tested_at = 0, next_test = 0;  // steps of the last and the next breakage test
-  std::uint64_t listed_at = 0;   // step at which the neighbour list ran out last
-  std::uint64_t sorted = 0;      // number of grains when they were last put in order
+  std::uint64_t listed_at = 0;                 // step at which the neighbour list ran out last
+  std::uint64_t sorted = 0;                    // number of grains when they were last put in order
 };
 
 }  // namespace grus::dem

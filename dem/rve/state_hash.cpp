@@ -5,7 +5,8 @@ namespace grus::dem {
 
 std::uint64_t hash(const State& s) {
   // No padding, whose bytes are anything.
-  static_assert(sizeof(Motion) == 96 && sizeof(Inertia) == 56 && sizeof(PolyEllipsoid) == 48 && sizeof(Frame) == 96 && sizeof(Vec3) == 24);
+  static_assert(sizeof(Motion) == 96 && sizeof(Inertia) == 56 && sizeof(PolyEllipsoid) == 48 && sizeof(Frame) == 96 &&
+                sizeof(Vec3) == 24);
   static_assert(sizeof(Quat) == 32 && sizeof(Pair) == 16 && sizeof(CohesiveSpring) == 160 && sizeof(Cell) == 144);
   std::uint64_t h = 0xcbf29ce484222325ULL;
   auto add = [&](const void* data, std::size_t bytes) {

@@ -34,12 +34,13 @@ void book(State& state) {
     grains.viscous += e.viscous, grains.work += e.work;
     e = {.speed2 = e.speed2};
   }
-  state.ledger.damping += grains.viscous, state.ledger.local_damping += grains.viscous, state.ledger.work += grains.work;
+  state.ledger.damping += grains.viscous, state.ledger.local_damping += grains.viscous,
+      state.ledger.work += grains.work;
   book(contacts, state.ledger);
 }
 
-/// Fragments are born at the end of the columns, far from their neighbours. Where many have been, all grains are put in the
-/// order in which they lie. Returns what index each comes from; nothing where they stay.
+/// Fragments are born at the end of the columns, far from their neighbours. Where many have been, all grains are put in
+/// the order in which they lie. Returns what index each comes from; nothing where they stay.
 std::vector<Index> put_in_order(State& state) {
   Grains& g = state.grains;
   if (10 * g.size() < 11 * state.sorted) return {};
@@ -51,26 +52,29 @@ std::vector<Index> put_in_order(State& state) {
   return order;
 }
 
-/// The list has run out. A wider skin where lists take much of the time, a narrower one where little; by counts of steps, so
-/// that no clock decides: a list costs some fifteen steps, to mend one some two.
+/// The list has run out. A wider skin where lists take much of the time, a narrower one where little; by counts of
+/// steps, so that no clock decides: a list costs some fifteen steps, to mend one some two.
 void rebuild(const Model& model, State& state, ListState found, Team& team) {
   const bool indexed = model.breakable() || model.reshapes();
   if (found == ListState::strays)
-    return mend_contacts(state.grains, state.boundary, state.skin, model.materials.size(), state.reference.room.strays, {}, state.contacts, state.reference, team, indexed);
+    return mend_contacts(state.grains, state.boundary, state.skin, model.materials.size(), state.reference.room.strays,
+                         {}, state.contacts, state.reference, team, indexed);
   const std::uint64_t lasted = state.steps - state.listed_at, cost = 15 + 2 * state.reference.mends;
   const double usual = model.numerics.skin * state.mean_radius;
   if (lasted < 8 * cost) state.skin = std::min(1.25 * state.skin, 2 * usual);
   if (lasted > 40 * cost) state.skin = std::max(0.8 * state.skin, 0.5 * usual);
   state.listed_at = state.steps;
   const std::vector<Index> order = put_in_order(state);
-  build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), order, state.contacts, state.reference, team, indexed);
+  build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), order, state.contacts,
+                 state.reference, team, indexed);
 }
 
-/// Forces of all contacts, and the kicks that they give. A tile of grains may move as soon as its pairs and those that earlier
-/// tiles have with it are done (pairs belong to the lower tile: nothing later needs the tile where it is). A thread moves its
-/// tiles while their data is at hand: it collects forces in a room that stays in its cache. One that has nothing left takes
-/// from the others, from the back: sums are by tile, so it is all the same who makes them.
-void force_and_move(const Model& model, State& state, const MotionSettings& settings, bool shown, bool bonded, Kick kick, Team& team) {
+/// Forces of all contacts, and the kicks that they give. A tile of grains may move as soon as its pairs and those that
+/// earlier tiles have with it are done (pairs belong to the lower tile: nothing later needs the tile where it is). A
+/// thread moves its tiles while their data is at hand: it collects forces in a room that stays in its cache. One that
+/// has nothing left takes from the others, from the back: sums are by tile, so it is all the same who makes them.
+void force_and_move(const Model& model, State& state, const MotionSettings& settings, bool shown, bool bonded,
+                    Kick kick, Team& team) {
   Contacts& c = state.contacts;
   const ContactPass contacts(model.law, model.pairs, state.grains, state.boundary, state.dt, shown, c);
   const SweepPass grains(kick, state.grains, c, settings, bonded, state.dt, state.grain_energy);
@@ -93,8 +97,10 @@ void force_and_move(const Model& model, State& state, const MotionSettings& sett
     bool all = true;
     for (std::size_t t = 0; t < tiles; ++t) {
       if (std::atomic_ref(c.moved[t]).load(std::memory_order_relaxed) == round) continue;
-      if (!done(t) || waits(t)) all = false;
-      else if (mine(c.moved[t])) grains.tile(t, nullptr);
+      if (!done(t) || waits(t))
+        all = false;
+      else if (mine(c.moved[t]))
+        grains.tile(t, nullptr);
     }
     return all;
   };
@@ -114,7 +120,8 @@ void force_and_move(const Model& model, State& state, const MotionSettings& sett
     }
     for (std::size_t t = tiles; t-- > 0;)
       if (mine(c.taken[t])) contacts.tile(t, nullptr), finish(t);
-    for (int spins = 0; !move_ready(); relax(spins)) {}
+    for (int spins = 0; !move_ready(); relax(spins)) {
+    }
   });
 }
 
@@ -135,8 +142,10 @@ void check_speeds(const State& state) {
   for (std::size_t i = 0; i < state.grains.size(); ++i) {
     const Motion& m = state.grains.motion[i];
     if (m.velocity.norm() * state.dt < m.radius && std::isfinite(m.position.sum())) continue;
-    throw Unstable(fmt::format("grain {} moves at {:.3g} m/s, more than its radius in a step, at t = {:.6g} s: lower numerics.safety or numerics.time_step",
-                               state.grains.id[i], m.velocity.norm(), state.time));
+    throw Unstable(
+        fmt::format("grain {} moves at {:.3g} m/s, more than its radius in a step, at t = {:.6g} s: lower "
+                    "numerics.safety or numerics.time_step",
+                    state.grains.id[i], m.velocity.norm(), state.time));
   }
 }
 
@@ -163,8 +172,10 @@ void prepare(const Model& model, State& state, Team& team) {
   refuse_small_cell(g, state.boundary.cell, state.skin);
   build_contacts(g, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team);
   if (std::none_of(model.pairs.begin(), model.pairs.end(), [](const PairLaw& p) { return p.friction > 0; })) {
-    ContactColumns& c = state.contacts.contact;  // of a preparation with friction; passes without it leave springs alone
-    for (auto* column : {&c.spring_x, &c.spring_y, &c.spring_z, &c.compliance}) std::fill(column->begin(), column->end(), 0.0);
+    ContactColumns& c =
+        state.contacts.contact;  // of a preparation with friction; passes without it leave springs alone
+    for (auto* column : {&c.spring_x, &c.spring_y, &c.spring_z, &c.compliance})
+      std::fill(column->begin(), column->end(), 0.0);
   }
   contact_forces(model.law, model.pairs, g, state.boundary, 0, true, state.contacts, team);
   sweep(Kick::close, g, state.contacts, settings_of(model, state), false, 0, state.grain_energy, team);
@@ -183,14 +194,19 @@ void update_time_step(const Model& model, State& state) {
     state.next_estimate = std::numeric_limits<std::uint64_t>::max();
     return;
   }
-  const CriticalStep critical = critical_step(model.law, model.pairs, model.materials.size(), state.grains, state.boundary,
-                                              state.contacts, state.bonds);
-  if (!std::isfinite(critical.dt)) throw Unstable("no finite time step: the grains have no stiffness; give time_step in [numerics]");
+  const CriticalStep critical = critical_step(model.law, model.pairs, model.materials.size(), state.grains,
+                                              state.boundary, state.contacts, state.bonds);
+  if (!std::isfinite(critical.dt))
+    throw Unstable("no finite time step: the grains have no stiffness; give time_step in [numerics]");
   state.dt = model.numerics.safety * critical.dt;
   if (model.numerics.max_time_step > 0) state.dt = std::min(state.dt, model.numerics.max_time_step);
   // At once again while the stiffness grows, often while it changes, seldom while it does not.
   const bool steady = std::abs(state.dt - before) < 0.05 * before, stiffer = !(state.dt >= 0.95 * before);
-  state.estimate_interval = stiffer || before == 0 ? 1 : steady ? std::min<std::uint64_t>(2 * state.estimate_interval, static_cast<std::uint64_t>(model.numerics.estimate_every)) : 5;
+  state.estimate_interval = stiffer || before == 0 ? 1
+                            : steady
+                                ? std::min<std::uint64_t>(2 * state.estimate_interval,
+                                                          static_cast<std::uint64_t>(model.numerics.estimate_every))
+                                : 5;
   state.next_estimate = state.steps + state.estimate_interval;
 }
 
@@ -209,7 +225,8 @@ std::uint64_t run_steps(const Model& model, State& state, std::uint64_t count, T
   };
   for (std::uint64_t k = 0; k < count; ++k) {
     if (!moving) sweep(Kick::open, g, state.contacts, settings, false, dt, state.grain_energy, team);
-    state.reference.travelled += 1.1 * dt * take_speed(state.grain_energy);  // the affine motion may stretch the way by a little
+    state.reference.travelled +=
+        1.1 * dt * take_speed(state.grain_energy);  // the affine motion may stretch the way by a little
     move_boundary(state.boundary, dt);
     if (const ListState found = look_at_list(g, state.boundary, state.reference); found != ListState::holds) {
       check_speeds(state);
@@ -286,24 +303,28 @@ double stored_energy(const Model& model, const State& state) {
 void check_sanity(const Model& model, const State& state) {
   const double stored = stored_energy(model, state);
   if (!std::isfinite(stored) && state.steps == 0)
-    throw Unstable("energy is not finite at the start: some size, stiffness, density or speed of the scene is out of all bounds");
+    throw Unstable(
+        "energy is not finite at the start: some size, stiffness, density or speed of the scene is out of all bounds");
   if (!std::isfinite(stored))
-    throw Unstable(fmt::format("energy is not finite at t = {:.6g} s (step {}): lower numerics.safety", state.time, state.steps));
+    throw Unstable(
+        fmt::format("energy is not finite at t = {:.6g} s (step {}): lower numerics.safety", state.time, state.steps));
   const DeepestContact deepest = deepest_contact(state.grains, state.contacts);
   if (deepest.ratio > model.overlap_limit()) {
     const Pair& p = state.contacts.pair[deepest.pair];
     const bool wall = deepest.pair >= state.contacts.begin[sphere_wall];
-    throw Unstable(fmt::format("overlap of grain {} and {} {} is {:.0f} % of a radius at t = {:.6g} s (limit {:.0f} %): stiffen the "
-                               "material, load less, or raise numerics.max_overlap",
-                               state.grains.id[p.a], wall ? "wall" : "grain", wall ? p.b : state.grains.id[p.b], 100 * deepest.ratio,
-                               state.time, 100 * model.overlap_limit()));
+    throw Unstable(fmt::format(
+        "overlap of grain {} and {} {} is {:.0f} % of a radius at t = {:.6g} s (limit {:.0f} %): stiffen the "
+        "material, load less, or raise numerics.max_overlap",
+        state.grains.id[p.a], wall ? "wall" : "grain", wall ? p.b : state.grains.id[p.b], 100 * deepest.ratio,
+        state.time, 100 * model.overlap_limit()));
   }
   const Ledger& l = state.ledger;
   const double scale = energy_scale(l, stored);
   auto refuse = [&](const char* what, double joules) {  // beyond what a trapezoid may miss
     if (joules > least_dissipation_error * scale)
-      throw Unstable(fmt::format("{} by {:.3g} J ({:.2g} of the work) at t = {:.6g} s: lower numerics.safety (now {:g})", what, joules,
-                                 joules / scale, state.time, model.numerics.safety));
+      throw Unstable(
+          fmt::format("{} by {:.3g} J ({:.2g} of the work) at t = {:.6g} s: lower numerics.safety (now {:g})", what,
+                      joules, joules / scale, state.time, model.numerics.safety));
   };
   if (std::isfinite(model.numerics.max_energy_error)) {
     refuse("the energy taken by friction has fallen", l.most_friction - l.friction);
@@ -313,8 +334,9 @@ void check_sanity(const Model& model, const State& state) {
   }
   const double error = energy_error(l, stored);
   if (std::abs(error) > model.numerics.max_energy_error)
-    throw Unstable(fmt::format("energy error is {:.1f} % at t = {:.6g} s (limit {:.0f} %): lower numerics.safety (now {:g})", 100 * error,
-                               state.time, 100 * model.numerics.max_energy_error, model.numerics.safety));
+    throw Unstable(
+        fmt::format("energy error is {:.1f} % at t = {:.6g} s (limit {:.0f} %): lower numerics.safety (now {:g})",
+                    100 * error, state.time, 100 * model.numerics.max_energy_error, model.numerics.safety));
 }
 
 }  // namespace grus::dem

@@ -7,7 +7,8 @@
 
 namespace grus::dem {
 
-Mat6 perturbation_tangent(const Model& model, const QuasiStatic& options, const State& state, double strain, bool central, std::uint64_t& steps, Team& team) {
+Mat6 perturbation_tangent(const Model& model, const QuasiStatic& options, const State& state, double strain,
+                          bool central, std::uint64_t& steps, Team& team) {
   const Vec6 base = to_voigt(love_weber(state, state.boundary.cell.volume()));
   const int sides = central ? 2 : 1;
   std::vector<Vec6> stress(static_cast<std::size_t>(6 * sides));
@@ -18,7 +19,8 @@ Mat6 perturbation_tangent(const Model& model, const QuasiStatic& options, const 
     Vec6 unit = Vec6::Zero();
     const auto column = static_cast<int>(job) / sides;
     unit[column] = column < 3 ? 1 : 0.5;  // tensor component of an engineering strain
-    const double signed_strain = job % static_cast<std::size_t>(sides) == 0 ? -strain : strain;  // compression first: it keeps contacts
+    const double signed_strain =
+        job % static_cast<std::size_t>(sides) == 0 ? -strain : strain;  // compression first: it keeps contacts
     State scratch = state;
     try {
       const Response r = deform(model, options, scratch, {Mat3::Identity() + signed_strain * from_voigt(unit)}, alone);

@@ -84,7 +84,8 @@ CommonNormal line_search(const ShapePair& pair, Vec3 n, double length, int itera
 
 double length_of(const ShapePair& pair) { return std::min(equivalent_radius(pair.a), equivalent_radius(pair.b)); }
 
-/// Search without derivatives around a direction: for the kinks of nearly flat faces and sharp edges, where Newton stalls.
+/// Search without derivatives around a direction: for the kinks of nearly flat faces and sharp edges, where Newton
+/// stalls.
 CommonNormal polished(const ShapePair& pair, CommonNormal best, double length) {
   Vec3 n = best.normal;
   double f = best.overlap;
@@ -116,7 +117,8 @@ double separation_test(const ShapePair& pair, const Vec3& n) {
 }
 
 CommonNormal warm_common_normal(const ShapePair& pair, const Vec3& n0) {
-  const double scale = pair.a.plus.x() + pair.b.plus.x() + pair.a.minus.x() + pair.b.minus.x();  // cheap length of the pair
+  const double scale =
+      pair.a.plus.x() + pair.b.plus.x() + pair.a.minus.x() + pair.b.minus.x();  // cheap length of the pair
   Vec3 n = n0;
   Evaluation e(pair, n);
   for (int k = 0; k < 5; ++k) {
@@ -141,9 +143,11 @@ CommonNormal cold_common_normal(const ShapePair& pair) {
   // Two guesses: the line of origins, and the direction scaled by both shapes (Perram-Wertheim like).
   Vec3 guess = pair.r.norm() > 1e-12 * length ? pair.r.normalized() : Vec3(1, 0, 0);
   const Vec3 db = octant_squares(pair.b, pair.b_to_a.transpose() * -guess);
-  const Mat3 d = Mat3(octant_squares(pair.a, guess).asDiagonal()) + pair.b_to_a * db.asDiagonal() * pair.b_to_a.transpose();
+  const Mat3 d =
+      Mat3(octant_squares(pair.a, guess).asDiagonal()) + pair.b_to_a * db.asDiagonal() * pair.b_to_a.transpose();
   const Vec3 scaled = d.ldlt().solve(pair.r);
-  if (scaled.norm() > 0 && separation_test(pair, scaled.normalized()) < separation_test(pair, guess)) guess = scaled.normalized();
+  if (scaled.norm() > 0 && separation_test(pair, scaled.normalized()) < separation_test(pair, guess))
+    guess = scaled.normalized();
   CommonNormal best = line_search(pair, guess, length, 100);
   if (best.overlap <= 0 && best.converged) return best;  // a stationary point with f <= 0 is the global one
   const double thin = std::min(smallest_semi_axis(pair.a), smallest_semi_axis(pair.b));
@@ -158,7 +162,8 @@ CommonNormal cold_common_normal(const ShapePair& pair) {
     for (int j = -1; j <= 1; ++j)
       for (int k = -1; k <= 1; ++k)
         if (i != 0 || j != 0 || k != 0) attempt(Vec3(i, j, k).normalized());
-  for (int k = 0; k < 3; ++k) attempt(pair.b_to_a.col(k)), attempt(-pair.b_to_a.col(k));  // flat faces of b; those of a are above
+  for (int k = 0; k < 3; ++k)
+    attempt(pair.b_to_a.col(k)), attempt(-pair.b_to_a.col(k));  // flat faces of b; those of a are above
   return best.converged || best.overlap < 0 ? best : polished(pair, best, length);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// The poly-ellipsoid: eight octants of ellipsoids that share six semi-axes (Peters et al. 2009; Zhang et al. 2015, eq 2).
-// Geometry frame: origin where the octants meet, axes along the semi-axes. A sphere has six equal semi-axes.
+// The poly-ellipsoid: eight octants of ellipsoids that share six semi-axes (Peters et al. 2009; Zhang et al. 2015, eq
+// 2). Geometry frame: origin where the octants meet, axes along the semi-axes. A sphere has six equal semi-axes.
 #pragma once
 
 #include "dem/base/tensor.hpp"

@@ -13,7 +13,6 @@ struct Wall {
   Vec3 point, normal;  // unit normal into the space that grains may use
   Vec3 velocity = Vec3::Zero();
   std::uint8_t material = 0;
-  Vec3 force = Vec3::Zero();  // of the grains on the wall (N)
   std::string name;
 };
 
@@ -24,7 +23,9 @@ struct Cell {
 
   bool periodic() const { return vectors(0, 0) != 0; }
   double volume() const { return std::abs(vectors.determinant()); }
-  double height() const { return 1 / vectors.inverse().rowwise().norm().maxCoeff(); }  // least distance between opposite faces (m)
+  double height() const {
+    return 1 / vectors.inverse().rowwise().norm().maxCoeff();
+  }  // least distance between opposite faces (m)
 };
 
 struct Boundary {

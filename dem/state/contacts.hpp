@@ -10,7 +10,7 @@
 namespace grus::dem {
 
 /// Pairs of one kind share a loop. `general` is any pair of grains of which one is not a sphere.
-enum Bin : int { sphere_sphere, general, sphere_wall, polyellipsoid_wall, bin_count };
+enum Bin : std::uint32_t { sphere_sphere, general, sphere_wall, polyellipsoid_wall, bin_count };
 
 /// Grain a < b; `image` is the number of cell vectors added to b. For walls, b is the wall's index.
 struct Pair {
@@ -26,10 +26,10 @@ inline bool crosses(const Pair& p) { return (p.image[0] | p.image[1] | p.image[2
 /// What a contact remembers. Touching when stiffness > 0.
 struct Contact {
   Vec3 spring = Vec3::Zero();  // tangential elastic force on b (N)
-  double stiffness = 0;        // Hertz: F = stiffness overlap^1.5; linear: F = stiffness overlap. Frozen at contact birth
-  double compliance = 0;       // 1 / tangential stiffness (m/N) of the step before; 0: no spring yet
-  double viscous = 0;          // viscous part of the normal force (N)
-  double radius = 0;           // effective radius (m), frozen at contact birth
+  double stiffness = 0;   // Hertz: F = stiffness overlap^1.5; linear: F = stiffness overlap. Frozen at contact birth
+  double compliance = 0;  // 1 / tangential stiffness (m/N) of the step before; 0: no spring yet
+  double viscous = 0;     // viscous part of the normal force (N)
+  double radius = 0;      // effective radius (m), frozen at contact birth
 };
 
 /// The same of many contacts, column by column: the kernels read and write as many in a row as a register holds.
@@ -72,16 +72,17 @@ struct alignas(64) Load {
 /// Energy held by the tangential spring (J).
 inline double shear_energy(const Contact& c) { return 0.5 * c.compliance * c.spring.squaredNorm(); }
 
-/// Work and dissipation of one tile since the last flush (J). `friction`: Coulomb's limit times plastic slip, what a spring sheds as its
-/// stiffness changes, what a parting one holds. `springs`: their work less the change of what they hold, the same if the law is right.
+/// Work and dissipation of one tile since the last flush (J). `friction`: Coulomb's limit times plastic slip, what a
+/// spring sheds as its stiffness changes, what a parting one holds. `springs`: their work less the change of what they
+/// hold, the same if the law is right.
 struct BlockEnergy {
   double friction = 0, springs = 0, viscous = 0, work = 0;
 };
 
 /// Grains are cut into tiles of consecutive indices, pairs belong to the tile of their grain a. A tile's pairs are one
-/// thread's work: what they do to grains of the tile goes to those grains' loads, what they do to grains of later tiles to
-/// rows of its own (`target`), which the later grain adds up. So no order depends on the number of threads.
-/// The size follows from the number of grains alone: enough tiles for a team, few pairs between tiles.
+/// thread's work: what they do to grains of the tile goes to those grains' loads, what they do to grains of later tiles
+/// to rows of its own (`target`), which the later grain adds up. So no order depends on the number of threads. The size
+/// follows from the number of grains alone: enough tiles for a team, few pairs between tiles.
 inline int tile_bits(std::size_t grains) {
   int bits = 7;
   while (bits < 12 && (grains >> bits) > 64) ++bits;
@@ -95,26 +96,32 @@ inline std::size_t tile_words(std::size_t grains) { return (tile_count(grains) +
 inline constexpr std::size_t overrun = 8;
 
 struct Contacts {
-  std::array<std::size_t, bin_count + 1> begin{};  // bins are ranges of the columns below
-  std::array<std::vector<Index>, bin_count> tile;  // of each bin: first pair of each tile, and the end
-  std::array<std::vector<Index>, bin_count> apart; // first pair of each tile that did not touch when the list was made
-  std::vector<Pair> pair;        // in a tile: pairs that touched when the list was made, then the others; each by (a, b, image)
+  std::array<std::size_t, bin_count + 1> begin{};   // bins are ranges of the columns below
+  std::array<std::vector<Index>, bin_count> tile;   // of each bin: first pair of each tile, and the end
+  std::array<std::vector<Index>, bin_count> apart;  // first pair of each tile that did not touch when the list was made
+  std::vector<Pair>
+      pair;  // in a tile: pairs that touched when the list was made, then the others; each by (a, b, image)
   ContactColumns contact;
   std::vector<Touch> touch;
-  std::vector<Index> a, b, law;      // of `pair`, as the kernels read them (b of a wall: 0); longer by `overrun`, as are the next three, contact and touch
-  std::vector<Index> shift;          // row of `images`; empty without a periodic cell
+  std::vector<Index> a, b, law;  // of `pair`, as the kernels read them (b of a wall: 0); longer by `overrun`, as are
+                                 // the next three, contact and touch
+  std::vector<Index> shift;      // row of `images`; empty without a periodic cell
   std::vector<std::uint8_t> active;  // touching; kept for spheres
   std::vector<Index> target;         // row of `load` for b; of walls, the wall
   std::vector<std::array<std::int16_t, 3>> images;
-  std::vector<Load> load;            // one a grain, then one for each tile and grain of a later tile that it has pairs with; all zero between steps
-  std::vector<Load> tile_load;       // room for the tile that each thread has at hand
-  std::vector<Index> remote, remote_row;  // of grain i: load[remote_row[remote[i]]] to load[remote_row[remote[i + 1]]], by tile
+  std::vector<Load> load;  // one a grain, then one for each tile and grain of a later tile that it has pairs with; all
+                           // zero between steps
+  std::vector<Load> tile_load;  // room for the tile that each thread has at hand
+  std::vector<Index> remote,
+      remote_row;  // of grain i: load[remote_row[remote[i]]] to load[remote_row[remote[i + 1]]], by tile
   std::vector<std::uint64_t> tile_work;  // running sums of what the tiles cost, in nanoseconds or so
   std::vector<std::uint64_t> before;     // tile_words() words a tile: the bits of the tiles that have pairs with it
-  std::vector<std::uint32_t> taken, done, moved;  // of each tile: the pass in which its pairs were begun and done, and its grains moved, last
-  std::uint32_t round = 0;               // passes so far
-  std::vector<Index> first, entry;   // of grain i: entry[first[i]..first[i+1]) = 2 * pair + (is b), first those of which it is a; empty until somebody asks (index_grains)
-  std::vector<BlockEnergy> energy;   // one a tile
+  std::vector<std::uint32_t> taken, done,
+      moved;                // of each tile: the pass in which its pairs were begun and done, and its grains moved, last
+  std::uint32_t round = 0;  // passes so far
+  std::vector<Index> first, entry;  // of grain i: entry[first[i]..first[i+1]) = 2 * pair + (is b), first those of which
+                                    // it is a; empty until somebody asks (index_grains)
+  std::vector<BlockEnergy> energy;  // one a tile
   std::vector<double> law_rows, shift_rows, wall_rows;  // room for the kernels' tables
 
   std::size_t size() const { return pair.size(); }

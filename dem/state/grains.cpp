@@ -6,14 +6,16 @@ namespace grus::dem {
 void set_grain(Grains& g, std::size_t i, const GrainSpec& spec) {
   if (i == g.size()) {
     for_each_column(g, [&](auto& column) {
-      const bool optional = static_cast<const void*>(&column) == &g.frame || static_cast<const void*>(&column) == &g.strength ||
-                            static_cast<const void*>(&column) == &g.generation || static_cast<const void*>(&column) == &g.utilisation;
+      const bool optional =
+          static_cast<const void*>(&column) == &g.frame || static_cast<const void*>(&column) == &g.strength ||
+          static_cast<const void*>(&column) == &g.generation || static_cast<const void*>(&column) == &g.utilisation;
       if (!optional || !column.empty()) column.emplace_back();
     });
   }
   const double m = spec.density * volume(spec.shape);
   const PrincipalFrame principal = principal_frame(spec.shape);
-  g.motion[i] = {spec.position, bounding_radius(spec.shape), spec.velocity, 1 / m, spec.spin, 1 / (m * principal.moments.x())};
+  g.motion[i] = {spec.position, bounding_radius(spec.shape),    spec.velocity, 1 / m,
+                 spec.spin,     1 / (m * principal.moments.x())};
   g.orientation[i] = spec.orientation.normalized();
   g.mass[i] = m;
   g.inertia[i] = {m * principal.moments, principal.axes};

@@ -14,7 +14,7 @@ struct Motion {
   double radius;  // of the sphere, or of the bounding sphere about the centre of mass
   Vec3 velocity;
   double inverse_mass;
-  Vec3 spin;  // rad/s
+  Vec3 spin;               // rad/s
   double inverse_inertia;  // of a sphere
 };
 
@@ -38,11 +38,12 @@ struct Grains {
   std::vector<Inertia> inertia;
   std::vector<PolyEllipsoid> shape;
   std::vector<std::uint8_t> round, material;
-  std::vector<std::uint32_t> id;        // never reused
-  std::vector<Frame> frame;             // empty unless some grain is not a sphere
-  std::vector<double> strength;         // factor on the characteristic strengths; empty without a fracture table
-  std::vector<std::uint8_t> generation; // splits since the start; empty without a fracture table
-  std::vector<double> utilisation;      // how near to failing at the last breakage test, NaN: not tested yet; empty without a fracture table
+  std::vector<std::uint32_t> id;         // never reused
+  std::vector<Frame> frame;              // empty unless some grain is not a sphere
+  std::vector<double> strength;          // factor on the characteristic strengths; empty without a fracture table
+  std::vector<std::uint8_t> generation;  // splits since the start; empty without a fracture table
+  std::vector<double> utilisation;  // how near to failing at the last breakage test, NaN: not tested yet; empty without
+                                    // a fracture table
   std::uint32_t next_id = 0;
 
   std::size_t size() const { return motion.size(); }
@@ -67,8 +68,8 @@ struct GrainSpec {
 /// Writes a grain into slot `i` (== size() appends): mass, inertia and bounds from the shape. The id is new.
 void set_grain(Grains& grains, std::size_t i, const GrainSpec& spec);
 
-/// Gives grain i another shape of the same volume about the same centre of mass: mass, orientation, velocity and angular
-/// momentum stay, inertia, spin and the cached frame follow.
+/// Gives grain i another shape of the same volume about the same centre of mass: mass, orientation, velocity and
+/// angular momentum stay, inertia, spin and the cached frame follow.
 void set_shape(Grains& grains, std::size_t i, const PolyEllipsoid& shape);
 
 /// Recomputes the cached frames (all grains, once any is not a sphere).

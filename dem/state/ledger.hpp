@@ -17,7 +17,8 @@ struct FinesClass {
   double mass;           // kg
 };
 
-/// Taken out of the grains by splits: the parent's volume less the children's, moving on in the parent's rigid velocity field.
+/// Taken out of the grains by splits: the parent's volume less the children's, moving on in the parent's rigid velocity
+/// field.
 struct Fines {
   double mass = 0, kinetic = 0;
   Vec3 momentum = Vec3::Zero(), angular_momentum = Vec3::Zero();  // about the global origin
@@ -31,7 +32,8 @@ inline void add_fines(Fines& fines, double top, double dimension, double mass) {
   fines.classes.push_back({octave8, dimension, mass});
 }
 
-/// Filled only where the scene asks for it: what the halves kept of their parents' contacts at the instant of the split.
+/// Filled only where the scene asks for it: what the halves kept of their parents' contacts at the instant of the
+/// split.
 struct SplitStatistics {
   std::size_t events = 0, instants = 0, contacts = 0, contacts_kept = 0;
   double force = 0, force_kept = 0;  // N, normal, summed
@@ -40,21 +42,24 @@ struct SplitStatistics {
 
 /// Energies in J since the start of the run; dissipation is positive.
 struct Ledger {
-  double work = 0;          // of walls, cell and gravity on the grains
-  double friction = 0;      // Coulomb's limit times plastic slip, what springs shed as their stiffness changes, what parting ones hold
-  double damping = 0;       // contact dashpots and local damping
-  double local_damping = 0; // of it: by the grains' local damping, a device that no contact knows
-  double fracture = 0;      // cohesive springs
-  double split = 0;         // elastic energy that the parents' contacts held, less that of the children's and of newborn springs
-  double split_added = 0;   // of it, summed over the instants at which more was put in (springs' birth) than left
-  double reshape = 0;       // put in by shape transition: work of growing surfaces, spin x change of inertia x spin
-  double unexplained = 0;   // what springs, splits and reshaped spins lost by the change of what they hold, beyond the above
+  double work = 0;  // of walls, cell and gravity on the grains
+  double friction =
+      0;  // Coulomb's limit times plastic slip, what springs shed as their stiffness changes, what parting ones hold
+  double damping = 0;        // contact dashpots and local damping
+  double local_damping = 0;  // of it: by the grains' local damping, a device that no contact knows
+  double fracture = 0;       // cohesive springs
+  double split =
+      0;  // elastic energy that the parents' contacts held, less that of the children's and of newborn springs
+  double split_added = 0;  // of it, summed over the instants at which more was put in (springs' birth) than left
+  double reshape = 0;      // put in by shape transition: work of growing surfaces, spin x change of inertia x spin
+  double unexplained =
+      0;  // what springs, splits and reshaped spins lost by the change of what they hold, beyond the above
   double most_friction = 0, most_damping = 0;  // so far: neither can fall
-  double start = 0;         // stored energy at the start
-  double floor = 0;         // below this, energies are round-off: see energy_floor
-  double fracture_area = 0; // m^2 of planes made
-  double residual_force = 0;// N, summed: part of the children's initial forces that springs could not carry
-  std::size_t breakages = 0, bonds_broken = 0, splits_refused = 0;
+  double start = 0;                            // stored energy at the start
+  double floor = 0;                            // below this, energies are round-off: see energy_floor
+  double fracture_area = 0;                    // m^2 of planes made
+  double residual_force = 0;  // N, summed: part of the children's initial forces that springs could not carry
+  std::size_t breakages = 0, bonds_broken = 0;
   Fines fines;
   SplitStatistics splits;
 
@@ -62,13 +67,16 @@ struct Ledger {
 };
 
 /// What energies are judged against: max(work, stored), of the floor at least (J).
-inline double energy_scale(const Ledger& l, double stored) { return std::max({std::abs(l.work), std::abs(stored), std::abs(l.start), l.floor}); }
+inline double energy_scale(const Ledger& l, double stored) {
+  return std::max({std::abs(l.work), std::abs(stored), std::abs(l.start), l.floor});
+}
 
-/// Friction and damping may fall, and splits may add, by this much of that scale: a dashpot's trapezoid errs by its last step.
+/// Friction and damping may fall, and splits may add, by this much of that scale: a dashpot's trapezoid errs by its
+/// last step.
 inline constexpr double least_dissipation_error = 0.01;
 
-/// (work and reshaping - change of everything stored or dissipated) / max(work, stored), of the floor at least: what is smaller
-/// is round-off, and says nothing.
+/// (work and reshaping - change of everything stored or dissipated) / max(work, stored), of the floor at least: what is
+/// smaller is round-off, and says nothing.
 inline double energy_error(const Ledger& l, double stored) {
   const double scale = energy_scale(l, stored);
   return scale > 0 ? (l.work + l.reshape - (stored - l.start) - l.spent()) / scale : 0;

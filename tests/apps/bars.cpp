@@ -15,7 +15,8 @@ using namespace grus::app;
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-constexpr double there = 1e-4, beyond = 6e-5, length = 8e-5, peak = 1e-3;  // s from gauges to the specimen; of the pulse
+constexpr double there = 1e-4, beyond = 6e-5, length = 8e-5,
+                 peak = 1e-3;  // s from gauges to the specimen; of the pulse
 
 Hopkinson steel() {
   Hopkinson h;
@@ -28,7 +29,8 @@ Hopkinson steel() {
 
 double pulse(double t) { return t > 0 && t < length ? peak * std::pow(std::sin(pi * t / length), 2) : 0; }
 
-/// Incident gauge: the pulse, and half of it back as tension; transmitted gauge: 0.3 of it. Not in equilibrium, so that the analyses differ.
+/// Incident gauge: the pulse, and half of it back as tension; transmitted gauge: 0.3 of it. Not in equilibrium, so that
+/// the analyses differ.
 std::array<GaugeSignal, 2> gauges() {
   std::array<GaugeSignal, 2> g;
   for (int k = 0; k <= 8000; ++k) {
@@ -51,14 +53,19 @@ TEST_CASE("one-, two- and three-wave analysis of bars are the formulas of the la
   double worst = 0, last = 0;
   for (const HopkinsonRow& r : rows) {
     const double e = pulse(r.time - 2e-5 - there);  // at the specimen's face
-    worst = std::max({worst, std::abs(r.incident - e) / peak, std::abs(r.reflected + 0.5 * e) / peak, std::abs(r.transmitted - 0.3 * e) / peak});
-    worst = std::max({worst, std::abs(r.rate_1 / (2 * wave * 0.5 * peak / 0.01) - e / peak), std::abs(r.rate_3 / (wave * 1.2 * peak / 0.01) - e / peak)});
-    worst = std::max({worst, std::abs(r.stress_1 / (force * 0.3 * peak) - e / peak), std::abs(r.stress_2 / (force * 0.5 * peak) - e / peak),
+    worst = std::max({worst, std::abs(r.incident - e) / peak, std::abs(r.reflected + 0.5 * e) / peak,
+                      std::abs(r.transmitted - 0.3 * e) / peak});
+    worst = std::max({worst, std::abs(r.rate_1 / (2 * wave * 0.5 * peak / 0.01) - e / peak),
+                      std::abs(r.rate_3 / (wave * 1.2 * peak / 0.01) - e / peak)});
+    worst = std::max({worst, std::abs(r.stress_1 / (force * 0.3 * peak) - e / peak),
+                      std::abs(r.stress_2 / (force * 0.5 * peak) - e / peak),
                       std::abs(r.stress_3 / (force * 0.4 * peak) - e / peak)});
     if (&r != &rows.front()) {  // strains are trapezoids of the rates
       const HopkinsonRow& before = *(&r - 1);
-      REQUIRE(r.strain_1 - before.strain_1 == Approx(0.5 * (r.rate_1 + before.rate_1) * (r.time - before.time)).epsilon(1e-6).margin(1e-12));
-      REQUIRE(r.strain_3 - before.strain_3 == Approx(0.5 * (r.rate_3 + before.rate_3) * (r.time - before.time)).epsilon(1e-6).margin(1e-12));
+      REQUIRE(r.strain_1 - before.strain_1 ==
+              Approx(0.5 * (r.rate_1 + before.rate_1) * (r.time - before.time)).epsilon(1e-6).margin(1e-12));
+      REQUIRE(r.strain_3 - before.strain_3 ==
+              Approx(0.5 * (r.rate_3 + before.rate_3) * (r.time - before.time)).epsilon(1e-6).margin(1e-12));
     }
     last = r.time;
   }
@@ -69,12 +76,15 @@ TEST_CASE("one-, two- and three-wave analysis of bars are the formulas of the la
   CHECK(rows.back().strain_3 == Approx(1.2 * wave * peak / 0.01 * length / 2).epsilon(2e-3));
 }
 
-TEST_CASE("hopkinson.csv: gauges are tension-positive in history.csv and compression-positive here; the specimen's own beside them") {
+TEST_CASE(
+    "hopkinson.csv: gauges are tension-positive in history.csv and compression-positive here; the specimen's own "
+    "beside them") {
   const auto [incident, transmitted] = gauges();
-  std::string history = "increment,time_s,probe_in_strain_yy,probe_out_strain_yy,grains_strain_yy,grains_stress_yy_Pa\n";
+  std::string history =
+      "increment,time_s,probe_in_strain_yy,probe_out_strain_yy,grains_strain_yy,grains_stress_yy_Pa\n";
   for (std::size_t k = 0; k < incident.time.size(); ++k)
-    history += fmt::format("{},{:.17g},{:.12g},{:.12g},{:.12g},{:.12g}\n", k, incident.time[k], -incident.strain[k], -transmitted.strain[k],
-                           -0.5 * incident.time[k], -7e6);
+    history += fmt::format("{},{:.17g},{:.12g},{:.12g},{:.12g},{:.12g}\n", k, incident.time[k], -incident.strain[k],
+                           -transmitted.strain[k], -0.5 * incident.time[k], -7e6);
   const app::test::Scratch scratch;
   const std::string path = scratch.path + "/hopkinson.csv";
   write_hopkinson(path, steel(), history);
@@ -82,7 +92,8 @@ TEST_CASE("hopkinson.csv: gauges are tension-positive in history.csv and compres
   std::string line, cell;
   std::getline(in, line);
   CHECK(line ==
-        "time_s,incident_strain,reflected_strain,transmitted_strain,rate_1wave,strain_1wave,stress_1wave_Pa,stress_2wave_Pa,rate_3wave,strain_3wave,stress_"
+        "time_s,incident_strain,reflected_strain,transmitted_strain,rate_1wave,strain_1wave,stress_1wave_Pa,stress_"
+        "2wave_Pa,rate_3wave,strain_3wave,stress_"
         "3wave_Pa,"
         "specimen_strain,specimen_stress_Pa");
   const auto rows = analyse_hopkinson(steel(), incident, transmitted);
@@ -92,8 +103,9 @@ TEST_CASE("hopkinson.csv: gauges are tension-positive in history.csv and compres
     for (std::istringstream cells(line); std::getline(cells, cell, ',');) v.push_back(std::stod(cell));
     REQUIRE(v.size() == 13);
     const HopkinsonRow& r = rows.at(at);
-    const double expected[13] = {r.time,     r.incident, r.reflected, r.transmitted, r.rate_1,     r.strain_1, r.stress_1,
-                                 r.stress_2, r.rate_3,   r.strain_3,  r.stress_3,    0.5 * r.time, 7e6};
+    const double expected[13] = {r.time,     r.incident,   r.reflected, r.transmitted, r.rate_1,
+                                 r.strain_1, r.stress_1,   r.stress_2,  r.rate_3,      r.strain_3,
+                                 r.stress_3, 0.5 * r.time, 7e6};
     const double round_off[13] = {1e-14, 1e-10, 1e-10, 1e-10, 1e-3, 1e-8, 10, 10, 1e-3, 1e-8, 10, 1e-12, 1};
     for (std::size_t k = 0; k < 13; ++k) REQUIRE(v[k] == Approx(expected[k]).epsilon(1e-6).margin(round_off[k]));
   }

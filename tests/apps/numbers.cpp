@@ -16,7 +16,8 @@ using namespace grus;
 using namespace grus::app;
 using grus::app::test::Scratch;
 using namespace grus::dem::test;
-using grus::dem::Mat3, grus::dem::Vec3, grus::dem::State, grus::dem::Model, grus::dem::PolyEllipsoid, grus::dem::Team, grus::dem::Wall, grus::dem::pi;
+using grus::dem::Mat3, grus::dem::Vec3, grus::dem::State, grus::dem::Model, grus::dem::PolyEllipsoid, grus::dem::Team,
+    grus::dem::Wall, grus::dem::pi;
 
 namespace {
 
@@ -73,11 +74,14 @@ TEST_CASE("the size effect that nobody names is three over Weibull's modulus") {
   const Scratch scratch;
   const std::string file = scratch.path + "/scene.toml";
   auto exponent = [&](const std::string& more) {
-    std::ofstream(file) << "[material.m]\nyoungs_modulus = 1e9\ndensity = 2000.0\n[material.m.fracture]\nmodel = \"polyellipsoid-split\"\n"
-                           "hoek_brown = { compressive_strength = 1e8, m = 20 }\nweibull = { modulus = 4.2, reference_radius = 1e-3" +
-                               more +
-                               " }\n[[grain]]\nshape = \"sphere\"\nradius = 1e-3\nposition = [0, 0, 0]\nmaterial = \"m\"\n[boundary]\nkind = "
-                               "\"open\"\n[loading]\nkind = \"free\"\nduration = 1e-3\n";
+    std::ofstream(file)
+        << "[material.m]\nyoungs_modulus = 1e9\ndensity = 2000.0\n[material.m.fracture]\nmodel = "
+           "\"polyellipsoid-split\"\n"
+           "hoek_brown = { compressive_strength = 1e8, m = 20 }\nweibull = { modulus = 4.2, reference_radius = 1e-3" +
+               more +
+               " }\n[[grain]]\nshape = \"sphere\"\nradius = 1e-3\nposition = [0, 0, 0]\nmaterial = "
+               "\"m\"\n[boundary]\nkind = "
+               "\"open\"\n[loading]\nkind = \"free\"\nduration = 1e-3\n";
     return read_rve_scene(file, {}).model.materials[0].fracture->weibull->size_exponent;
   };
   CHECK(exponent("") == Approx(3 / 4.2).epsilon(1e-14));
@@ -90,7 +94,9 @@ TEST_CASE("error estimates are of the last row and of the worst, and each is wha
   const double r = 1e-3, size = 3.98e-3;
   auto box = [&](double deeper) {
     State s;
-    for (int i = 0; i < 8; ++i) add(s, PolyEllipsoid::sphere(r), Vec3(0.25 + 0.5 * (i & 1), 0.25 + 0.5 * (i >> 1 & 1), 0.25 + 0.5 * (i >> 2)) * size, 2650);
+    for (int i = 0; i < 8; ++i)
+      add(s, PolyEllipsoid::sphere(r),
+          Vec3(0.25 + 0.5 * (i & 1), 0.25 + 0.5 * (i >> 1 & 1), 0.25 + 0.5 * (i >> 2)) * size, 2650);
     add_box(s, size);
     s.boundary.walls[5].point.z() -= deeper;
     prepare(model, s, team);
@@ -115,7 +121,8 @@ TEST_CASE("error estimates are of the last row and of the worst, and each is wha
   CHECK(e.largest_wall == Approx(std::abs(wall)).epsilon(1e-12));
   CHECK(e.wall_minus_cell.last < e.wall_minus_cell.worst);
   CHECK(e.pressure_scatter.last < 1e-9);  // all grains alike
-  // Two grains between the same platens, one pressed deeper: standard error of a mean of two shares, force times arm at both ends.
+  // Two grains between the same platens, one pressed deeper: standard error of a mean of two shares, force times arm at
+  // both ends.
   State two;
   for (const double more : {0.0, 1e-6}) add(two, PolyEllipsoid::sphere(r + more), Vec3(1e4 * more, 0, 0), 2650);
   for (const double side : {-1.0, 1.0}) {
@@ -133,13 +140,16 @@ TEST_CASE("error estimates are of the last row and of the worst, and each is wha
   CHECK(dem::pressure_scatter(two, 1) == Approx(deviation / std::sqrt(2.0) / mean).epsilon(1e-9));
 }
 
-TEST_CASE("grading.csv: as many states as asked, evenly over the test, each class with what is finer and what its grains are like") {
+TEST_CASE(
+    "grading.csv: as many states as asked, evenly over the test, each class with what is finer and what its grains are "
+    "like") {
   const Scratch scratch;
   const std::string file = scratch.path + "/scene.toml";
-  std::ofstream(file) << "[material.m]\nyoungs_modulus = 1e9\ndensity = 2000.0\n"
-                         "[[grain]]\nshape = \"sphere\"\nradius = 1e-3\nposition = [0, 0, 0]\nmaterial = \"m\"\n"
-                         "[[grain]]\nshape = \"sphere\"\nradius = 4e-3\nposition = [0, 0, 0.1]\nmaterial = \"m\"\n"
-                         "[boundary]\nkind = \"open\"\n[loading]\nkind = \"free\"\nduration = 0.3\n[output]\ngradings = 4\n";
+  std::ofstream(file)
+      << "[material.m]\nyoungs_modulus = 1e9\ndensity = 2000.0\n"
+         "[[grain]]\nshape = \"sphere\"\nradius = 1e-3\nposition = [0, 0, 0]\nmaterial = \"m\"\n"
+         "[[grain]]\nshape = \"sphere\"\nradius = 4e-3\nposition = [0, 0, 0.1]\nmaterial = \"m\"\n"
+         "[boundary]\nkind = \"open\"\n[loading]\nkind = \"free\"\nduration = 0.3\n[output]\ngradings = 4\n";
   const RveScene scene = read_rve_scene(file, {});
   const Model model = scene.model;
   State s = scene.state;

@@ -18,13 +18,15 @@ using namespace grus::bench;
 namespace {
 
 constexpr const char* usage =
-    "grus_bench [--out results.csv] [--peers peers.csv] [--large]   the table; --large: up to 1,000,000 grains (some minutes)\n"
-    "grus_bench --packing FILE STEPS [THREADS]                      one run on a packing (\"N L\", then \"x y z r\"), as RESULT line\n"
+    "grus_bench [--out results.csv] [--peers peers.csv] [--large]   the table; --large: up to 1,000,000 grains (some "
+    "minutes)\n"
+    "grus_bench --packing FILE STEPS [THREADS]                      one run on a packing (\"N L\", then \"x y z r\"), "
+    "as RESULT line\n"
     "grus_bench --make-packing GRAINS FILE                          such a packing\n"
     "GRUS_LANES=1|4|8 in the environment chooses narrower kernels.\n";
 
-// Counted in the sources of dem/kernel: multiplications, additions, comparisons, divisions and roots of the stages that a
-// touching pair goes through (24 + 43 + 93 + 53), and of a grain's kicks; bytes of its columns and rows.
+// Counted in the sources of dem/kernel: multiplications, additions, comparisons, divisions and roots of the stages that
+// a touching pair goes through (24 + 43 + 93 + 53), and of a grain's kicks; bytes of its columns and rows.
 constexpr double flops_of_contact = 213, flops_of_grain = 45;
 constexpr double bytes_of_contact = 48 + 12 + 1, bytes_of_grain = 96;
 
@@ -44,7 +46,8 @@ Row dense_row(const Sample& sample, std::size_t nominal, int threads, std::uint6
     const double took = seconds_of_steps(sample, steps, threads, 100, &contacts);
     best = std::max(best, static_cast<double>(sample.state.grains.size()) * static_cast<double>(steps) / took / 1e6);
   }
-  Row row{fmt::format("dense spheres {}, {} thread{}", nominal, threads, threads > 1 ? "s" : ""), "10^6 grain-steps/s", best};
+  Row row{fmt::format("dense spheres {}, {} thread{}", nominal, threads, threads > 1 ? "s" : ""), "10^6 grain-steps/s",
+          best};
   row.bytes = contacts * bytes_of_contact + bytes_of_grain;
   row.flops = contacts * flops_of_contact + flops_of_grain;
   row.touched = row.bytes * static_cast<double>(sample.state.grains.size());
@@ -59,7 +62,9 @@ std::map<std::string, std::vector<std::pair<std::string, double>>> read_peers(co
   while (std::getline(in, line)) {
     std::istringstream cells(line);
     std::string work, figure, who;
-    if (line.empty() || line[0] == '#' || line.starts_with("work;") || !std::getline(cells, work, ';') || !std::getline(cells, figure, ';') || !std::getline(cells, who)) continue;
+    if (line.empty() || line[0] == '#' || line.starts_with("work;") || !std::getline(cells, work, ';') ||
+        !std::getline(cells, figure, ';') || !std::getline(cells, who))
+      continue;
     peers[work].emplace_back(who, std::stod(figure));
   }
   return peers;
@@ -67,7 +72,8 @@ std::map<std::string, std::vector<std::pair<std::string, double>>> read_peers(co
 
 void time_all(Table& table, bool large) {
   std::map<std::size_t, Sample> boxes;
-  for (const auto& [grains, steps] : std::vector<std::pair<std::size_t, std::uint64_t>>{{1000, 4000}, {10000, 1000}, {50000, 200}}) {
+  for (const auto& [grains, steps] :
+       std::vector<std::pair<std::size_t, std::uint64_t>>{{1000, 4000}, {10000, 1000}, {50000, 200}}) {
     boxes[grains] = boxed(make_packing(grains, 4.5));
     for (const int threads : {1, 2}) table.add(dense_row(boxes[grains], grains, threads, steps));
   }
@@ -80,7 +86,8 @@ void time_all(Table& table, bool large) {
     s.state.boundary.walls.back().velocity.setZero();
     grus::dem::Team team(1);
     prepare(s.model, s.state, team);
-    for (int repeat = 0; repeat < 7; ++repeat) full = std::min(full, seconds_of_steps(s, 3000, 1, 0)), bare = std::min(bare, seconds_of_bare_steps(s, 3000));
+    for (int repeat = 0; repeat < 7; ++repeat)
+      full = std::min(full, seconds_of_steps(s, 3000, 1, 0)), bare = std::min(bare, seconds_of_bare_steps(s, 3000));
     table.add({"step loop against contacts and kicks alone, 1000 spheres", "x", full / bare});
   }
   Sample spheres = celled(1000, false, 10e6), shapes = celled(1000, true, 10e6);
@@ -90,8 +97,10 @@ void time_all(Table& table, bool large) {
   table.add({"poly-ellipsoid pair against sphere pair", "x", of_shape / of_sphere});
   for (const int threads : {1, 2}) {
     double best = 0;
-    for (int repeat = 0; repeat < 3; ++repeat) best = std::max(best, 1000.0 * 2000 / seconds_of_steps(shapes, 2000, threads, 100) / 1e6);
-    table.add({fmt::format("dense poly-ellipsoids 1000, {} thread{}", threads, threads > 1 ? "s" : ""), "10^6 grain-steps/s", best});
+    for (int repeat = 0; repeat < 3; ++repeat)
+      best = std::max(best, 1000.0 * 2000 / seconds_of_steps(shapes, 2000, threads, 100) / 1e6);
+    table.add({fmt::format("dense poly-ellipsoids 1000, {} thread{}", threads, threads > 1 ? "s" : ""),
+               "10^6 grain-steps/s", best});
   }
   for (const std::size_t grains : {400u, 1000u}) {
     const Sample cell = celled(grains, false, 1e6);
@@ -112,7 +121,8 @@ void time_all(Table& table, bool large) {
     const double grains = static_cast<double>(s.state.grains.size());
     const auto steps = static_cast<std::uint64_t>(std::max(20.0, 4e6 / grains));
     const double took = seconds_of_steps(s, steps, 1, 20);
-    table.add({fmt::format("growth: a grain and step, lattice of {} grains", s.state.grains.size()), "ns", 1e9 * took / (grains * static_cast<double>(steps))});
+    table.add({fmt::format("growth: a grain and step, lattice of {} grains", s.state.grains.size()), "ns",
+               1e9 * took / (grains * static_cast<double>(steps))});
     table.add({"... its neighbour list, a grain", "ns", list_nanoseconds(s)});
     table.add({"... memory of the state", "bytes a grain", bytes_of(s) / grains});
   }
@@ -120,7 +130,8 @@ void time_all(Table& table, bool large) {
     const Sample s = boxed(make_packing(20000, ratio));
     double c = 0;
     const double took = seconds_of_steps(s, 200, 1, 20, &c);
-    table.add({fmt::format("size ratio 1:{}, 20000 grains, a grain and step", ratio), "ns", 1e9 * took / (static_cast<double>(s.state.grains.size()) * 200)});
+    table.add({fmt::format("size ratio 1:{}, 20000 grains, a grain and step", ratio), "ns",
+               1e9 * took / (static_cast<double>(s.state.grains.size()) * 200)});
     table.add({fmt::format("... its contacts a grain"), "", c});
   }
 }
@@ -129,8 +140,11 @@ int one_run(const std::string& file, std::uint64_t steps, int threads) {
   const Sample sample = boxed(read_packing(file));
   double contacts = 0, share = 0;
   const double took = seconds_of_steps(sample, steps, threads, 100, &contacts, &share);
-  fmt::print("RESULT code=grus N={} steps={} threads={} wall={:.4f} psps={:.6g} contacts_a_grain={:.3f} rebuild_share={:.3f} lanes={}\n", sample.state.grains.size(), steps,
-             threads, took, static_cast<double>(sample.state.grains.size() * steps) / took, contacts, share, grus::dem::lanes());
+  fmt::print(
+      "RESULT code=grus N={} steps={} threads={} wall={:.4f} psps={:.6g} contacts_a_grain={:.3f} rebuild_share={:.3f} "
+      "lanes={}\n",
+      sample.state.grains.size(), steps, threads, took, static_cast<double>(sample.state.grains.size() * steps) / took,
+      contacts, share, grus::dem::lanes());
   return 0;
 }
 
@@ -140,12 +154,18 @@ int main(int argc, char** argv) {
   std::string out, peers_file;
   bool large = false;
   for (int k = 1; k < argc; ++k) {
-    if (!std::strcmp(argv[k], "--packing") && k + 2 < argc) return one_run(argv[k + 1], std::stoul(argv[k + 2]), k + 3 < argc ? std::stoi(argv[k + 3]) : 1);
-    if (!std::strcmp(argv[k], "--make-packing") && k + 2 < argc) return write_packing(argv[k + 2], make_packing(std::stoul(argv[k + 1]), 4.5)), 0;
-    if (!std::strcmp(argv[k], "--large")) large = true;
-    else if (!std::strcmp(argv[k], "--out") && k + 1 < argc) out = argv[++k];
-    else if (!std::strcmp(argv[k], "--peers") && k + 1 < argc) peers_file = argv[++k];
-    else return fmt::print(stderr, "{}", usage), 2;
+    if (!std::strcmp(argv[k], "--packing") && k + 2 < argc)
+      return one_run(argv[k + 1], std::stoul(argv[k + 2]), k + 3 < argc ? std::stoi(argv[k + 3]) : 1);
+    if (!std::strcmp(argv[k], "--make-packing") && k + 2 < argc)
+      return write_packing(argv[k + 2], make_packing(std::stoul(argv[k + 1]), 4.5)), 0;
+    if (!std::strcmp(argv[k], "--large"))
+      large = true;
+    else if (!std::strcmp(argv[k], "--out") && k + 1 < argc)
+      out = argv[++k];
+    else if (!std::strcmp(argv[k], "--peers") && k + 1 < argc)
+      peers_file = argv[++k];
+    else
+      return fmt::print(stderr, "{}", usage), 2;
   }
   Table table;
   const double rate = gigaflops();
@@ -171,10 +191,14 @@ int main(int argc, char** argv) {
     }
     std::string others;
     if (const auto found = peers.find(row.work); found != peers.end())
-      for (const auto& [who, figure] : found->second) others += fmt::format("{} {:.3g} ({:.1f} x)  ", who, figure, row.unit == "s" ? figure / row.value : row.value / figure);
-    fmt::print("{:<72} {:>10.4g} {:<20} {:>10} {:>7}  {}\n", row.work, row.value, row.unit, limit > 0 ? fmt::format("{:.3g}", limit) : "",
+      for (const auto& [who, figure] : found->second)
+        others += fmt::format("{} {:.3g} ({:.1f} x)  ", who, figure,
+                              row.unit == "s" ? figure / row.value : row.value / figure);
+    fmt::print("{:<72} {:>10.4g} {:<20} {:>10} {:>7}  {}\n", row.work, row.value, row.unit,
+               limit > 0 ? fmt::format("{:.3g}", limit) : "",
                limit > 0 ? fmt::format("{:.0f} %", 100 * row.value / limit) : "", others);
-    csv << fmt::format("{};{:.6g};{};{}\n", row.work, row.value, row.unit, limit > 0 ? fmt::format("{:.6g}", limit) : "");
+    csv << fmt::format("{};{:.6g};{};{}\n", row.work, row.value, row.unit,
+                       limit > 0 ? fmt::format("{:.6g}", limit) : "");
   }
   if (!out.empty()) std::ofstream(out) << csv.str();
 }

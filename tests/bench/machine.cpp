@@ -28,8 +28,12 @@ double gigaflops(int threads) {
   const long rounds = 20000000 / threads;
   dem::Team team(threads);
 #if defined(GRUS_WIDE_KERNELS)
-  const auto loop = dem::lanes() == 8 ? lanes8::multiply_add_rounds : dem::lanes() == 4 ? lanes4::multiply_add_rounds : lanes1::multiply_add_rounds;
-  const int each = dem::lanes() == 8 ? lanes8::flops_a_round : dem::lanes() == 4 ? lanes4::flops_a_round : lanes1::flops_a_round;
+  const auto loop = dem::lanes() == 8   ? lanes8::multiply_add_rounds
+                    : dem::lanes() == 4 ? lanes4::multiply_add_rounds
+                                        : lanes1::multiply_add_rounds;
+  const int each = dem::lanes() == 8   ? lanes8::flops_a_round
+                   : dem::lanes() == 4 ? lanes4::flops_a_round
+                                       : lanes1::flops_a_round;
 #else
   const auto loop = lanes1::multiply_add_rounds;
   const int each = lanes1::flops_a_round;
@@ -51,7 +55,9 @@ double update_bandwidth(double bytes) {
 #else
   const auto loop = lanes1::update;
 #endif
-  const double took = fastest([&] { for (int k = 0; k < times; ++k) loop(room.data(), room.size(), 0.999999); });
+  const double took = fastest([&] {
+    for (int k = 0; k < times; ++k) loop(room.data(), room.size(), 0.999999);
+  });
   return 8.0 * static_cast<double>(room.size()) * times / took / 1e9;
 }
 

@@ -6,11 +6,11 @@
 
 namespace grus::bench {
 
-#define GRUS_DECLARE_MACHINE(name)                        \
-  namespace name {                                        \
-  double multiply_add_rounds(long rounds, double* sink);  \
-  void update(double* at, std::size_t count, double by);  \
-  extern const int flops_a_round;                         \
+#define GRUS_DECLARE_MACHINE(name)                       \
+  namespace name {                                       \
+  double multiply_add_rounds(long rounds, double* sink); \
+  void update(double* at, std::size_t count, double by); \
+  extern const int flops_a_round;                        \
   }
 GRUS_DECLARE_MACHINE(lanes1)
 GRUS_DECLARE_MACHINE(lanes4)

@@ -58,7 +58,8 @@ Packing read_packing(const std::string& file) {
   for (std::size_t i = 0; i < n; ++i) {
     Vec3 x;
     double r;
-    if (!(in >> x[0] >> x[1] >> x[2] >> r)) throw std::runtime_error(fmt::format("{}: ends after {} of {} grains", file, i, n));
+    if (!(in >> x[0] >> x[1] >> x[2] >> r))
+      throw std::runtime_error(fmt::format("{}: ends after {} of {} grains", file, i, n));
     p.centre.push_back(x), p.radius.push_back(r);
   }
   return p;
@@ -67,7 +68,9 @@ Packing read_packing(const std::string& file) {
 void write_packing(const std::string& file, const Packing& p) {
   std::ofstream out(file);
   out << fmt::format("{} {:.12e}\n", p.radius.size(), p.size);
-  for (std::size_t i = 0; i < p.radius.size(); ++i) out << fmt::format("{:.12e} {:.12e} {:.12e} {:.12e}\n", p.centre[i][0], p.centre[i][1], p.centre[i][2], p.radius[i]);
+  for (std::size_t i = 0; i < p.radius.size(); ++i)
+    out << fmt::format("{:.12e} {:.12e} {:.12e} {:.12e}\n", p.centre[i][0], p.centre[i][1], p.centre[i][2],
+                       p.radius[i]);
 }
 
 Packing make_packing(std::size_t grains, double ratio) {
@@ -83,7 +86,8 @@ Packing make_packing(std::size_t grains, double ratio) {
   const auto made = random_packing(Vec3::Constant(size), radii, fraction, 0, false, 1);
   Sample s{sand(), {}};
   for (const auto& sphere : made.spheres)
-    set_grain(s.state.grains, s.state.grains.size(), {.shape = PolyEllipsoid::sphere(sphere.radius), .position = sphere.position, .density = 2650});
+    set_grain(s.state.grains, s.state.grains.size(),
+              {.shape = PolyEllipsoid::sphere(sphere.radius), .position = sphere.position, .density = 2650});
   add_box(s.state, size);
   sort_in_space(s.state.grains);
   set_damping(s.model, 0.3);
@@ -116,7 +120,8 @@ Sample boxed(const Packing& p) {
   Sample s{sand(), {}};
   s.model.numerics.time_step = 2e-8;
   for (std::size_t i = 0; i < p.radius.size(); ++i)
-    set_grain(s.state.grains, i, {.shape = PolyEllipsoid::sphere(p.radius[i]), .position = p.centre[i], .density = 2650});
+    set_grain(s.state.grains, i,
+              {.shape = PolyEllipsoid::sphere(p.radius[i]), .position = p.centre[i], .density = 2650});
   sort_in_space(s.state.grains);
   add_box(s.state, p.size);
   s.state.boundary.walls.back().velocity = Vec3(0, 0, -500 * p.size);
@@ -128,12 +133,17 @@ Sample celled(std::size_t grains, bool shapes, double pressure) {
   set_damping(s.model, 0.3);
   s.model.numerics.max_overlap = 0.5;
   const double fraction = 0.55, size = std::cbrt(static_cast<double>(grains) * 1.17e-10 / fraction);
-  const auto made = random_packing(Vec3::Constant(size), {"uniform", 3e-4, 0, 2.2e-4, 3.8e-4}, fraction, grains, true, 5);
+  const auto made =
+      random_packing(Vec3::Constant(size), {"uniform", 3e-4, 0, 2.2e-4, 3.8e-4}, fraction, grains, true, 5);
   for (std::size_t i = 0; i < made.spheres.size(); ++i) {
     PolyEllipsoid shape = PolyEllipsoid::sphere(made.spheres[i].radius);
     if (shapes)
-      for (int k = 0; k < 3; ++k) shape.plus[k] *= random_uniform(3, i, Purpose::radius, k) * 0.4 + 0.6, shape.minus[k] *= random_uniform(4, i, Purpose::radius, k) * 0.4 + 0.6;
-    set_grain(s.state.grains, i, {.shape = shape, .position = made.spheres[i].position, .orientation = random_rotation(5, i), .density = 2650});
+      for (int k = 0; k < 3; ++k)
+        shape.plus[k] *= random_uniform(3, i, Purpose::radius, static_cast<std::uint64_t>(k)) * 0.4 + 0.6,
+            shape.minus[k] *= random_uniform(4, i, Purpose::radius, static_cast<std::uint64_t>(k)) * 0.4 + 0.6;
+    set_grain(
+        s.state.grains, i,
+        {.shape = shape, .position = made.spheres[i].position, .orientation = random_rotation(5, i), .density = 2650});
   }
   sort_in_space(s.state.grains);
   s.state.boundary.cell.vectors = size * Mat3::Identity();
@@ -151,7 +161,9 @@ double list_nanoseconds(const Sample& sample) {
   State s = sample.state;
   prepare(sample.model, s, team);
   double best = INFINITY;
-  for (int k = 0; k < 3; ++k) best = std::min(best, seconds([&] { build_contacts(s.grains, s.boundary, s.skin, 1, {}, s.contacts, s.reference, team); }));
+  for (int k = 0; k < 3; ++k)
+    best = std::min(
+        best, seconds([&] { build_contacts(s.grains, s.boundary, s.skin, 1, {}, s.contacts, s.reference, team); }));
   return 1e9 * best / static_cast<double>(s.grains.size());
 }
 
@@ -162,20 +174,23 @@ double bytes_of(const Sample& sample) {
   return static_cast<double>(dem::bytes_of(s).size());
 }
 
-double seconds_of_steps(const Sample& sample, std::uint64_t steps, int threads, std::uint64_t warm, double* contacts, double* rebuild_share) {
+double seconds_of_steps(const Sample& sample, std::uint64_t steps, int threads, std::uint64_t warm, double* contacts,
+                        double* rebuild_share) {
   Team team(threads);
   State state = sample.state;
   if (state.contacts.size() == 0) prepare(sample.model, state, team);
   run_steps(sample.model, state, warm, team);
   const std::uint64_t built = state.reference.builds;
   const double took = seconds([&] { run_steps(sample.model, state, steps, team); });
-  if (contacts) *contacts = static_cast<double>(measure(sample.model, state).contacts) / static_cast<double>(state.grains.size());
+  if (contacts)
+    *contacts = static_cast<double>(measure(sample.model, state).contacts) / static_cast<double>(state.grains.size());
   if (rebuild_share) {
     const double count = static_cast<double>(state.reference.builds - built);
     double each = INFINITY;
     for (int k = 0; k < 3; ++k)
       each = std::min(each, seconds([&] {
-                        build_contacts(state.grains, state.boundary, state.skin, sample.model.materials.size(), {}, state.contacts, state.reference, team);
+                        build_contacts(state.grains, state.boundary, state.skin, sample.model.materials.size(), {},
+                                       state.contacts, state.reference, team);
                       }));
     *rebuild_share = count * each / took;
   }
@@ -189,7 +204,10 @@ double contact_nanoseconds(Sample& sample) {
   for (std::size_t k = 0; k < s.contacts.size(); ++k) touching += s.contacts.contact.touching(k);
   double best = INFINITY;
   for (int repeat = 0; repeat < 30; ++repeat) {
-    best = std::min(best, seconds([&] { contact_forces(sample.model.law, sample.model.pairs, s.grains, s.boundary, 0, false, s.contacts, team); }));
+    best = std::min(best, seconds([&] {
+                      contact_forces(sample.model.law, sample.model.pairs, s.grains, s.boundary, 0, false, s.contacts,
+                                     team);
+                    }));
     drop_loads(s.contacts), flush(s.contacts);
   }
   return 1e9 * best / static_cast<double>(touching);

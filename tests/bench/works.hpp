@@ -14,7 +14,7 @@ namespace grus::bench {
 /// One line of the table.
 struct Row {
   std::string work, unit;
-  double value = 0;           // in `unit`
+  double value = 0;             // in `unit`
   double bytes = 0, flops = 0;  // a grain-step, counted by hand; 0: no roofline for this work
   double touched = 0;           // bytes that a step goes through
 };
@@ -48,14 +48,16 @@ double list_nanoseconds(const Sample& sample);
 /// Bytes of a prepared sample's state.
 double bytes_of(const Sample& sample);
 
-double seconds_of_steps(const Sample& sample, std::uint64_t steps, int threads, std::uint64_t warm, double* contacts = nullptr, double* rebuild_share = nullptr);
+double seconds_of_steps(const Sample& sample, std::uint64_t steps, int threads, std::uint64_t warm,
+                        double* contacts = nullptr, double* rebuild_share = nullptr);
 /// ns a touching pair in the contact pass alone.
 double contact_nanoseconds(Sample& sample);
-/// The loop of contact pass and sweep alone, nothing else asked: what a program without breakage, bonds and the rest would run.
+/// The loop of contact pass and sweep alone, nothing else asked: what a program without breakage, bonds and the rest
+/// would run.
 double seconds_of_bare_steps(const Sample& sample, std::uint64_t steps);
 
-/// One increment of 1e-3 (uniaxial) of a cell, closed to an unbalanced force: seconds, and the relative error of the stress
-/// against the same increment closed to 1e-6.
+/// One increment of 1e-3 (uniaxial) of a cell, closed to an unbalanced force: seconds, and the relative error of the
+/// stress against the same increment closed to 1e-6.
 struct Increment {
   double seconds, steps, error;
 };

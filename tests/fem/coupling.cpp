@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// RVEs at Gauss points: one element against the standalone RVE, objectivity, Hill-Mandel, what sharing and deferral leave
-// out, and an RVE that refuses an increment.
+// RVEs at Gauss points: one element against the standalone RVE, objectivity, Hill-Mandel, what sharing and deferral
+// leave out, and an RVE that refuses an increment.
 #include <cstdio>
 
 #include "coupling/rve_material.hpp"
@@ -32,7 +32,9 @@ fem::StaticsOptions options(int increments, double tolerance = 1e-6) {
 fem::BoundaryCondition everywhere(const Mat3& gradient) {
   fem::BoundaryCondition bc;
   bc.name = "all", bc.displacement = {0.0, 0.0, 0.0};
-  bc.where = [](const Point& x) { return *std::min_element(x.begin(), x.end()) < 1e-9 || *std::max_element(x.begin(), x.end()) > 1 - 1e-9; };
+  bc.where = [](const Point& x) {
+    return *std::min_element(x.begin(), x.end()) < 1e-9 || *std::max_element(x.begin(), x.end()) > 1 - 1e-9;
+  };
   bc.at = [gradient](const Point& x) {
     const Vec3 u = gradient * Vec3(x[0], x[1], x[2]);
     return Point{u[0], u[1], u[2]};
@@ -48,7 +50,8 @@ struct Element {
   coupling::RveMaterial rves;
   fem::Material material;
 
-  Element(const Sand& s, std::vector<fem::BoundaryCondition> b, coupling::RveOptions o = {}, std::array<long, 3> cells = {1, 1, 1})
+  Element(const Sand& s, std::vector<fem::BoundaryCondition> b, coupling::RveOptions o = {},
+          std::array<long, 3> cells = {1, 1, 1})
       : problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, cells, true, {}}, {1, 2, true}, std::move(b)),
         with((o.response.quasi_static = s.q, o)),
         farm(MPI_COMM_SELF, s.model, with.response, 2),
@@ -132,7 +135,9 @@ TEST_CASE("an element in drained triaxial compression and in simple shear is the
   }
 }
 
-TEST_CASE("Hill-Mandel: the macro stresses' work on the deformation is the cell's work on the grains, in the limit of slow loading") {
+TEST_CASE(
+    "Hill-Mandel: the macro stresses' work on the deformation is the cell's work on the grains, in the limit of slow "
+    "loading") {
   // What the cell does beyond the stresses at rest is the price of its rate: it goes with the inertial number.
   std::array<double, 2> off{};
   int k = 0;
@@ -158,15 +163,19 @@ TEST_CASE("objectivity: a stressed element turned by 90 degrees has its stress t
   u(2, 2) -= 0.01, u(0, 1) = u(1, 0) = 0.004;
   Mat3 r;
   r << 0, -1, 0, 1, 0, 0, 0, 0, 1;
-  Element straight(standard(), {everywhere(u - Mat3::Identity())}), turned(standard(), {everywhere(r * u - Mat3::Identity())});
+  Element straight(standard(), {everywhere(u - Mat3::Identity())}),
+      turned(standard(), {everywhere(r * u - Mat3::Identity())});
   REQUIRE(fem::solve_statics(straight.problem, straight.material, options(1), always).converged);
   REQUIRE(fem::solve_statics(turned.problem, turned.material, options(1), always).converged);
   const Mat3 expected = r * from_voigt(straight.stress()) * r.transpose();
   CHECK((from_voigt(turned.stress()) - expected).norm() < 1e-6 * expected.norm());
 }
 
-TEST_CASE("similar sharing: points that leave replay their own path and then are as if they had never shared; its error is measured") {
-  // Shear that grows with height: points part gradually. All nodes are prescribed, so both runs see the same deformation.
+TEST_CASE(
+    "similar sharing: points that leave replay their own path and then are as if they had never shared; its error is "
+    "measured") {
+  // Shear that grows with height: points part gradually. All nodes are prescribed, so both runs see the same
+  // deformation.
   auto bent = everywhere(Mat3::Zero());
   bent.at = [](const Point& x) { return Point{2e-3 * x[2] * x[2] + 1e-3 * x[2], 0, -4e-3 * x[2]}; };
   bent.where = [](const Point&) { return true; };
@@ -205,13 +214,14 @@ TEST_CASE("deferral: fewer RVE runs, the error that it reports is the true one, 
   const double worst = worst_difference(plain, lazy, 100);
   const auto& report = lazy.rves.report();
   CHECK(report.deferred > 0);
-  CHECK(report.advanced < 0.8 * static_cast<double>(plain.rves.report().advanced));
+  CHECK(static_cast<double>(report.advanced) < 0.8 * static_cast<double>(plain.rves.report().advanced));
   CHECK(report.deferral.count > 0);
   CHECK(report.deferral.worst < tolerance);
   CHECK(worst < 2 * tolerance);  // a path of other increments ends elsewhere too: within the RVE's own scatter
 }
 
-TEST_CASE("elastic points: one linear response serves until contacts slide; its error is measured when the grains catch up") {
+TEST_CASE(
+    "elastic points: one linear response serves until contacts slide; its error is measured when the grains catch up") {
   Mat3 g = Mat3::Zero();
   g(2, 2) = -4e-3;
   coupling::RveOptions with;
@@ -228,11 +238,14 @@ TEST_CASE("elastic points: one linear response serves until contacts slide; its 
   CHECK(worst < 0.03);
 }
 
-TEST_CASE("an RVE that refuses an increment is taken in parts, then the increment is cut; the same with RVEs on another rank") {
+TEST_CASE(
+    "an RVE that refuses an increment is taken in parts, then the increment is cut; the same with RVEs on another "
+    "rank") {
   int rank, ranks;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   MPI_Comm_size(MPI_COMM_WORLD, &ranks);
-  // The hold that a big and a small increment need: a limit between them refuses the big one, its quarter, and takes a sixteenth.
+  // The hold that a big and a small increment need: a limit between them refuses the big one, its quarter, and takes a
+  // sixteenth.
   Sand s = standard();
   s.q.window = 10, s.q.inertial_number = 0.3, s.q.strain_per_step = 1e-3;
   const double big = -0.02;
@@ -256,7 +269,8 @@ TEST_CASE("an RVE that refuses an increment is taken in parts, then the incremen
       continue;
     }
     coupling::RveFarm farm(comm, s.model, with.response, 1);
-    fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 1}, true, {}}, {1, 2, true}, {everywhere(Vec3(0, 0, big).asDiagonal())});
+    fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 1}, true, {}}, {1, 2, true},
+                         {everywhere(Vec3(0, 0, big).asDiagonal())});
     with.exact_sharing = false;
     coupling::RveMaterial rves(farm, {s.state}, std::vector<std::size_t>(problem.owned_points(), 0), with);
     fem::Material m = rves.material();
@@ -281,7 +295,9 @@ TEST_CASE("an RVE that refuses an increment is taken in parts, then the incremen
   if (rank == 0) CHECK((stress[0] == stress[1]));
 }
 
-TEST_CASE("a wave in a bar of grains: simple cubic packing, c = sqrt(k / (d rho)), through explicit dynamics and RVEs in real time") {
+TEST_CASE(
+    "a wave in a bar of grains: simple cubic packing, c = sqrt(k / (d rho)), through explicit dynamics and RVEs in "
+    "real time") {
   const double kn = 1e6, R = 5e-4, d = 2 * R * (1 - 1e-4), density = 2650;
   Model model = test::linear_model(kn, 0.8, density, 0.5);
   State s;
@@ -292,10 +308,12 @@ TEST_CASE("a wave in a bar of grains: simple cubic packing, c = sqrt(k / (d rho)
   Team team(1);
   prepare(model, s, team);
   const auto shared = std::make_shared<const Model>(model);
-  const double rho = total_mass(s.grains) / s.boundary.cell.volume(), c = std::sqrt(kn / d / rho), speed = 2e-5 * c, length = 0.5, duration = 0.6 * length / c;
+  const double rho = total_mass(s.grains) / s.boundary.cell.volume(), c = std::sqrt(kn / d / rho), speed = 2e-5 * c,
+               length = 0.5, duration = 0.6 * length / c;
   auto low = plane("low", 1, 0, 1, speed * duration);
   low.history.points = {{0, 0}, {duration, 1}};
-  fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{0.01, length, 1}, {1, 40, 1}, true, {}}, {1, 1, true, fem::Kinematics::plane_strain, 1},
+  fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{0.01, length, 1}, {1, 40, 1}, true, {}},
+                       {1, 1, true, fem::Kinematics::plane_strain, 1},
                        {low, plane("high", 1, length, 1, 0), plane("left", 0, 0, 0, 0), plane("right", 0, 0.01, 0, 0)});
   coupling::RveOptions with;
   with.pace = coupling::Pace::real_time;
@@ -304,12 +322,14 @@ TEST_CASE("a wave in a bar of grains: simple cubic packing, c = sqrt(k / (d rho)
   fem::Material m = rves.material();
   fem::DynamicsOptions o;
   o.duration = duration, o.linear_viscosity = 0.06;
-  const auto result = fem::solve_dynamics(problem, m, std::vector<double>(problem.owned_points(), rho), o, [](const fem::DynamicsReport&) { return true; });
+  const auto result = fem::solve_dynamics(problem, m, std::vector<double>(problem.owned_points(), rho), o,
+                                          [](const fem::DynamicsReport&) { return true; });
   REQUIRE(result.finished);
   const double front = -problem.mean_strain()[1] / (speed / c);  // part of the bar that the wave has passed
   CHECK(front == Approx(0.6).epsilon(2e-2));
   std::vector<std::uint8_t> behind;
-  for (std::size_t i = 0; i < problem.owned_points(); ++i) behind.push_back(problem.point_position(i)[1] > 0.1 * length && problem.point_position(i)[1] < 0.4 * length);
+  for (std::size_t i = 0; i < problem.owned_points(); ++i)
+    behind.push_back(problem.point_position(i)[1] > 0.1 * length && problem.point_position(i)[1] < 0.4 * length);
   CHECK(-problem.mean_strain(behind)[1] == Approx(speed / c).epsilon(2e-2));
   // The stiffness of the lattice is k / d, to the overlap; the prestress is k times the overlap over d^2.
   const double prestress = -kn * 2 * R * 1e-4 / (d * d);

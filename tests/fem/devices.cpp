@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What is answered without grains: predictions, linear responses, points that wait or ride along; and what counts as noise.
+// What is answered without grains: predictions, linear responses, points that wait or ride along; and what counts as
+// noise.
 #include "coupling/prediction.hpp"
 #include "coupling/rve_material.hpp"
 #include "dem/rve/linear_response.hpp"
@@ -61,11 +62,13 @@ struct Driven {
 
 }  // namespace
 
-TEST_CASE("a prediction is stress plus tangent times strain, shear counted as engineers do, turned with the deformation") {
+TEST_CASE(
+    "a prediction is stress plus tangent times strain, shear counted as engineers do, turned with the deformation") {
   Mat6 c;
   for (int i = 0; i < 6; ++i)
     for (int j = 0; j < 6; ++j) c(i, j) = 1e8 * (i == j ? 5 : 1.0 / (1 + i + j));
-  const Mat3 stress = from_voigt((Vec6() << -1e5, -2e5, -3e5, 1e4, 2e4, 3e4).finished()), u = stretch(1e-3, 4e-4, -2e-3), r = turn(0.3);
+  const Mat3 stress = from_voigt((Vec6() << -1e5, -2e5, -3e5, 1e4, 2e4, 3e4).finished()),
+             u = stretch(1e-3, 4e-4, -2e-3), r = turn(0.3);
   Vec6 strain = Vec6::Zero();
   strain[0] = 1e-3, strain[2] = -2e-3, strain[4] = 2 * 4e-4;
   const Mat3 expected = r * (stress + from_voigt(c * strain)) * r.transpose();
@@ -78,7 +81,7 @@ TEST_CASE("an elastic answer turns with its increment, and increments follow one
   coupling::ResponseOptions with;
   with.quasi_static = s.q, with.elastic = 0.3;
   coupling::RveFarm farm(MPI_COMM_SELF, s.model, with, 1);
-  for (std::uint64_t slot : {0, 1, 2}) farm.put(slot, s.state, 1);
+  for (std::uint64_t slot : {0u, 1u, 2u}) farm.put(slot, s.state, 1);
   const Mat3 u = stretch(2e-6, 3e-6, -4e-6), r = turn(0.4);
   const auto straight = farm.advance({{0, {u}}})[0], turned = farm.advance({{1, {r * u}}})[0];
   REQUIRE(straight.elastic);
@@ -104,7 +107,8 @@ TEST_CASE("a point that waits has been where its increments lead, one after the 
   const Mat6 tangent = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(d.tangent.data());
   for (const Mat3& f : {turn(0.5), stretch(0, 2e-5, -2e-5), turn(-0.2)}) total = f * total, d.go({f});
   REQUIRE(d.rves.report().deferred == 3);
-  const Mat3 told = from_voigt(Eigen::Map<const Vec6>(d.stress.data())), foretold = coupling::predicted(start, tangent, total);
+  const Mat3 told = from_voigt(Eigen::Map<const Vec6>(d.stress.data())),
+             foretold = coupling::predicted(start, tangent, total);
   CHECK((told - foretold).norm() < 1e-7 * foretold.norm());  // by all of the way since the grains were asked
   const Mat3 large = stretch(0, 0, -0.02);
   total = large * total;
@@ -197,7 +201,8 @@ TEST_CASE("points that have once been apart do not share, though they have come 
   CHECK(d.rves.report().distinct == 2);
   d.go({t, one, t});  // the third leaves the second, and is where the first is, but has not come its way
   CHECK(d.rves.report().distinct == 3);
-  // Who rides on another's path, though it ends in the same place, has a path of its own to go back to: by powers of two, exactly.
+  // Who rides on another's path, though it ends in the same place, has a path of its own to go back to: by powers of
+  // two, exactly.
   with.share = 0.012;
   Driven e(standard(), 3, with);
   auto shear = [](double amount) {
@@ -224,11 +229,15 @@ TEST_CASE("yielding is no noise, breakage is, up to a cap") {
   const Vec6 first = Eigen::Map<const Vec6>(d.stress.data());
   const Mat6 tangent = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(d.tangent.data());
   d.respond({stretch(0, 2e-3, 0)});
-  const Vec6 change = Eigen::Map<const Vec6>(d.stress.data()) - first, elastic = tangent * (Vec6() << 0, 0, 0, 0, 2e-3, 0).finished();
+  const Vec6 change = Eigen::Map<const Vec6>(d.stress.data()) - first,
+             elastic = tangent * (Vec6() << 0, 0, 0, 0, 2e-3, 0).finished();
   REQUIRE((change - elastic).norm() > 0.02 * first.norm());  // far from the tangent
-  // Anything from no change to the elastic one is what yielding may do: only what misses by more is no function of strain.
-  const double off = from_voigt(Vec6(change - elastic)).norm(), yields = from_voigt(elastic).norm(), size = from_voigt(first + change).norm();
-  CHECK(d.rves.noise() == Approx(std::max(standard().q.unbalanced_force, std::max(0.0, off - yields) / size)).epsilon(1e-6));
+  // Anything from no change to the elastic one is what yielding may do: only what misses by more is no function of
+  // strain.
+  const double off = from_voigt(Vec6(change - elastic)).norm(), yields = from_voigt(elastic).norm(),
+               size = from_voigt(first + change).norm();
+  CHECK(d.rves.noise() ==
+        Approx(std::max(standard().q.unbalanced_force, std::max(0.0, off - yields) / size)).epsilon(1e-6));
   CHECK(d.rves.noise() < 0.5 * off / size);
   // Where one iteration breaks grains and the other does not, the difference counts; however large, the cap holds.
   const Sand brittle = weak(1.2e6);
@@ -250,7 +259,8 @@ TEST_CASE("after a breakage no elastic range is looked for; without one it is") 
     REQUIRE(large.response.stable);
     REQUIRE((large.response.breakages > 0) == (strength < 1e12));
     farm.commit({0});
-    farm.put(1, coupling::HostedRve::from(farm.fetch(0)).state, 1);  // the same grains, and nobody knows that some have broken
+    farm.put(1, coupling::HostedRve::from(farm.fetch(0)).state,
+             1);  // the same grains, and nobody knows that some have broken
     const Mat3 little = stretch(0, 0, -1e-7);
     CHECK(farm.advance({{0, {little}}})[0].elastic == (strength == 1e12));
     CHECK(farm.advance({{1, {little}}})[0].elastic);
@@ -260,7 +270,9 @@ TEST_CASE("after a breakage no elastic range is looked for; without one it is") 
 TEST_CASE("the cheap tangent is the contacts' until Newton stalls; then the network's, for five increments") {
   Driven d(standard(), 1, {});
   const Mat3 f = stretch(0, 1e-5, -1e-5);
-  const auto told = [&] { return Mat6(Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(d.tangent.data())); };
+  const auto told = [&] {
+    return Mat6(Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(d.tangent.data()));
+  };
   const auto contacts = [&] { return contact_stiffness_tangent(*standard().model, d.rves.committed(0)); };
   const auto network = [&] { return network_tangent(*standard().model, d.rves.committed(0)); };
   d.go({f});
@@ -279,7 +291,8 @@ TEST_CASE("the cheap tangent is the contacts' until Newton stalls; then the netw
   CHECK_FALSE(Driven(standard(), 1, fixed).material.sharpen());
 }
 
-TEST_CASE("a cell that can no more ends the run, or goes on as what is left of its stiffness, which is counted and booked") {
+TEST_CASE(
+    "a cell that can no more ends the run, or goes on as what is left of its stiffness, which is counted and booked") {
   Sand s = standard();
   Model model = *s.model;
   model.numerics.max_overlap = 0.05;
@@ -298,7 +311,8 @@ TEST_CASE("a cell that can no more ends the run, or goes on as what is left of i
     };
     bool good = true;
     Mat3 last = Mat3::Zero();
-    while (survived < 600 && d.rves.report().given_up == 0 && (good = d.material.respond({rows(f, Mat3::Identity()), d.stress, d.tangent}))) {
+    while (survived < 600 && d.rves.report().given_up == 0 &&
+           (good = d.material.respond({rows(f, Mat3::Identity()), d.stress, d.tangent}))) {
       d.material.commit(), ++survived;
       if (d.rves.report().given_up == 0) last = from_voigt(Eigen::Map<const Vec6>(d.stress.data()));
     }
@@ -319,7 +333,8 @@ TEST_CASE("a cell that can no more ends the run, or goes on as what is left of i
     d.material.commit();
     const Mat3 second = from_voigt(Eigen::Map<const Vec6>(d.stress.data()));
     const double shrunk = std::pow(f.determinant(), survived);  // volume, of a unit one
-    CHECK(d.material.energy(volumes) - before == Approx(0.5 * shrunk * (first + second).cwiseProduct(f - Mat3::Identity()).sum()).epsilon(1e-6));
+    CHECK(d.material.energy(volumes) - before ==
+          Approx(0.5 * shrunk * (first + second).cwiseProduct(f - Mat3::Identity()).sum()).epsilon(1e-6));
     // It is saved and goes on as it was.
     const std::string bytes = d.material.save();
     Driven again(s, 2, with);

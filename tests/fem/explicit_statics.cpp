@@ -145,7 +145,8 @@ TEST_CASE("stress that flickers does not hold a load back: what is pushed in at 
   o.max_energy_error = INFINITY, o.balance = 1, o.kinetic = 1;  // the draws' work is nobody's
   double in = 0, out = 0;
   REQUIRE(fem::solve_explicit_statics(problem, m, o, [&](const ExplicitStaticsReport& r) {
-            if (r.load_factor > 0.3 && r.load_factor < 0.95) in -= problem.reaction(1)[1], out += problem.reaction(0)[1];
+            if (r.load_factor > 0.3 && r.load_factor < 0.95)
+              in -= problem.reaction(1)[1], out += problem.reaction(0)[1];
             return true;
           }).finished);
   INFO("in " << in << ", out " << out);
@@ -185,9 +186,9 @@ TEST_CASE(
   INFO(easy.failure << balanced.failure << slow.failure);
   REQUIRE((easy.finished && balanced.finished && slow.finished));
   CHECK(easy.last.governor == fem::Governor::none);
-  CHECK(balanced.last.steps > 1.3 * static_cast<double>(easy.last.steps));
+  CHECK(static_cast<double>(balanced.last.steps) > 1.3 * static_cast<double>(easy.last.steps));
   CHECK(less_off < 0.8 * off);  // half of it, and the rate follows some tens of steps behind
-  CHECK(slow.last.steps > 1.3 * static_cast<double>(easy.last.steps));
+  CHECK(static_cast<double>(slow.last.steps) > 1.3 * static_cast<double>(easy.last.steps));
   CHECK(less_fast < 0.5 * fast);
   // Nothing holds a pressure at the start that no stress answers, where nothing can move to answer it.
   fem::Problem problem = pushed(0.05);

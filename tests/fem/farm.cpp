@@ -38,7 +38,8 @@ TEST_CASE("RVEs are dealt to ranks by cost, and moving one changes nothing") {
     Mat3 f = Mat3::Identity();
     f(2, 2) -= 1e-3;
     std::vector<coupling::Task> tasks;
-    for (std::uint64_t slot = 0; slot < 6; ++slot) tasks.push_back({slot, std::vector<Mat3>(slot % 2 == 0 ? 6 : 1, slot % 2 == 0 ? f : Mat3::Identity())});
+    for (std::uint64_t slot = 0; slot < 6; ++slot)
+      tasks.push_back({slot, std::vector<Mat3>(slot % 2 == 0 ? 6 : 1, slot % 2 == 0 ? f : Mat3::Identity())});
     farm.advance(tasks);
     farm.commit({0, 1, 2, 3, 4, 5});
     std::vector<std::string> before, after;

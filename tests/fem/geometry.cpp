@@ -37,7 +37,8 @@ Point wobbly(const Point& x) {
 std::string written(const std::string& name, const std::string& text) {
   int rank;  // ranks share the folder
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-  const std::string path = (std::filesystem::temp_directory_path() / ("grus_" + std::to_string(rank) + "_" + name)).string();
+  const std::string path =
+      (std::filesystem::temp_directory_path() / ("grus_" + std::to_string(rank) + "_" + name)).string();
   std::ofstream(path) << text;
   return path;
 }
@@ -45,7 +46,8 @@ std::string written(const std::string& name, const std::string& text) {
 /// Largest difference of a stress component from a value, relative to `scale`.
 double worst(const fem::Problem& p, std::size_t component, double exact_value, double scale) {
   double most = 0;
-  for (std::size_t i = 0; i < p.owned_points(); ++i) most = std::max(most, std::abs(p.stress()[6 * i + component] - exact_value) / scale);
+  for (std::size_t i = 0; i < p.owned_points(); ++i)
+    most = std::max(most, std::abs(p.stress()[6 * i + component] - exact_value) / scale);
   return most;
 }
 
@@ -58,10 +60,12 @@ TEST_CASE("patch test in plane strain and axisymmetry: uniform strain is exact o
       for (int order : {1, 2}) {
         const bool turned = kinematics == Kinematics::axisymmetric;
         const double xx = 1e-3, yy = -4e-4, xy = turned ? 0 : 3e-4;  // shear of a solid of revolution is not uniform
-        auto all = at("all", [](const Point& x) { return x[0] < 1e-9 || x[0] > 1 - 1e-9 || x[1] < 1e-9 || x[1] > 1 - 1e-9; });
+        auto all =
+            at("all", [](const Point& x) { return x[0] < 1e-9 || x[0] > 1 - 1e-9 || x[1] < 1e-9 || x[1] > 1 - 1e-9; });
         all.displacement = {0.0, 0.0, std::nullopt};
         all.at = [=](const Point& x) { return Point{xx * x[0] + xy * x[1], yy * x[1] + xy * x[0], 0}; };
-        fem::Problem problem(MPI_COMM_WORLD, {{1, 1, 1}, {4, 3, 1}, quadrilateral, wobbly}, {order, 5, false, kinematics, 1}, {all});
+        fem::Problem problem(MPI_COMM_WORLD, {{1, 1, 1}, {4, 3, 1}, quadrilateral, wobbly},
+                             {order, 5, false, kinematics, 1}, {all});
         fem::Material m = fem::elastic_material(problem.owned_points(), E, nu);
         REQUIRE(fem::solve_statics(problem, m, exact(), always).converged);
         const double zz = turned ? xx : 0, trace = xx + yy + zz;
@@ -73,9 +77,11 @@ TEST_CASE("patch test in plane strain and axisymmetry: uniform strain is exact o
       }
 }
 
-TEST_CASE("thick cylinder under pressure: Lame's solution, second order in the mesh; axisymmetric and plane strain agree") {
+TEST_CASE(
+    "thick cylinder under pressure: Lame's solution, second order in the mesh; axisymmetric and plane strain agree") {
   const double E = 1e9, nu = 0.25, p = 1e5, a = 1, b = 2;
-  const double A = p * a * a / (b * b - a * a), B = p * a * a * b * b / (b * b - a * a), mu = E / (2 * (1 + nu)), lambda = E * nu / ((1 + nu) * (1 - 2 * nu));
+  const double A = p * a * a / (b * b - a * a), B = p * a * a * b * b / (b * b - a * a), mu = E / (2 * (1 + nu)),
+               lambda = E * nu / ((1 + nu) * (1 - 2 * nu));
   auto radial = [&](double r) { return A * r / (2 * (lambda + mu)) + B / (2 * mu * r); };  // u_r in plane strain
   std::array<double, 2> error{};
   int level = 0;
@@ -83,11 +89,15 @@ TEST_CASE("thick cylinder under pressure: Lame's solution, second order in the m
     auto inner = at("inner", [&](const Point& x) { return std::abs(x[0] - a) < 1e-9; });
     inner.pressure = p;
     fem::BoxMesh mesh{{1, 0.2, 1}, {n, 1, 1}, true, [&](const Point& x) { return Point{x[0] + a, x[1], 0}; }};
-    fem::Problem ring(MPI_COMM_WORLD, mesh, {1, 3, false, Kinematics::axisymmetric, 1}, {plane("low", 1, 0, 1, 0), plane("high", 1, 0.2, 1, 0), inner});
+    fem::Problem ring(MPI_COMM_WORLD, mesh, {1, 3, false, Kinematics::axisymmetric, 1},
+                      {plane("low", 1, 0, 1, 0), plane("high", 1, 0.2, 1, 0), inner});
     fem::Material m = fem::elastic_material(ring.owned_points(), E, nu);
     REQUIRE(fem::solve_statics(ring, m, exact(), always).converged);
-    error[static_cast<std::size_t>(level++)] = ring.error_norms([&](const Point& x) { return Point{radial(x[0]), 0, 0}; },
-                                                                [&](const Point& x) { return std::array<double, 9>{A / (2 * (lambda + mu)) - B / (2 * mu * x[0] * x[0])}; })[0];
+    error[static_cast<std::size_t>(level++)] = ring.error_norms(
+        [&](const Point& x) {
+          return Point{radial(x[0]), 0, 0};
+        },
+        [&](const Point& x) { return std::array<double, 9>{A / (2 * (lambda + mu)) - B / (2 * mu * x[0] * x[0])}; })[0];
   }
   CHECK(std::log2(error[0] / error[1]) == Approx(2).margin(0.1));
   // A quarter of the same ring, cut across its axis.
@@ -97,14 +107,18 @@ TEST_CASE("thick cylinder under pressure: Lame's solution, second order in the m
                          const double r = a + (b - a) * x[0], angle = x[1] * M_PI / 2;
                          return Point{r * std::cos(angle), r * std::sin(angle), 0};
                        }};
-  fem::Problem ring(MPI_COMM_WORLD, quarter, {2, 5, false, Kinematics::plane_strain, 1}, {plane("x0", 0, 0, 0, 0), plane("y0", 1, 0, 1, 0), inner});
+  fem::Problem ring(MPI_COMM_WORLD, quarter, {2, 5, false, Kinematics::plane_strain, 1},
+                    {plane("x0", 0, 0, 0, 0), plane("y0", 1, 0, 1, 0), inner});
   fem::Material m = fem::elastic_material(ring.owned_points(), E, nu);
   REQUIRE(fem::solve_statics(ring, m, exact(), always).converged);
-  const auto off = ring.error_norms([&](const Point& x) {
-    const double r = std::hypot(x[0], x[1]);
-    return Point{radial(r) * x[0] / r, radial(r) * x[1] / r, 0};
-  }, [](const Point&) { return std::array<double, 9>{}; })[0];
-  CHECK(off < 2e-3 * radial(a) * std::sqrt(M_PI / 4 * 3));  // straight cell edges cut the circle by (pi / 96)^2 / 2 of r
+  const auto off = ring.error_norms(
+      [&](const Point& x) {
+        const double r = std::hypot(x[0], x[1]);
+        return Point{radial(r) * x[0] / r, radial(r) * x[1] / r, 0};
+      },
+      [](const Point&) { return std::array<double, 9>{}; })[0];
+  CHECK(off <
+        2e-3 * radial(a) * std::sqrt(M_PI / 4 * 3));  // straight cell edges cut the circle by (pi / 96)^2 / 2 of r
 }
 
 TEST_CASE("pressure follows its surface, a traction does not") {
@@ -113,7 +127,8 @@ TEST_CASE("pressure follows its surface, a traction does not") {
   auto top = at("top", [](const Point& x) { return std::abs(x[1] - 1) < 1e-9; });
   auto side = at("side", [](const Point& x) { return std::abs(x[0] - 1) < 1e-9; });
   top.pressure = p, side.pressure = p;
-  fem::Problem problem(MPI_COMM_WORLD, {{1, 1, 1}, {2, 2, 1}, true, {}}, {1, 2, true, Kinematics::axisymmetric, 1}, {plane("low", 1, 0, 1, 0), plane("axis", 0, 0, 0, 0), top, side});
+  fem::Problem problem(MPI_COMM_WORLD, {{1, 1, 1}, {2, 2, 1}, true, {}}, {1, 2, true, Kinematics::axisymmetric, 1},
+                       {plane("low", 1, 0, 1, 0), plane("axis", 0, 0, 0, 0), top, side});
   fem::Material m = fem::elastic_material(problem.owned_points(), E, 0.2);
   REQUIRE(fem::solve_statics(problem, m, exact(8), always).converged);
   for (std::size_t k : {0UL, 1UL, 2UL}) CHECK(worst(problem, k, -p, p) < 1e-8);
@@ -127,13 +142,15 @@ TEST_CASE("load histories: a pressure that is held while a displacement comes an
   side.pressure = p, side.history.points = {{0, 1}};
   auto top = plane("top", 1, 1, 1, -1e-3);
   top.history.points = {{0, 0}, {0.5, 1}, {1, 0.25}};
-  fem::Problem problem(MPI_COMM_WORLD, {{1, 1, 1}, {2, 2, 1}, true, {}}, {1, 2, false, Kinematics::axisymmetric, 1}, {plane("low", 1, 0, 1, 0), plane("axis", 0, 0, 0, 0), top, side});
+  fem::Problem problem(MPI_COMM_WORLD, {{1, 1, 1}, {2, 2, 1}, true, {}}, {1, 2, false, Kinematics::axisymmetric, 1},
+                       {plane("low", 1, 0, 1, 0), plane("axis", 0, 0, 0, 0), top, side});
   fem::Material m = fem::elastic_material(problem.owned_points(), E, nu);
   int seen = 0;
   REQUIRE(fem::solve_statics(problem, m, exact(4), [&](const fem::IncrementReport& r) {
             const double strain = -1e-3 * (r.load_factor <= 0.5 ? 2 * r.load_factor : 1 - 1.5 * (r.load_factor - 0.5));
             CHECK(problem.mean_stress()[0] == Approx(-p).epsilon(1e-8));
-            CHECK(problem.mean_stress()[1] == Approx(E * strain - 2 * nu * p).epsilon(1e-8));  // sigma_y = E eps_y + 2 nu sigma_r
+            CHECK(problem.mean_stress()[1] ==
+                  Approx(E * strain - 2 * nu * p).epsilon(1e-8));  // sigma_y = E eps_y + 2 nu sigma_r
             ++seen;
             return true;
           }).converged);
@@ -142,8 +159,9 @@ TEST_CASE("load histories: a pressure that is held while a displacement comes an
 
 TEST_CASE("a softening bar passes its peak under displacement control, by the closed form") {
   const double E = 200e9, yield = 250e6, H = -5e9;
-  fem::Problem problem(MPI_COMM_WORLD, {{1, 1, 1}, {1, 1, 1}, true, {}}, {1, 2, false},
-                       {plane("x0", 0, 0, 0, 0), plane("y0", 1, 0, 1, 0), plane("z0", 2, 0, 2, 0), plane("top", 2, 1, 2, 5e-3)});
+  fem::Problem problem(
+      MPI_COMM_WORLD, {{1, 1, 1}, {1, 1, 1}, true, {}}, {1, 2, false},
+      {plane("x0", 0, 0, 0, 0), plane("y0", 1, 0, 1, 0), plane("z0", 2, 0, 2, 0), plane("top", 2, 1, 2, 5e-3)});
   fem::Material m = fem::j2_material(problem.owned_points(), E, 0.3, yield, H);
   double peak = 0;
   REQUIRE(fem::solve_statics(problem, m, exact(20), [&](const fem::IncrementReport&) {
@@ -155,9 +173,11 @@ TEST_CASE("a softening bar passes its peak under displacement control, by the cl
 }
 
 TEST_CASE("mesh files: both formats, tags, and one line for what is wrong") {
-  const std::string v2 = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n1 1 \"low\"\n1 2 \"high\"\n2 7 \"sand\"\n$EndPhysicalNames\n"
-                         "$Nodes\n6\n1 0 0 0\n2 1 0 0\n3 2 0 0\n4 0 1 0\n5 1 1 0\n6 2 1 0\n$EndNodes\n"
-                         "$Elements\n5\n1 1 2 1 1 1 2\n2 1 2 1 1 2 3\n3 1 2 2 2 4 5\n4 3 2 7 1 1 2 5 4\n5 3 2 9 1 2 3 6 5\n$EndElements\n";
+  const std::string v2 =
+      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n3\n1 1 \"low\"\n1 2 \"high\"\n2 7 "
+      "\"sand\"\n$EndPhysicalNames\n"
+      "$Nodes\n6\n1 0 0 0\n2 1 0 0\n3 2 0 0\n4 0 1 0\n5 1 1 0\n6 2 1 0\n$EndNodes\n"
+      "$Elements\n5\n1 1 2 1 1 1 2\n2 1 2 1 1 2 3\n3 1 2 2 2 4 5\n4 3 2 7 1 1 2 5 4\n5 3 2 9 1 2 3 6 5\n$EndElements\n";
   const fem::MshMesh mesh = fem::read_msh(written("two.msh", v2));
   CHECK(mesh.kind == fem::CellKind::quadrilateral);
   CHECK(mesh.cell_tags == std::vector<int>{7, 9});
@@ -196,5 +216,6 @@ TEST_CASE("mesh files: both formats, tags, and one line for what is wrong") {
   CHECK(changed("5 3 2 9 1 2 3 6 5", "5 10 2 9 1 2 3 6 5").find("element type 10") != std::string::npos);
   CHECK(message(v2.substr(0, v2.size() - 40)).find("$Elements: cut short") != std::string::npos);
   CHECK(changed("6 2 1 0\n", "6 2 1 0.5\n").find("plane z = 0") != std::string::npos);
-  CHECK(changed("4 3 2 7 1 1 2 5 4\n5 3 2 9 1 2 3 6 5", "4 1 2 7 1 1 2\n5 1 2 9 1 2 3").find("holds no triangles") != std::string::npos);
+  CHECK(changed("4 3 2 7 1 1 2 5 4\n5 3 2 9 1 2 3 6 5", "4 1 2 7 1 1 2\n5 1 2 9 1 2 3").find("holds no triangles") !=
+        std::string::npos);
 }

@@ -65,7 +65,7 @@ TEST_CASE(
     };
     CHECK(first[0] == Approx(off(0, 0.25)).margin(1e-8));
     CHECK(first[4] == Approx(off(1, 0.875)).margin(1e-8));
-    for (const std::size_t k : {1, 2, 3, 5, 6, 7}) CHECK(first[k] < 1e-8);
+    for (const std::size_t k : {1u, 2u, 3u, 5u, 6u, 7u}) CHECK(first[k] < 1e-8);
     CHECK(problem.mean_strain()[2] == Approx(0.5e-3).epsilon(1e-7));
   }
   // Increments that grow by half foretell one another, too.

@@ -34,7 +34,8 @@ fem::BoundaryCondition everywhere(std::function<Point(const Point&)> u) {
 
 /// Rollers on the three low faces, the top moved along z; confined: all sides are rollers.
 std::vector<fem::BoundaryCondition> uniaxial(double top, bool confined) {
-  std::vector<fem::BoundaryCondition> b{plane("x0", 0, 0, 0, 0), plane("y0", 1, 0, 1, 0), plane("z0", 2, 0, 2, 0), plane("top", 2, 1, 2, top)};
+  std::vector<fem::BoundaryCondition> b{plane("x0", 0, 0, 0, 0), plane("y0", 1, 0, 1, 0), plane("z0", 2, 0, 2, 0),
+                                        plane("top", 2, 1, 2, top)};
   if (confined) b.push_back(plane("x1", 0, 1, 0, 0)), b.push_back(plane("y1", 1, 1, 1, 0));
   return b;
 }
@@ -53,7 +54,8 @@ TEST_CASE("patch test: uniform strain on a distorted mesh is exact, hexahedra an
   for (bool hexahedron : {true, false})
     for (int order : {1, 2}) {
       const double G[3][3] = {{1e-3, 2e-4, -3e-4}, {1e-4, -5e-4, 2e-4}, {3e-4, -1e-4, 7e-4}};
-      fem::Problem problem(MPI_COMM_WORLD, {{1, 1, 1}, {3, 3, 3}, hexahedron, distorted}, {order, order == 1 ? 2 : 4, false}, {everywhere([&](const Point& x) {
+      fem::Problem problem(MPI_COMM_WORLD, {{1, 1, 1}, {3, 3, 3}, hexahedron, distorted},
+                           {order, order == 1 ? 2 : 4, false}, {everywhere([&](const Point& x) {
                              Point u{};
                              for (std::size_t i = 0; i < 3; ++i)
                                for (std::size_t j = 0; j < 3; ++j) u[i] += G[i][j] * x[j];
@@ -62,8 +64,9 @@ TEST_CASE("patch test: uniform strain on a distorted mesh is exact, hexahedra an
       fem::Material m = fem::elastic_material(problem.owned_points(), 10e9, 0.3);
       REQUIRE(fem::solve_statics(problem, m, options(1, 1e-10, 1e-10), always).converged);
       const double lambda = 10e9 * 0.3 / (1.3 * 0.4), mu = 10e9 / 2.6, trace = G[0][0] + G[1][1] + G[2][2];
-      const double exact[6] = {lambda * trace + 2 * mu * G[0][0], lambda * trace + 2 * mu * G[1][1], lambda * trace + 2 * mu * G[2][2],
-                               mu * (G[1][2] + G[2][1]), mu * (G[0][2] + G[2][0]), mu * (G[0][1] + G[1][0])};
+      const double exact[6] = {lambda * trace + 2 * mu * G[0][0], lambda * trace + 2 * mu * G[1][1],
+                               lambda * trace + 2 * mu * G[2][2], mu * (G[1][2] + G[2][1]),
+                               mu * (G[0][2] + G[2][0]),          mu * (G[0][1] + G[1][0])};
       double worst = 0;
       for (std::size_t i = 0; i < problem.owned_points(); ++i)
         for (std::size_t k = 0; k < 6; ++k) worst = std::max(worst, std::abs(problem.stress()[6 * i + k] - exact[k]));
@@ -73,21 +76,27 @@ TEST_CASE("patch test: uniform strain on a distorted mesh is exact, hexahedra an
 
 TEST_CASE("manufactured solution: order 1 converges with 2 and 1, order 2 with 3 and 2") {
   const double E = 1e9, nu = 0.25, lambda = E * nu / ((1 + nu) * (1 - 2 * nu)), mu = E / (2 * (1 + nu)), a = 1e-4;
-  auto u = [&](const Point& x) { return Point{a * std::sin(pi * x[0]) * std::sin(pi * x[1]) * std::sin(pi * x[2]), 0, 0}; };
+  auto u = [&](const Point& x) {
+    return Point{a * std::sin(pi * x[0]) * std::sin(pi * x[1]) * std::sin(pi * x[2]), 0, 0};
+  };
   auto gradient = [&](const Point& x) {
-    const double sx = std::sin(pi * x[0]), sy = std::sin(pi * x[1]), sz = std::sin(pi * x[2]), cx = std::cos(pi * x[0]), cy = std::cos(pi * x[1]), cz = std::cos(pi * x[2]);
+    const double sx = std::sin(pi * x[0]), sy = std::sin(pi * x[1]), sz = std::sin(pi * x[2]), cx = std::cos(pi * x[0]),
+                 cy = std::cos(pi * x[1]), cz = std::cos(pi * x[2]);
     return std::array<double, 9>{a * pi * cx * sy * sz, a * pi * sx * cy * sz, a * pi * sx * sy * cz, 0, 0, 0, 0, 0, 0};
   };
   auto force = [&](const Point& x) {  // -div sigma = -[(lambda + mu) grad div u + mu laplace u]
-    const double sx = std::sin(pi * x[0]), sy = std::sin(pi * x[1]), sz = std::sin(pi * x[2]), cx = std::cos(pi * x[0]), cy = std::cos(pi * x[1]), cz = std::cos(pi * x[2]);
+    const double sx = std::sin(pi * x[0]), sy = std::sin(pi * x[1]), sz = std::sin(pi * x[2]), cx = std::cos(pi * x[0]),
+                 cy = std::cos(pi * x[1]), cz = std::cos(pi * x[2]);
     const double p2 = a * pi * pi;
-    return Point{(lambda + mu) * p2 * sx * sy * sz + 3 * mu * p2 * sx * sy * sz, -(lambda + mu) * p2 * cx * cy * sz, -(lambda + mu) * p2 * cx * sy * cz};
+    return Point{(lambda + mu) * p2 * sx * sy * sz + 3 * mu * p2 * sx * sy * sz, -(lambda + mu) * p2 * cx * cy * sz,
+                 -(lambda + mu) * p2 * cx * sy * cz};
   };
   for (bool hexahedron : {true, false})
     for (int order : {1, 2}) {
       std::array<double, 2> before{};
       for (long n : {4L, 8L}) {
-        fem::Problem problem(MPI_COMM_WORLD, {{1, 1, 1}, {n, n, n}, hexahedron, {}}, {order, 2 * order + 1, false}, {everywhere(u)}, force);
+        fem::Problem problem(MPI_COMM_WORLD, {{1, 1, 1}, {n, n, n}, hexahedron, {}}, {order, 2 * order + 1, false},
+                             {everywhere(u)}, force);
         fem::Material m = fem::elastic_material(problem.owned_points(), E, nu);
         REQUIRE(fem::solve_statics(problem, m, options(1, 1e-9, 1e-8), always).converged);
         const auto error = problem.error_norms(u, gradient);
@@ -245,7 +254,9 @@ Eigen::Matrix3d answer(fem::Material& m, const Eigen::Matrix3d& f) {
   return s;
 }
 
-Eigen::Matrix3d rotation(double degrees) { return Eigen::AngleAxisd(degrees * pi / 180, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix(); }
+Eigen::Matrix3d rotation(double degrees) {
+  return Eigen::AngleAxisd(degrees * pi / 180, Eigen::Vector3d(1, 2, -1).normalized()).toRotationMatrix();
+}
 
 }  // namespace
 
@@ -253,7 +264,9 @@ TEST_CASE("elastic and J2 stresses turn with the body, whatever the increments, 
   Eigen::Matrix3d stretch = Eigen::Matrix3d::Identity();
   stretch(0, 0) += 4e-3, stretch(1, 1) -= 1e-3, stretch(0, 1) = stretch(1, 0) = 2e-3;
   for (const bool plastic : {false, true}) {
-    auto make = [&] { return plastic ? fem::j2_material(1, 200e9, 0.3, 250e6, 10e9) : fem::elastic_material(1, 200e9, 0.3); };
+    auto make = [&] {
+      return plastic ? fem::j2_material(1, 200e9, 0.3, 250e6, 10e9) : fem::elastic_material(1, 200e9, 0.3);
+    };
     fem::Material still = make();
     const Eigen::Matrix3d stress = answer(still, stretch);
     REQUIRE(stress.norm() > 3e8);
@@ -267,7 +280,8 @@ TEST_CASE("elastic and J2 stresses turn with the body, whatever the increments, 
       // What comes next is what it would be for a body that has never turned.
       fem::Material same = make();
       answer(same, stretch);
-      const Eigen::Matrix3d on = answer(same, stretch), turned = answer(m, rotation(90) * stretch * rotation(90).transpose());
+      const Eigen::Matrix3d on = answer(same, stretch),
+                            turned = answer(m, rotation(90) * stretch * rotation(90).transpose());
       CHECK((turned - rotation(90) * on * rotation(90).transpose()).norm() < 1e-9 * on.norm());
     }
     // Committed state to bytes and back into another: the same answers; half of the bytes are refused.
@@ -287,11 +301,16 @@ TEST_CASE("elastic and J2 stresses turn with the body, whatever the increments, 
   CHECK((answer(once, shear) - last).norm() < 1e-12 * last.norm());
   // Of materials put together each part keeps its own.
   std::vector<fem::Material> parts{fem::elastic_material(1, 200e9, 0.3), fem::j2_material(1, 200e9, 0.3, 250e6, 10e9)};
-  fem::Material both = fem::composite_material(parts, {0, 1}), back = fem::composite_material({fem::elastic_material(1, 200e9, 0.3), fem::j2_material(1, 200e9, 0.3, 250e6, 10e9)}, {0, 1});
+  fem::Material both = fem::composite_material(parts, {0, 1}),
+                back = fem::composite_material(
+                    {fem::elastic_material(1, 200e9, 0.3), fem::j2_material(1, 200e9, 0.3, 250e6, 10e9)}, {0, 1});
   Eigen::Matrix<double, 18, 1> f;
   for (int k = 0; k < 18; ++k) f[k] = stretch(k % 9 / 3, k % 3);
   double a[12], b[12];
-  auto respond = [&](fem::Material& m, double* stress) { REQUIRE(m.respond({{f.data(), 18}, {stress, 12}, {}})); m.commit(); };
+  auto respond = [&](fem::Material& m, double* stress) {
+    REQUIRE(m.respond({{f.data(), 18}, {stress, 12}, {}}));
+    m.commit();
+  };
   respond(both, a);
   back.load(both.save());
   respond(both, a), respond(back, b);

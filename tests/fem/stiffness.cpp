@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Tangents against differences and rigid motion; what statics and dynamics do between two states, by closed forms of one element.
+// Tangents against differences and rigid motion; what statics and dynamics do between two states, by closed forms of
+// one element.
 #include "fem/dynamics.hpp"
 #include "fem/problem_impl.hpp"
 #include "fem/statics.hpp"
@@ -47,7 +48,8 @@ Eigen::Matrix3d strained(int component, double amount) {
 
 /// A block of eight cells, stretched and sheared, all in balance or not.
 fem::Problem stretched(bool finite, double amount, Kinematics kinematics = Kinematics::solid) {
-  return fem::Problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1.2, 0.8}, {2, 2, 2}, true, {}}, fem::Discretisation{1, 2, finite, kinematics, 1},
+  return fem::Problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1.2, 0.8}, {2, 2, 2}, true, {}},
+                      fem::Discretisation{1, 2, finite, kinematics, 1},
                       {plane("low", 0, 0, 0, 0), plane("high", 0, 1, 0, amount)});
 }
 
@@ -75,7 +77,8 @@ std::vector<double> product(const fem::Problem::Impl& p, const std::vector<doubl
     p.cell_tangent(c, k);
     const auto dofs = p.cell_nodes(c);
     const auto at = [&](int i) {
-      return p.width() * static_cast<std::size_t>(dofs[static_cast<std::size_t>(i / p.components)]) + static_cast<std::size_t>(i % p.components);
+      return p.width() * static_cast<std::size_t>(dofs[static_cast<std::size_t>(i / p.components)]) +
+             static_cast<std::size_t>(i % p.components);
     };
     for (int i = 0; i < k.rows(); ++i)
       for (int j = 0; j < k.cols(); ++j) out[at(i)] += k(i, j) * v[at(j)];
@@ -96,22 +99,28 @@ std::vector<double> minus(std::vector<double> a, const std::vector<double>& b, d
 
 }  // namespace
 
-TEST_CASE("the tangent of a stressed block turns its forces when the block turns: the initial-stress stiffness, exactly") {
+TEST_CASE(
+    "the tangent of a stressed block turns its forces when the block turns: the initial-stress stiffness, exactly") {
   for (const Kinematics kinematics : {Kinematics::solid, Kinematics::plane_strain}) {
     fem::Problem problem = stretched(true, 0, kinematics);
     fem::Problem::Impl& p = problem.impl();
     fem::Material m = fem::elastic_material(problem.owned_points(), 1e9, 0.3);
-    displace(p, [](const Eigen::Vector3d& x) { return Eigen::Vector3d(0.05 * x[0] + 0.03 * x[1], -0.02 * x[1] + 0.01 * x[0] * x[0], 0.04 * x[2]); });
+    displace(p, [](const Eigen::Vector3d& x) {
+      return Eigen::Vector3d(0.05 * x[0] + 0.03 * x[1], -0.02 * x[1] + 0.01 * x[0] * x[0], 0.04 * x[2]);
+    });
     const std::vector<double> force = internal_forces(p, m);
-    const Eigen::Vector3d turn = kinematics == Kinematics::solid ? Eigen::Vector3d(0.3, -0.5, 0.8) : Eigen::Vector3d(0, 0, 1);
+    const Eigen::Vector3d turn =
+        kinematics == Kinematics::solid ? Eigen::Vector3d(0.3, -0.5, 0.8) : Eigen::Vector3d(0, 0, 1);
     std::vector<double> rotation(force.size()), expected(force.size());
     for (std::size_t n = 0; n < p.node_at.size(); ++n) {
       Eigen::Vector3d x = Eigen::Vector3d::Zero(), f = Eigen::Vector3d::Zero();
       for (std::size_t k = 0; k < p.width(); ++k)
-        x[static_cast<int>(k)] = p.node_at[n][k] + p.u->array()[p.width() * n + k], f[static_cast<int>(k)] = force[p.width() * n + k];
+        x[static_cast<int>(k)] = p.node_at[n][k] + p.u->array()[p.width() * n + k],
+        f[static_cast<int>(k)] = force[p.width() * n + k];
       const Eigen::Vector3d moved = turn.cross(x), turned = turn.cross(f);
       for (std::size_t k = 0; k < p.width(); ++k)
-        rotation[p.width() * n + k] = moved[static_cast<int>(k)], expected[p.width() * n + k] = turned[static_cast<int>(k)];
+        rotation[p.width() * n + k] = moved[static_cast<int>(k)],
+                                 expected[p.width() * n + k] = turned[static_cast<int>(k)];
     }
     CHECK(norm(minus(product(p, rotation), expected)) < 1e-12 * norm(expected));
   }
@@ -124,7 +133,9 @@ TEST_CASE("the block's tangent is the difference of its forces: to round-off in 
       fem::Problem::Impl& p = problem.impl();
       fem::Material m = fem::elastic_material(problem.owned_points(), 1e9, 0.3);
       const double size = 0.01;
-      displace(p, [&](const Eigen::Vector3d& x) -> Eigen::Vector3d { return size * Eigen::Vector3d(x[0] + 0.3 * x[1], -0.2 * x[1] + 0.1 * x[0] * x[0], 0.4 * x[2]); });
+      displace(p, [&](const Eigen::Vector3d& x) -> Eigen::Vector3d {
+        return size * Eigen::Vector3d(x[0] + 0.3 * x[1], -0.2 * x[1] + 0.1 * x[0] * x[0], 0.4 * x[2]);
+      });
       internal_forces(p, m);
       const std::vector<double> start(p.u->array().begin(), p.u->array().end());
       std::vector<double> v(start.size());
@@ -156,7 +167,9 @@ TEST_CASE("means of a body are over the volume that it has now") {
   }
 }
 
-TEST_CASE("J2 yields in pure shear at sigma_y / sqrt(3), hardens by a third of H there, and its tangent is the difference of its stress") {
+TEST_CASE(
+    "J2 yields in pure shear at sigma_y / sqrt(3), hardens by a third of H there, and its tangent is the difference of "
+    "its stress") {
   const double E = 200e9, nu = 0.3, mu = E / 2.6, yield = 250e6, H = 10e9, tau = yield / std::sqrt(3.0);
   for (const double part : {0.99, 1.01, 3.0}) {
     fem::Material m = fem::j2_material(1, E, nu, yield, H);
@@ -193,7 +206,8 @@ TEST_CASE("J2 yields in pure shear at sigma_y / sqrt(3), hardens by a third of H
 }
 
 TEST_CASE("points that carry nothing are held by a floor of stiffness, and do not spoil those that carry") {
-  std::vector<fem::BoundaryCondition> b{plane("x0", 0, 0, 0, 0), plane("y0", 1, 0, 1, 0), plane("z0", 2, 0, 2, 0), plane("top", 2, 0.5, 2, -1e-3)};
+  std::vector<fem::BoundaryCondition> b{plane("x0", 0, 0, 0, 0), plane("y0", 1, 0, 1, 0), plane("z0", 2, 0, 2, 0),
+                                        plane("top", 2, 0.5, 2, -1e-3)};
   for (auto& bc : b)
     if (bc.name == "top") bc.where = [](const Point& x) { return std::abs(x[2] - 1) < 1e-9 && x[0] < 0.5 + 1e-9; };
   fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {2, 1, 1}, true, {}}, {1, 2, false}, b);
@@ -208,7 +222,9 @@ TEST_CASE("points that carry nothing are held by a floor of stiffness, and do no
       }
     return true;
   };
-  REQUIRE(fem::solve_statics(problem, m, options(4, 1e-8, 1e-6), [&](const fem::IncrementReport& r) { return loose = r.increment >= 1, true; }).converged);
+  REQUIRE(fem::solve_statics(problem, m, options(4, 1e-8, 1e-6), [&](const fem::IncrementReport& r) {
+            return loose = r.increment >= 1, true;
+          }).converged);
   double carried = 0;
   for (std::size_t i = 0; i < problem.owned_points(); ++i)
     if (problem.point_position(i)[0] < 0.5) carried += problem.stress()[6 * i + 2] / 8;
@@ -219,12 +235,15 @@ TEST_CASE("bulk viscosity of one step: linear and quadratic, in closed form") {
   const double speed = 10, rho = 2000, E = 1e8, h = 0.5;
   auto top = plane("top", 2, h, 2, -speed * 1e-4), low = plane("low", 2, 0, 2, 0);
   top.history.points = {{0, 0}, {1e-4, 1}};
-  fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{h, h, h}, {1, 1, 1}, true, {}}, {1, 2, false},
-                       {top, low, plane("x0", 0, 0, 0, 0), plane("x1", 0, h, 0, 0), plane("y0", 1, 0, 1, 0), plane("y1", 1, h, 1, 0)});
+  fem::Problem problem(
+      MPI_COMM_SELF, fem::BoxMesh{{h, h, h}, {1, 1, 1}, true, {}}, {1, 2, false},
+      {top, low, plane("x0", 0, 0, 0, 0), plane("x1", 0, h, 0, 0), plane("y0", 1, 0, 1, 0), plane("y1", 1, h, 1, 0)});
   fem::Material m = fem::elastic_material(problem.owned_points(), E, 0);
   fem::DynamicsOptions o;
-  o.duration = 1e-6, o.time_step = 1e-6, o.linear_viscosity = 0.06, o.quadratic_viscosity = 1.5, o.max_energy_error = 1e9;
-  const auto result = fem::solve_dynamics(problem, m, std::vector<double>(problem.owned_points(), rho), o, [](const fem::DynamicsReport&) { return true; });
+  o.duration = 1e-6, o.time_step = 1e-6, o.linear_viscosity = 0.06, o.quadratic_viscosity = 1.5,
+  o.max_energy_error = 1e9;
+  const auto result = fem::solve_dynamics(problem, m, std::vector<double>(problem.owned_points(), rho), o,
+                                          [](const fem::DynamicsReport&) { return true; });
   REQUIRE(result.finished);
   const double rate = speed / h, pressure = rho * h * (0.06 * std::sqrt(E / rho) * rate + 1.5 * 1.5 * h * rate * rate);
   CHECK(result.last.dissipated == Approx(pressure * rate * 1e-6 * h * h * h).epsilon(1e-4));  // of the volume now
@@ -232,9 +251,11 @@ TEST_CASE("bulk viscosity of one step: linear and quadratic, in closed form") {
 
 TEST_CASE("a free mass under a constant force goes F t^2 / 2 m, from the first half kick on") {
   fem::BoundaryCondition push;
-  push.name = "top", push.where = [](const Point& x) { return std::abs(x[2] - 1) < 1e-9; }, push.traction = Point{0, 0, 7};
+  push.name = "top", push.where = [](const Point& x) { return std::abs(x[2] - 1) < 1e-9; },
+  push.traction = Point{0, 0, 7};
   push.history.points = {{0, 1}};
-  fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 1}, true, {}}, {1, 2, false}, {plane("low", 2, 0, 2, 0), push});
+  fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {1, 1, 1}, true, {}}, {1, 2, false},
+                       {plane("low", 2, 0, 2, 0), push});
   fem::Material none = fem::elastic_material(problem.owned_points(), 1, 0), m = none;
   m.respond = [](const fem::Points& p) {
     std::fill(p.stress.begin(), p.stress.end(), 0.0);
@@ -243,7 +264,8 @@ TEST_CASE("a free mass under a constant force goes F t^2 / 2 m, from the first h
   };
   fem::DynamicsOptions o;
   o.duration = 0.5, o.time_step = 0.01, o.max_energy_error = 1e-9;
-  const auto result = fem::solve_dynamics(problem, m, std::vector<double>(problem.owned_points(), 2000.0), o, [](const fem::DynamicsReport&) { return true; });
+  const auto result = fem::solve_dynamics(problem, m, std::vector<double>(problem.owned_points(), 2000.0), o,
+                                          [](const fem::DynamicsReport&) { return true; });
   REQUIRE(result.finished);
   const double mass = 0.5 * 2000;  // of the upper four nodes
   CHECK(problem.mean_strain()[2] == Approx(0.5 * 7 / mass * 0.25).epsilon(1e-12));
@@ -254,7 +276,8 @@ TEST_CASE("bulk viscosity acts in compression alone, takes what it says, and sho
   for (const double speed : {-1.0, 1.0}) {  // pulled, pushed
     auto low = plane("low", 1, 0, 1, speed * 2e-4);
     low.history.points = {{0, 0}, {2e-4, 1}};
-    fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{0.05, 1, 1}, {1, 40, 1}, true, {}}, {1, 2, false, Kinematics::plane_strain, 1},
+    fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{0.05, 1, 1}, {1, 40, 1}, true, {}},
+                         {1, 2, false, Kinematics::plane_strain, 1},
                          {low, plane("left", 0, 0, 0, 0), plane("right", 0, 0.05, 0, 0)});
     fem::Material m = fem::elastic_material(problem.owned_points(), E, 0.0);
     fem::DynamicsOptions o;
@@ -262,11 +285,13 @@ TEST_CASE("bulk viscosity acts in compression alone, takes what it says, and sho
     o.duration = duration, o.linear_viscosity = xi, o.quadratic_viscosity = 1.2, o.max_energy_error = 0.3;
     const std::vector<double> density(problem.owned_points(), rho);
     double first = 0;
-    const auto result = fem::solve_dynamics(problem, m, density, o, [&](const fem::DynamicsReport& r) { return first = r.dt, true; });
+    const auto result =
+        fem::solve_dynamics(problem, m, density, o, [&](const fem::DynamicsReport& r) { return first = r.dt, true; });
     REQUIRE(result.finished);
     const double bound = fem::stable_step(problem, density);
     const double whole = result.last.energy.external;
-    // Where nothing is compressed nothing is lost but what the front's ripples take; a pushed front loses a share that the balance confirms.
+    // Where nothing is compressed nothing is lost but what the front's ripples take; a pushed front loses a share that
+    // the balance confirms.
     if (speed < 0)
       CHECK(result.last.energy.viscous < 0.02 * whole);
     else

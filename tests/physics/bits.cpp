@@ -15,7 +15,8 @@ State crowd(int n, bool shapes, bool periodic) {
   const double r = 3e-4, pitch = 1.97 * r;
   for (std::uint64_t i = 0; i < static_cast<std::uint64_t>(n * n * n); ++i) {
     const auto m = static_cast<std::uint64_t>(n);
-    const Vec3 x = pitch * Vec3(0.5 + static_cast<double>(i % m), 0.5 + static_cast<double>(i / m % m), 0.5 + static_cast<double>(i / (m * m)));
+    const Vec3 x = pitch * Vec3(0.5 + static_cast<double>(i % m), 0.5 + static_cast<double>(i / m % m),
+                                0.5 + static_cast<double>(i / (m * m)));
     PolyEllipsoid shape = PolyEllipsoid::sphere(r);
     if (shapes && i % 2) shape = random_shape(3, i, 0.8, 1.1), shape.plus *= r, shape.minus *= r;
     Vec3 v, w;
@@ -32,11 +33,13 @@ State crowd(int n, bool shapes, bool periodic) {
   return s;
 }
 
-std::uint64_t after(const Model& model, State s, std::uint64_t steps, int threads, const Mat3& rate, std::size_t& breakages) {
+std::uint64_t after(const Model& model, State s, std::uint64_t steps, int threads, const Mat3& rate,
+                    std::size_t& breakages) {
   Team team(threads);
   prepare(model, s, team);
   if (!rate.isZero(0)) set_cell_rate(s, rate * s.boundary.cell.vectors);
-  for (std::uint64_t done = 0; done < steps;) update_time_step(model, s), done += run_steps(model, s, std::min<std::uint64_t>(50, steps - done), team);
+  for (std::uint64_t done = 0; done < steps;)
+    update_time_step(model, s), done += run_steps(model, s, std::min<std::uint64_t>(50, steps - done), team);
   breakages = s.ledger.breakages;
   return hash(s);
 }

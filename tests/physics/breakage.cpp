@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Splits conserve, springs spend what they must, and the criteria tell one load from another.
+#include "dem/rve/breakage.hpp"
 #include "dem/bond/cohesive.hpp"
 #include "dem/contact/forces.hpp"
 #include "dem/fracture/grain_stress.hpp"
 #include "dem/fracture/split_polyellipsoid.hpp"
-#include "dem/rve/breakage.hpp"
 #include "dem/rve/measure.hpp"
 #include "tests/helpers.hpp"
 
@@ -28,7 +28,8 @@ Model breakable(bool springs) {
 State squeezed(const Model& model, const std::vector<int>& axes, double force) {
   State s;
   add(s, PolyEllipsoid::sphere(R), Vec3::Zero(), 2650);
-  const double stiffness = 4.0 / 3 * model.pairs[1].youngs * std::sqrt(R), overlap = std::pow(force / stiffness, 2.0 / 3);
+  const double stiffness = 4.0 / 3 * model.pairs[1].youngs * std::sqrt(R),
+               overlap = std::pow(force / stiffness, 2.0 / 3);
   for (int k : axes)
     for (int side : {-1, 1}) {
       Wall wall;
@@ -57,7 +58,7 @@ TEST_CASE("Hoek-Brown breaks a grain at F = 2 pi R^2 strength / 3; only confinem
   CHECK(breaks({2}, 1.001 * critical));
   CHECK_FALSE(breaks({0, 2}, 0.999 * critical));  // four coplanar contacts: sigma_3 is still zero
   CHECK(breaks({0, 2}, 1.001 * critical));
-  CHECK_FALSE(breaks({0, 1, 2}, critical));       // equal load in three directions
+  CHECK_FALSE(breaks({0, 1, 2}, critical));  // equal load in three directions
   CHECK_FALSE(breaks({0, 1, 2}, 3 * critical));
 }
 
@@ -76,7 +77,8 @@ TEST_CASE("grain stress: statics of a squeezed sphere, and the dynamic term of a
   const Mat3 spinning = grain_stress(free.grains, free.contacts, 0);
   CHECK(spinning(0, 0) == Approx(2650 * 1e10 * R * R / 5).epsilon(1e-9));
   CHECK(std::abs(spinning(2, 2)) < 1e-9 * spinning(0, 0));
-  // Pushed at one pole only: sigma = F R / V from the contact, less the inertia of uniform acceleration (zero about the centre).
+  // Pushed at one pole only: sigma = F R / V from the contact, less the inertia of uniform acceleration (zero about the
+  // centre).
   State pushed = squeezed(model, {2}, 50);
   pushed.boundary.walls.pop_back();
   prepare(model, pushed, team);
@@ -87,7 +89,8 @@ TEST_CASE("a split conserves mass, momentum, angular momentum and energy with it
   for (std::uint64_t i = 0; i < 200; ++i) {
     State s;
     PolyEllipsoid shape = random_shape(21, i, 0.2, 1);
-    add(s, shape, random_rotation(22, i) * Vec3(3, 0, 0), 2650, random_rotation(23, i) * Vec3(5, 0, 0), random_rotation(24, i) * Vec3(20, 0, 0), random_rotation(25, i));
+    add(s, shape, random_rotation(22, i) * Vec3(3, 0, 0), 2650, random_rotation(23, i) * Vec3(5, 0, 0),
+        random_rotation(24, i) * Vec3(20, 0, 0), random_rotation(25, i));
     const double mass = total_mass(s.grains), energy = kinetic_energy(s.grains);
     const Vec3 p = momentum(s.grains), l = angular_momentum(s.grains);
     const double rounding = i % 2 ? 0.1 : 0.05;
@@ -105,7 +108,7 @@ TEST_CASE("a split conserves mass, momentum, angular momentum and energy with it
     // Each half keeps 1 - rounding of its half of the volume and lies inside the parent.
     const auto half = halves(shape, static_cast<int>(i % 3), rounding);
     REQUIRE(volume(half[0].shape) + volume(half[1].shape) == Approx((1 - rounding) * volume(shape)).epsilon(1e-12));
-    for (int side = 0; side < 2; ++side)
+    for (std::size_t side = 0; side < 2; ++side)
       for (std::uint64_t k = 0; k < 50; ++k) {
         const Vec3 x = half[side].origin + support(half[side].shape, random_rotation(26, 50 * i + k) * Vec3(1, 0, 0));
         REQUIRE((x.cwiseProduct(x).cwiseQuotient(octant_squares(shape, x))).sum() <= 1 + 1e-12);
@@ -186,7 +189,8 @@ TEST_CASE("contact tension needs three critical contacts that are not in line") 
   m.fracture = f;
   Model model = model_of(m);
   Team team(1);
-  for (const auto& [axes, expected] : std::vector<std::pair<std::vector<int>, bool>>{{{2}, false}, {{0, 2}, true}, {{0, 1, 2}, true}}) {
+  for (const auto& [axes, expected] :
+       std::vector<std::pair<std::vector<int>, bool>>{{{2}, false}, {{0, 2}, true}, {{0, 1, 2}, true}}) {
     State s = squeezed(model, axes, 400);
     prepare(model, s, team);
     CHECK(find_breaks(model, s, team).empty() != expected);
@@ -196,7 +200,8 @@ TEST_CASE("contact tension needs three critical contacts that are not in line") 
   }
 }
 
-TEST_CASE("a load that grows fast is tested often enough: no grain overshoots its strength by more than a few per cent") {
+TEST_CASE(
+    "a load that grows fast is tested often enough: no grain overshoots its strength by more than a few per cent") {
   const double critical = 2 * pi * R * R * 592e6 / 3;
   for (const double speed : {0.05, 0.5, 2.0}) {
     Model model = breakable(false);

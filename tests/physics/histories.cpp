@@ -86,7 +86,8 @@ TEST_CASE("a pair that turns as one body keeps its tangential spring: turned wit
   CHECK(c.spring.norm() == Approx(0.5).epsilon(1e-9));
   CHECK(std::abs(c.spring.dot(tilted)) < 1e-12);
   c.spring = Vec3(0.5, 0, 0);
-  advance_contact(HertzMindlin{}, law, 1, c, touch, Vec3(0, 0, 1), 1e-6, Vec3::Zero(), 1e5, 1e-7, e);  // the pair twists by 0.01
+  advance_contact(HertzMindlin{}, law, 1, c, touch, Vec3(0, 0, 1), 1e-6, Vec3::Zero(), 1e5, 1e-7,
+                  e);  // the pair twists by 0.01
   CHECK(c.spring.y() == Approx(0.5 * 0.01).epsilon(1e-3));
 }
 
@@ -95,7 +96,8 @@ TEST_CASE("a state that is turned answers to a turned shear as it would have, tu
   Team team(1);
   State here = sheared(model, team), there = here;
   double tangential = 0, normal = 0;
-  for (std::size_t k = 0; k < here.contacts.size(); ++k) tangential += spring(here, k).norm(), normal += here.contacts.touch[k].force.norm();
+  for (std::size_t k = 0; k < here.contacts.size(); ++k)
+    tangential += spring(here, k).norm(), normal += here.contacts.touch[k].force.norm();
   REQUIRE(tangential > 0.05 * normal);
   const Mat3 turn = random_rotation(9, 2).toRotationMatrix();
   rotate(there, turn);
@@ -104,7 +106,8 @@ TEST_CASE("a state that is turned answers to a turned shear as it would have, tu
   set_cell_rate(here, rate * here.boundary.cell.vectors);
   set_cell_rate(there, turn * rate * turn.transpose() * there.boundary.cell.vectors);
   run_steps(model, here, 5, team), run_steps(model, there, 5, team);
-  for (std::size_t k = 0; k < here.contacts.size(); ++k) REQUIRE((turn * spring(here, k) - spring(there, k)).norm() < 1e-9 * normal / 64);
+  for (std::size_t k = 0; k < here.contacts.size(); ++k)
+    REQUIRE((turn * spring(here, k) - spring(there, k)).norm() < 1e-9 * normal / 64);
   const Mat3 a = love_weber(here, 1), b = love_weber(there, 1);
   CHECK((turn * a * turn.transpose() - b).norm() < 1e-10 * a.norm());
 }
@@ -125,15 +128,19 @@ TEST_CASE("a jump of the cell's rate gives and takes the grains' kinetic energy,
 TEST_CASE("halves inherit tangential springs, whichever side of the pair the parent was, and across the seam") {
   const Model model = sticky(true);
   Team team(1);
-  for (const int position : {0, 1, 2})  // of the parent among the three: its neighbours come after it, before it, on both sides
+  for (const int position :
+       {0, 1, 2})  // of the parent among the three: its neighbours come after it, before it, on both sides
     for (const bool seam : {false, true}) {
       INFO("parent " << position << " seam " << seam);
       State s;
       const double pitch = 1.98 * R;
       std::vector<double> at{0, -pitch, pitch};
       std::swap(at[0], at[static_cast<std::size_t>(position)]);
-      const double edge = seam ? 3 * pitch : 20 * R, shift = seam ? pitch : 0;  // with a seam the neighbours are beyond it
-      for (const double x : at) add(s, PolyEllipsoid::sphere(R), Vec3(x + (x < 0 && seam ? edge : shift - (seam ? pitch : 0)), 5 * R, 5 * R), 2650);
+      const double edge = seam ? 3 * pitch : 20 * R,
+                   shift = seam ? pitch : 0;  // with a seam the neighbours are beyond it
+      for (const double x : at)
+        add(s, PolyEllipsoid::sphere(R), Vec3(x + (x < 0 && seam ? edge : shift - (seam ? pitch : 0)), 5 * R, 5 * R),
+            2650);
       s.boundary.cell.vectors = Vec3(edge, 20 * R, 20 * R).asDiagonal();
       prepare(model, s, team);
       const auto parent = static_cast<std::size_t>(position);
@@ -153,7 +160,8 @@ TEST_CASE("halves inherit tangential springs, whichever side of the pair the par
         const bool half_a = p.a == parent || p.a == 3, half_b = p.b == parent || p.b == 3;
         if (s.contacts.contact.touching(k) && half_a != half_b) on_halves += (half_b ? 1 : -1) * spring(s, k);
       }
-      // The edge's rounding takes a part of each half's overlap, and with it of its stiffness: never all, and never the direction.
+      // The edge's rounding takes a part of each half's overlap, and with it of its stiffness: never all, and never the
+      // direction.
       CHECK(on_halves.norm() > 0.5 * 2 * Vec3(0, 0.03, 0.01).norm());
       CHECK(on_halves.norm() < 1.01 * 2 * Vec3(0, 0.03, 0.01).norm());
       CHECK(on_halves.normalized().dot(Vec3(0, 0.03, 0.01).normalized()) > 0.99);
@@ -191,7 +199,8 @@ TEST_CASE("a surface that grows against fixed neighbours puts in exactly what th
   update_frames(s.grains);
   for (const double side : {-1.0, 1.0}) {
     Wall wall;
-    wall.material = 1, wall.normal = Vec3(-side, 0, 0), wall.point = surface_arm(s.grains, 0, side * Vec3::UnitX()) - Vec3(0.01 * side * R, 0, 0);
+    wall.material = 1, wall.normal = Vec3(-side, 0, 0),
+    wall.point = surface_arm(s.grains, 0, side * Vec3::UnitX()) - Vec3(0.01 * side * R, 0, 0);
     s.boundary.walls.push_back(wall);
   }
   prepare(model, s, team);

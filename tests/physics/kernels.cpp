@@ -9,9 +9,9 @@
 #include "dem/fracture/split_polyellipsoid.hpp"
 #include "dem/packing/packing.hpp"
 #include "dem/rve/step.hpp"
-#include "dem/shape/common_normal.hpp"
 #include "dem/state/order.hpp"
 #include "tests/helpers.hpp"
+#include "tests/physics/plain_contacts.hpp"
 
 namespace {
 std::atomic<long> allocations{0};
@@ -35,6 +35,7 @@ void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
 void operator delete(void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
 
 using namespace grus::dem;
+using namespace grus::dem::test;
 
 namespace {
 
@@ -58,14 +59,22 @@ void make(Case& c, bool periodic, bool shapes, bool friction, bool dashpot, bool
   make_pair_laws(model);
   const std::size_t n = 300;
   const double fraction = 0.55, size = std::cbrt(static_cast<double>(n) * 1.225e-10 / fraction);
-  const Packing packing = random_packing(Vec3::Constant(size), {"truncated-normal", 3e-4, 5e-5, 1e-4, 4.5e-4}, fraction, n, periodic, 7);
+  const Packing packing =
+      random_packing(Vec3::Constant(size), {"truncated-normal", 3e-4, 5e-5, 1e-4, 4.5e-4}, fraction, n, periodic, 7);
   Grains& g = c.state.grains;
   for (std::size_t i = 0; i < packing.spheres.size(); ++i) {
     const auto& s = packing.spheres[i];
     PolyEllipsoid shape = PolyEllipsoid::sphere(s.radius);
     if (shapes && i % 3 == 0)
-      for (int k = 0; k < 3; ++k) shape.plus[k] *= 0.8 + 0.2 * random_uniform(3, i, Purpose::radius, k), shape.minus[k] *= 0.8 + 0.2 * random_uniform(4, i, Purpose::radius, k);
-    set_grain(g, g.size(), {.shape = shape, .position = s.position, .orientation = random_rotation(5, i), .material = static_cast<std::uint8_t>(i % 2), .density = 2650});
+      for (int k = 0; k < 3; ++k)
+        shape.plus[k] *= 0.8 + 0.2 * random_uniform(3, i, Purpose::radius, static_cast<std::uint64_t>(k)),
+            shape.minus[k] *= 0.8 + 0.2 * random_uniform(4, i, Purpose::radius, static_cast<std::uint64_t>(k));
+    set_grain(g, g.size(),
+              {.shape = shape,
+               .position = s.position,
+               .orientation = random_rotation(5, i),
+               .material = static_cast<std::uint8_t>(i % 2),
+               .density = 2650});
   }
   sort_in_space(g);
   const double squeeze = 2000;  // 1/s
@@ -92,70 +101,6 @@ void make(Case& c, bool periodic, bool shapes, bool friction, bool dashpot, bool
   }
 }
 
-/// Forces, histories and loads of all pairs, one contact at a time.
-struct Plain {
-  std::vector<Contact> contact;
-  std::vector<Touch> touch;
-  std::vector<Load> load;  // of the grains
-  BlockEnergy energy;
-  double power = 0;
-};
-
-Plain plain_pass(const Model& model, const State& state, double dt) {
-  Plain out{{}, state.contacts.touch, std::vector<Load>(state.grains.size()), {}, 0};
-  for (std::size_t k = 0; k < state.contacts.size(); ++k) out.contact.push_back(state.contacts.contact[k]);
-  const Grains& g = state.grains;
-  const Cell& cell = state.boundary.cell;
-  for (std::size_t k = 0; k < state.contacts.size(); ++k) {
-    const Pair& pair = state.contacts.pair[k];
-    Contact& c = out.contact[k];
-    Touch& touch = out.touch[k];
-    const PairLaw& law = model.pairs[pair.law];
-    const Motion& a = g.motion[pair.a];
-    const bool wall = k >= state.contacts.begin[sphere_wall];
-    Vec3 n, arm_a, arm_b = Vec3::Zero(), moving = Vec3::Zero(), shift = Vec3::Zero();
-    double overlap, radius = 0, ellipse = 1;
-    if (wall) {
-      const Wall& w = state.boundary.walls[pair.b];
-      n = -w.normal, moving = w.velocity;
-      const Frame frame = frame_of(g, pair.a);
-      const Vec3 d = frame.axes.transpose() * n, tip = frame.origin + frame.axes * support(g.shape[pair.a], d);
-      overlap = w.normal.dot(w.point - tip);
-      arm_a = tip - 0.5 * overlap * n - a.position;
-      const ContactCurvature curvature = plane_curvature(g.shape[pair.a], d);
-      radius = curvature.radius, ellipse = curvature.ellipse_factor;
-    } else {
-      const Motion& b = g.motion[pair.b];
-      if (cell.periodic()) shift = cell.vectors * Vec3(pair.image[0], pair.image[1], pair.image[2]), moving = cell.rate * Vec3(pair.image[0], pair.image[1], pair.image[2]);
-      const Frame fa = frame_of(g, pair.a), fb = frame_of(g, pair.b);
-      const ShapePair shapes{g.shape[pair.a], g.shape[pair.b], fa.axes.transpose() * fb.axes, fa.axes.transpose() * (fb.origin + shift - fa.origin)};
-      const CommonNormal found = cold_common_normal(shapes);
-      n = fa.axes * found.normal, overlap = found.overlap;
-      const Vec3 point = fa.origin + fa.axes * (0.5 * (found.point_a + found.point_b));
-      arm_a = point - a.position, arm_b = point - b.position - shift;
-      const ContactCurvature curvature = contact_curvature(shapes, found.normal);
-      radius = curvature.radius, ellipse = curvature.ellipse_factor;
-    }
-    if (!(overlap > 0)) {
-      if (c.stiffness > 0) part_contact(c, touch, out.energy);
-      continue;
-    }
-    std::visit(
-        [&]<class L>(const L& l) {
-          if (c.stiffness == 0) c.radius = radius, c.stiffness = l.stiffness_at_birth(law, radius) * (std::is_same_v<L, HertzMindlin> ? ellipse : 1);
-          const Vec3 vb = wall ? Vec3(Vec3::Zero()) : Vec3(g.motion[pair.b].velocity + g.motion[pair.b].spin.cross(arm_b));
-          const Vec3 wb = wall ? Vec3(Vec3::Zero()) : g.motion[pair.b].spin;
-          const Vec3 v = vb + moving - a.velocity - a.spin.cross(arm_a);
-          const Vec3 force = advance_contact(l, law, 1 / (a.inverse_mass + (wall ? 0 : g.motion[pair.b].inverse_mass)), c, touch, n, overlap, v, 0.5 * n.dot(a.spin + wb), dt, out.energy);
-          out.power += force.dot(moving);
-          out.load[pair.a].force -= force, out.load[pair.a].torque += force.cross(arm_a);
-          if (!wall) out.load[pair.b].force += force, out.load[pair.b].torque += arm_b.cross(force);
-        },
-        model.law);
-  }
-  return out;
-}
-
 /// What grain i has collected, from its own tile and from others.
 Load collected(const Contacts& c, std::size_t i) {
   Load sum = c.load[i];
@@ -179,16 +124,21 @@ void compare(Case& c) {
   std::size_t touching = 0, sliding = 0;
   for (std::size_t k = 0; k < s.contacts.size(); ++k) {
     const Contact p = plain.contact[k], q = s.contacts.contact[k];
-    INFO("pair " << k << " of bin " << (k >= s.contacts.begin[sphere_wall] ? 2 : k >= s.contacts.begin[general] ? 1 : 0));
+    INFO("pair " << k << " of bin "
+                 << (k >= s.contacts.begin[sphere_wall] ? 2
+                     : k >= s.contacts.begin[general]   ? 1
+                                                        : 0));
     // The search for a common normal stops at a gradient of 1e-8 of the pair's four semi-axes: 1e-7 rad at most.
-    const double tolerance = (k >= s.contacts.begin[general] && k < s.contacts.begin[sphere_wall] ? 1e-7 : 1e-12) * scale;
+    const double tolerance =
+        (k >= s.contacts.begin[general] && k < s.contacts.begin[sphere_wall] ? 1e-7 : 1e-12) * scale;
     if (p.stiffness > 0 && plain.touch[k].overlap < 1e-6 * arm) continue;  // just born: round-off decides
     REQUIRE((p.stiffness > 0) == (q.stiffness > 0));
     REQUIRE((plain.touch[k].force - s.contacts.touch[k].force).norm() <= tolerance);
     if (p.stiffness == 0) continue;
     ++touching;
     const PairLaw& law = c.model.pairs[s.contacts.pair[k].law];
-    sliding += law.friction > 0 && q.spring.norm() > 0.999 * law.friction * s.contacts.touch[k].force.dot(s.contacts.touch[k].normal);
+    sliding += law.friction > 0 &&
+               q.spring.norm() > 0.999 * law.friction * s.contacts.touch[k].force.dot(s.contacts.touch[k].normal);
     REQUIRE(p.stiffness == Approx(q.stiffness).epsilon(1e-7));
     REQUIRE((p.spring - q.spring).norm() <= tolerance);
     REQUIRE(p.compliance == Approx(q.compliance).epsilon(1e-6));
@@ -234,7 +184,9 @@ struct PlainGrain {
 
   void half_kick(const Grains& g, std::size_t i, const MotionSettings& s, Vec3 force, Vec3 torque, double h) {
     const double damping = s.damping.empty() ? 0 : s.damping[g.material[i]];
-    auto opposing = [&](const Vec3& f, const Vec3& v) { return v.isZero(0) ? Vec3(Vec3::Zero()) : Vec3(-damping * f.norm() * v.normalized()); };
+    auto opposing = [&](const Vec3& f, const Vec3& v) {
+      return v.isZero(0) ? Vec3(Vec3::Zero()) : Vec3(-damping * f.norm() * v.normalized());
+    };
     const Vec3 df = opposing(force, motion.velocity - s.affine * motion.position), dm = opposing(torque, motion.spin);
     force += df, torque += dm;
     const Vec3 between = motion.velocity + 0.5 * h * motion.inverse_mass * force;
@@ -272,14 +224,18 @@ TEST_CASE("kicks and turns of many grains at a time are those of one") {
       const bool bonded = variant == 4;
       const double dt = 1e-7;
       for (std::size_t i = 0; i < g.size(); ++i) {
-        if (g.round[i]) g.angular_momentum[i] = g.motion[i].spin / g.motion[i].inverse_inertia;
-        else if (i % 5 == 0) g.angular_momentum[i] *= 3e6 / (1 + g.motion[i].spin.norm()), g.motion[i].spin = spin_of(g, i);  // 0.3 rad a step
+        if (g.round[i])
+          g.angular_momentum[i] = g.motion[i].spin / g.motion[i].inverse_inertia;
+        else if (i % 5 == 0)
+          g.angular_momentum[i] *= 3e6 / (1 + g.motion[i].spin.norm()),
+              g.motion[i].spin = spin_of(g, i);  // 0.3 rad a step
       }
       contact_forces(c.model.law, c.model.pairs, g, c.state.boundary, c.state.dt, true, c.state.contacts, c.team);
       std::vector<PlainGrain> plain;
       double lost = 0, won = 0;
       for (std::size_t i = 0; i < g.size(); ++i) {
-        Vec3 force = bonded || kick == Kick::open ? g.force[i] : Vec3(Vec3::Zero()), torque = bonded || kick == Kick::open ? g.torque[i] : Vec3(Vec3::Zero());
+        Vec3 force = bonded || kick == Kick::open ? g.force[i] : Vec3(Vec3::Zero()),
+             torque = bonded || kick == Kick::open ? g.torque[i] : Vec3(Vec3::Zero());
         if (kick != Kick::open) {
           const Load load = collected(c.state.contacts, i);
           force += load.force + g.mass[i] * settings.gravity, torque += load.torque;
@@ -327,7 +283,8 @@ TEST_CASE("vector kernels do what one contact at a time does") {
         for (int stage = 0; stage < 3; ++stage) {
           run_steps(c.model, c.state, 150, c.team);
           // A state in the middle of a step: positions of now, velocities of half a step before.
-          sweep(Kick::open, c.state.grains, c.state.contacts, c.model.motion, false, c.state.dt, c.state.grain_energy, c.team);
+          sweep(Kick::open, c.state.grains, c.state.contacts, c.model.motion, false, c.state.dt, c.state.grain_energy,
+                c.team);
           compare(c);
         }
       }
@@ -343,7 +300,9 @@ TEST_CASE("a step allocates nothing") {
     tested.hoek_brown = HoekBrown{1e15, 20};
     for (auto& m : c.model.materials) m.fracture = tested;
     c.model.numerics.fracture_every = 5;
-    c.state.grains.strength.assign(c.state.grains.size(), 1), c.state.grains.generation.assign(c.state.grains.size(), 0), c.state.grains.utilisation.assign(c.state.grains.size(), NAN);
+    c.state.grains.strength.assign(c.state.grains.size(), 1),
+        c.state.grains.generation.assign(c.state.grains.size(), 0),
+        c.state.grains.utilisation.assign(c.state.grains.size(), NAN);
     run_steps(c.model, c.state, 6, c.team);
     build_contacts(c.state.grains, c.state.boundary, c.state.skin, 2, {}, c.state.contacts, c.state.reference, c.team);
     const Mat3 built_at = c.state.reference.cell;
@@ -363,34 +322,4 @@ TEST_CASE("rebuilding the list reuses its room") {
   const long before = allocations;
   build_contacts(c.state.grains, c.state.boundary, c.state.skin, 2, {}, c.state.contacts, c.state.reference, c.team);
   CHECK(allocations - before <= 1);
-}
-
-TEST_CASE("pairs that touch by round-off only have finite histories") {
-  Case c;
-  Material m;
-  m.friction = 0.5, m.restitution = 0.5;
-  c.model.materials = {m};
-  c.model.numerics.time_step = 1e-8;
-  make_pair_laws(c.model);
-  const double radius = 3e-4;
-  double distance = 2 * radius * (1 + 4e-16);
-  for (int i = 0; i < 40; ++i) {  // pairs along a line, each a unit of the last place closer
-    for (int side = 0; side < 2; ++side)
-      set_grain(c.state.grains, c.state.grains.size(), {.shape = PolyEllipsoid::sphere(radius), .position = Vec3(side * distance, 0.01 * i, 0), .density = 2650});
-    distance = std::nextafter(distance, 0.0);
-  }
-  prepare(c.model, c.state, c.team);
-  for (int step = 0; step < 5; ++step) contact_forces(c.model.law, c.model.pairs, c.state.grains, c.state.boundary, 1e-8, true, c.state.contacts, c.team);
-  std::size_t touching = 0;
-  for (std::size_t k = 0; k < c.state.contacts.size(); ++k) {
-    const Contact contact = c.state.contacts.contact[k];
-    touching += contact.stiffness > 0;
-    REQUIRE(std::isfinite(contact.compliance + contact.viscous + contact.spring.sum() + c.state.contacts.touch[k].force.sum()));
-    if (contact.stiffness > 0) REQUIRE(c.state.contacts.touch[k].overlap > 0);
-  }
-  CHECK(touching > 10);
-  CHECK(touching < 40);
-  const BlockEnergy e = flush(c.state.contacts);
-  CHECK(std::isfinite(e.friction + e.viscous + e.work));
-  CHECK(std::isfinite(elastic_energy(c.model.law, c.state.contacts)));
 }

@@ -11,7 +11,8 @@
 
 using namespace grus::dem;
 
-TEST_CASE("linear response: simple cubic in closed form, a random sample as small perturbations have it, and where it ends") {
+TEST_CASE(
+    "linear response: simple cubic in closed form, a random sample as small perturbations have it, and where it ends") {
   {  // axial stiffness k / d; no coupling; shear: grains turn freely, half of k_t / d is left
     const double kn = 1e6, ratio = 0.8, R = 5e-4, d = 2 * R * (1 - 1e-5);
     const Model model = grus::dem::test::linear_model(kn, ratio, 2650, 1e3);
@@ -40,7 +41,8 @@ TEST_CASE("linear response: simple cubic in closed form, a random sample as smal
   set_damping(model, 0.3);
   State s;
   const Packing p = random_packing(Vec3::Constant(0.036), {"uniform", 5e-3, 0, 4e-3, 6e-3}, 0.58, 0, true, 4);
-  for (const auto& sphere : p.spheres) grus::dem::test::add(s, PolyEllipsoid::sphere(sphere.radius), sphere.position, 2650);
+  for (const auto& sphere : p.spheres)
+    grus::dem::test::add(s, PolyEllipsoid::sphere(sphere.radius), sphere.position, 2650);
   s.boundary.cell.vectors = p.box.asDiagonal();
   Team team(2);
   prepare(model, s, team);
@@ -55,13 +57,15 @@ TEST_CASE("linear response: simple cubic in closed form, a random sample as smal
   REQUIRE(r);
   std::uint64_t steps = 0;
   const Mat6 measured = perturbation_tangent(model, q, s, 1e-6, true, steps, team);
-  // Perturbations of 1e-6 move stresses by 1e-4 of themselves, held to 1e-6; a few weak contacts open or close meanwhile.
+  // Perturbations of 1e-6 move stresses by 1e-4 of themselves, held to 1e-6; a few weak contacts open or close
+  // meanwhile.
   CHECK((measured - r->tangent).norm() < 0.03 * r->tangent.norm());
   // The affine bound is far stiffer: what relaxation is worth.
   CHECK(contact_stiffness_tangent(model, s)(0, 0) > 1.15 * r->tangent(0, 0));
 }
 
-TEST_CASE("the network's solver against a dense one: rings, a hub, a row of its own, links told twice and both ways round") {
+TEST_CASE(
+    "the network's solver against a dense one: rings, a hub, a row of its own, links told twice and both ways round") {
   const int n = 40;
   std::vector<std::pair<int, int>> links;
   for (int i = 0; i < 30; ++i) links.emplace_back(i, (i + 1) % 30), links.emplace_back((7 * i + 3) % 30, i);
@@ -80,7 +84,8 @@ TEST_CASE("the network's solver against a dense one: rings, a hub, a row of its 
     const auto [i, j] = links[k];
     const Mat6 off = Mat6::Random();
     k % 2 ? add(i, j, off) : add(j, i, off);
-    const double held = 1.1 * Eigen::JacobiSVD<Mat6>(off).singularValues()[0];  // block diagonal dominance: positive definite
+    const double held =
+        1.1 * Eigen::JacobiSVD<Mat6>(off).singularValues()[0];  // block diagonal dominance: positive definite
     add(i, i, held * Mat6::Identity()), add(j, j, held * Mat6::Identity());
   }
   add(n - 1, n - 1, 2 * Mat6::Identity());
@@ -88,7 +93,8 @@ TEST_CASE("the network's solver against a dense one: rings, a hub, a row of its 
   Eigen::MatrixXd x = load;
   REQUIRE(sparse.factorise());
   sparse.solve(x);
-  CHECK((dense * x - load).norm() < 1e-12 * load.norm());  // no more than round-off times a condition number of some 100
+  CHECK((dense * x - load).norm() <
+        1e-12 * load.norm());  // no more than round-off times a condition number of some 100
   BlockCholesky nothing(2, {});
   CHECK_FALSE(nothing.factorise());  // a block of zeros cannot be inverted
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Lists of near pairs against all pairs: while candidates serve several lists, while lists are mended, while grains are sorted.
+// Lists of near pairs against all pairs: while candidates serve several lists, while lists are mended, while grains are
+// sorted.
 #include <algorithm>
 
 #include "dem/packing/packing.hpp"
@@ -18,15 +19,24 @@ namespace {
 State loose(const Model& model, std::size_t grains, bool periodic, bool shapes, double speed, double rate, Team& team) {
   State s;
   const double fraction = 0.45, size = std::cbrt(static_cast<double>(grains) * 1.225e-10 / fraction);
-  for (const auto& sphere : random_packing(Vec3::Constant(size), {"truncated-normal", 3e-4, 5e-5, 1e-4, 4.5e-4}, fraction, grains, periodic, 11).spheres) {
+  for (const auto& sphere : random_packing(Vec3::Constant(size), {"truncated-normal", 3e-4, 5e-5, 1e-4, 4.5e-4},
+                                           fraction, grains, periodic, 11)
+                                .spheres) {
     PolyEllipsoid shape = PolyEllipsoid::sphere(sphere.radius);
     const std::size_t i = s.grains.size();
     if (shapes && i % 3 == 0) shape.plus.x() *= 0.6, shape.minus.y() *= 0.8;
-    set_grain(s.grains, i, {.shape = shape, .position = sphere.position, .velocity = speed * (random_rotation(6, i) * Vec3(1, 0, 0)), .orientation = random_rotation(5, i), .density = 2650});
+    set_grain(s.grains, i,
+              {.shape = shape,
+               .position = sphere.position,
+               .velocity = speed * (random_rotation(6, i) * Vec3(1, 0, 0)),
+               .orientation = random_rotation(5, i),
+               .density = 2650});
   }
   sort_in_space(s.grains);
-  if (periodic) s.boundary.cell.vectors = size * Mat3::Identity();
-  else add_box(s, size), s.boundary.walls.back().velocity.z() = -rate * size;
+  if (periodic)
+    s.boundary.cell.vectors = size * Mat3::Identity();
+  else
+    add_box(s, size), s.boundary.walls.back().velocity.z() = -rate * size;
   prepare(model, s, team);
   if (periodic) {
     Mat3 gradient = Mat3::Zero();
@@ -36,7 +46,8 @@ State loose(const Model& model, std::size_t grains, bool periodic, bool shapes, 
   return s;
 }
 
-bool listed(const Contacts& c, bool wall, std::size_t i, std::size_t j, std::array<std::int16_t, 3> image, bool touching) {
+bool listed(const Contacts& c, bool wall, std::size_t i, std::size_t j, std::array<std::int16_t, 3> image,
+            bool touching) {
   for (std::size_t k = wall ? c.begin[sphere_wall] : 0; k < (wall ? c.size() : c.begin[sphere_wall]); ++k)
     if (c.pair[k].a == i && c.pair[k].b == j && c.pair[k].image == image) return !touching || c.contact.touching(k);
   return false;
@@ -53,7 +64,8 @@ std::pair<Vec3, std::array<std::int16_t, 3>> nearest(const Mat3& cell, const Vec
   return {r, image};
 }
 
-/// Pairs of spheres, and spheres and walls, that the list lacks though less than the skin was between them where their ways begin.
+/// Pairs of spheres, and spheres and walls, that the list lacks though less than the skin was between them where their
+/// ways begin.
 std::size_t too_near(const State& s) {
   const Grains& g = s.grains;
   const NeighbourReference& ref = s.reference;
@@ -66,7 +78,8 @@ std::size_t too_near(const State& s) {
       if (g.round[j] && r.norm() < g.motion[j].radius + reach) count += !listed(s.contacts, false, i, j, image, false);
     }
     for (std::size_t w = 0; w < s.boundary.walls.size(); ++w)
-      if (s.boundary.walls[w].normal.dot(ref.position[i] - ref.wall_point[w]) < reach) count += !listed(s.contacts, true, i, w, {}, false);
+      if (s.boundary.walls[w].normal.dot(ref.position[i] - ref.wall_point[w]) < reach)
+        count += !listed(s.contacts, true, i, w, {}, false);
   }
   return count;
 }
@@ -86,14 +99,16 @@ Meeting all_pairs(const State& s, double least) {
       if (overlap > least && !(g.round[i] && g.round[j])) {
         const Frame a = frame_of(g, i), b = frame_of(g, j);
         const Vec3 apart = b.origin - g.motion[j].position + r + g.motion[i].position - a.origin;
-        overlap = cold_common_normal({g.shape[i], g.shape[j], a.axes.transpose() * b.axes, a.axes.transpose() * apart}).overlap;
+        overlap = cold_common_normal({g.shape[i], g.shape[j], a.axes.transpose() * b.axes, a.axes.transpose() * apart})
+                      .overlap;
       }
       if (overlap > least) ++m.pairs, m.missed += !listed(s.contacts, false, i, j, image, true);
     }
     for (std::size_t w = 0; w < s.boundary.walls.size(); ++w) {
       const Wall& wall = s.boundary.walls[w];
       const Vec3 tip = g.round[i] ? Vec3(-g.motion[i].radius * wall.normal) : surface_arm(g, i, -wall.normal);
-      if (wall.normal.dot(g.motion[i].position + tip - wall.point) < -least) ++m.pairs, m.missed += !listed(s.contacts, true, i, w, {}, true);
+      if (wall.normal.dot(g.motion[i].position + tip - wall.point) < -least)
+        ++m.pairs, m.missed += !listed(s.contacts, true, i, w, {}, true);
     }
   }
   return m;
@@ -134,7 +149,9 @@ TEST_CASE("no contact is missed while lists are mended, for strays and for grain
       std::uint64_t mends = 0, last = 0;
       std::size_t meet = 0;
       for (int look = 0; look < 60; ++look) {
-        if (look % 3 == 0) s.grains.motion[static_cast<std::size_t>(7 * look) % s.grains.size()].velocity += 30 * (random_rotation(9, static_cast<std::uint64_t>(look)) * Vec3(1, 0, 0));
+        if (look % 3 == 0)
+          s.grains.motion[static_cast<std::size_t>(7 * look) % s.grains.size()].velocity +=
+              30 * (random_rotation(9, static_cast<std::uint64_t>(look)) * Vec3(1, 0, 0));
         if (look % 4 == 1) {
           const auto i = static_cast<std::size_t>(13 * look) % s.grains.size();
           apply_breaks(model, s, {Break{i, look % 3}}, team);
@@ -178,7 +195,8 @@ TEST_CASE("putting the grains in order anew changes nothing but their order") {
     for (std::size_t i = 0; i < kept.grains.size(); ++i) {
       const auto at = std::find(ordered.grains.id.begin(), ordered.grains.id.end(), kept.grains.id[i]);
       REQUIRE(at != ordered.grains.id.end());
-      const Motion &m = kept.grains.motion[i], &o = ordered.grains.motion[static_cast<std::size_t>(at - ordered.grains.id.begin())];
+      const Motion &m = kept.grains.motion[i],
+                   &o = ordered.grains.motion[static_cast<std::size_t>(at - ordered.grains.id.begin())];
       // Sums in another order: round-off, ten times larger with each impact.
       REQUIRE((m.position - o.position).norm() < 1e-10 * m.radius);
       REQUIRE((m.spin - o.spin).norm() <= 1e-8 * (1 + m.spin.norm()));

@@ -58,11 +58,13 @@ TEST_CASE("an isolated cloud keeps linear and angular momentum through a thousan
   model.numerics.safety = 0.05;
   State s;
   for (std::uint64_t i = 0; i < 60; ++i) {
-    const Vec3 x = 1.3e-3 * Vec3(static_cast<double>(i % 4), static_cast<double>(i / 4 % 4), static_cast<double>(i / 16));
+    const Vec3 x =
+        1.3e-3 * Vec3(static_cast<double>(i % 4), static_cast<double>(i / 4 % 4), static_cast<double>(i / 16));
     PolyEllipsoid shape = random_shape(3, i);
     shape.plus *= 6e-4, shape.minus *= 6e-4;
-    add(s, i % 3 ? shape : PolyEllipsoid::sphere(5e-4), x, 2650, -2e3 * (x - Vec3::Constant(2e-3)) + random_rotation(4, i) * Vec3(1, 0, 0), random_rotation(5, i) * Vec3(500, 0, 0),
-        random_rotation(6, i));
+    add(s, i % 3 ? shape : PolyEllipsoid::sphere(5e-4), x, 2650,
+        -2e3 * (x - Vec3::Constant(2e-3)) + random_rotation(4, i) * Vec3(1, 0, 0),
+        random_rotation(5, i) * Vec3(500, 0, 0), random_rotation(6, i));
   }
   Team team(1);
   prepare(model, s, team);
@@ -89,7 +91,8 @@ State lattice(bool fcc, int n, double R, double overlap, double density) {
         const Vec3 o = edge * Vec3(x, y, z);
         add(s, PolyEllipsoid::sphere(R), o, density);
         if (fcc)
-          for (const Vec3& f : {Vec3(0.5, 0.5, 0), Vec3(0.5, 0, 0.5), Vec3(0, 0.5, 0.5)}) add(s, PolyEllipsoid::sphere(R), o + edge * f, density);
+          for (const Vec3& f : {Vec3(0.5, 0.5, 0), Vec3(0.5, 0, 0.5), Vec3(0, 0.5, 0.5)})
+            add(s, PolyEllipsoid::sphere(R), o + edge * f, density);
       }
   s.boundary.cell.vectors = n * edge * Mat3::Identity();
   return s;
@@ -106,8 +109,10 @@ Mat6 stiffness_by_difference(const Model& model, const State& start) {
       const double h = (side ? -1 : 1) * 1e-8;
       Mat3 rate = Mat3::Zero();
       const int i = voigt_row[e], j = voigt_col[e];
-      if (i == j) rate(i, i) = h;
-      else rate(i, j) = rate(j, i) = 0.5 * h;
+      if (i == j)
+        rate(i, i) = h;
+      else
+        rate(i, j) = rate(j, i) = 0.5 * h;
       s.dt = 1;  // one quasi-static step: velocities are those of the strain, no force acts on them
       for (std::size_t k = 0; k < s.grains.size(); ++k) {
         s.grains.motion[k].velocity = rate * s.grains.motion[k].position;
@@ -132,7 +137,8 @@ TEST_CASE("lattices of linear springs have the stiffness of the closed form, by 
   for (bool fcc : {false, true}) {
     State s = lattice(fcc, fcc ? 3 : 4, R, 1e-9, 2650);
     prepare(model, s, team);
-    const double c11 = fcc ? 2.545584e9 : kn / (2 * R), c12 = fcc ? 1.414214e8 : 0, c44 = fcc ? 1.272792e9 : kt / (4 * R);
+    const double c11 = fcc ? 2.545584e9 : kn / (2 * R), c12 = fcc ? 1.414214e8 : 0,
+                 c44 = fcc ? 1.272792e9 : kt / (4 * R);
     for (const Mat6& c : {contact_stiffness_tangent(model, s), stiffness_by_difference(model, s)}) {
       CHECK(c(0, 0) == Approx(c11).epsilon(1e-4));
       CHECK(c(0, 1) == Approx(c12).margin(1e-4 * c11));
@@ -144,11 +150,15 @@ TEST_CASE("lattices of linear springs have the stiffness of the closed form, by 
 }
 
 TEST_CASE("Hertz lattices under pressure have the stiffness of the closed form") {
-  struct Row { bool fcc; double p, c11, c12, c44; };
+  struct Row {
+    bool fcc;
+    double p, c11, c12, c44;
+  };
   const double R = 3e-4;
   Model model = model_of(solid(60e9, 0.17, 2650, 10));
   Team team(1);
-  for (const auto& r : {Row{false, 1e6, 1127.03e6, 0, 511.17e6}, Row{true, 1e6, 2149.36e6, 52.35e6, 1074.68e6}, Row{true, 1e7, 4630.66e6, 112.78e6, 2315.33e6}}) {
+  for (const auto& r : {Row{false, 1e6, 1127.03e6, 0, 511.17e6}, Row{true, 1e6, 2149.36e6, 52.35e6, 1074.68e6},
+                        Row{true, 1e7, 4630.66e6, 112.78e6, 2315.33e6}}) {
     const double force = (r.fcc ? std::sqrt(2.0) : 4.0) * R * R * r.p;
     const double overlap = std::pow(force / (4.0 / 3 * model.pairs[0].youngs * std::sqrt(R / 2)), 2.0 / 3);
     State s = lattice(r.fcc, r.fcc ? 3 : 4, R, overlap, 2650);
@@ -165,8 +175,12 @@ TEST_CASE("Hertz lattices under pressure have the stiffness of the closed form")
 TEST_CASE("the critical step of a simple-cubic lattice is exact, and a true bound for the face-centred one") {
   const double R = 5e-4;
   Team team(1);
-  struct Row { bool fcc; double ratio, exact; };
-  for (const auto& r : {Row{false, 0, 1.177938e-6}, Row{false, 0.8, 5.889688e-7}, Row{false, 2.0 / 7, 9.396716e-7}, Row{true, 0.8, 4.164638e-7}}) {
+  struct Row {
+    bool fcc;
+    double ratio, exact;
+  };
+  for (const auto& r : {Row{false, 0, 1.177938e-6}, Row{false, 0.8, 5.889688e-7}, Row{false, 2.0 / 7, 9.396716e-7},
+                        Row{true, 0.8, 4.164638e-7}}) {
     Model model = linear_model(1e6, r.ratio, 2650, r.ratio > 0 ? 1 : 0);
     State s = lattice(r.fcc, 3, R, 1e-9, 2650);
     prepare(model, s, team);
@@ -181,14 +195,18 @@ TEST_CASE("a lattice is stable just below the critical step and diverges just ab
   Model model = linear_model(1e6, 0, 2650, 0);
   Team team(1);
   for (double part : {0.95, 1.05}) {
-    State s = lattice(false, 4, 5e-4, 1e-9, 2650);  // hardly compressed: a frictionless cubic lattice under load buckles
+    State s =
+        lattice(false, 4, 5e-4, 1e-9, 2650);  // hardly compressed: a frictionless cubic lattice under load buckles
     model.numerics.time_step = part * 1.177938e-6;
     prepare(model, s, team);
-    for (std::size_t i = 0; i < s.grains.size(); ++i) s.grains.motion[i].velocity = 1e-6 * (random_rotation(3, i) * Vec3(1, 0, 0));
+    for (std::size_t i = 0; i < s.grains.size(); ++i)
+      s.grains.motion[i].velocity = 1e-6 * (random_rotation(3, i) * Vec3(1, 0, 0));
     const double before = kinetic_energy(s.grains);
     run_steps(model, s, 400, team);
-    if (part < 1) CHECK(kinetic_energy(s.grains) < 40 * before);
-    else CHECK(kinetic_energy(s.grains) > 1e3 * before);
+    if (part < 1)
+      CHECK(kinetic_energy(s.grains) < 40 * before);
+    else
+      CHECK(kinetic_energy(s.grains) > 1e3 * before);
   }
 }
 
@@ -201,10 +219,15 @@ TEST_CASE("packings have the density asked for, no overlap beyond the bound, and
       solid += 4 * pi / 3 * std::pow(p.spheres[i].radius, 3);
       for (std::size_t j = 0; j < i; ++j) {
         Vec3 d = p.spheres[i].position - p.spheres[j].position;
-        if (periodic) for (int k = 0; k < 3; ++k) d[k] -= box[k] * std::round(d[k] / box[k]);
-        worst = std::max(worst, (p.spheres[i].radius + p.spheres[j].radius - d.norm()) / std::min(p.spheres[i].radius, p.spheres[j].radius));
+        if (periodic)
+          for (int k = 0; k < 3; ++k) d[k] -= box[k] * std::round(d[k] / box[k]);
+        worst = std::max(worst, (p.spheres[i].radius + p.spheres[j].radius - d.norm()) /
+                                    std::min(p.spheres[i].radius, p.spheres[j].radius));
       }
-      if (!periodic) for (int k = 0; k < 3; ++k) worst = std::max({worst, 1 - p.spheres[i].position[k] / p.spheres[i].radius, 1 - (box[k] - p.spheres[i].position[k]) / p.spheres[i].radius});
+      if (!periodic)
+        for (int k = 0; k < 3; ++k)
+          worst = std::max({worst, 1 - p.spheres[i].position[k] / p.spheres[i].radius,
+                            1 - (box[k] - p.spheres[i].position[k]) / p.spheres[i].radius});
     }
     CHECK(solid / box.prod() == Approx(0.55).epsilon(1e-9));
     CHECK(worst < 1e-6);
@@ -218,7 +241,9 @@ TEST_CASE("packings have the density asked for, no overlap beyond the bound, and
   CHECK(1000 * 2.65 * 4 * pi / 3 * std::pow(0.3, 3) / (sc.box.prod() * 1e9) == Approx(1.3875).epsilon(1e-3));
 }
 
-TEST_CASE("dense packings: the densest of a wide grading, the same with any threads, refused with the density reached, stopped when asked") {
+TEST_CASE(
+    "dense packings: the densest of a wide grading, the same with any threads, refused with the density reached, "
+    "stopped when asked") {
   const RadiusDistribution wide{"uniform", 2.5e-4, 0, 1e-4, 4e-4};
   const Vec3 box = Vec3::Constant(3.6e-3);
   Team one(1), two(2);
@@ -230,18 +255,23 @@ TEST_CASE("dense packings: the densest of a wide grading, the same with any thre
     for (std::size_t j = 0; j < i; ++j) {
       Vec3 d = p.spheres[i].position - p.spheres[j].position;
       for (int k = 0; k < 3; ++k) d[k] -= box[k] * std::nearbyint(d[k] / box[k]);
-      worst = std::max(worst, (p.spheres[i].radius + p.spheres[j].radius - d.norm()) / std::min(p.spheres[i].radius, p.spheres[j].radius));
+      worst = std::max(worst, (p.spheres[i].radius + p.spheres[j].radius - d.norm()) /
+                                  std::min(p.spheres[i].radius, p.spheres[j].radius));
     }
   CHECK(worst < 2e-6);
   // Radii change places: the grading is what was drawn.
   std::vector<double> drawn, placed;
-  for (const auto& s : random_packing(std::cbrt(0.66 / 0.5) * box, wide, 0.5, p.spheres.size(), true, 3, one, {}).spheres) drawn.push_back(s.radius);
+  for (const auto& s :
+       random_packing(std::cbrt(0.66 / 0.5) * box, wide, 0.5, p.spheres.size(), true, 3, one, {}).spheres)
+    drawn.push_back(s.radius);
   for (const auto& s : p.spheres) placed.push_back(s.radius);
   std::sort(drawn.begin(), drawn.end()), std::sort(placed.begin(), placed.end());
-  for (std::size_t i = 0; i < drawn.size(); ++i) REQUIRE(placed[i] / drawn[i] == Approx(placed[0] / drawn[0]).epsilon(1e-3));
+  for (std::size_t i = 0; i < drawn.size(); ++i)
+    REQUIRE(placed[i] / drawn[i] == Approx(placed[0] / drawn[0]).epsilon(1e-3));
   const Packing again = random_packing(box, wide, 0.66, 0, true, 3, one, {});
   REQUIRE(again.spheres.size() == p.spheres.size());
-  for (std::size_t i = 0; i < p.spheres.size(); ++i) REQUIRE((again.spheres[i].position == p.spheres[i].position && again.spheres[i].radius == p.spheres[i].radius));
+  for (std::size_t i = 0; i < p.spheres.size(); ++i)
+    REQUIRE((again.spheres[i].position == p.spheres[i].position && again.spheres[i].radius == p.spheres[i].radius));
   std::string said;
   try {
     random_packing(Vec3::Constant(2e-3), {"constant", 3e-4, 0, 0, 0}, 0.7, 0, true, 1, two, {});
@@ -249,9 +279,12 @@ TEST_CASE("dense packings: the densest of a wide grading, the same with any thre
     said = e.what();
   }
   double reached = 0;
-  REQUIRE(std::sscanf(said.c_str(), "0.7: the densest random packing found of these grains in this box is %lf", &reached) == 1);
+  REQUIRE(std::sscanf(said.c_str(), "0.7: the densest random packing found of these grains in this box is %lf",
+                      &reached) == 1);
   CHECK(reached > 0.6);
   CHECK(reached < 0.7);
-  CHECK_THROWS_AS(random_packing(box, wide, 0.66, 0, true, 3, two, [](double done) { return done < 0.01; }), Interrupted);
-  CHECK_THROWS_AS(random_packing(Vec3::Constant(6e-4), {"constant", 2.9e-4, 0, 0, 0}, 0.4, 0, true, 1, two, {}), InputError);
+  CHECK_THROWS_AS(random_packing(box, wide, 0.66, 0, true, 3, two, [](double done) { return done < 0.01; }),
+                  Interrupted);
+  CHECK_THROWS_AS(random_packing(Vec3::Constant(6e-4), {"constant", 2.9e-4, 0, 0, 0}, 0.4, 0, true, 1, two, {}),
+                  InputError);
 }

@@ -54,8 +54,11 @@ State sphere_on_wall(double R, double density, const Vec3& v, const PolyEllipsoi
 }  // namespace
 
 TEST_CASE("Chung & Ooi 1: elastic normal impact of two spheres") {
-  struct Row { double E, nu, density, depth, force, time; };
-  for (const auto& r : {Row{48e9, 0.2, 2800, 274.113e-6, 10.6969e3, 40.3395e-6}, Row{20e9, 0.25, 2500, 368.304e-6, 7.10824e3, 54.2010e-6}}) {
+  struct Row {
+    double E, nu, density, depth, force, time;
+  };
+  for (const auto& r : {Row{48e9, 0.2, 2800, 274.113e-6, 10.6969e3, 40.3395e-6},
+                        Row{20e9, 0.25, 2500, 368.304e-6, 7.10824e3, 54.2010e-6}}) {
     Model model = model_of(solid(r.E, r.nu, r.density));
     model.numerics.time_step = r.time / 500;
     const Impact i = collide(model, two_spheres(0.01, r.density, 10), 10);
@@ -67,8 +70,11 @@ TEST_CASE("Chung & Ooi 1: elastic normal impact of two spheres") {
 }
 
 TEST_CASE("Chung & Ooi 2: elastic normal impact on a rigid wall") {
-  struct Row { double E, nu, density, depth, force, time; };
-  for (const auto& r : {Row{70e9, 0.3, 2699, 49.7172e-6, 11.3699e3, 731.657e-6}, Row{40e9, 0.35, 1800, 52.1233e-6, 7.23268e3, 767.066e-6}}) {
+  struct Row {
+    double E, nu, density, depth, force, time;
+  };
+  for (const auto& r : {Row{70e9, 0.3, 2699, 49.7172e-6, 11.3699e3, 731.657e-6},
+                        Row{40e9, 0.35, 1800, 52.1233e-6, 7.23268e3, 767.066e-6}}) {
     Model model = model_of(solid(r.E, r.nu, r.density));
     model.numerics.time_step = r.time / 500;
     const Impact i = collide(model, sphere_on_wall(0.1, r.density, Vec3(0, 0, -0.2)), 0.2);
@@ -79,11 +85,13 @@ TEST_CASE("Chung & Ooi 2: elastic normal impact on a rigid wall") {
 }
 
 TEST_CASE("Chung & Ooi 3: the measured restitution is the given one") {
-  for (const auto& [E, nu, density, time] : std::vector<std::array<double, 4>>{{380e9, 0.23, 4000, 6.1045e-6}, {100e9, 0.25, 7000, 12.9721e-6}})
+  for (const auto& [E, nu, density, time] :
+       std::vector<std::array<double, 4>>{{380e9, 0.23, 4000, 6.1045e-6}, {100e9, 0.25, 7000, 12.9721e-6}})
     for (double e : {0.2, 0.4, 0.6, 0.8, 1.0}) {
       Model model = model_of(solid(E, nu, density, 0, e));
       model.numerics.time_step = time / 1000;
-      CHECK(collide(model, sphere_on_wall(0.0025, density, Vec3(0, 0, -3.9)), 3.9).restitution == Approx(e).epsilon(1e-2));
+      CHECK(collide(model, sphere_on_wall(0.0025, density, Vec3(0, 0, -3.9)), 3.9).restitution ==
+            Approx(e).epsilon(1e-2));
     }
 }
 
@@ -124,9 +132,14 @@ TEST_CASE("an elastic bounce keeps its energy") {
 }
 
 TEST_CASE("pole impact of ellipsoids on a plane: the elliptic Hertz contact, exact within 0.5 %") {
-  struct Row { Vec3 axes; double depth, force, time; };
-  for (const auto& r : {Row{{1, 1, 1}, 1.9524e-6, 7.1068, 5.7464e-6}, Row{{2, 2, 1}, 2.5762e-6, 21.5439, 7.5825e-6}, Row{{0.5, 0.5, 1}, 1.4796e-6, 2.3444, 4.3550e-6},
-                        Row{{1.5, 1, 0.75}, 1.7720e-6, 8.8091, 5.2155e-6}, Row{{2, 1, 1}, 2.2080e-6, 12.5684, 6.4987e-6}}) {
+  struct Row {
+    Vec3 axes;
+    double depth, force, time;
+  };
+  for (const auto& r :
+       {Row{{1, 1, 1}, 1.9524e-6, 7.1068, 5.7464e-6}, Row{{2, 2, 1}, 2.5762e-6, 21.5439, 7.5825e-6},
+        Row{{0.5, 0.5, 1}, 1.4796e-6, 2.3444, 4.3550e-6}, Row{{1.5, 1, 0.75}, 1.7720e-6, 8.8091, 5.2155e-6},
+        Row{{2, 1, 1}, 2.2080e-6, 12.5684, 6.4987e-6}}) {
     PolyEllipsoid shape;
     shape.plus = shape.minus = 1e-3 * r.axes;
     Model model = model_of(solid(60e9, 0.17, 2650));
@@ -153,13 +166,17 @@ TEST_CASE("a tilted prolate body leaves a frictionless plane as rigid-body dynam
   const double energy = kinetic_energy(s.grains);
   run_steps(model, s, 8000, team);
   CHECK(s.grains.motion[0].velocity.z() == Approx(0.018182).margin(3e-3));
-  CHECK(s.grains.motion[0].spin.norm() == Approx(999.835).epsilon(3e-3));  // finite contact time turns the body a little
+  CHECK(s.grains.motion[0].spin.norm() ==
+        Approx(999.835).epsilon(3e-3));  // finite contact time turns the body a little
   CHECK(kinetic_energy(s.grains) == Approx(energy).epsilon(1e-5));
 }
 
 TEST_CASE("a sphere on an incline rolls or slides as Coulomb and inertia say") {
-  struct Row { double angle, mu, a, alpha; };
-  for (const auto& r : {Row{20, 0.2, 2.396584, 2.396584}, Row{20, 0.05, 2.894298, 1.152298}, Row{45, 0.2, 5.549374, 0}}) {
+  struct Row {
+    double angle, mu, a, alpha;
+  };
+  for (const auto& r :
+       {Row{20, 0.2, 2.396584, 2.396584}, Row{20, 0.05, 2.894298, 1.152298}, Row{45, 0.2, 5.549374, 0}}) {
     const double R = 0.01, g = 9.81, angle = r.angle * pi / 180;
     Model model = linear_model(1e5, 2.0 / 7, 2650, r.mu);
     model.motion.gravity = Vec3(g * std::sin(angle), 0, -g * std::cos(angle));
@@ -196,7 +213,8 @@ TEST_CASE("a billiard ball slides into rolling at 5/7 of its speed") {
 }
 
 TEST_CASE("no-slip impact with linear springs returns the closed-form contact speed") {
-  for (const auto& [ratio, back] : std::vector<std::pair<double, double>>{{2.0 / 7, -1}, {0.5, -0.52818}, {0.8, 0.51799}}) {
+  for (const auto& [ratio, back] :
+       std::vector<std::pair<double, double>>{{2.0 / 7, -1}, {0.5, -0.52818}, {0.8, 0.51799}}) {
     const double R = 5e-4;
     Model model = linear_model(1e6, ratio, 2650, 1e6);
     State s = sphere_on_wall(R, 2650, Vec3(1e-3, 0, -1e-3));
@@ -207,4 +225,40 @@ TEST_CASE("no-slip impact with linear springs returns the closed-form contact sp
     const Vec3 contact = s.grains.motion[0].velocity + s.grains.motion[0].spin.cross(Vec3(0, 0, -R));
     CHECK(contact.x() / 1e-3 == Approx(back).margin(5e-3));
   }
+}
+
+TEST_CASE("pairs that touch by round-off only have finite histories") {
+  Model model;
+  State state;
+  Team team(1);
+  Material m;
+  m.friction = 0.5, m.restitution = 0.5;
+  model.materials = {m};
+  model.numerics.time_step = 1e-8;
+  make_pair_laws(model);
+  const double radius = 3e-4;
+  double distance = 2 * radius * (1 + 4e-16);
+  for (int i = 0; i < 40; ++i) {  // pairs along a line, each a unit of the last place closer
+    for (int side = 0; side < 2; ++side)
+      set_grain(
+          state.grains, state.grains.size(),
+          {.shape = PolyEllipsoid::sphere(radius), .position = Vec3(side * distance, 0.01 * i, 0), .density = 2650});
+    distance = std::nextafter(distance, 0.0);
+  }
+  prepare(model, state, team);
+  for (int step = 0; step < 5; ++step)
+    contact_forces(model.law, model.pairs, state.grains, state.boundary, 1e-8, true, state.contacts, team);
+  std::size_t touching = 0;
+  for (std::size_t k = 0; k < state.contacts.size(); ++k) {
+    const Contact contact = state.contacts.contact[k];
+    touching += contact.stiffness > 0;
+    REQUIRE(std::isfinite(contact.compliance + contact.viscous + contact.spring.sum() +
+                          state.contacts.touch[k].force.sum()));
+    if (contact.stiffness > 0) REQUIRE(state.contacts.touch[k].overlap > 0);
+  }
+  CHECK(touching > 10);
+  CHECK(touching < 40);
+  const BlockEnergy e = flush(state.contacts);
+  CHECK(std::isfinite(e.friction + e.viscous + e.work));
+  CHECK(std::isfinite(elastic_energy(model.law, state.contacts)));
 }

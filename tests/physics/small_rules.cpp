@@ -22,7 +22,8 @@ constexpr double R = 5e-4;
 State cubic(int n, double overlap, double radius = R) {
   State s;
   const double d = 2 * radius - overlap;
-  for (int i = 0; i < n * n * n; ++i) add(s, PolyEllipsoid::sphere(radius), d * Vec3(i % n, i / n % n, i / (n * n)), 2650);
+  for (int i = 0; i < n * n * n; ++i)
+    add(s, PolyEllipsoid::sphere(radius), d * Vec3(i % n, i / n % n, i / (n * n)), 2650);
   s.boundary.cell.vectors = n * d * Mat3::Identity();
   return s;
 }
@@ -79,7 +80,8 @@ TEST_CASE("contact tension counts as many contacts as it is told to") {
       for (int k = 0; k < axes; ++k)
         for (const double side : {-1.0, 1.0}) {
           Wall wall;
-          wall.material = 1, wall.normal = Vec3(-side * Vec3::Unit(k)), wall.point = Vec3(side * 0.95 * 3e-4 * Vec3::Unit(k));
+          wall.material = 1, wall.normal = Vec3(-side * Vec3::Unit(k)),
+          wall.point = Vec3(side * 0.95 * 3e-4 * Vec3::Unit(k));
           s.boundary.walls.push_back(wall);
         }
       prepare(model, s, team);
@@ -88,8 +90,11 @@ TEST_CASE("contact tension counts as many contacts as it is told to") {
   }
 }
 
-TEST_CASE("two materials meet with the smaller friction, the mean restitution and both compliances; a wall by its own friction") {
-  Material a = solid(60e9, 0.2, 2650, 0.3, 0.4), b = solid(20e9, 0.3, 2650, 0.5, 0.8), wall = solid(INFINITY, 0, 0, 0.7, 1), smooth = wall;
+TEST_CASE(
+    "two materials meet with the smaller friction, the mean restitution and both compliances; a wall by its own "
+    "friction") {
+  Material a = solid(60e9, 0.2, 2650, 0.3, 0.4), b = solid(20e9, 0.3, 2650, 0.5, 0.8),
+           wall = solid(INFINITY, 0, 0, 0.7, 1), smooth = wall;
   smooth.friction = NAN;
   Model model;
   model.materials = {a, b, wall, smooth};
@@ -108,7 +113,8 @@ TEST_CASE("two materials meet with the smaller friction, the mean restitution an
   CHECK(restitution_of(model.law, law(1, 2).dashpot) == Approx(0.8).epsilon(2e-3));
 }
 
-TEST_CASE("two bodies that meet at their poles are one of them against a mirror: the elliptic factor counts there too") {
+TEST_CASE(
+    "two bodies that meet at their poles are one of them against a mirror: the elliptic factor counts there too") {
   const Model model = model_of(solid(60e9, 0.17, 2650));
   Team team(1);
   for (const Vec3& axes : {Vec3(1, 1, 1), Vec3(2, 1, 1), Vec3(0.5, 1.5, 1)}) {
@@ -126,7 +132,8 @@ TEST_CASE("two bodies that meet at their poles are one of them against a mirror:
   }
 }
 
-TEST_CASE("contacts at their Coulomb limit lose the tangential stiffness in both tangents, as a strain that goes on shows") {
+TEST_CASE(
+    "contacts at their Coulomb limit lose the tangential stiffness in both tangents, as a strain that goes on shows") {
   const double kn = 1e6, ratio = 0.8, d = 2 * R * (1 - 1e-5);
   Model model = linear_model(kn, ratio, 2650, 0.5);
   set_damping(model, 0.3);
@@ -137,7 +144,8 @@ TEST_CASE("contacts at their Coulomb limit lose the tangential stiffness in both
   const double full = contact_stiffness_tangent(model, s)(4, 4);
   CHECK(full == Approx(ratio * kn / (2 * d)).epsilon(1e-4));
   CHECK(network_tangent(model, s)(4, 4) == Approx(0.5 * ratio * kn / d).epsilon(1e-3));
-  // Contacts along z that slide in x: of the shear xz half of the bound is left, and of the network's, where grains turn freely, nothing.
+  // Contacts along z that slide in x: of the shear xz half of the bound is left, and of the network's, where grains
+  // turn freely, nothing.
   auto slide = [&](int normal, int along) {
     for (std::size_t k = 0; k < s.contacts.size(); ++k) {
       const Touch& t = s.contacts.touch[k];
@@ -181,11 +189,13 @@ TEST_CASE("an elastic answer ends where a grain would break, before anything sli
   // Equal stresses break nothing; an axial strain of 1e-5 takes the stress along z up by 1.5 of it over the overlap.
   const double force = s.contacts.touch[0].force.norm(), strain = 2e-5, more = 1.5 * force * strain * (2 * R) / overlap;
   REQUIRE(more < 0.1 * force);
-  const double deviator = more * R / (4 * pi / 3 * std::pow(R, 3)) * 2, s3 = 2 * R * force / (4 * pi / 3 * std::pow(R, 3));
+  const double deviator = more * R / (4 * pi / 3 * std::pow(R, 3)) * 2,
+               s3 = 2 * R * force / (4 * pi / 3 * std::pow(R, 3));
   Vec6 squeeze = Vec6::Zero();
   squeeze[2] = -strain;
   for (const double part : {0.9, 1.1}) {
-    // sigma_1 - sigma_3 = c sqrt(m sigma_3 / c + 1), solved for the strength c that is just reached at `part` of the deviator.
+    // sigma_1 - sigma_3 = c sqrt(m sigma_3 / c + 1), solved for the strength c that is just reached at `part` of the
+    // deviator.
     const double d = part * deviator, half = 20 * s3 / 2, c = -half + std::sqrt(half * half + d * d);
     model.materials[0].fracture->hoek_brown->compressive_strength = c;
     const auto r = linear_response(model, s, 0.5);
@@ -235,7 +245,8 @@ TEST_CASE("the tension of a contact is Hertz's at its rim, for grains that break
   }
 }
 
-TEST_CASE("fabric, coordination, void ratio, unbalanced force and inertial number of a lattice are what counting says") {
+TEST_CASE(
+    "fabric, coordination, void ratio, unbalanced force and inertial number of a lattice are what counting says") {
   const Model model = linear_model(1e6, 0.8, 2650, 0.5);
   Team team(1);
   State s = cubic(3, 1e-3 * R);
@@ -261,11 +272,14 @@ TEST_CASE("the critical step sees an impact coming: both grains' speeds, and Her
   const Model model = model_of(solid(60e9, 0.2, 2650));
   Team team(1);
   State s;
-  for (const double side : {-1.0, 1.0}) add(s, PolyEllipsoid::sphere(R), Vec3(side * 1.1 * R, 0, 0), 2650, Vec3(-side * 3, 0, 0));
+  for (const double side : {-1.0, 1.0})
+    add(s, PolyEllipsoid::sphere(R), Vec3(side * 1.1 * R, 0, 0), 2650, Vec3(-side * 3, 0, 0));
   prepare(model, s, team);
-  // Depth of an impact at 6 m/s of half the mass on R / 2: 15 m v^2 / (16 E* sqrt R) to the power 2/5; stiffness 2 E* sqrt(R depth).
+  // Depth of an impact at 6 m/s of half the mass on R / 2: 15 m v^2 / (16 E* sqrt R) to the power 2/5; stiffness 2 E*
+  // sqrt(R depth).
   const double mass = 0.5 * s.grains.mass[0], youngs = 30e9 / 0.96, radius = R / 2, v = 6;
-  const double depth = std::pow(15 * mass * v * v / (16 * youngs * std::sqrt(radius)), 0.4), stiffness = 2 * youngs * std::sqrt(radius * depth);
+  const double depth = std::pow(15 * mass * v * v / (16 * youngs * std::sqrt(radius)), 0.4),
+               stiffness = 2 * youngs * std::sqrt(radius * depth);
   CHECK(step_of(model, s).dt == Approx(2 / std::sqrt(stiffness / mass)).epsilon(1e-9));
 }
 
@@ -276,7 +290,8 @@ TEST_CASE("springs of a fresh plane shorten the critical step") {
   for (const auto& b : s.bonds) stiffness += b.peak / b.onset;
   const CriticalStep with = step_of(model, s);
   s.bonds.clear();
-  // Two halves on springs swing at sqrt(2 k / m) at least, the smaller half's; the bound doubles each grain's own k / m.
+  // Two halves on springs swing at sqrt(2 k / m) at least, the smaller half's; the bound doubles each grain's own k /
+  // m.
   double least = INFINITY;
   for (const double mass : s.grains.mass) least = std::min(least, mass);
   CHECK(with.dt <= 2 / std::sqrt(2 * stiffness / least) * (1 + 1e-9));
@@ -289,9 +304,11 @@ TEST_CASE("potentials are the integrals of their forces: contacts of both laws, 
       const double h = 1e-3 * overlap;
       const auto at = [&](double x) { return std::visit([&](const auto& l) { return l(3e7, x); }, law); };
       CHECK((at(overlap + h).energy - at(overlap - h).energy) / (2 * h) == Approx(at(overlap).force).epsilon(1e-6));
-      CHECK((at(overlap + h).force - at(overlap - h).force) / (2 * h) == Approx(at(overlap).normal_stiffness).epsilon(1e-6));
+      CHECK((at(overlap + h).force - at(overlap - h).force) / (2 * h) ==
+            Approx(at(overlap).normal_stiffness).epsilon(1e-6));
     }
-  // A cohesive spring between two fixed halves: held energy changes by minus force times way, and what softens is booked.
+  // A cohesive spring between two fixed halves: held energy changes by minus force times way, and what softens is
+  // booked.
   State s = halved(sprung(), 2000);
   REQUIRE(s.bonds.size() == 4);
   double reach = 0;
@@ -311,7 +328,8 @@ TEST_CASE("potentials are the integrals of their forces: contacts of both laws, 
 }
 
 TEST_CASE("a body on its flat side rolls against the force's lever: the critical step knows it") {
-  // A lens pressed between two planes along its short axis: m w^2 of its rocking = (k_t h^2 + F (r - h)) / I, r the radius of the flat.
+  // A lens pressed between two planes along its short axis: m w^2 of its rocking = (k_t h^2 + F (r - h)) / I, r the
+  // radius of the flat.
   PolyEllipsoid lens;
   lens.plus = lens.minus = Vec3(1e-3, 1e-3, 0.1e-3);
   Model model = model_of(solid(60e9, 0.17, 2650));
@@ -334,7 +352,8 @@ TEST_CASE("a body on its flat side rolls against the force's lever: the critical
   REQUIRE(rocking > 1.2 * bouncing);
   const double dt = step_of(model, s).dt;
   CHECK(dt <= 2 / std::sqrt(rocking) * (1 + 1e-9));
-  CHECK(dt > 0.5 / std::sqrt(rocking));  // sum of both principal radii instead of one: at most the root of two, twice here
+  CHECK(dt >
+        0.5 / std::sqrt(rocking));  // sum of both principal radii instead of one: at most the root of two, twice here
 }
 
 TEST_CASE("no grain goes further in a step than a twentieth of its least width, spin included") {

@@ -36,7 +36,10 @@ void squeeze(State& s, std::size_t i, int axis, double depth) {
     wall.material = 1;
     wall.normal = Vec3::Zero(), wall.normal[axis] = -side;
     wall.point = s.grains.motion[i].position;
-    wall.point[axis] += side * (std::abs((s.grains.round[i] ? Vec3(R * side * Vec3::Unit(axis)) : surface_arm(s.grains, i, side * Vec3::Unit(axis)))[axis]) - depth);
+    wall.point[axis] +=
+        side * (std::abs((s.grains.round[i] ? Vec3(R * side * Vec3::Unit(axis))
+                                            : surface_arm(s.grains, i, side * Vec3::Unit(axis)))[axis]) -
+                depth);
     s.boundary.walls.push_back(wall);
   }
 }
@@ -45,7 +48,8 @@ PolyEllipsoid bad_child() { return halves(PolyEllipsoid::sphere(R), 0, 0.1)[0].s
 
 }  // namespace
 
-TEST_CASE("shape transition keeps mass, momentum, angular momentum and the centre of mass, and reaches a breakable shape") {
+TEST_CASE(
+    "shape transition keeps mass, momentum, angular momentum and the centre of mass, and reaches a breakable shape") {
   FractureModel f = hoek_brown();
   f.transition = ShapeTransition{0.25, 1e-5};
   const Model model = breakable(f);
@@ -84,14 +88,16 @@ TEST_CASE("the work of a growing surface against its neighbours is booked, and n
   squeeze(s, 0, 0, 0.01 * R);
   prepare(model, s, team);
   s.grains.generation[0] = 1;
-  // One step at rest: the overlap changes by a quarter of the origin's path, the force by 1.5 times that over the overlap.
+  // One step at rest: the overlap changes by a quarter of the origin's path, the force by 1.5 times that over the
+  // overlap.
   State still = s;
   Reshaping reshaping;
   const double step = 5e-8, path = 0.25 / 1.25 * R * step / 2e-5;
   reshape_fragments(model, still, step, reshaping, team);
   contact_forces(model.law, model.pairs, still.grains, still.boundary, 0, true, still.contacts, team);
   for (std::size_t k = 0; k < 2; ++k) {
-    const double before = s.contacts.touch[k].force.norm(), jump = std::abs(still.contacts.touch[k].force.norm() - before);
+    const double before = s.contacts.touch[k].force.norm(),
+                 jump = std::abs(still.contacts.touch[k].force.norm() - before);
     CHECK(jump == Approx(1.5 * 0.25 * path / (0.01 * R) * before).epsilon(0.02));
     CHECK(jump < 0.02 * before);
   }
@@ -104,7 +110,8 @@ TEST_CASE("the work of a growing surface against its neighbours is booked, and n
   }
   CHECK(s.grains.shape[0].minus.x() / s.grains.shape[0].plus.x() == Approx(0.25).epsilon(1e-9));
   CHECK(work > 0.01 * start);
-  // Leapfrog holds an oscillation's energy to (omega dt)^2 / 8, and omega dt <= 2 x safety = 0.6: 4.5 %, of the moving part.
+  // Leapfrog holds an oscillation's energy to (omega dt)^2 / 8, and omega dt <= 2 x safety = 0.6: 4.5 %, of the moving
+  // part.
   CHECK(std::abs(energy_error(s.ledger, stored_energy(model, s))) < 5e-3);
 }
 
@@ -125,12 +132,13 @@ TEST_CASE("a sphere's axes turn to the plane that the load asks for, and nothing
   State turned = s;
   apply_breaks(model, turned, breaks, team);
   CHECK(momentum(turned.grains).norm() < 1e-20);
-  CHECK(turned.contacts.begin[bin_count] >= 4);  // both platens still touch both halves: the plane runs through the poles
+  CHECK(turned.contacts.begin[bin_count] >=
+        4);  // both platens still touch both halves: the plane runs through the poles
 }
 
 TEST_CASE("the plane of critical contacts and that of the average stress differ where the load says so") {
-  // Four equal contacts in the x-y plane and a weak pair along z: the stress is least compressive along z, and so is the
-  // normal of the contacts' plane; with Hoek-Brown deciding, each rule must find z by its own way.
+  // Four equal contacts in the x-y plane and a weak pair along z: the stress is least compressive along z, and so is
+  // the normal of the contacts' plane; with Hoek-Brown deciding, each rule must find z by its own way.
   for (const auto rule : {BreakPlane::average_stress, BreakPlane::critical_contacts}) {
     FractureModel f = hoek_brown();
     f.plane = rule;
@@ -170,13 +178,15 @@ TEST_CASE("the slight rotation draws its angles from both outer halves, and its 
     REQUIRE(std::abs(b) <= theta * (1 + 1e-12));
     REQUIRE(std::abs(b) >= 0.5 * theta * (1 - 1e-12));
     const double alpha = std::atan2(r(1, 2), r(2, 2)), gamma = std::atan2(r(0, 1), r(0, 0));
-    for (double a : {alpha, gamma}) REQUIRE((std::abs(a) >= 0.5 * theta * (1 - 1e-9) && std::abs(a) <= theta * (1 + 1e-9)));
-    const Vec3 a1(std::cos(b) * std::cos(gamma), std::cos(gamma) * std::sin(alpha) * std::sin(b) - std::cos(alpha) * std::sin(gamma),
+    for (double a : {alpha, gamma})
+      REQUIRE((std::abs(a) >= 0.5 * theta * (1 - 1e-9) && std::abs(a) <= theta * (1 + 1e-9)));
+    const Vec3 a1(std::cos(b) * std::cos(gamma),
+                  std::cos(gamma) * std::sin(alpha) * std::sin(b) - std::cos(alpha) * std::sin(gamma),
                   std::sin(alpha) * std::sin(gamma) + std::cos(alpha) * std::cos(gamma) * std::sin(b));
     REQUIRE((r.col(0) - a1).norm() < 1e-12);
     negative += b < 0, sum += std::abs(b);
   }
-  CHECK(negative == Approx(2000).margin(4 * std::sqrt(1000.0)));           // a fair coin, four standard deviations
+  CHECK(negative == Approx(2000).margin(4 * std::sqrt(1000.0)));  // a fair coin, four standard deviations
   CHECK(sum / 4000 == Approx(0.75 * theta).margin(4 * theta / std::sqrt(48.0 * 4000)));  // uniform over half of theta
 }
 
@@ -197,7 +207,8 @@ TEST_CASE("mass kept by density: nothing is lost, and what the shift of the cent
     CHECK((momentum(s.grains) + fines.momentum - p).norm() < 1e-13 * p.norm());
     CHECK((angular_momentum(s.grains) + fines.angular_momentum - l).norm() < 1e-13 * l.norm());
     CHECK(std::abs(kinetic_energy(s.grains) + fines.kinetic - energy) < 1e-13 * energy);
-    CHECK(s.grains.mass[0] / volume(s.grains.shape[0]) == Approx(2650 / (1 - std::max(rounding, least_rounding))).epsilon(1e-12));
+    CHECK(s.grains.mass[0] / volume(s.grains.shape[0]) ==
+          Approx(2650 / (1 - std::max(rounding, least_rounding))).epsilon(1e-12));
   }
 }
 
@@ -234,7 +245,8 @@ TEST_CASE("max_generations and the smallest radius end the breaking; with a shap
     State s;
     add(s, PolyEllipsoid::sphere(R), Vec3::Zero(), 2650);
     int rounds = 0;
-    for (; rounds < 12; ++rounds) {  // every grain squeezed beyond any strength along its longest axis, one after the other
+    for (; rounds < 12;
+         ++rounds) {  // every grain squeezed beyond any strength along its longest axis, one after the other
       const std::size_t i = 0;
       s.boundary.walls.clear();
       const Vec3 w = s.grains.shape[i].plus + s.grains.shape[i].minus;
@@ -242,7 +254,10 @@ TEST_CASE("max_generations and the smallest radius end the breaking; with a shap
       w.minCoeff(&shortest);
       s.grains.orientation[i] = Quat::Identity();
       squeeze(s, i, shortest, 0.05 * w[shortest]);
-      while (s.grains.size() > 1) for_each_column(s.grains, [](auto& c) { if (!c.empty()) c.pop_back(); });
+      while (s.grains.size() > 1)
+        for_each_column(s.grains, [](auto& c) {
+          if (!c.empty()) c.pop_back();
+        });
       s.bonds.clear();
       prepare(model, s, team);
       const auto breaks = find_breaks(model, s, team);

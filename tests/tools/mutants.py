@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Small faults put into formulas, to see whether a test notices: mutants.py [--work DIR] [--jobs N] [--report FILE] [NAME...]
+"""Small faults put into formulas, to see whether a test notices: mutants.py [--places] [--work DIR] [--jobs N] [--report FILE] [NAME...]
 
 The table beside this file says where: a place in a file, what stands there, what shall stand there instead. All faults are built in at
 once, behind a variable of the environment (GRUS_MUTANT) that chooses one; 0 or nothing is the program as it is. Each fault is run against
@@ -11,6 +11,7 @@ import argparse
 import concurrent.futures
 import glob
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -46,6 +47,12 @@ def read_table(path):
     return table
 
 
+def places_of(text, old):
+    """Where a text stands, however its lines are broken."""
+    words = r"\s+".join(r"\s*".join(re.escape(part) for part in re.findall(r"\w+|\W", word)) for word in old.split())
+    return [found.span() for found in re.finditer(words, text)]
+
+
 def with_faults(table):
     """Texts of the files that hold faults. Places in a file are replaced from the back; those of the same text share a place."""
     spans, changed = {}, {}
@@ -53,14 +60,12 @@ def with_faults(table):
         for place in m["places"]:
             path = place["file"]
             text = open(os.path.join(root, path)).read()
-            at, nth = -1, place.get("nth", 0)
-            if nth == 0 and text.count(place["old"]) != 1:
-                refuse(f"{m['name']}: {place['file']} holds {text.count(place['old'])} times {place['old']!r}")
-            for _ in range(max(nth, 1)):
-                at = text.find(place["old"], at + 1)
-            if at < 0:
-                refuse(f"{m['name']}: {place['file']} does not hold {place['old']!r} {nth} times")
-            spans.setdefault(path, {}).setdefault((at, at + len(place["old"])), []).append((number, place))
+            found, nth = places_of(text, place["old"]), place.get("nth", 0)
+            if nth == 0 and len(found) != 1:
+                refuse(f"{m['name']}: {path} holds {len(found)} times {place['old']!r}")
+            if nth > len(found):
+                refuse(f"{m['name']}: {path} does not hold {place['old']!r} {nth} times")
+            spans.setdefault(path, {}).setdefault(found[max(nth, 1) - 1], []).append((number, place))
     for path, places in spans.items():
         text = open(os.path.join(root, path)).read()
         ordered = sorted(places, reverse=True)
@@ -122,12 +127,16 @@ def main():
     parser.add_argument("--work", help="folder to build in; kept, so that a second run builds less (default: a scratch folder)")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--report", help="file for a table of all faults")
+    parser.add_argument("--places", action="store_true", help="only see that every place is found")
     parser.add_argument("names", nargs="*", help="only these faults")
     options = parser.parse_args()
     table = read_table(os.path.join(here, "mutants.toml"))
     unknown = set(options.names) - {m["name"] for m in table}
     if unknown:
         refuse(f"no such fault: {sorted(unknown)[0]}")
+    if options.places:
+        print(f"mutants: the places of {len(table)} faults stand in {len(with_faults(table))} files")
+        return
     scratch = None if options.work else tempfile.TemporaryDirectory()
     build = prepare(table, os.path.abspath(options.work or scratch.name))
     tests = [t for t in TESTS if os.path.exists(os.path.join(build, "tests", "test_" + t))]

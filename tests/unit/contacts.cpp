@@ -22,7 +22,9 @@ Grains cloud(std::size_t n, double size, double ratio) {
   for (std::size_t i = 0; i < n; ++i) {
     const double r = 0.02 * std::pow(ratio, random_uniform(1, i, Purpose::radius));
     Vec3 x;
-    for (int k = 0; k < 3; ++k) x[k] = size * (3 * random_uniform(1, i, Purpose::position, static_cast<std::uint64_t>(k)) - 1);  // also outside the cell
+    for (int k = 0; k < 3; ++k)
+      x[k] = size *
+             (3 * random_uniform(1, i, Purpose::position, static_cast<std::uint64_t>(k)) - 1);  // also outside the cell
     set_grain(g, i, {.shape = PolyEllipsoid::sphere(r), .position = x, .density = 1});
   }
   return g;
@@ -50,7 +52,8 @@ TEST_CASE("the grids find every near pair once, size ratio 1:30") {
   Candidates found;
   find_candidates(g, {}, 0.01, found, team);
   CHECK(found.pair.size() == brute_force(g, {}, 0.01));
-  CHECK(std::adjacent_find(found.pair.begin(), found.pair.end(), [](const auto& p, const auto& q) { return p.a == q.a && p.b == q.b; }) == found.pair.end());
+  CHECK(std::adjacent_find(found.pair.begin(), found.pair.end(),
+                           [](const auto& p, const auto& q) { return p.a == q.a && p.b == q.b; }) == found.pair.end());
 }
 
 TEST_CASE("the grids find every near pair of a sheared periodic cell, images included") {
@@ -62,19 +65,21 @@ TEST_CASE("the grids find every near pair of a sheared periodic cell, images inc
   find_candidates(g, cell, 0.01, found, team);
   CHECK(found.pair.size() == brute_force(g, cell, 0.01));
   for (const auto& p : found.pair) {
-    const Vec3 d = g.motion[p.b].position + cell.vectors * Vec3(p.image[0], p.image[1], p.image[2]) - g.motion[p.a].position;
+    const Vec3 d =
+        g.motion[p.b].position + cell.vectors * Vec3(p.image[0], p.image[1], p.image[2]) - g.motion[p.a].position;
     REQUIRE(d.norm() < g.motion[p.a].radius + g.motion[p.b].radius + 0.01);
   }
 }
 
 TEST_CASE("Hoek-Brown strengths are those of the closed form") {
   const HoekBrown hb{592e6, 20.56};
-  for (const auto& [s3, s1] : std::vector<std::pair<double, double>>{{0, 592e6}, {50e6, 1029.3e6}, {100e6, 1352.0e6}, {200e6, 1868.8e6}, {592e6, 3340.8e6}}) {
+  for (const auto& [s3, s1] : std::vector<std::pair<double, double>>{
+           {0, 592e6}, {50e6, 1029.3e6}, {100e6, 1352.0e6}, {200e6, 1868.8e6}, {592e6, 3340.8e6}}) {
     const Mat3 stress = Vec3(-s1, -s3, -s3).asDiagonal();
     CHECK(hb.utilisation(stress, 1) == Approx(1).epsilon(1e-4));
     CHECK(hb.utilisation(stress, 2) < 1);
   }
-  CHECK(hb.utilisation(Vec3(28.9e6, 0, 0).asDiagonal(), 1) >= 1);   // beyond the apex at 28.794 MPa: failed, not NaN
+  CHECK(hb.utilisation(Vec3(28.9e6, 0, 0).asDiagonal(), 1) >= 1);  // beyond the apex at 28.794 MPa: failed, not NaN
   CHECK(hb.utilisation(Vec3(1e12, 1e12, 1e12).asDiagonal(), 1) >= 1);
   CHECK(hb.utilisation(Mat3::Zero(), 1) == 0);
 }
@@ -83,13 +88,15 @@ TEST_CASE("Weibull strengths pass a Kolmogorov-Smirnov test at N = 1e4, with the
   const Weibull w{3.1, 0.3e-3, 3 / 3.1};
   for (double radius : {0.3e-3, 0.15e-3}) {
     std::vector<double> factor;
-    for (std::uint64_t i = 0; i < 10000; ++i) factor.push_back(w.factor(radius, random_uniform(11, i, Purpose::strength)));
+    for (std::uint64_t i = 0; i < 10000; ++i)
+      factor.push_back(w.factor(radius, random_uniform(11, i, Purpose::strength)));
     std::sort(factor.begin(), factor.end());
     const double scale = std::pow(radius / w.reference_radius, -w.size_exponent);
     double distance = 0;
     for (std::size_t i = 0; i < factor.size(); ++i) {
       const double cdf = 1 - std::exp(-std::pow(factor[i] / scale, w.modulus));
-      distance = std::max({distance, std::abs(cdf - static_cast<double>(i) / 1e4), std::abs(cdf - static_cast<double>(i + 1) / 1e4)});
+      distance = std::max(
+          {distance, std::abs(cdf - static_cast<double>(i) / 1e4), std::abs(cdf - static_cast<double>(i + 1) / 1e4)});
     }
     CHECK(distance < 1.63 / 100);  // p = 0.01
   }
@@ -99,21 +106,22 @@ TEST_CASE("Weibull strengths pass a Kolmogorov-Smirnov test at N = 1e4, with the
 TEST_CASE("shape rules: cases 1 to 5 of Zhang et al. 3.3.3") {
   auto shape = [](Vec3 plus, Vec3 minus) { return PolyEllipsoid{plus, minus}; };
   const Vec3 y_wins(0, 2, 1), z_wins(0, 1, 2);
-  CHECK(choose_axis(shape({1, 1, 1}, {1, 1, 1}), Vec3(3, 2, 1)) == 0);                        // case 1
-  CHECK(choose_axis(shape({0.9, 0.9, 0.9}, {0.1, 0.1, 0.1}), y_wins) == std::nullopt);        // case 2
-  CHECK(choose_axis(shape({0.9, 0.9, 1}, {0.1, 0.1, 1}), y_wins) == 2);                       // case 3: 2 > 1.2 * 0.9
-  CHECK(choose_axis(shape({0.9, 0.9, 0.5}, {0.1, 0.1, 0.5}), y_wins) == std::nullopt);        // case 4: 1 < 1.08
-  CHECK(choose_axis(shape({0.9, 2, 1}, {0.1, 2, 1}), z_wins) == 1);                           // case 5: longer along y
-  CHECK(choose_axis(shape({0.9, 1, 2}, {0.1, 1, 2}), y_wins) == 2);                           // longer along z
-  CHECK(choose_axis(shape({0.9, 1, 1}, {0.1, 1, 1}), y_wins) == 1);                           // alike: the criterion decides
-  CHECK(choose_axis(shape({0.9, 1, 1}, {0.1, 1, 1}), z_wins) == 2);                           // the paper's missing else
+  CHECK(choose_axis(shape({1, 1, 1}, {1, 1, 1}), Vec3(3, 2, 1)) == 0);                  // case 1
+  CHECK(choose_axis(shape({0.9, 0.9, 0.9}, {0.1, 0.1, 0.1}), y_wins) == std::nullopt);  // case 2
+  CHECK(choose_axis(shape({0.9, 0.9, 1}, {0.1, 0.1, 1}), y_wins) == 2);                 // case 3: 2 > 1.2 * 0.9
+  CHECK(choose_axis(shape({0.9, 0.9, 0.5}, {0.1, 0.1, 0.5}), y_wins) == std::nullopt);  // case 4: 1 < 1.08
+  CHECK(choose_axis(shape({0.9, 2, 1}, {0.1, 2, 1}), z_wins) == 1);                     // case 5: longer along y
+  CHECK(choose_axis(shape({0.9, 1, 2}, {0.1, 1, 2}), y_wins) == 2);                     // longer along z
+  CHECK(choose_axis(shape({0.9, 1, 1}, {0.1, 1, 1}), y_wins) == 1);                     // alike: the criterion decides
+  CHECK(choose_axis(shape({0.9, 1, 1}, {0.1, 1, 1}), z_wins) == 2);                     // the paper's missing else
 }
 
 TEST_CASE("the dashpot gives the restitution that was asked for, force cut at zero") {
   for (double e : {0.2, 0.4, 0.6, 0.8, 0.9})
     for (const ContactLaw& law : {ContactLaw{HertzMindlin{}}, ContactLaw{LinearSpring{}}})
       CHECK(restitution_of(law, dashpot_for(law, e)) == Approx(e).epsilon(2e-3));
-  // Independent figures: the textbook Hertz coefficient 2 sqrt(5/6) beta gives 0.4720 for 0.4 and 0.8081 for 0.8 once cut.
+  // Independent figures: the textbook Hertz coefficient 2 sqrt(5/6) beta gives 0.4720 for 0.4 and 0.8081 for 0.8 once
+  // cut.
   for (const auto& [e, cut] : std::vector<std::pair<double, double>>{{0.4, 0.4720}, {0.8, 0.8081}}) {
     const double beta = -std::log(e) / std::sqrt(std::log(e) * std::log(e) + pi * pi);
     CHECK(restitution_of(HertzMindlin{}, 2 * std::sqrt(5.0 / 6) * beta) == Approx(cut).epsilon(2e-3));
@@ -125,7 +133,9 @@ TEST_CASE("a team covers every index once, for any number of threads") {
     Team team(threads);
     std::vector<int> hits(10007, 0);
     for (int round = 0; round < 50; ++round)
-      team.blocks(hits.size(), [&](std::size_t b, std::size_t e) { for (std::size_t i = b; i < e; ++i) ++hits[i]; });
+      team.blocks(hits.size(), [&](std::size_t b, std::size_t e) {
+        for (std::size_t i = b; i < e; ++i) ++hits[i];
+      });
     team.each(hits.size(), [&](std::size_t i) { ++hits[i]; });
     CHECK(std::all_of(hits.begin(), hits.end(), [](int h) { return h == 51; }));
   }
@@ -138,11 +148,17 @@ TEST_CASE("columns share their length after splits and appends") {
   for_each_column(g, [&](auto& column) { CHECK((column.empty() || column.size() == 6)); });
 }
 
-TEST_CASE("sizes that differ by any factor are searched, and a cell that is too small is refused before a run, unstable in it") {
+TEST_CASE(
+    "sizes that differ by any factor are searched, and a cell that is too small is refused before a run, unstable in "
+    "it") {
   Team team(1);
   Grains g;
   const double sizes[] = {1e-3, 1e20, 2e-3};
-  for (std::size_t i = 0; i < 3; ++i) set_grain(g, i, {.shape = PolyEllipsoid::sphere(sizes[i]), .position = Vec3(3e-3 * static_cast<double>(i), 0, 0), .density = 1e-3});
+  for (std::size_t i = 0; i < 3; ++i)
+    set_grain(g, i,
+              {.shape = PolyEllipsoid::sphere(sizes[i]),
+               .position = Vec3(3e-3 * static_cast<double>(i), 0, 0),
+               .density = 1e-3});
   Candidates found;
   find_candidates(g, {}, 1e-4, found, team);
   CHECK(found.pair.size() == 2);  // the giant holds both of the others, which are 2e-3 + 1e-3 apart from touching

@@ -10,7 +10,8 @@ namespace {
 
 State spheres(const std::vector<double>& diameters) {
   State s;
-  for (std::size_t i = 0; i < diameters.size(); ++i) add(s, PolyEllipsoid::sphere(0.5 * diameters[i]), Vec3(static_cast<double>(i), 0, 0), 1000);
+  for (std::size_t i = 0; i < diameters.size(); ++i)
+    add(s, PolyEllipsoid::sphere(0.5 * diameters[i]), Vec3(static_cast<double>(i), 0, 0), 1000);
   return s;
 }
 
@@ -46,7 +47,8 @@ TEST_CASE("fines are a fractal: its dimension is found, and a sample of nothing 
     double integral = 0;
     const int n = 20000;
     const double k = 3 - dimension, low = std::pow(74e-6 / top, k);
-    for (int i = 0; i < n; ++i) integral += (1 - low) / n * std::log10(top * std::pow(low + (1 - low) * (i + 0.5) / n, 1 / k) / 74e-6);
+    for (int i = 0; i < n; ++i)
+      integral += (1 - low) / n * std::log10(top * std::pow(low + (1 - low) * (i + 0.5) / n, 1 / k) / 74e-6);
     CHECK(b.hardin_potential() == Approx(integral).epsilon(1e-4));
   }
 }
@@ -58,7 +60,8 @@ TEST_CASE("fines of two materials keep their own dimensions, and the fractal dim
   REQUIRE(two.ledger.fines.classes.size() == 2);
   const double top = std::exp2(std::round(8 * std::log2(1e-4)) / 8);
   const Grading g(two);
-  CHECK(g.passing(0.1 * top) * total_mass(two.grains) / g.passing(1.01 * top) == Approx((0.1 * 0.1e1 + 3 * std::pow(0.1, 0.2)) / 4 * total_mass(two.grains)).epsilon(1e-9));
+  CHECK(g.passing(0.1 * top) * total_mass(two.grains) / g.passing(1.01 * top) ==
+        Approx((0.1 * 0.1e1 + 3 * std::pow(0.1, 0.2)) / 4 * total_mass(two.grains)).epsilon(1e-9));
   // A sample that is one fractal, 8 % of it fines, its grains placed where the fractal passes by their middle.
   State s;
   const double D = 2.5, largest = 1e-3, fines = 0.08;
@@ -74,7 +77,8 @@ TEST_CASE("fines of two materials keep their own dimensions, and the fractal dim
 }
 
 TEST_CASE("Zingg's classes: a ball, a disc, a rod and a blade") {
-  for (const auto& [widths, which] : std::vector<std::pair<Vec3, int>>{{{1, 1, 1}, 0}, {{1, 0.9, 0.4}, 1}, {{1, 0.5, 0.45}, 2}, {{1, 0.6, 0.3}, 3}}) {
+  for (const auto& [widths, which] :
+       std::vector<std::pair<Vec3, int>>{{{1, 1, 1}, 0}, {{1, 0.9, 0.4}, 1}, {{1, 0.5, 0.45}, 2}, {{1, 0.6, 0.3}, 3}}) {
     State s;
     PolyEllipsoid shape;
     shape.plus = Vec3(0.3 * widths[1], 0.5 * widths[0], 0.8 * widths[2]);  // order and centre must not matter

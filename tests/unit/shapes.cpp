@@ -8,7 +8,8 @@ using namespace grus::dem::test;
 
 namespace {
 
-/// Integrals over the body by Gauss-Legendre in spherical coordinates, octant by octant: independent of the closed forms.
+/// Integrals over the body by Gauss-Legendre in spherical coordinates, octant by octant: independent of the closed
+/// forms.
 struct Integral {
   double volume = 0;
   Vec3 first = Vec3::Zero();
@@ -31,13 +32,16 @@ Integral integrate(const PolyEllipsoid& s) {
   Integral sum;
   for (int octant = 0; octant < 8; ++octant) {
     const Vec3 sign(octant & 1 ? -1 : 1, octant & 2 ? -1 : 1, octant & 4 ? -1 : 1);
-    const Vec3 a(sign.x() > 0 ? s.plus.x() : s.minus.x(), sign.y() > 0 ? s.plus.y() : s.minus.y(), sign.z() > 0 ? s.plus.z() : s.minus.z());
+    const Vec3 a(sign.x() > 0 ? s.plus.x() : s.minus.x(), sign.y() > 0 ? s.plus.y() : s.minus.y(),
+                 sign.z() > 0 ? s.plus.z() : s.minus.z());
     for (int i = 0; i < n; ++i)
       for (int j = 0; j < n; ++j)
         for (int k = 0; k < n; ++k) {
           const double r = x[i], theta = 0.5 * pi * x[j], phi = 0.5 * pi * x[k];
           const double dv = w[i] * w[j] * w[k] * 0.25 * pi * pi * r * r * std::sin(theta) * a.prod();
-          const Vec3 p = r * Vec3(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)).cwiseProduct(a).cwiseProduct(sign);
+          const Vec3 p = r * Vec3(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta))
+                                 .cwiseProduct(a)
+                                 .cwiseProduct(sign);
           sum.volume += dv, sum.first += dv * p, sum.second += dv * p * p.transpose();
         }
   }
@@ -147,7 +151,8 @@ TEST_CASE("a warm start finds what a cold start finds") {
     const Vec3 n = random_rotation(10, i) * Vec3(1, 0, 0);
     const ShapePair pair{a, b, r, support(a, n) - r * support(b, r.transpose() * -n) - 1e-3 * n};
     const CommonNormal cold = cold_common_normal(pair);
-    const CommonNormal warm = warm_common_normal(pair, (cold.normal + 3e-3 * (random_rotation(11, i) * Vec3(1, 0, 0))).normalized());
+    const CommonNormal warm =
+        warm_common_normal(pair, (cold.normal + 3e-3 * (random_rotation(11, i) * Vec3(1, 0, 0))).normalized());
     REQUIRE(warm.converged);
     REQUIRE(std::abs(warm.overlap - cold.overlap) < 1e-11);
   }
@@ -177,7 +182,7 @@ TEST_CASE("overlap and normal are continuous where the contact crosses an octant
     const CommonNormal now = cold_common_normal(pair);
     if (k > 0) {
       REQUIRE(std::abs(now.overlap - before.overlap) < 1e-6);  // |d overlap| <= |dx|
-      REQUIRE((now.normal - before.normal).norm() < 4e-5);     // |dn| <= |dx| / smallest radius of the sum (0.0105 + 0.3)
+      REQUIRE((now.normal - before.normal).norm() < 4e-5);  // |dn| <= |dx| / smallest radius of the sum (0.0105 + 0.3)
       crossed = crossed || before.normal.x() * now.normal.x() <= 0;
     }
     before = now;
