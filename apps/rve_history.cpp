@@ -18,7 +18,7 @@ bool box_of_walls(const dem::State& s) { return !s.boundary.cell.periodic() && d
 
 dem::Vec3 wall_force(const dem::State& s, std::size_t wall) {
   dem::Vec3 force = dem::Vec3::Zero();
-  for (std::size_t k = s.contacts.begin[dem::sphere_wall]; k < s.contacts.size(); ++k)
+  for (std::size_t k = s.contacts.begin[dem::first_wall]; k < s.contacts.size(); ++k)
     if (s.contacts.pair[k].b == wall) force += s.contacts.touch[k].force;
   return force;
 }

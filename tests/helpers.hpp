@@ -12,6 +12,7 @@ using Catch::Approx;
 #include "dem/rve/model.hpp"
 #include "dem/rve/state.hpp"
 #include "dem/rve/step.hpp"
+#include "dem/state/shape_kinds.hpp"
 
 namespace grus::dem::test {
 

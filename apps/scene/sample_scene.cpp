@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "apps/scene/packing_scene.hpp"
+#include "dem/state/shape_kinds.hpp"
 
 namespace grus::app {
 namespace {

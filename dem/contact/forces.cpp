@@ -3,118 +3,10 @@
 
 #include <algorithm>
 
-#include "dem/shape/common_normal.hpp"
+#include "dem/contact/pair_kinds.hpp"
 
 namespace grus::dem {
 namespace {
-
-struct Scene {
-  const Grains& grains;
-  const Boundary& boundary;
-  std::span<const PairLaw> pairs;
-  double dt;
-  bool periodic;
-
-  Vec3 shift(const Pair& p) const { return boundary.cell.vectors * Vec3(p.image[0], p.image[1], p.image[2]); }
-};
-
-inline void apart(Contacts& contacts, std::size_t k, BlockEnergy& e) {
-  if (!contacts.contact.touching(k)) return;
-  Contact c = contacts.contact[k];
-  part_contact(c, contacts.touch[k], e);
-  contacts.contact.set(k, c);
-}
-
-template <class Law>
-void begin_contact(const Law& law, const PairLaw& p, double radius, double volume_radius, double ellipse, Contact& c) {
-  c.radius = std::clamp(radius, 0.1 * volume_radius, 4 * volume_radius);
-  c.stiffness = law.stiffness_at_birth(p, c.radius);
-  if constexpr (std::is_same_v<Law, HertzMindlin>) c.stiffness *= ellipse;
-}
-
-/// What ContactRows::solve needs.
-struct Solver {
-  const ContactLaw& law;
-  const Scene& scene;
-  Contacts& contacts;
-  BlockEnergy& energy;
-};
-
-/// One pair of shapes, whatever has become of it; see ContactRows::solve.
-bool solve_pair(const void* context, std::size_t k, double* found_row) {
-  const Solver& solver = *static_cast<const Solver*>(context);
-  const Scene& s = solver.scene;
-  Contacts& contacts = solver.contacts;
-  BlockEnergy& e = solver.energy;
-  const Pair& pair = contacts.pair[k];
-  const bool fresh_contact = !contacts.contact.touching(k);
-  Touch& touch = contacts.touch[k];
-  const Frame &fa = s.grains.frame[pair.a], &fb = s.grains.frame[pair.b];
-  Vec3 r = fb.origin - fa.origin;
-  if (s.periodic && crosses(pair)) r += s.shift(pair);
-  const ShapePair shapes{s.grains.shape[pair.a], s.grains.shape[pair.b], fa.axes.transpose() * fb.axes,
-                         fa.axes.transpose() * r};
-  CommonNormal found = warm_common_normal(shapes, fa.axes.transpose() * touch.normal);
-  if (fresh_contact &&
-      found.overlap > 0) {  // a new contact is checked from scratch: a trap of the warm start shows here
-    const CommonNormal fresh = cold_common_normal(shapes);
-    if (fresh.overlap < found.overlap) found = fresh;
-  }
-  const Vec3 n = fa.axes * found.normal;
-  touch.normal = n;
-  contacts.active[k] = found.overlap > 0;
-  if (!(found.overlap > 0)) {
-    apart(contacts, k, e);
-    return false;
-  }
-  if (fresh_contact) {
-    const ContactCurvature curvature = contact_curvature(shapes, found.normal);
-    const double ra = equivalent_radius(shapes.a), rb = equivalent_radius(shapes.b);
-    Contact c = contacts.contact[k];
-    const auto born = [&](const auto& law) {
-      begin_contact(law, s.pairs[pair.law], curvature.radius, ra * rb / (ra + rb), curvature.ellipse_factor, c);
-    };
-    std::visit(born, solver.law);
-    contacts.contact.set(k, c);
-  }
-  const Vec3 point = fa.origin + fa.axes * (0.5 * (found.point_a + found.point_b));
-  for (int j = 0; j < 3; ++j) found_row[j] = n[j], found_row[4 + j] = point[j];
-  found_row[3] = found.overlap;
-  return true;
-}
-
-template <class Law>
-void polyellipsoid_walls(const Law& law, const Scene& s, Contacts& contacts, Load* load, std::size_t first,
-                         std::size_t begin, std::size_t end, BlockEnergy& e) {
-  for (std::size_t k = begin; k < end; ++k) {
-    const Pair& pair = contacts.pair[k];
-    Touch& touch = contacts.touch[k];
-    const Motion& a = s.grains.motion[pair.a];
-    const Frame& frame = s.grains.frame[pair.a];
-    const Wall& wall = s.boundary.walls[pair.b];
-    const Vec3 n = -wall.normal, d = frame.axes.transpose() * n;
-    const Vec3 tip = frame.origin + frame.axes * support(s.grains.shape[pair.a], d);
-    const double overlap = wall.normal.dot(wall.point - tip);
-    if (!(overlap > 0)) {
-      apart(contacts, k, e);
-      continue;
-    }
-    const Vec3 arm = tip - 0.5 * overlap * n - a.position;
-    const PairLaw& p = s.pairs[pair.law];
-    Contact c = contacts.contact[k];
-    if (c.stiffness == 0) {
-      const ContactCurvature curvature = plane_curvature(s.grains.shape[pair.a], d);
-      begin_contact(law, p, curvature.radius, equivalent_radius(s.grains.shape[pair.a]), curvature.ellipse_factor, c);
-    }
-    const Vec3 v = wall.velocity - a.velocity - a.spin.cross(arm);
-    const Vec3 force =
-        advance_contact(law, p, 1 / a.inverse_mass, c, touch, n, overlap, v, 0.5 * n.dot(a.spin), s.dt, e);
-    contacts.contact.set(k, c);
-    Load& mine = load[pair.a - first];
-    mine.force -= force, mine.torque += force.cross(arm);
-    e.work -= s.dt * force.dot(wall.velocity);
-  }
-}
 
 /// The columns as the kernel wants them; laws, images and walls as rows.
 ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains,
@@ -173,41 +65,18 @@ ContactPass::ContactPass(const ContactLaw& law, std::span<const PairLaw> pairs, 
       grains_(grains),
       boundary_(boundary),
       contacts_(contacts),
-      rows_(rows_of(law, pairs, grains, boundary, dt, shown, contacts)),
-      spheres_(sphere_pairs()),
-      walls_(sphere_walls()),
-      polyellipsoids_(polyellipsoid_pairs()) {}
+      rows_(rows_of(law, pairs, grains, boundary, dt, shown, contacts)) {}
 
 void ContactPass::tile(std::size_t t, Load* room) const {
   const std::size_t first = t * tile_size(grains_.size());
   Load* const load = room ? room : contacts_.load.data() + first;
-  ContactRows pass = rows_;
-  pass.load = reinterpret_cast<double*>(load), pass.first = static_cast<std::uint32_t>(first);
-  BlockEnergy& e = contacts_.energy[t];
-  auto range = [&](Bin bin) {
-    return std::pair<std::size_t, std::size_t>(contacts_.tile[bin][t], contacts_.tile[bin][t + 1]);
-  };
-  auto rows = [&](Bin bin, PairLoop loop) {
-    const auto [begin, end] = range(bin);
-    if (begin == end) return;
-    const PassEnergy spent = loop(pass, begin, end);
-    e.friction += spent.friction, e.springs += spent.springs, e.viscous += spent.viscous,
-        e.work -= rows_.dt * spent.power;
-  };
-  rows(sphere_sphere, spheres_);
-  rows(sphere_wall, walls_);
-  const std::pair<std::size_t, std::size_t> at_walls = range(polyellipsoid_wall);
-  if (grains_.frame.empty()) return;
-  const Scene scene{grains_, boundary_, pairs_, rows_.dt, boundary_.cell.periodic()};
-  const Solver solver{law_, scene, contacts_, e};
-  pass.touch = reinterpret_cast<double*>(contacts_.touch.data());
-  pass.solve = solve_pair, pass.context = &solver;
-  rows(general, polyellipsoids_);
-  std::visit(
-      [&](const auto& law) {
-        polyellipsoid_walls(law, scene, contacts_, load, first, at_walls.first, at_walls.second, e);
-      },
-      law_);
+  ContactRows rows = rows_;
+  rows.load = reinterpret_cast<double*>(load), rows.first = static_cast<std::uint32_t>(first);
+  const TileWork work{law_, pairs_, grains_, boundary_, contacts_, rows, load, first, contacts_.energy[t]};
+  for (const Bin bin : pass_order) {
+    const std::size_t begin = contacts_.tile[bin][t], end = contacts_.tile[bin][t + 1];
+    if (begin != end) pair_kind(bin).pass(work, begin, end);
+  }
 }
 
 void contact_forces(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains,
@@ -220,10 +89,10 @@ void contact_forces(const ContactLaw& law, std::span<const PairLaw> pairs, const
 
 double boundary_power(const Boundary& boundary, const Contacts& contacts) {
   double power = 0;
-  for (std::size_t k = contacts.begin[sphere_wall]; k < contacts.size(); ++k)
+  for (std::size_t k = contacts.begin[first_wall]; k < contacts.size(); ++k)
     power -= contacts.touch[k].force.dot(boundary.walls[contacts.pair[k].b].velocity);
   if (!boundary.cell.periodic() || boundary.cell.rate.isZero(0)) return power;
-  for (std::size_t k = 0; k < contacts.begin[sphere_wall]; ++k) {
+  for (std::size_t k = 0; k < contacts.begin[first_wall]; ++k) {
     const Pair& p = contacts.pair[k];
     if (crosses(p) && contacts.contact.touching(k))
       power -= contacts.touch[k].force.dot(boundary.cell.rate * Vec3(p.image[0], p.image[1], p.image[2]));
@@ -264,8 +133,8 @@ DeepestContact deepest_contact(const Grains& grains, const Contacts& contacts) {
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     if (!contacts.contact.touching(k)) continue;
     const Pair& p = contacts.pair[k];
-    double r = equivalent_radius(grains.shape[p.a]);
-    if (k < contacts.begin[sphere_wall]) r = std::min(r, equivalent_radius(grains.shape[p.b]));
+    double r = grains.extent[p.a].equivalent_radius;
+    if (k < contacts.begin[first_wall]) r = std::min(r, grains.extent[p.b].equivalent_radius);
     if (contacts.touch[k].overlap > deepest.ratio * r) deepest = {contacts.touch[k].overlap / r, k};
   }
   return deepest;

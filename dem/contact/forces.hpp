@@ -33,7 +33,6 @@ private:
   const Boundary& boundary_;
   Contacts& contacts_;
   ContactRows rows_;
-  PairLoop spheres_, walls_, polyellipsoids_;
 };
 
 /// The whole pass.

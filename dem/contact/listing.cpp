@@ -53,7 +53,7 @@ void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team)
   team.pieces(tiles, room.work, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t t = first; t < last; ++t) {
       for (const auto& [pair, old, bin, normal] : room.listed[t]) {
-        const bool on = lister.touched(old), wall = bin >= sphere_wall;
+        const bool on = lister.touched(old), wall = bin >= first_wall;
         const std::size_t k = room.counts[t][2 * static_cast<std::size_t>(bin) + !on]++;
         contacts.pair[k] = pair;
         contacts.a[k] = pair.a, contacts.b[k] = wall ? 0 : pair.b, contacts.law[k] = pair.law, contacts.active[k] = on;
@@ -63,11 +63,11 @@ void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team)
         Contact c = on ? room.contact[old] : Contact{};
         if (turned) c.spring = -c.spring;
         contacts.contact.set(k, c);
-        if (bin == sphere_sphere || bin == sphere_wall) continue;  // what spheres show is of the last observed step
+        if (!pair_kind(bin).shown_always) continue;  // what spheres show is of the last observed step
         Touch& touch = contacts.touch[k];
         touch = old != Past::none ? room.touch[old] : Touch{};
         if (turned) touch.normal = -touch.normal, touch.force = -touch.force;
-        if (bin == general && !on) touch.normal = normal;
+        if (pair_kind(bin).near && !on) touch.normal = normal;
       }
       weigh_tile(lister.grains, t, t * size, std::min(grains, (t + 1) * size), contacts);
     }
@@ -84,7 +84,7 @@ void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team)
 
 void index_grains(std::size_t grains, Contacts& contacts, std::vector<Index>& next) {
   contacts.first.assign(grains + 1, 0);
-  const std::size_t walls = contacts.begin[sphere_wall];
+  const std::size_t walls = contacts.begin[first_wall];
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     ++contacts.first[contacts.pair[k].a + 1];
     if (k < walls) ++contacts.first[contacts.pair[k].b + 1];

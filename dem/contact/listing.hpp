@@ -4,6 +4,7 @@
 
 #include "dem/contact/near_pairs.hpp"
 #include "dem/contact/neighbours.hpp"
+#include "dem/contact/pair_kinds.hpp"
 
 namespace grus::dem {
 
@@ -28,7 +29,7 @@ struct Past {
       if (lists.entry[e] & 1) break;  // pairs of which p is a come first
       const Index k = lists.entry[e] >> 1;
       const Pair& pair = old.pair[k];
-      if (pair.b == q && (k >= lists.begin[sphere_wall]) == wall && (wall || pair.image == image)) return k;
+      if (pair.b == q && (k >= lists.begin[first_wall]) == wall && (wall || pair.image == image)) return k;
     }
     return none;
   }
@@ -59,10 +60,11 @@ struct Lister {
   template <class Find>
   void consider(std::size_t t, const Candidate& c, Find&& find) {
     if (!close(grains, boundary.cell, c, skin)) return;
-    const Bin bin = grains.round[c.a] && grains.round[c.b] ? sphere_sphere : general;
+    const Bin bin = pair_bin(grains.kind[c.a], grains.kind[c.b]);
+    const auto near = pair_kind(bin).near;
     NeighbourRoom::Listed pair{
         {c.a, c.b, c.image, law(c.a, grains.material[c.b])}, find(bin, c.a, c.b, c.image), bin, Vec3::Zero()};
-    if (bin == general && !touched(pair.old)) {
+    if (near && !touched(pair.old)) {
       if (pair.old != Past::none)
         pair.normal =
             past.before(c.a) > past.before(c.b) ? Vec3(-room.touch[pair.old].normal) : room.touch[pair.old].normal;
@@ -78,7 +80,7 @@ struct Lister {
       const Wall& wall = boundary.walls[w];
       const Motion& g = grains.motion[i];
       if (wall.normal.dot(g.position - wall.point) > g.radius + wall_skin) continue;
-      const Bin bin = grains.round[i] ? sphere_wall : polyellipsoid_wall;
+      const Bin bin = wall_bin(grains.kind[i]);
       const auto b = static_cast<Index>(w);
       if (!known(b)) put(t, {{i, b, {}, law(i, wall.material)}, find(bin, i, b, {}), bin, Vec3::Zero()});
     }

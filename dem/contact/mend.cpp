@@ -60,7 +60,7 @@ void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, 
                 reach,
                 reference.skin + wall_travel(boundary, reference)};
   auto find = [&](Bin bin, Index a, Index b, const std::array<std::int16_t, 3>& image) {
-    return split ? lister.past.find(a, b, image, bin >= sphere_wall) : Past::none;
+    return split ? lister.past.find(a, b, image, bin >= first_wall) : Past::none;
   };
   auto gone = [&](Index i) { return split && room.marked[i]; };
   team.pieces(tiles, room.work, [&](std::size_t first, std::size_t last, int) {
@@ -72,18 +72,18 @@ void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, 
         const auto start = static_cast<std::ptrdiff_t>(listed.size());
         rows.each(a, [&](Bin bin, Index k) {
           const Pair& pair = room.pair[k];
-          if (!gone(a) && (bin >= sphere_wall || !gone(pair.b))) lister.put(t, {pair, k, bin, room.touch[k].normal});
+          if (!gone(a) && (bin >= first_wall || !gone(pair.b))) lister.put(t, {pair, k, bin, room.touch[k].normal});
         });
         const auto kept = static_cast<std::ptrdiff_t>(listed.size());
         auto known = [&](auto&& is) { return std::any_of(listed.begin() + start, listed.begin() + kept, is); };
         for (std::size_t k = room.few.row[i]; k < room.few.row[i + 1]; ++k) {
           const Candidate& c = room.few.pair[k];
-          if (!known([&](const auto& l) { return l.bin < sphere_wall && same_pair(l.pair, c); }))
+          if (!known([&](const auto& l) { return l.bin < first_wall && same_pair(l.pair, c); }))
             lister.consider(t, c, find);
         }
         if (room.marked[i])
           lister.consider_walls(t, a, find, [&](Index w) {
-            return known([&](const auto& l) { return l.bin >= sphere_wall && l.pair.b == w; });
+            return known([&](const auto& l) { return l.bin >= first_wall && l.pair.b == w; });
           });
         std::sort(listed.begin() + start, listed.end(), [](const auto& p, const auto& q) {
           return p.pair.b != q.pair.b ? p.pair.b < q.pair.b : p.pair.image < q.pair.image;

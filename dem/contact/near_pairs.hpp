@@ -9,8 +9,4 @@ namespace grus::dem {
 /// Bounding spheres closer than `skin`: for spheres the answer, for other shapes a first question.
 bool close(const Grains& g, const Cell& cell, const Candidate& pair, double skin);
 
-/// Exact-gap test for pairs that involve a poly-ellipsoid; `normal`: the last search direction if there is one; left
-/// for the next.
-bool near(const Grains& g, const Cell& cell, const Candidate& pair, double skin, Vec3& normal);
-
 }  // namespace grus::dem

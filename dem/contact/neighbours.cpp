@@ -113,7 +113,7 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
     else
       list(first, last, [&](std::size_t) {
         return [&](Bin bin, Index a, Index b, const std::array<std::int16_t, 3>& image) {
-          return lister.past.find(a, b, image, bin >= sphere_wall);
+          return lister.past.find(a, b, image, bin >= first_wall);
         };
       });
   });

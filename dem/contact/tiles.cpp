@@ -3,21 +3,20 @@
 
 #include <algorithm>
 
+#include "dem/contact/pair_kinds.hpp"
 #include "dem/kernel/sweep.hpp"
+#include "dem/state/shape_kinds.hpp"
 
 namespace grus::dem {
 
 void weigh_tile(const Grains& grains, std::size_t t, std::size_t begin, std::size_t end, Contacts& contacts) {
   std::uint64_t cost = 0;
   for (std::size_t bin = 0; bin < bin_count; ++bin) {
-    const std::uint64_t touching = bin == general              ? 60
-                                   : bin == polyellipsoid_wall ? 150
-                                                               : 15,
-                        apart = bin == general ? 12 : 2;
-    cost += touching * (contacts.apart[bin][t] - contacts.tile[bin][t]) +
-            apart * (contacts.tile[bin][t + 1] - contacts.apart[bin][t]);
+    const PairKind& kind = pair_kind(bin);
+    cost += kind.touching * (contacts.apart[bin][t] - contacts.tile[bin][t]) +
+            kind.apart * (contacts.tile[bin][t + 1] - contacts.apart[bin][t]);
   }
-  for (std::size_t i = begin; i < end; ++i) cost += grains.round[i] ? 6u : 150u;
+  for (std::size_t i = begin; i < end; ++i) cost += shape_functions(grains.kind[i]).cost;
   contacts.tile_work[t + 1] = cost;
 }
 
@@ -56,7 +55,7 @@ void index_images(const Cell& cell, Contacts& contacts) {
   contacts.shift.clear(), contacts.images.assign(1, {0, 0, 0});
   if (!cell.periodic()) return;
   contacts.shift.reserve(contacts.size() + overrun);
-  for (std::size_t k = 0; k < contacts.begin[sphere_wall]; ++k) {
+  for (std::size_t k = 0; k < contacts.begin[first_wall]; ++k) {
     const auto& image = contacts.pair[k].image;
     std::size_t row = 0;
     while (row < contacts.images.size() && contacts.images[row] != image) ++row;

@@ -41,7 +41,7 @@ ListState look_at_list(const Grains& grains, const Boundary& boundary, Neighbour
     const Vec3 moved = grains.motion[i].position - (periodic ? Vec3(affine * ref.position[i]) : ref.position[i]);
     double path = moved.norm();
     // Chord of the quaternion difference is half the angle: surface points move by at most radius * angle.
-    if (!ref.orientation.empty() && !grains.round[i]) {
+    if (!ref.orientation.empty() && !is_sphere(grains, i)) {
       const auto &p = grains.orientation[i].coeffs(), &q = ref.orientation[i].coeffs();
       path += 2.01 * std::min((p - q).norm(), (p + q).norm()) * grains.motion[i].radius;
     }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/fracture/grain_stress.hpp"
 
+#include "dem/state/shape_kinds.hpp"
+
 namespace grus::dem {
 
 Vec3 contact_arm(const Grains& g, const Contacts& contacts, std::size_t k, bool is_b) {
@@ -24,7 +26,7 @@ Mat3 grain_stress(const Grains& g, const Contacts& contacts, std::size_t i) {
   const Vec3 spin = spin_of(g, i);
   const Vec3 alpha = inertia.inverse() * (g.torque[i] - spin.cross(g.angular_momentum[i]));
   sum -= (cross_matrix(alpha) + cross_matrix(spin) * cross_matrix(spin)) * moment;
-  return 0.5 * (sum + sum.transpose()) / volume(g.shape[i]);
+  return 0.5 * (sum + sum.transpose()) / g.extent[i].volume;
 }
 
 }  // namespace grus::dem

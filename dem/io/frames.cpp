@@ -4,6 +4,7 @@
 #include "dem/fracture/grain_stress.hpp"
 #include "dem/io/vtkhdf.hpp"
 #include "dem/rve/grading.hpp"
+#include "dem/state/shape_kinds.hpp"
 
 namespace grus::dem {
 namespace {
@@ -54,23 +55,21 @@ void write_grains(const std::string& path, const State& state) {
        *flatness = g.frame.empty() ? nullptr : field("flatness");
   auto* generation = g.generation.empty() ? nullptr : field("generation");
   for (std::size_t i = 0; i < g.size(); ++i) {
-    const Frame frame = frame_of(g, i);
+    const ShapeFunctions& shape = shape_functions(g.kind[i]);
     const auto first = static_cast<std::int64_t>(grid.points.size() / 3);
     for (const auto& d : surface.directions) {
-      // Scaling a sphere's points octant by octant keeps the poly-ellipsoid's seams.
-      const Vec3 a = octant_squares(g.shape[i], d).cwiseSqrt();
-      const Vec3 x = frame.origin + frame.axes * a.cwiseProduct(d);
+      const Vec3 x = shape.drawn(g, i, d);
       for (int k = 0; k < 3; ++k) grid.points.push_back(static_cast<float>(x[k]));
     }
     const int touching = dem::coordination(state.contacts, i);
     const double p = touching > 0 ? mean_pressure(grain_stress(g, state.contacts, i)) : 0;
-    const Vec3 widths = sorted_widths(g.shape[i]);
+    const Vec3 widths = shape.sorted_widths(g, i);
     for (const auto& triangle : surface.triangles) {
       for (int v : triangle) grid.connectivity.push_back(first + v);
       grid.offsets.push_back(static_cast<std::int64_t>(grid.connectivity.size()));
       grid.types.push_back(5);
       id->push_back(static_cast<float>(g.id[i]));
-      radius->push_back(static_cast<float>(equivalent_radius(g.shape[i])));
+      radius->push_back(static_cast<float>(g.extent[i].equivalent_radius));
       speed->push_back(static_cast<float>(g.motion[i].velocity.norm()));
       material->push_back(g.material[i]);
       coordination->push_back(static_cast<float>(touching));

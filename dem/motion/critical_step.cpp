@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <numeric>
 
+#include "dem/contact/pair_kinds.hpp"
+#include "dem/state/shape_kinds.hpp"
+
 namespace grus::dem {
 namespace {
 
@@ -23,9 +26,9 @@ Stiffness stiffness_of(const Law& law, const PairLaw& p, const Contact& c, doubl
 double rolling_path(const Grains& g, const Contacts& contacts, std::size_t k) {
   const Pair& p = contacts.pair[k];
   const Vec3& n = contacts.touch[k].normal;
-  const double a = sum_of_radii(g.shape[p.a], g.frame[p.a].axes.transpose() * n);
-  if (k >= contacts.begin[sphere_wall]) return a;
-  const double b = sum_of_radii(g.shape[p.b], g.frame[p.b].axes.transpose() * -n);
+  const double a = sum_of_radii(g, p.a, n);
+  if (k >= contacts.begin[first_wall]) return a;
+  const double b = sum_of_radii(g, p.b, -n);
   return a * b / (a + b);
 }
 
@@ -40,7 +43,7 @@ double largest_eigenvalue_bound(const Mat6& s) {
 
 CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs, std::size_t materials,
                            const Grains& g, const Boundary& boundary, const Contacts& contacts, const Bonds& bonds) {
-  const std::size_t n = g.size(), walls = contacts.begin[sphere_wall];
+  const std::size_t n = g.size(), walls = contacts.begin[first_wall];
   CriticalStep critical;
   double wall_speed = 0;
   for (const auto& wall : boundary.walls) wall_speed = std::max(wall_speed, wall.velocity.norm());
@@ -53,11 +56,12 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
       [&](const auto& l) {
         for (std::size_t c = 0; c < contacts.size(); ++c)
           k[c] = stiffness_of(l, pairs[contacts.pair[c].law], contacts.contact[c], contacts.touch[c].overlap);
-        for (const Bin bin : {general, polyellipsoid_wall})
-          for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c)
-            if (k[c].normal > 0)
-              k[c].rolling =
-                  l(contacts.contact[c].stiffness, contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
+        for (std::size_t bin = 0; bin < bin_count; ++bin)
+          if (pair_kind(bin).rolls)
+            for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c)
+              if (k[c].normal > 0)
+                k[c].rolling =
+                    l(contacts.contact[c].stiffness, contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
       },
       law);
   auto least_inertia = [&](std::size_t i) { return g.inertia[i].moments.minCoeff(); };
@@ -79,7 +83,7 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
   const bool walled =
       !boundary.walls.empty();  // against a wall all of the grain's mass and radius count, against a grain half
   for (std::size_t i = 0; i < n; ++i) {
-    const double radius = equivalent_radius(g.shape[i]) * (walled ? 2 : 1), mass = (walled ? 1 : 0.5) * g.mass[i];
+    const double radius = g.extent[i].equivalent_radius * (walled ? 2 : 1), mass = (walled ? 1 : 0.5) * g.mass[i];
     const PairLaw& p = pairs[g.material[i] * materials + g.material[i]];
     const double speed = std::max({g.motion[i].velocity.norm() + critical.max_speed, wall_speed, 1e-6});
     double stiffness;
@@ -115,7 +119,7 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
       const double weight = c < walls ? 2 : 1, kt = weight * k[c].tangential;
       const Vec3 outward = (contacts.entry[e] & 1) ? Vec3(-contacts.touch[c].normal) : contacts.touch[c].normal;
       const Mat3 nn = outward * outward.transpose(), across = Mat3::Identity() - nn;
-      if (g.round[i]) {  // arm = radius x normal: in closed form
+      if (is_sphere(g, i)) {  // arm = radius x normal: in closed form
         const double radius = g.motion[i].radius;
         shift += weight * k[c].normal * nn + kt * across;
         mixed -= kt * radius * cross_matrix(outward);
@@ -132,7 +136,7 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
     }
     const double by_mass = std::sqrt(g.motion[i].inverse_mass);
     Mat3 by_inertia = std::sqrt(g.motion[i].inverse_inertia) * Mat3::Identity();
-    if (!g.round[i]) {
+    if (!is_sphere(g, i)) {
       const Mat3 axes = (g.orientation[i] * g.inertia[i].axes).toRotationMatrix();
       by_inertia = axes * g.inertia[i].moments.cwiseSqrt().cwiseInverse().asDiagonal() * axes.transpose();
     }
@@ -150,7 +154,7 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
   // No grain moves by more than a twentieth of its smallest width in a step.
   for (std::size_t i = 0; i < n; ++i) {
     const double speed = g.motion[i].velocity.norm() + g.motion[i].spin.norm() * g.motion[i].radius + wall_speed;
-    if (speed > 0) critical.dt = std::min(critical.dt, 0.05 * (g.shape[i].plus + g.shape[i].minus).minCoeff() / speed);
+    if (speed > 0) critical.dt = std::min(critical.dt, 0.05 * g.extent[i].least_width / speed);
   }
   return critical;
 }

@@ -63,7 +63,8 @@ void SweepPass::tile(std::size_t t, Load* room) const {
   for (std::size_t from = begin; from < end; from += round.size()) {
     const std::size_t to = std::min(end, from + round.size());
     std::size_t rounds = 0, others = 0;
-    for (std::size_t i = from; i < to; ++i) (g.round[i] ? round[rounds++] : other[others++]) = static_cast<Index>(i);
+    for (std::size_t i = from; i < to; ++i)
+      (is_sphere(g, i) ? round[rounds++] : other[others++]) = static_cast<Index>(i);
     for (std::size_t k = 0; k < rounds && !all_round;) {  // those in a row together
       const std::size_t first = k++;
       while (k < rounds && round[k] == round[k - 1] + 1) ++k;

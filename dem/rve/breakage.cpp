@@ -80,7 +80,7 @@ Loading loading_of(const Model& model, const State& state, std::size_t i) {
   const auto& fracture = model.materials[g.material[i]].fracture;
   Loading found;
   if (!fracture || g.generation[i] >= fracture->max_generations) return found;
-  if (fracture->smallest_radius > 0 && equivalent_radius(g.shape[i]) < fracture->smallest_radius) return found;
+  if (fracture->smallest_radius > 0 && g.extent[i].equivalent_radius < fracture->smallest_radius) return found;
   if (!choose_axis(g.shape[i], Vec3::Zero())) return found;
   if (fracture->hoek_brown)
     found.hoek_brown = fracture->hoek_brown->utilisation(grain_stress(g, state.contacts, i), g.strength[i]);
@@ -107,7 +107,8 @@ Break break_of(const Model& model, const State& state, std::size_t i) {
   const AxisPreference preference = plane ? AxisPreference((axes.transpose() * *plane).cwiseAbs())
                                           : AxisPreference((axes.transpose() * stress * axes).diagonal());
   Break b{i, *choose_axis(g.shape[i], preference), std::nullopt};
-  if (g.round[i] && (fracture.turn_spheres || fracture.slight_rotation > 0)) {  // only a sphere's axes are free to turn
+  if (is_sphere(g, i) &&
+      (fracture.turn_spheres || fracture.slight_rotation > 0)) {  // only a sphere's axes are free to turn
     Quat q = g.orientation[i];
     if (fracture.turn_spheres) {
       Eigen::SelfAdjointEigenSolver<Mat3> principal;
@@ -139,11 +140,11 @@ bool share_contacts(const Model& model, State& state, std::size_t plus, std::siz
   };
   for (Index e = contacts.first[plus]; e < contacts.first[plus + 1]; ++e) {
     const std::size_t k = contacts.entry[e] >> 1;
-    const bool wall = k >= contacts.begin[sphere_wall];
+    const bool wall = k >= contacts.begin[first_wall];
     if (!touching(k) || (!wall && other(e) == minus)) continue;
     for (Index f = contacts.first[minus]; f < contacts.first[minus + 1]; ++f) {
       const std::size_t l = contacts.entry[f] >> 1;
-      if (!touching(l) || (l >= contacts.begin[sphere_wall]) != wall || other(f) != other(e) || image(f) != image(e))
+      if (!touching(l) || (l >= contacts.begin[first_wall]) != wall || other(f) != other(e) || image(f) != image(e))
         continue;
       Contact a = contacts.contact[k], b = contacts.contact[l];
       if (a.stiffness != b.stiffness) continue;  // not both inherited
@@ -167,7 +168,7 @@ double energy_of(const Model& model, const State& state, const std::vector<Index
   for (const Index i : grains)
     for (Index e = c.first[i]; e < c.first[i + 1]; ++e) {
       const std::size_t k = c.entry[e] >> 1;
-      const bool twice = k < c.begin[sphere_wall] && among[c.pair[k].a] && among[c.pair[k].b];
+      const bool twice = k < c.begin[first_wall] && among[c.pair[k].a] && among[c.pair[k].b];
       const auto held = [&](const auto& law) { return elastic_energy(law, c.contact[k], c.touch[k].overlap); };
       sum += (twice ? 0.5 : 1) * std::visit(held, model.law);
     }
@@ -186,7 +187,7 @@ void refresh_forces(const Model& model, State& state, Team& team) {
 
 void draw_strength(const Model& model, Grains& g, std::size_t i) {
   const auto& fracture = model.materials[g.material[i]].fracture;
-  g.strength[i] = fracture ? fracture->strength_factor(equivalent_radius(g.shape[i]), model.seed, g.id[i]) : 1;
+  g.strength[i] = fracture ? fracture->strength_factor(g.extent[i].equivalent_radius, model.seed, g.id[i]) : 1;
 }
 
 std::vector<Break> find_breaks(const Model& model, State& state, Team& team) {

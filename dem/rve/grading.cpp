@@ -3,11 +3,13 @@
 
 #include <algorithm>
 
+#include "dem/state/shape_kinds.hpp"
+
 namespace grus::dem {
 
 Grading::Grading(const State& state) {
   const Grains& g = state.grains;
-  for (std::size_t i = 0; i < g.size(); ++i) grains_.emplace_back(2 * equivalent_radius(g.shape[i]), g.mass[i]);
+  for (std::size_t i = 0; i < g.size(); ++i) grains_.emplace_back(2 * g.extent[i].equivalent_radius, g.mass[i]);
   std::sort(grains_.begin(), grains_.end());
   for (auto& [d, m] : grains_) m = mass_ += m;
   for (const auto& c : state.ledger.fines.classes)
@@ -74,17 +76,11 @@ double hardin_breakage(const Grading& first, const Grading& now) {
   return potential > 0 ? 1 - now.hardin_potential() / potential : 0;
 }
 
-Vec3 sorted_widths(const PolyEllipsoid& shape) {
-  Vec3 w = shape.plus + shape.minus;
-  std::sort(w.data(), w.data() + 3, std::greater<>());
-  return w;
-}
-
 Zingg zingg(const Grains& g) {
   Zingg z;
   double mass = 0;
   for (std::size_t i = 0; i < g.size(); ++i) {
-    const Vec3 w = sorted_widths(g.shape[i]);
+    const Vec3 w = sorted_widths(g, i);
     const double long_ratio = w[1] / w[0], flat_ratio = w[2] / w[1], m = g.mass[i];
     const bool wide = long_ratio > 2.0 / 3, thick = flat_ratio > 2.0 / 3;
     (wide ? (thick ? z.equant : z.disc) : (thick ? z.rod : z.blade)) += m;
@@ -100,9 +96,9 @@ std::vector<SizeClass> size_classes(const State& state, double smallest, double 
   const double step = std::log(largest / smallest) / static_cast<double>(count);
   for (std::size_t k = 0; k < count; ++k) classes[k].upper = smallest * std::exp(step * static_cast<double>(k + 1));
   for (std::size_t i = 0; i < g.size(); ++i) {
-    const double at = std::ceil(std::log(2 * equivalent_radius(g.shape[i]) / smallest) / step - 1e-9) - 1;
+    const double at = std::ceil(std::log(2 * g.extent[i].equivalent_radius / smallest) / step - 1e-9) - 1;
     SizeClass& c = classes[static_cast<std::size_t>(std::clamp(at, 0.0, static_cast<double>(count - 1)))];
-    const Vec3 w = sorted_widths(g.shape[i]);
+    const Vec3 w = sorted_widths(g, i);
     ++c.grains;
     c.mass += g.mass[i], c.elongation += w[1] / w[0], c.flatness += w[2] / w[1];
     if (!g.generation.empty()) c.generation += g.generation[i];

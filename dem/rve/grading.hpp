@@ -48,7 +48,6 @@ struct Zingg {
   double elongation = 0, flatness = 0;  // mass means of intermediate/longest and shortest/intermediate
 };
 Zingg zingg(const Grains& grains);
-Vec3 sorted_widths(const PolyEllipsoid& shape);  // longest first (m)
 
 /// What the grains of one size class are like.
 struct SizeClass {

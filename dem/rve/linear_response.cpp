@@ -26,7 +26,7 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
   const std::size_t n = s.grains.size();
   const double volume = s.boundary.cell.volume();
   std::vector<std::pair<int, int>> pairs;
-  for (std::size_t k = 0; k < s.contacts.begin[sphere_wall]; ++k)
+  for (std::size_t k = 0; k < s.contacts.begin[first_wall]; ++k)
     if (s.contacts.contact[k].stiffness > 0 && s.contacts.pair[k].a != s.contacts.pair[k].b)
       pairs.emplace_back(static_cast<int>(s.contacts.pair[k].a), static_cast<int>(s.contacts.pair[k].b));
   BlockCholesky matrix(n, pairs);
@@ -34,7 +34,7 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
   std::vector<std::size_t> touching(s.contacts.size(), SIZE_MAX);
   std::vector<Mat3> stiffness;
   double sliding = 0, diagonal = 0;
-  for (std::size_t k = 0; k < s.contacts.begin[sphere_wall]; ++k) {
+  for (std::size_t k = 0; k < s.contacts.begin[first_wall]; ++k) {
     const Contact c = s.contacts.contact[k];
     if (c.stiffness <= 0) continue;
     const Touch& touch = s.contacts.touch[k];
@@ -78,7 +78,7 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
         freedom(contact_arm(s.grains, s.contacts, k, true)) * moved.middleRows<6>(static_cast<Eigen::Index>(6 * e)) -
         freedom(contact_arm(s.grains, s.contacts, k, false)) * moved.middleRows<6>(static_cast<Eigen::Index>(6 * a)));
   };
-  for (std::size_t k = 0; k < s.contacts.begin[sphere_wall]; ++k) {
+  for (std::size_t k = 0; k < s.contacts.begin[first_wall]; ++k) {
     const Strain relative = slip(k);
     if (touching[k] == SIZE_MAX) {
       const Touch& t = s.contacts.touch[k];
@@ -103,7 +103,7 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
                                 {},
                                 {}};
     grain.change.fill(Mat3::Zero());
-    const double solid = dem::volume(s.grains.shape[i]);
+    const double solid = s.grains.extent[i].volume;
     for (Index e = s.contacts.first[i]; e < s.contacts.first[i + 1]; ++e) {
       const std::size_t k = s.contacts.entry[e] >> 1;
       if (touching[k] == SIZE_MAX) continue;

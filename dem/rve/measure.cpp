@@ -33,7 +33,7 @@ double width(const Boundary& boundary, const Faces& of, int axis) {
 
 Vec3 branch(const State& s, std::size_t k) {
   const Pair& p = s.contacts.pair[k];
-  if (k >= s.contacts.begin[sphere_wall]) return contact_arm(s.grains, s.contacts, k, false);
+  if (k >= s.contacts.begin[first_wall]) return contact_arm(s.grains, s.contacts, k, false);
   Vec3 l = s.grains.motion[p.b].position - s.grains.motion[p.a].position;
   if (s.boundary.cell.periodic()) l += s.boundary.cell.vectors * Vec3(p.image[0], p.image[1], p.image[2]);
   return l;
@@ -75,7 +75,7 @@ Mat3 love_weber(const State& s, double volume) {
 PartedStress parted_stress(const State& s) {
   const Cell& cell = s.boundary.cell;
   PartedStress sum;
-  for (std::size_t k = 0; k < s.contacts.begin[sphere_wall]; ++k) {
+  for (std::size_t k = 0; k < s.contacts.begin[first_wall]; ++k) {
     if (!s.contacts.contact.touching(k)) continue;
     const Pair& p = s.contacts.pair[k];
     const auto& touch = s.contacts.touch[k];
@@ -100,7 +100,7 @@ double pressure_scatter(const State& s, double volume) {
     const double carried = s.contacts.touch[k].force.dot(branch(s, k));
     const Pair& p = s.contacts.pair[k];
     sum += carried;
-    if (k >= s.contacts.begin[sphere_wall])
+    if (k >= s.contacts.begin[first_wall])
       share[p.a] += carried;
     else
       share[p.a] += 0.5 * carried, share[p.b] += 0.5 * carried;
@@ -113,7 +113,7 @@ double pressure_scatter(const State& s, double volume) {
 
 double mean_diameter(const Grains& g) {
   double sum = 0;
-  for (const auto& shape : g.shape) sum += 2 * equivalent_radius(shape);
+  for (const Extent& e : g.extent) sum += 2 * e.equivalent_radius;
   return g.size() > 0 ? sum / static_cast<double>(g.size()) : 0;
 }
 
@@ -132,7 +132,7 @@ Measurement measure(const Model& model, const State& s) {
       const Faces of = faces(s.boundary, k);
       // Mean of both faces; the force on the + wall points outward, along +k.
       double force = 0;
-      for (std::size_t c = s.contacts.begin[sphere_wall]; c < s.contacts.size(); ++c) {
+      for (std::size_t c = s.contacts.begin[first_wall]; c < s.contacts.size(); ++c) {
         const std::size_t w = s.contacts.pair[c].b;
         if (w == of.plus) force -= s.contacts.touch[c].force[k];
         if (w == of.minus) force += s.contacts.touch[c].force[k];
@@ -146,7 +146,7 @@ Measurement measure(const Model& model, const State& s) {
     if (!s.contacts.contact.touching(k)) continue;
     const Vec3& n = s.contacts.touch[k].normal;
     ++m.contacts;
-    ends += k < s.contacts.begin[sphere_wall] ? 2u : 1u;
+    ends += k < s.contacts.begin[first_wall] ? 2u : 1u;
     m.fabric += n * n.transpose();
     contact_force += s.contacts.touch[k].force.norm();
   }

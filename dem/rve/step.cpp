@@ -131,7 +131,7 @@ double energy_floor(const Model& model, const Grains& g) {
   double whole = 0;
   for (std::size_t i = 0; i < g.size(); ++i) {
     const Material& m = model.materials[g.material[i]];
-    const double v = volume(g.shape[i]);
+    const double v = g.extent[i].volume;
     whole += linear ? m.normal_stiffness * std::pow(v, 2.0 / 3) : m.youngs_modulus * v;
   }
   return 1e-20 * whole;
@@ -165,7 +165,7 @@ void prepare(const Model& model, State& state, Team& team) {
   }
   update_frames(g);
   double mean_radius = 0;
-  for (const auto& shape : g.shape) mean_radius += equivalent_radius(shape);
+  for (const Extent& e : g.extent) mean_radius += e.equivalent_radius;
   state.mean_radius = mean_radius / static_cast<double>(std::max<std::size_t>(g.size(), 1));
   state.skin = model.numerics.skin * state.mean_radius;
   state.listed_at = state.steps, state.sorted = g.size();
@@ -311,7 +311,7 @@ void check_sanity(const Model& model, const State& state) {
   const DeepestContact deepest = deepest_contact(state.grains, state.contacts);
   if (deepest.ratio > model.overlap_limit()) {
     const Pair& p = state.contacts.pair[deepest.pair];
-    const bool wall = deepest.pair >= state.contacts.begin[sphere_wall];
+    const bool wall = deepest.pair >= state.contacts.begin[first_wall];
     throw Unstable(fmt::format(
         "overlap of grain {} and {} {} is {:.0f} % of a radius at t = {:.6g} s (limit {:.0f} %): stiffen the "
         "material, load less, or raise numerics.max_overlap",

@@ -9,8 +9,10 @@
 
 namespace grus::dem {
 
-/// Pairs of one kind share a loop. `general` is any pair of grains of which one is not a sphere.
+/// Pairs of one kind share a loop; contact/pair_kinds.hpp says which bin two shapes belong to, and what is done there.
+/// `general`: one of them a poly-ellipsoid. Pairs of grains come first, then those with walls.
 enum Bin : std::uint32_t { sphere_sphere, general, sphere_wall, polyellipsoid_wall, bin_count };
+inline constexpr Bin first_wall = sphere_wall;
 
 /// Grain a < b; `image` is the number of cell vectors added to b. For walls, b is the wall's index.
 struct Pair {

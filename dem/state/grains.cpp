@@ -2,6 +2,21 @@
 #include "dem/state/grains.hpp"
 
 namespace grus::dem {
+namespace {
+
+/// All columns that follow from the shape and the mass.
+void put_shape(Grains& g, std::size_t i, const PolyEllipsoid& shape) {
+  const PrincipalFrame principal = principal_frame(shape);
+  const double m = g.mass[i];
+  g.shape[i] = shape;
+  g.kind[i] = shape.is_sphere() ? ShapeKind::sphere : ShapeKind::polyellipsoid;
+  g.extent[i] = {volume(shape), equivalent_radius(shape), (shape.plus + shape.minus).minCoeff()};
+  g.inertia[i] = {m * principal.moments, principal.axes};
+  g.motion[i].radius = bounding_radius(shape);
+  g.motion[i].inverse_inertia = 1 / (m * principal.moments.x());
+}
+
+}  // namespace
 
 void set_grain(Grains& g, std::size_t i, const GrainSpec& spec) {
   if (i == g.size()) {
@@ -13,14 +28,10 @@ void set_grain(Grains& g, std::size_t i, const GrainSpec& spec) {
     });
   }
   const double m = spec.density * volume(spec.shape);
-  const PrincipalFrame principal = principal_frame(spec.shape);
-  g.motion[i] = {spec.position, bounding_radius(spec.shape),    spec.velocity, 1 / m,
-                 spec.spin,     1 / (m * principal.moments.x())};
+  g.motion[i] = {spec.position, 0, spec.velocity, 1 / m, spec.spin, 0};
   g.orientation[i] = spec.orientation.normalized();
   g.mass[i] = m;
-  g.inertia[i] = {m * principal.moments, principal.axes};
-  g.shape[i] = spec.shape;
-  g.round[i] = spec.shape.is_sphere();
+  put_shape(g, i, spec.shape);
   g.material[i] = spec.material;
   g.id[i] = g.next_id++;
   g.force[i] = g.torque[i] = Vec3::Zero();
@@ -28,12 +39,7 @@ void set_grain(Grains& g, std::size_t i, const GrainSpec& spec) {
 }
 
 void set_shape(Grains& g, std::size_t i, const PolyEllipsoid& shape) {
-  const PrincipalFrame principal = principal_frame(shape);
-  g.shape[i] = shape;
-  g.round[i] = shape.is_sphere();
-  g.inertia[i] = {g.mass[i] * principal.moments, principal.axes};
-  g.motion[i].radius = bounding_radius(shape);
-  g.motion[i].inverse_inertia = 1 / g.inertia[i].moments.x();
+  put_shape(g, i, shape);
   g.motion[i].spin = spin_of(g, i);
   if (!g.frame.empty()) g.frame[i] = frame_of(g, i);
 }
@@ -44,24 +50,18 @@ Frame frame_of(const Grains& g, std::size_t i) {
 }
 
 void update_frames(Grains& g) {
-  bool all_round = true;
-  for (auto round : g.round) all_round = all_round && round;
-  if (all_round) return g.frame.clear();
+  bool spheres = true;
+  for (const ShapeKind kind : g.kind) spheres = spheres && kind == ShapeKind::sphere;
+  if (spheres) return g.frame.clear();
   g.frame.resize(g.size());
   for (std::size_t i = 0; i < g.size(); ++i) g.frame[i] = frame_of(g, i);
 }
 
 Vec3 spin_of(const Grains& g, std::size_t i) {
-  if (g.round[i]) return g.angular_momentum[i] * g.motion[i].inverse_inertia;
+  if (is_sphere(g, i)) return g.angular_momentum[i] * g.motion[i].inverse_inertia;
   const Quat q = g.orientation[i] * g.inertia[i].axes;
   const Vec3 p = q.conjugate() * g.angular_momentum[i];
   return q * p.cwiseQuotient(g.inertia[i].moments);
-}
-
-Vec3 surface_arm(const Grains& g, std::size_t i, const Vec3& outward) {
-  if (g.round[i]) return g.motion[i].radius * outward;
-  const Mat3& axes = g.frame[i].axes;
-  return g.frame[i].origin + axes * support(g.shape[i], axes.transpose() * outward) - g.motion[i].position;
 }
 
 Mat3 inertia_tensor(const Grains& g, std::size_t i) {
@@ -84,7 +84,7 @@ double total_mass(const Grains& g) {
 
 double solid_volume(const Grains& g) {
   double sum = 0;
-  for (const auto& shape : g.shape) sum += volume(shape);
+  for (const Extent& e : g.extent) sum += e.volume;
   return sum;
 }
 

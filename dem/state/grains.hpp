@@ -8,6 +8,18 @@
 
 namespace grus::dem {
 
+/// What a grain's shape is; a row of `shape_functions` (shape_kinds.hpp), and of the table of pairs
+/// (contact/pair_kinds.hpp).
+enum class ShapeKind : std::uint8_t { polyellipsoid, sphere };
+
+/// What every room may know of a grain's size without asking its shape. The bounding radius is motion.radius, the
+/// centre of mass motion.position.
+struct Extent {
+  double volume;             // m^3
+  double equivalent_radius;  // of the sphere of equal volume (m)
+  double least_width;        // m
+};
+
 /// What the contact loops read of a grain; global frame, SI.
 struct Motion {
   Vec3 position;
@@ -36,8 +48,10 @@ struct Grains {
   std::vector<Vec3> angular_momentum, force, torque;
   std::vector<double> mass;
   std::vector<Inertia> inertia;
-  std::vector<PolyEllipsoid> shape;
-  std::vector<std::uint8_t> round, material;
+  std::vector<PolyEllipsoid> shape;  // spheres, too
+  std::vector<ShapeKind> kind;
+  std::vector<Extent> extent;  // follows from the shape
+  std::vector<std::uint8_t> material;
   std::vector<std::uint32_t> id;         // never reused
   std::vector<Frame> frame;              // empty unless some grain is not a sphere
   std::vector<double> strength;          // factor on the characteristic strengths; empty without a fracture table
@@ -53,8 +67,11 @@ struct Grains {
 template <class G, class F>
 void for_each_column(G& g, F&& f) {
   f(g.motion), f(g.orientation), f(g.angular_momentum), f(g.force), f(g.torque), f(g.mass), f(g.inertia), f(g.shape);
-  f(g.round), f(g.material), f(g.id), f(g.frame), f(g.strength), f(g.generation), f(g.utilisation);
+  f(g.kind), f(g.material), f(g.id), f(g.frame), f(g.strength), f(g.generation), f(g.utilisation);
+  f(g.extent);
 }
+
+inline bool is_sphere(const Grains& g, std::size_t i) { return g.kind[i] == ShapeKind::sphere; }
 
 /// Pose and motion of a grain to be made; position is the centre of mass.
 struct GrainSpec {
@@ -78,9 +95,6 @@ Frame frame_of(const Grains& grains, std::size_t i);
 
 /// Spin (rad/s, global) that belongs to the angular momentum of grain i at its orientation.
 Vec3 spin_of(const Grains& grains, std::size_t i);
-
-/// Lever from the centre of mass to the surface point that lies furthest along the unit vector `outward` (global).
-Vec3 surface_arm(const Grains& grains, std::size_t i, const Vec3& outward);
 
 /// Inertia tensor about the centre of mass in the global frame (kg m^2).
 Mat3 inertia_tensor(const Grains& grains, std::size_t i);

@@ -125,12 +125,12 @@ void compare(Case& c) {
   for (std::size_t k = 0; k < s.contacts.size(); ++k) {
     const Contact p = plain.contact[k], q = s.contacts.contact[k];
     INFO("pair " << k << " of bin "
-                 << (k >= s.contacts.begin[sphere_wall] ? 2
-                     : k >= s.contacts.begin[general]   ? 1
-                                                        : 0));
+                 << (k >= s.contacts.begin[first_wall] ? 2
+                     : k >= s.contacts.begin[general]  ? 1
+                                                       : 0));
     // The search for a common normal stops at a gradient of 1e-8 of the pair's four semi-axes: 1e-7 rad at most.
     const double tolerance =
-        (k >= s.contacts.begin[general] && k < s.contacts.begin[sphere_wall] ? 1e-7 : 1e-12) * scale;
+        (k >= s.contacts.begin[general] && k < s.contacts.begin[first_wall] ? 1e-7 : 1e-12) * scale;
     if (p.stiffness > 0 && plain.touch[k].overlap < 1e-6 * arm) continue;  // just born: round-off decides
     REQUIRE((p.stiffness > 0) == (q.stiffness > 0));
     REQUIRE((plain.touch[k].force - s.contacts.touch[k].force).norm() <= tolerance);
@@ -224,7 +224,7 @@ TEST_CASE("kicks and turns of many grains at a time are those of one") {
       const bool bonded = variant == 4;
       const double dt = 1e-7;
       for (std::size_t i = 0; i < g.size(); ++i) {
-        if (g.round[i])
+        if (is_sphere(g, i))
           g.angular_momentum[i] = g.motion[i].spin / g.motion[i].inverse_inertia;
         else if (i % 5 == 0)
           g.angular_momentum[i] *= 3e6 / (1 + g.motion[i].spin.norm()),
@@ -254,7 +254,7 @@ TEST_CASE("kicks and turns of many grains at a time are those of one") {
       CHECK(spent.work == Approx(won).epsilon(1e-10));
       std::size_t bodies = 0;
       for (std::size_t i = 0; i < g.size(); ++i) {
-        INFO("grain " << i << " round " << int(g.round[i]));
+        INFO("grain " << i << " round " << int(is_sphere(g, i)));
         const PlainGrain& p = plain[i];
         const double speed = p.motion.velocity.norm() + p.motion.radius * p.motion.spin.norm();
         REQUIRE((g.motion[i].position - p.motion.position).norm() <= 1e-12 * p.motion.radius);
@@ -262,8 +262,8 @@ TEST_CASE("kicks and turns of many grains at a time are those of one") {
         REQUIRE((g.motion[i].spin - p.motion.spin).norm() * p.motion.radius <= 1e-11 * speed);
         REQUIRE(g.motion[i].inverse_inertia == p.motion.inverse_inertia);
         REQUIRE((g.orientation[i].coeffs() - p.orientation.coeffs()).norm() < 1e-13);
-        bodies += !g.round[i];
-        if (!g.round[i]) REQUIRE((g.angular_momentum[i] - p.momentum).norm() <= 1e-12 * p.momentum.norm());
+        bodies += !is_sphere(g, i);
+        if (!is_sphere(g, i)) REQUIRE((g.angular_momentum[i] - p.momentum).norm() <= 1e-12 * p.momentum.norm());
         if (kick == Kick::close) continue;
         const Frame frame = frame_of(g, i);
         REQUIRE((g.frame[i].origin - frame.origin).norm() <= 1e-13 * p.motion.radius);

@@ -48,7 +48,7 @@ State loose(const Model& model, std::size_t grains, bool periodic, bool shapes, 
 
 bool listed(const Contacts& c, bool wall, std::size_t i, std::size_t j, std::array<std::int16_t, 3> image,
             bool touching) {
-  for (std::size_t k = wall ? c.begin[sphere_wall] : 0; k < (wall ? c.size() : c.begin[sphere_wall]); ++k)
+  for (std::size_t k = wall ? c.begin[first_wall] : 0; k < (wall ? c.size() : c.begin[first_wall]); ++k)
     if (c.pair[k].a == i && c.pair[k].b == j && c.pair[k].image == image) return !touching || c.contact.touching(k);
   return false;
 }
@@ -71,11 +71,12 @@ std::size_t too_near(const State& s) {
   const NeighbourReference& ref = s.reference;
   std::size_t count = 0;
   for (std::size_t i = 0; i < g.size(); ++i) {
-    if (!g.round[i]) continue;
+    if (!is_sphere(g, i)) continue;
     const double reach = g.motion[i].radius + (1 - 1e-9) * ref.skin;
     for (std::size_t j = i + 1; j < g.size(); ++j) {
       const auto [r, image] = nearest(ref.cell, ref.position[i], ref.position[j]);
-      if (g.round[j] && r.norm() < g.motion[j].radius + reach) count += !listed(s.contacts, false, i, j, image, false);
+      if (is_sphere(g, j) && r.norm() < g.motion[j].radius + reach)
+        count += !listed(s.contacts, false, i, j, image, false);
     }
     for (std::size_t w = 0; w < s.boundary.walls.size(); ++w)
       if (s.boundary.walls[w].normal.dot(ref.position[i] - ref.wall_point[w]) < reach)
@@ -96,7 +97,7 @@ Meeting all_pairs(const State& s, double least) {
     for (std::size_t j = i + 1; j < g.size(); ++j) {
       const auto [r, image] = nearest(s.boundary.cell.vectors, g.motion[i].position, g.motion[j].position);
       double overlap = g.motion[i].radius + g.motion[j].radius - r.norm();
-      if (overlap > least && !(g.round[i] && g.round[j])) {
+      if (overlap > least && !(is_sphere(g, i) && is_sphere(g, j))) {
         const Frame a = frame_of(g, i), b = frame_of(g, j);
         const Vec3 apart = b.origin - g.motion[j].position + r + g.motion[i].position - a.origin;
         overlap = cold_common_normal({g.shape[i], g.shape[j], a.axes.transpose() * b.axes, a.axes.transpose() * apart})
@@ -106,7 +107,7 @@ Meeting all_pairs(const State& s, double least) {
     }
     for (std::size_t w = 0; w < s.boundary.walls.size(); ++w) {
       const Wall& wall = s.boundary.walls[w];
-      const Vec3 tip = g.round[i] ? Vec3(-g.motion[i].radius * wall.normal) : surface_arm(g, i, -wall.normal);
+      const Vec3 tip = is_sphere(g, i) ? Vec3(-g.motion[i].radius * wall.normal) : surface_arm(g, i, -wall.normal);
       if (wall.normal.dot(g.motion[i].position + tip - wall.point) < -least)
         ++m.pairs, m.missed += !listed(s.contacts, true, i, w, {}, true);
     }

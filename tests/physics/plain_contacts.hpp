@@ -28,7 +28,7 @@ inline Plain plain_pass(const Model& model, const State& state, double dt) {
     Touch& touch = out.touch[k];
     const PairLaw& law = model.pairs[pair.law];
     const Motion& a = g.motion[pair.a];
-    const bool wall = k >= state.contacts.begin[sphere_wall];
+    const bool wall = k >= state.contacts.begin[first_wall];
     Vec3 n, arm_a, arm_b = Vec3::Zero(), moving = Vec3::Zero(), shift = Vec3::Zero();
     double overlap, radius = 0, ellipse = 1;
     if (wall) {

@@ -197,7 +197,7 @@ TEST_CASE("Love-Weber stress and wall stress agree in a quasi-static state") {
   REQUIRE(m.unbalanced_force < 1e-3);
   // Wall forces act half an overlap beyond the walls: the two differ by the mean wall overlap over the width.
   double overlap = 0;
-  const std::size_t first = s.contacts.begin[sphere_wall];
+  const std::size_t first = s.contacts.begin[first_wall];
   for (std::size_t k = first; k < s.contacts.size(); ++k) overlap = std::max(overlap, s.contacts.touch[k].overlap);
   for (int k = 0; k < 3; ++k)
     CHECK(m.stress(k, k) == Approx(m.wall_stress(k, k)).epsilon(overlap / std::cbrt(m.volume)));

@@ -37,8 +37,8 @@ void squeeze(State& s, std::size_t i, int axis, double depth) {
     wall.normal = Vec3::Zero(), wall.normal[axis] = -side;
     wall.point = s.grains.motion[i].position;
     wall.point[axis] +=
-        side * (std::abs((s.grains.round[i] ? Vec3(R * side * Vec3::Unit(axis))
-                                            : surface_arm(s.grains, i, side * Vec3::Unit(axis)))[axis]) -
+        side * (std::abs((is_sphere(s.grains, i) ? Vec3(R * side * Vec3::Unit(axis))
+                                                 : surface_arm(s.grains, i, side * Vec3::Unit(axis)))[axis]) -
                 depth);
     s.boundary.walls.push_back(wall);
   }

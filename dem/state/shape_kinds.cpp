@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/state/shape_kinds.hpp"
+
+#include <algorithm>
+
+namespace grus::dem {
+namespace {
+
+namespace sphere {
+
+Vec3 surface_arm(const Grains& g, std::size_t i, const Vec3& outward) { return g.motion[i].radius * outward; }
+Vec3 sorted_widths(const Grains& g, std::size_t i) { return Vec3::Constant(2 * g.motion[i].radius); }
+Vec3 drawn(const Grains& g, std::size_t i, const Vec3& direction) {
+  return g.motion[i].position + g.orientation[i].toRotationMatrix() * (g.motion[i].radius * direction);
+}
+
+}  // namespace sphere
+
+namespace polyellipsoid {
+
+Vec3 surface_arm(const Grains& g, std::size_t i, const Vec3& outward) {
+  const Mat3& axes = g.frame[i].axes;
+  return g.frame[i].origin + axes * support(g.shape[i], axes.transpose() * outward) - g.motion[i].position;
+}
+
+double sum_of_radii(const Grains& g, std::size_t i, const Vec3& outward) {
+  return dem::sum_of_radii(g.shape[i], g.frame[i].axes.transpose() * outward);
+}
+
+Vec3 sorted_widths(const Grains& g, std::size_t i) {
+  Vec3 w = g.shape[i].plus + g.shape[i].minus;
+  std::sort(w.data(), w.data() + 3, std::greater<>());
+  return w;
+}
+
+/// Scaling a sphere's points octant by octant keeps the seams.
+Vec3 drawn(const Grains& g, std::size_t i, const Vec3& direction) {
+  const Frame frame = frame_of(g, i);
+  return frame.origin + frame.axes * octant_squares(g.shape[i], direction).cwiseSqrt().cwiseProduct(direction);
+}
+
+}  // namespace polyellipsoid
+
+}  // namespace
+
+const ShapeFunctions& shape_functions(ShapeKind kind) {
+  static constexpr ShapeFunctions rows[] = {
+      {polyellipsoid::surface_arm, polyellipsoid::sum_of_radii, polyellipsoid::sorted_widths, polyellipsoid::drawn,
+       150},
+      {sphere::surface_arm, polyellipsoid::sum_of_radii, sphere::sorted_widths, sphere::drawn, 6},
+  };
+  return rows[static_cast<std::size_t>(kind)];
+}
+
+}  // namespace grus::dem
