@@ -9,6 +9,9 @@ using Catch::Approx;
 #include <catch2/catch.hpp>
 #endif
 
+#include "dem/fracture/replace_grain.hpp"
+#include "dem/fracture/split_polyellipsoid.hpp"
+#include "dem/rve/breakage.hpp"
 #include "dem/rve/model.hpp"
 #include "dem/rve/state.hpp"
 #include "dem/rve/step.hpp"
@@ -82,11 +85,37 @@ inline void run_for(const Model& model, State& s, double time, Team& team) {
   }
 }
 
+/// The criterion of a material that is of one kind, to be changed.
+template <class C>
+C& criterion(Model& model) {
+  for (Criterion& c : model.materials[0].fracture->criteria)
+    if (auto* found = std::get_if<C>(&c)) return *found;
+  throw std::logic_error("no such criterion");
+}
+
+inline Halves& halves_in(FractureModel& f) { return std::get<Halves>(f.splitter); }
+
+/// Splits grain i in two along an axis.
+inline void split_grain(Grains& g, std::size_t i, int axis, const FractureModel& f, Fines& fines) {
+  replace_grain(g, i, halves_of(std::get<Halves>(f.splitter), g, i, axis, g.orientation[i]), f.fines, fines);
+}
+
+/// What a break makes of its grain.
+inline Pieces pieces_of(const Model& model, const State& s, const Break& b) {
+  const FractureModel& f = *model.materials[s.grains.material[b.grain]].fracture;
+  return dem::pieces_of(f.splitter, s.grains, b.grain, b.wanted, model.seed);
+}
+
+/// A load that wants grain i to break across an axis of its geometry frame.
+inline Break across(const State& s, std::size_t i, int axis) {
+  return {i, {Mat3::Zero(), Vec3(s.grains.orientation[i] * Vec3::Unit(axis))}};
+}
+
 /// Fragments of this material grow to a ratio of 1 : 4 within a time (s); nothing breaks.
 inline Model growing(double time) {
   Material m = solid(60e9, 0.17, 2650);
   m.fracture = FractureModel{};
-  m.fracture->contact_tension = ContactTension{1e15, 3};
+  m.fracture->criteria.emplace_back(ContactTension{1e15, 3});
   m.fracture->transition = ShapeTransition{0.25, time};
   return model_of(m);
 }

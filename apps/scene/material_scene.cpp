@@ -15,23 +15,23 @@ dem::FractureModel read_fracture(Table t) {
   if (model != "polyellipsoid-split")
     t.fail("model", fmt::format("\"{}\" is not available in this version; use \"polyellipsoid-split\"", model));
   if (auto h = t.table_if("hoek_brown")) {
-    f.hoek_brown = {h->number("compressive_strength", dimension::pressure, positive),
-                    h->number("m", dimension::none, positive)};
+    f.criteria.emplace_back(dem::HoekBrown{h->number("compressive_strength", dimension::pressure, positive),
+                                           h->number("m", dimension::none, positive)});
     h->finish();
   }
   if (auto c = t.table_if("contact_tension")) {
-    f.contact_tension = {c->number("strength", dimension::pressure, positive),
-                         static_cast<int>(c->integer_or("critical_contacts", 3, 3, dem::most_critical_contacts))};
+    f.criteria.emplace_back(
+        dem::ContactTension{c->number("strength", dimension::pressure, positive),
+                            static_cast<int>(c->integer_or("critical_contacts", 3, 3, dem::most_critical_contacts))});
     c->finish();
   }
-  if (!f.hoek_brown && !f.contact_tension)
-    t.fail("", "needs hoek_brown, contact_tension or both: without a criterion nothing breaks");
+  if (f.criteria.empty()) t.fail("", "needs hoek_brown, contact_tension or both: without a criterion nothing breaks");
   if (auto w = t.table_if("weibull")) {
     dem::Weibull weibull;
     weibull.modulus = w->number("modulus", dimension::none, positive);
     weibull.reference_radius = w->number("reference_radius", dimension::length, positive);
     weibull.size_exponent = w->number_or("size_exponent", 3 / weibull.modulus, dimension::none, not_negative);
-    f.weibull = weibull;
+    f.strength_law = weibull;
     w->finish();
   }
   if (auto s = t.table_if("cohesive_springs")) {
@@ -48,12 +48,15 @@ dem::FractureModel read_fracture(Table t) {
   f.plane = plane == "criterion"        ? dem::BreakPlane::criterion
             : plane == "average-stress" ? dem::BreakPlane::average_stress
                                         : dem::BreakPlane::critical_contacts;
-  f.turn_spheres = t.flag_or("turn_to_plane", false);
-  f.slight_rotation = t.number_or("slight_rotation", 0, dimension::none, {0, std::atan(0.2) * (1 + 1e-4)});
-  f.rounding = t.number_or("rounding", f.rounding, dimension::none, {0, 0.5});
-  if (f.rounding > 0 && f.rounding < dem::least_rounding)
-    t.fail("rounding", fmt::format("{:g}: either 0 (exact halves) or {:g} to 0.5", f.rounding, dem::least_rounding));
-  f.keep_mass = t.choice_or("lost_mass", "fines", {"fines", "density"}) == "density";
+  dem::Halves halves;
+  halves.turn_spheres = t.flag_or("turn_to_plane", false);
+  halves.slight_rotation = t.number_or("slight_rotation", 0, dimension::none, {0, std::atan(0.2) * (1 + 1e-4)});
+  halves.rounding = t.number_or("rounding", halves.rounding, dimension::none, {0, 0.5});
+  if (halves.rounding > 0 && halves.rounding < dem::least_rounding)
+    t.fail("rounding",
+           fmt::format("{:g}: either 0 (exact halves) or {:g} to 0.5", halves.rounding, dem::least_rounding));
+  halves.keep_mass = t.choice_or("lost_mass", "fines", {"fines", "density"}) == "density";
+  f.splitter = halves;
   if (auto g = t.table_if("fines")) {
     f.fines.dimension = g->number_or("dimension", f.fines.dimension, dimension::none, {0, 3, false, true});
     f.fines.largest = g->number_or("largest", f.fines.largest, dimension::none, {0, 1, true});
@@ -66,8 +69,8 @@ dem::FractureModel read_fracture(Table t) {
     f.transition = transition;
     s->finish();
   }
-  f.smallest_radius = t.number_or("smallest_radius", 0, dimension::length, not_negative);
-  f.max_generations = static_cast<int>(t.integer_or("max_generations", 255, 0, 255));
+  f.limit.smallest_radius = t.number_or("smallest_radius", 0, dimension::length, not_negative);
+  f.limit.max_generations = static_cast<int>(t.integer_or("max_generations", 255, 0, 255));
   t.finish();
   return f;
 }
@@ -107,7 +110,8 @@ void read_model(Table& scene, dem::Model& model) {
     model.law = dem::LinearSpring{};
     // Force over the square of Hertz's contact radius does not depend on the force here: it breaks at none or never.
     for (const auto& m : model.materials)
-      if (m.fracture && m.fracture->contact_tension)
+      if (m.fracture && std::any_of(m.fracture->criteria.begin(), m.fracture->criteria.end(),
+                                    [](const auto& c) { return std::holds_alternative<dem::ContactTension>(c); }))
         materials.fail(m.name,
                        "fracture.contact_tension has no meaning with contact = \"linear\", whose tension at the "
                        "contact's rim does not grow with the load; use hoek_brown, or \"hertz-mindlin\"");

@@ -1,16 +1,31 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// When a grain breaks (Zhang et al. 2015, 3.1-3.2). Every criterion answers with a utilisation: >= 1 breaks.
+// When a grain breaks (Zhang et al. 2015, 3.1-3.2). A criterion is a value that is asked of a grain under load, whoever
+// tells of it: the grains themselves (loaded_grain.hpp), or a linear response that foretells. It answers with a
+// utilisation, >= 1 breaks, and the plane that it wants. A new criterion is a struct here and a name in `Criterion`.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <optional>
+#include <variant>
+#include <vector>
 
-#include "dem/base/random.hpp"
 #include "dem/base/tensor.hpp"
 
 namespace grus::dem {
 
+/// Whoever tells of a grain under load. `each_contact(f)` calls f(force, radius, at) for its touching contacts;
+/// `arm(at)`.
+template <class G>
+concept GrainUnderLoad = requires(const G& grain, Index at) {
+  { grain.stress() } -> std::convertible_to<Mat3>;  // Pa, tension-positive, global
+  { grain.poissons_ratio() } -> std::convertible_to<double>;
+  { grain.arm(at) } -> std::convertible_to<Vec3>;  // from the centre of mass to the contact (m, global)
+  grain.each_contact([](double /*force, N*/, double /*contact radius, m*/, Index /*at*/) {});
+};
+
 /// sigma_1 = sigma_3 + s sqrt(m sigma_3 / s + 1), compression-positive (eq 14); s, the compressive strength, in Pa.
+/// Breaks across the most tensile direction.
 struct HoekBrown {
   double compressive_strength = 0, m = 0;
 
@@ -24,12 +39,17 @@ struct HoekBrown {
     if (root <= 0) return std::max(1.0, -s3 * m / s);
     return (s1 - s3) / (s * std::sqrt(root));
   }
+
+  double utilisation(const GrainUnderLoad auto& grain, double factor) const {
+    return utilisation(Mat3(grain.stress()), factor);
+  }
+  std::optional<Vec3> plane(const GrainUnderLoad auto&, double) const { return std::nullopt; }
 };
 
 inline constexpr int most_critical_contacts = 100;
 
 /// Largest tensile stress at the rim of a Hertz contact, (1 - 2 nu)/3 q0 with q0 = 3F/(2 pi a^2) (eq 17).
-/// A grain breaks once `critical_contacts` contacts reach the strength (Pa).
+/// A grain breaks once `critical_contacts` contacts that are not in line reach the strength (Pa), along their plane.
 struct ContactTension {
   double strength = 0;
   int critical_contacts = 3;
@@ -37,65 +57,74 @@ struct ContactTension {
   static double tension(double force, double contact_radius, double poissons_ratio) {
     return (1 - 2 * poissons_ratio) / 3 * 1.5 * force / (pi * contact_radius * contact_radius);
   }
+
+  double utilisation(const GrainUnderLoad auto& grain, double factor) const;
+  std::optional<Vec3> plane(const GrainUnderLoad auto& grain, double factor) const;
 };
 
-/// Strength of a grain = characteristic strength x (ln 1/P)^(1/modulus) (r / reference_radius)^-size_exponent (eq 18,
-/// whose exponent -2w is a misprint: -3/w in three dimensions). P is the grain's own uniform draw.
-struct Weibull {
-  double modulus = 1, reference_radius = 0, size_exponent = 3;
-
-  double factor(double radius, double p) const {
-    return std::pow(-std::log(p), 1 / modulus) * std::pow(radius / reference_radius, -size_exponent);
+/// Normal (global) of the plane of the three contacts of largest tension that are not in line, among those of at least
+/// `strength`; none if fewer than `count` reach it.
+template <GrainUnderLoad G>
+std::optional<Vec3> contact_plane(const G& grain, double strength, int count) {
+  struct Critical {
+    double tension;  // Pa
+    Index at;
+  };
+  std::vector<Critical> critical;
+  grain.each_contact([&](double force, double radius, Index at) {
+    const double tension = ContactTension::tension(force, radius, grain.poissons_ratio());
+    if (tension >= strength) critical.push_back({tension, at});
+  });
+  if (critical.size() < static_cast<std::size_t>(std::max(count, 3))) return std::nullopt;
+  std::stable_sort(critical.begin(), critical.end(),
+                   [](const auto& a, const auto& b) { return a.tension > b.tension; });
+  const Vec3 p = grain.arm(critical[0].at), q = grain.arm(critical[1].at);
+  for (std::size_t k = 2; k < critical.size(); ++k) {
+    const Vec3 u = q - p, v = grain.arm(critical[k].at) - p, n = u.cross(v);
+    if (n.norm() > 1e-3 * u.norm() * v.norm()) return n.normalized();
   }
+  return std::nullopt;
+}
+
+/// The tension that the asked number of contacts reach, over the strength; 0 where there are fewer, or all in line.
+double ContactTension::utilisation(const GrainUnderLoad auto& grain, double factor) const {
+  std::array<double, most_critical_contacts> largest;
+  const auto count = static_cast<std::size_t>(critical_contacts);
+  std::size_t found = 0;
+  grain.each_contact([&](double force, double radius, Index) {
+    const double here = tension(force, radius, grain.poissons_ratio());
+    std::size_t to = std::min(found, count);
+    for (; to > 0 && largest[to - 1] < here; --to)
+      if (to < count) largest[to] = largest[to - 1];
+    if (to < count) largest[to] = here, found = std::min(found + 1, count);
+  });
+  if (found < count) return 0;
+  const double reached = largest[count - 1] / (strength * factor);
+  return reached >= 1 && !plane(grain, factor) ? 0 : reached;
+}
+
+std::optional<Vec3> ContactTension::plane(const GrainUnderLoad auto& grain, double factor) const {
+  return contact_plane(grain, strength * factor, critical_contacts);
+}
+
+using Criterion = std::variant<HoekBrown, ContactTension>;
+
+/// What the criteria of a material say of a grain: the largest utilisation, and which of them it fails.
+struct Verdict {
+  double utilisation = 0;
+  std::size_t by = 0;  // the first that the grain fails, if it does
 };
 
-/// Springs across a fresh plane (3.4): their number, and the toughness K_Ic (Pa m^1/2) that gives them their energy.
-struct CohesiveSprings {
-  int per_plane = 4;
-  double toughness = 0;
-  double max_opening = 0.05;     // of the equivalent radius: bounds the opening of weakly loaded springs from above
-  double stiffness_ratio = 0.1;  // stiffness of one spring <= ratio x E* x equivalent radius: bounds the time step
-};
-
-/// Which plane the load asks for; the shape has the last word (break_plane.hpp).
-enum class BreakPlane {
-  criterion,         // that of the criterion that broke the grain: Hoek-Brown the stress, contact tension the contacts
-  average_stress,    // normal to the most tensile principal direction
-  critical_contacts  // parallel to the plane of the three contacts of largest tension; the stress where there are fewer
-};
-
-/// Badly shaped fragments grow back to a breakable shape (3.3.4, made stable): see shape_transition.hpp.
-struct ShapeTransition {
-  double ratio = 0.25;  // shorter / longer semi-axis that is reached
-  double time = 1e-5;   // s from a flat face to that ratio
-};
-
-/// Size of the fines that a split leaves: mass below d ~ (d / top)^(3 - dimension), top = largest x parent diameter.
-struct FinesGrading {
-  double dimension = 2.6, largest = 0.1;
-};
-
-/// Fracture of one material.
-struct FractureModel {
-  std::optional<HoekBrown> hoek_brown;
-  std::optional<ContactTension> contact_tension;
-  std::optional<Weibull> weibull;
-  std::optional<CohesiveSprings> springs;
-  BreakPlane plane = BreakPlane::criterion;
-  bool turn_spheres = false;  // their principal axes first turn to the ideal plane (geometry only, no motion)
-  double slight_rotation =
-      0;  // rad: spheres' axes turn by a random angle of [theta/2, theta] about each axis, either sign (3.3.1)
-  double rounding = 0.02;  // epsilon of the split geometry; why 0.02: docs/validation/zhang2015.md
-  bool keep_mass =
-      false;  // children take the lost volume's mass by density / (1 - rounding); otherwise it goes to the fines
-  std::optional<ShapeTransition> transition;
-  FinesGrading fines;
-  double smallest_radius = 0;  // equivalent radius (m) below which grains do not break
-  int max_generations = 255;
-
-  double strength_factor(double radius, std::uint64_t seed, std::uint64_t id) const {
-    return weibull ? weibull->factor(radius, random_uniform(seed, id, Purpose::strength)) : 1.0;
+/// `factor`: of the grain's own strength. Asked in their order, until one fails.
+Verdict judge(const std::vector<Criterion>& criteria, const GrainUnderLoad auto& grain, double factor) {
+  Verdict verdict;
+  for (std::size_t k = 0; k < criteria.size(); ++k) {
+    const double now = std::visit([&](const auto& c) { return c.utilisation(grain, factor); }, criteria[k]);
+    verdict.utilisation = std::max(verdict.utilisation, now);
+    verdict.by = k;
+    if (now >= 1) break;
   }
-};
+  return verdict;
+}
 
 }  // namespace grus::dem

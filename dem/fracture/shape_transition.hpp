@@ -7,7 +7,7 @@
 
 #include <optional>
 
-#include "dem/fracture/criteria.hpp"
+#include "dem/fracture/fracture_model.hpp"
 #include "dem/shape/polyellipsoid.hpp"
 
 namespace grus::dem {

@@ -1,22 +1,9 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/fracture/split_polyellipsoid.hpp"
 
+#include "dem/fracture/break_plane.hpp"
+
 namespace grus::dem {
-namespace {
-
-/// Integrals over a body of density, density x and density x x^T, x from a given centre (global axes).
-struct MassMoments {
-  double mass;
-  Vec3 first;
-  Mat3 second;
-};
-
-MassMoments moments_of(const PolyEllipsoid& shape, double density, const Mat3& axes, const Vec3& centre) {
-  const double m = density * volume(shape);
-  return {m, m * centre, m * (axes * second_moment(shape) * axes.transpose() + centre * centre.transpose())};
-}
-
-}  // namespace
 
 std::array<Half, 2> halves(const PolyEllipsoid& parent, int axis, double asked) {
   const double rounding = std::max(asked, least_rounding);
@@ -34,43 +21,46 @@ std::array<Half, 2> halves(const PolyEllipsoid& parent, int axis, double asked) 
   return half;
 }
 
-void split_grain(Grains& g, std::size_t i, int axis, const FractureModel& fracture, Fines& fines) {
-  const Frame frame = frame_of(g, i);
-  const Motion parent = g.motion[i];
-  const Vec3 spin = spin_of(g, i);
-  const double mass = g.mass[i], parent_diameter = 2 * equivalent_radius(g.shape[i]);
-  const auto half = halves(g.shape[i], axis, fracture.rounding);
-  const bool keep_mass = fracture.keep_mass || fracture.rounding == 0;
-  const double density = mass / (keep_mass ? volume(half[0].shape) + volume(half[1].shape) : volume(g.shape[i]));
-  const Quat orientation = g.orientation[i];
-  const auto material = g.material[i];
-  const std::uint8_t generation = g.generation.empty() ? 0 : g.generation[i];
+bool can_split(const Halves&, const Grains& g, std::size_t i) {
+  return choose_axis(g.shape[i], Vec3::Zero()).has_value();
+}
 
-  MassMoments lost = moments_of(g.shape[i], mass / volume(g.shape[i]), frame.axes, Vec3::Zero());
-  for (std::size_t side = 0; side < 2; ++side) {
-    const std::size_t slot = side == 0 ? i : g.size();
-    GrainSpec child;
-    child.shape = half[side].shape;
-    child.position = frame.origin + frame.axes * (half[side].origin + centre_of_mass(child.shape));
-    child.velocity = parent.velocity + spin.cross(child.position - parent.position);
-    child.spin = spin;
-    child.orientation = orientation;
-    child.material = material;
-    child.density = density;
-    set_grain(g, slot, child);
-    if (!g.generation.empty()) g.generation[slot] = static_cast<std::uint8_t>(generation + 1);
-    const MassMoments kept = moments_of(child.shape, density, frame.axes, child.position - parent.position);
-    lost.mass -= kept.mass, lost.first -= kept.first, lost.second -= kept.second;
+Pieces pieces_of(const Halves& splitter, const Grains& g, std::size_t i, const Wanted& wanted, std::uint64_t seed) {
+  const Mat3 axes = g.orientation[i].toRotationMatrix();
+  const AxisPreference preference = wanted.plane ? AxisPreference((axes.transpose() * *wanted.plane).cwiseAbs())
+                                                 : AxisPreference((axes.transpose() * wanted.stress * axes).diagonal());
+  const int axis = *choose_axis(g.shape[i], preference);
+  Quat q = g.orientation[i];
+  if (is_sphere(g, i) && splitter.turn_spheres) {  // only a sphere's axes are free to turn
+    Eigen::SelfAdjointEigenSolver<Mat3> principal;
+    if (!wanted.plane) principal.computeDirect(wanted.stress);
+    q = turned_to_plane(q, axis, wanted.plane ? *wanted.plane : Vec3(principal.eigenvectors().col(2)));
   }
-  // What is removed goes on in the parent's rigid velocity field, wherever the children go.
-  const Mat3 inertia = lost.second.trace() * Mat3::Identity() - lost.second;
-  const Vec3 turning = spin.cross(lost.first), momentum = lost.mass * parent.velocity + turning;
-  fines.mass += lost.mass;
-  fines.momentum += momentum;
-  fines.angular_momentum += parent.position.cross(momentum) + lost.first.cross(parent.velocity) + inertia * spin;
-  fines.kinetic +=
-      0.5 * (lost.mass * parent.velocity.squaredNorm() + spin.dot(inertia * spin)) + parent.velocity.dot(turning);
-  if (!keep_mass) add_fines(fines, fracture.fines.largest * parent_diameter, fracture.fines.dimension, lost.mass);
+  if (is_sphere(g, i) && splitter.slight_rotation > 0)
+    q = (q * Quat(slight_rotation(splitter.slight_rotation, seed, g.id[i]))).normalized();
+  return halves_of(splitter, g, i, axis, q);
+}
+
+Pieces halves_of(const Halves& splitter, const Grains& g, std::size_t i, int axis, const Quat& orientation) {
+  const PolyEllipsoid& parent = g.shape[i];
+  const auto half = halves(parent, axis, splitter.rounding);
+  const bool keep_mass = splitter.keep_mass || splitter.rounding == 0;
+  const double density = g.mass[i] / (keep_mass ? volume(half[0].shape) + volume(half[1].shape) : g.extent[i].volume);
+  const Mat3 frame = orientation.toRotationMatrix();
+  const Vec3 origin = g.motion[i].position - frame * centre_of_mass(parent);
+  Pieces out;
+  out.orientation = orientation;
+  for (const Half& h : half)
+    out.piece.push_back({.shape = h.shape,
+                         .position = origin + frame * (h.origin + centre_of_mass(h.shape)),
+                         .orientation = orientation,
+                         .material = g.material[i],
+                         .density = density});
+  out.loses_mass = !keep_mass;
+  const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+  out.plane.push_back({1, 0, Vec3::Unit(axis), Vec3::Unit(u), Vec3::Unit(v), parent.plus[u], parent.minus[u],
+                       parent.plus[v], parent.minus[v]});
+  return out;
 }
 
 }  // namespace grus::dem

@@ -5,9 +5,7 @@
 
 #include <array>
 
-#include "dem/fracture/criteria.hpp"
-#include "dem/state/grains.hpp"
-#include "dem/state/ledger.hpp"
+#include "dem/fracture/splitter.hpp"
 
 namespace grus::dem {
 
@@ -23,10 +21,14 @@ inline constexpr double least_rounding = 1e-3;
 /// Along + and - of the axis.
 std::array<Half, 2> halves(const PolyEllipsoid& parent, int axis, double rounding);
 
-/// Replaces grain i by its halves: the + half takes slot i, the - half is appended. Each moves with the parent's rigid
-/// velocity field. What the halves do not hold goes to the fines: with the density unchanged (1 - rounding) of the mass
-/// stays, with `keep_mass` the density rises by 1 / (1 - rounding) and the fines take no mass, only what the
-/// shift of the centres of mass and the larger inertia leave over of momentum and energy.
-void split_grain(Grains& grains, std::size_t i, int axis, const FractureModel& fracture, Fines& fines);
+/// Whether the shape allows any axis (break_plane.hpp).
+bool can_split(const Halves& splitter, const Grains& grains, std::size_t i);
+
+/// The + half first. With the density unchanged (1 - rounding) of the mass stays, with `keep_mass` it rises by
+/// 1 / (1 - rounding) and no mass is lost.
+Pieces pieces_of(const Halves& splitter, const Grains& grains, std::size_t i, const Wanted& wanted, std::uint64_t seed);
+
+/// The same along a given axis, the parent's geometry frame turned to `orientation`.
+Pieces halves_of(const Halves& splitter, const Grains& grains, std::size_t i, int axis, const Quat& orientation);
 
 }  // namespace grus::dem

@@ -25,22 +25,21 @@ ParentMotion motion_of(const Grains& g, std::size_t i) {
           inertia_tensor(g, i).inverse() * (g.torque[i] - spin.cross(g.angular_momentum[i])),
           frame.origin,
           frame.axes,
-          g.shape[i]};
+          g.extent[i].equivalent_radius};
 }
 
-void add_springs(const Model& model, State& state, const ParentMotion& parent, int axis, std::size_t plus,
-                 std::size_t minus) {
+void add_springs(const Model& model, State& state, const ParentMotion& parent, const FreshPlane& plane,
+                 std::span<const std::size_t> slots) {
   const Grains& g = state.grains;
+  const std::size_t plus = slots[plane.above], minus = slots[plane.below];
   const Material& material = model.materials[g.material[plus]];
   const CohesiveSprings& options = *material.fracture->springs;
   const double E = material.youngs_modulus, nu = material.poissons_ratio;
-  const int n = options.per_plane, y = (axis + 1) % 3, z = (axis + 2) % 3;
-  const double area =
-      pi / 4 * (parent.shape.plus[y] + parent.shape.minus[y]) * (parent.shape.plus[z] + parent.shape.minus[z]);
+  const int n = options.per_plane;
+  const double area = plane.area(), radius = parent.radius;
   const double energy = options.toughness * options.toughness * (1 - nu * nu) / E * area / n;  // G_c A of one spring
-  const double radius = equivalent_radius(parent.shape);
 
-  // Springs act from the - half (a) on the + half (b); unknown forces on b at points of the plane, least norm.
+  // Springs act from the piece below (a) on the one above (b); unknown forces on b at points of the plane, least norm.
   const auto [fp, mp] = demand(g, plus, parent);
   const auto [fm, mm] = demand(g, minus, parent);
   Vec6 target;
@@ -50,21 +49,19 @@ void add_springs(const Model& model, State& state, const ParentMotion& parent, i
   Eigen::MatrixXd balance(6, 3 * n);
   for (int k = 0; k < n; ++k) {
     const double angle = 2 * pi * (k + 0.5) / n, c = std::cos(angle), s = std::sin(angle);
-    Vec3 p = Vec3::Zero();  // geometry frame of the parent, from its octant origin
-    p[y] = 0.6 * c * (c >= 0 ? parent.shape.plus[y] : parent.shape.minus[y]);
-    p[z] = 0.6 * s * (s >= 0 ? parent.shape.plus[z] : parent.shape.minus[z]);
+    const Vec3 p = 0.6 * c * (c >= 0 ? plane.u_plus : plane.u_minus) * plane.u +
+                   0.6 * s * (s >= 0 ? plane.v_plus : plane.v_minus) * plane.v;  // from the parent's octant origin
     at[static_cast<std::size_t>(k)] = parent.axes * p;
     balance.block<3, 3>(0, 3 * k).setIdentity();
     balance.block<3, 3>(3, 3 * k) = cross_matrix(at[static_cast<std::size_t>(k)]) / radius;
   }
   const Eigen::VectorXd forces = balance.completeOrthogonalDecomposition().solve(target);
 
-  Vec3 normal = Vec3::Zero();  // from - to +
-  normal[axis] = 1;
+  const Vec3& normal = plane.normal;  // geometry frame
   for (int k = 0; k < n; ++k) {
-    Vec3 force = parent.axes.transpose() * forces.segment<3>(3 * k);  // on the + half, geometry frame
+    Vec3 force = parent.axes.transpose() * forces.segment<3>(3 * k);  // on the piece above, geometry frame
     const double push = force.dot(normal);
-    if (push > 0) {  // the halves press on each other: the contact's work, not the spring's
+    if (push > 0) {  // the pieces press on each other: the contact's work, not the spring's
       force -= push * normal;
       state.ledger.residual_force += push;
     }

@@ -10,8 +10,7 @@ namespace grus::dem {
 
 struct Break {
   std::size_t grain;
-  int axis;
-  std::optional<Quat> orientation = std::nullopt;  // of a sphere whose axes turn before it splits
+  Wanted wanted;
 };
 
 /// A grain is found before its load is this much beyond what it can bear, as far as loads go on as since the last test.

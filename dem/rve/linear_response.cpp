@@ -19,6 +19,32 @@ Freedom freedom(const Vec3& arm) {
   return f;
 }
 
+/// A grain under the load that a strain would bring, as the criteria see it.
+struct Foretold {
+  const LinearResponse::Grain& grain;
+  const std::vector<Link>& links;
+  const std::vector<double>& force;  // of the links, under the strain (N)
+  const Vec6& strain;
+
+  Mat3 stress() const {
+    Mat3 loaded = grain.stress;
+    for (int v = 0; v < 6; ++v) loaded += strain[v] * grain.change[static_cast<std::size_t>(v)];
+    return loaded;
+  }
+  double poissons_ratio() const { return grain.poissons_ratio; }
+  Vec3 arm(Index at) const { return grain.contact[at].arm; }
+
+  /// Hertz: the contact's radius goes with the cube root of the force.
+  template <class F>
+  void each_contact(F&& f) const {
+    for (std::size_t e = 0; e < grain.contact.size(); ++e) {
+      const auto& c = grain.contact[e];
+      const double now = force[c.link];
+      if (now > 0) f(now, c.radius * std::cbrt(now / std::max(links[c.link].force, 1e-300)), static_cast<Index>(e));
+    }
+  }
+};
+
 /// `share` not finite: whatever slides gives way, and only the tangent is made.
 std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s, double share) {
   const bool tangent_only = !std::isfinite(share);
@@ -95,13 +121,9 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
   for (std::size_t i = 0; i < n; ++i) {
     const Material& material = model.materials[s.grains.material[i]];
     if (!material.fracture) continue;
-    LinearResponse::Grain grain{s.grains.material[i],
-                                s.grains.strength[i],
-                                material.poissons_ratio,
-                                grain_stress(s.grains, s.contacts, i),
-                                {},
-                                {},
-                                {}};
+    LinearResponse::Grain grain;
+    grain.material = s.grains.material[i], grain.strength = s.grains.strength[i];
+    grain.poissons_ratio = material.poissons_ratio, grain.stress = grain_stress(s.grains, s.contacts, i);
     grain.change.fill(Mat3::Zero());
     const double solid = s.grains.extent[i].volume;
     for (Index e = s.contacts.first[i]; e < s.contacts.first[i + 1]; ++e) {
@@ -114,11 +136,8 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
         const Mat3 part = (is_b ? 1.0 : -1.0) * Vec3(link.change.col(v)) * arm.transpose() / solid;
         grain.change[static_cast<std::size_t>(v)] += 0.5 * (part + part.transpose());
       }
-      const Contact c = s.contacts.contact[k];
-      grain.tension.push_back(
-          {link.force, ContactTension::tension(link.force, std::sqrt(c.radius * s.contacts.touch[k].overlap),
-                                               material.poissons_ratio)});
-      grain.link.push_back(touching[k]);
+      const double radius = std::sqrt(s.contacts.contact[k].radius * s.contacts.touch[k].overlap);
+      grain.contact.push_back({touching[k], radius, arm});
     }
     out->grains.push_back(std::move(grain));
   }
@@ -156,18 +175,10 @@ bool LinearResponse::holds(const Model& model, const Vec6& strain, double share)
       outside += total_force / static_cast<double>(links.size());
       if (outside > limit) return false;
     }
-  for (const Grain& g : grains) {
-    const FractureModel& f = *model.materials[g.material].fracture;
-    Mat3 loaded = g.stress;
-    for (int v = 0; v < 6; ++v) loaded += strain[v] * g.change[static_cast<std::size_t>(v)];
-    if (f.hoek_brown && f.hoek_brown->utilisation(loaded, g.strength) >= 1) return false;
-    if (!f.contact_tension) continue;
-    int critical = 0;
-    for (std::size_t e = 0; e < g.link.size(); ++e)  // Hertz: tension goes with the cube root of the force
-      critical += g.tension[e][1] * std::cbrt(std::max(force[g.link[e]], 0.0) / std::max(g.tension[e][0], 1e-300)) >=
-                  f.contact_tension->strength * g.strength;
-    if (critical >= f.contact_tension->critical_contacts) return false;
-  }
+  for (const Grain& g : grains)
+    if (judge(model.materials[g.material].fracture->criteria, Foretold{g, links, force, strain}, g.strength)
+            .utilisation >= 1)
+      return false;
   return true;
 }
 

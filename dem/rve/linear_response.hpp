@@ -27,9 +27,13 @@ struct LinearResponse {
     std::size_t material;
     double strength, poissons_ratio;
     Mat3 stress;
-    std::array<Mat3, 6> change;                  // of the stress for a unit of each strain component (Pa)
-    std::vector<std::array<double, 2>> tension;  // force (N) and tension (Pa) of each of its links
-    std::vector<std::size_t> link;
+    std::array<Mat3, 6> change;  // of the stress for a unit of each strain component (Pa)
+    struct Contact {
+      std::size_t link;
+      double radius;  // of the circle of contact (m)
+      Vec3 arm;       // m
+    };
+    std::vector<Contact> contact;
   };
 
   Mat3 stress = Mat3::Zero();   // of the state (Pa)

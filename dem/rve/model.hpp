@@ -5,7 +5,7 @@
 #include <string>
 
 #include "dem/contact/laws.hpp"
-#include "dem/fracture/criteria.hpp"
+#include "dem/fracture/fracture_model.hpp"
 #include "dem/motion/integrate.hpp"
 
 namespace grus::dem {

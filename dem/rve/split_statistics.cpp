@@ -33,13 +33,13 @@ ParentContacts contacts_of(const Model& model, const State& state, std::span<con
 }
 
 void count_split(const Model& model, State& state, const ParentContacts& before,
-                 std::span<const std::array<std::size_t, 2>> halves, std::span<const Index> origin,
+                 std::span<const std::vector<std::size_t>> pieces, std::span<const Index> origin,
                  std::size_t grains_before) {
   SplitStatistics& s = state.ledger.splits;
-  for (std::size_t k = 0; k < halves.size(); ++k) {
+  for (std::size_t k = 0; k < pieces.size(); ++k) {
     std::vector<std::pair<std::size_t, double>> after;
-    for (const std::size_t half : halves[k])
-      each_touching(model, state, half, [&](bool wall, std::size_t other, double force) {
+    for (const std::size_t piece : pieces[k])
+      each_touching(model, state, piece, [&](bool wall, std::size_t other, double force) {
         after.emplace_back(wall ? grains_before + other : origin[other], force);
       });
     for (const auto& [neighbour, force] : before.of[k]) {
@@ -51,7 +51,7 @@ void count_split(const Model& model, State& state, const ParentContacts& before,
     }
   }
   const double virial = love_weber(state, 1).trace();
-  s.events += halves.size();
+  s.events += pieces.size();
   ++s.instants;
   if (before.virial != 0) s.pressure_jump += std::abs(virial - before.virial) / std::abs(before.virial);
 }

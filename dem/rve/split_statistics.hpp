@@ -21,7 +21,7 @@ ParentContacts contacts_of(const Model& model, const State& state, std::span<con
 /// Adds to ledger.splits. `halves[k]` are the slots of the two halves of grain k of `before`; `origin` maps slots to
 /// the slots before the split.
 void count_split(const Model& model, State& state, const ParentContacts& before,
-                 std::span<const std::array<std::size_t, 2>> halves, std::span<const Index> origin,
+                 std::span<const std::vector<std::size_t>> pieces, std::span<const Index> origin,
                  std::size_t grains_before);
 
 }  // namespace grus::dem

@@ -82,7 +82,8 @@ TEST_CASE("the size effect that nobody names is three over Weibull's modulus") {
                " }\n[[grain]]\nshape = \"sphere\"\nradius = 1e-3\nposition = [0, 0, 0]\nmaterial = "
                "\"m\"\n[boundary]\nkind = "
                "\"open\"\n[loading]\nkind = \"free\"\nduration = 1e-3\n";
-    return read_rve_scene(file, {}).model.materials[0].fracture->weibull->size_exponent;
+    const auto scene = read_rve_scene(file, {});
+    return std::get<grus::dem::Weibull>(scene.model.materials[0].fracture->strength_law).size_exponent;
   };
   CHECK(exponent("") == Approx(3 / 4.2).epsilon(1e-14));
   CHECK(exponent(", size_exponent = 0.5") == 0.5);

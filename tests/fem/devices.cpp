@@ -27,7 +27,7 @@ Sand weak(double strength) {
   Sand s = standard();
   Model model = *s.model;
   FractureModel f;
-  f.hoek_brown = HoekBrown{strength, 20};
+  f.criteria.emplace_back(HoekBrown{strength, 20});
   model.materials[0].fracture = f;
   s.model = std::make_shared<const Model>(model);
   Team team(1);

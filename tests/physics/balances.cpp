@@ -123,7 +123,7 @@ TEST_CASE("fines are the volume that the halves leave, in the parent's rigid vel
       const Frame frame = frame_of(s.grains, 0);
       const Vec3 centre = s.grains.motion[0].position;
       FractureModel fracture;
-      fracture.rounding = 0.1, fracture.keep_mass = keep_mass;
+      halves_in(fracture).rounding = 0.1, halves_in(fracture).keep_mass = keep_mass;
       double mass = 0, kinetic = 0;
       Vec3 momentum = Vec3::Zero(), turning = Vec3::Zero();
       auto count = [&](const PolyEllipsoid& body, const Vec3& origin, double density) {
@@ -169,7 +169,7 @@ TEST_CASE("a split under load is booked by the parent's own contacts, and the re
   // Five grains in a row between walls, pressed and sheared; the middle one breaks. Dashpots and friction act.
   Material m = solid(60e9, 0.17, 2650, 0.5, 0.5);
   FractureModel f;
-  f.hoek_brown = HoekBrown{592e6, 20.56};
+  f.criteria.emplace_back(HoekBrown{592e6, 20.56});
   f.springs = CohesiveSprings{4, 1.77e6};
   m.fracture = f;
   const Model model = model_of(m);
@@ -187,7 +187,7 @@ TEST_CASE("a split under load is booked by the parent's own contacts, and the re
   run_steps(model, s, 40, team);
   const double unexplained = s.ledger.unexplained, stored = stored_energy(model, s) + s.ledger.spent();
   const double held = elastic_energy(model.law, s.contacts);
-  apply_breaks(model, s, {{2, 1}}, team);
+  apply_breaks(model, s, {across(s, 2, 1)}, team);
   REQUIRE(s.bonds.size() == 4);
   CHECK(std::abs(s.ledger.unexplained - unexplained) < 1e-12 * held);
   CHECK(std::abs(s.ledger.split) > 0.01 * held);

@@ -52,8 +52,8 @@ TEST_CASE("three small runs end in known bits") {
   m.damping = 0.1;
   Material brittle = m;
   brittle.fracture = FractureModel{};
-  brittle.fracture->hoek_brown = HoekBrown{60e6, 20.56};
-  brittle.fracture->weibull = Weibull{3.1, 3e-4, 3 / 3.1};
+  brittle.fracture->criteria.emplace_back(HoekBrown{60e6, 20.56});
+  brittle.fracture->strength_law = Weibull{3.1, 3e-4, 3 / 3.1};
   brittle.fracture->springs = CohesiveSprings{4, 1.77e6};
   Mat3 shear = Mat3::Zero();
   shear(0, 2) = 3000, shear(2, 2) = -2000;

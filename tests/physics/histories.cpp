@@ -19,9 +19,9 @@ Model sticky(bool brittle = false, double rounding = 0) {
   Material m = solid(60e9, 0.17, 2650, 10);
   if (brittle) {
     FractureModel f;
-    f.hoek_brown = HoekBrown{592e6, 20.56};
+    f.criteria.emplace_back(HoekBrown{592e6, 20.56});
     f.springs = CohesiveSprings{4, 1.77e6};
-    f.rounding = rounding;
+    halves_in(f).rounding = rounding;
     m.fracture = f;
   }
   return model_of(m);
@@ -153,7 +153,7 @@ TEST_CASE("halves inherit tangential springs, whichever side of the pair the par
         s.contacts.contact.set(k, c);
       }
       REQUIRE(set == 2);
-      apply_breaks(model, s, {{parent, 1}}, team);  // across y: both halves touch both neighbours, and share
+      apply_breaks(model, s, {across(s, parent, 1)}, team);  // across y: both halves touch both neighbours, and share
       Vec3 on_halves = Vec3::Zero();
       for (std::size_t k = 0; k < s.contacts.size(); ++k) {
         const Pair& p = s.contacts.pair[k];
@@ -174,7 +174,7 @@ TEST_CASE("halves on springs: a spinning pair keeps its angular momentum, and it
   State s;
   add(s, PolyEllipsoid::sphere(R), Vec3::Zero(), 2650, Vec3(1, 0, 0), Vec3(500, 3000, -800));
   prepare(model, s, team);
-  apply_breaks(model, s, {{0, 0}}, team);
+  apply_breaks(model, s, {across(s, 0, 0)}, team);
   REQUIRE(s.bonds.size() == 4);
   double virial = 0;
   for (std::size_t i = 0; i < 2; ++i) virial -= s.grains.force[i].dot(s.grains.motion[i].position);

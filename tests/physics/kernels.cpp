@@ -297,7 +297,7 @@ TEST_CASE("a step allocates nothing") {
     run_steps(c.model, c.state, 400, c.team);
     build_contacts(c.state.grains, c.state.boundary, c.state.skin, 2, {}, c.state.contacts, c.state.reference, c.team);
     FractureModel tested;  // every fifth step, and never reached
-    tested.hoek_brown = HoekBrown{1e15, 20};
+    tested.criteria.emplace_back(HoekBrown{1e15, 20});
     for (auto& m : c.model.materials) m.fracture = tested;
     c.model.numerics.fracture_every = 5;
     c.state.grains.strength.assign(c.state.grains.size(), 1),

@@ -19,9 +19,9 @@ Model sand(bool fracture) {
   Material m = solid(60e9, 0.17, 2650, 0.5, 0.5);
   if (fracture) {
     FractureModel f;
-    f.hoek_brown = {275e6, 20.56};
-    f.contact_tension = ContactTension{1.655e9, 3};
-    f.weibull = Weibull{3.1, 3e-4, 3 / 3.1};
+    f.criteria.emplace_back(HoekBrown{275e6, 20.56});
+    f.criteria.emplace_back(ContactTension{1.655e9, 3});
+    f.strength_law = Weibull{3.1, 3e-4, 3 / 3.1};
     f.springs = CohesiveSprings{4, 1.77e6};
     m.fracture = f;
   }
@@ -253,7 +253,7 @@ TEST_CASE("a cell loaded in a turned frame answers the same, turned, local dampi
   f(0, 2) = 2e-3, f(2, 2) -= 4e-3, f(0, 1) = -1e-3;
   for (const bool fracture : {false, true}) {
     Model model = sand(fracture);
-    if (fracture) model.materials[0].fracture->hoek_brown = HoekBrown{60e6, 20.56};
+    if (fracture) criterion<HoekBrown>(model) = {60e6, 20.56};
     State here = ready(model), there = here;
     rotate(there, turn);
     Team team(1);

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Fracture of one material, made of values that know nothing of each other: criteria say when, a splitter says into
+// what, a strength law scatters, a limit says who may. Any of them goes with any other.
+#pragma once
+
+#include "dem/base/random.hpp"
+#include "dem/fracture/criteria.hpp"
+#include "dem/fracture/splitter.hpp"
+
+namespace grus::dem {
+
+/// All grains are as strong as the material.
+struct UniformStrength {
+  double operator()(double, std::uint64_t, std::uint64_t) const { return 1; }
+};
+
+/// Strength of a grain = characteristic strength x (ln 1/P)^(1/modulus) (r / reference_radius)^-size_exponent (eq 18,
+/// whose exponent -2w is a misprint: -3/w in three dimensions). P is the grain's own uniform draw.
+struct Weibull {
+  double modulus = 1, reference_radius = 0, size_exponent = 3;
+
+  double operator()(double radius, std::uint64_t seed, std::uint64_t id) const {
+    return factor(radius, random_uniform(seed, id, Purpose::strength));
+  }
+  double factor(double radius, double p) const {
+    return std::pow(-std::log(p), 1 / modulus) * std::pow(radius / reference_radius, -size_exponent);
+  }
+};
+
+/// (equivalent radius in m, seed, id) -> factor on the characteristic strengths of a grain.
+using StrengthLaw = std::variant<UniformStrength, Weibull>;
+
+/// Who may break.
+struct Limit {
+  double smallest_radius = 0;  // equivalent radius (m) below which grains do not break
+  int max_generations = 255;   // splits since the start
+
+  bool allows(double radius, int generation) const {
+    return generation < max_generations && !(radius < smallest_radius);
+  }
+};
+
+/// Which plane a grain breaks along; the splitter has the last word.
+enum class BreakPlane {
+  criterion,         // that of the criterion that broke the grain: Hoek-Brown the stress, contact tension the contacts
+  average_stress,    // normal to the most tensile principal direction
+  critical_contacts  // of the three contacts of largest tension; the stress where there are fewer
+};
+
+/// Springs across a fresh plane (3.4): their number, and the toughness K_Ic (Pa m^1/2) that gives them their energy.
+struct CohesiveSprings {
+  int per_plane = 4;
+  double toughness = 0;
+  double max_opening = 0.05;     // of the equivalent radius: bounds the opening of weakly loaded springs from above
+  double stiffness_ratio = 0.1;  // stiffness of one spring <= ratio x E* x equivalent radius: bounds the time step
+};
+
+/// Badly shaped fragments grow back to a breakable shape (3.3.4, made stable): see shape_transition.hpp.
+struct ShapeTransition {
+  double ratio = 0.25;  // shorter / longer semi-axis that is reached
+  double time = 1e-5;   // s from a flat face to that ratio
+};
+
+/// Size of the fines that a split leaves: mass below d ~ (d / top)^(3 - dimension), top = largest x parent diameter.
+struct FinesGrading {
+  double dimension = 2.6, largest = 0.1;
+};
+
+/// Fracture of one material.
+struct FractureModel {
+  std::vector<Criterion> criteria;  // asked in this order
+  Splitter splitter;
+  StrengthLaw strength_law;
+  Limit limit;
+  BreakPlane plane = BreakPlane::criterion;
+  std::optional<CohesiveSprings> springs;
+  std::optional<ShapeTransition> transition;
+  FinesGrading fines;
+
+  double strength_factor(double radius, std::uint64_t seed, std::uint64_t id) const {
+    return std::visit([&](const auto& law) { return law(radius, seed, id); }, strength_law);
+  }
+};
+
+}  // namespace grus::dem
