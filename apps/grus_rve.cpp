@@ -53,7 +53,7 @@ private:
 nlohmann::json ledger_json(const dem::State& s, const dem::Measurement& m) {
   const dem::Ledger& l = s.ledger;
   double whole = 0;  // with fracture_J this is G_c times the area made
-  for (const auto& spring : s.bonds) whole += 0.5 * spring.peak * spring.rupture - dem::dissipated(spring);
+  for (const auto& spring : s.bonds.cohesive.row) whole += 0.5 * spring.peak * spring.rupture - dem::dissipated(spring);
   return {{"work_J", l.work},
           {"kinetic_J", m.kinetic},
           {"elastic_J", m.elastic},

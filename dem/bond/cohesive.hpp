@@ -4,9 +4,7 @@
 // compression.
 #pragma once
 
-#include "dem/state/bonds.hpp"
-#include "dem/state/grains.hpp"
-#include "dem/state/ledger.hpp"
+#include "dem/bond/bonds.hpp"
 
 namespace grus::dem {
 
@@ -16,19 +14,21 @@ inline double remaining_force(const CohesiveSpring& s) {
   return s.peak * (s.rupture - s.reached) / (s.rupture - s.onset);
 }
 
-/// Energy dissipated so far (J): 0 at birth, exactly peak * rupture / 2 when broken.
+inline double stiffness(const CohesiveSpring& s) { return remaining_force(s) / s.reached; }
+inline double stiffest(const CohesiveSpring& s) { return s.peak / s.onset; }
+inline bool broken(const CohesiveSpring& s) { return s.reached >= s.rupture; }
+
+/// 0 at birth, exactly peak * rupture / 2 when broken.
 inline double dissipated(const CohesiveSpring& s) { return 0.5 * s.rupture * (s.peak - remaining_force(s)); }
 
-/// Stored energy (J) at the present opening.
-double stored_energy(const Bonds& bonds);
+inline double energy(const CohesiveSpring& s) {
+  const double k = stiffness(s);
+  return k > 0 ? 0.5 * s.force.squaredNorm() / k : 0;
+}
 
-/// Evaluates the springs from `first` on and adds their force and torque to grains.force/torque; books dissipation. One
-/// that has broken carries nothing.
-void add_bond_forces(Grains& grains, Bonds& bonds, std::size_t first, Ledger& ledger);
+/// What it holds before it has been evaluated for the first time (J).
+inline double energy_at_birth(const CohesiveSpring& s) { return 0.5 * s.peak / s.onset * s.preload.squaredNorm(); }
 
-/// Evaluates all springs, writes their force and torque on the grains into grains.force/torque (cleared first), books
-/// dissipation and removes the broken ones. `again`: nobody has written there since the last call, which left zero
-/// wherever it found no spring.
-void bond_forces(Grains& grains, Bonds& bonds, Ledger& ledger, bool again = false);
+Pull pull(CohesiveSpring& s, const BondFrame& at);
 
 }  // namespace grus::dem

@@ -84,7 +84,10 @@ void archive(A& a, S& s) {
   a.column(c.load), a.column(c.remote), a.column(c.remote_row), a.column(c.tile_work), a.column(c.before),
       a.column(c.taken), a.column(c.done), a.column(c.moved), a.plain(c.round), a.column(c.first), a.column(c.entry),
       a.column(c.energy);
-  a.column(s.bonds);
+  for_each_kind(s.bonds, [&](auto& column) {
+    a.column(column.row);
+    if constexpr (!std::is_const_v<S>) column.tiles = {};
+  });
   std::uint64_t walls = s.boundary.walls.size();
   a.plain(walls);
   if constexpr (!std::is_const_v<S>) s.boundary.walls.resize(walls);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "dem/bond/cohesive.hpp"
 #include "dem/contact/pair_kinds.hpp"
 #include "dem/state/shape_kinds.hpp"
 
@@ -75,11 +76,11 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
     add(p.a, c < walls ? 2 : 1, k[c], g.motion[p.a].radius);
     if (c < walls) add(p.b, 2, k[c], g.motion[p.b].radius);
   }
-  for (const auto& spring : bonds) {
-    const double secant = spring.peak / spring.onset;
-    add(spring.a, 2, {secant, secant, 0}, spring.at_a.norm());
-    add(spring.b, 2, {secant, secant, 0}, spring.at_b.norm());
-  }
+  for_each_bond(bonds, [&](const auto& bond) {
+    const double most = stiffest(bond);
+    add(bond.ends.a, 2, {most, most, 0}, bond.at_a.norm());
+    add(bond.ends.b, 2, {most, most, 0}, bond.at_b.norm());
+  });
   const bool walled =
       !boundary.walls.empty();  // against a wall all of the grain's mass and radius count, against a grain half
   for (std::size_t i = 0; i < n; ++i) {
@@ -129,11 +130,10 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
       }
       turn += weight * k[c].rolling * across;
     }
-    for (const auto& spring : bonds) {
-      if (spring.a != i && spring.b != i) continue;
-      assemble(2, spring.peak / spring.onset * Mat3::Identity(),
-               g.orientation[i] * (spring.a == i ? spring.at_a : spring.at_b));
-    }
+    for_each_bond(bonds, [&](const auto& bond) {
+      if (bond.ends.a == i) assemble(2, stiffest(bond) * Mat3::Identity(), g.orientation[i] * bond.at_a);
+      if (bond.ends.b == i) assemble(2, stiffest(bond) * Mat3::Identity(), g.orientation[i] * bond.at_b);
+    });
     const double by_mass = std::sqrt(g.motion[i].inverse_mass);
     Mat3 by_inertia = std::sqrt(g.motion[i].inverse_inertia) * Mat3::Identity();
     if (!is_sphere(g, i)) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/rve/bonding.hpp"
 
+#include "dem/bond/cohesive.hpp"
+
 namespace grus::dem {
 namespace {
 
@@ -28,8 +30,8 @@ ParentMotion motion_of(const Grains& g, std::size_t i) {
           g.extent[i].equivalent_radius};
 }
 
-void add_springs(const Model& model, State& state, const ParentMotion& parent, const FreshPlane& plane,
-                 std::span<const std::size_t> slots) {
+double add_springs(const Model& model, State& state, const ParentMotion& parent, const FreshPlane& plane,
+                   std::span<const std::size_t> slots) {
   const Grains& g = state.grains;
   const std::size_t plus = slots[plane.above], minus = slots[plane.below];
   const Material& material = model.materials[g.material[plus]];
@@ -58,6 +60,7 @@ void add_springs(const Model& model, State& state, const ParentMotion& parent, c
   const Eigen::VectorXd forces = balance.completeOrthogonalDecomposition().solve(target);
 
   const Vec3& normal = plane.normal;  // geometry frame
+  double held = 0;
   for (int k = 0; k < n; ++k) {
     Vec3 force = parent.axes.transpose() * forces.segment<3>(3 * k);  // on the piece above, geometry frame
     const double push = force.dot(normal);
@@ -69,7 +72,7 @@ void add_springs(const Model& model, State& state, const ParentMotion& parent, c
         options.stiffness_ratio * model.pairs[g.material[plus] * (model.materials.size() + 1)].youngs * radius;
     const double softest_peak = 2 * energy / (options.max_opening * radius);
     CohesiveSpring s;
-    s.a = static_cast<Index>(minus), s.b = static_cast<Index>(plus);
+    s.ends = {static_cast<Index>(minus), static_cast<Index>(plus), {}};
     // A spring of peak f and energy G has stiffness >= f^2 / G: the peak is capped where that meets the stiffest.
     s.peak = std::max(softest_peak, std::min(force.norm(), stiffest > 0 ? std::sqrt(stiffest * energy) : force.norm()));
     s.rupture = 2 * energy / s.peak;
@@ -84,9 +87,11 @@ void add_springs(const Model& model, State& state, const ParentMotion& parent, c
     const Vec3 point = parent.origin + at[static_cast<std::size_t>(k)];
     s.at_a = g.orientation[minus].conjugate() * (point - g.motion[minus].position);
     s.at_b = g.orientation[plus].conjugate() * (point - g.motion[plus].position);
-    state.bonds.push_back(s);
+    held += energy_at_birth(s);
+    state.bonds.cohesive.row.push_back(s);
   }
   state.ledger.fracture_area += area;
+  return held;
 }
 
 }  // namespace grus::dem

@@ -20,7 +20,8 @@ ParentMotion motion_of(const Grains& grains, std::size_t i);
 
 /// Springs across a plane between two of the pieces in `slots` (Zhang et al. 2015, 3.4.2-3.4.3): the six equations of
 /// both pieces' acceleration over the springs, least norm; what they cannot carry is booked.
-void add_springs(const Model& model, State& state, const ParentMotion& parent, const FreshPlane& plane,
-                 std::span<const std::size_t> slots);
+/// Returns what they hold at birth (J).
+double add_springs(const Model& model, State& state, const ParentMotion& parent, const FreshPlane& plane,
+                   std::span<const std::size_t> slots);
 
 }  // namespace grus::dem

@@ -138,7 +138,7 @@ Split split(const Model& model, State& state, const Break& b) {
 void refresh_forces(const Model& model, State& state, Team& team) {
   contact_forces(model.law, model.pairs, state.grains, state.boundary, 0, true, state.contacts, team);
   flush(state.contacts);  // what the lost contacts held is booked by the caller's balance
-  if (!state.bonds.empty()) bond_forces(state.grains, state.bonds, state.ledger);
+  if (!state.bonds.empty()) bond_forces(state.grains, state.boundary.cell, state.bonds, state.ledger, team);
   std::vector<SweepEnergy> none;
   sweep(Kick::close, state.grains, state.contacts, model.motion, !state.bonds.empty(), 0, none, team);
 }
@@ -155,7 +155,9 @@ std::vector<Break> find_breaks(const Model& model, State& state, Team& team) {
   Grains& g = state.grains;
   auto& room = state.break_room;
   room.assign(g.size(), holds);
-  for (const auto& s : state.bonds) room[s.a] = room[s.b] = bonded;
+  for_each_bond(state.bonds, [&](const auto& bond) {
+    if (bond.keeps_whole) room[bond.ends.a] = room[bond.ends.b] = bonded;
+  });
   const double since = static_cast<double>(state.steps - state.tested_at), every = model.numerics.fracture_every;
   std::atomic<std::uint64_t> soonest{static_cast<std::uint64_t>(every) -
                                      state.steps % static_cast<std::uint64_t>(every)};
@@ -191,7 +193,8 @@ void apply_breaks(const Model& model, State& state, const std::vector<Break>& br
   book(flush(state.contacts), ledger);
   const double elastic_before = elastic_energy(model.law, state.contacts);
   const double bonds_before = stored_energy(state.bonds), fracture_before = ledger.fracture;
-  const std::size_t grains_before = g.size(), springs_before = state.bonds.size();
+  const std::size_t grains_before = g.size();
+  const std::vector<std::size_t> bonds_were = counts(state.bonds);
   std::vector<Index> few;
   for (const auto& b : breaks) few.push_back(static_cast<Index>(b.grain));
   double left = energy_of(model, state, few);
@@ -225,10 +228,8 @@ void apply_breaks(const Model& model, State& state, const std::vector<Break>& br
   }
   for (const Split& s : splits)
     if (model.materials[g.material[s.slots[0]]].fracture->springs)
-      for (const FreshPlane& plane : s.pieces.plane) add_springs(model, state, s.parent, plane, s.slots);
-  for (std::size_t k = springs_before; k < state.bonds.size(); ++k)
-    left -= 0.5 * state.bonds[k].peak / state.bonds[k].onset * state.bonds[k].preload.squaredNorm();
-  add_bond_forces(g, state.bonds, springs_before, ledger);
+      for (const FreshPlane& plane : s.pieces.plane) left -= add_springs(model, state, s.parent, plane, s.slots);
+  add_bond_forces(g, state.boundary.cell, state.bonds, bonds_were, ledger);
   ledger.breakages += breaks.size();
   left -= energy_of(model, state, few);
   const double gone = elastic_before + bonds_before - elastic_energy(model.law, state.contacts) -

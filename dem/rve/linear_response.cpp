@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/rve/linear_response.hpp"
 
+#include "dem/bond/cohesive.hpp"
 #include "dem/fracture/grain_stress.hpp"
 #include "dem/rve/block_cholesky.hpp"
 #include "dem/rve/measure.hpp"
@@ -45,21 +46,41 @@ struct Foretold {
   }
 };
 
-/// `share` not finite: whatever slides gives way, and only the tangent is made.
-std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s, double share) {
-  const bool tangent_only = !std::isfinite(share);
-  auto out = std::make_unique<LinearResponse>();
-  const std::size_t n = s.grains.size();
-  const double volume = s.boundary.cell.volume();
-  std::vector<std::pair<int, int>> pairs;
-  for (std::size_t k = 0; k < s.contacts.begin[first_wall]; ++k)
-    if (s.contacts.contact[k].stiffness > 0 && s.contacts.pair[k].a != s.contacts.pair[k].b)
-      pairs.emplace_back(static_cast<int>(s.contacts.pair[k].a), static_cast<int>(s.contacts.pair[k].b));
-  BlockCholesky matrix(n, pairs);
-  Eigen::MatrixXd load = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(6 * n), 6);
-  std::vector<std::size_t> touching(s.contacts.size(), SIZE_MAX);
-  std::vector<Mat3> stiffness;
-  double sliding = 0, diagonal = 0;
+/// What holds two grains together: a contact or a bond.
+struct Spring {
+  Index a, b;
+  Freedom of_a, of_b;  // what the grains' motion does to the opening
+  Strain of_strain;    // what a strain does to it
+  Mat3 stiffness;      // N/m
+
+  Strain opening(const Eigen::MatrixXd& moved) const {
+    return of_strain + of_b * moved.middleRows<6>(static_cast<Eigen::Index>(6 * b)) +
+           of_a * moved.middleRows<6>(static_cast<Eigen::Index>(6 * a));
+  }
+};
+
+Spring spring_between(const State& s, std::size_t k, const Mat3& stiffness) {
+  const Pair& p = s.contacts.pair[k];
+  return {p.a,
+          p.b,
+          -freedom(contact_arm(s.grains, s.contacts, k, false)),
+          freedom(contact_arm(s.grains, s.contacts, k, true)),
+          displacement_of_strain(branch(s, k)),
+          stiffness};
+}
+
+/// A sample as springs: one for each of the response's links, in their order, then the bonds.
+struct Network {
+  std::vector<Spring> spring;
+  std::vector<std::size_t> link;  // of each pair; SIZE_MAX: does not touch
+  double sliding = 0;             // N, normal forces of contacts at Coulomb's limit
+  double stiffest = 0;            // N/m
+};
+
+/// `all_slip`: what is at Coulomb's limit gives way along the plane of contact.
+Network network_of(const Model& model, const State& s, bool all_slip, LinearResponse& out) {
+  Network net;
+  net.link.assign(s.contacts.size(), SIZE_MAX);
   for (std::size_t k = 0; k < s.contacts.begin[first_wall]; ++k) {
     const Contact c = s.contacts.contact[k];
     if (c.stiffness <= 0) continue;
@@ -67,80 +88,98 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
     const PairLaw& law = model.pairs[s.contacts.pair[k].law];
     const Elastic elastic = std::visit([&](const auto& l) { return l(c.stiffness, touch.overlap); }, model.law);
     const bool slides = law.friction > 0 && c.spring.norm() >= law.friction * elastic.force * (1 - 1e-6);
-    if (slides) sliding += elastic.force;
-    const double kt = law.friction > 0 && !(slides && tangent_only) ? law.shear_ratio * elastic.normal_stiffness : 0;
-    const Mat3 spring =
-        (elastic.normal_stiffness - kt) * touch.normal * touch.normal.transpose() + kt * Mat3::Identity();
-    touching[k] = out->links.size();
-    stiffness.push_back(spring);
-    out->links.push_back({touch.normal, c.spring, elastic.force, law.friction, {}});
-    out->total_force += elastic.force;
-    const Strain b = displacement_of_strain(branch(s, k));
-    const auto &a = s.contacts.pair[k].a, &e = s.contacts.pair[k].b;
-    const Freedom fa = -freedom(contact_arm(s.grains, s.contacts, k, false)),
-                  fb = freedom(contact_arm(s.grains, s.contacts, k, true));
-    for (const auto& [i, f] : {std::pair{a, fa}, std::pair{e, fb}}) {
-      load.middleRows<6>(static_cast<Eigen::Index>(6 * i)) -= f.transpose() * spring * b;
-      for (const auto& [j, g] : {std::pair{a, fa}, std::pair{e, fb}}) {
-        if (i >= j) matrix.add(static_cast<int>(i), static_cast<int>(j), f.transpose() * spring * g);
-      }
-    }
-    diagonal = std::max(diagonal, elastic.normal_stiffness);
+    if (slides) net.sliding += elastic.force;
+    const double kt = law.friction > 0 && !(slides && all_slip) ? law.shear_ratio * elastic.normal_stiffness : 0;
+    net.link[k] = out.links.size();
+    net.spring.push_back(spring_between(
+        s, k, (elastic.normal_stiffness - kt) * touch.normal * touch.normal.transpose() + kt * Mat3::Identity()));
+    net.stiffest = std::max(net.stiffest, elastic.normal_stiffness);
+    out.links.push_back({touch.normal, c.spring, elastic.force, law.friction, {}});
+    out.total_force += elastic.force;
   }
-  if (out->links.empty() || sliding > share * out->total_force) return nullptr;
+  for_each_bond(s.bonds, [&](const auto& bond) {
+    const auto& e = bond.ends;
+    const Quat &qa = s.grains.orientation[e.a], &qb = s.grains.orientation[e.b];
+    net.spring.push_back({e.a, e.b, -freedom(qa * bond.at_a), freedom(qb * bond.at_b),
+                          displacement_of_strain(branch(s.grains, s.boundary.cell, e)),
+                          stiffness(bond) * Mat3::Identity()});
+  });
+  return net;
+}
+
+/// What the grains do for each unit strain, at rest; false where nothing holds them.
+bool relax(const State& s, const Network& net, Eigen::MatrixXd& moved) {
+  const std::size_t n = s.grains.size();
+  std::vector<std::pair<int, int>> pairs;
+  for (const Spring& k : net.spring)
+    if (k.a != k.b) pairs.emplace_back(static_cast<int>(k.a), static_cast<int>(k.b));
+  BlockCholesky matrix(n, pairs);
+  moved = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(6 * n), 6);
+  for (const Spring& k : net.spring)
+    for (const auto& [i, f] : {std::pair{k.a, k.of_a}, std::pair{k.b, k.of_b}}) {
+      moved.middleRows<6>(static_cast<Eigen::Index>(6 * i)) -= f.transpose() * k.stiffness * k.of_strain;
+      for (const auto& [j, g] : {std::pair{k.a, k.of_a}, std::pair{k.b, k.of_b}})
+        if (i >= j) matrix.add(static_cast<int>(i), static_cast<int>(j), f.transpose() * k.stiffness * g);
+    }
   const double size2 = std::pow(mean_diameter(s.grains), 2);
-  Vec6 hold = Vec6::Constant(1e-9 * diagonal);  // what nothing else holds: the whole, and grains without contacts
+  Vec6 hold = Vec6::Constant(1e-9 * net.stiffest);  // what nothing else holds: the whole, and grains without contacts
   hold.tail<3>() *= size2;
   for (std::size_t i = 0; i < n; ++i) matrix.add(static_cast<int>(i), static_cast<int>(i), hold.asDiagonal());
-  if (!matrix.factorise()) return nullptr;
-  matrix.solve(load);
-  const Eigen::MatrixXd& moved = load;  // of the grains, for each unit strain
+  if (!matrix.factorise()) return false;
+  matrix.solve(moved);
+  return true;
+}
 
-  out->stress = love_weber(s, volume);
-  auto slip = [&](std::size_t k) {  // relative displacement of b against a
-    const auto &a = s.contacts.pair[k].a, &e = s.contacts.pair[k].b;
-    return Strain(
-        displacement_of_strain(branch(s, k)) +
-        freedom(contact_arm(s.grains, s.contacts, k, true)) * moved.middleRows<6>(static_cast<Eigen::Index>(6 * e)) -
-        freedom(contact_arm(s.grains, s.contacts, k, false)) * moved.middleRows<6>(static_cast<Eigen::Index>(6 * a)));
-  };
-  for (std::size_t k = 0; k < s.contacts.begin[first_wall]; ++k) {
-    const Strain relative = slip(k);
-    if (touching[k] == SIZE_MAX) {
-      const Touch& t = s.contacts.touch[k];
-      out->gaps.push_back({-t.overlap, relative.transpose() * t.normal});
-      continue;
-    }
-    Link& link = out->links[touching[k]];
-    const Strain pull = stiffness[touching[k]] * relative;  // force that b exerts when it moves away from a
-    link.change = -pull;
-    out->tangent += displacement_of_strain(branch(s, k)).transpose() * pull / volume;
-  }
-  out->tangent = Mat6(0.5 * (out->tangent + out->tangent.transpose()));
-  if (tangent_only || !model.breakable()) return out;
-  for (std::size_t i = 0; i < n; ++i) {
+/// The grains that can break, with what a strain does to their stress.
+void add_grains(const Model& model, const State& s, const Network& net, LinearResponse& out) {
+  for (std::size_t i = 0; i < s.grains.size(); ++i) {
     const Material& material = model.materials[s.grains.material[i]];
     if (!material.fracture) continue;
     LinearResponse::Grain grain;
     grain.material = s.grains.material[i], grain.strength = s.grains.strength[i];
     grain.poissons_ratio = material.poissons_ratio, grain.stress = grain_stress(s.grains, s.contacts, i);
     grain.change.fill(Mat3::Zero());
-    const double solid = s.grains.extent[i].volume;
     for (Index e = s.contacts.first[i]; e < s.contacts.first[i + 1]; ++e) {
       const std::size_t k = s.contacts.entry[e] >> 1;
-      if (touching[k] == SIZE_MAX) continue;
+      if (net.link[k] == SIZE_MAX) continue;
       const bool is_b = s.contacts.entry[e] & 1;
-      const Link& link = out->links[touching[k]];
       const Vec3 arm = contact_arm(s.grains, s.contacts, k, is_b);
       for (int v = 0; v < 6; ++v) {
-        const Mat3 part = (is_b ? 1.0 : -1.0) * Vec3(link.change.col(v)) * arm.transpose() / solid;
+        const Vec3 change = out.links[net.link[k]].change.col(v);
+        const Mat3 part = (is_b ? 1.0 : -1.0) * change * arm.transpose() / s.grains.extent[i].volume;
         grain.change[static_cast<std::size_t>(v)] += 0.5 * (part + part.transpose());
       }
       const double radius = std::sqrt(s.contacts.contact[k].radius * s.contacts.touch[k].overlap);
-      grain.contact.push_back({touching[k], radius, arm});
+      grain.contact.push_back({net.link[k], radius, arm});
     }
-    out->grains.push_back(std::move(grain));
+    out.grains.push_back(std::move(grain));
   }
+}
+
+/// `share` not finite: whatever slides gives way, and only the tangent is made.
+std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s, double share) {
+  const bool tangent_only = !std::isfinite(share);
+  auto out = std::make_unique<LinearResponse>();
+  const double volume = s.boundary.cell.volume();
+  const Network net = network_of(model, s, tangent_only, *out);
+  if (out->links.empty() || net.sliding > share * out->total_force) return nullptr;
+  Eigen::MatrixXd moved;
+  if (!relax(s, net, moved)) return nullptr;
+  out->stress = love_weber(s, volume);
+  for (std::size_t n = 0; n < net.spring.size(); ++n) {
+    const Spring& spring = net.spring[n];
+    const Strain pull = spring.stiffness * spring.opening(moved);  // force that b exerts when it moves away from a
+    if (n < out->links.size()) out->links[n].change = -pull;
+    out->tangent += spring.of_strain.transpose() * pull / volume;
+  }
+  out->tangent = Mat6(0.5 * (out->tangent + out->tangent.transpose()));
+  if (tangent_only) return out;
+  for (std::size_t k = 0; k < s.contacts.begin[first_wall]; ++k)
+    if (net.link[k] == SIZE_MAX) {
+      const Touch& t = s.contacts.touch[k];
+      out->gaps.push_back({-t.overlap, spring_between(s, k, Mat3::Zero()).opening(moved).transpose() * t.normal});
+    }
+  if (model.breakable()) add_grains(model, s, net, *out);
   return out;
 }
 

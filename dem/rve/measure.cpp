@@ -67,8 +67,8 @@ Mat3 love_weber(const State& s, double volume) {
   if (volume <= 0) return sum;
   for (std::size_t k = 0; k < s.contacts.size(); ++k)
     if (s.contacts.contact.touching(k)) sum -= s.contacts.touch[k].force * branch(s, k).transpose();
-  for (const auto& spring : s.bonds)
-    sum -= spring.force * (s.grains.motion[spring.b].position - s.grains.motion[spring.a].position).transpose();
+  for_each_bond(
+      s.bonds, [&](const auto& bond) { sum -= bond.force * branch(s.grains, s.boundary.cell, bond.ends).transpose(); });
   return 0.5 / volume * (sum + sum.transpose());
 }
 
@@ -85,8 +85,8 @@ PartedStress parted_stress(const State& s) {
     sum.rest -= (touch.force - viscous * touch.normal) * l.transpose();
     if (viscous != 0) sum.dashpots -= viscous * touch.normal * l.transpose();
   }
-  for (const auto& spring : s.bonds)
-    sum.rest -= spring.force * (s.grains.motion[spring.b].position - s.grains.motion[spring.a].position).transpose();
+  for_each_bond(s.bonds,
+                [&](const auto& bond) { sum.rest -= bond.force * branch(s.grains, cell, bond.ends).transpose(); });
   for (Mat3* m : {&sum.rest, &sum.dashpots}) *m = Mat3(0.5 / cell.volume() * (*m + m->transpose()));
   return sum;
 }
@@ -184,11 +184,10 @@ Mat6 contact_stiffness_tangent(const Model& model, const State& s) {
     const Mat3 stiffness = (elastic.normal_stiffness - kt) * n * n.transpose() + kt * Mat3::Identity();
     tangent += b.transpose() * stiffness * b;
   }
-  for (const auto& spring : s.bonds) {
-    const Vec3 l = s.grains.motion[spring.b].position - s.grains.motion[spring.a].position;
-    const auto b = displacement_of_strain(l);
-    tangent += remaining_force(spring) / spring.reached * b.transpose() * b;
-  }
+  for_each_bond(s.bonds, [&](const auto& bond) {
+    const auto b = displacement_of_strain(branch(s.grains, s.boundary.cell, bond.ends));
+    tangent += stiffness(bond) * b.transpose() * b;
+  });
   return tangent / volume;
 }
 

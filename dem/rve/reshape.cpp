@@ -25,7 +25,9 @@ void reshape_fragments(const Model& model, State& state, double duration, Reshap
   now.growths.clear();
   if (g.frame.empty()) return;  // spheres only: nothing has split
   now.held.assign(g.size(), 0);
-  for (const auto& s : state.bonds) now.held[s.a] = now.held[s.b] = 1;
+  for_each_bond(state.bonds, [&](const auto& bond) {
+    if (bond.keeps_whole) now.held[bond.ends.a] = now.held[bond.ends.b] = 1;
+  });
   now.next.assign(g.size(), std::nullopt);
   team.blocks(g.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {

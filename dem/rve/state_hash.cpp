@@ -7,7 +7,7 @@ std::uint64_t hash(const State& s) {
   // No padding, whose bytes are anything.
   static_assert(sizeof(Motion) == 96 && sizeof(Inertia) == 56 && sizeof(PolyEllipsoid) == 48 && sizeof(Frame) == 96 &&
                 sizeof(Vec3) == 24);
-  static_assert(sizeof(Quat) == 32 && sizeof(Pair) == 16 && sizeof(CohesiveSpring) == 160 && sizeof(Cell) == 144);
+  static_assert(sizeof(Quat) == 32 && sizeof(Pair) == 16 && sizeof(BondEnds) == 16 && sizeof(Cell) == 144);
   std::uint64_t h = 0xcbf29ce484222325ULL;
   auto add = [&](const void* data, std::size_t bytes) {
     for (std::size_t k = 0; k < bytes; ++k) h = (h ^ static_cast<const unsigned char*>(data)[k]) * 0x100000001b3ULL;
@@ -21,7 +21,13 @@ std::uint64_t hash(const State& s) {
   const std::size_t pairs = s.contacts.size();  // columns go on beyond
   rows(s.contacts.pair, pairs);
   for_each_contact_column(s.contacts.contact, [&](const auto& column) { rows(column, pairs); });
-  rows(s.bonds, s.bonds.size());
+  for (const CohesiveSpring& b : s.bonds.cohesive.row) {
+    add(&b.ends, 2 * sizeof(Index));
+    if (b.ends.image != std::array<std::int16_t, 3>{}) add(b.ends.image.data(), 6);
+    for (const Vec3& v : {b.at_a, b.at_b, b.normal_a, b.preload}) add(v.data(), sizeof v);
+    for (const double v : {b.peak, b.onset, b.rupture, b.reached}) add(&v, sizeof v);
+    add(b.force.data(), sizeof b.force);
+  }
   for (const Wall& wall : s.boundary.walls)
     for (const Vec3& v : {wall.point, wall.normal, wall.velocity}) add(v.data(), sizeof v);
   add(&s.boundary.cell, sizeof s.boundary.cell);

@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "dem/base/error.hpp"
-#include "dem/bond/cohesive.hpp"
+#include "dem/bond/bonds.hpp"
 #include "dem/contact/forces.hpp"
 #include "dem/motion/critical_step.hpp"
 #include "dem/rve/breakage.hpp"
@@ -47,7 +47,7 @@ std::vector<Index> put_in_order(State& state) {
   std::vector<Index> order = order_in_space(g), place(g.size());
   reorder(g, order);
   for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = static_cast<Index>(i);
-  for (auto& s : state.bonds) s.a = place[s.a], s.b = place[s.b];
+  renumber(state.bonds, place);
   state.sorted = g.size();
   return order;
 }
@@ -237,7 +237,7 @@ std::uint64_t run_steps(const Model& model, State& state, std::uint64_t count, T
     const bool test = breakable && state.steps + 1 >= state.next_test;
     moving = !test && k + 1 < count;
     const bool bonded = !state.bonds.empty();
-    if (bonded) bond_forces(g, state.bonds, state.ledger, again);
+    if (bonded) bond_forces(g, state.boundary.cell, state.bonds, state.ledger, team, again);
     force_and_move(model, state, settings, reshapes || !moving, bonded, moving ? Kick::both : Kick::close, team);
     if (reshapes) book_growth(model, state, reshaping);
     ++state.steps;
@@ -288,7 +288,7 @@ void rotate(State& state, const Mat3& r) {
     springs.spring_x[k] = turned.x(), springs.spring_y[k] = turned.y(), springs.spring_z[k] = turned.z();
   }
   for (auto& t : state.contacts.touch) t.normal = r * t.normal, t.force = r * t.force;
-  for (auto& s : state.bonds) s.force = r * s.force;
+  for_each_bond(state.bonds, [&](auto& bond) { bond.force = r * bond.force; });
   Cell& cell = state.boundary.cell;
   cell.vectors = r * cell.vectors, cell.rate = r * cell.rate;
   state.reference.cell = r * state.reference.cell;

@@ -192,7 +192,7 @@ TEST_CASE("a split under load is booked by the parent's own contacts, and the re
   CHECK(std::abs(s.ledger.unexplained - unexplained) < 1e-12 * held);
   CHECK(std::abs(s.ledger.split) > 0.01 * held);
   double born = 0;  // springs that hold the halves of a spinning grain
-  for (const auto& b : s.bonds) born += 0.5 * b.peak / b.onset * b.preload.squaredNorm();
+  for (const auto& b : s.bonds.cohesive.row) born += 0.5 * b.peak / b.onset * b.preload.squaredNorm();
   CHECK(born > 1e-6 * held);
   CHECK(stored_energy(model, s) + s.ledger.spent() == Approx(stored).epsilon(1e-12));
 }

@@ -169,7 +169,7 @@ TEST_CASE("a plane of springs that is pulled apart spends exactly G_c A") {
     const Vec3 apart = (s.grains.motion[0].position - s.grains.motion[1].position).normalized();
     for (int k = 0; k < 4000 && !s.bonds.empty(); ++k) {
       s.grains.motion[0].position += 1e-8 * apart;
-      bond_forces(s.grains, s.bonds, s.ledger);
+      bond_forces(s.grains, s.boundary.cell, s.bonds, s.ledger, team);
     }
     CHECK(s.bonds.empty());
     CHECK(s.ledger.bonds_broken == 4);
@@ -187,13 +187,13 @@ TEST_CASE("springs unload along the secant, do not heal, and carry nothing in co
   const Vec3 start = s.grains.motion[0].position, apart = (start - s.grains.motion[1].position).normalized();
   auto at = [&](double opening) {
     s.grains.motion[0].position = start + opening * apart;
-    bond_forces(s.grains, s.bonds, s.ledger);
+    bond_forces(s.grains, s.boundary.cell, s.bonds, s.ledger, team);
     double sum = 0;
-    for (const auto& b : s.bonds) sum += b.force.dot(-apart);
+    for (const auto& b : s.bonds.cohesive.row) sum += b.force.dot(-apart);
     return sum;
   };
   double reach = 0;
-  for (const auto& b : s.bonds) reach = std::max(reach, b.rupture);
+  for (const auto& b : s.bonds.cohesive.row) reach = std::max(reach, b.rupture);
   const double full = at(0.6 * reach), spent = s.ledger.fracture;
   CHECK(full > 0);
   CHECK(spent > 0);

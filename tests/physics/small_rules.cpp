@@ -287,7 +287,7 @@ TEST_CASE("springs of a fresh plane shorten the critical step") {
   const Model model = sprung();
   State s = halved(model, 10);
   double stiffness = 0;
-  for (const auto& b : s.bonds) stiffness += b.peak / b.onset;
+  for (const auto& b : s.bonds.cohesive.row) stiffness += b.peak / b.onset;
   const CriticalStep with = step_of(model, s);
   s.bonds.clear();
   // Two halves on springs swing at sqrt(2 k / m) at least, the smaller half's; the bound doubles each grain's own k /
@@ -310,17 +310,18 @@ TEST_CASE("potentials are the integrals of their forces: contacts of both laws, 
   // A cohesive spring between two fixed halves: held energy changes by minus force times way, and what softens is
   // booked.
   State s = halved(sprung(), 2000);
+  Team team(1);
   REQUIRE(s.bonds.size() == 4);
   double reach = 0;
-  for (const auto& b : s.bonds) reach = std::max(reach, b.rupture);
+  for (const auto& b : s.bonds.cohesive.row) reach = std::max(reach, b.rupture);
   const Vec3 way = 1e-4 * reach * Vec3(1, 0.3, -0.2).normalized();
   double work = 0;
-  bond_forces(s.grains, s.bonds, s.ledger);
+  bond_forces(s.grains, s.boundary.cell, s.bonds, s.ledger, team);
   const double start = stored_energy(s.bonds) + s.ledger.fracture;
   for (int k = 0; k < 5000; ++k) {
     const Vec3 before = s.grains.force[0];
     s.grains.motion[0].position += (k < 3000 ? 1 : -1) * way;
-    bond_forces(s.grains, s.bonds, s.ledger);
+    bond_forces(s.grains, s.boundary.cell, s.bonds, s.ledger, team);
     work -= 0.5 * (before + s.grains.force[0]).dot((k < 3000 ? 1 : -1) * way);
   }
   CHECK(s.ledger.fracture > 0);

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/bond/bonds.hpp"
+
+#include <algorithm>
+
+#include "dem/bond/cohesive.hpp"
+
+namespace grus::dem {
+namespace {
+
+/// Fewer bonds are one thread's work: to call the others costs more.
+constexpr std::size_t few = 200;
+
+void clear(Grains& g, std::size_t i) { g.force[i].setZero(), g.torque[i].setZero(); }
+
+template <class Row>
+void deal(std::size_t grains, BondColumn<Row>& column) {
+  BondTiles& t = column.tiles;
+  const std::size_t tiles = tile_count(grains);
+  const int bits = tile_bits(grains);
+  t.grains = grains;
+  t.first.assign(tiles + 1, 0), t.first_far = t.first;
+  t.bond.clear(), t.bond_far.clear();
+  t.dissipated.resize(tiles), t.broken.resize(tiles), t.far.resize(column.row.size());
+  const auto lower = [&](const Row& r) { return std::min(r.ends.a, r.ends.b) >> bits; };
+  const auto higher = [&](const Row& r) { return std::max(r.ends.a, r.ends.b) >> bits; };
+  const auto collect = [&](auto&& tile_of, std::vector<Index>& first, std::vector<Index>& bond, auto&& taken) {
+    for (const Row& r : column.row)
+      if (taken(r)) ++first[tile_of(r) + 1];
+    for (std::size_t k = 0; k < tiles; ++k) first[k + 1] += first[k];
+    bond.resize(first[tiles]);
+    std::vector<Index> next(first.begin(), first.end() - 1);
+    for (std::size_t k = 0; k < column.row.size(); ++k)
+      if (taken(column.row[k])) bond[next[tile_of(column.row[k])]++] = static_cast<Index>(k);
+  };
+  collect(lower, t.first, t.bond, [](const Row&) { return true; });
+  collect(higher, t.first_far, t.bond_far, [&](const Row& r) { return lower(r) != higher(r); });
+}
+
+/// Clears the grains of a tile that this kind's bonds write to.
+template <class Row>
+void clear_tile(Grains& g, const BondColumn<Row>& column, std::size_t tile) {
+  const BondTiles& t = column.tiles;
+  for (Index n = t.first[tile]; n < t.first[tile + 1]; ++n) {
+    const BondEnds& e = column.row[t.bond[n]].ends;
+    for (const Index i : {e.a, e.b})
+      if (i >> tile_bits(g.size()) == tile) clear(g, i);
+  }
+  for (Index n = t.first_far[tile]; n < t.first_far[tile + 1]; ++n) {
+    const BondEnds& e = column.row[t.bond_far[n]].ends;
+    clear(g, std::max(e.a, e.b));
+  }
+}
+
+/// One tile's bonds: what is felt in the tile goes to the grains, what is felt elsewhere to `far`.
+template <class Row>
+void pull_tile(Grains& g, const Cell& cell, BondColumn<Row>& column, std::size_t tile) {
+  BondTiles& t = column.tiles;
+  t.dissipated[tile] = 0, t.broken[tile] = 0;
+  for (Index n = t.first[tile]; n < t.first[tile + 1]; ++n) {
+    Row& row = column.row[t.bond[n]];
+    const double before = dissipated(row);
+    const Pull p = pull(row, frame_of(g, cell, row.ends));
+    t.dissipated[tile] += dissipated(row) - before;
+    t.broken[tile] += broken(row);
+    const auto feels = [&](Index i, const Vec3& force, const Vec3& torque) {
+      if (i >> tile_bits(g.size()) == tile)
+        g.force[i] += force, g.torque[i] += torque;
+      else
+        t.far[t.bond[n]].force = force, t.far[t.bond[n]].torque = torque;
+    };
+    feels(row.ends.b, p.force, p.arm_b.cross(p.force));
+    feels(row.ends.a, -p.force, -p.arm_a.cross(p.force));
+  }
+}
+
+template <class Row>
+void collect_far(Grains& g, const BondColumn<Row>& column, std::size_t tile) {
+  const BondTiles& t = column.tiles;
+  for (Index n = t.first_far[tile]; n < t.first_far[tile + 1]; ++n) {
+    const BondEnds& e = column.row[t.bond_far[n]].ends;
+    const Index i = std::max(e.a, e.b);
+    g.force[i] += t.far[t.bond_far[n]].force, g.torque[i] += t.far[t.bond_far[n]].torque;
+  }
+}
+
+}  // namespace
+
+Vec3 branch(const Grains& g, const Cell& cell, const BondEnds& e) {
+  const Vec3 apart = g.motion[e.b].position - g.motion[e.a].position;
+  if ((e.image[0] | e.image[1] | e.image[2]) == 0) return apart;
+  return apart + cell.vectors * Vec3(e.image[0], e.image[1], e.image[2]);
+}
+
+BondFrame frame_of(const Grains& g, const Cell& cell, const BondEnds& e) {
+  BondFrame at{g.orientation[e.a], g.orientation[e.b], g.motion[e.a].position, g.motion[e.b].position};
+  if ((e.image[0] | e.image[1] | e.image[2]) != 0) at.x_b += cell.vectors * Vec3(e.image[0], e.image[1], e.image[2]);
+  return at;
+}
+
+void bond_forces(Grains& g, const Cell& cell, Bonds& bonds, Ledger& ledger, Team& team, bool again) {
+  const std::size_t n = g.size(), tiles = tile_count(n);
+  for_each_kind(bonds, [&](auto& column) {
+    if (column.tiles.grains != n || column.tiles.far.size() != column.row.size()) deal(n, column);
+  });
+  const auto over_tiles = [&](auto&& work) {
+    if (bonds.size() < few) {
+      for (std::size_t t = 0; t < tiles; ++t) work(t);
+      return;
+    }
+    team.pieces(tiles, [&](std::size_t first, std::size_t last, int) {
+      for (std::size_t t = first; t < last; ++t) work(t);
+    });
+  };
+  over_tiles([&](std::size_t t) {
+    if (again)
+      for_each_kind(bonds, [&](auto& column) { clear_tile(g, column, t); });
+    else
+      for (std::size_t i = t * tile_size(n); i < std::min(n, (t + 1) * tile_size(n)); ++i) clear(g, i);
+    for_each_kind(bonds, [&](auto& column) { pull_tile(g, cell, column, t); });
+  });
+  over_tiles([&](std::size_t t) { for_each_kind(bonds, [&](auto& column) { collect_far(g, column, t); }); });
+  for_each_kind(bonds, [&](auto& column) {
+    std::size_t gone = 0;
+    for (std::size_t t = 0; t < tiles; ++t)
+      ledger.fracture += column.tiles.dissipated[t], gone += column.tiles.broken[t];
+    if (gone == 0) return;
+    ledger.bonds_broken += gone;
+    std::erase_if(column.row, [](const auto& row) { return broken(row); });
+    column.tiles.grains = 0;
+  });
+}
+
+void add_bond_forces(Grains& g, const Cell& cell, Bonds& bonds, std::span<const std::size_t> before, Ledger& ledger) {
+  std::size_t kind = 0;
+  for_each_kind(bonds, [&](auto& column) {
+    for (std::size_t k = before[kind]; k < column.row.size(); ++k) {
+      auto& row = column.row[k];
+      const double spent = dissipated(row);
+      const Pull p = pull(row, frame_of(g, cell, row.ends));
+      ledger.fracture += dissipated(row) - spent;
+      g.force[row.ends.b] += p.force, g.torque[row.ends.b] += p.arm_b.cross(p.force);
+      g.force[row.ends.a] -= p.force, g.torque[row.ends.a] -= p.arm_a.cross(p.force);
+    }
+    column.tiles.grains = 0;
+    ++kind;
+  });
+}
+
+std::vector<std::size_t> counts(const Bonds& bonds) {
+  std::vector<std::size_t> n;
+  for_each_kind(bonds, [&](const auto& column) { n.push_back(column.row.size()); });
+  return n;
+}
+
+void renumber(Bonds& bonds, std::span<const Index> place) {
+  for_each_kind(bonds, [&](auto& column) {
+    for (auto& row : column.row) row.ends.a = place[row.ends.a], row.ends.b = place[row.ends.b];
+    column.tiles.grains = 0;
+  });
+}
+
+double stored_energy(const Bonds& bonds) {
+  double sum = 0;
+  for_each_bond(bonds, [&](const auto& row) { sum += energy(row); });
+  return sum;
+}
+
+}  // namespace grus::dem

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Forces of all bonds. Of a row of its kind it asks (functions beside the kind, found by its type):
+//   Pull pull(row, frame)      the force now; the row goes on
+//   double stiffness(row)      N/m, of the force against a small opening from here: tangents
+//   double stiffest(row)       N/m, at any time from now on: the time step
+//   double energy(row)         J, held
+//   double dissipated(row)     J, since its birth
+//   bool broken(row)           it carries nothing any more, and goes
+// and the fields `ends`, `force` (on b, N), `at_a`, `at_b` (where it holds on, from each centre of mass, geometry
+// frames).
+#pragma once
+
+#include <span>
+
+#include "dem/base/parallel.hpp"
+#include "dem/state/bonds.hpp"
+#include "dem/state/boundary.hpp"
+#include "dem/state/grains.hpp"
+#include "dem/state/ledger.hpp"
+
+namespace grus::dem {
+
+/// Where the two grains of a bond are; the image is added to x_b.
+struct BondFrame {
+  const Quat &a, &b;  // geometry -> global
+  Vec3 x_a, x_b;      // centres of mass (m)
+};
+
+struct Pull {
+  Vec3 force;         // on b (N), global; -force on a
+  Vec3 arm_a, arm_b;  // from each centre of mass to where it acts (m)
+};
+
+BondFrame frame_of(const Grains& grains, const Cell& cell, const BondEnds& ends);
+
+/// From the centre of a to that of b, image included (m).
+Vec3 branch(const Grains& grains, const Cell& cell, const BondEnds& ends);
+
+/// Evaluates all bonds, writes their force and torque on the grains into grains.force/torque (cleared first), books
+/// dissipation and removes the broken ones. `again`: nobody has written there since the last call, which left zero
+/// wherever it found no bond. The same bits for any number of threads.
+void bond_forces(Grains& grains, const Cell& cell, Bonds& bonds, Ledger& ledger, Team& team, bool again = false);
+
+/// Evaluates the bonds that have been born since each kind had so many as `before` says, adds their force and torque to
+/// grains.force/torque and books dissipation. One that has broken carries nothing.
+void add_bond_forces(Grains& grains, const Cell& cell, Bonds& bonds, std::span<const std::size_t> before,
+                     Ledger& ledger);
+
+/// How many bonds each kind has.
+std::vector<std::size_t> counts(const Bonds& bonds);
+
+/// The grains have been put in another order: grain i is now place[i].
+void renumber(Bonds& bonds, std::span<const Index> place);
+
+/// Held by all bonds (J).
+double stored_energy(const Bonds& bonds);
+
+}  // namespace grus::dem
