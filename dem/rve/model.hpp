@@ -35,6 +35,9 @@ struct Numerics {
   std::optional<double> max_overlap;  // of the smaller equivalent radius; see overlap_limit
 };
 
+struct Stepper;
+extern const Stepper explicit_stepper;  // rve/stepper.hpp
+
 struct Model {
   std::vector<Material> materials;
   ContactLaw law;
@@ -44,6 +47,7 @@ struct Model {
   Numerics numerics;
   std::uint64_t seed = 1;
   bool split_statistics = false;
+  const Stepper* stepper = &explicit_stepper;
 
   /// Contacts deeper than this end a run: 0.2, far beyond Hertz's range; 2 where grains break: small fragments that may
   /// not break again are pressed into their neighbours, up to 1.25 of their radius at 45 % of strain (docs/studies).

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// The explicit stepper: kick, drift, boundary, neighbour list, contacts, kick, and what the scene adds to it.
+#include "dem/rve/stepper.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <bit>
+#include <limits>
+
+#include "dem/base/error.hpp"
+#include "dem/bond/bonds.hpp"
+#include "dem/contact/forces.hpp"
+#include "dem/motion/critical_step.hpp"
+#include "dem/rve/passes.hpp"
+#include "dem/rve/step.hpp"
+#include "dem/state/order.hpp"
+
+namespace grus::dem {
+namespace {
+
+MotionSettings settings_of(const Model& model, const State& state) {
+  MotionSettings s = model.motion;
+  s.damping = model.damping;
+  const Cell& cell = state.boundary.cell;
+  if (cell.periodic() && !cell.rate.isZero(0)) s.affine = cell.rate * cell.vectors.inverse();
+  return s;
+}
+
+void book(State& state) {
+  const BlockEnergy contacts = flush(state.contacts);
+  SweepEnergy grains;
+  for (auto& e : state.grain_energy) {
+    grains.viscous += e.viscous, grains.work += e.work;
+    e = {.speed2 = e.speed2};
+  }
+  state.ledger.damping += grains.viscous, state.ledger.local_damping += grains.viscous,
+      state.ledger.work += grains.work;
+  book(contacts, state.ledger);
+}
+
+/// Fragments are born at the end of the columns, far from their neighbours. Where many have been, all grains are put in
+/// the order in which they lie. Returns what index each comes from; nothing where they stay.
+std::vector<Index> put_in_order(State& state) {
+  Grains& g = state.grains;
+  if (10 * g.size() < 11 * state.sorted) return {};
+  std::vector<Index> order = order_in_space(g), place(g.size());
+  reorder(g, order);
+  for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = static_cast<Index>(i);
+  renumber(state.bonds, place);
+  state.sorted = g.size();
+  return order;
+}
+
+/// The list has run out. A wider skin where lists take much of the time, a narrower one where little; by counts of
+/// steps, so that no clock decides: a list costs some fifteen steps, to mend one some two.
+void rebuild(const Model& model, State& state, ListState found, bool indexed, Team& team) {
+  if (found == ListState::strays)
+    return mend_contacts(state.grains, state.boundary, state.skin, model.materials.size(), state.reference.room.strays,
+                         {}, state.contacts, state.reference, team, indexed);
+  const std::uint64_t lasted = state.steps - state.listed_at, cost = 15 + 2 * state.reference.mends;
+  const double usual = model.numerics.skin * state.mean_radius;
+  if (lasted < 8 * cost) state.skin = std::min(1.25 * state.skin, 2 * usual);
+  if (lasted > 40 * cost) state.skin = std::max(0.8 * state.skin, 0.5 * usual);
+  state.listed_at = state.steps;
+  const std::vector<Index> order = put_in_order(state);
+  build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), order, state.contacts,
+                 state.reference, team, indexed);
+}
+
+/// Forces of all contacts, and the kicks that they give. A tile of grains may move as soon as its pairs and those that
+/// earlier tiles have with it are done (pairs belong to the lower tile: nothing later needs the tile where it is). A
+/// thread moves its tiles while their data is at hand: it collects forces in a room that stays in its cache. One that
+/// has nothing left takes from the others, from the back: sums are by tile, so it is all the same who makes them.
+void force_and_move(const Model& model, State& state, const MotionSettings& settings, bool shown, bool bonded,
+                    Kick kick, Team& team) {
+  Contacts& c = state.contacts;
+  const ContactPass contacts(model.law, model.pairs, state.grains, state.boundary, state.dt, shown, c);
+  const SweepPass grains(kick, state.grains, c, settings, bonded, state.dt, state.grain_energy);
+  const std::size_t n = state.grains.size(), tiles = tile_count(n), size = tile_size(n), words = tile_words(n);
+  const std::uint32_t round = ++c.round;
+  c.tile_load.resize(size * static_cast<std::size_t>(team.threads()));
+  auto done = [&](std::size_t t) { return std::atomic_ref(c.done[t]).load(std::memory_order_acquire) == round; };
+  auto finish = [&](std::size_t t) { std::atomic_ref(c.done[t]).store(round, std::memory_order_release); };
+  auto waits = [&](std::size_t t) {  // for pairs of earlier tiles
+    for (std::size_t w = 0; w < words; ++w)
+      for (std::uint64_t wanted = c.before[t * words + w]; wanted; wanted &= wanted - 1)
+        if (!done(64 * w + static_cast<std::size_t>(std::countr_zero(wanted)))) return true;
+    return false;
+  };
+  auto mine = [&](std::uint32_t& of) {  // one thread, once a round
+    std::atomic_ref claim(of);
+    return claim.load(std::memory_order_relaxed) != round && claim.exchange(round, std::memory_order_relaxed) != round;
+  };
+  auto move_ready = [&] {  // true: none is left
+    bool all = true;
+    for (std::size_t t = 0; t < tiles; ++t) {
+      if (std::atomic_ref(c.moved[t]).load(std::memory_order_relaxed) == round) continue;
+      if (!done(t) || waits(t))
+        all = false;
+      else if (mine(c.moved[t]))
+        grains.tile(t, nullptr);
+    }
+    return all;
+  };
+  team.pieces(tiles, c.tile_work, [&](std::size_t first, std::size_t last, int rank) {
+    Load* const room = c.tile_load.data() + size * static_cast<std::size_t>(rank);
+    for (std::size_t t = first; t < last; ++t) {
+      if (!mine(c.taken[t])) continue;
+      contacts.tile(t, room);
+      const bool now = !waits(t) && mine(c.moved[t]);  // nobody else claims it before it is done
+      const std::size_t begin = t * size, end = std::min(n, begin + size);
+      if (!now) {
+        std::copy(room, room + (end - begin), c.load.begin() + static_cast<std::ptrdiff_t>(begin));
+        std::fill(room, room + (end - begin), Load{});
+      }
+      finish(t);
+      if (now) grains.tile(t, room);
+    }
+    for (std::size_t t = tiles; t-- > 0;)
+      if (mine(c.taken[t])) contacts.tile(t, nullptr), finish(t);
+    for (int spins = 0; !move_ready(); relax(spins)) {
+    }
+  });
+}
+
+/// Before a list is made: a run that blows up must end here, not in a search over an endless box.
+void check_speeds(const State& state) {
+  for (std::size_t i = 0; i < state.grains.size(); ++i) {
+    const Motion& m = state.grains.motion[i];
+    if (m.velocity.norm() * state.dt < m.radius && std::isfinite(m.position.sum())) continue;
+    throw Unstable(
+        fmt::format("grain {} moves at {:.3g} m/s, more than its radius in a step, at t = {:.6g} s: lower "
+                    "numerics.safety or numerics.time_step",
+                    state.grains.id[i], m.velocity.norm(), state.time));
+  }
+}
+
+/// What is below a strain of 1e-10 of all grains is round-off of their positions (J).
+double energy_floor(const Model& model, const Grains& g) {
+  const bool linear = std::holds_alternative<LinearSpring>(model.law);
+  double whole = 0;
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    const Material& m = model.materials[g.material[i]];
+    const double v = g.extent[i].volume;
+    whole += linear ? m.normal_stiffness * std::pow(v, 2.0 / 3) : m.youngs_modulus * v;
+  }
+  return 1e-20 * whole;
+}
+
+void choose_time_step(const Model& model, State& state) {
+  if (state.steps < state.next_estimate) return;
+  const double before = state.dt;
+  if (model.numerics.time_step > 0) {
+    state.dt = model.numerics.time_step;
+    state.next_estimate = std::numeric_limits<std::uint64_t>::max();
+    return;
+  }
+  const CriticalStep critical = critical_step(model.law, model.pairs, model.materials.size(), state.grains,
+                                              state.boundary, state.contacts, state.bonds);
+  if (!std::isfinite(critical.dt))
+    throw Unstable("no finite time step: the grains have no stiffness; give time_step in [numerics]");
+  state.dt = model.numerics.safety * critical.dt;
+  if (model.numerics.max_time_step > 0) state.dt = std::min(state.dt, model.numerics.max_time_step);
+  // At once again while the stiffness grows, often while it changes, seldom while it does not.
+  const bool steady = std::abs(state.dt - before) < 0.05 * before, stiffer = !(state.dt >= 0.95 * before);
+  state.estimate_interval = stiffer || before == 0 ? 1
+                            : steady
+                                ? std::min<std::uint64_t>(2 * state.estimate_interval,
+                                                          static_cast<std::uint64_t>(model.numerics.estimate_every))
+                                : 5;
+  state.next_estimate = state.steps + state.estimate_interval;
+}
+
+void make_ready(const Model& model, State& state, Team& team) {
+  Grains& g = state.grains;
+  for (const Pass* pass : passes_of(model, state))
+    if (pass->prepare) pass->prepare(model, state);
+  update_frames(g);
+  double mean_radius = 0;
+  for (const Extent& e : g.extent) mean_radius += e.equivalent_radius;
+  state.mean_radius = mean_radius / static_cast<double>(std::max<std::size_t>(g.size(), 1));
+  state.skin = model.numerics.skin * state.mean_radius;
+  state.listed_at = state.steps, state.sorted = g.size();
+  refuse_small_cell(g, state.boundary.cell, state.skin);
+  build_contacts(g, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team);
+  if (std::none_of(model.pairs.begin(), model.pairs.end(), [](const PairLaw& p) { return p.friction > 0; })) {
+    ContactColumns& c =
+        state.contacts.contact;  // of a preparation with friction; passes without it leave springs alone
+    for (auto* column : {&c.spring_x, &c.spring_y, &c.spring_z, &c.compliance})
+      std::fill(column->begin(), column->end(), 0.0);
+  }
+  contact_forces(model.law, model.pairs, g, state.boundary, 0, true, state.contacts, team);
+  sweep(Kick::close, g, state.contacts, settings_of(model, state), false, 0, state.grain_energy, team);
+  flush(state.contacts);
+  state.next_estimate = state.steps;
+  choose_time_step(model, state);
+  state.ledger.start = stored_energy(model, state);
+  state.ledger.floor = energy_floor(model, g);
+}
+
+std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& team) {
+  Grains& g = state.grains;
+  const MotionSettings settings = settings_of(model, state);
+  const PassList passes = passes_of(model, state);
+  const double dt = state.dt;
+  Step step{model, state, team, dt};
+  bool moving = false;  // positions already opened by the sweep of the step before
+  state.ledger.work += 0.5 * dt * boundary_power(state.boundary, state.contacts);
+  auto finish = [&] {
+    // The passes booked a whole dt.
+    state.ledger.work -= 0.5 * dt * boundary_power(state.boundary, state.contacts);
+    book(state);
+    if (state.contacts.first.empty()) index_grains(g.size(), state.contacts, state.reference.room.next);
+  };
+  for (std::uint64_t k = 0; k < count; ++k) {
+    if (!moving) sweep(Kick::open, g, state.contacts, settings, false, dt, state.grain_energy, team);
+    // The affine motion may stretch the way by a little.
+    state.reference.travelled += 1.1 * dt * take_speed(state.grain_energy);
+    move_boundary(state.boundary, dt);
+    if (const ListState found = look_at_list(g, state.boundary, state.reference); found != ListState::holds) {
+      check_speeds(state);
+      rebuild(model, state, found, passes.indexes(), team);
+    }
+    step.again = moving, step.pulled = false;
+    const bool due = passes.due(state);
+    moving = !due && k + 1 < count;
+    for (const Pass* pass : passes)
+      if (pass->before_forces) pass->before_forces(step);
+    force_and_move(model, state, settings, passes.shows() || !moving, step.pulled, moving ? Kick::both : Kick::close,
+                   team);
+    for (const Pass* pass : passes)
+      if (pass->after_forces) pass->after_forces(step);
+    ++state.steps;
+    state.time += dt;
+    if (!due) continue;
+    for (const Pass* pass : passes) {
+      if (!pass->stops || !pass->stops(step)) continue;
+      finish();
+      pass->conclude(step);
+      if (model.numerics.time_step == 0) state.next_estimate = state.steps;
+      return k + 1;
+    }
+  }
+  finish();
+  return count;
+}
+
+}  // namespace
+
+const Stepper explicit_stepper{make_ready, choose_time_step, run};
+
+}  // namespace grus::dem

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/rve/passes.hpp"
+
+#include <algorithm>
+
+#include "dem/bond/bonds.hpp"
+
+namespace grus::dem {
+namespace {
+
+/// Fragments that grow back to a breakable shape.
+constexpr Pass growth{
+    .wanted = [](const Model& model, const State&) { return model.reshapes(); },
+    .indexes = true,
+    .shows = true,
+    .before_forces = [](Step& s) { reshape_fragments(s.model, s.state, s.dt, s.reshaping, s.team); },
+    .after_forces = [](Step& s) { book_growth(s.model, s.state, s.reshaping); },
+};
+
+void pull_bonds(Step& s) {
+  if (s.state.bonds.empty()) return;  // the last one has broken
+  bond_forces(s.state.grains, s.state.boundary.cell, s.state.bonds, s.state.ledger, s.team, s.again);
+  s.pulled = true;
+}
+
+constexpr Pass bonds{
+    .wanted = [](const Model&, const State& state) { return !state.bonds.empty(); },
+    .before_forces = pull_bonds,
+};
+
+void prepare_breakage(const Model& model, State& state) {
+  Grains& g = state.grains;
+  if (g.strength.empty()) {
+    g.strength.resize(g.size());
+    g.generation.resize(g.size(), 0);
+    for (std::size_t i = 0; i < g.size(); ++i) draw_strength(model, g, i);
+  }
+  g.utilisation.assign(g.size(), NAN);
+  const auto every = static_cast<std::uint64_t>(model.numerics.fracture_every);
+  state.tested_at = state.steps, state.next_test = (state.steps / every + 1) * every;
+}
+
+bool look_for_breaks(Step& s) {
+  s.breaks = find_breaks(s.model, s.state, s.team);
+  return !s.breaks.empty();
+}
+
+constexpr Pass breakage{
+    .wanted = [](const Model& model, const State&) { return model.breakable(); },
+    .indexes = true,
+    .prepare = prepare_breakage,
+    .due = [](const State& state) { return state.steps + 1 >= state.next_test; },
+    .stops = look_for_breaks,
+    .conclude = [](Step& s) { apply_breaks(s.model, s.state, s.breaks, s.team); },
+};
+
+constexpr std::array<const Pass*, 3> all{&growth, &bonds, &breakage};
+
+}  // namespace
+
+bool PassList::indexes() const {
+  return std::any_of(begin(), end(), [](const Pass* p) { return p->indexes; });
+}
+
+bool PassList::shows() const {
+  return std::any_of(begin(), end(), [](const Pass* p) { return p->shows; });
+}
+
+bool PassList::due(const State& state) const {
+  return std::any_of(begin(), end(), [&](const Pass* p) { return p->due && p->due(state); });
+}
+
+PassList passes_of(const Model& model, const State& state) {
+  PassList list;
+  for (const Pass* pass : all)
+    if (pass->wanted(model, state)) list.add(pass);
+  return list;
+}
+
+}  // namespace grus::dem
