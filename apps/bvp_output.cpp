@@ -82,7 +82,7 @@ void BvpOutput::add(const fem::IncrementReport& r, double wall) {
       contraction_.push_back(std::log(r.residuals[k] / r.residuals[k - 1]));
   add({static_cast<double>(r.increment), r.load_factor, static_cast<double>(r.iterations),
        static_cast<double>(r.cutbacks), r.residual, r.correction, r.noise, wall, 0,
-       work_error(of_rves(&coupling::Facts::work))});
+       work_error(of_rves(&dem::Facts::work))});
 }
 
 /// Work of the stresses against what the grains have taken, relative to the larger.
@@ -106,9 +106,7 @@ void BvpOutput::add(const fem::ExplicitStaticsReport& r, double wall) {
        r.energy.error(), &r.energy, &r});
 }
 
-double BvpOutput::of_rves(double coupling::Facts::*energy) const {
-  return rves_ ? rves_->total(energy, points_.volume) : 0;
-}
+double BvpOutput::of_rves(double dem::Facts::*energy) const { return rves_ ? rves_->total(energy, points_.volume) : 0; }
 
 void BvpOutput::add(const Row& r) {
   const auto strain = problem_.mean_strain(), stress = problem_.mean_stress();
@@ -121,7 +119,7 @@ void BvpOutput::add(const Row& r) {
   breakages_ = rves_ ? static_cast<double>(rves_->breakages()) : 0;
   double error = 0, mass = 0, lost = 0;
   for (std::size_t i = 0; rves_ && i < rves_->points(); ++i) {
-    const coupling::Facts& f = rves_->facts(i);
+    const dem::Facts& f = rves_->facts(i);
     error = std::max(error, f.energy_error), lost += f.lost_mass, mass += f.mass;
   }
   worst_energy_ = std::max(worst_energy_, error);
@@ -132,8 +130,8 @@ void BvpOutput::add(const Row& r) {
     if (k != 2) row.push_back(strain[k]), row.push_back(stress[k]);
   row.insert(row.end(), {r.correction, r.noise, problem_.current_volume(), report.worst_unbalanced,
                          report.worst_stress_change, error, mass > 0 ? lost / mass : 0, macro_work_,
-                         of_rves(&coupling::Facts::work), static_cast<double>(report.distinct),
-                         static_cast<double>(report.deferred), of_rves(&coupling::Facts::unexplained)});
+                         of_rves(&dem::Facts::work), static_cast<double>(report.distinct),
+                         static_cast<double>(report.deferred), of_rves(&dem::Facts::unexplained)});
   const auto carried = rves_ ? problem_.mean_stress(grains_) : stress;  // of the grains, where there are any
   const double p = -(carried[0] + carried[1] + carried[2]) / 3;
   double q2 = 0;  // 3/2 of the deviator's square
@@ -147,7 +145,7 @@ void BvpOutput::add(const Row& r) {
   if (const auto* e = r.energy) row.insert(row.end(), {e->kinetic, e->internal, e->external, e->viscous, e->error()});
   if (const auto* x = r.explicit_statics)
     row.insert(row.end(),
-               {x->energy.damped, x->energy.scaled, x->largest_unbalanced, of_rves(&coupling::Facts::haste),
+               {x->energy.damped, x->energy.scaled, x->largest_unbalanced, of_rves(&dem::Facts::haste),
                 x->inertial_number, x->rate, static_cast<double>(x->governor), static_cast<double>(report.given_up)});
   if (!scene_.regions.empty() && rves_)
     for (const auto& mean : {problem_.mean_strain(grains_), problem_.mean_stress(grains_)})
@@ -163,7 +161,7 @@ void BvpOutput::add(const Row& r) {
 
 void BvpOutput::frame(double time) {
   const fem::MacroFields fields = problem_.gather_fields();
-  const auto facts = [&](std::size_t k) -> const coupling::Facts& { return rves_->facts(k); };
+  const auto facts = [&](std::size_t k) -> const dem::Facts& { return rves_->facts(k); };
   const auto per_cell = static_cast<std::size_t>(problem_.points_per_cell());
   const std::vector<double> all = problem_.gather_cells(cell_means(points_.rve_of, per_cell, facts));
   const std::string name = fmt::format("macro/macro_{:05}.hdf", series_.size());
@@ -243,12 +241,12 @@ void BvpOutput::restore(const nlohmann::json& s, const std::string& history) {
 /// What numerical devices have taken or put in, of what the loads have done (with iterations: of what the grains have
 /// taken).
 nlohmann::json BvpOutput::devices(const nlohmann::json& row) const {
-  const double done = std::max(std::abs(of_rves(&coupling::Facts::work)), std::abs(row.value("macro_external_J", 0.0)));
+  const double done = std::max(std::abs(of_rves(&dem::Facts::work)), std::abs(row.value("macro_external_J", 0.0)));
   nlohmann::json all;
   auto put = [&](const char* name, double joule) { all[name] = done > 0 ? joule / done : 0; };
-  put("local_damping_of_cells", of_rves(&coupling::Facts::local_damping));
+  put("local_damping_of_cells", of_rves(&dem::Facts::local_damping));
   if (scene_.explicit_statics) {
-    put("haste_of_cells", of_rves(&coupling::Facts::haste));
+    put("haste_of_cells", of_rves(&dem::Facts::haste));
     put("macro_damping", row.value("macro_damped_J", 0.0)), put("scaled_masses", row.value("macro_scaled_J", 0.0));
   }
   return all;
@@ -291,7 +289,7 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
     counts["rves_retried_in_parts"] = r.retried, counts["rves_moved_between_ranks"] = e.migrated;
     counts["dem_steps"] = r.dem_steps;
     auto& errors = summary["errors"];
-    const double rve_work = of_rves(&coupling::Facts::work);
+    const double rve_work = of_rves(&dem::Facts::work);
     errors["macro_work_J"] = macro_work_, errors["rve_work_J"] = rve_work;
     // Hill and Mandel: the stresses' work against what the materials have taken; in increments of the grains alone.
     errors["hill_mandel"] = std::abs(work_error(scene_.is_explicit() ? material_work_ : rve_work));

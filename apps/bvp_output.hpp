@@ -50,8 +50,7 @@ private:
   void frame(double time);
   double work_error(double taken) const;
   nlohmann::json devices(const nlohmann::json& row) const;
-  double of_rves(
-      double coupling::Facts::*energy) const;  // J: of all points with grains, by the volumes that they stand for
+  double of_rves(double dem::Facts::*energy) const;  // J: of all points with grains, by the volumes that they stand for
   const char* axis() const { return scene_.flat() ? "yy" : "zz"; }
 
   std::string directory_;

@@ -6,7 +6,7 @@
 #include <atomic>
 #include <thread>
 
-#include "apps/prepare_sample.hpp"
+#include "apps/scene/prepare_sample.hpp"
 #include "dem/io/archive.hpp"
 
 namespace grus::app {
@@ -136,11 +136,11 @@ std::array<double, 6> ground_stress(const BvpScene& scene, const fem::Point& at,
 }
 
 std::vector<double> cell_means(const std::vector<std::size_t>& rve_of, std::size_t per_cell,
-                               const std::function<const coupling::Facts&(std::size_t)>& facts) {
+                               const std::function<const dem::Facts&(std::size_t)>& facts) {
   std::vector<double> cells(3 * (rve_of.size() / per_cell), 0.0), with(rve_of.size() / per_cell, 0.0);
   for (std::size_t i = 0; i < rve_of.size(); ++i) {
     if (rve_of[i] == SIZE_MAX) continue;
-    const coupling::Facts& f = facts(rve_of[i]);
+    const dem::Facts& f = facts(rve_of[i]);
     double* at = cells.data() + 3 * (i / per_cell);
     at[0] += f.void_ratio;
     at[1] += static_cast<double>(f.breakages) / static_cast<double>(f.grains - f.breakages);

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "apps/scene/bvp_scene.hpp"
-#include "coupling/rve_host.hpp"
+#include "dem/rves/rve_host.hpp"
 
 namespace grus::app {
 
@@ -30,7 +30,7 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double
 /// Void ratio, breakages a starting grain, and grains: of each cell three values, means over those of its points that
 /// have an RVE; NaN where none has. `facts(k)`: of the k-th point with grains.
 std::vector<double> cell_means(const std::vector<std::size_t>& rve_of, std::size_t points_per_cell,
-                               const std::function<const coupling::Facts&(std::size_t)>& facts);
+                               const std::function<const dem::Facts&(std::size_t)>& facts);
 
 /// Prepared states, made by all ranks together; on rank 0, empty elsewhere.
 /// Collective over MPI_COMM_WORLD. Throws, on all ranks or on rank 0, what the first one that cannot be made throws:

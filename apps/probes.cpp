@@ -81,7 +81,7 @@ std::vector<double> Probes::mean_row(const std::vector<std::uint8_t>& some) cons
   for (std::size_t i = 0; i < some.size(); ++i) {
     const std::size_t rve = points_.rve_of[i];
     if (some[i] == 0 || rve == SIZE_MAX) continue;
-    const coupling::Facts& facts = rves_->facts(rve);
+    const dem::Facts& facts = rves_->facts(rve);
     void_ratio += points_.volume[rve] * facts.void_ratio, volume += points_.volume[rve];
     grains += static_cast<double>(facts.grains), breakages += static_cast<double>(facts.breakages);
   }

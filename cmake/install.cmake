@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-# find_package(grus) gives grus::dem and, where built, grus::fem and grus::coupling.
+# find_package(grus) gives grus::dem, grus::scene and, where built, grus::fem and grus::coupling.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
-install(TARGETS grus_dem EXPORT grusTargets)
+install(TARGETS grus_dem grus_scene EXPORT grusTargets)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/dem DESTINATION include/grus FILES_MATCHING PATTERN "*.hpp")
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/apps/scene DESTINATION include/grus/apps FILES_MATCHING PATTERN "*.hpp"
+  PATTERN "bvp_scene.hpp" EXCLUDE PATTERN "mesh_scene.hpp" EXCLUDE PATTERN "packing_scene.hpp" EXCLUDE
+  PATTERN "reader.hpp" EXCLUDE PATTERN "units.hpp" EXCLUDE)
 if(GRUS_FEM)
   install(TARGETS grus_fem grus_coupling EXPORT grusTargets)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/fem ${PROJECT_SOURCE_DIR}/coupling DESTINATION include/grus FILES_MATCHING PATTERN "*.hpp"

@@ -71,7 +71,7 @@ bool is_stop(const std::string& bytes) {
 }
 
 /// The answer to one request on the rank that it came to.
-std::string handle(RveHost& host, const std::string& bytes) {
+std::string handle(dem::RveHost& host, const std::string& bytes) {
   Loader in(bytes);
   Saver out;
   Command c;
@@ -83,7 +83,7 @@ std::string handle(RveHost& host, const std::string& bytes) {
     case Command::put: {
       std::string state;
       in.text(state);
-      host.put(slots[0], HostedRve::from(state));
+      host.put(slots[0], dem::HostedRve::from(state));
       break;
     }
     case Command::copy:
@@ -93,9 +93,9 @@ std::string handle(RveHost& host, const std::string& bytes) {
       host.drop(slots[0]);
       break;
     case Command::advance: {
-      std::vector<Task> tasks(slots.size());
-      for (Task& t : tasks) archive_task(in, t);
-      for (const Outcome& o : host.advance(tasks)) archive_outcome(out, o);
+      std::vector<dem::Task> tasks(slots.size());
+      for (dem::Task& t : tasks) archive_task(in, t);
+      for (const dem::Outcome& o : host.advance(tasks)) archive_outcome(out, o);
       break;
     }
     case Command::commit:
@@ -127,7 +127,7 @@ std::vector<int> balance(const std::vector<double>& costs, int ranks) {
   return to;
 }
 
-RveFarm::RveFarm(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const ResponseOptions& options,
+RveFarm::RveFarm(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const dem::ResponseOptions& options,
                  int threads) try
     : comm_(comm), host_(std::move(model), options, threads) {
   MPI_Comm_size(comm, &ranks_);
@@ -179,7 +179,7 @@ void RveFarm::put(std::uint64_t slot, const dem::State& state, double cost) {
     host_.put(slot, {.state = state});
     homes_[slot] = {0, cost};
   } else {
-    put_bytes(slot, HostedRve{.state = state}.bytes(), cost);
+    put_bytes(slot, dem::HostedRve{.state = state}.bytes(), cost);
   }
 }
 
@@ -189,7 +189,7 @@ void RveFarm::put_bytes(std::uint64_t slot, const std::string& state, double cos
 
 void RveFarm::place(int rank, std::uint64_t slot, const std::string& state, double cost) {
   if (rank == 0) {
-    host_.put(slot, HostedRve::from(state));
+    host_.put(slot, dem::HostedRve::from(state));
     homes_[slot] = {rank, cost};
     return;
   }
@@ -218,7 +218,7 @@ void RveFarm::drop(std::uint64_t slot) {
   answer(rank);
 }
 
-std::vector<Outcome> RveFarm::advance(const std::vector<Task>& tasks) {
+std::vector<dem::Outcome> RveFarm::advance(const std::vector<dem::Task>& tasks) {
   std::vector<std::vector<std::size_t>> of(static_cast<std::size_t>(ranks_));
   for (std::size_t i = 0; i < tasks.size(); ++i)
     of[static_cast<std::size_t>(homes_.at(tasks[i].slot).rank)].push_back(i);
@@ -232,8 +232,8 @@ std::vector<Outcome> RveFarm::advance(const std::vector<Task>& tasks) {
     for (const auto i : mine) archive_task(s, tasks[i]);
     ask(r, s.take());
   }
-  std::vector<Outcome> outcomes(tasks.size());
-  std::vector<Task> own;
+  std::vector<dem::Outcome> outcomes(tasks.size());
+  std::vector<dem::Task> own;
   for (const auto i : of[0]) own.push_back(tasks[i]);
   auto done = host_.advance(own);
   for (std::size_t k = 0; k < own.size(); ++k) outcomes[of[0][k]] = std::move(done[k]);
@@ -251,11 +251,11 @@ std::vector<Outcome> RveFarm::advance(const std::vector<Task>& tasks) {
   return outcomes;
 }
 
-std::vector<Facts> RveFarm::commit(const std::vector<std::uint64_t>& slots) { return told(true, slots); }
-std::vector<Facts> RveFarm::facts(const std::vector<std::uint64_t>& slots) { return told(false, slots); }
+std::vector<dem::Facts> RveFarm::commit(const std::vector<std::uint64_t>& slots) { return told(true, slots); }
+std::vector<dem::Facts> RveFarm::facts(const std::vector<std::uint64_t>& slots) { return told(false, slots); }
 
-std::vector<Facts> RveFarm::told(bool commit, const std::vector<std::uint64_t>& slots) {
-  std::vector<Facts> all(slots.size());
+std::vector<dem::Facts> RveFarm::told(bool commit, const std::vector<std::uint64_t>& slots) {
+  std::vector<dem::Facts> all(slots.size());
   std::vector<std::vector<std::size_t>> of(static_cast<std::size_t>(ranks_));
   for (std::size_t i = 0; i < slots.size(); ++i) of[static_cast<std::size_t>(homes_.at(slots[i]).rank)].push_back(i);
   for (int r = 1; r < ranks_; ++r) {
@@ -313,9 +313,9 @@ void RveFarm::rebalance() {
   }
 }
 
-void serve(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const ResponseOptions& options, int threads) {
+void serve(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const dem::ResponseOptions& options, int threads) {
   // Whatever fails here is an answer: rank 0 waits for one. The first letter says what it is.
-  std::optional<RveHost> host;
+  std::optional<dem::RveHost> host;
   while (true) {
     std::string reply;
     try {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "coupling/rve_host.hpp"
+#include "dem/rves/rve_host.hpp"
 
 namespace grus::coupling {
 
@@ -19,7 +19,7 @@ std::vector<int> balance(const std::vector<double>& costs, int ranks);
 /// Rank 0 only; the other ranks run `serve` meanwhile. The destructor sends them home.
 class RveFarm {
 public:
-  RveFarm(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const ResponseOptions& options, int threads);
+  RveFarm(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const dem::ResponseOptions& options, int threads);
   ~RveFarm();
   RveFarm(const RveFarm&) = delete;
   RveFarm& operator=(const RveFarm&) = delete;
@@ -30,11 +30,11 @@ public:
   /// A copy of a committed state as a new slot.
   void copy(std::uint64_t from, std::uint64_t to);
   void drop(std::uint64_t slot);
-  std::vector<Outcome> advance(const std::vector<Task>& tasks);
+  std::vector<dem::Outcome> advance(const std::vector<dem::Task>& tasks);
   /// Commits the slots' last advance and tells what they have become.
-  std::vector<Facts> commit(const std::vector<std::uint64_t>& slots);
-  std::vector<Facts> facts(const std::vector<std::uint64_t>& slots);
-  std::string fetch(std::uint64_t slot);  // bytes of a HostedRve: the committed state and what it has to catch up
+  std::vector<dem::Facts> commit(const std::vector<std::uint64_t>& slots);
+  std::vector<dem::Facts> facts(const std::vector<std::uint64_t>& slots);
+  std::string fetch(std::uint64_t slot);  // bytes of a dem::HostedRve: the committed state and what it has to catch up
 
   /// Moves slots where the measured cost of the last advances is out of balance by more than a tenth.
   void rebalance();
@@ -55,11 +55,11 @@ private:
   std::string answer(int rank);  // throws what the rank has thrown
   int idlest() const;
   void place(int rank, std::uint64_t slot, const std::string& state, double cost);
-  std::vector<Facts> told(bool commit, const std::vector<std::uint64_t>& slots);
+  std::vector<dem::Facts> told(bool commit, const std::vector<std::uint64_t>& slots);
 
   MPI_Comm comm_;
   int ranks_;
-  RveHost host_;
+  dem::RveHost host_;
   std::vector<int> owed_;  // answers of each rank that are on their way
   std::map<std::uint64_t, Home> homes_;
   std::uint64_t moved_ = 0, sweeps_ = 0;
@@ -67,6 +67,6 @@ private:
 };
 
 /// What ranks above 0 do until the farm is gone.
-void serve(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const ResponseOptions& options, int threads);
+void serve(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const dem::ResponseOptions& options, int threads);
 
 }  // namespace grus::coupling

@@ -5,15 +5,18 @@
 #include <memory>
 #include <optional>
 
+#include "coupling/deferral.hpp"
 #include "coupling/rve_farm.hpp"
+#include "coupling/tangents.hpp"
+#include "dem/rves/sharing.hpp"
 #include "fem/material.hpp"
 
 namespace grus::coupling {
 
 /// What may be left out. With everything off every point advances an RVE of its own at every response.
 struct RveOptions {
-  ResponseOptions response;
-  Pace pace = Pace::relaxed;
+  dem::ResponseOptions response;
+  dem::Pace pace = dem::Pace::relaxed;
   bool exact_sharing = true;  // points of one history have one RVE; the same bits as without
   double share = 0;           // similar sharing: largest difference of deformation gradients, over the history; 0: off
   double error = 0;           // deferral: largest predicted stress change relative to the stress, since the last commit
@@ -52,19 +55,15 @@ public:
   fem::Material material();
 
   /// Relative error of the stress of the last response: what the RVEs' own equilibrium leaves, or, measured, how far
-  /// two successive iterations are from any tangent between none and the elastic one (from the elastic one where
-  /// breakage differs). Sliding and breakage make the response a staircase: no residual goes below its steps. At most
-  /// max_noise.
+  /// two successive iterations disagree (tangents.hpp). At most max_noise.
   double noise();
   static constexpr double max_noise = 0.03;
 
-  std::size_t points() const { return point_.size(); }
-  double start_volume(std::size_t point) const {
-    return start_volume_[point_[point].variant];
-  }  // of the prepared cell (m^3)
-  const Facts& facts(std::size_t point) const { return slots_.at(point_[point].slot).facts; }
+  std::size_t points() const { return sharing_.point.size(); }
+  double start_volume(std::size_t point) const { return start_volume_[sharing_.point[point].variant]; }  // m^3
+  const dem::Facts& facts(std::size_t point) const { return slots_.at(sharing_.point[point].slot).facts; }
   /// Sum of one energy of all points' RVEs (J), each for the volume (m^3, reference) that its point stands for.
-  double total(double Facts::*energy, std::span<const double> volumes) const;
+  double total(double dem::Facts::*energy, std::span<const double> volumes) const;
   dem::State committed(std::size_t point) const;
   /// Brings facts up to date; needed where there is no way back and steps do not tell them.
   void refresh();
@@ -78,28 +77,10 @@ public:
   void load(const std::vector<std::string>& parts);
 
 private:
-  struct Point {
-    std::uint64_t slot = 0;
-    std::size_t variant = 0;
-    double distance = 0;                      // largest so far to the slot's leader (similar sharing)
-    dem::Mat3 total = dem::Mat3::Identity();  // F since the start
-    dem::Mat3 stress = dem::Mat3::Zero();     // as committed
-  };
-  /// The last DEM answer of an increment.
-  struct Trial {
-    dem::Mat3 increment;  // since the last commit
-    dem::Response response;
-  };
-  /// An RVE with the committed path of one of its points, and what it last said.
+  /// An RVE, what it last said and what is known of it.
   struct Slot {
-    std::size_t leader = 0;                     // point whose path it has had
-    bool heard = false;                         // it has answered at least once
-    dem::Mat3 pending = dem::Mat3::Identity();  // deformation since it last advanced (deferral)
-    dem::Mat3 stress = dem::Mat3::Zero();       // as it last advanced
-    dem::Mat6 tangent = dem::Mat6::Zero();
-    double trust = 1;  // of the deferral tolerance, lowered where predictions were bad
-    Facts facts;
-    std::optional<Trial> trial;  // the farm's, not committed (deferral)
+    Memory memory;
+    dem::Facts facts;
   };
   /// One increment of one slot in this response.
   struct Job {
@@ -110,55 +91,35 @@ private:
     dem::Response response;  // by DEM, or by a tangent
   };
 
-  /// What one point hears.
-  struct Answer {
-    dem::Mat3 stress = dem::Mat3::Zero();
-    dem::Mat6 tangent = dem::Mat6::Zero();
-    std::size_t breakages = 0;
-  };
-
   bool respond(const fem::Points& points);
   bool sharpen();
-  bool sharp() const { return options_.response.tangent == TangentKind::network || sharp_ > 0; }
-  /// Every point has an RVE of its own, and for good.
-  bool parted() const { return options_.share == 0 && slots_.size() == point_.size(); }
+  bool sharp() const { return options_.response.tangent == dem::TangentKind::network || sharp_ > 0; }
+  bool relaxed() const { return options_.pace == dem::Pace::relaxed; }
+  void take_increments(const fem::Points& points);
   void find_jobs();
-  std::size_t add_job(std::uint64_t slot, std::size_t leader);
-  std::uint64_t part(std::uint64_t slot, std::size_t leader);
-  bool replay(std::size_t point);
-  double distance(std::size_t a, std::size_t b, double limit) const;
-  bool foretold(const Job& job) const;
-  /// What an RVE last said by DEM, in this increment or at the last commit, and the deformation since.
-  struct Told {
-    const dem::Mat3& stress;
-    const dem::Mat6& tangent;
-    dem::Mat3 beyond;
-  };
-  Told told(const Job& job) const;
-  bool catch_up();
+  void replay(const dem::SharingPlan::Replay& replay);
+  void catch_up();
   void answer(double duration, bool tangent);
-  void choose_tangents();
+  void hand_over(const fem::Points& points) const;
   void commit();
   Answer corrected(std::size_t point, const Job& job);
+  template <class A>
+  static void archive(A& a, auto& material);
 
   RveFarm& farm_;
   RveOptions options_;
+  Deferral deferral_;
   std::vector<std::string> prepared_;  // bytes of the starting states; similar sharing only
   std::vector<double> start_volume_;   // of the starting states
-  std::vector<Point> point_;
+  dem::Sharing sharing_;
   std::map<std::uint64_t, Slot> slots_;
-  std::vector<std::vector<dem::Mat3>> path_;  // committed increments of every point; similar sharing only
-  std::map<std::uint64_t, std::vector<std::uint64_t>> parted_;  // slot -> copies of it that this increment has needed
-  std::map<std::uint64_t, std::vector<std::size_t>> jobs_of_;   // slot that points have -> jobs that began there
-  std::uint64_t next_slot_ = 0;
-  std::vector<Job> jobs_;
-  std::vector<std::size_t> job_;              // of each point
-  std::vector<Answer> responses_, previous_;  // of this trial and of the one before it in the same increment
-  std::vector<dem::Mat3> deformation_, previous_deformation_;
+  std::vector<dem::Mat3> stress_;  // of the points, as committed; similar sharing only
+  dem::SharingPlan plan_;
+  std::vector<Job> jobs_;  // of the plan
+  Sweep now_, before_;     // this response, and the one before it in the same increment
+  NoiseMeter noise_;
   int sharp_ = 0;                        // increments that will have the network's tangent
   std::vector<dem::Mat6> kept_tangent_;  // elastic, quasi-Newton
-  bool has_previous_ = false;
-  double measured_noise_ = 0;
   SweepReport report_;
   double seconds_ = 0;
   std::string reason_;

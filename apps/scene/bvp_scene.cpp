@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "apps/scene/bvp_scene.hpp"
+#include "apps/scene/reader.hpp"
 
 #include <fmt/format.h>
 
@@ -17,9 +18,9 @@ void read_rve(Table t, BvpScene& scene) {
   if (file.is_relative()) file = std::filesystem::path(scene.file).parent_path() / file;
   if (!std::filesystem::is_regular_file(file))
     t.fail("scene", fmt::format("\"{}\": no such scene file", t.text("scene")));
-  coupling::ResponseOptions& response = scene.rve.response;
+  dem::ResponseOptions& response = scene.rve.response;
   response.quasi_static = read_quasi_static(t);
-  using Kind = coupling::TangentKind;
+  using Kind = dem::TangentKind;
   const std::map<std::string, Kind> kinds{
       {"automatic", Kind::automatic}, {"contact-stiffness", Kind::contact_stiffness},
       {"network", Kind::network},     {"perturbation", Kind::perturbation},
@@ -43,12 +44,12 @@ void read_rve(Table t, BvpScene& scene) {
     if (scene.rve.share > 0 && !scene.rve.exact_sharing) a->fail("share", "needs exact_sharing");
     a->finish();
   }
-  using coupling::Pace;
+  using dem::Pace;
   scene.rve.pace = scene.dynamics ? Pace::real_time : scene.explicit_statics ? Pace::steady : Pace::relaxed;
   if (t.has("damping")) scene.damping = t.number("damping", dimension::none, {0, 1, false, true});
   if (t.choice_or("on_failure", "stop", {"stop", "elastic"}) == "elastic") {
     if (!scene.explicit_statics) t.fail("on_failure", "\"elastic\" needs solve.kind = \"explicit-quasi-static\"");
-    response.on_failure = coupling::OnFailure::elastic;
+    response.on_failure = dem::OnFailure::elastic;
   }
   scene.variants = static_cast<int>(t.integer_or("variants", 1, 1, 100000));
   std::vector<std::string> changes = t.texts_or_none("set");

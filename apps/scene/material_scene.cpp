@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // [material.*] and [numerics].
+#include "apps/scene/reader.hpp"
 #include "apps/scene/rve_scene.hpp"
 #include "dem/fracture/split_polyellipsoid.hpp"
 

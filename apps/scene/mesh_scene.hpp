@@ -3,6 +3,7 @@
 #pragma once
 
 #include "apps/scene/bvp_scene.hpp"
+#include "apps/scene/reader.hpp"
 
 namespace grus::app {
 

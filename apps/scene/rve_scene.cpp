@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "apps/scene/rve_scene.hpp"
+#include "apps/scene/reader.hpp"
 
 #include <fmt/format.h>
 

@@ -2,11 +2,16 @@
 // A scene of grus-rve: tables -> option structs of dem.
 #pragma once
 
-#include "apps/scene/reader.hpp"
+#include <nlohmann/json.hpp>
+
+#include "dem/base/error.hpp"
 #include "dem/packing/packing.hpp"
 #include "dem/rve/loading.hpp"
 
 namespace grus::app {
+
+class Table;
+using dem::InputError;
 
 struct Preparation {
   double pressure = 0;  // Pa

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // [[grain]], [[wall]] and [boundary]: what is there at the start; [packing] is in packing_scene.cpp.
 #include "apps/scene/sample_scene.hpp"
+#include "apps/scene/reader.hpp"
 
 #include <fmt/format.h>
 

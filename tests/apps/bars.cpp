@@ -113,11 +113,11 @@ TEST_CASE(
 }
 
 TEST_CASE("a cell of the macro frame has the means of its points with grains, and nothing where there are none") {
-  std::vector<coupling::Facts> facts(3);
+  std::vector<dem::Facts> facts(3);
   facts[0].void_ratio = 0.6, facts[0].grains = 120, facts[0].breakages = 20;
   facts[1].void_ratio = 0.8, facts[1].grains = 100, facts[1].breakages = 0;
   facts[2].void_ratio = 0.5, facts[2].grains = 200, facts[2].breakages = 100;
-  const auto of = [&](std::size_t k) -> const coupling::Facts& { return facts[k]; };
+  const auto of = [&](std::size_t k) -> const dem::Facts& { return facts[k]; };
   const auto cells = cell_means({0, 1, SIZE_MAX, 2, SIZE_MAX, SIZE_MAX}, 2, of);
   REQUIRE(cells.size() == 9);
   CHECK(cells[0] == Approx(0.7));

@@ -150,7 +150,7 @@ TEST_CASE(
               work += r.work;
               return true;
             }).converged);
-    const coupling::Facts& f = element.rves.facts(0);
+    const dem::Facts& f = element.rves.facts(0);
     off[static_cast<std::size_t>(k++)] = 1 - work / (f.work / element.rves.start_volume(0));
     CHECK(f.energy_error < 1e-3);  // and that work is all in the ledger: stored, slid away or damped
   }
@@ -316,7 +316,7 @@ TEST_CASE(
                        {1, 1, true, fem::Kinematics::plane_strain, 1},
                        {low, plane("high", 1, length, 1, 0), plane("left", 0, 0, 0, 0), plane("right", 0, 0.01, 0, 0)});
   coupling::RveOptions with;
-  with.pace = coupling::Pace::real_time;
+  with.pace = dem::Pace::real_time;
   coupling::RveFarm farm(MPI_COMM_SELF, shared, with.response, 2);
   coupling::RveMaterial rves(farm, {s}, std::vector<std::size_t>(problem.owned_points(), 0), with);
   fem::Material m = rves.material();

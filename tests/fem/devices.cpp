@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // What is answered without grains: predictions, linear responses, points that wait or ride along; and what counts as
 // noise.
-#include "coupling/prediction.hpp"
 #include "coupling/rve_material.hpp"
 #include "dem/rve/linear_response.hpp"
 #include "dem/rve/measure.hpp"
+#include "dem/rves/prediction.hpp"
 #include "tests/fem/sand.hpp"
 
 namespace grus {
@@ -72,13 +72,13 @@ TEST_CASE(
   Vec6 strain = Vec6::Zero();
   strain[0] = 1e-3, strain[2] = -2e-3, strain[4] = 2 * 4e-4;
   const Mat3 expected = r * (stress + from_voigt(c * strain)) * r.transpose();
-  CHECK((coupling::predicted(stress, c, r * u) - expected).norm() < 1e-12 * expected.norm());
+  CHECK((dem::predicted(stress, c, r * u) - expected).norm() < 1e-12 * expected.norm());
 }
 
 TEST_CASE("an elastic answer turns with its increment, and increments follow one another in their order") {
   Sand s = standard();
   s.q.unbalanced_force = s.q.stress_change = 1e-4;
-  coupling::ResponseOptions with;
+  dem::ResponseOptions with;
   with.quasi_static = s.q, with.elastic = 0.3;
   coupling::RveFarm farm(MPI_COMM_SELF, s.model, with, 1);
   for (std::uint64_t slot : {0u, 1u, 2u}) farm.put(slot, s.state, 1);
@@ -108,7 +108,7 @@ TEST_CASE("a point that waits has been where its increments lead, one after the 
   for (const Mat3& f : {turn(0.5), stretch(0, 2e-5, -2e-5), turn(-0.2)}) total = f * total, d.go({f});
   REQUIRE(d.rves.report().deferred == 3);
   const Mat3 told = from_voigt(Eigen::Map<const Vec6>(d.stress.data())),
-             foretold = coupling::predicted(start, tangent, total);
+             foretold = dem::predicted(start, tangent, total);
   CHECK((told - foretold).norm() < 1e-7 * foretold.norm());  // by all of the way since the grains were asked
   const Mat3 large = stretch(0, 0, -0.02);
   total = large * total;
@@ -132,7 +132,7 @@ TEST_CASE("iterations near one another ask the grains once; the next increment s
   REQUIRE(once.advanced == 1);
   d.respond({near});
   CHECK(d.rves.report().dem_steps == once.dem_steps);
-  const Mat3 foretold = coupling::predicted(stress, tangent, near * first.inverse());
+  const Mat3 foretold = dem::predicted(stress, tangent, near * first.inverse());
   CHECK((told() - foretold).norm() < 1e-7 * foretold.norm());
   CHECK((foretold - stress).norm() > 1e-4 * stress.norm());
   d.respond({far});
@@ -155,7 +155,7 @@ TEST_CASE("iterations near one another ask the grains once; the next increment s
 
 TEST_CASE("who was told wrong is trusted less") {
   coupling::RveOptions with;
-  with.error = 0.05, with.response.tangent = coupling::TangentKind::network;
+  with.error = 0.05, with.response.tangent = dem::TangentKind::network;
   Driven d(weak(0.4e6), 1, with);
   d.go({Mat3::Identity()});
   CHECK(d.rves.report().least_trust == 1);
@@ -221,7 +221,7 @@ TEST_CASE("points that have once been apart do not share, though they have come 
 
 TEST_CASE("yielding is no noise, breakage is, up to a cap") {
   coupling::RveOptions stiff;
-  stiff.response.tangent = coupling::TangentKind::contact_stiffness;  // the affine bound: what yields stays below it
+  stiff.response.tangent = dem::TangentKind::contact_stiffness;  // the affine bound: what yields stays below it
   Driven d(standard(), 1, stiff);
   d.go({Mat3::Identity()});
   for (int k = 0; k < 10; ++k) d.go({stretch(0, 1e-3, 0)});
@@ -251,7 +251,7 @@ TEST_CASE("yielding is no noise, breakage is, up to a cap") {
 TEST_CASE("after a breakage no elastic range is looked for; without one it is") {
   for (const double strength : {1e12, 2e6}) {
     Sand s = weak(strength);
-    coupling::ResponseOptions with;
+    dem::ResponseOptions with;
     with.quasi_static = s.q, with.elastic = 5;  // whatever slides
     coupling::RveFarm farm(MPI_COMM_SELF, s.model, with, 1);
     farm.put(0, s.state, 1);
@@ -259,7 +259,7 @@ TEST_CASE("after a breakage no elastic range is looked for; without one it is") 
     REQUIRE(large.response.stable);
     REQUIRE((large.response.breakages > 0) == (strength < 1e12));
     farm.commit({0});
-    farm.put(1, coupling::HostedRve::from(farm.fetch(0)).state,
+    farm.put(1, dem::HostedRve::from(farm.fetch(0)).state,
              1);  // the same grains, and nobody knows that some have broken
     const Mat3 little = stretch(0, 0, -1e-7);
     CHECK(farm.advance({{0, {little}}})[0].elastic == (strength == 1e12));
@@ -287,7 +287,7 @@ TEST_CASE("the cheap tangent is the contacts' until Newton stalls; then the netw
   d.go({f});
   CHECK(told() == contacts());
   coupling::RveOptions fixed;
-  fixed.response.tangent = coupling::TangentKind::contact_stiffness;
+  fixed.response.tangent = dem::TangentKind::contact_stiffness;
   CHECK_FALSE(Driven(standard(), 1, fixed).material.sharpen());
 }
 
@@ -298,9 +298,9 @@ TEST_CASE(
   model.numerics.max_overlap = 0.05;
   s.model = std::make_shared<const Model>(model);
   const Mat3 f = stretch(0, 0, -2e-4);
-  for (const auto policy : {coupling::OnFailure::stop, coupling::OnFailure::elastic}) {
+  for (const auto policy : {dem::OnFailure::stop, dem::OnFailure::elastic}) {
     coupling::RveOptions with;
-    with.pace = coupling::Pace::steady, with.response.on_failure = policy;
+    with.pace = dem::Pace::steady, with.response.on_failure = policy;
     Driven d(s, 2, with);
     int survived = 0;
     const auto rows = [&](const Mat3& m, const Mat3& n) {
@@ -316,7 +316,7 @@ TEST_CASE(
       d.material.commit(), ++survived;
       if (d.rves.report().given_up == 0) last = from_voigt(Eigen::Map<const Vec6>(d.stress.data()));
     }
-    CHECK(good == (policy == coupling::OnFailure::elastic));
+    CHECK(good == (policy == dem::OnFailure::elastic));
     if (!good) {
       CHECK(d.material.reason().find("overlap") != std::string::npos);
       continue;
@@ -326,7 +326,7 @@ TEST_CASE(
     // Linear from its last stress, and its energy is the work of that.
     const Mat6 c = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(d.tangent.data());
     const Mat3 first = from_voigt(Eigen::Map<const Vec6>(d.stress.data()));
-    CHECK((first - coupling::predicted(last, c, f)).norm() < 1e-9 * first.norm());
+    CHECK((first - dem::predicted(last, c, f)).norm() < 1e-9 * first.norm());
     const std::vector<double> volumes{1, 0};
     const double before = d.material.energy(volumes);
     REQUIRE(d.material.respond({rows(f, Mat3::Identity()), d.stress, d.tangent}));

@@ -314,7 +314,7 @@ TEST_CASE("a block of grains: the explicit answer is Newton's, and it goes on fr
       fem::solve_statics(*newton, by_newton, increments, [](const fem::IncrementReport&) { return true; }).converged);
 
   coupling::RveOptions with = slow;
-  with.pace = coupling::Pace::steady;
+  with.pace = dem::Pace::steady;
   ExplicitStaticsOptions o;
   o.output_interval = 0.1;
   const auto whole = block(), part = block();
@@ -328,7 +328,7 @@ TEST_CASE("a block of grains: the explicit answer is Newton's, and it goes on fr
   CHECK(std::abs(result.last.energy.error()) < 0.01);
   first.refresh();
   std::vector<double> volumes(whole->owned_points(), 2.0 / 16);
-  CHECK(first.total(&coupling::Facts::haste, volumes) > 0);  // dashpots take
+  CHECK(first.total(&dem::Facts::haste, volumes) > 0);  // dashpots take
 
   // Stopped after some steps, saved, and gone on with by another set of the same.
   std::string bytes;

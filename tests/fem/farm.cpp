@@ -16,7 +16,7 @@ void on_rank_0(Work work) {
   int rank, ranks;
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   MPI_Comm_size(MPI_COMM_WORLD, &ranks);
-  coupling::ResponseOptions with;
+  dem::ResponseOptions with;
   with.quasi_static = standard().q;
   if (rank > 0) return coupling::serve(MPI_COMM_WORLD, standard().model, with, 1);
   coupling::RveFarm farm(MPI_COMM_WORLD, standard().model, with, 1);
@@ -37,7 +37,7 @@ TEST_CASE("RVEs are dealt to ranks by cost, and moving one changes nothing") {
     // Slots of one rank get long paths, the others' none: measured times are out of balance.
     Mat3 f = Mat3::Identity();
     f(2, 2) -= 1e-3;
-    std::vector<coupling::Task> tasks;
+    std::vector<dem::Task> tasks;
     for (std::uint64_t slot = 0; slot < 6; ++slot)
       tasks.push_back({slot, std::vector<Mat3>(slot % 2 == 0 ? 6 : 1, slot % 2 == 0 ? f : Mat3::Identity())});
     farm.advance(tasks);

@@ -34,6 +34,21 @@ int main() {
   std::printf("%.6g\\n", back.grains.force[1].x());
 }
 """
+# A scene file from the outside: two spheres a little apart.
+SCENE = """#include <cstdio>
+#include "apps/scene/prepare_sample.hpp"
+int main() {
+  std::FILE* f = std::fopen("two.toml", "w");
+  std::fputs("[material.sand]\\ndensity = 2650\\nyoungs_modulus = \\"60 GPa\\"\\npoissons_ratio = 0.17\\n[boundary]\\nkind = \\"open\\"\\n"
+             "[[grain]]\\nradius = \\"1 mm\\"\\nposition = [0, 0, 0]\\n[[grain]]\\nradius = \\"1 mm\\"\\nposition = [0.0019, 0, 0]\\n"
+             "[loading]\\nkind = \\"free\\"\\nduration = 1e-6\\n", f);
+  std::fclose(f);
+  grus::app::RveScene scene = grus::app::read_rve_scene("two.toml", {"material.sand.youngs_modulus=30e9"});
+  grus::dem::Team team(1);
+  const grus::dem::State s = grus::app::prepare_sample(scene, team);
+  std::printf("%zu %.6g\\n", s.grains.size(), scene.model.materials[0].youngs_modulus);
+}
+"""
 MACRO = """#include <cstdio>
 #include "coupling/rve_farm.hpp"
 #include "fem/session.hpp"
@@ -62,6 +77,7 @@ def run(*command, cwd):
 with tempfile.TemporaryDirectory() as tmp:
     run("cmake", "--install", build, "--prefix", os.path.join(tmp, "installed"), cwd=tmp)
     clients = [("grus::dem", DEM, lambda out: abs(float(out) / HERTZ - 1) < 1e-5)]
+    clients.append(("grus::scene", SCENE, lambda out: out.split() == ["2", "3e+10"]))
     if kind == "full":
         clients.append(("grus::coupling", MACRO, lambda out: abs(float(out.split()[0]) / -1e6 - 1) < 2e-3 and out.split()[1] == "2"))
     HERTZ = 4 / 3 * 60e9 / (2 * (1 - 0.17 ** 2)) * (0.5e-3) ** 0.5 * (0.01e-3) ** 1.5

@@ -9,11 +9,11 @@
 
 #include "dem/base/tensor.hpp"
 
-namespace grus::coupling {
+namespace grus::dem {
 
 /// Increments are taken to 2^-34 (6e-11 of strain, 0.1 Pa).
-inline dem::Mat3 snapped(std::span<const double> f) {
-  dem::Mat3 m;
+inline Mat3 snapped(std::span<const double> f) {
+  Mat3 m;
   for (int k = 0; k < 9; ++k) m(k / 3, k % 3) = std::nearbyint(f[static_cast<std::size_t>(k)] * 0x1p34) * 0x1p-34;
   return m;
 }
@@ -23,7 +23,7 @@ inline dem::Mat3 snapped(std::span<const double> f) {
 /// apart.
 class Alike {
 public:
-  dem::Mat3 operator()(const dem::Mat3& f) {
+  Mat3 operator()(const Mat3& f) {
     // Three grids, shifted: neighbours across a border of one share a cell of another.
     for (std::size_t g = 0; g < 3; ++g)
       if (const auto at = seen_[g].find(key(f, g)); at != seen_[g].end()) return at->second;
@@ -32,13 +32,13 @@ public:
   }
 
 private:
-  static std::array<double, 9> key(const dem::Mat3& f, std::size_t grid) {
+  static std::array<double, 9> key(const Mat3& f, std::size_t grid) {
     std::array<double, 9> cell;
     for (int k = 0; k < 9; ++k)
       cell[static_cast<std::size_t>(k)] = std::floor(f(k / 3, k % 3) * 0x1p30 + static_cast<double>(grid) / 3 + 0.17);
     return cell;
   }
-  std::array<std::map<std::array<double, 9>, dem::Mat3>, 3> seen_;
+  std::array<std::map<std::array<double, 9>, Mat3>, 3> seen_;
 };
 
-}  // namespace grus::coupling
+}  // namespace grus::dem

@@ -1,44 +1,44 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-#include "coupling/rve_host.hpp"
+#include "dem/rves/rve_host.hpp"
 
 #include <chrono>
 
-#include "coupling/prediction.hpp"
 #include "dem/base/error.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/step.hpp"
 #include "dem/rve/tangent.hpp"
+#include "dem/rves/prediction.hpp"
 
-namespace grus::coupling {
+namespace grus::dem {
 
-RveHost::RveHost(std::shared_ptr<const dem::Model> model, const ResponseOptions& options, int threads)
+RveHost::RveHost(std::shared_ptr<const Model> model, const ResponseOptions& options, int threads)
     : model_(std::move(model)), options_(options), team_(threads) {}
 
 std::string HostedRve::bytes() const {
-  dem::Saver a;
+  Saver a;
   const bool gone = remainder.has_value();
   a.plain(pending), a.plain(barred), a.plain(steady), a.plain(gone);
   if (gone) a.plain(*remainder);
-  dem::archive(a, state);
+  archive(a, state);
   return a.take();
 }
 
 HostedRve HostedRve::from(const std::string& bytes) {
   HostedRve rve;
-  dem::Loader a(bytes);
+  Loader a(bytes);
   bool gone;
   a.plain(rve.pending), a.plain(rve.barred), a.plain(rve.steady), a.plain(gone);
   if (gone) a.plain(rve.remainder.emplace());
-  dem::archive(a, rve.state);
-  if (!a.at_end()) throw dem::InputError("checkpoint holds more than an RVE");
+  archive(a, rve.state);
+  if (!a.at_end()) throw InputError("checkpoint holds more than an RVE");
   return rve;
 }
 
 void RveHost::put(std::uint64_t slot, HostedRve hosted) {
   Slot& s = slots_[slot];
   s = {};
-  s.rve = std::make_unique<dem::Rve>(model_, options_.quasi_static, std::move(hosted.state), hosted.steady);
+  s.rve = std::make_unique<Rve>(model_, options_.quasi_static, std::move(hosted.state), hosted.steady);
   s.pending = hosted.pending, s.remainder = hosted.remainder;
   s.tried = hosted.barred;
 }
@@ -49,19 +49,19 @@ HostedRve RveHost::hosted(std::uint64_t slot) const {
 }
 
 /// True where the grains need not be asked.
-bool RveHost::elastic(Slot& s, const dem::Mat3& increment, dem::Response& response) const {
+bool RveHost::elastic(Slot& s, const Mat3& increment, Response& response) const {
   if (!s.linear && !s.tried) {
-    s.linear = dem::linear_response(*model_, s.rve->committed(), options_.elastic);
+    s.linear = linear_response(*model_, s.rve->committed(), options_.elastic);
     s.tried = true;
   }
   if (!s.linear) return false;
-  dem::Mat3 r, u;
+  Mat3 r, u;
   s.trial = increment * s.pending;
-  dem::polar(s.trial, r, u);
-  dem::Vec6 strain = dem::to_voigt(u - dem::Mat3::Identity());
+  polar(s.trial, r, u);
+  Vec6 strain = to_voigt(u - Mat3::Identity());
   strain.tail<3>() *= 2;
   if (!s.linear->holds(*model_, strain, options_.elastic)) return false;
-  response.stress = r * (s.linear->stress + dem::from_voigt(s.linear->tangent * strain)) * r.transpose();
+  response.stress = r * (s.linear->stress + from_voigt(s.linear->tangent * strain)) * r.transpose();
   response.tangent = s.linear->tangent;
   response.stable = true;
   return true;
@@ -70,27 +70,27 @@ bool RveHost::elastic(Slot& s, const dem::Mat3& increment, dem::Response& respon
 /// At a pace that knows no way back.
 Outcome RveHost::go_on(Slot& s, const Task& task) const {
   Outcome out;
-  const dem::Mat3& increment = task.path.front();
+  const Mat3& increment = task.path.front();
   if (task.pace == Pace::real_time) {
     out.response = s.rve->advance_in_time(increment, task.duration, task.tangent);
     return out;
   }
-  const dem::Steady last = s.rve->steady();
+  const Steady last = s.rve->steady();
   const double volume = s.rve->committed().boundary.cell.volume();
   if (!s.remainder) try {
       out.response = s.rve->advance_steadily(increment, task.tangent);
       return out;
-    } catch (const dem::Unstable&) {
+    } catch (const Unstable&) {
       if (options_.on_failure == OnFailure::stop || last.breakages == UINT64_MAX) throw;
-      const dem::State& state = s.rve->committed();
-      const dem::Mat6 tangent = dem::turned(dem::contact_stiffness_tangent(*model_, state), last.turn);
-      const dem::Mat3 stress = last.turn * last.stress * last.turn.transpose();
-      s.remainder = {stress, tangent.allFinite() ? tangent : dem::Mat6::Zero(), volume, last.work};
+      const State& state = s.rve->committed();
+      const Mat6 tangent = turned(contact_stiffness_tangent(*model_, state), last.turn);
+      const Mat3 stress = last.turn * last.stress * last.turn.transpose();
+      s.remainder = {stress, tangent.allFinite() ? tangent : Mat6::Zero(), volume, last.work};
     }
   Remainder& left = *s.remainder;
-  const dem::Mat3 before = left.stress;
+  const Mat3 before = left.stress;
   left.stress = predicted(before, left.tangent, increment);
-  left.work += left.volume * (0.5 * (before + left.stress)).cwiseProduct(increment - dem::Mat3::Identity()).sum();
+  left.work += left.volume * (0.5 * (before + left.stress)).cwiseProduct(increment - Mat3::Identity()).sum();
   left.volume *= increment.determinant();
   out.response.stress = left.stress, out.response.tangent = left.tangent;
   out.response.work = left.work, out.response.haste = last.haste;
@@ -108,10 +108,10 @@ Outcome RveHost::advance(Slot& s, const Task& task) const {
       out.elastic = s.by_linear = true;
       return out;
     }
-    if (s.pending != dem::Mat3::Identity()) {  // the grains go to where the linear response has been
-      dem::Response guess;
-      elastic(s, dem::Mat3::Identity(), guess);
-      dem::Response caught_up = s.rve->advance({s.pending});
+    if (s.pending != Mat3::Identity()) {  // the grains go to where the linear response has been
+      Response guess;
+      elastic(s, Mat3::Identity(), guess);
+      Response caught_up = s.rve->advance({s.pending});
       steps += caught_up.steps;
       if (!caught_up.stable) {
         out.response = std::move(caught_up);
@@ -131,12 +131,11 @@ Outcome RveHost::advance(Slot& s, const Task& task) const {
     if (i + 1 < task.path.size()) s.rve->commit();
   }
   out.response.steps = steps;
-  if (task.sharp && out.response.stable) out.response.tangent = dem::network_tangent(*model_, s.rve->trial());
+  if (task.sharp && out.response.stable) out.response.tangent = network_tangent(*model_, s.rve->trial());
   if (options_.tangent == TangentKind::perturbation && out.response.stable) {
-    dem::Team alone(1);
-    out.response.tangent =
-        dem::perturbation_tangent(*model_, options_.quasi_static, s.rve->trial(), options_.perturbation,
-                                  options_.central, out.response.steps, alone);
+    Team alone(1);
+    out.response.tangent = perturbation_tangent(*model_, options_.quasi_static, s.rve->trial(), options_.perturbation,
+                                                options_.central, out.response.steps, alone);
   }
   return out;
 }
@@ -171,18 +170,18 @@ void RveHost::commit(std::uint64_t slot) {
 }
 
 Facts RveHost::facts(std::uint64_t slot) const {
-  const dem::State& s = slots_.at(slot).rve->committed();
+  const State& s = slots_.at(slot).rve->committed();
   Facts f;
-  f.energy_error = std::abs(dem::energy_error(s.ledger, dem::stored_energy(*model_, s)));
+  f.energy_error = std::abs(energy_error(s.ledger, stored_energy(*model_, s)));
   f.work = s.ledger.work, f.haste = slots_.at(slot).rve->steady().haste;
   if (const auto& left = slots_.at(slot).remainder) f.work = left->work;
   f.local_damping = s.ledger.local_damping;
   f.unexplained = s.ledger.unexplained;
   f.lost_mass = s.ledger.fines.mass;
-  f.mass = f.lost_mass + dem::total_mass(s.grains);
-  f.void_ratio = s.boundary.cell.volume() / dem::solid_volume(s.grains) - 1;
+  f.mass = f.lost_mass + total_mass(s.grains);
+  f.void_ratio = s.boundary.cell.volume() / solid_volume(s.grains) - 1;
   f.grains = s.grains.size(), f.breakages = s.ledger.breakages, f.steps = s.steps;
   return f;
 }
 
-}  // namespace grus::coupling
+}  // namespace grus::dem

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-#include "apps/prepare_sample.hpp"
+#include "apps/scene/prepare_sample.hpp"
 
 #include <algorithm>
 

@@ -10,7 +10,7 @@
 #include "dem/rve/linear_response.hpp"
 #include "dem/rve/rve.hpp"
 
-namespace grus::coupling {
+namespace grus::dem {
 
 enum class TangentKind {
   automatic,          // contact stiffness; the network where Newton stalls with it
@@ -33,7 +33,7 @@ enum class OnFailure : std::uint8_t { stop, elastic };
 
 /// How responses are made; the same on all ranks.
 struct ResponseOptions {
-  dem::QuasiStatic quasi_static;
+  QuasiStatic quasi_static;
   TangentKind tangent = TangentKind::automatic;
   double perturbation = 1e-4;  // strain of the scratch copies
   bool central = false;
@@ -45,7 +45,7 @@ struct ResponseOptions {
 /// At any other pace there is one increment; in real time it takes the duration (s).
 struct Task {
   std::uint64_t slot = 0;
-  std::vector<dem::Mat3> path;
+  std::vector<Mat3> path;
   double duration = 0;
   Pace pace = Pace::relaxed;
   bool tangent = true;
@@ -53,7 +53,7 @@ struct Task {
 };
 
 struct Outcome {
-  dem::Response response;
+  Response response;
   double seconds = 0;     // wall time of the thread
   bool elastic = false;   // a linear response served; no DEM
   bool given_up = false;  // the grains can no more: what answers is what is left of their stiffness
@@ -72,17 +72,17 @@ struct Facts {
 
 /// What answers instead of grains that could not go on: their last stress and stiffness, carried along.
 struct Remainder {
-  dem::Mat3 stress = dem::Mat3::Zero();   // Pa, in space
-  dem::Mat6 tangent = dem::Mat6::Zero();  // Pa
-  double volume = 0, work = 0;            // m^3, present; J since the start, the grains' included
+  Mat3 stress = Mat3::Zero();   // Pa, in space
+  Mat6 tangent = Mat6::Zero();  // Pa
+  double volume = 0, work = 0;  // m^3, present; J since the start, the grains' included
 };
 
 /// An RVE, and the deformation that a linear response has answered for since its state.
 struct HostedRve {
-  dem::State state;
-  dem::Mat3 pending = dem::Mat3::Identity();
+  State state;
+  Mat3 pending = Mat3::Identity();
   bool barred = false;  // no linear response is to be looked for at this state
-  dem::Steady steady = {};
+  Steady steady = {};
   std::optional<Remainder> remainder = {};
   std::string bytes() const;
   static HostedRve from(const std::string& bytes);  // throws InputError
@@ -90,7 +90,7 @@ struct HostedRve {
 
 class RveHost {
 public:
-  RveHost(std::shared_ptr<const dem::Model> model, const ResponseOptions& options, int threads);
+  RveHost(std::shared_ptr<const Model> model, const ResponseOptions& options, int threads);
 
   void put(std::uint64_t slot, HostedRve rve);
   void copy(std::uint64_t from, std::uint64_t to) { put(to, hosted(from)); }
@@ -103,20 +103,20 @@ public:
 
 private:
   struct Slot {
-    std::unique_ptr<dem::Rve> rve;
-    dem::Mat3 pending = dem::Mat3::Identity(), trial = dem::Mat3::Identity();
-    std::unique_ptr<const dem::LinearResponse> linear;
+    std::unique_ptr<Rve> rve;
+    Mat3 pending = Mat3::Identity(), trial = Mat3::Identity();
+    std::unique_ptr<const LinearResponse> linear;
     bool tried = false, by_linear = false;  // linear was looked for at this state; it gave the last answer
     std::optional<Remainder> remainder;
   };
   Outcome go_on(Slot& slot, const Task& task) const;
   Outcome advance(Slot& slot, const Task& task) const;
-  bool elastic(Slot& slot, const dem::Mat3& increment, dem::Response& response) const;
+  bool elastic(Slot& slot, const Mat3& increment, Response& response) const;
 
-  std::shared_ptr<const dem::Model> model_;
+  std::shared_ptr<const Model> model_;
   ResponseOptions options_;
   std::map<std::uint64_t, Slot> slots_;
-  dem::Team team_;
+  Team team_;
 };
 
-}  // namespace grus::coupling
+}  // namespace grus::dem
