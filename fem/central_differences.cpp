@@ -29,10 +29,16 @@ void CentralDifferences::set_mass(const std::function<Eigen::VectorXd(std::int32
 
 bool CentralDifferences::respond(double dt, bool want_tangent, const std::function<void()>& also) {
   p.u->scatter_fwd();
-  if (!p.strain_sweep()) return reason = "an element turned inside out", false;
+  if (!p.strain_sweep()) {
+    reason = "an element turned inside out";
+    return false;
+  }
   const bool mine = material.respond(
       {p.deformation, p.stress, want_tangent ? std::span<double>(p.tangent) : std::span<double>(), dt});
-  if (!all_true(p.comm, mine)) return reason = mine ? "a Gauss point of another rank failed" : material.reason(), false;
+  if (!all_true(p.comm, mine)) {
+    reason = mine ? "a Gauss point of another rank failed" : material.reason();
+    return false;
+  }
   material.commit();
   if (also) also();
   p.assemble_internal();

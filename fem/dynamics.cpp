@@ -94,7 +94,10 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
   Integrator run(p, material, density, o);
   if (p.velocity.empty()) allocate_dynamics(problem);
   if (start.steps == 0) {
-    if (!run.respond(0, true)) return result.failure = "the initial state: " + run.run.reason, result;
+    if (!run.respond(0, true)) {
+      result.failure = "the initial state: " + run.run.reason;
+      return result;
+    }
     p.commit();
   } else {
     run.run.go_on(start.dt);
@@ -114,8 +117,10 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
   while (now.time < o.duration * (1 - 1e-12)) {
     if (now.steps >= estimate) {
       stable = o.time_step > 0 ? o.time_step : o.safety * slower * stable_step(problem, density);
-      if (!std::isfinite(stable))
-        return result.failure = "no element has a stiffness, so there is no stable step; give solve.time_step", result;
+      if (!std::isfinite(stable)) {
+        result.failure = "no element has a stiffness, so there is no stable step; give solve.time_step";
+        return result;
+      }
       estimate += static_cast<std::uint64_t>(o.estimate_every);
     }
     const double dt = std::min(stable, o.duration - now.time);
@@ -142,9 +147,15 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
     }
     if (now.time >= due * (1 - 1e-12) || now.time >= o.duration * (1 - 1e-12)) {
       due = next_report();
-      if (!observer(now)) return result.stopped = true, result;
+      if (!observer(now)) {
+        result.stopped = true;
+        return result;
+      }
     } else if (o.stop && o.stop()) {
-      return result.stopped = true, result;
+      {
+        result.stopped = true;
+        return result;
+      }
     }
   }
   result.finished = true;

@@ -161,7 +161,10 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
   const double memory = remembered * crossing;
   const auto settling = static_cast<std::uint64_t>(100 * crossing), rest = static_cast<std::uint64_t>(2 * crossing);
   if (start.steps == 0) {
-    if (!run.respond(0, true)) return result.failure = "the initial state: " + run.reason, result;
+    if (!run.respond(0, true)) {
+      result.failure = "the initial state: " + run.reason;
+      return result;
+    }
     p.commit();
     relax.scale_masses();
     p.last_internal.assign(p.internal->array().begin(), p.internal->array().end());
@@ -210,24 +213,31 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
     if (estimate) {
       now.energy.scaled += relax.scale_masses();
       govern(o, cap, now);
-      if (now.rate < 1e-4 * cap)
-        return result.failure = "the balance cannot be held: unbalanced force " + std::to_string(now.unbalanced) +
-                                " of what is applied, kinetic energy " +
-                                std::to_string(now.energy.kinetic_over_internal()) +
-                                " of what the material holds, at a ten-thousandth of the usual rate",
-               result;
+      if (now.rate < 1e-4 * cap) {
+        result.failure = "the balance cannot be held: unbalanced force " + std::to_string(now.unbalanced) +
+                         " of what is applied, kinetic energy " + std::to_string(now.energy.kinetic_over_internal()) +
+                         " of what the material holds, at a ten-thousandth of the usual rate";
+        return result;
+      }
     }
     // Where little has been done yet, what the grains' start has cost is much of it.
     const bool told = now.load_factor > 0.02 && now.steps > 100;
-    if (!std::isfinite(now.energy.kinetic) || (told && std::abs(now.energy.error()) > o.max_energy_error))
-      return result.failure = "energy error " + std::to_string(now.energy.error()) + " at step " +
-                              std::to_string(now.steps) + ": the run has become unstable",
-             result;
+    if (!std::isfinite(now.energy.kinetic) || (told && std::abs(now.energy.error()) > o.max_energy_error)) {
+      result.failure = "energy error " + std::to_string(now.energy.error()) + " at step " + std::to_string(now.steps) +
+                       ": the run has become unstable";
+      return result;
+    }
     if (now.rested == rest || (now.load_factor < 1 && now.load_factor >= due * (1 - 1e-12))) {
       due = next_report();
-      if (!observer(now)) return result.stopped = true, result;
+      if (!observer(now)) {
+        result.stopped = true;
+        return result;
+      }
     } else if (o.stop && o.stop()) {
-      return result.stopped = true, result;
+      {
+        result.stopped = true;
+        return result;
+      }
     }
   }
   result.finished = true;

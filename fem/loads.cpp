@@ -19,6 +19,56 @@ double LoadHistory::at(double time) const {
   return points.back()[1];
 }
 
+/// Marks nodes that a condition holds at, and notes its loaded facets.
+void Problem::Impl::mark_boundary(std::size_t b, const std::vector<std::uint8_t>& outer, Vector& marks) {
+  const auto& bc = boundaries[b];
+  const auto cell_facets = compat::topology(*mesh).connectivity(dim, dim - 1);
+  const ReferenceCell& ref = reference_cell(kind);
+  const auto x = mesh->geometry().x();
+  const auto& input = mesh->geometry().input_global_indices();
+  marks.set(0.0);
+  auto mark = marks.mutable_array();
+  if (bc.where)
+    for (std::size_t n = 0; n < node_at.size(); ++n) mark[n] = bc.where(node_at[n]) ? 1 : 0;
+  const auto holds_on = [&](std::int32_t c, std::size_t side) {
+    const auto corner_nodes = compat::geometry_dofs(*mesh, c);
+    std::vector<std::int64_t> key;
+    for (const int v : ref.facets[side]) {
+      const auto node = static_cast<std::size_t>(corner_nodes[static_cast<std::size_t>(v)]);
+      if (bc.where && !bc.where({x[3 * node], x[3 * node + 1], x[3 * node + 2]})) return false;
+      key.push_back(input[node]);
+    }
+    if (bc.where) return true;
+    std::sort(key.begin(), key.end());
+    const auto at = facet_tags.find(key);
+    return at != facet_tags.end() && std::find(at->second.begin(), at->second.end(), bc.tag) != at->second.end();
+  };
+  for (std::int32_t c = 0; c < cells; ++c)
+    for (std::size_t side = 0; side < ref.facets.size(); ++side) {
+      if (!outer[static_cast<std::size_t>(cell_facets->links(c)[side])] || !holds_on(c, side)) continue;
+      if (bc.traction || bc.pressure) loaded.push_back({c, side, b});
+      if (!bc.where)
+        for (const int a : space->dofmap()->element_dof_layout().entity_closure_dofs(dim - 1, static_cast<int>(side)))
+          mark[static_cast<std::size_t>(cell_nodes(c)[static_cast<std::size_t>(a)])] = 1;
+    }
+  if (bc.where) return;
+  marks.scatter_rev(std::plus<double>());  // a node may touch the tag on another rank only
+  marks.scatter_fwd();
+}
+
+/// Refuses a condition that holds nowhere, on any rank.
+void Problem::Impl::check_boundary(std::size_t b, double found) const {
+  const auto& bc = boundaries[b];
+  if (sum_over_ranks(comm, found) == 0)
+    throw std::invalid_argument("boundary '" + bc.name + "' holds at no node of the mesh" +
+                                (bc.where ? "" : ": no facet has the tag " + std::to_string(bc.tag)));
+  const auto facets =
+      std::count_if(loaded.begin(), loaded.end(), [&](const LoadedFacet& f) { return f.boundary == b; });
+  if ((bc.traction || bc.pressure) && sum_over_ranks(comm, static_cast<double>(facets)) == 0)
+    throw std::invalid_argument("boundary '" + bc.name +
+                                "' has a traction or pressure but holds on no outer facet of the mesh");
+}
+
 void Problem::Impl::find_boundaries() {
   auto& topology = const_cast<dolfinx::mesh::Topology&>(compat::topology(*mesh));  // connectivities are made on demand
   topology.create_entities(dim - 1);
@@ -28,10 +78,6 @@ void Problem::Impl::find_boundaries() {
       static_cast<std::size_t>(topology.index_map(dim - 1)->size_local() + topology.index_map(dim - 1)->num_ghosts()),
       0);
   for (auto facet : dolfinx::mesh::exterior_facet_indices(topology)) outer[static_cast<std::size_t>(facet)] = 1;
-  const auto cell_facets = topology.connectivity(dim, dim - 1);
-  const ReferenceCell& ref = reference_cell(kind);
-  const auto x = mesh->geometry().x();
-  const auto& input = mesh->geometry().input_global_indices();
 
   Vector marks(space->dofmap()->index_map, 1);
   boundary_nodes.resize(boundaries.size());
@@ -43,64 +89,76 @@ void Problem::Impl::find_boundaries() {
       prescribed.push_back({static_cast<std::int32_t>(width() * n + k), 0, 0});
   for (std::size_t b = 0; b < boundaries.size(); ++b) {
     const auto& bc = boundaries[b];
-    marks.set(0.0);
-    auto mark = marks.mutable_array();
-    if (bc.where)
-      for (std::size_t n = 0; n < node_at.size(); ++n) mark[n] = bc.where(node_at[n]) ? 1 : 0;
-    for (std::int32_t c = 0; c < cells; ++c)
-      for (std::size_t side = 0; side < ref.facets.size(); ++side) {
-        if (!outer[static_cast<std::size_t>(cell_facets->links(c)[side])]) continue;
-        const auto corner_nodes = compat::geometry_dofs(*mesh, c);
-        bool here = true;
-        std::vector<std::int64_t> key;
-        for (const int v : ref.facets[side]) {
-          const auto node = static_cast<std::size_t>(corner_nodes[static_cast<std::size_t>(v)]);
-          if (bc.where)
-            here = here && bc.where({x[3 * node], x[3 * node + 1], x[3 * node + 2]});
-          else
-            key.push_back(input[node]);
-        }
-        if (!bc.where) {
-          std::sort(key.begin(), key.end());
-          const auto at = facet_tags.find(key);
-          here = at != facet_tags.end() && std::find(at->second.begin(), at->second.end(), bc.tag) != at->second.end();
-        }
-        if (!here) continue;
-        if (bc.traction || bc.pressure) loaded.push_back({c, side, b});
-        if (!bc.where)
-          for (const int a : space->dofmap()->element_dof_layout().entity_closure_dofs(dim - 1, static_cast<int>(side)))
-            mark[static_cast<std::size_t>(cell_nodes(c)[static_cast<std::size_t>(a)])] = 1;
-      }
-    if (!bc.where)
-      marks.scatter_rev(std::plus<double>()), marks.scatter_fwd();  // a node may touch the tag on another rank only
+    mark_boundary(b, outer, marks);
+    const auto mark = marks.mutable_array();
     double found = 0;
     for (std::size_t n = 0; n < node_at.size(); ++n) {
       if (mark[n] == 0 || tied[n] != 0) continue;
       if (static_cast<std::int32_t>(n) < owned_nodes())
         boundary_nodes[b].push_back(static_cast<std::int32_t>(n)), ++found;
       for (std::size_t k = 0; k < width(); ++k) {
-        if (!bc.displacement[k] || taken[width() * n + k])
-          continue;  // the first condition that names a component holds
+        // The first condition that names a component holds.
+        if (!bc.displacement[k] || taken[width() * n + k]) continue;
         taken[width() * n + k] = 1;
         prescribed.push_back(
             {static_cast<std::int32_t>(width() * n + k), bc.at ? bc.at(node_at[n])[k] : *bc.displacement[k], b});
       }
     }
-    if (sum_over_ranks(comm, found) == 0)
-      throw std::invalid_argument("boundary '" + bc.name + "' holds at no node of the mesh" +
-                                  (bc.where ? "" : ": no facet has the tag " + std::to_string(bc.tag)));
-    const auto facets =
-        std::count_if(loaded.begin(), loaded.end(), [&](const LoadedFacet& f) { return f.boundary == b; });
-    if ((bc.traction || bc.pressure) && sum_over_ranks(comm, static_cast<double>(facets)) == 0)
-      throw std::invalid_argument("boundary '" + bc.name +
-                                  "' has a traction or pressure but holds on no outer facet of the mesh");
+    check_boundary(b, found);
   }
+}
+
+/// One side of the reference cell, with a quadrature rule on it.
+struct Problem::Impl::Side {
+  std::size_t number;
+  Eigen::Vector3d e1, e2;  // edges of the reference facet
+  double outward;          // sign of their cross product
+  std::vector<double> weight, values, geometry;
+};
+
+Problem::Impl::Side Problem::Impl::side_of_cell(std::size_t number) const {
+  const ReferenceCell& ref = reference_cell(kind);
+  const auto rule = compat::quadrature(dim == 2                       ? basix::cell::type::interval
+                                       : kind == CellKind::hexahedron ? basix::cell::type::quadrilateral
+                                                                      : basix::cell::type::triangle,
+                                       2 * discretisation.order + 1);
+  auto corner = [&](std::size_t v) {
+    return Eigen::Map<const Eigen::Vector3d>(ref.corners[static_cast<std::size_t>(ref.facets[number][v])].data());
+  };
+  Side side{number, {}, {}, 1, rule[1], {}, {}};
+  const Eigen::Vector3d o = corner(0);
+  side.e1 = corner(1) - o, side.e2 = dim == 3 ? Eigen::Vector3d(corner(2) - o) : Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (const auto& v : ref.corners)
+    centre += Eigen::Vector3d(v[0], v[1], v[2]) / static_cast<double>(ref.corners.size());
+  side.outward = side.e1.cross(side.e2).dot(o - centre) > 0 ? 1 : -1;
+  std::vector<double> at;
+  for (std::size_t q = 0; q < side.weight.size(); ++q) {
+    const Eigen::Vector3d p = dim == 3 ? Eigen::Vector3d(o + rule[0][2 * q] * side.e1 + rule[0][2 * q + 1] * side.e2)
+                                       : Eigen::Vector3d(o + rule[0][q] * side.e1);
+    at.insert(at.end(), p.data(), p.data() + dim);
+  }
+  side.values = compat::tabulate(compat::make_element(kind, discretisation.order), at, width());
+  tie(ties, static_cast<std::size_t>(nodes), side.values);
+  side.geometry = compat::tabulate_geometry(*mesh, at, width());
+  return side;
+}
+
+/// Force (N) of a condition's traction and pressure, `now` times, on an area vector of the reference facet's place.
+Eigen::Vector3d Problem::Impl::facet_force(const BoundaryCondition& bc, double now, std::int32_t cell, const Local& l,
+                                           const Eigen::Vector3d& area) {
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  if (bc.traction)
+    force += now * area.norm() * Eigen::Vector3d((*bc.traction)[0], (*bc.traction)[1], (*bc.traction)[2]);
+  if (!bc.pressure) return force;
+  if (!discretisation.finite_strain) return force - now * *bc.pressure * area;
+  const Eigen::Matrix3d F_here = deformation_at(cell, l);  // its cofactors carry the area to the present one
+  return force - now * *bc.pressure * Eigen::Vector3d(F_here.determinant() * F_here.inverse().transpose() * area);
 }
 
 void Problem::Impl::assemble_external(double time) {
   external->set(0.0);
   auto f = external->mutable_array();
-  Local l;
   auto add = [&](std::int32_t c, const Eigen::VectorXd& value, const Eigen::Vector3d& force) {
     const auto dofs = cell_nodes(c);
     for (int a = 0; a < nodes; ++a)
@@ -115,56 +173,19 @@ void Problem::Impl::assemble_external(double time) {
         const Point force = body_force(here.at);
         add(c, here.value, time * here.dv * Eigen::Vector3d(force[0], force[1], force[2]));
       }
-  if (!loaded.empty()) {
-    const ReferenceCell& ref = reference_cell(kind);
-    const auto rule = compat::quadrature(dim == 2                       ? basix::cell::type::interval
-                                         : kind == CellKind::hexahedron ? basix::cell::type::quadrilateral
-                                                                        : basix::cell::type::triangle,
-                                         2 * discretisation.order + 1);
-    const int count = static_cast<int>(rule[1].size());
-    const auto element = compat::make_element(kind, discretisation.order);
-    for (std::size_t side = 0; side < ref.facets.size(); ++side) {
-      auto corner = [&](std::size_t v) {
-        return Eigen::Map<const Eigen::Vector3d>(ref.corners[static_cast<std::size_t>(ref.facets[side][v])].data());
-      };
-      const Eigen::Vector3d o = corner(0), e1 = corner(1) - o,
-                            e2 = dim == 3 ? Eigen::Vector3d(corner(2) - o) : Eigen::Vector3d::UnitZ();
-      Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-      for (const auto& v : ref.corners)
-        centre += Eigen::Vector3d(v[0], v[1], v[2]) / static_cast<double>(ref.corners.size());
-      const double outward = e1.cross(e2).dot(o - centre) > 0 ? 1 : -1;
-      std::vector<double> at;
+  Local l;
+  for (std::size_t number = 0; number < reference_cell(kind).facets.size() && !loaded.empty(); ++number) {
+    const Side side = side_of_cell(number);
+    const int count = static_cast<int>(side.weight.size());
+    for (const LoadedFacet& facet : loaded) {
+      if (facet.side != number) continue;
       for (int q = 0; q < count; ++q) {
-        Eigen::Vector3d p = dim == 3 ? Eigen::Vector3d(o + rule[0][static_cast<std::size_t>(2 * q)] * e1 +
-                                                       rule[0][static_cast<std::size_t>(2 * q + 1)] * e2)
-                                     : Eigen::Vector3d(o + rule[0][static_cast<std::size_t>(q)] * e1);
-        at.insert(at.end(), p.data(), p.data() + dim);
-      }
-      auto values = compat::tabulate(element, at, width());
-      tie(ties, static_cast<std::size_t>(nodes), values);
-      const auto geometry = compat::tabulate_geometry(*mesh, at, width());
-      for (const LoadedFacet& facet : loaded) {
-        if (facet.side != side) continue;
+        local(facet.cell, q, {side.values, side.geometry, count}, 1, l);
+        const double weight_here = side.weight[static_cast<std::size_t>(q)];
+        const Eigen::Vector3d area = (side.outward * (l.jacobian.determinant() > 0 ? 1 : -1) * l.depth * weight_here) *
+                                     (l.jacobian * side.e1).cross(l.jacobian * side.e2);
         const BoundaryCondition& bc = boundaries[facet.boundary];
-        const double now = factor(facet.boundary, time);
-        for (int q = 0; q < count; ++q) {
-          local(facet.cell, q, {values, geometry, count}, 1, l);
-          // Area vector of the reference facet; cofactors of F carry it to the present one.
-          const Eigen::Vector3d area =
-              (outward * (l.jacobian.determinant() > 0 ? 1 : -1) * l.depth * rule[1][static_cast<std::size_t>(q)]) *
-              (l.jacobian * e1).cross(l.jacobian * e2);
-          Eigen::Vector3d force = Eigen::Vector3d::Zero();
-          if (bc.traction)
-            force += now * area.norm() * Eigen::Vector3d((*bc.traction)[0], (*bc.traction)[1], (*bc.traction)[2]);
-          if (bc.pressure) {
-            const Eigen::Matrix3d F_here = deformation_at(facet.cell, l);
-            force -= now * *bc.pressure *
-                     (discretisation.finite_strain
-                          ? Eigen::Vector3d(F_here.determinant() * F_here.inverse().transpose() * area)
-                          : area);
-          }
-          add(facet.cell, l.value, force);
-        }
+        add(facet.cell, l.value, facet_force(bc, factor(facet.boundary, time), facet.cell, l, area));
       }
     }
   }

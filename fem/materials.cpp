@@ -163,84 +163,99 @@ Material j2_material(std::size_t points, double E, double nu, double yield, doub
   });
 }
 
-Material composite_material(std::vector<Material> parts, const std::vector<std::size_t>& group) {
+namespace {
+
+/// Materials side by side, each for points of its own.
+struct Composite {
   struct Part {
     Material material;
     std::vector<std::size_t> points;
     std::vector<double> deformation, stress, tangent, volumes;
   };
-  auto all = std::make_shared<std::vector<Part>>();
-  for (auto& m : parts) all->push_back({std::move(m), {}, {}, {}, {}, {}});
-  for (std::size_t i = 0; i < group.size(); ++i) (*all)[group[i]].points.push_back(i);
-  auto failed = std::make_shared<std::string>();
-  Material m(
-      [all, failed](const Points& p) {
-        bool good = true;
-        for (Part& part : *all) {  // every part answers even if one has failed: parts may be collective
-          const std::size_t n = part.points.size();
-          part.deformation.resize(9 * n), part.stress.resize(6 * n),
-              part.tangent.resize(p.tangent.empty() ? 0 : 36 * n);
-          for (std::size_t i = 0; i < n; ++i)
-            std::copy_n(p.deformation.data() + 9 * part.points[i], 9, part.deformation.data() + 9 * i);
-          if (!part.material.respond({part.deformation, part.stress, part.tangent, p.duration})) {
-            if (good) *failed = part.material.reason();
-            good = false;
-          }
-          for (std::size_t i = 0; i < n; ++i) {
-            std::copy_n(part.stress.data() + 6 * i, 6, p.stress.data() + 6 * part.points[i]);
-            if (!p.tangent.empty())
-              std::copy_n(part.tangent.data() + 36 * i, 36, p.tangent.data() + 36 * part.points[i]);
-          }
-        }
-        return good;
-      },
-      [all] {
-        for (Part& part : *all) part.material.commit();
-      },
-      [all] {
-        std::string bytes;
-        for (Part& part : *all) {
-          const std::string own = part.material.save();
-          const std::uint64_t size = own.size();
-          bytes.append(reinterpret_cast<const char*>(&size), sizeof size), bytes += own;
-        }
-        return bytes;
-      },
-      [all](const std::string& bytes) {
-        std::size_t at = 0;
-        for (Part& part : *all) {
-          std::uint64_t size = 0;
-          if (bytes.size() - at < sizeof size) throw std::invalid_argument("the saved material is of another problem");
-          std::memcpy(&size, bytes.data() + at, sizeof size), at += sizeof size;
-          if (bytes.size() - at < size) throw std::invalid_argument("the saved material is of another problem");
-          part.material.load(bytes.substr(at, size)), at += size;
-        }
-      },
-      [all](std::span<const double> volumes) {
-        double sum = 0;
-        for (Part& part : *all) {
-          part.volumes.clear();
-          for (const std::size_t i : part.points) part.volumes.push_back(volumes[i]);
-          sum += part.material.energy(part.volumes);
-        }
-        return sum;
-      });
-  m.noise = [all] {
+  std::vector<Part> parts;
+  std::string failed;
+
+  static bool respond(Part& part, const Points& p) {
+    const std::size_t n = part.points.size();
+    part.deformation.resize(9 * n), part.stress.resize(6 * n), part.tangent.resize(p.tangent.empty() ? 0 : 36 * n);
+    for (std::size_t i = 0; i < n; ++i)
+      std::copy_n(p.deformation.data() + 9 * part.points[i], 9, part.deformation.data() + 9 * i);
+    const bool good = part.material.respond({part.deformation, part.stress, part.tangent, p.duration});
+    for (std::size_t i = 0; i < n; ++i) {
+      std::copy_n(part.stress.data() + 6 * i, 6, p.stress.data() + 6 * part.points[i]);
+      if (!p.tangent.empty()) std::copy_n(part.tangent.data() + 36 * i, 36, p.tangent.data() + 36 * part.points[i]);
+    }
+    return good;
+  }
+
+  bool respond(const Points& p) {
+    bool good = true;
+    for (Part& part : parts)  // every part answers even if one has failed: parts may be collective
+      if (!respond(part, p)) {
+        if (good) failed = part.material.reason();
+        good = false;
+      }
+    return good;
+  }
+
+  std::string save() const {
+    std::string bytes;
+    for (const Part& part : parts) {
+      const std::string own = part.material.save();
+      const std::uint64_t size = own.size();
+      bytes.append(reinterpret_cast<const char*>(&size), sizeof size), bytes += own;
+    }
+    return bytes;
+  }
+
+  void load(const std::string& bytes) {
+    std::size_t at = 0;
+    for (Part& part : parts) {
+      std::uint64_t size = 0;
+      if (bytes.size() - at < sizeof size) throw std::invalid_argument("the saved material is of another problem");
+      std::memcpy(&size, bytes.data() + at, sizeof size), at += sizeof size;
+      if (bytes.size() - at < size) throw std::invalid_argument("the saved material is of another problem");
+      part.material.load(bytes.substr(at, size)), at += size;
+    }
+  }
+
+  double energy(std::span<const double> volumes) {
+    double sum = 0;
+    for (Part& part : parts) {
+      part.volumes.clear();
+      for (const std::size_t i : part.points) part.volumes.push_back(volumes[i]);
+      sum += part.material.energy(part.volumes);
+    }
+    return sum;
+  }
+
+  double most(std::function<double()> Material::*of) const {
     double most = 0;
-    for (const Part& part : *all) most = std::max(most, part.material.noise());
+    for (const Part& part : parts) most = std::max(most, (part.material.*of)());
     return most;
+  }
+};
+
+}  // namespace
+
+Material composite_material(std::vector<Material> parts, const std::vector<std::size_t>& group) {
+  auto all = std::make_shared<Composite>();
+  for (auto& m : parts) all->parts.push_back({std::move(m), {}, {}, {}, {}, {}});
+  for (std::size_t i = 0; i < group.size(); ++i) all->parts[group[i]].points.push_back(i);
+  const auto commit = [all] {
+    for (auto& part : all->parts) part.material.commit();
   };
+  Material m([all](const Points& p) { return all->respond(p); }, commit, [all] { return all->save(); },
+             [all](const std::string& bytes) { all->load(bytes); },
+             [all](std::span<const double> volumes) { return all->energy(volumes); });
+  m.noise = [all] { return all->most(&Material::noise); };
   m.sharpen = [all] {
     bool any = false;
-    for (const Part& part : *all) any = part.material.sharpen() || any;
+    for (const auto& part : all->parts) any = part.material.sharpen() || any;
     return any;
   };
-  m.inertial_number = [all] {
-    double most = 0;
-    for (const Part& part : *all) most = std::max(most, part.material.inertial_number());
-    return most;
-  };
-  m.reason = [failed] { return *failed; };
+  m.inertial_number = [all] { return all->most(&Material::inertial_number); };
+  m.reason = [all] { return all->failed; };
   return m;
 }
 

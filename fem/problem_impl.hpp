@@ -120,6 +120,10 @@ struct Problem::Impl {
   bool strain_sweep();
   /// Sweep 3: internal forces; external ones at a time and the present displacement; and the tangent, if asked.
   void assemble_internal();
+  struct Side;
+  Side side_of_cell(std::size_t number) const;
+  Eigen::Vector3d facet_force(const BoundaryCondition& bc, double now, std::int32_t cell, const Local& l,
+                              const Eigen::Vector3d& area);
   void assemble_external(double time);
   void assemble_tangent(Mat a) const;
   /// What the material is told: F, or F with the element's mean dilatation. In plane strain only the plane is
@@ -147,6 +151,8 @@ private:
   Eigen::VectorXd mean_trace(std::int32_t cell) const;
   void add_mean_dilatation(std::int32_t cell, Matrix& k) const;
   void build();
+  void mark_boundary(std::size_t b, const std::vector<std::uint8_t>& outer, Vector& marks);
+  void check_boundary(std::size_t b, double found) const;
   void find_boundaries();
 };
 

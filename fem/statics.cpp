@@ -219,8 +219,10 @@ struct Newton {
     residual(r);  // with the committed stress: out of balance by the new load only
     if (goes_on(from, to))
       dx = as_before(to - from);
-    else if (!linear.solve(r, from, to, dx))
-      return reason = "the linear solver failed", false;
+    else if (!linear.solve(r, from, to, dx)) {
+      reason = "the linear solver failed";
+      return false;
+    }
     move(dx, 1);
     total = dx;
     if (!evaluate(to)) return false;
@@ -235,7 +237,10 @@ struct Newton {
       // noisy.
       const double moved = largest(total) * std::max(1.0, 1 / (o.increments * (to - from))), noise = material.noise();
       const double floor = std::max(o.tolerance, noise), floor_u = std::max(o.displacement_tolerance, 2 * noise);
-      if (!linear.solve(r, to, to, dx)) return reason = "the linear solver failed", false;
+      if (!linear.solve(r, to, to, dx)) {
+        reason = "the linear solver failed";
+        return false;
+      }
       if (o.acceleration > 0) dx = acceleration.step(dx);
       correction = moved > 0 ? largest(dx) / moved : 0;
       // What Newton would still change is known before it is done: a converged state costs no further material sweep.
@@ -266,8 +271,10 @@ struct Newton {
       report.residuals.push_back(now);
       if (now < 0.9 * best)
         best = now, idle = 0;
-      else if (++idle == patience && best > 3 * floor)
-        return reason = "no progress in " + std::to_string(patience) + " iterations", false;
+      else if (++idle == patience && best > 3 * floor) {
+        reason = "no progress in " + std::to_string(patience) + " iterations";
+        return false;
+      }
     }
     reason = "no convergence in " + std::to_string(o.max_iterations) + " iterations";
     return false;
@@ -291,7 +298,10 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
   newton.last_size = start.last_size;
   if (p.previous_u.empty()) allocate_statics(problem);
   if (number == 0) {  // stress and tangent of the start: an empty increment
-    if (!newton.evaluate(0)) return result.failure = "the initial state: " + newton.reason, result;
+    if (!newton.evaluate(0)) {
+      result.failure = "the initial state: " + newton.reason;
+      return result;
+    }
     std::vector<double> unused;
     newton.residual(unused);
     newton.commit();
@@ -328,7 +338,10 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
     report.last_size = newton.last_size;
     cutbacks = 0;
     cut_reason.clear();
-    if (!observer(report)) return result.stopped = true, result;
+    if (!observer(report)) {
+      result.stopped = true;
+      return result;
+    }
   }
   result.converged = true;
   return result;

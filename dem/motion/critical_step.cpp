@@ -40,35 +40,33 @@ double largest_eigenvalue_bound(const Mat6& s) {
   return std::sqrt(std::sqrt(std::sqrt(s4.squaredNorm()))) * (1 + 1e-12);
 }
 
-}  // namespace
-
-CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs, std::size_t materials,
-                           const Grains& g, const Boundary& boundary, const Contacts& contacts, const Bonds& bonds) {
-  const std::size_t n = g.size(), walls = contacts.begin[first_wall];
-  CriticalStep critical;
-  double wall_speed = 0;
-  for (const auto& wall : boundary.walls) wall_speed = std::max(wall_speed, wall.velocity.norm());
-  for (const auto& m : g.motion) critical.max_speed = std::max(critical.max_speed, m.velocity.norm());
-
-  // A cheap bound for each grain: the trace of its scaled stiffness, and the impact its speed allows.
-  std::vector<double> trace(n, 0.0), impact(n, 0.0);
+/// Stiffness of every contact.
+std::vector<Stiffness> stiffnesses(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& g,
+                                   const Contacts& contacts) {
   std::vector<Stiffness> k(contacts.size());
-  std::visit(
-      [&](const auto& l) {
-        for (std::size_t c = 0; c < contacts.size(); ++c)
-          k[c] = stiffness_of(l, pairs[contacts.pair[c].law], contacts.contact[c], contacts.touch[c].overlap);
-        for (std::size_t bin = 0; bin < bin_count; ++bin)
-          if (pair_kind(bin).rolls)
-            for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c)
-              if (k[c].normal > 0)
-                k[c].rolling =
-                    l(contacts.contact[c].stiffness, contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
-      },
-      law);
-  auto least_inertia = [&](std::size_t i) { return g.inertia[i].moments.minCoeff(); };
+  const auto fill = [&](const auto& l) {
+    for (std::size_t c = 0; c < contacts.size(); ++c)
+      k[c] = stiffness_of(l, pairs[contacts.pair[c].law], contacts.contact[c], contacts.touch[c].overlap);
+    for (std::size_t bin = 0; bin < bin_count; ++bin)
+      if (pair_kind(bin).rolls)
+        for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c)
+          if (k[c].normal > 0)
+            k[c].rolling =
+                l(contacts.contact[c].stiffness, contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
+  };
+  std::visit(fill, law);
+  return k;
+}
+
+/// A cheap bound for each grain: the trace of its mass-scaled stiffness.
+std::vector<double> traces(const Grains& g, const Contacts& contacts, const Bonds& bonds,
+                           const std::vector<Stiffness>& k) {
+  const std::size_t walls = contacts.begin[first_wall];
+  std::vector<double> trace(g.size(), 0.0);
   auto add = [&](std::size_t i, double weight, Stiffness s, double arm) {
-    trace[i] += weight * ((s.normal + 2 * s.tangential) * g.motion[i].inverse_mass +
-                          2 * (std::max(s.normal, s.tangential) * arm * arm + s.rolling) / least_inertia(i));
+    trace[i] +=
+        weight * ((s.normal + 2 * s.tangential) * g.motion[i].inverse_mass +
+                  2 * (std::max(s.normal, s.tangential) * arm * arm + s.rolling) / g.inertia[i].moments.minCoeff());
   };
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     if (k[c].normal == 0) continue;
@@ -81,22 +79,83 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
     add(bond.ends.a, 2, {most, most, 0}, bond.at_a.norm());
     add(bond.ends.b, 2, {most, most, 0}, bond.at_b.norm());
   });
-  const bool walled =
-      !boundary.walls.empty();  // against a wall all of the grain's mass and radius count, against a grain half
-  for (std::size_t i = 0; i < n; ++i) {
-    const double radius = g.extent[i].equivalent_radius * (walled ? 2 : 1), mass = (walled ? 1 : 0.5) * g.mass[i];
-    const PairLaw& p = pairs[g.material[i] * materials + g.material[i]];
-    const double speed = std::max({g.motion[i].velocity.norm() + critical.max_speed, wall_speed, 1e-6});
-    double stiffness;
-    if (std::holds_alternative<HertzMindlin>(law)) {
-      const double e = p.youngs > 0 ? p.youngs : 1;
-      const double depth =
-          std::max(std::pow(15 * mass * speed * speed / (16 * std::sqrt(0.5 * radius) * e), 0.4), 1e-4 * radius);
-      stiffness = 2 * e * std::sqrt(0.5 * radius * depth);
+  return trace;
+}
+
+/// The same for the hardest impact that a grain's speed allows, against another of its material or a wall.
+double impact_bound(const ContactLaw& law, const PairLaw& p, const Grains& g, std::size_t i, bool walled,
+                    double speed) {
+  // Against a wall all of the grain's mass and radius count, against a grain half.
+  const double radius = g.extent[i].equivalent_radius * (walled ? 2 : 1), mass = (walled ? 1 : 0.5) * g.mass[i];
+  double stiffness = p.normal_stiffness;
+  if (std::holds_alternative<HertzMindlin>(law)) {
+    const double e = p.youngs > 0 ? p.youngs : 1;
+    const double depth =
+        std::max(std::pow(15 * mass * speed * speed / (16 * std::sqrt(0.5 * radius) * e), 0.4), 1e-4 * radius);
+    stiffness = 2 * e * std::sqrt(0.5 * radius * depth);
+  }
+  return 2 * stiffness * g.motion[i].inverse_mass;
+}
+
+/// Mass-scaled 6 x 6 stiffness of grain i: sum of w J^T K J, J = [1, -arm x].
+Mat6 scaled_stiffness(const Grains& g, const Contacts& contacts, const Bonds& bonds, const std::vector<Stiffness>& k,
+                      std::size_t i) {
+  Mat3 shift = Mat3::Zero(), mixed = Mat3::Zero(), turn = Mat3::Zero();  // its blocks
+  auto assemble = [&](double weight, const Mat3& stiffness, const Vec3& arm) {
+    const Mat3 lever = cross_matrix(arm), by_turn = stiffness * lever;
+    shift += weight * stiffness, mixed -= weight * by_turn, turn += weight * lever.transpose() * by_turn;
+  };
+  for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
+    const std::size_t c = contacts.entry[e] >> 1;
+    if (k[c].normal == 0) continue;
+    const double weight = c < contacts.begin[first_wall] ? 2 : 1, kt = weight * k[c].tangential;
+    const Vec3 outward = (contacts.entry[e] & 1) ? Vec3(-contacts.touch[c].normal) : contacts.touch[c].normal;
+    const Mat3 nn = outward * outward.transpose(), across = Mat3::Identity() - nn;
+    if (is_sphere(g, i)) {  // arm = radius x normal: in closed form
+      const double radius = g.motion[i].radius;
+      shift += weight * k[c].normal * nn + kt * across;
+      mixed -= kt * radius * cross_matrix(outward);
+      turn += kt * radius * radius * across;
     } else {
-      stiffness = p.normal_stiffness;
+      assemble(weight, k[c].normal * nn + k[c].tangential * across, surface_arm(g, i, outward));
     }
-    impact[i] = 2 * stiffness * g.motion[i].inverse_mass;
+    turn += weight * k[c].rolling * across;
+  }
+  for_each_bond(bonds, [&](const auto& bond) {
+    if (bond.ends.a == i) assemble(2, stiffest(bond) * Mat3::Identity(), g.orientation[i] * bond.at_a);
+    if (bond.ends.b == i) assemble(2, stiffest(bond) * Mat3::Identity(), g.orientation[i] * bond.at_b);
+  });
+  const double by_mass = std::sqrt(g.motion[i].inverse_mass);
+  Mat3 by_inertia = std::sqrt(g.motion[i].inverse_inertia) * Mat3::Identity();
+  if (!is_sphere(g, i)) {
+    const Mat3 axes = (g.orientation[i] * g.inertia[i].axes).toRotationMatrix();
+    by_inertia = axes * g.inertia[i].moments.cwiseSqrt().cwiseInverse().asDiagonal() * axes.transpose();
+  }
+  Mat6 scaled;
+  scaled.topLeftCorner<3, 3>() = by_mass * by_mass * shift;
+  scaled.bottomRightCorner<3, 3>() = by_inertia * turn * by_inertia;
+  scaled.topRightCorner<3, 3>() = by_mass * mixed * by_inertia;
+  scaled.bottomLeftCorner<3, 3>() = scaled.topRightCorner<3, 3>().transpose();
+  return scaled;
+}
+
+}  // namespace
+
+CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs, std::size_t materials,
+                           const Grains& g, const Boundary& boundary, const Contacts& contacts, const Bonds& bonds) {
+  const std::size_t n = g.size();
+  CriticalStep critical;
+  double wall_speed = 0;
+  for (const auto& wall : boundary.walls) wall_speed = std::max(wall_speed, wall.velocity.norm());
+  for (const auto& m : g.motion) critical.max_speed = std::max(critical.max_speed, m.velocity.norm());
+
+  const std::vector<Stiffness> k = stiffnesses(law, pairs, g, contacts);
+  const std::vector<double> trace = traces(g, contacts, bonds, k);
+  std::vector<double> impact(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const double speed = std::max({g.motion[i].velocity.norm() + critical.max_speed, wall_speed, 1e-6});
+    impact[i] =
+        impact_bound(law, pairs[g.material[i] * materials + g.material[i]], g, i, !boundary.walls.empty(), speed);
   }
 
   // Exact 6 x 6 eigenvalues only where the trace could set the step.
@@ -109,42 +168,7 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
   double worst = 0;
   for (const Index i : order) {
     if (std::max(trace[i], impact[i]) <= worst) break;
-    Mat3 shift = Mat3::Zero(), mixed = Mat3::Zero(), turn = Mat3::Zero();  // blocks of sum w J^T K J, J = [1, -arm x]
-    auto assemble = [&](double weight, const Mat3& stiffness, const Vec3& arm) {
-      const Mat3 lever = cross_matrix(arm), by_turn = stiffness * lever;
-      shift += weight * stiffness, mixed -= weight * by_turn, turn += weight * lever.transpose() * by_turn;
-    };
-    for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
-      const std::size_t c = contacts.entry[e] >> 1;
-      if (k[c].normal == 0) continue;
-      const double weight = c < walls ? 2 : 1, kt = weight * k[c].tangential;
-      const Vec3 outward = (contacts.entry[e] & 1) ? Vec3(-contacts.touch[c].normal) : contacts.touch[c].normal;
-      const Mat3 nn = outward * outward.transpose(), across = Mat3::Identity() - nn;
-      if (is_sphere(g, i)) {  // arm = radius x normal: in closed form
-        const double radius = g.motion[i].radius;
-        shift += weight * k[c].normal * nn + kt * across;
-        mixed -= kt * radius * cross_matrix(outward);
-        turn += kt * radius * radius * across;
-      } else {
-        assemble(weight, k[c].normal * nn + k[c].tangential * across, surface_arm(g, i, outward));
-      }
-      turn += weight * k[c].rolling * across;
-    }
-    for_each_bond(bonds, [&](const auto& bond) {
-      if (bond.ends.a == i) assemble(2, stiffest(bond) * Mat3::Identity(), g.orientation[i] * bond.at_a);
-      if (bond.ends.b == i) assemble(2, stiffest(bond) * Mat3::Identity(), g.orientation[i] * bond.at_b);
-    });
-    const double by_mass = std::sqrt(g.motion[i].inverse_mass);
-    Mat3 by_inertia = std::sqrt(g.motion[i].inverse_inertia) * Mat3::Identity();
-    if (!is_sphere(g, i)) {
-      const Mat3 axes = (g.orientation[i] * g.inertia[i].axes).toRotationMatrix();
-      by_inertia = axes * g.inertia[i].moments.cwiseSqrt().cwiseInverse().asDiagonal() * axes.transpose();
-    }
-    Mat6 scaled;
-    scaled.topLeftCorner<3, 3>() = by_mass * by_mass * shift,
-                            scaled.bottomRightCorner<3, 3>() = by_inertia * turn * by_inertia;
-    scaled.topRightCorner<3, 3>() = by_mass * mixed * by_inertia;
-    scaled.bottomLeftCorner<3, 3>() = scaled.topRightCorner<3, 3>().transpose();
+    const Mat6 scaled = scaled_stiffness(g, contacts, bonds, k, i);
     if (std::max(largest_eigenvalue_bound(scaled), impact[i]) <= worst) continue;
     const Eigen::SelfAdjointEigenSolver<Mat6> eigen(scaled, Eigen::EigenvaluesOnly);
     const double value = std::max(eigen.eigenvalues()[5], impact[i]);

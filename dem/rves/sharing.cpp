@@ -89,9 +89,15 @@ private:
   bool rides_or_replays(std::size_t i) {
     Sharing::Point& p = s_.point[i];
     const std::size_t own = jobs_of_[p.slot].front();
-    if (near(i, own)) return plan_.of[i] = own, true;
+    if (near(i, own)) {
+      plan_.of[i] = own;
+      return true;
+    }
     for (std::size_t k = 0; k < plan_.job.size(); ++k)
-      if (near(i, k)) return plan_.of[i] = k, true;
+      if (near(i, k)) {
+        plan_.of[i] = k;
+        return true;
+      }
     if (p.distance == 0) return false;
     // What it has ridden on is not its own past.
     plan_.replay.push_back({i, s_.next_slot++, p.slot, p.distance});

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// The run of one DEM test: rows, frames, checkpoints, where to go on from, and the summary.
+#pragma once
+
+#include "apps/error_estimates.hpp"
+#include "apps/grading_states.hpp"
+#include "apps/grain_frames.hpp"
+#include "apps/run.hpp"
+#include "apps/scene/rve_scene.hpp"
+#include "dem/io/checkpoint.hpp"
+#include "dem/rve/measure.hpp"
+
+namespace grus::app {
+
+/// The checkpoint of a run of this scene. Throws InputError where there is none, or one of another scene.
+dem::Checkpoint find_checkpoint(const Options& options, const RveScene& scene);
+
+class RveRun {
+public:
+  /// `state`: in which the test begins; `kept`: to go on from, if the run is resumed. What is given by reference must
+  /// outlive the run. `ready`: s of wall time that the preparation has taken.
+  RveRun(const Options& options, RveScene& scene, dem::Team& team, dem::State state, const dem::Checkpoint& kept,
+         const Clock& clock, double ready);
+
+  /// To the end, to a fault or to an interruption; returns the exit status.
+  int go();
+
+private:
+  /// What a run carries besides its state.
+  struct Course {
+    dem::Mat3 initial_cell = dem::Mat3::Zero();
+    dem::Vec3 initial_size = dem::Vec3::Zero();
+    std::uint64_t row = 0;
+    double peak = 0, wall = 0, grain_steps = 0;
+    ErrorEstimates errors;
+
+    template <class A>
+    static void archive(A& a, auto& c) {
+      a.plain(c.initial_cell), a.plain(c.initial_size), a.plain(c.row), a.plain(c.peak), a.plain(c.wall);
+      a.plain(c.grain_steps), ErrorEstimates::archive(a, c.errors);
+    }
+  };
+
+  void take_up(const dem::Checkpoint& kept);
+  void save_checkpoint();
+  bool due() const;
+  void show();
+  void write_row();
+  bool go_to_row(std::uint64_t row, double until);
+  void march();
+  nlohmann::json summary() const;
+  void finish();
+
+  const Options& options_;
+  RveScene& scene_;
+  dem::Team& team_;
+  const Clock& clock_;
+  double ready_;
+  dem::State state_;
+  dem::Measurement now_;  // of the last row
+  History history_;
+  GrainFrames frames_;
+  GradingStates gradings_;
+  Course course_;
+  Progress progress_;
+  double axial_ = 0, error_ = 0;  // of the last row: stress (Pa), energy error
+  double saved_, earlier_;        // wall time of the last checkpoint, and of earlier parts of the run (s)
+  double end_ = 0;                // wall time (s)
+  int status_ = finished;
+  std::string ending_ = "finished";
+};
+
+}  // namespace grus::app
