@@ -252,6 +252,46 @@ nlohmann::json BvpOutput::devices(const nlohmann::json& row) const {
   return all;
 }
 
+/// What the cells have done and how well.
+void BvpOutput::add_cells(nlohmann::json& summary, const BvpEnding& e) const {
+  const coupling::SweepReport& r = rves_->report();
+  summary["unit_cell"] = scene_.unit_cells[0].record;
+  summary["seed"] = scene_.unit_cells[0].model.seed;
+  auto& counts = summary["counts"];
+  counts["grains_a_point"] = states_[points_.start[0]].grains.size();
+  counts["rves"] = rves_->points();
+  counts["rves_asked"] = r.asked, counts["rves_advanced"] = r.advanced, counts["rves_distinct"] = r.distinct,
+  counts["rves_deferred"] = r.deferred, counts["rves_elastic"] = r.elastic;
+  counts["rves_similar"] = r.similar, counts["rves_replayed"] = r.replayed, counts["rves_retried_in_parts"] = r.retried,
+  counts["rves_moved_between_ranks"] = e.migrated;
+  counts["dem_steps"] = r.dem_steps;
+  auto& errors = summary["errors"];
+  const double rve_work = of_rves(&dem::Facts::work);
+  errors["macro_work_J"] = macro_work_, errors["rve_work_J"] = rve_work;
+  // Hill and Mandel: the stresses' work against what the materials have taken; in increments of the grains alone.
+  errors["hill_mandel"] = std::abs(work_error(scene_.is_explicit() ? material_work_ : rve_work));
+  if (!scene_.is_explicit()) errors["residual_floor"] = scene_.residual_floor();
+  if (scene_.explicit_statics) counts["rves_given_up"] = r.given_up;
+  if (scene_.rve.error > 0)
+    errors["deferral"] = {{"tolerance", scene_.rve.error},
+                          {"measured", r.deferral.count},
+                          {"worst", r.deferral.worst},
+                          {"mean", r.deferral.mean()},
+                          {"least_trust", r.least_trust}};
+  if (scene_.rve.response.elastic >= 0)
+    errors["elastic"] = {{"tolerance_force_share", scene_.rve.response.elastic},
+                         {"measured", r.linear.count},
+                         {"worst", r.linear.worst},
+                         {"mean", r.linear.mean()}};
+  if (scene_.rve.share > 0)
+    errors["sharing"] = {{"tolerance_strain", scene_.rve.share},
+                         {"measured_at_replays", r.sharing.count},
+                         {"worst", r.sharing.worst},
+                         {"mean", r.sharing.mean()},
+                         {"largest_correction", r.correction}};
+  summary["seconds"]["rve_sweeps_wall"] = rves_->seconds();
+}
+
 void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   history_->save();
   nlohmann::json summary = provenance();
@@ -276,44 +316,7 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
     for (const double v : contraction_) mean += v / static_cast<double>(contraction_.size());
     summary["newton_contraction"] = std::exp(mean);  // geometric mean of the ratio of successive residuals
   }
-  if (rves_) {
-    const coupling::SweepReport& r = rves_->report();
-    summary["unit_cell"] = scene_.unit_cells[0].record;
-    summary["seed"] = scene_.unit_cells[0].model.seed;
-    auto& counts = summary["counts"];
-    counts["grains_a_point"] = states_[points_.start[0]].grains.size();
-    counts["rves"] = rves_->points();
-    counts["rves_asked"] = r.asked, counts["rves_advanced"] = r.advanced, counts["rves_distinct"] = r.distinct,
-    counts["rves_deferred"] = r.deferred, counts["rves_elastic"] = r.elastic;
-    counts["rves_similar"] = r.similar, counts["rves_replayed"] = r.replayed,
-    counts["rves_retried_in_parts"] = r.retried, counts["rves_moved_between_ranks"] = e.migrated;
-    counts["dem_steps"] = r.dem_steps;
-    auto& errors = summary["errors"];
-    const double rve_work = of_rves(&dem::Facts::work);
-    errors["macro_work_J"] = macro_work_, errors["rve_work_J"] = rve_work;
-    // Hill and Mandel: the stresses' work against what the materials have taken; in increments of the grains alone.
-    errors["hill_mandel"] = std::abs(work_error(scene_.is_explicit() ? material_work_ : rve_work));
-    if (!scene_.is_explicit()) errors["residual_floor"] = scene_.residual_floor();
-    if (scene_.explicit_statics) counts["rves_given_up"] = r.given_up;
-    if (scene_.rve.error > 0)
-      errors["deferral"] = {{"tolerance", scene_.rve.error},
-                            {"measured", r.deferral.count},
-                            {"worst", r.deferral.worst},
-                            {"mean", r.deferral.mean()},
-                            {"least_trust", r.least_trust}};
-    if (scene_.rve.response.elastic >= 0)
-      errors["elastic"] = {{"tolerance_force_share", scene_.rve.response.elastic},
-                           {"measured", r.linear.count},
-                           {"worst", r.linear.worst},
-                           {"mean", r.linear.mean()}};
-    if (scene_.rve.share > 0)
-      errors["sharing"] = {{"tolerance_strain", scene_.rve.share},
-                           {"measured_at_replays", r.sharing.count},
-                           {"worst", r.sharing.worst},
-                           {"mean", r.sharing.mean()},
-                           {"largest_correction", r.correction}};
-    summary["seconds"]["rve_sweeps_wall"] = rves_->seconds();
-  }
+  if (rves_) add_cells(summary, e);
   const auto& columns = history_->columns();
   for (std::size_t i = 0; i < columns.size() && !history_->last().empty(); ++i)
     summary["last_row"][columns[i]] = history_->last()[i];

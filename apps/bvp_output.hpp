@@ -39,6 +39,7 @@ public:
   const History& history() const { return *history_; }
 
 private:
+  void add_cells(nlohmann::json& summary, const BvpEnding& ending) const;
   /// Columns that quasi-static and dynamic runs fill with their own.
   struct Row {
     double increment = 0, time = 0, iterations = 0, cutbacks = 0, residual = 0, correction = 0, noise = 0, wall = 0;

@@ -53,6 +53,28 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double
   return points;
 }
 
+namespace {
+
+/// Rank 0 gets what the others have made.
+void gather(int rank, int ranks, std::vector<std::string>& errors, std::vector<std::string>& bytes) {
+  for (std::size_t k = 0; k < bytes.size(); ++k) {
+    const int from = static_cast<int>(k % static_cast<std::size_t>(ranks));
+    for (std::string* text : {&errors[k], &bytes[k]}) {
+      int size = static_cast<int>(text->size());
+      if (rank == from && from != 0) {
+        MPI_Send(&size, 1, MPI_INT, 0, 0, MPI_COMM_WORLD);
+        MPI_Send(text->data(), size, MPI_CHAR, 0, 0, MPI_COMM_WORLD);
+      } else if (rank == 0 && from != 0) {
+        MPI_Recv(&size, 1, MPI_INT, from, 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+        text->resize(static_cast<std::size_t>(size));
+        MPI_Recv(text->data(), size, MPI_CHAR, from, 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+      }
+    }
+  }
+}
+
+}  // namespace
+
 std::vector<dem::State> prepare_starts(const BvpScene& scene, const std::vector<Start>& starts, int threads,
                                        const dem::Watch& watch) {
   int rank, ranks;
@@ -98,20 +120,7 @@ std::vector<dem::State> prepare_starts(const BvpScene& scene, const std::vector<
   int stops = stopped;
   MPI_Allreduce(MPI_IN_PLACE, &stops, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
   if (stops != 0) throw dem::Interrupted("interrupted while unit cells were prepared; nothing to go on from yet");
-  for (std::size_t k = 0; k < starts.size(); ++k) {
-    const int from = static_cast<int>(k % static_cast<std::size_t>(ranks));
-    for (std::string* text : {&errors[k], &bytes[k]}) {
-      int size = static_cast<int>(text->size());
-      if (rank == from && from != 0) {
-        MPI_Send(&size, 1, MPI_INT, 0, 0, MPI_COMM_WORLD);
-        MPI_Send(text->data(), size, MPI_CHAR, 0, 0, MPI_COMM_WORLD);
-      } else if (rank == 0 && from != 0) {
-        MPI_Recv(&size, 1, MPI_INT, from, 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
-        text->resize(static_cast<std::size_t>(size));
-        MPI_Recv(text->data(), size, MPI_CHAR, from, 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
-      }
-    }
-  }
+  gather(rank, ranks, errors, bytes);
   std::vector<dem::State> states;
   if (rank != 0) return states;
   for (const std::string& e : errors) {

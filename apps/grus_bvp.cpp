@@ -62,14 +62,10 @@ void print_setup(const BvpScene& scene, const BvpSetup& setup, const Options& op
     for (const auto& note : u.notes) fmt::print("  note: unit cell: {}\n", note);
 }
 
-int run(const Options& given, const fem::Session& session) {
-  const Clock clock;
-  Options options = given;
+/// Problem, points and the states that their cells start from, on rank 0; the states' starts on all.
+std::vector<Start> set_up(const BvpScene& scene, const Options& options, const fem::Session& session, BvpSetup& setup,
+                          dem::Checkpoint& kept) {
   const bool leads = session.rank() == 0;
-  BvpScene scene;
-  BvpSetup setup;
-  dem::Checkpoint kept;
-  together(session, [&] { scene = read_bvp_scene(options.scene, options.overrides); });
   std::vector<Start> starts;
   together(session, [&] {
     if (!scene.ground || !scene.has_rve || options.columns) return;  // the weight of the ground is that of its cells
@@ -80,24 +76,86 @@ int run(const Options& given, const fem::Session& session) {
     if (!leads) return;
     setup.problem = make_problem(scene);
     setup.points = find_points(scene, *setup.problem, setup.density);
+    if (options.columns) return;
     starts = setup.points.starts;
-    if (options.columns) {
-      const std::vector<dem::State> none;
-      for (const auto& name :
-           bvp_columns(scene, *setup.problem, Probes("", scene, *setup.problem, setup.points, none, nullptr)))
-        fmt::print("{}\n", name);
-      return;
-    }
     if (!options.quiet) print_setup(scene, setup, options, session.ranks());
     if (!options.check) check_folder(options);
     if (options.resume) kept = find_checkpoint(options, scene);
     if (options.check && starts.size() > 1) starts.resize(1);
   });
-  if (options.columns) return finished;
   std::size_t count = starts.size();
   MPI_Bcast(&count, sizeof count, MPI_BYTE, 0, MPI_COMM_WORLD);
   starts.resize(count);
   MPI_Bcast(starts.data(), static_cast<int>(count * sizeof(Start)), MPI_BYTE, 0, MPI_COMM_WORLD);
+  return starts;
+}
+
+void print_columns(const BvpScene& scene, const BvpSetup& setup) {
+  const std::vector<dem::State> none;
+  const Probes probes("", scene, *setup.problem, setup.points, none, nullptr);
+  for (const auto& name : bvp_columns(scene, *setup.problem, probes)) fmt::print("{}\n", name);
+}
+
+/// What a run that did not get to its end says, and what may help.
+void tell_failure(const BvpScene& scene, const Options& options, const BvpEnding& ending) {
+  if (ending.status == failed) fmt::print(stderr, "{}\n", one_line(fmt::format("{}: {}", options.scene, ending.text)));
+  if (ending.status != unstable) return;
+  const char* help = "more solve.increments, looser rve.unbalanced_force or a larger unit cell may help";
+  if (scene.dynamics) help = "a smaller solve.safety or another unit cell may help";
+  if (scene.explicit_statics)
+    help = "larger limits in [solve], a larger unit cell or rve.on_failure = \"elastic\" may help";
+  fmt::print(stderr, "{}\n",
+             one_line(fmt::format("{}: {} {:.4g}: {}; {}", options.scene, scene.dynamics ? "time" : "load factor",
+                                  ending.time, ending.text, help)));
+}
+
+/// The run, on rank 0; the other ranks serve until it is over, and hear the status.
+int lead(const BvpScene& scene, const Options& options, const fem::Session& session,
+         const std::shared_ptr<const dem::Model>& model, BvpSetup setup, dem::Checkpoint kept, const Clock& clock) {
+  BvpEnding ending;
+  std::exception_ptr error;
+  std::optional<BvpRun> work;
+  std::optional<coupling::RveFarm> farm;
+  const double ready = clock.wall();
+  try {  // the farm first: from then on the other ranks serve, and hear when it is gone
+    if (scene.has_rve) farm.emplace(MPI_COMM_WORLD, model, scene.rve.response, options.threads);
+    if (farm && scene.costs) farm->record_costs();
+    work.emplace(scene, options, std::move(setup), std::move(kept), farm ? &*farm : nullptr);
+    ending = work->go(ready, clock);
+    ending.ranks = session.ranks();
+    ending.migrated = farm ? farm->moved() : 0;
+    try {
+      work->finish(ending);
+      if (farm && farm->costs()) dem::write_whole(options.directory + "/costs.csv", *farm->costs());
+    } catch (const std::exception&) {  // of one fault one line
+      if (ending.status != failed) throw;
+    }
+  } catch (const InputError&) {
+    error = std::current_exception(), ending.status = refused;
+  } catch (const dem::Unstable&) {
+    error = std::current_exception(), ending.status = unstable;
+  } catch (...) {
+    error = std::current_exception(), ending.status = failed;
+  }
+  work.reset(), farm.reset();
+  MPI_Bcast(&ending.status, 1, MPI_INT, 0, MPI_COMM_WORLD);
+  if (error) std::rethrow_exception(error);
+  tell_failure(scene, options, ending);
+  return ending.status;
+}
+
+int run(const Options& options, const fem::Session& session) {
+  const Clock clock;
+  const bool leads = session.rank() == 0;
+  BvpScene scene;
+  BvpSetup setup;
+  dem::Checkpoint kept;
+  together(session, [&] { scene = read_bvp_scene(options.scene, options.overrides); });
+  const std::vector<Start> starts = set_up(scene, options, session, setup, kept);
+  if (options.columns) {
+    if (leads) print_columns(scene, setup);
+    return finished;
+  }
   together(session, [&] {
     Progress progress(options.quiet || options.check);
     setup.states =
@@ -111,8 +169,8 @@ int run(const Options& given, const fem::Session& session) {
   together(session, [&] {
     if (scene.has_rve) model = run_model(scene);
   });
-  const double ready = clock.wall();
-  if (leads && !options.quiet && scene.has_rve) fmt::print("  unit cells prepared in {}\n", duration_text(ready));
+  if (leads && !options.quiet && scene.has_rve)
+    fmt::print("  unit cells prepared in {}\n", duration_text(clock.wall()));
   if (options.check) {
     if (leads && scene.has_rve) {
       dem::Rve rve(model, scene.rve.response.quasi_static, setup.states[0]);
@@ -122,49 +180,9 @@ int run(const Options& given, const fem::Session& session) {
     }
     return finished;
   }
-  int status = failed;
-  if (leads) {
-    BvpEnding ending;
-    std::exception_ptr error;
-    std::optional<BvpRun> work;
-    std::optional<coupling::RveFarm> farm;
-    try {  // the farm first: from then on the other ranks serve, and hear when it is gone
-      if (scene.has_rve) farm.emplace(MPI_COMM_WORLD, model, scene.rve.response, options.threads);
-      if (farm && scene.costs) farm->record_costs();
-      work.emplace(scene, options, std::move(setup), std::move(kept), farm ? &*farm : nullptr);
-      ending = work->go(ready, clock);
-      ending.ranks = session.ranks();
-      ending.migrated = farm ? farm->moved() : 0;
-      status = ending.status;
-      try {
-        work->finish(ending);
-        if (farm && farm->costs()) dem::write_whole(options.directory + "/costs.csv", *farm->costs());
-      } catch (const std::exception&) {  // of one fault one line
-        if (status != failed) throw;
-      }
-    } catch (const InputError&) {
-      error = std::current_exception(), status = refused;
-    } catch (const dem::Unstable&) {
-      error = std::current_exception(), status = unstable;
-    } catch (...) {
-      error = std::current_exception(), status = failed;
-    }
-    work.reset(), farm.reset();
-    MPI_Bcast(&status, 1, MPI_INT, 0, MPI_COMM_WORLD);
-    if (error) std::rethrow_exception(error);
-    if (status == failed) fmt::print(stderr, "{}\n", one_line(fmt::format("{}: {}", options.scene, ending.text)));
-    if (status == unstable)
-      fmt::print(
-          stderr, "{}\n",
-          one_line(fmt::format(
-              "{}: {} {:.4g}: {}; {}", options.scene, scene.dynamics ? "time" : "load factor", ending.time, ending.text,
-              scene.explicit_statics
-                  ? "larger limits in [solve], a larger unit cell or rve.on_failure = \"elastic\" may help"
-              : scene.dynamics ? "a smaller solve.safety or another unit cell may help"
-                               : "more solve.increments, looser rve.unbalanced_force or a larger unit cell may help")));
-    return status;
-  }
+  if (leads) return lead(scene, options, session, model, std::move(setup), std::move(kept), clock);
   if (scene.has_rve) coupling::serve(MPI_COMM_WORLD, model, scene.rve.response, options.threads);
+  int status = failed;
   MPI_Bcast(&status, 1, MPI_INT, 0, MPI_COMM_WORLD);
   return status;
 }

@@ -86,6 +86,32 @@ std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& st
   return c;
 }
 
+namespace {
+
+void add_listed_grains(const RveScene& scene, const dem::State& s, std::vector<double>& row) {
+  for (std::size_t g = 0; g < std::min(scene.listed_grains, most_listed); ++g) {
+    // Listed grains keep their ids until they break; then their columns are empty (NaN).
+    const auto found = std::find(s.grains.id.begin(), s.grains.id.end(), g);
+    const bool there = found != s.grains.id.end();
+    const std::size_t i = there ? static_cast<std::size_t>(found - s.grains.id.begin()) : 0;
+    const dem::Motion& p = s.grains.motion[i];
+    const dem::Quat& q = s.grains.orientation[i];
+    for (const auto& v : {p.position, p.velocity, p.spin, s.grains.force[i], s.grains.torque[i]})
+      for (int k = 0; k < 3; ++k) row.push_back(there ? v[k] : NAN);
+    for (double v : {q.w(), q.x(), q.y(), q.z()}) row.push_back(there ? v : NAN);
+  }
+}
+
+void add_grading(const RveScene& scene, const dem::State& s, std::vector<double>& row) {
+  const dem::Grading first(scene.state), now(s);
+  const dem::Zingg z = dem::zingg(s.grains);
+  row.insert(row.end(), {now.diameter(0.1), now.diameter(0.5), now.diameter(0.9), dem::einav_breakage(first, now),
+                         dem::hardin_breakage(first, now), now.fractal_dimension(), now.fines_fraction(), z.equant,
+                         z.disc, z.rod, z.blade, z.elongation, z.flatness});
+}
+
+}  // namespace
+
 std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const dem::Measurement& m,
                             const dem::Mat3& initial_cell) {
   const dem::Mat3 gradient = dem::displacement_gradient(s, scene.test.loading, initial_cell);
@@ -127,13 +153,7 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
   const dem::Vec6 fabric = dem::to_voigt(m.fabric);
   for (int k = 0; k < 6; ++k) row.push_back(fabric[k]);
   if (scene.model.reshapes()) row.push_back(l.reshape);
-  if (scene.output.grading) {
-    const dem::Grading first(scene.state), now(s);
-    const dem::Zingg z = dem::zingg(s.grains);
-    row.insert(row.end(), {now.diameter(0.1), now.diameter(0.5), now.diameter(0.9), dem::einav_breakage(first, now),
-                           dem::hardin_breakage(first, now), now.fractal_dimension(), now.fines_fraction(), z.equant,
-                           z.disc, z.rod, z.blade, z.elongation, z.flatness});
-  }
+  if (scene.output.grading) add_grading(scene, s, row);
   if (scene.model.split_statistics) {
     const auto& p = l.splits;
     row.insert(row.end(), {static_cast<double>(p.contacts), static_cast<double>(p.contacts_kept), p.force, p.force_kept,
@@ -151,17 +171,7 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
     const auto [back, front] = face_stresses(scene, s);
     row.insert(row.end(), {front, back});
   }
-  for (std::size_t g = 0; g < std::min(scene.listed_grains, most_listed); ++g) {
-    // Listed grains keep their ids until they break; then their columns are empty (NaN).
-    const auto found = std::find(s.grains.id.begin(), s.grains.id.end(), g);
-    const bool there = found != s.grains.id.end();
-    const std::size_t i = there ? static_cast<std::size_t>(found - s.grains.id.begin()) : 0;
-    const dem::Motion& p = s.grains.motion[i];
-    const dem::Quat& q = s.grains.orientation[i];
-    for (const auto& v : {p.position, p.velocity, p.spin, s.grains.force[i], s.grains.torque[i]})
-      for (int k = 0; k < 3; ++k) row.push_back(there ? v[k] : NAN);
-    for (double v : {q.w(), q.x(), q.y(), q.z()}) row.push_back(there ? v : NAN);
-  }
+  add_listed_grains(scene, s, row);
   return row;
 }
 

@@ -91,13 +91,14 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
   DynamicsResult result;
   DynamicsReport& now = result.last;
   now = start;
+  const auto failed = [&](std::string why) {
+    result.failure = std::move(why);
+    return result;
+  };
   Integrator run(p, material, density, o);
   if (p.velocity.empty()) allocate_dynamics(problem);
   if (start.steps == 0) {
-    if (!run.respond(0, true)) {
-      result.failure = "the initial state: " + run.run.reason;
-      return result;
-    }
+    if (!run.respond(0, true)) return failed("the initial state: " + run.run.reason);
     p.commit();
   } else {
     run.run.go_on(start.dt);
@@ -117,10 +118,8 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
   while (now.time < o.duration * (1 - 1e-12)) {
     if (now.steps >= estimate) {
       stable = o.time_step > 0 ? o.time_step : o.safety * slower * stable_step(problem, density);
-      if (!std::isfinite(stable)) {
-        result.failure = "no element has a stiffness, so there is no stable step; give solve.time_step";
-        return result;
-      }
+      if (!std::isfinite(stable))
+        return failed("no element has a stiffness, so there is no stable step; give solve.time_step");
       estimate += static_cast<std::uint64_t>(o.estimate_every);
     }
     const double dt = std::min(stable, o.duration - now.time);
@@ -129,8 +128,7 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
     const bool tangent = now.steps + 1 >= estimate;
     if (!run.respond(dt, tangent)) {
       p.back_to_committed();
-      result.failure = "step " + std::to_string(now.steps + 1) + ": " + run.run.reason;
-      return result;
+      return failed("step " + std::to_string(now.steps + 1) + ": " + run.run.reason);
     }
     run.run.keep();
     last_dt = dt;
@@ -140,23 +138,13 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
     // drives tells itself by then.
     const double early = now.steps > 10 ? 0.5 : INFINITY,
                  allowed = now.steps > 100 ? o.max_energy_error : std::max(o.max_energy_error, early);
-    if (!std::isfinite(total.kinetic) || std::abs(total.error()) > allowed) {
-      result.failure = "energy error " + std::to_string(total.error()) + " at step " + std::to_string(now.steps) +
-                       ": the run has become unstable";
-      return result;
-    }
-    if (now.time >= due * (1 - 1e-12) || now.time >= o.duration * (1 - 1e-12)) {
-      due = next_report();
-      if (!observer(now)) {
-        result.stopped = true;
-        return result;
-      }
-    } else if (o.stop && o.stop()) {
-      {
-        result.stopped = true;
-        return result;
-      }
-    }
+    if (!std::isfinite(total.kinetic) || std::abs(total.error()) > allowed)
+      return failed("energy error " + std::to_string(total.error()) + " at step " + std::to_string(now.steps) +
+                    ": the run has become unstable");
+    const bool row = now.time >= due * (1 - 1e-12) || now.time >= o.duration * (1 - 1e-12);
+    if (row) due = next_report();
+    result.stopped = row ? !observer(now) : o.stop && o.stop();
+    if (result.stopped) return result;
   }
   result.finished = true;
   return result;

@@ -120,6 +120,17 @@ void govern(const ExplicitStaticsOptions& o, double cap, ExplicitStaticsReport& 
   now.governor = now.rate < cap ? static_cast<Governor>(1 + (worst - used.begin())) : Governor::none;
 }
 
+std::string out_of_balance(const ExplicitStaticsReport& now, double mean) {
+  return "the loads at the start do not come into balance with the stress at the start: unbalanced force " +
+         std::to_string(mean) + " of what is applied after " + std::to_string(now.steps) + " steps";
+}
+
+std::string cannot_hold(const ExplicitStaticsReport& now) {
+  return "the balance cannot be held: unbalanced force " + std::to_string(now.unbalanced) +
+         " of what is applied, kinetic energy " + std::to_string(now.energy.kinetic_over_internal()) +
+         " of what the material holds, at a ten-thousandth of the usual rate";
+}
+
 }  // namespace
 
 void allocate_explicit_statics(Problem& problem) {
@@ -153,6 +164,10 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
   ExplicitStaticsResult result;
   ExplicitStaticsReport& now = result.last;
   now = start;
+  const auto failed = [&](std::string why) {
+    result.failure = std::move(why);
+    return result;
+  };
   if (p.scaled_density.empty()) allocate_explicit_statics(problem);
   Relaxation relax(p, material, o);
   CentralDifferences& run = relax.run;
@@ -161,10 +176,7 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
   const double memory = remembered * crossing;
   const auto settling = static_cast<std::uint64_t>(100 * crossing), rest = static_cast<std::uint64_t>(2 * crossing);
   if (start.steps == 0) {
-    if (!run.respond(0, true)) {
-      result.failure = "the initial state: " + run.reason;
-      return result;
-    }
+    if (!run.respond(0, true)) return failed("the initial state: " + run.reason);
     p.commit();
     relax.scale_masses();
     p.last_internal.assign(p.internal->array().begin(), p.internal->array().end());
@@ -185,11 +197,7 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
     now.sums[0] += mean, now.sums[1] = std::max(now.sums[1], largest), now.sums[2] += haste, ++now.counted;
     // The load waits until what it starts with is in balance.
     const bool settled = now.load_factor > 0 || mean <= o.balance;
-    if (!settled && ++now.settling > settling)
-      return result.failure =
-                 "the loads at the start do not come into balance with the stress at the start: unbalanced force " +
-                 std::to_string(mean) + " of what is applied after " + std::to_string(now.steps) + " steps",
-             result;
+    if (!settled && ++now.settling > settling) return failed(out_of_balance(now, mean));
     double next = now.load_factor;
     if (settled) next = std::min(easing.next(now.load_factor), next + now.rate * easing(next, now.rate));
     if (1 - next < 1e-12) next = 1;
@@ -203,8 +211,7 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
     const bool estimate = (now.steps + 1) % every == 0;
     if (!run.respond(0, estimate)) {
       p.back_to_committed();
-      result.failure = "step " + std::to_string(now.steps + 1) + ": " + run.reason;
-      return result;
+      return failed("step " + std::to_string(now.steps + 1) + ": " + run.reason);
     }
     run.keep();
     now.energy.note_largest();
@@ -213,32 +220,17 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
     if (estimate) {
       now.energy.scaled += relax.scale_masses();
       govern(o, cap, now);
-      if (now.rate < 1e-4 * cap) {
-        result.failure = "the balance cannot be held: unbalanced force " + std::to_string(now.unbalanced) +
-                         " of what is applied, kinetic energy " + std::to_string(now.energy.kinetic_over_internal()) +
-                         " of what the material holds, at a ten-thousandth of the usual rate";
-        return result;
-      }
+      if (now.rate < 1e-4 * cap) return failed(cannot_hold(now));
     }
     // Where little has been done yet, what the grains' start has cost is much of it.
     const bool told = now.load_factor > 0.02 && now.steps > 100;
-    if (!std::isfinite(now.energy.kinetic) || (told && std::abs(now.energy.error()) > o.max_energy_error)) {
-      result.failure = "energy error " + std::to_string(now.energy.error()) + " at step " + std::to_string(now.steps) +
-                       ": the run has become unstable";
-      return result;
-    }
-    if (now.rested == rest || (now.load_factor < 1 && now.load_factor >= due * (1 - 1e-12))) {
-      due = next_report();
-      if (!observer(now)) {
-        result.stopped = true;
-        return result;
-      }
-    } else if (o.stop && o.stop()) {
-      {
-        result.stopped = true;
-        return result;
-      }
-    }
+    if (!std::isfinite(now.energy.kinetic) || (told && std::abs(now.energy.error()) > o.max_energy_error))
+      return failed("energy error " + std::to_string(now.energy.error()) + " at step " + std::to_string(now.steps) +
+                    ": the run has become unstable");
+    const bool row = now.rested == rest || (now.load_factor < 1 && now.load_factor >= due * (1 - 1e-12));
+    if (row) due = next_report();
+    result.stopped = row ? !observer(now) : o.stop && o.stop();
+    if (result.stopped) return result;
   }
   result.finished = true;
   return result;

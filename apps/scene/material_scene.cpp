@@ -9,6 +9,18 @@
 namespace grus::app {
 namespace {
 
+dem::Halves read_halves(Table& t) {
+  dem::Halves halves;
+  halves.turn_spheres = t.flag_or("turn_to_plane", false);
+  halves.slight_rotation = t.number_or("slight_rotation", 0, dimension::none, {0, std::atan(0.2) * (1 + 1e-4)});
+  halves.rounding = t.number_or("rounding", halves.rounding, dimension::none, {0, 0.5});
+  if (halves.rounding > 0 && halves.rounding < dem::least_rounding)
+    t.fail("rounding",
+           fmt::format("{:g}: either 0 (exact halves) or {:g} to 0.5", halves.rounding, dem::least_rounding));
+  halves.keep_mass = t.choice_or("lost_mass", "fines", {"fines", "density"}) == "density";
+  return halves;
+}
+
 dem::FractureModel read_fracture(Table t) {
   dem::FractureModel f;
   const std::string model =
@@ -49,15 +61,7 @@ dem::FractureModel read_fracture(Table t) {
   f.plane = plane == "criterion"        ? dem::BreakPlane::criterion
             : plane == "average-stress" ? dem::BreakPlane::average_stress
                                         : dem::BreakPlane::critical_contacts;
-  dem::Halves halves;
-  halves.turn_spheres = t.flag_or("turn_to_plane", false);
-  halves.slight_rotation = t.number_or("slight_rotation", 0, dimension::none, {0, std::atan(0.2) * (1 + 1e-4)});
-  halves.rounding = t.number_or("rounding", halves.rounding, dimension::none, {0, 0.5});
-  if (halves.rounding > 0 && halves.rounding < dem::least_rounding)
-    t.fail("rounding",
-           fmt::format("{:g}: either 0 (exact halves) or {:g} to 0.5", halves.rounding, dem::least_rounding));
-  halves.keep_mass = t.choice_or("lost_mass", "fines", {"fines", "density"}) == "density";
-  f.splitter = halves;
+  f.splitter = read_halves(t);
   if (auto g = t.table_if("fines")) {
     f.fines.dimension = g->number_or("dimension", f.fines.dimension, dimension::none, {0, 3, false, true});
     f.fines.largest = g->number_or("largest", f.fines.largest, dimension::none, {0, 1, true});

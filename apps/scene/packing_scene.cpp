@@ -70,6 +70,64 @@ void check_mass(const Table& t, const dem::Material& material, double radius, co
                     radius, material.density, mass));
 }
 
+namespace {
+
+/// A random packing: made later.
+PendingPacking read_random(Table& t, const RveScene& scene, bool periodic, bool turned, std::uint8_t material,
+                           const Vec3& box) {
+  PendingPacking p;
+  p.box = box, p.periodic = periodic, p.turned = turned, p.material = material;
+  p.radius = read_radius(t);
+  p.solid_fraction = t.number("solid_fraction", dimension::none, proper_fraction);
+  if (p.solid_fraction > 0.74)
+    t.fail("solid_fraction", fmt::format("{:g}: not even a lattice of spheres is denser than 0.74", p.solid_fraction));
+  p.count = static_cast<std::size_t>(t.integer_or("count", 0, 0, 20000000));
+  if (!(p.grains() < most_grains)) t.fail("box", "more than five million grains; check box and radius");
+  if (!(2 * p.radius.mean < box.minCoeff()))
+    t.fail("box", fmt::format("a grain of the mean radius, {:.3g} m, does not fit in", p.radius.mean));
+  check_mass(t, scene.model.materials[material], p.radius.mean, "radius");
+  p.place = t.place("solid_fraction");
+  return p;
+}
+
+/// hcp or simple-cubic, as many layers as are asked for or fit the box.
+dem::Packing read_lattice(Table& t, const std::string& kind, bool periodic, const Vec3& box) {
+  const auto radius = read_radius(t);
+  if (radius.kind != "constant")
+    t.fail("radius", fmt::format("distribution = \"{}\": the grains of a lattice have one radius; use \"constant\"",
+                                 radius.kind));
+  const double r = radius.mean;
+  std::array<double, 3> asked{};
+  if (t.has("layers")) {
+    const auto v = t.numbers("layers", 3, dimension::none);
+    for (std::size_t k = 0; k < 3; ++k) {
+      asked[k] = v[k];
+      if (v[k] != std::floor(v[k]) || v[k] < 1) t.fail("layers", "expected three whole numbers from 1");
+    }
+  } else {
+    if (box.isZero()) t.fail("", "packing.box or packing.layers is missing");
+    for (int k = 0; k < 3; ++k) asked[static_cast<std::size_t>(k)] = box[k] / (2 * r) + 1e-9;
+    if (kind == "hcp") {
+      asked[1] = 1 + (box[1] - 2 * r - r / std::sqrt(3.0)) / (std::sqrt(3.0) * r) + 1e-9;
+      asked[0] = (box[0] / r - 1) / 2 + 1e-9;
+      asked[2] = 1 + (box[2] - 2 * r) / (std::sqrt(8.0 / 3) * r) + 1e-9;
+    }
+  }
+  for (double& n : asked) n = std::max(1.0, std::floor(n));
+  if (!(asked[0] * asked[1] * asked[2] < most_grains))
+    t.fail(t.has("layers") ? "layers" : "box", "more than five million grains; check box, layers and radius");
+  const std::array<int, 3> layers{static_cast<int>(asked[0]), static_cast<int>(asked[1]), static_cast<int>(asked[2])};
+  dem::Packing packing = kind == "hcp" ? dem::hexagonal_close(r, layers) : dem::simple_cubic(r, layers);
+  if (periodic && kind == "hcp") {
+    if (layers[1] % 2 || layers[2] % 2)
+      t.fail("layers", "a periodic hcp packing needs even numbers of rows and layers");
+    packing.box = Vec3(2 * r * layers[0], std::sqrt(3.0) * r * layers[1], std::sqrt(8.0 / 3) * r * layers[2]);
+  }
+  return packing;
+}
+
+}  // namespace
+
 void read_packing(Table t, RveScene& scene, Vec3& box) {
   const std::string kind = t.choice("kind", {"random", "hcp", "simple-cubic", "file"});
   const bool periodic = scene.state.boundary.cell.periodic();
@@ -83,20 +141,7 @@ void read_packing(Table t, RveScene& scene, Vec3& box) {
   const bool turned = t.choice_or("orientation", "random", {"random", "aligned"}) == "random";
   if (kind == "random") {
     if (box.isZero()) t.fail("", "packing.box is missing");
-    PendingPacking p;
-    p.box = box, p.periodic = periodic, p.turned = turned, p.material = material;
-    p.radius = read_radius(t);
-    p.solid_fraction = t.number("solid_fraction", dimension::none, proper_fraction);
-    if (p.solid_fraction > 0.74)
-      t.fail("solid_fraction",
-             fmt::format("{:g}: not even a lattice of spheres is denser than 0.74", p.solid_fraction));
-    p.count = static_cast<std::size_t>(t.integer_or("count", 0, 0, 20000000));
-    if (!(p.grains() < most_grains)) t.fail("box", "more than five million grains; check box and radius");
-    if (!(2 * p.radius.mean < box.minCoeff()))
-      t.fail("box", fmt::format("a grain of the mean radius, {:.3g} m, does not fit in", p.radius.mean));
-    check_mass(t, scene.model.materials[material], p.radius.mean, "radius");
-    p.place = t.place("solid_fraction");
-    scene.pending = p;
+    scene.pending = read_random(t, scene, periodic, turned, material, box);
     t.finish();
     return;
   }
@@ -110,37 +155,7 @@ void read_packing(Table t, RveScene& scene, Vec3& box) {
       t.fail("path", e.what());
     }
   } else {
-    const auto radius = read_radius(t);
-    if (radius.kind != "constant")
-      t.fail("radius", fmt::format("distribution = \"{}\": the grains of a lattice have one radius; use \"constant\"",
-                                   radius.kind));
-    const double r = radius.mean;
-    std::array<double, 3> asked{};
-    if (t.has("layers")) {
-      const auto v = t.numbers("layers", 3, dimension::none);
-      for (std::size_t k = 0; k < 3; ++k) {
-        asked[k] = v[k];
-        if (v[k] != std::floor(v[k]) || v[k] < 1) t.fail("layers", "expected three whole numbers from 1");
-      }
-    } else {
-      if (box.isZero()) t.fail("", "packing.box or packing.layers is missing");
-      for (int k = 0; k < 3; ++k) asked[static_cast<std::size_t>(k)] = box[k] / (2 * r) + 1e-9;
-      if (kind == "hcp") {
-        asked[1] = 1 + (box[1] - 2 * r - r / std::sqrt(3.0)) / (std::sqrt(3.0) * r) + 1e-9;
-        asked[0] = (box[0] / r - 1) / 2 + 1e-9;
-        asked[2] = 1 + (box[2] - 2 * r) / (std::sqrt(8.0 / 3) * r) + 1e-9;
-      }
-    }
-    for (double& n : asked) n = std::max(1.0, std::floor(n));
-    if (!(asked[0] * asked[1] * asked[2] < most_grains))
-      t.fail(t.has("layers") ? "layers" : "box", "more than five million grains; check box, layers and radius");
-    const std::array<int, 3> layers{static_cast<int>(asked[0]), static_cast<int>(asked[1]), static_cast<int>(asked[2])};
-    packing = kind == "hcp" ? dem::hexagonal_close(r, layers) : dem::simple_cubic(r, layers);
-    if (periodic && kind == "hcp") {
-      if (layers[1] % 2 || layers[2] % 2)
-        t.fail("layers", "a periodic hcp packing needs even numbers of rows and layers");
-      packing.box = Vec3(2 * r * layers[0], std::sqrt(3.0) * r * layers[1], std::sqrt(8.0 / 3) * r * layers[2]);
-    }
+    packing = read_lattice(t, kind, periodic, box);
     box = packing.box;
   }
   double smallest = INFINITY, largest = 0;

@@ -25,10 +25,9 @@ constexpr int stages = 12;
 constexpr double margin = 1e-4,
                  first = 0.75;  // spheres are grown a little too far, so that the final radii leave no overlap
 
-}  // namespace
-
-Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count,
-                       bool periodic, std::uint64_t seed, Team& team, const Watch& watch) {
+/// Spheres of the radii that fill the box to the fraction (`radii`), thrown in at random.
+Packing drawn(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count,
+              std::uint64_t seed, std::vector<double>& radii) {
   Packing p;
   p.box = box;
   const double target = solid_fraction * box.prod();
@@ -47,13 +46,21 @@ Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double
     throw InputError(fmt::format(
         "{} grains of this size fill {:.3f} of the box, not solid_fraction = {:g}; change count (or leave it out)",
         p.spheres.size(), solid / box.prod(), solid_fraction));
-  std::vector<double> radii;
   for (auto& s : p.spheres) {
     radii.push_back(s.radius * exact);
     if (2 * radii.back() >= box.minCoeff())
       throw InputError(fmt::format("a grain of radius {:.3g} m does not fit the box", radii.back()));
     s.position = s.position.cwiseProduct(box);
   }
+  return p;
+}
+
+}  // namespace
+
+Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count,
+                       bool periodic, std::uint64_t seed, Team& team, const Watch& watch) {
+  std::vector<double> radii;
+  Packing p = drawn(box, radius, solid_fraction, count, seed, radii);
   if (periodic) {
     Grains grains;
     for (std::size_t i = 0; i < radii.size(); ++i) grains.motion.push_back({}), grains.motion.back().radius = radii[i];
