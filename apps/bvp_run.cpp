@@ -213,7 +213,7 @@ Start BvpRun::begin() {
 
 nlohmann::json BvpRun::resume() {
   dem::Checkpoint kept = std::move(kept_);
-  const auto about = nlohmann::json::parse(kept.about);
+  auto about = nlohmann::json::parse(kept.about);
   auto unpack = [](const std::string& bytes) {
     std::vector<double> v(bytes.size() / sizeof(double));
     std::memcpy(v.data(), bytes.data(), v.size() * sizeof(double));

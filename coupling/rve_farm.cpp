@@ -313,7 +313,8 @@ void RveFarm::rebalance() {
   }
 }
 
-void serve(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const dem::ResponseOptions& options, int threads) {
+void serve(MPI_Comm comm, const std::shared_ptr<const dem::Model>& model, const dem::ResponseOptions& options,
+           int threads) {
   // Whatever fails here is an answer: rank 0 waits for one. The first letter says what it is.
   std::optional<dem::RveHost> host;
   while (true) {

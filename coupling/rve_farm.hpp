@@ -67,6 +67,7 @@ private:
 };
 
 /// What ranks above 0 do until the farm is gone.
-void serve(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const dem::ResponseOptions& options, int threads);
+void serve(MPI_Comm comm, const std::shared_ptr<const dem::Model>& model, const dem::ResponseOptions& options,
+           int threads);
 
 }  // namespace grus::coupling

@@ -152,7 +152,7 @@ double crossing_steps(Problem& problem, const ExplicitStaticsOptions& o) {
   for (int k = 0; k < 3; ++k) longest = std::max(longest, -high[k] - low[k]);
   // A wave passes the same part of an element a step, whatever its size: elements along the longest side if all were
   // alike.
-  const double cells = static_cast<double>(problem.global_points() / problem.points_per_cell());
+  const double cells = static_cast<double>(problem.global_points()) / static_cast<double>(problem.points_per_cell());
   const double size = std::pow(sum_over_ranks(p.comm, volume) / cells, 1.0 / p.dim);
   return std::max(1.0, longest / size * p.discretisation.order) * std::sqrt(1 + o.damping) / o.safety;
 }

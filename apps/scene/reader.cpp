@@ -135,7 +135,7 @@ std::string Table::text_or(const std::string& key, const std::string& fallback) 
 }
 
 std::string Table::choice(const std::string& key, const std::vector<std::string>& words) {
-  const std::string word = text(key);
+  std::string word = text(key);
   if (std::find(words.begin(), words.end(), word) != words.end()) return word;
   const std::string near = closest(word, words);
   fail(key, fmt::format("\"{}\": {}", word,

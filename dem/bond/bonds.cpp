@@ -87,9 +87,9 @@ void collect_far(Grains& g, const BondColumn<Row>& column, std::size_t tile) {
 }  // namespace
 
 Vec3 branch(const Grains& g, const Cell& cell, const BondEnds& e) {
-  const Vec3 apart = g.motion[e.b].position - g.motion[e.a].position;
-  if ((e.image[0] | e.image[1] | e.image[2]) == 0) return apart;
-  return apart + cell.vectors * Vec3(e.image[0], e.image[1], e.image[2]);
+  Vec3 apart = g.motion[e.b].position - g.motion[e.a].position;
+  if ((e.image[0] | e.image[1] | e.image[2]) != 0) apart += cell.vectors * Vec3(e.image[0], e.image[1], e.image[2]);
+  return apart;
 }
 
 BondFrame frame_of(const Grains& g, const Cell& cell, const BondEnds& e) {

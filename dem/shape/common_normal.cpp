@@ -86,7 +86,7 @@ double length_of(const ShapePair& pair) { return std::min(equivalent_radius(pair
 
 /// Search without derivatives around a direction: for the kinks of nearly flat faces and sharp edges, where Newton
 /// stalls.
-CommonNormal polished(const ShapePair& pair, CommonNormal best, double length) {
+CommonNormal polished(const ShapePair& pair, const CommonNormal& best, double length) {
   Vec3 n = best.normal;
   double f = best.overlap;
   for (double h = 0.05; h > 1e-10;) {

@@ -14,6 +14,7 @@ import os
 import shlex
 import subprocess
 import sys
+import tempfile
 
 here = os.path.dirname(os.path.abspath(__file__))
 manifest = os.path.join(here, "clean.txt")
@@ -46,6 +47,9 @@ def format_faults(root, build):
     return [line for line in done.stderr.split("\n") if "error:" in line] or ([done.stderr] if done.returncode else [])
 
 
+GCC_ONLY = ("-Wno-maybe-uninitialized", "-fno-tree-slp-vectorize", "-Wno-uninitialized")
+
+
 def clang_faults(root, build):
     def compile_one(entry):
         call = shlex.split(entry["command"])
@@ -53,7 +57,7 @@ def clang_faults(root, build):
             call = call[1:]
         at = call.index("-o")
         call[at:at + 2] = []
-        call = ["clang++", *(c for c in call[1:] if c not in ("-Wno-maybe-uninitialized", "-fno-tree-slp-vectorize", "-Wno-uninitialized")), "-Werror", "-fsyntax-only"]
+        call = ["clang++", *(c for c in call[1:] if c not in GCC_ONLY), "-Werror", "-fsyntax-only"]
         done = subprocess.run(call, capture_output=True, text=True, cwd=entry["directory"])
         return [done.stderr.strip()] if done.returncode else []
     return each(compile_one, commands(root, build).values())
@@ -73,8 +77,13 @@ def tidy_faults(root, build, write):
     files = [f for f in commands(root, build) if not f.startswith("tests/")]
     changed = [f for f in sorted(files) if digest(root, f) not in clean]
 
+    scratch = tempfile.TemporaryDirectory()
+    entries = [dict(e, command=shlex.join(c for c in shlex.split(e["command"]) if c not in GCC_ONLY)) for e in commands(root, build).values()]
+    with open(os.path.join(scratch.name, "compile_commands.json"), "w") as f:
+        json.dump(entries, f)
+
     def look_at(file):
-        done = subprocess.run(["clang-tidy", "-p", build, "--quiet", os.path.join(root, file)], capture_output=True, text=True)
+        done = subprocess.run(["clang-tidy", "-p", scratch.name, "--quiet", os.path.join(root, file)], capture_output=True, text=True)
         clean.add(digest(root, file)) if done.returncode == 0 else None
         return [done.stdout.strip() or done.stderr.strip()] if done.returncode else []
     faults = each(look_at, changed)
