@@ -75,7 +75,9 @@ BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem&
 
 void BvpOutput::add(const fem::IncrementReport& r, double wall) {
   macro_work_ += r.work;
-  iterations_ += r.iterations, cutbacks_ += r.cutbacks, sweeps_ = r.law_sweeps;
+  iterations_ += r.iterations;
+  cutbacks_ += r.cutbacks;
+  sweeps_ = r.law_sweeps;
   worst_residual_ = std::max(worst_residual_, r.residual);
   for (std::size_t k = 1; k < r.residuals.size(); ++k)
     if (r.residuals[k] > 0 && r.residuals[k - 1] > 0)
@@ -120,7 +122,9 @@ void BvpOutput::add(const Row& r) {
   double error = 0, mass = 0, lost = 0;
   for (std::size_t i = 0; rves_ && i < rves_->points(); ++i) {
     const dem::Facts& f = rves_->facts(i);
-    error = std::max(error, f.energy_error), lost += f.lost_mass, mass += f.mass;
+    error = std::max(error, f.energy_error);
+    lost += f.lost_mass;
+    mass += f.mass;
   }
   worst_energy_ = std::max(worst_energy_, error);
   const double points = rves_ ? static_cast<double>(rves_->points()) : 0;
@@ -235,7 +239,9 @@ void BvpOutput::restore(const nlohmann::json& s, const std::string& history) {
   contraction_ = s.at("contraction").get<std::vector<double>>();
   macro_work_ = s.at("macro_work"), material_work_ = s.at("material_work");
   worst_residual_ = s.at("worst_residual"), worst_energy_ = s.at("worst_energy");
-  iterations_ = s.at("iterations"), cutbacks_ = s.at("cutbacks"), sweeps_ = s.at("sweeps");
+  iterations_ = s.at("iterations");
+  cutbacks_ = s.at("cutbacks");
+  sweeps_ = s.at("sweeps");
 }
 
 /// What numerical devices have taken or put in, of what the loads have done (with iterations: of what the grains have

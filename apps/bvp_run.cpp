@@ -121,7 +121,9 @@ Report BvpRun::march(Course& c, Solve&& solve) {
   Report last = begin<Report>();
   while (true) {
     const auto result = solve(last);
-    last = result.last, c.complete = result.finished, c.failure = result.failure;
+    last = result.last;
+    c.complete = result.finished;
+    c.failure = result.failure;
     if (!result.stopped || c.stop) return last;
     save(c, last);
     c.stop = interruption_asked();
@@ -154,7 +156,9 @@ void BvpRun::solve(Course& c) {
     const auto start = begin<fem::StaticsStart>();
     const auto row = [&](const fem::IncrementReport& r) { return after(c, r, r.load_factor); };
     const auto result = fem::solve_statics(problem, *material_, work_of_grains_, row, start);
-    c.complete = result.converged, c.failure = result.failure, c.end = result.load_factor;
+    c.complete = result.converged;
+    c.failure = result.failure;
+    c.end = result.load_factor;
   }
 }
 
@@ -168,7 +172,9 @@ BvpEnding BvpRun::go(double ready, const Clock& clock) {
   } catch (const dem::Unstable&) {
     throw;
   } catch (const std::exception& e) {  // of the system, such as a full disk: what there is may still be kept
-    c.broken = true, c.failure = e.what(), c.end = c.time;
+    c.broken = true;
+    c.failure = e.what();
+    c.end = c.time;
   }
   BvpEnding ending;
   ending.preparation = ready, ending.time = c.end;

@@ -66,8 +66,12 @@ void stand(const nlohmann::json& at, fem::DynamicsReport& s) {
 }
 
 void stand(const nlohmann::json& at, fem::ExplicitStaticsReport& s) {
-  s.load_factor = unhex(at["load_factor"]), s.rate = unhex(at["rate"]), s.mean_rate = unhex(at["mean_rate"]),
-  s.steps = at["steps"], s.settling = at["settling"], s.rested = at["rested"];
+  s.load_factor = unhex(at["load_factor"]);
+  s.rate = unhex(at["rate"]);
+  s.mean_rate = unhex(at["mean_rate"]);
+  s.steps = at["steps"];
+  s.settling = at["settling"];
+  s.rested = at["rested"];
   s.energy = energies_of(at["energy"]);
   s.unbalanced = unhex(at["unbalanced"]), s.largest_unbalanced = unhex(at["largest_unbalanced"]);
   s.inertial_number = unhex(at["inertial_number"]);

@@ -45,7 +45,8 @@ std::vector<HopkinsonRow> analyse_hopkinson(const Hopkinson& bar, const GaugeSig
     const double force = bar.bar_modulus * bar.bar_area / bar.specimen_area;
     r.rate_1 = -2 * wave * r.reflected / bar.specimen_length;
     r.rate_3 = wave * (r.incident - r.reflected - r.transmitted) / bar.specimen_length;
-    r.stress_1 = force * r.transmitted, r.stress_2 = force * (r.incident + r.reflected),
+    r.stress_1 = force * r.transmitted;
+    r.stress_2 = force * (r.incident + r.reflected);
     r.stress_3 = 0.5 * (r.stress_1 + r.stress_2);
     if (!rows.empty()) {
       r.strain_1 = rows.back().strain_1 + 0.5 * (rows.back().rate_1 + r.rate_1) * (t - last);

@@ -93,7 +93,10 @@ void RveRun::save_checkpoint() {
                              {"frames", frames_.series()},
                              {"gradings", gradings_.written()}};
   dem::write_checkpoint(checkpoint_of(options_), about.dump(), [&](const dem::TakePart& take) {
-    take(dem::bytes_of(state_)), take(saver.take()), take(history_.text()), take(gradings_.text());
+    take(dem::bytes_of(state_));
+    take(saver.take());
+    take(history_.text());
+    take(gradings_.text());
   });
   saved_ = clock_.wall();
 }

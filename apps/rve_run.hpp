@@ -36,7 +36,11 @@ private:
 
     template <class A>
     static void archive(A& a, auto& c) {
-      a.plain(c.initial_cell), a.plain(c.initial_size), a.plain(c.row), a.plain(c.peak), a.plain(c.wall);
+      a.plain(c.initial_cell);
+      a.plain(c.initial_size);
+      a.plain(c.row);
+      a.plain(c.peak);
+      a.plain(c.wall);
       a.plain(c.grain_steps), ErrorEstimates::archive(a, c.errors);
     }
   };

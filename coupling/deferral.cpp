@@ -26,7 +26,9 @@ bool Deferral::foretells(const Memory& m, const Mat3& increment) const {
 double Deferral::caught_up(Memory& m, const dem::Response& r) const {
   const double error = (dem::predicted(m.stress, m.tangent, m.pending) - r.stress).norm() / scale(r.stress);
   m.trust = std::clamp(m.trust * 0.9 * tolerance / std::max(error, 1e-12), 0.05, 1.0);
-  m.stress = r.stress, m.tangent = r.tangent, m.pending.setIdentity();
+  m.stress = r.stress;
+  m.tangent = r.tangent;
+  m.pending.setIdentity();
   return error;
 }
 
@@ -34,7 +36,9 @@ const dem::Response* commit(Memory& m, const Mat3& increment, bool deferred, con
   if (deferred) m.pending = told(m, increment).beyond;
   if (deferred && !m.trial) return nullptr;
   const dem::Response* done = m.trial ? &m.trial->response : &answer;
-  m.heard = true, m.stress = done->stress, m.tangent = done->tangent;
+  m.heard = true;
+  m.stress = done->stress;
+  m.tangent = done->tangent;
   if (!deferred) m.pending.setIdentity();
   return done;
 }

@@ -48,16 +48,34 @@ std::string receive(MPI_Comm comm, int rank, int tag) {
 
 template <class A, class T>
 void archive_task(A& a, T& t) {
-  a.plain(t.slot), a.column(t.path), a.plain(t.duration), a.plain(t.pace), a.plain(t.tangent), a.plain(t.sharp);
+  a.plain(t.slot);
+  a.column(t.path);
+  a.plain(t.duration);
+  a.plain(t.pace);
+  a.plain(t.tangent);
+  a.plain(t.sharp);
 }
 
 template <class A, class O>
 void archive_outcome(A& a, O& o) {
   auto& r = o.response;
-  a.plain(r.stress), a.plain(r.tangent), a.plain(r.stable), a.plain(r.unbalanced_force), a.plain(r.stress_change);
-  a.plain(r.steps), a.plain(r.hold_steps), a.plain(r.breakages), a.plain(r.pieces), a.plain(r.work), a.plain(r.haste),
-      a.plain(r.inertial_number), a.text(r.failure);
-  a.plain(o.seconds), a.plain(o.elastic), a.plain(o.given_up), a.plain(o.elastic_error);
+  a.plain(r.stress);
+  a.plain(r.tangent);
+  a.plain(r.stable);
+  a.plain(r.unbalanced_force);
+  a.plain(r.stress_change);
+  a.plain(r.steps);
+  a.plain(r.hold_steps);
+  a.plain(r.breakages);
+  a.plain(r.pieces);
+  a.plain(r.work);
+  a.plain(r.haste);
+  a.plain(r.inertial_number);
+  a.text(r.failure);
+  a.plain(o.seconds);
+  a.plain(o.elastic);
+  a.plain(o.given_up);
+  a.plain(o.elastic_error);
 }
 
 std::string request(Command c, const std::vector<std::uint64_t>& slots) {

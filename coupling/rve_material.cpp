@@ -169,7 +169,9 @@ void RveMaterial::replay(const dem::SharingPlan::Replay& r) {
   }
   report_.sharing.add((response.stress - stress_[r.point]).norm() / deferral_.scale(response.stress));
   Slot& s = slots_[r.slot];
-  s.memory.heard = true, s.memory.stress = response.stress, s.memory.tangent = response.tangent;
+  s.memory.heard = true;
+  s.memory.stress = response.stress;
+  s.memory.tangent = response.tangent;
   s.facts = farm_.commit({r.slot})[0];
 }
 
@@ -316,10 +318,17 @@ void RveMaterial::archive(A& a, auto& m) {
   for (auto& p : m.sharing_.path) a.column(p);
   archive_map(a, m.slots_, [&](auto& s) {
     auto& memory = s.memory;
-    a.plain(memory.heard), a.plain(memory.pending), a.plain(memory.stress), a.plain(memory.tangent);
+    a.plain(memory.heard);
+    a.plain(memory.pending);
+    a.plain(memory.stress);
+    a.plain(memory.tangent);
     a.plain(memory.trust), a.plain(s.facts);
   });
-  a.column(m.stress_), a.column(m.kept_tangent_), a.plain(m.sharp_), a.plain(m.report_), a.plain(m.seconds_);
+  a.column(m.stress_);
+  a.column(m.kept_tangent_);
+  a.plain(m.sharp_);
+  a.plain(m.report_);
+  a.plain(m.seconds_);
 }
 
 void RveMaterial::save(const std::function<void(const std::string&)>& take) const {

@@ -27,7 +27,11 @@ struct RveOptions {
 struct MeasuredError {
   std::uint64_t count = 0;
   double worst = 0, sum = 0;
-  void add(double error) { ++count, sum += error, worst = std::max(worst, error); }
+  void add(double error) {
+    ++count;
+    sum += error;
+    worst = std::max(worst, error);
+  }
   double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0; }
 };
 

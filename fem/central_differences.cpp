@@ -98,11 +98,16 @@ void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
     }
   auto u = p.u->mutable_array();
   for (std::size_t i = 0; i < owned * p.width(); ++i) u[i] += moved[i];
-  sums[2] -= viscous, sums[3] = viscous, sums[4] = material.energy(volumes);
+  sums[2] -= viscous;
+  sums[3] = viscous;
+  sums[4] = material.energy(volumes);
   viscous = 0;
   MPI_Allreduce(sums, all, 6, MPI_DOUBLE, MPI_SUM, p.comm);
-  total.external += all[0], total.kinetic = all[1], total.work += all[2], total.viscous += all[3],
-                            total.internal = all[4];
+  total.external += all[0];
+  total.kinetic = all[1];
+  total.work += all[2];
+  total.viscous += all[3];
+  total.internal = all[4];
   total.damped += all[5];
 }
 

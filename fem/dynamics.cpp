@@ -133,7 +133,11 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
     run.run.keep();
     last_dt = dt;
     total.note_largest();
-    now.time += dt, now.dt = dt, ++now.steps, now.energy = total, now.dissipated = run.run.viscous;
+    now.time += dt;
+    now.dt = dt;
+    ++now.steps;
+    now.energy = total;
+    now.dissipated = run.run.viscous;
     // The first steps start from rest, and a pulse that sets in smoothly is not resolved by its first few: what nothing
     // drives tells itself by then.
     const double early = now.steps > 10 ? 0.5 : INFINITY,

@@ -194,7 +194,10 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
     p.assemble_external(now.load_factor);
     const auto [mean, largest] = relax.unbalanced();
     const double haste = material.inertial_number();
-    now.sums[0] += mean, now.sums[1] = std::max(now.sums[1], largest), now.sums[2] += haste, ++now.counted;
+    now.sums[0] += mean;
+    now.sums[1] = std::max(now.sums[1], largest);
+    now.sums[2] += haste;
+    ++now.counted;
     // The load waits until what it starts with is in balance.
     const bool settled = now.load_factor > 0 || mean <= o.balance;
     if (!settled && ++now.settling > settling) return failed(out_of_balance(now, mean));

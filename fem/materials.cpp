@@ -177,7 +177,9 @@ struct Composite {
 
   static bool respond(Part& part, const Points& p) {
     const std::size_t n = part.points.size();
-    part.deformation.resize(9 * n), part.stress.resize(6 * n), part.tangent.resize(p.tangent.empty() ? 0 : 36 * n);
+    part.deformation.resize(9 * n);
+    part.stress.resize(6 * n);
+    part.tangent.resize(p.tangent.empty() ? 0 : 36 * n);
     for (std::size_t i = 0; i < n; ++i)
       std::copy_n(p.deformation.data() + 9 * part.points[i], 9, part.deformation.data() + 9 * i);
     const bool good = part.material.respond({part.deformation, part.stress, part.tangent, p.duration});

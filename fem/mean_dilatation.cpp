@@ -31,7 +31,9 @@ void Problem::Impl::mean_dilatation(const std::vector<double>& from, std::vector
 void Problem::Impl::present(std::int32_t cell, int q, Present& out) const {
   const Local& l = local(cell, q);
   const Eigen::Map<const RowMatrix3> f(F.data() + 9 * point(cell, q));
-  out.gradient = l.gradient, out.hoop = l.hoop, out.volume = l.dv;
+  out.gradient = l.gradient;
+  out.hoop = l.hoop;
+  out.volume = l.dv;
   if (discretisation.finite_strain)
     out.gradient = l.gradient * f.inverse(), out.hoop /= f(2, 2), out.volume *= f.determinant();
   out.trace.resize(nodes * components);

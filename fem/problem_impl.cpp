@@ -99,7 +99,10 @@ void Problem::Impl::build() {
     v->set(0.0);
     return v;
   };
-  u = vector(), committed_u = vector(), internal = vector(), external = vector();
+  u = vector();
+  committed_u = vector();
+  internal = vector();
+  external = vector();
   F.assign(9 * size(), 0.0);
   for (std::size_t i = 0; i < size(); ++i) F[9 * i] = F[9 * i + 4] = F[9 * i + 8] = 1;
   committed_F = deformation = F;
@@ -136,7 +139,9 @@ void Problem::Impl::local(std::int32_t cell, int q, const Tables& t, double shar
   out.jacobian = j;
   out.depth = turned ? 2 * M_PI * out.at[0] : dim == 2 ? discretisation.thickness : 1;
   out.dv = share * out.depth * std::abs(j.determinant());  // cells may be left-handed
-  out.gradient.resize(nodes, 3), out.value.resize(nodes), out.hoop.resize(nodes);
+  out.gradient.resize(nodes, 3);
+  out.value.resize(nodes);
+  out.hoop.resize(nodes);
   for (int a = 0; a < nodes; ++a) {
     Eigen::RowVector3d d = Eigen::RowVector3d::Zero();
     for (int k = 0; k < dim; ++k) d[k] = t.basis[static_cast<std::size_t>(((k + 1) * t.count + q) * nodes + a)];
@@ -161,7 +166,9 @@ Matrix3 Problem::Impl::deformation_at(std::int32_t cell, const Local& l) const {
 void Problem::Impl::back_to_committed() {
   const auto from = committed_u->array();
   std::copy(from.begin(), from.end(), u->mutable_array().begin());
-  F = committed_F, stress = committed_stress, tangent = committed_tangent;
+  F = committed_F;
+  stress = committed_stress;
+  tangent = committed_tangent;
   if (!stretch.empty()) mean_dilatation(F, stretch), committed_stretch = stretch;
   assemble_internal();
 }
@@ -169,7 +176,10 @@ void Problem::Impl::back_to_committed() {
 void Problem::Impl::commit() {
   const auto from = u->array();
   std::copy(from.begin(), from.end(), committed_u->mutable_array().begin());
-  committed_F = F, committed_stress = stress, committed_tangent = tangent, committed_stretch = stretch;
+  committed_F = F;
+  committed_stress = stress;
+  committed_tangent = tangent;
+  committed_stretch = stretch;
 }
 
 double Problem::Impl::work_since_commit(const std::vector<std::uint8_t>& some) const {

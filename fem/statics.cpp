@@ -245,7 +245,9 @@ struct Newton {
       correction = moved > 0 ? largest(dx) / moved : 0;
       // What Newton would still change is known before it is done: a converged state costs no further material sweep.
       if (now <= floor && correction <= floor_u) {
-        report.residual = now, report.correction = correction, report.noise = noise;
+        report.residual = now;
+        report.correction = correction;
+        report.noise = noise;
         report.work = p.work_since_commit(o.work_of);
         p.previous_u.assign(p.committed_u->array().begin(), p.committed_u->array().end());
         last_size = to - from;
@@ -294,7 +296,9 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
   double size = start.next_size > 0 ? start.next_size : asked;
   int cutbacks = 0, number = start.increments;
   result.load_factor = start.load_factor;
-  newton.sweeps = start.law_sweeps, newton.largest_force = start.largest_force, newton.stiffest = start.stiffest;
+  newton.sweeps = start.law_sweeps;
+  newton.largest_force = start.largest_force;
+  newton.stiffest = start.stiffest;
   newton.last_size = start.last_size;
   if (p.previous_u.empty()) allocate_statics(problem);
   if (number == 0) {  // stress and tangent of the start: an empty increment
@@ -334,7 +338,9 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
     result.load_factor = next;
     result.law_sweeps = newton.sweeps;
     report.next_size = size = std::min(asked, cutbacks > 0 ? size : size * o.grow);
-    report.law_sweeps = newton.sweeps, report.largest_force = newton.largest_force, report.stiffest = newton.stiffest;
+    report.law_sweeps = newton.sweeps;
+    report.largest_force = newton.largest_force;
+    report.stiffest = newton.stiffest;
     report.last_size = newton.last_size;
     cutbacks = 0;
     cut_reason.clear();

@@ -76,7 +76,10 @@ namespace {
 PendingPacking read_random(Table& t, const RveScene& scene, bool periodic, bool turned, std::uint8_t material,
                            const Vec3& box) {
   PendingPacking p;
-  p.box = box, p.periodic = periodic, p.turned = turned, p.material = material;
+  p.box = box;
+  p.periodic = periodic;
+  p.turned = turned;
+  p.material = material;
   p.radius = read_radius(t);
   p.solid_fraction = t.number("solid_fraction", dimension::none, proper_fraction);
   if (p.solid_fraction > 0.74)

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "dem/bond/cohesive.hpp"
+#include "dem/bond/kinds.hpp"
 
 namespace grus::dem {
 namespace {
@@ -21,7 +21,9 @@ void deal(std::size_t grains, BondColumn<Row>& column) {
   t.grains = grains;
   t.first.assign(tiles + 1, 0), t.first_far = t.first;
   t.bond.clear(), t.bond_far.clear();
-  t.dissipated.resize(tiles), t.broken.resize(tiles), t.far.resize(column.row.size());
+  t.dissipated.resize(tiles);
+  t.broken.resize(tiles);
+  t.far.resize(column.row.size());
   const auto lower = [&](const Row& r) { return std::min(r.ends.a, r.ends.b) >> bits; };
   const auto higher = [&](const Row& r) { return std::max(r.ends.a, r.ends.b) >> bits; };
   const auto collect = [&](auto&& tile_of, std::vector<Index>& first, std::vector<Index>& bond, auto&& taken) {

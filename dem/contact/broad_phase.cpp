@@ -98,7 +98,9 @@ void fill_levels(const Grains& grains, const Box& box, double skin, Candidates& 
         const double whole = std::floor(s[k]);
         m.fold[static_cast<std::size_t>(k)] = static_cast<std::int16_t>(whole), s[k] -= whole;
       }
-    m.position = box.vectors * s, m.radius = grains.motion[i].radius, m.grain = static_cast<Index>(i);
+    m.position = box.vectors * s;
+    m.radius = grains.motion[i].radius;
+    m.grain = static_cast<Index>(i);
     Level& level = out.levels[out.level_of[i]];
     out.place[i] = static_cast<Index>(cell_of(level, s));
     ++level.first[out.place[i] + 1];

@@ -17,12 +17,18 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const PairLaw& p = pairs[k];
     double* row = &c.law_rows[k * law_columns];
-    row[law_youngs] = p.youngs, row[law_dashpot] = p.dashpot, row[law_stiffness] = p.normal_stiffness;
+    row[law_youngs] = p.youngs;
+    row[law_dashpot] = p.dashpot;
+    row[law_stiffness] = p.normal_stiffness;
     row[law_shear_ratio] = p.friction > 0 ? p.shear_ratio : 1, row[law_friction] = p.friction;
     pass.friction = pass.friction || p.friction > 0, pass.dashpot = pass.dashpot || p.dashpot > 0;
   }
   const bool periodic = boundary.cell.periodic();
-  auto put = [](double* to, const Vec3& v) { to[0] = v.x(), to[1] = v.y(), to[2] = v.z(); };
+  auto put = [](double* to, const Vec3& v) {
+    to[0] = v.x();
+    to[1] = v.y();
+    to[2] = v.z();
+  };
   if (periodic) {
     c.shift_rows.assign(8 * c.images.size(), 0);
     for (std::size_t k = 0; k < c.images.size(); ++k) {
@@ -38,14 +44,23 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
     c.wall_rows[8 * w + 3] = wall.normal.dot(wall.point);
   }
   pass.motion = reinterpret_cast<const double*>(grains.motion.data());
-  pass.a = c.a.data(), pass.b = c.b.data(), pass.law = c.law.data(), pass.target = c.target.data();
+  pass.a = c.a.data();
+  pass.b = c.b.data();
+  pass.law = c.law.data();
+  pass.target = c.target.data();
   pass.shift = periodic ? c.shift.data() : nullptr, pass.shifts = c.shift_rows.data();
-  pass.walls = c.wall_rows.data(), pass.laws = c.law_rows.data(), pass.law_count = pairs.size();
+  pass.walls = c.wall_rows.data();
+  pass.laws = c.law_rows.data();
+  pass.law_count = pairs.size();
   pass.dt = dt;
   ContactColumns& h = c.contact;
-  pass.spring_x = h.spring_x.data(), pass.spring_y = h.spring_y.data(), pass.spring_z = h.spring_z.data(),
+  pass.spring_x = h.spring_x.data();
+  pass.spring_y = h.spring_y.data();
+  pass.spring_z = h.spring_z.data();
   pass.compliance = h.compliance.data();
-  pass.viscous = h.viscous.data(), pass.stiffness = h.stiffness.data(), pass.radius = h.radius.data();
+  pass.viscous = h.viscous.data();
+  pass.stiffness = h.stiffness.data();
+  pass.radius = h.radius.data();
   pass.touch = shown ? reinterpret_cast<double*>(c.touch.data()) : nullptr;
   pass.active = c.active.data();
   pass.frame = reinterpret_cast<const double*>(grains.frame.data()),
@@ -105,7 +120,10 @@ void drop_loads(Contacts& contacts) { std::fill(contacts.load.begin(), contacts.
 BlockEnergy flush(Contacts& contacts) {
   BlockEnergy sum;
   for (auto& e : contacts.energy) {
-    sum.friction += e.friction, sum.springs += e.springs, sum.viscous += e.viscous, sum.work += e.work;
+    sum.friction += e.friction;
+    sum.springs += e.springs;
+    sum.viscous += e.viscous;
+    sum.work += e.work;
     e = {};
   }
   return sum;

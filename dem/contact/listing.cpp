@@ -8,7 +8,9 @@
 namespace grus::dem {
 
 void put_aside(Contacts& contacts, NeighbourRoom& room) {
-  room.pair.swap(contacts.pair), std::swap(room.contact, contacts.contact), room.touch.swap(contacts.touch);
+  room.pair.swap(contacts.pair);
+  std::swap(room.contact, contacts.contact);
+  room.touch.swap(contacts.touch);
 }
 
 void begin_tiles(std::size_t grains, NeighbourRoom& room) {
@@ -56,7 +58,10 @@ void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team)
         const bool on = lister.touched(old), wall = bin >= first_wall;
         const std::size_t k = room.counts[t][2 * static_cast<std::size_t>(bin) + !on]++;
         contacts.pair[k] = pair;
-        contacts.a[k] = pair.a, contacts.b[k] = wall ? 0 : pair.b, contacts.law[k] = pair.law, contacts.active[k] = on;
+        contacts.a[k] = pair.a;
+        contacts.b[k] = wall ? 0 : pair.b;
+        contacts.law[k] = pair.law;
+        contacts.active[k] = on;
         contacts.target[k] = pair.b;
         if (!wall && pair.b >> bits != t) room.crossing[t].push_back(static_cast<Index>(k));
         const bool turned = !wall && lister.past.before(pair.a) > lister.past.before(pair.b);

@@ -19,7 +19,9 @@ void spheres_at_walls(const TileWork& work, std::size_t begin, std::size_t end) 
 void run_rows(const TileWork& work, const ContactRows& rows, PairLoop loop, std::size_t begin, std::size_t end) {
   const PassEnergy spent = loop(rows, begin, end);
   BlockEnergy& e = work.energy;
-  e.friction += spent.friction, e.springs += spent.springs, e.viscous += spent.viscous;
+  e.friction += spent.friction;
+  e.springs += spent.springs;
+  e.viscous += spent.viscous;
   e.work -= rows.dt * spent.power;
 }
 

@@ -62,7 +62,10 @@ ListState look_at_list(const Grains& grains, const Boundary& boundary, Neighbour
 
 void begin_ways(const Grains& grains, const Boundary& boundary, double skin, NeighbourReference& ref, Team& team) {
   ++ref.builds;
-  ref.skin = skin, ref.grown = 0, ref.travelled = 0, ref.mends = 0;
+  ref.skin = skin;
+  ref.grown = 0;
+  ref.travelled = 0;
+  ref.mends = 0;
   ref.cell = boundary.cell.vectors;
   ref.position.resize(grains.size());
   ref.largest = 0;

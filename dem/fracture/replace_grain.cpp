@@ -35,7 +35,9 @@ std::vector<std::size_t> replace_grain(Grains& g, std::size_t i, const Pieces& p
     set_grain(g, slot, piece);
     if (!g.generation.empty()) g.generation[slot] = static_cast<std::uint8_t>(generation);
     const MassMoments kept = moments_of(g, slot, parent.position);
-    lost.mass -= kept.mass, lost.first -= kept.first, lost.second -= kept.second;
+    lost.mass -= kept.mass;
+    lost.first -= kept.first;
+    lost.second -= kept.second;
     slots.push_back(slot);
   }
   // What is removed goes on in the parent's rigid velocity field, wherever the pieces go.

@@ -79,11 +79,27 @@ void archive(A& a, S& s) {
   for (auto& starts : c.tile) a.column(starts);
   for (auto& starts : c.apart) a.column(starts);
   for_each_contact_column(c.contact, [&](auto& column) { a.column(column); });
-  a.column(c.pair), a.column(c.touch), a.column(c.a), a.column(c.b), a.column(c.law);
-  a.column(c.shift), a.column(c.images), a.column(c.active), a.column(c.target);
-  a.column(c.load), a.column(c.remote), a.column(c.remote_row), a.column(c.tile_work), a.column(c.before),
-      a.column(c.taken), a.column(c.done), a.column(c.moved), a.plain(c.round), a.column(c.first), a.column(c.entry),
-      a.column(c.energy);
+  a.column(c.pair);
+  a.column(c.touch);
+  a.column(c.a);
+  a.column(c.b);
+  a.column(c.law);
+  a.column(c.shift);
+  a.column(c.images);
+  a.column(c.active);
+  a.column(c.target);
+  a.column(c.load);
+  a.column(c.remote);
+  a.column(c.remote_row);
+  a.column(c.tile_work);
+  a.column(c.before);
+  a.column(c.taken);
+  a.column(c.done);
+  a.column(c.moved);
+  a.plain(c.round);
+  a.column(c.first);
+  a.column(c.entry);
+  a.column(c.energy);
   for_each_kind(s.bonds, [&](auto& column) {
     a.column(column.row);
     if constexpr (!std::is_const_v<S>) column.tiles = {};
@@ -100,11 +116,22 @@ void archive(A& a, S& s) {
         &l.unexplained, &l.most_friction, &l.most_damping, &l.start, &l.floor, &l.fracture_area, &l.residual_force})
     a.plain(*v);
   for (auto* v : {&l.breakages, &l.bonds_broken}) a.plain(*v);
-  a.plain(l.fines.mass), a.plain(l.fines.kinetic), a.plain(l.fines.momentum), a.plain(l.fines.angular_momentum);
+  a.plain(l.fines.mass);
+  a.plain(l.fines.kinetic);
+  a.plain(l.fines.momentum);
+  a.plain(l.fines.angular_momentum);
   a.column(l.fines.classes), a.plain(l.splits);
   auto& r = s.reference;
-  a.column(r.position), a.column(r.orientation), a.column(r.wall_point), a.plain(r.cell), a.plain(r.skin),
-      a.plain(r.grown), a.plain(r.largest), a.plain(r.travelled), a.plain(r.builds), a.plain(r.mends);
+  a.column(r.position);
+  a.column(r.orientation);
+  a.column(r.wall_point);
+  a.plain(r.cell);
+  a.plain(r.skin);
+  a.plain(r.grown);
+  a.plain(r.largest);
+  a.plain(r.travelled);
+  a.plain(r.builds);
+  a.plain(r.mends);
   a.column(s.grain_energy);
   for (auto* v : {&s.time, &s.dt, &s.skin, &s.mean_radius}) a.plain(*v);
   for (auto* v :

@@ -50,7 +50,9 @@ GRUS_INLINE void half_turn(Real half2, Real& c, Real& s) {
   const unsigned far = bits(less(half2, Real(1e-4))) ^ ((1u << width) - 1);
   if (far == 0) return;
   double h2[width], cs[width], sn[width];
-  store(half2, h2), store(c, cs), store(s, sn);
+  store(half2, h2);
+  store(c, cs);
+  store(s, sn);
   for (unsigned m = far; m; m &= m - 1) {
     const int l = __builtin_ctz(m);
     const double half = __builtin_sqrt(h2[l]);
@@ -121,10 +123,14 @@ struct Group {
   }
   GRUS_INLINE void write3(const Real3& v, double* column) const {
     double x[width], y[width], z[width];
-    store(v.x, x), store(v.y, y), store(v.z, z);
+    store(v.x, x);
+    store(v.y, y);
+    store(v.z, z);
     for (int l = 0; l < count; ++l) {
       double* const to = column + 3 * std::size_t{at[l]};
-      to[0] = x[l], to[1] = y[l], to[2] = z[l];
+      to[0] = x[l];
+      to[1] = y[l];
+      to[2] = z[l];
     }
   }
   GRUS_INLINE void write4(Real x, Real y, Real z, Real w, double* column, std::size_t stride) const {

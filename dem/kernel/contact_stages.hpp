@@ -107,7 +107,9 @@ GRUS_STAGE void meet(const ContactRows& s, int kept, Chunk& c) {
     }
     if (kind == Kind::walls || s.shift)
       store(drag.x, c.drag_x + o), store(drag.y, c.drag_y + o), store(drag.z, c.drag_z + o);
-    store(v.x, c.vx + o), store(v.y, c.vy + o), store(v.z, c.vz + o);
+    store(v.x, c.vx + o);
+    store(v.y, c.vy + o);
+    store(v.z, c.vz + o);
 
     const Real depth = select(on, at(c.overlap + o), one), stiffness = at(s.stiffness + k);
     const Real ks = hertz ? stiffness * root(depth) : stiffness, normal_stiffness = hertz ? Real(1.5) * ks : stiffness;
@@ -145,13 +147,17 @@ GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk&
     store(normal, c.normal + o);
     if constexpr (friction) {
       const Real3 sliding = less_fused(v, vn, n);
-      store(sliding.x, c.vx + o), store(sliding.y, c.vy + o), store(sliding.z, c.vz + o);
+      store(sliding.x, c.vx + o);
+      store(sliding.y, c.vy + o);
+      store(sliding.z, c.vz + o);
       const Real3 spring{at(s.spring_x + k), at(s.spring_y + k), at(s.spring_z + k)};
       const Real size2 = dot(spring, spring);
       store(root(size2), c.size + o);
       Real3 old = less_fused(spring, dot(n, spring), n);
       old = fused(at(c.turn + o), cross(n, old), old);
-      store(old.x, c.sx + o), store(old.y, c.sy + o), store(old.z, c.sz + o);
+      store(old.x, c.sx + o);
+      store(old.y, c.sy + o);
+      store(old.z, c.sz + o);
       // Turned with the contact, not shortened: by sqrt(size2 / turned2), to third order in what the turn took.
       const Real turned2 = dot(old, old), lost = smaller((size2 - turned2) / larger(turned2, Real(1e-290)), one);
       store(fused(lost, less_fused(half, Real(0.125), lost), one), c.keep + o);
@@ -168,7 +174,9 @@ GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk&
       const Real grown = kt * before;
       const Real3 now = less_fused((keep * smaller(one, grown)) * old, kt * dt, v);
       put_back(kept_lanes(on, after), c.count[g], compliance);
-      store(now.x, c.sx + o), store(now.y, c.sy + o), store(now.z, c.sz + o);
+      store(now.x, c.sx + o);
+      store(now.y, c.sy + o);
+      store(now.z, c.sz + o);
       const Real limit = constant(s, law_friction, c.first[g]) * at(c.normal + o), now2 = dot(now, now);
       const Mask slides = less(limit * limit, now2);
       const Real reached = root(now2), cut = select(slides, limit / reached, one), size = at(c.size + o),
@@ -264,9 +272,15 @@ PassEnergy run(const ContactRows& s, std::size_t first, std::size_t last) {
   }
   for (int h = 0; h < group / width; ++h) {
     double w[width], x[width], y[width], z[width];
-    store(sums.lost[h], w), store(sums.slid[h], x), store(sums.spent[h], y), store(sums.power[h], z);
+    store(sums.lost[h], w);
+    store(sums.slid[h], x);
+    store(sums.spent[h], y);
+    store(sums.power[h], z);
     for (int l = 0; l < width; ++l) {
-      e.springs += 0.5 * w[l], e.friction += 0.5 * x[l], e.viscous -= 0.5 * s.dt * y[l], e.power += z[l];
+      e.springs += 0.5 * w[l];
+      e.friction += 0.5 * x[l];
+      e.viscous -= 0.5 * s.dt * y[l];
+      e.power += z[l];
     }
   }
   e.springs += parted, e.friction += parted;

@@ -222,7 +222,10 @@ GRUS_INLINE double gather(const double* base, const std::uint32_t* at, int strid
 GRUS_INLINE void load4(const double* base, const std::uint32_t* at, std::size_t stride, double& x, double& y, double& z,
                        double& w) {
   const double* r = base + at[0] * stride;
-  x = r[0], y = r[1], z = r[2], w = r[3];
+  x = r[0];
+  y = r[1];
+  z = r[2];
+  w = r[3];
 }
 GRUS_INLINE unsigned flags(const std::uint8_t* of) { return *of; }
 struct Quads {

@@ -79,9 +79,16 @@ GRUS_INLINE Real3 chosen(Mask m, const Real3& a, const Real3& b) {
 
 /// Columns of a group that all stages after the first read.
 GRUS_INLINE void put_columns(Chunk& c, int o, const Real3& n, Real overlap, const Real3& arm_a, const Real3& arm_b) {
-  store(n.x, c.nx + o), store(n.y, c.ny + o), store(n.z, c.nz + o), store(overlap, c.overlap + o);
-  store(arm_a.x, c.arm_ax + o), store(arm_a.y, c.arm_ay + o), store(arm_a.z, c.arm_az + o);
-  store(arm_b.x, c.arm_bx + o), store(arm_b.y, c.arm_by + o), store(arm_b.z, c.arm_bz + o);
+  store(n.x, c.nx + o);
+  store(n.y, c.ny + o);
+  store(n.z, c.nz + o);
+  store(overlap, c.overlap + o);
+  store(arm_a.x, c.arm_ax + o);
+  store(arm_a.y, c.arm_ay + o);
+  store(arm_a.z, c.arm_az + o);
+  store(arm_b.x, c.arm_bx + o);
+  store(arm_b.y, c.arm_by + o);
+  store(arm_b.z, c.arm_bz + o);
 }
 
 template <Kind kind>
@@ -126,7 +133,8 @@ template <Kind kind>
       hard |= open & ~moved;
       const Mask m = mask_of(moved);
       n = chosen(m, next, n);
-      e.point_a = chosen(m, trial.point_a, e.point_a), e.point_b = chosen(m, trial.point_b, e.point_b),
+      e.point_a = chosen(m, trial.point_a, e.point_a);
+      e.point_b = chosen(m, trial.point_b, e.point_b);
       e.g = chosen(m, trial.g, e.g);
       e.f = select(m, trial.f, e.f);
       e.a.squares = chosen(m, trial.a.squares, e.a.squares), e.a.point = chosen(m, trial.a.point, e.a.point);
@@ -164,10 +172,14 @@ template <Kind kind>
     for (unsigned m = valid & ~touching & ~hard & ~before; m; m &= m - 1) {
       const int l = __builtin_ctz(m);
       double* const to = s.touch + 8 * (k + static_cast<std::size_t>(l));
-      to[0] = c.nx[o + l], to[1] = c.ny[o + l], to[2] = c.nz[o + l];
+      to[0] = c.nx[o + l];
+      to[1] = c.ny[o + l];
+      to[2] = c.nz[o + l];
     }
     if (touching == 0) continue;
-    c.first[kept] = k, c.touching[kept] = touching, c.count[kept] = count;
+    c.first[kept] = k;
+    c.touching[kept] = touching;
+    c.count[kept] = count;
     ++kept;
   }
   return kept;

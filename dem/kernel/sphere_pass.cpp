@@ -79,10 +79,15 @@ template <Kind kind>
     }
     // A pair can touch by less than the round-off of its distance: never let its overlap be 0 or less.
     const Real overlap = select(mask_of(touching), larger(gap, Real(1e-30)), gap);
-    store(d.x, c.nx + o), store(d.y, c.ny + o), store(d.z, c.nz + o), store(overlap, c.overlap + o);
+    store(d.x, c.nx + o);
+    store(d.y, c.ny + o);
+    store(d.z, c.nz + o);
+    store(overlap, c.overlap + o);
     store(less_fused(ra, half, overlap), c.la + o);
     if constexpr (kind == Kind::spheres) store(less_fused(rb, half, overlap), c.lb + o);
-    c.first[kept] = k, c.touching[kept] = touching, c.count[kept] = count;
+    c.first[kept] = k;
+    c.touching[kept] = touching;
+    c.count[kept] = count;
     ++kept;
   }
   return kept;

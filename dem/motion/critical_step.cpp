@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "dem/bond/cohesive.hpp"
+#include "dem/bond/kinds.hpp"
 #include "dem/contact/pair_kinds.hpp"
 #include "dem/state/shape_kinds.hpp"
 
@@ -103,7 +103,9 @@ Mat6 scaled_stiffness(const Grains& g, const Contacts& contacts, const Bonds& bo
   Mat3 shift = Mat3::Zero(), mixed = Mat3::Zero(), turn = Mat3::Zero();  // its blocks
   auto assemble = [&](double weight, const Mat3& stiffness, const Vec3& arm) {
     const Mat3 lever = cross_matrix(arm), by_turn = stiffness * lever;
-    shift += weight * stiffness, mixed -= weight * by_turn, turn += weight * lever.transpose() * by_turn;
+    shift += weight * stiffness;
+    mixed -= weight * by_turn;
+    turn += weight * lever.transpose() * by_turn;
   };
   for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
     const std::size_t c = contacts.entry[e] >> 1;

@@ -51,7 +51,9 @@ void SweepPass::tile(std::size_t t, Load* room) const {
   SweepRows rows = rows_;
   SweepEnergy& total = energy_[t];
   auto book = [&](const SweepEnergy& e) {
-    total.viscous += e.viscous, total.work += e.work, total.speed2 = std::max(total.speed2, e.speed2);
+    total.viscous += e.viscous;
+    total.work += e.work;
+    total.speed2 = std::max(total.speed2, e.speed2);
   };
   const std::size_t begin = t * tile_size(g.size()), end = std::min(g.size(), begin + tile_size(g.size()));
   rows.load = reinterpret_cast<double*>(room ? room : contacts_.load.data() + begin),

@@ -29,7 +29,9 @@ double Relaxation::run(int iterations, double good_enough, const std::function<v
       if (++downhill > 5) dt = std::min(1.1 * dt, 0.5), mix *= 0.99;
     } else {
       for (auto& v : v_) v.setZero();
-      dt = std::max(0.5 * dt, 1e-3), mix = 0.1, downhill = 0;
+      dt = std::max(0.5 * dt, 1e-3);
+      mix = 0.1;
+      downhill = 0;
     }
     for (std::size_t i = 0; i < s_.size(); ++i) v_[i] += dt * f_[i], s_[i].position += dt * v_[i];
   }

@@ -89,7 +89,9 @@ bool share_contacts(const Model& model, State& state, std::span<const std::size_
       const double share = most / sum;
       for (const Index k : inherited) {
         Contact c = contacts.contact[k];
-        c.stiffness *= share, c.spring *= share, c.compliance /= share;
+        c.stiffness *= share;
+        c.spring *= share;
+        c.compliance /= share;
         contacts.contact.set(k, c);
       }
       shared = true;

@@ -35,8 +35,9 @@ void book(State& state) {
     grains.viscous += e.viscous, grains.work += e.work;
     e = {.speed2 = e.speed2};
   }
-  state.ledger.damping += grains.viscous, state.ledger.local_damping += grains.viscous,
-      state.ledger.work += grains.work;
+  state.ledger.damping += grains.viscous;
+  state.ledger.local_damping += grains.viscous;
+  state.ledger.work += grains.work;
   book(contacts, state.ledger);
 }
 

@@ -61,7 +61,10 @@ double Grading::fractal_dimension() const {
   double sx = 0, sy = 0, sxx = 0, sxy = 0;
   for (int k = 0; k < points; ++k) {
     const double x = low + (high - low) * k / (points - 1), y = std::log(passing(std::exp(x)));
-    sx += x, sy += y, sxx += x * x, sxy += x * y;
+    sx += x;
+    sy += y;
+    sxx += x * x;
+    sxy += x * y;
   }
   return 3 - (points * sxy - sx * sy) / (points * sxx - sx * sx);
 }
@@ -84,7 +87,9 @@ Zingg zingg(const Grains& g) {
     const double long_ratio = w[1] / w[0], flat_ratio = w[2] / w[1], m = g.mass[i];
     const bool wide = long_ratio > 2.0 / 3, thick = flat_ratio > 2.0 / 3;
     (wide ? (thick ? z.equant : z.disc) : (thick ? z.rod : z.blade)) += m;
-    z.elongation += m * long_ratio, z.flatness += m * flat_ratio, mass += m;
+    z.elongation += m * long_ratio;
+    z.flatness += m * flat_ratio;
+    mass += m;
   }
   for (double* v : {&z.equant, &z.disc, &z.rod, &z.blade, &z.elongation, &z.flatness}) *v /= mass;
   return z;
@@ -100,7 +105,9 @@ std::vector<SizeClass> size_classes(const State& state, double smallest, double 
     SizeClass& c = classes[static_cast<std::size_t>(std::clamp(at, 0.0, static_cast<double>(count - 1)))];
     const Vec3 w = sorted_widths(g, i);
     ++c.grains;
-    c.mass += g.mass[i], c.elongation += w[1] / w[0], c.flatness += w[2] / w[1];
+    c.mass += g.mass[i];
+    c.elongation += w[1] / w[0];
+    c.flatness += w[2] / w[1];
     if (!g.generation.empty()) c.generation += g.generation[i];
     c.coordination += coordination(state.contacts, i);
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/rve/linear_response.hpp"
 
-#include "dem/bond/cohesive.hpp"
+#include "dem/bond/kinds.hpp"
 #include "dem/fracture/grain_stress.hpp"
 #include "dem/rve/block_cholesky.hpp"
 #include "dem/rve/measure.hpp"

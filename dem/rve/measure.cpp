@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "dem/bond/cohesive.hpp"
+#include "dem/bond/kinds.hpp"
 #include "dem/contact/forces.hpp"
 #include "dem/fracture/grain_stress.hpp"
 

@@ -34,7 +34,9 @@ void rotate(State& state, const Mat3& r) {
   const Quat q(r);
   for (std::size_t i = 0; i < g.size(); ++i) {
     Motion& m = g.motion[i];
-    m.position = r * m.position, m.velocity = r * m.velocity, m.spin = r * m.spin;
+    m.position = r * m.position;
+    m.velocity = r * m.velocity;
+    m.spin = r * m.spin;
     g.orientation[i] = unit(q * g.orientation[i]);
     g.angular_momentum[i] = r * g.angular_momentum[i];
     g.force[i] = r * g.force[i], g.torque[i] = r * g.torque[i];
@@ -43,7 +45,9 @@ void rotate(State& state, const Mat3& r) {
   auto& springs = state.contacts.contact;
   for (std::size_t k = 0; k < springs.stiffness.size(); ++k) {
     const Vec3 turned = r * springs[k].spring;
-    springs.spring_x[k] = turned.x(), springs.spring_y[k] = turned.y(), springs.spring_z[k] = turned.z();
+    springs.spring_x[k] = turned.x();
+    springs.spring_y[k] = turned.y();
+    springs.spring_z[k] = turned.z();
   }
   for (auto& t : state.contacts.touch) t.normal = r * t.normal, t.force = r * t.force;
   for_each_bond(state.bonds, [&](auto& bond) { bond.force = r * bond.force; });

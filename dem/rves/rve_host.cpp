@@ -18,7 +18,10 @@ RveHost::RveHost(std::shared_ptr<const Model> model, const ResponseOptions& opti
 std::string HostedRve::bytes() const {
   Saver a;
   const bool gone = remainder.has_value();
-  a.plain(pending), a.plain(barred), a.plain(steady), a.plain(gone);
+  a.plain(pending);
+  a.plain(barred);
+  a.plain(steady);
+  a.plain(gone);
   if (gone) a.plain(*remainder);
   archive(a, state);
   return a.take();
@@ -28,7 +31,10 @@ HostedRve HostedRve::from(const std::string& bytes) {
   HostedRve rve;
   Loader a(bytes);
   bool gone;
-  a.plain(rve.pending), a.plain(rve.barred), a.plain(rve.steady), a.plain(gone);
+  a.plain(rve.pending);
+  a.plain(rve.barred);
+  a.plain(rve.steady);
+  a.plain(gone);
   if (gone) a.plain(rve.remainder.emplace());
   archive(a, rve.state);
   if (!a.at_end()) throw InputError("checkpoint holds more than an RVE");
@@ -180,7 +186,9 @@ Facts RveHost::facts(std::uint64_t slot) const {
   f.lost_mass = s.ledger.fines.mass;
   f.mass = f.lost_mass + total_mass(s.grains);
   f.void_ratio = s.boundary.cell.volume() / solid_volume(s.grains) - 1;
-  f.grains = s.grains.size(), f.breakages = s.ledger.breakages, f.steps = s.steps;
+  f.grains = s.grains.size();
+  f.breakages = s.ledger.breakages;
+  f.steps = s.steps;
   return f;
 }
 

@@ -42,8 +42,13 @@ struct ContactColumns {
     return {{spring_x[k], spring_y[k], spring_z[k]}, stiffness[k], compliance[k], viscous[k], radius[k]};
   }
   void set(std::size_t k, const Contact& c) {
-    spring_x[k] = c.spring.x(), spring_y[k] = c.spring.y(), spring_z[k] = c.spring.z(), stiffness[k] = c.stiffness;
-    compliance[k] = c.compliance, viscous[k] = c.viscous, radius[k] = c.radius;
+    spring_x[k] = c.spring.x();
+    spring_y[k] = c.spring.y();
+    spring_z[k] = c.spring.z();
+    stiffness[k] = c.stiffness;
+    compliance[k] = c.compliance;
+    viscous[k] = c.viscous;
+    radius[k] = c.radius;
   }
   bool touching(std::size_t k) const { return stiffness[k] > 0; }
 };
@@ -51,7 +56,13 @@ struct ContactColumns {
 /// Calls f on every column.
 template <class C, class F>
 void for_each_contact_column(C& c, F&& f) {
-  f(c.spring_x), f(c.spring_y), f(c.spring_z), f(c.stiffness), f(c.compliance), f(c.viscous), f(c.radius);
+  f(c.spring_x);
+  f(c.spring_y);
+  f(c.spring_z);
+  f(c.stiffness);
+  f(c.compliance);
+  f(c.viscous);
+  f(c.radius);
 }
 
 /// What a contact shows: of the last step of a run, and of steps that test for breakage. Steps in between leave it out

@@ -66,8 +66,21 @@ struct Grains {
 /// Calls f on every column: copying, hashing and saving use this list, so a new column cannot be forgotten.
 template <class G, class F>
 void for_each_column(G& g, F&& f) {
-  f(g.motion), f(g.orientation), f(g.angular_momentum), f(g.force), f(g.torque), f(g.mass), f(g.inertia), f(g.shape);
-  f(g.kind), f(g.material), f(g.id), f(g.frame), f(g.strength), f(g.generation), f(g.utilisation);
+  f(g.motion);
+  f(g.orientation);
+  f(g.angular_momentum);
+  f(g.force);
+  f(g.torque);
+  f(g.mass);
+  f(g.inertia);
+  f(g.shape);
+  f(g.kind);
+  f(g.material);
+  f(g.id);
+  f(g.frame);
+  f(g.strength);
+  f(g.generation);
+  f(g.utilisation);
   f(g.extent);
 }
 
