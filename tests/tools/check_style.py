@@ -4,20 +4,22 @@
 
 format  every file is as .clang-format wants it
 clang   clang++ compiles everything that the build compiles, with its warnings, all of them errors
-tidy    .clang-tidy has nothing to say of the files that have changed since they were last seen clean (clean.txt beside this file: their
-        digests). --write looks at all files that it does not know and keeps what was clean.
+tidy    .clang-tidy has nothing to say of the product
+
+The last two look at what has changed since it was last seen clean (seen_by_*.txt beside this file: digests; for clang of a file with all
+of the project that it includes, for tidy of a file and the header of its name). --write keeps what was clean.
 """
 import concurrent.futures
 import hashlib
 import json
 import os
+import re
 import shlex
 import subprocess
 import sys
 import tempfile
 
 here = os.path.dirname(os.path.abspath(__file__))
-manifest = os.path.join(here, "clean.txt")
 cores = len(os.sched_getaffinity(0))
 
 
@@ -41,7 +43,7 @@ def each(work, items):
         return [fault for faults in pool.map(work, items) for fault in faults]
 
 
-def format_faults(root, build):
+def format_faults(root):
     files = [os.path.join(root, f) for f in sources(root)]
     done = subprocess.run(["clang-format", "--dry-run", "--Werror", *files], capture_output=True, text=True, cwd=root)
     return [line for line in done.stderr.split("\n") if "error:" in line] or ([done.stderr] if done.returncode else [])
@@ -50,54 +52,77 @@ def format_faults(root, build):
 GCC_ONLY = ("-Wno-maybe-uninitialized", "-fno-tree-slp-vectorize", "-Wno-uninitialized")
 
 
-def clang_faults(root, build):
-    def compile_one(entry):
-        call = shlex.split(entry["command"])
+def included(root, file, seen):
+    """A file and all of the project that it includes."""
+    if file not in seen and os.path.exists(os.path.join(root, file)):
+        seen.add(file)
+        for name in re.findall(r'#include "([^"]+)"', open(os.path.join(root, file)).read()):
+            included(root, name, seen)
+    return seen
+
+
+def digest(root, files, settings):
+    h = hashlib.sha256(settings.encode())
+    for name in sorted(files):
+        h.update(name.encode() + b"\0" + open(os.path.join(root, name), "rb").read())
+    return h.hexdigest()[:32]
+
+
+def unless_seen(root, tool, digests, look_at, write):
+    """Faults of the files whose digests are not known."""
+    manifest = os.path.join(here, f"seen_by_{tool}.txt")
+    clean = set(open(manifest).read().split()) if os.path.exists(manifest) else set()
+    changed = [file for file in sorted(digests) if digests[file] not in clean]
+    faults = {}
+
+    def look(file):
+        faults[file] = look_at(file)
+        return faults[file]
+    found = each(look, changed)
+    print(f"{tool}: {len(changed)} of {len(digests)} files looked at")
+    if write:
+        with open(manifest, "w") as f:
+            f.writelines(sorted(f"{digests[file]}\n" for file in digests if not faults.get(file)))
+    return found
+
+
+def clang_faults(root, build, write):
+    entries = commands(root, build)
+
+    def compile_one(file):
+        call = shlex.split(entries[file]["command"])
         if "ccache" in os.path.basename(call[0]):
             call = call[1:]
         at = call.index("-o")
         call[at:at + 2] = []
         call = ["clang++", *(c for c in call[1:] if c not in GCC_ONLY), "-Werror", "-fsyntax-only"]
-        done = subprocess.run(call, capture_output=True, text=True, cwd=entry["directory"])
+        done = subprocess.run(call, capture_output=True, text=True, cwd=entries[file]["directory"])
         return [done.stderr.strip()] if done.returncode else []
-    return each(compile_one, commands(root, build).values())
-
-
-def digest(root, file):
-    """Of a file and of the header of its name."""
-    h = hashlib.sha256(open(os.path.join(root, ".clang-tidy"), "rb").read())
-    for name in (file, file[:-4] + ".hpp"):
-        if os.path.exists(os.path.join(root, name)):
-            h.update(open(os.path.join(root, name), "rb").read())
-    return h.hexdigest()[:32]
+    warnings = " ".join(c for c in shlex.split(entries["dem/base/parallel.cpp"]["command"]) if c.startswith("-W"))
+    digests = {file: digest(root, included(root, file, set()), warnings) for file in entries}
+    return unless_seen(root, "clang", digests, compile_one, write)
 
 
 def tidy_faults(root, build, write):
-    clean = set(open(manifest).read().split()) if os.path.exists(manifest) else set()
-    files = [f for f in commands(root, build) if not f.startswith("tests/")]
-    changed = [f for f in sorted(files) if digest(root, f) not in clean]
-
     scratch = tempfile.TemporaryDirectory()
-    entries = [dict(e, command=shlex.join(c for c in shlex.split(e["command"]) if c not in GCC_ONLY)) for e in commands(root, build).values()]
+    entries = {file: e for file, e in commands(root, build).items() if not file.startswith("tests/")}
+    for e in entries.values():
+        e["command"] = shlex.join(c for c in shlex.split(e["command"]) if c not in GCC_ONLY)
     with open(os.path.join(scratch.name, "compile_commands.json"), "w") as f:
-        json.dump(entries, f)
+        json.dump(list(entries.values()), f)
 
     def look_at(file):
         done = subprocess.run(["clang-tidy", "-p", scratch.name, "--quiet", os.path.join(root, file)], capture_output=True, text=True)
-        clean.add(digest(root, file)) if done.returncode == 0 else None
         return [done.stdout.strip() or done.stderr.strip()] if done.returncode else []
-    faults = each(look_at, changed)
-    if write:
-        with open(manifest, "w") as f:
-            f.writelines(sorted(f"{digest(root, file)}\n" for file in files if digest(root, file) in clean))
-    print(f"tidy: {len(changed)} files looked at")
-    return faults
+    settings = open(os.path.join(root, ".clang-tidy")).read()
+    digests = {file: digest(root, [f for f in (file, file[:-4] + ".hpp") if os.path.exists(os.path.join(root, f))], settings) for file in entries}
+    return unless_seen(root, "tidy", digests, look_at, write)
 
 
 def main():
     what, root, build = sys.argv[1:4]
-    root, build = os.path.abspath(root), os.path.abspath(build)
-    faults = tidy_faults(root, build, "--write" in sys.argv) if what == "tidy" else {"format": format_faults, "clang": clang_faults}[what](root, build)
+    root, build, write = os.path.abspath(root), os.path.abspath(build), "--write" in sys.argv
+    faults = format_faults(root) if what == "format" else {"clang": clang_faults, "tidy": tidy_faults}[what](root, build, write)
     for fault in faults:
         print(fault)
     print(f"{what}: {len(faults)} faults")
