@@ -278,23 +278,20 @@ void BvpOutput::add_cells(nlohmann::json& summary, const BvpEnding& e) const {
   errors["hill_mandel"] = std::abs(work_error(scene_.is_explicit() ? material_work_ : rve_work));
   if (!scene_.is_explicit()) errors["residual_floor"] = scene_.residual_floor();
   if (scene_.explicit_statics) counts["rves_given_up"] = r.given_up;
-  if (scene_.rve.error > 0)
-    errors["deferral"] = {{"tolerance", scene_.rve.error},
-                          {"measured", r.deferral.count},
-                          {"worst", r.deferral.worst},
-                          {"mean", r.deferral.mean()},
-                          {"least_trust", r.least_trust}};
+  const auto told = [&](const char* device, const char* tolerance, double value, const coupling::MeasuredError& by,
+                        const char* measured) {
+    errors[device] = {{tolerance, value}, {measured, by.count}, {"worst", by.worst}, {"mean", by.mean()}};
+  };
+  if (scene_.rve.error > 0) {
+    told("deferral", "tolerance", scene_.rve.error, r.deferral, "measured");
+    errors["deferral"]["least_trust"] = r.least_trust;
+  }
   if (scene_.rve.response.elastic >= 0)
-    errors["elastic"] = {{"tolerance_force_share", scene_.rve.response.elastic},
-                         {"measured", r.linear.count},
-                         {"worst", r.linear.worst},
-                         {"mean", r.linear.mean()}};
-  if (scene_.rve.share > 0)
-    errors["sharing"] = {{"tolerance_strain", scene_.rve.share},
-                         {"measured_at_replays", r.sharing.count},
-                         {"worst", r.sharing.worst},
-                         {"mean", r.sharing.mean()},
-                         {"largest_correction", r.correction}};
+    told("elastic", "tolerance_force_share", scene_.rve.response.elastic, r.linear, "measured");
+  if (scene_.rve.share > 0) {
+    told("sharing", "tolerance_strain", scene_.rve.share, r.sharing, "measured_at_replays");
+    errors["sharing"]["largest_correction"] = r.correction;
+  }
   summary["seconds"]["rve_sweeps_wall"] = rves_->seconds();
 }
 

@@ -39,6 +39,15 @@ void deal(std::size_t grains, BondColumn<Row>& column) {
   collect(higher, t.first_far, t.bond_far, [&](const Row& r) { return lower(r) != higher(r); });
 }
 
+/// The bond's force now; what it takes for that is added to `spent` (J).
+template <class Row>
+Pull go_on(const Grains& g, const Cell& cell, Row& row, double& spent) {
+  const double before = dissipated(row);
+  const Pull p = pull(row, frame_of(g, cell, row.ends));
+  spent += dissipated(row) - before;
+  return p;
+}
+
 /// Clears the grains of a tile that this kind's bonds write to.
 template <class Row>
 void clear_tile(Grains& g, const BondColumn<Row>& column, std::size_t tile) {
@@ -61,9 +70,7 @@ void pull_tile(Grains& g, const Cell& cell, BondColumn<Row>& column, std::size_t
   t.dissipated[tile] = 0, t.broken[tile] = 0;
   for (Index n = t.first[tile]; n < t.first[tile + 1]; ++n) {
     Row& row = column.row[t.bond[n]];
-    const double before = dissipated(row);
-    const Pull p = pull(row, frame_of(g, cell, row.ends));
-    t.dissipated[tile] += dissipated(row) - before;
+    const Pull p = go_on(g, cell, row, t.dissipated[tile]);
     t.broken[tile] += broken(row);
     const auto feels = [&](Index i, const Vec3& force, const Vec3& torque) {
       if (i >> tile_bits(g.size()) == tile)
@@ -89,9 +96,8 @@ void collect_far(Grains& g, const BondColumn<Row>& column, std::size_t tile) {
 }  // namespace
 
 Vec3 branch(const Grains& g, const Cell& cell, const BondEnds& e) {
-  Vec3 apart = g.motion[e.b].position - g.motion[e.a].position;
-  if ((e.image[0] | e.image[1] | e.image[2]) != 0) apart += cell.vectors * Vec3(e.image[0], e.image[1], e.image[2]);
-  return apart;
+  const BondFrame at = frame_of(g, cell, e);
+  return at.x_b - at.x_a;
 }
 
 BondFrame frame_of(const Grains& g, const Cell& cell, const BondEnds& e) {
@@ -138,9 +144,7 @@ void add_bond_forces(Grains& g, const Cell& cell, Bonds& bonds, std::span<const 
   for_each_kind(bonds, [&](auto& column) {
     for (std::size_t k = before[kind]; k < column.row.size(); ++k) {
       auto& row = column.row[k];
-      const double spent = dissipated(row);
-      const Pull p = pull(row, frame_of(g, cell, row.ends));
-      ledger.fracture += dissipated(row) - spent;
+      const Pull p = go_on(g, cell, row, ledger.fracture);
       g.force[row.ends.b] += p.force, g.torque[row.ends.b] += p.arm_b.cross(p.force);
       g.force[row.ends.a] -= p.force, g.torque[row.ends.a] -= p.arm_a.cross(p.force);
     }

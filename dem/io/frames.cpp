@@ -56,9 +56,10 @@ void write_grains(const std::string& path, const State& state) {
   auto* generation = g.generation.empty() ? nullptr : field("generation");
   for (std::size_t i = 0; i < g.size(); ++i) {
     const ShapeFunctions& shape = shape_functions(g.kind[i]);
+    const Frame frame = frame_of(g, i);
     const auto first = static_cast<std::int64_t>(grid.points.size() / 3);
     for (const auto& d : surface.directions) {
-      const Vec3 x = shape.drawn(g, i, d);
+      const Vec3 x = shape.drawn(g, i, frame, d);
       for (int k = 0; k < 3; ++k) grid.points.push_back(static_cast<float>(x[k]));
     }
     const int touching = dem::coordination(state.contacts, i);

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <numeric>
 
-#include "dem/bond/cohesive.hpp"
+#include "dem/bond/bonds.hpp"
 #include "dem/contact/forces.hpp"
 #include "dem/fracture/loaded_grain.hpp"
 #include "dem/fracture/replace_grain.hpp"

@@ -6,15 +6,7 @@
 namespace grus::dem {
 namespace {
 
-namespace sphere {
-
-Vec3 surface_arm(const Grains& g, std::size_t i, const Vec3& outward) { return g.motion[i].radius * outward; }
-Vec3 sorted_widths(const Grains& g, std::size_t i) { return Vec3::Constant(2 * g.motion[i].radius); }
-Vec3 drawn(const Grains& g, std::size_t i, const Vec3& direction) {
-  return g.motion[i].position + g.orientation[i].toRotationMatrix() * (g.motion[i].radius * direction);
-}
-
-}  // namespace sphere
+Vec3 sphere_arm(const Grains& g, std::size_t i, const Vec3& outward) { return g.motion[i].radius * outward; }
 
 namespace polyellipsoid {
 
@@ -34,8 +26,7 @@ Vec3 sorted_widths(const Grains& g, std::size_t i) {
 }
 
 /// Scaling a sphere's points octant by octant keeps the seams.
-Vec3 drawn(const Grains& g, std::size_t i, const Vec3& direction) {
-  const Frame frame = frame_of(g, i);
+Vec3 drawn(const Grains& g, std::size_t i, const Frame& frame, const Vec3& direction) {
   return frame.origin + frame.axes * octant_squares(g.shape[i], direction).cwiseSqrt().cwiseProduct(direction);
 }
 
@@ -44,10 +35,11 @@ Vec3 drawn(const Grains& g, std::size_t i, const Vec3& direction) {
 }  // namespace
 
 const ShapeFunctions& shape_functions(ShapeKind kind) {
+  // Spheres are poly-ellipsoids of six equal semi-axes, but for what can be had without a frame.
   static constexpr ShapeFunctions rows[] = {
       {polyellipsoid::surface_arm, polyellipsoid::sum_of_radii, polyellipsoid::sorted_widths, polyellipsoid::drawn,
        150},
-      {sphere::surface_arm, polyellipsoid::sum_of_radii, sphere::sorted_widths, sphere::drawn, 6},
+      {sphere_arm, polyellipsoid::sum_of_radii, polyellipsoid::sorted_widths, polyellipsoid::drawn, 6},
   };
   return rows[static_cast<std::size_t>(kind)];
 }

@@ -14,8 +14,9 @@ struct ShapeFunctions {
   double (*sum_of_radii)(const Grains& grains, std::size_t i, const Vec3& outward);
   /// Widths along the axes of the shape, longest first (m).
   Vec3 (*sorted_widths)(const Grains& grains, std::size_t i);
-  /// A point of the surface for each direction of the geometry frame (m): pictures are drawn with them.
-  Vec3 (*drawn)(const Grains& grains, std::size_t i, const Vec3& direction);
+  /// A point of the surface for each direction of the geometry frame (m): pictures are drawn with them. `frame`:
+  /// frame_of.
+  Vec3 (*drawn)(const Grains& grains, std::size_t i, const Frame& frame, const Vec3& direction);
   /// What it costs to move a grain, where a touching pair of spheres costs 15 (dealing tiles to threads).
   std::uint64_t cost;
 };
