@@ -43,7 +43,7 @@ void deal(std::size_t grains, BondColumn<Row>& column) {
 template <class Row>
 Pull go_on(const Grains& g, const Cell& cell, Row& row, double& spent) {
   const double before = dissipated(row);
-  const Pull p = pull(row, frame_of(g, cell, row.ends));
+  Pull p = pull(row, frame_of(g, cell, row.ends));
   spent += dissipated(row) - before;
   return p;
 }
