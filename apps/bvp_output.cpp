@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 
 #include "apps/hopkinson.hpp"
@@ -16,10 +17,8 @@ namespace {
 const char* const components[6] = {"xx", "yy", "zz", "yz", "xz", "xy"};
 
 int vtk_type(fem::CellKind kind) {
-  return kind == fem::CellKind::triangle        ? 5
-         : kind == fem::CellKind::quadrilateral ? 9
-         : kind == fem::CellKind::tetrahedron   ? 10
-                                                : 12;
+  constexpr std::array types{5, 9, 10, 12};  // in the order of CellKind
+  return types[static_cast<std::size_t>(kind)];
 }
 
 }  // namespace
@@ -205,7 +204,9 @@ std::string BvpOutput::line(std::uint64_t sweeps) const {
 
 std::string BvpOutput::closing(const BvpEnding& e) const {
   const double steps = rves_ ? static_cast<double>(rves_->report().dem_steps) : 0.0;
-  const std::string how = e.status == finished ? "finished" : e.status == interrupted ? "interrupted" : "stopped";
+  std::string how = "stopped";
+  if (e.status == finished) how = "finished";
+  if (e.status == interrupted) how = "interrupted";
   if (scene_.is_explicit())
     return fmt::format("{}: {:.4g}{}, mean stress {} {:.4g} MPa, {:.0f} breakages, {:.3g} DEM steps in {} ({})", how,
                        e.time, scene_.dynamics ? " s" : " of the load", axis(), stress_ / 1e6, breakages_, steps,

@@ -78,11 +78,11 @@ BvpRun::BvpRun(const BvpScene& scene, const Options& options, BvpSetup setup, de
 fem::InitialStress BvpRun::initial_stress(std::size_t region) const {
   fem::InitialStress all;
   const Region& r = scene_.regions[region];
+  const double density = setup_.density > 0 ? setup_.density : r.density;
   for (std::size_t i = 0; i < setup_.points.group.size() && (r.initial_stress || scene_.ground); ++i)
     if (setup_.points.group[i] == region + 1)
       all.push_back(r.initial_stress ? *r.initial_stress
-                                     : ground_stress(scene_, setup_.problem->point_position(i),
-                                                     setup_.density > 0 ? setup_.density : r.density));
+                                     : ground_stress(scene_, setup_.problem->point_position(i), density));
   return all;
 }
 

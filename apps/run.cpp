@@ -33,10 +33,14 @@ bool interruption_asked() { return asked != 0; }
 std::string one_line(const std::string& text) {
   std::string line;
   for (const char c : text)
-    if (static_cast<unsigned char>(c) >= ' ' && c != 0x7f)
-      line += c;
+    if (c == '\n')
+      line += "\\n";
+    else if (c == '\t')
+      line += "\\t";
+    else if (static_cast<unsigned char>(c) < ' ' || c == 0x7f)
+      line += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
     else
-      line += c == '\n' ? "\\n" : c == '\t' ? "\\t" : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+      line += c;
   return line;
 }
 

@@ -110,6 +110,19 @@ void add_grading(const RveScene& scene, const dem::State& s, std::vector<double>
                          z.disc, z.rod, z.blade, z.elongation, z.flatness});
 }
 
+void add_split_statistics(const dem::SplitStatistics& p, std::vector<double>& row) {
+  row.insert(row.end(), {static_cast<double>(p.contacts), static_cast<double>(p.contacts_kept), p.force, p.force_kept,
+                         static_cast<double>(p.instants), p.pressure_jump});
+}
+
+/// Compression along the test's axis: of the cell, or of the gap between the platens.
+double axial_strain(const RveScene& scene, const dem::State& s, const dem::Mat3& displacement_gradient) {
+  const int axis = scene.test.axis;
+  if (scene.test.kind != "platens") return -displacement_gradient(axis, axis);
+  const auto gap = [axis](const std::vector<dem::Wall>& w) { return (w[1].point - w[0].point)[axis]; };
+  return 1 - gap(s.boundary.walls) / gap(scene.state.boundary.walls);
+}
+
 }  // namespace
 
 std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const dem::Measurement& m,
@@ -119,14 +132,9 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
   const dem::Vec6 strain = dem::to_voigt(gradient), stress = dem::to_voigt(m.stress);
   for (int k = 0; k < 6; ++k) row.push_back(strain[k]);
   for (int k = 0; k < 6; ++k) row.push_back(stress[k]);
-  double axial_strain = -gradient(scene.test.axis, scene.test.axis);
-  const auto& walls = s.boundary.walls;
-  if (scene.test.kind == "platens")
-    axial_strain = 1 - (walls[1].point - walls[0].point)[scene.test.axis] /
-                           (scene.state.boundary.walls[1].point - scene.state.boundary.walls[0].point)[scene.test.axis];
   const double stored = m.kinetic + m.elastic, pressure = dem::mean_pressure(m.stress);
   const dem::Ledger& l = s.ledger;
-  row.insert(row.end(), {axial_strain,
+  row.insert(row.end(), {axial_strain(scene, s, gradient),
                          axial_stress(scene, s, m),
                          pressure,
                          m.void_ratio,
@@ -154,15 +162,11 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
   for (int k = 0; k < 6; ++k) row.push_back(fabric[k]);
   if (scene.model.reshapes()) row.push_back(l.reshape);
   if (scene.output.grading) add_grading(scene, s, row);
-  if (scene.model.split_statistics) {
-    const auto& p = l.splits;
-    row.insert(row.end(), {static_cast<double>(p.contacts), static_cast<double>(p.contacts_kept), p.force, p.force_kept,
-                           static_cast<double>(p.instants), p.pressure_jump});
-  }
+  if (scene.model.split_statistics) add_split_statistics(l.splits, row);
   if (box_of_walls(s)) {
     for (int k = 0; k < 3; ++k) row.push_back(m.wall_stress(k, k));
   } else {
-    for (std::size_t w = 0; w < walls.size(); ++w) {
+    for (std::size_t w = 0; w < s.boundary.walls.size(); ++w) {
       const dem::Vec3 f = wall_force(s, w);
       row.insert(row.end(), {f.x(), f.y(), f.z()});
     }

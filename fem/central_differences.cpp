@@ -2,6 +2,7 @@
 #include "fem/central_differences.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace grus::fem {
 
@@ -45,6 +46,23 @@ bool CentralDifferences::respond(double dt, bool want_tangent, const std::functi
   return true;
 }
 
+namespace {
+
+using Sums = std::array<double, 6>;  // external, kinetic, work of the internal forces, viscous, internal, damped
+
+void book(const Sums& sums, MPI_Comm comm, MacroEnergy& total) {
+  Sums all;
+  MPI_Allreduce(sums.data(), all.data(), 6, MPI_DOUBLE, MPI_SUM, comm);
+  total.external += all[0];
+  total.kinetic = all[1];
+  total.work += all[2];
+  total.viscous += all[3];
+  total.internal = all[4];
+  total.damped += all[5];
+}
+
+}  // namespace
+
 void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
   const double mean_dt = s.last_dt == 0 ? 0.5 * s.dt : 0.5 * (s.last_dt + s.dt);
   const auto in = p.internal->array(), ex = p.external->array();
@@ -55,8 +73,7 @@ void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
   };
   // All is told of the instant of the positions: work by the forces at the ends of the last step, velocities between
   // its two.
-  double sums[6] = {0, 0, 0, 0, 0, 0},
-         all[6];  // external, kinetic, work of the internal forces, viscous, internal, damped
+  Sums sums{};
   const double part = mean_dt > 0 ? 0.5 * s.last_dt / mean_dt : 0;
   if (s.first)
     for (const auto& c : p.prescribed)
@@ -78,8 +95,11 @@ void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
     const auto departure = [&](std::size_t i) { return s.drift > 0 ? v[i] - s.drift * p.drift[i] : v[i]; };
     if (s.damping > 0) {
       double force2 = 0, speed2 = 0;
-      for (std::size_t i = begin; i < end; ++i)
-        if (!fixed[i]) force2 += (ex[i] - in[i]) * (ex[i] - in[i]), speed2 += departure(i) * departure(i);
+      for (std::size_t i = begin; i < end; ++i) {
+        if (fixed[i]) continue;
+        force2 += (ex[i] - in[i]) * (ex[i] - in[i]);
+        speed2 += departure(i) * departure(i);
+      }
       if (speed2 > 0)
         drag = std::min(s.damping * std::sqrt(force2 / speed2), mass[n] / mean_dt);  // no more than ends the departure
     }
@@ -102,13 +122,7 @@ void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
   sums[3] = viscous;
   sums[4] = material.energy(volumes);
   viscous = 0;
-  MPI_Allreduce(sums, all, 6, MPI_DOUBLE, MPI_SUM, p.comm);
-  total.external += all[0];
-  total.kinetic = all[1];
-  total.work += all[2];
-  total.viscous += all[3];
-  total.internal = all[4];
-  total.damped += all[5];
+  book(sums, p.comm, total);
 }
 
 void CentralDifferences::keep() {

@@ -37,18 +37,14 @@ using Element = basix::FiniteElement;
 
 inline dolfinx::mesh::CellType mesh_cell(CellKind k) {
   using dolfinx::mesh::CellType;
-  return k == CellKind::triangle        ? CellType::triangle
-         : k == CellKind::quadrilateral ? CellType::quadrilateral
-         : k == CellKind::tetrahedron   ? CellType::tetrahedron
-                                        : CellType::hexahedron;
+  constexpr std::array cells{CellType::triangle, CellType::quadrilateral, CellType::tetrahedron, CellType::hexahedron};
+  return cells[static_cast<std::size_t>(k)];
 }
 
 inline basix::cell::type basix_cell(CellKind k) {
   using basix::cell::type;
-  return k == CellKind::triangle        ? type::triangle
-         : k == CellKind::quadrilateral ? type::quadrilateral
-         : k == CellKind::tetrahedron   ? type::tetrahedron
-                                        : type::hexahedron;
+  constexpr std::array cells{type::triangle, type::quadrilateral, type::tetrahedron, type::hexahedron};
+  return cells[static_cast<std::size_t>(k)];
 }
 
 inline std::shared_ptr<Mesh> make_box(MPI_Comm comm, const std::array<double, 3>& size,

@@ -84,6 +84,30 @@ double stable_step(Problem& problem, const std::vector<double>& density) {
   return all > 0 ? 2 / std::sqrt(all) : INFINITY;
 }
 
+namespace {
+
+/// Forces of the start. False: the material has no answer.
+bool begin(Integrator& run, Problem::Impl& p, const DynamicsReport& start) {
+  if (start.steps > 0) {
+    run.run.go_on(start.dt);
+    run.run.viscous = start.dissipated;
+    return true;
+  }
+  if (!run.respond(0, true)) return false;
+  p.commit();
+  p.last_internal.assign(p.internal->array().begin(), p.internal->array().end());
+  return true;
+}
+
+double allowed_error(const DynamicsOptions& o, std::uint64_t steps) {
+  // The first steps start from rest, and a pulse that sets in smoothly is not resolved by its first few: what nothing
+  // drives tells itself by then.
+  if (steps > 100) return o.max_energy_error;
+  return std::max(o.max_energy_error, steps > 10 ? 0.5 : INFINITY);
+}
+
+}  // namespace
+
 DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::vector<double>& density,
                               const DynamicsOptions& o, const std::function<bool(const DynamicsReport&)>& observer,
                               const DynamicsReport& start) {
@@ -97,20 +121,13 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
   };
   Integrator run(p, material, density, o);
   if (p.velocity.empty()) allocate_dynamics(problem);
-  if (start.steps == 0) {
-    if (!run.respond(0, true)) return failed("the initial state: " + run.run.reason);
-    p.commit();
-  } else {
-    run.run.go_on(start.dt);
-    run.run.viscous = start.dissipated;
-  }
+  if (!begin(run, p, start)) return failed("the initial state: " + run.run.reason);
   const double xi = o.linear_viscosity, slower = std::sqrt(1 + xi * xi) - xi;
   auto next_report = [&] {
     return o.output_interval > 0 ? o.output_interval * (std::floor(now.time / o.output_interval * (1 + 1e-12)) + 1)
                                  : o.duration;
   };
   double due = next_report();
-  if (start.steps == 0) p.last_internal.assign(p.internal->array().begin(), p.internal->array().end());
   MacroEnergy total = start.energy;
   double last_dt = start.dt, stable = start.steps > 0 ? start.dt : 0;
   std::uint64_t estimate = (start.steps + static_cast<std::uint64_t>(o.estimate_every) - 1) /
@@ -138,11 +155,7 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
     ++now.steps;
     now.energy = total;
     now.dissipated = run.run.viscous;
-    // The first steps start from rest, and a pulse that sets in smoothly is not resolved by its first few: what nothing
-    // drives tells itself by then.
-    const double early = now.steps > 10 ? 0.5 : INFINITY,
-                 allowed = now.steps > 100 ? o.max_energy_error : std::max(o.max_energy_error, early);
-    if (!std::isfinite(total.kinetic) || std::abs(total.error()) > allowed)
+    if (!std::isfinite(total.kinetic) || std::abs(total.error()) > allowed_error(o, now.steps))
       return failed("energy error " + std::to_string(total.error()) + " at step " + std::to_string(now.steps) +
                     ": the run has become unstable");
     const bool row = now.time >= due * (1 - 1e-12) || now.time >= o.duration * (1 - 1e-12);

@@ -157,6 +157,46 @@ double crossing_steps(Problem& problem, const ExplicitStaticsOptions& o) {
   return std::max(1.0, longest / size * p.discretisation.order) * std::sqrt(1 + o.damping) / o.safety;
 }
 
+namespace {
+
+/// Forces of the start, and its masses. False: the materials have no answer.
+bool begin(Relaxation& relax, Problem::Impl& p, bool resumed) {
+  if (resumed) {
+    relax.weigh();
+    relax.run.go_on(1);
+    return true;
+  }
+  if (!relax.run.respond(0, true)) return false;
+  p.commit();
+  relax.scale_masses();
+  p.last_internal.assign(p.internal->array().begin(), p.internal->array().end());
+  return true;
+}
+
+/// The unbalanced force's mean, note of its largest, and how hastily the cells are driven, for the governor.
+double watch_balance(Relaxation& relax, const Material& material, ExplicitStaticsReport& now) {
+  const auto [mean, largest] = relax.unbalanced();
+  now.sums[0] += mean;
+  now.sums[1] = std::max(now.sums[1], largest);
+  now.sums[2] += material.inertial_number();
+  ++now.counted;
+  return mean;
+}
+
+/// One step, in which the load factor goes on to `next`.
+void go_to(double next, double memory, const ExplicitStaticsOptions& o, CentralDifferences& run,
+           ExplicitStaticsReport& now) {
+  // Quasi-static motion goes with the load's rate: what departs from that is damped. Damped as a whole, it would be
+  // held by every unbalanced force, and the loads would work against the damping.
+  const double rate = next - now.load_factor;
+  run.step({1, now.steps > 0 ? 1.0 : 0.0, now.load_factor, next, o.damping, now.steps == 0,
+            now.mean_rate > 0 ? std::min(1.0, rate / now.mean_rate) : 0.0, rate > 0 ? memory : 0.0},
+           now.energy);
+  if (rate > 0) now.mean_rate += (rate - now.mean_rate) / memory;
+}
+
+}  // namespace
+
 ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& material, const ExplicitStaticsOptions& o,
                                              const std::function<bool(const ExplicitStaticsReport&)>& observer,
                                              const ExplicitStaticsReport& start) {
@@ -175,16 +215,8 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
   const Easing easing(p.boundaries, 2 * crossing);
   const double memory = remembered * crossing;
   const auto settling = static_cast<std::uint64_t>(100 * crossing), rest = static_cast<std::uint64_t>(2 * crossing);
-  if (start.steps == 0) {
-    if (!run.respond(0, true)) return failed("the initial state: " + run.reason);
-    p.commit();
-    relax.scale_masses();
-    p.last_internal.assign(p.internal->array().begin(), p.internal->array().end());
-    now.rate = first_rate * cap;
-  } else {
-    relax.weigh();
-    run.go_on(1);
-  }
+  if (!begin(relax, p, start.steps > 0)) return failed("the initial state: " + run.reason);
+  if (start.steps == 0) now.rate = first_rate * cap;
   const auto next_report = [&] {
     return o.output_interval * (std::floor(now.load_factor / o.output_interval * (1 + 1e-12)) + 1);
   };
@@ -192,25 +224,14 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
   const auto every = static_cast<std::uint64_t>(o.estimate_every);
   while (now.load_factor < 1 || now.rested < rest) {
     p.assemble_external(now.load_factor);
-    const auto [mean, largest] = relax.unbalanced();
-    const double haste = material.inertial_number();
-    now.sums[0] += mean;
-    now.sums[1] = std::max(now.sums[1], largest);
-    now.sums[2] += haste;
-    ++now.counted;
+    const double mean = watch_balance(relax, material, now);
     // The load waits until what it starts with is in balance.
     const bool settled = now.load_factor > 0 || mean <= o.balance;
     if (!settled && ++now.settling > settling) return failed(out_of_balance(now, mean));
     double next = now.load_factor;
     if (settled) next = std::min(easing.next(now.load_factor), next + now.rate * easing(next, now.rate));
     if (1 - next < 1e-12) next = 1;
-    // Quasi-static motion goes with the load's rate: what departs from that is damped. Damped as a whole, it would be
-    // held by every unbalanced force, and the loads would work against the damping.
-    const double rate = next - now.load_factor;
-    run.step({1, now.steps > 0 ? 1.0 : 0.0, now.load_factor, next, o.damping, now.steps == 0,
-              now.mean_rate > 0 ? std::min(1.0, rate / now.mean_rate) : 0.0, rate > 0 ? memory : 0.0},
-             now.energy);
-    if (rate > 0) now.mean_rate += (rate - now.mean_rate) / memory;
+    go_to(next, memory, o, run, now);
     const bool estimate = (now.steps + 1) % every == 0;
     if (!run.respond(0, estimate)) {
       p.back_to_committed();

@@ -118,10 +118,9 @@ struct Problem::Impl::Side {
 
 Problem::Impl::Side Problem::Impl::side_of_cell(std::size_t number) const {
   const ReferenceCell& ref = reference_cell(kind);
-  const auto rule = compat::quadrature(dim == 2                       ? basix::cell::type::interval
-                                       : kind == CellKind::hexahedron ? basix::cell::type::quadrilateral
-                                                                      : basix::cell::type::triangle,
-                                       2 * discretisation.order + 1);
+  auto facet = basix::cell::type::interval;
+  if (dim == 3) facet = bricks(kind) ? basix::cell::type::quadrilateral : basix::cell::type::triangle;
+  const auto rule = compat::quadrature(facet, 2 * discretisation.order + 1);
   auto corner = [&](std::size_t v) {
     return Eigen::Map<const Eigen::Vector3d>(ref.corners[static_cast<std::size_t>(ref.facets[number][v])].data());
   };

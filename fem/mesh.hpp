@@ -17,7 +17,7 @@ enum class CellKind { triangle, quadrilateral, tetrahedron, hexahedron };
 
 inline int dimension(CellKind k) { return k == CellKind::triangle || k == CellKind::quadrilateral ? 2 : 3; }
 inline bool bricks(CellKind k) { return k == CellKind::quadrilateral || k == CellKind::hexahedron; }
-inline int corners(CellKind k) { return k == CellKind::triangle ? 3 : k == CellKind::hexahedron ? 8 : 4; }
+inline int corners(CellKind k) { return bricks(k) ? 1 << dimension(k) : dimension(k) + 1; }
 
 /// A box from the origin; in two dimensions a rectangle, and the third entries are not read.
 struct BoxMesh {

@@ -225,10 +225,7 @@ private:
       }
       m.cell_tags.push_back(e.tag);
     }
-    m.kind = kind->code == 2   ? CellKind::triangle
-             : kind->code == 3 ? CellKind::quadrilateral
-             : kind->code == 4 ? CellKind::tetrahedron
-                               : CellKind::hexahedron;
+    m.kind = static_cast<CellKind>(kind->code - 2);  // 2 to 5: in the order of CellKind
     std::vector<Point> corner;
     for (const auto& e : elements_) {
       if (e.type->dimension != top) continue;

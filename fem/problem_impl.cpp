@@ -25,8 +25,10 @@ Problem::Impl::Impl(MPI_Comm c, const BoxMesh& box, const Discretisation& d, std
                     std::function<Point(const Point&)> force)
     : comm(c), discretisation(d), boundaries(std::move(bcs)), body_force(std::move(force)) {
   const bool flat = d.kinematics != Kinematics::solid;
-  kind = flat ? (box.hexahedron ? CellKind::quadrilateral : CellKind::triangle)
-              : (box.hexahedron ? CellKind::hexahedron : CellKind::tetrahedron);
+  if (flat)
+    kind = box.hexahedron ? CellKind::quadrilateral : CellKind::triangle;
+  else
+    kind = box.hexahedron ? CellKind::hexahedron : CellKind::tetrahedron;
   mesh = compat::make_box(comm, box.size, box.cells, kind);
   if (box.map) {
     auto x = mesh->geometry().x();
@@ -137,7 +139,8 @@ void Problem::Impl::local(std::int32_t cell, int q, const Tables& t, double shar
   const Matrix3 inverse = j.inverse();
   const bool turned = discretisation.kinematics == Kinematics::axisymmetric;
   out.jacobian = j;
-  out.depth = turned ? 2 * M_PI * out.at[0] : dim == 2 ? discretisation.thickness : 1;
+  out.depth = dim == 2 ? discretisation.thickness : 1;
+  if (turned) out.depth = 2 * M_PI * out.at[0];
   out.dv = share * out.depth * std::abs(j.determinant());  // cells may be left-handed
   out.gradient.resize(nodes, 3);
   out.value.resize(nodes);

@@ -204,12 +204,51 @@ struct Newton {
     return true;
   }
 
+  void go_on(const StaticsStart& start) {
+    sweeps = start.law_sweeps;
+    largest_force = start.largest_force;
+    stiffest = start.stiffest;
+    last_size = start.last_size;
+  }
+
+  /// What another run needs to go on from here.
+  void tell(IncrementReport& report) const {
+    report.law_sweeps = sweeps;
+    report.largest_force = largest_force;
+    report.stiffest = stiffest;
+    report.last_size = last_size;
+  }
+
   /// The last increment's displacements, for a load increment of this size: nearer to what yields than any tangent.
   std::vector<double> as_before(double size) const {
     std::vector<double> dx(fixed.size());
     for (std::size_t i = 0; i < dx.size(); ++i)
       dx[i] = (p.committed_u->array()[i] - p.previous_u[i]) * (size / last_size);
     return dx;
+  }
+
+  void accept(double size, IncrementReport& report) {
+    report.work = p.work_since_commit(o.work_of);
+    p.previous_u.assign(p.committed_u->array().begin(), p.committed_u->array().end());
+    last_size = size;
+    commit();
+  }
+
+  /// Moves by `part` of a correction, halved up to three times until the residual is `enough`. False: no answer.
+  bool search(const std::vector<double>& dx, double to, double sofar, double enough, std::vector<double>& r,
+              double& part, double& next) {
+    // A correction larger than all that was moved so far is no correction: grains would be driven through strains
+    // that nobody asked for. It is cut to that size.
+    const double size = largest(dx);
+    part = sofar > 0 && size > sofar ? sofar / size : 1;
+    move(dx, part);
+    for (int cut = 0;; ++cut) {
+      if (!evaluate(to)) return false;
+      next = residual(r);
+      if (next <= enough || cut == 3) return true;
+      move(dx, -0.5 * part);
+      part *= 0.5;
+    }
   }
 
   /// One increment of the load factor from the committed state; false: nothing was committed.
@@ -248,24 +287,11 @@ struct Newton {
         report.residual = now;
         report.correction = correction;
         report.noise = noise;
-        report.work = p.work_since_commit(o.work_of);
-        p.previous_u.assign(p.committed_u->array().begin(), p.committed_u->array().end());
-        last_size = to - from;
-        commit();
+        accept(to - from, report);
         return true;
       }
-      // A correction larger than all that was moved so far is no correction: grains would be driven through strains
-      // that nobody asked for. It is cut to that size.
-      const double sofar = largest(total), size = largest(dx);
-      double part = sofar > 0 && size > sofar ? sofar / size : 1, next = now;
-      move(dx, part);
-      for (int cut = 0;; ++cut) {
-        if (!evaluate(to)) return false;
-        next = residual(r);
-        if (next <= std::max(1.1 * now, floor) || cut == 3) break;
-        move(dx, -0.5 * part);
-        part *= 0.5;
-      }
+      double part = 1, next = now;
+      if (!search(dx, to, largest(total), std::max(1.1 * now, floor), r, part, next)) return false;
       acceleration.moved(dx, part);
       if (next > 1.1 * now && next > floor) acceleration.forget();
       for (std::size_t i = 0; i < total.size(); ++i) total[i] += part * dx[i];
@@ -291,15 +317,12 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
                             const std::function<bool(const IncrementReport&)>& observer, const StaticsStart& start) {
   Problem::Impl& p = problem.impl();
   Newton newton(p, material, o);
+  newton.go_on(start);
   StaticsResult result;
   const double asked = 1.0 / o.increments;
   double size = start.next_size > 0 ? start.next_size : asked;
   int cutbacks = 0, number = start.increments;
   result.load_factor = start.load_factor;
-  newton.sweeps = start.law_sweeps;
-  newton.largest_force = start.largest_force;
-  newton.stiffest = start.stiffest;
-  newton.last_size = start.last_size;
   if (p.previous_u.empty()) allocate_statics(problem);
   if (number == 0) {  // stress and tangent of the start: an empty increment
     if (!newton.evaluate(0)) {
@@ -338,10 +361,7 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
     result.load_factor = next;
     result.law_sweeps = newton.sweeps;
     report.next_size = size = std::min(asked, cutbacks > 0 ? size : size * o.grow);
-    report.law_sweeps = newton.sweeps;
-    report.largest_force = newton.largest_force;
-    report.stiffest = newton.stiffest;
-    report.last_size = newton.last_size;
+    newton.tell(report);
     cutbacks = 0;
     cut_reason.clear();
     if (!observer(report)) {

@@ -45,7 +45,8 @@ void read_rve(Table t, BvpScene& scene) {
     a->finish();
   }
   using dem::Pace;
-  scene.rve.pace = scene.dynamics ? Pace::real_time : scene.explicit_statics ? Pace::steady : Pace::relaxed;
+  if (scene.dynamics) scene.rve.pace = Pace::real_time;
+  if (scene.explicit_statics) scene.rve.pace = Pace::steady;
   if (t.has("damping")) scene.damping = t.number("damping", dimension::none, {0, 1, false, true});
   if (t.choice_or("on_failure", "stop", {"stop", "elastic"}) == "elastic") {
     if (!scene.explicit_statics) t.fail("on_failure", "\"elastic\" needs solve.kind = \"explicit-quasi-static\"");
@@ -149,10 +150,9 @@ void read_output(Table o, BvpScene& scene) {
     double& interval = scene.explicit_statics->output_interval;
     interval = o.number_or("history_interval", interval, dimension::none, {1e-6, 1});
   }
-  const double rows = scene.explicit_statics ? std::ceil(1 / scene.explicit_statics->output_interval * (1 - 1e-9))
-                      : scene.dynamics
-                          ? std::ceil(scene.dynamics->duration / scene.dynamics->output_interval * (1 - 1e-9))
-                          : scene.solve.increments;
+  double rows = scene.solve.increments;
+  if (scene.explicit_statics) rows = std::ceil(1 / scene.explicit_statics->output_interval * (1 - 1e-9));
+  if (scene.dynamics) rows = std::ceil(scene.dynamics->duration / scene.dynamics->output_interval * (1 - 1e-9));
   if (scene.frames > rows)
     scene.notes.push_back(fmt::format(
         "output.frames = {}, but one is written with a row of history.csv at most, of which there are {:.0f}{}",
@@ -241,9 +241,8 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
   if (auto e = t.table_if("element")) {
     using Element = fem::ElementKind;
     const std::string kind = e->choice_or("kind", "standard", {"standard", "fbar", "serendipity"});
-    scene.discretisation.element = kind == "fbar"          ? Element::fbar
-                                   : kind == "serendipity" ? Element::serendipity
-                                                           : Element::standard;
+    if (kind == "fbar") scene.discretisation.element = Element::fbar;
+    if (kind == "serendipity") scene.discretisation.element = Element::serendipity;
     const int usual = kind == "serendipity" ? 2 : 1;
     scene.discretisation.order = static_cast<int>(e->integer_or("order", usual, 1, 2));
     if (kind != "standard" && scene.discretisation.order != usual)

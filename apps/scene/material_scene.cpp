@@ -58,9 +58,8 @@ dem::FractureModel read_fracture(Table t) {
   }
   const std::string plane =
       t.choice_or("break_plane", "criterion", {"criterion", "average-stress", "critical-contacts"});
-  f.plane = plane == "criterion"        ? dem::BreakPlane::criterion
-            : plane == "average-stress" ? dem::BreakPlane::average_stress
-                                        : dem::BreakPlane::critical_contacts;
+  if (plane == "average-stress") f.plane = dem::BreakPlane::average_stress;
+  if (plane == "critical-contacts") f.plane = dem::BreakPlane::critical_contacts;
   f.splitter = read_halves(t);
   if (auto g = t.table_if("fines")) {
     f.fines.dimension = g->number_or("dimension", f.fines.dimension, dimension::none, {0, 3, false, true});

@@ -90,9 +90,8 @@ std::function<bool(const fem::Point&)> read_where(Table& t, const BvpScene& scen
 
 void read_mesh(Table t, BvpScene& scene) {
   const std::string kind = t.choice_or("dimension", "3d", {"3d", "plane-strain", "axisymmetric"});
-  scene.discretisation.kinematics = kind == "3d"             ? Kinematics::solid
-                                    : kind == "plane-strain" ? Kinematics::plane_strain
-                                                             : Kinematics::axisymmetric;
+  if (kind == "plane-strain") scene.discretisation.kinematics = Kinematics::plane_strain;
+  if (kind == "axisymmetric") scene.discretisation.kinematics = Kinematics::axisymmetric;
   if (t.has("box") == t.has("file")) t.fail("", "needs either box or file");
   if (kind == "plane-strain") scene.discretisation.thickness = t.number_or("thickness", 1, dimension::length, positive);
   if (t.has("file"))
@@ -193,9 +192,12 @@ std::function<bool(const fem::Point&)> parse_where(const std::string& text, cons
       throw std::invalid_argument(fmt::format("'{}' is not a condition such as z=max, x<0.01 or y>\"5 mm\"", part));
     Plane plane{static_cast<std::size_t>(axis[0] - 'x'), part[relation], 0, 0};
     const std::string value = trimmed(part.substr(relation + 1));
-    plane.at = value == "min"   ? low[plane.axis]
-               : value == "max" ? high[plane.axis]
-                                : parse_quantity(value, dimension::length);
+    if (value == "min")
+      plane.at = low[plane.axis];
+    else if (value == "max")
+      plane.at = high[plane.axis];
+    else
+      plane.at = parse_quantity(value, dimension::length);
     plane.tolerance = 1e-8 * (high[0] - low[0] + high[1] - low[1] + high[2] - low[2]);
     planes.push_back(plane);
     if (joint == std::string::npos) break;
@@ -204,8 +206,8 @@ std::function<bool(const fem::Point&)> parse_where(const std::string& text, cons
   return [planes](const fem::Point& x) {
     for (const auto& p : planes) {
       const double d = x[p.axis] - p.at;
-      if (p.relation == '=' ? std::abs(d) > p.tolerance : p.relation == '<' ? d > p.tolerance : d < -p.tolerance)
-        return false;
+      if (p.relation != '>' && d > p.tolerance) return false;
+      if (p.relation != '<' && d < -p.tolerance) return false;
     }
     return true;
   };

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <map>
 
 #include "apps/scene/sample_scene.hpp"
 
@@ -14,72 +15,95 @@ namespace {
 const std::vector<std::string> kinds{
     "uniaxial-strain", "oedometric-stress", "isotropic-stress", "triaxial", "velocity-gradient", "platens", "free"};
 
+void needs_box(const Table& t, const RveScene& scene) {
+  const dem::Boundary& boundary = scene.state.boundary;
+  if (boundary.cell.periodic() || (!boundary.walls.empty() && !boundary.walls[0].name.empty())) return;
+  t.fail("kind", fmt::format("\"{}\" needs boundary.kind = \"walls\" or \"periodic\"", scene.test.kind));
+}
+
+void read_axis(Table& t, TestProgram& test) { test.axis = t.choice_or("axis", "z", {"x", "y", "z"})[0] - 'x'; }
+
+dem::AxisControl& loaded_axis(TestProgram& test) { return test.loading.axes[static_cast<std::size_t>(test.axis)]; }
+
+void read_uniaxial_strain(Table& t, TestProgram& test) {
+  read_axis(t, test);
+  test.strain_rate = t.number("strain_rate", dimension::rate, any);
+  if (test.strain_rate == 0) t.fail("strain_rate", "must not be 0");
+  const double strain = t.number("final_strain", dimension::none, {0, 0.95, true, true});
+  test.duration = strain / std::abs(test.strain_rate);
+  loaded_axis(test).strain_rate = -test.strain_rate;
+}
+
+void read_oedometric_stress(Table& t, TestProgram& test) {
+  read_axis(t, test);
+  test.strain_rate = t.number("strain_rate", dimension::rate, positive);
+  test.final_stress = t.number("final_stress", dimension::pressure, positive);
+  test.duration = t.number_or("max_strain", 0.6, dimension::none, {0, 0.95, true, true}) / test.strain_rate;
+  loaded_axis(test).strain_rate = -test.strain_rate;
+}
+
+void read_isotropic_stress(Table& t, TestProgram& test) {
+  test.strain_rate = t.number("strain_rate", dimension::rate, positive);
+  const double pressure = t.number("pressure", dimension::pressure, positive);
+  test.duration = t.number("duration", dimension::time, positive);
+  for (auto& axis : test.loading.axes) axis = {0, -pressure, test.strain_rate};
+}
+
+void read_triaxial(Table& t, TestProgram& test) {
+  read_axis(t, test);
+  test.strain_rate = t.number("strain_rate", dimension::rate, positive);
+  const double pressure = t.number("confining_pressure", dimension::pressure, positive);
+  test.duration = t.number("final_strain", dimension::none, {0, 0.95, true, true}) / test.strain_rate;
+  for (auto& axis : test.loading.axes) axis = {0, -pressure, 2 * test.strain_rate};
+  loaded_axis(test) = {.strain_rate = -test.strain_rate, .stress = {}};
+}
+
+void read_velocity_gradient(Table& t, RveScene& scene) {
+  if (!scene.state.boundary.cell.periodic()) t.fail("kind", "\"velocity-gradient\" needs boundary.kind = \"periodic\"");
+  const auto m = t.matrix("velocity_gradient", dimension::rate);
+  dem::Mat3 gradient;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) gradient(i, j) = m[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
+  scene.test.duration = t.number("duration", dimension::time, positive);
+  scene.test.strain_rate = gradient.norm();
+  scene.test.loading.velocity_gradient = gradient;
+}
+
+void read_platens(Table& t, RveScene& scene) {
+  TestProgram& test = scene.test;
+  auto& walls = scene.state.boundary.walls;
+  if (scene.state.boundary.cell.periodic() || !walls.empty())
+    t.fail("kind", "\"platens\" makes its own two walls; leave out [boundary] and [[wall]]");
+  read_axis(t, test);
+  const double friction = t.number_or("friction", NAN, dimension::none, not_negative);
+  dem::Team alone(1);
+  make_sample(scene, alone, {});  // the platens touch it
+  add_platens(t, scene, test.axis, 0, friction);
+  const double height = walls[1].point[test.axis] - walls[0].point[test.axis];
+  const bool by_speed = t.has("speed");
+  if (by_speed == t.has("strain_rate")) t.fail("", "needs either speed or strain_rate");
+  const double speed = by_speed ? t.number("speed", dimension::speed, positive)
+                                : height * t.number("strain_rate", dimension::rate, positive);
+  walls[1].velocity[test.axis] = -speed;
+  test.strain_rate = speed / height;
+  test.duration = t.number("final_strain", dimension::none, {0, 0.95, true, true}) / test.strain_rate;
+}
+
 void read_loading(Table t, RveScene& scene) {
   TestProgram& test = scene.test;
-  const dem::Boundary& boundary = scene.state.boundary;
-  const bool periodic = boundary.cell.periodic(), box = !boundary.walls.empty() && !boundary.walls[0].name.empty();
   test.kind = t.choice("kind", kinds);
-  auto needs_box = [&] {
+  const std::map<std::string, void (*)(Table&, TestProgram&)> of_a_box{{"uniaxial-strain", read_uniaxial_strain},
+                                                                       {"oedometric-stress", read_oedometric_stress},
+                                                                       {"isotropic-stress", read_isotropic_stress},
+                                                                       {"triaxial", read_triaxial}};
+  if (const auto read = of_a_box.find(test.kind); read != of_a_box.end()) {
+    needs_box(t, scene);
     test.loading.driven = true;
-    if (!periodic && !box)
-      t.fail("kind", fmt::format("\"{}\" needs boundary.kind = \"walls\" or \"periodic\"", test.kind));
-  };
-  auto read_axis = [&] {
-    const std::string axis = t.choice_or("axis", "z", {"x", "y", "z"});
-    test.axis = axis == "x" ? 0 : axis == "y" ? 1 : 2;
-  };
-  if (test.kind == "uniaxial-strain") {
-    needs_box(), read_axis();
-    test.strain_rate = t.number("strain_rate", dimension::rate, any);
-    if (test.strain_rate == 0) t.fail("strain_rate", "must not be 0");
-    const double strain = t.number("final_strain", dimension::none, {0, 0.95, true, true});
-    test.duration = strain / std::abs(test.strain_rate);
-    test.loading.axes[static_cast<std::size_t>(test.axis)].strain_rate = -test.strain_rate;
-  } else if (test.kind == "oedometric-stress") {
-    needs_box(), read_axis();
-    test.strain_rate = t.number("strain_rate", dimension::rate, positive);
-    test.final_stress = t.number("final_stress", dimension::pressure, positive);
-    test.duration = t.number_or("max_strain", 0.6, dimension::none, {0, 0.95, true, true}) / test.strain_rate;
-    test.loading.axes[static_cast<std::size_t>(test.axis)].strain_rate = -test.strain_rate;
-  } else if (test.kind == "isotropic-stress") {
-    needs_box();
-    test.strain_rate = t.number("strain_rate", dimension::rate, positive);
-    const double pressure = t.number("pressure", dimension::pressure, positive);
-    test.duration = t.number("duration", dimension::time, positive);
-    for (auto& axis : test.loading.axes) axis = {0, -pressure, test.strain_rate};
-  } else if (test.kind == "triaxial") {
-    needs_box(), read_axis();
-    test.strain_rate = t.number("strain_rate", dimension::rate, positive);
-    const double pressure = t.number("confining_pressure", dimension::pressure, positive);
-    test.duration = t.number("final_strain", dimension::none, {0, 0.95, true, true}) / test.strain_rate;
-    for (auto& axis : test.loading.axes) axis = {0, -pressure, 2 * test.strain_rate};
-    test.loading.axes[static_cast<std::size_t>(test.axis)] = {.strain_rate = -test.strain_rate, .stress = {}};
+    read->second(t, test);
   } else if (test.kind == "velocity-gradient") {
-    if (!periodic) t.fail("kind", "\"velocity-gradient\" needs boundary.kind = \"periodic\"");
-    const auto m = t.matrix("velocity_gradient", dimension::rate);
-    dem::Mat3 gradient;
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) gradient(i, j) = m[static_cast<std::size_t>(i)][static_cast<std::size_t>(j)];
-    test.duration = t.number("duration", dimension::time, positive);
-    test.strain_rate = gradient.norm();
-    test.loading.velocity_gradient = gradient;
+    read_velocity_gradient(t, scene);
   } else if (test.kind == "platens") {
-    if (periodic || !boundary.walls.empty())
-      t.fail("kind", "\"platens\" makes its own two walls; leave out [boundary] and [[wall]]");
-    read_axis();
-    const double friction = t.number_or("friction", NAN, dimension::none, not_negative);
-    dem::Team alone(1);
-    make_sample(scene, alone, {});  // the platens touch it
-    add_platens(t, scene, test.axis, 0, friction);
-    auto& walls = scene.state.boundary.walls;
-    const double height = walls[1].point[test.axis] - walls[0].point[test.axis];
-    const bool by_speed = t.has("speed");
-    if (by_speed == t.has("strain_rate")) t.fail("", "needs either speed or strain_rate");
-    const double speed = by_speed ? t.number("speed", dimension::speed, positive)
-                                  : height * t.number("strain_rate", dimension::rate, positive);
-    walls[1].velocity[test.axis] = -speed;
-    test.strain_rate = speed / height;
-    test.duration = t.number("final_strain", dimension::none, {0, 0.95, true, true}) / test.strain_rate;
+    read_platens(t, scene);
   } else {
     test.duration = t.number("duration", dimension::time, positive);
   }

@@ -80,6 +80,19 @@ void read_wall(Table t, RveScene& scene) {
   t.finish();
 }
 
+void add_box_walls(const Vec3& box, std::uint8_t material, dem::Boundary& boundary) {
+  for (int k = 0; k < 3; ++k)
+    for (int side = 0; side < 2; ++side) {
+      dem::Wall wall;
+      wall.point = wall.normal = Vec3::Zero();
+      wall.normal[k] = side ? -1 : 1;
+      if (side) wall.point[k] = box[k];
+      wall.material = material;
+      wall.name = fmt::format("{}{}", "xyz"[k], side ? "max" : "min");
+      boundary.walls.push_back(wall);
+    }
+}
+
 }  // namespace
 
 void read_sample(Table& t, RveScene& scene) {
@@ -125,18 +138,10 @@ void read_sample(Table& t, RveScene& scene) {
   if (kind == "walls") {
     if (!boundary.walls.empty())
       b->fail("kind", "\"walls\" makes the six walls of the box; use \"open\" with [[wall]]");
-    const auto material =
-        wall_material.empty() ? rigid_material(*b, scene.model, friction) : material_of(*b, scene.model, wall_material);
-    for (int k = 0; k < 3; ++k)
-      for (int side = 0; side < 2; ++side) {
-        dem::Wall wall;
-        wall.point = wall.normal = Vec3::Zero();
-        wall.normal[k] = side ? -1 : 1;
-        if (side) wall.point[k] = box[k];
-        wall.material = material;
-        wall.name = fmt::format("{}{}", "xyz"[k], side ? "max" : "min");
-        boundary.walls.push_back(wall);
-      }
+    add_box_walls(
+        box,
+        wall_material.empty() ? rigid_material(*b, scene.model, friction) : material_of(*b, scene.model, wall_material),
+        boundary);
   }
   if (b) b->finish();
   // Impossible starts are refused, not pushed apart: their energy would be nobody's.

@@ -48,8 +48,8 @@ std::size_t cell_of(const Level& level, const Vec3& s) {
   return cell_index(level, c[0], c[1], c[2]);
 }
 
-/// Puts the grains into the cells of their levels.
-void fill_levels(const Grains& grains, const Box& box, double skin, Candidates& out) {
+/// A level for each doubling of the radius, with cells in which a grain of it touches neighbouring cells at most.
+void choose_levels(const Grains& grains, const Box& box, double skin, Candidates& out) {
   const std::size_t n = grains.size();
   double smallest = INFINITY, largest = 0;
   for (const auto& g : grains.motion) smallest = std::min(smallest, g.radius), largest = std::max(largest, g.radius);
@@ -88,6 +88,12 @@ void fill_levels(const Grains& grains, const Box& box, double skin, Candidates& 
                        0);
     level.member.resize(count[l]);
   }
+}
+
+/// Puts the grains into the cells of their levels.
+void fill_levels(const Grains& grains, const Box& box, double skin, Candidates& out) {
+  choose_levels(grains, box, skin, out);
+  const std::size_t n = grains.size();
   out.folded.resize(n), out.place.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
     Vec3 s = box.inverse * (grains.motion[i].position - box.origin);

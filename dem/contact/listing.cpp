@@ -22,14 +22,14 @@ void begin_tiles(std::size_t grains, NeighbourRoom& room) {
   room.work.clear();
 }
 
-void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team) {
-  NeighbourRoom& room = lister.room;
-  const std::size_t grains = lister.grains.size(), tiles = tile_count(grains), size = tile_size(grains);
+namespace {
+
+/// Turns the tiles' counts into the rows at which their pairs begin, bin by bin, and makes room for all.
+void make_rows(std::size_t tiles, NeighbourRoom& room, Contacts& contacts) {
   // Contacts that leave the list while touching cannot exist: the skin exceeds any gap they could have opened.
   std::size_t total = 0;
-  std::array<std::size_t, bin_count + 1> begins{};
   for (std::size_t bin = 0; bin < bin_count; ++bin) {
-    begins[bin] = total;
+    contacts.begin[bin] = total;
     contacts.tile[bin].resize(tiles + 1), contacts.apart[bin].resize(tiles);
     for (std::size_t t = 0; t < tiles; ++t) {
       contacts.tile[bin][t] = static_cast<Index>(total);
@@ -41,7 +41,7 @@ void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team)
     }
     contacts.tile[bin][tiles] = static_cast<Index>(total);
   }
-  begins[bin_count] = total;
+  contacts.begin[bin_count] = total;
   contacts.pair.resize(total);
   for_each_contact_column(contacts.contact, [&](auto& column) { column.resize(total + overrun); });
   contacts.touch.resize(total + overrun), contacts.active.resize(total + overrun);
@@ -51,6 +51,14 @@ void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team)
     contacts.a[k] = contacts.b[k] = contacts.law[k] = contacts.target[k] = 0;
   }
   contacts.tile_work.resize(tiles + 1);
+}
+
+}  // namespace
+
+void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team) {
+  NeighbourRoom& room = lister.room;
+  const std::size_t grains = lister.grains.size(), tiles = tile_count(grains), size = tile_size(grains);
+  make_rows(tiles, room, contacts);
   const int bits = tile_bits(grains);
   team.pieces(tiles, room.work, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t t = first; t < last; ++t) {
@@ -77,7 +85,6 @@ void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team)
       weigh_tile(lister.grains, t, t * size, std::min(grains, (t + 1) * size), contacts);
     }
   });
-  contacts.begin = begins;
   contacts.tile_work[0] = 0;
   for (std::size_t t = 0; t < tiles; ++t) contacts.tile_work[t + 1] += contacts.tile_work[t];
   contacts.energy.resize(std::max(contacts.energy.size(), tiles));

@@ -28,6 +28,13 @@ struct Rows {
 
 bool same_pair(const Pair& p, const Candidate& c) { return p.b == c.b && p.image == c.image; }
 
+/// A pair that the list lacks may be this far apart by now: what the others went, they may come back, and go on.
+double reach_now(const Cell& cell, const NeighbourReference& reference) {
+  const double loss = affine_loss(cell, reference.cell, 2 * reference.largest + reference.skin);
+  const double squared_strains = cell.periodic() ? 1.1 : 1.0;
+  return squared_strains * (reference.skin + reference.travelled + loss);
+}
+
 }  // namespace
 
 void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, std::size_t materials,
@@ -36,10 +43,7 @@ void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, 
   NeighbourRoom& room = reference.room;
   const std::size_t n = grains.size(), tiles = tile_count(n), size = tile_size(n), before = reference.position.size();
   const Cell& cell = boundary.cell;
-  // A pair that the list lacks may be this far apart by now: what the others went, they may come back, and go on.
-  const double loss = affine_loss(cell, reference.cell, 2 * reference.largest + reference.skin);
-  const double reach =
-      (cell.periodic() ? 1.1 : 1.0) * (reference.skin + reference.travelled + loss);  // 1.1: strains since, squared
+  const double reach = reach_now(cell, reference);
   const bool fits = !cell.periodic() || cell.height() >= 2 * reference.largest + reach;
   if (few.size() * few_of > n || tile_size(before) != size || !fits) {
     build_contacts(grains, boundary, skin, materials, origin, contacts, reference, team, indexed);

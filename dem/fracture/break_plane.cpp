@@ -4,6 +4,11 @@
 #include <algorithm>
 
 namespace grus::dem {
+namespace {
+
+int first_that_is(bool sought, const bool (&of)[3]) { return static_cast<int>(std::find(of, of + 3, sought) - of); }
+
+}  // namespace
 
 std::optional<int> choose_axis(const PolyEllipsoid& s, const AxisPreference& preference) {
   constexpr double bad_ratio = 0.2, longer = 1.2;
@@ -21,12 +26,12 @@ std::optional<int> choose_axis(const PolyEllipsoid& s, const AxisPreference& pre
   }
   if (bads == 3) return std::nullopt;  // case 2
   if (bads == 2) {                     // cases 3 and 4: across the good axis, if the body is long enough along it
-    const int good = !bad[0] ? 0 : !bad[1] ? 1 : 2;
+    const int good = first_that_is(false, bad);
     const double other = std::max(longest[(good + 1) % 3], longest[(good + 2) % 3]);
     if (width[good] > longer * other) return good;
     return std::nullopt;
   }
-  const int one = bad[0] ? 0 : bad[1] ? 1 : 2;  // case 5 (algorithm 1, with its missing else)
+  const int one = first_that_is(true, bad);  // case 5 (algorithm 1, with its missing else)
   const int y = (one + 1) % 3, z = (one + 2) % 3;
   if (width[y] > longer * width[z]) return y;
   if (width[z] > longer * width[y]) return z;

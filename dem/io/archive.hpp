@@ -69,13 +69,9 @@ private:
   std::string_view bytes_;
 };
 
-/// Every field of a state that decides how it goes on. A is Saver with a const state, or Loader.
-template <class A, class S>
-void archive(A& a, S& s) {
-  for_each_column(s.grains, [&](auto& column) { a.column(column); });
-  a.plain(s.grains.next_id);
-  a.plain(s.contacts.begin);
-  auto& c = s.contacts;
+template <class A, class C>
+void archive_contacts(A& a, C& c) {
+  a.plain(c.begin);
   for (auto& starts : c.tile) a.column(starts);
   for (auto& starts : c.apart) a.column(starts);
   for_each_contact_column(c.contact, [&](auto& column) { a.column(column); });
@@ -100,6 +96,29 @@ void archive(A& a, S& s) {
   a.column(c.first);
   a.column(c.entry);
   a.column(c.energy);
+}
+
+template <class A, class L>
+void archive_ledger(A& a, L& l) {
+  for (auto* v :
+       {&l.work, &l.friction, &l.damping, &l.local_damping, &l.fracture, &l.split, &l.split_added, &l.reshape,
+        &l.unexplained, &l.most_friction, &l.most_damping, &l.start, &l.floor, &l.fracture_area, &l.residual_force})
+    a.plain(*v);
+  for (auto* v : {&l.breakages, &l.bonds_broken}) a.plain(*v);
+  a.plain(l.fines.mass);
+  a.plain(l.fines.kinetic);
+  a.plain(l.fines.momentum);
+  a.plain(l.fines.angular_momentum);
+  a.column(l.fines.classes);
+  a.plain(l.splits);
+}
+
+/// Every field of a state that decides how it goes on. A is Saver with a const state, or Loader.
+template <class A, class S>
+void archive(A& a, S& s) {
+  for_each_column(s.grains, [&](auto& column) { a.column(column); });
+  a.plain(s.grains.next_id);
+  archive_contacts(a, s.contacts);
   for_each_kind(s.bonds, [&](auto& column) {
     a.column(column.row);
     if constexpr (!std::is_const_v<S>) column.tiles = {};
@@ -110,17 +129,7 @@ void archive(A& a, S& s) {
   for (auto& w : s.boundary.walls)
     a.plain(w.point), a.plain(w.normal), a.plain(w.velocity), a.plain(w.material), a.text(w.name);
   a.plain(s.boundary.cell);
-  auto& l = s.ledger;
-  for (auto* v :
-       {&l.work, &l.friction, &l.damping, &l.local_damping, &l.fracture, &l.split, &l.split_added, &l.reshape,
-        &l.unexplained, &l.most_friction, &l.most_damping, &l.start, &l.floor, &l.fracture_area, &l.residual_force})
-    a.plain(*v);
-  for (auto* v : {&l.breakages, &l.bonds_broken}) a.plain(*v);
-  a.plain(l.fines.mass);
-  a.plain(l.fines.kinetic);
-  a.plain(l.fines.momentum);
-  a.plain(l.fines.angular_momentum);
-  a.column(l.fines.classes), a.plain(l.splits);
+  archive_ledger(a, s.ledger);
   auto& r = s.reference;
   a.column(r.position);
   a.column(r.orientation);

@@ -25,7 +25,9 @@ int chosen() {
   const int most = widest();
   const char* asked = std::getenv("GRUS_LANES");
   const int want = asked ? std::atoi(asked) : most;
-  return want >= 8 && most >= 8 ? 8 : want >= 4 && most >= 4 ? 4 : 1;
+  for (const int width : {8, 4})
+    if (want >= width && most >= width) return width;
+  return 1;
 }
 
 }  // namespace
@@ -36,7 +38,7 @@ int lanes() {
 }
 
 #if defined(GRUS_WIDE_KERNELS)
-#define GRUS_CHOICE(name) (lanes() == 8 ? lanes8::name : lanes() == 4 ? lanes4::name : lanes1::name)
+#define GRUS_CHOICE(name) of_width(&lanes1::name, &lanes4::name, &lanes8::name)
 #else
 #define GRUS_CHOICE(name) lanes1::name
 #endif

@@ -58,6 +58,13 @@ PairLoop sphere_walls();
 PairLoop polyellipsoid_pairs();
 int lanes();
 
+/// What is compiled for the width that lanes() tells.
+template <class T>
+T of_width(T one, T four, T eight) {
+  if (lanes() == 8) return eight;
+  return lanes() == 4 ? four : one;
+}
+
 #define GRUS_DECLARE_LANES(name)                                                          \
   namespace name {                                                                        \
   PassEnergy sphere_pairs(const ContactRows&, std::size_t begin, std::size_t end);        \

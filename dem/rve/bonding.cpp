@@ -30,6 +30,18 @@ ParentMotion motion_of(const Grains& g, std::size_t i) {
           g.extent[i].equivalent_radius};
 }
 
+/// Points of n springs around the middle of a plane, from the parent's octant origin, m.
+std::vector<Vec3> points_on(const FreshPlane& plane, const ParentMotion& parent, int n) {
+  std::vector<Vec3> at;
+  for (int k = 0; k < n; ++k) {
+    const double angle = 2 * pi * (k + 0.5) / n, c = std::cos(angle), s = std::sin(angle);
+    const Vec3 p = 0.6 * c * (c >= 0 ? plane.u_plus : plane.u_minus) * plane.u +
+                   0.6 * s * (s >= 0 ? plane.v_plus : plane.v_minus) * plane.v;
+    at.emplace_back(parent.axes * p);
+  }
+  return at;
+}
+
 double add_springs(const Model& model, State& state, const ParentMotion& parent, const FreshPlane& plane,
                    std::span<const std::size_t> slots) {
   const Grains& g = state.grains;
@@ -47,13 +59,9 @@ double add_springs(const Model& model, State& state, const ParentMotion& parent,
   Vec6 target;
   target << 0.5 * (fp - fm), 0.5 * (mp - mm) / radius;
   state.ledger.residual_force += 0.5 * (fp + fm).norm();
-  std::vector<Vec3> at(static_cast<std::size_t>(n));
+  const std::vector<Vec3> at = points_on(plane, parent, n);
   Eigen::MatrixXd balance(6, 3 * n);
   for (int k = 0; k < n; ++k) {
-    const double angle = 2 * pi * (k + 0.5) / n, c = std::cos(angle), s = std::sin(angle);
-    const Vec3 p = 0.6 * c * (c >= 0 ? plane.u_plus : plane.u_minus) * plane.u +
-                   0.6 * s * (s >= 0 ? plane.v_plus : plane.v_minus) * plane.v;  // from the parent's octant origin
-    at[static_cast<std::size_t>(k)] = parent.axes * p;
     balance.block<3, 3>(0, 3 * k).setIdentity();
     balance.block<3, 3>(3, 3 * k) = cross_matrix(at[static_cast<std::size_t>(k)]) / radius;
   }

@@ -166,11 +166,13 @@ void choose_time_step(const Model& model, State& state) {
   if (model.numerics.max_time_step > 0) state.dt = std::min(state.dt, model.numerics.max_time_step);
   // At once again while the stiffness grows, often while it changes, seldom while it does not.
   const bool steady = std::abs(state.dt - before) < 0.05 * before, stiffer = !(state.dt >= 0.95 * before);
-  state.estimate_interval = stiffer || before == 0 ? 1
-                            : steady
-                                ? std::min<std::uint64_t>(2 * state.estimate_interval,
-                                                          static_cast<std::uint64_t>(model.numerics.estimate_every))
-                                : 5;
+  if (stiffer || before == 0)
+    state.estimate_interval = 1;
+  else if (!steady)
+    state.estimate_interval = 5;
+  else
+    state.estimate_interval =
+        std::min<std::uint64_t>(2 * state.estimate_interval, static_cast<std::uint64_t>(model.numerics.estimate_every));
   state.next_estimate = state.steps + state.estimate_interval;
 }
 

@@ -86,7 +86,8 @@ Zingg zingg(const Grains& g) {
     const Vec3 w = sorted_widths(g, i);
     const double long_ratio = w[1] / w[0], flat_ratio = w[2] / w[1], m = g.mass[i];
     const bool wide = long_ratio > 2.0 / 3, thick = flat_ratio > 2.0 / 3;
-    (wide ? (thick ? z.equant : z.disc) : (thick ? z.rod : z.blade)) += m;
+    double* const shape[2][2] = {{&z.blade, &z.rod}, {&z.disc, &z.equant}};
+    *shape[wide][thick] += m;
     z.elongation += m * long_ratio;
     z.flatness += m * flat_ratio;
     mass += m;

@@ -4,6 +4,26 @@
 #include <map>
 
 namespace grus::dem {
+namespace {
+
+/// What is rigid and names a friction decides; what is rigid and names none takes the other's; else the lower.
+double friction_of(const Material& a, const Material& b) {
+  const bool rigid_a = std::isinf(a.youngs_modulus), rigid_b = std::isinf(b.youngs_modulus);
+  if (rigid_a && !std::isnan(a.friction)) return a.friction;
+  if (rigid_b && !std::isnan(b.friction)) return b.friction;
+  if (rigid_a) return b.friction;
+  if (rigid_b) return a.friction;
+  return std::min(a.friction, b.friction);
+}
+
+/// The grain's against what is rigid; else the mean.
+double restitution_of_pair(const Material& a, const Material& b) {
+  if (std::isinf(a.youngs_modulus)) return b.restitution;
+  if (std::isinf(b.youngs_modulus)) return a.restitution;
+  return 0.5 * (a.restitution + b.restitution);
+}
+
+}  // namespace
 
 void make_pair_laws(Model& model) {
   const std::size_t n = model.materials.size();
@@ -27,12 +47,8 @@ void make_pair_laws(Model& model) {
       };
       PairLaw& p = model.pairs[i * n + j];
       const bool rigid_a = std::isinf(a.youngs_modulus), rigid_b = std::isinf(b.youngs_modulus);
-      p.friction = rigid_a && !std::isnan(a.friction)   ? a.friction
-                   : rigid_b && !std::isnan(b.friction) ? b.friction
-                   : rigid_a                            ? b.friction
-                   : rigid_b                            ? a.friction
-                                                        : std::min(a.friction, b.friction);
-      p.dashpot = dashpot(rigid_a ? b.restitution : rigid_b ? a.restitution : 0.5 * (a.restitution + b.restitution));
+      p.friction = friction_of(a, b);
+      p.dashpot = dashpot(restitution_of_pair(a, b));
       if (std::holds_alternative<HertzMindlin>(model.law)) {
         const double c = compliance(a) + compliance(b), s = shear_compliance(a) + shear_compliance(b);
         if (c > 0) p.youngs = 1 / c, p.shear_ratio = 4 * c / s;

@@ -28,12 +28,9 @@ double gigaflops(int threads) {
   const long rounds = 20000000 / threads;
   dem::Team team(threads);
 #if defined(GRUS_WIDE_KERNELS)
-  const auto loop = dem::lanes() == 8   ? lanes8::multiply_add_rounds
-                    : dem::lanes() == 4 ? lanes4::multiply_add_rounds
-                                        : lanes1::multiply_add_rounds;
-  const int each = dem::lanes() == 8   ? lanes8::flops_a_round
-                   : dem::lanes() == 4 ? lanes4::flops_a_round
-                                       : lanes1::flops_a_round;
+  const auto loop =
+      dem::of_width(&lanes1::multiply_add_rounds, &lanes4::multiply_add_rounds, &lanes8::multiply_add_rounds);
+  const int each = dem::of_width(lanes1::flops_a_round, lanes4::flops_a_round, lanes8::flops_a_round);
 #else
   const auto loop = lanes1::multiply_add_rounds;
   const int each = lanes1::flops_a_round;
@@ -51,7 +48,7 @@ double update_bandwidth(double bytes) {
   std::vector<double> room(static_cast<std::size_t>(bytes / 8), 1.0);
   const int times = static_cast<int>(2e8 / bytes) + 2;
 #if defined(GRUS_WIDE_KERNELS)
-  const auto loop = dem::lanes() == 8 ? lanes8::update : dem::lanes() == 4 ? lanes4::update : lanes1::update;
+  const auto loop = dem::of_width(&lanes1::update, &lanes4::update, &lanes8::update);
 #else
   const auto loop = lanes1::update;
 #endif

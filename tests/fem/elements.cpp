@@ -120,12 +120,13 @@ TEST_CASE("one element kind after another: nodal forces are the derivative of th
       for (Eigen::Index i = 0; i < size; ++i) v[i] = std::cos(2.0 + 1.3 * static_cast<double>(i));
       const double h = 1e-6;
       double energy[2], power = 0;
-      for (int s : {0, 1, 2}) {  // before, after, between
+      for (const int s : {0, 1, 2}) {  // before, after, between
+        const double way[] = {-h, h, 0};
         fem::Material m = hyperelastic(problem.owned_points(), 3e8, 5e8);
         displace(p, [](const Eigen::Vector3d& x) -> Eigen::Vector3d {
           return {0.1 * x[0] + 0.08 * x[0] * x[1], -0.12 * x[1] * (1 + 0.4 * x[0]), 0.05 * x[2]};
         });
-        Eigen::Map<Eigen::VectorXd>(p.u->mutable_array().data(), size) += (s == 0 ? -h : s == 1 ? h : 0) * v;
+        Eigen::Map<Eigen::VectorXd>(p.u->mutable_array().data(), size) += way[s] * v;
         const Eigen::VectorXd f = forces(p, m);
         m.commit();
         if (s < 2)

@@ -136,11 +136,9 @@ TEST_CASE("halves inherit tangential springs, whichever side of the pair the par
       const double pitch = 1.98 * R;
       std::vector<double> at{0, -pitch, pitch};
       std::swap(at[0], at[static_cast<std::size_t>(position)]);
-      const double edge = seam ? 3 * pitch : 20 * R,
-                   shift = seam ? pitch : 0;  // with a seam the neighbours are beyond it
+      const double edge = seam ? 3 * pitch : 20 * R;  // with a seam what is before the parent is beyond it
       for (const double x : at)
-        add(s, PolyEllipsoid::sphere(R), Vec3(x + (x < 0 && seam ? edge : shift - (seam ? pitch : 0)), 5 * R, 5 * R),
-            2650);
+        add(s, PolyEllipsoid::sphere(R), Vec3(x < 0 && seam ? x + edge : x, 5 * R, 5 * R), 2650);
       s.boundary.cell.vectors = Vec3(edge, 20 * R, 20 * R).asDiagonal();
       prepare(model, s, team);
       const auto parent = static_cast<std::size_t>(position);

@@ -124,10 +124,8 @@ void compare(Case& c) {
   std::size_t touching = 0, sliding = 0;
   for (std::size_t k = 0; k < s.contacts.size(); ++k) {
     const Contact p = plain.contact[k], q = s.contacts.contact[k];
-    INFO("pair " << k << " of bin "
-                 << (k >= s.contacts.begin[first_wall] ? 2
-                     : k >= s.contacts.begin[general]  ? 1
-                                                       : 0));
+    INFO("pair " << k << ", walls from " << s.contacts.begin[first_wall] << ", poly-ellipsoids from "
+                 << s.contacts.begin[general]);
     // The search for a common normal stops at a gradient of 1e-8 of the pair's four semi-axes: 1e-7 rad at most.
     const double tolerance =
         (k >= s.contacts.begin[general] && k < s.contacts.begin[first_wall] ? 1e-7 : 1e-12) * scale;
