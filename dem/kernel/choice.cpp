@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // The widest kernels that the machine runs.
+#include <algorithm>
 #include <cstdlib>
 
 #include "dem/kernel/contact_pass.hpp"
@@ -25,9 +26,9 @@ int chosen() {
   const int most = widest();
   const char* asked = std::getenv("GRUS_LANES");
   const int want = asked ? std::atoi(asked) : most;
-  for (const int width : {8, 4})
-    if (want >= width && most >= width) return width;
-  return 1;
+  const int allowed = std::min(want, most);
+  if (allowed >= 8) return 8;
+  return allowed >= 4 ? 4 : 1;
 }
 
 }  // namespace
