@@ -29,8 +29,8 @@ void GradingStates::write_if_due(const dem::State& state) {
   const dem::Grading now(state);
   for (const auto& c : dem::size_classes(state, smallest_, largest_, classes))
     text_ += fmt::format("{:.9g},{:.9g},{:.6g},{:.9g},{},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g}\n", state.time,
-                         state.time * scene_.test.strain_rate, c.upper, now.passing(c.upper), c.grains, c.mass,
-                         c.coordination, c.elongation, c.flatness, c.generation);
+                         state.time * scene_.test.strain_rate, c.upper / scene_.scale, now.passing(c.upper), c.grains,
+                         c.mass, c.coordination, c.elongation, c.flatness, c.generation);
   dem::write_whole(path_, text_);
   ++written_;
 }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "dem/rve/crushing.hpp"
 #include "dem/rve/grading.hpp"
 
 namespace grus::app {
@@ -64,6 +65,9 @@ std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& st
     c.emplace_back(name);
   for (const char* ij : components) c.push_back(fmt::format("fabric_{}", ij));
   if (scene.model.reshapes()) c.emplace_back("reshape_J");
+  if (scene.model.numerics.scaled_below > 0) c.emplace_back("inertia_J");
+  if (scene.model.has_balls())
+    for (const char* name : {"void_ratio_all", "k0", "overlap_share_10", "overlap_share_30"}) c.emplace_back(name);
   if (scene.output.grading)
     for (const char* name :
          {"d10_m", "d50_m", "d90_m", "breakage_einav", "breakage_hardin", "fractal_dimension", "fines_fraction",
@@ -103,11 +107,24 @@ void add_listed_grains(const RveScene& scene, const dem::State& s, std::vector<d
 }
 
 void add_grading(const RveScene& scene, const dem::State& s, std::vector<double>& row) {
-  const dem::Grading first(scene.state), now(s);
+  const dem::Grading first(scene.state, scene.scale), now(s, scene.scale);
   const dem::Zingg z = dem::zingg(s.grains);
   row.insert(row.end(), {now.diameter(0.1), now.diameter(0.5), now.diameter(0.9), dem::einav_breakage(first, now),
                          dem::hardin_breakage(first, now), now.fractal_dimension(), now.fines_fraction(), z.equant,
                          z.disc, z.rod, z.blade, z.elongation, z.flatness});
+}
+
+/// The stress of the sample, from its walls where it has any (Pa, tension-positive).
+const dem::Mat3& sample_stress(const dem::State& s, const dem::Measurement& m) {
+  return box_of_walls(s) ? m.wall_stress : m.stress;
+}
+
+void add_crushing(const RveScene& scene, const dem::State& s, const dem::Measurement& m, std::vector<double>& row) {
+  const dem::Vec3 stress = sample_stress(s, m).diagonal();
+  const double axial = stress[scene.test.axis];
+  row.insert(row.end(), {m.volume > 0 ? m.volume / dem::whole_solid(scene.model, s) - 1 : NAN,
+                         axial != 0 ? 0.5 * (stress.sum() - axial) / axial : NAN, dem::share_deeper(s, 0.1),
+                         dem::share_deeper(s, 0.3)});
 }
 
 void add_split_statistics(const dem::SplitStatistics& p, std::vector<double>& row) {
@@ -161,6 +178,8 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
   const dem::Vec6 fabric = dem::to_voigt(m.fabric);
   for (int k = 0; k < 6; ++k) row.push_back(fabric[k]);
   if (scene.model.reshapes()) row.push_back(l.reshape);
+  if (scene.model.numerics.scaled_below > 0) row.push_back(l.inertia);
+  if (scene.model.has_balls()) add_crushing(scene, s, m, row);
   if (scene.output.grading) add_grading(scene, s, row);
   if (scene.model.split_statistics) add_split_statistics(l.splits, row);
   if (box_of_walls(s)) {

@@ -9,6 +9,7 @@
 #include "dem/bond/cohesive.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/io/whole_file.hpp"
+#include "dem/rve/crushing.hpp"
 #include "dem/rve/step.hpp"
 
 namespace grus::app {
@@ -133,6 +134,9 @@ bool RveRun::go_to_row(std::uint64_t row, double until) {
       axial_ = axial_stress(scene_, state_, now_);
       error_ = dem::energy_error(state_.ledger, now_.kinetic + now_.elastic);
       course_.peak = std::max(course_.peak, axial_);
+      if (course_.overfull < 0 && scene_.model.has_balls() && now_.volume > 0 &&
+          dem::whole_solid(scene_.model, state_) > now_.volume)
+        course_.overfull = std::max(0.0, axial_);
       course_.errors.add(state_, now_);
       course_.row = row;
       show();
@@ -164,10 +168,21 @@ void RveRun::march() {
   }
 }
 
+/// The scene's, and what the run has shown.
+std::vector<std::string> RveRun::notes() const {
+  std::vector<std::string> all = scene_.notes;
+  if (course_.overfull >= 0)
+    all.push_back(
+        fmt::format("from {:.4g} MPa on the fines no longer fit into the voids (void_ratio_all is below 0): the "
+                    "sample is softer than with them; see lost_mass",
+                    course_.overfull / 1e6));
+  return all;
+}
+
 nlohmann::json RveRun::summary() const {
   nlohmann::json summary = provenance();
   summary["title"] = scene_.title;
-  if (!scene_.notes.empty()) summary["notes"] = scene_.notes;
+  if (const auto all = notes(); !all.empty()) summary["notes"] = all;
   summary["scene_file"] = std::filesystem::path(scene_.file).filename().string();
   summary["scene"] = scene_.record;
   summary["status"] = status_;
@@ -225,6 +240,7 @@ void RveRun::finish() {
       state_.grains.size(), state_.ledger.breakages,
       100 * state_.ledger.fines.mass / dem::total_mass(scene_.state.grains), 100 * course_.errors.energy.worst,
       state_.steps, duration_text(earlier_ + end_ - ready_), options_.directory));
+  if (const auto all = notes(); all.size() > scene_.notes.size()) fmt::print("  note: {}\n", all.back());
   if (status_ == unstable || status_ == failed)
     fmt::print(stderr, "{}\n", one_line(fmt::format("{}: {}", options_.scene, ending_)));
 }

@@ -32,6 +32,8 @@ private:
     dem::Vec3 initial_size = dem::Vec3::Zero();
     std::uint64_t row = 0;
     double peak = 0, wall = 0, grain_steps = 0;
+    double overfull =
+        -1;  // stress (Pa) at which grains and fines first were more than the sample's volume; below 0: never
     ErrorEstimates errors;
 
     template <class A>
@@ -41,7 +43,9 @@ private:
       a.plain(c.row);
       a.plain(c.peak);
       a.plain(c.wall);
-      a.plain(c.grain_steps), ErrorEstimates::archive(a, c.errors);
+      a.plain(c.grain_steps);
+      a.plain(c.overfull);
+      ErrorEstimates::archive(a, c.errors);
     }
   };
 
@@ -52,6 +56,7 @@ private:
   void write_row();
   bool go_to_row(std::uint64_t row, double until);
   void march();
+  std::vector<std::string> notes() const;
   nlohmann::json summary() const;
   void finish();
 

@@ -2,6 +2,7 @@
 // [material.*] and [numerics].
 #include "apps/scene/reader.hpp"
 #include "apps/scene/rve_scene.hpp"
+#include "dem/fracture/apollonian.hpp"
 #include "dem/fracture/split_polyellipsoid.hpp"
 
 #include <fmt/format.h>
@@ -21,32 +22,66 @@ dem::Halves read_halves(Table& t) {
   return halves;
 }
 
-dem::FractureModel read_fracture(Table t) {
-  dem::FractureModel f;
-  const std::string model =
-      t.choice("model", {"polyellipsoid-split", "apollonian-14", "bonded", "cleavage", "peridynamics"});
-  if (model != "polyellipsoid-split")
-    t.fail("model", fmt::format("\"{}\" is not available in this version; use \"polyellipsoid-split\"", model));
-  if (auto h = t.table_if("hoek_brown")) {
-    f.criteria.emplace_back(dem::HoekBrown{h->number("compressive_strength", dimension::pressure, positive),
-                                           h->number("m", dimension::none, positive)});
-    h->finish();
+dem::Balls read_balls(Table& t) {
+  for (const char* key :
+       {"turn_to_plane", "slight_rotation", "rounding", "break_plane", "cohesive_springs", "shape_transition"})
+    if (t.has(key)) t.fail(key, "is for model = \"polyellipsoid-split\": between fourteen balls there is no plane");
+  return {t.choice_or("lost_mass", "fines", {"fines", "density"}) == "density"};
+}
+
+dem::ContactStrength read_contact_strength(Table& t, double poissons_ratio) {
+  dem::ContactStrength c;
+  if (t.has("strength") == t.has("compressive_strength"))
+    t.fail("", "needs either strength, or compressive_strength and tensile_strength");
+  if (t.has("strength")) {
+    c.strength = t.number("strength", dimension::pressure, positive);
+  } else {
+    const double compressive = t.number("compressive_strength", dimension::pressure, positive);
+    const double tensile = t.number("tensile_strength", dimension::pressure, {0, compressive, true, true});
+    c.strength = dem::ContactStrength::limit(compressive, tensile, poissons_ratio);
   }
-  if (auto c = t.table_if("contact_tension")) {
-    f.criteria.emplace_back(
-        dem::ContactTension{c->number("strength", dimension::pressure, positive),
-                            static_cast<int>(c->integer_or("critical_contacts", 3, 3, dem::most_critical_contacts))});
-    c->finish();
+  if (t.choice("area", {"angle", "hertz"}) == "angle")
+    c.angle = t.number("angle", dimension::none, {0, 0.5 * dem::pi, true});
+  else if (t.has("angle"))
+    t.fail("angle", "is for area = \"angle\"");
+  t.finish();
+  return c;
+}
+
+dem::Scatter read_scatter(Table& t) {
+  dem::Scatter s;
+  s.normal = t.choice_or("distribution", "log-normal", {"log-normal", "normal"}) == "normal";
+  s.variation = t.number_or("variation", 0, dimension::none, {0, 2});
+  s.size_exponent = t.number_or("size_exponent", 0, dimension::none, not_negative);
+  if (s.size_exponent > 0 || t.has("reference_diameter"))
+    s.reference_diameter = t.number("reference_diameter", dimension::length, positive);
+  else
+    s.reference_diameter = 1;
+  t.finish();
+  return s;
+}
+
+/// Sizes of the fines as shares of the grain that broke, or in m.
+void read_fines(Table& t, bool balls, dem::FinesGrading& fines) {
+  fines.dimension = t.number_or("dimension", fines.dimension, dimension::none, {0, 3, false, true});
+  if (balls && (!t.has("largest") || t.is_text("largest"))) {
+    t.choice_or("largest", "fragment", {"fragment"});
+    fines.largest = dem::smallest_ball();
+  } else {
+    fines.largest = t.number_or("largest", fines.largest, dimension::none, {0, 1, true});
   }
-  if (f.criteria.empty()) t.fail("", "needs hoek_brown, contact_tension or both: without a criterion nothing breaks");
-  if (auto w = t.table_if("weibull")) {
-    dem::Weibull weibull;
-    weibull.modulus = w->number("modulus", dimension::none, positive);
-    weibull.reference_radius = w->number("reference_radius", dimension::length, positive);
-    weibull.size_exponent = w->number_or("size_exponent", 3 / weibull.modulus, dimension::none, not_negative);
-    f.strength_law = weibull;
-    w->finish();
-  }
+  fines.smallest = t.number_or("smallest", 0, dimension::length, not_negative);
+  t.finish();
+}
+
+/// Criteria that ask for Hertz's circle of contact.
+bool needs_hertz(const dem::Criterion& c) {
+  const auto* strength = std::get_if<dem::ContactStrength>(&c);
+  return std::holds_alternative<dem::ContactTension>(c) || (strength && !strength->angle);
+}
+
+/// What only halves have: planes, springs across them, shapes that recover.
+void read_halving(Table& t, dem::FractureModel& f) {
   if (auto s = t.table_if("cohesive_springs")) {
     dem::CohesiveSprings springs;
     springs.per_plane = static_cast<int>(s->integer_or("per_plane", 4, 3, 64));
@@ -61,11 +96,6 @@ dem::FractureModel read_fracture(Table t) {
   if (plane == "average-stress") f.plane = dem::BreakPlane::average_stress;
   if (plane == "critical-contacts") f.plane = dem::BreakPlane::critical_contacts;
   f.splitter = read_halves(t);
-  if (auto g = t.table_if("fines")) {
-    f.fines.dimension = g->number_or("dimension", f.fines.dimension, dimension::none, {0, 3, false, true});
-    f.fines.largest = g->number_or("largest", f.fines.largest, dimension::none, {0, 1, true});
-    g->finish();
-  }
   if (auto s = t.table_if("shape_transition")) {
     dem::ShapeTransition transition;
     transition.ratio = s->number_or("ratio", transition.ratio, dimension::none, {0.2, 1, true});
@@ -73,8 +103,50 @@ dem::FractureModel read_fracture(Table t) {
     f.transition = transition;
     s->finish();
   }
+}
+
+dem::FractureModel read_fracture(Table t, double poissons_ratio) {
+  dem::FractureModel f;
+  const std::string model =
+      t.choice("model", {"polyellipsoid-split", "apollonian-14", "bonded", "cleavage", "peridynamics"});
+  const bool balls = model == "apollonian-14";
+  if (model != "polyellipsoid-split" && !balls)
+    t.fail("model", fmt::format("\"{}\" is not available in this version; use \"polyellipsoid-split\" or "
+                                "\"apollonian-14\"",
+                                model));
+  if (auto h = t.table_if("hoek_brown")) {
+    f.criteria.emplace_back(dem::HoekBrown{h->number("compressive_strength", dimension::pressure, positive),
+                                           h->number("m", dimension::none, positive)});
+    h->finish();
+  }
+  if (auto c = t.table_if("contact_tension")) {
+    f.criteria.emplace_back(
+        dem::ContactTension{c->number("strength", dimension::pressure, positive),
+                            static_cast<int>(c->integer_or("critical_contacts", 3, 3, dem::most_critical_contacts))});
+    c->finish();
+  }
+  if (auto c = t.table_if("contact_strength")) f.criteria.emplace_back(read_contact_strength(*c, poissons_ratio));
+  if (f.criteria.empty())
+    t.fail("", "needs hoek_brown, contact_tension or contact_strength: without a criterion nothing breaks");
+  if (t.has("weibull") && t.has("scatter")) t.fail("scatter", "a material has either weibull or scatter");
+  if (auto s = t.table_if("scatter")) f.strength_law = read_scatter(*s);
+  if (auto w = t.table_if("weibull")) {
+    dem::Weibull weibull;
+    weibull.modulus = w->number("modulus", dimension::none, positive);
+    weibull.reference_radius = w->number("reference_radius", dimension::length, positive);
+    weibull.size_exponent = w->number_or("size_exponent", 3 / weibull.modulus, dimension::none, not_negative);
+    f.strength_law = weibull;
+    w->finish();
+  }
+  if (balls)
+    f.splitter = read_balls(t);
+  else
+    read_halving(t, f);
+  if (balls) f.fines.largest = dem::smallest_ball();
+  if (auto g = t.table_if("fines")) read_fines(*g, balls, f.fines);
   f.limit.smallest_radius = t.number_or("smallest_radius", 0, dimension::length, not_negative);
   f.limit.max_generations = static_cast<int>(t.integer_or("max_generations", 255, 0, 255));
+  f.limit.rest = static_cast<int>(t.integer_or("rest", balls ? 20 : 0, 0, 1000000));
   t.finish();
   return f;
 }
@@ -89,36 +161,43 @@ void read_model(Table& scene, dem::Model& model) {
     dem::Material m;
     m.name = name;
     m.density = t.number("density", dimension::density, positive);
-    const std::string kind = t.choice_or("contact", "hertz-mindlin", {"hertz-mindlin", "linear"});
+    const std::string kind = t.choice_or("contact", "hertz-mindlin", {"hertz-mindlin", "linear", "linear-modulus"});
     if (!law.empty() && law != kind) t.fail("contact", "all materials of a scene share one contact law");
     law = kind;
     m.poissons_ratio = t.number_or("poissons_ratio", 0.25, dimension::none, {0, 0.5, false, true});
     if (kind == "hertz-mindlin") {
       m.youngs_modulus = t.number("youngs_modulus", dimension::pressure, positive);
     } else {
-      m.normal_stiffness = t.number("normal_stiffness", dimension::stiffness, positive);
+      m.normal_stiffness = kind == "linear" ? t.number("normal_stiffness", dimension::stiffness, positive)
+                                            : 4 * t.number("contact_modulus", dimension::pressure, positive);
       m.shear_ratio = t.number_or("shear_ratio", 2.0 / 7, dimension::none, not_negative);
       m.youngs_modulus = t.number_or("youngs_modulus", 60e9, dimension::pressure, positive);
     }
     m.friction = t.number_or("friction", 0, dimension::none, not_negative);
     m.restitution = t.number_or("restitution", 1, dimension::none, {0.01, 1});
     m.damping = t.number_or("damping", 0, dimension::none, {0, 1, false, true});
-    if (auto f = t.table_if("fracture")) m.fracture = read_fracture(*f);
+    m.turns = t.flag_or("rotation", true);
+    if (auto f = t.table_if("fracture")) {
+      m.fracture = read_fracture(*f, m.poissons_ratio);
+      if (!m.turns && std::holds_alternative<dem::Halves>(m.fracture->splitter))
+        t.fail("rotation", "fragments of \"polyellipsoid-split\" turn; use model = \"apollonian-14\"");
+    }
     t.finish();
     model.materials.push_back(m);
   }
   materials.finish();
   if (model.materials.empty()) scene.fail("material", "needs at least one [material.NAME] table");
   if (model.materials.size() > 200) scene.fail("material", "at most 200 materials");
-  if (law == "linear") {
-    model.law = dem::LinearSpring{};
+  if (law != "hertz-mindlin") {
+    model.law = dem::LinearSpring{law == "linear-modulus"};
     // Force over the square of Hertz's contact radius does not depend on the force here: it breaks at none or never.
     for (const auto& m : model.materials)
-      if (m.fracture && std::any_of(m.fracture->criteria.begin(), m.fracture->criteria.end(),
-                                    [](const auto& c) { return std::holds_alternative<dem::ContactTension>(c); }))
+      if (m.fracture && std::any_of(m.fracture->criteria.begin(), m.fracture->criteria.end(), needs_hertz))
         materials.fail(m.name,
-                       "fracture.contact_tension has no meaning with contact = \"linear\", whose tension at the "
-                       "contact's rim does not grow with the load; use hoek_brown, or \"hertz-mindlin\"");
+                       fmt::format("fracture.contact_tension, and contact_strength with area = \"hertz\", have no "
+                                   "meaning with contact = \"{}\", whose stress in the contact does not grow with the "
+                                   "load; use hoek_brown, area = \"angle\", or \"hertz-mindlin\"",
+                                   law));
   }
 
   dem::Numerics& n = model.numerics;
@@ -130,6 +209,10 @@ void read_model(Table& scene, dem::Model& model) {
     n.estimate_every = static_cast<int>(t->integer_or("estimate_every", n.estimate_every, 1, 1000000));
     n.fracture_every = static_cast<int>(t->integer_or("fracture_every", n.fracture_every, 1, 100000));
     n.max_energy_error = t->number_or("max_energy_error", n.max_energy_error, dimension::none, positive);
+    if (auto inertia = t->table_if("inertia")) {
+      n.scaled_below = inertia->number("scaled_below", dimension::length, positive);
+      inertia->finish();
+    }
     n.max_overlap = t->number_or("max_overlap", model.overlap_limit(), dimension::none, {0, 10, true});
     t->finish();
   }

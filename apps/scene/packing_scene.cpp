@@ -14,11 +14,39 @@ namespace {
 
 using dem::Vec3;
 
+/// Passing by mass against the diameter, as sieves tell it.
+void read_sieve(Table& t, dem::RadiusDistribution& d) {
+  for (const auto& [diameter, passing] : t.pairs("passing", dimension::length)) {
+    if (!(diameter > 0)) t.fail("passing", "diameters must be above 0");
+    if (!d.sieve.empty() && !(0.5 * diameter > d.sieve.back()[0] && passing >= d.sieve.back()[1]))
+      t.fail("passing", "expected diameters that rise and shares of mass that do not fall");
+    d.sieve.push_back({0.5 * diameter, passing});
+  }
+  if (d.sieve.size() < 2 || d.sieve.front()[1] != 0 || d.sieve.back()[1] != 1)
+    t.fail("passing", "expected [diameter, share of mass that passes] from a share of 0 to a share of 1");
+  double number = 0, sum = 0;
+  for (std::size_t k = 0; k + 1 < d.sieve.size(); ++k) {
+    const dem::SieveClass c = dem::sieve_class(d, k);
+    number += c.number;
+    sum += c.number * c.mean;
+  }
+  d.mean = sum / number;
+  d.min = d.sieve.front()[0], d.max = d.sieve.back()[0];
+}
+
 dem::RadiusDistribution read_radius(Table& packing) {
   dem::RadiusDistribution d;
   Table t = packing.table("radius");
-  d.kind = t.choice("distribution", {"constant", "uniform", "truncated-normal"});
-  if (d.kind == "uniform") {
+  d.kind = t.choice("distribution", {"constant", "uniform", "truncated-normal", "log-normal", "sieve"});
+  if (d.kind == "sieve") {
+    read_sieve(t, d);
+  } else if (d.kind == "log-normal") {
+    d.median = t.number("median", dimension::length, positive);
+    d.spread = t.number("spread", dimension::none, {0, 2, true});
+    d.min = t.number("min", dimension::length, {0, d.median, true, true});
+    d.max = t.number("max", dimension::length, {d.median, INFINITY, true});
+    d.mean = std::clamp(d.median * std::exp(-2.5 * d.spread * d.spread), d.min, d.max);
+  } else if (d.kind == "uniform") {
     d.min = t.number("min", dimension::length, positive);
     d.max = t.number("max", dimension::length, {d.min, INFINITY});
     d.mean = 0.5 * (d.min + d.max);
@@ -34,6 +62,12 @@ dem::RadiusDistribution read_radius(Table& packing) {
   return d;
 }
 
+dem::RadiusDistribution times(dem::RadiusDistribution d, double scale) {
+  for (double* length : {&d.mean, &d.sd, &d.min, &d.max, &d.median}) *length *= scale;
+  for (auto& point : d.sieve) point[0] *= scale;
+  return d;
+}
+
 constexpr double most_grains = 5e6;
 
 void put_grains(const dem::Packing& packing, std::uint8_t material, bool turned, RveScene& scene) {
@@ -44,6 +78,8 @@ void put_grains(const dem::Packing& packing, std::uint8_t material, bool turned,
     spec.position = packing.spheres[i].position;
     spec.material = material;
     spec.density = scene.model.materials[material].density;
+    spec.turns = scene.model.materials[material].turns;
+    spec.inertia = scene.model.numerics.inertia_factor(packing.spheres[i].radius);
     if (turned) spec.orientation = dem::random_rotation(scene.model.seed, i);
     dem::set_grain(scene.state.grains, i, spec);
   }
@@ -72,24 +108,45 @@ void check_mass(const Table& t, const dem::Material& material, double radius, co
 
 namespace {
 
+/// How dense: a solid fraction, a void ratio, or a relative density between two of them. The key that told.
+std::string read_target(Table& t, double& solid_fraction) {
+  const bool by_void = t.has("void_ratio"), relative = t.has("relative_density");
+  if (static_cast<int>(by_void) + static_cast<int>(relative) + static_cast<int>(t.has("solid_fraction")) > 1)
+    t.fail("", "needs one of solid_fraction, void_ratio and relative_density");
+  if (by_void) {
+    solid_fraction = 1 / (1 + t.number("void_ratio", dimension::none, positive));
+    return "void_ratio";
+  }
+  if (!relative) {
+    solid_fraction = t.number("solid_fraction", dimension::none, proper_fraction);
+    return "solid_fraction";
+  }
+  const double loosest = t.number("void_ratio_max", dimension::none, positive);
+  const double densest = t.number("void_ratio_min", dimension::none, {0, loosest, true, true});
+  const double share = t.number("relative_density", dimension::none, {0, 1});
+  solid_fraction = 1 / (1 + loosest - share * (loosest - densest));
+  return "relative_density";
+}
+
 /// A random packing: made later.
-PendingPacking read_random(Table& t, const RveScene& scene, bool periodic, bool turned, std::uint8_t material,
-                           const Vec3& box) {
+PendingPacking read_random(Table& t, const RveScene& scene, dem::Container container, bool turned,
+                           std::uint8_t material, const Vec3& box) {
   PendingPacking p;
   p.box = box;
-  p.periodic = periodic;
+  p.container = container;
   p.turned = turned;
   p.material = material;
-  p.radius = read_radius(t);
-  p.solid_fraction = t.number("solid_fraction", dimension::none, proper_fraction);
+  p.radius = times(read_radius(t), scene.scale);
+  const std::string target = read_target(t, p.solid_fraction);
   if (p.solid_fraction > 0.74)
-    t.fail("solid_fraction", fmt::format("{:g}: not even a lattice of spheres is denser than 0.74", p.solid_fraction));
+    t.fail(target, fmt::format("a solid fraction of {:g}: not even a lattice of spheres is denser than 0.74",
+                               p.solid_fraction));
   p.count = static_cast<std::size_t>(t.integer_or("count", 0, 0, 20000000));
   if (!(p.grains() < most_grains)) t.fail("box", "more than five million grains; check box and radius");
   if (!(2 * p.radius.mean < box.minCoeff()))
     t.fail("box", fmt::format("a grain of the mean radius, {:.3g} m, does not fit in", p.radius.mean));
   check_mass(t, scene.model.materials[material], p.radius.mean, "radius");
-  p.place = t.place("solid_fraction");
+  p.place = t.place(target);
   return p;
 }
 
@@ -131,7 +188,7 @@ dem::Packing read_lattice(Table& t, const std::string& kind, bool periodic, cons
 
 }  // namespace
 
-void read_packing(Table t, RveScene& scene, Vec3& box) {
+void read_packing(Table t, RveScene& scene, bool round, Vec3& box) {
   const std::string kind = t.choice("kind", {"random", "hcp", "simple-cubic", "file"});
   const bool periodic = scene.state.boundary.cell.periodic();
   if (t.has("box")) {
@@ -144,10 +201,15 @@ void read_packing(Table t, RveScene& scene, Vec3& box) {
   const bool turned = t.choice_or("orientation", "random", {"random", "aligned"}) == "random";
   if (kind == "random") {
     if (box.isZero()) t.fail("", "packing.box is missing");
-    scene.pending = read_random(t, scene, periodic, turned, material, box);
+    if (round && box[0] != box[1]) t.fail("box", "of a cylinder expected [diameter, diameter, height]");
+    auto container = periodic ? dem::Container::periodic : dem::Container::box;
+    if (round) container = dem::Container::cylinder;
+    scene.pending = read_random(t, scene, container, turned, material, box);
     t.finish();
     return;
   }
+  if (round && kind != "file") t.fail("kind", "a cylinder takes \"random\" or \"file\"");
+  if (scene.scale != 1) t.fail("kind", "loading.scale is for random packings");
   dem::Packing packing;
   if (kind == "file") {
     std::filesystem::path file = t.text("path");
@@ -175,7 +237,7 @@ void make_sample(RveScene& scene, dem::Team& team, const dem::Watch& watch) {
   const PendingPacking& p = *scene.pending;
   try {
     put_grains(
-        dem::random_packing(p.box, p.radius, p.solid_fraction, p.count, p.periodic, scene.model.seed, team, watch),
+        dem::random_packing(p.box, p.radius, p.solid_fraction, p.count, p.container, scene.model.seed, team, watch),
         p.material, p.turned, scene);
   } catch (const InputError& e) {
     throw InputError(fmt::format("{}: {}", p.place, e.what()));
@@ -193,16 +255,13 @@ bool make_smaller(RveScene& scene) {
   if (scale >= 1) return false;
   p.box *= scale, p.count = 0;
   boundary.cell.vectors *= scale;
-  for (auto& wall : boundary.walls) wall.point *= scale;
+  for (auto& wall : boundary.walls) wall.point *= scale, wall.radius *= scale;
   return true;
 }
 
 double PendingPacking::grains() const {
-  double cube = std::pow(radius.mean, 3) +
-                3 * radius.mean * radius.sd * radius.sd;  // mean of r^3, the ends of a normal's tails left out
-  if (radius.kind == "uniform" && radius.max > radius.min)
-    cube = 0.25 * (std::pow(radius.max, 4) - std::pow(radius.min, 4)) / (radius.max - radius.min);
-  return count > 0 ? static_cast<double>(count) : solid_fraction * box.prod() / (4 * dem::pi / 3 * cube);
+  const double each = 4 * dem::pi / 3 * radius.mean_cube();
+  return count > 0 ? static_cast<double>(count) : solid_fraction * volume() / each;
 }
 
 }  // namespace grus::app

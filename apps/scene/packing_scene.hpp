@@ -16,6 +16,6 @@ void check_mass(const Table& table, const dem::Material& material, double radius
 
 /// Reads the table; lattices and files are made at once, random packings are left pending. `box` is given, or found
 /// here.
-void read_packing(Table table, RveScene& scene, dem::Vec3& box);
+void read_packing(Table table, RveScene& scene, bool round, dem::Vec3& box);
 
 }  // namespace grus::app

@@ -8,6 +8,7 @@
 #include <map>
 
 #include "apps/scene/sample_scene.hpp"
+#include "dem/rve/measure.hpp"
 
 namespace grus::app {
 namespace {
@@ -17,6 +18,10 @@ const std::vector<std::string> kinds{
 
 void needs_box(const Table& t, const RveScene& scene) {
   const dem::Boundary& boundary = scene.state.boundary;
+  if (dem::cylinder(boundary) && scene.test.kind != "uniaxial-strain" && scene.test.kind != "oedometric-stress")
+    t.fail("kind", fmt::format("\"{}\" cannot be in a cylinder, whose wall stays; use \"uniaxial-strain\" or "
+                               "\"oedometric-stress\"",
+                               scene.test.kind));
   if (boundary.cell.periodic() || (!boundary.walls.empty() && !boundary.walls[0].name.empty())) return;
   t.fail("kind", fmt::format("\"{}\" needs boundary.kind = \"walls\" or \"periodic\"", scene.test.kind));
 }
@@ -39,7 +44,14 @@ void read_oedometric_stress(Table& t, TestProgram& test) {
   test.strain_rate = t.number("strain_rate", dimension::rate, positive);
   test.final_stress = t.number("final_stress", dimension::pressure, positive);
   test.duration = t.number_or("max_strain", 0.6, dimension::none, {0, 0.95, true, true}) / test.strain_rate;
-  loaded_axis(test).strain_rate = -test.strain_rate;
+  if (t.choice_or("control", "strain", {"strain", "stress"}) == "strain") {
+    if (t.has("stress_rate")) t.fail("stress_rate", "is for control = \"stress\"");
+    loaded_axis(test).strain_rate = -test.strain_rate;
+    return;
+  }
+  const double rate = t.number("stress_rate", dimension::stress_rate, positive);
+  test.duration = std::max(test.duration, 1.1 * *test.final_stress / rate);
+  loaded_axis(test) = {.stress = 0, .max_rate = test.strain_rate, .stress_rate = -rate};
 }
 
 void read_isotropic_stress(Table& t, TestProgram& test) {
@@ -92,6 +104,7 @@ void read_platens(Table& t, RveScene& scene) {
 void read_loading(Table t, RveScene& scene) {
   TestProgram& test = scene.test;
   test.kind = t.choice("kind", kinds);
+  t.number_or("scale", 1, dimension::none, any);  // read before the sample
   const std::map<std::string, void (*)(Table&, TestProgram&)> of_a_box{{"uniaxial-strain", read_uniaxial_strain},
                                                                        {"oedometric-stress", read_oedometric_stress},
                                                                        {"isotropic-stress", read_isotropic_stress},
@@ -100,6 +113,7 @@ void read_loading(Table t, RveScene& scene) {
     needs_box(t, scene);
     test.loading.driven = true;
     read->second(t, test);
+    if (dem::cylinder(scene.state.boundary) && test.axis != 2) t.fail("axis", "of a cylinder is \"z\"");
   } else if (test.kind == "velocity-gradient") {
     read_velocity_gradient(t, scene);
   } else if (test.kind == "platens") {
@@ -109,6 +123,8 @@ void read_loading(Table t, RveScene& scene) {
   }
   const auto g = t.numbers_or("gravity", {0, 0, 0}, dimension::acceleration);
   scene.model.motion.gravity = {g[0], g[1], g[2]};
+  if (scene.model.numerics.scaled_below > 0 && !scene.model.motion.gravity.isZero())
+    t.fail("gravity", "cannot be with numerics.inertia: what resists motion would weigh, too");
   t.finish();
 }
 
@@ -158,6 +174,16 @@ void read_preparation(Table& t, RveScene& scene) {
   scene.preparation = prep;
 }
 
+/// Larger grains that stand for smaller ones are as strong as those.
+void scale_strengths(RveScene& scene) {
+  for (auto& m : scene.model.materials) {
+    if (!m.fracture) continue;
+    if (auto* scatter = std::get_if<dem::Scatter>(&m.fracture->strength_law))
+      scatter->reference_diameter *= scene.scale;
+    if (auto* weibull = std::get_if<dem::Weibull>(&m.fracture->strength_law)) weibull->reference_radius *= scene.scale;
+  }
+}
+
 RveScene read(const std::string& file, const std::vector<std::string>& overrides, bool unit_cell) {
   RveScene scene;
   scene.file = file;
@@ -169,6 +195,8 @@ RveScene read(const std::string& file, const std::vector<std::string>& overrides
   if (t.has("grain")) scene.model.numerics.safety = 0.02;
   scene.model.seed = static_cast<std::uint64_t>(t.integer_or("seed", 1, 0, 1L << 62));
   read_model(t, scene.model);
+  if (auto loading = t.table_if("loading")) scene.scale = loading->number_or("scale", 1, dimension::none, {1e-6, 1e6});
+  scale_strengths(scene);
   read_sample(t, scene);
   if (unit_cell) {
     if (!scene.state.boundary.cell.periodic())

@@ -42,10 +42,12 @@ struct PendingPacking {
   dem::RadiusDistribution radius;
   double solid_fraction = 0;
   std::size_t count = 0;  // 0: as many as fill the fraction
-  bool periodic = false, turned = false;
+  dem::Container container = dem::Container::box;
+  bool turned = false;
   std::uint8_t material = 0;
   std::string place;  // file, line and key, for what is refused
 
+  double volume() const { return dem::volume_of(container, box); }
   double grains() const;  // how many there will be, about
 };
 
@@ -59,7 +61,8 @@ struct RveScene {
   Output output;
   std::size_t listed_grains = 0;
   double packing_overlap = 0;
-  nlohmann::json record;           // the scene as used, defaults included
+  double scale = 1;       // grains are this many times larger than what they stand for; gradings are told of the latter
+  nlohmann::json record;  // the scene as used, defaults included
   std::vector<std::string> notes;  // what the user should know before it runs
 
   double grains() const { return pending ? pending->grains() : static_cast<double>(state.grains.size()); }

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "apps/scene/packing_scene.hpp"
+#include "dem/rve/measure.hpp"
 #include "dem/state/shape_kinds.hpp"
 
 namespace grus::app {
@@ -40,6 +41,7 @@ void read_grain(Table t, RveScene& scene) {
   spec.material = material_of(t, scene.model, name);
   const dem::Material& material = scene.model.materials[spec.material];
   spec.density = material.density;
+  spec.turns = material.turns;
   if (shape == "sphere") {
     const double radius = t.number("radius", dimension::length, positive);
     check_mass(t, material, radius, "radius");
@@ -56,9 +58,12 @@ void read_grain(Table t, RveScene& scene) {
   spec.position = vector3(t.numbers("position", 3, dimension::length));
   spec.velocity = vector3(t.numbers_or("velocity", {0, 0, 0}, dimension::speed));
   spec.spin = vector3(t.numbers_or("spin", {0, 0, 0}, dimension::rate));
+  if (!spec.turns && !spec.spin.isZero())
+    t.fail("spin", fmt::format("material.{}.rotation = false: its grains do not turn", material.name));
   const auto q = t.numbers_or("orientation", {1, 0, 0, 0}, dimension::none);
   spec.orientation = dem::Quat(q[0], q[1], q[2], q[3]);
   if (std::abs(spec.orientation.norm() - 1) > 1e-3) t.fail("orientation", "must be a unit quaternion w, x, y, z");
+  spec.inertia = scene.model.numerics.inertia_factor(dem::equivalent_radius(spec.shape));
   dem::set_grain(scene.state.grains, scene.state.grains.size(), spec);
   t.finish();
 }
@@ -93,6 +98,27 @@ void add_box_walls(const Vec3& box, std::uint8_t material, dem::Boundary& bounda
     }
 }
 
+/// Two plates, and a cylinder of the box's width about its middle.
+void add_cylinder_walls(const Vec3& box, std::uint8_t material, dem::Boundary& boundary) {
+  for (int side = 0; side < 2; ++side)
+    boundary.walls.push_back({.point = Vec3(0, 0, side ? box[2] : 0),
+                              .normal = Vec3(0, 0, side ? -1 : 1),
+                              .material = material,
+                              .name = side ? "zmax" : "zmin"});
+  boundary.walls.push_back({.point = Vec3(0.5 * box[0], 0.5 * box[0], 0),
+                            .normal = Vec3::Zero(),
+                            .material = material,
+                            .name = "cylinder",
+                            .axis = Vec3::UnitZ(),
+                            .radius = 0.5 * box[0]});
+}
+
+void refuse_shapes(const Table& t, const RveScene& scene, const std::string& why) {
+  const auto& kinds = scene.state.grains.kind;
+  if (std::find(kinds.begin(), kinds.end(), dem::ShapeKind::polyellipsoid) != kinds.end())
+    t.fail("grain", why + " needs a scene of spheres alone");
+}
+
 }  // namespace
 
 void read_sample(Table& t, RveScene& scene) {
@@ -102,8 +128,8 @@ void read_sample(Table& t, RveScene& scene) {
   std::string wall_material;
   std::optional<Table> b = t.table_if("boundary");
   if (b) {
-    kind = b->choice("kind", {"walls", "periodic", "open"});
-    if (kind == "walls") {
+    kind = b->choice("kind", {"walls", "cylinder", "periodic", "open"});
+    if (kind == "walls" || kind == "cylinder") {
       if (b->has("material"))
         wall_material = b->text("material");
       else
@@ -115,7 +141,7 @@ void read_sample(Table& t, RveScene& scene) {
   const auto grains = t.tables("grain");
   if (auto p = t.table_if("packing")) {
     if (!grains.empty()) t.fail("packing", "a scene has either [packing] or [[grain]]");
-    read_packing(*p, scene, box);
+    read_packing(*p, scene, kind == "cylinder", box);
   }
   for (const auto& g : grains) read_grain(g, scene);
   scene.listed_grains = grains.size();
@@ -128,6 +154,7 @@ void read_sample(Table& t, RveScene& scene) {
     if (!b->has("box")) b->fail("box", "needs the size of the box: boundary.box, or packing.box");
     box = vector3(b->numbers("box", 3, dimension::length));
     if (!(box.minCoeff() > 0)) b->fail("box", "all three sides must be above 0");
+    if (kind == "cylinder" && box[0] != box[1]) b->fail("box", "of a cylinder expected [diameter, diameter, height]");
   }
   if (kind == "periodic") {
     boundary.cell.vectors = dem::Mat3(box.asDiagonal());
@@ -135,15 +162,27 @@ void read_sample(Table& t, RveScene& scene) {
       if (!(scene.state.grains.motion[i].position.cwiseQuotient(box).cwiseAbs().maxCoeff() < 1000))
         t.fail("grain", fmt::format("grain {} lies more than a thousand cells away from the cell at the origin", i));
   }
-  if (kind == "walls") {
+  if (kind == "walls" || kind == "cylinder") {
     if (!boundary.walls.empty())
-      b->fail("kind", "\"walls\" makes the six walls of the box; use \"open\" with [[wall]]");
-    add_box_walls(
+      b->fail("kind", fmt::format("\"{}\" makes its own walls; use \"open\" with [[wall]]", kind));
+    (kind == "walls" ? add_box_walls : add_cylinder_walls)(
         box,
         wall_material.empty() ? rigid_material(*b, scene.model, friction) : material_of(*b, scene.model, wall_material),
         boundary);
   }
   if (b) b->finish();
+  const auto held = std::find_if(scene.model.materials.begin(), scene.model.materials.end(),
+                                 [](const dem::Material& m) { return !m.turns; });
+  if (held != scene.model.materials.end())
+    refuse_shapes(t, scene, fmt::format("material.{}.rotation = false", held->name));
+  if (dem::cylinder(boundary)) {
+    refuse_shapes(t, scene, "a cylinder");
+    for (const auto& m : scene.model.materials)
+      if (m.fracture && std::holds_alternative<dem::Halves>(m.fracture->splitter))
+        t.fail("material", fmt::format("{}: fragments of \"polyellipsoid-split\" cannot be in a cylinder; use "
+                                       "\"apollonian-14\"",
+                                       m.name));
+  }
   // Impossible starts are refused, not pushed apart: their energy would be nobody's.
   dem::update_frames(scene.state.grains);
   for (std::size_t i = 0; i < scene.listed_grains; ++i)

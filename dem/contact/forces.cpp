@@ -43,6 +43,16 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
     put(&c.wall_rows[8 * w], wall.normal), put(&c.wall_rows[8 * w + 4], wall.velocity);
     c.wall_rows[8 * w + 3] = wall.normal.dot(wall.point);
   }
+  c.round_rows.clear();
+  if (std::any_of(boundary.walls.begin(), boundary.walls.end(), [](const Wall& w) { return w.round(); })) {
+    c.round_rows.assign(8 * boundary.walls.size(), 0);
+    for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
+      const Wall& wall = boundary.walls[w];
+      if (!wall.round()) continue;
+      put(&c.round_rows[8 * w], wall.point), put(&c.round_rows[8 * w + 4], wall.axis);
+      c.round_rows[8 * w + 3] = wall.radius;
+    }
+  }
   pass.motion = reinterpret_cast<const double*>(grains.motion.data());
   pass.a = c.a.data();
   pass.b = c.b.data();
@@ -50,6 +60,7 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
   pass.target = c.target.data();
   pass.shift = periodic ? c.shift.data() : nullptr, pass.shifts = c.shift_rows.data();
   pass.walls = c.wall_rows.data();
+  pass.rounds = c.round_rows.empty() ? nullptr : c.round_rows.data();
   pass.laws = c.law_rows.data();
   pass.law_count = pairs.size();
   pass.dt = dt;
@@ -67,7 +78,8 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
   pass.shape = reinterpret_cast<const double*>(grains.shape.data());
   static_assert(sizeof(Frame) == 96 && sizeof(PolyEllipsoid) == 48);
   pass.elsewhere = reinterpret_cast<double*>(c.load.data()), pass.grains = static_cast<std::uint32_t>(grains.size());
-  pass.hertz = std::holds_alternative<HertzMindlin>(law);
+  const auto* linear = std::get_if<LinearSpring>(&law);
+  pass.hertz = !linear, pass.by_modulus = linear && linear->by_modulus;
   return pass;
 }
 

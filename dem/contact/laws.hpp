@@ -15,7 +15,7 @@ struct PairLaw {
   double shear_ratio = 0;  // tangential / normal tangent stiffness; Hertz-Mindlin: 4 G*/E*
   double friction = 0;
   double dashpot = 0;           // coefficient c in c sqrt(m* S_n), S_n the tangent normal stiffness
-  double normal_stiffness = 0;  // linear law (N/m)
+  double normal_stiffness = 0;  // linear law (N/m); by modulus: of an effective radius of 1 m (Pa)
 };
 
 /// Elastic response of a contact at an overlap.
@@ -34,12 +34,16 @@ struct HertzMindlin {
   }
 };
 
-/// F = k overlap.
+/// F = k overlap; k from the materials, or by their modulus K as 2 K D1 D2 / (D1 + D2) = 4 K R_e, frozen at birth.
 struct LinearSpring {
+  bool by_modulus = false;
+
   Elastic operator()(double stiffness, double overlap) const {
     return {stiffness * overlap, stiffness, 0.5 * stiffness * overlap * overlap};
   }
-  double stiffness_at_birth(const PairLaw& p, double) const { return p.normal_stiffness; }
+  double stiffness_at_birth(const PairLaw& p, double effective_radius) const {
+    return by_modulus ? p.normal_stiffness * effective_radius : p.normal_stiffness;
+  }
 };
 
 using ContactLaw = std::variant<HertzMindlin, LinearSpring>;

@@ -19,7 +19,7 @@ struct Past {
   /// Index in the old list, or `none`.
   Index find(Index a, Index b, std::array<std::int16_t, 3> image, bool wall) const {
     Index p = before(a), q = wall ? b : before(b);
-    if (!wall && p == q) return none;  // siblings
+    if (p == nobody || q == nobody || (!wall && p == q)) return none;  // new, or siblings
     if (!wall && p > q) {
       std::swap(p, q);
       for (auto& v : image) v = static_cast<std::int16_t>(-v);
@@ -34,7 +34,7 @@ struct Past {
     return none;
   }
 
-  static constexpr Index none = ~Index{0};
+  static constexpr Index none = ~Index{0}, nobody = none;
 };
 
 /// What it takes to put pairs on the new list, a tile at a time. The list before is in the room.
@@ -79,7 +79,7 @@ struct Lister {
     for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
       const Wall& wall = boundary.walls[w];
       const Motion& g = grains.motion[i];
-      if (wall.normal.dot(g.position - wall.point) > g.radius + wall_skin) continue;
+      if (wall.distance(g.position) > g.radius + wall_skin) continue;
       const Bin bin = wall_bin(grains.kind[i]);
       const auto b = static_cast<Index>(w);
       if (!known(b)) put(t, {{i, b, {}, law(i, wall.material)}, find(bin, i, b, {}), bin, Vec3::Zero()});

@@ -20,7 +20,8 @@ template <class G>
 concept GrainUnderLoad = requires(const G& grain, Index at) {
   { grain.stress() } -> std::convertible_to<Mat3>;  // Pa, tension-positive, global
   { grain.poissons_ratio() } -> std::convertible_to<double>;
-  { grain.arm(at) } -> std::convertible_to<Vec3>;  // from the centre of mass to the contact (m, global)
+  { grain.radius() } -> std::convertible_to<double>;  // equivalent (m)
+  { grain.arm(at) } -> std::convertible_to<Vec3>;     // from the centre of mass to the contact (m, global)
   grain.each_contact([](double /*force, N*/, double /*contact radius, m*/, Index /*at*/) {});
 };
 
@@ -107,7 +108,45 @@ std::optional<Vec3> ContactTension::plane(const GrainUnderLoad auto& grain, doub
   return contact_plane(grain, strength * factor, critical_contacts);
 }
 
-using Criterion = std::variant<HoekBrown, ContactTension>;
+/// Largest normal force of a contact over the area it acts on against a strength (Pa): Russell & Muir Wood (2009) as
+/// used by Ciantia et al. (2015), eq 6. The area is pi (R sin angle)^2, the same for all loads, or that of the Hertz
+/// contact, pi a^2 = pi R_e overlap.
+struct ContactStrength {
+  double strength = 0;
+  std::optional<double> angle = std::nullopt;  // rad; none: the Hertz contact
+
+  double utilisation(const GrainUnderLoad auto& grain, double factor) const {
+    const double side = angle ? grain.radius() * std::sin(*angle) : 0;
+    double largest = 0;
+    grain.each_contact([&](double force, double radius, Index) {
+      const double a = angle ? side : radius;
+      largest = std::max(largest, force / (pi * a * a));
+    });
+    return largest / (strength * factor);
+  }
+  std::optional<Vec3> plane(const GrainUnderLoad auto&, double) const { return std::nullopt; }
+
+  /// The limit of the contact stress that a compressive and a tensile strength (Pa, both positive) stand for: kappa / f
+  /// of eqs 3-5, whose denominator of chi is misprinted.
+  static double limit(double compressive, double tensile, double poissons_ratio) {
+    const double chi = compressive / tensile - 1, nu = poissons_ratio, root2 = std::sqrt(2.0), root3 = std::sqrt(3.0);
+    const double kappa = (1 + chi) * compressive / root3;
+    const double shape = 3.0 / 32 + root2 / 24 + (root2 / 12 - 0.25) * nu + (0.5 - root2 / 3) * nu * nu;
+    return kappa / (root3 * (1 + chi) * (1 + chi) / chi * shape / ((2 - root2) * (1 + nu)));
+  }
+};
+
+/// Direction from the centre to the contact of largest force (global, unit); zero where nothing touches.
+Vec3 load_direction(const GrainUnderLoad auto& grain) {
+  double largest = 0;
+  std::optional<Index> there;
+  grain.each_contact([&](double force, double, Index at) {
+    if (force > largest) largest = force, there = at;
+  });
+  return there ? Vec3(Vec3(grain.arm(*there)).normalized()) : Vec3(Vec3::Zero());
+}
+
+using Criterion = std::variant<HoekBrown, ContactTension, ContactStrength>;
 
 /// What the criteria of a material say of a grain: the largest utilisation, and which of them it fails.
 struct Verdict {

@@ -17,6 +17,7 @@ public:
 
   Mat3 stress() const { return grain_stress(grains_, contacts_, i_); }
   double poissons_ratio() const { return poissons_ratio_; }
+  double radius() const { return grains_.extent[i_].equivalent_radius; }
   Vec3 arm(Index at) const { return contact_arm(grains_, contacts_, at >> 1, at & 1); }
 
   /// `at`: an entry of contacts.entry.

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/fracture/replace_grain.hpp"
 
+#include <algorithm>
+
 namespace grus::dem {
 namespace {
 
-/// Integrals over a body of density, density x and density x x^T, x from a given centre (global axes).
+/// Integrals over a body of density, density x and density x x^T, x from a given centre (global axes): of its solid,
+/// whatever resists its motion.
 struct MassMoments {
   double mass;
   Vec3 first;
@@ -12,9 +15,9 @@ struct MassMoments {
 };
 
 MassMoments moments_of(const Grains& g, std::size_t i, const Vec3& centre) {
-  const double m = g.mass[i];
+  const double m = solid_mass(g, i);
   const Vec3 x = g.motion[i].position - centre;
-  const Mat3 inertia = inertia_tensor(g, i);
+  const Mat3 inertia = (m / g.mass[i]) * inertia_tensor(g, i);
   return {m, m * x, 0.5 * inertia.trace() * Mat3::Identity() - inertia + m * x * x.transpose()};
 }
 
@@ -48,7 +51,10 @@ std::vector<std::size_t> replace_grain(Grains& g, std::size_t i, const Pieces& p
   fines.angular_momentum += parent.position.cross(momentum) + lost.first.cross(parent.velocity) + inertia * spin;
   fines.kinetic +=
       0.5 * (lost.mass * parent.velocity.squaredNorm() + spin.dot(inertia * spin)) + parent.velocity.dot(turning);
-  if (pieces.loses_mass) add_fines(fines, grading.largest * diameter, grading.dimension, lost.mass);
+  if (pieces.loses_mass) {
+    const double top = grading.largest * diameter;
+    add_fines(fines, top, std::min(grading.smallest, 0.5 * top), grading.dimension, lost.mass);
+  }
   return slots;
 }
 

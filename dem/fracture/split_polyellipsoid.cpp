@@ -45,7 +45,8 @@ Pieces halves_of(const Halves& splitter, const Grains& g, std::size_t i, int axi
   const PolyEllipsoid& parent = g.shape[i];
   const auto half = halves(parent, axis, splitter.rounding);
   const bool keep_mass = splitter.keep_mass || splitter.rounding == 0;
-  const double density = g.mass[i] / (keep_mass ? volume(half[0].shape) + volume(half[1].shape) : g.extent[i].volume);
+  const double density =
+      solid_mass(g, i) / (keep_mass ? volume(half[0].shape) + volume(half[1].shape) : g.extent[i].volume);
   const Mat3 frame = orientation.toRotationMatrix();
   const Vec3 origin = g.motion[i].position - frame * centre_of_mass(parent);
   Pieces out;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/fracture/splitter.hpp"
 
+#include "dem/fracture/apollonian.hpp"
 #include "dem/fracture/split_polyellipsoid.hpp"
 
 namespace grus::dem {

@@ -16,6 +16,7 @@ namespace grus::dem {
 struct Wanted {
   Mat3 stress;                // of the grain (Pa, tension-positive, global)
   std::optional<Vec3> plane;  // its normal (global, unit); none: across the most tensile direction
+  Vec3 load = Vec3::Zero();   // from the centre to the contact of largest force (global, unit); zero: none touches
 };
 
 /// A plane between two of the pieces, across which springs can hold: four quarters of ellipses about a centre, seen
@@ -33,7 +34,8 @@ struct Pieces {
   std::vector<GrainSpec> piece;  // at rest: replace_grain lets them move with the parent
   Quat orientation;              // of the parent's geometry frame, once a sphere's has turned to the plane
   bool loses_mass = false;       // what the pieces do not hold is fines
-  std::vector<FreshPlane> plane;
+  bool keeps_contacts = true;    // the pieces' contacts go on as the parent's; otherwise theirs are new
+  std::vector<FreshPlane> plane = {};
 };
 
 /// Halves of a poly-ellipsoid or a sphere along one of its axes (split_polyellipsoid.hpp).
@@ -44,7 +46,12 @@ struct Halves {
   bool keep_mass = false;  // the lost volume's mass stays, by density / (1 - rounding); otherwise it goes to the fines
 };
 
-using Splitter = std::variant<Halves>;
+/// Fourteen balls in a sphere that touch it from inside and one another (apollonian.hpp).
+struct Balls {
+  bool keep_mass = false;  // by density; otherwise what the balls do not fill goes to the fines
+};
+
+using Splitter = std::variant<Halves, Balls>;
 
 /// Whether a splitter can do anything with a grain's shape.
 bool can_split(const Splitter& splitter, const Grains& grains, std::size_t i);

@@ -100,13 +100,14 @@ void archive_contacts(A& a, C& c) {
 
 template <class A, class L>
 void archive_ledger(A& a, L& l) {
-  for (auto* v :
-       {&l.work, &l.friction, &l.damping, &l.local_damping, &l.fracture, &l.split, &l.split_added, &l.reshape,
-        &l.unexplained, &l.most_friction, &l.most_damping, &l.start, &l.floor, &l.fracture_area, &l.residual_force})
+  for (auto* v : {&l.work, &l.friction, &l.damping, &l.local_damping, &l.fracture, &l.split, &l.split_added, &l.reshape,
+                  &l.inertia, &l.unexplained, &l.most_friction, &l.most_damping, &l.start, &l.floor, &l.fracture_area,
+                  &l.residual_force})
     a.plain(*v);
   for (auto* v : {&l.breakages, &l.bonds_broken}) a.plain(*v);
   a.plain(l.fines.mass);
   a.plain(l.fines.kinetic);
+  a.plain(l.fines.volume);
   a.plain(l.fines.momentum);
   a.plain(l.fines.angular_momentum);
   a.column(l.fines.classes);
@@ -127,7 +128,8 @@ void archive(A& a, S& s) {
   a.plain(walls);
   if constexpr (!std::is_const_v<S>) s.boundary.walls.resize(walls);
   for (auto& w : s.boundary.walls)
-    a.plain(w.point), a.plain(w.normal), a.plain(w.velocity), a.plain(w.material), a.text(w.name);
+    a.plain(w.point), a.plain(w.normal), a.plain(w.velocity), a.plain(w.material), a.plain(w.axis), a.plain(w.radius),
+        a.text(w.name);
   a.plain(s.boundary.cell);
   archive_ledger(a, s.ledger);
   auto& r = s.reference;

@@ -17,6 +17,7 @@ struct ContactRows {
   const std::uint32_t* shift;   // row of `shifts`; nullptr: no periodic cell
   const double* shifts;         // 8: offset of b, 0 | velocity of the offset, 0
   const double* walls;          // 8: normal, normal . point | velocity, 0
+  const double* rounds;         // 8: point, radius | axis, 0 of cylinders; of planes 0; nullptr: all are planes
   const double* laws;           // 8: see law_row
   std::size_t law_count;
   double dt;
@@ -26,6 +27,7 @@ struct ContactRows {
   double* elsewhere;  // the same of targets from `grains` on
   std::uint32_t grains, first;
   bool hertz, friction, dashpot;  // what any of the laws needs
+  bool by_modulus;                // the linear law's stiffness goes with the effective radius
 
   // Histories, a value a pair; as a and b readable beyond the end.
   double *spring_x, *spring_y, *spring_z, *compliance, *viscous;

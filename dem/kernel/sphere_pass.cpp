@@ -17,7 +17,10 @@ template <Kind kind>
     r = ra * rb / (ra + rb);
   }
   s.radius[p] = r;
-  s.stiffness[p] = s.hertz ? 4.0 / 3 * law[law_youngs] * __builtin_sqrt(r) : law[law_stiffness];
+  if (s.hertz)
+    s.stiffness[p] = 4.0 / 3 * law[law_youngs] * __builtin_sqrt(r);
+  else
+    s.stiffness[p] = s.by_modulus ? law[law_stiffness] * r : law[law_stiffness];
 }
 
 /// Which pairs touch. Groups without any are left out, unless somebody looks.
@@ -36,6 +39,20 @@ template <Kind kind>
       Real offset;
       load4(s.walls, s.target + k, 8, d.x, d.y, d.z, offset);  // normal into the space
       gap = ra - (dot(d, xa) - offset);
+      if (s.rounds) {
+        Real3 from, axis;
+        Real radius, none;
+        load4(s.rounds, s.target + k, 8, from.x, from.y, from.z, radius);
+        load4(s.rounds + 4, s.target + k, 8, axis.x, axis.y, axis.z, none);
+        from = xa - from;
+        from = from - dot(from, axis) * axis;
+        const Real away = root(larger(dot(from, from), Real(1e-300)));
+        const Mask round = less(Real(0.0), radius);
+        const Real inward = Real(-1.0) / away;
+        d = {select(round, inward * from.x, d.x), select(round, inward * from.y, d.y),
+             select(round, inward * from.z, d.z)};
+        gap = select(round, ra + away - radius, gap);
+      }
       d = Real(-1.0) * d;
       touching = bits(less(Real(0.0), gap));
     } else {

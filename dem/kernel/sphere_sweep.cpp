@@ -80,7 +80,8 @@ GRUS_INLINE SweepEnergy run(const SweepRows& s, std::size_t begin, std::size_t e
       fastest = speed2 > fastest ? speed2 : fastest;
       GRUS_ROW(m) = x + step * v;
     } else {
-      for (int k = 0; k < 3; ++k) s.angular_momentum[3 * i + static_cast<std::size_t>(k)] = w[k] / w[3];
+      for (int k = 0; k < 3; ++k)
+        s.angular_momentum[3 * i + static_cast<std::size_t>(k)] = w[3] > 0 ? w[k] / w[3] : 0;  // 0: it does not turn
     }
   }
   return {viscous[0] + viscous[1] + viscous[2], work[0] + work[1] + work[2], fastest[0] + fastest[1] + fastest[2]};

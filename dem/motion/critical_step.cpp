@@ -87,8 +87,10 @@ double impact_bound(const ContactLaw& law, const PairLaw& p, const Grains& g, st
                     double speed) {
   // Against a wall all of the grain's mass and radius count, against a grain half.
   const double radius = g.extent[i].equivalent_radius * (walled ? 2 : 1), mass = (walled ? 1 : 0.5) * g.mass[i];
-  double stiffness = p.normal_stiffness;
-  if (std::holds_alternative<HertzMindlin>(law)) {
+  double stiffness;
+  if (const auto* linear = std::get_if<LinearSpring>(&law)) {
+    stiffness = linear->stiffness_at_birth(p, g.extent[i].equivalent_radius);  // against something much larger
+  } else {
     const double e = p.youngs > 0 ? p.youngs : 1;
     const double depth =
         std::max(std::pow(15 * mass * speed * speed / (16 * std::sqrt(0.5 * radius) * e), 0.4), 1e-4 * radius);

@@ -2,6 +2,7 @@
 // Makers of samples: spheres only; positions and radii, seeded, the same on any number of threads.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -12,9 +13,23 @@
 namespace grus::dem {
 
 struct RadiusDistribution {
-  std::string kind = "constant";              // "constant", "uniform", "truncated-normal"
-  double mean = 0, sd = 0, min = 0, max = 0;  // m
+  std::string kind = "constant";              // "constant", "uniform", "truncated-normal", "log-normal", "sieve"
+  double mean = 0, sd = 0, min = 0, max = 0;  // m, by number
+  double median = 0, spread = 0;              // log-normal by mass: median (m), standard deviation of the logarithm
+  std::vector<std::array<double, 2>> sieve =
+      {};  // radius (m), mass passing (0 to 1); between two of them even in log r
+
+  double mean_cube() const;  // mean of r^3 by number (m^3)
 };
+
+/// The radius of grain i (m).
+double draw_radius(const RadiusDistribution& d, std::uint64_t seed, std::uint64_t i);
+
+/// Number of grains in a class of a sieve curve for a unit of volume / (4 pi / 3), and their mean radius (m).
+struct SieveClass {
+  double number, mean;
+};
+SieveClass sieve_class(const RadiusDistribution& d, std::size_t k);
 
 struct Sphere {
   Vec3 position;
@@ -32,8 +47,12 @@ struct Packing {
 /// 0.66 for a radius ratio of 1:4; walls cost a few per cent. `count` = 0: as many radii as fill the fraction. Radii
 /// are scaled by less than 2 % so that the fraction is exact. No overlap exceeds 1e-6 of a radius. Throws InputError
 /// where the fraction is not reached, with the one that is.
+/// In a cylinder the box is [diameter, diameter, height], its axis in the middle along z.
+enum class Container { box, cylinder, periodic };
+double volume_of(Container container, const Vec3& box);
+
 Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count,
-                       bool periodic, std::uint64_t seed, Team& team, const Watch& watch);
+                       Container container, std::uint64_t seed, Team& team, const Watch& watch);
 Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count,
                        bool periodic, std::uint64_t seed);
 

@@ -10,30 +10,20 @@
 namespace grus::dem {
 namespace {
 
-double draw(const RadiusDistribution& d, std::uint64_t seed, std::uint64_t i) {
-  if (d.kind == "uniform") return d.min + (d.max - d.min) * random_uniform(seed, i, Purpose::radius);
-  if (d.kind == "truncated-normal")
-    for (std::uint64_t k = 0; k < 10000; ++k) {
-      const double r = d.mean + d.sd * random_normal(seed, i, Purpose::radius, k);
-      if (r >= d.min && r <= d.max) return r;
-    }
-  return d.mean;
-}
-
 /// Stages of growth: the share of the radii, and how long each may take.
 constexpr int stages = 12;
 constexpr double margin = 1e-4,
                  first = 0.75;  // spheres are grown a little too far, so that the final radii leave no overlap
 
 /// Spheres of the radii that fill the box to the fraction (`radii`), thrown in at random.
-Packing drawn(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count,
-              std::uint64_t seed, std::vector<double>& radii) {
+Packing drawn(const Vec3& box, Container container, const RadiusDistribution& radius, double solid_fraction,
+              std::size_t count, std::uint64_t seed, std::vector<double>& radii) {
   Packing p;
   p.box = box;
-  const double target = solid_fraction * box.prod();
+  const double target = solid_fraction * volume_of(container, box);
   double solid = 0;
   for (std::uint64_t i = 0; count > 0 ? i < count : true; ++i) {
-    const double r = draw(radius, seed, i), v = 4 * pi / 3 * r * r * r;
+    const double r = draw_radius(radius, seed, i), v = 4 * pi / 3 * r * r * r;
     if (count == 0 && solid + 0.5 * v > target && i > 0) break;
     if (i >= 20'000'000) throw InputError("more than 20 million grains would be needed; check box and radius");
     solid += v;
@@ -45,11 +35,16 @@ Packing drawn(const Vec3& box, const RadiusDistribution& radius, double solid_fr
   if (std::abs(exact - 1) > 0.02)
     throw InputError(fmt::format(
         "{} grains of this size fill {:.3f} of the box, not solid_fraction = {:g}; change count (or leave it out)",
-        p.spheres.size(), solid / box.prod(), solid_fraction));
+        p.spheres.size(), solid / volume_of(container, box), solid_fraction));
   for (auto& s : p.spheres) {
     radii.push_back(s.radius * exact);
     if (2 * radii.back() >= box.minCoeff())
       throw InputError(fmt::format("a grain of radius {:.3g} m does not fit the box", radii.back()));
+    if (container == Container::cylinder) {  // even over the disc
+      const double away = 0.5 * std::sqrt(s.position[0]), angle = 2 * pi * s.position[1];
+      s.position[0] = 0.5 + away * std::cos(angle);
+      s.position[1] = 0.5 + away * std::sin(angle);
+    }
     s.position = s.position.cwiseProduct(box);
   }
   return p;
@@ -57,18 +52,22 @@ Packing drawn(const Vec3& box, const RadiusDistribution& radius, double solid_fr
 
 }  // namespace
 
+double volume_of(Container container, const Vec3& box) {
+  return box.prod() * (container == Container::cylinder ? pi / 4 : 1);
+}
+
 Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count,
-                       bool periodic, std::uint64_t seed, Team& team, const Watch& watch) {
+                       Container container, std::uint64_t seed, Team& team, const Watch& watch) {
   std::vector<double> radii;
-  Packing p = drawn(box, radius, solid_fraction, count, seed, radii);
-  if (periodic) {
+  Packing p = drawn(box, container, radius, solid_fraction, count, seed, radii);
+  if (container == Container::periodic) {
     Grains grains;
     for (std::size_t i = 0; i < radii.size(); ++i) grains.motion.push_back({}), grains.motion.back().radius = radii[i];
     Cell cell;
     cell.vectors = Mat3(box.asDiagonal());
     refuse_small_cell(grains, cell, 0.4 * radius.mean);
   }
-  Relaxation relaxation(box, periodic, p.spheres, team);
+  Relaxation relaxation(box, container, p.spheres, team);
   double steps = stages * 400 + 20000;
   double done = 0;
   auto grow = [&](double share, int iterations, double good) {
@@ -118,7 +117,8 @@ Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double
 Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count,
                        bool periodic, std::uint64_t seed) {
   Team alone(1);
-  return random_packing(box, radius, solid_fraction, count, periodic, seed, alone, {});
+  return random_packing(box, radius, solid_fraction, count, periodic ? Container::periodic : Container::box, seed,
+                        alone, {});
 }
 
 }  // namespace grus::dem

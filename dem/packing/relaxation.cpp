@@ -7,6 +7,20 @@
 
 namespace grus::dem {
 
+template <class F>
+void Relaxation::each_wall(std::size_t i, double radius, F&& f) const {
+  if (periodic_) return;
+  const Vec3& x = s_[i].position;
+  for (int k = round_ ? 2 : 0; k < 3; ++k) {
+    f(radius - x[k], Vec3(Vec3::Unit(k)));
+    f(x[k] + radius - box_[k], Vec3(-Vec3::Unit(k)));
+  }
+  if (!round_) return;
+  const Vec3 out(x[0] - 0.5 * box_[0], x[1] - 0.5 * box_[1], 0);
+  const double away = out.norm();
+  f(away + radius - 0.5 * box_[0], away > 0 ? Vec3(-out / away) : Vec3(-Vec3::UnitX()));
+}
+
 double Relaxation::run(int iterations, double good_enough, const std::function<void(int)>& watch) {
   double mean = 0;
   for (const auto& s : s_) mean += s.radius;
@@ -98,12 +112,10 @@ double Relaxation::forces() {
           force -= overlap * n;
         worst = std::max(worst, overlap / std::min(s_[i].radius, other.radius));
       }
-      for (int k = 0; k < 3 && !periodic_; ++k) {
-        const double low = s_[i].radius - s_[i].position[k], high = s_[i].position[k] + s_[i].radius - box_[k];
-        if (low > 0) force[k] += low;
-        if (high > 0) force[k] -= high;
-        worst = std::max(worst, std::max(low, high) / s_[i].radius);
-      }
+      each_wall(i, s_[i].radius, [&](double depth, const Vec3& inward) {
+        if (depth > 0) force += depth * inward;
+        worst = std::max(worst, depth / s_[i].radius);
+      });
       f_[i] = force;
     }
   });
@@ -120,9 +132,9 @@ double Relaxation::energy_of(std::size_t i, double radius) const {
     const double reach = radius + other.radius, d2 = d.squaredNorm();
     if (d2 < reach * reach) sum += 0.5 * std::pow(reach - std::sqrt(d2), 2);
   }
-  for (int k = 0; k < 3 && !periodic_; ++k)
-    for (const double depth : {radius - s_[i].position[k], s_[i].position[k] + radius - box_[k]})
-      if (depth > 0) sum += 0.5 * depth * depth;
+  each_wall(i, radius, [&](double depth, const Vec3&) {
+    if (depth > 0) sum += 0.5 * depth * depth;
+  });
   return sum;
 }
 

@@ -11,8 +11,12 @@ namespace grus::dem {
 /// threads.
 class Relaxation {
 public:
-  Relaxation(const Vec3& box, bool periodic, std::vector<Sphere>& spheres, Team& team)
-      : box_(box), periodic_(periodic), s_(spheres), team_(team) {}
+  Relaxation(const Vec3& box, Container container, std::vector<Sphere>& spheres, Team& team)
+      : box_(box),
+        periodic_(container == Container::periodic),
+        round_(container == Container::cylinder),
+        s_(spheres),
+        team_(team) {}
 
   /// Worst overlap relative to the smaller radius after at most `iterations`. `watch(iteration)` is asked every 20 of
   /// them.
@@ -26,9 +30,12 @@ private:
   bool moved() const;
   double forces();
   double energy_of(std::size_t i, double radius) const;  // of sphere i, were it of this radius
+  /// Calls f(how far sphere i, were it of this radius, is beyond a wall, unit normal to the inside).
+  template <class F>
+  void each_wall(std::size_t i, double radius, F&& f) const;
 
   Vec3 box_;
-  bool periodic_;
+  bool periodic_, round_;
   std::vector<Sphere>& s_;
   Team& team_;
   Grains grains_;

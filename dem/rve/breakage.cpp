@@ -7,6 +7,7 @@
 
 #include "dem/bond/bonds.hpp"
 #include "dem/contact/forces.hpp"
+#include "dem/contact/listing.hpp"
 #include "dem/fracture/loaded_grain.hpp"
 #include "dem/fracture/replace_grain.hpp"
 #include "dem/rve/bonding.hpp"
@@ -20,12 +21,23 @@ LoadedGrain loaded(const Model& model, const State& state, std::size_t i) {
   return {model.law, nu, state.grains, state.contacts, i};
 }
 
+/// A fragment that its neighbours have not yet taken up, or that flies from them.
+bool unsettled(const Model& model, const State& state, int rest, std::size_t i) {
+  const Grains& g = state.grains;
+  if (g.generation[i] == 0) return false;
+  if (state.steps - g.born[i] < static_cast<std::uint64_t>(rest)) return true;
+  double largest = 0;
+  loaded(model, state, i).each_contact([&](double force, double, Index) { largest = std::max(largest, force); });
+  return g.force[i].norm() >= 0.5 * largest;
+}
+
 /// How near grain i is to failing; a utilisation of 0 where it may not break or nothing could be made of it.
 Verdict verdict_of(const Model& model, const State& state, std::size_t i) {
   const Grains& g = state.grains;
   const auto& fracture = model.materials[g.material[i]].fracture;
   if (!fracture || !fracture->limit.allows(g.extent[i].equivalent_radius, g.generation[i])) return {};
   if (!can_split(fracture->splitter, g, i)) return {};
+  if (fracture->limit.rest > 0 && unsettled(model, state, fracture->limit.rest, i)) return {};
   return judge(fracture->criteria, loaded(model, state, i), g.strength[i]);
 }
 
@@ -33,7 +45,7 @@ Verdict verdict_of(const Model& model, const State& state, std::size_t i) {
 Wanted wanted_by(const Model& model, const State& state, std::size_t i) {
   const FractureModel& fracture = *model.materials[state.grains.material[i]].fracture;
   const LoadedGrain grain = loaded(model, state, i);
-  Wanted wanted{grain.stress(), std::nullopt};
+  Wanted wanted{grain.stress(), std::nullopt, load_direction(grain)};
   if (fracture.plane == BreakPlane::average_stress) return wanted;
   const Criterion& failed = fracture.criteria[verdict_of(model, state, i).by];
   wanted.plane = std::visit([&](const auto& c) { return c.plane(grain, state.grains.strength[i]); }, failed);
@@ -127,12 +139,24 @@ Split split(const Model& model, State& state, const Break& b) {
   const FractureModel& fracture = *model.materials[g.material[b.grain]].fracture;
   Split out;
   out.pieces = pieces_of(fracture.splitter, g, b.grain, b.wanted, model.seed);
+  for (GrainSpec& piece : out.pieces.piece)
+    piece.inertia = model.numerics.inertia_factor(equivalent_radius(piece.shape));
   g.orientation[b.grain] = out.pieces.orientation;
   out.parent = motion_of(g, b.grain);
-  out.slots = replace_grain(g, b.grain, out.pieces, fracture.fines, state.ledger.fines);
+  Fines& fines = state.ledger.fines;
+  const double before = fines.mass, moving = kinetic_energy(g, b.grain) + fines.kinetic;
+  const Material& material = model.materials[g.material[b.grain]];
+  out.slots = replace_grain(g, b.grain, out.pieces, fracture.fines, fines);
+  fines.volume += (fines.mass - before) / material.density;
   for (const std::size_t i : out.slots) {
     draw_strength(model, g, i);
     g.utilisation[i] = NAN;
+    if (!g.born.empty()) g.born[i] = state.steps;
+  }
+  if (!g.solid_mass.empty()) {  // pieces that resist motion by more than their solid, at its velocity
+    double now = fines.kinetic;
+    for (const std::size_t i : out.slots) now += kinetic_energy(g, i);
+    state.ledger.inertia += now - moving;
   }
   return out;
 }
@@ -211,8 +235,10 @@ void apply_breaks(const Model& model, State& state, const std::vector<Break>& br
   std::vector<Split> splits;
   for (const Break& b : breaks) {
     splits.push_back(split(model, state, b));
+    const Index past = splits.back().pieces.keeps_contacts ? static_cast<Index>(b.grain) : Past::nobody;
+    origin[b.grain] = past;
     for (std::size_t n = 1; n < splits.back().slots.size(); ++n) {
-      origin.push_back(static_cast<Index>(b.grain));
+      origin.push_back(past);
       few.push_back(static_cast<Index>(splits.back().slots[n]));
     }
   }
@@ -221,7 +247,8 @@ void apply_breaks(const Model& model, State& state, const std::vector<Break>& br
                 team);
   refresh_forces(model, state, team);
   bool shared = false;
-  for (const Split& s : splits) shared = share_contacts(model, state, s.slots) || shared;
+  for (const Split& s : splits)
+    if (s.pieces.keeps_contacts) shared = share_contacts(model, state, s.slots) || shared;
   if (shared) refresh_forces(model, state, team);
   if (model.split_statistics) {
     std::vector<std::vector<std::size_t>> pieces;

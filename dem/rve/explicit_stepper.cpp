@@ -140,12 +140,13 @@ void check_speeds(const State& state) {
 
 /// What is below a strain of 1e-10 of all grains is round-off of their positions (J).
 double energy_floor(const Model& model, const Grains& g) {
-  const bool linear = std::holds_alternative<LinearSpring>(model.law);
+  const auto* linear = std::get_if<LinearSpring>(&model.law);
   double whole = 0;
   for (std::size_t i = 0; i < g.size(); ++i) {
     const Material& m = model.materials[g.material[i]];
     const double v = g.extent[i].volume;
-    whole += linear ? m.normal_stiffness * std::pow(v, 2.0 / 3) : m.youngs_modulus * v;
+    const double area_law = linear && !linear->by_modulus ? std::pow(v, 2.0 / 3) : v;
+    whole += (linear ? m.normal_stiffness : m.youngs_modulus) * area_law;
   }
   return 1e-20 * whole;
 }

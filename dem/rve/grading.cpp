@@ -7,21 +7,45 @@
 
 namespace grus::dem {
 
-Grading::Grading(const State& state) {
+Grading::Grading(const State& state, double scale) {
   const Grains& g = state.grains;
-  for (std::size_t i = 0; i < g.size(); ++i) grains_.emplace_back(2 * g.extent[i].equivalent_radius, g.mass[i]);
+  for (std::size_t i = 0; i < g.size(); ++i)
+    grains_.emplace_back(2 * g.extent[i].equivalent_radius / scale, solid_mass(g, i));
   std::sort(grains_.begin(), grains_.end());
   for (auto& [d, m] : grains_) m = mass_ += m;
-  for (const auto& c : state.ledger.fines.classes)
-    fines_.push_back({std::exp2(static_cast<double>(c.octave8) / 8.0), c.mass, 3 - c.dimension}), fines_mass_ += c.mass;
+  for (const auto& c : state.ledger.fines.classes) {
+    fines_.push_back(
+        {std::exp2(static_cast<double>(c.octave8) / 8.0) / scale, c.smallest / scale, c.mass, 3 - c.dimension});
+    fines_mass_ += c.mass;
+  }
   mass_ += fines_mass_;
+}
+
+double Grading::Fines::passing(double d) const {
+  if (d >= top) return 1;
+  if (d <= smallest) return 0;
+  const double least = std::pow(smallest / top, slope);
+  return (std::pow(d / top, slope) - least) / (1 - least);
+}
+
+double Grading::Fines::mean_log(double reference) const {
+  const double least = std::pow(smallest / top, slope);
+  const double tail = smallest > 0 ? least * std::log(top / smallest) / (1 - least) : 0;
+  return std::log(reference / top) + 1 / slope - tail;
+}
+
+double Grading::Fines::mean_log_above(double cut) const {
+  if (top <= cut) return 0;
+  const double least = std::pow(smallest / top, slope), from = std::max(cut, smallest);
+  const double at = std::pow(from / top, slope);
+  return (std::log(top / cut) - at * std::log(from / cut) - (1 - at) / slope) / (1 - least);
 }
 
 double Grading::passing(double d) const {
   const auto above =
       std::upper_bound(grains_.begin(), grains_.end(), d, [](double x, const auto& g) { return x < g.first; });
   double sum = above == grains_.begin() ? 0 : std::prev(above)->second;
-  for (const auto& f : fines_) sum += f.mass * (d < f.top ? std::pow(d / f.top, f.slope) : 1.0);
+  for (const auto& f : fines_) sum += f.mass * f.passing(d);
   return sum / mass_;
 }
 
@@ -39,18 +63,14 @@ double Grading::diameter(double fraction) const {
 double Grading::mean_log(double reference) const {
   double sum = 0, before = 0;
   for (const auto& [d, m] : grains_) sum += (m - before) * std::log(reference / d), before = m;
-  for (const auto& f : fines_) sum += f.mass * (std::log(reference / f.top) + 1 / f.slope);
+  for (const auto& f : fines_) sum += f.mass * f.mean_log(reference);
   return sum / mass_;
 }
 
 double Grading::hardin_potential(double cut) const {
   double sum = 0, before = 0;
   for (const auto& [d, m] : grains_) sum += (m - before) * std::max(0.0, std::log10(d / cut)), before = m;
-  for (const auto& f : fines_) {
-    if (f.top <= cut) continue;  // integral of log10(x / cut) over the fractal's mass above the cut
-    const double l = std::log(f.top / cut);
-    sum += f.mass * (l - (1 - std::exp(-f.slope * l)) / f.slope) / std::log(10.0);
-  }
+  for (const auto& f : fines_) sum += f.mass * f.mean_log_above(cut) / std::log(10.0);
   return sum / mass_;
 }
 
@@ -84,7 +104,7 @@ Zingg zingg(const Grains& g) {
   double mass = 0;
   for (std::size_t i = 0; i < g.size(); ++i) {
     const Vec3 w = sorted_widths(g, i);
-    const double long_ratio = w[1] / w[0], flat_ratio = w[2] / w[1], m = g.mass[i];
+    const double long_ratio = w[1] / w[0], flat_ratio = w[2] / w[1], m = solid_mass(g, i);
     const bool wide = long_ratio > 2.0 / 3, thick = flat_ratio > 2.0 / 3;
     double* const shape[2][2] = {{&z.blade, &z.rod}, {&z.disc, &z.equant}};
     *shape[wide][thick] += m;
@@ -106,7 +126,7 @@ std::vector<SizeClass> size_classes(const State& state, double smallest, double 
     SizeClass& c = classes[static_cast<std::size_t>(std::clamp(at, 0.0, static_cast<double>(count - 1)))];
     const Vec3 w = sorted_widths(g, i);
     ++c.grains;
-    c.mass += g.mass[i];
+    c.mass += solid_mass(g, i);
     c.elongation += w[1] / w[0];
     c.flatness += w[2] / w[1];
     if (!g.generation.empty()) c.generation += g.generation[i];

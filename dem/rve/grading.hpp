@@ -9,9 +9,10 @@ namespace grus::dem {
 /// Grading by mass against the equivalent diameter (m).
 class Grading {
 public:
-  explicit Grading(const State& state);
+  /// `scale`: of the grains over what they stand for, which the grading is told of.
+  explicit Grading(const State& state, double scale = 1);
 
-  /// Mass fraction finer than d: whole grains below it, and of each class of fines (d / top)^(3 - dimension).
+  /// Mass fraction finer than d: whole grains below it, and of each class of fines its share.
   double passing(double d) const;
   /// Diameter (m) that the given fraction passes.
   double diameter(double fraction) const;
@@ -29,7 +30,11 @@ public:
 private:
   std::vector<std::pair<double, double>> grains_;  // diameter, mass up to it
   struct Fines {
-    double top, mass, slope;  // m, kg, 3 - fractal dimension
+    double top, smallest, mass, slope;  // m, m, kg, 3 - fractal dimension
+
+    double passing(double d) const;           // of their mass
+    double mean_log(double reference) const;  // of ln(reference / d)
+    double mean_log_above(double cut) const;  // of max(0, ln(d / cut))
   };
   std::vector<Fines> fines_;
   double mass_ = 0, fines_mass_ = 0;

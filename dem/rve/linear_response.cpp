@@ -33,6 +33,7 @@ struct Foretold {
     return loaded;
   }
   double poissons_ratio() const { return grain.poissons_ratio; }
+  double radius() const { return grain.radius; }
   Vec3 arm(Index at) const { return grain.contact[at].arm; }
 
   /// Hertz: the contact's radius goes with the cube root of the force.
@@ -137,7 +138,8 @@ void add_grains(const Model& model, const State& s, const Network& net, LinearRe
     if (!material.fracture) continue;
     LinearResponse::Grain grain;
     grain.material = s.grains.material[i], grain.strength = s.grains.strength[i];
-    grain.poissons_ratio = material.poissons_ratio, grain.stress = grain_stress(s.grains, s.contacts, i);
+    grain.poissons_ratio = material.poissons_ratio, grain.radius = s.grains.extent[i].equivalent_radius;
+    grain.stress = grain_stress(s.grains, s.contacts, i);
     grain.change.fill(Mat3::Zero());
     for (Index e = s.contacts.first[i]; e < s.contacts.first[i + 1]; ++e) {
       const std::size_t k = s.contacts.entry[e] >> 1;

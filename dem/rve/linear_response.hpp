@@ -25,7 +25,7 @@ struct LinearResponse {
   /// A grain that can break: its stress and the links on it.
   struct Grain {
     std::size_t material;
-    double strength, poissons_ratio;
+    double strength, poissons_ratio, radius;  // radius: equivalent (m)
     Mat3 stress;
     std::array<Mat3, 6> change;  // of the stress for a unit of each strain component (Pa)
     struct Contact {

@@ -57,8 +57,10 @@ Vec3 servo_rates(const Model& model, const State& state, const Loading& loading)
     if (!axis.stress) continue;
     const double now = state.boundary.cell.periodic() ? m.stress(k, k) : m.wall_stress(k, k);
     // Close the gap over 200 steps if the tangent holds; a loose sample has none and moves at the bound.
-    const double stiffness = std::max(tangent(k, k), 10 * std::abs(*axis.stress));
-    rates[k] = std::clamp((*axis.stress - now) / (stiffness * 200 * state.dt), -axis.max_rate, axis.max_rate);
+    const double wanted = *axis.stress + axis.stress_rate * state.time;
+    const double stiffness = std::max(tangent(k, k), 10 * std::abs(wanted));
+    const double gap = wanted - now;  // of nothing in a sample that nothing holds yet: it waits
+    rates[k] = gap == 0 ? 0 : std::clamp(gap / (stiffness * 200 * state.dt), -axis.max_rate, axis.max_rate);
   }
   return rates;
 }

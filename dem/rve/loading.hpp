@@ -15,6 +15,7 @@ struct AxisControl {
   double strain_rate = 0;        // 1/s, tension-positive
   std::optional<double> stress;  // Pa, tension-positive; the rate is then bounded by max_rate
   double max_rate = 0;           // 1/s
+  double stress_rate = 0;        // Pa/s, by which the stress goes on
 };
 
 struct Loading {

@@ -51,10 +51,21 @@ Eigen::Matrix<double, 3, 6> displacement_of_strain(const Vec3& l) {
   return b;
 }
 
+const Wall* cylinder(const Boundary& boundary) {
+  for (const Wall& wall : boundary.walls)
+    if (wall.round()) return &wall;
+  return nullptr;
+}
+
 double bulk_volume(const Boundary& boundary) {
   if (boundary.cell.periodic()) return boundary.cell.volume();
   double v = 1;
+  const Wall* round = cylinder(boundary);
   for (int k = 0; k < 3; ++k) {
+    if (round && round->axis[k] == 0) {  // two axes across: pi R^2
+      v *= std::sqrt(pi) * round->radius;
+      continue;
+    }
     const Faces of = faces(boundary, k);
     if (of.plus == Faces::none || of.minus == Faces::none) return 0;
     v *= width(boundary, of, k);
@@ -123,12 +134,33 @@ double inertial_number(const State& s, double strain_rate, double pressure) {
   return std::abs(strain_rate) * mean_diameter(s.grains) * std::sqrt(density / pressure);
 }
 
+namespace {
+
+/// Pressure on a cylinder of volume V = pi R^2 h: what pushes outward over 2 pi R h = 2 V / R (Pa).
+double radial_stress(const State& s, double volume) {
+  double force = 0, radius = 0;
+  for (std::size_t c = s.contacts.begin[first_wall]; c < s.contacts.size(); ++c) {
+    const Wall& wall = s.boundary.walls[s.contacts.pair[c].b];
+    if (!wall.round()) continue;
+    force += s.contacts.touch[c].force.dot(s.contacts.touch[c].normal);
+    radius = wall.radius;
+  }
+  return 0.5 * force * radius / volume;
+}
+
+}  // namespace
+
 Measurement measure(const Model& model, const State& s) {
   Measurement m;
   m.volume = bulk_volume(s.boundary);
   m.stress = love_weber(s, m.volume);
   if (m.volume > 0 && !s.boundary.cell.periodic()) {
+    const Wall* round = cylinder(s.boundary);
     for (int k = 0; k < 3; ++k) {
+      if (round && round->axis[k] == 0) {
+        m.wall_stress(k, k) = -radial_stress(s, m.volume);
+        continue;
+      }
       const Faces of = faces(s.boundary, k);
       // Mean of both faces; the force on the + wall points outward, along +k.
       double force = 0;

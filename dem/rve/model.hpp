@@ -18,8 +18,9 @@ struct Material {
   double friction = 0;
   double restitution = 1;       // normal
   double damping = 0;           // local, non-viscous; of this material's grains
-  double normal_stiffness = 0;  // linear law, N/m
+  double normal_stiffness = 0;  // linear law, N/m; by modulus: 4 x modulus, Pa
   double shear_ratio = 0;       // linear law, tangential / normal
+  bool turns = true;            // false: spheres of it keep their orientation
   std::optional<FractureModel> fracture;
 };
 
@@ -33,6 +34,11 @@ struct Numerics {
   int fracture_every = 10;   // steps between tests of the fracture criteria
   double max_energy_error = 0.05;
   std::optional<double> max_overlap;  // of the smaller equivalent radius; see overlap_limit
+  double scaled_below = 0;            // diameter (m) below which grains resist motion as if denser
+
+  /// Mass that resists motion over that of the solid: with a density ~ d^-2 all sizes have one m / k and one inertial
+  /// number, and the time step does not follow the smallest fragment. Quasi-static motion alone.
+  double inertia_factor(double radius) const { return std::max(1.0, std::pow(0.5 * scaled_below / radius, 2)); }
 };
 
 struct Stepper;
@@ -56,6 +62,11 @@ struct Model {
   bool reshapes() const {
     for (const auto& m : materials)
       if (m.fracture && m.fracture->transition) return true;
+    return false;
+  }
+  bool has_balls() const {
+    for (const auto& m : materials)
+      if (m.fracture && std::holds_alternative<Balls>(m.fracture->splitter)) return true;
     return false;
   }
   bool breakable() const {

@@ -35,6 +35,9 @@ void prepare_breakage(const Model& model, State& state) {
     g.generation.resize(g.size(), 0);
     for (std::size_t i = 0; i < g.size(); ++i) draw_strength(model, g, i);
   }
+  const bool rests = std::any_of(model.materials.begin(), model.materials.end(),
+                                 [](const Material& m) { return m.fracture && m.fracture->limit.rest > 0; });
+  if (rests && g.born.empty()) g.born.resize(g.size(), 0);
   g.utilisation.assign(g.size(), NAN);
   const auto every = static_cast<std::uint64_t>(model.numerics.fracture_every);
   state.tested_at = state.steps, state.next_test = (state.steps / every + 1) * every;

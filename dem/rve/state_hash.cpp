@@ -28,8 +28,10 @@ std::uint64_t hash(const State& s) {
     for (const double v : {b.peak, b.onset, b.rupture, b.reached}) add(&v, sizeof v);
     add(b.force.data(), sizeof b.force);
   }
-  for (const Wall& wall : s.boundary.walls)
+  for (const Wall& wall : s.boundary.walls) {
     for (const Vec3& v : {wall.point, wall.normal, wall.velocity}) add(v.data(), sizeof v);
+    if (wall.round()) add(wall.axis.data(), sizeof wall.axis), add(&wall.radius, sizeof wall.radius);
+  }
   add(&s.boundary.cell, sizeof s.boundary.cell);
   add(&s.time, sizeof s.time);
   return h;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Rigid plane walls, or the periodic cell.
+// Rigid walls, planes or cylinders, or the periodic cell.
 #pragma once
 
 #include <string>
@@ -10,10 +10,20 @@
 namespace grus::dem {
 
 struct Wall {
-  Vec3 point, normal;  // unit normal into the space that grains may use
+  Vec3 point, normal;  // unit normal into the space that grains may use; zero of a cylinder
   Vec3 velocity = Vec3::Zero();
   std::uint8_t material = 0;
-  std::string name;
+  std::string name = {};
+  Vec3 axis = Vec3::Zero();  // unit, of a cylinder about `point`, in which grains are
+  double radius = 0;         // of a cylinder; 0: a plane
+
+  bool round() const { return radius > 0; }
+  /// How far x is on the good side (m).
+  double distance(const Vec3& x) const {
+    if (!round()) return normal.dot(x - point);
+    const Vec3 from = x - point;
+    return radius - (from - axis.dot(from) * axis).norm();
+  }
 };
 
 /// Columns of `vectors` are the cell's edges (m); they move at the constant `rate` (m/s), so that the affine field

@@ -135,7 +135,7 @@ struct Contacts {
   std::vector<Index> first, entry;  // of grain i: entry[first[i]..first[i+1]) = 2 * pair + (is b), first those of which
                                     // it is a; empty until somebody asks (index_grains)
   std::vector<BlockEnergy> energy;  // one a tile
-  std::vector<double> law_rows, shift_rows, wall_rows;  // room for the kernels' tables
+  std::vector<double> law_rows, shift_rows, wall_rows, round_rows;  // room for the kernels' tables
 
   std::size_t size() const { return pair.size(); }
 };

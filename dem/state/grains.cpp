@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/state/grains.hpp"
 
+#include <algorithm>
+#include <array>
+
 namespace grus::dem {
 namespace {
 
@@ -21,21 +24,24 @@ void put_shape(Grains& g, std::size_t i, const PolyEllipsoid& shape) {
 void set_grain(Grains& g, std::size_t i, const GrainSpec& spec) {
   if (i == g.size()) {
     for_each_column(g, [&](auto& column) {
-      const bool optional =
-          static_cast<const void*>(&column) == &g.frame || static_cast<const void*>(&column) == &g.strength ||
-          static_cast<const void*>(&column) == &g.generation || static_cast<const void*>(&column) == &g.utilisation;
-      if (!optional || !column.empty()) column.emplace_back();
+      const std::array<const void*, 6> optional{&g.frame,       &g.strength, &g.generation,
+                                                &g.utilisation, &g.born,     &g.solid_mass};
+      const bool may_be_empty = std::find(optional.begin(), optional.end(), &column) != optional.end();
+      if (!may_be_empty || !column.empty()) column.emplace_back();
     });
   }
-  const double m = spec.density * volume(spec.shape);
+  const double solid = spec.density * volume(spec.shape), m = spec.inertia * solid;
+  if (spec.inertia != 1 && g.solid_mass.empty()) g.solid_mass = g.mass;
+  if (!g.solid_mass.empty()) g.solid_mass[i] = solid;
   g.motion[i] = {spec.position, 0, spec.velocity, 1 / m, spec.spin, 0};
   g.orientation[i] = spec.orientation.normalized();
   g.mass[i] = m;
   put_shape(g, i, spec.shape);
+  if (!spec.turns) g.motion[i].inverse_inertia = 0;
   g.material[i] = spec.material;
   g.id[i] = g.next_id++;
   g.force[i] = g.torque[i] = Vec3::Zero();
-  g.angular_momentum[i] = inertia_tensor(g, i) * spec.spin;
+  g.angular_momentum[i] = spec.turns ? Vec3(inertia_tensor(g, i) * spec.spin) : Vec3::Zero();
 }
 
 void set_shape(Grains& g, std::size_t i, const PolyEllipsoid& shape) {
@@ -69,16 +75,19 @@ Mat3 inertia_tensor(const Grains& g, std::size_t i) {
   return r * g.inertia[i].moments.asDiagonal() * r.transpose();
 }
 
+double kinetic_energy(const Grains& g, std::size_t i) {
+  return 0.5 * (g.mass[i] * g.motion[i].velocity.squaredNorm() + g.angular_momentum[i].dot(spin_of(g, i)));
+}
+
 double kinetic_energy(const Grains& g) {
   double sum = 0;
-  for (std::size_t i = 0; i < g.size(); ++i)
-    sum += 0.5 * (g.mass[i] * g.motion[i].velocity.squaredNorm() + g.angular_momentum[i].dot(spin_of(g, i)));
+  for (std::size_t i = 0; i < g.size(); ++i) sum += kinetic_energy(g, i);
   return sum;
 }
 
 double total_mass(const Grains& g) {
   double sum = 0;
-  for (double m : g.mass) sum += m;
+  for (std::size_t i = 0; i < g.size(); ++i) sum += solid_mass(g, i);
   return sum;
 }
 

@@ -46,7 +46,8 @@ struct Grains {
   std::vector<Motion> motion;
   std::vector<Quat> orientation;  // geometry -> global
   std::vector<Vec3> angular_momentum, force, torque;
-  std::vector<double> mass;
+  std::vector<double> mass;        // kg; what resists motion
+  std::vector<double> solid_mass;  // kg; empty where that is the same: no inertia is scaled
   std::vector<Inertia> inertia;
   std::vector<PolyEllipsoid> shape;  // spheres, too
   std::vector<ShapeKind> kind;
@@ -58,6 +59,7 @@ struct Grains {
   std::vector<std::uint8_t> generation;  // splits since the start; empty without a fracture table
   std::vector<double> utilisation;  // how near to failing at the last breakage test, NaN: not tested yet; empty without
                                     // a fracture table
+  std::vector<std::uint64_t> born;  // step in which a fragment was made; empty unless some limit asks for rest
   std::uint32_t next_id = 0;
 
   std::size_t size() const { return motion.size(); }
@@ -82,6 +84,8 @@ void for_each_column(G& g, F&& f) {
   f(g.generation);
   f(g.utilisation);
   f(g.extent);
+  f(g.born);
+  f(g.solid_mass);
 }
 
 inline bool is_sphere(const Grains& g, std::size_t i) { return g.kind[i] == ShapeKind::sphere; }
@@ -93,6 +97,8 @@ struct GrainSpec {
   Quat orientation = Quat::Identity();
   std::uint8_t material = 0;
   double density = 0;
+  double inertia = 1;  // mass that resists motion, over density x volume
+  bool turns = true;   // false, of a sphere alone: it keeps its orientation
 };
 
 /// Writes a grain into slot `i` (== size() appends): mass, inertia and bounds from the shape. The id is new.
@@ -112,8 +118,12 @@ Vec3 spin_of(const Grains& grains, std::size_t i);
 /// Inertia tensor about the centre of mass in the global frame (kg m^2).
 Mat3 inertia_tensor(const Grains& grains, std::size_t i);
 
+/// Density x volume (kg), whatever resists motion.
+inline double solid_mass(const Grains& g, std::size_t i) { return g.solid_mass.empty() ? g.mass[i] : g.solid_mass[i]; }
+
+double kinetic_energy(const Grains& grains, std::size_t i);
 double kinetic_energy(const Grains& grains);  // J, translation and rotation
-double total_mass(const Grains& grains);
+double total_mass(const Grains& grains);      // of solid
 double solid_volume(const Grains& grains);
 Vec3 momentum(const Grains& grains);
 Vec3 angular_momentum(const Grains& grains);  // about the global origin

@@ -10,10 +10,11 @@
 
 namespace grus::dem {
 
-/// Fines of one origin: mass below d is mass x (d / top)^(3 - dimension).
+/// Fines of one origin, s = 3 - dimension: mass below d is mass x (d^s - smallest^s) / (top^s - smallest^s).
 struct FinesClass {
   std::int64_t octave8;  // round(8 log2 of top in m): classes of an eighth of an octave
   double dimension;      // of the material that broke
+  double smallest;       // m
   double mass;           // kg
 };
 
@@ -21,15 +22,16 @@ struct FinesClass {
 /// field.
 struct Fines {
   double mass = 0, kinetic = 0;
+  double volume = 0;  // solid (m^3): mass over the density of the material that broke
   Vec3 momentum = Vec3::Zero(), angular_momentum = Vec3::Zero();  // about the global origin
   std::vector<FinesClass> classes;
 };
 
-inline void add_fines(Fines& fines, double top, double dimension, double mass) {
+inline void add_fines(Fines& fines, double top, double smallest, double dimension, double mass) {
   const std::int64_t octave8 = std::lround(8 * std::log2(top));
   for (auto& c : fines.classes)
-    if (c.octave8 == octave8 && c.dimension == dimension) return void(c.mass += mass);
-  fines.classes.push_back({octave8, dimension, mass});
+    if (c.octave8 == octave8 && c.dimension == dimension && c.smallest == smallest) return void(c.mass += mass);
+  fines.classes.push_back({octave8, dimension, smallest, mass});
 }
 
 /// Filled only where the scene asks for it: what the halves kept of their parents' contacts at the instant of the
@@ -52,6 +54,7 @@ struct Ledger {
       0;  // elastic energy that the parents' contacts held, less that of the children's and of newborn springs
   double split_added = 0;  // of it, summed over the instants at which more was put in (springs' birth) than left
   double reshape = 0;      // put in by shape transition: work of growing surfaces, spin x change of inertia x spin
+  double inertia = 0;      // put in at births by scaled inertia: kinetic energy beyond the parent's
   double unexplained =
       0;  // what springs, splits and reshaped spins lost by the change of what they hold, beyond the above
   double most_friction = 0, most_damping = 0;  // so far: neither can fall
@@ -75,11 +78,11 @@ inline double energy_scale(const Ledger& l, double stored) {
 /// last step.
 inline constexpr double least_dissipation_error = 0.01;
 
-/// (work and reshaping - change of everything stored or dissipated) / max(work, stored), of the floor at least: what is
-/// smaller is round-off, and says nothing.
+/// (work, reshaping and scaled inertia - change of everything stored or dissipated) / max(work, stored), of the floor
+/// at least: what is smaller is round-off, and says nothing.
 inline double energy_error(const Ledger& l, double stored) {
   const double scale = energy_scale(l, stored);
-  return scale > 0 ? (l.work + l.reshape - (stored - l.start) - l.spent()) / scale : 0;
+  return scale > 0 ? (l.work + l.reshape + l.inertia - (stored - l.start) - l.spent()) / scale : 0;
 }
 
 }  // namespace grus::dem

@@ -247,7 +247,7 @@ TEST_CASE(
   const RadiusDistribution wide{"uniform", 2.5e-4, 0, 1e-4, 4e-4};
   const Vec3 box = Vec3::Constant(3.6e-3);
   Team one(1), two(2);
-  const Packing p = random_packing(box, wide, 0.66, 0, true, 3, two, {});
+  const Packing p = random_packing(box, wide, 0.66, 0, Container::periodic, 3, two, {});
   double solid = 0, worst = 0;
   for (const auto& s : p.spheres) solid += 4 * pi / 3 * std::pow(s.radius, 3);
   CHECK(solid / box.prod() == Approx(0.66).epsilon(1e-9));
@@ -262,19 +262,20 @@ TEST_CASE(
   // Radii change places: the grading is what was drawn.
   std::vector<double> drawn, placed;
   for (const auto& s :
-       random_packing(std::cbrt(0.66 / 0.5) * box, wide, 0.5, p.spheres.size(), true, 3, one, {}).spheres)
+       random_packing(std::cbrt(0.66 / 0.5) * box, wide, 0.5, p.spheres.size(), Container::periodic, 3, one, {})
+           .spheres)
     drawn.push_back(s.radius);
   for (const auto& s : p.spheres) placed.push_back(s.radius);
   std::sort(drawn.begin(), drawn.end()), std::sort(placed.begin(), placed.end());
   for (std::size_t i = 0; i < drawn.size(); ++i)
     REQUIRE(placed[i] / drawn[i] == Approx(placed[0] / drawn[0]).epsilon(1e-3));
-  const Packing again = random_packing(box, wide, 0.66, 0, true, 3, one, {});
+  const Packing again = random_packing(box, wide, 0.66, 0, Container::periodic, 3, one, {});
   REQUIRE(again.spheres.size() == p.spheres.size());
   for (std::size_t i = 0; i < p.spheres.size(); ++i)
     REQUIRE((again.spheres[i].position == p.spheres[i].position && again.spheres[i].radius == p.spheres[i].radius));
   std::string said;
   try {
-    random_packing(Vec3::Constant(2e-3), {"constant", 3e-4, 0, 0, 0}, 0.7, 0, true, 1, two, {});
+    random_packing(Vec3::Constant(2e-3), {"constant", 3e-4, 0, 0, 0}, 0.7, 0, Container::periodic, 1, two, {});
   } catch (const InputError& e) {
     said = e.what();
   }
@@ -283,8 +284,10 @@ TEST_CASE(
                       &reached) == 1);
   CHECK(reached > 0.6);
   CHECK(reached < 0.7);
-  CHECK_THROWS_AS(random_packing(box, wide, 0.66, 0, true, 3, two, [](double done) { return done < 0.01; }),
-                  Interrupted);
-  CHECK_THROWS_AS(random_packing(Vec3::Constant(6e-4), {"constant", 2.9e-4, 0, 0, 0}, 0.4, 0, true, 1, two, {}),
-                  InputError);
+  CHECK_THROWS_AS(
+      random_packing(box, wide, 0.66, 0, Container::periodic, 3, two, [](double done) { return done < 0.01; }),
+      Interrupted);
+  CHECK_THROWS_AS(
+      random_packing(Vec3::Constant(6e-4), {"constant", 2.9e-4, 0, 0, 0}, 0.4, 0, Container::periodic, 1, two, {}),
+      InputError);
 }

@@ -51,7 +51,25 @@ QUASI_STATIC = "strain_per_step = 1e-4\ninertial_number = 1e-2\nunbalanced_force
 PREPARED = "[boundary]\nkind = \"periodic\"\n[preparation]\npressure = \"1 MPa\"\nfriction = 0.2\n" + QUASI_STATIC
 OUTPUT = "[output]\nhistory_interval = 0.004\n"
 
+BALLS = """[material.sand.fracture]
+model = "apollonian-14"
+contact_strength = { strength = "60 MPa", area = "angle", angle = "20 deg" }
+scatter = { distribution = "log-normal", variation = 0.5, reference_diameter = "0.6 mm", size_exponent = 1 }
+smallest_radius = "0.05 mm"
+rest = 10
+fines = { dimension = 2.5, smallest = "0.01 mm" }
+"""
+CYLINDER = "[boundary]\nkind = \"cylinder\"\nfriction = 0.1\n"
+STRESSED = "[loading]\nkind = \"oedometric-stress\"\nfinal_stress = \"5 MPa\"\nstrain_rate = \"2000 1/s\"\nmax_strain = 0.1\n"
+
 RVE = {
+    "balls": "seed = 3\n" + MATERIAL + BALLS + RANDOM + "[boundary]\nkind = \"walls\"\nfriction = 0.1\n" + UNIAXIAL + "scale = 1\n[numerics]\nmax_overlap = 3\ninertia = { scaled_below = \"0.3 mm\" }\n" + OUTPUT + "grading = true\n",
+    "modulus": MATERIAL + "contact = \"linear-modulus\"\ncontact_modulus = \"200 MPa\"\nrotation = false\n" + RANDOM + CYLINDER + UNIAXIAL + OUTPUT,
+    "cylinder": MATERIAL + RANDOM + CYLINDER + STRESSED.replace("0.1", "0.3") + "control = \"stress\"\nstress_rate = \"1e11 Pa/s\"\n" + OUTPUT,
+    "log-normal": MATERIAL + RANDOM.replace('"truncated-normal", mean = "0.3 mm", sd = "0.05 mm"', '"log-normal", median = "0.3 mm", spread = 0.2') + "[boundary]\nkind = \"walls\"\n" + UNIAXIAL.replace("0.06", "0.01") + OUTPUT,
+    "sieve": MATERIAL + RANDOM.replace('"truncated-normal", mean = "0.3 mm", sd = "0.05 mm", min = "0.2 mm", max = "0.4 mm"', '"sieve", passing = [["0.4 mm", 0], ["0.6 mm", 0.4], ["0.8 mm", 1]]').replace(
+        "solid_fraction = 0.5", "void_ratio = 1") + "[boundary]\nkind = \"walls\"\n" + UNIAXIAL.replace("0.06", "0.01") + OUTPUT,
+    "relative": MATERIAL + RANDOM.replace("solid_fraction = 0.5", "relative_density = 0.3\nvoid_ratio_max = 1.1\nvoid_ratio_min = 0.6") + "[boundary]\nkind = \"walls\"\n" + UNIAXIAL.replace("0.06", "0.01") + OUTPUT,
     "crush": "title = \"crush\"\nseed = 3\n" + MATERIAL + FRACTURE + RANDOM + "[boundary]\nkind = \"walls\"\nfriction = 0.1\n" + UNIAXIAL + "[numerics]\nmax_overlap = 2\n" + OUTPUT + "grading = true\n",
     "cell": MATERIAL + RANDOM.replace("0.5\n", "0.58\n") + PREPARED + UNIAXIAL.replace("0.06", "0.01") + OUTPUT,
     "uniform": MATERIAL + RANDOM.replace('"truncated-normal", mean = "0.3 mm", sd = "0.05 mm"', '"uniform"') + "[boundary]\nkind = \"walls\"\nmaterial = \"sand\"\n" + UNIAXIAL.replace("0.06", "0.01") + OUTPUT,
@@ -163,6 +181,18 @@ FILES = {"pack.txt": bases.PACKING, "cell.toml": CELL, "mesh.msh": bases.MESH}
 SAND, SPLIT = "material.sand.", "material.sand.fracture."
 # Scene, key, another value. Several settings where one alone says nothing.
 RVE_KEYS = [
+    *[("balls", SPLIT + k, v) for k, v in (
+        ("model", "polyellipsoid-split"), ("contact_strength.strength", 4e7), ("contact_strength.angle", 0.2), ("scatter.distribution", "normal"), ("scatter.variation", 0.2),
+        ("scatter.reference_diameter", 8e-4), ("scatter.size_exponent", 0.5), ("smallest_radius", 1e-4), ("rest", 60), ("fines.dimension", 2.0), ("fines.largest", 0.1), ("fines.smallest", 3e-5),
+        ("lost_mass", "density"))],
+    ("balls", SPLIT + "contact_strength.area", "hertz", SPLIT + "contact_strength.angle="),
+    ("balls", SPLIT + "contact_strength.compressive_strength", 3e7, SPLIT + "contact_strength.strength=", SPLIT + "contact_strength.tensile_strength=2e6"),
+    ("balls", SPLIT + "contact_strength.tensile_strength", 1e6, SPLIT + "contact_strength.strength=", SPLIT + "contact_strength.compressive_strength=3e7"),
+    ("balls", "loading.scale", 1.2), ("balls", "numerics.inertia.scaled_below", 5e-4),
+    ("modulus", SAND + "contact_modulus", 3e8), ("modulus", SAND + "rotation", "true"), ("modulus", "boundary.friction", 0.5), ("modulus", "boundary.kind", "walls"),
+    ("cylinder", "loading.control", "strain", "loading.stress_rate="), ("cylinder", "loading.stress_rate", 2e11),
+    ("log-normal", "packing.radius.median", 2.8e-4), ("log-normal", "packing.radius.spread", 0.1), ("sieve", "packing.radius.passing", "[[4e-4, 0], [6e-4, 0.6], [8e-4, 1]]"),
+    ("sieve", "packing.void_ratio", 1.1), ("relative", "packing.relative_density", 0.5), ("relative", "packing.void_ratio_max", 1.2), ("relative", "packing.void_ratio_min", 0.7),
     ("crush", "title", "'another'"), ("crush", "seed", 4),
     *[("crush", SAND + k, v) for k, v in (("density", 3000.0), ("youngs_modulus", 7e9), ("poissons_ratio", 0.3), ("friction", 0.2), ("restitution", 0.9), ("damping", 0.0))],
     ("linear", SAND + "normal_stiffness", 3e5), ("linear", SAND + "shear_ratio", 0.2), ("linear", SAND + "contact", "hertz-mindlin"),

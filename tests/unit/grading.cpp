@@ -35,7 +35,7 @@ TEST_CASE("fines are a fractal: its dimension is found, and a sample of nothing 
     const State first = spheres({1e-3});
     State ground = spheres({1e-7});  // next to nothing is left whole
     const double top = std::exp2(std::round(8 * std::log2(1e-3)) / 8);
-    add_fines(ground.ledger.fines, 1e-3, dimension, 1e-3);
+    add_fines(ground.ledger.fines, 1e-3, 0, dimension, 1e-3);
     const Grading a(first), b(ground);
     CHECK(b.fines_fraction() == Approx(1).epsilon(1e-9));
     CHECK(b.passing(0.1 * top) == Approx(std::pow(0.1, 3 - dimension)).epsilon(1e-6));
@@ -55,8 +55,8 @@ TEST_CASE("fines are a fractal: its dimension is found, and a sample of nothing 
 
 TEST_CASE("fines of two materials keep their own dimensions, and the fractal dimension begins at the 2 % size") {
   State two = spheres({1e-3, 2e-3});
-  add_fines(two.ledger.fines, 1e-4, 2.0, 1e-6);
-  add_fines(two.ledger.fines, 1e-4, 2.8, 3e-6);
+  add_fines(two.ledger.fines, 1e-4, 0, 2.0, 1e-6);
+  add_fines(two.ledger.fines, 1e-4, 0, 2.8, 3e-6);
   REQUIRE(two.ledger.fines.classes.size() == 2);
   const double top = std::exp2(std::round(8 * std::log2(1e-4)) / 8);
   const Grading g(two);
@@ -72,8 +72,32 @@ TEST_CASE("fines of two materials keep their own dimensions, and the fractal dim
     add(s, PolyEllipsoid::sphere(0.5 * d), Vec3(x += largest, 0, 0), 1 / (d * d * d));  // all of one mass
   }
   const double d0 = largest * std::pow(fines, 1 / (3 - D));
-  add_fines(s.ledger.fines, d0, D, total_mass(s.grains) * fines / (1 - fines));
+  add_fines(s.ledger.fines, d0, 0, D, total_mass(s.grains) * fines / (1 - fines));
   CHECK(Grading(s).fractal_dimension() == Approx(D).margin(0.02));  // the class' top is within 4.4 % of d0
+}
+
+TEST_CASE("fines with a smallest size: passing, mean logarithm and Hardin's potential by integration") {
+  // Ciantia et al. (2015), eq 12 and figure 2, in classes of an eighth of an octave: between 0.1 and 0.5 mm.
+  State s = spheres({1e-9});
+  const double smallest = 1e-4, D = 2.6, top = std::exp2(std::round(8 * std::log2(5e-4)) / 8);
+  add_fines(s.ledger.fines, 5e-4, smallest, D, 1.0);
+  const Grading g(s);
+  const auto passing = [&](double d) {
+    return (std::pow(d, 0.4) - std::pow(smallest, 0.4)) / (std::pow(top, 0.4) - std::pow(smallest, 0.4));
+  };
+  CHECK(g.passing(2e-4) == Approx(passing(2e-4)).epsilon(1e-9));
+  CHECK(g.passing(3e-4) == Approx(passing(3e-4)).epsilon(1e-9));
+  CHECK(g.passing(0.999e-4) < 1e-9);
+  double log_mean = 0, hardin = 0;
+  const int n = 200000;
+  for (int i = 0; i < n; ++i) {  // midpoint of the mass, size by inverting eq 12
+    const double low = std::pow(smallest, 0.4), span = std::pow(top, 0.4) - low;
+    const double d = std::pow(low + span * (i + 0.5) / n, 2.5);
+    log_mean += std::log(1e-3 / d) / n;
+    hardin += std::max(0.0, std::log10(d / 1.5e-4)) / n;
+  }
+  CHECK(g.mean_log(1e-3) == Approx(log_mean).epsilon(1e-6));
+  CHECK(g.hardin_potential(1.5e-4) == Approx(hardin).epsilon(1e-6));
 }
 
 TEST_CASE("Zingg's classes: a ball, a disc, a rod and a blade") {
