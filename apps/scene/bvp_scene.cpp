@@ -56,6 +56,8 @@ void read_rve(Table t, BvpScene& scene) {
   std::vector<std::string> changes = t.texts_or_none("set");
   t.finish();
   scene.unit_cells.push_back(read_unit_cell(file.string(), changes));
+  if (scene.dynamics && scene.unit_cells[0].model.numerics.scaled_below > 0)
+    t.fail("scene", "numerics.inertia of the cell is for quasi-static runs: waves would see it");
   // Below the pressure it was prepared at, a cell is a loose heap: tolerances are then against half that pressure.
   if (response.quasi_static.pressure_floor == 0 && scene.unit_cells[0].preparation)
     response.quasi_static.pressure_floor = 0.5 * scene.unit_cells[0].preparation->pressure;

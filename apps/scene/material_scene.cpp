@@ -177,11 +177,7 @@ void read_model(Table& scene, dem::Model& model) {
     m.restitution = t.number_or("restitution", 1, dimension::none, {0.01, 1});
     m.damping = t.number_or("damping", 0, dimension::none, {0, 1, false, true});
     m.turns = t.flag_or("rotation", true);
-    if (auto f = t.table_if("fracture")) {
-      m.fracture = read_fracture(*f, m.poissons_ratio);
-      if (!m.turns && std::holds_alternative<dem::Halves>(m.fracture->splitter))
-        t.fail("rotation", "fragments of \"polyellipsoid-split\" turn; use model = \"apollonian-14\"");
-    }
+    if (auto f = t.table_if("fracture")) m.fracture = read_fracture(*f, m.poissons_ratio);
     t.finish();
     model.materials.push_back(m);
   }

@@ -113,10 +113,26 @@ void add_cylinder_walls(const Vec3& box, std::uint8_t material, dem::Boundary& b
                             .radius = 0.5 * box[0]});
 }
 
+/// What is for spheres alone has no other grains, and none that halves would make.
 void refuse_shapes(const Table& t, const RveScene& scene, const std::string& why) {
   const auto& kinds = scene.state.grains.kind;
   if (std::find(kinds.begin(), kinds.end(), dem::ShapeKind::polyellipsoid) != kinds.end())
     t.fail("grain", why + " needs a scene of spheres alone");
+  for (const auto& m : scene.model.materials)
+    if (m.fracture && std::holds_alternative<dem::Halves>(m.fracture->splitter))
+      t.fail("material", fmt::format("{} needs spheres alone, which fragments of \"polyellipsoid-split\" ({}) are not; "
+                                     "use \"apollonian-14\"",
+                                     why, m.name));
+}
+
+/// A grain that its material's splitter can make nothing of would never break.
+void refuse_unsplit(const Table& t, const RveScene& scene) {
+  const dem::Grains& g = scene.state.grains;
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    const auto& fracture = scene.model.materials[g.material[i]].fracture;
+    if (fracture && std::holds_alternative<dem::Balls>(fracture->splitter) && !dem::is_sphere(g, i))
+      t.fail("grain", fmt::format("grain {} is no sphere: \"apollonian-14\" splits spheres", i));
+  }
 }
 
 }  // namespace
@@ -175,14 +191,8 @@ void read_sample(Table& t, RveScene& scene) {
                                  [](const dem::Material& m) { return !m.turns; });
   if (held != scene.model.materials.end())
     refuse_shapes(t, scene, fmt::format("material.{}.rotation = false", held->name));
-  if (dem::cylinder(boundary)) {
-    refuse_shapes(t, scene, "a cylinder");
-    for (const auto& m : scene.model.materials)
-      if (m.fracture && std::holds_alternative<dem::Halves>(m.fracture->splitter))
-        t.fail("material", fmt::format("{}: fragments of \"polyellipsoid-split\" cannot be in a cylinder; use "
-                                       "\"apollonian-14\"",
-                                       m.name));
-  }
+  if (dem::cylinder(boundary)) refuse_shapes(t, scene, "a cylinder");
+  refuse_unsplit(t, scene);
   // Impossible starts are refused, not pushed apart: their energy would be nobody's.
   dem::update_frames(scene.state.grains);
   for (std::size_t i = 0; i < scene.listed_grains; ++i)
