@@ -29,7 +29,7 @@ inline const int chosen = std::getenv("GRUS_MUTANT") ? std::atoi(std::getenv("GR
 """
 # Fast first: the order in which a fault meets the tests that it does not name.
 TESTS = ["shapes", "contacts", "grading", "sharing", "material_rules", "numbers", "bars", "bonds", "balances", "breakage", "techniques", "small_rules", "histories", "steady", "bits", "single_contacts", "linear_response", "lists", "stiffness",
-         "dynamics", "geometry", "elements", "explicit_statics", "devices", "farm", "kernels", "motion", "coupling", "solid", "rve"]
+         "dynamics", "geometry", "elements", "explicit_statics", "devices", "farm", "kernels", "motion", "coupling", "solid", "rve", "fourteen", "crushing", "cylinder"]
 
 
 def refuse(message):
