@@ -64,12 +64,10 @@ dem::Scatter read_scatter(Table& t) {
 /// Sizes of the fines as shares of the grain that broke, or in m.
 void read_fines(Table& t, bool balls, dem::FinesGrading& fines) {
   fines.dimension = t.number_or("dimension", fines.dimension, dimension::none, {0, 3, false, true});
-  if (balls && (!t.has("largest") || t.is_text("largest"))) {
-    t.choice_or("largest", "fragment", {"fragment"});
-    fines.largest = dem::smallest_ball();
-  } else {
+  if (balls && (!t.has("largest") || t.is_text("largest")))
+    t.choice_or("largest", "fragment", {"fragment"});  // as it is
+  else
     fines.largest = t.number_or("largest", fines.largest, dimension::none, {0, 1, true});
-  }
   fines.smallest = t.number_or("smallest", 0, dimension::length, not_negative);
   t.finish();
 }
@@ -138,11 +136,12 @@ dem::FractureModel read_fracture(Table t, double poissons_ratio) {
     f.strength_law = weibull;
     w->finish();
   }
-  if (balls)
+  if (balls) {
     f.splitter = read_balls(t);
-  else
+    f.fines.largest = dem::smallest_ball();
+  } else {
     read_halving(t, f);
-  if (balls) f.fines.largest = dem::smallest_ball();
+  }
   if (auto g = t.table_if("fines")) read_fines(*g, balls, f.fines);
   f.limit.smallest_radius = t.number_or("smallest_radius", 0, dimension::length, not_negative);
   f.limit.max_generations = static_cast<int>(t.integer_or("max_generations", 255, 0, 255));
