@@ -156,9 +156,10 @@ Measurement measure(const Model& model, const State& s) {
   m.stress = love_weber(s, m.volume);
   if (m.volume > 0 && !s.boundary.cell.periodic()) {
     const Wall* round = cylinder(s.boundary);
+    const double radial = round ? radial_stress(s, m.volume) : 0;
     for (int k = 0; k < 3; ++k) {
       if (round && round->axis[k] == 0) {
-        m.wall_stress(k, k) = -radial_stress(s, m.volume);
+        m.wall_stress(k, k) = -radial;
         continue;
       }
       const Faces of = faces(s.boundary, k);
