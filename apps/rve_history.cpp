@@ -120,10 +120,8 @@ const dem::Mat3& sample_stress(const dem::State& s, const dem::Measurement& m) {
 }
 
 void add_crushing(const RveScene& scene, const dem::State& s, const dem::Measurement& m, std::vector<double>& row) {
-  const dem::Vec3 stress = sample_stress(s, m).diagonal();
-  const double axial = stress[scene.test.axis];
   row.insert(row.end(), {m.volume > 0 ? m.volume / dem::whole_solid(scene.model, s) - 1 : NAN,
-                         axial != 0 ? 0.5 * (stress.sum() - axial) / axial : NAN, dem::share_deeper(s, 0.1),
+                         dem::lateral_ratio(sample_stress(s, m).diagonal(), scene.test.axis), dem::share_deeper(s, 0.1),
                          dem::share_deeper(s, 0.3)});
 }
 

@@ -26,7 +26,8 @@ dem::Balls read_balls(Table& t) {
   for (const char* key :
        {"turn_to_plane", "slight_rotation", "rounding", "break_plane", "cohesive_springs", "shape_transition"})
     if (t.has(key)) t.fail(key, "is for model = \"polyellipsoid-split\": between fourteen balls there is no plane");
-  return {t.choice_or("lost_mass", "fines", {"fines", "density"}) == "density"};
+  const std::string lost = t.choice_or("lost_mass", "fines", {"fines", "density", "swell"});
+  return {lost != "fines", lost == "swell"};
 }
 
 dem::ContactStrength read_contact_strength(Table& t, double poissons_ratio) {

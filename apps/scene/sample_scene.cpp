@@ -68,13 +68,30 @@ void read_grain(Table t, RveScene& scene) {
   t.finish();
 }
 
-void read_wall(Table t, RveScene& scene) {
-  dem::Wall wall;
-  wall.point = vector3(t.numbers("point", 3, dimension::length));
+void read_plane(Table& t, dem::Wall& wall) {
+  for (const char* key : {"axis", "radius"})
+    if (t.has(key)) t.fail(key, "is for shape = \"cylinder\"");
   wall.normal = vector3(t.numbers("normal", 3, dimension::none));
   if (!(wall.normal.norm() > 0)) t.fail("normal", "must not be zero");
   if (std::abs(wall.normal.norm() - 1) > 1e-12) wall.normal.normalize();
+}
+
+void read_round(Table& t, dem::Wall& wall) {
+  if (t.has("normal")) t.fail("normal", "of a cylinder is everywhere towards its axis; give axis and radius");
+  wall.normal.setZero();
+  wall.radius = t.number("radius", dimension::length, positive);
+  wall.axis.setZero();
+  wall.axis[t.choice("axis", {"x", "y", "z"})[0] - 'x'] = 1;
+  if (!(wall.velocity - wall.axis.dot(wall.velocity) * wall.axis).isZero(0))
+    t.fail("velocity", "a cylinder moves along its axis alone");
+}
+
+void read_wall(Table t, RveScene& scene) {
+  dem::Wall wall;
+  wall.point = vector3(t.numbers("point", 3, dimension::length));
   wall.velocity = vector3(t.numbers_or("velocity", {0, 0, 0}, dimension::speed));
+  (t.choice_or("shape", "plane", {"plane", "cylinder"}) == "plane" ? read_plane : read_round)(t, wall);
+  if (wall.round() && dem::cylinder(scene.state.boundary)) t.fail("shape", "a scene has one cylinder at most");
   const bool rigid = t.flag_or("rigid", !t.has("material"));
   if (rigid && t.has("material")) t.fail("rigid", "a wall is either rigid or of a material");
   if (!rigid && t.has("friction")) t.fail("friction", "a wall of a material has that material's friction");

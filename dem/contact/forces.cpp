@@ -44,7 +44,7 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
     c.wall_rows[8 * w + 3] = wall.normal.dot(wall.point);
   }
   c.round_rows.clear();
-  if (std::any_of(boundary.walls.begin(), boundary.walls.end(), [](const Wall& w) { return w.round(); })) {
+  if (cylinder(boundary)) {
     c.round_rows.assign(8 * boundary.walls.size(), 0);
     for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
       const Wall& wall = boundary.walls[w];

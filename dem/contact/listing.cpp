@@ -76,7 +76,7 @@ void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team)
         Contact c = on ? room.contact[old] : Contact{};
         if (turned) c.spring = -c.spring;
         contacts.contact.set(k, c);
-        if (!pair_kind(bin).shown_always) continue;  // what spheres show is of the last observed step
+        if (!lister.shown && !pair_kind(bin).shown_always) continue;  // what spheres show is of the last observed step
         Touch& touch = contacts.touch[k];
         touch = old != Past::none ? room.touch[old] : Touch{};
         if (turned) touch.normal = -touch.normal, touch.force = -touch.force;

@@ -45,6 +45,7 @@ struct Lister {
   Past past;
   NeighbourRoom& room;
   double skin, wall_skin;
+  bool shown;  // what spheres show is looked at in every step
 
   bool touched(Index old) const { return old != Past::none && room.contact.touching(old); }
   std::uint16_t law(Index a, std::uint8_t other) const {

@@ -51,6 +51,7 @@ struct NeighbourRoom {
 struct NeighbourReference {
   std::vector<Vec3> position;
   std::vector<Quat> orientation;  // empty while all grains are spheres
+  std::vector<double> radius;     // empty unless spheres may swell: their growth is part of their way
   std::vector<Vec3> wall_point;
   Mat3 cell = Mat3::Zero();
   double skin = 0, grown = 0;  // grown: largest growth of a surface since, by shape transition

@@ -45,6 +45,7 @@ ListState look_at_list(const Grains& grains, const Boundary& boundary, Neighbour
       const auto &p = grains.orientation[i].coeffs(), &q = ref.orientation[i].coeffs();
       path += 2.01 * std::min((p - q).norm(), (p + q).norm()) * grains.motion[i].radius;
     }
+    if (!ref.radius.empty()) path += grains.motion[i].radius - ref.radius[i];
     if (!(path < INFINITY)) return ListState::stale;
     furthest = std::max(furthest, path);
     if (path > 0.25 * limit)
@@ -73,6 +74,10 @@ void begin_ways(const Grains& grains, const Boundary& boundary, double skin, Nei
   team.blocks(grains.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) ref.position[i] = grains.motion[i].position;
   });
+  if (!ref.radius.empty()) {
+    ref.radius.resize(grains.size());
+    for (std::size_t i = 0; i < grains.size(); ++i) ref.radius[i] = grains.motion[i].radius;
+  }
   if (grains.frame.empty())
     ref.orientation.clear();
   else
@@ -91,9 +96,11 @@ void begin_ways_of(std::span<const Index> few, const Grains& grains, const Bound
     if (ref.orientation.empty()) ref.orientation = grains.orientation;  // how the spheres stood does not matter
     ref.orientation.resize(grains.size());
   }
+  if (!ref.radius.empty()) ref.radius.resize(grains.size());
   for (const Index i : few) {
     ref.position[i] = periodic ? Vec3(back * grains.motion[i].position) : grains.motion[i].position;
     if (!ref.orientation.empty()) ref.orientation[i] = grains.orientation[i];
+    if (!ref.radius.empty()) ref.radius[i] = grains.motion[i].radius;
     ref.largest = std::max(ref.largest, grains.motion[i].radius);
   }
 }

@@ -136,14 +136,23 @@ struct ContactStrength {
   }
 };
 
-/// Direction from the centre to the contact of largest force (global, unit); zero where nothing touches.
-Vec3 load_direction(const GrainUnderLoad auto& grain) {
-  double largest = 0;
-  std::optional<Index> there;
+/// Of the contacts of a grain, that of the largest force; none where nothing touches.
+struct LargestContact {
+  double force = 0;  // N
+  std::optional<Index> at = std::nullopt;
+};
+LargestContact largest_contact(const GrainUnderLoad auto& grain) {
+  LargestContact largest;
   grain.each_contact([&](double force, double, Index at) {
-    if (force > largest) largest = force, there = at;
+    if (force > largest.force) largest = {force, at};
   });
-  return there ? Vec3(Vec3(grain.arm(*there)).normalized()) : Vec3(Vec3::Zero());
+  return largest;
+}
+
+/// Direction from the centre to that contact (global, unit); zero where nothing touches.
+Vec3 load_direction(const GrainUnderLoad auto& grain) {
+  const LargestContact largest = largest_contact(grain);
+  return largest.at ? Vec3(Vec3(grain.arm(*largest.at)).normalized()) : Vec3(Vec3::Zero());
 }
 
 using Criterion = std::variant<HoekBrown, ContactTension, ContactStrength>;

@@ -49,6 +49,7 @@ struct Halves {
 /// Fourteen balls in a sphere that touch it from inside and one another (apollonian.hpp).
 struct Balls {
   bool keep_mass = false;  // by density; otherwise what the balls do not fill goes to the fines
+  bool swells = false;     // with keep_mass: they grow to the volume of their mass (swelling.hpp)
 };
 
 using Splitter = std::variant<Halves, Balls>;

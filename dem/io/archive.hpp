@@ -135,6 +135,7 @@ void archive(A& a, S& s) {
   auto& r = s.reference;
   a.column(r.position);
   a.column(r.orientation);
+  a.column(r.radius);
   a.column(r.wall_point);
   a.plain(r.cell);
   a.plain(r.skin);
@@ -144,7 +145,7 @@ void archive(A& a, S& s) {
   a.plain(r.builds);
   a.plain(r.mends);
   a.column(s.grain_energy);
-  for (auto* v : {&s.time, &s.dt, &s.skin, &s.mean_radius}) a.plain(*v);
+  for (auto* v : {&s.time, &s.dt, &s.skin, &s.mean_radius, &s.grain_pressure}) a.plain(*v);
   for (auto* v :
        {&s.steps, &s.next_estimate, &s.estimate_interval, &s.listed_at, &s.sorted, &s.tested_at, &s.next_test})
     a.plain(*v);

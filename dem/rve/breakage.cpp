@@ -26,9 +26,7 @@ bool unsettled(const Model& model, const State& state, int rest, std::size_t i) 
   const Grains& g = state.grains;
   if (g.generation[i] == 0) return false;
   if (state.steps - g.born[i] < static_cast<std::uint64_t>(rest)) return true;
-  double largest = 0;
-  loaded(model, state, i).each_contact([&](double force, double, Index) { largest = std::max(largest, force); });
-  return g.force[i].norm() >= 0.5 * largest;
+  return g.force[i].norm() >= 0.5 * largest_contact(loaded(model, state, i)).force;
 }
 
 /// How near grain i is to failing; a utilisation of 0 where it may not break or nothing could be made of it.

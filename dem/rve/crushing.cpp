@@ -12,6 +12,11 @@ double whole_solid(const Model& model, const State& s) {
   return sum;
 }
 
+double lateral_ratio(const Vec3& stresses, int axis) {
+  const double axial = stresses[axis];
+  return axial != 0 ? 0.5 * (stresses.sum() - axial) / axial : NAN;
+}
+
 double share_deeper(const State& s, double part) {
   const Contacts& c = s.contacts;
   std::size_t touching = 0, deep = 0;

@@ -11,6 +11,9 @@ namespace grus::dem {
 /// lighter or smaller ones is in the fines, or in their density.
 double whole_solid(const Model& model, const State& state);
 
+/// K0 and its like: mean of the two lateral stresses over that along the axis; NaN without it.
+double lateral_ratio(const Vec3& stresses, int axis);
+
 /// Of touching contacts, the share whose overlap is beyond this part of the smaller equivalent radius.
 double share_deeper(const State& state, double part);
 

@@ -51,12 +51,6 @@ Eigen::Matrix<double, 3, 6> displacement_of_strain(const Vec3& l) {
   return b;
 }
 
-const Wall* cylinder(const Boundary& boundary) {
-  for (const Wall& wall : boundary.walls)
-    if (wall.round()) return &wall;
-  return nullptr;
-}
-
 double bulk_volume(const Boundary& boundary) {
   if (boundary.cell.periodic()) return boundary.cell.volume();
   double v = 1;

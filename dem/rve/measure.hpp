@@ -44,9 +44,6 @@ double pressure_scatter(const State& state, double volume);
 
 double bulk_volume(const Boundary& boundary);
 
-/// The cylinder among the walls, if there is one.
-const Wall* cylinder(const Boundary& boundary);
-
 /// Rate x mean diameter x sqrt(density / pressure).
 double inertial_number(const State& state, double strain_rate, double pressure);
 

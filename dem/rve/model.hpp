@@ -22,6 +22,9 @@ struct Material {
   double shear_ratio = 0;       // linear law, tangential / normal
   bool turns = true;            // false: spheres of it keep their orientation
   std::optional<FractureModel> fracture;
+
+  const Balls* balls() const { return fracture ? std::get_if<Balls>(&fracture->splitter) : nullptr; }
+  bool swells() const { return balls() && balls()->swells; }
 };
 
 /// Choices of the numerics; the defaults serve every shipped scene.
@@ -62,11 +65,16 @@ struct Model {
   bool reshapes() const {
     for (const auto& m : materials)
       if (m.fracture && m.fracture->transition) return true;
+    return swells();
+  }
+  bool swells() const {
+    for (const auto& m : materials)
+      if (m.swells()) return true;
     return false;
   }
   bool has_balls() const {
     for (const auto& m : materials)
-      if (m.fracture && std::holds_alternative<Balls>(m.fracture->splitter)) return true;
+      if (m.balls()) return true;
     return false;
   }
   bool breakable() const {

@@ -8,11 +8,16 @@
 namespace grus::dem {
 namespace {
 
-/// Fragments that grow back to a breakable shape.
+void prepare_reshaping(const Model& model, State& state) {
+  if (model.swells()) state.reference.radius.resize(state.grains.size());
+}
+
+/// Fragments that grow back to a breakable shape, or to the volume of their mass.
 constexpr Pass growth{
     .wanted = [](const Model& model, const State&) { return model.reshapes(); },
     .indexes = true,
     .shows = true,
+    .prepare = prepare_reshaping,
     .before_forces = [](Step& s) { reshape_fragments(s.model, s.state, s.dt, s.reshaping, s.team); },
     .after_forces = [](Step& s) { book_growth(s.model, s.state, s.reshaping); },
 };

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "dem/fracture/shape_transition.hpp"
+#include "dem/fracture/swelling.hpp"
 
 namespace grus::dem {
 namespace {
@@ -18,12 +19,38 @@ double half_work(const Model& model, const Contacts& contacts, const std::vector
   return work;
 }
 
+/// Of a contact between two such balls (N/m).
+double stiffness_of(const Model& model, const Material& material, double radius) {
+  const auto* linear = std::get_if<LinearSpring>(&model.law);
+  if (!linear) return 2 * radius * material.youngs_modulus;
+  return linear->by_modulus ? 0.5 * radius * material.normal_stiffness : material.normal_stiffness;
+}
+
+/// The shape that fragment i has next; none: it stays.
+std::optional<PolyEllipsoid> next_of(const Model& model, const State& state, std::size_t i, double duration) {
+  const Grains& g = state.grains;
+  const Material& material = model.materials[g.material[i]];
+  if (g.generation[i] == 0) return std::nullopt;
+  if (material.fracture->transition) return next_shape(g.shape[i], *material.fracture->transition, duration);
+  const double stiffness = stiffness_of(model, material, g.extent[i].equivalent_radius);
+  const auto radius = next_radius(g, i, material.density, stiffness, duration);
+  if (!radius || mean_pressure(model.law, g, state.contacts, i) > state.grain_pressure) return std::nullopt;
+  return PolyEllipsoid::sphere(*radius);
+}
+
+/// By how much any point of the surface moves at most, seen from the centre of mass (m).
+double furthest_growth(const PolyEllipsoid& before, const PolyEllipsoid& after) {
+  return (after.plus - before.plus).cwiseAbs().sum() * 1.75;  // support height, and centre of mass
+}
+
 }  // namespace
 
 void reshape_fragments(const Model& model, State& state, double duration, Reshaping& now, Team& team) {
   Grains& g = state.grains;
   now.growths.clear();
-  if (g.frame.empty()) return;  // spheres only: nothing has split
+  const bool swells = model.swells();
+  if (g.frame.empty() && !swells) return;  // spheres only: nothing has split
+  if (swells && state.steps % pressure_every == 0) state.grain_pressure = mean_pressure(model.law, g, state.contacts);
   now.held.assign(g.size(), 0);
   for_each_bond(state.bonds, [&](const auto& bond) {
     if (bond.keeps_whole) now.held[bond.ends.a] = now.held[bond.ends.b] = 1;
@@ -31,25 +58,28 @@ void reshape_fragments(const Model& model, State& state, double duration, Reshap
   now.next.assign(g.size(), std::nullopt);
   team.blocks(g.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const auto& fracture = model.materials[g.material[i]].fracture;
-      if (fracture && fracture->transition && g.generation[i] > 0 && !now.held[i])
-        now.next[i] = next_shape(g.shape[i], *fracture->transition, duration);
+      const Material& material = model.materials[g.material[i]];
+      if (now.held[i] || !(material.swells() || (material.fracture && material.fracture->transition))) continue;
+      now.next[i] = next_of(model, state, i, duration);
     }
   });
-  double furthest = 0;
+  double furthest = 0, swollen = 0;
   const Contacts& contacts = state.contacts;
   for (std::size_t i = 0; i < g.size(); ++i) {
     if (!now.next[i]) continue;
     const PolyEllipsoid& next = *now.next[i];
-    furthest = std::max(furthest,
-                        (next.plus - g.shape[i].plus).cwiseAbs().sum() * 1.75);  // support height, and centre of mass
+    if (is_sphere(g, i) && next.is_sphere())
+      swollen = std::max(swollen, next.plus.x() - g.shape[i].plus.x());
+    else
+      furthest = std::max(furthest, furthest_growth(g.shape[i], next));
     for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
       const std::size_t k = contacts.entry[e] >> 1;
       if (!contacts.contact.touching(k)) continue;
       const Vec3& n = contacts.touch[k].normal;
       const Vec3 outward = contacts.entry[e] & 1 ? Vec3(-n) : n;
       // At the least overlap the direction does not matter to first order: the overlap grows by the growth along it.
-      now.growths.push_back({k, growth(g.shape[i], next, g.frame[i].axes.transpose() * outward)});
+      const Mat3 axes = g.frame.empty() ? Mat3::Identity() : g.frame[i].axes;  // all the same to a sphere
+      now.growths.push_back({k, growth(g.shape[i], next, axes.transpose() * outward)});
     }
     const Vec3 spin = g.motion[i].spin;
     const Mat3 inertia = inertia_tensor(g, i);
@@ -59,7 +89,7 @@ void reshape_fragments(const Model& model, State& state, double duration, Reshap
     state.ledger.reshape += put_in;
     state.ledger.unexplained -= 0.5 * g.angular_momentum[i].dot(now_spin - spin) - put_in;
   }
-  state.reference.grown += furthest;
+  state.reference.grown += furthest, state.reference.travelled += swollen;
   state.ledger.reshape += half_work(model, contacts, now.growths);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Shape transition of the fragments of a state: geometry changes, and every joule of it is booked.
+// Fragments of a state change their shape or swell: geometry changes, and every joule of it is booked.
 #pragma once
 
 #include <optional>
@@ -22,10 +22,14 @@ struct Reshaping {
   std::vector<std::optional<PolyEllipsoid>> next;
 };
 
-/// Lets every free, badly shaped fragment change its shape for `duration` (s), one step at a time: after the drift and
-/// before the forces, so that leapfrog sees a slowly varying potential. ledger.reshape gets the change of spin energy
-/// at constant angular momentum, and half the work of growing surfaces, at the forces before; `book_growth` adds the
-/// other half at the forces after (the trapezoid that the integrator's own work uses).
+/// Steps between looks at the sample's mean pressure, above which a ball does not swell.
+inline constexpr std::uint64_t pressure_every = 10;
+
+/// Lets every free, badly shaped fragment change its shape, and every ball that lacks volume swell, for `duration`
+/// (s), one step at a time: after the drift and before the forces, so that leapfrog sees a slowly varying potential.
+/// ledger.reshape gets the change of spin energy at constant angular momentum, and half the work of growing surfaces,
+/// at the forces before; `book_growth` adds the other half at the forces after (the trapezoid that the integrator's own
+/// work uses).
 void reshape_fragments(const Model& model, State& state, double duration, Reshaping& now, Team& team);
 void book_growth(const Model& model, State& state, const Reshaping& now);
 

@@ -23,6 +23,7 @@ struct State {
   std::uint64_t next_estimate = 0,
                 estimate_interval = 5;         // step at which the critical step is due again, and the gap to the next
   double skin = 0, mean_radius = 0;            // m; the radius at the start
+  double grain_pressure = 0;                   // Pa; mean of the grains, kept while some may swell
   std::uint64_t tested_at = 0, next_test = 0;  // steps of the last and the next breakage test
   std::uint64_t listed_at = 0;                 // step at which the neighbour list ran out last
   std::uint64_t sorted = 0;                    // number of grains when they were last put in order

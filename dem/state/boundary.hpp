@@ -43,4 +43,11 @@ struct Boundary {
   Cell cell;
 };
 
+/// The cylinder among the walls, if there is one.
+inline const Wall* cylinder(const Boundary& boundary) {
+  for (const Wall& wall : boundary.walls)
+    if (wall.round()) return &wall;
+  return nullptr;
+}
+
 }  // namespace grus::dem

@@ -45,7 +45,9 @@ void set_grain(Grains& g, std::size_t i, const GrainSpec& spec) {
 }
 
 void set_shape(Grains& g, std::size_t i, const PolyEllipsoid& shape) {
+  const bool turns = g.motion[i].inverse_inertia > 0;
   put_shape(g, i, shape);
+  if (!turns) g.motion[i].inverse_inertia = 0;
   g.motion[i].spin = spin_of(g, i);
   if (!g.frame.empty()) g.frame[i] = frame_of(g, i);
 }

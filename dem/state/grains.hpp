@@ -104,8 +104,8 @@ struct GrainSpec {
 /// Writes a grain into slot `i` (== size() appends): mass, inertia and bounds from the shape. The id is new.
 void set_grain(Grains& grains, std::size_t i, const GrainSpec& spec);
 
-/// Gives grain i another shape of the same volume about the same centre of mass: mass, orientation, velocity and
-/// angular momentum stay, inertia, spin and the cached frame follow.
+/// Gives grain i another shape about the same centre of mass: mass, orientation, velocity and angular momentum stay,
+/// inertia, spin and the cached frame follow.
 void set_shape(Grains& grains, std::size_t i, const PolyEllipsoid& shape);
 
 /// Recomputes the cached frames (all grains, once any is not a sphere).

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Runs of crushable spheres: linear contacts by modulus, grains that do not turn, and where breaking is hard.
+#include "dem/rve/crushing.hpp"
 #include "dem/rve/loading.hpp"
 #include "tests/physics/crushable.hpp"
 
@@ -59,6 +60,26 @@ TEST_CASE("grains that do not turn slide by Coulomb's law with no spin, and thei
     }
     CHECK(std::abs(energy_error(s.ledger, stored_energy(model, s))) < 1e-3);
   }
+}
+
+TEST_CASE("what a row says of a crushed sample: how deep its contacts are, and its lateral stress") {
+  const Model model = model_of(solid(7.8e9, 0.3, 2650));
+  State s;
+  add_floor(s);
+  // Overlaps, of the smaller radius: 0.05 with the floor, 0.2 and 0.4 with balls; one touches nothing.
+  add(s, PolyEllipsoid::sphere(R), Vec3(0, 0, 0.95 * R), 2650);
+  add(s, PolyEllipsoid::sphere(0.5 * R), Vec3(1.4 * R, 0, 0.95 * R), 2650);
+  add(s, PolyEllipsoid::sphere(2 * R), R * Vec3(0, std::sqrt(2.6 * 2.6 - 2.05 * 2.05), 3), 2650);
+  add(s, PolyEllipsoid::sphere(R), Vec3(20 * R, 0, 5 * R), 2650);
+  Team team(1);
+  prepare(model, s, team);
+  CHECK(share_deeper(s, 0.01) == 1);
+  CHECK(share_deeper(s, 0.1) == Approx(2.0 / 3));
+  CHECK(share_deeper(s, 0.3) == Approx(1.0 / 3));
+  CHECK(share_deeper(s, 0.5) == 0);
+  CHECK(lateral_ratio(Vec3(-2e6, -1e6, -5e6), 2) == Approx(0.3));
+  CHECK(lateral_ratio(Vec3(-2e6, -1e6, -5e6), 0) == Approx(1.5));
+  CHECK(std::isnan(lateral_ratio(Vec3(-1, -1, 0), 2)));
 }
 
 TEST_CASE("all grains of a cell break in one test, at its seam and in its corner: the books close, and it goes on") {

@@ -227,8 +227,7 @@ TEST_CASE("one event: thirteen more grains, and all that the mother had is their
 }
 
 TEST_CASE("the ball at the pole keeps the overlap: by geometry alone it feels more than the mother could bear") {
-  // Against an equal sphere, over the radius of either: next.md's table, 0.36603 R, R_e = 2 r / (1 + r) of the
-  // mother's.
+  // Against an equal sphere, over the radius of either: 0.36603 R, R_e = 2 r / (1 + r) of the mother's.
   struct Case {
     bool angle;
     double m, utilisation;

@@ -88,6 +88,7 @@ RVE = {
             "[[grain]]\nradius = \"1 mm\"\nposition = [\"2.01 mm\", 0, 0]\n[[wall]]\npoint = [0, 0, \"-1 mm\"]\nnormal = [0, 0, 1]\nrigid = true\nfriction = 0.2\n"
             "[[wall]]\npoint = [0, 0, \"9 mm\"]\nnormal = [0, 0, -1]\nvelocity = [0, 0, 0]\nmaterial = \"sand\"\n[boundary]\nkind = \"open\"\n[loading]\nkind = \"free\"\nduration = \"50 us\"\ngravity = [0, 0, -9.81]\n"
             "[output]\nhistory_interval = \"5 us\"\n"}
+RVE["tube"] = RVE["free"].replace("[boundary]", "[[wall]]\nshape = \"cylinder\"\naxis = \"z\"\nradius = \"3.345 mm\"\npoint = [\"1 mm\", \"-2.1 mm\", 0]\n[boundary]")
 CELL = MATERIAL + FRACTURE.replace("9 MPa", "40 MPa") + """[packing]
 kind = "random"
 box = ["2 mm", "2 mm", "2 mm"]
@@ -185,6 +186,7 @@ RVE_KEYS = [
         ("model", "polyellipsoid-split"), ("contact_strength.strength", 4e7), ("contact_strength.angle", 0.2), ("scatter.distribution", "normal"), ("scatter.variation", 0.2),
         ("scatter.reference_diameter", 8e-4), ("scatter.size_exponent", 0.5), ("smallest_radius", 1e-4), ("rest", 60), ("fines.dimension", 2.0), ("fines.largest", 0.1), ("fines.smallest", 3e-5),
         ("lost_mass", "density"))],
+    ("balls", SPLIT + "lost_mass", "swell"),
     ("balls", SPLIT + "contact_strength.area", "hertz", SPLIT + "contact_strength.angle="),
     ("balls", SPLIT + "contact_strength.compressive_strength", 3e7, SPLIT + "contact_strength.strength=", SPLIT + "contact_strength.tensile_strength=2e6"),
     ("balls", SPLIT + "contact_strength.tensile_strength", 1e6, SPLIT + "contact_strength.strength=", SPLIT + "contact_strength.compressive_strength=3e7"),
@@ -222,6 +224,7 @@ RVE_KEYS = [
     ("platens", "grain.0.shape", "sphere", "grain.0.semi_axes=", "grain.0.radius=3e-4"), ("free", "grain.0.radius", 1.2e-3), ("free", "grain.0.position", "[0, 1e-4, 0]"),
     ("free", "grain.0.velocity", "[2, 0, 0]"), ("free", "grain.0.spin", "[0, 0, 0]"), ("free", "grain.0.material", "other"),
     ("free", "wall.0.point", "[0, 0, -2e-3]"), ("free", "wall.0.normal", "[0.5, 0, 0.866]"), ("free", "wall.0.rigid", "false", "wall.0.friction=", "wall.0.material=other"), ("free", "wall.0.friction", 0.9),
+    ("tube", "wall.2.axis", "x"), ("tube", "wall.2.radius", 3.4e-3), ("tube", "wall.2.shape", "plane", "wall.2.axis=", "wall.2.radius=", "wall.2.normal=[0, -1, 0]", "wall.2.point=[0, 1.003e-3, 0]"),
     ("free", "wall.1.velocity", "[0, 0, -200]"), ("free", "wall.0.material", "other", "wall.0.rigid=", "wall.0.friction="), ("free", "loading.gravity", "[0, 0, -9e4]"), ("free", "loading.duration", 3e-5),
     ("crush", "numerics.safety", 0.2), ("crush", "numerics.time_step", 2e-8), ("crush", "numerics.max_time_step", 1e-8), ("crush", "numerics.skin", 0.5), ("crush", "numerics.estimate_every", 3),
     ("crush", "numerics.fracture_every", 200), ("crush", "numerics.max_energy_error", 1e-9), ("crush", "numerics.max_overlap", 1e-3),
