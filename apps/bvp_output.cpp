@@ -252,6 +252,9 @@ nlohmann::json BvpOutput::devices(const nlohmann::json& row) const {
   nlohmann::json all;
   auto put = [&](const char* name, double joule) { all[name] = done > 0 ? joule / done : 0; };
   put("local_damping_of_cells", of_rves(&dem::Facts::local_damping));
+  const auto& cells = scene_.unit_cells;
+  if (std::any_of(cells.begin(), cells.end(), [](const auto& c) { return c.model.numerics.scaled_below > 0; }))
+    put("scaled_inertia_of_cells", of_rves(&dem::Facts::scaled_inertia));
   if (scene_.explicit_statics) {
     put("haste_of_cells", of_rves(&dem::Facts::haste));
     put("macro_damping", row.value("macro_damped_J", 0.0)), put("scaled_masses", row.value("macro_scaled_J", 0.0));

@@ -62,6 +62,8 @@ def history_plot(ax, plot, labels, runs):
             ax.fill_between(x, low, high, color=line.get_color(), alpha=0.25)
     if plot.get("log"):
         ax.set_yscale("log")
+    if plot.get("log_x"):
+        ax.set_xscale("log")
     if "y_max" in plot:
         ax.set_ylim(0, plot["y_max"])
     ax.set(xlabel=plot.get("xlabel", "axial strain"), ylabel=plot.get("ylabel", column))

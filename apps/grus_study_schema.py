@@ -27,7 +27,7 @@ STUDY = table({
     "study": table({"scene": TEXT, "seeds": SEEDS, "seed_key": TEXT, "set": SETTINGS, "at": STRAINS, "quantities": NAMES}),
     "case": tables({"name": WORD, "label": TEXT, "scene": TEXT, "set": SETTINGS, "seeds": SEEDS}, ("name",)),
     "plot": tables({"name": WORD, "title": TEXT, "kind": {"enum": ["history", "grading"]}, "x": TEXT, "y": TEXT, "cases": NAMES, "scale": NUMBER, "x_scale": NUMBER, "xlabel": TEXT, "ylabel": TEXT,
-                    "y_max": POSITIVE, "log": {"type": "boolean"}, "passing": {"type": "boolean"}, "corridor": CORRIDOR}, ("name", "cases")),
+                    "y_max": POSITIVE, "log": {"type": "boolean"}, "log_x": {"type": "boolean"}, "passing": {"type": "boolean"}, "corridor": CORRIDOR}, ("name", "cases")),
     "check": tables({"claim": TEXT, "greater": {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}, "factor": NUMBER, "at": STRAINS, "case": TEXT, "cases": NAMES,
                      "near": {"type": "number", "not": {"const": 0}}, "tolerance": POSITIVE, "between": {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2}, "below": NUMBER, "quantity": TEXT}, ("claim",)),
     "table": tables({"name": WORD, "title": TEXT, "reference": TEXT, "cases": NAMES}, ("name", "reference", "cases")),
@@ -38,9 +38,9 @@ STUDY = table({
 })
 
 
-def fault(data):
+def fault(data, of=None):
     """Where and what the first fault is, in one line; None where there is none."""
-    faults = list(jsonschema.Draft7Validator(STUDY).iter_errors(data))
+    faults = list(jsonschema.Draft7Validator(of or STUDY).iter_errors(data))
     if not faults:
         return None
     misspelt = [f for f in faults if f.validator == "additionalProperties"]  # tells more than the key that is then missing

@@ -212,9 +212,10 @@ nlohmann::json RveRun::summary() const {
   }
   summary["energy"] = ledger_json(state_, now_);
   summary["errors"] = course_.errors.json(state_);
-  if (state_.ledger.local_damping > 0)
-    summary["errors"]["local_damping"] =
-        state_.ledger.local_damping / dem::energy_scale(state_.ledger, now_.kinetic + now_.elastic);
+  const auto device = [&](const char* name, double joule) {
+    if (joule != 0) summary["errors"][name] = joule / dem::energy_scale(state_.ledger, now_.kinetic + now_.elastic);
+  };
+  device("local_damping", state_.ledger.local_damping), device("scaled_inertia", state_.ledger.inertia);
   summary["errors"]["packing_overlap"] = scene_.packing_overlap;
   summary["results"] = {
       {"peak_axial_stress_Pa", course_.peak}, {"final_time_s", state_.time}, {"final_void_ratio", now_.void_ratio}};

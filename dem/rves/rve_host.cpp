@@ -181,7 +181,7 @@ Facts RveHost::facts(std::uint64_t slot) const {
   f.energy_error = std::abs(energy_error(s.ledger, stored_energy(*model_, s)));
   f.work = s.ledger.work, f.haste = slots_.at(slot).rve->steady().haste;
   if (const auto& left = slots_.at(slot).remainder) f.work = left->work;
-  f.local_damping = s.ledger.local_damping;
+  f.local_damping = s.ledger.local_damping, f.scaled_inertia = s.ledger.inertia;
   f.unexplained = s.ledger.unexplained;
   f.lost_mass = s.ledger.fines.mass;
   f.mass = f.lost_mass + total_mass(s.grains);

@@ -67,6 +67,7 @@ struct Facts {
   double work = 0, unexplained = 0;  // J, of the ledger
   double haste = 0;                  // J, of the work: the price of the cell's own rate; steady cells
   double local_damping = 0;          // J, of what is dissipated: by a device
+  double scaled_inertia = 0;         // J, put in at births
   std::uint64_t grains = 0, breakages = 0, steps = 0;
 };
 
