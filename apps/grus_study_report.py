@@ -24,7 +24,8 @@ def of_summary(run, path):
 
 
 def values(runs, quantity, strain=None):
-    return [of_summary(r, quantity) if "." in quantity else at(r["columns"], quantity, strain) for r in runs]
+    """At a strain; without one, at the end."""
+    return [of_summary(r, quantity) if "." in quantity else r["columns"][quantity][-1] if strain is None else at(r["columns"], quantity, strain) for r in runs]
 
 
 def picture(fig, out, name):

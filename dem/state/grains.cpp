@@ -46,6 +46,8 @@ void set_grain(Grains& g, std::size_t i, const GrainSpec& spec) {
 
 void set_shape(Grains& g, std::size_t i, const PolyEllipsoid& shape) {
   const bool turns = g.motion[i].inverse_inertia > 0;
+  if (is_sphere(g, i) && turns)  // steps in the middle of a run keep the spin alone
+    g.angular_momentum[i] = g.motion[i].spin / g.motion[i].inverse_inertia;
   put_shape(g, i, shape);
   if (!turns) g.motion[i].inverse_inertia = 0;
   g.motion[i].spin = spin_of(g, i);
