@@ -91,6 +91,6 @@ with tempfile.TemporaryDirectory() as tmp:
         out = run(os.path.join(folder, "b", "client"), cwd=folder)
         if not right(out):
             sys.exit(f"FAULT client of {target} says {out!r}")
-    for program in ["grus-rve", "grus-study", "grus-report"] + (["grus-bvp"] if kind == "full" else []):
+    for program in ["grus-rve", "grus-study", "grus-calibrate", "grus-report"] + (["grus-bvp"] if kind == "full" else []):
         run(os.path.join(tmp, "installed", "bin", program), "--version", cwd=tmp)
 print("install: 0 faults")

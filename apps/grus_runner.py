@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Runs cases of a study or a calibration, each on one core, and keeps what is done: a run is repeated only where its scene, its
+settings or the program have changed."""
+import hashlib
+import json
+import os
+import re
+import signal
+import subprocess
+
+from grus_results import read_grading, read_history
+from grus_study_reader import toml_value
+
+
+def key_of(case, seed, seed_key, program):
+    """Changes when the scene, its settings or the program change: then the run is done again."""
+    scene = b""
+    for path in filter(None, (case["scene"], case["inner"])):
+        with open(path, "rb") as f:
+            scene += f.read()
+    with open(program, "rb") as f:
+        binary = hashlib.sha256(f.read()).hexdigest()
+    return hashlib.sha256(scene + json.dumps([case["set"], seed, seed_key, binary], sort_keys=True).encode()).hexdigest()
+
+
+class Lacking(Exception):
+    """Something that is asked for and that no run has."""
+
+
+class Runner:
+    """Runs cases; `asked` tells what columns and keys each must have (grus_study_reader.wanted)."""
+
+    def __init__(self, out, seed_key, bins, asked):
+        self.out, self.seed_key, self.bins, self.asked = out, seed_key, bins, asked
+        self.running, self.stopped = set(), False
+
+    def command(self, case, seed=None):
+        settings = dict(case["set"])
+        if seed is not None:
+            settings[self.seed_key] = seed
+        return [os.path.join(self.bins, case["program"]), case["scene"]] + [a for k, v in settings.items() for a in ("--set", f"{k}={toml_value(v)}")]
+
+    def refusal(self, case):
+        """Why the program would refuse a case, or what it does not write that is asked of it; None: nothing is wrong."""
+        for seed in case["seeds"]:
+            try:
+                r = subprocess.run(self.command(case, seed) + ["--columns"], capture_output=True, text=True, start_new_session=True)
+            except (OSError, ValueError) as e:  # no such program here, or a text that no command can hold
+                return f"{case['label']}: {e}"
+            if r.returncode != 0:
+                return f"{case['label']}: {r.stderr.strip()}"
+        missing = sorted(self.asked[case["name"]][0] - set(r.stdout.split()))
+        return f"{case['label']}: history.csv will have no column '{missing[0]}'" if missing else None
+
+    def lacking(self, case, folder):
+        """A key of summary.json that is asked of a case and is not there; a run that was stopped may have none."""
+        if read_run(folder)["summary"].get("status") != 0:
+            return None
+        for key in sorted(self.asked[case["name"]][1]):
+            try:
+                value = read_run(folder)["summary"]
+                for part in key.split("."):
+                    value = value[part]
+                float(value)
+            except (KeyError, TypeError, ValueError):
+                return f"summary.json has no number '{key}'"
+        return None
+
+    def folder(self, case, seed):
+        text = "" if seed is None else "_s" + re.sub(r"[^\w.-]+", "_", toml_value(seed)).strip("_")
+        return os.path.join(self.out, "runs", case["name"] + text)
+
+    def run(self, case, seed):
+        folder = self.folder(case, seed)
+        program = os.path.join(self.bins, case["program"])
+        key, marker = key_of(case, seed, self.seed_key, program), os.path.join(folder, "study.key")
+        if os.path.isfile(marker) and open(marker).read() == key:
+            return case, seed, None
+        if self.stopped:
+            return case, seed, "not started"
+        if os.path.isfile(marker):  # of other settings: must not vouch for what is about to be overwritten
+            os.remove(marker)
+        command = self.command(case, seed) + ["-o", folder, "--force", "--quiet", "--threads", "1"]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+        self.running.add(process)
+        _, errors = process.communicate()
+        self.running.discard(process)
+        if process.returncode in (0, 3):  # unstable is a result: the table says so
+            with open(marker, "w") as f:
+                f.write(key)
+            return case, seed, None
+        return case, seed, errors.strip() or f"ended with status {process.returncode}"
+
+    def stop(self):
+        self.stopped = True
+        for process in list(self.running):
+            process.send_signal(signal.SIGINT)
+
+
+def duration_text(s):
+    return f"{s:.0f} s" if s < 120 else f"{s / 60:.0f} min" if s < 7200 else f"{s / 3600:.1f} h"
+
+
+def read_run(folder):
+    with open(os.path.join(folder, "summary.json")) as f:
+        summary = json.load(f)
+    return {"columns": read_history(folder), "summary": summary, "grading": read_grading(folder)}

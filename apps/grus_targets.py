@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""What a calibration is to meet: a curve, a sieve grading, the quantiles of a number of grains, a value, a peak, a yield point.
+Each turns the runs of one parameter point (one a seed) into numbers beside the data."""
+import csv
+import math
+import os
+
+import numpy as np
+
+
+class BadData(Exception):
+    pass
+
+
+def read_columns(path, names, extra=()):
+    """Columns of a CSV file by name; where the file has none of those names, its first ones. `extra`: those that may lack."""
+    try:
+        with open(path, newline="") as f:
+            rows = [r for r in csv.reader(f) if r and not r[0].lstrip().startswith("#")]
+    except (OSError, UnicodeDecodeError, csv.Error) as e:
+        raise BadData(f"cannot read {path}: {getattr(e, 'strerror', None) or e}") from None
+    if len(rows) < 2:
+        raise BadData(f"{path}: no rows")
+    head = [h.strip() for h in rows[0]]
+    places = [head.index(n) for n in names] if all(n in head for n in names) else list(range(len(names)))
+    places += [head.index(n) if n in head else None for n in extra]
+    columns = []
+    for place in places:
+        if place is None:
+            columns.append(None)
+            continue
+        try:
+            columns.append(np.array([float(r[place]) for r in rows[1:]]))
+        except (ValueError, IndexError):
+            raise BadData(f"{path}: column {place + 1} ({head[place] if place < len(head) else 'missing'}) is not all numbers") from None
+        if not np.isfinite(columns[-1]).all():
+            raise BadData(f"{path}: column {head[place]} is not all finite")
+    return columns
+
+
+def along(x, y, at, log=False):
+    """y where x first reaches each of `at`; NaN where it does not. x may fall on the way: the envelope counts."""
+    x, y = np.asarray(x, float), np.asarray(y, float)
+    good = np.isfinite(x) & np.isfinite(y) & ((x > 0) if log else True)
+    x, y, at = x[good], y[good], np.asarray(at, float)
+    if not len(x):
+        return np.full(len(at), math.nan)
+    high = np.maximum.accumulate(x)
+    first = np.concatenate([[True], high[1:] > high[:-1]])
+    x, y = high[first], y[first]
+    f = np.log if log else np.asarray
+    return np.where((at >= x[0]) & (at <= x[-1]), np.interp(f(at), f(x), y), math.nan)
+
+
+def kink(x, y, log=True):
+    """x at which two straight lines through y meet that fit it best: where a sample begins to yield."""
+    x, y = np.asarray(x, float), np.asarray(y, float)
+    high = np.maximum.accumulate(np.where(np.isfinite(x), x, -math.inf))
+    keep = np.concatenate([[True], high[1:] > high[:-1]]) & np.isfinite(y) & ((x > 0) if log else True)
+    x, y = x[keep], y[keep]
+    if len(x) < 6:
+        return math.nan
+    u = np.log(x) if log else x
+    best = (math.inf, math.nan)
+    for c in np.linspace(u[0] + 0.05 * (u[-1] - u[0]), u[-1] - 0.05 * (u[-1] - u[0]), 181):
+        a = np.column_stack([np.ones_like(u), u, np.maximum(0, u - c)])
+        rest = y - a @ np.linalg.lstsq(a, y, rcond=None)[0]
+        best = min(best, (float(rest @ rest), c))
+    return float(math.exp(best[1]) if log else best[1])
+
+
+class Target:
+    """`table`: as the scene has it, checked; `folder`: where its files are."""
+
+    def __init__(self, table, folder):
+        self.name, self.kind, self.table = table["name"], table.get("kind", "curve"), table
+        self.log = table.get("x_scale", "linear") == "log"
+        path = os.path.join(folder, table["data"]) if "data" in table else None
+        told = None
+        if self.kind == "curve":
+            self.x, self.values, told = read_columns(path, [table["x"], table["y"]], ["error"])
+            if self.log and (self.x <= 0).any():
+                raise BadData(f"{path}: {table['x']} must be above 0 with x_scale = \"log\"")
+        elif self.kind == "grading":
+            self.x, self.values, told = read_columns(path, ["diameter_m", "passing"], ["error"])
+            if ((self.values < 0) | (self.values > 1)).any() or (self.x <= 0).any():
+                raise BadData(f"{path}: diameter_m above 0 and passing between 0 and 1 are expected")
+        elif self.kind == "quantiles":
+            self.values, told = read_columns(path, ["value"], ["error"])
+            self.values = np.sort(self.values)
+            self.x = (np.arange(len(self.values)) + 0.5) / len(self.values)
+        else:
+            self.values, self.x = np.array([float(table["value"])]), np.array([0.0])
+        spread = float(np.ptp(self.values)) or float(np.abs(self.values).max()) or 1.0
+        self.error = told if told is not None else np.full(len(self.values), float(table.get("error", 0.02 * spread)))
+        self.weight = np.full(len(self.values), table.get("weight", 1.0) / len(self.values))
+        self.specimens = np.full(len(self.values), float(table.get("specimens", 0)))
+
+    def columns(self):
+        """Of history.csv that it needs."""
+        t = self.table
+        if self.kind in ("curve", "yield"):
+            return {t.get("x", "axial_stress_Pa"), t.get("y", "void_ratio")}
+        if self.kind == "grading":
+            return {"axial_strain", "axial_stress_Pa"}
+        return {q for q in (t["quantity"],) if "." not in q and not (self.kind == "quantiles" and q == "peak_axial_stress_Pa")} | ({"axial_strain"} if "at" in t else set())
+
+    def of_run(self, run):
+        """Its numbers of one run (not of quantiles)."""
+        c, t = run["columns"], self.table
+        if self.kind == "curve":
+            return along(c[t["x"]], c[t["y"]], self.x, self.log)
+        if self.kind == "yield":
+            return np.array([kink(c[t.get("x", "axial_stress_Pa")], c[t.get("y", "void_ratio")], t.get("x_scale", "log") == "log")])
+        if self.kind == "grading":
+            return self.passing(run)
+        if self.kind == "peak":
+            return np.array([np.nanmax(c[t["quantity"]])])
+        if "at" in t:
+            return along(c["axial_strain"], c[t["quantity"]], [t["at"]])
+        return np.array([number_of(run, t["quantity"])])
+
+    def passing(self, run):
+        states = sorted((strain, rows) for strain, rows in run["grading"].items())
+        if not states:
+            return np.full(len(self.x), math.nan)
+        at = self.table["at_stress"] if "at_stress" in self.table else None
+        strain = along(run["columns"]["axial_stress_Pa"], run["columns"]["axial_strain"], [at])[0] if at is not None else self.table["at"]
+        strains = np.array([s for s, _ in states])
+        if not strains[0] - 1e-9 <= strain <= strains[-1] + 1e-9:
+            return np.full(len(self.x), math.nan)
+        curves = [np.interp(np.log(self.x), *zip(*sorted((math.log(r["diameter_m"]), r["passing"]) for r in rows if r["diameter_m"] > 0))) for _, rows in states]
+        return np.array([np.interp(strain, strains, [curve[k] for curve in curves]) for k in range(len(self.x))])
+
+    def answer(self, runs):
+        """(values, covariance of one run from seed to seed, seeds)."""
+        n = len(runs)
+        if self.kind == "quantiles":
+            found = np.sort([number_of(r, self.table["quantity"]) for r in runs])
+            places = (np.arange(n) + 0.5) / n
+            without = [np.interp(self.x, (np.arange(n - 1) + 0.5) / (n - 1), np.delete(found, k)) for k in range(n)] if n > 2 else [np.interp(self.x, places, found)] * n
+            return np.interp(self.x, places, found), np.cov(np.array(without).T, bias=True).reshape(len(self.x), -1) * (n - 1) * n, n
+        each = np.array([self.of_run(r) for r in runs])
+        known = np.isfinite(each)
+        with np.errstate(invalid="ignore"):
+            mean = np.where(known.any(axis=0), np.nansum(each, axis=0) / np.maximum(known.sum(axis=0), 1), math.nan)
+        rest = np.where(known, each - mean, 0.0)
+        return mean, rest.T @ rest / max(1, n - 1), n
+
+
+def number_of(run, quantity):
+    """A column's last value, or a number of summary.json by its dotted name."""
+    if quantity in run["columns"]:
+        return run["columns"][quantity][-1]
+    value = run["summary"]
+    for part in quantity.split("."):
+        if not isinstance(value, dict) or part not in value:
+            value = run["summary"].get("results", {}).get(quantity) if isinstance(run["summary"].get("results"), dict) else None
+            break
+        value = value[part]
+    return float(value) if isinstance(value, (int, float)) else math.nan
