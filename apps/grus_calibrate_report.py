@@ -9,6 +9,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
+from grus_results import plain
 from grus_study_report import html_table, picture  # noqa: E402
 
 
@@ -22,6 +23,7 @@ def target_plot(target, values, fit, checked):
         ax.plot(target.x, checked, "C1--", lw=1.2, label="run at the best point")
     if target.log or target.kind == "grading":
         ax.set_xscale("log")
+        plain(ax.xaxis)
     t = target.table
     label = {"grading": ("diameter (m)", "passing"), "quantiles": ("share of grains", t.get("quantity", ""))}
     ax.set(xlabel=label.get(target.kind, (t.get("x", ""), ""))[0], ylabel=label.get(target.kind, ("", t.get("y", t.get("quantity", ""))))[1], title=target.name)

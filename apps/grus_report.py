@@ -20,13 +20,14 @@ except ImportError:
     sys.exit("grus-report: needs matplotlib (Debian: python3-matplotlib)")
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from grus_results import VERSION, one_line, read_grading, read_history  # noqa: E402
+from grus_results import VERSION, one_line, plain, read_grading, read_history  # noqa: E402
 
 
 def grading_curves(ax, name, states):
     for k, (strain, rows) in enumerate(states.items()):
         ax.semilogx([1e3 * r["diameter_m"] for r in rows], [100 * r["passing"] for r in rows], color=plt.cm.viridis(k / max(1, len(states) - 1)),
                     label=f"strain {strain:.3g}")
+    plain(ax.xaxis)
     ax.set(xlabel="equivalent diameter (mm)", ylabel="passing by mass (%)", title=f"{name}: grading, fines included")
     ax.legend(fontsize=7)
 
@@ -36,6 +37,7 @@ def by_size(ax, name, states):
     d = [1e3 * r["diameter_m"] for r in rows]
     for key, scale in (("coordination", 1), ("generation", 1), ("elongation", 10), ("flatness", 10)):
         ax.semilogx(d, [scale * r[key] for r in rows], marker=".", label=key + (" × 10" if scale > 1 else ""))
+    plain(ax.xaxis)
     ax.set(xlabel="equivalent diameter (mm)", title=f"{name}: means by size, last state")
     ax.legend(fontsize=7)
 

@@ -15,6 +15,11 @@ def one_line(text):
     return "".join(c if c.isprintable() else " " for c in str(text))
 
 
+def plain(axis):
+    """Plain numbers on a logarithmic axis of a plot: mathematics is off there, texts are the user's."""
+    axis.set_major_formatter(lambda v, _: f"{v:g}")
+
+
 class InUse(Exception):
     """A results folder that is not Grus's, or that another program writes to."""
 

@@ -14,6 +14,7 @@ matplotlib.rcParams["text.parse_math"] = False  # texts are the user's, not form
 import matplotlib.pyplot as plt
 
 from grus_precision import cost, deviation, energy_error, mean, position as at, power_law
+from grus_results import plain
 
 
 def of_summary(run, path):
@@ -52,9 +53,11 @@ def history_plot(ax, plot, labels, runs):
     scale, column = plot.get("scale", 1.0), plot["y"]
     for name in plot["cases"]:
         if "x" in plot:
-            for r in runs[name]:
-                ax.plot([v * plot.get("x_scale", 1.0) for v in r["columns"][plot["x"]]], [scale * v for v in r["columns"][column]], lw=1.2,
-                        label=labels[name] if r is runs[name][0] else None)
+            color = None
+            for r in runs[name]:  # seeds in one colour
+                line, = ax.plot([v * plot.get("x_scale", 1.0) for v in r["columns"][plot["x"]]], [scale * v for v in r["columns"][column]], lw=1.2, color=color,
+                                label=labels[name] if r is runs[name][0] else None)
+                color = line.get_color()
             continue
         last = max(max(r["columns"]["axial_strain"]) for r in runs[name])
         x, middle, low, high = band([last * k / 200 for k in range(201)], runs[name], column, scale)
@@ -63,8 +66,10 @@ def history_plot(ax, plot, labels, runs):
             ax.fill_between(x, low, high, color=line.get_color(), alpha=0.25)
     if plot.get("log"):
         ax.set_yscale("log")
+        plain(ax.yaxis)
     if plot.get("log_x"):
         ax.set_xscale("log")
+        plain(ax.xaxis)
     if "y_max" in plot:
         ax.set_ylim(0, plot["y_max"])
     ax.set(xlabel=plot.get("xlabel", "axial strain"), ylabel=plot.get("ylabel", column))
@@ -78,6 +83,7 @@ def grading_plot(ax, plot, labels, runs):
             total = sum(r["mass_kg"] for r in rows)
             y = [100 * r["passing"] for r in rows] if plot.get("passing", True) else [100 * r["mass_kg"] / total if total > 0 else math.nan for r in rows]
             ax.semilogx([1e3 * r["diameter_m"] for r in rows], y, color=plt.cm.viridis(k / max(1, len(states) - 1)), label=f"{labels[name]}, strain {strain:.2f}")
+    plain(ax.xaxis)
     ax.set(xlabel="equivalent diameter (mm)", ylabel="passing by mass (%)" if plot.get("passing", True) else "mass in class (%)")
     ax.legend(fontsize=7)
 
@@ -119,6 +125,7 @@ def law_plot(fit, labels, runs):
         ax.loglog(x, [my * (v / mx) ** exponent for v in x], color=f"C{k}", lw=1.2, label=f"exponent {exponent:.2f}")
         if "expected" in fit:
             ax.loglog(x, [my * (v / mx) ** fit["expected"] for v in x], color=f"C{k}", lw=1, ls="--", label=f"expected {fit['expected']:g}" if k == 0 else None)
+    plain(ax.xaxis), plain(ax.yaxis)
     ax.set(xlabel=fit["x"], ylabel=fit["quantity"], title=fit["name"])
     ax.legend(fontsize=8)
     return fig
