@@ -17,7 +17,7 @@ import numpy as np
 binaries = os.path.abspath(sys.argv[1])
 sys.path.insert(0, binaries)
 import grus_regression as regression  # noqa: E402
-from grus_targets import along, kink  # noqa: E402
+from grus_targets import Target, along, kink  # noqa: E402
 
 here = os.path.dirname(os.path.abspath(__file__))
 scenes = os.path.abspath(os.path.join(here, "..", "..", "apps", "scenes"))
@@ -100,12 +100,18 @@ def regressions():
     need(abs(result.x[0] - 0.5) < 0.01, f"beside failures: {result.x}")
 
 
-def smooth():
-    """POUNDERS where nothing is drawn: both back to 0.5 %."""
+def have_petsc4py():
     try:
         import petsc4py  # noqa: F401
     except ImportError:
         print("no petsc4py: POUNDERS is not tried")
+        return False
+    return True
+
+
+def smooth():
+    """POUNDERS where nothing is drawn: all back to 0.5 %."""
+    if not have_petsc4py():
         return
     from grus_pounders import pounders
     truth, calls = np.array([0.37, 0.62, 0.55]), []
@@ -128,6 +134,37 @@ def targets():
     stress = np.geomspace(1, 100, 200)
     void = 0.8 - 0.02 * np.log(stress) - 0.2 * np.maximum(0, np.log(stress / 20))
     need(abs(kink(stress, void) / 20 - 1) < 0.02, f"yield at {kink(stress, void)}")
+
+
+def kinds(tmp):
+    """Each kind of target from runs whose answers are known."""
+    strain, grains = np.linspace(0, 0.2, 21), np.geomspace(1e-4, 1e-3, 30)
+
+    def run(k):  # passing = (d / 1 mm)^(2 - 5 strain), k: what a seed adds
+        states = {e: [{"diameter_m": d, "passing": (d / 1e-3) ** (2 - 5 * e)} for d in grains] for e in (0.0, 0.1, 0.2)}
+        return {"columns": {"axial_strain": strain, "axial_stress_Pa": 1e8 * strain + k, "void_ratio": 0.8 - strain}, "summary": {"results": {"peak_axial_stress_Pa": 10.0 * k}}, "grading": states}
+
+    def target(name, text, **table):
+        path = os.path.join(tmp, name + ".csv")
+        with open(path, "w") as f:
+            f.write(text)
+        return Target({"name": name, "data": name + ".csv", **table}, tmp)
+
+    runs = [run(k) for k in (1, 2, 3, 4, 5)]
+    sieve = target("sieve", "diameter_m,passing\n2e-4,0.1\n5e-4,0.4\n", kind="grading", at=0.1, error=0.03, weight=4)
+    values, between, n = sieve.answer(runs)
+    need(np.allclose(values, [0.2**1.5, 0.5**1.5], rtol=1e-2) and n == 5 and np.allclose(between, 0) and (sieve.error == 0.03).all() and sieve.weight.sum() == 4, f"grading {values}")
+    at_stress = target("sieve", "diameter_m,passing\n5e-4,0.4\n", kind="grading", at="10 MPa", at_stress=1e7)
+    need(abs(at_stress.answer([run(0)])[0][0] - 0.5**1.5) < 0.005, "grading at a stress")
+    need(np.isnan(target("sieve", "diameter_m,passing\n5e-4,0.4\n", kind="grading", at=0.3).answer([run(0)])[0][0]), "a grading that no run reaches")
+    values, between, n = target("grains", "value\n30\n10\n50\n20\n40\n", kind="quantiles", quantity="results.peak_axial_stress_Pa").answer(runs)
+    need(np.allclose(values, [10, 20, 30, 40, 50]) and n == 5, f"quantiles {values}")
+    need(between.shape == (5, 5) and (np.diag(between) > 0).all(), "quantiles of few seeds scatter")
+    values, between, _ = target("value", "", kind="value", quantity="axial_stress_Pa", value=1.0, at=0.1, specimens=3).answer(runs)
+    need(abs(values[0] - (1e7 + 3)) < 1e-6 and abs(between[0, 0] - 2.5) < 1e-6, f"value {values}, between {between}")
+    need(target("peak", "", kind="peak", quantity="axial_stress_Pa", value=1.0).answer([run(7)])[0][0] == 2e7 + 7, "peak")
+    values, _, _ = target("curve", "axial_stress_Pa,void_ratio,error\n5e6,0.7,0.01\n1.5e7,0.6,0.02\n", x="axial_stress_Pa", y="void_ratio").answer([run(0)])
+    need(np.allclose(values, [0.75, 0.65], atol=1e-6), f"curve {values}")
 
 
 def history(folder):
@@ -189,6 +226,20 @@ def commands(tmp):
     # Two rows at the peak are 2.5 % of stress apart: it rises as strain^1.5.
     for p, truth, tolerance in zip(found["parameters"], (60.0, 275.0), (0.01, 0.025)):
         need(abs(p["value"] / truth - 1) < tolerance and p["verdict"] == "identified", f"{p['key']}: {p['value']} ({p['verdict']}) instead of {truth}")
+    # Every key that says how to fit changes the result; the runs are there already.
+    for key, change in (("batch", ("budget = 32", "budget = 32\nbatch = 5")), ("check", ("budget = 32", "budget = 32\ncheck = false")), ("method", ("budget = 32", 'budget = 32\nmethod = "pounders"')),
+                        ("error", ("error = 1e5 }}},\n", "error = 1e7 }}},\n")), ("weight", ("error = 1e5 }}},\n", "error = 1e5, weight = 50 }}},\n")), ("scale", (', scale = "log"', ""))):
+        other = os.path.join(tmp, f"key_{key}.toml")
+        text = TWIN.replace(*[c.replace("}}}", "}}") for c in change]).format(scene=scene, peak=max(stress))
+        need(text != TWIN.format(scene=scene, peak=max(stress)), f"{key}: nothing changed")
+        with open(other, "w") as f:
+            f.write(text)
+        if key == "method" and not have_petsc4py():
+            continue
+        r = command(other, "-o", os.path.join(tmp, "killed"), "--quiet")
+        need(r.returncode == 0 and read("killed") != read("one"), f"{key}: exit {r.returncode}, or the same result: {r.stderr}")
+        if key == "method" and r.returncode == 0:  # a real run is not smooth: near is enough
+            need(abs(json.loads(read("killed"))["parameters"][0]["value"] / 60 - 1) < 0.05, f"POUNDERS: {read('killed')}")
     # The scene that it leaves runs as it is.
     r = subprocess.run([os.path.join(binaries, "grus-rve"), os.path.join(tmp, "one", "best.toml"), "-o", os.path.join(tmp, "best"), "--quiet"], capture_output=True, text=True)
     need(r.returncode == 0, f"best.toml: {r.stderr}")
@@ -209,6 +260,7 @@ regressions()
 smooth()
 targets()
 with tempfile.TemporaryDirectory() as folder:
+    kinds(folder)
     commands(folder)
 print("calibrate:", len(faults), "faults")
 sys.exit(bool(faults))
