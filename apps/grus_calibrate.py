@@ -7,7 +7,6 @@ import csv
 import json
 import math
 import os
-import signal
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -18,13 +17,9 @@ import numpy as np  # noqa: E402
 import grus_regression as regression  # noqa: E402
 from grus_pounders import pounders  # noqa: E402
 from grus_calibrate_reader import case_at, read_calibration  # noqa: E402
-from grus_results import VERSION, Folder, InUse, one_line  # noqa: E402
-from grus_runner import Runner, duration_text, read_run  # noqa: E402
+from grus_results import VERSION, Folder, write_whole  # noqa: E402
+from grus_runner import Lacking, Runner, duration_text, end, read_run, status_of  # noqa: E402
 from grus_study_reader import Refused, toml_value  # noqa: E402
-
-
-class Stopped(Exception):
-    """Interrupted, or a run that says nothing."""
 
 
 class Evaluation:
@@ -45,7 +40,7 @@ class Evaluation:
                     case, seed, failure = future.result()
                     if failure:
                         self.runner.stop()
-                        raise Stopped(f"{case['label']}{'' if seed is None else f', seed {seed}'}: {failure}")
+                        raise Lacking(f"{case['label']}{'' if seed is None else f', seed {seed}'}: {failure}")
                     self.show(len(points) * done / len(jobs))
             except KeyboardInterrupt:
                 self.runner.stop()
@@ -76,12 +71,6 @@ class Evaluation:
 def data_of(targets):
     join = lambda k: np.concatenate([getattr(t, k) for t in targets])  # noqa: E731
     return regression.Data(join("values"), join("error"), join("weight"), join("specimens"))
-
-
-def write_whole(path, text):
-    with open(path + ".new", "w") as f:
-        f.write(text)
-    os.replace(path + ".new", path)
 
 
 def record(result, table, parameters, targets, evaluation, checked):
@@ -157,12 +146,12 @@ def work(args):
     whole, table, parameters, targets, runs = read_calibration(args.scene)
     out = args.out or os.path.splitext(os.path.basename(args.scene))[0]
     workers = args.threads or len(os.sched_getaffinity(0))
-    asked = {r["name"]: (set().union(*(t.columns() for t in r["targets"])), set()) for r in runs}
-    runner = Runner(out, table.get("seed_key", "packing.seed"), os.path.dirname(os.path.realpath(__file__)), asked)
+    runner = Runner(out, table.get("seed_key", "packing.seed"), os.path.dirname(os.path.realpath(__file__)), {})
     for corner in (0.0, 0.5, 1.0):
         for run in runs:
             case = case_at(run, parameters, [corner] * len(parameters))
-            refusal = Runner(out, runner.seed_key, runner.bins, {case["name"]: asked[run["name"]]}).refusal(case)
+            runner.asked[case["name"]] = (set().union(*(t.columns() for t in run["targets"])), set())
+            refusal = runner.refusal(case)
             if refusal:
                 raise Refused(f"{args.scene}: {refusal}")
     seeds = max(len(r["seeds"]) for r in runs)
@@ -220,25 +209,8 @@ def main():
     args = parser.parse_args()
     if args.threads < 0:
         parser.error("--threads: at least 1")
-    try:
-        return work(args)
-    except (Refused, InUse) as e:
-        print(one_line(f"grus-calibrate: {e}"), file=sys.stderr)
-        return 2
-    except Stopped as e:
-        print(one_line(f"grus-calibrate: {e}"), file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print("grus-calibrate: interrupted: finished runs are kept; the same command goes on", file=sys.stderr)
-        return 130
-    except Exception as e:  # one line for the user; the whole story for who asks
-        if os.environ.get("GRUS_DEBUG"):
-            raise
-        print(one_line(f"grus-calibrate: {args.scene}: {type(e).__name__}: {e} (GRUS_DEBUG=1 shows where)"), file=sys.stderr)
-        return 1
+    return status_of("grus-calibrate", args, work, "interrupted: finished runs are kept; the same command goes on")
 
 
 if __name__ == "__main__":
-    status = main()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing is left to interrupt; Python's own end would die of it
-    sys.exit(status)
+    end(main())

@@ -5,10 +5,9 @@ import json
 import math
 import os
 import re
-import tomllib
 
 import grus_calibrate_schema as schema
-from grus_study_reader import Refused, scene_of
+from grus_study_reader import Refused, read_checked, scene_of
 from grus_targets import BadData, Target
 
 UNITS = {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}
@@ -57,16 +56,7 @@ class Parameter:
 
 
 def read_calibration(path):
-    try:
-        with open(path, "rb") as f:
-            whole = tomllib.load(f)
-    except OSError as e:
-        raise Refused(f"{path}: {e.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as e:
-        raise Refused(f"{path}: {e}") from None
-    fault = schema.fault(whole)
-    if fault:
-        raise Refused(f"{path}: {fault}")
+    whole = read_checked(path, schema.fault)
     table, folder = whole["calibrate"], os.path.dirname(os.path.abspath(path))
     parameters = [Parameter(f"{path}: parameter {p['key']}", p) for p in table["parameters"]]
     for kind, names in (("parameters", [p.name for p in parameters]), ("targets", [t["name"] for t in table["targets"]])):

@@ -9,7 +9,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
-from grus_results import plain
+from grus_results import plain, write_whole
 from grus_study_report import html_table, picture  # noqa: E402
 
 
@@ -70,6 +70,4 @@ def write(title, out, summary, parameters, targets, evaluation, result):
 <style>body{{font:15px/1.5 sans-serif;max-width:1200px;margin:2em auto;padding:0 1em;color:#222}}table{{border-collapse:collapse;margin:1em 0}}
 td,th{{border:1px solid #ccc;padding:.3em .8em;text-align:left}}th{{background:#f2f0ea}}img{{max-width:100%;margin:.3em}}</style>
 <h1>{html.escape(title)}</h1>{body}</html>"""
-    with open(os.path.join(out, "report.html.new"), "w") as f:
-        f.write(page)
-    os.replace(os.path.join(out, "report.html.new"), os.path.join(out, "report.html"))
+    write_whole(os.path.join(out, "report.html"), page)

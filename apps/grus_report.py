@@ -20,7 +20,7 @@ except ImportError:
     sys.exit("grus-report: needs matplotlib (Debian: python3-matplotlib)")
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-from grus_results import VERSION, one_line, plain, read_grading, read_history  # noqa: E402
+from grus_results import VERSION, one_line, plain, read_grading, read_history, write_whole  # noqa: E402
 
 
 def grading_curves(ax, name, states):
@@ -248,9 +248,7 @@ def write(runs, args):
 td,th{{border:1px solid #ccc;padding:.3em .8em;text-align:left}}th{{background:#f2f0ea}}img{{max-width:100%;margin:.3em}}pre{{background:#f7f7f7;padding:1em;overflow:auto}}</style>
 <h1>Grus report</h1>{table(runs)}{"".join(plots)}<h2>Scenes and figures of each run</h2>{scenes}</html>"""
     path = args.o or os.path.join(args.folders[0], "report.html")
-    with open(path + ".new", "w") as f:
-        f.write(page)
-    os.replace(path + ".new", path)
+    write_whole(path, page)
     print(f"report: {path}")
     return 0
 

@@ -20,6 +20,12 @@ def plain(axis):
     axis.set_major_formatter(lambda v, _: f"{v:g}")
 
 
+def write_whole(path, text):
+    with open(path + ".new", "w") as f:
+        f.write(text)
+    os.replace(path + ".new", path)
+
+
 class InUse(Exception):
     """A results folder that is not Grus's, or that another program writes to."""
 

@@ -7,9 +7,10 @@ import os
 import re
 import signal
 import subprocess
+import sys
 
-from grus_results import read_grading, read_history
-from grus_study_reader import toml_value
+from grus_results import InUse, one_line, read_grading, read_history
+from grus_study_reader import Refused, toml_value
 
 
 def key_of(case, seed, seed_key, program):
@@ -105,3 +106,28 @@ def read_run(folder):
     with open(os.path.join(folder, "summary.json")) as f:
         summary = json.load(f)
     return {"columns": read_history(folder), "summary": summary, "grading": read_grading(folder)}
+
+
+def status_of(program, args, work, interrupted):
+    """Exit status of a command; what went wrong is told in one line, the whole story to who asks."""
+    try:
+        return work(args)
+    except (Refused, InUse) as e:
+        print(one_line(f"{program}: {e}"), file=sys.stderr)
+        return 2
+    except Lacking as e:
+        print(one_line(f"{program}: {args.scene}: {e}"), file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print(f"{program}: {interrupted}", file=sys.stderr)
+        return 130
+    except Exception as e:
+        if os.environ.get("GRUS_DEBUG"):
+            raise
+        print(one_line(f"{program}: {args.scene}: {type(e).__name__}: {e} (GRUS_DEBUG=1 shows where)"), file=sys.stderr)
+        return 1
+
+
+def end(status):
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing is left to interrupt; Python's own end would die of it
+    sys.exit(status)

@@ -6,15 +6,14 @@ cases: a table, plots with scatter bands, checks of claims. All in report.html. 
 import argparse
 import json
 import os
-import signal
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import grus_precision as precision  # noqa: E402
-from grus_results import VERSION, Folder, InUse, one_line  # noqa: E402
-from grus_runner import Lacking, Runner, duration_text, read_run  # noqa: E402
+from grus_results import VERSION, Folder, one_line  # noqa: E402
+from grus_runner import Lacking, Runner, duration_text, end, read_run, status_of  # noqa: E402
 from grus_study_reader import Refused, read_study, wanted  # noqa: E402
 
 
@@ -113,25 +112,8 @@ def main():
     args = parser.parse_args()
     if args.threads < 0:
         parser.error("--threads: at least 1")
-    try:
-        return work(args)
-    except (Refused, InUse) as e:
-        print(one_line(f"grus-study: {e}"), file=sys.stderr)
-        return 2
-    except Lacking as e:
-        print(one_line(f"grus-study: {args.scene}: {e}"), file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:  # where no run is under way
-        print("grus-study: interrupted", file=sys.stderr)
-        return 130
-    except Exception as e:  # one line for the user; the whole story for who asks
-        if os.environ.get("GRUS_DEBUG"):
-            raise
-        print(one_line(f"grus-study: {args.scene}: {type(e).__name__}: {e} (GRUS_DEBUG=1 shows where)"), file=sys.stderr)
-        return 1
+    return status_of("grus-study", args, work, "interrupted")  # where no run is under way
 
 
 if __name__ == "__main__":
-    status = main()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing is left to interrupt; Python's own end would die of it
-    sys.exit(status)
+    end(main())

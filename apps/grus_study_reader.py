@@ -27,17 +27,23 @@ def toml_value(v):
     return repr(v)
 
 
-def read_study(path):
+def read_checked(path, fault_of):
+    """A TOML file in which `fault_of` finds no fault."""
     try:
         with open(path, "rb") as f:
-            study = tomllib.load(f)
+            table = tomllib.load(f)
     except OSError as e:
         raise Refused(f"{path}: {e.strerror}") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as e:
         raise Refused(f"{path}: {e}") from None
-    fault = schema.fault(study)
+    fault = fault_of(table)
     if fault:
         raise Refused(f"{path}: {fault}")
+    return table
+
+
+def read_study(path):
+    study = read_checked(path, schema.fault)
     common = study.get("study", {})
     folder = os.path.dirname(os.path.abspath(path))
     cases = []

@@ -14,7 +14,7 @@ matplotlib.rcParams["text.parse_math"] = False  # texts are the user's, not form
 import matplotlib.pyplot as plt
 
 from grus_precision import cost, deviation, energy_error, mean, position as at, power_law
-from grus_results import plain
+from grus_results import plain, write_whole
 
 
 def of_summary(run, path):
@@ -232,8 +232,6 @@ def write(study, common, cases, runs, studies, out, wall, workers):
 <style>body{{font:15px/1.5 sans-serif;max-width:1460px;margin:2em auto;padding:0 1em;color:#222}}table{{border-collapse:collapse;margin:1em 0}}
 td,th{{border:1px solid #ccc;padding:.3em .8em;text-align:left}}th{{background:#f2f0ea}}img{{max-width:100%;margin:.3em}}</style>
 <h1>{html.escape(study.get('title', 'Study'))}</h1>{body}</html>"""
-    with open(os.path.join(out, "report.html.new"), "w") as f:
-        f.write(page)
-    os.replace(os.path.join(out, "report.html.new"), os.path.join(out, "report.html"))
+    write_whole(os.path.join(out, "report.html"), page)
     print(text)
     return passed
