@@ -3,7 +3,6 @@
 """Fits scene keys to measured data: curves, sieve gradings, strengths of single grains. Tells each value with its standard
 deviation, and which the data do not fix. Runs that are done are not repeated: the same command goes on."""
 import argparse
-import csv
 import json
 import math
 import os
@@ -17,7 +16,7 @@ import numpy as np  # noqa: E402
 import grus_regression as regression  # noqa: E402
 from grus_pounders import pounders  # noqa: E402
 from grus_calibrate_reader import case_at, read_calibration  # noqa: E402
-from grus_results import VERSION, Folder, write_whole  # noqa: E402
+from grus_results import VERSION, Folder, write_csv, write_whole  # noqa: E402
 from grus_runner import Lacking, Runner, duration_text, end, read_run, status_of  # noqa: E402
 from grus_study_reader import Refused, toml_value  # noqa: E402
 
@@ -103,13 +102,10 @@ def check_by_runs(evaluation, result, data, parameters):
 
 def write_tables(out, parameters, targets, evaluation, data):
     names = [f"{t.name}[{k}]" if len(t.values) > 1 else t.name for t in targets for k in range(len(t.values))]
-    with open(os.path.join(out, "calibration.csv.new"), "w", newline="") as f:
-        w = csv.writer(f)
-        w.writerow([p.name for p in parameters] + ["failed"] + names)
-        w.writerow(["data"] + [""] * (len(parameters) - 1) + [""] + [f"{v:.9g}" for v in data.values])
-        for x, values, failed in evaluation.rows:
-            w.writerow([f"{p.number(u):.9g}" for p, u in zip(parameters, x)] + [int(failed)] + ["" if math.isnan(v) else f"{v:.9g}" for v in values])
-    os.replace(os.path.join(out, "calibration.csv.new"), os.path.join(out, "calibration.csv"))
+    rows = [[p.name for p in parameters] + ["failed"] + names, ["data"] + [""] * (len(parameters) - 1) + [""] + [f"{v:.9g}" for v in data.values]]
+    for x, values, failed in evaluation.rows:
+        rows.append([f"{p.number(u):.9g}" for p, u in zip(parameters, x)] + [int(failed)] + ["" if math.isnan(v) else f"{v:.9g}" for v in values])
+    write_csv(os.path.join(out, "calibration.csv"), rows)
 
 
 def best_scene(run, parameters, x):

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Work-precision tables, plots and recommendations of a study."""
-import csv
 import html
 import math
 import os
 
 import grus_precision as precision
+from grus_results import write_csv
 from grus_study_report import html_table, picture, plt, text_table
 
 COLUMNS = ["error", "signed", "interval", "scatter", "seeds", "status", "value", "cpu", "wall", "grain_steps", "rves", "energy"]
@@ -21,6 +21,11 @@ def setting_text(values):
 
 def percent(x):
     return "-" if math.isnan(x) else f"{100 * x:.2g} %" if math.isfinite(x) else "not reached"
+
+
+def signed(row):
+    """The error with its sign: too much, or too little."""
+    return percent(row["error"]) if not math.isfinite(row["error"]) or row["error"] == 0 else f"{100 * row['signed']:+.2g} %"
 
 
 def plot(entry, result):
@@ -51,16 +56,11 @@ def describe(entry):
 def write(studies, out):
     """studies: (entry, result) pairs. Text and HTML of all; precision.csv and a plot each."""
     text = body = ""
-    with open(os.path.join(out, "precision.csv.new"), "w", newline="") as f:
-        writer = csv.writer(f)
-        writer.writerow(["study", "settings"] + COLUMNS)
-        for entry, result in studies:
-            for r in result["rows"]:
-                writer.writerow([entry["name"], setting_text(r["settings"])] + [repr(r[c]) if isinstance(r[c], float) else r[c] for c in COLUMNS])
-    os.replace(os.path.join(out, "precision.csv.new"), os.path.join(out, "precision.csv"))
+    lines = [[entry["name"], setting_text(r["settings"])] + [repr(r[c]) if isinstance(r[c], float) else r[c] for c in COLUMNS] for entry, result in studies for r in result["rows"]]
+    write_csv(os.path.join(out, "precision.csv"), [["study", "settings"] + COLUMNS] + lines)
     for number, (entry, result) in enumerate(studies):
         head = [setting_text({k: "" for k in entry["vary"]}), "value", "error", "95 % interval", "scatter of the mean", "seeds", "CPU s", "wall s", "grain-steps", "RVEs", "energy error", "status", "front"]
-        rows = [[", ".join(short(v) for v in r["settings"].values()), f"{r['value']:.6g}", percent(r["error"]), percent(r["interval"]), percent(r["scatter"]), r["seeds"],
+        rows = [[", ".join(short(v) for v in r["settings"].values()), f"{r['value']:.6g}", signed(r), percent(r["interval"]), percent(r["scatter"]), r["seeds"],
                  f"{r['cpu']:.3g}", f"{r['wall']:.3g}", f"{r['grain_steps']:.3g}", f"{r['rves']:g}", percent(r["energy"]), r["status"], "*" if k in result["front"] else ""]
                 for k, r in enumerate(result["rows"])]
         lines = [f"{describe(entry)}; reference {result['reference']:.6g} ({entry.get('label', reference_text(entry))})"]

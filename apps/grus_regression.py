@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy import stats
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
@@ -139,14 +140,25 @@ def best_of(surface, starts, low, high, data, sd):
     return min(found, key=lambda r: r.cost).x
 
 
-def uncertainty(surface, x, data, one_run, mean_run):
+def few(mean_run, common, seeds, points):
+    """What a variance that few seeds have told is widened by: two deviations are to hold 95 % all the same (Student). What
+    seeds have in common at all points is told by them alone, what each point draws anew by all points together."""
+    if seeds < 2:
+        return 1.0
+    share = min(1.0, np.trace(common) / max(np.trace(mean_run), 1e-300))
+    freedom = (seeds - 1) * (1 + (points - 1) * (1 - share))
+    return (stats.t.ppf(stats.norm.cdf(2), freedom) / 2) ** 2
+
+
+def uncertainty(surface, x, data, one_run, mean_run, seeds, points):
     """Covariance of the parameters, and the sensitivities' singular values. Sandwich of the weighted fit with the whole
     covariance of data and runs; slopes that noise alone would show tell nothing; the range is known before."""
     share = np.divide(1.0, data.specimens, out=np.zeros_like(data.specimens), where=data.specimens > 0)
     # What seeds have in common at all points does not show about the surface, and no number of points averages it.
     values, vectors = np.linalg.eigh(mean_run - surface.noise)
     common = vectors @ np.diag(np.maximum(values, 0)) @ vectors.T
-    noise = np.diag(data.error**2) + common + np.sqrt(share)[:, None] * one_run * np.sqrt(share) + surface.leverage(x) * surface.noise
+    drawn = common + np.sqrt(share)[:, None] * one_run * np.sqrt(share)
+    noise = np.diag(data.error**2) + few(mean_run, common, seeds, points) * drawn + surface.leverage(x) * surface.noise
     sd = np.sqrt(np.maximum(np.diag(noise), 1e-300))
     w = data.weight / sd**2
     j = surface.slope(x)
@@ -192,7 +204,7 @@ def calibrate(evaluate, p, data, points, batch=None, seed=1, told=None):
         x = best_of(surface, starts, box_low, box_high, data, sd)
         surface = Surface(tried, y, weights_of(tried, failed, x, smaller(half, known)), x)
         x = best_of(surface, [x], box_low, box_high, data, sd)
-        covariance, singular, directions, whole_sd = uncertainty(surface, x, data, one_run, mean_run)
+        covariance, singular, directions, whole_sd = uncertainty(surface, x, data, one_run, mean_run, float(np.median(answers[0].seeds)), len(tried))
         history.append((len(tried), x, np.sqrt(np.diag(covariance))))
         result = Result(x, covariance, singular, directions, surface.at(x), (surface.at(x) - data.values) / whole_sd, history)
         if told:

@@ -2,6 +2,7 @@
 """Reads the tables of a result folder."""
 import csv
 import fcntl
+import io
 import math
 import os
 
@@ -21,9 +22,15 @@ def plain(axis):
 
 
 def write_whole(path, text):
-    with open(path + ".new", "w") as f:
+    with open(path + ".new", "w", newline="") as f:
         f.write(text)
     os.replace(path + ".new", path)
+
+
+def write_csv(path, rows):
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    write_whole(path, text.getvalue())
 
 
 class InUse(Exception):

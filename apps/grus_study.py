@@ -61,7 +61,7 @@ def judged(entry, runner, lost):
 
 def work(args):
     study, common, cases = read_study(args.scene)
-    runs_of = cases + [c for e in study["precision"] for c in [row[1] for row in e["rows"]] + ([e["reference_case"]] if e["reference_case"] else [])]
+    runs_of = cases + [c for e in study["precision"] + study["sweep"] for c in [row[1] for row in e["rows"]] + ([e["reference_case"]] if e.get("reference_case") else [])]
     distinct = {c["name"]: c for c in runs_of}
     out = args.out or os.path.splitext(os.path.basename(args.scene))[0]
     workers = args.threads or len(os.sched_getaffinity(0))
@@ -95,7 +95,9 @@ def work(args):
                 studies.append(result)
             else:
                 print(f"grus-study: {one_line(e['name'])}: no run is left to compare", file=sys.stderr)
-        passed = report.write(study, common, cases, runs, studies, out, wall, workers)
+        sweeps = [(e, [(v, {str(s): read_run(runner.folder(c, s)) for s in c["seeds"] if (c["name"], str(s)) not in lost}) for v, c in e["rows"]]) for e in study["sweep"]]
+        sweeps = [(e, [row for row in rows if row[1]]) for e, rows in sweeps]
+        passed = report.write(study, common, cases, runs, studies, [s for s in sweeps if s[1]], out, wall, workers)
         print(f"report: {os.path.join(out, 'report.html')}")
         return 1 if failures or (args.strict and not passed) else 0
 

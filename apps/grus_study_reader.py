@@ -52,8 +52,9 @@ def read_study(path):
         cases.append({"name": c["name"], "label": c.get("label", c["name"]), **scene_of(where, c.get("scene", common.get("scene")), folder),
                       "set": {**common.get("set", {}), **c.get("set", {})}, "seeds": c.get("seeds", common.get("seeds", [None]))})
     entries = [e for k, p in enumerate(study.get("precision", [])) for e in read_precision(path, k, p, common, folder)]
-    if not cases and not entries:
-        raise Refused(f"{path}: needs at least one [[case]] or [[precision]]")
+    sweeps = [read_sweep(path, s, common, folder) for s in study.get("sweep", [])]
+    if not cases and not entries and not sweeps:
+        raise Refused(f"{path}: needs at least one [[case]], [[precision]] or [[sweep]]")
     names = [c["name"] for c in cases]
     if len(set(names)) < len(names):
         raise Refused(f"{path}: two cases share a name")
@@ -71,7 +72,7 @@ def read_study(path):
             for name in used + ([t["case"]] if "case" in t else []):
                 if name not in names:
                     raise Refused(f"{path}: {kind} '{t.get('name', t.get('claim', '?'))}': no case is called '{name}'")
-    study["precision"] = entries
+    study["precision"], study["sweep"] = entries, sweeps
     return study, common, cases
 
 
@@ -116,15 +117,28 @@ def read_precision(path, k, table, common, folder):
     if not rows:
         raise Refused(f"{where}: nothing to compare with the reference")
 
-    def case(settings):
-        whole = {**fixed, **settings}
-        name = hashlib.sha256(json.dumps([base["scene"], whole], sort_keys=True).encode()).hexdigest()[:12]
-        return {"name": name, "label": ", ".join(f"{key}={v}" for key, v in settings.items()), **base, "set": whole}
-
-    table = {**table, "folder": folder, "rows": [(s, case(s)) for s in rows], "reference_case": case(reference) if reference is not None else None}
+    table = {**table, "folder": folder, "rows": [(s, unnamed_case(base, fixed, s)) for s in rows],
+             "reference_case": unnamed_case(base, fixed, reference) if reference is not None else None}
     if how != "at" or not isinstance(table["at"], list):
         return [table]
     return [{**table, "at": at, "name": f"{table['name']}, at {at:g}"} for at in table["at"]]
+
+
+def unnamed_case(base, fixed, settings):
+    """A case called by what it runs: the same settings run once, whoever asks for them."""
+    whole = {**fixed, **settings}
+    name = hashlib.sha256(json.dumps([base["scene"], whole], sort_keys=True).encode()).hexdigest()[:12]
+    return {"name": name, "label": ", ".join(f"{key}={v}" for key, v in settings.items()), **base, "set": whole}
+
+
+def read_sweep(path, table, common, folder):
+    """A [[sweep]] with a case for each value of its key."""
+    where = f"{path}: sweep {table['name']}"
+    if "." not in table["quantity"] and table.get("measure", "at") == "at" and "at" not in table:
+        raise Refused(f"{where}: needs 'at', or a measure (peak, last, area), or a quantity of summary.json")
+    base = {**scene_of(where, table.get("scene", common.get("scene")), folder), "seeds": table.get("seeds", common.get("seeds", [None]))}
+    fixed = {**common.get("set", {}), **table.get("set", {})}
+    return {**table, "rows": [(v, unnamed_case(base, fixed, {table["key"]: v})) for v in table["values"]]}
 
 
 def wanted(study, common, cases):
@@ -156,9 +170,12 @@ def wanted(study, common, cases):
     for t in study.get("check", []):
         for name in t.get("greater", t.get("cases", [t.get("case")])):
             ask(name, t.get("quantity", "axial_stress_Pa"), True)
-    for e in study["precision"]:
-        for c in [row[1] for row in e["rows"]] + ([e["reference_case"]] if e["reference_case"] else []):
+    for e in study["precision"] + study["sweep"]:
+        for c in [row[1] for row in e["rows"]] + ([e["reference_case"]] if e.get("reference_case") else []):
             columns, keys = asked.setdefault(c["name"], (set(), set()))
+            if "key" in e and "." in e["quantity"]:
+                keys.add(e["quantity"])
+                continue
             columns.add(e["quantity"])
             if e.get("measure", "at") in ("at", "area"):
                 columns.add(e.get("over", "axial_strain"))

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Tables, plots and checks of a study. Quantities are columns of history.csv at an axial strain, or keys of summary.json."""
 import base64
-import csv
 import html
 import io
 import math
@@ -14,7 +13,7 @@ matplotlib.rcParams["text.parse_math"] = False  # texts are the user's, not form
 import matplotlib.pyplot as plt
 
 from grus_precision import cost, deviation, energy_error, mean, position as at, power_law
-from grus_results import plain, write_whole
+from grus_results import plain, write_csv, write_whole
 
 
 def of_summary(run, path):
@@ -155,8 +154,9 @@ def text_table(head, rows):
     return "\n".join("  ".join(str(v).ljust(w) for v, w in zip(r, widths)).rstrip() for r in [head] + rows) + "\n"
 
 
-def write(study, common, cases, runs, studies, out, wall, workers):
+def write(study, common, cases, runs, studies, sweeps, out, wall, workers):
     import grus_precision_report
+    import grus_sweep
     labels = {c["name"]: c["label"] for c in cases}
     strains = common.get("at", [0.1, 0.2])
     quantities = common.get("quantities", ["axial_stress_Pa"])
@@ -177,15 +177,15 @@ def write(study, common, cases, runs, studies, out, wall, workers):
                 mean([cost(x)["cpu"] for x in r])]
         rows.append([c["label"], len(r), ",".join(status)] + cells + [f"{tail[0]:.0f}", f"{tail[1]:.0f}", f"{tail[2]:.2f}", f"{tail[3]:.3g}", f"{tail[4]:.1f}"])
         plain.append([c["name"], len(r), ",".join(status)] + numbers + tail)
-    with open(os.path.join(out, "study.csv"), "w", newline="") as f:
-        writer = csv.writer(f)
-        writer.writerow(["case", "seeds", "status"] + [f"{k}_{q}_at_{e:g}" for q in quantities for e in strains for k in ("mean", "sd")] +
-                        ["grains", "breakages", "worst_energy_error_percent", "steps", "cpu_s"])
-        writer.writerows(plain)
+    write_csv(os.path.join(out, "study.csv"), [["case", "seeds", "status"] + [f"{k}_{q}_at_{e:g}" for q in quantities for e in strains for k in ("mean", "sd")] +
+                                               ["grains", "breakages", "worst_energy_error_percent", "steps", "cpu_s"]] + plain)
     text = study.get("title", "Study") + f"\n{wall:.0f} s on {workers} cores\n" + ("\n" + text_table(head, rows) if rows else "")
     body = html_table(head, rows) if rows else ""
     if studies:
         added = grus_precision_report.write(studies, out)
+        text, body = text + added[0], body + added[1]
+    if sweeps:
+        added = grus_sweep.write(sweeps, out)
         text, body = text + added[0], body + added[1]
 
     for t in study.get("table", []):
@@ -226,8 +226,7 @@ def write(study, common, cases, runs, studies, out, wall, workers):
         (grading_plot if plot.get("kind") == "grading" else history_plot)(ax, plot, labels, runs)
         ax.set_title(plot.get("title", plot["name"]), fontsize=10)
         body += picture(fig, out, plot["name"])
-    with open(os.path.join(out, "study.txt"), "w") as f:
-        f.write(text)
+    write_whole(os.path.join(out, "study.txt"), text)
     page = f"""<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(study.get('title', 'Study'))}</title>
 <style>body{{font:15px/1.5 sans-serif;max-width:1460px;margin:2em auto;padding:0 1em;color:#222}}table{{border-collapse:collapse;margin:1em 0}}
 td,th{{border:1px solid #ccc;padding:.3em .8em;text-align:left}}th{{background:#f2f0ea}}img{{max-width:100%;margin:.3em}}</style>

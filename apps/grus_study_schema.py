@@ -10,6 +10,8 @@ NAMES = {"type": "array", "items": {"type": "string"}, "minItems": 1}
 SETTINGS = {"type": "object"}  # of scene keys: the program judges them
 SEEDS = {"type": "array", "minItems": 1, "items": {"type": ["integer", "number", "string", "array"]}}
 STRAINS = {"type": "array", "items": NUMBER, "minItems": 1}
+AT = {"anyOf": [NUMBER, STRAINS]}
+MEASURE = {"enum": ["at", "peak", "last", "area"]}
 
 
 def table(properties, required=()):
@@ -33,8 +35,10 @@ STUDY = table({
     "table": tables({"name": WORD, "title": TEXT, "reference": TEXT, "cases": NAMES}, ("name", "reference", "cases")),
     "fit": tables({"name": TEXT, "cases": NAMES, "x": TEXT, "quantity": TEXT, "at": STRAINS, "expected": NUMBER}, ("name", "cases", "x", "quantity", "at")),
     "precision": tables({"name": TEXT, "scene": TEXT, "set": SETTINGS, "seeds": SEEDS, "vary": {"type": "object", "minProperties": 1, "additionalProperties": {"type": "array", "minItems": 1}},
-                         "reference": {"type": ["string", "number", "object"]}, "quantity": TEXT, "measure": {"enum": ["at", "peak", "last", "area"]},
-                         "at": {"anyOf": [NUMBER, STRAINS]}, "over": TEXT, "paired": {"type": "boolean"}, "label": TEXT, "order": {"type": "boolean"}, "scale": POSITIVE}, ("name", "vary", "quantity")),
+                         "reference": {"type": ["string", "number", "object"]}, "quantity": TEXT, "measure": MEASURE,
+                         "at": AT, "over": TEXT, "paired": {"type": "boolean"}, "label": TEXT, "order": {"type": "boolean"}, "scale": POSITIVE}, ("name", "vary", "quantity")),
+    "sweep": tables({"name": TEXT, "scene": TEXT, "set": SETTINGS, "seeds": SEEDS, "key": TEXT, "values": {"type": "array", "minItems": 2}, "quantity": TEXT, "measure": MEASURE, "at": AT, "over": TEXT,
+                     "scale": NUMBER, "log": {"type": "boolean"}, "log_x": {"type": "boolean"}, "xlabel": TEXT, "ylabel": TEXT}, ("name", "key", "values", "quantity")),
 })
 
 

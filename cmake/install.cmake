@@ -1,18 +1,31 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-# find_package(grus) gives grus::dem, grus::scene and, where built, grus::fem and grus::coupling.
+# find_package(grus) gives grus::grus (the DEM and its scenes) and, where built, grus::fem and grus::coupling.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
-install(TARGETS grus_dem grus_scene EXPORT grusTargets)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/dem DESTINATION include/grus FILES_MATCHING PATTERN "*.hpp")
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/apps/scene DESTINATION include/grus/apps FILES_MATCHING PATTERN "*.hpp"
-  PATTERN "bvp_scene.hpp" EXCLUDE PATTERN "mesh_scene.hpp" EXCLUDE PATTERN "packing_scene.hpp" EXCLUDE
-  PATTERN "reader.hpp" EXCLUDE PATTERN "units.hpp" EXCLUDE)
+# What grus/rve.hpp and grus/scene.hpp need, and no more; tools/check_install.py compiles each alone.
+set(public_dem
+  base/error.hpp base/parallel.hpp base/random.hpp base/tensor.hpp base/watch.hpp contact/broad_phase.hpp
+  contact/laws.hpp contact/neighbours.hpp fracture/criteria.hpp fracture/fracture_model.hpp fracture/splitter.hpp
+  kernel/sweep.hpp motion/integrate.hpp packing/packing.hpp rve/linear_response.hpp rve/loading.hpp rve/measure.hpp
+  rve/model.hpp rve/rve.hpp rve/state.hpp rve/step.hpp rve/stepper.hpp rves/rve_host.hpp rves/rve_set.hpp rves/sharing.hpp
+  shape/polyellipsoid.hpp state/bonds.hpp state/boundary.hpp state/contacts.hpp state/grains.hpp state/ledger.hpp)
+function(grus_headers room)
+  foreach(header IN LISTS ARGN)
+    get_filename_component(folder ${header} DIRECTORY)
+    install(FILES ${PROJECT_SOURCE_DIR}/${room}/${header} DESTINATION include/grus/${room}/${folder} COMPONENT dev)
+  endforeach()
+endfunction()
+grus_headers(dem ${public_dem})
+grus_headers(apps scene/cell_scene.hpp scene/prepare_sample.hpp scene/rve_scene.hpp)
+install(FILES ${PROJECT_SOURCE_DIR}/apps/library/grus/rve.hpp ${PROJECT_SOURCE_DIR}/apps/library/grus/scene.hpp
+  DESTINATION include/grus COMPONENT dev)
+install(TARGETS grus_dem grus_scene grus_library EXPORT grusTargets ARCHIVE COMPONENT dev)
 if(GRUS_FEM)
-  install(TARGETS grus_fem grus_coupling EXPORT grusTargets)
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/fem ${PROJECT_SOURCE_DIR}/coupling DESTINATION include/grus FILES_MATCHING PATTERN "*.hpp"
-    PATTERN "*_impl.hpp" EXCLUDE PATTERN "acceleration.hpp" EXCLUDE PATTERN "dolfinx_compat.hpp" EXCLUDE)
+  grus_headers(fem dynamics.hpp explicit_statics.hpp material.hpp mesh.hpp problem.hpp session.hpp statics.hpp)
+  grus_headers(coupling deferral.hpp rve_farm.hpp rve_material.hpp tangents.hpp)
+  install(TARGETS grus_fem grus_coupling EXPORT grusTargets ARCHIVE COMPONENT dev)
 endif()
-install(EXPORT grusTargets NAMESPACE grus:: DESTINATION lib/cmake/grus)
+install(EXPORT grusTargets NAMESPACE grus:: DESTINATION lib/cmake/grus COMPONENT dev)
 if(HDF5_IS_PARALLEL)
   set(GRUS_HDF5_PARALLEL ON)  # its header wants mpi.h
 else()
@@ -20,4 +33,9 @@ else()
 endif()
 configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/grusConfig.cmake.in ${PROJECT_BINARY_DIR}/grusConfig.cmake INSTALL_DESTINATION lib/cmake/grus)
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/grusConfigVersion.cmake COMPATIBILITY SameMinorVersion)
-install(FILES ${PROJECT_BINARY_DIR}/grusConfig.cmake ${PROJECT_BINARY_DIR}/grusConfigVersion.cmake DESTINATION lib/cmake/grus)
+install(FILES ${PROJECT_BINARY_DIR}/grusConfig.cmake ${PROJECT_BINARY_DIR}/grusConfigVersion.cmake DESTINATION lib/cmake/grus COMPONENT dev)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/apps/scenes DESTINATION share/grus)
+if(GRUS_PYTHON)
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/apps/python/demos DESTINATION share/grus/python COMPONENT python)
+endif()
+install(FILES ${PROJECT_SOURCE_DIR}/README.md ${PROJECT_SOURCE_DIR}/CHANGELOG.md ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION share/doc/grus)

@@ -6,8 +6,8 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <map>
 
+#include "apps/scene/cell_scene.hpp"
 #include "apps/scene/mesh_scene.hpp"
 
 namespace grus::app {
@@ -19,19 +19,7 @@ void read_rve(Table t, BvpScene& scene) {
   if (!std::filesystem::is_regular_file(file))
     t.fail("scene", fmt::format("\"{}\": no such scene file", t.text("scene")));
   dem::ResponseOptions& response = scene.rve.response;
-  response.quasi_static = read_quasi_static(t);
-  using Kind = dem::TangentKind;
-  const std::map<std::string, Kind> kinds{
-      {"automatic", Kind::automatic}, {"contact-stiffness", Kind::contact_stiffness},
-      {"network", Kind::network},     {"perturbation", Kind::perturbation},
-      {"elastic", Kind::elastic},     {"quasi-newton", Kind::quasi_newton}};
-  std::vector<std::string> names;
-  for (const auto& [name, kind] : kinds) names.push_back(name);
-  response.tangent = kinds.at(t.choice_or("tangent", "automatic", names));
-  if (response.tangent == Kind::perturbation) {
-    response.perturbation = t.number_or("perturbation", response.perturbation, dimension::none, {1e-8, 0.01});
-    response.central = t.flag_or("perturbation_central", false);
-  }
+  response = read_response(t);
   scene.rve.exact_sharing = t.flag_or("exact_sharing", true);
   if (auto a = t.table_if("adaptivity")) {
     if (scene.is_explicit())
@@ -53,20 +41,12 @@ void read_rve(Table t, BvpScene& scene) {
     response.on_failure = dem::OnFailure::elastic;
   }
   scene.variants = static_cast<int>(t.integer_or("variants", 1, 1, 100000));
-  std::vector<std::string> changes = t.texts_or_none("set");
+  const std::vector<std::string> changes = t.texts_or_none("set");
   t.finish();
-  scene.unit_cells.push_back(read_unit_cell(file.string(), changes));
+  scene.unit_cells = read_unit_cells(file.string(), changes, scene.variants);
   if (scene.dynamics && scene.unit_cells[0].model.numerics.scaled_below > 0)
     t.fail("scene", "numerics.inertia of the cell is for quasi-static runs: waves would see it");
-  // Below the pressure it was prepared at, a cell is a loose heap: tolerances are then against half that pressure.
-  if (response.quasi_static.pressure_floor == 0 && scene.unit_cells[0].preparation)
-    response.quasi_static.pressure_floor = 0.5 * scene.unit_cells[0].preparation->pressure;
-  const std::uint64_t seed = scene.unit_cells[0].model.seed;
-  changes.emplace_back();
-  for (std::uint64_t v = 1; v < static_cast<std::uint64_t>(scene.variants); ++v) {
-    changes.back() = fmt::format("packing.seed={}", seed + v);
-    scene.unit_cells.push_back(read_unit_cell(file.string(), changes));
-  }
+  default_floor(response, scene.unit_cells[0]);
   scene.has_rve = true;
 }
 

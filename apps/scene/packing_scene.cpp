@@ -188,6 +188,10 @@ dem::Packing read_lattice(Table& t, const std::string& kind, bool periodic, cons
 
 }  // namespace
 
+void check_cylinder(const Table& t, const dem::Vec3& box) {
+  if (box[0] != box[1]) t.fail("box", "of a cylinder expected [diameter, diameter, height]");
+}
+
 void read_packing(Table t, RveScene& scene, bool round, Vec3& box) {
   const std::string kind = t.choice("kind", {"random", "hcp", "simple-cubic", "file"});
   const bool periodic = scene.state.boundary.cell.periodic();
@@ -201,7 +205,7 @@ void read_packing(Table t, RveScene& scene, bool round, Vec3& box) {
   const bool turned = t.choice_or("orientation", "random", {"random", "aligned"}) == "random";
   if (kind == "random") {
     if (box.isZero()) t.fail("", "packing.box is missing");
-    if (round && box[0] != box[1]) t.fail("box", "of a cylinder expected [diameter, diameter, height]");
+    if (round) check_cylinder(t, box);
     auto container = periodic ? dem::Container::periodic : dem::Container::box;
     if (round) container = dem::Container::cylinder;
     scene.pending = read_random(t, scene, container, turned, material, box);

@@ -11,6 +11,9 @@ inline dem::Vec3 vector3(const std::vector<double>& v) { return {v[0], v[1], v[2
 /// Index of a material by its name.
 std::uint8_t material_of(Table& table, const dem::Model& model, const std::string& name);
 
+/// Refuses a box that bounds no upright cylinder.
+void check_cylinder(const Table& table, const dem::Vec3& box);
+
 /// Refuses grains whose mass or inertia no number holds.
 void check_mass(const Table& table, const dem::Material& material, double radius, const std::string& key);
 

@@ -187,7 +187,7 @@ void read_sample(Table& t, RveScene& scene) {
     if (!b->has("box")) b->fail("box", "needs the size of the box: boundary.box, or packing.box");
     box = vector3(b->numbers("box", 3, dimension::length));
     if (!(box.minCoeff() > 0)) b->fail("box", "all three sides must be above 0");
-    if (kind == "cylinder" && box[0] != box[1]) b->fail("box", "of a cylinder expected [diameter, diameter, height]");
+    if (kind == "cylinder") check_cylinder(*b, box);
   }
   if (kind == "periodic") {
     boundary.cell.vectors = dem::Mat3(box.asDiagonal());

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "dem/base/checksum.hpp"
 #include "dem/base/error.hpp"
 #include "dem/io/hdf5_image.hpp"
 #include "dem/io/whole_file.hpp"
@@ -22,12 +23,6 @@ namespace {
 constexpr std::uint64_t format_version = 13;
 constexpr std::uint64_t layout =
     sizeof(Motion) + 1000 * sizeof(Contact) + 1000000 * sizeof(CohesiveSpring) + 1000000000ULL * sizeof(Pair);
-
-/// FNV-1a of `bytes`, after those whose checksum is `h`.
-std::uint64_t checksum(std::string_view bytes, std::uint64_t h = 0xcbf29ce484222325ULL) {
-  for (const char c : bytes) h = (h ^ static_cast<unsigned char>(c)) * 0x100000001b3ULL;
-  return h;
-}
 
 /// True where the last eight bytes of a file are the checksum of all before: HDF5 does not mind them, and leaves gaps
 /// that no checksum of its datasets would reach.

@@ -116,6 +116,19 @@ Response deform_in_pieces(const Model& model, const QuasiStatic& o, State& state
   return response;
 }
 
+namespace {
+
+/// No increment gets there: grains shrunk by half the overlap that they may have do not overlap any more, and still
+/// fill more than the cell.
+bool leaves_no_room(const Model& model, const State& s, double volume_ratio) {
+  double slender = 1;
+  for (const Extent& e : s.grains.extent) slender = std::max(slender, 2 * e.equivalent_radius / e.least_width);
+  const double shrunk = 1 - 0.5 * model.overlap_limit() * slender;
+  return shrunk > 0 && shrunk * shrunk * shrunk * solid_volume(s.grains) > volume_ratio * s.boundary.cell.volume();
+}
+
+}  // namespace
+
 Rve::Rve(std::shared_ptr<const Model> model, QuasiStatic options, State state, const Steady& steady)
     : model_(std::move(model)), options_(options), committed_(std::move(state)), steady_(steady) {}
 
@@ -123,6 +136,13 @@ Response Rve::advance(const Increment& increment) {
   Team team(1);
   fresh_ = false;
   Response response;
+  if (const double ratio = increment.deformation.determinant(); leaves_no_room(*model_, committed_, ratio)) {
+    response.failure = fmt::format(
+        "an increment to {:.3g} of the volume leaves no room for the grains, were they to overlap by {:.0f} % of a "
+        "radius everywhere (numerics.max_overlap): take a smaller one",
+        ratio, 100 * model_->overlap_limit());
+    return response;
+  }
   std::uint64_t spent = 0;
   for (const int pieces : {1, retry_pieces}) {
     trial_ = committed_;

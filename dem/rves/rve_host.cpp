@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/rves/rve_host.hpp"
 
+#include <atomic>
 #include <chrono>
+#include <thread>
 
 #include "dem/base/error.hpp"
 #include "dem/io/archive.hpp"
@@ -146,11 +148,17 @@ Outcome RveHost::advance(Slot& s, const Task& task) const {
   return out;
 }
 
-std::vector<Outcome> RveHost::advance(const std::vector<Task>& tasks) {
+std::vector<Outcome> RveHost::advance(const std::vector<Task>& tasks, const Watch& watch) {
   std::vector<Outcome> outcomes(tasks.size());
   std::vector<Slot*> slots;
   for (const Task& t : tasks) slots.push_back(&slots_.at(t.slot));
+  const auto asking = std::this_thread::get_id();
+  std::atomic<std::size_t> begun{0};
+  std::atomic<bool> stopped{false};
   team_.each(tasks.size(), [&](std::size_t k) {
+    const double part = static_cast<double>(begun++) / static_cast<double>(tasks.size());
+    if (watch && std::this_thread::get_id() == asking && !stopped) stopped = !watch(part);
+    if (stopped) return;
     const auto begin = std::chrono::steady_clock::now();
     try {
       outcomes[k] = advance(*slots[k], tasks[k]);
@@ -160,6 +168,7 @@ std::vector<Outcome> RveHost::advance(const std::vector<Task>& tasks) {
     }
     outcomes[k].seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   });
+  if (stopped) throw Interrupted("interrupted while RVEs advanced; the committed states stand");
   return outcomes;
 }
 

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "dem/base/parallel.hpp"
+#include "dem/base/watch.hpp"
 #include "dem/rve/linear_response.hpp"
 #include "dem/rve/rve.hpp"
 
@@ -97,8 +98,9 @@ public:
   void copy(std::uint64_t from, std::uint64_t to) { put(to, hosted(from)); }
   void drop(std::uint64_t slot) { slots_.erase(slot); }
   HostedRve hosted(std::uint64_t slot) const;
-  /// Tasks of different slots, on all threads; a failure is told in the response.
-  std::vector<Outcome> advance(const std::vector<Task>& tasks);
+  /// Tasks of different slots, on all threads; a failure is told in the response. The watch is asked between tasks of
+  /// the calling thread; where it says so, Interrupted is thrown once those under way are done.
+  std::vector<Outcome> advance(const std::vector<Task>& tasks, const Watch& watch = {});
   void commit(std::uint64_t slot);
   Facts facts(std::uint64_t slot) const;
 

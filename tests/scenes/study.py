@@ -13,6 +13,7 @@ binaries = os.path.abspath(sys.argv[1])
 sys.path.insert(0, binaries)
 import grus_precision as precision  # noqa: E402
 import grus_study_report as report  # noqa: E402
+import grus_sweep as sweep  # noqa: E402
 from grus_study_reader import Refused, read_study  # noqa: E402
 
 faults = []
@@ -159,6 +160,40 @@ with tempfile.TemporaryDirectory() as tmp:
         open(path, "w").write(bad)
         r = study(path, "-o", os.path.join(tmp, "bad"), "--quiet")
         need(r.returncode == 2 and expected in r.stderr and r.stderr.count("\n") == 1, f"{expected}: exit {r.returncode}: {r.stderr!r}")
+# A sweep: the strength of a grain goes with the key, whichever value is first; changes carry their sign.
+SWEEP = TEXT[:TEXT.index("[[case]]")].replace("seeds = [10, 12]", "seeds = [10, 20]") + """
+[[sweep]]
+name = "strength"
+key = "material.sand.fracture.hoek_brown.compressive_strength"
+values = ["550 MPa", "275 MPa"]
+quantity = "results.peak_axial_stress_Pa"
+[[sweep]]
+name = "damping"
+key = "material.sand.damping"
+values = [0.0, 0.4]
+quantity = "axial_stress_Pa"
+at = [0.002, 0.2]
+log_x = false
+"""
+with tempfile.TemporaryDirectory() as tmp:
+    path, out = os.path.join(tmp, "sweep.toml"), os.path.join(tmp, "out")
+    open(path, "w").write(SWEEP)
+    r = study(path, "-o", out, "--quiet")
+    need(r.returncode == 0, f"sweep: exit {r.returncode}: {r.stderr}")
+    rows = [line.split(",") for line in open(os.path.join(out, "sweep.csv")).read().splitlines()] if r.returncode == 0 else []
+    need(len(rows) == 7 and rows[0][:4] == ["sweep", "key", "value", "position"], f"sweep.csv: {rows}")
+    need(len(rows) == 7 and abs(float(rows[2][7]) + 0.5) < 0.03 and float(rows[1][7]) == 0, f"half the strength changes the peak by {rows[2][7]}")
+    need(len(rows) == 7 and "not reached" in rows[6][10] and "not reached" not in rows[4][10], f"a strain of 0.2 in a run to 0.06: {rows[-1]}")
+    need(len(rows) == 7 and f"{100 * float(rows[2][7]):+.2g} %" in open(os.path.join(out, "study.txt")).read(), "no signed change in study.txt")
+    need(os.path.getsize(os.path.join(out, "plots", "sweep_0.png")) > 5000 and os.path.getsize(os.path.join(out, "plots", "sweep_1.png")) > 5000, "sweep without plots")
+    for bad, expected in ((SWEEP.replace("key = \"material.sand.damping\"", ""), "needs 'key'"), (SWEEP.replace("at = [0.002, 0.2]", ""), "needs 'at'"), (SWEEP.replace("[0.0, 0.4]", "[0.0]"), "sweep"),
+                          (SWEEP.replace("results.peak_axial", "results.peek_axial"), "peek_axial"), (SWEEP.replace("sand.damping", "sand.dumping"), "dumping")):
+        open(path, "w").write(bad)
+        r = study(path, "-o", os.path.join(tmp, "bad"), "--quiet")
+        need(r.returncode in (1, 2) and expected in r.stderr and r.stderr.count("\n") == 1, f"{expected}: exit {r.returncode}: {r.stderr!r}")
+# Seed by seed: what the seeds share drops out of a change, and not out of a mean.
+rows = sweep.judge({"quantity": "y", "at": 1.0}, [(k, {s: made_up(10.0 * s + 3 * k, 1.0) for s in (1, 2, 3)}) for k in (1, 2)])
+need(abs(rows[1]["change"] - 3 / 23) < 1e-12 and rows[1]["change_interval"] < 1e-12 and rows[1]["interval"] > 20, f"changes seed by seed: {rows[1]}")
 for path in glob.glob(os.path.join(scenes, "*", "*.toml")):
     if "\n[study]" in open(path).read():
         try:

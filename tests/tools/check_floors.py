@@ -7,7 +7,7 @@ import sys
 
 root = sys.argv[1]
 floor = {"dem/base": 0, "dem/kernel": 1, "dem/shape": 1, "dem/state": 2, "dem/contact": 3, "dem/bond": 3, "dem/fracture": 4, "dem/motion": 4, "dem/rve": 5, "dem/packing": 6, "dem/io": 6, "dem/rves": 7,
-         "fem": 10, "coupling": 20, "apps/scene": 30, "apps": 31}
+         "fem": 10, "coupling": 20, "apps/scene": 30, "apps/library/grus": 31, "apps": 31, "apps/python": 32}
 faults = []
 
 
@@ -31,7 +31,7 @@ for top in ("dem", "fem", "coupling", "apps", "tests"):
             for target in re.findall(r'#include "([^"]+)"', text):
                 if top == "tests":
                     continue
-                theirs = room(target)
+                theirs = room(f"apps/library/{target}" if target.startswith("grus/") else target)
                 if theirs is None:
                     faults.append(f"{path}: includes {target}, which is in no room")
                 elif theirs != mine and floor[theirs] > floor[mine]:

@@ -2,22 +2,23 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Installs a build, and builds and runs a client of it from an empty folder: check_install.py BUILD full|dem"""
 import os
+import re
 import subprocess
 import sys
 import tempfile
 
 build, kind = os.path.abspath(sys.argv[1]), sys.argv[2]
 
-CMAKE = """cmake_minimum_required(VERSION 3.25)
-project(client LANGUAGES CXX)
-set(CMAKE_CXX_STANDARD 20)
-find_package(grus REQUIRED)
-add_executable(client main.cpp)
-target_link_libraries(client PRIVATE {target})
-"""
+source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+page = open(os.path.join(source, "docs", "library.md")).read()
+PUBLIC = {"grus": ("grus::grus", ["grus/rve.hpp", "grus/scene.hpp"]),
+          "dem": ("grus::grus", [f"dem/rve/{name}.hpp" for name in ("model", "state", "rve", "measure", "step")]),
+          "full": ("grus::coupling", [f"fem/{name}.hpp" for name in ("material", "problem", "statics", "dynamics", "explicit_statics", "session")]
+                   + ["coupling/rve_material.hpp", "coupling/rve_farm.hpp"])}
+CMAKE, CLIENT = (re.search(rf"```{kind_of_block}\n(.*?)```", page, re.S).group(1) for kind_of_block in ("cmake", "cpp"))
+SAID = re.search(r"says `(.*?)`", page).group(1)
 # Two spheres pushed together by 1 % of a radius: Hertz's force is the closed form.
 DEM = """#include <cstdio>
-#include "dem/io/archive.hpp"
 #include "dem/rve/step.hpp"
 using namespace grus::dem;
 int main() {
@@ -30,13 +31,12 @@ int main() {
   for (int i = 0; i < 2; ++i) set_grain(s.grains, i, {.shape = PolyEllipsoid::sphere(1e-3), .position = Vec3(i * 1.99e-3, 0, 0), .density = 2650});
   Team team(2);
   prepare(model, s, team);
-  const State back = state_of(bytes_of(s));
-  std::printf("%.6g\\n", back.grains.force[1].x());
+  std::printf("%.6g\\n", s.grains.force[1].x());
 }
 """
 # A scene file from the outside: two spheres a little apart.
 SCENE = """#include <cstdio>
-#include "apps/scene/prepare_sample.hpp"
+#include "grus/scene.hpp"
 int main() {
   std::FILE* f = std::fopen("two.toml", "w");
   std::fputs("[material.sand]\\ndensity = 2650\\nyoungs_modulus = \\"60 GPa\\"\\npoissons_ratio = 0.17\\n[boundary]\\nkind = \\"open\\"\\n"
@@ -74,23 +74,46 @@ def run(*command, cwd):
     return r.stdout
 
 
+def headers_alone(installed, folder, target, headers):
+    """Every public header in a file of its own."""
+    os.mkdir(folder)
+    for number, header in enumerate(headers):
+        open(os.path.join(folder, f"h{number}.cpp"), "w").write(f"#include <{header}>\n")
+    files = " ".join(f"h{k}.cpp" for k in range(len(headers)))
+    cmake = CMAKE.replace("add_executable(client main.cpp)", f"add_library(client OBJECT {files})\ntarget_compile_options(client PRIVATE -fsyntax-only)")
+    built(installed, folder, cmake.replace("grus::grus", target))
+
+
+def built(installed, folder, cmake):
+    open(os.path.join(folder, "CMakeLists.txt"), "w").write(cmake)
+    run("cmake", "-S", ".", "-B", "b", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={installed}", cwd=folder)
+    run("cmake", "--build", "b", cwd=folder)
+
+
 with tempfile.TemporaryDirectory() as tmp:
-    run("cmake", "--install", build, "--prefix", os.path.join(tmp, "installed"), cwd=tmp)
-    clients = [("grus::dem", DEM, lambda out: abs(float(out) / HERTZ - 1) < 1e-5)]
-    clients.append(("grus::scene", SCENE, lambda out: out.split() == ["2", "3e+10"]))
+    installed = os.path.join(tmp, "installed")
+    run("cmake", "--install", build, "--prefix", installed, cwd=tmp)
+    HERTZ = 4 / 3 * 60e9 / (2 * (1 - 0.17 ** 2)) * (0.5e-3) ** 0.5 * (0.01e-3) ** 1.5
+    clients = [("grus::grus", CLIENT, lambda out: out == SAID + "\n"), ("grus::grus", DEM, lambda out: abs(float(out) / HERTZ - 1) < 1e-5),
+               ("grus::grus", SCENE, lambda out: out.split() == ["2", "3e+10"])]
     if kind == "full":
         clients.append(("grus::coupling", MACRO, lambda out: abs(float(out.split()[0]) / -1e6 - 1) < 2e-3 and out.split()[1] == "2"))
-    HERTZ = 4 / 3 * 60e9 / (2 * (1 - 0.17 ** 2)) * (0.5e-3) ** 0.5 * (0.01e-3) ** 1.5
     for k, (target, text, right) in enumerate(clients):
         folder = os.path.join(tmp, f"client{k}")
         os.mkdir(folder)
-        open(os.path.join(folder, "CMakeLists.txt"), "w").write(CMAKE.format(target=target))
         open(os.path.join(folder, "main.cpp"), "w").write(text)
-        run("cmake", "-S", ".", "-B", "b", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={tmp}/installed", cwd=folder)
-        run("cmake", "--build", "b", cwd=folder)
-        out = run(os.path.join(folder, "b", "client"), cwd=folder)
+        built(installed, folder, CMAKE.replace("grus::grus", target))
+        client = os.path.join(folder, "b", "client")
+        out = run(client, os.path.join(source, "apps", "scenes", "sand_rve.toml"), cwd=folder)
         if not right(out):
             sys.exit(f"FAULT client of {target} says {out!r}")
+        needs = [name for name in ("libmpi", "libpetsc", "libdolfinx") if name in run("ldd", client, cwd=folder)]
+        parallel = "HDF5_PREFER_PARALLEL ON" in open(os.path.join(build, "grusConfig.cmake")).read()
+        if kind == "dem" and needs and not (parallel and needs == ["libmpi"]):
+            sys.exit(f"FAULT a client of the DEM alone needs {needs}")
+    for name, (target, headers) in PUBLIC.items():
+        if name in ("grus", kind):
+            headers_alone(installed, os.path.join(tmp, name), target, headers)
     for program in ["grus-rve", "grus-study", "grus-calibrate", "grus-report"] + (["grus-bvp"] if kind == "full" else []):
-        run(os.path.join(tmp, "installed", "bin", program), "--version", cwd=tmp)
-print("install: 0 faults")
+        run(os.path.join(installed, "bin", program), "--version", cwd=tmp)
+print(f"install: {len(clients)} clients, 0 faults")

@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Grus as a library: RVEs from the scene files of grus-rve. docs/library.md
+#pragma once
+
+#include "apps/scene/cell_scene.hpp"
+#include "apps/scene/prepare_sample.hpp"
+#include "grus/rve.hpp"

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What Python cannot do itself: scenes, cells and sets of RVEs. Arguments are checked and explained in grus/rves.py.
+#include <fmt/format.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <atomic>
+
+#include "apps/cores.hpp"
+#include "apps/python/views.hpp"
+#include "apps/scene/cell_scene.hpp"
+#include "apps/scene/prepare_sample.hpp"
+#include "dem/io/archive.hpp"
+#include "dem/io/checkpoint.hpp"
+#include "dem/rves/rve_set.hpp"
+
+namespace grus::python {
+namespace {
+
+namespace py = pybind11;
+using Numbers = py::array_t<double, py::array::c_style>;
+
+/// Hears Ctrl-C; asked by the calling thread, which has let go of Python.
+bool go_on(double) {
+  const py::gil_scoped_acquire held;
+  return PyErr_CheckSignals() == 0;
+}
+
+/// Long work, without Python's lock.
+template <class F>
+auto at_work(F&& work) {
+  const py::gil_scoped_release free;
+  return work();
+}
+
+class Cells {
+public:
+  Cells(const std::string& scene, const std::vector<std::string>& overrides, int variants)
+      : cells_(app::read_unit_cells(scene, overrides, variants)) {}
+
+  std::string record() const { return cells_[0].record.dump(); }
+  std::size_t variants() const { return cells_.size(); }
+  std::vector<std::string> notes() const { return cells_[0].notes; }
+  std::vector<std::string> materials() const {
+    std::vector<std::string> names;
+    for (const auto& m : cells_[0].model.materials) names.push_back(m.name);
+    return names;
+  }
+
+  py::bytes prepare(std::size_t variant) const {
+    return at_work([&] {
+      dem::Team alone(1);
+      app::RveScene cell = cells_.at(variant);
+      try {
+        return dem::bytes_of(app::prepare_sample(cell, alone, [](double d, const char*) { return go_on(d); }));
+      } catch (const dem::Unstable& e) {
+        throw dem::Unstable(cells_[0].file + ": " + e.what());
+      }
+    });
+  }
+
+  const app::RveScene& first() const { return cells_[0]; }
+  std::uint64_t kin() const { return app::kin_of(cells_[0]); }
+
+private:
+  std::vector<app::RveScene> cells_;
+};
+
+class Set {
+public:
+  Set(const Cells& cells, const std::vector<py::bytes>& prepared, const std::vector<std::size_t>& start,
+      const std::string& response, int threads)
+      : set_(std::make_shared<dem::Model>(cells.first().model), states(prepared), start,
+             app::response_of_text(response, "RveSet", cells.first()), threads, cells.kin()) {}
+
+  void advance(const Numbers& deformation, Numbers stress, const std::optional<Numbers>& tangent) {
+    const Use use(busy_);
+    auto all = [](Numbers& a) { return std::span(a.mutable_data(), static_cast<std::size_t>(a.size())); };
+    const std::span<const double> in(deformation.data(), static_cast<std::size_t>(deformation.size()));
+    const std::span<double> out = all(stress);
+    std::span<double> stiffness;
+    if (Numbers a = tangent.value_or(Numbers()); tangent) stiffness = all(a);
+    at_work([&] { set_.advance(in, out, stiffness, go_on); });
+  }
+
+  void commit() {
+    const Use use(busy_);
+    set_.commit();
+  }
+
+  /// Columns, one row a point.
+  py::dict facts() const {
+    const Use use(busy_);
+    const auto n = static_cast<py::ssize_t>(set_.size());
+    py::array_t<double> energy(n), void_ratio(n), work(n), mass(n), lost(n);
+    py::array_t<std::uint64_t> grains(n), breakages(n), steps(n);
+    for (py::ssize_t i = 0; i < n; ++i) {
+      const dem::Facts f = set_.facts(static_cast<std::size_t>(i));
+      energy.mutable_at(i) = f.energy_error, void_ratio.mutable_at(i) = f.void_ratio, work.mutable_at(i) = f.work;
+      mass.mutable_at(i) = f.mass - f.lost_mass, lost.mutable_at(i) = f.lost_mass, grains.mutable_at(i) = f.grains;
+      breakages.mutable_at(i) = f.breakages, steps.mutable_at(i) = f.steps;
+    }
+    py::dict d;
+    d["grains"] = grains, d["breakages"] = breakages, d["steps"] = steps, d["void_ratio"] = void_ratio;
+    d["work_J"] = work, d["energy_error"] = energy, d["mass_kg"] = mass, d["mass_lost_kg"] = lost;
+    return d;
+  }
+
+  py::dict grains(std::size_t point) const { return grains_of(snapshot(point)); }
+  py::dict contacts(std::size_t point) const { return contacts_of(*snapshot(point)); }
+  std::vector<std::vector<double>> cell(std::size_t point) const {
+    const auto s = snapshot(point);
+    std::vector<std::vector<double>> rows(3, std::vector<double>(3));
+    for (int i = 0; i < 9; ++i)
+      rows[static_cast<std::size_t>(i / 3)][static_cast<std::size_t>(i % 3)] = s->boundary.cell.vectors(i / 3, i % 3);
+    return rows;
+  }
+
+  py::bytes bytes(std::size_t point) const {
+    const Use use(busy_);
+    return set_.bytes(point);
+  }
+  void restore(std::size_t point, const py::bytes& state) {
+    const Use use(busy_);
+    set_.restore(point, state);
+  }
+  std::vector<py::bytes> parts() const {
+    const Use use(busy_);
+    std::vector<py::bytes> parts;
+    set_.save([&](const std::string& part) { parts.emplace_back(part); });
+    return parts;
+  }
+  void load(const std::vector<std::string>& parts) {
+    const Use use(busy_);
+    set_.load(parts);
+  }
+  std::size_t size() const { return set_.size(); }
+  std::size_t distinct() const { return set_.distinct(); }
+
+private:
+  /// Two Python threads in one set would be a race: the second is told.
+  class Use {
+  public:
+    explicit Use(std::atomic<bool>& busy) : busy_(busy) {
+      if (busy_.exchange(true)) throw std::runtime_error("this set is at work in another thread");
+    }
+    ~Use() { busy_ = false; }
+    Use(const Use&) = delete;
+    Use& operator=(const Use&) = delete;
+
+  private:
+    std::atomic<bool>& busy_;
+  };
+
+  static std::vector<dem::State> states(const std::vector<py::bytes>& prepared) {
+    std::vector<dem::State> all;
+    for (const auto& bytes : prepared) all.push_back(dem::state_of(std::string(bytes)));
+    return all;
+  }
+  std::shared_ptr<const dem::State> snapshot(std::size_t point) const {
+    const Use use(busy_);
+    return std::make_shared<const dem::State>(set_.state(point));
+  }
+
+  dem::RveSet set_;
+  mutable std::atomic<bool> busy_{false};
+};
+
+void write_parts(const std::string& path, const std::string& about, const py::iterable& parts) {
+  dem::write_checkpoint(path, about, [&](const dem::TakePart& take) {
+    for (const auto& part : parts) take(part.cast<std::string>());
+  });
+}
+
+py::tuple read_parts(const std::string& path) {
+  const dem::Checkpoint kept = dem::read_checkpoint(path);
+  std::vector<py::bytes> parts(kept.parts.begin(), kept.parts.end());
+  return py::make_tuple(kept.about, parts);
+}
+
+}  // namespace
+}  // namespace grus::python
+
+PYBIND11_MODULE(_core, m) {
+  namespace py = pybind11;
+  using namespace grus::python;
+  m.attr("__version__") = GRUS_VERSION;
+  py::register_exception<grus::dem::InputError>(m, "InputError", PyExc_ValueError);
+  py::register_exception<grus::dem::Unstable>(m, "Unstable", PyExc_RuntimeError);
+  py::register_exception_translator([](std::exception_ptr p) {
+    try {
+      if (p) std::rethrow_exception(p);
+    } catch (const grus::dem::Interrupted& e) {
+      if (!PyErr_Occurred()) PyErr_SetString(PyExc_KeyboardInterrupt, e.what());
+    }
+  });
+  m.def("usable_cores", &grus::app::usable_cores);
+  m.def("write_parts", &write_parts);
+  m.def("read_parts", &read_parts);
+  py::class_<Cells>(m, "Cells")
+      .def(py::init<const std::string&, const std::vector<std::string>&, int>())
+      .def("prepare", &Cells::prepare)
+      .def_property_readonly("record", &Cells::record)
+      .def_property_readonly("notes", &Cells::notes)
+      .def_property_readonly("materials", &Cells::materials)
+      .def_property_readonly("variants", &Cells::variants)
+      .def_property_readonly("kin", &Cells::kin);
+  py::class_<Set>(m, "Set")
+      .def(py::init<const Cells&, const std::vector<py::bytes>&, const std::vector<std::size_t>&, const std::string&,
+                    int>())
+      .def("advance", &Set::advance)
+      .def("commit", &Set::commit)
+      .def("facts", &Set::facts)
+      .def("grains", &Set::grains)
+      .def("contacts", &Set::contacts)
+      .def("cell", &Set::cell)
+      .def("bytes", &Set::bytes)
+      .def("restore", &Set::restore)
+      .def("parts", &Set::parts)
+      .def("load", &Set::load)
+      .def("__len__", &Set::size)
+      .def_property_readonly("distinct", &Set::distinct);
+}

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// The RVEs of a macro program's Gauss points, by number of the point: deformation in, stress and tangent out, commit.
+// What other people's solvers see of the grains (grus/rve.hpp, and grus.RveSet in Python).
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "dem/rves/rve_host.hpp"
+#include "dem/rves/sharing.hpp"
+
+namespace grus::dem {
+
+class RveSet {
+public:
+  /// Point i starts from `prepared[start[i]]`; points of one history have one RVE between them (the same bits as
+  /// without, dem/rves/sharing.hpp). `kin` is a number of the scene's: states of another one are refused.
+  RveSet(std::shared_ptr<const Model> model, const std::vector<State>& prepared, std::span<const std::size_t> start,
+         const ResponseOptions& options, int threads, std::uint64_t kin = 0);
+
+  std::size_t size() const { return sharing_.point.size(); }
+  std::size_t distinct() const { return sharing_.leader.size(); }
+
+  /// Takes every point from its committed state through F_new F_old^-1: `deformation` 9 a point, row by row, taken to
+  /// 6e-11 (dem/rves/alike.hpp); det F > 0. Out: Cauchy stress (Pa, tension-positive, Voigt xx yy zz yz xz xy), 6 a
+  /// point; tangent d(stress) / d(strain) with engineering shear (Pa), 36 a point row by row, or empty. Again before
+  /// `commit`: from the committed state again. Throws InputError for what is no increment, and Unstable, which names
+  /// the point, where grains do not get there; then nothing has been written, and the committed states stand.
+  /// Interrupted, where the watch says so.
+  void advance(std::span<const double> deformation, std::span<double> stress, std::span<double> tangent,
+               const Watch& watch = {});
+
+  /// Makes the last advance the committed states. Throws std::logic_error where there is none.
+  void commit();
+
+  /// What became of a point in the last advance that is not committed yet; std::logic_error where there is none.
+  const Response& response(std::size_t point) const;
+  /// Of the committed state.
+  Facts facts(std::size_t point) const { return host_.facts(sharing_.point.at(point).slot); }
+  State state(std::size_t point) const { return host_.hosted(sharing_.point.at(point).slot).state; }
+
+  /// The committed state, with a checksum; and back, which drops an advance that is not committed. Throws InputError
+  /// for bytes that are damaged or of another scene.
+  std::string bytes(std::size_t point) const;
+  void restore(std::size_t point, const std::string& bytes);
+
+  /// All points' committed states in parts: who shares with whom, then the RVEs; and back into a set of as many points.
+  void save(const std::function<void(const std::string&)>& take) const;
+  void load(const std::vector<std::string>& parts);
+
+private:
+  void forget();
+  std::string sealed(const std::string& bytes) const;
+  std::string opened(const std::string& bytes) const;
+
+  RveHost host_;
+  bool sharp_;  // the network's tangent
+  std::uint64_t kin_;
+  Sharing sharing_;
+  SharingPlan plan_;
+  std::vector<Mat3> increment_;
+  std::vector<Response> response_;  // of the plan's jobs; empty: no advance to commit
+};
+
+}  // namespace grus::dem

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Sets of RVEs, by a simple-cubic cell whose stress under oedometric strain is 2/3 E* strain^1.5 in closed form.
+#include "dem/rves/rve_set.hpp"
+
+#include "dem/base/error.hpp"
+#include "dem/rve/step.hpp"
+#include "tests/helpers.hpp"
+
+using namespace grus::dem;
+using namespace grus::dem::test;
+
+namespace {
+
+constexpr double E_star = 30.892802e9;  // Pa
+
+struct Cubic {
+  std::shared_ptr<const Model> model;
+  State state;
+};
+
+Cubic cubic() {
+  Model model = model_of(solid(60e9, 0.17, 2650, 0.5));
+  set_damping(model, 0.5);
+  State s;
+  const double R = 3e-4;
+  for (int x = 0; x < 3; ++x)
+    for (int y = 0; y < 3; ++y)
+      for (int z = 0; z < 3; ++z) add(s, PolyEllipsoid::sphere(R), 2 * R * Vec3(x, y, z), 2650);
+  s.boundary.cell.vectors = 6 * R * Mat3::Identity();
+  Team team(1);
+  prepare(model, s, team);
+  return {std::make_shared<const Model>(model), s};
+}
+
+ResponseOptions quick() {
+  ResponseOptions o;
+  o.quasi_static.pressure_floor = 1e5;
+  return o;
+}
+
+RveSet set_of(std::size_t points, int threads = 1) {
+  const Cubic c = cubic();
+  const std::vector<std::size_t> start(points, 0);
+  return {c.model, {c.state}, start, quick(), threads, 7};
+}
+
+std::vector<double> squeezed(const std::vector<double>& strains) {
+  std::vector<double> f;
+  for (const double e : strains) f.insert(f.end(), {1, 0, 0, 0, 1, 0, 0, 0, 1 - e});
+  return f;
+}
+
+struct Answer {
+  std::vector<double> stress, tangent;
+};
+
+Answer answer(RveSet& rves, const std::vector<double>& strains) {
+  Answer a{std::vector<double>(6 * strains.size()), std::vector<double>(36 * strains.size())};
+  rves.advance(squeezed(strains), a.stress, a.tangent);
+  return a;
+}
+
+}  // namespace
+
+TEST_CASE("every point of a set hears its own answer, and those alike have one RVE") {
+  RveSet rves = set_of(4, 2);
+  CHECK(rves.distinct() == 1);
+  const std::vector<double> strains{1e-3, 1e-2, 1e-3, 5e-3};
+  const Answer a = answer(rves, strains);
+  for (std::size_t i = 0; i < 4; ++i) {
+    CHECK(a.stress[6 * i + 2] == Approx(-2.0 / 3 * E_star * std::pow(strains[i], 1.5)).epsilon(2e-3));
+    CHECK(std::abs(a.stress[6 * i]) < 1e-3 * std::abs(a.stress[6 * i + 2]));
+    // Its derivative; the cell's lower height and the frozen stiffness are of second order.
+    CHECK(a.tangent[36 * i + 14] == Approx(E_star * std::sqrt(strains[i])).epsilon(2 * strains[i] + 2e-3));
+    CHECK(rves.response(i).stress(2, 2) == a.stress[6 * i + 2]);
+  }
+  rves.commit();
+  CHECK(rves.distinct() == 3);
+  CHECK(rves.facts(0).work == rves.facts(2).work);
+  CHECK(rves.facts(1).work > rves.facts(3).work);
+  CHECK_THROWS_AS(rves.response(0), std::logic_error);
+  CHECK_THROWS_AS(rves.commit(), std::logic_error);
+}
+
+TEST_CASE("a set goes back and forth between states, bit for bit") {
+  RveSet rves = set_of(3);
+  answer(rves, {1e-3, 1e-3, 2e-3});
+  rves.commit();
+  const std::string before = rves.bytes(0);
+  std::vector<std::string> parts;
+  rves.save([&](const std::string& part) { parts.push_back(part); });
+  CHECK(parts.size() == 3);  // who shares, and two RVEs
+  const Answer ahead = answer(rves, {1e-3, 2e-3, 1e-3});
+  rves.commit();
+  CHECK(rves.distinct() == 3);
+  rves.load(parts);
+  CHECK(rves.distinct() == 2);
+  CHECK(answer(rves, {1e-3, 2e-3, 1e-3}).stress == ahead.stress);
+  rves.restore(1, before);  // drops the copy that the increment has made
+  CHECK(rves.distinct() == 3);
+  CHECK(answer(rves, {1e-3, 2e-3, 1e-3}).stress == ahead.stress);
+  rves.restore(0, before);
+  rves.restore(0, before);
+  CHECK(rves.distinct() == 3);
+  CHECK(rves.bytes(0) == before);
+
+  CHECK_THROWS_AS(rves.restore(0, before.substr(0, 5)), InputError);
+  std::string damaged = before;
+  damaged[damaged.size() / 2] ^= 1;
+  CHECK_THROWS_AS(rves.restore(0, damaged), InputError);
+  CHECK_THROWS_AS(rves.load({parts[0], parts[1]}), InputError);
+  CHECK_THROWS_AS(set_of(4).load(parts), InputError);
+  const Cubic c = cubic();
+  const std::vector<std::size_t> start(3, 0);
+  RveSet stranger(c.model, {c.state}, start, quick(), 1, 8);
+  CHECK_THROWS_AS(stranger.restore(0, before), InputError);
+}
+
+TEST_CASE("what is no increment is refused, and what leaves no room for the grains at once") {
+  RveSet rves = set_of(2);
+  std::vector<double> stress(12, 7.0), none;
+  auto refused = [&](std::vector<double> f) { rves.advance(f, stress, none); };
+  CHECK_THROWS_AS(refused(squeezed({0})), InputError);
+  CHECK_THROWS_AS(refused(squeezed({0, 1})), InputError);    // det F = 0
+  CHECK_THROWS_AS(refused(squeezed({0, 1.5})), InputError);  // det F < 0
+  CHECK_THROWS_AS(refused(squeezed({0, NAN})), InputError);
+  // Spheres that fill pi/6 of the cell: shrunk by half of 20 % of a radius they fill 0.382 of it.
+  std::string said;
+  try {
+    refused(squeezed({0, 0.62}));
+  } catch (const Unstable& e) {
+    said = e.what();
+  }
+  CHECK(said.find("RVE of point 1: an increment to 0.38 of the volume leaves no room") == 0);
+  CHECK(stress == std::vector<double>(12, 7.0));
+  std::vector<double> tangent(72);
+  CHECK_THROWS_AS(rves.advance(squeezed({0, 0}), stress, std::span(tangent).first(71)), InputError);
+  refused(squeezed({0, 1e-3}));
+  CHECK(stress[8] < -1e5);
+}
+
+TEST_CASE("the watch stops an advance between RVEs, and the committed states stand") {
+  RveSet rves = set_of(3);
+  const Answer before = answer(rves, {1e-3, 2e-3, 3e-3});
+  std::vector<double> stress(18), none;
+  int asked = 0;
+  const Watch second = [&](double part) {
+    CHECK(part == Approx(asked / 3.0));
+    return ++asked < 2;
+  };
+  CHECK_THROWS_AS(rves.advance(squeezed({1e-3, 2e-3, 3e-3}), stress, none, second), Interrupted);
+  CHECK(asked == 2);
+  CHECK_THROWS_AS(rves.commit(), std::logic_error);
+  CHECK(answer(rves, {1e-3, 2e-3, 3e-3}).stress == before.stress);
+}
