@@ -103,7 +103,7 @@ class Target:
             return {t.get("x", "axial_stress_Pa"), t.get("y", "void_ratio")}
         if self.kind == "grading":
             return {"axial_strain", "axial_stress_Pa"}
-        return {q for q in (t["quantity"],) if "." not in q and not (self.kind == "quantiles" and q == "peak_axial_stress_Pa")} | ({"axial_strain"} if "at" in t else set())
+        return {q for q in (t["quantity"],) if "." not in q} | ({"axial_strain"} if "at" in t else set())
 
     def of_run(self, run):
         """Its numbers of one run (not of quantiles)."""

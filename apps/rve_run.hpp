@@ -31,7 +31,8 @@ private:
     dem::Mat3 initial_cell = dem::Mat3::Zero();
     dem::Vec3 initial_size = dem::Vec3::Zero();
     std::uint64_t row = 0;
-    double peak = 0, wall = 0, grain_steps = 0;
+    double peak = 0, intact = 0, wall = 0,
+           grain_steps = 0;  // peak, before the first breakage: of the axial stress (Pa)
     double overfull =
         -1;  // stress (Pa) at which grains and fines first were more than the sample's volume; below 0: never
     ErrorEstimates errors;
@@ -41,7 +42,7 @@ private:
       a.plain(c.initial_cell);
       a.plain(c.initial_size);
       a.plain(c.row);
-      a.plain(c.peak);
+      a.plain(c.peak), a.plain(c.intact);
       a.plain(c.wall);
       a.plain(c.grain_steps);
       a.plain(c.overfull);

@@ -27,11 +27,15 @@ bool go_on(double) {
   return PyErr_CheckSignals() == 0;
 }
 
-/// Long work, without Python's lock.
+/// Long work, without Python's lock. What `go_on` has heard is an error of Python's own.
 template <class F>
 auto at_work(F&& work) {
-  const py::gil_scoped_release free;
-  return work();
+  try {
+    const py::gil_scoped_release free;
+    return work();
+  } catch (const dem::Interrupted&) {
+    throw py::error_already_set();
+  }
 }
 
 class Cells {
@@ -188,13 +192,6 @@ PYBIND11_MODULE(_core, m) {
   m.attr("__version__") = GRUS_VERSION;
   py::register_exception<grus::dem::InputError>(m, "InputError", PyExc_ValueError);
   py::register_exception<grus::dem::Unstable>(m, "Unstable", PyExc_RuntimeError);
-  py::register_exception_translator([](std::exception_ptr p) {
-    try {
-      if (p) std::rethrow_exception(p);
-    } catch (const grus::dem::Interrupted& e) {
-      if (!PyErr_Occurred()) PyErr_SetString(PyExc_KeyboardInterrupt, e.what());
-    }
-  });
   m.def("usable_cores", &grus::app::usable_cores);
   m.def("write_parts", &write_parts);
   m.def("read_parts", &read_parts);

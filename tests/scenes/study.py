@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """grus-study on a small study with known answers: study.py BIN"""
 import glob
+import json
 import math
 import os
 import random
@@ -81,6 +82,9 @@ with tempfile.TemporaryDirectory() as tmp:
     lines = text.splitlines()
     for claim, verdict in (("twice the strength", "holds"), ("a false claim", "DOES NOT HOLD"), ("the whole grain", "holds")):
         need(any(verdict in x and claim in x and x.startswith(verdict) for x in lines), f"{claim}: not '{verdict}' in\n{text}")
+    # pi s / 6 over the square of the height: Hoek and Brown's force between platens. Ten steps may pass between two tests.
+    weak = json.load(open(os.path.join(out, "runs", "weak_s10", "summary.json")))["results"]
+    need(0.97 < weak["peak_before_breakage_Pa"] / (math.pi * 275e6 / 6) <= 1.001 and weak["peak_before_breakage_Pa"] <= weak["peak_axial_stress_Pa"], f"strength of a grain {weak}")
     need("never broken" in text, "the unbreakable grain is not called so")
     need(os.path.getsize(os.path.join(out, "report.html")) > 20000, "report without plots")
     summary = os.path.join(out, "runs", "weak_s10", "summary.json")
