@@ -102,10 +102,12 @@ def case_set(tmp):
             inner.append(time.perf_counter() - begin)
 
     many._set, S, C, dF = Timed(), np.zeros(60000), np.zeros(360000), increments(10000, 1e-4)
-    begin = time.perf_counter()
-    many.advance(dF, S, C)
-    share = 1 - inner[0] / (time.perf_counter() - begin)
-    need(share < 0.05, f"{share:.1%} of the time is spent outside of advance")
+    shares = []
+    for _ in range(3):  # a loaded machine may stop anybody anywhere
+        begin = time.perf_counter()
+        many.advance(dF, S, C)
+        shares.append(1 - inner[-1] / (time.perf_counter() - begin))
+    need(min(shares) < 0.05, f"{min(shares):.1%} of the time is spent outside of advance")
     if full:
         against_bvp(tmp)
 

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import scene_tools
 from scene_tools import faults, here, history, kill_at_random, need, run, shipped, without_wall
@@ -26,15 +27,15 @@ def refused(tmp):
     """Every bad file: exit 2, one line that holds what its first line expects, nothing created."""
     files = sorted(glob.glob(os.path.join(here, "refused", "*.toml")))
     need(len(files) >= 15, f"only {len(files)} refused scenes")
-    for path in files:
-        first = open(path).readline()
-        name, expected = first[1:].split(":", 1)
-        binary = program(name.strip())
-        if binary is None:
-            continue
-        expected = expected.strip()
-        target = os.path.join(tmp, "refused")
-        r = run(binary, path, "-o", target)
+
+    def refusal(path):
+        name, expected = open(path).readline()[1:].split(":", 1)
+        binary, target = program(name.strip()), os.path.join(tmp, os.path.basename(path) + "_out")
+        return (path, expected.strip(), target, run(binary, path, "-o", target)) if binary else None
+
+    with ThreadPoolExecutor(4) as pool:  # MPI sleeps more than it works
+        tried = list(filter(None, pool.map(refusal, files)))
+    for path, expected, target, r in tried:
         what = os.path.basename(path)
         need(r.returncode == 2, f"{what}: exit {r.returncode}, expected 2: {r.stderr.strip()}")
         need(r.stderr.count("\n") == 1, f"{what}: {r.stderr.count(chr(10))} lines of error: {r.stderr!r}")
