@@ -104,6 +104,15 @@ TEST_CASE("a set goes back and forth between states, bit for bit") {
   CHECK(rves.distinct() == 3);
   CHECK(rves.bytes(0) == before);
 
+  // The point whose path its RVE has had leaves it: another one leads.
+  RveSet shared = set_of(3);
+  shared.restore(0, shared.bytes(0));
+  CHECK(shared.distinct() == 2);
+  CHECK(answer(shared, {1e-3, 1e-3, 2e-3}).stress == answer(shared, {1e-3, 1e-3, 2e-3}).stress);
+  shared.commit();
+  CHECK(shared.distinct() == 3);
+  CHECK(shared.bytes(0).size() == before.size());
+
   CHECK_THROWS_AS(rves.restore(0, before.substr(0, 5)), InputError);
   std::string damaged = before;
   damaged[damaged.size() / 2] ^= 1;
