@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 case, build = sys.argv[1], os.path.abspath(sys.argv[2])
@@ -186,6 +187,15 @@ def case_refused(tmp):
     refused(E, "n = -1", lambda: grus.RveSet(SAND, -1))
     refused(U, ["sand_rve.toml", "preparation"], lambda: grus.Rve(SAND, set=["preparation.max_hold=1", "preparation.unbalanced_force=1e-6"]))
     need(isinstance(E("x"), ValueError) and isinstance(U("x"), RuntimeError), "kinds of errors")
+    # Python's lock is free while cells advance, and a second thread is told.
+    busy = grus.RveSet(SAND, 100, threads=1, set=WHOLE)
+    thread = threading.Thread(target=busy.advance, args=(increments(100, *np.linspace(1e-3, 5e-3, 100)),))
+    thread.start()
+    time.sleep(0.1)
+    need(thread.is_alive(), "the lock is held, or cells are too quick for this test")
+    refused(RuntimeError, "another thread", busy.commit)
+    thread.join()
+    busy.commit()
     interrupted()
 
 
