@@ -71,16 +71,6 @@ def run(*command, cwd):
     return r.stdout
 
 
-def headers_alone(installed, folder, headers):
-    """Every public header in a file of its own."""
-    os.mkdir(folder)
-    for number, header in enumerate(headers):
-        open(os.path.join(folder, f"h{number}.cpp"), "w").write(f"#include <{header}>\n")
-    files = " ".join(f"h{k}.cpp" for k in range(len(headers)))
-    cmake = CMAKE.replace("add_executable(client main.cpp)", f"add_library(client OBJECT {files})\ntarget_compile_options(client PRIVATE -fsyntax-only)")
-    built(installed, folder, cmake)
-
-
 def built(installed, folder, cmake):
     open(os.path.join(folder, "CMakeLists.txt"), "w").write(cmake)
     run("cmake", "-S", ".", "-B", "b", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={installed}", cwd=folder)
@@ -95,20 +85,29 @@ with tempfile.TemporaryDirectory() as tmp:
                ("grus::grus", SCENE, lambda out: out.split() == ["2", "3e+10"])]
     if kind == "full":
         clients.append(("grus::coupling", MACRO, lambda out: abs(float(out.split()[0]) / -1e6 - 1) < 2e-3 and out.split()[1] == "2"))
-    for k, (target, text, right) in enumerate(clients):
-        folder = os.path.join(tmp, f"client{k}")
+    # The page's client by the page's text; the others, and every public header in a file of its own, in one project.
+    page_client, rest = os.path.join(tmp, "page"), os.path.join(tmp, "rest")
+    for folder in (page_client, rest):
         os.mkdir(folder)
-        open(os.path.join(folder, "main.cpp"), "w").write(text)
-        built(installed, folder, CMAKE.replace("grus::grus", target))
-        client = os.path.join(folder, "b", "client")
-        out = run(client, os.path.join(source, "apps", "scenes", "sand_rve.toml"), cwd=folder)
+    open(os.path.join(page_client, "main.cpp"), "w").write(CLIENT)
+    built(installed, page_client, CMAKE)
+    cmake = CMAKE[:CMAKE.index("add_executable")]
+    for k, (target, text, _) in enumerate(clients[1:], 1):
+        open(os.path.join(rest, f"main{k}.cpp"), "w").write(text)
+        cmake += f"add_executable(client{k} main{k}.cpp)\ntarget_link_libraries(client{k} PRIVATE {target})\n"
+    for number, header in enumerate(PUBLIC):
+        open(os.path.join(rest, f"h{number}.cpp"), "w").write(f"#include <{header}>\n")
+    cmake += f"add_library(alone OBJECT {' '.join(f'h{k}.cpp' for k in range(len(PUBLIC)))})\ntarget_compile_options(alone PRIVATE -fsyntax-only)\ntarget_link_libraries(alone PRIVATE grus::grus)\n"
+    built(installed, rest, cmake)
+    for k, (target, _, right) in enumerate(clients):
+        client = os.path.join(rest, "b", f"client{k}") if k else os.path.join(page_client, "b", "client")
+        out = run(client, os.path.join(source, "apps", "scenes", "sand_rve.toml"), cwd=tmp)
         if not right(out):
             sys.exit(f"FAULT client of {target} says {out!r}")
-        needs = [name for name in ("libmpi", "libpetsc", "libdolfinx") if name in run("ldd", client, cwd=folder)]
+        needs = [name for name in ("libmpi", "libpetsc", "libdolfinx") if name in run("ldd", client, cwd=tmp)]
         parallel = "HDF5_PREFER_PARALLEL ON" in open(os.path.join(build, "grusConfig.cmake")).read()
         if kind == "dem" and needs and not (parallel and needs == ["libmpi"]):
             sys.exit(f"FAULT a client of the DEM alone needs {needs}")
-    headers_alone(installed, os.path.join(tmp, "alone"), PUBLIC)
     for program in ["grus-rve", "grus-study", "grus-calibrate", "grus-report"] + (["grus-bvp"] if kind == "full" else []):
         run(os.path.join(installed, "bin", program), "--version", cwd=tmp)
 print(f"install: {len(clients)} clients, 0 faults")
