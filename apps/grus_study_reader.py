@@ -110,8 +110,7 @@ def read_precision(path, k, table, common, folder):
             raise Refused(f"{where}: reference: cannot read {reference['file']!r}: {e}") from None
         except (ValueError, KeyError, IndexError, csv.Error) as e:
             raise Refused(f"{where}: reference: {reference['file']}: not a table with the columns asked for ({e})") from None
-    base = {**scene_of(where, table.get("scene", common.get("scene")), folder), "seeds": table.get("seeds", common.get("seeds", [None]))}
-    fixed = {**common.get("set", {}), **table.get("set", {})}
+    base, fixed = shared_by_cases(where, table, common, folder)
     reference = precision.reference_settings(table)
     rows = [s for s in precision.settings(table) if s != reference]
     if not rows:
@@ -122,6 +121,12 @@ def read_precision(path, k, table, common, folder):
     if how != "at" or not isinstance(table["at"], list):
         return [table]
     return [{**table, "at": at, "name": f"{table['name']}, at {at:g}"} for at in table["at"]]
+
+
+def shared_by_cases(where, table, common, folder):
+    """What all cases of a table run, and the settings that they have in common."""
+    base = {**scene_of(where, table.get("scene", common.get("scene")), folder), "seeds": table.get("seeds", common.get("seeds", [None]))}
+    return base, {**common.get("set", {}), **table.get("set", {})}
 
 
 def unnamed_case(base, fixed, settings):
@@ -136,8 +141,7 @@ def read_sweep(path, table, common, folder):
     where = f"{path}: sweep {table['name']}"
     if "." not in table["quantity"] and table.get("measure", "at") == "at" and "at" not in table:
         raise Refused(f"{where}: needs 'at', or a measure (peak, last, area), or a quantity of summary.json")
-    base = {**scene_of(where, table.get("scene", common.get("scene")), folder), "seeds": table.get("seeds", common.get("seeds", [None]))}
-    fixed = {**common.get("set", {}), **table.get("set", {})}
+    base, fixed = shared_by_cases(where, table, common, folder)
     return {**table, "rows": [(v, unnamed_case(base, fixed, {table["key"]: v})) for v in table["values"]]}
 
 

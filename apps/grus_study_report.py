@@ -45,6 +45,14 @@ def band(x_grid, runs, column, scale):
     return x, [mean([r[k] for r in rows]) for k in keep], [min(r[k] for r in rows) for k in keep], [max(r[k] for r in rows) for k in keep]
 
 
+def logarithmic(ax, table):
+    """The axes that a table asks for: `log_x`, `log`."""
+    for asked, scale, axis in (("log_x", ax.set_xscale, ax.xaxis), ("log", ax.set_yscale, ax.yaxis)):
+        if table.get(asked):
+            scale("log")
+            plain(axis)
+
+
 def history_plot(ax, plot, labels, runs):
     for c in plot.get("corridor", []):
         x = [p[0] for p in c["points"]]
@@ -63,12 +71,7 @@ def history_plot(ax, plot, labels, runs):
         line, = ax.plot(x, middle, lw=1.5, label=f"{labels[name]} ({len(runs[name])} seed{'s' if len(runs[name]) > 1 else ''})")
         if len(runs[name]) > 1:
             ax.fill_between(x, low, high, color=line.get_color(), alpha=0.25)
-    if plot.get("log"):
-        ax.set_yscale("log")
-        plain(ax.yaxis)
-    if plot.get("log_x"):
-        ax.set_xscale("log")
-        plain(ax.xaxis)
+    logarithmic(ax, plot)
     if "y_max" in plot:
         ax.set_ylim(0, plot["y_max"])
     ax.set(xlabel=plot.get("xlabel", "axial strain"), ylabel=plot.get("ylabel", column))

@@ -6,8 +6,8 @@ import os
 
 import grus_precision as precision
 from grus_precision_report import describe, percent, short
-from grus_results import plain, write_csv
-from grus_study_report import html_table, of_summary, picture, plt, text_table
+from grus_results import write_csv
+from grus_study_report import html_table, logarithmic, of_summary, picture, plt, text_table
 
 COLUMNS = ["sweep", "key", "value", "position", "mean", "interval", "sd", "change", "change_interval", "seeds", "status", "cpu_s"]
 
@@ -56,12 +56,7 @@ def plot(entry, judged):
             ax.plot([position] * len(r["found"]), [scale * v for v in r["found"]], ".", ms=3, color=f"C{k}", alpha=0.5)
         if names:
             ax.set_xticks(x, names, fontsize=8)
-    if entry.get("log_x"):
-        ax.set_xscale("log")
-        plain(ax.xaxis)
-    if entry.get("log"):
-        ax.set_yscale("log")
-        plain(ax.yaxis)
+    logarithmic(ax, entry)
     ax.set(xlabel=entry.get("xlabel", entry["key"]), ylabel=entry.get("ylabel", entry["quantity"]), title=entry["name"])
     ax.legend(fontsize=8)
     return fig

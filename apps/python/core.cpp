@@ -44,7 +44,6 @@ public:
       : cells_(app::read_unit_cells(scene, overrides, variants)) {}
 
   std::string record() const { return cells_[0].record.dump(); }
-  std::size_t variants() const { return cells_.size(); }
   std::vector<std::string> notes() const { return cells_[0].notes; }
   std::vector<std::string> materials() const {
     std::vector<std::string> names;
@@ -201,7 +200,6 @@ PYBIND11_MODULE(_core, m) {
       .def_property_readonly("record", &Cells::record)
       .def_property_readonly("notes", &Cells::notes)
       .def_property_readonly("materials", &Cells::materials)
-      .def_property_readonly("variants", &Cells::variants)
       .def_property_readonly("kin", &Cells::kin);
   py::class_<Set>(m, "Set")
       .def(py::init<const Cells&, const std::vector<py::bytes>&, const std::vector<std::size_t>&, const std::string&,
