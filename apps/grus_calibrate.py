@@ -14,6 +14,7 @@ sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 import numpy as np  # noqa: E402
 
 import grus_regression as regression  # noqa: E402
+import grus_posterior  # noqa: E402
 from grus_pounders import pounders  # noqa: E402
 from grus_calibrate_reader import case_at, read_calibration  # noqa: E402
 from grus_results import VERSION, Folder, write_csv, write_whole  # noqa: E402
@@ -155,6 +156,8 @@ def work(args):
     sides = 2 * len(parameters) + 1 if table.get("check", True) else 0
     if table.get("method", "regression") == "regression" and points - sides < len(parameters) + 2:
         raise Refused(f"{args.scene}: calibrate.budget: {points} points of {seeds} seeds; {len(parameters)} parameters need at least {(sides + len(parameters) + 2) * seeds} runs")
+    if table.get("posterior"):
+        grus_posterior.sampler()
     if args.check:
         for p in parameters:
             print(f"{p.key}: {p.setting(0)} … {p.setting(1)}{' (log)' if p.log else ''}")
@@ -179,6 +182,11 @@ def work(args):
         checked = check_by_runs(evaluation, result, data, parameters) if sides else None
         write_tables(out, parameters, targets, evaluation, data)
         summary = record(result, table, parameters, targets, evaluation, checked)
+        draws = None
+        if table.get("posterior"):
+            draws, worth = grus_posterior.posterior(result, data)
+            summary["posterior"] = {"draws": len(draws), "independent": round(worth), "parameters": grus_posterior.table(draws, parameters)}
+            write_csv(os.path.join(out, "posterior.csv"), [[p.name for p in parameters]] + [[f"{p.number(u):.6g}" for p, u in zip(parameters, x)] for x in draws[::10]])
         write_whole(os.path.join(out, "calibration.json"), json.dumps(summary, indent=2) + "\n")
         for run in runs:
             name = "best.toml" if len(runs) == 1 else f"best_{os.path.splitext(os.path.basename(run['scene']))[0]}_{run['name']}.toml"
@@ -186,7 +194,7 @@ def work(args):
         if len(runs) > 1:
             write_whole(os.path.join(out, "best.toml"), best_scene(runs[0], parameters, result.x))
         import grus_calibrate_report
-        grus_calibrate_report.write(whole.get("title", "Calibration"), out, summary, parameters, targets, evaluation, result)
+        grus_calibrate_report.write(whole.get("title", "Calibration"), out, summary, parameters, targets, evaluation, result, draws)
         for p in summary["parameters"]:
             print(f"{p['key']} = {p['value']:.5g}{' ' + p['unit'] if p['unit'] else ''} (sd {p['sd']:.2g}): {p['verdict']}")
         print(f"report: {os.path.join(out, 'report.html')}")

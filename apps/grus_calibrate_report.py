@@ -31,7 +31,32 @@ def target_plot(target, values, fit, checked):
     return fig
 
 
-def write(title, out, summary, parameters, targets, evaluation, result):
+def posterior_plot(draws, parameters):
+    """Each parameter's draws, and each pair's."""
+    p = len(parameters)
+    fig, axes = plt.subplots(p, p, figsize=(2.2 * p + 1, 2.2 * p + 1), squeeze=False)
+    own = np.array([[q.number(u) for q, u in zip(parameters, x)] for x in draws[::10]])
+    for i in range(p):
+        for k in range(p):
+            ax = axes[i][k]
+            if k > i:
+                ax.axis("off")
+                continue
+            if k == i:
+                ax.hist(own[:, i], bins=40, color="0.6")
+                ax.set_yticks([])
+            else:
+                ax.plot(own[:, k], own[:, i], ".", ms=1, alpha=0.2, color="C0", rasterized=True)
+            if i == p - 1:
+                ax.set_xlabel(parameters[k].name, fontsize=8)
+            if k == 0:
+                ax.set_ylabel(parameters[i].name, fontsize=8)
+            ax.tick_params(labelsize=7)
+    fig.tight_layout()
+    return fig
+
+
+def write(title, out, summary, parameters, targets, evaluation, result, draws=None):
     body = html_table(["parameter", "value", "sd, of range", "verdict"],
                       [[p.key, p.text(u, s["sd_of_range"]), f"{100 * s['sd_of_range']:.1f} %", s["verdict"]] for p, u, s in zip(parameters, result.x, summary["parameters"])])
     body += "<p>" + html.escape(f"{summary['points']} points, {summary['failed_points']} of them with a run that became unstable. A value is identified where its standard deviation is below 10 % of "
@@ -44,6 +69,11 @@ def write(title, out, summary, parameters, targets, evaluation, result):
             ["parameter", "below", "sum of squares", "above", "sum of squares"],
             [[s["name"], f"{s['at'][0]:.4g}", f"{s['sum_of_squares'][0]:.4g}", f"{s['at'][1]:.4g}", f"{s['sum_of_squares'][1]:.4g}"] for s in c["sides"]])
         body += f"<p>At the best point {c['best']:.4g}.</p>"
+    if draws is not None:
+        body += "<h2>Posterior on the fitted surface</h2>" + html_table(
+            ["parameter", "median", "middle 68 %", "middle 95 %"],
+            [[q["key"], f"{q['median']:.4g}"] + [f"{q[m][0]:.4g} … {q[m][1]:.4g}" for m in ("middle_68", "middle_95")] for q in summary["posterior"]["parameters"]])
+        body += picture(posterior_plot(draws, parameters), out, "posterior")
     body += "<h2>Targets</h2>" + html_table(["target", "kind", "points", "misfit (rms, in standard deviations)"],
                                             [[t["name"], t["kind"], t["points"], f"{t['rms_in_standard_deviations']:.2f}"] for t in summary["targets"]])
     at = 0

@@ -11,7 +11,7 @@ PARAMETER = {"key": TEXT, "name": TEXT, "min": VALUE, "max": VALUE, "scale": {"e
 CALIBRATION = table({
     "title": TEXT,
     "calibrate": table({"method": {"enum": ["regression", "pounders"]}, "budget": {"type": "integer", "minimum": 1, "maximum": 100000}, "batch": {"type": "integer", "minimum": 2}, "scene": TEXT,
-                        "set": SETTINGS, "seeds": SEEDS, "seed_key": TEXT, "check": {"type": "boolean"},
+                        "set": SETTINGS, "seeds": SEEDS, "seed_key": TEXT, "check": {"type": "boolean"}, "posterior": {"type": "boolean"},
                         "parameters": {**tables(PARAMETER, ("key", "min", "max")), "minItems": 1, "maxItems": 12},
                         "targets": {**tables(TARGET, ("name",)), "minItems": 1}}, ("parameters", "targets"))}, ("calibrate",))
 NEEDS = {"curve": ("data", "x", "y"), "grading": ("data", "at"), "quantiles": ("data", "quantity"), "value": ("quantity", "value"), "peak": ("quantity", "value"), "yield": ("value",)}

@@ -42,7 +42,8 @@ def pounders(evaluate, p, data, points, told):
     near = np.sort(away)[min(len(away) - 1, (p + 1) * (p + 2) // 2 + 1)]
     surface = regression.Surface(np.array(tried), y, regression.weights_of(np.array(tried), np.array([a.failed for a in answers]), centre, max(near, 1e-6)), centre)
     one, mean = regression.between_seeds(answers)
-    covariance, singular, directions, sd = regression.uncertainty(surface, centre, data, one, mean, float(np.median(answers[0].seeds)), 1)
-    result = regression.Result(centre, covariance, singular, directions, y[best], (y[best] - data.values) / sd, [(len(tried), centre, np.sqrt(np.diag(covariance)))])
+    covariance, singular, directions, noise = regression.uncertainty(surface, centre, data, one, mean, float(np.median(answers[0].seeds)), 1)
+    misfit = (y[best] - data.values) / np.sqrt(np.maximum(np.diag(noise), 1e-300))
+    result = regression.Result(centre, covariance, singular, directions, y[best], misfit, [(len(tried), centre, np.sqrt(np.diag(covariance)))], surface, noise)
     told(result)
     return result

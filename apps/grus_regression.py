@@ -45,6 +45,8 @@ class Result:
     fitted: np.ndarray  # values of the fit at x
     misfit: np.ndarray  # (fitted - data) / standard deviation of data and noise
     history: list = field(default_factory=list)  # (points so far, x, sd)
+    surface: object = None
+    noise: np.ndarray = None  # (m, m): covariance of data, seeds and fit at x
 
 
 def quadratic(x, centre):
@@ -151,7 +153,7 @@ def few(mean_run, common, seeds, points):
 
 
 def uncertainty(surface, x, data, one_run, mean_run, seeds, points):
-    """Covariance of the parameters, and the sensitivities' singular values. Sandwich of the weighted fit with the whole
+    """Covariance of the parameters, the sensitivities' singular values and directions, covariance of data and runs. Sandwich of the weighted fit with the whole
     covariance of data and runs; slopes that noise alone would show tell nothing; the range is known before."""
     share = np.divide(1.0, data.specimens, out=np.zeros_like(data.specimens), where=data.specimens > 0)
     # What seeds have in common at all points does not show about the surface, and no number of points averages it.
@@ -171,7 +173,7 @@ def uncertainty(surface, x, data, one_run, mean_run, seeds, points):
     precision = a @ np.linalg.solve(b, a)
     covariance = np.linalg.inv(0.5 * (precision + precision.T) + PRIOR * np.eye(len(x)))
     _, singular, directions = np.linalg.svd(np.sqrt(w)[:, None] * j, full_matrices=False)
-    return covariance, singular, directions, sd
+    return covariance, singular, directions, noise
 
 
 def smaller(half, sd):
@@ -204,9 +206,10 @@ def calibrate(evaluate, p, data, points, batch=None, seed=1, told=None):
         x = best_of(surface, starts, box_low, box_high, data, sd)
         surface = Surface(tried, y, weights_of(tried, failed, x, smaller(half, known)), x)
         x = best_of(surface, [x], box_low, box_high, data, sd)
-        covariance, singular, directions, whole_sd = uncertainty(surface, x, data, one_run, mean_run, float(np.median(answers[0].seeds)), len(tried))
+        covariance, singular, directions, noise = uncertainty(surface, x, data, one_run, mean_run, float(np.median(answers[0].seeds)), len(tried))
         history.append((len(tried), x, np.sqrt(np.diag(covariance))))
-        result = Result(x, covariance, singular, directions, surface.at(x), (surface.at(x) - data.values) / whole_sd, history)
+        misfit = (surface.at(x) - data.values) / np.sqrt(np.maximum(np.diag(noise), 1e-300))
+        result = Result(x, covariance, singular, directions, surface.at(x), misfit, history, surface, noise)
         if told:
             told(result)
         known = float(np.sqrt(np.diag(covariance)).min())
