@@ -36,8 +36,11 @@ double bounding_radius(const PolyEllipsoid& s) {
 }
 
 PrincipalFrame principal_frame(const PolyEllipsoid& s) {
-  const Mat3 m = second_moment(s);
   if (s.is_sphere()) return {Vec3::Constant(0.4 * s.plus.x() * s.plus.x()), Quat::Identity()};
+  return principal_frame(second_moment(s));
+}
+
+PrincipalFrame principal_frame(const Mat3& m) {
   Vec3 moments;
   Mat3 axes;
   if (m(0, 1) == 0 && m(1, 2) == 0 && m(0, 2) == 0) {  // at most one uneven axis: already principal

@@ -67,5 +67,7 @@ struct PrincipalFrame {
   Quat axes;
 };
 PrincipalFrame principal_frame(const PolyEllipsoid& s);
+/// The same of any body with mean (x - c)(x - c)^T of `second` (m^2).
+PrincipalFrame principal_frame(const Mat3& second);
 
 }  // namespace grus::dem

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/packing/voronoi.hpp"
+
+#include <algorithm>
+
+#include "dem/base/error.hpp"
+#include "dem/base/random.hpp"
+
+namespace grus::dem {
+namespace {
+
+constexpr int cylinder_sides = 48;
+constexpr double least_volume = 0.1;  // of the mean; a tiny cell rules the time step
+constexpr double flush = 1e-12;       // of the cell size: in the plane
+
+struct Bounds {
+  Vec3 low, high;
+};
+
+Bounds bounds_of(const CellSpace& space) {
+  Bounds b{Vec3::Zero(), space.periodic};
+  if (space.body.empty()) return b;
+  b = {space.body.vertex[0], space.body.vertex[0]};
+  for (const Vec3& x : space.body.vertex) b.low = b.low.cwiseMin(x), b.high = b.high.cwiseMax(x);
+  return b;
+}
+
+bool inside(const CellSpace& space, const Vec3& x) {
+  return std::all_of(space.body.face.begin(), space.body.face.end(),
+                     [&](const auto& f) { return f.normal.dot(x) < f.offset; });
+}
+
+/// Seeds by the cells of a coarse grid; an edge holds one seed or so.
+struct Grid {
+  Bounds bounds;
+  Eigen::Array3i count = Eigen::Array3i::Ones();
+  double edge = 0;  // of the narrowest side (m): what is r rings away is more than r edges away
+  std::vector<Index> first, seed;
+  bool periodic;
+
+  Grid(const CellSpace& space, const std::vector<Vec3>& seeds) : bounds(bounds_of(space)), periodic(space.body.empty()) {
+    const Vec3 size = bounds.high - bounds.low;
+    const double n = static_cast<double>(seeds.size());
+    const double wide = space.extruded ? std::sqrt(size.x() * size.y() / n) : std::cbrt(size.prod() / n);
+    edge = INFINITY;
+    for (int k = 0; k < 3; ++k) {
+      if (!(space.extruded && k == 2)) count[k] = std::max(1, static_cast<int>(size[k] / wide));
+      if (count[k] > 1 || periodic) edge = std::min(edge, size[k] / count[k]);
+    }
+    if (!std::isfinite(edge)) edge = size.maxCoeff();
+    first.assign(static_cast<std::size_t>(count.prod()) + 1, 0);
+    for (const Vec3& x : seeds) ++first[row(place(x)) + 1];
+    for (std::size_t k = 0; k + 1 < first.size(); ++k) first[k + 1] += first[k];
+    std::vector<Index> next(first.begin(), first.end() - 1);
+    seed.resize(seeds.size());
+    for (std::size_t i = 0; i < seeds.size(); ++i) seed[next[row(place(seeds[i]))]++] = static_cast<Index>(i);
+  }
+  Eigen::Array3i place(const Vec3& x) const {
+    const Vec3 size = bounds.high - bounds.low;
+    Eigen::Array3i at;
+    for (int k = 0; k < 3; ++k)
+      at[k] = std::clamp(static_cast<int>((x[k] - bounds.low[k]) / size[k] * count[k]), 0, count[k] - 1);
+    return at;
+  }
+  std::size_t row(const Eigen::Array3i& at) const {
+    return static_cast<std::size_t>((at[2] * count[1] + at[1]) * count[0] + at[0]);
+  }
+
+  /// Calls f(seed, image) for all that are exactly `ring` cells of the grid away from `at`. False: there are none, nor
+  /// further out.
+  template <class F>
+  bool over_ring(const Eigen::Array3i& at, int ring, F&& f) const {
+    bool any = periodic;
+    Eigen::Array3i d;
+    for (d[2] = -ring; d[2] <= ring; ++d[2])
+      for (d[1] = -ring; d[1] <= ring; ++d[1])
+        for (d[0] = -ring; d[0] <= ring; ++d[0]) {
+          if (d.abs().maxCoeff() != ring) continue;
+          Eigen::Array3i to = at + d, image = Eigen::Array3i::Zero();
+          if (periodic)
+            for (int k = 0; k < 3; ++k) {
+              image[k] = (to[k] >= 0 ? to[k] : to[k] - count[k] + 1) / count[k];
+              to[k] -= image[k] * count[k];
+            }
+          else if ((to < 0).any() || (to >= count).any())
+            continue;
+          any = true;
+          for (Index n = first[row(to)]; n < first[row(to) + 1]; ++n) f(seed[n], image);
+        }
+    return any;
+  }
+};
+
+struct Neighbour {
+  double distance;
+  Vec3 to;  // from the seed
+  VoronoiCells::Partner partner;
+};
+
+double reach(const Polyhedron& body, const Vec3& seed) {
+  double most = 0;
+  for (const Vec3& x : body.vertex) most = std::max(most, (x - seed).squaredNorm());
+  return std::sqrt(most);
+}
+
+void make_cell(const CellSpace& space, const Grid& grid, std::size_t i, VoronoiCells& cells) {
+  const Vec3& seed = cells.seed[i];
+  Polyhedron& body = cells.body[i];
+  auto& partner = cells.partner[i];
+  body = space.body.empty() ? box_between(seed - space.periodic, seed + space.periodic) : space.body;
+  partner.clear();
+  const Eigen::Array3i at = grid.place(seed);
+  std::vector<Neighbour> ring;
+  bool more = true;
+  for (int r = 0; more && (r == 0 || 2 * reach(body, seed) > (r - 1) * grid.edge); ++r) {
+    ring.clear();
+    more = grid.over_ring(at, r, [&](Index j, const Eigen::Array3i& image) {
+      if (j == i && (image == 0).all()) return;
+      const Vec3 to = cells.seed[j] + image.cast<double>().matrix().cwiseProduct(space.periodic) - seed;
+      const auto short_image = [&](int k) { return static_cast<std::int16_t>(image[k]); };
+      ring.push_back({to.norm(), to, {j, {short_image(0), short_image(1), short_image(2)}}});
+    });
+    std::sort(ring.begin(), ring.end(), [](const Neighbour& a, const Neighbour& b) { return a.distance < b.distance; });
+    for (const Neighbour& n : ring) {
+      if (n.distance > 2 * reach(body, seed)) break;
+      const Vec3 normal = n.to / n.distance;
+      if (!cut(body, normal, normal.dot(seed) + 0.5 * n.distance, static_cast<std::int64_t>(partner.size()), flush * grid.edge))
+        continue;
+      partner.push_back(n.partner);
+    }
+  }
+}
+
+std::vector<Vec3> random_seeds(const CellSpace& space, std::size_t count, std::uint64_t seed) {
+  const Bounds b = bounds_of(space);
+  std::vector<Vec3> seeds;
+  for (std::uint64_t tried = 0; seeds.size() < count; ++tried) {
+    if (tried > 1000 * (count + 100)) throw InputError("the space has no room for cells");
+    Vec3 x;
+    for (int k = 0; k < 3; ++k) {
+      const double share = random_uniform(seed, tried, Purpose::position, static_cast<std::uint64_t>(k));
+      x[k] = b.low[k] + (space.extruded && k == 2 ? 0.5 : share) * (b.high[k] - b.low[k]);
+    }
+    if (space.body.empty() || inside(space, x)) seeds.push_back(x);
+  }
+  return seeds;
+}
+
+}  // namespace
+
+double CellSpace::volume() const { return body.empty() ? periodic.prod() : moments_of(body).volume; }
+
+CellSpace box_space(const Vec3& box) { return {box_between(Vec3::Zero(), box)}; }
+CellSpace periodic_space(const Vec3& box) { return {{}, box}; }
+
+CellSpace cylinder_space(double diameter, double length) {
+  std::vector<Vec3> corners;
+  const double radius = 0.5 * diameter, outer = radius / std::cos(pi / cylinder_sides);
+  for (int k = 0; k < cylinder_sides; ++k) {
+    const double angle = 2 * pi * (k + 0.5) / cylinder_sides;
+    corners.emplace_back(radius + outer * std::cos(angle), radius + outer * std::sin(angle), 0);
+  }
+  return {prism_over(corners, 0, length)};
+}
+
+VoronoiCells voronoi(const CellSpace& space, std::vector<Vec3> seeds, Team& team) {
+  VoronoiCells cells;
+  const Grid grid(space, seeds);
+  cells.seed = std::move(seeds);
+  cells.body.resize(cells.seed.size()), cells.partner.resize(cells.seed.size());
+  team.pieces(cells.seed.size(), [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t i = first; i < last; ++i) make_cell(space, grid, i, cells);
+  });
+  return cells;
+}
+
+VoronoiCells voronoi_packing(const CellSpace& space, std::size_t count, int rounds, std::uint64_t seed, Team& team) {
+  VoronoiCells cells = voronoi(space, random_seeds(space, count, seed), team);
+  for (int round = 0; round < rounds; ++round) {
+    std::vector<Vec3> centre;
+    for (const Polyhedron& body : cells.body) centre.push_back(moments_of(body).centre);
+    for (Vec3& x : centre)
+      for (int k = 0; k < 3; ++k)
+        if (space.body.empty()) x[k] -= space.periodic[k] * std::floor(x[k] / space.periodic[k]);
+    cells = voronoi(space, std::move(centre), team);
+  }
+  const double least = least_volume * space.volume() / static_cast<double>(count);
+  std::vector<Vec3> kept;
+  for (std::size_t i = 0; i < cells.seed.size(); ++i)
+    if (moments_of(cells.body[i]).volume >= least) kept.push_back(cells.seed[i]);
+  return kept.size() == cells.seed.size() ? cells : voronoi(space, std::move(kept), team);
+}
+
+}  // namespace grus::dem

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Voronoi cells by cuts: each cell is its container cut by the planes half way to its neighbours, nearest first.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "dem/base/parallel.hpp"
+#include "dem/shape/polyhedron.hpp"
+
+namespace grus::dem {
+
+/// What cells fill: a convex body, or a periodic box with its corner at the origin.
+struct CellSpace {
+  Polyhedron body;            // empty of a periodic box
+  Vec3 periodic{0, 0, 0};     // m
+  bool extruded = false;      // all seeds in one plane across z: a mesh of the plane, drawn out
+  double volume() const;
+};
+
+CellSpace box_space(const Vec3& box);
+CellSpace periodic_space(const Vec3& box);
+/// Tangent planes, 48 of them, about a circle of `diameter` in the middle of [diameter, diameter, length]; axis along z.
+CellSpace cylinder_space(double diameter, double length);
+
+struct VoronoiCells {
+  struct Partner {
+    Index cell;
+    std::array<std::int16_t, 3> image{};
+  };
+  std::vector<Vec3> seed;
+  std::vector<Polyhedron> body;                // tag of a face: row of `partner` of its cell, or the container's
+  std::vector<std::vector<Partner>> partner;  // of each cell
+};
+
+/// Cells of all seeds, the same on any number of threads.
+VoronoiCells voronoi(const CellSpace& space, std::vector<Vec3> seeds, Team& team);
+
+/// `count` random seeds, moved `rounds` times to their cells' centres (Lloyd); cells below a tenth of the mean volume
+/// are merged away. Throws InputError where the space is too narrow.
+VoronoiCells voronoi_packing(const CellSpace& space, std::size_t count, int rounds, std::uint64_t seed, Team& team);
+
+}  // namespace grus::dem

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/shape/hull_store.hpp"
+
+#include <algorithm>
+
+#include "dem/base/error.hpp"
+
+namespace grus::dem {
+namespace {
+
+double width_along(const Polyhedron& body, const Vec3& n) {
+  double low = INFINITY, high = -INFINITY;
+  for (const Vec3& x : body.vertex) low = std::min(low, n.dot(x)), high = std::max(high, n.dot(x));
+  return high - low;
+}
+
+}  // namespace
+
+Index add_hull(HullStore& store, const Polyhedron& given, HullPlace& at) {
+  if (given.vertex.size() > most_hull_vertices || given.face.size() > most_hull_faces)
+    throw InputError("a hull of " + std::to_string(given.vertex.size()) + " vertices and " +
+                     std::to_string(given.face.size()) + " faces: at most 64 and 40");
+  const SolidMoments moments = moments_of(given);
+  Mat3 second = moments.second / moments.volume;
+  // Round-off would turn a body whose axes are principal as they are given.
+  if ((second - Mat3(second.diagonal().asDiagonal())).norm() < 1e-13 * second.trace())
+    second = Mat3(second.diagonal().asDiagonal());
+  const PrincipalFrame principal = principal_frame(second);
+  at = {moments.centre, principal.axes};
+  Polyhedron body = given;
+  const Mat3 back = principal.axes.toRotationMatrix().transpose();
+  place(body, back, -(back * moments.centre));
+  HullRow row{};
+  row.vertex = static_cast<std::uint32_t>(store.vertex.size()), row.plane = static_cast<std::uint32_t>(store.plane.size());
+  row.begin = static_cast<std::uint32_t>(store.begin.size()), row.loop = static_cast<std::uint32_t>(store.loop.size());
+  row.vertices = static_cast<std::uint32_t>(body.vertex.size()), row.faces = static_cast<std::uint32_t>(body.face.size());
+  row.volume = moments.volume, row.least_width = INFINITY;
+  row.principal = {principal.moments, Quat::Identity()};
+  double surface = 0;
+  std::size_t corners = 0;
+  store.begin.push_back(0);
+  for (const auto& face : body.face) {
+    store.plane.push_back({face.normal, face.offset});
+    for (const int v : face.loop) store.loop.push_back(static_cast<std::uint8_t>(v));
+    store.begin.push_back(static_cast<std::uint16_t>(corners += face.loop.size()));
+    surface += moments_of(body, face).area;
+    row.least_width = std::min(row.least_width, width_along(body, face.normal));
+  }
+  for (const Vec3& x : body.vertex) {
+    store.vertex.push_back(x);
+    row.bounding_radius = std::max(row.bounding_radius, x.norm());
+  }
+  row.depth = 3 * moments.volume / surface;
+  store.row.push_back(row);
+  return static_cast<Index>(store.row.size() - 1);
+}
+
+}  // namespace grus::dem

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What two convex hulls do to each other where they overlap. K = A and B; x_c its centre; i, j the planes of A and B
+// below which x_c is least deep; phi = depth below i + depth below j. The potential is U = c V phi(x_c) / 2, the
+// foundation's modulus c in Pa/m: force and moment are its exact gradient, so nothing is lost; two parallel faces feel
+// c A overlap, and resist rocking by c I.
+#pragma once
+
+#include "dem/shape/hull_store.hpp"
+
+namespace grus::dem {
+
+/// For c = 1; everything in the frame of A, of B's pose x = turn * x_b + shift.
+struct Overlap {
+  double volume = 0;           // m^3; 0: apart
+  double energy = 0;           // V phi(x_c) / 2 (m^4)
+  Vec3 force = Vec3::Zero();   // on B (m^3); -force on A, at the same point
+  Vec3 moment = Vec3::Zero();  // on B about the origin of A (m^4)
+  Vec3 area = Vec3::Zero();    // of A's surface within B, outward: c times its norm is the normal stiffness (m^2)
+  Vec3 centre = Vec3::Zero();  // x_c (m)
+  double polar = 0;            // of A's surface within B about x_c: integral of |x - x_c|^2 (m^4)
+};
+
+/// `search`: a unit vector from A to B, as good as is known; it decides what is looked at, not what is found.
+Overlap overlap_of(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& search);
+
+/// A half space, normal . x <= offset in the frame of A, takes the place of B; `radius` bounds A from its origin (m).
+Overlap overlap_with_plane(const HullView& a, const Plane& wall, double radius);
+
+/// Largest separation along one of the hulls' face normals or the centres' line (m): negative where none parts them.
+/// `direction`: its direction, from A to B.
+double face_separation(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, Vec3& direction);
+
+/// Separation along a direction from A to B (m).
+double separation_along(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& n);
+
+}  // namespace grus::dem

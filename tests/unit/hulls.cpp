@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Convex hulls: masses, cuts, Voronoi cells, and the potential of their overlap against independent sums.
+#include "dem/base/error.hpp"
+#include "dem/packing/voronoi.hpp"
+#include "dem/shape/hull_store.hpp"
+#include "dem/shape/overlap.hpp"
+#include "tests/helpers.hpp"
+
+using namespace grus::dem;
+using namespace grus::dem::test;
+
+namespace {
+
+Vec3 random_vector(std::uint64_t id, std::uint64_t counter) {
+  Vec3 v;
+  for (int k = 0; k < 3; ++k)
+    v[k] = random_normal(7, id, Purpose::position, 3 * counter + static_cast<std::uint64_t>(k));
+  return v;
+}
+
+Polyhedron unit_cube() { return box_between(Vec3::Constant(-0.5), Vec3::Constant(0.5)); }
+
+/// Convex bodies of many faces: cells about random seeds.
+VoronoiCells some_cells(std::size_t count, std::uint64_t seed = 3) {
+  Team team(1);
+  return voronoi_packing(periodic_space(Vec3::Ones()), count, 2, seed, team);
+}
+
+/// A hull, and where its body frame is.
+struct Shape {
+  HullStore store;
+  HullPlace place;
+  explicit Shape(const Polyhedron& body) { add_hull(store, body, place); }
+  HullView view() const { return store[0]; }
+};
+
+/// U / c by cutting one polyhedron with the planes of the other: shares no code with the overlap's clipping.
+double energy_by_cuts(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift) {
+  std::vector<Vec3> points(a.vertex, a.vertex + a.vertices);
+  Polyhedron k = hull_of(points);
+  std::vector<Plane> planes_b;
+  for (int f = 0; f < b.faces; ++f) {
+    const Vec3 n = turn * b.plane[f].normal;
+    planes_b.push_back({n, b.plane[f].offset + n.dot(shift)});
+    cut(k, n, planes_b.back().offset, 0, 1e-14);
+    if (k.empty()) return 0;
+  }
+  const SolidMoments m = moments_of(k);
+  int plane = 0;
+  double least = INFINITY;
+  for (const Plane& p : planes_b) least = std::min(least, p.offset - p.normal.dot(m.centre));
+  return 0.5 * m.volume * (depth_below(a, m.centre, plane) + least);
+}
+
+double energy_at(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& search) {
+  return overlap_of(a, b, turn, shift, search).energy;
+}
+
+}  // namespace
+
+TEST_CASE("masses of hulls are exact: boxes, prisms, a dodecahedron, whatever the origin") {
+  const Vec3 far(1e3, -2e3, 5e2);
+  Polyhedron box = box_between(far, far + Vec3(1, 2, 3));
+  const SolidMoments m = moments_of(box);
+  CHECK(m.volume == Approx(6).epsilon(1e-12));
+  CHECK((m.centre - far - Vec3(0.5, 1, 1.5)).norm() < 1e-9);
+  CHECK(m.second(2, 2) == Approx(6 * 9 / 12.0).epsilon(1e-9));
+  CHECK(std::abs(m.second(0, 1)) < 1e-8);
+
+  std::vector<Vec3> corners;
+  for (int k = 0; k < 6; ++k) corners.emplace_back(0.5 * std::cos(pi / 3 * k), 0.5 * std::sin(pi / 3 * k), 0);
+  const SolidMoments hexagon = moments_of(prism_over(corners, 0, 1));
+  CHECK(hexagon.volume == Approx(0.649519).epsilon(1e-6));
+  CHECK(hexagon.second(0, 0) + hexagon.second(1, 1) == Approx(0.0676582).epsilon(1e-6));
+
+  const double g = 0.5 * (1 + std::sqrt(5.0));
+  std::vector<Vec3> points;
+  for (const double x : {-1.0, 1.0})
+    for (const double y : {-1.0, 1.0}) {
+      for (const double z : {-1.0, 1.0}) points.emplace_back(x, y, z);
+      points.emplace_back(0, x / g, y * g);
+      points.emplace_back(x / g, y * g, 0);
+      points.emplace_back(x * g, 0, y / g);
+    }
+  points.emplace_back(0.1, 0.2, -0.3);  // inside
+  const Polyhedron dodecahedron = hull_of(points);
+  CHECK(dodecahedron.vertex.size() == 20);
+  CHECK(dodecahedron.face.size() == 12);
+  const double edge = 2 / g;
+  CHECK(moments_of(dodecahedron).volume == Approx((15 + 7 * std::sqrt(5.0)) / 4 * edge * edge * edge).epsilon(1e-12));
+}
+
+TEST_CASE("points in a plane, or too many, are no hull") {
+  std::vector<Vec3> flat{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
+  CHECK_THROWS_AS(hull_of(flat), InputError);
+  std::vector<Vec3> many;
+  for (int k = 0; k < 65; ++k) many.push_back(random_vector(1, static_cast<std::uint64_t>(k)).normalized());
+  CHECK_THROWS_AS(hull_of(many), InputError);
+}
+
+TEST_CASE("a cut divides volume, centre and second moments, and both parts are closed") {
+  const VoronoiCells cells = some_cells(64);
+  double worst = 0, open = 0;
+  for (std::uint64_t n = 0; n < 2000; ++n) {
+    const Polyhedron& whole = cells.body[n % cells.body.size()];
+    const SolidMoments all = moments_of(whole);
+    const Vec3 normal = random_vector(n, 0).normalized();
+    const double offset = normal.dot(all.centre + 0.05 * random_vector(n, 1));
+    Polyhedron below = whole, above = whole;
+    cut(below, normal, offset, 9, 1e-13), cut(above, -normal, -offset, 9, 1e-13);
+    SolidMoments sum;
+    for (const Polyhedron* part : {&below, &above}) {
+      if (part->empty()) continue;
+      const SolidMoments m = moments_of(*part);
+      const Vec3 d = m.centre - all.centre;
+      sum.volume += m.volume, sum.centre += m.volume * m.centre;
+      sum.second += m.second + m.volume * d * d.transpose();
+      Vec3 closure = Vec3::Zero();
+      for (const auto& f : part->face) closure += moments_of(*part, f).area * f.normal;
+      open = std::max(open, closure.norm());
+    }
+    worst = std::max({worst, std::abs(sum.volume / all.volume - 1), (sum.centre / all.volume - all.centre).norm(),
+                      (sum.second - all.second).norm() / all.second.norm()});
+  }
+  CHECK(worst < 1e-12);
+  CHECK(open < 1e-13);
+}
+
+TEST_CASE("Voronoi cells fill their space; faces are shared; each closes; sum of area x distance is three volumes") {
+  Team team(2);
+  const auto check = [&](const CellSpace& space, std::size_t count, bool bounded) {
+    const VoronoiCells cells = voronoi_packing(space, count, 1, 5, team);
+    double volume = 0, reached = 0, open = 0, unlike = 0;
+    for (std::size_t i = 0; i < cells.body.size(); ++i) {
+      volume += moments_of(cells.body[i]).volume;
+      Vec3 closure = Vec3::Zero();
+      for (const auto& face : cells.body[i].face) {
+        const FaceMoments m = moments_of(cells.body[i], face);
+        closure += m.area * face.normal;
+        if (face.tag < 0) continue;
+        const auto& p = cells.partner[i][static_cast<std::size_t>(face.tag)];
+        Vec3 to = cells.seed[p.cell] - cells.seed[i];
+        for (int k = 0; k < 3; ++k) to[k] += p.image[static_cast<std::size_t>(k)] * space.periodic[k];
+        reached += 0.5 * m.area * to.norm();
+        double other = 0;  // area of the same face as the partner has it
+        for (const auto& back : cells.body[p.cell].face) {
+          if (back.tag < 0) continue;
+          const auto& q = cells.partner[p.cell][static_cast<std::size_t>(back.tag)];
+          const bool mirrored = q.image[0] == -p.image[0] && q.image[1] == -p.image[1] && q.image[2] == -p.image[2];
+          if (q.cell == i && mirrored) other += moments_of(cells.body[p.cell], back).area;
+        }
+        unlike = std::max(unlike, std::abs(m.area - other));
+      }
+      open = std::max(open, closure.norm());
+    }
+    CHECK(volume == Approx(space.volume()).epsilon(1e-10));
+    CHECK(open < 1e-11);
+    CHECK(unlike < 1e-11);
+    if (!bounded) CHECK(reached == Approx(3 * space.volume()).epsilon(1e-9));
+  };
+  check(periodic_space(Vec3(1, 0.8, 1.3)), 200, false);
+  check(periodic_space(Vec3::Ones()), 5, false);  // a cell that meets its own image
+  check(box_space(Vec3(1, 2, 0.5)), 200, true);
+  check(cylinder_space(1, 0.4), 200, true);
+  CellSpace disc = cylinder_space(1, 0.1);
+  disc.extruded = true;
+  check(disc, 300, true);
+  CHECK(disc.volume() == Approx(0.1 * 48 * 0.25 * std::tan(pi / 48)).epsilon(1e-12));
+  const VoronoiCells flat = voronoi_packing(disc, 300, 1, 5, team);
+  for (const Polyhedron& body : flat.body)
+    for (const Vec3& x : body.vertex) CHECK(std::min(std::abs(x.z()), std::abs(x.z() - 0.1)) < 1e-15);
+}
+
+TEST_CASE("cells do not depend on the number of threads; Lloyd's rounds even them out") {
+  Team one(1), two(2);
+  const auto with = [](Team& team, int rounds) { return voronoi_packing(periodic_space(Vec3::Ones()), 500, rounds, 1, team); };
+  const VoronoiCells a = with(one, 5), b = with(two, 5), raw = with(one, 0);
+  REQUIRE(a.body.size() == b.body.size());
+  for (std::size_t i = 0; i < a.body.size(); ++i) CHECK(a.body[i].vertex == b.body[i].vertex);
+  const auto least = [](const VoronoiCells& c) {
+    double v = INFINITY;
+    for (const Polyhedron& body : c.body) v = std::min(v, 500 * moments_of(body).volume);
+    return v;
+  };
+  CHECK(least(raw) < 0.4);
+  CHECK(least(raw) >= 0.1);  // smaller ones are merged away
+  CHECK(least(a) > 0.55);    // 0.63 of the mean for 1,000 cells
+}
+
+TEST_CASE("a unit cube on a plane: force and energy on a face, an edge and a vertex") {
+  const Shape cube(unit_cube());
+  const auto pressed = [&](const Vec3& down) {  // by 0.01
+    const Vec3 n = -down.normalized();
+    const double lowest = -support(cube.view(), -n).dot(-n);
+    return overlap_with_plane(cube.view(), {n, lowest + 0.01}, 1);
+  };
+  const Mat3 back = cube.place.axes.toRotationMatrix().transpose();
+  const Overlap face = pressed(back * Vec3(0, 0, -1)), edge = pressed(back * Vec3(1, 0, -1)), vertex = pressed(back * Vec3(1, 1, -1));
+  CHECK(face.force.norm() == Approx(1e-2).epsilon(1e-9));
+  CHECK(face.energy == Approx(5e-5).epsilon(1e-9));
+  CHECK(face.area.norm() == Approx(1).epsilon(1e-9));
+  CHECK(face.polar == Approx(1 / 6.0 + 4 * 0.01 * 0.25).epsilon(0.03));  // and the strips of its sides
+  CHECK(edge.force.norm() == Approx(1.207107e-4).epsilon(1e-6));
+  CHECK(edge.energy == Approx(4.023689e-7).epsilon(1e-6));
+  CHECK(vertex.force.norm() == Approx(1.183013e-6).epsilon(1e-6));
+  CHECK(vertex.energy == Approx(2.957532e-9).epsilon(1e-6));
+}
+
+TEST_CASE("a cube on a plane rocks as on an elastic foundation: c I less what gravity's arm takes") {
+  const Shape cube(unit_cube());
+  const double c = 1e6, depth = 1e-3, angle = 1e-6;
+  const auto torque = [&](double turn) {  // about its centre, 0.499 above the plane
+    const Vec3 n = rotation_by(turn * Vec3::UnitX()).conjugate() * Vec3::UnitZ();
+    const Overlap o = overlap_with_plane(cube.view(), {n, -(0.5 - depth)}, 1);
+    return -c * o.moment.x();  // on the cube
+  };
+  CHECK(-(torque(angle) - torque(-angle)) / (2 * angle) == Approx(c / 12 - c * depth * 0.5).epsilon(1e-3));
+}
+
+TEST_CASE("force and moment of an overlap are the gradient of its energy; the energy is that of the cut body") {
+  const VoronoiCells cells = some_cells(64);
+  std::vector<Shape> shapes;
+  for (const Polyhedron& body : cells.body) shapes.emplace_back(body);
+  int touching = 0, kinks = 0;
+  double worst_force = 0, worst_moment = 0, worst_energy = 0;
+  for (std::uint64_t n = 0; n < 3000; ++n) {
+    const HullView a = shapes[n % 64].view(), b = shapes[(7 * n + 3) % 64].view();
+    const Mat3 turn = random_rotation(n, 1).toRotationMatrix();
+    const Vec3 along = random_vector(n, 2).normalized();
+    const double size = 0.25;  // cube root of 1 / 64
+    const Vec3 shift = along * size * (0.75 + 0.3 * random_uniform(3, n, Purpose::position));
+    const Overlap o = overlap_of(a, b, turn, shift, along);
+    const double scale = size * size * size;
+    if (o.volume < 1e-6 * scale) continue;
+    ++touching;
+    worst_energy = std::max(worst_energy, std::abs(o.energy - energy_by_cuts(a, b, turn, shift)) / o.energy);
+    const double h = 1e-6 * size;
+    Vec3 force, moment;
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 d = h * Vec3::Unit(k);
+      force[k] = -(energy_at(a, b, turn, shift + d, along) - energy_at(a, b, turn, shift - d, along)) / (2 * h);
+      const Mat3 plus = rotation_by(1e-6 * Vec3::Unit(k)).toRotationMatrix(), minus = plus.transpose();
+      moment[k] = -(energy_at(a, b, plus * turn, plus * shift, along) - energy_at(a, b, minus * turn, minus * shift, along)) / 2e-6;
+    }
+    const double off_force = (force - o.force).norm() / o.force.norm(), off_moment = (moment - o.moment).norm() / (size * o.force.norm());
+    if (std::max(off_force, off_moment) > 1e-5)  // another plane is the least deep within the difference: a kink of U
+      ++kinks;
+    else
+      worst_force = std::max(worst_force, off_force), worst_moment = std::max(worst_moment, off_moment);
+  }
+  CHECK(touching > 1500);
+  CHECK(worst_energy < 1e-7);
+  CHECK(worst_force < 2e-6);
+  CHECK(worst_moment < 2e-6);
+  CHECK(kinks <= 3);  // a step of 1e-6 meets one in some thousand poses
+}
+
+TEST_CASE("what is looked at along any direction gives the same overlap, and both bodies agree on it") {
+  const VoronoiCells cells = some_cells(27);
+  const Shape one(cells.body[3]), two(cells.body[11]);
+  const Mat3 turn = random_rotation(5, 5).toRotationMatrix();
+  const Vec3 shift(0.2, 0.1, -0.15);
+  const Overlap o = overlap_of(one.view(), two.view(), turn, shift, shift.normalized());
+  REQUIRE(o.volume > 0);
+  for (std::uint64_t n = 0; n < 50; ++n) {
+    const Overlap again = overlap_of(one.view(), two.view(), turn, shift, random_vector(n, 9).normalized());
+    CHECK(again.volume == Approx(o.volume).epsilon(1e-9));
+    CHECK((again.force - o.force).norm() < 1e-9 * o.force.norm());
+    CHECK((again.moment - o.moment).norm() < 1e-9 * o.moment.norm());
+  }
+  const Overlap other = overlap_of(two.view(), one.view(), turn.transpose(), -(turn.transpose() * shift), Vec3::UnitX());
+  CHECK((turn * other.force + o.force).norm() < 1e-9 * o.force.norm());
+  CHECK((turn * other.centre + shift - o.centre).norm() < 1e-9);
+}
+
+TEST_CASE("cubes that lie flush side by side feel the face alone, whichever way round-off goes") {
+  const Shape cube(unit_cube());
+  for (std::uint64_t n = 0; n < 200; ++n) {
+    Vec3 shift = 1e-16 * random_vector(n, 4);
+    shift.z() = 1 - 1e-4;
+    const Overlap o = overlap_of(cube.view(), cube.view(), Mat3::Identity(), shift, Vec3::UnitZ());
+    CHECK(o.volume == Approx(1e-4).epsilon(3e-8));  // in one plane: to 1e-12 of the size
+    CHECK((o.force - 1e-4 * Vec3::UnitZ()).norm() < 1e-12);
+    CHECK((o.moment - o.centre.cross(o.force)).norm() < 1e-12);
+  }
+}
+
+TEST_CASE("hulls are apart where a face's normal parts them") {
+  const Shape cube(unit_cube());
+  Vec3 direction;
+  CHECK(face_separation(cube.view(), cube.view(), Mat3::Identity(), Vec3(0.3, 0, 1.2), direction) == Approx(0.2));
+  CHECK(direction.z() == Approx(1));
+  CHECK(face_separation(cube.view(), cube.view(), Mat3::Identity(), Vec3(0.3, 0, 0.9), direction) == Approx(-0.1));
+}
