@@ -152,7 +152,7 @@ double elastic_energy(const ContactLaw& law, const Contacts& contacts) {
   std::visit(
       [&](const auto& l) {
         for (std::size_t k = 0; k < contacts.size(); ++k)
-          sum += elastic_energy(l, contacts.contact[k], contacts.touch[k].overlap);
+          sum += elastic_energy(l, contacts.contact[k], contacts.touch[k]);
       },
       law);
   return sum;

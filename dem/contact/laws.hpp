@@ -15,7 +15,9 @@ struct PairLaw {
   double shear_ratio = 0;  // tangential / normal tangent stiffness; Hertz-Mindlin: 4 G*/E*
   double friction = 0;
   double dashpot = 0;           // coefficient c in c sqrt(m* S_n), S_n the tangent normal stiffness
-  double normal_stiffness = 0;  // linear law (N/m); by modulus: of an effective radius of 1 m (Pa)
+  // Linear law (N/m); by modulus: of an effective radius of 1 m (Pa); of hulls: modulus of elasticity (Pa), or of the
+  // foundation (Pa/m).
+  double normal_stiffness = 0;
 };
 
 /// Elastic response of a contact at an overlap.
@@ -46,7 +48,59 @@ struct LinearSpring {
   }
 };
 
-using ContactLaw = std::variant<HertzMindlin, LinearSpring>;
+/// Hulls: the gradient of the potential of their overlap (shape/overlap.hpp). The contact's `radius` keeps the modulus
+/// of the foundation (Pa/m), its `stiffness` is that times the area of contact, as it is now; `overlap` what makes the
+/// force with it. The modulus is given, or a modulus of elasticity (Pa) over the hulls' depths.
+struct Foundation {
+  bool given = false;
+
+  Elastic operator()(double stiffness, double overlap) const {
+    return {stiffness * overlap, stiffness, 0.5 * stiffness * overlap * overlap};
+  }
+  double stiffness_at_birth(const PairLaw& p, double) const { return p.normal_stiffness; }
+};
+
+using ContactLaw = std::variant<HertzMindlin, LinearSpring, Foundation>;
+
+/// Force of the dashpot along n (N), at the approach speed -vn; no attraction.
+[[gnu::always_inline]] inline double advance_dashpot(const PairLaw& p, double effective_mass, const Elastic& elastic,
+                                                     double vn, double dt, Contact& c, BlockEnergy& e) {
+  if (!(p.dashpot > 0)) return 0;
+  const double viscous =
+      std::max(-p.dashpot * std::sqrt(effective_mass * elastic.normal_stiffness) * vn, -elastic.force);
+  e.viscous -= 0.5 * (c.viscous + viscous) * vn * dt;
+  c.viscous = viscous;
+  return viscous;
+}
+
+/// A spring turned with the contact to the normal n, not shortened. `angle`: of both bodies about n.
+[[gnu::always_inline]] inline Vec3 turned_spring(const Vec3& spring, const Vec3& n, double angle) {
+  Vec3 old = spring;
+  const double size2 = spring.squaredNorm();
+  if (!(size2 > 0)) return old;
+  old -= n * n.dot(old);
+  old += angle * n.cross(old);
+  const double turned2 = old.squaredNorm();
+  if (turned2 > 0) old *= std::sqrt(size2 / turned2);
+  return old;
+}
+
+/// The tangential spring goes on by `slip` (m) from `old`, where it is now, at stiffness kt up to Coulomb's limit.
+[[gnu::always_inline]] inline void advance_spring(Contact& c, const Vec3& old, const Vec3& slip, double kt,
+                                                  double limit, BlockEnergy& e) {
+  const double size2 = c.spring.squaredNorm(), held = shear_energy(c);
+  const double grown = kt * c.compliance, after = 1 / kt;
+  Vec3 now = std::min(1.0, grown) * old - kt * slip;
+  const double size = now.norm();
+  // A spring sheds the smaller part of its stiffness or of its force; sliding takes the plastic slip times what held
+  // against it, the spring at first and Coulomb's limit at last.
+  e.friction += held - std::min(held * grown, 0.5 * size2 * after);
+  const double first = std::min(1.0, grown) * std::sqrt(size2);
+  if (size > limit) e.friction += 0.5 * (first + limit) * (size - limit) * after, now *= limit / size;
+  c.compliance = after;
+  c.spring = now;
+  e.springs += held - shear_energy(c) - 0.5 * (old + now).dot(slip);
+}
 
 /// Advances a touching contact to the new normal and overlap; returns the force on b. The plain form of what
 /// kernel/sphere_pass.cpp does for many spheres at once.
@@ -59,38 +113,12 @@ template <class Law>
                                                    double twist, double dt, BlockEnergy& e) {
   const Elastic elastic = law(c.stiffness, overlap);
   const double vn = v.dot(n);
-  double viscous = 0;
-  if (p.dashpot > 0) {
-    viscous = std::max(-p.dashpot * std::sqrt(effective_mass * elastic.normal_stiffness) * vn,
-                       -elastic.force);  // no attraction
-    e.viscous -= 0.5 * (c.viscous + viscous) * vn * dt;
-    c.viscous = viscous;
-  }
-  const double normal_force = elastic.force + viscous;
+  const double normal_force = elastic.force + advance_dashpot(p, effective_mass, elastic, vn, dt, c, e);
   touch.normal = n, touch.overlap = overlap;
   if (p.friction == 0) return touch.force = normal_force * n;
-  const double kt = p.shear_ratio * elastic.normal_stiffness;
-  const double size2 = c.spring.squaredNorm(), held = shear_energy(c);
-  Vec3 old = c.spring;
-  if (size2 > 0) {
-    old -= n * n.dot(old);
-    old += (twist * dt) * n.cross(old);
-    const double turned2 = old.squaredNorm();
-    if (turned2 > 0) old *= std::sqrt(size2 / turned2);  // turned with the contact, not shortened
-  }
-  const Vec3 slip = dt * (v - vn * n);
-  const double grown = kt * c.compliance, after = 1 / kt;
-  Vec3 now = std::min(1.0, grown) * old - kt * slip;
-  const double limit = p.friction * normal_force, size = now.norm();
-  // A spring sheds the smaller part of its stiffness or of its force; sliding takes the plastic slip times what held
-  // against it, the spring at first and Coulomb's limit at last.
-  e.friction += held - std::min(held * grown, 0.5 * size2 * after);
-  const double first = std::min(1.0, grown) * std::sqrt(size2);
-  if (size > limit) e.friction += 0.5 * (first + limit) * (size - limit) * after, now *= limit / size;
-  c.compliance = after;
-  c.spring = now;
-  e.springs += held - shear_energy(c) - 0.5 * (old + now).dot(slip);
-  return touch.force = normal_force * n + now;
+  advance_spring(c, turned_spring(c.spring, n, twist * dt), dt * (v - vn * n), p.shear_ratio * elastic.normal_stiffness,
+                 p.friction * normal_force, e);
+  return touch.force = normal_force * n + c.spring;
 }
 
 /// Books what a parting contact still holds, and forgets it.
@@ -102,8 +130,10 @@ inline void part_contact(Contact& c, Touch& touch, BlockEnergy& e) {
 
 /// Elastic energy of a contact, normal and tangential (J).
 template <class Law>
-inline double elastic_energy(const Law& law, const Contact& c, double overlap) {
-  return c.stiffness > 0 ? law(c.stiffness, overlap).energy + shear_energy(c) : 0;
+inline double elastic_energy(const Law& law, const Contact& c, const Touch& touch) {
+  if (c.stiffness == 0) return 0;
+  if constexpr (std::is_same_v<Law, Foundation>) return touch.held + shear_energy(c);
+  return law(c.stiffness, touch.overlap).energy + shear_energy(c);
 }
 
 /// Elastic part of the normal force of touching contact k (N).

@@ -47,7 +47,8 @@ Bin pair_bin(ShapeKind a, ShapeKind b);
 Bin wall_bin(ShapeKind kind);
 
 /// The order in which a tile's bins are added up: sums depend on it.
-inline constexpr std::array<Bin, bin_count> pass_order{sphere_sphere, sphere_wall, general, polyellipsoid_wall};
+inline constexpr std::array<Bin, bin_count> pass_order{sphere_sphere,      sphere_wall, general,
+                                                       polyellipsoid_wall, hull_hull,   hull_wall};
 
 /// A kernel over the rows as they are, its energies booked.
 void run_rows(const TileWork& work, const ContactRows& rows, PairLoop loop, std::size_t begin, std::size_t end);

@@ -98,6 +98,18 @@ void archive_contacts(A& a, C& c) {
   a.column(c.energy);
 }
 
+/// What states share is with each of them: a checkpoint needs nothing else.
+template <class A, class P>
+void archive_hulls(A& a, P& shared) {
+  HullStore store = shared ? *shared : HullStore{};
+  a.column(store.vertex);
+  a.column(store.plane);
+  a.column(store.begin);
+  a.column(store.loop);
+  a.column(store.row);
+  if constexpr (!std::is_const_v<P>) shared = store.row.empty() ? nullptr : std::make_shared<HullStore>(std::move(store));
+}
+
 template <class A, class L>
 void archive_ledger(A& a, L& l) {
   for (auto* v : {&l.work, &l.friction, &l.damping, &l.local_damping, &l.fracture, &l.split, &l.split_added, &l.reshape,
@@ -119,6 +131,7 @@ template <class A, class S>
 void archive(A& a, S& s) {
   for_each_column(s.grains, [&](auto& column) { a.column(column); });
   a.plain(s.grains.next_id);
+  archive_hulls(a, s.grains.hulls);
   archive_contacts(a, s.contacts);
   for_each_kind(s.bonds, [&](auto& column) {
     a.column(column.row);

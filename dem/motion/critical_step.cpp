@@ -2,10 +2,11 @@
 #include "dem/motion/critical_step.hpp"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 
 #include "dem/bond/kinds.hpp"
-#include "dem/contact/pair_kinds.hpp"
+#include "dem/contact/hull_pairs.hpp"
 #include "dem/state/shape_kinds.hpp"
 
 namespace grus::dem {
@@ -16,11 +17,43 @@ struct Stiffness {
   double rolling = 0;  // N m: force x path of the contact point per radian; rules where flat faces meet
 };
 
+/// Of all contacts; `arm`: of hulls where each acts, from the mass centres of a and b (m), empty without hulls.
+struct Stiffnesses {
+  std::vector<Stiffness> of;
+  std::vector<std::array<Vec3, 2>> arm;
+};
+
+/// What a contact on an edge or a vertex gains on a further overlap beyond modulus x area: at a vertex of a cube 1.37.
+constexpr double sharp = 1.4;
+
+/// Hulls: the whole area resists, rocking by its second moment; where it lies is looked up again.
+void place_hulls(const Grains& g, const Boundary& boundary, const Contacts& contacts, Stiffnesses& all) {
+  if (g.hull.empty()) return;
+  std::vector<Stiffness>& k = all.of;
+  all.arm.resize(k.size());
+  for (const Bin bin : {hull_hull, hull_wall})
+    for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c) {
+      if (k[c].normal == 0) continue;
+      const Pair& p = contacts.pair[c];
+      const Overlap o = bin == hull_hull ? overlap_of_pair(g, boundary.cell, p, contacts.touch[c].normal)
+                                         : overlap_at_wall(g, boundary.walls[p.b], p.a);
+      k[c].normal *= sharp, k[c].tangential *= sharp;
+      k[c].rolling = sharp * contacts.contact.radius[c] * o.polar;  // and spin about the normal
+      all.arm[c][0] = o.middle;
+      if (bin == hull_wall) continue;
+      Vec3 branch = g.motion[p.b].position - g.motion[p.a].position;
+      if (crosses(p)) branch += boundary.cell.vectors * Vec3(p.image[0], p.image[1], p.image[2]);
+      all.arm[c][1] = o.middle - branch;
+    }
+}
+
 template <class Law>
 Stiffness stiffness_of(const Law& law, const PairLaw& p, const Contact& c, double overlap) {
-  if (c.stiffness <= 0) return {};
-  const double kn = law(c.stiffness, overlap).normal_stiffness;
-  return {kn, p.friction > 0 ? p.shear_ratio * kn : 0, 0};
+  Stiffness s;
+  if (c.stiffness <= 0) return s;
+  s.normal = law(c.stiffness, overlap).normal_stiffness;
+  s.tangential = p.friction > 0 ? p.shear_ratio * s.normal : 0;
+  return s;
 }
 
 /// Bodies of radii H_A, H_B roll on each other by the parallel sum of both; its trace is at most that of the traces.
@@ -41,9 +74,11 @@ double largest_eigenvalue_bound(const Mat6& s) {
 }
 
 /// Stiffness of every contact.
-std::vector<Stiffness> stiffnesses(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& g,
-                                   const Contacts& contacts) {
-  std::vector<Stiffness> k(contacts.size());
+Stiffnesses stiffnesses(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& g,
+                        const Boundary& boundary, const Contacts& contacts) {
+  Stiffnesses all;
+  std::vector<Stiffness>& k = all.of;
+  k.resize(contacts.size());
   const auto fill = [&](const auto& l) {
     for (std::size_t c = 0; c < contacts.size(); ++c)
       k[c] = stiffness_of(l, pairs[contacts.pair[c].law], contacts.contact[c], contacts.touch[c].overlap);
@@ -55,7 +90,8 @@ std::vector<Stiffness> stiffnesses(const ContactLaw& law, std::span<const PairLa
                 l(contacts.contact[c].stiffness, contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
   };
   std::visit(fill, law);
-  return k;
+  place_hulls(g, boundary, contacts, all);
+  return all;
 }
 
 /// A cheap bound for each grain: the trace of its mass-scaled stiffness.
@@ -63,7 +99,7 @@ std::vector<double> traces(const Grains& g, const Contacts& contacts, const Bond
                            const std::vector<Stiffness>& k) {
   const std::size_t walls = contacts.begin[first_wall];
   std::vector<double> trace(g.size(), 0.0);
-  auto add = [&](std::size_t i, double weight, Stiffness s, double arm) {
+  auto add = [&](std::size_t i, double weight, const Stiffness& s, double arm) {
     trace[i] +=
         weight * ((s.normal + 2 * s.tangential) * g.motion[i].inverse_mass +
                   2 * (std::max(s.normal, s.tangential) * arm * arm + s.rolling) / g.inertia[i].moments.minCoeff());
@@ -76,8 +112,8 @@ std::vector<double> traces(const Grains& g, const Contacts& contacts, const Bond
   }
   for_each_bond(bonds, [&](const auto& bond) {
     const double most = stiffest(bond);
-    add(bond.ends.a, 2, {most, most, 0}, bond.at_a.norm());
-    add(bond.ends.b, 2, {most, most, 0}, bond.at_b.norm());
+    add(bond.ends.a, 2, {.normal = most, .tangential = most}, bond.at_a.norm());
+    add(bond.ends.b, 2, {.normal = most, .tangential = most}, bond.at_b.norm());
   });
   return trace;
 }
@@ -88,7 +124,12 @@ double impact_bound(const ContactLaw& law, const PairLaw& p, const Grains& g, st
   // Against a wall all of the grain's mass and radius count, against a grain half.
   const double radius = g.extent[i].equivalent_radius * (walled ? 2 : 1), mass = (walled ? 1 : 0.5) * g.mass[i];
   double stiffness;
-  if (const auto* linear = std::get_if<LinearSpring>(&law)) {
+  if (const auto* foundation = std::get_if<Foundation>(&law)) {
+    const HullRow& hull = g.hulls->row[g.hull[i]];
+    const double surface = 3 * hull.volume / hull.depth;  // Cauchy: its mean shadow is a quarter
+    const double modulus = foundation->given ? p.normal_stiffness : p.normal_stiffness / hull.depth;
+    stiffness = (walled || foundation->given ? 1 : 0.5) * modulus * 0.25 * surface;
+  } else if (const auto* linear = std::get_if<LinearSpring>(&law)) {
     stiffness = linear->stiffness_at_birth(p, g.extent[i].equivalent_radius);  // against something much larger
   } else {
     const double e = p.youngs > 0 ? p.youngs : 1;
@@ -100,8 +141,9 @@ double impact_bound(const ContactLaw& law, const PairLaw& p, const Grains& g, st
 }
 
 /// Mass-scaled 6 x 6 stiffness of grain i: sum of w J^T K J, J = [1, -arm x].
-Mat6 scaled_stiffness(const Grains& g, const Contacts& contacts, const Bonds& bonds, const std::vector<Stiffness>& k,
+Mat6 scaled_stiffness(const Grains& g, const Contacts& contacts, const Bonds& bonds, const Stiffnesses& all,
                       std::size_t i) {
+  const std::vector<Stiffness>& k = all.of;
   Mat3 shift = Mat3::Zero(), mixed = Mat3::Zero(), turn = Mat3::Zero();  // its blocks
   auto assemble = [&](double weight, const Mat3& stiffness, const Vec3& arm) {
     const Mat3 lever = cross_matrix(arm), by_turn = stiffness * lever;
@@ -121,9 +163,10 @@ Mat6 scaled_stiffness(const Grains& g, const Contacts& contacts, const Bonds& bo
       mixed -= kt * radius * cross_matrix(outward);
       turn += kt * radius * radius * across;
     } else {
-      assemble(weight, k[c].normal * nn + k[c].tangential * across, surface_arm(g, i, outward));
+      const Vec3 arm = all.arm.empty() ? surface_arm(g, i, outward) : all.arm[c][contacts.entry[e] & 1];
+      assemble(weight, k[c].normal * nn + k[c].tangential * across, arm);
     }
-    turn += weight * k[c].rolling * across;
+    turn += weight * k[c].rolling * (all.arm.empty() ? across : Mat3(Mat3::Identity()));
   }
   for_each_bond(bonds, [&](const auto& bond) {
     if (bond.ends.a == i) assemble(2, stiffest(bond) * Mat3::Identity(), g.orientation[i] * bond.at_a);
@@ -153,8 +196,8 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
   for (const auto& wall : boundary.walls) wall_speed = std::max(wall_speed, wall.velocity.norm());
   for (const auto& m : g.motion) critical.max_speed = std::max(critical.max_speed, m.velocity.norm());
 
-  const std::vector<Stiffness> k = stiffnesses(law, pairs, g, contacts);
-  const std::vector<double> trace = traces(g, contacts, bonds, k);
+  const Stiffnesses k = stiffnesses(law, pairs, g, boundary, contacts);
+  const std::vector<double> trace = traces(g, contacts, bonds, k.of);
   std::vector<double> impact(n);
   for (std::size_t i = 0; i < n; ++i) {
     const double speed = std::max({g.motion[i].velocity.norm() + critical.max_speed, wall_speed, 1e-6});

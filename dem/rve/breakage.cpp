@@ -119,7 +119,7 @@ double energy_of(const Model& model, const State& state, const std::vector<Index
     for (Index e = c.first[i]; e < c.first[i + 1]; ++e) {
       const std::size_t k = c.entry[e] >> 1;
       const bool twice = k < c.begin[first_wall] && among[c.pair[k].a] && among[c.pair[k].b];
-      const auto held = [&](const auto& law) { return elastic_energy(law, c.contact[k], c.touch[k].overlap); };
+      const auto held = [&](const auto& law) { return elastic_energy(law, c.contact[k], c.touch[k]); };
       sum += (twice ? 0.5 : 1) * std::visit(held, model.law);
     }
   return sum;

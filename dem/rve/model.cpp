@@ -54,8 +54,10 @@ void make_pair_laws(Model& model) {
         if (c > 0) p.youngs = 1 / c, p.shear_ratio = 4 * c / s;
       } else {
         const Material& soft = rigid_a ? b : a;
-        p.normal_stiffness =
-            rigid_a || rigid_b ? soft.normal_stiffness : 0.5 * (a.normal_stiffness + b.normal_stiffness);
+        const double ka = a.normal_stiffness, kb = b.normal_stiffness;
+        // Of a foundation half of the way is in each: they are in series.
+        const double both = std::holds_alternative<Foundation>(model.law) ? 2 * ka * kb / (ka + kb) : 0.5 * (ka + kb);
+        p.normal_stiffness = rigid_a || rigid_b ? soft.normal_stiffness : both;
         p.shear_ratio = rigid_a || rigid_b ? soft.shear_ratio : 0.5 * (a.shear_ratio + b.shear_ratio);
       }
     }

@@ -147,15 +147,24 @@ Overlap wrench_of(const Body& a, const Body& b, double slack) {
   }
   for (int n = 0; n < k.count_a; ++n) {
     const Part& part = k.of_a[static_cast<std::size_t>(n)];
-    const Moments& m = part.moments;
-    out.area += m.area * a.plane[part.face].normal;
-    out.polar += m.second.trace() - 2 * centre.dot(m.first) + m.area * centre.squaredNorm();
+    out.area += part.moments.area * a.plane[part.face].normal;
+  }
+  // A closed surface has no area vector: one hull is in the other.
+  const double area2 = std::max(out.area.squaredNorm(), 1e-300);
+  Vec3 middle = Vec3::Zero();
+  for (int n = 0; n < k.count_a; ++n) {
+    const Part& part = k.of_a[static_cast<std::size_t>(n)];
+    middle += a.plane[part.face].normal.dot(out.area) / area2 * part.moments.first;
+  }
+  for (int n = 0; n < k.count_a; ++n) {
+    const Moments& m = k.of_a[static_cast<std::size_t>(n)].moments;
+    out.polar += m.second.trace() - 2 * middle.dot(m.first) + m.area * middle.squaredNorm();
   }
   out.volume = volume;
   out.energy = 0.5 * volume * depth;
   out.force = -0.5 * force;
   out.moment = -0.5 * moment + k.origin.cross(out.force);
-  out.centre = k.origin + centre;
+  out.middle = k.origin + middle;
   return out;
 }
 
@@ -199,7 +208,7 @@ Overlap overlap_of(const HullView& a, const HullView& b, const Mat3& turn, const
     const double x = along_b[static_cast<std::size_t>(v)] = m.dot(b.vertex[v]) + far;
     lowest = std::min(lowest, x);
   }
-  if (highest <= lowest) return {};
+  if (highest <= lowest) return {.parted = true};
   std::array<Vec3, most_hull_vertices> vertex;
   std::array<Plane, most_hull_faces> plane;
   for (int v = 0; v < b.vertices; ++v) vertex[static_cast<std::size_t>(v)] = turn * b.vertex[v] + shift;
@@ -221,7 +230,7 @@ Overlap overlap_with_plane(const HullView& a, const Plane& wall, double radius) 
     const double x = along[static_cast<std::size_t>(v)] = -wall.normal.dot(a.vertex[v]);
     highest = std::max(highest, x);
   }
-  if (highest <= -wall.offset) return {};
+  if (highest <= -wall.offset) return {.parted = true};
   Eigen::Index least;
   wall.normal.cwiseAbs().minCoeff(&least);
   const Vec3 e1 = 2 * radius * wall.normal.cross(Vec3::Unit(least)).normalized(), e2 = wall.normal.cross(e1);

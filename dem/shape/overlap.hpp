@@ -16,8 +16,9 @@ struct Overlap {
   Vec3 force = Vec3::Zero();   // on B (m^3); -force on A, at the same point
   Vec3 moment = Vec3::Zero();  // on B about the origin of A (m^4)
   Vec3 area = Vec3::Zero();    // of A's surface within B, outward: c times its norm is the normal stiffness (m^2)
-  Vec3 centre = Vec3::Zero();  // x_c (m)
-  double polar = 0;            // of A's surface within B about x_c: integral of |x - x_c|^2 (m^4)
+  Vec3 middle = Vec3::Zero();  // of that area: does not move as the bodies rock on each other (m)
+  double polar = 0;            // of A's surface within B about the middle: integral of |x - middle|^2 (m^4)
+  bool parted = false;         // already along `search`
 };
 
 /// `search`: a unit vector from A to B, as good as is known; it decides what is looked at, not what is found.

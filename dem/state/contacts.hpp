@@ -11,7 +11,7 @@ namespace grus::dem {
 
 /// Pairs of one kind share a loop; contact/pair_kinds.hpp says which bin two shapes belong to, and what is done there.
 /// `general`: one of them a poly-ellipsoid. Pairs of grains come first, then those with walls.
-enum Bin : std::uint32_t { sphere_sphere, general, sphere_wall, polyellipsoid_wall, bin_count };
+enum Bin : std::uint32_t { sphere_sphere, general, hull_hull, sphere_wall, polyellipsoid_wall, hull_wall, bin_count };
 inline constexpr Bin first_wall = sphere_wall;
 
 /// Grain a < b; `image` is the number of cell vectors added to b. For walls, b is the wall's index.
@@ -71,7 +71,7 @@ struct alignas(64) Touch {
   Vec3 normal = Vec3::Zero();  // unit, from a to b; the search direction while apart
   double overlap = 0;          // m, > 0 touching
   Vec3 force = Vec3::Zero();   // on b (N); -force on a
-  double unused = 0;
+  double held = 0;             // of hulls: energy of the overlap (J)
 };
 
 /// Force and torque that a grain collects in a step; a row of the kernels.

@@ -7,6 +7,19 @@
 namespace grus::dem {
 namespace {
 
+/// All columns that follow from the hull and the mass.
+void put_hull(Grains& g, std::size_t i, Index hull) {
+  const HullRow& row = g.hulls->row[hull];
+  const double radius = std::cbrt(0.75 / pi * row.volume), m = g.mass[i];
+  g.hull[i] = hull;
+  g.shape[i] = PolyEllipsoid::sphere(radius);
+  g.kind[i] = ShapeKind::hull;
+  g.extent[i] = {row.volume, radius, row.least_width};
+  g.inertia[i] = {m * row.principal.moments, row.principal.axes};
+  g.motion[i].radius = row.bounding_radius;
+  g.motion[i].inverse_inertia = 1 / (m * row.principal.moments.x());
+}
+
 /// All columns that follow from the shape and the mass.
 void put_shape(Grains& g, std::size_t i, const PolyEllipsoid& shape) {
   const PrincipalFrame principal = principal_frame(shape);
@@ -24,19 +37,24 @@ void put_shape(Grains& g, std::size_t i, const PolyEllipsoid& shape) {
 void set_grain(Grains& g, std::size_t i, const GrainSpec& spec) {
   if (i == g.size()) {
     for_each_column(g, [&](auto& column) {
-      const std::array<const void*, 6> optional{&g.frame,       &g.strength, &g.generation,
-                                                &g.utilisation, &g.born,     &g.solid_mass};
+      const std::array<const void*, 7> optional{&g.frame, &g.strength,   &g.generation, &g.utilisation,
+                                                &g.born,  &g.solid_mass, &g.hull};
       const bool may_be_empty = std::find(optional.begin(), optional.end(), &column) != optional.end();
       if (!may_be_empty || !column.empty()) column.emplace_back();
     });
   }
-  const double solid = spec.density * volume(spec.shape), m = spec.inertia * solid;
+  if (spec.hull) g.hull.resize(g.size());
+  const double room = spec.hull ? g.hulls->row[*spec.hull].volume : volume(spec.shape);
+  const double solid = spec.density * room, m = spec.inertia * solid;
   if (spec.inertia != 1 && g.solid_mass.empty()) g.solid_mass = g.mass;
   if (!g.solid_mass.empty()) g.solid_mass[i] = solid;
   g.motion[i] = {spec.position, 0, spec.velocity, 1 / m, spec.spin, 0};
   g.orientation[i] = spec.orientation.normalized();
   g.mass[i] = m;
-  put_shape(g, i, spec.shape);
+  if (spec.hull)
+    put_hull(g, i, *spec.hull);
+  else
+    put_shape(g, i, spec.shape);
   if (!spec.turns) g.motion[i].inverse_inertia = 0;
   g.material[i] = spec.material;
   g.id[i] = g.next_id++;

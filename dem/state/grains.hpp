@@ -2,15 +2,17 @@
 // Grains as plain columns. Positions are centres of mass and never wrapped in a periodic cell.
 #pragma once
 
+#include <memory>
+#include <optional>
 #include <vector>
 
-#include "dem/shape/polyellipsoid.hpp"
+#include "dem/shape/hull_store.hpp"
 
 namespace grus::dem {
 
 /// What a grain's shape is; a row of `shape_functions` (shape_kinds.hpp), and of the table of pairs
 /// (contact/pair_kinds.hpp).
-enum class ShapeKind : std::uint8_t { polyellipsoid, sphere };
+enum class ShapeKind : std::uint8_t { polyellipsoid, sphere, hull };
 
 /// What every room may know of a grain's size without asking its shape. The bounding radius is motion.radius, the
 /// centre of mass motion.position.
@@ -49,7 +51,7 @@ struct Grains {
   std::vector<double> mass;        // kg; what resists motion
   std::vector<double> solid_mass;  // kg; empty where that is the same: no inertia is scaled
   std::vector<Inertia> inertia;
-  std::vector<PolyEllipsoid> shape;  // spheres, too
+  std::vector<PolyEllipsoid> shape;  // spheres, too; of a hull the sphere of equal volume
   std::vector<ShapeKind> kind;
   std::vector<Extent> extent;  // follows from the shape
   std::vector<std::uint8_t> material;
@@ -60,6 +62,8 @@ struct Grains {
   std::vector<double> utilisation;  // how near to failing at the last breakage test, NaN: not tested yet; empty without
                                     // a fracture table
   std::vector<std::uint64_t> born;  // step in which a fragment was made; empty unless some limit asks for rest
+  std::vector<Index> hull;           // row of `hulls`; empty unless all are hulls
+  std::shared_ptr<const HullStore> hulls;  // never changed once made: states share it
   std::uint32_t next_id = 0;
 
   std::size_t size() const { return motion.size(); }
@@ -86,6 +90,7 @@ void for_each_column(G& g, F&& f) {
   f(g.extent);
   f(g.born);
   f(g.solid_mass);
+  f(g.hull);
 }
 
 inline bool is_sphere(const Grains& g, std::size_t i) { return g.kind[i] == ShapeKind::sphere; }
@@ -99,6 +104,7 @@ struct GrainSpec {
   double density = 0;
   double inertia = 1;  // mass that resists motion, over density x volume
   bool turns = true;   // false, of a sphere alone: it keeps its orientation
+  std::optional<Index> hull = {};  // row of the grains' hulls: takes the place of `shape`
 };
 
 /// Writes a grain into slot `i` (== size() appends): mass, inertia and bounds from the shape. The id is new.

@@ -270,7 +270,8 @@ TEST_CASE("what is looked at along any direction gives the same overlap, and bot
   }
   const Overlap other = overlap_of(two.view(), one.view(), turn.transpose(), -(turn.transpose() * shift), Vec3::UnitX());
   CHECK((turn * other.force + o.force).norm() < 1e-9 * o.force.norm());
-  CHECK((turn * other.centre + shift - o.centre).norm() < 1e-9);
+  CHECK((turn * other.area + o.area).norm() < 1e-9 * o.area.norm());
+  CHECK(other.energy == Approx(o.energy).epsilon(1e-9));
 }
 
 TEST_CASE("cubes that lie flush side by side feel the face alone, whichever way round-off goes") {
@@ -281,7 +282,7 @@ TEST_CASE("cubes that lie flush side by side feel the face alone, whichever way 
     const Overlap o = overlap_of(cube.view(), cube.view(), Mat3::Identity(), shift, Vec3::UnitZ());
     CHECK(o.volume == Approx(1e-4).epsilon(3e-8));  // in one plane: to 1e-12 of the size
     CHECK((o.force - 1e-4 * Vec3::UnitZ()).norm() < 1e-12);
-    CHECK((o.moment - o.centre.cross(o.force)).norm() < 1e-12);
+    CHECK((o.moment - o.middle.cross(o.force)).norm() < 1e-12);
   }
 }
 

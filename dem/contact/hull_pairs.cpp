@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/contact/hull_pairs.hpp"
+
+#include "dem/contact/broad_phase.hpp"
+
+namespace grus::dem {
+namespace {
+
+double depth_of(const Grains& g, Index i) { return g.hulls->row[g.hull[i]].depth; }
+HullView hull_of_grain(const Grains& g, Index i) { return (*g.hulls)[g.hull[i]]; }
+
+Vec3 shift_of(const Grains& g, const Cell& cell, Index a, Index b, const std::array<std::int16_t, 3>& image) {
+  Vec3 r = g.motion[b].position - g.motion[a].position;
+  if ((image[0] | image[1] | image[2]) != 0) r += cell.vectors * Vec3(image[0], image[1], image[2]);
+  return r;
+}
+
+/// From the frame of A to the global axes.
+Overlap turned(const Overlap& o, const Mat3& axes) {
+  return {o.volume, o.energy, axes * o.force, axes * o.moment, axes * o.area, axes * o.middle, o.polar, o.parted};
+}
+
+/// How two hulls move at the middle of their contact, b against a.
+struct Meeting {
+  Vec3 velocity;  // m/s
+  double spin;    // rad/s, about the normal
+  double twist;   // of both, the mean (rad/s)
+  double mass;    // effective (kg)
+};
+
+/// What a contact does to b: the potential's wrench, and dashpot and friction at the middle of the area.
+struct Press {
+  Vec3 elastic, rest;  // N
+  double moment;       // of rest, along the normal (N m)
+};
+
+void apart(Contacts& contacts, std::size_t k, BlockEnergy& e) {
+  contacts.active[k] = 0;
+  if (!contacts.contact.touching(k)) return;
+  Contact c = contacts.contact[k];
+  part_contact(c, contacts.touch[k], e);
+  contacts.contact.set(k, c);
+}
+
+/// Friction is one spring of three components: two along the plane, and one, along the normal, for spin against each
+/// other: its arm is the area's radius of gyration, so that the same stiffness and the same limit serve for all three.
+Press advance(const TileWork& s, std::size_t k, const Overlap& o, double modulus, const Meeting& m) {
+  Contact c = s.contacts.contact[k];
+  Touch& touch = s.contacts.touch[k];
+  const PairLaw& p = s.pairs[s.contacts.pair[k].law];
+  const double force = o.force.norm(), area = o.area.norm(), arm = std::sqrt(o.polar / area);
+  const Vec3 n = o.force / force, before = touch.normal;
+  if (c.stiffness == 0) c.radius = modulus;
+  c.stiffness = c.radius * area;
+  const Elastic elastic{c.radius * force, c.stiffness, c.radius * o.energy};
+  const double vn = m.velocity.dot(n);
+  const double viscous = advance_dashpot(p, m.mass, elastic, vn, s.dt(), c, s.energy);
+  Press out{c.radius * o.force, viscous * n, 0};
+  if (p.friction > 0) {
+    const double torsion = c.spring.dot(before);
+    const Vec3 along = turned_spring(c.spring - torsion * before, n, m.twist * s.dt());
+    advance_spring(c, along + torsion * n, s.dt() * (m.velocity + (arm * m.spin - vn) * n), p.shear_ratio * c.stiffness,
+                   p.friction * (elastic.force + viscous), s.energy);
+    const double turning = c.spring.dot(n);
+    out.rest += c.spring - turning * n, out.moment = arm * turning;
+  }
+  touch.normal = n, touch.overlap = force / area, touch.held = elastic.energy;
+  touch.force = out.elastic + out.rest;
+  s.contacts.contact.set(k, c), s.contacts.active[k] = 1;
+  return out;
+}
+
+/// Hulls one in the other press nowhere.
+bool presses(const Overlap& o) { return o.volume > 0 && o.force.squaredNorm() > 0 && o.area.squaredNorm() > 0; }
+
+}  // namespace
+
+double foundation_of(const Foundation& law, const PairLaw& p, const Grains& g, Index a, Index b) {
+  return law.given ? p.normal_stiffness : p.normal_stiffness / (depth_of(g, a) + depth_of(g, b));
+}
+
+double foundation_of(const Foundation& law, const PairLaw& p, const Grains& g, Index a) {
+  return law.given ? p.normal_stiffness : p.normal_stiffness / depth_of(g, a);
+}
+
+Overlap overlap_of_pair(const Grains& g, const Cell& cell, const Pair& pair, const Vec3& search) {
+  const Mat3 &axes = g.frame[pair.a].axes, back = axes.transpose();
+  return turned(overlap_of(hull_of_grain(g, pair.a), hull_of_grain(g, pair.b), back * g.frame[pair.b].axes,
+                           back * shift_of(g, cell, pair.a, pair.b, pair.image), back * search),
+                axes);
+}
+
+Overlap overlap_at_wall(const Grains& g, const Wall& wall, Index i) {
+  const Mat3& axes = g.frame[i].axes;
+  const Plane plane{axes.transpose() * wall.normal, wall.normal.dot(wall.point - g.motion[i].position)};
+  return turned(overlap_with_plane(hull_of_grain(g, i), plane, g.motion[i].radius), axes);
+}
+
+void hulls(const TileWork& s, std::size_t begin, std::size_t end) {
+  Contacts& contacts = s.contacts;
+  const Foundation& law = std::get<Foundation>(s.law);
+  const Cell& cell = s.boundary.cell;
+  for (std::size_t k = begin; k < end; ++k) {
+    const Pair& pair = contacts.pair[k];
+    const Motion &a = s.grains.motion[pair.a], &b = s.grains.motion[pair.b];
+    Vec3& search = contacts.touch[k].normal;
+    const Overlap o = overlap_of_pair(s.grains, cell, pair, search);
+    if (!presses(o)) {
+      if (!o.parted) {  // another direction may part them: far cheaper to find out by in the next step
+        const Candidate c{pair.a, pair.b, pair.image};
+        hulls_near(s.grains, cell, c, 0, search);
+      }
+      apart(contacts, k, s.energy);
+      continue;
+    }
+    const Vec3 shift = shift_of(s.grains, cell, pair.a, pair.b, pair.image), arm_b = o.middle - shift;
+    Vec3 drag = Vec3::Zero();
+    if (crosses(pair)) drag = cell.rate * Vec3(pair.image[0], pair.image[1], pair.image[2]);
+    const Vec3 n = o.force.normalized();
+    const Meeting m{b.velocity + b.spin.cross(arm_b) + drag - a.velocity - a.spin.cross(o.middle),
+                    n.dot(b.spin - a.spin), 0.5 * n.dot(a.spin + b.spin), 1 / (a.inverse_mass + b.inverse_mass)};
+    const Press press = advance(s, k, o, foundation_of(law, s.pairs[pair.law], s.grains, pair.a, pair.b), m);
+    const Vec3 force = press.elastic + press.rest;
+    const Vec3 moment = contacts.contact.radius[k] * o.moment + press.moment * n;  // about the mass centre of a
+    Load& of_a = s.load[pair.a - s.first];
+    of_a.force -= force, of_a.torque -= moment + o.middle.cross(press.rest);
+    const Index target = contacts.target[k];
+    Load& of_b = target < s.grains.size() ? s.load[target - s.first] : contacts.load[target];
+    of_b.force += force, of_b.torque += moment - shift.cross(press.elastic) + arm_b.cross(press.rest);
+    s.energy.work -= s.dt() * force.dot(drag);
+  }
+}
+
+void hulls_at_walls(const TileWork& s, std::size_t begin, std::size_t end) {
+  Contacts& contacts = s.contacts;
+  const Foundation& law = std::get<Foundation>(s.law);
+  for (std::size_t k = begin; k < end; ++k) {
+    const Pair& pair = contacts.pair[k];
+    const Motion& a = s.grains.motion[pair.a];
+    const Wall& wall = s.boundary.walls[pair.b];
+    const Overlap o = overlap_at_wall(s.grains, wall, pair.a);
+    if (!presses(o)) {
+      apart(contacts, k, s.energy);
+      continue;
+    }
+    const Vec3 n = o.force.normalized();
+    const Meeting m{wall.velocity - a.velocity - a.spin.cross(o.middle), -n.dot(a.spin), 0.5 * n.dot(a.spin),
+                    1 / a.inverse_mass};
+    const Press press = advance(s, k, o, foundation_of(law, s.pairs[pair.law], s.grains, pair.a), m);
+    const Vec3 force = press.elastic + press.rest;
+    Load& of_a = s.load[pair.a - s.first];
+    of_a.force -= force;
+    of_a.torque -= contacts.contact.radius[k] * o.moment + press.moment * n + o.middle.cross(press.rest);
+    s.energy.work -= s.dt() * force.dot(wall.velocity);
+  }
+}
+
+bool hulls_near(const Grains& g, const Cell& cell, const Candidate& pair, double skin, Vec3& normal) {
+  const Mat3 &axes = g.frame[pair.a].axes, back = axes.transpose(), turn = back * g.frame[pair.b].axes;
+  const HullView a = hull_of_grain(g, pair.a), b = hull_of_grain(g, pair.b);
+  const Vec3 shift = back * shift_of(g, cell, pair.a, pair.b, pair.image);
+  if (normal != Vec3::Zero() && separation_along(a, b, turn, shift, back * normal) > skin) return false;
+  Vec3 direction = Vec3::UnitX();
+  const double gap = face_separation(a, b, turn, shift, direction);
+  normal = axes * direction;
+  return gap <= skin;
+}
+
+}  // namespace grus::dem

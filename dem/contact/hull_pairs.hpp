@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Pairs of convex hulls, and hulls at walls: rows of the table of pairs.
+#pragma once
+
+#include "dem/contact/pair_kinds.hpp"
+#include "dem/shape/overlap.hpp"
+
+namespace grus::dem {
+
+/// The passes; see PairKind.
+void hulls(const TileWork& work, std::size_t begin, std::size_t end);
+void hulls_at_walls(const TileWork& work, std::size_t begin, std::size_t end);
+
+/// Separation test; see PairKind.
+bool hulls_near(const Grains& grains, const Cell& cell, const Candidate& pair, double skin, Vec3& normal);
+
+/// The overlap of a listed pair of hulls, or of a hull and a wall, in the global frame about the mass centre of a, for
+/// a modulus of 1. `search` as overlap_of, global. Frames must be up to date.
+Overlap overlap_of_pair(const Grains& grains, const Cell& cell, const Pair& pair, const Vec3& search);
+Overlap overlap_at_wall(const Grains& grains, const Wall& wall, Index grain);
+
+/// Modulus (Pa/m) of the foundation between two hulls, and of one against a wall.
+double foundation_of(const Foundation& law, const PairLaw& p, const Grains& grains, Index a, Index b);
+double foundation_of(const Foundation& law, const PairLaw& p, const Grains& grains, Index a);
+
+}  // namespace grus::dem
