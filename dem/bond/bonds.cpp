@@ -78,9 +78,17 @@ void pull_tile(Grains& g, const Cell& cell, BondColumn<Row>& column, std::size_t
       else
         t.far[t.bond[n]].force = force, t.far[t.bond[n]].torque = torque;
     };
-    feels(row.ends.b, p.force, p.arm_b.cross(p.force));
-    feels(row.ends.a, -p.force, -p.arm_a.cross(p.force));
+    feels(row.ends.b, p.force, p.arm_b.cross(p.force) + p.couple);
+    feels(row.ends.a, -p.force, -p.arm_a.cross(p.force) - p.couple);
   }
+}
+
+void hand_over(const BondColumn<CohesiveSpring>&, std::vector<Handed>&) {}  // fresh halves overlap as they will
+
+/// By birth, so that nothing depends on threads.
+void hand_over(const BondColumn<FaceBond>& column, std::vector<Handed>& handed) {
+  for (const FaceBond& s : column.row)
+    if (broken(s)) handed.push_back({s.ends, s.kn, s.area, s.shear, 1 / (s.kt * s.area)});
 }
 
 template <class Row>
@@ -134,6 +142,7 @@ void bond_forces(Grains& g, const Cell& cell, Bonds& bonds, Ledger& ledger, Team
       ledger.fracture += column.tiles.dissipated[t], gone += column.tiles.broken[t];
     if (gone == 0) return;
     ledger.bonds_broken += gone;
+    hand_over(column, bonds.handed);
     std::erase_if(column.row, [](const auto& row) { return broken(row); });
     column.tiles.grains = 0;
   });
@@ -145,8 +154,8 @@ void add_bond_forces(Grains& g, const Cell& cell, Bonds& bonds, std::span<const 
     for (std::size_t k = before[kind]; k < column.row.size(); ++k) {
       auto& row = column.row[k];
       const Pull p = go_on(g, cell, row, ledger.fracture);
-      g.force[row.ends.b] += p.force, g.torque[row.ends.b] += p.arm_b.cross(p.force);
-      g.force[row.ends.a] -= p.force, g.torque[row.ends.a] -= p.arm_a.cross(p.force);
+      g.force[row.ends.b] += p.force, g.torque[row.ends.b] += p.arm_b.cross(p.force) + p.couple;
+      g.force[row.ends.a] -= p.force, g.torque[row.ends.a] -= p.arm_a.cross(p.force) + p.couple;
     }
     column.tiles.grains = 0;
     ++kind;
@@ -164,6 +173,7 @@ void renumber(Bonds& bonds, std::span<const Index> place) {
     for (auto& row : column.row) row.ends.a = place[row.ends.a], row.ends.b = place[row.ends.b];
     column.tiles.grains = 0;
   });
+  for (Handed& h : bonds.handed) h.ends.a = place[h.ends.a], h.ends.b = place[h.ends.b];
 }
 
 double stored_energy(const Bonds& bonds) {

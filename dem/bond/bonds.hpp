@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Forces of all bonds. Of a row of its kind it asks (functions beside the kind, found by its type):
 //   Pull pull(row, frame)      the force now; the row goes on
-//   double stiffness(row)      N/m, of the force against a small opening from here: tangents
-//   double stiffest(row)       N/m, at any time from now on: the time step
+//   BondStiffness stiffness(row, a)  against small motions from here, global: tangents; a: orientation of the first
+//                              grain
+//   BondStiffness stiffest(row, a)   the same at any time from now on: the time step
 //   double energy(row)         J, held
 //   double dissipated(row)     J, since its birth
 //   bool broken(row)           it carries nothing any more, and goes
@@ -29,6 +30,12 @@ struct BondFrame {
 struct Pull {
   Vec3 force;         // on b (N), global; -force on a
   Vec3 arm_a, arm_b;  // from each centre of mass to where it acts (m)
+  Vec3 couple = Vec3::Zero();  // on b besides (N m); -couple on a
+};
+
+/// Against openings (N/m) and turns (N m) at where a bond acts.
+struct BondStiffness {
+  Mat3 shift, turn;
 };
 
 BondFrame frame_of(const Grains& grains, const Cell& cell, const BondEnds& ends);

@@ -14,15 +14,20 @@ inline double remaining_force(const CohesiveSpring& s) {
   return s.peak * (s.rupture - s.reached) / (s.rupture - s.onset);
 }
 
-inline double stiffness(const CohesiveSpring& s) { return remaining_force(s) / s.reached; }
-inline double stiffest(const CohesiveSpring& s) { return s.peak / s.onset; }
+inline double secant(const CohesiveSpring& s) { return remaining_force(s) / s.reached; }
+inline BondStiffness stiffness(const CohesiveSpring& s, const Quat&) {
+  return {secant(s) * Mat3::Identity(), Mat3::Zero()};
+}
+inline BondStiffness stiffest(const CohesiveSpring& s, const Quat&) {
+  return {s.peak / s.onset * Mat3::Identity(), Mat3::Zero()};
+}
 inline bool broken(const CohesiveSpring& s) { return s.reached >= s.rupture; }
 
 /// 0 at birth, exactly peak * rupture / 2 when broken.
 inline double dissipated(const CohesiveSpring& s) { return 0.5 * s.rupture * (s.peak - remaining_force(s)); }
 
 inline double energy(const CohesiveSpring& s) {
-  const double k = stiffness(s);
+  const double k = secant(s);
   return k > 0 ? 0.5 * s.force.squaredNorm() / k : 0;
 }
 

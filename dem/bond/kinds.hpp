@@ -3,3 +3,4 @@
 #pragma once
 
 #include "dem/bond/cohesive.hpp"
+#include "dem/bond/face_bond.hpp"

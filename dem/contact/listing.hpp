@@ -2,6 +2,8 @@
 // From near pairs to the columns of contacts: what a whole list and a mended one have in common.
 #pragma once
 
+#include <algorithm>
+
 #include "dem/contact/near_pairs.hpp"
 #include "dem/contact/neighbours.hpp"
 #include "dem/contact/pair_kinds.hpp"
@@ -46,6 +48,7 @@ struct Lister {
   NeighbourRoom& room;
   double skin, wall_skin;
   bool shown;  // what spheres show is looked at in every step
+  std::span<const Pair> bonded;
 
   bool touched(Index old) const { return old != Past::none && room.contact.touching(old); }
   std::uint16_t law(Index a, std::uint8_t other) const {
@@ -61,6 +64,7 @@ struct Lister {
   template <class Find>
   void consider(std::size_t t, const Candidate& c, Find&& find) {
     if (!close(grains, boundary.cell, c, skin)) return;
+    if (!bonded.empty() && std::binary_search(bonded.begin(), bonded.end(), Pair{c.a, c.b, c.image}, by_place)) return;
     const Bin bin = pair_bin(grains.kind[c.a], grains.kind[c.b]);
     const auto near = pair_kind(bin).near;
     NeighbourRoom::Listed pair{

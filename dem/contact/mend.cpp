@@ -63,7 +63,8 @@ void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, 
                 room,
                 reach,
                 reference.skin + wall_travel(boundary, reference),
-                !reference.radius.empty()};
+                !reference.radius.empty(),
+                reference.bonded};
   auto find = [&](Bin bin, Index a, Index b, const std::array<std::int16_t, 3>& image) {
     return split ? lister.past.find(a, b, image, bin >= first_wall) : Past::none;
   };

@@ -28,6 +28,7 @@ double wall_travel(const Boundary& boundary, const NeighbourReference& reference
 }
 
 ListState look_at_list(const Grains& grains, const Boundary& boundary, NeighbourReference& ref) {
+  if (ref.stale) return ListState::stale;
   const double budget = ref.skin - 2 * ref.grown - affine_loss(boundary.cell, ref.cell, 2 * ref.largest + ref.skin);
   const double limit = std::min(0.5 * budget, budget - wall_travel(boundary, ref));
   if (limit <= 0) return ListState::stale;
@@ -63,6 +64,7 @@ ListState look_at_list(const Grains& grains, const Boundary& boundary, Neighbour
 
 void begin_ways(const Grains& grains, const Boundary& boundary, double skin, NeighbourReference& ref, Team& team) {
   ++ref.builds;
+  ref.stale = false;
   ref.skin = skin;
   ref.grown = 0;
   ref.travelled = 0;

@@ -137,6 +137,7 @@ void archive(A& a, S& s) {
     a.column(column.row);
     if constexpr (!std::is_const_v<S>) column.tiles = {};
   });
+  a.column(s.bonds.handed);
   std::uint64_t walls = s.boundary.walls.size();
   a.plain(walls);
   if constexpr (!std::is_const_v<S>) s.boundary.walls.resize(walls);
@@ -157,6 +158,8 @@ void archive(A& a, S& s) {
   a.plain(r.travelled);
   a.plain(r.builds);
   a.plain(r.mends);
+  a.column(r.bonded);
+  a.plain(r.stale);
   a.column(s.grain_energy);
   for (auto* v : {&s.time, &s.dt, &s.skin, &s.mean_radius, &s.grain_pressure}) a.plain(*v);
   for (auto* v :

@@ -111,9 +111,10 @@ std::vector<double> traces(const Grains& g, const Contacts& contacts, const Bond
     if (c < walls) add(p.b, 2, k[c], g.motion[p.b].radius);
   }
   for_each_bond(bonds, [&](const auto& bond) {
-    const double most = stiffest(bond);
-    add(bond.ends.a, 2, {.normal = most, .tangential = most}, bond.at_a.norm());
-    add(bond.ends.b, 2, {.normal = most, .tangential = most}, bond.at_b.norm());
+    const BondStiffness most = stiffest(bond, g.orientation[bond.ends.a]);
+    for (const auto& [i, arm] : {std::pair{bond.ends.a, bond.at_a.norm()}, std::pair{bond.ends.b, bond.at_b.norm()}})
+      trace[i] += 2 * (most.shift.trace() * g.motion[i].inverse_mass +
+                       (most.shift.trace() * arm * arm + most.turn.trace()) / g.inertia[i].moments.minCoeff());
   });
   return trace;
 }
@@ -140,17 +141,35 @@ double impact_bound(const ContactLaw& law, const PairLaw& p, const Grains& g, st
   return 2 * stiffness * g.motion[i].inverse_mass;
 }
 
-/// Mass-scaled 6 x 6 stiffness of grain i: sum of w J^T K J, J = [1, -arm x].
-Mat6 scaled_stiffness(const Grains& g, const Contacts& contacts, const Bonds& bonds, const Stiffnesses& all,
-                      std::size_t i) {
-  const std::vector<Stiffness>& k = all.of;
-  Mat3 shift = Mat3::Zero(), mixed = Mat3::Zero(), turn = Mat3::Zero();  // its blocks
-  auto assemble = [&](double weight, const Mat3& stiffness, const Vec3& arm) {
+/// Blocks of a grain's 6 x 6 stiffness: sum of w J^T K J, J = [1, -arm x].
+struct Blocks {
+  Mat3 shift = Mat3::Zero(), mixed = Mat3::Zero(), turn = Mat3::Zero();
+
+  void add(double weight, const Mat3& stiffness, const Vec3& arm) {
     const Mat3 lever = cross_matrix(arm), by_turn = stiffness * lever;
     shift += weight * stiffness;
     mixed -= weight * by_turn;
     turn += weight * lever.transpose() * by_turn;
-  };
+  }
+};
+
+/// What bonds add, by grain; empty without bonds.
+std::vector<Blocks> bonds_of(const Grains& g, const Bonds& bonds) {
+  std::vector<Blocks> sum(bonds.empty() ? 0 : g.size());
+  for_each_bond(bonds, [&](const auto& bond) {
+    const BondStiffness most = stiffest(bond, g.orientation[bond.ends.a]);
+    for (const auto& [i, at] : {std::pair{bond.ends.a, bond.at_a}, std::pair{bond.ends.b, bond.at_b}})
+      sum[i].add(2, most.shift, g.orientation[i] * at), sum[i].turn += 2 * most.turn;
+  });
+  return sum;
+}
+
+/// Mass-scaled 6 x 6 stiffness of grain i; `blocks`: what is known of it already.
+Mat6 scaled_stiffness(const Grains& g, const Contacts& contacts, const Blocks& known, const Stiffnesses& all,
+                      std::size_t i) {
+  const std::vector<Stiffness>& k = all.of;
+  Blocks blocks = known;
+  Mat3 &shift = blocks.shift, &mixed = blocks.mixed, &turn = blocks.turn;
   for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
     const std::size_t c = contacts.entry[e] >> 1;
     if (k[c].normal == 0) continue;
@@ -164,14 +183,10 @@ Mat6 scaled_stiffness(const Grains& g, const Contacts& contacts, const Bonds& bo
       turn += kt * radius * radius * across;
     } else {
       const Vec3 arm = all.arm.empty() ? surface_arm(g, i, outward) : all.arm[c][contacts.entry[e] & 1];
-      assemble(weight, k[c].normal * nn + k[c].tangential * across, arm);
+      blocks.add(weight, k[c].normal * nn + k[c].tangential * across, arm);
     }
     turn += weight * k[c].rolling * (all.arm.empty() ? across : Mat3(Mat3::Identity()));
   }
-  for_each_bond(bonds, [&](const auto& bond) {
-    if (bond.ends.a == i) assemble(2, stiffest(bond) * Mat3::Identity(), g.orientation[i] * bond.at_a);
-    if (bond.ends.b == i) assemble(2, stiffest(bond) * Mat3::Identity(), g.orientation[i] * bond.at_b);
-  });
   const double by_mass = std::sqrt(g.motion[i].inverse_mass);
   Mat3 by_inertia = std::sqrt(g.motion[i].inverse_inertia) * Mat3::Identity();
   if (!is_sphere(g, i)) {
@@ -212,10 +227,11 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
     const double x = std::max(trace[a], impact[a]), y = std::max(trace[b], impact[b]);
     return x != y ? x > y : a < b;
   });
+  const std::vector<Blocks> bonded = bonds_of(g, bonds);
   double worst = 0;
   for (const Index i : order) {
     if (std::max(trace[i], impact[i]) <= worst) break;
-    const Mat6 scaled = scaled_stiffness(g, contacts, bonds, k, i);
+    const Mat6 scaled = scaled_stiffness(g, contacts, bonded.empty() ? Blocks{} : bonded[i], k, i);
     if (std::max(largest_eigenvalue_bound(scaled), impact[i]) <= worst) continue;
     const Eigen::SelfAdjointEigenSolver<Mat6> eigen(scaled, Eigen::EigenvaluesOnly);
     const double value = std::max(eigen.eigenvalues()[5], impact[i]);

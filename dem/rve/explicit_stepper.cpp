@@ -13,6 +13,7 @@
 #include "dem/bond/bonds.hpp"
 #include "dem/contact/forces.hpp"
 #include "dem/motion/critical_step.hpp"
+#include "dem/rve/bonded.hpp"
 #include "dem/rve/passes.hpp"
 #include "dem/rve/step.hpp"
 #include "dem/state/order.hpp"
@@ -62,12 +63,15 @@ void rebuild(const Model& model, State& state, ListState found, bool indexed, Te
                          {}, state.contacts, state.reference, team, indexed);
   const std::uint64_t lasted = state.steps - state.listed_at, cost = 15 + 2 * state.reference.mends;
   const double usual = model.numerics.skin * state.mean_radius;
-  if (lasted < 8 * cost) state.skin = std::min(1.25 * state.skin, 2 * usual);
-  if (lasted > 40 * cost) state.skin = std::max(0.8 * state.skin, 0.5 * usual);
+  const bool ran_out = !state.reference.stale;  // not broken bonds, which ask for a list at once
+  if (ran_out && lasted < 8 * cost) state.skin = std::min(1.25 * state.skin, 2 * usual);
+  if (ran_out && lasted > 40 * cost) state.skin = std::max(0.8 * state.skin, 0.5 * usual);
   state.listed_at = state.steps;
   const std::vector<Index> order = put_in_order(state);
+  note_bonded(state);
   build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), order, state.contacts,
                  state.reference, team, indexed);
+  take_over(state);
 }
 
 /// Forces of all contacts, and the kicks that they give. A tile of grains may move as soon as its pairs and those that
@@ -188,6 +192,7 @@ void make_ready(const Model& model, State& state, Team& team) {
   state.skin = model.numerics.skin * state.mean_radius;
   state.listed_at = state.steps, state.sorted = g.size();
   refuse_small_cell(g, state.boundary.cell, state.skin);
+  note_bonded(state);
   build_contacts(g, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team);
   if (std::none_of(model.pairs.begin(), model.pairs.end(), [](const PairLaw& p) { return p.friction > 0; })) {
     ContactColumns& c =

@@ -52,7 +52,8 @@ struct Spring {
   Index a, b;
   Freedom of_a, of_b;  // what the grains' motion does to the opening
   Strain of_strain;    // what a strain does to it
-  Mat3 stiffness;      // N/m
+  Mat3 stiffness;         // N/m
+  Mat3 turn = Mat3::Zero();  // N m, of face bonds: against turns of b and a
 
   Strain opening(const Eigen::MatrixXd& moved) const {
     return of_strain + of_b * moved.middleRows<6>(static_cast<Eigen::Index>(6 * b)) +
@@ -101,9 +102,11 @@ Network network_of(const Model& model, const State& s, bool all_slip, LinearResp
   for_each_bond(s.bonds, [&](const auto& bond) {
     const auto& e = bond.ends;
     const Quat &qa = s.grains.orientation[e.a], &qb = s.grains.orientation[e.b];
+    const BondStiffness held = stiffness(bond, qa);
     net.spring.push_back({e.a, e.b, -freedom(qa * bond.at_a), freedom(qb * bond.at_b),
                           displacement_of_strain(branch(s.grains, s.boundary.cell, e)),
-                          stiffness(bond) * Mat3::Identity()});
+                          held.shift, held.turn});
+    net.stiffest = std::max(net.stiffest, held.shift.trace());
   });
   return net;
 }
@@ -120,7 +123,11 @@ bool relax(const State& s, const Network& net, Eigen::MatrixXd& moved) {
     for (const auto& [i, f] : {std::pair{k.a, k.of_a}, std::pair{k.b, k.of_b}}) {
       moved.middleRows<6>(static_cast<Eigen::Index>(6 * i)) -= f.transpose() * k.stiffness * k.of_strain;
       for (const auto& [j, g] : {std::pair{k.a, k.of_a}, std::pair{k.b, k.of_b}})
-        if (i >= j) matrix.add(static_cast<int>(i), static_cast<int>(j), f.transpose() * k.stiffness * g);
+        if (i >= j) {
+          Mat6 block = f.transpose() * k.stiffness * g;
+          block.bottomRightCorner<3, 3>() += i == j ? k.turn : Mat3(-k.turn);
+          matrix.add(static_cast<int>(i), static_cast<int>(j), block);
+        }
     }
   const double size2 = std::pow(mean_diameter(s.grains), 2);
   Vec6 hold = Vec6::Constant(1e-9 * net.stiffest);  // what nothing else holds: the whole, and grains without contacts
@@ -164,7 +171,7 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
   auto out = std::make_unique<LinearResponse>();
   const double volume = s.boundary.cell.volume();
   const Network net = network_of(model, s, tangent_only, *out);
-  if (out->links.empty() || net.sliding > share * out->total_force) return nullptr;
+  if (net.spring.empty() || net.sliding > share * out->total_force) return nullptr;
   Eigen::MatrixXd moved;
   if (!relax(s, net, moved)) return nullptr;
   out->stress = love_weber(s, volume);

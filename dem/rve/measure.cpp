@@ -213,7 +213,7 @@ Mat6 contact_stiffness_tangent(const Model& model, const State& s) {
   }
   for_each_bond(s.bonds, [&](const auto& bond) {
     const auto b = displacement_of_strain(branch(s.grains, s.boundary.cell, bond.ends));
-    tangent += stiffness(bond) * b.transpose() * b;
+    tangent += b.transpose() * stiffness(bond, s.grains.orientation[bond.ends.a]).shift * b;
   });
   return tangent / volume;
 }

@@ -7,8 +7,22 @@
 #include "dem/contact/laws.hpp"
 #include "dem/fracture/fracture_model.hpp"
 #include "dem/motion/integrate.hpp"
+#include "dem/state/bonds.hpp"
 
 namespace grus::dem {
+
+/// Bonds of the faces that cells of a material share.
+struct BondModel {
+  double stiffness = 0;          // modulus of the network (Pa); given: per area (Pa/m)
+  bool stiffness_given = false;
+  double ratio = 1;              // shear / normal
+  double length = 0;             // m, of all bonds alike; 0: the distance of the cells' seeds
+  FaceCriterion criterion = FaceCriterion::cohesive;
+  double tension = INFINITY, cohesion = INFINITY;  // Pa; strain-sum: strain, and angle (rad)
+  double tan_phi = 0, friction = 0;
+  double energy_1 = INFINITY, energy_2 = INFINITY;  // J/m^2
+  double weibull = 0;                               // modulus of the strengths' scatter, of mean 1; 0: none
+};
 
 struct Material {
   std::string name;
@@ -22,6 +36,7 @@ struct Material {
   double shear_ratio = 0;       // linear law, tangential / normal
   bool turns = true;            // false: spheres of it keep their orientation
   std::optional<FractureModel> fracture;
+  std::optional<BondModel> bond;
 
   const Balls* balls() const { return fracture ? std::get_if<Balls>(&fracture->splitter) : nullptr; }
   bool swells() const { return balls() && balls()->swells; }

@@ -28,6 +28,14 @@ std::uint64_t hash(const State& s) {
     for (const double v : {b.peak, b.onset, b.rupture, b.reached}) add(&v, sizeof v);
     add(b.force.data(), sizeof b.force);
   }
+  // Of face bonds what changes: the rest follows from the cells.
+  for (const FaceBond& b : s.bonds.face.row) {
+    add(&b.ends, 2 * sizeof(Index));
+    add(b.ends.image.data(), 6);
+    for (const double v : {b.area, b.tension, b.reached, b.onset, b.slip_1, b.slip_2, b.spent, b.held, b.damage})
+      add(&v, sizeof v);
+    add(b.force.data(), sizeof b.force);
+  }
   for (const Wall& wall : s.boundary.walls) {
     for (const Vec3& v : {wall.point, wall.normal, wall.velocity}) add(v.data(), sizeof v);
     if (wall.round()) add(wall.axis.data(), sizeof wall.axis), add(&wall.radius, sizeof wall.radius);

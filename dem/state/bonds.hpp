@@ -6,7 +6,7 @@
 #include <array>
 #include <vector>
 
-#include "dem/state/contacts.hpp"
+#include "dem/state/contacts.hpp"  // Load
 
 namespace grus::dem {
 
@@ -32,6 +32,42 @@ struct CohesiveSpring {
   Vec3 force = Vec3::Zero();  // on b, global (N)
 };
 
+/// Where a face bond gives way.
+enum class FaceCriterion : std::uint8_t { cohesive, strain_sum, parallel };
+
+/// The face that two cells share, as an elastic foundation: opening w and small turn theta of b against a since the
+/// bond was made, stiffness per area against opening and shear, moments of the face against turns. All vectors of the
+/// face are in the geometry frame of a; e1, e2 and the normal are its principal axes.
+struct FaceBond {
+  static constexpr bool keeps_whole = true;
+
+  BondEnds ends;
+  Vec3 at_a, at_b;  // middle of the face from each mass centre, in each geometry frame (m)
+  Vec3 normal, e1;  // from a to b; e2 = normal x e1
+  Quat rest;        // turns b's orientation against a's back to none
+  double area, i1, i2;                          // m^2; second moments against turns about e1 and e2 (m^4)
+  double kn, kt;                                // Pa/m
+  double tension, cohesion, tan_phi, friction;  // Pa, Pa; of brittle bonds the limits that their criterion asks for
+  double energy_1, energy_2;                    // J/m^2, opening and shear
+  FaceCriterion criterion = FaceCriterion::cohesive;
+  double reached = 0, onset = 0, rupture = 0;  // openings in the energy norm: largest so far, at onset (0: none), at the end
+  double slip_1 = 0, slip_2 = 0;               // of the part that has given way, along e1 and e2 (m)
+  double spent = 0;                            // J
+  double held = 0;                             // J
+  double damage = 0;                           // 0 to 1
+  Vec3 force = Vec3::Zero();                   // on b, global (N)
+  Vec3 shear = Vec3::Zero();                   // friction on b, global (N): what a contact goes on with
+};
+
+/// A bond has broken: a contact between the same two, if they press, goes on with its foundation and its friction.
+struct Handed {
+  BondEnds ends;
+  double modulus;     // Pa/m
+  double area;        // m^2
+  Vec3 shear;         // on b (N)
+  double compliance;  // m/N
+};
+
 /// How bonds are dealt to tiles of grains: a bond is work of the tile of its lower grain, as pairs are. What it does to
 /// a grain of another tile goes to a row of its own, which that tile adds. Made when it is needed (`grains` says for
 /// how many).
@@ -53,6 +89,8 @@ struct BondColumn {
 
 struct Bonds {
   BondColumn<CohesiveSpring> cohesive;
+  BondColumn<FaceBond> face;
+  std::vector<Handed> handed;  // by face bonds that have broken since the last neighbour list
 
   std::size_t size() const;
   bool empty() const { return size() == 0; }
@@ -63,6 +101,7 @@ struct Bonds {
 template <class B, class F>
 void for_each_kind(B& bonds, F&& f) {
   f(bonds.cohesive);
+  f(bonds.face);
 }
 
 /// Calls f on every bond, whatever its kind.

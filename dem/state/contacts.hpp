@@ -22,6 +22,12 @@ struct Pair {
   bool operator==(const Pair&) const = default;
 };
 
+/// Order of pairs by their grains and image.
+inline bool by_place(const Pair& p, const Pair& q) {
+  if (p.a != q.a) return p.a < q.a;
+  return p.b != q.b ? p.b < q.b : p.image < q.image;
+}
+
 /// True for a pair whose partner is an image.
 inline bool crosses(const Pair& p) { return (p.image[0] | p.image[1] | p.image[2]) != 0; }
 

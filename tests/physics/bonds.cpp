@@ -151,7 +151,7 @@ TEST_CASE("bonds along one axis stiffen a lattice by their stiffness over its sp
     s.bonds.cohesive.row.push_back(
         spring_between(i, last ? i - 18 : i + 9, Vec3(0, 0, 1), {0, 0, static_cast<std::int16_t>(last)}));
   }
-  const double k = stiffness(s.bonds.cohesive.row[0]);
+  const double k = secant(s.bonds.cohesive.row[0]);
   REQUIRE(k == Approx(1 / (1e-2 * R)));
   for (const Mat6& more :
        {Mat6(network_tangent(model, s) - network), Mat6(contact_stiffness_tangent(model, s) - contacts)}) {

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Bonds of shared faces: an elastic foundation between two cells that gives way by one of three criteria
+// (Galindo-Torres et al. 2012, made total and given an energy).
+//   cohesive    softens from sigma_t, s = c + tan phi <-sigma> to nothing; takes exactly G A, whatever the mix of
+//               opening and shear; what has given way rubs under pressure
+//   strain_sum  (<w_n> + |w_t|) / (h e) + |theta| / theta_max > 1 (their eq. 15, opening alone); breaks at once
+//   parallel    largest tension or shear of the rim beyond its strength; breaks at once
+// Pressure is never softened: a contact of the two cells goes on with it, and with the friction.
+#pragma once
+
+#include "dem/bond/bonds.hpp"
+
+namespace grus::dem {
+
+inline bool broken(const FaceBond& s) { return s.damage >= 1; }
+inline double dissipated(const FaceBond& s) { return s.spent; }
+inline double energy(const FaceBond& s) { return s.held; }
+
+BondStiffness stiffness(const FaceBond& s, const Quat& a);
+BondStiffness stiffest(const FaceBond& s, const Quat& a);
+
+Pull pull(FaceBond& s, const BondFrame& at);
+
+/// Largest tension that lets a bond soften at all: beyond it, it would give less energy back than it holds (Pa).
+double softening_limit(double kn, double energy);
+
+}  // namespace grus::dem

@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Bonds of faces: one bond in closed form, gradients, energies of every mix, networks of cells, breaks into contacts.
+#include "dem/bond/kinds.hpp"
+#include "dem/rve/bonded.hpp"
+#include "dem/rve/linear_response.hpp"
+#include "tests/helpers.hpp"
+
+using namespace grus::dem;
+using namespace grus::dem::test;
+
+namespace {
+
+constexpr double E0 = 1e9, density = 2000;
+
+Model rock(const BondModel& bond, double friction = 0) {
+  Model model;
+  Material m = solid(E0, 0, density, friction), rigid;
+  m.name = "rock", m.normal_stiffness = E0, m.shear_ratio = bond.ratio, m.bond = bond;
+  rigid.youngs_modulus = INFINITY, rigid.friction = NAN;
+  model.law = Foundation{};
+  model.materials = {m, rigid};
+  make_pair_laws(model);
+  return model;
+}
+
+BondModel elastic(double ratio = 1) {
+  BondModel b;
+  b.stiffness = E0, b.ratio = ratio;
+  return b;
+}
+
+BondModel cohesive(double tension, double energy) {
+  BondModel b = elastic(0.5);
+  b.tension = tension, b.cohesion = 2 * tension, b.tan_phi = 0.6, b.energy_1 = energy, b.energy_2 = 3 * energy;
+  return b;
+}
+
+/// A face of 2 x 1 between two bodies, unit distance.
+FaceBond face(const BondModel& b) {
+  FaceBond s;
+  s.ends = {0, 1, {}};
+  s.at_a = Vec3(0.5, 0.1, 0), s.at_b = Vec3(-0.5, 0.2, 0.1);
+  s.normal = Vec3::UnitX(), s.e1 = Vec3::UnitY(), s.rest = Quat::Identity();
+  s.area = 2, s.i1 = 2 * 1 / 12.0, s.i2 = 2 * 4 / 12.0;  // 2 along y
+  s.kn = b.stiffness, s.kt = b.ratio * b.stiffness;
+  s.tension = b.tension, s.cohesion = b.cohesion, s.tan_phi = b.tan_phi, s.friction = b.friction;
+  s.energy_1 = b.energy_1, s.energy_2 = b.energy_2, s.criterion = b.criterion;
+  return s;
+}
+
+/// Poses of both bodies; `shift` and `turn` of b from the bond's rest.
+struct Poses {
+  Quat a = Quat::Identity(), b = Quat::Identity();
+  Vec3 x_a = Vec3::Zero(), x_b = Vec3(1, -0.1, -0.1);  // where the faces' middles meet
+
+  BondFrame frame() const { return {a, b, x_a, x_b}; }
+};
+
+/// The middle of b's face moves by `shift`, b turns about it.
+Poses moved(const FaceBond& s, const Vec3& shift, const Vec3& angle) {
+  Poses p;
+  p.b = rotation_by(angle);
+  p.x_b = s.at_a + shift - p.b * s.at_b;
+  return p;
+}
+
+Pull at(FaceBond& s, const Vec3& shift, const Vec3& angle = Vec3::Zero()) {
+  const Poses p = moved(s, shift, angle);
+  return pull(s, p.frame());
+}
+
+/// A periodic cube of cells of about unit size.
+State periodic_cells(const Model& model, std::size_t count, int relax, std::uint64_t seed, Team& team) {
+  State s;
+  const double side = std::cbrt(static_cast<double>(count));
+  s.boundary.cell.vectors = side * Mat3::Identity();
+  add_cells(model, voronoi_packing(periodic_space(Vec3::Constant(side)), count, relax, seed, team), 0, s);
+  return s;
+}
+
+struct Moduli {
+  double youngs, poisson;
+};
+
+/// Of the isotropic part of a tangent.
+Moduli moduli_of(const Mat6& c) {
+  const double bulk = c.topLeftCorner<3, 3>().sum() / 9;
+  double shear = (c.topLeftCorner<3, 3>().trace() - c.topLeftCorner<3, 3>().sum() / 3) / 10;
+  shear += c.bottomRightCorner<3, 3>().trace() / 5;
+  return {9 * bulk * shear / (3 * bulk + shear), (3 * bulk - 2 * shear) / (6 * bulk + 2 * shear)};
+}
+
+}  // namespace
+
+TEST_CASE("one face: opening, shear, bending and twist by its area and moments") {
+  FaceBond s = face(elastic(0.5));
+  CHECK((at(s, Vec3(1e-3, 0, 0)).force - Vec3(-1e-3 * E0 * 2, 0, 0)).norm() < 1e-6);
+  CHECK((at(s, Vec3(0, 1e-3, 0)).force - Vec3(0, -0.5e-3 * E0 * 2, 0)).norm() < 1e-6);
+  CHECK(at(s, Vec3::Zero(), Vec3(0, 1e-4, 0)).couple.y() == Approx(-1e-4 * E0 / 6).epsilon(1e-6));
+  CHECK(at(s, Vec3::Zero(), Vec3(0, 0, 1e-4)).couple.z() == Approx(-1e-4 * E0 * 2 / 3).epsilon(1e-6));
+  CHECK(at(s, Vec3::Zero(), Vec3(1e-4, 0, 0)).couple.x() == Approx(-1e-4 * 0.5 * E0 * 5 / 6).epsilon(1e-6));
+}
+
+TEST_CASE("force and couple of a face are the gradient of its energy, whatever both bodies do") {
+  double worst = 0;
+  for (std::uint64_t n = 0; n < 500; ++n) {
+    FaceBond s = face(elastic(0.5));
+    const auto draw = [&](std::uint64_t c) {
+      Vec3 v;
+      for (int k = 0; k < 3; ++k) v[k] = random_normal(3, n, Purpose::turn, 3 * c + static_cast<std::uint64_t>(k));
+      return v;
+    };
+    Poses p;
+    p.a = random_rotation(n, 1), p.b = rotation_by(0.2 * draw(0)) * p.a;
+    p.x_b = p.a * p.x_b + 0.05 * draw(1);
+    const Pull found = pull(s, p.frame());
+    const auto energy_of = [&](const Vec3& shift_a, const Vec3& turn_a, const Vec3& shift_b, const Vec3& turn_b) {
+      Poses q = p;
+      q.a = rotation_by(turn_a) * p.a, q.b = rotation_by(turn_b) * p.b, q.x_a += shift_a, q.x_b += shift_b;
+      FaceBond copy = s;
+      pull(copy, q.frame());
+      return energy(copy);
+    };
+    const double h = 1e-5;
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 d = h * Vec3::Unit(k), o = Vec3::Zero();
+      const double on_a = -(energy_of(d, o, o, o) - energy_of(-d, o, o, o)) / (2 * h);
+      const double on_b = -(energy_of(o, o, d, o) - energy_of(o, o, -d, o)) / (2 * h);
+      const double turn_a = -(energy_of(o, d, o, o) - energy_of(o, -d, o, o)) / (2 * h);
+      const double turn_b = -(energy_of(o, o, o, d) - energy_of(o, o, o, -d)) / (2 * h);
+      worst = std::max({worst, std::abs(on_a + found.force[k]), std::abs(on_b - found.force[k])});
+      worst = std::max(worst, std::abs(turn_a + (found.arm_a.cross(found.force) + found.couple)[k]));
+      worst = std::max(worst, std::abs(turn_b - (found.arm_b.cross(found.force) + found.couple)[k]));
+    }
+  }
+  CHECK(worst < 1e-6 * E0);
+}
+
+TEST_CASE("a cohesive face carries sigma_t A, starts to give way in bending at sigma_t sqrt(I A) / 2, and takes G A") {
+  const BondModel b = cohesive(1e6, 4e3);
+  const auto drawn = [&](const Vec3& way, const Vec3& angle, double& peak) {
+    FaceBond s = face(b);
+    double work = 0;
+    Vec3 force = Vec3::Zero();
+    peak = 0;
+    constexpr int steps = 40000;
+    for (int k = 1; k <= steps && !broken(s); ++k) {
+      const Pull p = at(s, k / double{steps} * way, k / double{steps} * angle);
+      const Vec3 load = p.force + (angle.norm() > 0 ? Vec3(p.couple) : Vec3(Vec3::Zero()));
+      work -= 0.5 * (force + load).dot(way + angle) / steps;
+      force = load, peak = std::max(peak, load.norm());
+    }
+    CHECK(broken(s));
+    CHECK(energy(s) == Approx(0).margin(1e-9));
+    CHECK(work == Approx(dissipated(s)).epsilon(1e-3));
+    return dissipated(s);
+  };
+  double peak;
+  CHECK(drawn(Vec3(0.02, 0, 0), Vec3::Zero(), peak) == Approx(2 * 4e3).epsilon(1e-4));
+  CHECK(peak == Approx(2e6).epsilon(1e-3));
+  CHECK(drawn(Vec3(0, 0, 0.05), Vec3::Zero(), peak) == Approx(2 * 12e3).epsilon(5e-4));  // begins within a step
+  CHECK(peak == Approx(4e6).epsilon(1e-3));
+  CHECK(drawn(Vec3(0.02, 0.01, 0), Vec3::Zero(), peak) > 2 * 4e3);
+  // The rim is at sigma_t when the moment is sigma_t sqrt(I A) / 2: that is where it begins, not the peak.
+  FaceBond s = face(b);
+  const double angle = 1e6 * std::sqrt(s.i2 * s.area) / 2 / (E0 * s.i2);
+  at(s, Vec3::Zero(), Vec3(0, 0, 0.999 * angle));
+  CHECK(s.onset == 0);
+  at(s, Vec3::Zero(), Vec3(0, 0, 1.001 * angle));
+  CHECK(s.onset > 0);
+}
+
+TEST_CASE("pressure is never softened and raises the shear that a face bears") {
+  const BondModel b = cohesive(1e6, 4e3);
+  const auto begins = [&](double pressed) {
+    FaceBond s = face(b);
+    for (int k = 1; k < 100000; ++k) {
+      at(s, Vec3(-pressed / E0, k * 1e-6, 0));
+      if (s.onset > 0) return 0.5 * E0 * k * 1e-6;
+    }
+    return 0.0;
+  };
+  CHECK(begins(0) == Approx(2e6).epsilon(1e-3));
+  CHECK(begins(5e6) == Approx(2e6 + 0.6 * 5e6).epsilon(1e-3));
+  FaceBond s = face(b);
+  for (int k = 1; k < 2000; ++k) at(s, Vec3(k * 1e-5, 0, 0));
+  CHECK(broken(s));
+  CHECK(at(s, Vec3(-1e-3, 0, 0)).force.x() == Approx(1e-3 * E0 * 2));
+}
+
+TEST_CASE("what has given way rubs: sheared under pressure to the end, a face ends at Coulomb's limit and its energy is told") {
+  BondModel b = cohesive(1e6, 16e3);
+  b.friction = 0.4;
+  FaceBond s = face(b);
+  const double pressed = 2e6;
+  at(s, Vec3(-pressed / E0, 0, 0));
+  const double held = energy(s);
+  double work = 0, shear = 0, biggest_jump = 0;
+  const double step = 2e-6;
+  for (int k = 1; k < 60000; ++k) {
+    const double now = -at(s, Vec3(-pressed / E0, k * step, 0)).force.y();
+    work += 0.5 * (shear + now) * step;
+    biggest_jump = std::max(biggest_jump, std::abs(now - shear));
+    shear = now;
+  }
+  CHECK(broken(s));
+  CHECK(shear == Approx(0.4 * pressed * 2).epsilon(1e-6));
+  CHECK(s.shear.norm() == Approx(shear).epsilon(1e-9));
+  CHECK(biggest_jump < 1.01 * E0 * step);  // never more than elastic
+  CHECK(work == Approx(energy(s) + dissipated(s) - held).epsilon(1e-3));
+}
+
+TEST_CASE("brittle faces break where their criteria say, and give back what they held") {
+  BondModel b = elastic(0.5);
+  b.criterion = FaceCriterion::parallel, b.tension = 1e6, b.cohesion = 2e6, b.tan_phi = 0.5;
+  FaceBond s = face(b);
+  at(s, Vec3(0.999e-3, 0, 0));
+  CHECK(!broken(s));
+  at(s, Vec3(1.001e-3, 0, 0));
+  CHECK(broken(s));
+  CHECK(dissipated(s) == Approx(0.5 * E0 * 2 * 1.001e-3 * 1.001e-3).epsilon(1e-9));
+  CHECK(energy(s) == Approx(0).margin(1e-12));
+  s = face(b);
+  at(s, Vec3(0, 3.99e-3, 0));
+  CHECK(!broken(s));
+  at(s, Vec3(0, 4.01e-3, 0));
+  CHECK(broken(s));
+
+  b.criterion = FaceCriterion::strain_sum, b.tension = 0.01, b.cohesion = 0.1;  // an opening, an angle
+  s = face(b);
+  at(s, Vec3(0.004, 0.0059, 0));
+  CHECK(!broken(s));
+  at(s, Vec3(0.004, 0.0061, 0));
+  CHECK(broken(s));
+  s = face(b);
+  at(s, Vec3(-0.02, 0, 0));
+  CHECK(!broken(s));  // pressed: no strain counts
+  at(s, Vec3(0.005, 0, 0), Vec3(0, 0.051, 0));
+  CHECK(broken(s));
+}
+
+TEST_CASE("the patch: with shear as stiff as tension any cells have E = E0 and no lateral strain, exactly") {
+  Team team(2);
+  const Model model = rock(elastic(1));
+  for (const std::uint64_t seed : {1u, 2u}) {
+    State s = periodic_cells(model, 216, seed == 1 ? 5 : 0, seed, team);
+    const Mat6 c = network_tangent(model, s);
+    const Mat6 compliance = c.inverse();
+    for (int k = 0; k < 3; ++k) {
+      CHECK(1 / compliance(k, k) == Approx(E0).epsilon(1e-6));
+      CHECK(std::abs(compliance(k, (k + 1) % 3)) * E0 < 1e-6);
+    }
+  }
+}
+
+TEST_CASE("networks of 512 relaxed cells have the moduli that an independent assembly found") {
+  Team team(2);
+  struct Row {
+    double ratio, youngs, poisson;
+  };
+  for (const Row& row : {Row{0.7, 0.8703, 0.0649}, Row{0.4, 0.7150, 0.1425}, Row{0.1, 0.5114, 0.2443}}) {
+    const Model model = rock(elastic(row.ratio));
+    State s = periodic_cells(model, 512, 5, 1, team);
+    const Moduli m = moduli_of(network_tangent(model, s));
+    CHECK(m.youngs / E0 == Approx(row.youngs).epsilon(0.015));
+    CHECK(m.poisson == Approx(row.poisson).margin(0.005));
+  }
+}
+
+TEST_CASE("a bonded cell that vibrates keeps its energy; pairs that bonds hold are no contacts") {
+  Team team(2);
+  Model model = rock(elastic(0.4));
+  model.numerics.safety = 0.05;  // leapfrog shows up to (w dt)^2 / 8 more or less
+  State s = periodic_cells(model, 125, 5, 1, team);
+  for (std::size_t i = 0; i < s.grains.size(); ++i)
+    for (int k = 0; k < 3; ++k) s.grains.motion[i].velocity[k] = random_normal(8, i, Purpose::turn, static_cast<std::uint64_t>(k));
+  prepare(model, s, team);
+  const double before = stored_energy(model, s);
+  run_steps(model, s, 2000, team);
+  CHECK(stored_energy(model, s) == Approx(before).epsilon(1e-3));
+  CHECK(stored_energy(s.bonds) > 0.3 * before);
+  for (std::size_t k = 0; k < s.contacts.size(); ++k) CHECK(s.contacts.touch[k].force.norm() < 1e-3 * E0);
+}
