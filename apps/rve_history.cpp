@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "dem/bond/bonds.hpp"
 #include "dem/rve/crushing.hpp"
 #include "dem/rve/grading.hpp"
 
@@ -38,6 +39,32 @@ std::array<double, 2> face_stresses(const RveScene& scene, const dem::State& s) 
   if (area == 0)
     area = dem::bulk_volume(s.boundary) / (s.boundary.walls[face[1]].point - s.boundary.walls[face[0]].point)[axis];
   return {-wall_force(s, face[0])[axis] / area, wall_force(s, face[1])[axis] / area};
+}
+
+bool bonded(const RveScene& scene) { return scene.cells && scene.cells->faces.bonds > 0; }
+
+void add_bonds(const dem::State& s, std::vector<double>& row) {
+  const dem::Fragments fragments = dem::fragments_of(s);
+  const auto& bonds = s.bonds.face.row;
+  const auto damaged = std::count_if(bonds.begin(), bonds.end(), [](const dem::FaceBond& b) { return b.onset > 0; });
+  row.insert(row.end(), {static_cast<double>(bonds.size()), static_cast<double>(damaged),
+                         static_cast<double>(fragments.size.size()), static_cast<double>(fragments.size.front()),
+                         dem::stored_energy(s.bonds)});
+}
+
+/// Section that platens press on; of a disc across its axis pi D t / 2, which makes it the tension in its middle.
+double nominal_area(const RveScene::Cells& cells, int axis) {
+  const dem::Vec3& box = cells.box;
+  if (!cells.round) return box.prod() / box[axis];
+  return axis == 2 ? 0.25 * dem::pi * box.x() * box.x() : 0.5 * dem::pi * box.x() * box.z();
+}
+
+/// Mean of both platens, compression-positive.
+void add_platens(const RveScene& scene, const dem::State& s, std::vector<double>& row) {
+  const int axis = scene.test.axis;
+  const double load = 0.5 * (wall_force(s, 1)[axis] - wall_force(s, 0)[axis]);
+  row.insert(row.end(), {load, (scene.state.boundary.walls[1].point - s.boundary.walls[1].point)[axis],
+                         load / nominal_area(*scene.cells, axis)});
 }
 
 bool has_faces(const RveScene& scene, const dem::State& s) { return box_of_walls(s) || scene.test.kind == "platens"; }
@@ -77,6 +104,10 @@ std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& st
     for (const char* name : {"split_contacts", "split_contacts_kept", "split_force_N", "split_force_kept_N",
                              "split_instants", "split_pressure_jump"})
       c.emplace_back(name);
+  if (bonded(scene))
+    for (const char* name : {"bonds", "bonds_damaged", "fragments", "largest_fragment", "bond_J"}) c.emplace_back(name);
+  if (scene.cells && scene.test.kind == "platens")
+    for (const char* name : {"load_N", "displacement_m", "nominal_stress_Pa"}) c.emplace_back(name);
   if (box_of_walls(state))
     for (int k = 0; k < 3; ++k) c.push_back(fmt::format("wall_stress_{}_Pa", components[k]));
   else
@@ -180,6 +211,8 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
   if (scene.model.has_balls()) add_crushing(scene, s, m, row);
   if (scene.output.grading) add_grading(scene, s, row);
   if (scene.model.split_statistics) add_split_statistics(l.splits, row);
+  if (bonded(scene)) add_bonds(s, row);
+  if (scene.cells && scene.test.kind == "platens") add_platens(scene, s, row);
   if (box_of_walls(s)) {
     for (int k = 0; k < 3; ++k) row.push_back(m.wall_stress(k, k));
   } else {

@@ -203,6 +203,14 @@ nlohmann::json RveRun::summary() const {
   summary["mass"] = {{"start_kg", dem::total_mass(scene_.state.grains)},
                      {"grains_kg", dem::total_mass(state_.grains)},
                      {"lost_kg", state_.ledger.fines.mass}};
+  if (scene_.cells) {
+    const dem::BondedFaces& f = scene_.cells->faces;
+    summary["cells"] = {{"cells", scene_.state.grains.size()},
+                        {"bonds_start", f.bonds},
+                        {"unbonded_faces", f.unbonded},
+                        {"too_coarse_for_energy", f.coarse},
+                        {"fragments", dem::fragments_of(state_).size}};
+  }
   if (scene_.model.breakable()) {
     const dem::Fines& f = state_.ledger.fines;
     auto vector = [](const dem::Vec3& v) { return nlohmann::json{v.x(), v.y(), v.z()}; };

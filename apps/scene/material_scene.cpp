@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // [material.*] and [numerics].
+#include "apps/scene/hulls_scene.hpp"
 #include "apps/scene/reader.hpp"
-#include "apps/scene/rve_scene.hpp"
 #include "dem/fracture/apollonian.hpp"
 #include "dem/fracture/split_polyellipsoid.hpp"
 
@@ -151,29 +151,51 @@ dem::FractureModel read_fracture(Table t, double poissons_ratio) {
   return f;
 }
 
+/// What hulls press with, and the bonds of their faces: contacts of matching cells are as stiff as the bonds were.
+void read_overlap(Table& t, dem::Material& m, std::optional<bool>& given) {
+  if (auto b = t.table_if("bond")) m.bond = read_bond(*b, m.friction);
+  if (t.has("foundation") && t.has("youngs_modulus")) t.fail("foundation", "needs either foundation or youngs_modulus");
+  const bool by_bond = m.bond && !t.has("youngs_modulus") && !t.has("foundation");
+  const bool now = by_bond ? m.bond->stiffness_given : t.has("foundation");
+  if (given && *given != now)
+    t.fail("foundation", "either all materials of a scene tell their stiffness per area, or all tell a modulus");
+  given = now;
+  if (by_bond)
+    m.normal_stiffness = m.bond->stiffness;
+  else if (now)
+    m.normal_stiffness = t.number("foundation", dimension::foundation, positive);
+  else
+    m.normal_stiffness = t.number("youngs_modulus", dimension::pressure, positive);
+  m.shear_ratio = t.number_or("shear_ratio", m.bond ? m.bond->ratio : 2.0 / 7, dimension::none, not_negative);
+}
+
 }  // namespace
 
 void read_model(Table& scene, dem::Model& model) {
   Table materials = scene.table("material");
   std::string law;
+  std::optional<bool> foundation;  // of hulls: it is given, or follows from a modulus
   for (const auto& name : materials.table_names()) {
     Table t = materials.table(name);
     dem::Material m;
     m.name = name;
     m.density = t.number("density", dimension::density, positive);
-    const std::string kind = t.choice_or("contact", "hertz-mindlin", {"hertz-mindlin", "linear", "linear-modulus"});
+    const std::string kind = t.choice_or("contact", "hertz-mindlin", {"hertz-mindlin", "linear", "linear-modulus", "overlap"});
     if (!law.empty() && law != kind) t.fail("contact", "all materials of a scene share one contact law");
     law = kind;
     m.poissons_ratio = t.number_or("poissons_ratio", 0.25, dimension::none, {0, 0.5, false, true});
     if (kind == "hertz-mindlin") {
       m.youngs_modulus = t.number("youngs_modulus", dimension::pressure, positive);
+    } else if (kind == "overlap") {
+      m.friction = t.number_or("friction", 0, dimension::none, not_negative);
+      read_overlap(t, m, foundation);
     } else {
       m.normal_stiffness = kind == "linear" ? t.number("normal_stiffness", dimension::stiffness, positive)
                                             : 4 * t.number("contact_modulus", dimension::pressure, positive);
       m.shear_ratio = t.number_or("shear_ratio", 2.0 / 7, dimension::none, not_negative);
       m.youngs_modulus = t.number_or("youngs_modulus", 60e9, dimension::pressure, positive);
     }
-    m.friction = t.number_or("friction", 0, dimension::none, not_negative);
+    if (kind != "overlap") m.friction = t.number_or("friction", 0, dimension::none, not_negative);
     m.restitution = t.number_or("restitution", 1, dimension::none, {0.01, 1});
     m.damping = t.number_or("damping", 0, dimension::none, {0, 1, false, true});
     m.turns = t.flag_or("rotation", true);
@@ -184,7 +206,9 @@ void read_model(Table& scene, dem::Model& model) {
   materials.finish();
   if (model.materials.empty()) scene.fail("material", "needs at least one [material.NAME] table");
   if (model.materials.size() > 200) scene.fail("material", "at most 200 materials");
-  if (law != "hertz-mindlin") {
+  if (law == "overlap") {
+    model.law = dem::Foundation{*foundation};
+  } else if (law != "hertz-mindlin") {
     model.law = dem::LinearSpring{law == "linear-modulus"};
     // Force over the square of Hertz's contact radius does not depend on the force here: it breaks at none or never.
     for (const auto& m : model.materials)

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 
+#include "apps/scene/hulls_scene.hpp"
 #include "apps/scene/sample_scene.hpp"
 #include "dem/state/order.hpp"
 
@@ -193,7 +194,7 @@ void check_cylinder(const Table& t, const dem::Vec3& box) {
 }
 
 void read_packing(Table t, RveScene& scene, bool round, Vec3& box) {
-  const std::string kind = t.choice("kind", {"random", "hcp", "simple-cubic", "file"});
+  const std::string kind = t.choice("kind", {"random", "hcp", "simple-cubic", "file", "voronoi"});
   const bool periodic = scene.state.boundary.cell.periodic();
   if (t.has("box")) {
     box = vector3(t.numbers("box", 3, dimension::length));
@@ -202,6 +203,12 @@ void read_packing(Table t, RveScene& scene, bool round, Vec3& box) {
   scene.model.seed = static_cast<std::uint64_t>(t.integer_or("seed", static_cast<long>(scene.model.seed), 0, 1L << 62));
   const std::string name = t.text_or("material", scene.model.materials.front().name);
   const auto material = material_of(t, scene.model, name);
+  if (kind == "voronoi") {
+    if (scene.scale != 1) t.fail("kind", "loading.scale is for random packings");
+    read_voronoi(t, scene, material, box);
+    t.finish();
+    return;
+  }
   const bool turned = t.choice_or("orientation", "random", {"random", "aligned"}) == "random";
   if (kind == "random") {
     if (box.isZero()) t.fail("", "packing.box is missing");

@@ -198,6 +198,20 @@ std::vector<std::array<double, 2>> Table::pairs(const std::string& key, const Di
   return v;
 }
 
+std::vector<std::array<double, 3>> Table::points(const std::string& key, const Dimension& dimension) {
+  const auto* rows = node(key).as_array();
+  if (rows == nullptr) fail(key, "expected a list of points such as [[0, 0, 0], [1, 0, 0]]");
+  std::vector<std::array<double, 3>> v;
+  for (const auto& n : *rows) {
+    const auto* row = n.as_array();
+    if (row == nullptr || row->size() != 3) fail(key, "expected a list of points such as [[0, 0, 0], [1, 0, 0]]");
+    v.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k) v.back()[k] = quantity((*row)[k], key, dimension, any);
+  }
+  (*record_)[key] = v;
+  return v;
+}
+
 std::vector<std::string> Table::texts_or_none(const std::string& key) {
   known_.insert(key);
   std::vector<std::string> v;

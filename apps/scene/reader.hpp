@@ -45,6 +45,8 @@ public:
                                                   const Dimension& dimension);
   /// A list of [first, second] pairs, the second a plain number.
   std::vector<std::array<double, 2>> pairs(const std::string& key, const Dimension& first);
+  /// A list of [x, y, z].
+  std::vector<std::array<double, 3>> points(const std::string& key, const Dimension& dimension);
   std::vector<std::string> texts_or_none(const std::string& key);
   bool is_text(const std::string& key) const;
   std::size_t length(const std::string& key) const;  // of a list; 0: no list

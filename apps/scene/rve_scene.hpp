@@ -6,6 +6,7 @@
 
 #include "dem/base/error.hpp"
 #include "dem/packing/packing.hpp"
+#include "dem/rve/bonded.hpp"
 #include "dem/rve/loading.hpp"
 
 namespace grus::app {
@@ -64,6 +65,12 @@ struct RveScene {
   double scale = 1;       // grains are this many times larger than what they stand for; gradings are told of the latter
   nlohmann::json record;  // the scene as used, defaults included
   std::vector<std::string> notes;  // what the user should know before it runs
+  struct Cells {
+    dem::BondedFaces faces;
+    dem::Vec3 box;  // m, that they fill
+    bool round;     // as a cylinder along z
+  };
+  std::optional<Cells> cells;  // of [packing] kind = "voronoi"
 
   double grains() const { return pending ? pending->grains() : static_cast<double>(state.grains.size()); }
 };

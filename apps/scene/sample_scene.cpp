@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/scene/hulls_scene.hpp"
 #include "apps/scene/packing_scene.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/state/shape_kinds.hpp"
@@ -36,7 +37,7 @@ std::uint8_t rigid_material(const Table& at, dem::Model& model, double friction)
 
 void read_grain(Table t, RveScene& scene) {
   dem::GrainSpec spec;
-  const std::string shape = t.choice_or("shape", "sphere", {"sphere", "polyellipsoid"});
+  const std::string shape = t.choice_or("shape", "sphere", {"sphere", "polyellipsoid", "hull"});
   const std::string name = t.text_or("material", scene.model.materials.front().name);
   spec.material = material_of(t, scene.model, name);
   const dem::Material& material = scene.model.materials[spec.material];
@@ -46,7 +47,7 @@ void read_grain(Table t, RveScene& scene) {
     const double radius = t.number("radius", dimension::length, positive);
     check_mass(t, material, radius, "radius");
     spec.shape = dem::PolyEllipsoid::sphere(radius);
-  } else {
+  } else if (shape == "polyellipsoid") {
     const auto a = t.numbers("semi_axes", 6, dimension::length);
     spec.shape.plus = {a[0], a[2], a[4]};
     spec.shape.minus = {a[1], a[3], a[5]};
@@ -63,7 +64,13 @@ void read_grain(Table t, RveScene& scene) {
   const auto q = t.numbers_or("orientation", {1, 0, 0, 0}, dimension::none);
   spec.orientation = dem::Quat(q[0], q[1], q[2], q[3]);
   if (std::abs(spec.orientation.norm() - 1) > 1e-3) t.fail("orientation", "must be a unit quaternion w, x, y, z");
-  spec.inertia = scene.model.numerics.inertia_factor(dem::equivalent_radius(spec.shape));
+  if (shape == "hull") {
+    read_hull(t, scene.state.grains, spec);
+    const double radius = scene.state.grains.hulls->row[*spec.hull].bounding_radius;
+    check_mass(t, material, radius, t.has("box") ? "box" : "vertices");
+  } else {
+    spec.inertia = scene.model.numerics.inertia_factor(dem::equivalent_radius(spec.shape));
+  }
   dem::set_grain(scene.state.grains, scene.state.grains.size(), spec);
   t.finish();
 }
@@ -210,6 +217,7 @@ void read_sample(Table& t, RveScene& scene) {
     refuse_shapes(t, scene, fmt::format("material.{}.rotation = false", held->name));
   if (dem::cylinder(boundary)) refuse_shapes(t, scene, "a cylinder");
   refuse_unsplit(t, scene);
+  check_hulls(t, scene);
   // Impossible starts are refused, not pushed apart: their energy would be nobody's.
   dem::update_frames(scene.state.grains);
   for (std::size_t i = 0; i < scene.listed_grains; ++i)

@@ -88,7 +88,7 @@ void hand_over(const BondColumn<CohesiveSpring>&, std::vector<Handed>&) {}  // f
 /// By birth, so that nothing depends on threads.
 void hand_over(const BondColumn<FaceBond>& column, std::vector<Handed>& handed) {
   for (const FaceBond& s : column.row)
-    if (broken(s)) handed.push_back({s.ends, s.kn, s.area, s.shear, 1 / (s.kt * s.area)});
+    if (broken(s)) handed.push_back({s.ends, s.kn, s.area, s.shear, 1 / (s.kt * s.area), energy(s)});
 }
 
 template <class Row>

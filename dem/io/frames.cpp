@@ -3,6 +3,7 @@
 
 #include "dem/fracture/grain_stress.hpp"
 #include "dem/io/vtkhdf.hpp"
+#include "dem/rve/bonded.hpp"
 #include "dem/rve/grading.hpp"
 #include "dem/state/shape_kinds.hpp"
 
@@ -41,6 +42,23 @@ Triangulation unit_sphere(int n) {
   return t;
 }
 
+/// Triangles of a grain's surface appended to the grid's points; `first`: of the points.
+using Triangles = std::vector<std::array<int, 3>>;
+
+void add_point(const Vec3& x, VtkGrid& grid) {
+  for (int k = 0; k < 3; ++k) grid.points.push_back(static_cast<float>(x[k]));
+}
+
+Triangles add_hull(const Grains& g, std::size_t i, const Frame& frame, VtkGrid& grid) {
+  const HullView hull = (*g.hulls)[g.hull[i]];
+  for (int v = 0; v < hull.vertices; ++v) add_point(frame.origin + frame.axes * hull.vertex[v], grid);
+  Triangles triangles;
+  for (int f = 0; f < hull.faces; ++f)
+    for (int k = hull.begin[f] + 1; k + 1 < hull.begin[f + 1]; ++k)
+      triangles.push_back({hull.loop[hull.begin[f]], hull.loop[k], hull.loop[k + 1]});
+  return triangles;
+}
+
 }  // namespace
 
 void write_grains(const std::string& path, const State& state) {
@@ -54,18 +72,22 @@ void write_grains(const std::string& path, const State& state) {
   auto *elongation = g.frame.empty() ? nullptr : field("elongation"),
        *flatness = g.frame.empty() ? nullptr : field("flatness");
   auto* generation = g.generation.empty() ? nullptr : field("generation");
+  auto* fragment = g.hull.empty() ? nullptr : field("fragment");
+  const Fragments fragments = fragment ? fragments_of(state) : Fragments{};
   for (std::size_t i = 0; i < g.size(); ++i) {
     const ShapeFunctions& shape = shape_functions(g.kind[i]);
     const Frame frame = frame_of(g, i);
     const auto first = static_cast<std::int64_t>(grid.points.size() / 3);
-    for (const auto& d : surface.directions) {
-      const Vec3 x = shape.drawn(g, i, frame, d);
-      for (int k = 0; k < 3; ++k) grid.points.push_back(static_cast<float>(x[k]));
-    }
+    Triangles own;
+    if (g.kind[i] == ShapeKind::hull)
+      own = add_hull(g, i, frame, grid);
+    else
+      for (const auto& d : surface.directions) add_point(shape.drawn(g, i, frame, d), grid);
+    const Triangles& triangles = g.kind[i] == ShapeKind::hull ? own : surface.triangles;
     const int touching = dem::coordination(state.contacts, i);
     const double p = touching > 0 ? mean_pressure(grain_stress(g, state.contacts, i)) : 0;
     const Vec3 widths = shape.sorted_widths(g, i);
-    for (const auto& triangle : surface.triangles) {
+    for (const auto& triangle : triangles) {
       for (int v : triangle) grid.connectivity.push_back(first + v);
       grid.offsets.push_back(static_cast<std::int64_t>(grid.connectivity.size()));
       grid.types.push_back(5);
@@ -79,6 +101,7 @@ void write_grains(const std::string& path, const State& state) {
         elongation->push_back(static_cast<float>(widths[1] / widths[0])),
             flatness->push_back(static_cast<float>(widths[2] / widths[1]));
       if (generation) generation->push_back(g.generation[i]);
+      if (fragment) fragment->push_back(static_cast<float>(fragments.of[i]));
     }
   }
   write_vtkhdf(path, grid);

@@ -8,6 +8,7 @@
 #include "dem/base/error.hpp"
 #include "dem/base/random.hpp"
 #include "dem/bond/face_bond.hpp"
+#include "dem/contact/hull_pairs.hpp"
 
 namespace grus::dem {
 namespace {
@@ -111,6 +112,17 @@ BondedFaces add_cells(const Model& model, const VoronoiCells& cells, std::uint8_
     }
   count.bonds = state.bonds.face.row.size();
   return count;
+}
+
+void book_broken(State& state) {
+  const Grains& g = state.grains;
+  for (const Handed& h : state.bonds.handed) {
+    const Pair p{h.ends.a, h.ends.b, h.ends.image};
+    const Vec3 apart = branch(g, state.boundary.cell, h.ends);
+    const Overlap o = overlap_of_pair(g, state.boundary.cell, p, apart.normalized());
+    const double shear = o.volume > 0 ? 0.5 * h.compliance * h.shear.squaredNorm() : 0;
+    state.ledger.fracture += h.held - h.modulus * o.energy - shear;
+  }
 }
 
 void note_bonded(State& state) {

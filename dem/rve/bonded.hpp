@@ -19,6 +19,10 @@ struct BondedFaces {
 /// without a bond model). The faces' numbers are those of the cells. Throws InputError.
 BondedFaces add_cells(const Model& model, const VoronoiCells& cells, std::uint8_t material, State& state);
 
+/// In the step in which bonds have broken: what a contact of the same two holds less than the bond did is booked as
+/// taken by fracture (more: negative).
+void book_broken(State& state);
+
 /// Before a neighbour list: the pairs that bonds hold.
 void note_bonded(State& state);
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "dem/bond/bonds.hpp"
+#include "dem/rve/bonded.hpp"
 
 namespace grus::dem {
 namespace {
@@ -26,7 +27,9 @@ void pull_bonds(Step& s) {
   if (s.state.bonds.empty()) return;  // the last one has broken
   bond_forces(s.state.grains, s.state.boundary.cell, s.state.bonds, s.state.ledger, s.team, s.again);
   s.pulled = true;
-  if (!s.state.bonds.handed.empty()) s.state.reference.stale = true;
+  if (s.state.bonds.handed.empty()) return;
+  book_broken(s.state);
+  s.state.reference.stale = true;
 }
 
 constexpr Pass bonds{

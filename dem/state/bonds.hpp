@@ -66,6 +66,7 @@ struct Handed {
   double area;        // m^2
   Vec3 shear;         // on b (N)
   double compliance;  // m/N
+  double held;        // J, by the bond at its end
 };
 
 /// How bonds are dealt to tiles of grains: a bond is work of the tile of its lower grain, as pairs are. What it does to

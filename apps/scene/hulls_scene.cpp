@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/scene/hulls_scene.hpp"
+#include "apps/scene/reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/scene/packing_scene.hpp"
+#include "dem/rve/bonded.hpp"
+
+namespace grus::app {
+namespace {
+
+using dem::Vec3;
+
+constexpr double most_cells = 2e6;
+
+/// Moduli of networks of relaxed periodic cells by the ratio of their shear stiffness, over that of the network.
+struct NetworkRow {
+  double ratio, youngs, poisson;
+};
+constexpr NetworkRow network[] = {{1, 1, 0},           {0.7, .8703, .0649}, {0.4, .7150, .1425},
+                                  {0.2, .5881, .2059}, {0.1, .5114, .2443}, {0.05, .4666, .2667}};
+
+/// Stiffness ratio and modulus of the network that show a modulus and Poisson's ratio.
+void find_network(double youngs, double poisson, dem::BondModel& b) {
+  std::size_t k = 1;
+  while (k + 1 < std::size(network) && network[k].poisson < poisson) ++k;
+  const NetworkRow &low = network[k - 1], &high = network[k];
+  const double share = (poisson - low.poisson) / (high.poisson - low.poisson);
+  b.ratio = low.ratio + share * (high.ratio - low.ratio);
+  b.stiffness = youngs / (low.youngs + share * (high.youngs - low.youngs));
+}
+
+void read_cohesive(Table& t, dem::BondModel& b) {
+  b.tension = t.number("tension", dimension::pressure, positive);
+  b.cohesion = t.number("cohesion", dimension::pressure, positive);
+  b.tan_phi = std::tan(t.number_or("friction_angle", 0, dimension::none, {0, 0.49 * dem::pi}));
+  b.energy_1 = t.number("fracture_energy", dimension::surface_energy, positive);
+  b.energy_2 = t.number_or("shear_energy", b.energy_1, dimension::surface_energy, positive);
+}
+
+void read_strain_sum(Table& t, dem::BondModel& b) {
+  b.criterion = dem::FaceCriterion::strain_sum;
+  b.tension = t.number("strain", dimension::none, positive);
+  b.cohesion = t.number_or("rotation", INFINITY, dimension::none, positive);
+}
+
+void read_parallel(Table& t, dem::BondModel& b) {
+  b.criterion = dem::FaceCriterion::parallel;
+  b.tension = t.number("tension", dimension::pressure, positive);
+  b.cohesion = t.number("shear", dimension::pressure, positive);
+  b.tan_phi = std::tan(t.number_or("friction_angle", 0, dimension::none, {0, 0.49 * dem::pi}));
+}
+
+dem::CellSpace read_space(Table& t, bool periodic, Vec3& box) {
+  if (auto c = t.table_if("cylinder")) {
+    if (!box.isZero()) t.fail("cylinder", "cells fill either a box or a cylinder");
+    if (periodic) t.fail("cylinder", "a periodic cell is a box");
+    const double diameter = c->number("diameter", dimension::length, positive);
+    const double length = c->number("length", dimension::length, positive);
+    c->finish();
+    box = {diameter, diameter, length};
+    return dem::cylinder_space(diameter, length);
+  }
+  if (box.isZero()) t.fail("", "packing.box or packing.cylinder is missing");
+  return periodic ? dem::periodic_space(box) : dem::box_space(box);
+}
+
+std::size_t read_count(Table& t, const dem::CellSpace& space, const Vec3& box) {
+  if (t.has("cells") == t.has("cell_size")) t.fail("", "needs either cells or cell_size");
+  double count;
+  if (t.has("cells")) {
+    count = static_cast<double>(t.integer_or("cells", 1, 1, static_cast<long>(most_cells)));
+  } else {
+    const double size = t.number("cell_size", dimension::length, {0, box.minCoeff(), true});
+    count = std::round(space.volume() / (space.extruded ? size * size * box.z() : size * size * size));
+  }
+  if (!(count <= most_cells)) t.fail("cell_size", "more than two million cells; check box and cell_size");
+  return std::max<std::size_t>(1, static_cast<std::size_t>(count));
+}
+
+}  // namespace
+
+void read_voronoi(Table& t, RveScene& scene, std::uint8_t material, Vec3& box) {
+  const bool periodic = scene.state.boundary.cell.periodic();
+  dem::CellSpace space = read_space(t, periodic, box);
+  space.extruded = t.flag_or("extruded", false);
+  const std::size_t count = read_count(t, space, box);
+  if (periodic) {
+    const double per_cell = space.extruded ? std::sqrt(box.x() * box.y() / static_cast<double>(count))
+                                           : std::cbrt(box.prod() / static_cast<double>(count));
+    for (int k = 0; k < (space.extruded ? 2 : 3); ++k)
+      if (box[k] < 3.99 * per_cell)
+        t.fail("box", fmt::format("a periodic box needs four cells a side; {} make {:.2g} along {}", count,
+                                  box[k] / per_cell, "xyz"[k]));
+    scene.state.boundary.cell.vectors = dem::Mat3(box.asDiagonal());
+  }
+  const int rounds = static_cast<int>(t.integer_or("relax", 5, 0, 1000));
+  check_mass(t, scene.model.materials[material], std::cbrt(space.volume() / static_cast<double>(count)) / 2, "cells");
+  dem::Team team(1);
+  try {
+    const dem::VoronoiCells cells = dem::voronoi_packing(space, count, rounds, scene.model.seed, team);
+    const dem::BondedFaces faces = dem::add_cells(scene.model, cells, material, scene.state);
+    scene.cells = RveScene::Cells{faces, box, space.body.face.size() > 6};
+    if (faces.coarse > 0)
+      scene.notes.push_back(fmt::format(
+          "{} of {} bonds are too coarse for their fracture_energy: their strength is lowered so that they take no more "
+          "than that; use smaller cells, or a larger energy",
+          faces.coarse, faces.bonds));
+  } catch (const InputError& e) {
+    t.fail("cells", e.what());
+  }
+}
+
+dem::BondModel read_bond(Table t, double friction) {
+  dem::BondModel b;
+  b.friction = friction;
+  if (t.has("normal_stiffness") == t.has("modulus")) t.fail("", "needs either modulus or normal_stiffness");
+  if (t.has("modulus")) {
+    const double modulus = t.number("modulus", dimension::pressure, positive);
+    const double poisson = t.number_or("poissons_ratio", 0.2, dimension::none, {-1, 0.5, false, true});
+    if (poisson < 0 || poisson > 0.26)
+      t.fail("poissons_ratio", fmt::format("{:g}: rigid cells and springs of faces show 0 to 0.26", poisson));
+    if (t.has("shear_ratio")) t.fail("shear_ratio", "follows from poissons_ratio; or give normal_stiffness");
+    find_network(modulus, poisson, b);
+  } else {
+    b.stiffness = t.number("normal_stiffness", dimension::foundation, positive);
+    b.stiffness_given = true;
+    b.ratio = t.number_or("shear_ratio", 0.4, dimension::none, {0, 1, true});
+  }
+  if (t.has("length")) {
+    if (b.stiffness_given) t.fail("length", "normal_stiffness is per area: no length is needed");
+    b.length = t.number("length", dimension::length, positive);
+  }
+  const std::string criterion = t.choice_or("criterion", "cohesive", {"cohesive", "strain-sum", "parallel"});
+  if (criterion == "cohesive") read_cohesive(t, b);
+  if (criterion == "strain-sum") read_strain_sum(t, b);
+  if (criterion == "parallel") read_parallel(t, b);
+  b.weibull = t.number_or("weibull", 0, dimension::none, {1, 1000});
+  t.finish();
+  return b;
+}
+
+void read_hull(Table& t, dem::Grains& grains, dem::GrainSpec& spec) {
+  if (t.has("vertices") == t.has("box")) t.fail("", "a hull needs either vertices or box");
+  dem::Polyhedron body;
+  try {
+    if (t.has("box")) {
+      const Vec3 box = vector3(t.numbers("box", 3, dimension::length));
+      if (!(box.minCoeff() > 0)) t.fail("box", "all three sides must be above 0");
+      body = dem::box_between(-0.5 * box, 0.5 * box);
+    } else {
+      std::vector<Vec3> points;
+      for (const auto& p : t.points("vertices", dimension::length)) points.emplace_back(p[0], p[1], p[2]);
+      body = dem::hull_of(points);
+    }
+    dem::HullStore store = grains.hulls ? *grains.hulls : dem::HullStore{};
+    dem::HullPlace place;
+    spec.hull = dem::add_hull(store, body, place);
+    spec.orientation = spec.orientation * place.axes;
+    grains.hulls = std::make_shared<dem::HullStore>(std::move(store));
+  } catch (const dem::InputError& e) {
+    t.fail("vertices", e.what());
+  }
+}
+
+void check_hulls(const Table& t, const RveScene& scene) {
+  const auto& kinds = scene.state.grains.kind;
+  const bool by_overlap = std::holds_alternative<dem::Foundation>(scene.model.law);
+  const auto hulls = std::count(kinds.begin(), kinds.end(), dem::ShapeKind::hull);
+  if (hulls == 0 && !by_overlap) return;
+  if (hulls == 0) t.fail("material", "contact = \"overlap\" is for hulls: packing.kind = \"voronoi\", or shape = \"hull\"");
+  if (static_cast<std::size_t>(hulls) != kinds.size())
+    t.fail("grain", "hulls meet hulls and walls alone; a scene has either hulls or other shapes");
+  if (!by_overlap) t.fail("material", "hulls need contact = \"overlap\"");
+  if (dem::cylinder(scene.state.boundary)) t.fail("boundary", "hulls cannot be in a cylinder yet; use walls or \"open\"");
+  for (const auto& m : scene.model.materials) {
+    if (m.fracture) t.fail("material", fmt::format("{}.fracture: hulls do not split; bond cells instead", m.name));
+    if (!m.turns) t.fail("material", fmt::format("{}.rotation = false is for spheres", m.name));
+  }
+}
+
+}  // namespace grus::app
