@@ -20,6 +20,7 @@ except ImportError:
     sys.exit("grus-report: needs matplotlib (Debian: python3-matplotlib)")
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+import grus_cells_report  # noqa: E402
 from grus_results import VERSION, one_line, plain, read_grading, read_history, write_whole  # noqa: E402
 
 
@@ -95,6 +96,12 @@ def rve_plots(runs):
                 ax.legend(loc="upper left")
                 other.legend(loc="lower right")
             plots.append(figure(broken))
+
+        if "bonds" in c:
+            plots.append(figure(grus_cells_report.load_plot(name, c)))
+            shown = grus_cells_report.picture(summary["folder"])
+            if shown:
+                plots.append(figure(shown))
 
         grading = summary.pop("grading")
         if grading:
@@ -212,6 +219,7 @@ def read_result(folder):
         summary["grading"] = read_grading(folder) if "increment" not in columns else {}
     except (ValueError, KeyError, TypeError, csv.Error) as e:
         raise ValueError(f"{os.path.join(folder, 'grading.csv')}: not a grading of Grus ({e})") from None
+    summary["folder"] = folder
     return os.path.basename(os.path.abspath(folder)), columns, summary
 
 
@@ -241,6 +249,7 @@ def write(runs, args):
     plots = (bvp_plots(bvp) if bvp else []) + (rve_plots(rve) if rve else [])
     for _, _, summary in runs:
         summary.pop("grading", None)
+        summary.pop("folder")
     scenes = "".join(f"<details><summary>{html.escape(n)}: {html.escape(str(s.get('title', '')))}</summary><pre>{html.escape(json.dumps(s, indent=1))}</pre></details>"
                      for n, _, s in runs)
     page = f"""<!doctype html><html lang="en"><meta charset="utf-8"><title>Grus report</title>

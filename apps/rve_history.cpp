@@ -7,6 +7,7 @@
 #include <array>
 
 #include "dem/bond/bonds.hpp"
+#include "dem/rve/bonded.hpp"
 #include "dem/rve/crushing.hpp"
 #include "dem/rve/grading.hpp"
 

@@ -9,6 +9,7 @@
 #include "dem/bond/cohesive.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/io/whole_file.hpp"
+#include "dem/rve/bonded.hpp"
 #include "dem/rve/crushing.hpp"
 #include "dem/rve/step.hpp"
 

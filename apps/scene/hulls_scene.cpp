@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "apps/scene/packing_scene.hpp"
-#include "dem/rve/bonded.hpp"
+#include "dem/packing/cells.hpp"
 
 namespace grus::app {
 namespace {
@@ -105,10 +105,11 @@ void read_voronoi(Table& t, RveScene& scene, std::uint8_t material, Vec3& box) {
     const dem::BondedFaces faces = dem::add_cells(scene.model, cells, material, scene.state);
     scene.cells = RveScene::Cells{faces, box, space.body.face.size() > 6};
     if (faces.coarse > 0)
-      scene.notes.push_back(fmt::format(
-          "{} of {} bonds are too coarse for their fracture_energy: their strength is lowered so that they take no more "
-          "than that; use smaller cells, or a larger energy",
-          faces.coarse, faces.bonds));
+      scene.notes.push_back(
+          fmt::format("{} of {} bonds are too coarse for their fracture_energy: their strength is lowered so that they "
+                      "take no more "
+                      "than that; use smaller cells, or a larger energy",
+                      faces.coarse, faces.bonds));
   } catch (const InputError& e) {
     t.fail("cells", e.what());
   }
@@ -171,11 +172,13 @@ void check_hulls(const Table& t, const RveScene& scene) {
   const bool by_overlap = std::holds_alternative<dem::Foundation>(scene.model.law);
   const auto hulls = std::count(kinds.begin(), kinds.end(), dem::ShapeKind::hull);
   if (hulls == 0 && !by_overlap) return;
-  if (hulls == 0) t.fail("material", "contact = \"overlap\" is for hulls: packing.kind = \"voronoi\", or shape = \"hull\"");
+  if (hulls == 0)
+    t.fail("material", "contact = \"overlap\" is for hulls: packing.kind = \"voronoi\", or shape = \"hull\"");
   if (static_cast<std::size_t>(hulls) != kinds.size())
     t.fail("grain", "hulls meet hulls and walls alone; a scene has either hulls or other shapes");
   if (!by_overlap) t.fail("material", "hulls need contact = \"overlap\"");
-  if (dem::cylinder(scene.state.boundary)) t.fail("boundary", "hulls cannot be in a cylinder yet; use walls or \"open\"");
+  if (dem::cylinder(scene.state.boundary))
+    t.fail("boundary", "hulls cannot be in a cylinder yet; use walls or \"open\"");
   for (const auto& m : scene.model.materials) {
     if (m.fracture) t.fail("material", fmt::format("{}.fracture: hulls do not split; bond cells instead", m.name));
     if (!m.turns) t.fail("material", fmt::format("{}.rotation = false is for spheres", m.name));

@@ -180,7 +180,8 @@ void read_model(Table& scene, dem::Model& model) {
     dem::Material m;
     m.name = name;
     m.density = t.number("density", dimension::density, positive);
-    const std::string kind = t.choice_or("contact", "hertz-mindlin", {"hertz-mindlin", "linear", "linear-modulus", "overlap"});
+    const std::string kind =
+        t.choice_or("contact", "hertz-mindlin", {"hertz-mindlin", "linear", "linear-modulus", "overlap"});
     if (!law.empty() && law != kind) t.fail("contact", "all materials of a scene share one contact law");
     law = kind;
     m.poissons_ratio = t.number_or("poissons_ratio", 0.25, dimension::none, {0, 0.5, false, true});

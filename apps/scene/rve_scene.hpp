@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "dem/base/error.hpp"
+#include "dem/packing/cells.hpp"
 #include "dem/packing/packing.hpp"
-#include "dem/rve/bonded.hpp"
 #include "dem/rve/loading.hpp"
 
 namespace grus::app {

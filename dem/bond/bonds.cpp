@@ -13,6 +13,11 @@ constexpr std::size_t few = 200;
 
 void clear(Grains& g, std::size_t i) { g.force[i].setZero(), g.torque[i].setZero(); }
 
+bool crosses(const BondEnds& e) { return (e.image[0] | e.image[1] | e.image[2]) != 0; }
+
+/// Velocity of b's image, by the cell's motion (m/s).
+Vec3 drag(const Cell& cell, const BondEnds& e) { return cell.rate * Vec3(e.image[0], e.image[1], e.image[2]); }
+
 template <class Row>
 void deal(std::size_t grains, BondColumn<Row>& column) {
   BondTiles& t = column.tiles;
@@ -21,7 +26,7 @@ void deal(std::size_t grains, BondColumn<Row>& column) {
   t.grains = grains;
   t.first.assign(tiles + 1, 0), t.first_far = t.first;
   t.bond.clear(), t.bond_far.clear();
-  t.dissipated.resize(tiles);
+  t.dissipated.resize(tiles), t.power.resize(tiles);
   t.broken.resize(tiles);
   t.far.resize(column.row.size());
   const auto lower = [&](const Row& r) { return std::min(r.ends.a, r.ends.b) >> bits; };
@@ -67,11 +72,12 @@ void clear_tile(Grains& g, const BondColumn<Row>& column, std::size_t tile) {
 template <class Row>
 void pull_tile(Grains& g, const Cell& cell, BondColumn<Row>& column, std::size_t tile) {
   BondTiles& t = column.tiles;
-  t.dissipated[tile] = 0, t.broken[tile] = 0;
+  t.dissipated[tile] = 0, t.broken[tile] = 0, t.power[tile] = 0;
   for (Index n = t.first[tile]; n < t.first[tile + 1]; ++n) {
     Row& row = column.row[t.bond[n]];
     const Pull p = go_on(g, cell, row, t.dissipated[tile]);
     t.broken[tile] += broken(row);
+    if (crosses(row.ends)) t.power[tile] -= p.force.dot(drag(cell, row.ends));
     const auto feels = [&](Index i, const Vec3& force, const Vec3& torque) {
       if (i >> tile_bits(g.size()) == tile)
         g.force[i] += force, g.torque[i] += torque;
@@ -110,14 +116,16 @@ Vec3 branch(const Grains& g, const Cell& cell, const BondEnds& e) {
 
 BondFrame frame_of(const Grains& g, const Cell& cell, const BondEnds& e) {
   BondFrame at{g.orientation[e.a], g.orientation[e.b], g.motion[e.a].position, g.motion[e.b].position};
-  if ((e.image[0] | e.image[1] | e.image[2]) != 0) at.x_b += cell.vectors * Vec3(e.image[0], e.image[1], e.image[2]);
+  if (crosses(e)) at.x_b += cell.vectors * Vec3(e.image[0], e.image[1], e.image[2]);
   return at;
 }
 
-void bond_forces(Grains& g, const Cell& cell, Bonds& bonds, Ledger& ledger, Team& team, bool again) {
+double bond_forces(Grains& g, const Cell& cell, Bonds& bonds, Ledger& ledger, Team& team, bool again) {
   const std::size_t n = g.size(), tiles = tile_count(n);
   for_each_kind(bonds, [&](auto& column) {
-    if (column.tiles.grains != n || column.tiles.far.size() != column.row.size()) deal(n, column);
+    if (column.tiles.grains == n && column.tiles.far.size() == column.row.size()) return;
+    deal(n, column);
+    again = false;  // a bond that has gone since may have left a force where none is now
   });
   const auto over_tiles = [&](auto&& work) {
     if (bonds.size() < few) {
@@ -136,16 +144,29 @@ void bond_forces(Grains& g, const Cell& cell, Bonds& bonds, Ledger& ledger, Team
     for_each_kind(bonds, [&](auto& column) { pull_tile(g, cell, column, t); });
   });
   over_tiles([&](std::size_t t) { for_each_kind(bonds, [&](auto& column) { collect_far(g, column, t); }); });
+  double power = 0;
   for_each_kind(bonds, [&](auto& column) {
     std::size_t gone = 0;
-    for (std::size_t t = 0; t < tiles; ++t)
+    for (std::size_t t = 0; t < tiles; ++t) {
       ledger.fracture += column.tiles.dissipated[t], gone += column.tiles.broken[t];
+      power += column.tiles.power[t];
+    }
     if (gone == 0) return;
     ledger.bonds_broken += gone;
     hand_over(column, bonds.handed);
     std::erase_if(column.row, [](const auto& row) { return broken(row); });
     column.tiles.grains = 0;
   });
+  return power;
+}
+
+double cell_power(const Cell& cell, const Bonds& bonds) {
+  double power = 0;
+  if (!cell.periodic() || cell.rate.isZero(0)) return power;
+  for_each_bond(bonds, [&](const auto& row) {
+    if (crosses(row.ends)) power -= row.force.dot(drag(cell, row.ends));
+  });
+  return power;
 }
 
 void add_bond_forces(Grains& g, const Cell& cell, Bonds& bonds, std::span<const std::size_t> before, Ledger& ledger) {

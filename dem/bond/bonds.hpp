@@ -28,8 +28,8 @@ struct BondFrame {
 };
 
 struct Pull {
-  Vec3 force;         // on b (N), global; -force on a
-  Vec3 arm_a, arm_b;  // from each centre of mass to where it acts (m)
+  Vec3 force;                  // on b (N), global; -force on a
+  Vec3 arm_a, arm_b;           // from each centre of mass to where it acts (m)
   Vec3 couple = Vec3::Zero();  // on b besides (N m); -couple on a
 };
 
@@ -45,8 +45,11 @@ Vec3 branch(const Grains& grains, const Cell& cell, const BondEnds& ends);
 
 /// Evaluates all bonds, writes their force and torque on the grains into grains.force/torque (cleared first), books
 /// dissipation and removes the broken ones. `again`: nobody has written there since the last call, which left zero
-/// wherever it found no bond. The same bits for any number of threads.
-void bond_forces(Grains& grains, const Cell& cell, Bonds& bonds, Ledger& ledger, Team& team, bool again = false);
+/// wherever it found no bond. The same bits for any number of threads. Returns the power of a moving cell on them (W).
+double bond_forces(Grains& grains, const Cell& cell, Bonds& bonds, Ledger& ledger, Team& team, bool again = false);
+
+/// The same power at the forces that the rows have.
+double cell_power(const Cell& cell, const Bonds& bonds);
 
 /// Evaluates the bonds that have been born since each kind had so many as `before` says, adds their force and torque to
 /// grains.force/torque and books dissipation. One that has broken carries nothing.

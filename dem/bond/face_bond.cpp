@@ -98,7 +98,9 @@ Eigen::Vector2d rub(FaceBond& s, const Opening& o, double damage_before) {
   const double limit = s.damage * s.friction * s.kn * s.area * std::max(-o.shift.z(), 0.0);
   const double size = kt * s.damage * stretch.norm();
   if (size > limit) {
-    s.spent += 0.5 * (size * size - limit * limit) / (kt * s.damage);
+    // As advance_spring: slip times what held against it, at first the friction so far and what newly has to slide.
+    const double first = std::min(size, s.shear.norm() + kt * (s.damage - damage_before) * stretch.norm());
+    s.spent += 0.5 * (first + limit) * (size - limit) / (kt * s.damage);
     stretch *= limit / size, slip = o.shift.head<2>() - stretch;
     s.slip_1 = slip.x(), s.slip_2 = slip.y();
   }
@@ -117,8 +119,7 @@ BondStiffness stiffness(const FaceBond& s, const Quat& a) {
 BondStiffness stiffest(const FaceBond& s, const Quat& a) {
   const Vec3 n = a * s.normal, e1 = a * s.e1, e2 = n.cross(e1);
   return {s.area * ((s.kn - s.kt) * n * n.transpose() + s.kt * Mat3::Identity()),
-          s.kn * (s.i1 * e1 * e1.transpose() + s.i2 * e2 * e2.transpose()) +
-              s.kt * (s.i1 + s.i2) * n * n.transpose()};
+          s.kn * (s.i1 * e1 * e1.transpose() + s.i2 * e2 * e2.transpose()) + s.kt * (s.i1 + s.i2) * n * n.transpose()};
 }
 
 Pull pull(FaceBond& s, const BondFrame& at) {

@@ -14,7 +14,7 @@ struct PairLaw {
   double youngs = 0;       // E* = [(1-nu1^2)/E1 + (1-nu2^2)/E2]^-1 (Pa)
   double shear_ratio = 0;  // tangential / normal tangent stiffness; Hertz-Mindlin: 4 G*/E*
   double friction = 0;
-  double dashpot = 0;           // coefficient c in c sqrt(m* S_n), S_n the tangent normal stiffness
+  double dashpot = 0;  // coefficient c in c sqrt(m* S_n), S_n the tangent normal stiffness
   // Linear law (N/m); by modulus: of an effective radius of 1 m (Pa); of hulls: modulus of elasticity (Pa), or of the
   // foundation (Pa/m).
   double normal_stiffness = 0;

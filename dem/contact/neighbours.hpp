@@ -61,7 +61,7 @@ struct NeighbourReference {
   NeighbourRoom room;
   std::vector<Pair> bonded;  // held by face bonds, sorted, law 0: never on the list
   bool stale = false;        // the list is to be made anew, wherever the grains are
-  double travelled = 0;  // bound of any grain's way since, against the affine motion; kept by the step loop
+  double travelled = 0;      // bound of any grain's way since, against the affine motion; kept by the step loop
 };
 
 /// Rebuilds the list. Contacts of pairs that are still near keep their history. `origin[i]` is the index that grain i

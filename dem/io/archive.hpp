@@ -107,7 +107,8 @@ void archive_hulls(A& a, P& shared) {
   a.column(store.begin);
   a.column(store.loop);
   a.column(store.row);
-  if constexpr (!std::is_const_v<P>) shared = store.row.empty() ? nullptr : std::make_shared<HullStore>(std::move(store));
+  if constexpr (!std::is_const_v<P>)
+    shared = store.row.empty() ? nullptr : std::make_shared<HullStore>(std::move(store));
 }
 
 template <class A, class L>

@@ -153,22 +153,28 @@ struct Blocks {
   }
 };
 
-/// What bonds add, by grain; empty without bonds.
-std::vector<Blocks> bonds_of(const Grains& g, const Bonds& bonds) {
-  std::vector<Blocks> sum(bonds.empty() ? 0 : g.size());
-  for_each_bond(bonds, [&](const auto& bond) {
-    const BondStiffness most = stiffest(bond, g.orientation[bond.ends.a]);
-    for (const auto& [i, at] : {std::pair{bond.ends.a, bond.at_a}, std::pair{bond.ends.b, bond.at_b}})
-      sum[i].add(2, most.shift, g.orientation[i] * at), sum[i].turn += 2 * most.turn;
-  });
-  return sum;
-}
+/// Bonds by grain, each at most as stiff as it will ever be; empty without bonds.
+struct BondsOfGrains {
+  struct End {
+    BondStiffness most;
+    Vec3 arm;
+  };
+  std::vector<std::vector<End>> of;
 
-/// Mass-scaled 6 x 6 stiffness of grain i; `blocks`: what is known of it already.
-Mat6 scaled_stiffness(const Grains& g, const Contacts& contacts, const Blocks& known, const Stiffnesses& all,
+  BondsOfGrains(const Grains& g, const Bonds& bonds) : of(bonds.empty() ? 0 : g.size()) {
+    for_each_bond(bonds, [&](const auto& bond) {
+      const BondStiffness most = stiffest(bond, g.orientation[bond.ends.a]);
+      for (const auto& [i, at] : {std::pair{bond.ends.a, bond.at_a}, std::pair{bond.ends.b, bond.at_b}})
+        of[i].push_back({most, g.orientation[i] * at});
+    });
+  }
+};
+
+/// Mass-scaled 6 x 6 stiffness of grain i.
+Mat6 scaled_stiffness(const Grains& g, const Contacts& contacts, const BondsOfGrains& bonds, const Stiffnesses& all,
                       std::size_t i) {
   const std::vector<Stiffness>& k = all.of;
-  Blocks blocks = known;
+  Blocks blocks;
   Mat3 &shift = blocks.shift, &mixed = blocks.mixed, &turn = blocks.turn;
   for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
     const std::size_t c = contacts.entry[e] >> 1;
@@ -187,6 +193,8 @@ Mat6 scaled_stiffness(const Grains& g, const Contacts& contacts, const Blocks& k
     }
     turn += weight * k[c].rolling * (all.arm.empty() ? across : Mat3(Mat3::Identity()));
   }
+  if (!bonds.of.empty())
+    for (const auto& end : bonds.of[i]) blocks.add(2, end.most.shift, end.arm), turn += 2 * end.most.turn;
   const double by_mass = std::sqrt(g.motion[i].inverse_mass);
   Mat3 by_inertia = std::sqrt(g.motion[i].inverse_inertia) * Mat3::Identity();
   if (!is_sphere(g, i)) {
@@ -227,11 +235,11 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
     const double x = std::max(trace[a], impact[a]), y = std::max(trace[b], impact[b]);
     return x != y ? x > y : a < b;
   });
-  const std::vector<Blocks> bonded = bonds_of(g, bonds);
+  const BondsOfGrains bonded(g, bonds);
   double worst = 0;
   for (const Index i : order) {
     if (std::max(trace[i], impact[i]) <= worst) break;
-    const Mat6 scaled = scaled_stiffness(g, contacts, bonded.empty() ? Blocks{} : bonded[i], k, i);
+    const Mat6 scaled = scaled_stiffness(g, contacts, bonded, k, i);
     if (std::max(largest_eigenvalue_bound(scaled), impact[i]) <= worst) continue;
     const Eigen::SelfAdjointEigenSolver<Mat6> eigen(scaled, Eigen::EigenvaluesOnly);
     const double value = std::max(eigen.eigenvalues()[5], impact[i]);

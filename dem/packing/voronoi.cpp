@@ -38,7 +38,8 @@ struct Grid {
   std::vector<Index> first, seed;
   bool periodic;
 
-  Grid(const CellSpace& space, const std::vector<Vec3>& seeds) : bounds(bounds_of(space)), periodic(space.body.empty()) {
+  Grid(const CellSpace& space, const std::vector<Vec3>& seeds)
+      : bounds(bounds_of(space)), periodic(space.body.empty()) {
     const Vec3 size = bounds.high - bounds.low;
     const double n = static_cast<double>(seeds.size());
     const double wide = space.extruded ? std::sqrt(size.x() * size.y() / n) : std::cbrt(size.prod() / n);
@@ -124,7 +125,8 @@ void make_cell(const CellSpace& space, const Grid& grid, std::size_t i, VoronoiC
     for (const Neighbour& n : ring) {
       if (n.distance > 2 * reach(body, seed)) break;
       const Vec3 normal = n.to / n.distance;
-      if (!cut(body, normal, normal.dot(seed) + 0.5 * n.distance, static_cast<std::int64_t>(partner.size()), flush * grid.edge))
+      if (!cut(body, normal, normal.dot(seed) + 0.5 * n.distance, static_cast<std::int64_t>(partner.size()),
+               flush * grid.edge))
         continue;
       partner.push_back(n.partner);
     }

@@ -12,15 +12,16 @@ namespace grus::dem {
 
 /// What cells fill: a convex body, or a periodic box with its corner at the origin.
 struct CellSpace {
-  Polyhedron body;            // empty of a periodic box
-  Vec3 periodic{0, 0, 0};     // m
-  bool extruded = false;      // all seeds in one plane across z: a mesh of the plane, drawn out
+  Polyhedron body;         // empty of a periodic box
+  Vec3 periodic{0, 0, 0};  // m
+  bool extruded = false;   // all seeds in one plane across z: a mesh of the plane, drawn out
   double volume() const;
 };
 
 CellSpace box_space(const Vec3& box);
 CellSpace periodic_space(const Vec3& box);
-/// Tangent planes, 48 of them, about a circle of `diameter` in the middle of [diameter, diameter, length]; axis along z.
+/// Tangent planes, 48 of them, about a circle of `diameter` in the middle of [diameter, diameter, length]; axis along
+/// z.
 CellSpace cylinder_space(double diameter, double length);
 
 struct VoronoiCells {
@@ -29,7 +30,7 @@ struct VoronoiCells {
     std::array<std::int16_t, 3> image{};
   };
   std::vector<Vec3> seed;
-  std::vector<Polyhedron> body;                // tag of a face: row of `partner` of its cell, or the container's
+  std::vector<Polyhedron> body;               // tag of a face: row of `partner` of its cell, or the container's
   std::vector<std::vector<Partner>> partner;  // of each cell
 };
 

@@ -216,10 +216,13 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
   const double dt = state.dt;
   Step step{model, state, team, dt};
   bool moving = false;  // positions already opened by the sweep of the step before
-  state.ledger.work += 0.5 * dt * boundary_power(state.boundary, state.contacts);
+  const auto power = [&] {
+    return boundary_power(state.boundary, state.contacts) + cell_power(state.boundary.cell, state.bonds);
+  };
+  state.ledger.work += 0.5 * dt * power();
   auto finish = [&] {
     // The passes booked a whole dt.
-    state.ledger.work -= 0.5 * dt * boundary_power(state.boundary, state.contacts);
+    state.ledger.work -= 0.5 * dt * power();
     book(state);
     if (state.contacts.first.empty()) index_grains(g.size(), state.contacts, state.reference.room.next);
   };

@@ -50,9 +50,9 @@ struct Foretold {
 /// What holds two grains together: a contact or a bond.
 struct Spring {
   Index a, b;
-  Freedom of_a, of_b;  // what the grains' motion does to the opening
-  Strain of_strain;    // what a strain does to it
-  Mat3 stiffness;         // N/m
+  Freedom of_a, of_b;        // what the grains' motion does to the opening
+  Strain of_strain;          // what a strain does to it
+  Mat3 stiffness;            // N/m
   Mat3 turn = Mat3::Zero();  // N m, of face bonds: against turns of b and a
 
   Strain opening(const Eigen::MatrixXd& moved) const {
@@ -104,8 +104,7 @@ Network network_of(const Model& model, const State& s, bool all_slip, LinearResp
     const Quat &qa = s.grains.orientation[e.a], &qb = s.grains.orientation[e.b];
     const BondStiffness held = stiffness(bond, qa);
     net.spring.push_back({e.a, e.b, -freedom(qa * bond.at_a), freedom(qb * bond.at_b),
-                          displacement_of_strain(branch(s.grains, s.boundary.cell, e)),
-                          held.shift, held.turn});
+                          displacement_of_strain(branch(s.grains, s.boundary.cell, e)), held.shift, held.turn});
     net.stiffest = std::max(net.stiffest, held.shift.trace());
   });
   return net;

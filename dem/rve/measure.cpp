@@ -178,12 +178,13 @@ Measurement measure(const Model& model, const State& s) {
     contact_force += s.contacts.touch[k].force.norm();
   }
   const double n = static_cast<double>(std::max<std::size_t>(s.grains.size(), 1));
-  if (m.contacts > 0) {
-    const double contacts = static_cast<double>(m.contacts);
-    m.fabric /= contacts;
+  if (m.contacts > 0) m.fabric /= static_cast<double>(m.contacts);
+  for (const FaceBond& bond : s.bonds.face.row) contact_force += bond.force.norm();  // as contacts do
+  if (contact_force > 0) {
     double resultant = 0;
     for (const auto& f : s.grains.force) resultant += f.norm();
-    if (contact_force > 0) m.unbalanced_force = resultant / n / (contact_force / contacts);
+    const auto links = static_cast<double>(m.contacts + s.bonds.face.row.size());
+    m.unbalanced_force = resultant / n / (contact_force / links);
   }
   m.coordination = static_cast<double>(ends) / n;
   const double solid = solid_volume(s.grains);

@@ -13,10 +13,10 @@ namespace grus::dem {
 
 /// Bonds of the faces that cells of a material share.
 struct BondModel {
-  double stiffness = 0;          // modulus of the network (Pa); given: per area (Pa/m)
+  double stiffness = 0;  // modulus of the network (Pa); given: per area (Pa/m)
   bool stiffness_given = false;
-  double ratio = 1;              // shear / normal
-  double length = 0;             // m, of all bonds alike; 0: the distance of the cells' seeds
+  double ratio = 1;   // shear / normal
+  double length = 0;  // m, of all bonds alike; 0: the distance of the cells' seeds
   FaceCriterion criterion = FaceCriterion::cohesive;
   double tension = INFINITY, cohesion = INFINITY;  // Pa; strain-sum: strain, and angle (rad)
   double tan_phi = 0, friction = 0;

@@ -25,7 +25,8 @@ constexpr Pass growth{
 
 void pull_bonds(Step& s) {
   if (s.state.bonds.empty()) return;  // the last one has broken
-  bond_forces(s.state.grains, s.state.boundary.cell, s.state.bonds, s.state.ledger, s.team, s.again);
+  s.state.ledger.work +=
+      s.dt * bond_forces(s.state.grains, s.state.boundary.cell, s.state.bonds, s.state.ledger, s.team, s.again);
   s.pulled = true;
   if (s.state.bonds.handed.empty()) return;
   book_broken(s.state);

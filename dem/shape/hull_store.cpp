@@ -31,9 +31,11 @@ Index add_hull(HullStore& store, const Polyhedron& given, HullPlace& at) {
   const Mat3 back = principal.axes.toRotationMatrix().transpose();
   place(body, back, -(back * moments.centre));
   HullRow row{};
-  row.vertex = static_cast<std::uint32_t>(store.vertex.size()), row.plane = static_cast<std::uint32_t>(store.plane.size());
+  row.vertex = static_cast<std::uint32_t>(store.vertex.size()),
+  row.plane = static_cast<std::uint32_t>(store.plane.size());
   row.begin = static_cast<std::uint32_t>(store.begin.size()), row.loop = static_cast<std::uint32_t>(store.loop.size());
-  row.vertices = static_cast<std::uint32_t>(body.vertex.size()), row.faces = static_cast<std::uint32_t>(body.face.size());
+  row.vertices = static_cast<std::uint32_t>(body.vertex.size()),
+  row.faces = static_cast<std::uint32_t>(body.face.size());
   row.volume = moments.volume, row.least_width = INFINITY;
   row.principal = {principal.moments, Quat::Identity()};
   double surface = 0;

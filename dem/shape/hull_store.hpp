@@ -45,7 +45,7 @@ struct HullStore {
 
   HullView operator[](Index hull) const {
     const HullRow& r = row[hull];
-    return {&vertex[r.vertex], &plane[r.plane], &begin[r.begin], &loop[r.loop], static_cast<int>(r.vertices),
+    return {&vertex[r.vertex],        &plane[r.plane], &begin[r.begin], &loop[r.loop], static_cast<int>(r.vertices),
             static_cast<int>(r.faces)};
   }
 };

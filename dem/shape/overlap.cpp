@@ -98,7 +98,8 @@ struct Boundary {
 Boundary boundary_of(const Body& a, const Body& b, double slack) {
   Boundary k;
   Polygon p;
-  const auto gather = [&](const Body& body, const Body& other, double inside, std::array<Part, most_hull_faces>& parts, int& count) {
+  const auto gather = [&](const Body& body, const Body& other, double inside, std::array<Part, most_hull_faces>& parts,
+                          int& count) {
     for (int n = 0; n < body.count; ++n) {
       const int f = body.near[static_cast<std::size_t>(n)];
       if (!face_within(body, f, other, inside, p)) continue;
@@ -216,7 +217,8 @@ Overlap overlap_of(const HullView& a, const HullView& b, const Mat3& turn, const
     const Vec3 normal = turn * b.plane[f].normal;
     plane[static_cast<std::size_t>(f)] = {normal, b.plane[f].offset + normal.dot(shift)};
   }
-  // What is beyond the slab between the two levels bounds nothing: a line from it to the overlap leaves by a face within.
+  // What is beyond the slab between the two levels bounds nothing: a line from it to the overlap leaves by a face
+  // within.
   Body of_a{a.vertex, a.plane, a.begin, a.loop, a.faces}, of_b{vertex.data(), plane.data(), b.begin, b.loop, b.faces};
   find_near(of_a, along_a.data(), lowest, 1);
   find_near(of_b, along_b.data(), highest, -1);

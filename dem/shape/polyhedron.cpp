@@ -25,10 +25,10 @@ void sort_around(const std::vector<Vec3>& vertex, const Vec3& normal, std::vecto
   Vec3 middle = Vec3::Zero();
   for (const int v : loop) middle += vertex[static_cast<std::size_t>(v)];
   middle /= static_cast<double>(loop.size());
-  const auto [e1, e2] = across(normal);
+  const std::array<Vec3, 2> e = across(normal);
   const auto angle = [&](int v) {
     const Vec3 x = vertex[static_cast<std::size_t>(v)] - middle;
-    return std::atan2(e2.dot(x), e1.dot(x));
+    return std::atan2(e[1].dot(x), e[0].dot(x));
   };
   std::sort(loop.begin(), loop.end(), [&](int a, int b) { return angle(a) < angle(b); });
 }
@@ -76,7 +76,8 @@ double size_of(std::span<const Vec3> points) {
 }
 
 /// The face of a hull through three of its points, if all points are on one side of it.
-std::optional<Polyhedron::Face> face_through(std::span<const Vec3> points, std::array<std::size_t, 3> at, double tolerance) {
+std::optional<Polyhedron::Face> face_through(std::span<const Vec3> points, std::array<std::size_t, 3> at,
+                                             double tolerance) {
   const Vec3 &a = points[at[0]], &b = points[at[1]], &c = points[at[2]];
   Vec3 n = (b - a).cross(c - a);
   if (!(n.norm() > tolerance * ((b - a).norm() + (c - a).norm()))) return {};
@@ -147,7 +148,8 @@ Polyhedron hull_of(std::span<const Vec3> points) {
         auto face = face_through(points, {i, j, k}, tolerance);
         if (!face) continue;
         const auto same = [&](const Polyhedron::Face& f) {
-          return f.normal.dot(face->normal) > 0.5 && std::includes(f.loop.begin(), f.loop.end(), face->loop.begin(), face->loop.end());
+          return f.normal.dot(face->normal) > 0.5 &&
+                 std::includes(f.loop.begin(), f.loop.end(), face->loop.begin(), face->loop.end());
         };
         if (std::none_of(body.face.begin(), body.face.end(), same)) body.face.push_back(*face);
       }

@@ -42,21 +42,22 @@ struct FaceBond {
   static constexpr bool keeps_whole = true;
 
   BondEnds ends;
-  Vec3 at_a, at_b;  // middle of the face from each mass centre, in each geometry frame (m)
-  Vec3 normal, e1;  // from a to b; e2 = normal x e1
-  Quat rest;        // turns b's orientation against a's back to none
+  Vec3 at_a, at_b;                              // middle of the face from each mass centre, in each geometry frame (m)
+  Vec3 normal, e1;                              // from a to b; e2 = normal x e1
+  Quat rest;                                    // turns b's orientation against a's back to none
   double area, i1, i2;                          // m^2; second moments against turns about e1 and e2 (m^4)
   double kn, kt;                                // Pa/m
   double tension, cohesion, tan_phi, friction;  // Pa, Pa; of brittle bonds the limits that their criterion asks for
   double energy_1, energy_2;                    // J/m^2, opening and shear
   FaceCriterion criterion = FaceCriterion::cohesive;
-  double reached = 0, onset = 0, rupture = 0;  // openings in the energy norm: largest so far, at onset (0: none), at the end
-  double slip_1 = 0, slip_2 = 0;               // of the part that has given way, along e1 and e2 (m)
-  double spent = 0;                            // J
-  double held = 0;                             // J
-  double damage = 0;                           // 0 to 1
-  Vec3 force = Vec3::Zero();                   // on b, global (N)
-  Vec3 shear = Vec3::Zero();                   // friction on b, global (N): what a contact goes on with
+  double reached = 0, onset = 0,
+         rupture = 0;             // openings in the energy norm: largest so far, at onset (0: none), at the end
+  double slip_1 = 0, slip_2 = 0;  // of the part that has given way, along e1 and e2 (m)
+  double spent = 0;               // J
+  double held = 0;                // J
+  double damage = 0;              // 0 to 1
+  Vec3 force = Vec3::Zero();      // on b, global (N)
+  Vec3 shear = Vec3::Zero();      // friction on b, global (N): what a contact goes on with
 };
 
 /// A bond has broken: a contact between the same two, if they press, goes on with its foundation and its friction.
@@ -78,6 +79,7 @@ struct BondTiles {
   std::vector<Index> first_far, bond_far;  // those whose higher grain is in tile t, but not their lower one
   std::vector<Load> far;                   // by bond: what its higher grain feels, if that is in another tile
   std::vector<double> dissipated;          // by tile (J)
+  std::vector<double> power;               // by tile (W): of a moving cell on bonds with images
   std::vector<std::size_t> broken;
 };
 

@@ -1,39 +1,11 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Bonds of faces: one bond in closed form, gradients, energies of every mix, networks of cells, breaks into contacts.
-#include "dem/bond/kinds.hpp"
-#include "dem/rve/bonded.hpp"
-#include "dem/rve/linear_response.hpp"
-#include "tests/helpers.hpp"
+// A bond of a face: closed forms, gradients, energies of every mix, criteria.
+#include "tests/bonded.hpp"
 
 using namespace grus::dem;
 using namespace grus::dem::test;
 
 namespace {
-
-constexpr double E0 = 1e9, density = 2000;
-
-Model rock(const BondModel& bond, double friction = 0) {
-  Model model;
-  Material m = solid(E0, 0, density, friction), rigid;
-  m.name = "rock", m.normal_stiffness = E0, m.shear_ratio = bond.ratio, m.bond = bond;
-  rigid.youngs_modulus = INFINITY, rigid.friction = NAN;
-  model.law = Foundation{};
-  model.materials = {m, rigid};
-  make_pair_laws(model);
-  return model;
-}
-
-BondModel elastic(double ratio = 1) {
-  BondModel b;
-  b.stiffness = E0, b.ratio = ratio;
-  return b;
-}
-
-BondModel cohesive(double tension, double energy) {
-  BondModel b = elastic(0.5);
-  b.tension = tension, b.cohesion = 2 * tension, b.tan_phi = 0.6, b.energy_1 = energy, b.energy_2 = 3 * energy;
-  return b;
-}
 
 /// A face of 2 x 1 between two bodies, unit distance.
 FaceBond face(const BondModel& b) {
@@ -67,27 +39,6 @@ Poses moved(const FaceBond& s, const Vec3& shift, const Vec3& angle) {
 Pull at(FaceBond& s, const Vec3& shift, const Vec3& angle = Vec3::Zero()) {
   const Poses p = moved(s, shift, angle);
   return pull(s, p.frame());
-}
-
-/// A periodic cube of cells of about unit size.
-State periodic_cells(const Model& model, std::size_t count, int relax, std::uint64_t seed, Team& team) {
-  State s;
-  const double side = std::cbrt(static_cast<double>(count));
-  s.boundary.cell.vectors = side * Mat3::Identity();
-  add_cells(model, voronoi_packing(periodic_space(Vec3::Constant(side)), count, relax, seed, team), 0, s);
-  return s;
-}
-
-struct Moduli {
-  double youngs, poisson;
-};
-
-/// Of the isotropic part of a tangent.
-Moduli moduli_of(const Mat6& c) {
-  const double bulk = c.topLeftCorner<3, 3>().sum() / 9;
-  double shear = (c.topLeftCorner<3, 3>().trace() - c.topLeftCorner<3, 3>().sum() / 3) / 10;
-  shear += c.bottomRightCorner<3, 3>().trace() / 5;
-  return {9 * bulk * shear / (3 * bulk + shear), (3 * bulk - 2 * shear) / (6 * bulk + 2 * shear)};
 }
 
 }  // namespace
@@ -188,7 +139,9 @@ TEST_CASE("pressure is never softened and raises the shear that a face bears") {
   CHECK(at(s, Vec3(-1e-3, 0, 0)).force.x() == Approx(1e-3 * E0 * 2));
 }
 
-TEST_CASE("what has given way rubs: sheared under pressure to the end, a face ends at Coulomb's limit and its energy is told") {
+TEST_CASE(
+    "what has given way rubs: sheared under pressure to the end, a face ends at Coulomb's limit and its energy is "
+    "told") {
   BondModel b = cohesive(1e6, 16e3);
   b.friction = 0.4;
   FaceBond s = face(b);
@@ -237,47 +190,4 @@ TEST_CASE("brittle faces break where their criteria say, and give back what they
   CHECK(!broken(s));  // pressed: no strain counts
   at(s, Vec3(0.005, 0, 0), Vec3(0, 0.051, 0));
   CHECK(broken(s));
-}
-
-TEST_CASE("the patch: with shear as stiff as tension any cells have E = E0 and no lateral strain, exactly") {
-  Team team(2);
-  const Model model = rock(elastic(1));
-  for (const std::uint64_t seed : {1u, 2u}) {
-    State s = periodic_cells(model, 216, seed == 1 ? 5 : 0, seed, team);
-    const Mat6 c = network_tangent(model, s);
-    const Mat6 compliance = c.inverse();
-    for (int k = 0; k < 3; ++k) {
-      CHECK(1 / compliance(k, k) == Approx(E0).epsilon(1e-6));
-      CHECK(std::abs(compliance(k, (k + 1) % 3)) * E0 < 1e-6);
-    }
-  }
-}
-
-TEST_CASE("networks of 512 relaxed cells have the moduli that an independent assembly found") {
-  Team team(2);
-  struct Row {
-    double ratio, youngs, poisson;
-  };
-  for (const Row& row : {Row{0.7, 0.8703, 0.0649}, Row{0.4, 0.7150, 0.1425}, Row{0.1, 0.5114, 0.2443}}) {
-    const Model model = rock(elastic(row.ratio));
-    State s = periodic_cells(model, 512, 5, 1, team);
-    const Moduli m = moduli_of(network_tangent(model, s));
-    CHECK(m.youngs / E0 == Approx(row.youngs).epsilon(0.015));
-    CHECK(m.poisson == Approx(row.poisson).margin(0.005));
-  }
-}
-
-TEST_CASE("a bonded cell that vibrates keeps its energy; pairs that bonds hold are no contacts") {
-  Team team(2);
-  Model model = rock(elastic(0.4));
-  model.numerics.safety = 0.05;  // leapfrog shows up to (w dt)^2 / 8 more or less
-  State s = periodic_cells(model, 125, 5, 1, team);
-  for (std::size_t i = 0; i < s.grains.size(); ++i)
-    for (int k = 0; k < 3; ++k) s.grains.motion[i].velocity[k] = random_normal(8, i, Purpose::turn, static_cast<std::uint64_t>(k));
-  prepare(model, s, team);
-  const double before = stored_energy(model, s);
-  run_steps(model, s, 2000, team);
-  CHECK(stored_energy(model, s) == Approx(before).epsilon(1e-3));
-  CHECK(stored_energy(s.bonds) > 0.3 * before);
-  for (std::size_t k = 0; k < s.contacts.size(); ++k) CHECK(s.contacts.touch[k].force.norm() < 1e-3 * E0);
 }

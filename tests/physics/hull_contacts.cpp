@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Hulls in motion: falls on faces, edges and vertices in closed form, collisions that keep their energy, towers, inclines.
+// Hulls in motion: falls on faces, edges and vertices in closed form, collisions that keep their energy, towers,
+// inclines.
 #include "dem/packing/voronoi.hpp"
 #include "tests/helpers.hpp"
 
@@ -107,9 +108,10 @@ TEST_CASE("cells that collide keep energy, momentum and angular momentum; the er
         Polyhedron body = cells.body[static_cast<std::size_t>(3 * n + side)];
         place(body, Mat3::Identity(), -moments_of(body).centre);
         Vec3 spin;
-        for (int k = 0; k < 3; ++k) spin[k] = 0.2 * random_normal(4, id, Purpose::turn, static_cast<std::uint64_t>(3 * side + k));
-        add_body(s, body, Vec3(side ? 1.35 : 0, side ? 0.15 : 0, 0), random_rotation(id, static_cast<std::uint64_t>(side)),
-                 Vec3(side ? -1 : 1, 0, 0), spin);
+        for (int k = 0; k < 3; ++k)
+          spin[k] = 0.2 * random_normal(4, id, Purpose::turn, static_cast<std::uint64_t>(3 * side + k));
+        add_body(s, body, Vec3(side ? 1.35 : 0, side ? 0.15 : 0, 0),
+                 random_rotation(id, static_cast<std::uint64_t>(side)), Vec3(side ? -1 : 1, 0, 0), spin);
       }
       model.numerics.time_step = share * pi * std::sqrt(0.5 / 1e4);  // of a collision on a whole face
       prepare(model, s, team);

@@ -88,6 +88,24 @@ RVE = {
             "[[grain]]\nradius = \"1 mm\"\nposition = [\"2.01 mm\", 0, 0]\n[[wall]]\npoint = [0, 0, \"-1 mm\"]\nnormal = [0, 0, 1]\nrigid = true\nfriction = 0.2\n"
             "[[wall]]\npoint = [0, 0, \"9 mm\"]\nnormal = [0, 0, -1]\nvelocity = [0, 0, 0]\nmaterial = \"sand\"\n[boundary]\nkind = \"open\"\n[loading]\nkind = \"free\"\nduration = \"50 us\"\ngravity = [0, 0, -9.81]\n"
             "[output]\nhistory_interval = \"5 us\"\n"}
+ROCK = """[material.rock]
+density = 2500.0
+contact = "overlap"
+friction = 0.5
+damping = 0.1
+[material.rock.bond]
+modulus = "20 GPa"
+poissons_ratio = 0.2
+"""
+COHESIVE = "criterion = \"cohesive\"\ntension = \"6 MPa\"\ncohesion = \"18 MPa\"\nfriction_angle = \"30 deg\"\nfracture_energy = \"15 J/m^2\"\nshear_energy = \"40 J/m^2\"\nweibull = 6\n"
+DISC = "[packing]\nkind = \"voronoi\"\ncylinder = { diameter = \"10 mm\", length = \"2 mm\" }\ncells = 60\nextruded = true\nrelax = 2\n"
+PRESSED = "[loading]\nkind = \"platens\"\naxis = \"y\"\nstrain_rate = \"100 1/s\"\nfinal_strain = 0.006\n[numerics]\nmax_energy_error = 0.5\n[output]\nhistory_interval = 0.001\n"
+RVE["disc"] = ROCK + COHESIVE + DISC + PRESSED
+RVE["brick"] = ROCK + "criterion = \"strain-sum\"\nlength = \"1 mm\"\nstrain = 0.0003\nrotation = 0.002\n" + DISC.replace("cylinder = { diameter = \"10 mm\", length = \"2 mm\" }\ncells = 60", "box = [\"8 mm\", \"8 mm\", \"8 mm\"]\ncell_size = \"2 mm\"").replace(
+    "extruded = true\n", "") + PRESSED
+RVE["stiff"] = ROCK.replace("modulus = \"20 GPa\"\npoissons_ratio = 0.2", "normal_stiffness = \"2e13 Pa/m\"\nshear_ratio = 0.3") + "criterion = \"parallel\"\ntension = \"6 MPa\"\nshear = \"18 MPa\"\n" + DISC + PRESSED
+RVE["blocks"] = ("[material.rock]\ndensity = 2500.0\ncontact = \"overlap\"\nfoundation = \"1e12 Pa/m\"\n[[grain]]\nshape = \"hull\"\nbox = [\"2 mm\", \"2 mm\", \"2 mm\"]\nposition = [0, 0, 0]\nvelocity = [1, 0, 0]\n"
+                 "[[grain]]\nshape = \"hull\"\nvertices = [[0, 0, 0], [\"2 mm\", 0, 0], [0, \"2 mm\", 0], [0, 0, \"2 mm\"]]\nposition = [\"1.8 mm\", 0, 0]\n[loading]\nkind = \"free\"\nduration = \"0.8 ms\"\n")
 RVE["tube"] = RVE["free"].replace("[boundary]", "[[wall]]\nshape = \"cylinder\"\naxis = \"z\"\nradius = \"3.345 mm\"\npoint = [\"1 mm\", \"-2.1 mm\", 0]\n[boundary]")
 CELL = MATERIAL + FRACTURE.replace("9 MPa", "40 MPa") + """[packing]
 kind = "random"
@@ -226,6 +244,11 @@ RVE_KEYS = [
     ("free", "wall.0.point", "[0, 0, -2e-3]"), ("free", "wall.0.normal", "[0.5, 0, 0.866]"), ("free", "wall.0.rigid", "false", "wall.0.friction=", "wall.0.material=other"), ("free", "wall.0.friction", 0.9),
     ("tube", "wall.2.axis", "x"), ("tube", "wall.2.radius", 3.4e-3), ("tube", "wall.2.shape", "plane", "wall.2.axis=", "wall.2.radius=", "wall.2.normal=[0, -1, 0]", "wall.2.point=[0, 1.003e-3, 0]"),
     ("free", "wall.1.velocity", "[0, 0, -200]"), ("free", "wall.0.material", "other", "wall.0.rigid=", "wall.0.friction="), ("free", "loading.gravity", "[0, 0, -9e4]"), ("free", "loading.duration", 3e-5),
+    *[("disc", "material.rock.bond." + k, v) for k, v in (("modulus", 1e10), ("poissons_ratio", 0.1), ("tension", 3e6), ("cohesion", 9e6), ("friction_angle", 0.2), ("fracture_energy", 8.0), ("shear_energy", 15.0), ("weibull", 3))],
+    ("disc", "material.rock.bond.criterion", "parallel", "material.rock.bond.cohesion=", "material.rock.bond.fracture_energy=", "material.rock.bond.shear_energy=", "material.rock.bond.shear=18e6"),
+    *[("brick", "material.rock.bond." + k, v) for k, v in (("length", 5e-4), ("strain", 1e-4), ("rotation", 1e-4))], *[("stiff", "material.rock.bond." + k, v) for k, v in (("normal_stiffness", 1e13), ("shear_ratio", 0.6), ("shear", 4e6))],
+    *[("disc", "packing." + k, v) for k, v in (("cylinder.diameter", 0.012), ("cylinder.length", 0.001), ("cells", 70), ("extruded", "false"), ("relax", 0))], ("brick", "packing.cell_size", 0.0025),
+    ("blocks", "material.rock.foundation", 2e12), ("blocks", "grain.0.box", "[2e-3, 3e-3, 2e-3]"), ("blocks", "grain.1.vertices", "[[0, 0, 0], [2e-3, 0, 0], [0, 3e-3, 0], [0, 0, 2e-3]]"),
     ("crush", "numerics.safety", 0.2), ("crush", "numerics.time_step", 2e-8), ("crush", "numerics.max_time_step", 1e-8), ("crush", "numerics.skin", 0.5), ("crush", "numerics.estimate_every", 3),
     ("crush", "numerics.fracture_every", 200), ("crush", "numerics.max_energy_error", 1e-9), ("crush", "numerics.max_overlap", 1e-3),
     ("crush", "output.history_interval", 0.01), ("crush", "output.frames", 2), ("crush", "output.grading", "false"), ("crush", "output.gradings", 2), ("crush", "output.split_statistics", "true"),

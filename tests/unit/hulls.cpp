@@ -173,7 +173,9 @@ TEST_CASE("Voronoi cells fill their space; faces are shared; each closes; sum of
 
 TEST_CASE("cells do not depend on the number of threads; Lloyd's rounds even them out") {
   Team one(1), two(2);
-  const auto with = [](Team& team, int rounds) { return voronoi_packing(periodic_space(Vec3::Ones()), 500, rounds, 1, team); };
+  const auto with = [](Team& team, int rounds) {
+    return voronoi_packing(periodic_space(Vec3::Ones()), 500, rounds, 1, team);
+  };
   const VoronoiCells a = with(one, 5), b = with(two, 5), raw = with(one, 0);
   REQUIRE(a.body.size() == b.body.size());
   for (std::size_t i = 0; i < a.body.size(); ++i) CHECK(a.body[i].vertex == b.body[i].vertex);
@@ -195,7 +197,8 @@ TEST_CASE("a unit cube on a plane: force and energy on a face, an edge and a ver
     return overlap_with_plane(cube.view(), {n, lowest + 0.01}, 1);
   };
   const Mat3 back = cube.place.axes.toRotationMatrix().transpose();
-  const Overlap face = pressed(back * Vec3(0, 0, -1)), edge = pressed(back * Vec3(1, 0, -1)), vertex = pressed(back * Vec3(1, 1, -1));
+  const Overlap face = pressed(back * Vec3(0, 0, -1)), edge = pressed(back * Vec3(1, 0, -1)),
+                vertex = pressed(back * Vec3(1, 1, -1));
   CHECK(face.force.norm() == Approx(1e-2).epsilon(1e-9));
   CHECK(face.energy == Approx(5e-5).epsilon(1e-9));
   CHECK(face.area.norm() == Approx(1).epsilon(1e-9));
@@ -240,9 +243,12 @@ TEST_CASE("force and moment of an overlap are the gradient of its energy; the en
       const Vec3 d = h * Vec3::Unit(k);
       force[k] = -(energy_at(a, b, turn, shift + d, along) - energy_at(a, b, turn, shift - d, along)) / (2 * h);
       const Mat3 plus = rotation_by(1e-6 * Vec3::Unit(k)).toRotationMatrix(), minus = plus.transpose();
-      moment[k] = -(energy_at(a, b, plus * turn, plus * shift, along) - energy_at(a, b, minus * turn, minus * shift, along)) / 2e-6;
+      moment[k] =
+          -(energy_at(a, b, plus * turn, plus * shift, along) - energy_at(a, b, minus * turn, minus * shift, along)) /
+          2e-6;
     }
-    const double off_force = (force - o.force).norm() / o.force.norm(), off_moment = (moment - o.moment).norm() / (size * o.force.norm());
+    const double off_force = (force - o.force).norm() / o.force.norm(),
+                 off_moment = (moment - o.moment).norm() / (size * o.force.norm());
     if (std::max(off_force, off_moment) > 1e-5)  // another plane is the least deep within the difference: a kink of U
       ++kinks;
     else
@@ -268,7 +274,8 @@ TEST_CASE("what is looked at along any direction gives the same overlap, and bot
     CHECK((again.force - o.force).norm() < 1e-9 * o.force.norm());
     CHECK((again.moment - o.moment).norm() < 1e-9 * o.moment.norm());
   }
-  const Overlap other = overlap_of(two.view(), one.view(), turn.transpose(), -(turn.transpose() * shift), Vec3::UnitX());
+  const Overlap other =
+      overlap_of(two.view(), one.view(), turn.transpose(), -(turn.transpose() * shift), Vec3::UnitX());
   CHECK((turn * other.force + o.force).norm() < 1e-9 * o.force.norm());
   CHECK((turn * other.area + o.area).norm() < 1e-9 * o.area.norm());
   CHECK(other.energy == Approx(o.energy).epsilon(1e-9));
