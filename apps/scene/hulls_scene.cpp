@@ -14,7 +14,7 @@ namespace {
 
 using dem::Vec3;
 
-constexpr double most_cells = 2e6;
+constexpr double most_cells = 5e5;
 
 /// Moduli of networks of relaxed periodic cells by the ratio of their shear stiffness, over that of the network.
 struct NetworkRow {
@@ -77,7 +77,7 @@ std::size_t read_count(Table& t, const dem::CellSpace& space, const Vec3& box) {
     const double size = t.number("cell_size", dimension::length, {0, box.minCoeff(), true});
     count = std::round(space.volume() / (space.extruded ? size * size * box.z() : size * size * size));
   }
-  if (!(count <= most_cells)) t.fail("cell_size", "more than two million cells; check box and cell_size");
+  if (!(count <= most_cells)) t.fail("cell_size", "more than half a million cells; check box and cell_size");
   return std::max<std::size_t>(1, static_cast<std::size_t>(count));
 }
 

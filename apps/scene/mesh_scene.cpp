@@ -21,6 +21,7 @@ void read_box(Table box, BvpScene& scene) {
   const std::size_t width = flat && box.length("size") == 2 ? 2 : 3;
   const auto size = box.numbers("size", width, dimension::length);
   const auto cells = box.numbers("cells", flat && box.length("cells") == 2 ? 2 : 3, dimension::none);
+  double elements = 1;
   fem::BoxMesh mesh;
   for (std::size_t k = 0; k < (flat ? 2 : 3); ++k) {
     if (!(size[k] > 0)) box.fail("size", "all sides must be above 0");
@@ -28,6 +29,8 @@ void read_box(Table box, BvpScene& scene) {
     mesh.cells[k] = static_cast<long>(cells[k]);
     if (cells[k] != static_cast<double>(mesh.cells[k]) || cells[k] < 1)
       box.fail("cells", "expected whole numbers from 1");
+    elements *= cells[k];
+    if (!(elements < 1e8)) box.fail("cells", "more than a hundred million elements");
   }
   if (flat && size.size() == 3 && scene.discretisation.kinematics == Kinematics::plane_strain) {
     if (!(size[2] > 0)) box.fail("size", "the third side is the thickness, above 0");

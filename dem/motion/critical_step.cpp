@@ -41,9 +41,7 @@ void place_hulls(const Grains& g, const Boundary& boundary, const Contacts& cont
       k[c].rolling = sharp * contacts.contact.radius[c] * o.polar;  // and spin about the normal
       all.arm[c][0] = o.middle;
       if (bin == hull_wall) continue;
-      Vec3 branch = g.motion[p.b].position - g.motion[p.a].position;
-      if (crosses(p)) branch += boundary.cell.vectors * Vec3(p.image[0], p.image[1], p.image[2]);
-      all.arm[c][1] = o.middle - branch;
+      all.arm[c][1] = o.middle - branch(g, boundary.cell, {p.a, p.b, p.image});
     }
 }
 

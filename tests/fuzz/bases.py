@@ -57,6 +57,54 @@ LOADINGS = {
     "gradient": 'kind = "velocity-gradient"\nvelocity_gradient = [[0, 0, 500], [0, 0, 0], [0, 0, -100]]\nduration = "10 us"\n'}
 
 RVE = {name: f'title = "{name}"\n' + MATERIAL + FRACTURE + PERIODIC + "[loading]\n" + text + NUMERICS + "[output]\nframes = 2\n" for name, text in LOADINGS.items()}
+ROCK = """[material.rock]
+density = "2500 kg/m^3"
+contact = "overlap"
+friction = 0.5
+damping = 0.1
+[material.rock.bond]
+modulus = "20 GPa"
+poissons_ratio = 0.2
+criterion = "cohesive"
+tension = "6 MPa"
+cohesion = "18 MPa"
+friction_angle = "30 deg"
+fracture_energy = "15 J/m^2"
+weibull = 6
+"""
+RVE["disc"] = ROCK + """[packing]
+kind = "voronoi"
+cylinder = { diameter = "10 mm", length = "2 mm" }
+cells = 40
+extruded = true
+relax = 2
+[loading]
+kind = "platens"
+axis = "y"
+strain_rate = "100 1/s"
+final_strain = 0.003
+[numerics]
+max_energy_error = 0.5
+[output]
+frames = 1
+"""
+RVE["blocks"] = """[material.rock]
+density = 2500.0
+contact = "overlap"
+foundation = "1e12 Pa/m"
+[[grain]]
+shape = "hull"
+box = ["2 mm", "2 mm", "2 mm"]
+position = [0, 0, 0]
+velocity = [1, 0, 0]
+[[grain]]
+shape = "hull"
+vertices = [[0, 0, 0], ["2 mm", 0, 0], [0, "2 mm", 0], [0, 0, "2 mm"]]
+position = ["1.8 mm", 0, 0]
+[loading]
+kind = "free"
+duration = "0.2 ms"
+"""
 RVE["walls"] = 'title = "walls"\nseed = 3\n' + MATERIAL + FRACTURE + """[packing]
 kind = "random"
 box = ["2 mm", "2 mm", "2 mm"]

@@ -185,6 +185,18 @@ TEST_CASE("cells do not depend on the number of threads; Lloyd's rounds even the
     return v;
   };
   CHECK(least(raw) < 0.4);
+  // In the plane one random cell in a thousand is smaller than a tenth of the mean: merged away, nothing is left empty.
+  CellSpace sheet = box_space(Vec3(1, 1, 0.1));
+  sheet.extruded = true;
+  const VoronoiCells flat = voronoi_packing(sheet, 4000, 0, 2, two);
+  CHECK(flat.body.size() < 4000);
+  double smallest = INFINITY, filled = 0;
+  for (const Polyhedron& body : flat.body) {
+    const double v = moments_of(body).volume;
+    smallest = std::min(smallest, v), filled += v;
+  }
+  CHECK(smallest >= 0.1 * 0.1 / 4000);
+  CHECK(filled == Approx(0.1).epsilon(1e-9));
   CHECK(least(raw) >= 0.1);  // smaller ones are merged away
   CHECK(least(a) > 0.55);    // 0.63 of the mean for 1,000 cells
 }
