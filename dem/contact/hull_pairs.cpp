@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/contact/hull_pairs.hpp"
 
+#include <algorithm>
+
 #include "dem/contact/broad_phase.hpp"
 
 namespace grus::dem {
@@ -48,7 +50,9 @@ Press advance(const TileWork& s, std::size_t k, const Overlap& o, double modulus
   Contact c = s.contacts.contact[k];
   Touch& touch = s.contacts.touch[k];
   const PairLaw& p = s.pairs[s.contacts.pair[k].law];
-  const double force = o.force.norm(), area = o.area.norm(), arm = std::sqrt(o.polar / area);
+  const double force = o.force.norm(), area = o.area.norm();
+  // Deep in each other the area vector all but closes: no arm is longer than the body.
+  const double arm = std::min(std::sqrt(o.polar / area), s.grains.motion[s.contacts.pair[k].a].radius);
   const Vec3 n = o.force / force, before = touch.normal;
   if (c.stiffness == 0) c.radius = modulus;
   c.stiffness = c.radius * area;
