@@ -42,13 +42,14 @@ Triangulation unit_sphere(int n) {
   return t;
 }
 
-/// Triangles of a grain's surface appended to the grid's points; `first`: of the points.
+/// Of one grain's surface, by the grain's own points.
 using Triangles = std::vector<std::array<int, 3>>;
 
 void add_point(const Vec3& x, VtkGrid& grid) {
   for (int k = 0; k < 3; ++k) grid.points.push_back(static_cast<float>(x[k]));
 }
 
+/// A hull's vertices as points; its triangles.
 Triangles add_hull(const Grains& g, std::size_t i, const Frame& frame, VtkGrid& grid) {
   const HullView hull = (*g.hulls)[g.hull[i]];
   for (int v = 0; v < hull.vertices; ++v) add_point(frame.origin + frame.axes * hull.vertex[v], grid);

@@ -92,8 +92,25 @@ Stiffnesses stiffnesses(const ContactLaw& law, std::span<const PairLaw> pairs, c
   return all;
 }
 
+/// Bonds by grain, each at most as stiff as it will ever be; empty without bonds.
+struct BondsOfGrains {
+  struct End {
+    BondStiffness most;
+    Vec3 arm;
+  };
+  std::vector<std::vector<End>> of;
+
+  BondsOfGrains(const Grains& g, const Bonds& bonds) : of(bonds.empty() ? 0 : g.size()) {
+    for_each_bond(bonds, [&](const auto& bond) {
+      const BondStiffness most = stiffest(bond, g.orientation[bond.ends.a]);
+      for (const auto& [i, at] : {std::pair{bond.ends.a, bond.at_a}, std::pair{bond.ends.b, bond.at_b}})
+        of[i].push_back({most, g.orientation[i] * at});
+    });
+  }
+};
+
 /// A cheap bound for each grain: the trace of its mass-scaled stiffness.
-std::vector<double> traces(const Grains& g, const Contacts& contacts, const Bonds& bonds,
+std::vector<double> traces(const Grains& g, const Contacts& contacts, const BondsOfGrains& bonds,
                            const std::vector<Stiffness>& k) {
   const std::size_t walls = contacts.begin[first_wall];
   std::vector<double> trace(g.size(), 0.0);
@@ -108,12 +125,10 @@ std::vector<double> traces(const Grains& g, const Contacts& contacts, const Bond
     add(p.a, c < walls ? 2 : 1, k[c], g.motion[p.a].radius);
     if (c < walls) add(p.b, 2, k[c], g.motion[p.b].radius);
   }
-  for_each_bond(bonds, [&](const auto& bond) {
-    const BondStiffness most = stiffest(bond, g.orientation[bond.ends.a]);
-    for (const auto& [i, arm] : {std::pair{bond.ends.a, bond.at_a.norm()}, std::pair{bond.ends.b, bond.at_b.norm()}})
+  for (std::size_t i = 0; i < bonds.of.size(); ++i)
+    for (const auto& [most, arm] : bonds.of[i])
       trace[i] += 2 * (most.shift.trace() * g.motion[i].inverse_mass +
-                       (most.shift.trace() * arm * arm + most.turn.trace()) / g.inertia[i].moments.minCoeff());
-  });
+                       (most.shift.trace() * arm.squaredNorm() + most.turn.trace()) / g.inertia[i].moments.minCoeff());
   return trace;
 }
 
@@ -148,23 +163,6 @@ struct Blocks {
     shift += weight * stiffness;
     mixed -= weight * by_turn;
     turn += weight * lever.transpose() * by_turn;
-  }
-};
-
-/// Bonds by grain, each at most as stiff as it will ever be; empty without bonds.
-struct BondsOfGrains {
-  struct End {
-    BondStiffness most;
-    Vec3 arm;
-  };
-  std::vector<std::vector<End>> of;
-
-  BondsOfGrains(const Grains& g, const Bonds& bonds) : of(bonds.empty() ? 0 : g.size()) {
-    for_each_bond(bonds, [&](const auto& bond) {
-      const BondStiffness most = stiffest(bond, g.orientation[bond.ends.a]);
-      for (const auto& [i, at] : {std::pair{bond.ends.a, bond.at_a}, std::pair{bond.ends.b, bond.at_b}})
-        of[i].push_back({most, g.orientation[i] * at});
-    });
   }
 };
 
@@ -218,7 +216,8 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
   for (const auto& m : g.motion) critical.max_speed = std::max(critical.max_speed, m.velocity.norm());
 
   const Stiffnesses k = stiffnesses(law, pairs, g, boundary, contacts);
-  const std::vector<double> trace = traces(g, contacts, bonds, k.of);
+  const BondsOfGrains bonded(g, bonds);
+  const std::vector<double> trace = traces(g, contacts, bonded, k.of);
   std::vector<double> impact(n);
   for (std::size_t i = 0; i < n; ++i) {
     const double speed = std::max({g.motion[i].velocity.norm() + critical.max_speed, wall_speed, 1e-6});
@@ -233,7 +232,6 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
     const double x = std::max(trace[a], impact[a]), y = std::max(trace[b], impact[b]);
     return x != y ? x > y : a < b;
   });
-  const BondsOfGrains bonded(g, bonds);
   double worst = 0;
   for (const Index i : order) {
     if (std::max(trace[i], impact[i]) <= worst) break;

@@ -53,12 +53,12 @@ BondedFaces add_cells(const Model& model, const VoronoiCells& cells, std::uint8_
   Grains& g = state.grains;
   const Material& m = model.materials[material];
   HullStore store = g.hulls ? *g.hulls : HullStore{};
-  std::vector<HullPlace> place(cells.body.size());
   std::vector<GrainSpec> specs;
-  for (std::size_t i = 0; i < cells.body.size(); ++i) {
+  for (const Polyhedron& body : cells.body) {
+    HullPlace place;
     GrainSpec spec;
-    spec.hull = add_hull(store, cells.body[i], place[i]);
-    spec.position = place[i].origin, spec.orientation = place[i].axes;
+    spec.hull = add_hull(store, body, place);
+    spec.position = place.origin, spec.orientation = place.axes;
     spec.material = material, spec.density = m.density;
     specs.push_back(spec);
   }
@@ -79,7 +79,7 @@ BondedFaces add_cells(const Model& model, const VoronoiCells& cells, std::uint8_
       const Vec3 shift =
           state.boundary.cell.periodic() ? Vec3(state.boundary.cell.vectors * image) : Vec3(Vec3::Zero());
       const FaceMoments moments = moments_of(cells.body[i], face);
-      const double h = (cells.seed[j] + shift - cells.seed[i]).norm();
+      const double h = (cells.seed[j] + shift - cells.seed[i]).norm(), length = m.bond->length > 0 ? m.bond->length : h;
       if (moments.area < least_face * h * h) {
         ++count.unbonded;
         continue;
@@ -93,12 +93,10 @@ BondedFaces add_cells(const Model& model, const VoronoiCells& cells, std::uint8_
       s.normal = qa.conjugate() * face.normal, s.e1 = qa.conjugate() * axes.e1;
       s.rest = (qa.conjugate() * qb).conjugate();
       s.area = moments.area, s.i1 = axes.i1, s.i2 = axes.i2;
-      s.kn =
-          m.bond->stiffness_given ? m.bond->stiffness : m.bond->stiffness / (m.bond->length > 0 ? m.bond->length : h);
+      s.kn = m.bond->stiffness_given ? m.bond->stiffness : m.bond->stiffness / length;
       s.kt = m.bond->ratio * s.kn;
       bool coarse = false;
-      give_strength(*m.bond, model.seed, state.bonds.face.row.size(), m.bond->length > 0 ? m.bond->length : h, s,
-                    coarse);
+      give_strength(*m.bond, model.seed, state.bonds.face.row.size(), length, s, coarse);
       count.coarse += coarse;
       state.bonds.face.row.push_back(s);
     }

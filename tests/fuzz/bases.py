@@ -65,14 +65,15 @@ damping = 0.1
 [material.rock.bond]
 modulus = "20 GPa"
 poissons_ratio = 0.2
-criterion = "cohesive"
+"""
+COHESIVE = """criterion = "cohesive"
 tension = "6 MPa"
 cohesion = "18 MPa"
 friction_angle = "30 deg"
 fracture_energy = "15 J/m^2"
 weibull = 6
 """
-RVE["disc"] = ROCK + """[packing]
+RVE["disc"] = ROCK + COHESIVE + """[packing]
 kind = "voronoi"
 cylinder = { diameter = "10 mm", length = "2 mm" }
 cells = 40

@@ -88,16 +88,7 @@ RVE = {
             "[[grain]]\nradius = \"1 mm\"\nposition = [\"2.01 mm\", 0, 0]\n[[wall]]\npoint = [0, 0, \"-1 mm\"]\nnormal = [0, 0, 1]\nrigid = true\nfriction = 0.2\n"
             "[[wall]]\npoint = [0, 0, \"9 mm\"]\nnormal = [0, 0, -1]\nvelocity = [0, 0, 0]\nmaterial = \"sand\"\n[boundary]\nkind = \"open\"\n[loading]\nkind = \"free\"\nduration = \"50 us\"\ngravity = [0, 0, -9.81]\n"
             "[output]\nhistory_interval = \"5 us\"\n"}
-ROCK = """[material.rock]
-density = 2500.0
-contact = "overlap"
-friction = 0.5
-damping = 0.1
-[material.rock.bond]
-modulus = "20 GPa"
-poissons_ratio = 0.2
-"""
-COHESIVE = "criterion = \"cohesive\"\ntension = \"6 MPa\"\ncohesion = \"18 MPa\"\nfriction_angle = \"30 deg\"\nfracture_energy = \"15 J/m^2\"\nshear_energy = \"40 J/m^2\"\nweibull = 6\n"
+ROCK, COHESIVE = bases.ROCK, bases.COHESIVE + "shear_energy = \"40 J/m^2\"\n"
 DISC = "[packing]\nkind = \"voronoi\"\ncylinder = { diameter = \"10 mm\", length = \"2 mm\" }\ncells = 60\nextruded = true\nrelax = 2\n"
 PRESSED = "[loading]\nkind = \"platens\"\naxis = \"y\"\nstrain_rate = \"100 1/s\"\nfinal_strain = 0.006\n[numerics]\nmax_energy_error = 0.5\n[output]\nhistory_interval = 0.001\n"
 RVE["disc"] = ROCK + COHESIVE + DISC + PRESSED
