@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <array>
 
-#include "dem/bond/bonds.hpp"
+#include "dem/bond/supports.hpp"
 #include "dem/rve/bonded.hpp"
 #include "dem/rve/crushing.hpp"
 #include "dem/rve/grading.hpp"
@@ -23,7 +23,7 @@ dem::Vec3 wall_force(const dem::State& s, std::size_t wall) {
   dem::Vec3 force = dem::Vec3::Zero();
   for (std::size_t k = s.contacts.begin[dem::first_wall]; k < s.contacts.size(); ++k)
     if (s.contacts.pair[k].b == wall) force += s.contacts.touch[k].force;
-  return force;
+  return force + dem::support_force(s.bonds, wall);
 }
 
 /// Compression-positive stress (Pa) on the fixed and on the moving face along the test's axis: walls of a box, or
@@ -53,19 +53,23 @@ void add_bonds(const dem::State& s, std::vector<double>& row) {
                          dem::stored_energy(s.bonds)});
 }
 
-/// Section that platens press on; of a disc across its axis pi D t / 2, which makes it the tension in its middle.
-double nominal_area(const RveScene::Cells& cells, int axis) {
-  const dem::Vec3& box = cells.box;
-  if (!cells.round) return box.prod() / box[axis];
-  return axis == 2 ? 0.25 * dem::pi * box.x() * box.x() : 0.5 * dem::pi * box.x() * box.z();
+bool gauged(const RveScene& scene) { return scene.cells && scene.cells->gauge; }
+
+/// Load, way and stress of what moves: all along its motion.
+void add_gauge(const RveScene& scene, const dem::State& s, std::vector<double>& row) {
+  const RveScene::Gauge& gauge = *scene.cells->gauge;
+  double load = 0;
+  for (const auto& [wall, weight] : gauge.walls) load += weight * wall_force(s, wall).dot(gauge.along);
+  const dem::Vec3 way = s.boundary.walls[gauge.moving].point - scene.state.boundary.walls[gauge.moving].point;
+  row.insert(row.end(), {load, way.dot(gauge.along), load * gauge.stress_per_load});
 }
 
-/// Mean of both platens, compression-positive.
-void add_platens(const RveScene& scene, const dem::State& s, std::vector<double>& row) {
-  const int axis = scene.test.axis;
-  const double load = 0.5 * (wall_force(s, 1)[axis] - wall_force(s, 0)[axis]);
-  row.insert(row.end(), {load, (scene.state.boundary.walls[1].point - s.boundary.walls[1].point)[axis],
-                         load / nominal_area(*scene.cells, axis)});
+/// p, q, and the strains that go with them, compression-positive.
+void add_invariants(const dem::Mat3& stress, const dem::Mat3& gradient, std::vector<double>& row) {
+  const dem::Mat3 strain = 0.5 * (gradient + gradient.transpose());
+  const auto deviator = [](const dem::Mat3& m) { return (m - m.trace() / 3 * dem::Mat3::Identity()).norm(); };
+  row.insert(row.end(), {dem::mean_pressure(stress), std::sqrt(1.5) * deviator(stress), -strain.trace(),
+                         std::sqrt(2.0 / 3) * deviator(strain)});
 }
 
 bool has_faces(const RveScene& scene, const dem::State& s) { return box_of_walls(s) || scene.test.kind == "platens"; }
@@ -107,8 +111,10 @@ std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& st
       c.emplace_back(name);
   if (bonded(scene))
     for (const char* name : {"bonds", "bonds_damaged", "fragments", "largest_fragment", "bond_J"}) c.emplace_back(name);
-  if (scene.cells && scene.test.kind == "platens")
+  if (gauged(scene))
     for (const char* name : {"load_N", "displacement_m", "nominal_stress_Pa"}) c.emplace_back(name);
+  if (scene.test.kind == "constant-p")
+    for (const char* name : {"p_Pa", "q_Pa", "strain_volumetric", "strain_deviatoric"}) c.emplace_back(name);
   if (box_of_walls(state))
     for (int k = 0; k < 3; ++k) c.push_back(fmt::format("wall_stress_{}_Pa", components[k]));
   else
@@ -213,7 +219,8 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
   if (scene.output.grading) add_grading(scene, s, row);
   if (scene.model.split_statistics) add_split_statistics(l.splits, row);
   if (bonded(scene)) add_bonds(s, row);
-  if (scene.cells && scene.test.kind == "platens") add_platens(scene, s, row);
+  if (gauged(scene)) add_gauge(scene, s, row);
+  if (scene.test.kind == "constant-p") add_invariants(sample_stress(s, m), gradient, row);
   if (box_of_walls(s)) {
     for (int k = 0; k < 3; ++k) row.push_back(m.wall_stress(k, k));
   } else {

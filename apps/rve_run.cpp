@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "apps/bond_results.hpp"
 #include "apps/rve_history.hpp"
 #include "dem/bond/cohesive.hpp"
 #include "dem/io/archive.hpp"
@@ -229,6 +230,7 @@ nlohmann::json RveRun::summary() const {
   summary["errors"]["packing_overlap"] = scene_.packing_overlap;
   summary["results"] = {
       {"peak_axial_stress_Pa", course_.peak}, {"final_time_s", state_.time}, {"final_void_ratio", now_.void_ratio}};
+  if (scene_.output.bursts > 0) summary["bursts"] = bursts_json(scene_, state_);
   if (scene_.model.breakable()) summary["results"]["peak_before_breakage_Pa"] = course_.intact;
   summary["seconds"] = {
       {"preparation_wall", ready_}, {"loading_wall", earlier_ + end_ - ready_}, {"cpu", Clock::cpu()}};
@@ -239,7 +241,9 @@ void RveRun::finish() {
   end_ = clock_.wall();
   try {
     history_.save();
-    dem::write_whole((std::filesystem::path(options_.directory) / "summary.json").string(), summary().dump(2) + "\n");
+    const std::filesystem::path folder(options_.directory);
+    if (scene_.output.bursts > 0) dem::write_whole((folder / "bursts.csv").string(), bursts_text(scene_, state_));
+    dem::write_whole((folder / "summary.json").string(), summary().dump(2) + "\n");
   } catch (const std::exception&) {  // of one fault one line
     if (status_ != failed) throw;
   }

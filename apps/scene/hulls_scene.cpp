@@ -7,14 +7,11 @@
 #include <algorithm>
 
 #include "apps/scene/packing_scene.hpp"
-#include "dem/packing/cells.hpp"
 
 namespace grus::app {
 namespace {
 
 using dem::Vec3;
-
-constexpr double most_cells = 5e5;
 
 /// Moduli of networks of relaxed periodic cells by the ratio of their shear stiffness, over that of the network.
 struct NetworkRow {
@@ -39,6 +36,7 @@ void read_cohesive(Table& t, dem::BondModel& b) {
   b.tan_phi = std::tan(t.number_or("friction_angle", 0, dimension::none, {0, 0.49 * dem::pi}));
   b.energy_1 = t.number("fracture_energy", dimension::surface_energy, positive);
   b.energy_2 = t.number_or("shear_energy", b.energy_1, dimension::surface_energy, positive);
+  if (t.has("between")) b.between = t.number("between", dimension::pressure, positive);
 }
 
 void read_strain_sum(Table& t, dem::BondModel& b) {
@@ -51,69 +49,11 @@ void read_parallel(Table& t, dem::BondModel& b) {
   b.criterion = dem::FaceCriterion::parallel;
   b.tension = t.number("tension", dimension::pressure, positive);
   b.cohesion = t.number("shear", dimension::pressure, positive);
+  if (t.has("between")) b.between = t.number("between", dimension::pressure, positive);
   b.tan_phi = std::tan(t.number_or("friction_angle", 0, dimension::none, {0, 0.49 * dem::pi}));
 }
 
-dem::CellSpace read_space(Table& t, bool periodic, Vec3& box) {
-  if (auto c = t.table_if("cylinder")) {
-    if (!box.isZero()) t.fail("cylinder", "cells fill either a box or a cylinder");
-    if (periodic) t.fail("cylinder", "a periodic cell is a box");
-    const double diameter = c->number("diameter", dimension::length, positive);
-    const double length = c->number("length", dimension::length, positive);
-    c->finish();
-    box = {diameter, diameter, length};
-    return dem::cylinder_space(diameter, length);
-  }
-  if (box.isZero()) t.fail("", "packing.box or packing.cylinder is missing");
-  return periodic ? dem::periodic_space(box) : dem::box_space(box);
-}
-
-std::size_t read_count(Table& t, const dem::CellSpace& space, const Vec3& box) {
-  if (t.has("cells") == t.has("cell_size")) t.fail("", "needs either cells or cell_size");
-  double count;
-  if (t.has("cells")) {
-    count = static_cast<double>(t.integer_or("cells", 1, 1, static_cast<long>(most_cells)));
-  } else {
-    const double size = t.number("cell_size", dimension::length, {0, box.minCoeff(), true});
-    count = std::round(space.volume() / (space.extruded ? size * size * box.z() : size * size * size));
-  }
-  if (!(count <= most_cells)) t.fail("cell_size", "more than half a million cells; check box and cell_size");
-  return std::max<std::size_t>(1, static_cast<std::size_t>(count));
-}
-
 }  // namespace
-
-void read_voronoi(Table& t, RveScene& scene, std::uint8_t material, Vec3& box) {
-  const bool periodic = scene.state.boundary.cell.periodic();
-  dem::CellSpace space = read_space(t, periodic, box);
-  space.extruded = t.flag_or("extruded", false);
-  const std::size_t count = read_count(t, space, box);
-  if (periodic) {
-    const double per_cell = space.extruded ? std::sqrt(box.x() * box.y() / static_cast<double>(count))
-                                           : std::cbrt(box.prod() / static_cast<double>(count));
-    for (int k = 0; k < (space.extruded ? 2 : 3); ++k)
-      if (box[k] < 3.99 * per_cell)
-        t.fail("box", fmt::format("a periodic box needs four cells a side; {} make {:.2g} along {}", count,
-                                  box[k] / per_cell, "xyz"[k]));
-    scene.state.boundary.cell.vectors = dem::Mat3(box.asDiagonal());
-  }
-  const int rounds = static_cast<int>(t.integer_or("relax", 5, 0, 1000));
-  check_mass(t, scene.model.materials[material], std::cbrt(space.volume() / static_cast<double>(count)) / 2, "cells");
-  dem::Team team(1);
-  try {
-    const dem::VoronoiCells cells = dem::voronoi_packing(space, count, rounds, scene.model.seed, team);
-    const dem::BondedFaces faces = dem::add_cells(scene.model, cells, material, scene.state);
-    scene.cells = RveScene::Cells{faces, box, space.body.face.size() > 6};
-    if (faces.coarse > 0)
-      scene.notes.push_back(
-          fmt::format("{} of {} bonds are too coarse for their fracture_energy: their strength is lowered so that they "
-                      "take no more "
-                      "than that; use smaller cells, or a larger energy",
-                      faces.coarse, faces.bonds));
-  } catch (const InputError& e) {
-    t.fail("cells", e.what());
-  }
-}
 
 dem::BondModel read_bond(Table t, double friction) {
   dem::BondModel b;

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Hulls of a scene: cells of [packing], [[grain]] shape = "hull", the bonds between cells.
+// Hulls of a scene: [[grain]] shape = "hull", the bonds between cells.
 #pragma once
 
 #include "apps/scene/rve_scene.hpp"
 
 namespace grus::app {
-
-/// [packing] kind = "voronoi". `box` is given, or found here.
-void read_voronoi(Table& table, RveScene& scene, std::uint8_t material, dem::Vec3& box);
 
 /// [material.NAME.bond].
 dem::BondModel read_bond(Table table, double friction);

@@ -6,7 +6,7 @@
 
 #include <filesystem>
 
-#include "apps/scene/hulls_scene.hpp"
+#include "apps/scene/cells_scene.hpp"
 #include "apps/scene/sample_scene.hpp"
 #include "dem/state/order.hpp"
 
@@ -194,7 +194,7 @@ void check_cylinder(const Table& t, const dem::Vec3& box) {
 }
 
 void read_packing(Table t, RveScene& scene, bool round, Vec3& box) {
-  const std::string kind = t.choice("kind", {"random", "hcp", "simple-cubic", "file", "voronoi"});
+  const std::string kind = t.choice("kind", {"random", "hcp", "simple-cubic", "file", "voronoi", "prisms"});
   const bool periodic = scene.state.boundary.cell.periodic();
   if (t.has("box")) {
     box = vector3(t.numbers("box", 3, dimension::length));
@@ -203,9 +203,12 @@ void read_packing(Table t, RveScene& scene, bool round, Vec3& box) {
   scene.model.seed = static_cast<std::uint64_t>(t.integer_or("seed", static_cast<long>(scene.model.seed), 0, 1L << 62));
   const std::string name = t.text_or("material", scene.model.materials.front().name);
   const auto material = material_of(t, scene.model, name);
-  if (kind == "voronoi") {
+  if (kind == "voronoi" || kind == "prisms") {
     if (scene.scale != 1) t.fail("kind", "loading.scale is for random packings");
-    read_voronoi(t, scene, material, box);
+    if (kind == "voronoi")
+      read_voronoi(t, scene, material, box);
+    else
+      read_prisms(t, scene, material, box);
     t.finish();
     return;
   }

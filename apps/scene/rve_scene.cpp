@@ -8,13 +8,15 @@
 #include <map>
 
 #include "apps/scene/sample_scene.hpp"
+#include "apps/scene/supports_scene.hpp"
 #include "dem/rve/measure.hpp"
 
 namespace grus::app {
 namespace {
 
 const std::vector<std::string> kinds{
-    "uniaxial-strain", "oedometric-stress", "isotropic-stress", "triaxial", "velocity-gradient", "platens", "free"};
+    "uniaxial-strain", "oedometric-stress", "isotropic-stress", "triaxial", "constant-p",
+    "velocity-gradient", "platens", "rollers", "free"};
 
 void needs_box(const Table& t, const RveScene& scene) {
   const dem::Boundary& boundary = scene.state.boundary;
@@ -70,6 +72,19 @@ void read_triaxial(Table& t, TestProgram& test) {
   loaded_axis(test) = {.strain_rate = -test.strain_rate, .stress = {}};
 }
 
+/// True triaxial: one axis is compressed (or, at a negative rate, drawn), the two others keep the mean stress.
+void read_constant_p(Table& t, TestProgram& test) {
+  read_axis(t, test);
+  test.strain_rate = t.number("strain_rate", dimension::rate, any);
+  if (test.strain_rate == 0) t.fail("strain_rate", "must not be 0");
+  const double rate = std::abs(test.strain_rate);
+  test.loading.mean = -t.number("pressure", dimension::pressure, positive);
+  test.loading.consolidation = t.number("consolidation", dimension::time, positive);
+  test.duration = test.loading.consolidation + t.number("final_strain", dimension::none, {0, 0.95, true, true}) / rate;
+  for (auto& axis : test.loading.axes) axis = {0, *test.loading.mean, 6 * rate};
+  loaded_axis(test) = {.strain_rate = -test.strain_rate, .stress = {}, .max_rate = 6 * rate};
+}
+
 void read_velocity_gradient(Table& t, RveScene& scene) {
   if (!scene.state.boundary.cell.periodic()) t.fail("kind", "\"velocity-gradient\" needs boundary.kind = \"periodic\"");
   const auto m = t.matrix("velocity_gradient", dimension::rate);
@@ -79,6 +94,19 @@ void read_velocity_gradient(Table& t, RveScene& scene) {
   scene.test.duration = t.number("duration", dimension::time, positive);
   scene.test.strain_rate = gradient.norm();
   scene.test.loading.velocity_gradient = gradient;
+}
+
+/// Section that platens press on; of a disc across its axis pi D t / 2, which makes it the tension in its middle.
+double nominal_area(const RveScene::Cells& cells, int axis) {
+  const dem::Vec3& box = cells.box;
+  if (!cells.round) return box.prod() / box[axis];
+  return axis == 2 ? 0.25 * dem::pi * box.x() * box.x() : 0.5 * dem::pi * box.x() * box.z();
+}
+
+/// The mean of both.
+void measure_platens(RveScene& scene, int axis) {
+  RveScene::Gauge gauge{{{0, 0.5}, {1, -0.5}}, -dem::Vec3::Unit(axis), 1, 1 / nominal_area(*scene.cells, axis)};
+  scene.cells->gauge = gauge;
 }
 
 void read_platens(Table& t, RveScene& scene) {
@@ -97,6 +125,7 @@ void read_platens(Table& t, RveScene& scene) {
   const double speed = by_speed ? t.number("speed", dimension::speed, positive)
                                 : height * t.number("strain_rate", dimension::rate, positive);
   walls[1].velocity[test.axis] = -speed;
+  if (scene.cells) measure_platens(scene, test.axis);
   test.strain_rate = speed / height;
   test.duration = t.number("final_strain", dimension::none, {0, 0.95, true, true}) / test.strain_rate;
 }
@@ -108,7 +137,8 @@ void read_loading(Table t, RveScene& scene) {
   const std::map<std::string, void (*)(Table&, TestProgram&)> of_a_box{{"uniaxial-strain", read_uniaxial_strain},
                                                                        {"oedometric-stress", read_oedometric_stress},
                                                                        {"isotropic-stress", read_isotropic_stress},
-                                                                       {"triaxial", read_triaxial}};
+                                                                       {"triaxial", read_triaxial},
+                                                                       {"constant-p", read_constant_p}};
   if (const auto read = of_a_box.find(test.kind); read != of_a_box.end()) {
     needs_box(t, scene);
     test.loading.driven = true;
@@ -118,6 +148,8 @@ void read_loading(Table t, RveScene& scene) {
     read_velocity_gradient(t, scene);
   } else if (test.kind == "platens") {
     read_platens(t, scene);
+  } else if (test.kind == "rollers") {
+    read_rollers(t, scene);
   } else {
     test.duration = t.number("duration", dimension::time, positive);
   }
@@ -150,6 +182,11 @@ void read_output(Table& t, RveScene& scene) {
   }
   scene.model.split_statistics = o->flag_or("split_statistics", false);
   out.grading = o->flag_or("grading", false);
+  if (o->has("bursts")) {
+    if (!scene.cells || scene.cells->faces.bonds == 0) o->fail("bursts", "the scene has no cells with bonds");
+    out.bursts = o->number("bursts", dimension::time, positive);
+    scene.model.records_bonds = true;
+  }
   out.gradings = static_cast<int>(o->integer_or("gradings", 0, 0, 1000));
   out.frames = static_cast<int>(o->integer_or("frames", 0, 0, 100000));
   const double rows = std::ceil(scene.test.duration / out.history_interval * (1 - 1e-9)) + 1;
@@ -198,6 +235,7 @@ RveScene read(const std::string& file, const std::vector<std::string>& overrides
   if (auto loading = t.table_if("loading")) scene.scale = loading->number_or("scale", 1, dimension::none, {1e-6, 1e6});
   scale_strengths(scene);
   read_sample(t, scene);
+  read_supports(t, scene);
   if (unit_cell) {
     if (!scene.state.boundary.cell.periodic())
       t.fail("boundary", "the unit cell of a boundary-value problem must be periodic");

@@ -32,6 +32,7 @@ struct TestProgram {
 
 struct Output {
   double history_interval = 0;  // s
+  double bursts = 0;            // s, window of bursts.csv; 0: none
   int frames = 0, gradings = 0;
   bool grading = false;              // size and shape columns in history.csv
   double checkpoint_interval = 300;  // s of wall time; an interrupted run writes one in any case
@@ -65,10 +66,18 @@ struct RveScene {
   double scale = 1;       // grains are this many times larger than what they stand for; gradings are told of the latter
   nlohmann::json record;  // the scene as used, defaults included
   std::vector<std::string> notes;  // what the user should know before it runs
+  /// What tells the load of a test on cells.
+  struct Gauge {
+    std::vector<std::pair<std::size_t, double>> walls;  // and their weights
+    dem::Vec3 along;                                    // unit, of the motion
+    std::size_t moving = 0;                             // wall whose way is the displacement
+    double stress_per_load = 0;                         // 1/m^2
+  };
   struct Cells {
     dem::BondedFaces faces;
     dem::Vec3 box;  // m, that they fill
     bool round;     // as a cylinder along z
+    std::optional<Gauge> gauge = {};
   };
   std::optional<Cells> cells;  // of [packing] kind = "voronoi"
 

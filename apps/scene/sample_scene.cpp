@@ -7,6 +7,7 @@
 
 #include "apps/scene/hulls_scene.hpp"
 #include "apps/scene/packing_scene.hpp"
+#include "apps/scene/supports_scene.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/state/shape_kinds.hpp"
 
@@ -17,7 +18,8 @@ using dem::Vec3;
 
 constexpr std::size_t most_materials = 250;  // an index is a byte
 
-/// A rigid material for walls; its friction replaces that of the grains unless NaN.
+}  // namespace
+
 std::uint8_t rigid_material(const Table& at, dem::Model& model, double friction) {
   dem::Material m;
   m.name = fmt::format("rigid-{}", model.materials.size());
@@ -34,6 +36,8 @@ std::uint8_t rigid_material(const Table& at, dem::Model& model, double friction)
   model.materials.push_back(m);
   return static_cast<std::uint8_t>(model.materials.size() - 1);
 }
+
+namespace {
 
 void read_grain(Table t, RveScene& scene) {
   dem::GrainSpec spec;
@@ -210,6 +214,7 @@ void read_sample(Table& t, RveScene& scene) {
         wall_material.empty() ? rigid_material(*b, scene.model, friction) : material_of(*b, scene.model, wall_material),
         boundary);
   }
+  if (b && kind == "walls") glue_to_walls(*b, scene);
   if (b) b->finish();
   const auto held = std::find_if(scene.model.materials.begin(), scene.model.materials.end(),
                                  [](const dem::Material& m) { return !m.turns; });

@@ -16,6 +16,9 @@ void make_sample(RveScene& scene, dem::Team& team, const dem::Watch& watch);
 /// of a grain.
 bool make_smaller(RveScene& scene);
 
+/// A rigid material for walls; its friction replaces that of the grains unless NaN.
+std::uint8_t rigid_material(const Table& at, dem::Model& model, double friction);
+
 /// Two rigid platens that touch the grains along an axis; the upper one moves at `speed` (m/s) towards the lower.
 void add_platens(const Table& at, RveScene& scene, int axis, double speed, double friction);
 

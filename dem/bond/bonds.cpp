@@ -94,7 +94,7 @@ void hand_over(const BondColumn<CohesiveSpring>&, std::vector<Handed>&) {}  // f
 /// By birth, so that nothing depends on threads.
 void hand_over(const BondColumn<FaceBond>& column, std::vector<Handed>& handed) {
   for (const FaceBond& s : column.row)
-    if (broken(s)) handed.push_back({s.ends, s.kn, s.area, s.shear, 1 / (s.kt * s.area), energy(s)});
+    if (broken(s)) handed.push_back(handed_by(s));
 }
 
 template <class Row>
@@ -194,12 +194,15 @@ void renumber(Bonds& bonds, std::span<const Index> place) {
     for (auto& row : column.row) row.ends.a = place[row.ends.a], row.ends.b = place[row.ends.b];
     column.tiles.grains = 0;
   });
+  for (FaceBond& row : bonds.wall) row.ends.a = place[row.ends.a];
+  for (DeadLoad& load : bonds.load) load.grain = place[load.grain];
   for (Handed& h : bonds.handed) h.ends.a = place[h.ends.a], h.ends.b = place[h.ends.b];
 }
 
 double stored_energy(const Bonds& bonds) {
   double sum = 0;
   for_each_bond(bonds, [&](const auto& row) { sum += energy(row); });
+  for (const FaceBond& row : bonds.wall) sum += energy(row);
   return sum;
 }
 

@@ -21,6 +21,9 @@ BondStiffness stiffest(const FaceBond& s, const Quat& a);
 
 Pull pull(FaceBond& s, const BondFrame& at);
 
+/// What a broken bond leaves to a contact.
+Handed handed_by(const FaceBond& s);
+
 /// Largest tension that lets a bond soften at all: beyond it, it would give less energy back than it holds (Pa).
 double softening_limit(double kn, double energy);
 

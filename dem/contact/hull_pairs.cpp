@@ -96,6 +96,12 @@ Overlap overlap_of_pair(const Grains& g, const Cell& cell, const Pair& pair, con
 
 Overlap overlap_at_wall(const Grains& g, const Wall& wall, Index i) {
   const Mat3& axes = g.frame[i].axes;
+  if (wall.roller > 0) {
+    const Vec3 to = wall.point - g.motion[i].position, across = to - wall.axis.dot(to) * wall.axis;
+    const Mat3 back = axes.transpose();
+    return turned(overlap_of(hull_of_grain(g, i), (*g.hulls)[wall.hull], back, back * to, back * across.normalized()),
+                  axes);
+  }
   const Plane plane{axes.transpose() * wall.normal, wall.normal.dot(wall.point - g.motion[i].position)};
   return turned(overlap_with_plane(hull_of_grain(g, i), plane, g.motion[i].radius), axes);
 }

@@ -48,7 +48,7 @@ struct Lister {
   NeighbourRoom& room;
   double skin, wall_skin;
   bool shown;  // what spheres show is looked at in every step
-  std::span<const Pair> bonded;
+  std::span<const Pair> bonded, walled;
 
   bool touched(Index old) const { return old != Past::none && room.contact.touching(old); }
   std::uint16_t law(Index a, std::uint8_t other) const {
@@ -85,6 +85,8 @@ struct Lister {
       const Wall& wall = boundary.walls[w];
       const Motion& g = grains.motion[i];
       if (wall.distance(g.position) > g.radius + wall_skin) continue;
+      if (!walled.empty() && std::binary_search(walled.begin(), walled.end(), Pair{i, static_cast<Index>(w)}, by_place))
+        continue;
       const Bin bin = wall_bin(grains.kind[i]);
       const auto b = static_cast<Index>(w);
       if (!known(b)) put(t, {{i, b, {}, law(i, wall.material)}, find(bin, i, b, {}), bin, Vec3::Zero()});

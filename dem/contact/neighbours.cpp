@@ -94,7 +94,7 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
   for (std::size_t t = 0; t <= tiles; ++t) room.work[t] = row[std::min(n, t * size)];
   Lister lister{
       grains,          boundary, materials, {room, contacts, origin}, room, skin, skin, !reference.radius.empty(),
-      reference.bonded};
+      reference.bonded, reference.walled};
   auto list = [&](std::size_t first, std::size_t last, auto&& finder) {
     for (std::size_t t = first; t < last; ++t) {
       const std::size_t begin = t * size, end = std::min(n, begin + size);

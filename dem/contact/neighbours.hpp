@@ -60,6 +60,7 @@ struct NeighbourReference {
   std::uint64_t mends = 0;     // of the list, since it was made
   NeighbourRoom room;
   std::vector<Pair> bonded;  // held by face bonds, sorted, law 0: never on the list
+  std::vector<Pair> walled;  // the same of grains and walls
   bool stale = false;        // the list is to be made anew, wherever the grains are
   double travelled = 0;      // bound of any grain's way since, against the affine motion; kept by the step loop
 };

@@ -21,9 +21,11 @@ double affine_loss(const Cell& cell, const Mat3& before, double reach) {
 
 double wall_travel(const Boundary& boundary, const NeighbourReference& reference) {
   double furthest = 0;
-  for (std::size_t w = 0; w < boundary.walls.size(); ++w)
-    furthest =
-        std::max(furthest, std::abs(boundary.walls[w].normal.dot(boundary.walls[w].point - reference.wall_point[w])));
+  for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
+    const Wall& wall = boundary.walls[w];
+    const Vec3 moved = wall.point - reference.wall_point[w];
+    furthest = std::max(furthest, wall.roller > 0 ? moved.norm() : std::abs(wall.normal.dot(moved)));
+  }
   return furthest;
 }
 

@@ -138,13 +138,16 @@ void archive(A& a, S& s) {
     a.column(column.row);
     if constexpr (!std::is_const_v<S>) column.tiles = {};
   });
+  a.column(s.bonds.wall);
+  a.column(s.bonds.load);
   a.column(s.bonds.handed);
+  a.column(s.bonds.broken);
   std::uint64_t walls = s.boundary.walls.size();
   a.plain(walls);
   if constexpr (!std::is_const_v<S>) s.boundary.walls.resize(walls);
   for (auto& w : s.boundary.walls)
     a.plain(w.point), a.plain(w.normal), a.plain(w.velocity), a.plain(w.material), a.plain(w.axis), a.plain(w.radius),
-        a.text(w.name);
+        a.plain(w.roller), a.plain(w.hull), a.text(w.name);
   a.plain(s.boundary.cell);
   archive_ledger(a, s.ledger);
   auto& r = s.reference;
@@ -160,6 +163,7 @@ void archive(A& a, S& s) {
   a.plain(r.builds);
   a.plain(r.mends);
   a.column(r.bonded);
+  a.column(r.walled);
   a.plain(r.stale);
   a.column(s.grain_energy);
   for (auto* v : {&s.time, &s.dt, &s.skin, &s.mean_radius, &s.grain_pressure}) a.plain(*v);

@@ -106,6 +106,10 @@ struct BondsOfGrains {
       for (const auto& [i, at] : {std::pair{bond.ends.a, bond.at_a}, std::pair{bond.ends.b, bond.at_b}})
         of[i].push_back({most, g.orientation[i] * at});
     });
+    for (const FaceBond& bond : bonds.wall) {  // which gives way to nothing: half of what two grains feel
+      const BondStiffness most = stiffest(bond, g.orientation[bond.ends.a]);
+      of[bond.ends.a].push_back({{0.5 * most.shift, 0.5 * most.turn}, g.orientation[bond.ends.a] * bond.at_a});
+    }
   }
 };
 

@@ -28,23 +28,44 @@ FaceAxes principal_axes(const FaceMoments& m, const Vec3& normal) {
   return {c * u + s * v, uu + vv - along, along};  // a turn about e1 opens by the distance from it
 }
 
-/// Strengths of one bond: drawn about the material's, and no more than its energy lets it soften.
-void give_strength(const BondModel& model, std::uint64_t seed, std::uint64_t id, double h, FaceBond& s, bool& coarse) {
-  double factor = 1;
+/// Strengths of one bond: drawn about the material's, of which it has a share, and no more than its energy lets it
+/// soften. A weaker bond gives way at as much smaller openings: energies go with the square.
+void give_strength(const BondModel& model, double share, std::uint64_t seed, std::uint64_t id, double h, FaceBond& s,
+                   bool& coarse) {
+  double factor = share;
   if (model.weibull > 0) {
     const double mean = std::tgamma(1 + 1 / model.weibull);
-    factor = std::pow(-std::log(random_uniform(seed, id, Purpose::strength, 1)), 1 / model.weibull) / mean;
+    factor *= std::pow(-std::log(random_uniform(seed, id, Purpose::strength, 1)), 1 / model.weibull) / mean;
   }
   s.criterion = model.criterion;
   s.tension = factor * model.tension, s.cohesion = factor * model.cohesion;
   s.tan_phi = model.tan_phi, s.friction = model.friction;
-  s.energy_1 = model.energy_1, s.energy_2 = model.energy_2;
+  s.energy_1 = share * share * model.energy_1, s.energy_2 = share * share * model.energy_2;
   if (s.criterion == FaceCriterion::strain_sum) s.tension *= h;  // an opening
   if (s.criterion != FaceCriterion::cohesive) return;
-  const double share = 0.95, limit = share * softening_limit(s.kn, s.energy_1);
-  const double limit_shear = share * softening_limit(s.kt, s.energy_2);
+  const double room = 0.95, limit = room * softening_limit(s.kn, s.energy_1);
+  const double limit_shear = room * softening_limit(s.kt, s.energy_2);
   coarse = s.tension > limit || s.cohesion > limit_shear;
   s.tension = std::min(s.tension, limit), s.cohesion = std::min(s.cohesion, limit_shear);
+}
+
+double bond_length(const BondModel& model, double apart) { return model.length > 0 ? model.length : apart; }
+
+void set_stiffness(const BondModel& model, double apart, FaceBond& s) {
+  s.kn = model.stiffness_given ? model.stiffness : model.stiffness / bond_length(model, apart);
+  s.kt = model.ratio * s.kn;
+}
+
+/// The face of a cell as one end of a bond.
+FaceBond bond_at(const Grains& g, Index a, const FaceMoments& face, const Vec3& normal) {
+  FaceBond s;
+  const Quat& q = g.orientation[a];
+  const FaceAxes axes = principal_axes(face, normal);
+  s.ends.a = a;
+  s.at_a = q.conjugate() * (face.centre - g.motion[a].position);
+  s.normal = q.conjugate() * normal, s.e1 = q.conjugate() * axes.e1;
+  s.area = face.area, s.i1 = axes.i1, s.i2 = axes.i2;
+  return s;
 }
 
 }  // namespace
@@ -66,6 +87,11 @@ BondedFaces add_cells(const Model& model, const VoronoiCells& cells, std::uint8_
   const std::size_t first = g.size();
   for (const GrainSpec& spec : specs) set_grain(g, g.size(), spec);
   BondedFaces count;
+  for (std::size_t i = 0; i < cells.body.size(); ++i)
+    for (const auto& face : cells.body[i].face)
+      if (face.tag < 0)
+        count.outer.push_back({static_cast<Index>(first + i), moments_of(cells.body[i], face), face.normal,
+                               face.offset - face.normal.dot(cells.seed[i])});
   if (!m.bond) return count;
   for (std::size_t i = 0; i < cells.body.size(); ++i)
     for (const auto& face : cells.body[i].face) {
@@ -75,33 +101,71 @@ BondedFaces add_cells(const Model& model, const VoronoiCells& cells, std::uint8_
         throw InputError("a cell meets its own image: more cells, or a larger periodic box, are needed");
       if (partner.cell < i) continue;
       const std::size_t j = partner.cell;
+      const bool apart = !cells.cluster.empty() && cells.cluster[i] != cells.cluster[j];
+      if (apart && m.bond->between == 0) continue;
       const Vec3 image(partner.image[0], partner.image[1], partner.image[2]);
       const Vec3 shift =
           state.boundary.cell.periodic() ? Vec3(state.boundary.cell.vectors * image) : Vec3(Vec3::Zero());
       const FaceMoments moments = moments_of(cells.body[i], face);
-      const double h = (cells.seed[j] + shift - cells.seed[i]).norm(), length = m.bond->length > 0 ? m.bond->length : h;
+      const double h = (cells.seed[j] + shift - cells.seed[i]).norm(), length = bond_length(*m.bond, h);
       if (moments.area < least_face * h * h) {
         ++count.unbonded;
         continue;
       }
-      FaceBond s;
-      const Quat &qa = g.orientation[first + i], &qb = g.orientation[first + j];
-      const FaceAxes axes = principal_axes(moments, face.normal);
-      s.ends = {static_cast<Index>(first + i), static_cast<Index>(first + j), partner.image};
-      s.at_a = qa.conjugate() * (moments.centre - g.motion[first + i].position);
-      s.at_b = qb.conjugate() * (moments.centre - shift - g.motion[first + j].position);
-      s.normal = qa.conjugate() * face.normal, s.e1 = qa.conjugate() * axes.e1;
-      s.rest = (qa.conjugate() * qb).conjugate();
-      s.area = moments.area, s.i1 = axes.i1, s.i2 = axes.i2;
-      s.kn = m.bond->stiffness_given ? m.bond->stiffness : m.bond->stiffness / length;
-      s.kt = m.bond->ratio * s.kn;
+      FaceBond s = bond_at(g, static_cast<Index>(first + i), moments, face.normal);
+      s.ends.b = static_cast<Index>(first + j), s.ends.image = partner.image;
+      const Quat& qb = g.orientation[s.ends.b];
+      s.at_b = qb.conjugate() * (moments.centre - shift - g.motion[s.ends.b].position);
+      s.rest = (g.orientation[s.ends.a].conjugate() * qb).conjugate();
+      set_stiffness(*m.bond, h, s);
       bool coarse = false;
-      give_strength(*m.bond, model.seed, state.bonds.face.row.size(), length, s, coarse);
+      give_strength(*m.bond, apart ? m.bond->between / m.bond->tension : 1, model.seed, state.bonds.face.row.size(),
+                    length, s, coarse);
       count.coarse += coarse;
       state.bonds.face.row.push_back(s);
     }
   count.bonds = state.bonds.face.row.size();
   return count;
+}
+
+std::vector<OuterFace> faces_towards(std::span<const OuterFace> outer, const Vec3& direction, double& offset) {
+  std::vector<OuterFace> found;
+  offset = -INFINITY;
+  double size = 0;
+  for (const OuterFace& f : outer) {
+    offset = std::max(offset, f.face.centre.dot(direction)), size = std::max(size, f.depth);
+  }
+  for (const OuterFace& f : outer)
+    if (f.normal.dot(direction) > 1 - 1e-9 && f.face.centre.dot(direction) > offset - 1e-6 * size) found.push_back(f);
+  return found;
+}
+
+void glue(const Model& model, std::span<const OuterFace> faces, Index wall, bool slides, State& state) {
+  const Grains& g = state.grains;
+  for (const OuterFace& f : faces) {
+    FaceBond s = bond_at(g, f.grain, f.face, f.normal);
+    set_stiffness(*model.materials[g.material[f.grain]].bond, 2 * f.depth, s);
+    s.ends.b = wall;
+    s.at_b = f.face.centre - state.boundary.walls[wall].point;
+    s.rest = g.orientation[f.grain];
+    s.kn *= 2, s.kt *= slides ? 0 : 2;
+    s.criterion = FaceCriterion::parallel;
+    s.tension = s.cohesion = INFINITY, s.tan_phi = s.friction = 0;
+    s.energy_1 = s.energy_2 = INFINITY;
+    state.bonds.wall.push_back(s);
+  }
+}
+
+void add_load(std::span<const OuterFace> faces, const Vec3& force, double ramp, State& state) {
+  const Grains& g = state.grains;
+  double area = 0;
+  for (const OuterFace& f : faces) area += f.face.area;
+  for (const OuterFace& f : faces) {
+    DeadLoad load{f.grain, g.orientation[f.grain].conjugate() * (f.face.centre - g.motion[f.grain].position),
+                  f.face.area / area * force, ramp};
+    load.point = f.face.centre;
+    state.bonds.load.push_back(load);
+  }
 }
 
 }  // namespace grus::dem

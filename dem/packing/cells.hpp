@@ -2,21 +2,42 @@
 // Voronoi cells as grains, and the bonds of the faces that they share.
 #pragma once
 
+#include <span>
+
 #include "dem/packing/voronoi.hpp"
 #include "dem/rve/model.hpp"
 #include "dem/rve/state.hpp"
 
 namespace grus::dem {
 
+/// A face of a cell on the outside of all.
+struct OuterFace {
+  Index grain;
+  FaceMoments face;
+  Vec3 normal;   // outward
+  double depth;  // of the seed (m)
+};
+
 /// What became of the faces that cells share.
 struct BondedFaces {
   std::size_t bonds = 0;
   std::size_t unbonded = 0;  // smaller than 1e-6 of the cells' distance squared
   std::size_t coarse = 0;    // too far apart for the energy: of less tension than asked for
+  std::vector<OuterFace> outer;
 };
 
 /// Puts cells into the state as hulls of a material, at rest, and bonds of its kind on the faces they share (none
 /// without a bond model). The faces' numbers are those of the cells. Throws InputError.
 BondedFaces add_cells(const Model& model, const VoronoiCells& cells, std::uint8_t material, State& state);
+
+/// Those that look along a unit vector and lie furthest out along it, in one plane; `offset`: where (m).
+std::vector<OuterFace> faces_towards(std::span<const OuterFace> outer, const Vec3& direction, double& offset);
+
+/// Glues faces to a wall by bonds that never break: half of what would hold them to their mirror images, so that a
+/// homogeneous strain goes on to the wall. `slides`: without shear and twist.
+void glue(const Model& model, std::span<const OuterFace> faces, Index wall, bool slides, State& state);
+
+/// A dead load (N) on faces, alike on every square metre, whole after a time `ramp` (s).
+void add_load(std::span<const OuterFace> faces, const Vec3& force, double ramp, State& state);
 
 }  // namespace grus::dem

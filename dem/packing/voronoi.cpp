@@ -165,6 +165,24 @@ CellSpace cylinder_space(double diameter, double length) {
   return {prism_over(corners, 0, length)};
 }
 
+CellSpace prism_space(std::span<const Vec3> corners, double height) { return {prism_over(corners, 0, height)}; }
+
+CellSpace polyellipsoid_space(const PolyEllipsoid& shape, double cells) {
+  CellSpace space;
+  const int directions = static_cast<int>(std::clamp(12 * std::pow(cells, 2.0 / 3), 32.0, 200.0));
+  const auto made_of = [&](double scale) {
+    space.body = box_between(-1.1 * scale * shape.minus, 1.1 * scale * shape.plus);
+    for (int k = 0; k < directions; ++k) {  // a spiral that takes equal steps of area
+      const double z = 1 - (2 * k + 1.0) / directions, angle = k * pi * (3 - std::sqrt(5.0)), r = std::sqrt(1 - z * z);
+      const Vec3 n(r * std::cos(angle), r * std::sin(angle), z);
+      cut(space.body, n, scale * support_height(shape, n), -7 - k, flush * shape.plus.minCoeff());
+    }
+  };
+  made_of(1);
+  made_of(std::cbrt(dem::volume(shape) / space.volume()));
+  return space;
+}
+
 VoronoiCells voronoi(const CellSpace& space, std::vector<Vec3> seeds, Team& team) {
   VoronoiCells cells;
   const Grid grid(space, seeds);

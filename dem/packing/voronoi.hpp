@@ -3,9 +3,11 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "dem/base/parallel.hpp"
+#include "dem/shape/polyellipsoid.hpp"
 #include "dem/shape/polyhedron.hpp"
 
 namespace grus::dem {
@@ -24,6 +26,12 @@ CellSpace periodic_space(const Vec3& box);
 /// z.
 CellSpace cylinder_space(double diameter, double length);
 
+/// Upright over a convex polygon (corners counter-clockwise seen from +z), from z = 0.
+CellSpace prism_space(std::span<const Vec3> corners, double height);
+/// The shape as a polyhedron of its volume: tangent planes, moved inwards, as many (32 to 200) as `cells` of it can
+/// share without too many faces each. Octants meet at the origin.
+CellSpace polyellipsoid_space(const PolyEllipsoid& shape, double cells);
+
 struct VoronoiCells {
   struct Partner {
     Index cell;
@@ -32,6 +40,7 @@ struct VoronoiCells {
   std::vector<Vec3> seed;
   std::vector<Polyhedron> body;               // tag of a face: row of `partner` of its cell, or the container's
   std::vector<std::vector<Partner>> partner;  // of each cell
+  std::vector<Index> cluster;                 // of each cell; empty: all are one
 };
 
 /// Cells of all seeds, the same on any number of threads.

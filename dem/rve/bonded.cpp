@@ -20,14 +20,18 @@ bool put_in_order(Pair& p) {
 
 }  // namespace
 
-void book_broken(State& state) {
+void book_broken(State& state, bool recorded) {
   const Grains& g = state.grains;
   for (const Handed& h : state.bonds.handed) {
     const Pair p{h.ends.a, h.ends.b, h.ends.image};
     const Vec3 apart = branch(g, state.boundary.cell, h.ends);
     const Overlap o = overlap_of_pair(g, state.boundary.cell, p, apart.normalized());
     const double shear = o.volume > 0 ? 0.5 * h.compliance * h.shear.squaredNorm() : 0;
-    state.ledger.fracture += h.held - h.modulus * o.energy - shear;
+    const double taken = h.held - h.modulus * o.energy - shear;
+    state.ledger.fracture += taken;
+    if (!recorded) continue;
+    const Vec3 at = g.motion[h.ends.a].position + g.orientation[h.ends.a] * h.at_a;
+    state.bonds.broken.push_back({state.time, at, h.area, h.spent + taken});
   }
 }
 
@@ -40,6 +44,10 @@ void note_bonded(State& state) {
     bonded.push_back(p);
   }
   std::sort(bonded.begin(), bonded.end(), by_place);
+  std::vector<Pair>& walled = state.reference.walled;
+  walled.clear();
+  for (const FaceBond& b : state.bonds.wall) walled.push_back({b.ends.a, b.ends.b});
+  std::sort(walled.begin(), walled.end(), by_place);
 }
 
 void take_over(State& state) {

@@ -13,6 +13,7 @@
 #include "dem/bond/bonds.hpp"
 #include "dem/contact/forces.hpp"
 #include "dem/motion/critical_step.hpp"
+#include "dem/bond/supports.hpp"
 #include "dem/rve/bonded.hpp"
 #include "dem/rve/passes.hpp"
 #include "dem/rve/step.hpp"
@@ -142,8 +143,10 @@ void check_speeds(const State& state) {
   }
 }
 
-/// What is below a strain of 1e-10 of all grains is round-off of their positions (J).
-double energy_floor(const Model& model, const Grains& g) {
+/// What is below a strain of 1e-10 of all grains is round-off of their positions; what is below the first push that a
+/// wall gives to a grain is a contact of few steps, in which the trapezoid of its work is coarse (J).
+double energy_floor(const Model& model, const State& state) {
+  const Grains& g = state.grains;
   const auto* linear = std::get_if<LinearSpring>(&model.law);
   double whole = 0;
   for (std::size_t i = 0; i < g.size(); ++i) {
@@ -152,7 +155,9 @@ double energy_floor(const Model& model, const Grains& g) {
     const double area_law = linear && !linear->by_modulus ? std::pow(v, 2.0 / 3) : v;
     whole += (linear ? m.normal_stiffness : m.youngs_modulus) * area_law;
   }
-  return 1e-20 * whole;
+  double fastest = 0;
+  for (const Wall& wall : state.boundary.walls) fastest = std::max(fastest, wall.velocity.squaredNorm());
+  return 1e-20 * whole + 0.5 * fastest * total_mass(g) / static_cast<double>(std::max<std::size_t>(g.size(), 1));
 }
 
 void choose_time_step(const Model& model, State& state) {
@@ -206,7 +211,7 @@ void make_ready(const Model& model, State& state, Team& team) {
   state.next_estimate = state.steps;
   choose_time_step(model, state);
   state.ledger.start = stored_energy(model, state);
-  state.ledger.floor = energy_floor(model, g);
+  state.ledger.floor = energy_floor(model, state);
 }
 
 std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& team) {
@@ -217,7 +222,8 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
   Step step{model, state, team, dt};
   bool moving = false;  // positions already opened by the sweep of the step before
   const auto power = [&] {
-    return boundary_power(state.boundary, state.contacts) + cell_power(state.boundary.cell, state.bonds);
+    return boundary_power(state.boundary, state.contacts) + cell_power(state.boundary.cell, state.bonds) +
+           support_power(state.boundary, state.bonds);
   };
   state.ledger.work += 0.5 * dt * power();
   auto finish = [&] {

@@ -44,23 +44,47 @@ void set_rates(State& state, const Loading& loading, const Vec3& rates) {
     if (Wall* wall = far_wall(state.boundary, k)) wall->velocity[k] = rates[k] * loading.initial_size[k];
 }
 
+/// At first all axes seek the mean stress, in proportion to time; then the two that are not driven seek what is left
+/// of three times the mean.
+std::array<AxisControl, 3> about_the_mean(const Loading& loading, const Vec3& stress, double time) {
+  std::array<AxisControl, 3> axes = loading.axes;
+  const double reached = 0.8 * loading.consolidation;
+  double sought = *loading.mean * (time < reached ? time / reached : 1), rate = 0;
+  const bool driven = time >= loading.consolidation;
+  if (driven)
+    for (int k = 0; k < 3; ++k) {
+      const AxisControl& axis = axes[static_cast<std::size_t>(k)];
+      if (axis.stress) continue;
+      sought = 0.5 * (3 * *loading.mean - stress[k]);
+      rate = -0.5 * axis.strain_rate;  // an isotropic elastic sample keeps its volume under a constant mean stress
+    }
+  for (AxisControl& axis : axes)
+    if (axis.stress || !driven) axis = {.strain_rate = rate, .stress = sought, .max_rate = axis.max_rate};
+  return axes;
+}
+
 Vec3 servo_rates(const Model& model, const State& state, const Loading& loading) {
   Vec3 rates;
   const bool any =
       std::any_of(loading.axes.begin(), loading.axes.end(), [](const auto& a) { return a.stress.has_value(); });
-  Measurement m;
   Mat6 tangent = Mat6::Zero();
-  if (any) m = measure(model, state), tangent = contact_stiffness_tangent(model, state);
+  Vec3 stress = Vec3::Zero();
+  if (any) {
+    const Measurement m = measure(model, state);
+    tangent = contact_stiffness_tangent(model, state);
+    stress = state.boundary.cell.periodic() ? m.stress.diagonal() : m.wall_stress.diagonal();
+  }
+  const std::array<AxisControl, 3> axes = loading.mean ? about_the_mean(loading, stress, state.time) : loading.axes;
   for (int k = 0; k < 3; ++k) {
-    const AxisControl& axis = loading.axes[static_cast<std::size_t>(k)];
+    const AxisControl& axis = axes[static_cast<std::size_t>(k)];
     rates[k] = axis.strain_rate;
     if (!axis.stress) continue;
-    const double now = state.boundary.cell.periodic() ? m.stress(k, k) : m.wall_stress(k, k);
+    const double now = stress[k];
     // Close the gap over 200 steps if the tangent holds; a loose sample has none and moves at the bound.
     const double wanted = *axis.stress + axis.stress_rate * state.time;
     const double stiffness = std::max(tangent(k, k), 10 * std::abs(wanted));
     const double gap = wanted - now;  // of nothing in a sample that nothing holds yet: it waits
-    rates[k] = gap == 0 ? 0 : std::clamp(gap / (stiffness * 200 * state.dt), -axis.max_rate, axis.max_rate);
+    if (gap != 0) rates[k] += std::clamp(gap / (stiffness * 200 * state.dt), -axis.max_rate, axis.max_rate);
   }
   return rates;
 }

@@ -12,7 +12,7 @@ namespace grus::dem {
 
 /// An axis follows a constant rate of engineering strain of the initial size, or seeks a normal stress.
 struct AxisControl {
-  double strain_rate = 0;        // 1/s, tension-positive
+  double strain_rate = 0;        // 1/s, tension-positive; of an axis that seeks a stress what it does at no gap
   std::optional<double> stress;  // Pa, tension-positive; the rate is then bounded by max_rate
   double max_rate = 0;           // 1/s
   double stress_rate = 0;        // Pa/s, by which the stress goes on
@@ -22,6 +22,8 @@ struct Loading {
   bool driven = false;  // false: walls keep the velocities they were given, and `axes` is not read
   std::array<AxisControl, 3> axes;
   std::optional<Mat3> velocity_gradient;  // 1/s, periodic cell: replaces the axes
+  std::optional<double> mean;             // Pa, tension-positive: the two axes without a rate keep the mean stress
+  double consolidation = 0;               // s, in which all axes are first brought to it, at no more than their max_rate
   Vec3 initial_size = Vec3::Zero();       // m, of the box or cell; set by begin_loading
 };
 

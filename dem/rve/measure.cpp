@@ -4,6 +4,7 @@
 #include <array>
 
 #include "dem/bond/kinds.hpp"
+#include "dem/bond/supports.hpp"
 #include "dem/contact/forces.hpp"
 #include "dem/fracture/grain_stress.hpp"
 
@@ -74,6 +75,8 @@ Mat3 love_weber(const State& s, double volume) {
     if (s.contacts.contact.touching(k)) sum -= s.contacts.touch[k].force * branch(s, k).transpose();
   for_each_bond(
       s.bonds, [&](const auto& bond) { sum -= bond.force * branch(s.grains, s.boundary.cell, bond.ends).transpose(); });
+  for (const FaceBond& bond : s.bonds.wall)
+    sum -= bond.force * (s.grains.orientation[bond.ends.a] * bond.at_a).transpose();
   return 0.5 / volume * (sum + sum.transpose());
 }
 
@@ -164,6 +167,7 @@ Measurement measure(const Model& model, const State& s) {
         if (w == of.plus) force -= s.contacts.touch[c].force[k];
         if (w == of.minus) force += s.contacts.touch[c].force[k];
       }
+      if (!s.bonds.wall.empty()) force += (support_force(s.bonds, of.minus) - support_force(s.bonds, of.plus))[k];
       m.wall_stress(k, k) = -0.5 * force * width(s.boundary, of, k) / m.volume;
     }
   }
@@ -180,10 +184,11 @@ Measurement measure(const Model& model, const State& s) {
   const double n = static_cast<double>(std::max<std::size_t>(s.grains.size(), 1));
   if (m.contacts > 0) m.fabric /= static_cast<double>(m.contacts);
   for (const FaceBond& bond : s.bonds.face.row) contact_force += bond.force.norm();  // as contacts do
+  for (const FaceBond& bond : s.bonds.wall) contact_force += bond.force.norm();
   if (contact_force > 0) {
     double resultant = 0;
     for (const auto& f : s.grains.force) resultant += f.norm();
-    const auto links = static_cast<double>(m.contacts + s.bonds.face.row.size());
+    const auto links = static_cast<double>(m.contacts + s.bonds.face.row.size() + s.bonds.wall.size());
     m.unbalanced_force = resultant / n / (contact_force / links);
   }
   m.coordination = static_cast<double>(ends) / n;
@@ -216,6 +221,11 @@ Mat6 contact_stiffness_tangent(const Model& model, const State& s) {
     const auto b = displacement_of_strain(branch(s.grains, s.boundary.cell, bond.ends));
     tangent += b.transpose() * stiffness(bond, s.grains.orientation[bond.ends.a]).shift * b;
   });
+  for (const FaceBond& bond : s.bonds.wall) {
+    const Quat& q = s.grains.orientation[bond.ends.a];
+    const auto b = displacement_of_strain(q * bond.at_a);
+    tangent += b.transpose() * stiffness(bond, q).shift * b;
+  }
   return tangent / volume;
 }
 

@@ -21,6 +21,7 @@ struct BondModel {
   double tension = INFINITY, cohesion = INFINITY;  // Pa; strain-sum: strain, and angle (rad)
   double tan_phi = 0, friction = 0;
   double energy_1 = INFINITY, energy_2 = INFINITY;  // J/m^2
+  double between = 0;                               // tension of bonds between clusters; 0: there are none
   double weibull = 0;                               // modulus of the strengths' scatter, of mean 1; 0: none
 };
 
@@ -71,6 +72,7 @@ struct Model {
   Numerics numerics;
   std::uint64_t seed = 1;
   bool split_statistics = false;
+  bool records_bonds = false;  // when and where each breaks
   const Stepper* stepper = &explicit_stepper;
 
   /// Contacts deeper than this end a run: 0.2, far beyond Hertz's range; 2 where grains break: small fragments that may

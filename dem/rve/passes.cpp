@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "dem/bond/bonds.hpp"
+#include "dem/bond/supports.hpp"
 #include "dem/rve/bonded.hpp"
 
 namespace grus::dem {
@@ -25,12 +25,15 @@ constexpr Pass growth{
 
 void pull_bonds(Step& s) {
   if (s.state.bonds.empty()) return;  // the last one has broken
-  s.state.ledger.work +=
-      s.dt * bond_forces(s.state.grains, s.state.boundary.cell, s.state.bonds, s.state.ledger, s.team, s.again);
+  State& state = s.state;
+  if (s.again) clear_supported(state.grains, state.bonds);
+  double power = bond_forces(state.grains, state.boundary.cell, state.bonds, state.ledger, s.team, s.again);
+  power += support_forces(state.grains, state.boundary, state.bonds, state.ledger, state.time + s.dt);
+  state.ledger.work += s.dt * power;
   s.pulled = true;
-  if (s.state.bonds.handed.empty()) return;
-  book_broken(s.state);
-  s.state.reference.stale = true;
+  if (state.bonds.handed.empty()) return;
+  book_broken(state, s.model.records_bonds);
+  state.reference.stale = true;
 }
 
 constexpr Pass bonds{

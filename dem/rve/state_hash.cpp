@@ -36,6 +36,8 @@ std::uint64_t hash(const State& s) {
       add(&v, sizeof v);
     add(b.force.data(), sizeof b.force);
   }
+  for (const FaceBond& b : s.bonds.wall) add(b.force.data(), sizeof b.force);
+  for (const DeadLoad& load : s.bonds.load) add(load.felt.data(), sizeof load.felt);
   for (const Wall& wall : s.boundary.walls) {
     for (const Vec3& v : {wall.point, wall.normal, wall.velocity}) add(v.data(), sizeof v);
     if (wall.round()) add(wall.axis.data(), sizeof wall.axis), add(&wall.radius, sizeof wall.radius);

@@ -63,11 +63,31 @@ struct FaceBond {
 /// A bond has broken: a contact between the same two, if they press, goes on with its foundation and its friction.
 struct Handed {
   BondEnds ends;
+  Vec3 at_a;          // as of the bond
   double modulus;     // Pa/m
   double area;        // m^2
   Vec3 shear;         // on b (N)
   double compliance;  // m/N
   double held;        // J, by the bond at its end
+  double spent;       // J, since its birth
+};
+
+/// A bond that has broken, where that is recorded.
+struct BrokenBond {
+  double time;  // s
+  Vec3 at;      // middle of the face (m)
+  double area;  // m^2
+  double energy;  // J, since the bond was made
+};
+
+/// A force on a point of a grain that stays as it is, or grows to that in proportion to time.
+struct DeadLoad {
+  Index grain;
+  Vec3 at;                   // from the centre of mass, geometry frame (m)
+  Vec3 force;                // N
+  double ramp = 0;           // s, until it is whole
+  Vec3 felt = Vec3::Zero();  // N, now
+  Vec3 point = Vec3::Zero();  // m, now
 };
 
 /// How bonds are dealt to tiles of grains: a bond is work of the tile of its lower grain, as pairs are. What it does to
@@ -93,10 +113,14 @@ struct BondColumn {
 struct Bonds {
   BondColumn<CohesiveSpring> cohesive;
   BondColumn<FaceBond> face;
-  std::vector<Handed> handed;  // by face bonds that have broken since the last neighbour list
+  std::vector<FaceBond> wall;  // of grains (a) with walls (b, which do not turn): they never break
+  std::vector<DeadLoad> load;
+  std::vector<Handed> handed;      // by face bonds that have broken since the last neighbour list
+  std::vector<BrokenBond> broken;  // all of them, where that is wanted
 
+  /// Those between grains.
   std::size_t size() const;
-  bool empty() const { return size() == 0; }
+  bool empty() const { return size() == 0 && wall.empty() && load.empty(); }
   void clear();
 };
 
@@ -107,7 +131,7 @@ void for_each_kind(B& bonds, F&& f) {
   f(bonds.face);
 }
 
-/// Calls f on every bond, whatever its kind.
+/// Calls f on every bond of grains with grains, whatever its kind.
 template <class B, class F>
 void for_each_bond(B& bonds, F&& f) {
   for_each_kind(bonds, [&](auto& column) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Rigid walls, planes or cylinders, or the periodic cell.
+// Rigid walls - planes, cylinders about the grains, rollers - or the periodic cell.
 #pragma once
 
 #include <string>
@@ -16,13 +16,16 @@ struct Wall {
   std::string name = {};
   Vec3 axis = Vec3::Zero();  // unit, of a cylinder about `point`, in which grains are
   double radius = 0;         // of a cylinder; 0: a plane
+  double roller = 0;         // radius of a convex body about `axis` at `point`; 0: none
+  std::uint32_t hull = 0;    // its shape
 
   bool round() const { return radius > 0; }
   /// How far x is on the good side (m).
   double distance(const Vec3& x) const {
-    if (!round()) return normal.dot(x - point);
+    if (!round() && roller == 0) return normal.dot(x - point);
     const Vec3 from = x - point;
-    return radius - (from - axis.dot(from) * axis).norm();
+    const double away = (from - axis.dot(from) * axis).norm();
+    return roller > 0 ? away - roller : radius - away;
   }
 };
 

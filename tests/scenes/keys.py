@@ -95,6 +95,20 @@ RVE["disc"] = ROCK + COHESIVE + DISC + PRESSED
 RVE["brick"] = ROCK + "criterion = \"strain-sum\"\nlength = \"1 mm\"\nstrain = 0.0003\nrotation = 0.002\n" + DISC.replace("cylinder = { diameter = \"10 mm\", length = \"2 mm\" }\ncells = 60", "box = [\"8 mm\", \"8 mm\", \"8 mm\"]\ncell_size = \"2 mm\"").replace(
     "extruded = true\n", "") + PRESSED
 RVE["stiff"] = ROCK.replace("modulus = \"20 GPa\"\npoissons_ratio = 0.2", "normal_stiffness = \"2e13 Pa/m\"\nshear_ratio = 0.3") + "criterion = \"parallel\"\ntension = \"6 MPa\"\nshear = \"18 MPa\"\n" + DISC + PRESSED
+BAR = ROCK + bases.COHESIVE + "[packing]\nkind = \"voronoi\"\nbox = [\"12 mm\", \"3 mm\", \"4 mm\"]\ncells = 40\n"
+RVE["beam"] = BAR + ("[[clamp]]\nwhere = \"x=min\"\n[[clamp]]\nwhere = \"x=max\"\nvelocity = [0.1, 0.02, 0]\n[[load]]\nwhere = \"z=max\"\nforce = [0, 0, \"-3 N\"]\nramp = \"10 us\"\n"
+                     "[loading]\nkind = \"free\"\nduration = \"50 us\"\n")
+RVE["rollers"] = BAR.replace("cells = 40", "cells = 30\ngrains = \"clusters\"\nclusters = 3") + (
+    "[loading]\nkind = \"rollers\"\naxis = \"z\"\nspan = \"x\"\nouter = \"10 mm\"\ninner = \"4 mm\"\nradius = \"1 mm\"\nspeed = \"2 m/s\"\nfriction = 0.1\nfinal_displacement = \"0.1 mm\"\n[output]\nbursts = \"1 us\"\n")
+RVE["rollers"] = RVE["rollers"].replace("weibull = 6\n", "weibull = 6\nbetween = \"3 MPa\"\n")
+RVE["plates"] = ROCK + bases.COHESIVE + ("[packing]\nkind = \"voronoi\"\nbox = [\"4 mm\", \"4 mm\", \"4 mm\"]\ncells = 30\n[boundary]\nkind = \"walls\"\nbonded = \"normal\"\n[loading]\nkind = \"constant-p\"\naxis = \"z\"\n"
+                                           "pressure = \"5 MPa\"\nconsolidation = \"20 us\"\nstrain_rate = 20\nfinal_strain = 0.001\n")
+IMPACT = "[numerics]\nsafety = 0.1\n[[wall]]\npoint = [0, 0, \"-0.1 mm\"]\nnormal = [0, 0, 1]\nvelocity = [0, 0, 20]\nrigid = true\n[loading]\nkind = \"free\"\nduration = \"20 us\"\n"
+RVE["prisms"] = ROCK + bases.COHESIVE + "[packing]\nkind = \"prisms\"\nbox = [\"9 mm\", \"9 mm\", \"2 mm\"]\nside = \"1 mm\"\nthickness = \"1 mm\"\ngap = \"0.1 mm\"\n" + IMPACT
+RVE["outline"] = ROCK + bases.COHESIVE + "[packing]\nkind = \"voronoi\"\nprism = { corners = [[0, 0, 0], [\"6 mm\", 0, 0], [0, \"6 mm\", 0]], height = \"3 mm\" }\ncells = 20\n" + IMPACT
+RVE["egg"] = ROCK + bases.COHESIVE + ("[packing]\nkind = \"voronoi\"\npolyellipsoid = { semi_axes = [\"3 mm\", \"2 mm\", \"2 mm\", \"2 mm\", \"2 mm\", \"2 mm\"] }\ncells = 20\n" +
+                                        IMPACT.replace("-0.1 mm", "-2.1 mm").replace("20 us", "60 us"))
+RVE["parents"] = ROCK + bases.COHESIVE + ("[packing]\nkind = \"voronoi\"\ngrains = \"clusters\"\ncells = 10\nparents = { kind = \"simple-cubic\", radius = { distribution = \"constant\", mean = \"1 mm\" }, layers = [2, 1, 1] }\n" + IMPACT)
 RVE["blocks"] = ("[material.rock]\ndensity = 2500.0\ncontact = \"overlap\"\nfoundation = \"1e12 Pa/m\"\n[[grain]]\nshape = \"hull\"\nbox = [\"2 mm\", \"2 mm\", \"2 mm\"]\nposition = [0, 0, 0]\nvelocity = [1, 0, 0]\n"
                  "[[grain]]\nshape = \"hull\"\nvertices = [[0, 0, 0], [\"2 mm\", 0, 0], [0, \"2 mm\", 0], [0, 0, \"2 mm\"]]\nposition = [\"1.8 mm\", 0, 0]\n[loading]\nkind = \"free\"\nduration = \"0.8 ms\"\n")
 RVE["tube"] = RVE["free"].replace("[boundary]", "[[wall]]\nshape = \"cylinder\"\naxis = \"z\"\nradius = \"3.345 mm\"\npoint = [\"1 mm\", \"-2.1 mm\", 0]\n[boundary]")
@@ -238,6 +252,15 @@ RVE_KEYS = [
     *[("disc", "material.rock.bond." + k, v) for k, v in (("modulus", 1e10), ("poissons_ratio", 0.1), ("tension", 3e6), ("cohesion", 9e6), ("friction_angle", 0.2), ("fracture_energy", 8.0), ("shear_energy", 15.0), ("weibull", 3))],
     ("disc", "material.rock.bond.criterion", "parallel", "material.rock.bond.cohesion=", "material.rock.bond.fracture_energy=", "material.rock.bond.shear_energy=", "material.rock.bond.shear=18e6"),
     *[("brick", "material.rock.bond." + k, v) for k, v in (("length", 5e-4), ("strain", 1e-4), ("rotation", 1e-4))], *[("stiff", "material.rock.bond." + k, v) for k, v in (("normal_stiffness", 1e13), ("shear_ratio", 0.6), ("shear", 4e6))],
+    *[("beam", k, v) for k, v in (("clamp.0.where", "y=min"), ("clamp.0.slides", "true"), ("clamp.1.velocity", "[0.2, 0.02, 0]"), ("load.0.where", "y=max"), ("load.0.force", "[0, 0, 3]"), ("load.0.ramp", 0.0))],
+    *[("rollers", "loading." + k, v) for k, v in (("axis", "y"), ("outer", 0.009), ("inner", 0.0), ("radius", 0.002), ("speed", 4.0), ("friction", 0.5), ("final_displacement", 2e-4))],
+    ("rollers", "loading.span", "z", "loading.axis=x", "loading.outer=3e-3", "loading.inner=1e-3"), ("rollers", "packing.clusters", 4), ("rollers", "packing.grains", "one", "packing.clusters="),
+    ("rollers", "material.rock.bond.between", 1e6), ("rollers", "output.bursts", 1e-4),
+    *[("plates", k, v) for k, v in (("boundary.bonded", "full"), ("loading.axis", "x"), ("loading.pressure", 4e6), ("loading.consolidation", 3e-5), ("loading.strain_rate", 10.0), ("loading.final_strain", 0.002))],
+    *[("prisms", "packing." + k, v) for k, v in (("side", 9e-4), ("thickness", 2e-3), ("gap", 0.0))], ("outline", "packing.prism.corners", "[[0, 0, 0], [0.006, 0, 0], [0, 0.005, 0]]"),
+    ("outline", "packing.prism.height", 0.002), ("egg", "packing.polyellipsoid.semi_axes", "[2e-3, 2e-3, 2e-3, 2e-3, 2e-3, 2e-3]"), *[("parents", "packing.parents." + k, v, *more) for k, v, *more in (("layers", "[1, 1, 1]"), ("radius.mean", 1.1e-3), ("seed", 5), ("radius.distribution", "uniform", "packing.parents.radius.mean=", "packing.parents.radius.min=9e-4",
+                                                                       "packing.parents.radius.max=1e-3"), ("material", "nothing"), ("orientation", "aligned"),
+                                                                      ("kind", "random", "packing.parents.layers=", "packing.parents.box=[5e-3,5e-3,5e-3]", "packing.parents.solid_fraction=0.3"))],
     *[("disc", "packing." + k, v) for k, v in (("cylinder.diameter", 0.012), ("cylinder.length", 0.001), ("cells", 70), ("extruded", "false"), ("relax", 0))], ("brick", "packing.cell_size", 0.0025),
     ("blocks", "material.rock.foundation", 2e12), ("blocks", "grain.0.box", "[2e-3, 3e-3, 2e-3]"), ("blocks", "grain.1.vertices", "[[0, 0, 0], [2e-3, 0, 0], [0, 3e-3, 0], [0, 0, 2e-3]]"),
     ("crush", "numerics.safety", 0.2), ("crush", "numerics.time_step", 2e-8), ("crush", "numerics.max_time_step", 1e-8), ("crush", "numerics.skin", 0.5), ("crush", "numerics.estimate_every", 3),

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/bond_results.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "dem/rve/bursts.hpp"
+
+namespace grus::app {
+
+std::string bursts_text(const RveScene& scene, const dem::State& state) {
+  std::string text = "time_s,bonds,energy_J,area_m2,x_m,y_m,z_m\n";
+  for (const dem::Burst& b : dem::bursts_of(state.bonds.broken, scene.output.bursts))
+    text += fmt::format("{:.10g},{},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g}\n", b.time, b.bonds, b.energy, b.area,
+                        b.middle.x(), b.middle.y(), b.middle.z());
+  return text;
+}
+
+nlohmann::json bursts_json(const RveScene& scene, const dem::State& state) {
+  const auto bursts = dem::bursts_of(state.bonds.broken, scene.output.bursts);
+  const dem::PowerLaw law = dem::fit_power_law(bursts);
+  std::size_t largest = 0;
+  for (const dem::Burst& b : bursts) largest = std::max(largest, b.bonds);
+  const auto number = [](double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(nullptr); };
+  return {{"window_s", scene.output.bursts}, {"count", bursts.size()},
+          {"largest", largest},              {"exponent", number(law.exponent)},
+          {"exponent_error", number(law.error)}};
+}
+
+}  // namespace grus::app

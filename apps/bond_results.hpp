@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What a run of bonded cells has to tell at its end.
+#pragma once
+
+#include "apps/scene/rve_scene.hpp"
+
+namespace grus::app {
+
+/// Bursts of broken bonds so far, a line each: bursts.csv.
+std::string bursts_text(const RveScene& scene, const dem::State& state);
+
+/// Their number, largest size and exponent: of summary.json.
+nlohmann::json bursts_json(const RveScene& scene, const dem::State& state);
+
+}  // namespace grus::app

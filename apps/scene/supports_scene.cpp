@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/scene/supports_scene.hpp"
+#include "apps/scene/reader.hpp"
+
+#include <fmt/format.h>
+
+#include "apps/scene/sample_scene.hpp"
+
+namespace grus::app {
+namespace {
+
+using dem::Vec3;
+
+constexpr int roller_corners = 32;
+
+/// "x=min": the direction outwards.
+Vec3 direction_of(Table& t) {
+  const std::string where = t.choice("where", {"x=min", "x=max", "y=min", "y=max", "z=min", "z=max"});
+  Vec3 d = Vec3::Zero();
+  d[where[0] - 'x'] = where.substr(2) == "min" ? -1 : 1;
+  return d;
+}
+
+std::vector<dem::OuterFace> faces_of(Table& t, const RveScene& scene, const Vec3& direction, double& offset) {
+  if (!scene.cells) t.fail("", "needs cells to hold on to: packing.kind = \"voronoi\"");
+  auto faces = dem::faces_towards(scene.cells->faces.outer, direction, offset);
+  if (faces.empty()) t.fail("where", "the cells have no flat end there");
+  return faces;
+}
+
+bool has_bonds(const RveScene& scene) { return scene.cells && scene.cells->faces.bonds > 0; }
+
+/// Force along its way that the moving one of a test meets, and stress by load.
+void measure_pull(RveScene& scene, std::size_t wall, double area) {
+  const Vec3& v = scene.state.boundary.walls[wall].velocity;
+  scene.cells->gauge = RveScene::Gauge{{{wall, -1.0}}, v.normalized(), wall, 1 / area};
+}
+
+void read_clamp(Table t, RveScene& scene) {
+  const Vec3 direction = direction_of(t);
+  double offset;
+  const auto faces = faces_of(t, scene, direction, offset);
+  if (!has_bonds(scene)) t.fail("", "needs [material.NAME.bond], by which cells hold on");
+  dem::Wall wall;
+  wall.point = offset * direction, wall.normal = -direction;
+  for (const dem::Wall& other : scene.state.boundary.walls)
+    if (other.normal == wall.normal) t.fail("where", "is clamped twice");
+  const auto v = t.numbers_or("velocity", {0, 0, 0}, dimension::speed);
+  wall.velocity = {v[0], v[1], v[2]};
+  wall.material = rigid_material(t, scene.model, NAN);
+  scene.state.boundary.walls.push_back(wall);
+  const std::size_t at = scene.state.boundary.walls.size() - 1;
+  dem::glue(scene.model, faces, static_cast<dem::Index>(at), t.flag_or("slides", false), scene.state);
+  double area = 0;
+  for (const auto& f : faces) area += f.face.area;
+  if (!wall.velocity.isZero(0)) measure_pull(scene, at, area);
+  t.finish();
+}
+
+void read_load(Table t, RveScene& scene) {
+  double offset;
+  const auto faces = faces_of(t, scene, direction_of(t), offset);
+  const auto f = t.numbers("force", 3, dimension::force);
+  dem::add_load(faces, {f[0], f[1], f[2]}, t.number_or("ramp", 0, dimension::time, not_negative), scene.state);
+  t.finish();
+}
+
+/// A prism about an axis, one corner towards `up`.
+dem::Index add_roller(dem::Grains& grains, double radius, double length, int axis, const Vec3& up) {
+  const Vec3 along = Vec3::Unit(axis), across = along.cross(up);
+  std::vector<Vec3> points;
+  for (int k = 0; k < roller_corners; ++k) {
+    const double angle = 2 * dem::pi * k / roller_corners;
+    for (const double end : {-0.5, 0.5})
+      points.emplace_back(radius * (std::cos(angle) * up + std::sin(angle) * across) + end * length * along);
+  }
+  dem::HullStore store = *grains.hulls;
+  dem::HullPlace place;
+  dem::Polyhedron body = dem::hull_of(points);
+  const dem::Index row = dem::add_hull(store, body, place);
+  // A wall does not turn: its shape is kept as it stands, not in its principal axes.
+  const dem::HullRow& at = store.row[row];
+  const dem::Mat3 axes = place.axes.toRotationMatrix();
+  for (std::uint32_t v = 0; v < at.vertices; ++v) store.vertex[at.vertex + v] = axes * store.vertex[at.vertex + v];
+  for (std::uint32_t f = 0; f < at.faces; ++f)
+    store.plane[at.plane + f].normal = axes * store.plane[at.plane + f].normal;
+  grains.hulls = std::make_shared<dem::HullStore>(std::move(store));
+  return row;
+}
+
+}  // namespace
+
+void read_supports(Table& t, RveScene& scene) {
+  const auto clamps = t.tables("clamp"), loads = t.tables("load");
+  const dem::Boundary& boundary = scene.state.boundary;
+  if (!clamps.empty() && (boundary.cell.periodic() || !boundary.walls.empty()))
+    clamps.front().fail("", "clamps are for open samples: leave out [boundary] and [[wall]], or use boundary.bonded");
+  if (!loads.empty() && boundary.cell.periodic()) loads.front().fail("", "a periodic cell has no ends");
+  for (const auto& c : clamps) read_clamp(c, scene);
+  for (const auto& l : loads) read_load(l, scene);
+}
+
+void glue_to_walls(Table& t, RveScene& scene) {
+  const std::string how = t.choice_or("bonded", "no", {"no", "normal", "full"});
+  if (how == "no") return;
+  if (!has_bonds(scene)) t.fail("bonded", "needs packing.kind = \"voronoi\" and [material.NAME.bond]");
+  for (std::size_t w = 0; w < scene.state.boundary.walls.size(); ++w) {
+    const Vec3 outward = -scene.state.boundary.walls[w].normal;
+    double offset;
+    const auto faces = dem::faces_towards(scene.cells->faces.outer, outward, offset);
+    const double gap = scene.state.boundary.walls[w].point.dot(outward) - offset;
+    if (faces.empty() || std::abs(gap) > 1e-6 * scene.cells->box.maxCoeff())
+      t.fail("bonded", fmt::format("no cell touches the wall {}", scene.state.boundary.walls[w].name));
+    dem::glue(scene.model, faces, static_cast<dem::Index>(w), how == "normal", scene.state);
+  }
+}
+
+void read_rollers(Table& t, RveScene& scene) {
+  TestProgram& test = scene.test;
+  auto& boundary = scene.state.boundary;
+  if (boundary.cell.periodic() || !boundary.walls.empty())
+    t.fail("kind", "\"rollers\" makes its own; leave out [boundary] and [[wall]]");
+  if (!scene.cells || scene.cells->round) t.fail("kind", "\"rollers\" bends a box of cells: packing.kind = \"voronoi\"");
+  test.axis = t.choice_or("axis", "z", {"x", "y", "z"})[0] - 'x';
+  const int span = t.choice_or("span", "x", {"x", "y", "z"})[0] - 'x', third = 3 - test.axis - span;
+  if (span == test.axis) t.fail("span", "is across axis");
+  const Vec3 box = scene.cells->box;
+  const double outer = t.number("outer", dimension::length, {0, box[span], true, true});
+  const double inner = t.number_or("inner", 0, dimension::length, {0, outer, false, true});
+  const double radius = t.number("radius", dimension::length, positive);
+  const double speed = t.number("speed", dimension::speed, positive);
+  const auto material = rigid_material(t, scene.model, t.number_or("friction", 0, dimension::none, not_negative));
+  RveScene::Gauge gauge;
+  gauge.along = -Vec3::Unit(test.axis);
+  for (const bool top : {false, true}) {
+    const double apart = top ? inner : outer;
+    const Vec3 towards = top ? gauge.along : Vec3(-gauge.along);
+    const int count = apart > 0 ? 2 : 1;
+    const dem::Index hull = add_roller(scene.state.grains, radius, 1.2 * box[third], third, towards);
+    for (int k = 0; k < count; ++k) {
+      dem::Wall wall;
+      wall.normal.setZero();
+      wall.point = 0.5 * box;
+      wall.point[span] += apart * (0.5 * (count - 1) - k);
+      wall.point[test.axis] = top ? box[test.axis] + radius : -radius;
+      if (top) wall.velocity = speed * gauge.along;
+      wall.axis = Vec3::Unit(third), wall.roller = radius, wall.hull = hull, wall.material = material;
+      gauge.walls.emplace_back(boundary.walls.size(), top ? -0.5 : 0.5);
+      gauge.moving = boundary.walls.size();
+      boundary.walls.push_back(wall);
+    }
+  }
+  // The beam's fibre stress under the load P: 3 P (outer - inner) / (2 w t^2).
+  gauge.stress_per_load = 1.5 * (outer - inner) / (box[third] * box[test.axis] * box[test.axis]);
+  scene.cells->gauge = gauge;
+  test.duration = t.number("final_displacement", dimension::length, positive) / speed;
+}
+
+}  // namespace grus::app

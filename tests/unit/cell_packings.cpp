@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Cells in outlines, prisms on a lattice, clusters, the bonds between them, and the power law of bursts.
+#include <numeric>
+
+#include "dem/base/random.hpp"
+#include "dem/packing/cells.hpp"
+#include "dem/packing/clusters.hpp"
+#include "dem/packing/prisms.hpp"
+#include "dem/rve/bursts.hpp"
+#include "tests/bonded.hpp"
+
+using namespace grus::dem;
+using namespace grus::dem::test;
+
+namespace {
+
+double volume_of(const VoronoiCells& cells) {
+  return std::accumulate(cells.body.begin(), cells.body.end(), 0.0,
+                         [](double sum, const Polyhedron& p) { return sum + moments_of(p).volume; });
+}
+
+State state_of_cells(const Model& model, const VoronoiCells& cells) {
+  State s;
+  add_cells(model, cells, 0, s);
+  return s;
+}
+
+}  // namespace
+
+TEST_CASE("hexagonal prisms: volume and moments of the polygon; each meets six others, and those above and below") {
+  const VoronoiCells cells = hexagonal_prisms(Vec3(5, 5, 3), 0.5, 1, 0);
+  // Widths of 0.866 along x: five and, half a width on, five; rows of 0.75 along y: five and a half; three layers.
+  REQUIRE(cells.seed.size() == 5 * 6 * 3);
+  const SolidMoments one = moments_of(cells.body[0]);
+  CHECK(std::abs(one.volume - 0.6495190528) < 1e-9);
+  CHECK(std::abs(one.second(0, 0) + one.second(1, 1) - 0.0676582) < 1e-6);
+  std::size_t whole = 0;
+  for (std::size_t i = 0; i < cells.seed.size(); ++i) {
+    whole += cells.partner[i].size() == 8;
+    for (const auto& face : cells.body[i].face) {
+      if (face.tag < 0) continue;
+      const Vec3 to = cells.seed[cells.partner[i][static_cast<std::size_t>(face.tag)].cell] - cells.seed[i];
+      CHECK((to.normalized() - face.normal).norm() < 1e-12);
+      CHECK(std::abs(0.5 * to.norm() - (face.offset - face.normal.dot(cells.seed[i]))) < 1e-12);
+    }
+  }
+  CHECK(whole == 3 * 4);  // inner columns, inner rows, the middle layer
+  const Model model = rock(elastic());
+  const State tight = state_of_cells(model, cells);
+  const State loose = state_of_cells(model, hexagonal_prisms(Vec3(5, 5, 3), 0.5, 1, 0.1));
+  REQUIRE(tight.bonds.size() == loose.bonds.size());
+  // Smaller faces at the lattice's distance: 0.5 - 0.1 / sqrt 3 of side.
+  const double shrunk = 1 - 0.2 / std::sqrt(3.0);
+  for (std::size_t k = 0; k < loose.bonds.size(); ++k) {
+    const FaceBond &a = tight.bonds.face.row[k], &b = loose.bonds.face.row[k];
+    const bool above = std::abs(cells.seed[a.ends.a].z() - cells.seed[a.ends.b].z()) > 0.5;
+    CHECK(std::abs(b.area / a.area - (above ? shrunk * shrunk : shrunk)) < 1e-9);
+    CHECK(std::abs(b.kn / a.kn - 1) < 1e-12);
+  }
+  CHECK_THROWS(hexagonal_prisms(Vec3(0.8, 5, 3), 0.5, 1, 0));
+}
+
+TEST_CASE("cells fill the outline of a prism and of a poly-ellipsoid, whose volume and centre they keep") {
+  Team team(1);
+  const std::array<Vec3, 3> corners{Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(0, 3, 0)};
+  CHECK(std::abs(volume_of(voronoi_packing(prism_space(corners, 4), 40, 2, 1, team)) - 12) < 1e-9);
+  const PolyEllipsoid shape{{1, 1.2, 0.8}, {0.7, 1, 1.5}};
+  const CellSpace space = polyellipsoid_space(shape, 100);
+  CHECK(std::abs(space.volume() / volume(shape) - 1) < 1e-9);
+  // 200 planes leave caps of some 1 / 200 of the surface: the body is as much as half a per cent out of shape.
+  CHECK((moments_of(space.body).centre - centre_of_mass(shape)).norm() < 0.01);
+  for (const Vec3& x : space.body.vertex) {
+    const double out = std::sqrt(x.cwiseProduct(x).dot(octant_squares(shape, x).cwiseInverse()));
+    CHECK(out < 1.06);
+  }
+  CHECK(std::abs(volume_of(voronoi_packing(space, 60, 3, 1, team)) / volume(shape) - 1) < 1e-9);
+}
+
+TEST_CASE("grains of a packing become clusters of cells: volume, mass centre and pose are kept, none is bonded to another") {
+  Team team(1);
+  State parents;
+  GrainSpec a, b;
+  a.shape = PolyEllipsoid{{1, 1.2, 0.8}, {0.7, 1, 1.5}}, a.position = Vec3(3, 4, 5);
+  a.orientation = Quat(0.8, 0.36, 0.48, 0), a.density = density;
+  b.shape = PolyEllipsoid::sphere(1.1), b.position = Vec3(-3, 1, 0), b.density = density;
+  set_grain(parents.grains, 0, a), set_grain(parents.grains, 1, b);
+  const VoronoiCells cells = fill_grains(parents.grains, 25, 5, 7, team);
+  const State s = state_of_cells(rock(elastic()), cells);
+  for (Index i = 0; i < 2; ++i) {
+    double mass = 0;
+    Vec3 centre = Vec3::Zero();
+    for (std::size_t k = 0; k < cells.seed.size(); ++k)
+      if (cells.cluster[k] == i) mass += s.grains.mass[k], centre += s.grains.mass[k] * s.grains.motion[k].position;
+    CHECK(std::abs(mass / parents.grains.mass[i] - 1) < 1e-9);
+    CHECK((centre / mass - parents.grains.motion[i].position).norm() < 0.02);
+    // The longest way is where the grain's is.
+    const Vec3 along = a.orientation * Vec3(0, 0, -1);
+    double furthest = 0;
+    for (std::size_t k = 0; k < cells.seed.size(); ++k)
+      for (const Vec3& x : cells.body[k].vertex)
+        if (cells.cluster[k] == i) furthest = std::max(furthest, along.dot(x - parents.grains.motion[i].position));
+    const double wanted = i == 0 ? 1.5 - 0.375 * 0.7 : 1.1;
+    CHECK(std::abs(furthest / wanted - 1) < 0.06);
+  }
+  for (const FaceBond& bond : s.bonds.face.row) CHECK(cells.cluster[bond.ends.a] == cells.cluster[bond.ends.b]);
+}
+
+TEST_CASE("bonds between clusters are weaker as asked, in energy by the square, or not there") {
+  Team team(1);
+  const CellSpace space = periodic_space(Vec3(4, 4, 4));
+  VoronoiCells cells = voronoi_packing(space, 200, 3, 1, team);
+  const std::size_t all = state_of_cells(rock(cohesive(1e3, 1)), cells).bonds.size();
+  deal_to_clusters(space, 5, 1, team, cells);
+  for (Index c = 0; c < 5; ++c) CHECK(std::count(cells.cluster.begin(), cells.cluster.end(), c) > 15);
+  BondModel bond = cohesive(1e3, 1);
+  const State open = state_of_cells(rock(bond), cells);
+  bond.between = 400;
+  const State closed = state_of_cells(rock(bond), cells);
+  CHECK(closed.bonds.size() == all);
+  std::size_t across = 0;
+  for (const FaceBond& b : closed.bonds.face.row) {
+    const bool apart = cells.cluster[b.ends.a] != cells.cluster[b.ends.b];
+    across += apart;
+    CHECK(b.tension == (apart ? 400 : 1000));
+    CHECK(b.cohesion == 2 * b.tension);
+    CHECK(std::abs(b.energy_1 - (apart ? 0.16 : 1)) < 1e-12);
+    CHECK(std::abs(b.energy_2 - (apart ? 0.48 : 3)) < 1e-12);
+  }
+  CHECK(open.bonds.size() == all - across);
+  // Surface of five cells of 64 / 5 in volume among bonds of 200 of 64 / 200: the ratio of the sizes, some 0.3.
+  CHECK(across > all / 6);
+  CHECK(across < all / 2);
+}
+
+TEST_CASE("bursts: windows of time; the exponent of a power law is found within its error") {
+  std::vector<BrokenBond> broken;
+  for (const double t : {0.1e-3, 0.9e-3, 1.1e-3, 5.5e-3}) broken.push_back({t, Vec3(t, 0, 1), 1 + t, 2});
+  const std::vector<Burst> bursts = bursts_of(broken, 1e-3);
+  REQUIRE(bursts.size() == 3);
+  CHECK(bursts[0].bonds == 2);
+  CHECK(bursts[0].energy == 4);
+  CHECK(std::abs(bursts[0].middle.x() - (0.1e-3 * 1.0001 + 0.9e-3 * 1.0009) / 2.001) < 1e-15);
+  CHECK(std::abs(bursts[2].time - 5e-3) < 1e-15);
+  CHECK(std::isnan(fit_power_law(std::vector<Burst>(5, Burst{0, 1})).exponent));
+  for (const double exponent : {0.8, 1.5, 2.5}) {
+    constexpr std::size_t largest = 300, count = 4000;
+    std::vector<double> below{0};
+    for (std::size_t s = 1; s <= largest; ++s)
+      below.push_back(below.back() + std::pow(static_cast<double>(s), -exponent));
+    std::vector<Burst> drawn;
+    for (std::uint64_t k = 0; k < count; ++k) {
+      const double u = below.back() * random_uniform(11, k, Purpose::strength, 0);
+      const auto at = std::upper_bound(below.begin(), below.end(), u) - below.begin();
+      drawn.push_back({0, static_cast<std::size_t>(std::min<std::ptrdiff_t>(at, largest))});
+    }
+    const PowerLaw law = fit_power_law(drawn);
+    CHECK(law.error < 0.05);
+    CHECK(std::abs(law.exponent - exponent) < 4 * law.error);
+  }
+}
