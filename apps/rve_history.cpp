@@ -19,6 +19,11 @@ constexpr std::size_t most_listed = 16;
 
 bool box_of_walls(const dem::State& s) { return !s.boundary.cell.periodic() && dem::bulk_volume(s.boundary) > 0; }
 
+/// The stress of the sample, from its walls where it has any (Pa, tension-positive).
+const dem::Mat3& sample_stress(const dem::State& s, const dem::Measurement& m) {
+  return box_of_walls(s) ? m.wall_stress : m.stress;
+}
+
 dem::Vec3 wall_force(const dem::State& s, std::size_t wall) {
   dem::Vec3 force = dem::Vec3::Zero();
   for (std::size_t k = s.contacts.begin[dem::first_wall]; k < s.contacts.size(); ++k)
@@ -55,19 +60,25 @@ void add_bonds(const dem::State& s, std::vector<double>& row) {
 
 bool gauged(const RveScene& scene) { return scene.cells && scene.cells->gauge; }
 
+double load_of(const RveScene::Gauge& gauge, const dem::State& s) {
+  double load = 0;
+  for (const auto& [wall, weight] : gauge.walls) load += weight * wall_force(s, wall).dot(gauge.along);
+  return load;
+}
+
 /// Load, way and stress of what moves: all along its motion.
 void add_gauge(const RveScene& scene, const dem::State& s, std::vector<double>& row) {
   const RveScene::Gauge& gauge = *scene.cells->gauge;
-  double load = 0;
-  for (const auto& [wall, weight] : gauge.walls) load += weight * wall_force(s, wall).dot(gauge.along);
+  const double load = load_of(gauge, s);
   const dem::Vec3 way = s.boundary.walls[gauge.moving].point - scene.state.boundary.walls[gauge.moving].point;
   row.insert(row.end(), {load, way.dot(gauge.along), load * gauge.stress_per_load});
 }
 
+double deviator(const dem::Mat3& m) { return (m - m.trace() / 3 * dem::Mat3::Identity()).norm(); }
+
 /// p, q, and the strains that go with them, compression-positive.
 void add_invariants(const dem::Mat3& stress, const dem::Mat3& gradient, std::vector<double>& row) {
   const dem::Mat3 strain = 0.5 * (gradient + gradient.transpose());
-  const auto deviator = [](const dem::Mat3& m) { return (m - m.trace() / 3 * dem::Mat3::Identity()).norm(); };
   row.insert(row.end(), {dem::mean_pressure(stress), std::sqrt(1.5) * deviator(stress), -strain.trace(),
                          std::sqrt(2.0 / 3) * deviator(strain)});
 }
@@ -80,6 +91,13 @@ double axial_stress(const RveScene& scene, const dem::State& s, const dem::Measu
   if (!has_faces(scene, s)) return -m.stress(scene.test.axis, scene.test.axis);
   const auto [back, front] = face_stresses(scene, s);
   return 0.5 * (back + front);
+}
+
+bool tells_stress(const RveScene& scene) { return gauged(scene) || scene.test.kind == "constant-p"; }
+
+double test_stress(const RveScene& scene, const dem::State& s, const dem::Measurement& m) {
+  if (gauged(scene)) return load_of(*scene.cells->gauge, s) * scene.cells->gauge->stress_per_load;
+  return scene.test.kind == "constant-p" ? std::sqrt(1.5) * deviator(sample_stress(s, m)) : 0;
 }
 
 std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& state) {
@@ -150,11 +168,6 @@ void add_grading(const RveScene& scene, const dem::State& s, std::vector<double>
   row.insert(row.end(), {now.diameter(0.1), now.diameter(0.5), now.diameter(0.9), dem::einav_breakage(first, now),
                          dem::hardin_breakage(first, now), now.fractal_dimension(), now.fines_fraction(), z.equant,
                          z.disc, z.rod, z.blade, z.elongation, z.flatness});
-}
-
-/// The stress of the sample, from its walls where it has any (Pa, tension-positive).
-const dem::Mat3& sample_stress(const dem::State& s, const dem::Measurement& m) {
-  return box_of_walls(s) ? m.wall_stress : m.stress;
 }
 
 void add_crushing(const RveScene& scene, const dem::State& s, const dem::Measurement& m, std::vector<double>& row) {

@@ -13,6 +13,11 @@ std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& st
 std::vector<double> rve_row(const RveScene& scene, const dem::State& state, const dem::Measurement& m,
                             const dem::Mat3& initial_cell);
 
+/// Whether the test has a stress of its own, and it: nominal stress of a load on cells, q at a constant mean stress
+/// (Pa; 0 without).
+bool tells_stress(const RveScene& scene);
+double test_stress(const RveScene& scene, const dem::State& state, const dem::Measurement& measured);
+
 /// The compression-positive stress that the test is about: walls and platens by their force, cells by Love-Weber (Pa).
 double axial_stress(const RveScene& scene, const dem::State& state, const dem::Measurement& m);
 

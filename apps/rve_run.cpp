@@ -137,6 +137,7 @@ bool RveRun::go_to_row(std::uint64_t row, double until) {
       error_ = dem::energy_error(state_.ledger, now_.kinetic + now_.elastic);
       course_.peak = std::max(course_.peak, axial_);
       if (state_.ledger.breakages == 0) course_.intact = course_.peak;
+      course_.reading = std::max(course_.reading, test_stress(scene_, state_, now_));
       if (course_.overfull < 0 && scene_.model.has_balls() && now_.volume > 0 &&
           dem::whole_solid(scene_.model, state_) > now_.volume)
         course_.overfull = std::max(0.0, axial_);
@@ -230,6 +231,7 @@ nlohmann::json RveRun::summary() const {
   summary["errors"]["packing_overlap"] = scene_.packing_overlap;
   summary["results"] = {
       {"peak_axial_stress_Pa", course_.peak}, {"final_time_s", state_.time}, {"final_void_ratio", now_.void_ratio}};
+  if (tells_stress(scene_)) summary["results"]["peak_stress_Pa"] = course_.reading;
   if (scene_.output.bursts > 0) summary["bursts"] = bursts_json(scene_, state_);
   if (scene_.model.breakable()) summary["results"]["peak_before_breakage_Pa"] = course_.intact;
   summary["seconds"] = {

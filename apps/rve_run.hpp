@@ -33,6 +33,7 @@ private:
     std::uint64_t row = 0;
     double peak = 0, intact = 0, wall = 0,
            grain_steps = 0;  // peak, before the first breakage: of the axial stress (Pa)
+    double reading = 0;      // largest stress that the test itself tells, of cells (Pa)
     double overfull =
         -1;  // stress (Pa) at which grains and fines first were more than the sample's volume; below 0: never
     ErrorEstimates errors;
@@ -42,7 +43,7 @@ private:
       a.plain(c.initial_cell);
       a.plain(c.initial_size);
       a.plain(c.row);
-      a.plain(c.peak), a.plain(c.intact);
+      a.plain(c.peak), a.plain(c.intact), a.plain(c.reading);
       a.plain(c.wall);
       a.plain(c.grain_steps);
       a.plain(c.overfull);

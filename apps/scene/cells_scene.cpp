@@ -52,7 +52,7 @@ dem::CellSpace read_ellipsoid_outline(Table& packing, Table& t, Vec3& box) {
   const auto axes = t.numbers("semi_axes", 6, dimension::length);
   t.finish();
   if (!(*std::min_element(axes.begin(), axes.end()) > 0)) t.fail("semi_axes", "all six must be above 0");
-  const dem::PolyEllipsoid shape{{axes[0], axes[1], axes[2]}, {axes[3], axes[4], axes[5]}};
+  const dem::PolyEllipsoid shape{{axes[0], axes[2], axes[4]}, {axes[1], axes[3], axes[5]}};
   box = shape.plus + shape.minus;
   return dem::polyellipsoid_space(shape, wanted_count(packing, dem::volume(shape)));
 }

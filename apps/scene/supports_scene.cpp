@@ -75,15 +75,7 @@ dem::Index add_roller(dem::Grains& grains, double radius, double length, int axi
       points.emplace_back(radius * (std::cos(angle) * up + std::sin(angle) * across) + end * length * along);
   }
   dem::HullStore store = *grains.hulls;
-  dem::HullPlace place;
-  dem::Polyhedron body = dem::hull_of(points);
-  const dem::Index row = dem::add_hull(store, body, place);
-  // A wall does not turn: its shape is kept as it stands, not in its principal axes.
-  const dem::HullRow& at = store.row[row];
-  const dem::Mat3 axes = place.axes.toRotationMatrix();
-  for (std::uint32_t v = 0; v < at.vertices; ++v) store.vertex[at.vertex + v] = axes * store.vertex[at.vertex + v];
-  for (std::uint32_t f = 0; f < at.faces; ++f)
-    store.plane[at.plane + f].normal = axes * store.plane[at.plane + f].normal;
+  const dem::Index row = dem::add_unturned(store, dem::hull_of(points));
   grains.hulls = std::make_shared<dem::HullStore>(std::move(store));
   return row;
 }
@@ -120,7 +112,8 @@ void read_rollers(Table& t, RveScene& scene) {
   auto& boundary = scene.state.boundary;
   if (boundary.cell.periodic() || !boundary.walls.empty())
     t.fail("kind", "\"rollers\" makes its own; leave out [boundary] and [[wall]]");
-  if (!scene.cells || scene.cells->round) t.fail("kind", "\"rollers\" bends a box of cells: packing.kind = \"voronoi\"");
+  if (!scene.cells || scene.cells->round)
+    t.fail("kind", "\"rollers\" bends a box of cells: packing.kind = \"voronoi\"");
   test.axis = t.choice_or("axis", "z", {"x", "y", "z"})[0] - 'x';
   const int span = t.choice_or("span", "x", {"x", "y", "z"})[0] - 'x', third = 3 - test.axis - span;
   if (span == test.axis) t.fail("span", "is across axis");

@@ -11,6 +11,7 @@ namespace grus::dem {
 namespace {
 
 constexpr double least_face = 1e-6;  // of the squared distance of the seeds
+constexpr double least_depth = 0.1;  // of a cell's size: a random seed may be as near to a wall as it likes
 
 /// Axes of a face along which its second moments are principal: turns about e1 meet i1.
 struct FaceAxes {
@@ -144,11 +145,13 @@ void glue(const Model& model, std::span<const OuterFace> faces, Index wall, bool
   const Grains& g = state.grains;
   for (const OuterFace& f : faces) {
     FaceBond s = bond_at(g, f.grain, f.face, f.normal);
-    set_stiffness(*model.materials[g.material[f.grain]].bond, 2 * f.depth, s);
+    const double least = least_depth * 2 * g.extent[f.grain].equivalent_radius;
+    set_stiffness(*model.materials[g.material[f.grain]].bond, 2 * std::max(f.depth, least), s);
     s.ends.b = wall;
     s.at_b = f.face.centre - state.boundary.walls[wall].point;
     s.rest = g.orientation[f.grain];
-    s.kn *= 2, s.kt *= slides ? 0 : 2;
+    s.kn *= 2;
+    s.kt *= slides ? 0 : 2;
     s.criterion = FaceCriterion::parallel;
     s.tension = s.cohesion = INFINITY, s.tan_phi = s.friction = 0;
     s.energy_1 = s.energy_2 = INFINITY;

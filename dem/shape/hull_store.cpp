@@ -57,4 +57,15 @@ Index add_hull(HullStore& store, const Polyhedron& given, HullPlace& at) {
   return static_cast<Index>(store.row.size() - 1);
 }
 
+Index add_unturned(HullStore& store, const Polyhedron& body) {
+  HullPlace place;
+  const Index row = add_hull(store, body, place);
+  const HullRow& at = store.row[row];
+  const Mat3 axes = place.axes.toRotationMatrix();
+  for (std::uint32_t v = 0; v < at.vertices; ++v) store.vertex[at.vertex + v] = axes * store.vertex[at.vertex + v];
+  for (std::uint32_t f = 0; f < at.faces; ++f)
+    store.plane[at.plane + f].normal = axes * store.plane[at.plane + f].normal;
+  return row;
+}
+
 }  // namespace grus::dem

@@ -59,6 +59,9 @@ struct HullPlace {
 /// Adds a hull and says where its body frame is. Throws InputError where it has too many vertices or faces.
 Index add_hull(HullStore& store, const Polyhedron& body, HullPlace& place);
 
+/// The same for the body of a wall, which does not turn: as it stands, about its mass centre.
+Index add_unturned(HullStore& store, const Polyhedron& body);
+
 /// Furthest point along d (m), body frame.
 inline Vec3 support(const HullView& hull, const Vec3& d) {
   int best = 0;
