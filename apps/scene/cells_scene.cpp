@@ -35,6 +35,7 @@ dem::CellSpace read_prism_outline(Table& t, Vec3& box) {
   std::vector<Vec3> corners;
   Vec3 low = Vec3::Constant(INFINITY), high = -low;
   for (const auto& c : given) {
+    if (c[2] != 0) t.fail("corners", "are points [x, y, 0] of the plane");
     corners.emplace_back(c[0], c[1], 0);
     low = low.cwiseMin(corners.back()), high = high.cwiseMax(corners.back());
   }

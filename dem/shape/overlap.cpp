@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 
 namespace grus::dem {
 namespace {
@@ -15,6 +16,9 @@ constexpr double flush = 1e-12;
 
 /// A body's points and planes in the frame of A, and those faces that can bound the overlap.
 struct Body {
+  Body(const Vec3* v, const Plane* p, const std::uint16_t* first, const std::uint8_t* corners, int count_of_faces)
+      : vertex(v), plane(p), begin(first), loop(corners), faces(count_of_faces) {}
+
   const Vec3* vertex;
   const Plane* plane;
   const std::uint16_t* begin;
@@ -22,6 +26,8 @@ struct Body {
   int faces;
   std::array<std::uint8_t, most_hull_faces> near{};  // those faces
   int count = 0;
+  std::array<std::uint64_t, most_hull_vertices>
+      beyond;  // of their vertices: the other's near planes that they are above
 };
 
 /// Planes of `other` clip a face; what is left.
@@ -52,24 +58,48 @@ bool clip(Polygon& p, const Plane& plane, double slack) {
   return kept >= 3;
 }
 
+void find_beyond(Body& body, const Body& other, double slack) {
+  std::uint64_t found = 0;
+  for (int n = 0; n < body.count; ++n) {
+    const int f = body.near[static_cast<std::size_t>(n)];
+    for (int k = body.begin[f]; k < body.begin[f + 1]; ++k) {
+      const std::uint8_t v = body.loop[k];
+      if ((found >> v & 1) != 0) continue;
+      found |= std::uint64_t{1} << v;
+      std::uint64_t above = 0;
+      for (int m = 0; m < other.count; ++m) {
+        const Plane& plane = other.plane[other.near[static_cast<std::size_t>(m)]];
+        above |= std::uint64_t{plane.normal.dot(body.vertex[v]) - plane.offset - slack > 0} << m;
+      }
+      body.beyond[v] = above;
+    }
+  }
+}
+
 /// The part of face f of `body` that lies in `other`.
 bool face_within(const Body& body, int f, const Body& other, double slack, Polygon& p) {
   p.corners = 0;
-  for (int k = body.begin[f]; k < body.begin[f + 1]; ++k) p.now[p.corners++] = body.vertex[body.loop[k]];
-  for (int k = 0; k < other.count; ++k)
-    if (!clip(p, other.plane[other.near[static_cast<std::size_t>(k)]], slack)) return false;
+  std::uint64_t some = 0, all = ~std::uint64_t{0};
+  for (int k = body.begin[f]; k < body.begin[f + 1]; ++k) {
+    const std::uint8_t v = body.loop[k];
+    p.now[p.corners++] = body.vertex[v];
+    some |= body.beyond[v], all &= body.beyond[v];
+  }
+  if (all != 0) return false;
+  for (; some != 0; some &= some - 1)
+    if (!clip(p, other.plane[other.near[static_cast<std::size_t>(std::countr_zero(some))]], slack)) return false;
   return true;
 }
 
 /// Area, first and second moments about `origin`.
 struct Moments {
-  double area = 0;
-  Vec3 first = Vec3::Zero();
-  Mat3 second = Mat3::Zero();
+  double area;
+  Vec3 first;
+  Mat3 second;
 };
 
 Moments moments_of(const Polygon& p, const Vec3& normal, const Vec3& origin) {
-  Moments m;
+  Moments m{0, Vec3::Zero(), Mat3::Zero()};
   const Vec3 a = p.now[0] - origin;
   Vec3 b = p.now[1] - origin;
   for (int k = 2; k < p.corners; ++k) {
@@ -88,16 +118,17 @@ struct Part {
   Moments moments;
 };
 
-/// The clipped faces of both, about a point of the overlap.
+/// The clipped faces of both, about a point of the overlap. Most of the room is never used, nor cleared.
 struct Boundary {
   std::array<Part, most_hull_faces> of_a, of_b;
   int count_a = 0, count_b = 0;
   Vec3 origin = Vec3::Zero();
 };
 
-Boundary boundary_of(const Body& a, const Body& b, double slack) {
+Boundary boundary_of(Body& a, Body& b, double slack) {
   Boundary k;
   Polygon p;
+  find_beyond(b, a, -slack), find_beyond(a, b, slack);
   const auto gather = [&](const Body& body, const Body& other, double inside, std::array<Part, most_hull_faces>& parts,
                           int& count) {
     for (int n = 0; n < body.count; ++n) {
@@ -121,7 +152,7 @@ Plane shallowest(const Body& body, const Vec3& x) {
   return body.plane[best];
 }
 
-Overlap wrench_of(const Body& a, const Body& b, double slack) {
+Overlap wrench_of(Body& a, Body& b, double slack) {
   const Boundary k = boundary_of(a, b, slack);
   Overlap out;
   double volume = 0;
@@ -219,7 +250,7 @@ Overlap overlap_of(const HullView& a, const HullView& b, const Mat3& turn, const
   }
   // What is beyond the slab between the two levels bounds nothing: a line from it to the overlap leaves by a face
   // within.
-  Body of_a{a.vertex, a.plane, a.begin, a.loop, a.faces}, of_b{vertex.data(), plane.data(), b.begin, b.loop, b.faces};
+  Body of_a(a.vertex, a.plane, a.begin, a.loop, a.faces), of_b(vertex.data(), plane.data(), b.begin, b.loop, b.faces);
   find_near(of_a, along_a.data(), lowest, 1);
   find_near(of_b, along_b.data(), highest, -1);
   return wrench_of(of_a, of_b, flush * (std::abs(highest) + shift.norm()));
@@ -240,7 +271,7 @@ Overlap overlap_with_plane(const HullView& a, const Plane& wall, double radius) 
   const std::array<Vec3, 4> corner{middle + e1, middle + e2, middle - e1, middle - e2};
   static constexpr std::array<std::uint16_t, 2> begin{0, 4};
   static constexpr std::array<std::uint8_t, 4> loop{0, 1, 2, 3};
-  Body of_a{a.vertex, a.plane, a.begin, a.loop, a.faces}, of_b{corner.data(), &wall, begin.data(), loop.data(), 1};
+  Body of_a(a.vertex, a.plane, a.begin, a.loop, a.faces), of_b(corner.data(), &wall, begin.data(), loop.data(), 1);
   find_near(of_a, along.data(), -wall.offset, 1);
   of_b.count = 1;
   return wrench_of(of_a, of_b, flush * radius);
