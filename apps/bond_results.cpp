@@ -23,8 +23,10 @@ nlohmann::json bursts_json(const RveScene& scene, const dem::State& state) {
   std::size_t largest = 0;
   for (const dem::Burst& b : bursts) largest = std::max(largest, b.bonds);
   const auto number = [](double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(nullptr); };
-  return {{"window_s", scene.output.bursts}, {"count", bursts.size()},
-          {"largest", largest},              {"exponent", number(law.exponent)},
+  return {{"window_s", scene.output.bursts},
+          {"count", bursts.size()},
+          {"largest", largest},
+          {"exponent", number(law.exponent)},
           {"exponent_error", number(law.error)}};
 }
 

@@ -14,9 +14,9 @@
 namespace grus::app {
 namespace {
 
-const std::vector<std::string> kinds{
-    "uniaxial-strain", "oedometric-stress", "isotropic-stress", "triaxial", "constant-p",
-    "velocity-gradient", "platens", "rollers", "free"};
+const std::vector<std::string> kinds{"uniaxial-strain", "oedometric-stress", "isotropic-stress",
+                                     "triaxial",        "constant-p",        "velocity-gradient",
+                                     "platens",         "rollers",           "free"};
 
 void needs_box(const Table& t, const RveScene& scene) {
   const dem::Boundary& boundary = scene.state.boundary;

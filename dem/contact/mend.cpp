@@ -64,7 +64,8 @@ void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, 
                 reach,
                 reference.skin + wall_travel(boundary, reference),
                 !reference.radius.empty(),
-                reference.bonded, reference.walled};
+                reference.bonded,
+                reference.walled};
   auto find = [&](Bin bin, Index a, Index b, const std::array<std::int16_t, 3>& image) {
     return split ? lister.past.find(a, b, image, bin >= first_wall) : Past::none;
   };

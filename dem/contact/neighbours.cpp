@@ -92,9 +92,16 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
   begin_tiles(n, room);
   room.work.resize(tiles + 1);
   for (std::size_t t = 0; t <= tiles; ++t) room.work[t] = row[std::min(n, t * size)];
-  Lister lister{
-      grains,          boundary, materials, {room, contacts, origin}, room, skin, skin, !reference.radius.empty(),
-      reference.bonded, reference.walled};
+  Lister lister{grains,
+                boundary,
+                materials,
+                {room, contacts, origin},
+                room,
+                skin,
+                skin,
+                !reference.radius.empty(),
+                reference.bonded,
+                reference.walled};
   auto list = [&](std::size_t first, std::size_t last, auto&& finder) {
     for (std::size_t t = first; t < last; ++t) {
       const std::size_t begin = t * size, end = std::min(n, begin + size);

@@ -11,9 +11,9 @@
 
 #include "dem/base/error.hpp"
 #include "dem/bond/bonds.hpp"
+#include "dem/bond/supports.hpp"
 #include "dem/contact/forces.hpp"
 #include "dem/motion/critical_step.hpp"
-#include "dem/bond/supports.hpp"
 #include "dem/rve/bonded.hpp"
 #include "dem/rve/passes.hpp"
 #include "dem/rve/step.hpp"

@@ -23,8 +23,8 @@ struct Loading {
   std::array<AxisControl, 3> axes;
   std::optional<Mat3> velocity_gradient;  // 1/s, periodic cell: replaces the axes
   std::optional<double> mean;             // Pa, tension-positive: the two axes without a rate keep the mean stress
-  double consolidation = 0;               // s, in which all axes are first brought to it, at no more than their max_rate
-  Vec3 initial_size = Vec3::Zero();       // m, of the box or cell; set by begin_loading
+  double consolidation = 0;          // s, in which all axes are first brought to it, at no more than their max_rate
+  Vec3 initial_size = Vec3::Zero();  // m, of the box or cell; set by begin_loading
 };
 
 /// Notes the initial size and starts the motion of walls or cell.

@@ -74,19 +74,19 @@ struct Handed {
 
 /// A bond that has broken, where that is recorded.
 struct BrokenBond {
-  double time;  // s
-  Vec3 at;      // middle of the face (m)
-  double area;  // m^2
+  double time;    // s
+  Vec3 at;        // middle of the face (m)
+  double area;    // m^2
   double energy;  // J, since the bond was made
 };
 
 /// A force on a point of a grain that stays as it is, or grows to that in proportion to time.
 struct DeadLoad {
   Index grain;
-  Vec3 at;                   // from the centre of mass, geometry frame (m)
-  Vec3 force;                // N
-  double ramp = 0;           // s, until it is whole
-  Vec3 felt = Vec3::Zero();  // N, now
+  Vec3 at;                    // from the centre of mass, geometry frame (m)
+  Vec3 force;                 // N
+  double ramp = 0;            // s, until it is whole
+  Vec3 felt = Vec3::Zero();   // N, now
   Vec3 point = Vec3::Zero();  // m, now
 };
 

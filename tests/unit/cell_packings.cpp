@@ -76,7 +76,8 @@ TEST_CASE("cells fill the outline of a prism and of a poly-ellipsoid, whose volu
   CHECK(std::abs(volume_of(voronoi_packing(space, 60, 3, 1, team)) / volume(shape) - 1) < 1e-9);
 }
 
-TEST_CASE("grains of a packing become clusters of cells: volume, mass centre and pose are kept, none is bonded to another") {
+TEST_CASE(
+    "grains of a packing become clusters of cells: volume, mass centre and pose are kept, none is bonded to another") {
   Team team(1);
   State parents;
   GrainSpec a, b;
