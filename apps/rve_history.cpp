@@ -74,6 +74,22 @@ void add_gauge(const RveScene& scene, const dem::State& s, std::vector<double>& 
   row.insert(row.end(), {load, way.dot(gauge.along), load * gauge.stress_per_load});
 }
 
+/// A dead load has no wall to tell its way.
+bool loaded(const RveScene& scene) { return !gauged(scene) && !scene.state.bonds.load.empty(); }
+
+/// Force of the dead loads and the mean way of where they hold, by their shares, along their sum.
+void add_loads(const RveScene& scene, const dem::State& s, std::vector<double>& row) {
+  dem::Vec3 whole = dem::Vec3::Zero(), felt = whole;
+  for (const dem::DeadLoad& load : s.bonds.load) whole += load.force, felt += load.felt;
+  const dem::Vec3 along = whole.normalized();
+  double way = 0;
+  for (std::size_t k = 0; k < s.bonds.load.size(); ++k) {
+    const dem::DeadLoad& load = s.bonds.load[k];
+    way += load.force.dot(along) / whole.norm() * (load.point - scene.state.bonds.load[k].point).dot(along);
+  }
+  row.insert(row.end(), {felt.dot(along), way});
+}
+
 double deviator(const dem::Mat3& m) { return (m - m.trace() / 3 * dem::Mat3::Identity()).norm(); }
 
 /// p, q, and the strains that go with them, compression-positive.
@@ -131,6 +147,8 @@ std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& st
     for (const char* name : {"bonds", "bonds_damaged", "fragments", "largest_fragment", "bond_J"}) c.emplace_back(name);
   if (gauged(scene))
     for (const char* name : {"load_N", "displacement_m", "nominal_stress_Pa"}) c.emplace_back(name);
+  if (loaded(scene))
+    for (const char* name : {"load_N", "displacement_m"}) c.emplace_back(name);
   if (scene.test.kind == "constant-p")
     for (const char* name : {"p_Pa", "q_Pa", "strain_volumetric", "strain_deviatoric"}) c.emplace_back(name);
   if (box_of_walls(state))
@@ -233,6 +251,7 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
   if (scene.model.split_statistics) add_split_statistics(l.splits, row);
   if (bonded(scene)) add_bonds(s, row);
   if (gauged(scene)) add_gauge(scene, s, row);
+  if (loaded(scene)) add_loads(scene, s, row);
   if (scene.test.kind == "constant-p") add_invariants(sample_stress(s, m), gradient, row);
   if (box_of_walls(s)) {
     for (int k = 0; k < 3; ++k) row.push_back(m.wall_stress(k, k));

@@ -79,8 +79,9 @@ void read_constant_p(Table& t, TestProgram& test) {
   if (test.strain_rate == 0) t.fail("strain_rate", "must not be 0");
   const double rate = std::abs(test.strain_rate);
   test.loading.mean = -t.number("pressure", dimension::pressure, positive);
-  test.loading.consolidation = t.number("consolidation", dimension::time, positive);
-  test.duration = test.loading.consolidation + t.number("final_strain", dimension::none, {0, 0.95, true, true}) / rate;
+  const double shearing = t.number("final_strain", dimension::none, {0, 0.95, true, true}) / rate;
+  test.loading.consolidation = t.number_or("consolidation", 0.2 * shearing, dimension::time, positive);
+  test.duration = test.loading.consolidation + shearing;
   for (auto& axis : test.loading.axes) axis = {0, *test.loading.mean, 6 * rate};
   loaded_axis(test) = {.strain_rate = -test.strain_rate, .stress = {}, .max_rate = 6 * rate};
 }

@@ -50,6 +50,8 @@ def cantilever(tmp):
     last = rows[-1]
     euler = force * size[0]**3 / (3 * 10e9 * size[1] * size[2]**3 / 12)
     deflection = 2 * last["bond_J"] / force  # at rest half the load's work is held
+    need(abs(last["displacement_m"] / deflection - 1) < 0.01, f"cantilever: its end moves by {last['displacement_m'] / deflection:.4f} of that")
+    need(abs(last["load_N"] / force - 1) < 1e-9 and rows[1]["load_N"] < 0.1 * force, "cantilever: the load is not what was asked for")
     need(abs(deflection / euler - 0.977) < 0.01, f"cantilever: {deflection / euler:.4f} of Euler's deflection")
     need(abs(last["wall0_fz_N"] / force - 1) < 0.01, f"cantilever: the clamp bears {last['wall0_fz_N'] / force:.4f} of the load")
     # The dead load gave twice what is held: the rest is in the dampers.
