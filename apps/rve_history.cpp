@@ -47,8 +47,6 @@ std::array<double, 2> face_stresses(const RveScene& scene, const dem::State& s) 
   return {-wall_force(s, face[0])[axis] / area, wall_force(s, face[1])[axis] / area};
 }
 
-bool bonded(const RveScene& scene) { return scene.cells && scene.cells->faces.bonds > 0; }
-
 void add_bonds(const dem::State& s, std::vector<double>& row) {
   const dem::Fragments fragments = dem::fragments_of(s);
   const auto& bonds = s.bonds.face.row;
@@ -143,7 +141,7 @@ std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& st
     for (const char* name : {"split_contacts", "split_contacts_kept", "split_force_N", "split_force_kept_N",
                              "split_instants", "split_pressure_jump"})
       c.emplace_back(name);
-  if (bonded(scene))
+  if (scene.bonded())
     for (const char* name : {"bonds", "bonds_damaged", "fragments", "largest_fragment", "bond_J"}) c.emplace_back(name);
   if (gauged(scene))
     for (const char* name : {"load_N", "displacement_m", "nominal_stress_Pa"}) c.emplace_back(name);
@@ -249,7 +247,7 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
   if (scene.model.has_balls()) add_crushing(scene, s, m, row);
   if (scene.output.grading) add_grading(scene, s, row);
   if (scene.model.split_statistics) add_split_statistics(l.splits, row);
-  if (bonded(scene)) add_bonds(s, row);
+  if (scene.bonded()) add_bonds(s, row);
   if (gauged(scene)) add_gauge(scene, s, row);
   if (loaded(scene)) add_loads(scene, s, row);
   if (scene.test.kind == "constant-p") add_invariants(sample_stress(s, m), gradient, row);

@@ -184,7 +184,7 @@ void read_output(Table& t, RveScene& scene) {
   scene.model.split_statistics = o->flag_or("split_statistics", false);
   out.grading = o->flag_or("grading", false);
   if (o->has("bursts")) {
-    if (!scene.cells || scene.cells->faces.bonds == 0) o->fail("bursts", "the scene has no cells with bonds");
+    if (!scene.bonded()) o->fail("bursts", "the scene has no cells with bonds");
     out.bursts = o->number("bursts", dimension::time, positive);
     scene.model.records_bonds = true;
   }

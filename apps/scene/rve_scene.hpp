@@ -81,6 +81,7 @@ struct RveScene {
   };
   std::optional<Cells> cells;  // of [packing] kind = "voronoi"
 
+  bool bonded() const { return cells && cells->faces.bonds > 0; }
   double grains() const { return pending ? pending->grains() : static_cast<double>(state.grains.size()); }
 };
 

@@ -28,8 +28,6 @@ std::vector<dem::OuterFace> faces_of(Table& t, const RveScene& scene, const Vec3
   return faces;
 }
 
-bool has_bonds(const RveScene& scene) { return scene.cells && scene.cells->faces.bonds > 0; }
-
 /// Force along its way that the moving one of a test meets, and stress by load.
 void measure_pull(RveScene& scene, std::size_t wall, double area) {
   const Vec3& v = scene.state.boundary.walls[wall].velocity;
@@ -40,7 +38,7 @@ void read_clamp(Table t, RveScene& scene) {
   const Vec3 direction = direction_of(t);
   double offset;
   const auto faces = faces_of(t, scene, direction, offset);
-  if (!has_bonds(scene)) t.fail("", "needs [material.NAME.bond], by which cells hold on");
+  if (!scene.bonded()) t.fail("", "needs [material.NAME.bond], by which cells hold on");
   dem::Wall wall;
   wall.point = offset * direction, wall.normal = -direction;
   for (const dem::Wall& other : scene.state.boundary.walls)
@@ -90,12 +88,13 @@ void read_supports(Table& t, RveScene& scene) {
   if (!loads.empty() && boundary.cell.periodic()) loads.front().fail("", "a periodic cell has no ends");
   for (const auto& c : clamps) read_clamp(c, scene);
   for (const auto& l : loads) read_load(l, scene);
+  if (scene.cells) scene.cells->faces.outer = {};  // nobody else asks
 }
 
 void glue_to_walls(Table& t, RveScene& scene) {
   const std::string how = t.choice_or("bonded", "no", {"no", "normal", "full"});
   if (how == "no") return;
-  if (!has_bonds(scene)) t.fail("bonded", "needs packing.kind = \"voronoi\" and [material.NAME.bond]");
+  if (!scene.bonded()) t.fail("bonded", "needs packing.kind = \"voronoi\" and [material.NAME.bond]");
   for (std::size_t w = 0; w < scene.state.boundary.walls.size(); ++w) {
     const Vec3 outward = -scene.state.boundary.walls[w].normal;
     double offset;

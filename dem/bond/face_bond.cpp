@@ -142,7 +142,7 @@ Pull pull(FaceBond& s, const BondFrame& at) {
   const Vec3 couple = -2 * (o.real * resisted + o.half.cross(resisted));
   const double closed = std::min(o.shift.z(), 0.0);
   s.held = 0.5 * area * (keep * s.kn * squares_of(s, o).all() + s.kn * closed * closed);
-  if (s.damage > 0 && s.kt > 0) s.held += 0.5 * shear.squaredNorm() / (s.kt * area * s.damage);
+  if (s.damage > 0) s.held += 0.5 * shear.squaredNorm() / (s.kt * area * s.damage);
   s.force = axes * force;
   s.shear = axes * Vec3(shear.x(), shear.y(), 0);
   return {s.force, to_b, arm_b, axes * couple};

@@ -26,8 +26,7 @@ struct Body {
   int faces;
   std::array<std::uint8_t, most_hull_faces> near{};  // those faces
   int count = 0;
-  std::array<std::uint64_t, most_hull_vertices>
-      beyond;  // of their vertices: the other's near planes that they are above
+  std::array<std::uint64_t, most_hull_vertices> beyond;  // by vertex: above which of the other's near planes it is
 };
 
 /// Planes of `other` clip a face; what is left.
