@@ -88,6 +88,8 @@ void add_loads(const RveScene& scene, const dem::State& s, std::vector<double>& 
   row.insert(row.end(), {felt.dot(along), way});
 }
 
+bool damps_bonds(const RveScene& scene) { return !scene.state.bonds.dashpot.empty(); }
+
 double deviator(const dem::Mat3& m) { return (m - m.trace() / 3 * dem::Mat3::Identity()).norm(); }
 
 /// p, q, and the strains that go with them, compression-positive.
@@ -143,6 +145,7 @@ std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& st
       c.emplace_back(name);
   if (scene.bonded())
     for (const char* name : {"bonds", "bonds_damaged", "fragments", "largest_fragment", "bond_J"}) c.emplace_back(name);
+  if (damps_bonds(scene)) c.emplace_back("bond_damping_J");
   if (gauged(scene))
     for (const char* name : {"load_N", "displacement_m", "nominal_stress_Pa"}) c.emplace_back(name);
   if (loaded(scene))
@@ -248,6 +251,7 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
   if (scene.output.grading) add_grading(scene, s, row);
   if (scene.model.split_statistics) add_split_statistics(l.splits, row);
   if (scene.bonded()) add_bonds(s, row);
+  if (damps_bonds(scene)) row.push_back(l.bond_damping);
   if (gauged(scene)) add_gauge(scene, s, row);
   if (loaded(scene)) add_loads(scene, s, row);
   if (scene.test.kind == "constant-p") add_invariants(sample_stress(s, m), gradient, row);

@@ -79,6 +79,7 @@ dem::BondModel read_bond(Table t, double friction) {
   if (criterion == "cohesive") read_cohesive(t, b);
   if (criterion == "strain-sum") read_strain_sum(t, b);
   if (criterion == "parallel") read_parallel(t, b);
+  b.damping = t.number_or("damping", 0, dimension::none, {0, 1, false, true});
   b.weibull = t.number_or("weibull", 0, dimension::none, {1, 1000});
   t.finish();
   return b;

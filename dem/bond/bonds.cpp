@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "dem/bond/dashpots.hpp"
 #include "dem/bond/kinds.hpp"
 
 namespace grus::dem {
@@ -15,9 +16,6 @@ void clear(Grains& g, std::size_t i) { g.force[i].setZero(), g.torque[i].setZero
 
 bool crosses(const BondEnds& e) { return (e.image[0] | e.image[1] | e.image[2]) != 0; }
 
-/// Velocity of b's image, by the cell's motion (m/s).
-Vec3 drag(const Cell& cell, const BondEnds& e) { return cell.rate * Vec3(e.image[0], e.image[1], e.image[2]); }
-
 template <class Row>
 void deal(std::size_t grains, BondColumn<Row>& column) {
   BondTiles& t = column.tiles;
@@ -26,7 +24,7 @@ void deal(std::size_t grains, BondColumn<Row>& column) {
   t.grains = grains;
   t.first.assign(tiles + 1, 0), t.first_far = t.first;
   t.bond.clear(), t.bond_far.clear();
-  t.dissipated.resize(tiles), t.power.resize(tiles);
+  t.dissipated.resize(tiles), t.power.resize(tiles), t.viscous.resize(tiles);
   t.broken.resize(tiles);
   t.far.resize(column.row.size());
   const auto lower = [&](const Row& r) { return std::min(r.ends.a, r.ends.b) >> bits; };
@@ -68,14 +66,28 @@ void clear_tile(Grains& g, const BondColumn<Row>& column, std::size_t tile) {
   }
 }
 
+/// Dashpots by the rows of their kind, and the time since they were last asked.
+struct Dashpots {
+  std::span<FaceDashpot> of;
+  double dt;
+
+  template <class Row>
+  double resist(const Grains& g, const Cell& cell, Row& row, Index k, Pull& p) const {
+    if constexpr (std::is_same_v<Row, FaceBond>)
+      if (!of.empty()) return dem::resist(g, cell, row, of[k], dt, p);
+    return 0;
+  }
+};
+
 /// One tile's bonds: what is felt in the tile goes to the grains, what is felt elsewhere to `far`.
 template <class Row>
-void pull_tile(Grains& g, const Cell& cell, BondColumn<Row>& column, std::size_t tile) {
+void pull_tile(Grains& g, const Cell& cell, BondColumn<Row>& column, const Dashpots& dashpots, std::size_t tile) {
   BondTiles& t = column.tiles;
-  t.dissipated[tile] = 0, t.broken[tile] = 0, t.power[tile] = 0;
+  t.dissipated[tile] = 0, t.broken[tile] = 0, t.power[tile] = 0, t.viscous[tile] = 0;
   for (Index n = t.first[tile]; n < t.first[tile + 1]; ++n) {
     Row& row = column.row[t.bond[n]];
-    const Pull p = go_on(g, cell, row, t.dissipated[tile]);
+    Pull p = go_on(g, cell, row, t.dissipated[tile]);
+    t.viscous[tile] += dashpots.resist(g, cell, row, t.bond[n], p);
     t.broken[tile] += broken(row);
     if (crosses(row.ends)) t.power[tile] -= p.force.dot(drag(cell, row.ends));
     const auto feels = [&](Index i, const Vec3& force, const Vec3& torque) {
@@ -90,6 +102,16 @@ void pull_tile(Grains& g, const Cell& cell, BondColumn<Row>& column, std::size_t
 }
 
 void hand_over(const BondColumn<CohesiveSpring>&, std::vector<Handed>&) {}  // fresh halves overlap as they will
+
+void drop_dashpots(const BondColumn<CohesiveSpring>&, std::vector<FaceDashpot>&) {}
+
+/// Those of bonds that are about to go.
+void drop_dashpots(const BondColumn<FaceBond>& column, std::vector<FaceDashpot>& dashpot) {
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < dashpot.size(); ++k)
+    if (!broken(column.row[k])) dashpot[kept++] = dashpot[k];
+  dashpot.resize(kept);
+}
 
 /// By birth, so that nothing depends on threads.
 void hand_over(const BondColumn<FaceBond>& column, std::vector<Handed>& handed) {
@@ -109,6 +131,8 @@ void collect_far(Grains& g, const BondColumn<Row>& column, std::size_t tile) {
 
 }  // namespace
 
+Vec3 drag(const Cell& cell, const BondEnds& e) { return cell.rate * Vec3(e.image[0], e.image[1], e.image[2]); }
+
 Vec3 branch(const Grains& g, const Cell& cell, const BondEnds& e) {
   const BondFrame at = frame_of(g, cell, e);
   return at.x_b - at.x_a;
@@ -120,7 +144,7 @@ BondFrame frame_of(const Grains& g, const Cell& cell, const BondEnds& e) {
   return at;
 }
 
-double bond_forces(Grains& g, const Cell& cell, Bonds& bonds, Ledger& ledger, Team& team, bool again) {
+double bond_forces(Grains& g, const Cell& cell, Bonds& bonds, Ledger& ledger, Team& team, bool again, double dt) {
   const std::size_t n = g.size(), tiles = tile_count(n);
   for_each_kind(bonds, [&](auto& column) {
     if (column.tiles.grains == n && column.tiles.far.size() == column.row.size()) return;
@@ -136,12 +160,13 @@ double bond_forces(Grains& g, const Cell& cell, Bonds& bonds, Ledger& ledger, Te
       for (std::size_t t = first; t < last; ++t) work(t);
     });
   };
+  const Dashpots dashpots{bonds.dashpot, dt};
   over_tiles([&](std::size_t t) {
     if (again)
       for_each_kind(bonds, [&](auto& column) { clear_tile(g, column, t); });
     else
       for (std::size_t i = t * tile_size(n); i < std::min(n, (t + 1) * tile_size(n)); ++i) clear(g, i);
-    for_each_kind(bonds, [&](auto& column) { pull_tile(g, cell, column, t); });
+    for_each_kind(bonds, [&](auto& column) { pull_tile(g, cell, column, dashpots, t); });
   });
   over_tiles([&](std::size_t t) { for_each_kind(bonds, [&](auto& column) { collect_far(g, column, t); }); });
   double power = 0;
@@ -150,10 +175,12 @@ double bond_forces(Grains& g, const Cell& cell, Bonds& bonds, Ledger& ledger, Te
     for (std::size_t t = 0; t < tiles; ++t) {
       ledger.fracture += column.tiles.dissipated[t], gone += column.tiles.broken[t];
       power += column.tiles.power[t];
+      ledger.damping += column.tiles.viscous[t], ledger.bond_damping += column.tiles.viscous[t];
     }
     if (gone == 0) return;
     ledger.bonds_broken += gone;
     hand_over(column, bonds.handed);
+    drop_dashpots(column, bonds.dashpot);
     std::erase_if(column.row, [](const auto& row) { return broken(row); });
     column.tiles.grains = 0;
   });

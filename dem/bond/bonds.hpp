@@ -40,13 +40,18 @@ struct BondStiffness {
 
 BondFrame frame_of(const Grains& grains, const Cell& cell, const BondEnds& ends);
 
+/// Velocity of b's image, by the cell's motion (m/s).
+Vec3 drag(const Cell& cell, const BondEnds& ends);
+
 /// From the centre of a to that of b, image included (m).
 Vec3 branch(const Grains& grains, const Cell& cell, const BondEnds& ends);
 
 /// Evaluates all bonds, writes their force and torque on the grains into grains.force/torque (cleared first), books
 /// dissipation and removes the broken ones. `again`: nobody has written there since the last call, which left zero
-/// wherever it found no bond. The same bits for any number of threads. Returns the power of a moving cell on them (W).
-double bond_forces(Grains& grains, const Cell& cell, Bonds& bonds, Ledger& ledger, Team& team, bool again = false);
+/// wherever it found no bond. `dt`: since that call, for dashpots (s). The same bits for any number of threads. Returns
+/// the power of a moving cell on them (W).
+double bond_forces(Grains& grains, const Cell& cell, Bonds& bonds, Ledger& ledger, Team& team, bool again = false,
+                   double dt = 0);
 
 /// The same power at the forces that the rows have.
 double cell_power(const Cell& cell, const Bonds& bonds);

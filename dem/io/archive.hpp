@@ -106,6 +106,8 @@ void archive_hulls(A& a, P& shared) {
   a.column(store.plane);
   a.column(store.begin);
   a.column(store.loop);
+  a.column(store.column);
+  a.column(store.edge);
   a.column(store.row);
   if constexpr (!std::is_const_v<P>)
     shared = store.row.empty() ? nullptr : std::make_shared<HullStore>(std::move(store));
@@ -113,7 +115,7 @@ void archive_hulls(A& a, P& shared) {
 
 template <class A, class L>
 void archive_ledger(A& a, L& l) {
-  for (auto* v : {&l.work, &l.friction, &l.damping, &l.local_damping, &l.fracture, &l.split, &l.split_added, &l.reshape,
+  for (auto* v : {&l.work, &l.friction, &l.damping, &l.local_damping, &l.bond_damping, &l.fracture, &l.split, &l.split_added, &l.reshape,
                   &l.inertia, &l.unexplained, &l.most_friction, &l.most_damping, &l.start, &l.floor, &l.fracture_area,
                   &l.residual_force})
     a.plain(*v);
@@ -138,6 +140,7 @@ void archive(A& a, S& s) {
     a.column(column.row);
     if constexpr (!std::is_const_v<S>) column.tiles = {};
   });
+  a.column(s.bonds.dashpot);
   a.column(s.bonds.wall);
   a.column(s.bonds.load);
   a.column(s.bonds.handed);

@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "dem/kernel/contact_pass.hpp"
+#include "dem/kernel/hull_overlap.hpp"
 #include "dem/kernel/sweep.hpp"
 
 namespace grus::dem {
@@ -49,6 +50,7 @@ PairLoop sphere_walls() { return GRUS_CHOICE(sphere_walls); }
 PairLoop polyellipsoid_pairs() { return GRUS_CHOICE(polyellipsoid_pairs); }
 SphereKicks sphere_kicks() { return GRUS_CHOICE(sphere_kicks); }
 BodyKicks body_kicks() { return GRUS_CHOICE(body_kicks); }
+HullOverlap hull_overlap() { return GRUS_CHOICE(hull_overlap); }
 SphereTurns sphere_turns() { return GRUS_CHOICE(sphere_turns); }
 
 }  // namespace grus::dem

@@ -5,6 +5,7 @@
 #include <array>
 #include <numeric>
 
+#include "dem/bond/dashpots.hpp"
 #include "dem/bond/kinds.hpp"
 #include "dem/contact/hull_pairs.hpp"
 #include "dem/state/shape_kinds.hpp"
@@ -98,9 +99,16 @@ struct BondsOfGrains {
     BondStiffness most;
     Vec3 arm;
   };
-  std::vector<std::vector<End>> of;
+  std::vector<std::vector<End>> of, resisting;  // `most` of these: against velocities
 
-  BondsOfGrains(const Grains& g, const Bonds& bonds) : of(bonds.empty() ? 0 : g.size()) {
+  BondsOfGrains(const Grains& g, const Bonds& bonds)
+      : of(bonds.empty() ? 0 : g.size()), resisting(bonds.dashpot.empty() ? 0 : g.size()) {
+    for (std::size_t k = 0; k < bonds.dashpot.size(); ++k) {
+      const FaceBond& bond = bonds.face.row[k];
+      const BondStiffness most = resistance(bond, bonds.dashpot[k], g.orientation[bond.ends.a]);
+      for (const auto& [i, at] : {std::pair{bond.ends.a, bond.at_a}, std::pair{bond.ends.b, bond.at_b}})
+        resisting[i].push_back({most, g.orientation[i] * at});
+    }
     for_each_bond(bonds, [&](const auto& bond) {
       const BondStiffness most = stiffest(bond, g.orientation[bond.ends.a]);
       for (const auto& [i, at] : {std::pair{bond.ends.a, bond.at_a}, std::pair{bond.ends.b, bond.at_b}})
@@ -112,6 +120,23 @@ struct BondsOfGrains {
     }
   }
 };
+
+/// Trace of what bonds do to grain i, scaled by its mass.
+double trace_of(const Grains& g, std::span<const BondsOfGrains::End> ends, std::size_t i) {
+  double sum = 0;
+  for (const auto& [most, arm] : ends)
+    sum += 2 * (most.shift.trace() * g.motion[i].inverse_mass +
+                (most.shift.trace() * arm.squaredNorm() + most.turn.trace()) / g.inertia[i].moments.minCoeff());
+  return sum;
+}
+
+/// The frequency, squared, whose step 2 / omega is that of stiffness k with dashpots c whose velocities lag by half a
+/// step: k dt^2 + 2 c dt < 4, all scaled by mass.
+double with_dashpots(double k, double c) {
+  if (c == 0) return k;
+  const double omega = 0.5 * (c + std::sqrt(c * c + 4 * k));
+  return omega * omega;
+}
 
 /// A cheap bound for each grain: the trace of its mass-scaled stiffness.
 std::vector<double> traces(const Grains& g, const Contacts& contacts, const BondsOfGrains& bonds,
@@ -129,10 +154,9 @@ std::vector<double> traces(const Grains& g, const Contacts& contacts, const Bond
     add(p.a, c < walls ? 2 : 1, k[c], g.motion[p.a].radius);
     if (c < walls) add(p.b, 2, k[c], g.motion[p.b].radius);
   }
-  for (std::size_t i = 0; i < bonds.of.size(); ++i)
-    for (const auto& [most, arm] : bonds.of[i])
-      trace[i] += 2 * (most.shift.trace() * g.motion[i].inverse_mass +
-                       (most.shift.trace() * arm.squaredNorm() + most.turn.trace()) / g.inertia[i].moments.minCoeff());
+  for (std::size_t i = 0; i < bonds.of.size(); ++i) trace[i] += trace_of(g, bonds.of[i], i);
+  for (std::size_t i = 0; i < bonds.resisting.size(); ++i)
+    trace[i] = with_dashpots(trace[i], trace_of(g, bonds.resisting[i], i));
   return trace;
 }
 
@@ -162,6 +186,10 @@ double impact_bound(const ContactLaw& law, const PairLaw& p, const Grains& g, st
 struct Blocks {
   Mat3 shift = Mat3::Zero(), mixed = Mat3::Zero(), turn = Mat3::Zero();
 
+  void add(std::span<const BondsOfGrains::End> ends) {
+    for (const auto& end : ends) add(2, end.most.shift, end.arm), turn += 2 * end.most.turn;
+  }
+
   void add(double weight, const Mat3& stiffness, const Vec3& arm) {
     const Mat3 lever = cross_matrix(arm), by_turn = stiffness * lever;
     shift += weight * stiffness;
@@ -169,6 +197,21 @@ struct Blocks {
     turn += weight * lever.transpose() * by_turn;
   }
 };
+
+Mat6 scaled_by_mass(const Grains& g, std::size_t i, const Blocks& blocks) {
+  const double by_mass = std::sqrt(g.motion[i].inverse_mass);
+  Mat3 by_inertia = std::sqrt(g.motion[i].inverse_inertia) * Mat3::Identity();
+  if (!is_sphere(g, i)) {
+    const Mat3 axes = (g.orientation[i] * g.inertia[i].axes).toRotationMatrix();
+    by_inertia = axes * g.inertia[i].moments.cwiseSqrt().cwiseInverse().asDiagonal() * axes.transpose();
+  }
+  Mat6 scaled;
+  scaled.topLeftCorner<3, 3>() = by_mass * by_mass * blocks.shift;
+  scaled.bottomRightCorner<3, 3>() = by_inertia * blocks.turn * by_inertia;
+  scaled.topRightCorner<3, 3>() = by_mass * blocks.mixed * by_inertia;
+  scaled.bottomLeftCorner<3, 3>() = scaled.topRightCorner<3, 3>().transpose();
+  return scaled;
+}
 
 /// Mass-scaled 6 x 6 stiffness of grain i.
 Mat6 scaled_stiffness(const Grains& g, const Contacts& contacts, const BondsOfGrains& bonds, const Stiffnesses& all,
@@ -193,20 +236,16 @@ Mat6 scaled_stiffness(const Grains& g, const Contacts& contacts, const BondsOfGr
     }
     turn += weight * k[c].rolling * (all.arm.empty() ? across : Mat3(Mat3::Identity()));
   }
-  if (!bonds.of.empty())
-    for (const auto& end : bonds.of[i]) blocks.add(2, end.most.shift, end.arm), turn += 2 * end.most.turn;
-  const double by_mass = std::sqrt(g.motion[i].inverse_mass);
-  Mat3 by_inertia = std::sqrt(g.motion[i].inverse_inertia) * Mat3::Identity();
-  if (!is_sphere(g, i)) {
-    const Mat3 axes = (g.orientation[i] * g.inertia[i].axes).toRotationMatrix();
-    by_inertia = axes * g.inertia[i].moments.cwiseSqrt().cwiseInverse().asDiagonal() * axes.transpose();
-  }
-  Mat6 scaled;
-  scaled.topLeftCorner<3, 3>() = by_mass * by_mass * shift;
-  scaled.bottomRightCorner<3, 3>() = by_inertia * turn * by_inertia;
-  scaled.topRightCorner<3, 3>() = by_mass * mixed * by_inertia;
-  scaled.bottomLeftCorner<3, 3>() = scaled.topRightCorner<3, 3>().transpose();
-  return scaled;
+  if (!bonds.of.empty()) blocks.add(bonds.of[i]);
+  return scaled_by_mass(g, i, blocks);
+}
+
+/// Largest eigenvalue of the dashpots of grain i, scaled by its mass.
+double scaled_resistance(const Grains& g, const BondsOfGrains& bonds, std::size_t i) {
+  if (bonds.resisting.empty()) return 0;
+  Blocks blocks;
+  blocks.add(bonds.resisting[i]);
+  return Eigen::SelfAdjointEigenSolver<Mat6>(scaled_by_mass(g, i, blocks), Eigen::EigenvaluesOnly).eigenvalues()[5];
 }
 
 }  // namespace
@@ -240,9 +279,10 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
   for (const Index i : order) {
     if (std::max(trace[i], impact[i]) <= worst) break;
     const Mat6 scaled = scaled_stiffness(g, contacts, bonded, k, i);
-    if (std::max(largest_eigenvalue_bound(scaled), impact[i]) <= worst) continue;
+    const double slow = scaled_resistance(g, bonded, i);
+    if (std::max(with_dashpots(largest_eigenvalue_bound(scaled), slow), impact[i]) <= worst) continue;
     const Eigen::SelfAdjointEigenSolver<Mat6> eigen(scaled, Eigen::EigenvaluesOnly);
-    const double value = std::max(eigen.eigenvalues()[5], impact[i]);
+    const double value = std::max(with_dashpots(eigen.eigenvalues()[5], slow), impact[i]);
     if (value > worst) worst = value, critical.grain = i;
   }
   if (worst > 0) critical.dt = 2 / std::sqrt(worst);

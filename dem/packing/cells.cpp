@@ -5,6 +5,7 @@
 
 #include "dem/base/error.hpp"
 #include "dem/base/random.hpp"
+#include "dem/bond/dashpots.hpp"
 #include "dem/bond/face_bond.hpp"
 
 namespace grus::dem {
@@ -124,8 +125,12 @@ BondedFaces add_cells(const Model& model, const VoronoiCells& cells, std::uint8_
                     length, s, coarse);
       count.coarse += coarse;
       state.bonds.face.row.push_back(s);
+      if (m.bond->damping == 0) continue;
+      state.bonds.dashpot.resize(state.bonds.face.row.size());
+      state.bonds.dashpot.back() = dashpot_of(s, g, m.bond->damping);
     }
   count.bonds = state.bonds.face.row.size();
+  if (!state.bonds.dashpot.empty()) state.bonds.dashpot.resize(count.bonds);
   return count;
 }
 

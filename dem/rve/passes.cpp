@@ -27,7 +27,7 @@ void pull_bonds(Step& s) {
   if (s.state.bonds.empty()) return;  // the last one has broken
   State& state = s.state;
   if (s.again) clear_supported(state.grains, state.bonds);
-  double power = bond_forces(state.grains, state.boundary.cell, state.bonds, state.ledger, s.team, s.again);
+  double power = bond_forces(state.grains, state.boundary.cell, state.bonds, state.ledger, s.team, s.again, s.dt);
   power += support_forces(state.grains, state.boundary, state.bonds, state.ledger, state.time + s.dt);
   state.ledger.work += s.dt * power;
   s.pulled = true;

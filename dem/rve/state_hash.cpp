@@ -36,6 +36,8 @@ std::uint64_t hash(const State& s) {
       add(&v, sizeof v);
     add(b.force.data(), sizeof b.force);
   }
+  for (const FaceDashpot& d : s.bonds.dashpot)
+    add(d.force.data(), sizeof d.force), add(d.couple.data(), sizeof d.couple);
   for (const FaceBond& b : s.bonds.wall) add(b.force.data(), sizeof b.force);
   for (const DeadLoad& load : s.bonds.load) add(load.felt.data(), sizeof load.felt);
   for (const Wall& wall : s.boundary.walls) {

@@ -52,6 +52,7 @@ void rotate(State& state, const Mat3& r) {
   for (auto& t : state.contacts.touch) t.normal = r * t.normal, t.force = r * t.force;
   for_each_bond(state.bonds, [&](auto& bond) { bond.force = r * bond.force; });
   for (FaceBond& bond : state.bonds.face.row) bond.shear = r * bond.shear;
+  for (FaceDashpot& d : state.bonds.dashpot) d.force = r * d.force, d.couple = r * d.couple;
   for (Handed& h : state.bonds.handed) h.shear = r * h.shear;
   Cell& cell = state.boundary.cell;
   cell.vectors = r * cell.vectors, cell.rate = r * cell.rate;

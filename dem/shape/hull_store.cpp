@@ -2,6 +2,7 @@
 #include "dem/shape/hull_store.hpp"
 
 #include <algorithm>
+#include <map>
 
 #include "dem/base/error.hpp"
 
@@ -12,6 +13,36 @@ double width_along(const Polyhedron& body, const Vec3& n) {
   double low = INFINITY, high = -INFINITY;
   for (const Vec3& x : body.vertex) low = std::min(low, n.dot(x)), high = std::max(high, n.dot(x));
   return high - low;
+}
+
+/// Vertices and planes in columns of whole eights, as HullColumns asks.
+void fill_columns(HullStore& store, const HullRow& row) {
+  const std::uint32_t room = static_cast<std::uint32_t>(in_eights(static_cast<int>(row.vertices))),
+                      space = static_cast<std::uint32_t>(in_eights(static_cast<int>(row.faces)));
+  store.column.resize(row.column + 3 * room + 4 * space);
+  double* to = &store.column[row.column];
+  for (Eigen::Index k = 0; k < 3; ++k)
+    for (std::uint32_t v = 0; v < room; ++v) *to++ = store.vertex[row.vertex + (v < row.vertices ? v : 0)][k];
+  for (Eigen::Index k = 0; k < 3; ++k)
+    for (std::uint32_t f = 0; f < space; ++f) *to++ = f < row.faces ? store.plane[row.plane + f].normal[k] : 0;
+  for (std::uint32_t f = 0; f < space; ++f) *to++ = f < row.faces ? store.plane[row.plane + f].offset : INFINITY;
+}
+
+/// Every edge once, from the face that runs it upwards.
+void add_edges(HullStore& store, HullRow& row, const Polyhedron& body) {
+  row.edge = static_cast<std::uint32_t>(store.edge.size());
+  std::map<std::pair<int, int>, std::size_t> left;
+  for (std::size_t f = 0; f < body.face.size(); ++f)
+    for (std::size_t k = 0; k < body.face[f].loop.size(); ++k)
+      left[{body.face[f].loop[k], body.face[f].loop[(k + 1) % body.face[f].loop.size()]}] = f;
+  for (const auto& [ends, face] : left) {
+    if (ends.first > ends.second) continue;
+    const std::size_t right = left.at({ends.second, ends.first});
+    for (const std::size_t x :
+         {static_cast<std::size_t>(ends.first), static_cast<std::size_t>(ends.second), face, right})
+      store.edge.push_back(static_cast<std::uint8_t>(x));
+  }
+  row.edges = (static_cast<std::uint32_t>(store.edge.size()) - row.edge) / 4;
 }
 
 }  // namespace
@@ -53,6 +84,9 @@ Index add_hull(HullStore& store, const Polyhedron& given, HullPlace& at) {
     row.bounding_radius = std::max(row.bounding_radius, x.norm());
   }
   row.depth = 3 * moments.volume / surface;
+  row.column = static_cast<std::uint32_t>(store.column.size());
+  fill_columns(store, row);
+  add_edges(store, row, body);
   store.row.push_back(row);
   return static_cast<Index>(store.row.size() - 1);
 }
@@ -65,6 +99,7 @@ Index add_unturned(HullStore& store, const Polyhedron& body) {
   for (std::uint32_t v = 0; v < at.vertices; ++v) store.vertex[at.vertex + v] = axes * store.vertex[at.vertex + v];
   for (std::uint32_t f = 0; f < at.faces; ++f)
     store.plane[at.plane + f].normal = axes * store.plane[at.plane + f].normal;
+  fill_columns(store, at);
   return row;
 }
 

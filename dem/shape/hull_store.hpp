@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "dem/kernel/hull_overlap.hpp"
 #include "dem/shape/polyellipsoid.hpp"
 #include "dem/shape/polyhedron.hpp"
 
@@ -17,6 +18,8 @@ struct Plane {
   double offset;  // normal . x (m)
 };
 
+constexpr int in_eights(int n) { return (n + 7) / 8 * 8; }
+
 /// One hull, to look at.
 struct HullView {
   const Vec3* vertex;
@@ -24,12 +27,13 @@ struct HullView {
   const std::uint16_t* begin;  // of face f: loop[begin[f]] to loop[begin[f + 1]]
   const std::uint8_t* loop;    // vertices, counter-clockwise seen from outside
   int vertices, faces;
+  HullColumns columns;
 };
 
 /// What follows from a hull's shape.
 struct HullRow {
-  std::uint32_t vertex, plane, begin, loop;  // where its own begin
-  std::uint32_t vertices, faces;
+  std::uint32_t vertex, plane, begin, loop, column, edge;  // where its own begin
+  std::uint32_t vertices, faces, edges;
   double volume;                        // m^3
   double depth;                         // 3 volume / surface: half the distance of two matching cells' seeds (m)
   double bounding_radius, least_width;  // m
@@ -41,12 +45,21 @@ struct HullStore {
   std::vector<Plane> plane;
   std::vector<std::uint16_t> begin;
   std::vector<std::uint8_t> loop;
+  std::vector<double> column;      // vertices and planes once more, as the kernel reads them: see HullColumns
+  std::vector<std::uint8_t> edge;  // the same
   std::vector<HullRow> row;
 
   HullView operator[](Index hull) const {
     const HullRow& r = row[hull];
-    return {&vertex[r.vertex],        &plane[r.plane], &begin[r.begin], &loop[r.loop], static_cast<int>(r.vertices),
-            static_cast<int>(r.faces)};
+    const int vertices = static_cast<int>(r.vertices), faces = static_cast<int>(r.faces), room = in_eights(vertices);
+    const double* own = &column[r.column];
+    return {&vertex[r.vertex],
+            &plane[r.plane],
+            &begin[r.begin],
+            &loop[r.loop],
+            vertices,
+            faces,
+            {own, own + 3 * room, &edge[r.edge], room, in_eights(faces), vertices, faces, static_cast<int>(r.edges)}};
   }
 };
 

@@ -227,6 +227,21 @@ double face_separation(const HullView& a, const HullView& b, const Mat3& turn, c
 }
 
 Overlap overlap_of(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& n) {
+  static const HullOverlap find = hull_overlap();
+  HullPose pose;
+  for (Eigen::Index i = 0; i < 3; ++i)
+    for (Eigen::Index j = 0; j < 3; ++j) pose.turn[3 * i + j] = turn(i, j);
+  for (Eigen::Index k = 0; k < 3; ++k) pose.shift[k] = shift[k], pose.search[k] = n[k];
+  pose.flush = flush;
+  HullWrench w;
+  const Meets meets = find(a.columns, b.columns, pose, w);
+  if (meets == Meets::unsettled) return overlap_by_faces(a, b, turn, shift, n);
+  if (meets != Meets::overlaps) return {.parted = meets == Meets::parted};
+  const auto vector = [](const double* x) -> Vec3 { return {x[0], x[1], x[2]}; };
+  return {w.volume, w.energy, vector(w.force), vector(w.moment), vector(w.area), vector(w.middle), w.polar, false};
+}
+
+Overlap overlap_by_faces(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& n) {
   std::array<double, most_hull_vertices> along_a, along_b;
   double highest = -INFINITY, lowest = INFINITY;
   for (int v = 0; v < a.vertices; ++v) {

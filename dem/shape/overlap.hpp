@@ -21,6 +21,10 @@ struct Overlap {
   bool parted = false;         // already along `search`
 };
 
+/// The polygons of the faces, clipped one by one: what overlap_of falls back on where round-off decides which edges
+/// cross, and the measure of it.
+Overlap overlap_by_faces(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& search);
+
 /// `search`: a unit vector from A to B, as good as is known; it decides what is looked at, not what is found.
 Overlap overlap_of(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& search);
 

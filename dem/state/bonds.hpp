@@ -60,6 +60,14 @@ struct FaceBond {
   Vec3 shear = Vec3::Zero();      // friction on b, global (N): what a contact goes on with
 };
 
+/// What resists the velocity of a face bond's opening and turn.
+struct FaceDashpot {
+  double normal = 0, shear = 0;  // N s/m
+  Vec3 turn = Vec3::Zero();      // about e1, e2 and the normal (N m s)
+  Vec3 force = Vec3::Zero();     // on b, at the last step, global (N)
+  Vec3 couple = Vec3::Zero();    // the same (N m)
+};
+
 /// A bond has broken: a contact between the same two, if they press, goes on with its foundation and its friction.
 struct Handed {
   BondEnds ends;
@@ -99,6 +107,7 @@ struct BondTiles {
   std::vector<Index> first_far, bond_far;  // those whose higher grain is in tile t, but not their lower one
   std::vector<Load> far;                   // by bond: what its higher grain feels, if that is in another tile
   std::vector<double> dissipated;          // by tile (J)
+  std::vector<double> viscous;             // by tile (J): taken by dashpots
   std::vector<double> power;               // by tile (W): of a moving cell on bonds with images
   std::vector<std::size_t> broken;
 };
@@ -113,6 +122,7 @@ struct BondColumn {
 struct Bonds {
   BondColumn<CohesiveSpring> cohesive;
   BondColumn<FaceBond> face;
+  std::vector<FaceDashpot> dashpot;  // by face bond; none: they resist no velocity
   std::vector<FaceBond> wall;  // of grains (a) with walls (b, which do not turn): they never break
   std::vector<DeadLoad> load;
   std::vector<Handed> handed;      // by face bonds that have broken since the last neighbour list

@@ -47,8 +47,9 @@ struct Ledger {
   double work = 0;  // of walls, cell and gravity on the grains
   double friction =
       0;  // Coulomb's limit times plastic slip, what springs shed as their stiffness changes, what parting ones hold
-  double damping = 0;        // contact dashpots and local damping
+  double damping = 0;        // dashpots of contacts and bonds, and local damping
   double local_damping = 0;  // of it: by the grains' local damping, a device that no contact knows
+  double bond_damping = 0;   // of it: by the dashpots of face bonds
   double fracture = 0;       // cohesive springs
   double split =
       0;  // elastic energy that the parents' contacts held, less that of the children's and of newborn springs

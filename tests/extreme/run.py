@@ -9,7 +9,8 @@ from concurrent.futures import ThreadPoolExecutor
 
 import bench
 
-import contacts  # noqa: F401  registers its cases, as do the others
+import cells  # noqa: F401  registers its cases, as do the others
+import contacts  # noqa: F401
 import grains  # noqa: F401
 import inputs  # noqa: F401
 import macro  # noqa: F401

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Cells bonded by their faces: the patch, moduli of networks, impacts, breaks that go over into contacts, periodic
 // cells.
+#include "dem/bond/dashpots.hpp"
 #include "dem/io/archive.hpp"
+#include "dem/motion/critical_step.hpp"
 #include "dem/packing/cells.hpp"
 #include "dem/rve/bonded.hpp"
 #include "dem/rve/linear_response.hpp"
@@ -98,7 +100,7 @@ TEST_CASE("half of all bonds break in an impact: energy is told, momentum stays,
   BondModel b = cohesive(6e6, 15);
   b.stiffness = 28e9;
   for (const double friction : {0.0, 0.5}) {
-    b.friction = friction;
+    b.friction = friction, b.damping = 0.2 * friction;
     Model model = rock(b, friction);
     model.materials[0].normal_stiffness = b.stiffness;
     make_pair_laws(model);
@@ -122,6 +124,12 @@ TEST_CASE("half of all bonds break in an impact: energy is told, momentum stays,
     for (std::size_t i = 0; i < one.grains.size(); ++i)
       REQUIRE(one.grains.motion[i].position == two.grains.motion[i].position);
     CHECK(hash(one) == hash(two));
+    for (std::size_t k = 0; k < one.bonds.dashpot.size(); ++k) {  // each is still that of its own bond
+      const FaceDashpot own = dashpot_of(one.bonds.face.row[k], one.grains, b.damping);
+      CHECK(one.bonds.dashpot[k].normal == Approx(own.normal).epsilon(1e-9));
+    }
+    CHECK(one.bonds.dashpot.size() == (friction > 0 ? one.bonds.face.row.size() : 0));
+    CHECK((one.ledger.bond_damping > 0.01 * one.ledger.fracture) == (friction > 0));
     CHECK(hash(state_of(bytes_of(one))) == hash(one));
     const Fragments fragments = fragments_of(one);
     CHECK(fragments.size.size() > 5);
@@ -205,4 +213,92 @@ TEST_CASE("a periodic cell that is strained does the work that its bonds hold, a
   CHECK(std::abs(energy_error(s.ledger, stored_energy(model, s))) < 1e-3);
   CHECK(s.ledger.work == Approx(0.5 * E0 * strain * strain * volume).epsilon(0.02));
   CHECK(love_weber(s, volume)(2, 2) == Approx(-E0 * strain).epsilon(0.02));
+}
+
+namespace {
+
+/// Two unit cubes that share a face across x = 1.
+State two_cubes(const Model& model) {
+  VoronoiCells cells;
+  for (const std::size_t k : {0u, 1u}) {
+    const Vec3 low(static_cast<double>(k), 0, 0);
+    cells.body.push_back(box_between(low, low + Vec3::Ones()));
+    cells.body[k].face[1 - k].tag = 0;
+    cells.seed.emplace_back(low + Vec3::Constant(0.5));
+    cells.partner.push_back({{static_cast<Index>(1 - k), {}}});
+  }
+  State s;
+  add_cells(model, cells, 0, s);
+  return s;
+}
+
+}  // namespace
+
+TEST_CASE("a dashpot of zeta lets opening, twist and bending die as zeta of critical, and what it takes is told") {
+  Team team(1);
+  BondModel bond = elastic(0.5);
+  bond.damping = 0.05;
+  Model model = rock(bond);
+  model.numerics.safety = 0.02;
+  // Relative modes, half of whose mass or inertia moves: w^2 = 2 k / m and 2 k / J; bending without opening needs the
+  // shear's lever, so it is pushed about the face's middle.
+  const double mass = density, inertia = density / 6;
+  struct Mode {
+    Vec3 velocity, spin;
+    double frequency2;
+  };
+  for (const Mode& mode : {Mode{Vec3(1e-3, 0, 0), Vec3::Zero(), 2 * E0 / mass},
+                           Mode{Vec3::Zero(), Vec3(1e-3, 0, 0), 2 * 0.5 * E0 / 6 / inertia}}) {
+    State s = two_cubes(model);
+    REQUIRE(s.bonds.dashpot.size() == 1);
+    s.grains.motion[1].velocity = mode.velocity, s.grains.motion[0].velocity = -mode.velocity;
+    for (const std::size_t i : {0u, 1u}) {
+      s.grains.motion[i].spin = (i == 1 ? 1 : -1) * mode.spin;
+      s.grains.angular_momentum[i] = inertia_tensor(s.grains, i) * s.grains.motion[i].spin;
+    }
+    prepare(model, s, team);
+    const double start = stored_energy(model, s), omega = std::sqrt(mode.frequency2);
+    s.ledger.start = start;
+    // Whole periods of the damped oscillation: energies compare without their ripple.
+    run_for(model, s, 3 * 2 * pi / (omega * std::sqrt(1 - 0.05 * 0.05)), team);
+    CHECK(std::log(start / stored_energy(model, s)) ==
+          Approx(2 * 0.05 * 3 * 2 * pi / std::sqrt(1 - 0.05 * 0.05)).epsilon(5e-3));
+    CHECK(s.ledger.bond_damping == Approx(start - stored_energy(model, s)).epsilon(1e-3));
+    CHECK(s.ledger.bond_damping == s.ledger.damping);
+    CHECK(momentum(s.grains).norm() < 1e-12 * mass * 1e-3);
+  }
+}
+
+TEST_CASE("the critical step of two cells with dashpots: below what their stiffest mode bears, and near it") {
+  Team team(1);
+  for (const double fraction : {0.0, 0.9}) {
+    BondModel bond = elastic(1);
+    bond.damping = fraction;
+    const Model model = rock(bond);
+    State s = two_cubes(model);
+    s.grains.motion[1].velocity = Vec3(1e-3, 7e-4, 3e-4);
+    prepare(model, s, team);
+    const double told =
+        critical_step(model.law, model.pairs, model.materials.size(), s.grains, s.boundary, s.contacts, s.bonds).dt;
+    // Sliding with its lever of a half, l^2 / J = 1.5 / m: both cubes turn alike, so no dashpot of turns is at work.
+    const double omega = std::sqrt(5 * E0 / density), over = 5 * 2 * fraction * std::sqrt(0.5) / std::sqrt(5.0);
+    const double borne = 2 / omega * 2 / (over + std::sqrt(over * over + 4));
+    CAPTURE(fraction, told, borne);
+    CHECK(told < borne);
+    CHECK(told > 0.8 * borne);
+    const auto fastest = [&](double dt) {
+      State copy = s;
+      Model fixed = model;
+      fixed.numerics.time_step = dt, fixed.numerics.max_energy_error = INFINITY;
+      prepare(fixed, copy, team);
+      double most = 0;
+      for (int k = 0; k < 300 && most < 1; ++k) {
+        run_steps(fixed, copy, 1, team);
+        most = std::max(most, copy.grains.motion[1].velocity.norm());
+      }
+      return most;
+    };
+    CHECK(fastest(told) < 3e-3);
+    CHECK(fastest(1.05 * borne) > 1);
+  }
 }

@@ -243,7 +243,7 @@ RVE_KEYS = [
     ("free", "wall.0.point", "[0, 0, -2e-3]"), ("free", "wall.0.normal", "[0.5, 0, 0.866]"), ("free", "wall.0.rigid", "false", "wall.0.friction=", "wall.0.material=other"), ("free", "wall.0.friction", 0.9),
     ("tube", "wall.2.axis", "x"), ("tube", "wall.2.radius", 3.4e-3), ("tube", "wall.2.shape", "plane", "wall.2.axis=", "wall.2.radius=", "wall.2.normal=[0, -1, 0]", "wall.2.point=[0, 1.003e-3, 0]"),
     ("free", "wall.1.velocity", "[0, 0, -200]"), ("free", "wall.0.material", "other", "wall.0.rigid=", "wall.0.friction="), ("free", "loading.gravity", "[0, 0, -9e4]"), ("free", "loading.duration", 3e-5),
-    *[("disc", "material.rock.bond." + k, v) for k, v in (("modulus", 1e10), ("poissons_ratio", 0.1), ("tension", 3e6), ("cohesion", 9e6), ("friction_angle", 0.2), ("fracture_energy", 8.0), ("shear_energy", 15.0), ("weibull", 3))],
+    *[("disc", "material.rock.bond." + k, v) for k, v in (("modulus", 1e10), ("poissons_ratio", 0.1), ("tension", 3e6), ("cohesion", 9e6), ("friction_angle", 0.2), ("fracture_energy", 8.0), ("shear_energy", 15.0), ("weibull", 3), ("damping", 0.3))],
     ("disc", "material.rock.bond.criterion", "parallel", "material.rock.bond.cohesion=", "material.rock.bond.fracture_energy=", "material.rock.bond.shear_energy=", "material.rock.bond.shear=18e6"),
     *[("brick", "material.rock.bond." + k, v) for k, v in (("length", 5e-4), ("strain", 1e-4), ("rotation", 1e-4))], *[("stiff", "material.rock.bond." + k, v) for k, v in (("normal_stiffness", 1e13), ("shear_ratio", 0.6), ("shear", 4e6))],
     *[("beam", k, v) for k, v in (("clamp.0.where", "y=min"), ("clamp.0.slides", "true"), ("clamp.1.velocity", "[0.2, 0.02, 0]"), ("load.0.where", "y=max"), ("load.0.force", "[0, 0, 3]"), ("load.0.ramp", 0.0))],

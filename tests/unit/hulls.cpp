@@ -273,6 +273,54 @@ TEST_CASE("force and moment of an overlap are the gradient of its energy; the en
   CHECK(kinks <= 3);  // a step of 1e-6 meets one in some thousand poses
 }
 
+TEST_CASE("the overlap by edges is that by clipped faces") {
+  const VoronoiCells cells = some_cells(64);
+  std::vector<Shape> shapes;
+  for (const Polyhedron& body : cells.body) shapes.emplace_back(body);
+  shapes.emplace_back(box_between(Vec3::Constant(-0.1), Vec3::Constant(0.1)));
+  const double size = 0.25;
+  int met = 0, apart = 0, parted = 0, unsettled = 0;
+  double worst = 0;
+  const auto differ = [](const Vec3& x, const Vec3& y, double scale) { return (x - y).norm() / scale; };
+  for (std::uint64_t n = 0; n < 20000; ++n) {
+    const HullView a = shapes[n % 65].view(), b = shapes[(7 * n + 3) % 65].view();
+    const Mat3 turn = random_rotation(n, 1).toRotationMatrix();
+    const Vec3 along = random_vector(n, 2).normalized();
+    const Vec3 shift = along * size * (0.5 + random_uniform(3, n, Purpose::position));
+    const Vec3 search = n % 3 == 0 ? random_vector(n, 3).normalized() : along;
+    const Overlap o = overlap_by_faces(a, b, turn, shift, search);
+    HullPose pose;
+    for (Eigen::Index i = 0; i < 3; ++i)
+      for (Eigen::Index j = 0; j < 3; ++j) pose.turn[3 * i + j] = turn(i, j);
+    for (Eigen::Index k = 0; k < 3; ++k) pose.shift[k] = shift[k], pose.search[k] = search[k];
+    pose.flush = 1e-12;
+    HullWrench w;
+    const Meets meets = hull_overlap()(a.columns, b.columns, pose, w);
+    unsettled += meets == Meets::unsettled;
+    if (meets == Meets::unsettled) continue;
+    CHECK((meets == Meets::parted) == o.parted);
+    parted += o.parted, apart += meets == Meets::apart, met += meets == Meets::overlaps;
+    const double extent = size * size * size;
+    if (o.volume < 1e-9 * extent) {
+      CHECK((meets != Meets::overlaps || w.volume < 2e-9 * extent));
+      continue;
+    }
+    REQUIRE(meets == Meets::overlaps);
+    const double force = o.force.norm(), area = o.area.norm();
+    for (const double off :
+         {std::abs(w.volume / o.volume - 1), std::abs(w.energy / o.energy - 1), std::abs(w.polar / o.polar - 1),
+          differ(Vec3(w.force), o.force, force), differ(Vec3(w.moment), o.moment, size * force),
+          differ(Vec3(w.area), o.area, area), differ(Vec3(w.middle), o.middle, size)})
+      worst = std::max(worst, off);
+  }
+  CAPTURE(met, apart, parted, unsettled, worst);
+  CHECK(met > 8000);
+  CHECK(apart > 200);
+  CHECK(parted > 1000);
+  CHECK(unsettled == 0);  // random poses meet no tie
+  CHECK(worst < 1e-6);    // bodies that overlap by 1e-3 of their size lose nine digits of second moments
+}
+
 TEST_CASE("what is looked at along any direction gives the same overlap, and both bodies agree on it") {
   const VoronoiCells cells = some_cells(27);
   const Shape one(cells.body[3]), two(cells.body[11]);
