@@ -26,13 +26,19 @@ struct Body {
   double beyond[most_corners];               // by corner: sum of 2^m over the planes of the other that it is above
 };
 
-/// Directed edges of the faces of K that are of one body.
+/// Directed edges of the faces of K that are of one body, and a corner of each face: what is about it errs by the
+/// face's own size, however far and thin.
 struct Borders {
-  std::uint32_t from[most_borders], to[most_borders], face[most_borders];
+  std::uint32_t from[most_borders], to[most_borders], face[most_borders], apex[most_borders];
+  std::uint32_t first[most_faces];  // by face
   int count = 0;
 
+  GRUS_INLINE explicit Borders(int faces) {
+    for (int f = 0; f < faces; ++f) first[f] = none;
+  }
   GRUS_INLINE void add(std::uint32_t p, std::uint32_t q, std::uint32_t f) {
-    from[count] = p, to[count] = q, face[count++] = f;
+    first[f] = first[f] == none ? p : first[f];
+    from[count] = p, to[count] = q, apex[count] = first[f], face[count++] = f;
   }
 };
 

@@ -14,9 +14,9 @@ GRUS_INLINE double sum_of(const Real (&r)[parts]) {
   return ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]));
 }
 
-/// Eight borders' triangles with the foot of the origin on their face.
+/// Eight borders' triangles with a corner of their face.
 struct Triangles {
-  double p[3][8], q[3][8], n[3][8], height[8], twice[8];
+  double p[3][8], q[3][8], apex[3][8], n[3][8], twice[8];
 };
 
 GRUS_INLINE void load3(const double (*from)[8], int at, Real3& to) {
@@ -27,10 +27,10 @@ GRUS_INLINE void store3(const Real3& v, double (*to)[8], int at) {
 }
 /// Lanes [at, at + width).
 struct Lane3 {
-  Real3 p, q, n;
-  Real height, twice;
+  Real3 p, q, apex, n;
+  Real twice;
   GRUS_INLINE Lane3(const Triangles& t, int at) {
-    load3(t.p, at, p), load3(t.q, at, q), load3(t.n, at, n), load(t.height + at, height), load(t.twice + at, twice);
+    load3(t.p, at, p), load3(t.q, at, q), load3(t.apex, at, apex), load3(t.n, at, n), load(t.twice + at, twice);
   }
 };
 
@@ -62,24 +62,25 @@ struct Solid {
 
 GRUS_INLINE void add_triangles(const Body& body, Borders& b, const Points& points, const Real3& origin, Triangles* t,
                                Solid& solid) {
-  for (int k = b.count; k % 8 != 0; ++k) b.from[k] = b.to[k] = b.face[k] = 0;
+  for (int k = b.count; k % 8 != 0; ++k) b.from[k] = b.to[k] = b.apex[k] = b.face[k] = 0;
   for (int at = 0; at < b.count; at += 8)
     for (int u = 0; u < parts; ++u) {
       const int k = at + u * width;
-      Real3 p, q, n;
+      Real3 p, q, apex, n;
       Real offset, unused;
       load4(points.row, b.from + k, 4, p.x, p.y, p.z, unused), load4(points.row, b.to + k, 4, q.x, q.y, q.z, unused);
       load4(body.plane, b.face + k, 4, n.x, n.y, n.z, offset);
-      p = p - origin, q = q - origin;
-      const Real height = offset - dot(n, origin), twice = dot(n, cross(p, q));
+      load4(points.row, b.apex + k, 4, apex.x, apex.y, apex.z, unused);
+      const Real height = offset - dot(n, origin), twice = dot(n, cross(p - apex, q - apex));
+      p = p - origin, q = q - origin, apex = apex - origin;
       const Real moved = height * twice;
       solid.volume.r[u] = solid.volume.r[u] + moved;
-      solid.first.add(u, moved, fused(height, n, p + q));
+      solid.first.add(u, moved, p + q + apex);
       solid.area.add(u, twice, n);
       Triangles& to = t[at / 8];
       const int lane = u * width;
-      store3(p, to.p, lane), store3(q, to.q, lane), store3(n, to.n, lane);
-      store(height, to.height + lane), store(twice, to.twice + lane);
+      store3(p, to.p, lane), store3(q, to.q, lane), store3(apex, to.apex, lane);
+      store3(n, to.n, lane), store(twice, to.twice + lane);
     }
 }
 
@@ -114,10 +115,10 @@ GRUS_INLINE void press(const Triangles* t, int count, double level, const double
   for (int at = 0; at < count; at += 8)
     for (int u = 0; u < parts; ++u) {
       const Lane3 k(t[at / 8], u * width);
-      const Real3 foot = k.height * k.n, sum = k.p + k.q + foot;
-      const Real sp = dot(s, k.p), sq = dot(s, k.q), so = dot(s, foot), ss = sp + sq + so;
+      const Real3 sum = k.p + k.q + k.apex;
+      const Real sp = dot(s, k.p), sq = dot(s, k.q), so = dot(s, k.apex), ss = sp + sq + so;
       forces.add(u, k.twice * fused(Real(1.0 / 3.0), ss, Real(level)), k.n);
-      const Real3 first = fused(fused(Real(4.0), Real(level), ss), sum, fused(sp, k.p, fused(sq, k.q, so * foot)));
+      const Real3 first = fused(fused(Real(4.0), Real(level), ss), sum, fused(sp, k.p, fused(sq, k.q, so * k.apex)));
       moments.add(u, k.twice, cross(first, k.n));
     }
   forces.total(force, 1), moments.total(moment, 1);
@@ -132,9 +133,9 @@ GRUS_INLINE void spread(const Triangles* t, int count, const double* area, doubl
   for (int at = 0; at < count; at += 8)
     for (int u = 0; u < parts; ++u) {
       const Lane3 k(t[at / 8], u * width);
-      const Real3 sum = fused(k.height, k.n, k.p + k.q);
+      const Real3 sum = k.p + k.q + k.apex;
       weighted.add(u, k.twice * dot(k.n, along), sum), plain.add(u, k.twice, sum);
-      squares.r[u] = fused(k.twice, dot(sum, sum) + dot(k.p, k.p) + dot(k.q, k.q) + k.height * k.height, squares.r[u]);
+      squares.r[u] = fused(k.twice, dot(sum, sum) + dot(k.p, k.p) + dot(k.q, k.q) + dot(k.apex, k.apex), squares.r[u]);
     }
   weighted.total(middle, 1), plain.total(first, 1), second = sum_of(squares.r);
 }
@@ -166,7 +167,7 @@ Meets hull_overlap(const HullColumns& ha, const HullColumns& hb, const HullPose&
   find_beyond(a, b, slack), find_beyond(b, a, -slack);
 
   Points points;
-  Borders of_a, of_b;
+  Borders of_a(a.faces), of_b(b.faces);
   Lines lines;
   const int crossings = a.faces * b.faces;
   for (int k = 0; k < crossings; ++k) lines.from[k] = lines.to[k] = none;

@@ -206,7 +206,7 @@ double tension_across(std::uint64_t seed, Team& team) {
   CellSpace space = cylinder_space(diameter, thickness);
   space.extruded = true;
   State s;
-  const BondedFaces faces = add_cells(model, voronoi_packing(space, 400, 5, seed, team), 0, s);
+  const BondedFaces faces = add_cells(model, voronoi_packing(space, 1500, 5, seed, team), 0, s);
   const Vec3 middle(diameter / 2, diameter / 2, thickness / 2);
   double arc = 0;
   for (const double side : {-1.0, 1.0}) {
@@ -216,7 +216,7 @@ double tension_across(std::uint64_t seed, Team& team) {
     add_load(pressed, Vec3(0, -side * load, 0), 0, s);
   }
   prepare(model, s, team);
-  run_for(model, s, 4, team);  // 35 times across by the slower wave
+  run_for(model, s, 1, team);  // ten times across by the slower wave
   CHECK(stored_energy(model, s) - stored_energy(s.bonds) < 1e-6 * stored_energy(s.bonds));
   double sum = 0, volume = 0;
   const auto inside = [&](Index i) {
@@ -237,12 +237,14 @@ double tension_across(std::uint64_t seed, Team& team) {
 TEST_CASE("a disc pressed on two arcs is drawn across its middle as one of a single piece is") {
   Team team(2);
   double mean = 0;
-  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const double found = tension_across(seed, team);
-    CHECK(found == Approx(0.96).margin(0.12));  // (sin 2a - a) / a, and the mean over 0.15 R: 0.95 at a = 0.1
-    mean += found / 6;
+    // Two Flamant fields and a uniform one over arcs of 0.1 rad, their mean over 0.15 R: 0.964; here over (sin 2a - a) /
+    // a = 0.987.
+    CHECK(found == Approx(0.977).margin(0.12));
+    mean += found / 3;
   }
-  CHECK(mean == Approx(0.96).margin(0.05));
+  CHECK(mean == Approx(0.977).margin(0.05));
 }
 
 TEST_CASE("a constant mean stress: kept while one axis is pressed; in an elastic cell the volume stays, too") {

@@ -321,6 +321,34 @@ TEST_CASE("the overlap by edges is that by clipped faces") {
   CHECK(worst < 1e-6);    // bodies that overlap by 1e-3 of their size lose nine digits of second moments
 }
 
+TEST_CASE("overlaps of any depth down to round-off, however thin, press by no more than they are deep") {
+  Team team(1);
+  const VoronoiCells cells = voronoi_packing(box_space(Vec3::Ones()), 64, 5, 3, team);
+  std::vector<Vec3> corners;
+  for (int k = 0; k < 32; ++k) corners.emplace_back(0.3 * std::sin(pi * k / 16), -0.3 * std::cos(pi * k / 16), 0);
+  Polyhedron roller = prism_over(corners, -1, 1);
+  Mat3 upright;
+  upright << 1, 0, 0, 0, 0, -1, 0, 1, 0;
+  place(roller, upright, Vec3::Zero());
+  HullStore store;
+  const Index tool = add_unturned(store, roller);
+  int touching = 0;
+  for (const Polyhedron& body : cells.body) {
+    HullPlace at;
+    const HullView cell = store[add_hull(store, body, at)];
+    const Mat3 back = at.axes.toRotationMatrix().transpose();
+    for (double depth = 1e-16; depth < 1e-2; depth *= 3)
+      for (const double x : {0.02, 0.3, 0.5, 0.8, 1.0}) {
+        const Vec3 to = Vec3(x, 0.5, 1.3 - depth) - at.origin;
+        const Overlap o = overlap_of(cell, store[tool], back, back * to, back * Vec3(to.x(), 0, to.z()).normalized());
+        if (!(o.volume > 0) || !(o.area.norm() > 0)) continue;
+        ++touching;
+        CHECK(o.force.norm() < 1.5 * depth * o.area.norm() + 1e-11 * o.area.norm());
+      }
+  }
+  CHECK(touching > 500);
+}
+
 TEST_CASE("what is looked at along any direction gives the same overlap, and both bodies agree on it") {
   const VoronoiCells cells = some_cells(27);
   const Shape one(cells.body[3]), two(cells.body[11]);
