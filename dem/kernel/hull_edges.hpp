@@ -22,6 +22,7 @@ struct Body {
   std::uint8_t face[most_faces], rank[most_faces];  // those faces, and where each of them is
   std::uint8_t edge[most_edges];                    // edges that can be in K
   int faces = 0, edges = 0;
+  std::uint64_t near = 0;                    // corners
   double height[most_faces * most_corners];  // of the corners above the other's plane: a row of `room` by plane
   double beyond[most_corners];               // by corner: sum of 2^m over the planes of the other that it is above
 };
@@ -52,7 +53,7 @@ struct Lines {
   std::uint16_t from[most_faces * most_faces], to[most_faces * most_faces];
   std::uint16_t begun[2 * most_points];
   int count = 0, ended = 0;
-  bool clear = true;  // no end was met twice
+  bool clear = true;  // no end was met twice, none is missing
 
   GRUS_INLINE void begin(int line, int point) {
     clear = clear && from[line] == none;
@@ -84,16 +85,16 @@ GRUS_INLINE double project(const HullColumns& h, const double* n, double offset,
 /// two bodies' levels bounds nothing.
 GRUS_INLINE void find_near(Body& body, const double* along, double level, double sign) {
   const HullColumns& h = *body.hull;
-  std::uint64_t corners = 0, faces = 0;
+  std::uint64_t faces = 0;
   for (int v = 0; v < h.room; v += width) {
     Real d;
     load(along + v, d);
     const unsigned far = bits(less(Real(sign) * d, Real(sign * level)));
-    corners |= std::uint64_t{~far & ((1u << width) - 1)} << v;
+    body.near |= std::uint64_t{~far & ((1u << width) - 1)} << v;
   }
   for (int e = 0; e < h.edges; ++e) {
     const std::uint8_t* row = h.edge + 4 * e;
-    const std::uint64_t near = (corners >> row[0] | corners >> row[1]) & 1;
+    const std::uint64_t near = (body.near >> row[0] | body.near >> row[1]) & 1;
     body.edge[body.edges] = static_cast<std::uint8_t>(e);
     body.edges += static_cast<int>(near);
     faces |= near << row[2] | near << row[3];
@@ -160,6 +161,9 @@ GRUS_INLINE void keep_edges(const Body& body, const Body& other, Points& points,
       }
     }
     if (t0 > t1) continue;
+    // A corner of K all of whose edges are looked at, or a crossing: else some face of K stays open.
+    lines.clear =
+        lines.clear && (enters >= 0 || (body.near >> e[0] & 1) != 0) && (leaves >= 0 || (body.near >> e[1] & 1) != 0);
     const double x = body.x[e[0]], y = body.y[e[0]], z = body.z[e[0]];
     const double dx = body.x[e[1]] - x, dy = body.y[e[1]] - y, dz = body.z[e[1]] - z;
     const int p = points.count++, q = points.count++;

@@ -160,10 +160,10 @@ Meets hull_overlap(const HullColumns& ha, const HullColumns& hb, const HullPose&
   Body a, b;
   a.hull = &ha, a.x = ha.corner, a.y = ha.corner + ha.room, a.z = ha.corner + 2 * ha.room;
   b.hull = &hb, b.x = corner[0], b.y = corner[1], b.z = corner[2];
-  find_near(a, along_a, lowest, 1), find_near(b, along_b, highest, -1);
-  take_planes(a, b, pose);
   const double size = highest < 0 ? -highest : highest;
   const double slack = pose.flush * (size + __builtin_sqrt(dot3(shift, shift)));
+  find_near(a, along_a, lowest - slack, 1), find_near(b, along_b, highest + slack, -1);
+  take_planes(a, b, pose);
   find_beyond(a, b, slack), find_beyond(b, a, -slack);
 
   Points points;

@@ -226,15 +226,19 @@ double face_separation(const HullView& a, const HullView& b, const Mat3& turn, c
   return most;
 }
 
-Overlap overlap_of(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& n) {
-  static const HullOverlap find = hull_overlap();
+HullPose pose_of(const Mat3& turn, const Vec3& shift, const Vec3& search) {
   HullPose pose;
   for (Eigen::Index i = 0; i < 3; ++i)
     for (Eigen::Index j = 0; j < 3; ++j) pose.turn[3 * i + j] = turn(i, j);
-  for (Eigen::Index k = 0; k < 3; ++k) pose.shift[k] = shift[k], pose.search[k] = n[k];
+  for (Eigen::Index k = 0; k < 3; ++k) pose.shift[k] = shift[k], pose.search[k] = search[k];
   pose.flush = flush;
+  return pose;
+}
+
+Overlap overlap_of(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& n) {
+  static const HullOverlap find = hull_overlap();
   HullWrench w;
-  const Meets meets = find(a.columns, b.columns, pose, w);
+  const Meets meets = find(a.columns, b.columns, pose_of(turn, shift, n), w);
   if (meets == Meets::unsettled) return overlap_by_faces(a, b, turn, shift, n);
   if (meets != Meets::overlaps) return {.parted = meets == Meets::parted};
   const auto vector = [](const double* x) -> Vec3 { return {x[0], x[1], x[2]}; };

@@ -21,6 +21,9 @@ struct Overlap {
   bool parted = false;         // already along `search`
 };
 
+/// As the kernel takes it.
+HullPose pose_of(const Mat3& turn, const Vec3& shift, const Vec3& search);
+
 /// The polygons of the faces, clipped one by one: what overlap_of falls back on where round-off decides which edges
 /// cross, and the measure of it.
 Overlap overlap_by_faces(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& search);
