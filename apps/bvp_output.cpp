@@ -21,6 +21,10 @@ int vtk_type(fem::CellKind kind) {
   return types[static_cast<std::size_t>(kind)];
 }
 
+bool bonded(const BvpScene& scene) {
+  return scene.has_rve && !scene.unit_cells.empty() && scene.unit_cells[0].bonded();
+}
+
 }  // namespace
 
 std::vector<std::string> bvp_columns(const BvpScene& scene, const fem::Problem& problem, const Probes& probes) {
@@ -38,6 +42,7 @@ std::vector<std::string> bvp_columns(const BvpScene& scene, const fem::Problem& 
                            "rves_distinct", "rves_deferred", "energy_unexplained_J", "p_Pa", "q_Pa",
                            "strain_volumetric", "unbalanced_macro_force", "kinetic_over_internal", "energy_error"})
     columns.emplace_back(name);
+  if (bonded(scene)) columns.emplace_back("bonds_broken");
   for (const auto& b : problem.boundaries())
     for (char k : {'x', 'y', 'z'}) columns.push_back(fmt::format("moved_{}_{}_m", b.name, k));
   if (scene.is_explicit())
@@ -117,7 +122,8 @@ void BvpOutput::add(const Row& r) {
     for (double v : problem_.reaction(b)) row.push_back(v);
   const std::size_t axis = scene_.flat() ? 1 : 2;  // in two dimensions z is across the plane, or the hoop
   strain_ = strain[axis], stress_ = stress[axis];
-  breakages_ = rves_ ? static_cast<double>(rves_->breakages()) : 0;
+  breakages_ = rves_ ? static_cast<double>(rves_->count(&dem::Facts::breakages)) : 0;
+  bonds_broken_ = rves_ ? static_cast<double>(rves_->count(&dem::Facts::bonds_broken)) : 0;
   double error = 0, mass = 0, lost = 0;
   for (std::size_t i = 0; rves_ && i < rves_->points(); ++i) {
     const dem::Facts& f = rves_->facts(i);
@@ -143,6 +149,7 @@ void BvpOutput::add(const Row& r) {
   const auto volume = problem_.volumes(rves_ ? grains_ : std::vector<std::uint8_t>{});
   row.insert(row.end(),
              {p, std::sqrt(q2), 1 - volume[1] / volume[0], r.residual, r.kinetic_over_internal, r.energy_error});
+  if (bonded(scene_)) row.push_back(bonds_broken_);
   for (std::size_t b = 0; b < problem_.boundaries().size(); ++b)
     for (double v : problem_.mean_displacement(b)) row.push_back(v);
   if (const auto* e = r.energy) row.insert(row.end(), {e->kinetic, e->internal, e->external, e->viscous, e->error()});
@@ -198,8 +205,14 @@ void BvpOutput::frame(double time) {
 
 std::string BvpOutput::line(std::uint64_t sweeps) const {
   return fmt::format(
-      "strain {0} {1:.4f}  stress {0} {2:.3g} MPa  broken {3:.0f}  material sweeps {4}  DEM steps {5:.3g}", axis(),
-      strain_, stress_ / 1e6, breakages_, sweeps, rves_ ? static_cast<double>(rves_->report().dem_steps) : 0.0);
+      "strain {0} {1:.4f}  stress {0} {2:.3g} MPa  broken {3:.0f}{6}  material sweeps {4}  DEM steps {5:.3g}", axis(),
+      strain_, stress_ / 1e6, breakages_, sweeps, rves_ ? static_cast<double>(rves_->report().dem_steps) : 0.0,
+      bonds_text(", bonds "));
+}
+
+/// Empty where no face is bonded.
+std::string BvpOutput::bonds_text(const char* head) const {
+  return bonded(scene_) ? fmt::format("{}{:.0f}", head, bonds_broken_) : "";
 }
 
 std::string BvpOutput::closing(const BvpEnding& e) const {
@@ -208,15 +221,16 @@ std::string BvpOutput::closing(const BvpEnding& e) const {
   if (e.status == finished) how = "finished";
   if (e.status == interrupted) how = "interrupted";
   if (scene_.is_explicit())
-    return fmt::format("{}: {:.4g}{}, mean stress {} {:.4g} MPa, {:.0f} breakages, {:.3g} DEM steps in {} ({})", how,
-                       e.time, scene_.dynamics ? " s" : " of the load", axis(), stress_ / 1e6, breakages_, steps,
-                       duration_text(e.wall), directory_);
+    return fmt::format("{}: {:.4g}{}, mean stress {} {:.4g} MPa, {:.0f} breakages{}, {:.3g} DEM steps in {} ({})", how,
+                       e.time, scene_.dynamics ? " s" : " of the load", axis(), stress_ / 1e6, breakages_,
+                       bonds_text(", broken bonds "), steps, duration_text(e.wall), directory_);
   return fmt::format(
-      "{0}: load factor {1:.4g}, mean strain {2} {3:.4f}, mean stress {2} {4:.4g} MPa, {5:.0f} breakages, {6} Newton "
+      "{0}: load factor {1:.4g}, mean strain {2} {3:.4f}, mean stress {2} {4:.4g} MPa, {5:.0f} breakages{12}, {6} "
+      "Newton "
       "iterations, {7} cutbacks, {8} material sweeps, "
       "{9:.3g} DEM steps in {10} ({11})",
       how, e.time, axis(), strain_, stress_ / 1e6, breakages_, iterations_, cutbacks_, sweeps_, steps,
-      duration_text(e.wall), directory_);
+      duration_text(e.wall), directory_, bonds_text(", broken bonds "));
 }
 
 nlohmann::json BvpOutput::state() const {
@@ -310,11 +324,9 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   summary["ending"] = e.text;
   summary["threads"] = options.threads;
   summary["ranks"] = e.ranks;
-  summary["counts"] = {{"gauss_points", problem_.global_points()},
-                       {"breakages", breakages_},
-                       {"newton_iterations", iterations_},
-                       {"cutbacks", cutbacks_},
-                       {"material_sweeps", sweeps_}};
+  summary["counts"] = {
+      {"gauss_points", problem_.global_points()}, {"breakages", breakages_}, {"bonds_broken", bonds_broken_},
+      {"newton_iterations", iterations_},         {"cutbacks", cutbacks_},   {"material_sweeps", sweeps_}};
   summary["errors"] = {{"worst_residual", worst_residual_}, {"worst_rve_energy_error", worst_energy_}};
   summary["seconds"] = {
       {"preparation_wall", e.preparation}, {"solve_wall", e.wall - e.preparation}, {"cpu_rank0", Clock::cpu()}};

@@ -51,6 +51,7 @@ private:
   void frame(double time);
   double work_error(double taken) const;
   nlohmann::json devices(const nlohmann::json& row) const;
+  std::string bonds_text(const char* head) const;
   double of_rves(double dem::Facts::*energy) const;  // J: of all points with grains, by the volumes that they stand for
   const char* axis() const { return scene_.flat() ? "yy" : "zz"; }
 
@@ -65,8 +66,8 @@ private:
   std::optional<History> history_;
   std::vector<std::pair<std::string, double>> series_;
   std::vector<double> contraction_;  // of Newton: logarithms of residual ratios
-  double strain_ = 0, stress_ = 0, breakages_ = 0, macro_work_ = 0, material_work_ = 0, worst_residual_ = 0,
-         worst_energy_ = 0;
+  double strain_ = 0, stress_ = 0, breakages_ = 0, bonds_broken_ = 0, macro_work_ = 0, material_work_ = 0,
+         worst_residual_ = 0, worst_energy_ = 0;
   int iterations_ = 0, cutbacks_ = 0, sweeps_ = 0;
 };
 

@@ -152,7 +152,9 @@ std::vector<double> cell_means(const std::vector<std::size_t>& rve_of, std::size
     const dem::Facts& f = facts(rve_of[i]);
     double* at = cells.data() + 3 * (i / per_cell);
     at[0] += f.void_ratio;
-    at[1] += static_cast<double>(f.breakages) / static_cast<double>(f.grains - f.breakages);
+    const auto [broken, whole] = f.bonds + f.bonds_broken > 0 ? std::pair{f.bonds_broken, f.bonds + f.bonds_broken}
+                                                              : std::pair{f.breakages, f.grains - f.breakages};
+    at[1] += static_cast<double>(broken) / static_cast<double>(whole);
     at[2] += static_cast<double>(f.grains);
     ++with[i / per_cell];
   }

@@ -285,9 +285,9 @@ void RveMaterial::commit() {
   if (relaxed()) farm_.rebalance();
 }
 
-std::uint64_t RveMaterial::breakages() const {
+std::uint64_t RveMaterial::count(std::uint64_t dem::Facts::*what) const {
   std::uint64_t sum = 0;
-  for (const auto& p : sharing_.point) sum += slots_.at(p.slot).facts.breakages;
+  for (const auto& p : sharing_.point) sum += slots_.at(p.slot).facts.*what;
   return sum;
 }
 

@@ -72,8 +72,8 @@ public:
   /// Brings facts up to date; needed where there is no way back and steps do not tell them.
   void refresh();
   const SweepReport& report() const { return report_; }
-  double seconds() const { return seconds_; }  // wall time in responses
-  std::uint64_t breakages() const;             // of the committed states, every point counted
+  double seconds() const { return seconds_; }                  // wall time in responses
+  std::uint64_t count(std::uint64_t dem::Facts::*what) const;  // of the committed states, every point counted
 
   /// All that decides how the points go on, handed over in parts (the states one by one); and back, into one that was
   /// made alike.

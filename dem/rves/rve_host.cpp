@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/rves/rve_host.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <thread>
@@ -197,6 +198,9 @@ Facts RveHost::facts(std::uint64_t slot) const {
   f.void_ratio = s.boundary.cell.volume() / solid_volume(s.grains) - 1;
   f.grains = s.grains.size();
   f.breakages = s.ledger.breakages;
+  const auto& materials = model_->materials;
+  if (std::any_of(materials.begin(), materials.end(), [](const Material& m) { return m.bond.has_value(); }))
+    f.bonds = s.bonds.face.row.size(), f.bonds_broken = s.ledger.bonds_broken;
   f.steps = s.steps;
   return f;
 }

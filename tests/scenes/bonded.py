@@ -66,10 +66,25 @@ def block(tmp, modulus):
     need(abs(last["mean_stress_zz_Pa"] / last["mean_strain_zz"] / modulus - 1) < 0.005, f"block: {last['mean_stress_zz_Pa'] / last['mean_strain_zz'] / 1e9:.3f} GPa, its cell {modulus / 1e9:.3f}")
 
 
+def beam(tmp):
+    """Cells are torn at the points of a notched beam: the tip's stress has had its peak, the beam softens, forces and works balance."""
+    out = os.path.join(tmp, "beam")
+    r = run(bvp, os.path.join(shipped, "rock_beam.toml"), "-o", out, "--quiet", "--threads", "2", "--set", "boundary.1.displacement=['free', '-0.024 mm']", "--set", "solve.increments=6")
+    need(r.returncode == 0, f"beam: {r.stderr}")
+    rows = numbers(out)
+    last, tip = rows[-1], [x["probe_tip_stress_xx_Pa"] for x in rows]
+    need(5.5e6 < max(tip) < 7.5e6 and tip[-1] < 0.8 * max(tip), f"beam: stress at the tip {tip}, bonds bear 6 MPa")
+    stiffness = [x["reaction_support_y_N"] / -x["moved_load_y_m"] for x in rows]
+    need(stiffness[-1] < 0.8 * stiffness[0], f"beam: {stiffness[-1] / stiffness[0]:.2f} of its first stiffness is left")
+    need(abs(last["reaction_support_y_N"] + last["reaction_load_y_N"]) < 5e-3 * last["reaction_support_y_N"], "beam: load and support differ")
+    need(abs(last["rve_work_J"] / last["macro_work_J"] - 1) < 0.05, "beam: the cells' work is not that of the macro stresses")
+
+
 with tempfile.TemporaryDirectory() as folder:
     found = cell(folder)
     disc(folder)
     if bvp:
         block(folder, found)
+        beam(folder)
 print("bonded:", len(faults), "faults")
 sys.exit(bool(faults))
