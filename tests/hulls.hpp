@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Hulls without bonds for the tests.
+// Hulls for the tests: bodies, and without bonds states of them.
 #pragma once
 
-#include "dem/shape/polyhedron.hpp"
+#include "dem/packing/voronoi.hpp"
+#include "dem/shape/hull_store.hpp"
 #include "tests/helpers.hpp"
 
 namespace grus::dem::test {
@@ -35,5 +36,26 @@ inline std::size_t add_body(State& s, const Polyhedron& body, const Vec3& x, con
 }
 
 inline Polyhedron unit_cube() { return box_between(Vec3::Constant(-0.5), Vec3::Constant(0.5)); }
+
+inline Vec3 random_vector(std::uint64_t id, std::uint64_t counter) {
+  Vec3 v;
+  for (int k = 0; k < 3; ++k)
+    v[k] = random_normal(7, id, Purpose::position, 3 * counter + static_cast<std::uint64_t>(k));
+  return v;
+}
+
+/// Convex bodies of many faces: cells about random seeds.
+inline VoronoiCells some_cells(std::size_t count, std::uint64_t seed = 3) {
+  Team team(1);
+  return voronoi_packing(periodic_space(Vec3::Ones()), count, 2, seed, team);
+}
+
+/// A hull, and where its body frame is.
+struct Shape {
+  HullStore store;
+  HullPlace place;
+  explicit Shape(const Polyhedron& body) { add_hull(store, body, place); }
+  HullView view() const { return store[0]; }
+};
 
 }  // namespace grus::dem::test

@@ -2,8 +2,8 @@
 // Pairs of convex hulls, and hulls at walls: rows of the table of pairs.
 #pragma once
 
+#include "dem/contact/hull_overlaps.hpp"
 #include "dem/contact/pair_kinds.hpp"
-#include "dem/shape/overlap.hpp"
 
 namespace grus::dem {
 

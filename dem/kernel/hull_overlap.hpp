@@ -7,7 +7,7 @@
 
 namespace grus::dem {
 
-/// One hull in its own frame: see shape/hull_store.hpp.
+/// One hull in its own frame.
 struct HullColumns {
   const double* corner;  // x, y, z: a column of `room` each; beyond the last the first again
   const double* side;    // planes: normal x, y, z, offset: a column of `space` each; beyond the last 0, 0, 0, infinity

@@ -22,7 +22,7 @@ struct BondModel {
   double tan_phi = 0, friction = 0;
   double energy_1 = INFINITY, energy_2 = INFINITY;  // J/m^2
   double between = 0;                               // tension of bonds between clusters; 0: there are none
-  double damping = 0;                              // fraction of critical of each mode of a face
+  double damping = 0;                               // fraction of critical of each mode of a face
   double weibull = 0;                               // modulus of the strengths' scatter, of mean 1; 0: none
 };
 

@@ -15,7 +15,7 @@ double width_along(const Polyhedron& body, const Vec3& n) {
   return high - low;
 }
 
-/// Vertices and planes in columns of whole eights, as HullColumns asks.
+/// Vertices and planes in columns of whole eights, as HullView says.
 void fill_columns(HullStore& store, const HullRow& row) {
   const std::uint32_t room = static_cast<std::uint32_t>(in_eights(static_cast<int>(row.vertices))),
                       space = static_cast<std::uint32_t>(in_eights(static_cast<int>(row.faces)));

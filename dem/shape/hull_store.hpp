@@ -5,7 +5,6 @@
 
 #include <vector>
 
-#include "dem/kernel/hull_overlap.hpp"
 #include "dem/shape/polyellipsoid.hpp"
 #include "dem/shape/polyhedron.hpp"
 
@@ -27,7 +26,11 @@ struct HullView {
   const std::uint16_t* begin;  // of face f: loop[begin[f]] to loop[begin[f + 1]]
   const std::uint8_t* loop;    // vertices, counter-clockwise seen from outside
   int vertices, faces;
-  HullColumns columns;
+  // Once more as the kernel reads them (kernel/hull_overlap.hpp): x, y, z of the vertices, a column of `room` each,
+  // then normals' x, y, z and offsets, a column of `space` each, both in whole eights; rows of 4 by edge.
+  const double* column;
+  const std::uint8_t* edge;
+  int room, space, edges;
 };
 
 /// What follows from a hull's shape.
@@ -45,21 +48,24 @@ struct HullStore {
   std::vector<Plane> plane;
   std::vector<std::uint16_t> begin;
   std::vector<std::uint8_t> loop;
-  std::vector<double> column;      // vertices and planes once more, as the kernel reads them: see HullColumns
+  std::vector<double> column;      // vertices and planes once more: see HullView
   std::vector<std::uint8_t> edge;  // the same
   std::vector<HullRow> row;
 
   HullView operator[](Index hull) const {
     const HullRow& r = row[hull];
-    const int vertices = static_cast<int>(r.vertices), faces = static_cast<int>(r.faces), room = in_eights(vertices);
-    const double* own = &column[r.column];
+    const int vertices = static_cast<int>(r.vertices), faces = static_cast<int>(r.faces);
     return {&vertex[r.vertex],
             &plane[r.plane],
             &begin[r.begin],
             &loop[r.loop],
             vertices,
             faces,
-            {own, own + 3 * room, &edge[r.edge], room, in_eights(faces), vertices, faces, static_cast<int>(r.edges)}};
+            &column[r.column],
+            &edge[r.edge],
+            in_eights(vertices),
+            in_eights(faces),
+            static_cast<int>(r.edges)};
   }
 };
 

@@ -10,10 +10,6 @@ namespace {
 
 constexpr int most_corners = most_hull_vertices + most_hull_faces;
 
-/// Points within this share of the hulls' size lie in a plane. Faces of A and B in one plane: B counts as the larger by
-/// so much, so that such a face is told once.
-constexpr double flush = 1e-12;
-
 /// A body's points and planes in the frame of A, and those faces that can bound the overlap.
 struct Body {
   Body(const Vec3* v, const Plane* p, const std::uint16_t* first, const std::uint8_t* corners, int count_of_faces)
@@ -224,25 +220,6 @@ double face_separation(const HullView& a, const HullView& b, const Mat3& turn, c
   for (int f = 0; f < a.faces; ++f) consider(a.plane[f].normal);
   for (int f = 0; f < b.faces; ++f) consider(-(turn * b.plane[f].normal));
   return most;
-}
-
-HullPose pose_of(const Mat3& turn, const Vec3& shift, const Vec3& search) {
-  HullPose pose;
-  for (Eigen::Index i = 0; i < 3; ++i)
-    for (Eigen::Index j = 0; j < 3; ++j) pose.turn[3 * i + j] = turn(i, j);
-  for (Eigen::Index k = 0; k < 3; ++k) pose.shift[k] = shift[k], pose.search[k] = search[k];
-  pose.flush = flush;
-  return pose;
-}
-
-Overlap overlap_of(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& n) {
-  static const HullOverlap find = hull_overlap();
-  HullWrench w;
-  const Meets meets = find(a.columns, b.columns, pose_of(turn, shift, n), w);
-  if (meets == Meets::unsettled) return overlap_by_faces(a, b, turn, shift, n);
-  if (meets != Meets::overlaps) return {.parted = meets == Meets::parted};
-  const auto vector = [](const double* x) -> Vec3 { return {x[0], x[1], x[2]}; };
-  return {w.volume, w.energy, vector(w.force), vector(w.moment), vector(w.area), vector(w.middle), w.polar, false};
 }
 
 Overlap overlap_by_faces(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& n) {

@@ -21,15 +21,13 @@ struct Overlap {
   bool parted = false;         // already along `search`
 };
 
-/// As the kernel takes it.
-HullPose pose_of(const Mat3& turn, const Vec3& shift, const Vec3& search);
+/// Points within this share of the hulls' size lie in a plane. Faces of A and B in one plane: B counts as the larger by
+/// so much, so that such a face is told once.
+inline constexpr double flush = 1e-12;
 
-/// The polygons of the faces, clipped one by one: what overlap_of falls back on where round-off decides which edges
-/// cross, and the measure of it.
-Overlap overlap_by_faces(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& search);
-
+/// By the polygons of the faces, clipped one by one: the measure of the kernel for it (contact/hull_overlaps.hpp).
 /// `search`: a unit vector from A to B, as good as is known; it decides what is looked at, not what is found.
-Overlap overlap_of(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& search);
+Overlap overlap_by_faces(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& search);
 
 /// A half space, normal . x <= offset in the frame of A, takes the place of B; `radius` bounds A from its origin (m).
 Overlap overlap_with_plane(const HullView& a, const Plane& wall, double radius);

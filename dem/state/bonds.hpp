@@ -123,7 +123,7 @@ struct Bonds {
   BondColumn<CohesiveSpring> cohesive;
   BondColumn<FaceBond> face;
   std::vector<FaceDashpot> dashpot;  // by face bond; none: they resist no velocity
-  std::vector<FaceBond> wall;  // of grains (a) with walls (b, which do not turn): they never break
+  std::vector<FaceBond> wall;        // of grains (a) with walls (b, which do not turn): they never break
   std::vector<DeadLoad> load;
   std::vector<Handed> handed;      // by face bonds that have broken since the last neighbour list
   std::vector<BrokenBond> broken;  // all of them, where that is wanted

@@ -239,8 +239,8 @@ TEST_CASE("a disc pressed on two arcs is drawn across its middle as one of a sin
   double mean = 0;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     const double found = tension_across(seed, team);
-    // Two Flamant fields and a uniform one over arcs of 0.1 rad, their mean over 0.15 R: 0.964; here over (sin 2a - a) /
-    // a = 0.987.
+    // Two Flamant fields and a uniform one over arcs of 0.1 rad, their mean over 0.15 R: 0.964; here over (sin 2a - a)
+    // / a = 0.987.
     CHECK(found == Approx(0.977).margin(0.12));
     mean += found / 3;
   }
