@@ -194,6 +194,39 @@ TEST_CASE(
   CHECK(std::abs(energy_error(s.ledger, stored_energy(model, s))) < 1e-3);
 }
 
+TEST_CASE("a bar of slices that softens bears its bonds' strength and takes G A, however thin the slices are") {
+  Team team(1);
+  const double strength = 1e6, energy = 1e4;  // gives way over 20 mm, stretched by 8 mm
+  Model model = rock(cohesive(strength, energy));
+  set_damping(model, 0.1);
+  model.numerics.safety = 0.8;
+  for (const std::size_t slices : {8u, 16u, 32u}) {
+    std::vector<Vec3> seeds;
+    const double thick = 8.0 / static_cast<double>(slices);
+    for (std::size_t k = 0; k < slices; ++k) seeds.emplace_back(0.5, 0.5, (static_cast<double>(k) + 0.5) * thick);
+    State s;
+    const BondedFaces faces = add_cells(model, voronoi(box_space(Vec3(1, 1, 8)), seeds, team), 0, s);
+    REQUIRE(s.bonds.face.row.size() == slices - 1);
+    s.bonds.face.row[slices / 3].tension *= 0.98;  // where it is to part
+    for (const double side : {-1.0, 1.0}) {
+      s.boundary.walls.push_back(
+          plane(Vec3(0, 0, side < 0 ? 0 : 8), -side * Vec3::UnitZ(), Vec3(0, 0, side < 0 ? 0 : 5e-3)));
+      glue(model, end_of(faces, side * Vec3::UnitZ()), static_cast<Index>(s.boundary.walls.size() - 1), false, s);
+    }
+    prepare(model, s, team);
+    double peak = 0;
+    while (s.ledger.bonds_broken == 0 && s.time < 8) {
+      run_steps(model, s, 20, team);
+      peak = std::max(peak, std::abs(support_force(s.bonds, 1).z()));
+    }
+    CAPTURE(slices, s.time);
+    CHECK(s.ledger.bonds_broken == 1);
+    CHECK(peak == Approx(0.98 * strength).epsilon(0.02));  // a wave of its pull is 0.7 %
+    CHECK(s.ledger.fracture == Approx(energy).epsilon(2e-3));
+    CHECK(s.ledger.work == Approx(energy).epsilon(0.05));
+  }
+}
+
 namespace {
 
 /// Tension across the middle of a disc under two arcs of dead load, over 2 P / (pi D t) of a disc of one piece: the
