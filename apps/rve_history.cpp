@@ -139,6 +139,8 @@ std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& st
          {"d10_m", "d50_m", "d90_m", "breakage_einav", "breakage_hardin", "fractal_dimension", "fines_fraction",
           "zingg_equant", "zingg_disc", "zingg_rod", "zingg_blade", "elongation", "flatness"})
       c.emplace_back(name);
+  if (scene.output.grading && scene.of_hulls())
+    for (const char* name : {"sphericity", "angularity"}) c.emplace_back(name);
   if (scene.model.split_statistics)
     for (const char* name : {"split_contacts", "split_contacts_kept", "split_force_N", "split_force_kept_N",
                              "split_instants", "split_pressure_jump"})
@@ -187,6 +189,9 @@ void add_grading(const RveScene& scene, const dem::State& s, std::vector<double>
   row.insert(row.end(), {now.diameter(0.1), now.diameter(0.5), now.diameter(0.9), dem::einav_breakage(first, now),
                          dem::hardin_breakage(first, now), now.fractal_dimension(), now.fines_fraction(), z.equant,
                          z.disc, z.rod, z.blade, z.elongation, z.flatness});
+  if (!scene.of_hulls()) return;
+  const dem::Roundness round = dem::roundness(s.grains);
+  row.insert(row.end(), {round.sphericity, round.angularity});
 }
 
 void add_crushing(const RveScene& scene, const dem::State& s, const dem::Measurement& m, std::vector<double>& row) {

@@ -12,6 +12,7 @@
 #include "dem/io/whole_file.hpp"
 #include "dem/rve/bonded.hpp"
 #include "dem/rve/crushing.hpp"
+#include "dem/rve/grading.hpp"
 #include "dem/rve/step.hpp"
 
 namespace grus::app {
@@ -206,6 +207,10 @@ nlohmann::json RveRun::summary() const {
   summary["mass"] = {{"start_kg", dem::total_mass(scene_.state.grains)},
                      {"grains_kg", dem::total_mass(state_.grains)},
                      {"lost_kg", state_.ledger.fines.mass}};
+  if (scene_.of_hulls()) {
+    const dem::Roundness round = dem::roundness(state_.grains);
+    summary["shape"] = {{"sphericity", round.sphericity}, {"angularity", round.angularity}};
+  }
   if (scene_.cells) {
     const dem::BondedFaces& f = scene_.cells->faces;
     summary["cells"] = {{"cells", scene_.state.grains.size()},

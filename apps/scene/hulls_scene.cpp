@@ -5,8 +5,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "apps/scene/packing_scene.hpp"
+#include "dem/state/order.hpp"
 
 namespace grus::app {
 namespace {
@@ -108,13 +110,46 @@ void read_hull(Table& t, dem::Grains& grains, dem::GrainSpec& spec) {
   }
 }
 
+void put_hulls(const dem::Packing& packing, const std::vector<dem::UnitHull>& hulls, std::uint8_t material, bool turned,
+               RveScene& scene) {
+  scene.packing_overlap = packing.worst_overlap;
+  dem::Grains& g = scene.state.grains;
+  dem::HullStore store;
+  std::map<std::pair<std::size_t, double>, std::pair<dem::Index, dem::HullPlace>> rows;
+  for (std::size_t i = 0; i < packing.spheres.size(); ++i) {
+    const std::size_t k = i % hulls.size();
+    const double scale = packing.spheres[i].radius / hulls[k].reach;
+    const auto [row, fresh] = rows.try_emplace({k, scale});
+    if (!fresh) continue;
+    dem::Polyhedron body = hulls[k].body;
+    dem::stretch(body, Vec3::Constant(scale));
+    row->second.first = dem::add_hull(store, body, row->second.second);
+  }
+  g.hulls = std::make_shared<dem::HullStore>(std::move(store));
+  for (std::size_t i = 0; i < packing.spheres.size(); ++i) {
+    const std::size_t k = i % hulls.size();
+    const auto& [row, at] = rows.at({k, packing.spheres[i].radius / hulls[k].reach});
+    dem::GrainSpec spec;
+    spec.hull = row;
+    spec.position = packing.spheres[i].position;
+    spec.material = material;
+    spec.density = scene.model.materials[material].density;
+    spec.inertia = scene.model.numerics.inertia_factor(std::cbrt(3 * g.hulls->row[row].volume / (4 * dem::pi)));
+    spec.orientation = turned ? dem::random_rotation(scene.model.seed, i) * at.axes : at.axes;
+    dem::set_grain(g, i, spec);
+  }
+  dem::sort_in_space(g);
+}
+
 void check_hulls(const Table& t, const RveScene& scene) {
   const auto& kinds = scene.state.grains.kind;
   const bool by_overlap = std::holds_alternative<dem::Foundation>(scene.model.law);
   const auto hulls = std::count(kinds.begin(), kinds.end(), dem::ShapeKind::hull);
-  if (hulls == 0 && !by_overlap) return;
-  if (hulls == 0)
-    t.fail("material", "contact = \"overlap\" is for hulls: packing.kind = \"voronoi\", or shape = \"hull\"");
+  if (!scene.of_hulls() && !by_overlap) return;
+  if (!scene.of_hulls())
+    t.fail("material",
+           "contact = \"overlap\" is for hulls: packing.kind = \"voronoi\", packing.hulls, or shape = "
+           "\"hull\"");
   if (static_cast<std::size_t>(hulls) != kinds.size())
     t.fail("grain", "hulls meet hulls and walls alone; a scene has either hulls or other shapes");
   if (!by_overlap) t.fail("material", "hulls need contact = \"overlap\"");

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "apps/scene/rve_scene.hpp"
+#include "dem/packing/random_hulls.hpp"
 
 namespace grus::app {
 
@@ -12,6 +13,11 @@ dem::BondModel read_bond(Table table, double friction);
 /// Vertices or box of a hull, as a row of the grains' hulls; its mass centre becomes the position, and its axes are
 /// turned into the orientation.
 void read_hull(Table& table, dem::Grains& grains, dem::GrainSpec& spec);
+
+/// A hull into every sphere of a packing: shape i of `hulls` in turn, in the sphere that holds it. Equal ones share a
+/// row. Throws InputError.
+void put_hulls(const dem::Packing& packing, const std::vector<dem::UnitHull>& hulls, std::uint8_t material, bool turned,
+               RveScene& scene);
 
 /// Hulls meet hulls and walls alone, by one law: refuses all else.
 void check_hulls(const Table& table, const RveScene& scene);

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "apps/scene/cells_scene.hpp"
+#include "apps/scene/hulls_scene.hpp"
 #include "apps/scene/sample_scene.hpp"
 #include "dem/state/order.hpp"
 
@@ -71,7 +72,7 @@ dem::RadiusDistribution times(dem::RadiusDistribution d, double scale) {
 
 constexpr double most_grains = 5e6;
 
-void put_grains(const dem::Packing& packing, std::uint8_t material, bool turned, RveScene& scene) {
+void put_spheres(const dem::Packing& packing, std::uint8_t material, bool turned, RveScene& scene) {
   scene.packing_overlap = packing.worst_overlap;
   for (std::size_t i = 0; i < packing.spheres.size(); ++i) {
     dem::GrainSpec spec;
@@ -85,6 +86,17 @@ void put_grains(const dem::Packing& packing, std::uint8_t material, bool turned,
     dem::set_grain(scene.state.grains, i, spec);
   }
   dem::sort_in_space(scene.state.grains);
+}
+
+std::optional<PendingPacking::Hulls> read_hulls(Table& packing) {
+  auto t = packing.table_if("hulls");
+  if (!t) return {};
+  const int rounds = static_cast<int>(t->integer_or("relax", 5, 0, 1000));
+  const Vec3 aspect = vector3(t->numbers_or("aspect", {1, 1, 1}, dimension::none));
+  t->finish();
+  if (!(aspect.minCoeff() > 0) || !(aspect.maxCoeff() <= 10 * aspect.minCoeff()))
+    t->fail("aspect", "three lengths above 0, the longest at most ten times the shortest");
+  return PendingPacking::Hulls{rounds, aspect};
 }
 
 }  // namespace
@@ -147,6 +159,7 @@ PendingPacking read_random(Table& t, const RveScene& scene, dem::Container conta
   if (!(2 * p.radius.mean < box.minCoeff()))
     t.fail("box", fmt::format("a grain of the mean radius, {:.3g} m, does not fit in", p.radius.mean));
   check_mass(t, scene.model.materials[material], p.radius.mean, "radius");
+  p.hulls = read_hulls(t);
   p.place = t.place(target);
   return p;
 }
@@ -242,17 +255,24 @@ void read_packing(Table t, RveScene& scene, bool round, Vec3& box) {
     smallest = std::min(smallest, sphere.radius), largest = std::max(largest, sphere.radius);
   for (const double r : {smallest, largest})
     check_mass(t, scene.model.materials[material], r, kind == "file" ? "path" : "radius");
-  put_grains(packing, material, turned, scene);
+  put_spheres(packing, material, turned, scene);
   t.finish();
 }
 
 void make_sample(RveScene& scene, dem::Team& team, const dem::Watch& watch) {
   if (!scene.pending) return;
   const PendingPacking& p = *scene.pending;
+  std::vector<dem::UnitHull> hulls;
+  std::vector<double> reach;
+  if (p.hulls) hulls = dem::random_hulls(p.hulls->rounds, p.hulls->aspect, scene.model.seed, team);
+  for (const dem::UnitHull& hull : hulls) reach.push_back(hull.reach);
   try {
-    put_grains(
-        dem::random_packing(p.box, p.radius, p.solid_fraction, p.count, p.container, scene.model.seed, team, watch),
-        p.material, p.turned, scene);
+    const dem::Packing packing = dem::random_packing(p.box, p.radius, p.solid_fraction, p.count, p.container,
+                                                     scene.model.seed, team, watch, reach);
+    if (p.hulls)
+      put_hulls(packing, hulls, p.material, p.turned, scene);
+    else
+      put_spheres(packing, p.material, p.turned, scene);
   } catch (const InputError& e) {
     throw InputError(fmt::format("{}: {}", p.place, e.what()));
   }

@@ -47,6 +47,12 @@ struct PendingPacking {
   dem::Container container = dem::Container::box;
   bool turned = false;
   std::uint8_t material = 0;
+  /// Grains are random hulls.
+  struct Hulls {
+    int rounds;        // of relaxation
+    dem::Vec3 aspect;  // lengths along three axes
+  };
+  std::optional<Hulls> hulls;
   std::string place;  // file, line and key, for what is refused
 
   double volume() const { return dem::volume_of(container, box); }
@@ -81,6 +87,7 @@ struct RveScene {
   };
   std::optional<Cells> cells;  // of [packing] kind = "voronoi"
 
+  bool of_hulls() const { return pending ? pending->hulls.has_value() : !state.grains.hull.empty(); }
   bool bonded() const { return cells && cells->faces.bonds > 0; }
   double grains() const { return pending ? pending->grains() : static_cast<double>(state.grains.size()); }
 };

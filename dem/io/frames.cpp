@@ -74,6 +74,8 @@ void write_grains(const std::string& path, const State& state) {
        *flatness = g.frame.empty() ? nullptr : field("flatness");
   auto* generation = g.generation.empty() ? nullptr : field("generation");
   auto* fragment = g.hull.empty() ? nullptr : field("fragment");
+  auto *sphericity = g.hull.empty() ? nullptr : field("sphericity"),
+       *angularity = g.hull.empty() ? nullptr : field("angularity");
   const Fragments fragments = fragment ? fragments_of(state) : Fragments{};
   for (std::size_t i = 0; i < g.size(); ++i) {
     const ShapeFunctions& shape = shape_functions(g.kind[i]);
@@ -88,6 +90,7 @@ void write_grains(const std::string& path, const State& state) {
     const int touching = dem::coordination(state.contacts, i);
     const double p = touching > 0 ? mean_pressure(grain_stress(g, state.contacts, i)) : 0;
     const Vec3 widths = shape.sorted_widths(g, i);
+    const Roundness round = g.hull.empty() ? Roundness{} : roundness(g, i);
     for (const auto& triangle : triangles) {
       for (int v : triangle) grid.connectivity.push_back(first + v);
       grid.offsets.push_back(static_cast<std::int64_t>(grid.connectivity.size()));
@@ -103,6 +106,9 @@ void write_grains(const std::string& path, const State& state) {
             flatness->push_back(static_cast<float>(widths[2] / widths[1]));
       if (generation) generation->push_back(g.generation[i]);
       if (fragment) fragment->push_back(static_cast<float>(fragments.of[i]));
+      if (sphericity)
+        sphericity->push_back(static_cast<float>(round.sphericity)),
+            angularity->push_back(static_cast<float>(round.angularity));
     }
   }
   write_vtkhdf(path, grid);

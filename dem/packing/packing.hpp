@@ -47,12 +47,15 @@ struct Packing {
 /// 0.66 for a radius ratio of 1:4; walls cost a few per cent. `count` = 0: as many radii as fill the fraction. Radii
 /// are scaled by less than 2 % so that the fraction is exact. No overlap exceeds 1e-6 of a radius. Throws InputError
 /// where the fraction is not reached, with the one that is.
-/// In a cylinder the box is [diameter, diameter, height], its axis in the middle along z.
+/// In a cylinder the box is [diameter, diameter, height], its axis in the middle along z. `reach`: a sphere is as many
+/// times larger than the solid in it as the next of these in turn says (empty: it is solid); such spheres do not change
+/// places.
 enum class Container { box, cylinder, periodic };
 double volume_of(Container container, const Vec3& box);
 
 Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count,
-                       Container container, std::uint64_t seed, Team& team, const Watch& watch);
+                       Container container, std::uint64_t seed, Team& team, const Watch& watch,
+                       const std::vector<double>& reach = {});
 Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count,
                        bool periodic, std::uint64_t seed);
 

@@ -17,7 +17,7 @@ constexpr double margin = 1e-4,
 
 /// Spheres of the radii that fill the box to the fraction (`radii`), thrown in at random.
 Packing drawn(const Vec3& box, Container container, const RadiusDistribution& radius, double solid_fraction,
-              std::size_t count, std::uint64_t seed, std::vector<double>& radii) {
+              std::size_t count, std::uint64_t seed, const std::vector<double>& reach, std::vector<double>& radii) {
   Packing p;
   p.box = box;
   const double target = solid_fraction * volume_of(container, box);
@@ -27,7 +27,7 @@ Packing drawn(const Vec3& box, Container container, const RadiusDistribution& ra
     if (count == 0 && solid + 0.5 * v > target && i > 0) break;
     if (i >= 20'000'000) throw InputError("more than 20 million grains would be needed; check box and radius");
     solid += v;
-    p.spheres.push_back({{}, r});
+    p.spheres.push_back({{}, reach.empty() ? r : r * reach[i % reach.size()]});
     for (int k = 0; k < 3; ++k)
       p.spheres.back().position[k] = random_uniform(seed, i, Purpose::position, static_cast<std::uint64_t>(k));
   }
@@ -57,9 +57,10 @@ double volume_of(Container container, const Vec3& box) {
 }
 
 Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count,
-                       Container container, std::uint64_t seed, Team& team, const Watch& watch) {
+                       Container container, std::uint64_t seed, Team& team, const Watch& watch,
+                       const std::vector<double>& reach) {
   std::vector<double> radii;
-  Packing p = drawn(box, container, radius, solid_fraction, count, seed, radii);
+  Packing p = drawn(box, container, radius, solid_fraction, count, seed, reach, radii);
   if (container == Container::periodic) {
     Grains grains;
     for (std::size_t i = 0; i < radii.size(); ++i) grains.motion.push_back({}), grains.motion.back().radius = radii[i];
@@ -86,7 +87,7 @@ Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double
   if (worst > margin) steps += 2700.0 * cycles;
   for (int cycle = 0; worst > margin && cycle < cycles; ++cycle) {
     const std::uint64_t draw = seed + 1000003 * static_cast<std::uint64_t>(cycle + 1);
-    relaxation.swap(draw, 20 * radii.size());
+    if (reach.empty()) relaxation.swap(draw, 20 * radii.size());
     const double shake = 1 - static_cast<double>(cycle) / cycles;  // of the radius
     for (std::size_t i = 0; i < radii.size(); ++i) {
       Sphere& s = p.spheres[i];

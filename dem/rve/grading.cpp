@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "dem/shape/hull_measures.hpp"
 #include "dem/state/shape_kinds.hpp"
 
 namespace grus::dem {
@@ -114,6 +115,22 @@ Zingg zingg(const Grains& g) {
   }
   for (double* v : {&z.equant, &z.disc, &z.rod, &z.blade, &z.elongation, &z.flatness}) *v /= mass;
   return z;
+}
+
+Roundness roundness(const Grains& g, std::size_t i) {
+  return {sphericity(g.hulls->row[g.hull[i]]), angularity((*g.hulls)[g.hull[i]])};
+}
+
+Roundness roundness(const Grains& g) {
+  Roundness r;
+  double mass = 0;
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    const double m = solid_mass(g, i);
+    const Roundness one = roundness(g, i);
+    r.sphericity += m * one.sphericity, r.angularity += m * one.angularity;
+    mass += m;
+  }
+  return {r.sphericity / mass, r.angularity / mass};
 }
 
 std::vector<SizeClass> size_classes(const State& state, double smallest, double largest, std::size_t count) {

@@ -54,6 +54,13 @@ struct Zingg {
 };
 Zingg zingg(const Grains& grains);
 
+/// Of a hull (shape/hull_measures.hpp), and mass means over grains that all are hulls.
+struct Roundness {
+  double sphericity = 0, angularity = 0;
+};
+Roundness roundness(const Grains& grains, std::size_t i);
+Roundness roundness(const Grains& grains);
+
 /// What the grains of one size class are like.
 struct SizeClass {
   double upper = 0;  // m

@@ -251,4 +251,12 @@ void place(Polyhedron& body, const Mat3& r, const Vec3& shift) {
   for (auto& face : body.face) face.normal = r * face.normal, face.offset += face.normal.dot(shift);
 }
 
+void stretch(Polyhedron& body, const Vec3& factors) {
+  for (Vec3& x : body.vertex) x = x.cwiseProduct(factors);
+  for (auto& face : body.face) {
+    const Vec3 n = face.normal.cwiseQuotient(factors);
+    face.offset /= n.norm(), face.normal = n.normalized();
+  }
+}
+
 }  // namespace grus::dem

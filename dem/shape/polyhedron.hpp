@@ -55,4 +55,7 @@ FaceMoments moments_of(const Polyhedron& body, const Polyhedron::Face& face);
 /// Moves the whole: x -> r x + shift.
 void place(Polyhedron& body, const Mat3& r, const Vec3& shift);
 
+/// Makes it longer along x, y and z by factors above 0.
+void stretch(Polyhedron& body, const Vec3& factors);
+
 }  // namespace grus::dem

@@ -57,6 +57,28 @@ LOADINGS = {
     "gradient": 'kind = "velocity-gradient"\nvelocity_gradient = [[0, 0, 500], [0, 0, 0], [0, 0, -100]]\nduration = "10 us"\n'}
 
 RVE = {name: f'title = "{name}"\n' + MATERIAL + FRACTURE + PERIODIC + "[loading]\n" + text + NUMERICS + "[output]\nframes = 2\n" for name, text in LOADINGS.items()}
+RVE["angular"] = """[material.sand]
+density = 2650.0
+contact = "overlap"
+youngs_modulus = "2 GPa"
+friction = 0.5
+[packing]
+kind = "random"
+box = ["5 mm", "5 mm", "5 mm"]
+radius = { distribution = "uniform", min = "0.4 mm", max = "0.6 mm" }
+solid_fraction = 0.12
+hulls = { relax = 3, aspect = [1, 0.8, 0.6] }
+[boundary]
+kind = "walls"
+[loading]
+kind = "uniaxial-strain"
+axis = "z"
+strain_rate = "500 1/s"
+final_strain = 0.3
+[output]
+history_interval = 0.1
+grading = true
+"""
 ROCK = """[material.rock]
 density = "2500 kg/m^3"
 contact = "overlap"

@@ -80,7 +80,45 @@ def beam(tmp):
     need(abs(last["rve_work_J"] / last["macro_work_J"] - 1) < 0.05, "beam: the cells' work is not that of the macro stresses")
 
 
+def angular(tmp):
+    """Angular grains without bonds: on one thread and two the same; their shape is told."""
+    test = ["--quiet", "--set", "packing.box=[6e-3, 6e-3, 6e-3]", "--set", "preparation.pressure=2e5", "--set", "loading.confining_pressure=2e5", "--set", "loading.strain_rate=60", "--set", "loading.final_strain=0.06"]
+    texts, shape = [], {}
+    for name, more in (("1", []), ("2", []), ("round", ["--set", "packing.hulls.relax=30", "--set", "packing.hulls.aspect=[1, 1, 1]"])):
+        out = os.path.join(tmp, "angular" + name)
+        r = run(rve, os.path.join(shipped, "angular_rve.toml"), "-o", out, "--threads", name if name == "2" else "1", *test, *more)
+        need(r.returncode == 0, f"angular {name}: {r.stderr}")
+        texts.append(open(os.path.join(out, "history.csv")).read())
+        rows, told = numbers(out), json.load(open(os.path.join(out, "summary.json")))
+        need(max(abs(x["energy_error"]) for x in rows) < 2e-3, f"angular {name}: energy error {max(abs(x['energy_error']) for x in rows)}")
+        need(told["counts"]["bonds_broken"] == 0 and "cells" not in told, f"angular {name}: bonds where there are none")
+        volume = told["mass"]["grains_kg"] / 2650
+        need(abs(volume / 0.14 / 6e-3**3 - 1) < 1e-6, f"angular {name}: {volume / 6e-3**3:.4f} of the box is solid")
+        need(abs(rows[0]["sphericity"] - told["shape"]["sphericity"]) < 1e-8 and abs(rows[0]["angularity"] - told["shape"]["angularity"]) < 1e-8, f"angular {name}: history and summary differ")
+        shape[name] = told["shape"]
+    need(texts[0] == texts[1], "angular: one thread and two differ")
+    need(shape["round"]["angularity"] < 0.8 * shape["1"]["angularity"], f"angular: {shape}")
+    need(shape["round"]["sphericity"] > shape["1"]["sphericity"] + 0.05, f"angular: {shape}")
+
+
+def angular_block(tmp):
+    """The same grains at the points of a block."""
+    out = os.path.join(tmp, "angular_block")
+    scene = os.path.join(tmp, "angular_cell.toml")
+    with open(os.path.join(shipped, "angular_rve.toml")) as f:
+        text = f.read()
+    with open(scene, "w") as f:
+        f.write(text.replace("8 mm", "6 mm"))
+    r = run(bvp, os.path.join(shipped, "rock_block.toml"), "-o", out, "--quiet", "--threads", "2", "--set", f"rve.scene='{scene}'", "--set", "boundary.0.displacement=['free', 'free', '-0.2 mm']")
+    need(r.returncode == 0, f"angular block: {r.stderr}")
+    last = numbers(out)[-1]
+    need(abs(last["mean_strain_zz"] + 0.01) < 1e-9 and -1e6 < last["mean_stress_zz_Pa"] < -1.5e5, f"angular block: {last['mean_strain_zz']}, {last['mean_stress_zz_Pa']}")
+
+
 with tempfile.TemporaryDirectory() as folder:
+    angular(folder)
+    if bvp:
+        angular_block(folder)
     found = cell(folder)
     disc(folder)
     if bvp:

@@ -105,6 +105,7 @@ RVE["egg"] = ROCK + bases.COHESIVE + ("[packing]\nkind = \"voronoi\"\npolyellips
 RVE["parents"] = ROCK + bases.COHESIVE + ("[packing]\nkind = \"voronoi\"\ngrains = \"clusters\"\ncells = 10\nparents = { kind = \"simple-cubic\", radius = { distribution = \"constant\", mean = \"1 mm\" }, layers = [2, 1, 1] }\n" + IMPACT)
 RVE["blocks"] = ("[material.rock]\ndensity = 2500.0\ncontact = \"overlap\"\nfoundation = \"1e12 Pa/m\"\n[[grain]]\nshape = \"hull\"\nbox = [\"2 mm\", \"2 mm\", \"2 mm\"]\nposition = [0, 0, 0]\nvelocity = [1, 0, 0]\n"
                  "[[grain]]\nshape = \"hull\"\nvertices = [[0, 0, 0], [\"2 mm\", 0, 0], [0, \"2 mm\", 0], [0, 0, \"2 mm\"]]\nposition = [\"1.8 mm\", 0, 0]\n[loading]\nkind = \"free\"\nduration = \"0.8 ms\"\n")
+RVE["angular"] = bases.RVE["angular"]
 RVE["tube"] = RVE["free"].replace("[boundary]", "[[wall]]\nshape = \"cylinder\"\naxis = \"z\"\nradius = \"3.345 mm\"\npoint = [\"1 mm\", \"-2.1 mm\", 0]\n[boundary]")
 CELL = MATERIAL + FRACTURE.replace("9 MPa", "40 MPa") + """[packing]
 kind = "random"
@@ -256,6 +257,7 @@ RVE_KEYS = [
                                                                        "packing.parents.radius.max=1e-3"), ("material", "nothing"), ("orientation", "aligned"),
                                                                       ("kind", "random", "packing.parents.layers=", "packing.parents.box=[5e-3,5e-3,5e-3]", "packing.parents.solid_fraction=0.3"))],
     *[("disc", "packing." + k, v) for k, v in (("cylinder.diameter", 0.012), ("cylinder.length", 0.001), ("cells", 70), ("extruded", "false"), ("relax", 0))], ("brick", "packing.cell_size", 0.0025),
+    ("angular", "packing.hulls.relax", 0), ("angular", "packing.hulls.aspect", "[1, 1, 0.5]"),
     ("blocks", "material.rock.foundation", 2e12), ("blocks", "grain.0.box", "[2e-3, 3e-3, 2e-3]"), ("blocks", "grain.1.vertices", "[[0, 0, 0], [2e-3, 0, 0], [0, 3e-3, 0], [0, 0, 2e-3]]"),
     ("crush", "numerics.safety", 0.2), ("crush", "numerics.time_step", 2e-8), ("crush", "numerics.max_time_step", 1e-8), ("crush", "numerics.skin", 0.5), ("crush", "numerics.estimate_every", 3),
     ("crush", "numerics.fracture_every", 200), ("crush", "numerics.max_energy_error", 1e-9), ("crush", "numerics.max_overlap", 1e-3),

@@ -5,8 +5,11 @@
 #include "dem/base/random.hpp"
 #include "dem/packing/cells.hpp"
 #include "dem/packing/clusters.hpp"
+#include "dem/packing/packing.hpp"
 #include "dem/packing/prisms.hpp"
+#include "dem/packing/random_hulls.hpp"
 #include "dem/rve/bursts.hpp"
+#include "dem/shape/hull_measures.hpp"
 #include "tests/bonded.hpp"
 
 using namespace grus::dem;
@@ -131,6 +134,107 @@ TEST_CASE("bonds between clusters are weaker as asked, in energy by the square, 
   // Surface of five cells of 64 / 5 in volume among bonds of 200 of 64 / 200: the ratio of the sizes, some 0.3.
   CHECK(across > all / 6);
   CHECK(across < all / 2);
+}
+
+namespace {
+
+struct Round {
+  double sphericity, angularity;
+};
+
+Round round_of(const Polyhedron& body) {
+  HullStore store;
+  HullPlace place;
+  const Index row = add_hull(store, body, place);
+  return {sphericity(store.row[row]), angularity(store[row])};
+}
+
+}  // namespace
+
+TEST_CASE("sphericity and angularity of cube, beam, tetrahedron and octahedron by closed form") {
+  const Round cube = round_of(box_between(Vec3(-1, -1, -1), Vec3(1, 1, 1)));
+  CHECK(std::abs(cube.sphericity - std::cbrt(pi / 6)) < 1e-12);
+  CHECK(std::abs(cube.angularity - pi / std::sqrt(2.0)) < 1e-12);
+  const Round beam = round_of(box_between(Vec3(0, 0, 0), Vec3(4, 1, 1)));
+  CHECK(std::abs(beam.sphericity - std::cbrt(36 * pi * 16) / 18) < 1e-12);
+  // Four edges of 4 at 1/sqrt 2 from the middle, eight of 1 at sqrt(4 + 1/4); a face at 1/2.
+  CHECK(std::abs(beam.angularity - pi / 2 * 2 * (16 * std::sqrt(0.5) + 8 * std::sqrt(4.25)) / 24) < 1e-12);
+  const Round four = round_of(hull_of(std::vector<Vec3>{{1, 1, 1}, {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}}));
+  CHECK(std::abs(four.angularity - std::sqrt(3.0) * (pi - std::acos(1.0 / 3))) < 1e-12);
+  const Round eight =
+      round_of(hull_of(std::vector<Vec3>{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}}));
+  CHECK(std::abs(eight.angularity - std::sqrt(1.5) * std::acos(1.0 / 3)) < 1e-12);
+  // A roof over a rectangle 2 x 1, its ridge at 1/2 over the middle: mass centre at 1/6, which is the nearest face.
+  const Round roof =
+      round_of(hull_of(std::vector<Vec3>{{0, 0, 0}, {2, 0, 0}, {0, 1, 0}, {2, 1, 0}, {0, 0.5, 0.5}, {2, 0.5, 0.5}}));
+  const double third = 1.0 / 36, slope = std::sqrt(0.5);
+  const double eaves = 2 * 2 * 0.75 * pi * std::sqrt(0.25 + third), ridge = 2 * 0.5 * pi / 3;
+  const double ends = pi * std::sqrt(1 + third) + 2 * pi * slope * std::sqrt(1 + 1.0 / 16 + 1.0 / 144);
+  CHECK(std::abs(roof.angularity - 6 * (eaves + ridge + ends) / (8 + 4 * slope)) < 1e-12);
+}
+
+TEST_CASE("a stretched polyhedron: planes through its corners, volume by the product") {
+  Team team(1);
+  const VoronoiCells cells = voronoi_packing(box_space(Vec3(1, 2, 3)), 30, 2, 5, team);
+  const Vec3 factors(2, 0.5, 0.7);
+  for (const Polyhedron& cell : cells.body) {
+    Polyhedron body = cell;
+    stretch(body, factors);
+    CHECK(std::abs(moments_of(body).volume / moments_of(cell).volume - factors.prod()) < 1e-12);
+    for (const auto& face : body.face) {
+      CHECK(std::abs(face.normal.norm() - 1) < 1e-14);
+      for (const int v : face.loop)
+        CHECK(std::abs(face.normal.dot(body.vertex[static_cast<std::size_t>(v)]) - face.offset) < 1e-12);
+      CHECK(face.offset > face.normal.dot(moments_of(body).centre));
+    }
+  }
+}
+
+TEST_CASE(
+    "random hulls have the unit sphere's volume and lie in spheres that fit; they are rounder the more they relax") {
+  Team team(1);
+  const auto mean = [&](int rounds, const Vec3& aspect) {
+    const std::vector<UnitHull> hulls = random_hulls(rounds, aspect, 7, team);
+    REQUIRE(hulls.size() > 200);
+    Round sum{};
+    for (const UnitHull& h : hulls) {
+      const SolidMoments m = moments_of(h.body);
+      CHECK(std::abs(m.volume - 4 * pi / 3) < 1e-12);
+      CHECK(m.centre.norm() < 1e-12);
+      CHECK(std::abs(std::max_element(h.body.vertex.begin(), h.body.vertex.end(),
+                                      [](const Vec3& a, const Vec3& b) { return a.norm() < b.norm(); })
+                         ->norm() -
+                     h.reach) < 1e-14);
+      const Round r = round_of(h.body);
+      sum.sphericity += r.sphericity / static_cast<double>(hulls.size());
+      sum.angularity += r.angularity / static_cast<double>(hulls.size());
+    }
+    return sum;
+  };
+  const Round random = mean(0, Vec3::Ones()), relaxed = mean(20, Vec3::Ones()), flat = mean(20, Vec3(1, 0.8, 0.4));
+  // Between Poisson's cells, 4.836 / 5.821 by mean surface (Meijering 1953), and truncated octahedra.
+  const double poisson = 4.836 / 5.821, best = 0.910;
+  CHECK(std::abs(random.sphericity - poisson) < 0.03);
+  CHECK(relaxed.sphericity < best);
+  CHECK(relaxed.sphericity > 0.5 * (poisson + best));
+  CHECK(random.angularity > 1.2 * relaxed.angularity);
+  CHECK(flat.sphericity < relaxed.sphericity - 0.05);
+}
+
+TEST_CASE("spheres of hulls: reach makes them larger, their solid is what is asked for") {
+  RadiusDistribution radius{"uniform", 1.0, 0, 0.8, 1.2};
+  Team team(1);
+  const std::vector<double> reach{1.2, 1.5, 1.35};
+  const Packing p = random_packing(Vec3::Constant(20), radius, 0.2, 0, Container::periodic, 3, team, {}, reach);
+  double solid = 0;
+  for (std::size_t i = 0; i < p.spheres.size(); ++i) {
+    const double r = p.spheres[i].radius / reach[i % reach.size()];
+    CHECK(r > 0.8 * 0.98);
+    CHECK(r < 1.2 * 1.02);
+    solid += 4 * pi / 3 * r * r * r;
+  }
+  CHECK(std::abs(solid / 8000 - 0.2) < 1e-12);
+  CHECK(p.worst_overlap < 1e-6);
 }
 
 TEST_CASE("bursts: windows of time; the exponent of a power law is found within its error") {
