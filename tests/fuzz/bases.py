@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Small, fast files that the fuzzer starts from; together they hold every table of docs/scenes.md."""
 
+import hull_bases
+
 MATERIAL = """[material.sand]
 density = "2650 kg/m^3"
 youngs_modulus = "6 GPa"
@@ -57,84 +59,7 @@ LOADINGS = {
     "gradient": 'kind = "velocity-gradient"\nvelocity_gradient = [[0, 0, 500], [0, 0, 0], [0, 0, -100]]\nduration = "10 us"\n'}
 
 RVE = {name: f'title = "{name}"\n' + MATERIAL + FRACTURE + PERIODIC + "[loading]\n" + text + NUMERICS + "[output]\nframes = 2\n" for name, text in LOADINGS.items()}
-RVE["angular"] = """[material.sand]
-density = 2650.0
-contact = "overlap"
-youngs_modulus = "2 GPa"
-friction = 0.5
-[packing]
-kind = "random"
-box = ["5 mm", "5 mm", "5 mm"]
-radius = { distribution = "uniform", min = "0.4 mm", max = "0.6 mm" }
-solid_fraction = 0.12
-hulls = { relax = 3, aspect = [1, 0.8, 0.6] }
-[boundary]
-kind = "walls"
-[loading]
-kind = "uniaxial-strain"
-axis = "z"
-strain_rate = "500 1/s"
-final_strain = 0.3
-[output]
-history_interval = 0.1
-grading = true
-"""
-ROCK = """[material.rock]
-density = "2500 kg/m^3"
-contact = "overlap"
-friction = 0.5
-damping = 0.1
-[material.rock.bond]
-modulus = "20 GPa"
-poissons_ratio = 0.2
-"""
-COHESIVE = """criterion = "cohesive"
-tension = "6 MPa"
-cohesion = "18 MPa"
-friction_angle = "30 deg"
-fracture_energy = "15 J/m^2"
-weibull = 6
-"""
-RVE["disc"] = ROCK + COHESIVE + """[packing]
-kind = "voronoi"
-cylinder = { diameter = "10 mm", length = "2 mm" }
-cells = 40
-extruded = true
-relax = 2
-[loading]
-kind = "platens"
-axis = "y"
-strain_rate = "100 1/s"
-final_strain = 0.003
-[numerics]
-max_energy_error = 0.5
-[output]
-frames = 1
-"""
-BAR = ROCK + COHESIVE + "[packing]\nkind = \"voronoi\"\nbox = [\"12 mm\", \"3 mm\", \"4 mm\"]\ncells = 40\n"
-RVE["beam"] = BAR + ("[[clamp]]\nwhere = \"x=min\"\n[[clamp]]\nwhere = \"x=max\"\nvelocity = [0.1, 0.02, 0]\n[[load]]\nwhere = \"z=max\"\nforce = [0, 0, \"-3 N\"]\nramp = \"10 us\"\n"
-                     "[loading]\nkind = \"free\"\nduration = \"50 us\"\n")
-RVE["rollers"] = BAR.replace("weibull = 6\n", "weibull = 6\nbetween = \"3 MPa\"\n").replace("cells = 40", "cells = 30\ngrains = \"clusters\"\nclusters = 3") + (
-    "[loading]\nkind = \"rollers\"\naxis = \"z\"\nspan = \"x\"\nouter = \"10 mm\"\ninner = \"4 mm\"\nradius = \"1 mm\"\nspeed = \"2 m/s\"\nfriction = 0.1\nfinal_displacement = \"0.1 mm\"\n[output]\nbursts = \"1 us\"\n")
-RVE["plates"] = ROCK + COHESIVE + ("[packing]\nkind = \"voronoi\"\nbox = [\"4 mm\", \"4 mm\", \"4 mm\"]\ncells = 30\n[boundary]\nkind = \"walls\"\nbonded = \"normal\"\n[loading]\nkind = \"constant-p\"\naxis = \"z\"\n"
-                                           "pressure = \"5 MPa\"\nconsolidation = \"20 us\"\nstrain_rate = 20\nfinal_strain = 0.001\n")
-RVE["blocks"] = """[material.rock]
-density = 2500.0
-contact = "overlap"
-foundation = "1e12 Pa/m"
-[[grain]]
-shape = "hull"
-box = ["2 mm", "2 mm", "2 mm"]
-position = [0, 0, 0]
-velocity = [1, 0, 0]
-[[grain]]
-shape = "hull"
-vertices = [[0, 0, 0], ["2 mm", 0, 0], [0, "2 mm", 0], [0, 0, "2 mm"]]
-position = ["1.8 mm", 0, 0]
-[loading]
-kind = "free"
-duration = "0.2 ms"
-"""
+RVE.update(hull_bases.RVE)
 RVE["walls"] = 'title = "walls"\nseed = 3\n' + MATERIAL + FRACTURE + """[packing]
 kind = "random"
 box = ["2 mm", "2 mm", "2 mm"]

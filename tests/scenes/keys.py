@@ -21,6 +21,7 @@ binaries = os.path.abspath(sys.argv[1])
 fem = os.path.exists(os.path.join(binaries, "grus-bvp"))
 sys.path.insert(0, os.path.join(here, "..", "fuzz"))
 import bases  # noqa: E402
+import hull_bases  # noqa: E402
 
 MATERIAL = """[material.sand]
 density = 2650.0
@@ -88,7 +89,7 @@ RVE = {
             "[[grain]]\nradius = \"1 mm\"\nposition = [\"2.01 mm\", 0, 0]\n[[wall]]\npoint = [0, 0, \"-1 mm\"]\nnormal = [0, 0, 1]\nrigid = true\nfriction = 0.2\n"
             "[[wall]]\npoint = [0, 0, \"9 mm\"]\nnormal = [0, 0, -1]\nvelocity = [0, 0, 0]\nmaterial = \"sand\"\n[boundary]\nkind = \"open\"\n[loading]\nkind = \"free\"\nduration = \"50 us\"\ngravity = [0, 0, -9.81]\n"
             "[output]\nhistory_interval = \"5 us\"\n"}
-ROCK, COHESIVE = bases.ROCK, bases.COHESIVE + "shear_energy = \"40 J/m^2\"\n"
+ROCK, COHESIVE = hull_bases.ROCK, hull_bases.COHESIVE + "shear_energy = \"40 J/m^2\"\n"
 DISC = "[packing]\nkind = \"voronoi\"\ncylinder = { diameter = \"10 mm\", length = \"2 mm\" }\ncells = 60\nextruded = true\nrelax = 2\n"
 PRESSED = "[loading]\nkind = \"platens\"\naxis = \"y\"\nstrain_rate = \"100 1/s\"\nfinal_strain = 0.006\n[numerics]\nmax_energy_error = 0.5\n[output]\nhistory_interval = 0.001\n"
 RVE["disc"] = ROCK + COHESIVE + DISC + PRESSED
@@ -98,11 +99,11 @@ RVE["stiff"] = ROCK.replace("modulus = \"20 GPa\"\npoissons_ratio = 0.2", "norma
 for name in ("beam", "rollers", "plates"):
     RVE[name] = bases.RVE[name]
 IMPACT = "[numerics]\nsafety = 0.1\n[[wall]]\npoint = [0, 0, \"-0.1 mm\"]\nnormal = [0, 0, 1]\nvelocity = [0, 0, 20]\nrigid = true\n[loading]\nkind = \"free\"\nduration = \"20 us\"\n"
-RVE["prisms"] = ROCK + bases.COHESIVE + "[packing]\nkind = \"prisms\"\nbox = [\"9 mm\", \"9 mm\", \"2 mm\"]\nside = \"1 mm\"\nthickness = \"1 mm\"\ngap = \"0.1 mm\"\n" + IMPACT
-RVE["outline"] = ROCK + bases.COHESIVE + "[packing]\nkind = \"voronoi\"\nprism = { corners = [[0, 0, 0], [\"6 mm\", 0, 0], [0, \"6 mm\", 0]], height = \"3 mm\" }\ncells = 20\n" + IMPACT
-RVE["egg"] = ROCK + bases.COHESIVE + ("[packing]\nkind = \"voronoi\"\npolyellipsoid = { semi_axes = [\"3 mm\", \"2 mm\", \"2 mm\", \"2 mm\", \"2 mm\", \"2 mm\"] }\ncells = 20\n" +
+RVE["prisms"] = ROCK + hull_bases.COHESIVE + "[packing]\nkind = \"prisms\"\nbox = [\"9 mm\", \"9 mm\", \"2 mm\"]\nside = \"1 mm\"\nthickness = \"1 mm\"\ngap = \"0.1 mm\"\n" + IMPACT
+RVE["outline"] = ROCK + hull_bases.COHESIVE + "[packing]\nkind = \"voronoi\"\nprism = { corners = [[0, 0, 0], [\"6 mm\", 0, 0], [0, \"6 mm\", 0]], height = \"3 mm\" }\ncells = 20\n" + IMPACT
+RVE["egg"] = ROCK + hull_bases.COHESIVE + ("[packing]\nkind = \"voronoi\"\npolyellipsoid = { semi_axes = [\"3 mm\", \"2 mm\", \"2 mm\", \"2 mm\", \"2 mm\", \"2 mm\"] }\ncells = 20\n" +
                                         IMPACT.replace("-0.1 mm", "-2.1 mm").replace("20 us", "60 us"))
-RVE["parents"] = ROCK + bases.COHESIVE + ("[packing]\nkind = \"voronoi\"\ngrains = \"clusters\"\ncells = 10\nparents = { kind = \"simple-cubic\", radius = { distribution = \"constant\", mean = \"1 mm\" }, layers = [2, 1, 1] }\n" + IMPACT)
+RVE["parents"] = ROCK + hull_bases.COHESIVE + ("[packing]\nkind = \"voronoi\"\ngrains = \"clusters\"\ncells = 10\nparents = { kind = \"simple-cubic\", radius = { distribution = \"constant\", mean = \"1 mm\" }, layers = [2, 1, 1] }\n" + IMPACT)
 RVE["blocks"] = ("[material.rock]\ndensity = 2500.0\ncontact = \"overlap\"\nfoundation = \"1e12 Pa/m\"\n[[grain]]\nshape = \"hull\"\nbox = [\"2 mm\", \"2 mm\", \"2 mm\"]\nposition = [0, 0, 0]\nvelocity = [1, 0, 0]\n"
                  "[[grain]]\nshape = \"hull\"\nvertices = [[0, 0, 0], [\"2 mm\", 0, 0], [0, \"2 mm\", 0], [0, 0, \"2 mm\"]]\nposition = [\"1.8 mm\", 0, 0]\n[loading]\nkind = \"free\"\nduration = \"0.8 ms\"\n")
 RVE["angular"] = bases.RVE["angular"]
