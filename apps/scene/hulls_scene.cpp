@@ -57,7 +57,7 @@ void read_parallel(Table& t, dem::BondModel& b) {
 
 }  // namespace
 
-dem::BondModel read_bond(Table t, double friction) {
+dem::BondModel read_bond(Table t, double friction, std::optional<Elasticity>& elasticity) {
   dem::BondModel b;
   b.friction = friction;
   if (t.has("normal_stiffness") == t.has("modulus")) t.fail("", "needs either modulus or normal_stiffness");
@@ -68,6 +68,7 @@ dem::BondModel read_bond(Table t, double friction) {
       t.fail("poissons_ratio", fmt::format("{:g}: rigid cells and springs of faces show 0 to 0.26", poisson));
     if (t.has("shear_ratio")) t.fail("shear_ratio", "follows from poissons_ratio; or give normal_stiffness");
     find_network(modulus, poisson, b);
+    elasticity = {modulus, poisson};
   } else {
     b.stiffness = t.number("normal_stiffness", dimension::foundation, positive);
     b.stiffness_given = true;
@@ -156,7 +157,8 @@ void check_hulls(const Table& t, const RveScene& scene) {
   if (dem::cylinder(scene.state.boundary))
     t.fail("boundary", "hulls cannot be in a cylinder yet; use walls or \"open\"");
   for (const auto& m : scene.model.materials) {
-    if (m.fracture) t.fail("material", fmt::format("{}.fracture: hulls do not split; bond cells instead", m.name));
+    if (m.fracture && !std::holds_alternative<dem::Cut>(m.fracture->splitter))
+      t.fail("material", fmt::format("{}.fracture: hulls are cut by model = \"cleavage\"", m.name));
     if (!m.turns) t.fail("material", fmt::format("{}.rotation = false is for spheres", m.name));
   }
 }

@@ -7,8 +7,13 @@
 
 namespace grus::app {
 
+/// Of a solid, if its scene tells it: modulus (Pa) and Poisson's ratio.
+struct Elasticity {
+  double modulus, poissons_ratio;
+};
+
 /// [material.NAME.bond].
-dem::BondModel read_bond(Table table, double friction);
+dem::BondModel read_bond(Table table, double friction, std::optional<Elasticity>& elasticity);
 
 /// Vertices or box of a hull, as a row of the grains' hulls; its mass centre becomes the position, and its axes are
 /// turned into the orientation.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // [material.*] and [numerics].
+#include "apps/scene/cleavage_scene.hpp"
 #include "apps/scene/hulls_scene.hpp"
 #include "apps/scene/reader.hpp"
 #include "dem/fracture/apollonian.hpp"
@@ -30,7 +31,7 @@ dem::Balls read_balls(Table& t) {
   return {lost != "fines", lost == "swell"};
 }
 
-dem::ContactStrength read_contact_strength(Table& t, double poissons_ratio) {
+dem::ContactStrength read_contact_strength(Table& t, double poissons_ratio, const std::string& own_area) {
   dem::ContactStrength c;
   if (t.has("strength") == t.has("compressive_strength"))
     t.fail("", "needs either strength, or compressive_strength and tensile_strength");
@@ -41,7 +42,7 @@ dem::ContactStrength read_contact_strength(Table& t, double poissons_ratio) {
     const double tensile = t.number("tensile_strength", dimension::pressure, {0, compressive, true, true});
     c.strength = dem::ContactStrength::limit(compressive, tensile, poissons_ratio);
   }
-  if (t.choice("area", {"angle", "hertz"}) == "angle")
+  if (t.choice("area", {"angle", own_area}) == "angle")
     c.angle = t.number("angle", dimension::none, {0, 0.5 * dem::pi, true});
   else if (t.has("angle"))
     t.fail("angle", "is for area = \"angle\"");
@@ -104,29 +105,21 @@ void read_halving(Table& t, dem::FractureModel& f) {
   }
 }
 
-dem::FractureModel read_fracture(Table t, double poissons_ratio) {
-  dem::FractureModel f;
-  const std::string model =
-      t.choice("model", {"polyellipsoid-split", "apollonian-14", "bonded", "cleavage", "peridynamics"});
-  const bool balls = model == "apollonian-14";
-  if (model != "polyellipsoid-split" && !balls)
-    t.fail("model", fmt::format("\"{}\" is not available in this version; use \"polyellipsoid-split\" or "
-                                "\"apollonian-14\"",
-                                model));
+/// Criteria of all models but for those of one alone, and how strengths scatter.
+void read_strength(Table& t, dem::FractureModel& f, double poissons_ratio, const std::string& own_area) {
   if (auto h = t.table_if("hoek_brown")) {
     f.criteria.emplace_back(dem::HoekBrown{h->number("compressive_strength", dimension::pressure, positive),
                                            h->number("m", dimension::none, positive)});
     h->finish();
   }
-  if (auto c = t.table_if("contact_tension")) {
+  if (auto c = own_area == "hertz" ? t.table_if("contact_tension") : std::nullopt) {
     f.criteria.emplace_back(
         dem::ContactTension{c->number("strength", dimension::pressure, positive),
                             static_cast<int>(c->integer_or("critical_contacts", 3, 3, dem::most_critical_contacts))});
     c->finish();
   }
-  if (auto c = t.table_if("contact_strength")) f.criteria.emplace_back(read_contact_strength(*c, poissons_ratio));
-  if (f.criteria.empty())
-    t.fail("", "needs hoek_brown, contact_tension or contact_strength: without a criterion nothing breaks");
+  if (auto c = t.table_if("contact_strength"))
+    f.criteria.emplace_back(read_contact_strength(*c, poissons_ratio, own_area));
   if (t.has("weibull") && t.has("scatter")) t.fail("scatter", "a material has either weibull or scatter");
   if (auto s = t.table_if("scatter")) f.strength_law = read_scatter(*s);
   if (auto w = t.table_if("weibull")) {
@@ -137,6 +130,32 @@ dem::FractureModel read_fracture(Table t, double poissons_ratio) {
     f.strength_law = weibull;
     w->finish();
   }
+}
+
+void read_limit(Table& t, int rest, dem::Limit& limit) {
+  limit.smallest_radius = t.number_or("smallest_radius", 0, dimension::length, not_negative);
+  limit.max_generations = static_cast<int>(t.integer_or("max_generations", 255, 0, 255));
+  limit.rest = static_cast<int>(t.integer_or("rest", rest, 0, 1000000));
+}
+
+dem::FractureModel read_fracture(Table t, const dem::Material& material, const std::optional<Elasticity>& elasticity) {
+  const std::string model =
+      t.choice("model", {"polyellipsoid-split", "apollonian-14", "bonded", "cleavage", "peridynamics"});
+  if (model == "bonded" || model == "peridynamics")
+    t.fail("model", fmt::format("\"{}\" is not available in this version; use \"polyellipsoid-split\", "
+                                "\"apollonian-14\" or, of hulls, \"cleavage\"",
+                                model));
+  dem::FractureModel f;
+  const bool balls = model == "apollonian-14", hulls = model == "cleavage";
+  read_strength(t, f, material.poissons_ratio, hulls ? "contact" : "hertz");
+  if (hulls) {
+    read_cleavage(t, elasticity, f);
+    read_limit(t, 0, f.limit);
+    t.finish();
+    return f;
+  }
+  if (f.criteria.empty())
+    t.fail("", "needs hoek_brown, contact_tension or contact_strength: without a criterion nothing breaks");
   if (balls) {
     f.splitter = read_balls(t);
     f.fines.largest = dem::smallest_ball();
@@ -144,16 +163,15 @@ dem::FractureModel read_fracture(Table t, double poissons_ratio) {
     read_halving(t, f);
   }
   if (auto g = t.table_if("fines")) read_fines(*g, balls, f.fines);
-  f.limit.smallest_radius = t.number_or("smallest_radius", 0, dimension::length, not_negative);
-  f.limit.max_generations = static_cast<int>(t.integer_or("max_generations", 255, 0, 255));
-  f.limit.rest = static_cast<int>(t.integer_or("rest", balls ? 20 : 0, 0, 1000000));
+  read_limit(t, balls ? 20 : 0, f.limit);
   t.finish();
   return f;
 }
 
 /// What hulls press with, and the bonds of their faces: contacts of matching cells are as stiff as the bonds were.
-void read_overlap(Table& t, dem::Material& m, std::optional<bool>& given) {
-  if (auto b = t.table_if("bond")) m.bond = read_bond(*b, m.friction);
+std::optional<Elasticity> read_overlap(Table& t, dem::Material& m, std::optional<bool>& given) {
+  std::optional<Elasticity> elasticity;
+  if (auto b = t.table_if("bond")) m.bond = read_bond(*b, m.friction, elasticity);
   if (t.has("foundation") && t.has("youngs_modulus")) t.fail("foundation", "needs either foundation or youngs_modulus");
   const bool by_bond = m.bond && !t.has("youngs_modulus") && !t.has("foundation");
   const bool now = by_bond ? m.bond->stiffness_given : t.has("foundation");
@@ -166,7 +184,9 @@ void read_overlap(Table& t, dem::Material& m, std::optional<bool>& given) {
     m.normal_stiffness = t.number("foundation", dimension::foundation, positive);
   else
     m.normal_stiffness = t.number("youngs_modulus", dimension::pressure, positive);
+  if (!by_bond && !now) elasticity = {m.normal_stiffness, m.poissons_ratio};
   m.shear_ratio = t.number_or("shear_ratio", m.bond ? m.bond->ratio : 2.0 / 7, dimension::none, not_negative);
+  return elasticity;
 }
 
 }  // namespace
@@ -184,12 +204,13 @@ void read_model(Table& scene, dem::Model& model) {
         t.choice_or("contact", "hertz-mindlin", {"hertz-mindlin", "linear", "linear-modulus", "overlap"});
     if (!law.empty() && law != kind) t.fail("contact", "all materials of a scene share one contact law");
     law = kind;
+    std::optional<Elasticity> elasticity;
     m.poissons_ratio = t.number_or("poissons_ratio", 0.25, dimension::none, {0, 0.5, false, true});
     if (kind == "hertz-mindlin") {
       m.youngs_modulus = t.number("youngs_modulus", dimension::pressure, positive);
     } else if (kind == "overlap") {
       m.friction = t.number_or("friction", 0, dimension::none, not_negative);
-      read_overlap(t, m, foundation);
+      elasticity = read_overlap(t, m, foundation);
     } else {
       m.normal_stiffness = kind == "linear" ? t.number("normal_stiffness", dimension::stiffness, positive)
                                             : 4 * t.number("contact_modulus", dimension::pressure, positive);
@@ -200,7 +221,11 @@ void read_model(Table& scene, dem::Model& model) {
     m.restitution = t.number_or("restitution", 1, dimension::none, {0.01, 1});
     m.damping = t.number_or("damping", 0, dimension::none, {0, 1, false, true});
     m.turns = t.flag_or("rotation", true);
-    if (auto f = t.table_if("fracture")) m.fracture = read_fracture(*f, m.poissons_ratio);
+    if (auto f = t.table_if("fracture")) {
+      m.fracture = read_fracture(*f, m, elasticity);
+      if (std::holds_alternative<dem::Cut>(m.fracture->splitter) && kind != "overlap")
+        t.fail("fracture", "model = \"cleavage\" cuts hulls: it needs contact = \"overlap\"");
+    }
     t.finish();
     model.materials.push_back(m);
   }

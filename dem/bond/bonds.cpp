@@ -230,6 +230,7 @@ double stored_energy(const Bonds& bonds) {
   double sum = 0;
   for_each_bond(bonds, [&](const auto& row) { sum += energy(row); });
   for (const FaceBond& row : bonds.wall) sum += energy(row);
+  for (const Handed& h : bonds.handed) sum += h.kept;
   return sum;
 }
 

@@ -67,7 +67,7 @@ std::vector<std::size_t> counts(const Bonds& bonds);
 /// The grains have been put in another order: grain i is now place[i].
 void renumber(Bonds& bonds, std::span<const Index> place);
 
-/// Held by all bonds (J).
+/// Held by all bonds, and by contacts that broken ones have yet to become (J).
 double stored_energy(const Bonds& bonds);
 
 }  // namespace grus::dem

@@ -148,6 +148,40 @@ Pull pull(FaceBond& s, const BondFrame& at) {
   return {s.force, to_b, arm_b, axes * couple};
 }
 
+bool bear(FaceBond& s, const Vec3& force, const Vec3& couple) {
+  constexpr double most_held = 0.5, least_held = 1e-3, most_stiffer = 4;  // of the energy, of the stiffness
+  const auto opening = [&] {
+    Opening o{-Vec3(force.x() / (s.kt * s.area), force.y() / (s.kt * s.area), force.z() / (s.kn * s.area)),
+              Vec3::Zero(), 1};
+    const Vec3 k(s.kn * s.i1, s.kn * s.i2, s.kt * (s.i1 + s.i2));
+    for (int n = 0; n < 30; ++n) {  // the couple of small angles, as `pull` has it
+      const Vec3 resisted = k.cwiseProduct(o.half);
+      o.half = -(0.5 * couple + o.half.cross(resisted)).cwiseQuotient(k) / o.real;
+      o.real = std::sqrt(std::max(0.0, 1 - o.half.squaredNorm()));
+    }
+    return o;
+  };
+  const double held = 0.5 * s.kn * squares_of(s, opening()).all(), stiffer = held / (most_held * s.energy_1);
+  if (stiffer > most_stiffer) {
+    s.damage = 1;
+    return false;
+  }
+  if (stiffer > 1) s.kn *= stiffer, s.kt *= stiffer;
+  const Opening o = opening();
+  Squares now = squares_of(s, o);
+  const double least = 2 * least_held * s.energy_1 / s.kn;
+  if (now.all() < least) now.opening += least - now.all();
+  begin_to_soften(s, now);
+  Mat3 face;
+  face << s.e1, s.normal.cross(s.e1), s.normal;
+  const Vec3 turn = face * o.half;
+  s.at_a -= face * o.shift;
+  s.rest = (s.rest * Quat(o.real, turn.x(), turn.y(), turn.z())).normalized();
+  const double closed = std::min(o.shift.z(), 0.0);
+  s.held = 0.5 * s.area * s.kn * (squares_of(s, o).all() + closed * closed);
+  return true;
+}
+
 Handed handed_by(const FaceBond& s) {
   return {s.ends, s.at_a, s.kn, s.area, s.shear, 1 / (s.kt * s.area), energy(s), s.spent};
 }

@@ -21,6 +21,11 @@ BondStiffness stiffest(const FaceBond& s, const Quat& a);
 
 Pull pull(FaceBond& s, const BondFrame& at);
 
+/// A fresh bond, at rest where it is, carries a force on b (N) and a couple (N m; axes e1, e2, normal) from now on, and
+/// gives way from there. It is made stiffer where it would hold more than half of its energy, up to four times: beyond
+/// that it is broken at once (false).
+bool bear(FaceBond& s, const Vec3& force, const Vec3& couple);
+
 /// What a broken bond leaves to a contact.
 Handed handed_by(const FaceBond& s);
 

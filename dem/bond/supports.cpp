@@ -20,11 +20,11 @@ void push(Grains& g, DeadLoad& load, Ledger& ledger, double time) {
   g.force[load.grain] += force, g.torque[load.grain] += arm.cross(force);
 }
 
+}  // namespace
+
 BondFrame frame_at_wall(const Grains& g, const Boundary& boundary, const BondEnds& e) {
   return {g.orientation[e.a], not_turned, g.motion[e.a].position, boundary.walls[e.b].point};
 }
-
-}  // namespace
 
 void clear_supported(Grains& g, const Bonds& bonds) {
   for (const FaceBond& row : bonds.wall) g.force[row.ends.a].setZero(), g.torque[row.ends.a].setZero();

@@ -6,6 +6,9 @@
 
 namespace grus::dem {
 
+/// Where a grain and the wall that it is bonded to are.
+BondFrame frame_at_wall(const Grains& grains, const Boundary& boundary, const BondEnds& ends);
+
 /// Clears the forces and torques of the grains that supports write to.
 void clear_supported(Grains& grains, const Bonds& bonds);
 

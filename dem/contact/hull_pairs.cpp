@@ -132,6 +132,7 @@ void hulls(const TileWork& s, std::size_t begin, std::size_t end) {
     const Press press = advance(s, k, o, foundation_of(law, s.pairs[pair.law], s.grains, pair.a, pair.b), m);
     const Vec3 force = press.elastic + press.rest;
     const Vec3 moment = contacts.contact.radius[k] * o.moment + press.moment * n;  // about the mass centre of a
+    if (contacts.spots) contacts.spot[k] = {o.middle, moment - o.middle.cross(press.elastic)};
     Load& of_a = s.load[pair.a - s.first];
     of_a.force -= force, of_a.torque -= moment + o.middle.cross(press.rest);
     const Index target = contacts.target[k];
@@ -158,9 +159,10 @@ void hulls_at_walls(const TileWork& s, std::size_t begin, std::size_t end) {
                     1 / a.inverse_mass};
     const Press press = advance(s, k, o, foundation_of(law, s.pairs[pair.law], s.grains, pair.a), m);
     const Vec3 force = press.elastic + press.rest;
+    const Vec3 moment = contacts.contact.radius[k] * o.moment + press.moment * n;
+    if (contacts.spots) contacts.spot[k] = {o.middle, moment - o.middle.cross(press.elastic)};
     Load& of_a = s.load[pair.a - s.first];
-    of_a.force -= force;
-    of_a.torque -= contacts.contact.radius[k] * o.moment + press.moment * n + o.middle.cross(press.rest);
+    of_a.force -= force, of_a.torque -= moment + o.middle.cross(press.rest);
     s.energy.work -= s.dt() * force.dot(wall.velocity);
   }
 }

@@ -44,6 +44,7 @@ void make_rows(std::size_t tiles, NeighbourRoom& room, Contacts& contacts) {
   contacts.begin[bin_count] = total;
   contacts.pair.resize(total);
   for_each_contact_column(contacts.contact, [&](auto& column) { column.resize(total + overrun); });
+  if (contacts.spots) contacts.spot.resize(total);
   contacts.touch.resize(total + overrun), contacts.active.resize(total + overrun);
   for (auto* column : {&contacts.a, &contacts.b, &contacts.law, &contacts.target}) column->resize(total + overrun);
   for (std::size_t k = total; k < total + overrun; ++k) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "dem/base/tensor.hpp"
+#include "dem/fracture/cleavage.hpp"
 
 namespace grus::dem {
 
@@ -155,7 +156,7 @@ Vec3 load_direction(const GrainUnderLoad auto& grain) {
   return largest.at ? Vec3(Vec3(grain.arm(*largest.at)).normalized()) : Vec3(Vec3::Zero());
 }
 
-using Criterion = std::variant<HoekBrown, ContactTension, ContactStrength>;
+using Criterion = std::variant<HoekBrown, ContactTension, ContactStrength, Cleavage>;
 
 /// What the criteria of a material say of a grain: the largest utilisation, and which of them it fails.
 struct Verdict {

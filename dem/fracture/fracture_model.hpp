@@ -92,6 +92,19 @@ struct FinesGrading {
   double smallest = 0;  // m
 };
 
+/// How the crystal of a grain lies at the start, global: any way, or turned about an axis by one of some angles.
+struct Crystal {
+  std::optional<Vec3> axis = {};
+  std::vector<double> angles = {};  // rad
+
+  Quat draw(std::uint64_t seed, std::uint64_t id) const {
+    if (!axis) return random_rotation(~seed, id);  // not as grains are turned
+    const double u = random_uniform(seed, id, Purpose::orientation);
+    const auto k = static_cast<std::size_t>(u * static_cast<double>(angles.size()));
+    return Quat(Eigen::AngleAxisd(angles[k], *axis));
+  }
+};
+
 /// Fracture of one material.
 struct FractureModel {
   std::vector<Criterion> criteria;  // asked in this order
@@ -102,6 +115,7 @@ struct FractureModel {
   std::optional<CohesiveSprings> springs;
   std::optional<ShapeTransition> transition;
   FinesGrading fines;
+  std::optional<Crystal> crystal;  // of grains that cleave along planes of their own
 
   double strength_factor(double radius, std::uint64_t seed, std::uint64_t id) const {
     return std::visit([&](const auto& law) { return law(radius, seed, id); }, strength_law);

@@ -17,6 +17,7 @@ struct Wanted {
   Mat3 stress;                // of the grain (Pa, tension-positive, global)
   std::optional<Vec3> plane;  // its normal (global, unit); none: across the most tensile direction
   Vec3 load = Vec3::Zero();   // from the centre to the contact of largest force (global, unit); zero: none touches
+  double offset = 0;          // of that plane from the mass centre (m)
 };
 
 /// A plane between two of the pieces, across which springs can hold: four quarters of ellipses about a centre, seen
@@ -30,12 +31,22 @@ struct FreshPlane {
   double area() const { return pi / 4 * (u_plus + u_minus) * (v_plus + v_minus); }
 };
 
+/// A plane between two hulls, in the parent's geometry frame.
+struct FreshFace {
+  std::size_t below, above;  // pieces
+  Vec3 normal;               // unit, from below to above
+  FaceMoments moments;
+};
+
 struct Pieces {
   std::vector<GrainSpec> piece;  // at rest: replace_grain lets them move with the parent
   Quat orientation;              // of the parent's geometry frame, once a sphere's has turned to the plane
   bool loses_mass = false;       // what the pieces do not hold is fines
   bool keeps_contacts = true;    // the pieces' contacts go on as the parent's; otherwise theirs are new
   std::vector<FreshPlane> plane = {};
+  std::vector<FreshFace> face = {};
+  std::vector<Polyhedron> body = {};  // of hulls, in the parent's geometry frame: they become rows of the grains' hulls
+  std::vector<HullPlace> place = {};  // of those rows' frames in the parent's
 };
 
 /// Halves of a poly-ellipsoid or a sphere along one of its axes (split_polyellipsoid.hpp).
@@ -52,7 +63,13 @@ struct Balls {
   bool swells = false;     // with keep_mass: they grow to the volume of their mass (swelling.hpp)
 };
 
-using Splitter = std::variant<Halves, Balls>;
+/// Two hulls of one (split_hull.hpp), held by a bond of the fresh face until that has taken its energy.
+struct Cut {
+  bool cohesive = true;
+  double energy = 0;  // J/m^2
+};
+
+using Splitter = std::variant<Halves, Balls, Cut>;
 
 /// Whether a splitter can do anything with a grain's shape.
 bool can_split(const Splitter& splitter, const Grains& grains, std::size_t i);

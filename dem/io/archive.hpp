@@ -77,6 +77,8 @@ void archive_contacts(A& a, C& c) {
   for_each_contact_column(c.contact, [&](auto& column) { a.column(column); });
   a.column(c.pair);
   a.column(c.touch);
+  a.column(c.spot);
+  a.plain(c.spots);
   a.column(c.a);
   a.column(c.b);
   a.column(c.law);

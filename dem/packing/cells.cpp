@@ -7,28 +7,13 @@
 #include "dem/base/random.hpp"
 #include "dem/bond/dashpots.hpp"
 #include "dem/bond/face_bond.hpp"
+#include "dem/bond/faces.hpp"
 
 namespace grus::dem {
 namespace {
 
 constexpr double least_face = 1e-6;  // of the squared distance of the seeds
 constexpr double least_depth = 0.1;  // of a cell's size: a random seed may be as near to a wall as it likes
-
-/// Axes of a face along which its second moments are principal: turns about e1 meet i1.
-struct FaceAxes {
-  Vec3 e1;
-  double i1, i2;
-};
-
-FaceAxes principal_axes(const FaceMoments& m, const Vec3& normal) {
-  Eigen::Index least;
-  normal.cwiseAbs().minCoeff(&least);
-  const Vec3 u = normal.cross(Vec3::Unit(least)).normalized(), v = normal.cross(u);
-  const double uu = u.dot(m.second * u), vv = v.dot(m.second * v), uv = u.dot(m.second * v);
-  const double angle = 0.5 * std::atan2(2 * uv, uu - vv), c = std::cos(angle), s = std::sin(angle);
-  const double along = c * c * uu + 2 * c * s * uv + s * s * vv;
-  return {c * u + s * v, uu + vv - along, along};  // a turn about e1 opens by the distance from it
-}
 
 /// Strengths of one bond: drawn about the material's, of which it has a share, and no more than its energy lets it
 /// soften. A weaker bond gives way at as much smaller openings: energies go with the square.
@@ -56,18 +41,6 @@ double bond_length(const BondModel& model, double apart) { return model.length >
 void set_stiffness(const BondModel& model, double apart, FaceBond& s) {
   s.kn = model.stiffness_given ? model.stiffness : model.stiffness / bond_length(model, apart);
   s.kt = model.ratio * s.kn;
-}
-
-/// The face of a cell as one end of a bond.
-FaceBond bond_at(const Grains& g, Index a, const FaceMoments& face, const Vec3& normal) {
-  FaceBond s;
-  const Quat& q = g.orientation[a];
-  const FaceAxes axes = principal_axes(face, normal);
-  s.ends.a = a;
-  s.at_a = q.conjugate() * (face.centre - g.motion[a].position);
-  s.normal = q.conjugate() * normal, s.e1 = q.conjugate() * axes.e1;
-  s.area = face.area, s.i1 = axes.i1, s.i2 = axes.i2;
-  return s;
 }
 
 }  // namespace

@@ -22,12 +22,13 @@ bool put_in_order(Pair& p) {
 
 void book_broken(State& state, bool recorded) {
   const Grains& g = state.grains;
-  for (const Handed& h : state.bonds.handed) {
+  for (Handed& h : state.bonds.handed) {
     const Pair p{h.ends.a, h.ends.b, h.ends.image};
     const Vec3 apart = branch(g, state.boundary.cell, h.ends);
     const Overlap o = overlap_of_pair(g, state.boundary.cell, p, apart.normalized());
     const double shear = o.volume > 0 ? 0.5 * h.compliance * h.shear.squaredNorm() : 0;
-    const double taken = h.held - h.modulus * o.energy - shear;
+    h.kept = h.modulus * o.energy + shear;
+    const double taken = h.held - h.kept;
     state.ledger.fracture += taken;
     if (!recorded) continue;
     const Vec3 at = g.motion[h.ends.a].position + g.orientation[h.ends.a] * h.at_a;

@@ -6,11 +6,16 @@
 #include <numeric>
 
 #include "dem/bond/bonds.hpp"
+#include "dem/bond/supports.hpp"
 #include "dem/contact/forces.hpp"
 #include "dem/contact/listing.hpp"
+#include "dem/fracture/hull_loads.hpp"
 #include "dem/fracture/loaded_grain.hpp"
 #include "dem/fracture/replace_grain.hpp"
+#include "dem/fracture/split_hull.hpp"
+#include "dem/rve/bonded.hpp"
 #include "dem/rve/bonding.hpp"
+#include "dem/rve/cleaving.hpp"
 #include "dem/rve/split_statistics.hpp"
 
 namespace grus::dem {
@@ -21,12 +26,27 @@ LoadedGrain loaded(const Model& model, const State& state, std::size_t i) {
   return {model.law, nu, state.grains, state.contacts, i};
 }
 
+LoadedHull loaded_hull(const Model& model, const State& state, std::size_t i) {
+  const double nu = model.materials[state.grains.material[i]].poissons_ratio;
+  return {model.law, nu, state.grains, state.boundary, state.contacts, state.bonds, state.grain_bonds, i};
+}
+
+bool is_hull(const State& state, std::size_t i) { return state.grains.kind[i] == ShapeKind::hull; }
+
+/// Calls f on the grain under its load, as its shape has it.
+template <class F>
+auto with_load(const Model& model, const State& state, std::size_t i, F&& f) {
+  return is_hull(state, i) ? f(loaded_hull(model, state, i)) : f(loaded(model, state, i));
+}
+
 /// A fragment that its neighbours have not yet taken up, or that flies from them.
 bool unsettled(const Model& model, const State& state, int rest, std::size_t i) {
   const Grains& g = state.grains;
   if (g.generation[i] == 0) return false;
   if (state.steps - g.born[i] < static_cast<std::uint64_t>(rest)) return true;
-  return g.force[i].norm() >= 0.5 * largest_contact(loaded(model, state, i)).force;
+  const double most =
+      is_hull(state, i) ? loaded_hull(model, state, i).largest_force() : largest_contact(loaded(model, state, i)).force;
+  return g.force[i].norm() >= 0.5 * most;
 }
 
 /// How near grain i is to failing; a utilisation of 0 where it may not break or nothing could be made of it.
@@ -36,19 +56,25 @@ Verdict verdict_of(const Model& model, const State& state, std::size_t i) {
   if (!fracture || !fracture->limit.allows(g.extent[i].equivalent_radius, g.generation[i])) return {};
   if (!can_split(fracture->splitter, g, i)) return {};
   if (fracture->limit.rest > 0 && unsettled(model, state, fracture->limit.rest, i)) return {};
-  return judge(fracture->criteria, loaded(model, state, i), g.strength[i]);
+  return with_load(model, state, i, [&](const auto& grain) { return judge(fracture->criteria, grain, g.strength[i]); });
 }
 
 /// How the load wants a grain that fails to break.
 Wanted wanted_by(const Model& model, const State& state, std::size_t i) {
   const FractureModel& fracture = *model.materials[state.grains.material[i]].fracture;
-  const LoadedGrain grain = loaded(model, state, i);
-  Wanted wanted{grain.stress(), std::nullopt, load_direction(grain)};
-  if (fracture.plane == BreakPlane::average_stress) return wanted;
-  const Criterion& failed = fracture.criteria[verdict_of(model, state, i).by];
-  wanted.plane = std::visit([&](const auto& c) { return c.plane(grain, state.grains.strength[i]); }, failed);
-  if (!wanted.plane && fracture.plane == BreakPlane::critical_contacts) wanted.plane = contact_plane(grain, 0, 3);
-  return wanted;
+  return with_load(model, state, i, [&](const auto& grain) {
+    Wanted wanted{grain.stress(), std::nullopt, load_direction(grain)};
+    if (fracture.plane == BreakPlane::average_stress) return wanted;
+    const Criterion& failed = fracture.criteria[verdict_of(model, state, i).by];
+    wanted.plane = std::visit([&](const auto& c) { return c.plane(grain, state.grains.strength[i]); }, failed);
+    if (!wanted.plane && fracture.plane == BreakPlane::critical_contacts) wanted.plane = contact_plane(grain, 0, 3);
+    if constexpr (std::is_same_v<std::decay_t<decltype(grain)>, LoadedHull>)
+      if (const auto* cleavage = std::get_if<Cleavage>(&failed)) {
+        const Cleft cleft = cleavage->worst(grain, state.grains.strength[i]);
+        wanted.plane = cleft.normal, wanted.offset = cleft.offset;
+      }
+    return wanted;
+  });
 }
 
 /// Contacts of some grains as seen from them.
@@ -122,7 +148,7 @@ double energy_of(const Model& model, const State& state, const std::vector<Index
       const auto held = [&](const auto& law) { return elastic_energy(law, c.contact[k], c.touch[k]); };
       sum += (twice ? 0.5 : 1) * std::visit(held, model.law);
     }
-  return sum;
+  return sum + bond_energy_of(state, among);
 }
 
 /// A grain that has given way.
@@ -137,6 +163,8 @@ Split split(const Model& model, State& state, const Break& b) {
   const FractureModel& fracture = *model.materials[g.material[b.grain]].fracture;
   Split out;
   out.pieces = pieces_of(fracture.splitter, g, b.grain, b.wanted, model.seed);
+  put_bodies(g, b.grain, out.pieces);
+  if (!out.pieces.face.empty()) cut_bonds(out.pieces, static_cast<Index>(b.grain), static_cast<Index>(g.size()), state);
   for (GrainSpec& piece : out.pieces.piece)
     piece.inertia = model.numerics.inertia_factor(equivalent_radius(piece.shape));
   g.orientation[b.grain] = out.pieces.orientation;
@@ -156,13 +184,17 @@ Split split(const Model& model, State& state, const Break& b) {
     for (const std::size_t i : out.slots) now += kinetic_energy(g, i);
     state.ledger.inertia += now - moving;
   }
+  if (!out.pieces.face.empty()) join_pieces(model, out.pieces, out.slots, state);
   return out;
 }
 
 void refresh_forces(const Model& model, State& state, Team& team) {
   contact_forces(model.law, model.pairs, state.grains, state.boundary, 0, true, state.contacts, team);
   flush(state.contacts);  // what the lost contacts held is booked by the caller's balance
-  if (!state.bonds.empty()) bond_forces(state.grains, state.boundary.cell, state.bonds, state.ledger, team);
+  if (!state.bonds.empty()) {
+    bond_forces(state.grains, state.boundary.cell, state.bonds, state.ledger, team);
+    support_forces(state.grains, state.boundary, state.bonds, state.ledger, state.time);
+  }
   std::vector<SweepEnergy> none;
   sweep(Kick::close, state.grains, state.contacts, model.motion, !state.bonds.empty(), 0, none, team);
 }
@@ -177,6 +209,7 @@ void draw_strength(const Model& model, Grains& g, std::size_t i) {
 std::vector<Break> find_breaks(const Model& model, State& state, Team& team) {
   enum : std::uint8_t { holds, bonded, fails };
   Grains& g = state.grains;
+  if (!g.hull.empty()) index_bonds(g.size(), state.bonds, state.grain_bonds);
   auto& room = state.break_room;
   room.assign(g.size(), holds);
   for_each_bond(state.bonds, [&](const auto& bond) {
@@ -203,7 +236,12 @@ std::vector<Break> find_breaks(const Model& model, State& state, Team& team) {
   state.tested_at = state.steps, state.next_test = state.steps + soonest;
   std::vector<Break> breaks;
   for (std::size_t i = 0; i < room.size(); ++i)
-    if (room[i] == fails) breaks.push_back({i, wanted_by(model, state, i)});
+    if (room[i] == fails) {
+      const Wanted wanted = wanted_by(model, state, i);
+      const Splitter& splitter = model.materials[g.material[i]].fracture->splitter;
+      if (!is_hull(state, i) || !pieces_of(splitter, g, i, wanted, model.seed).piece.empty())
+        breaks.push_back({i, wanted});
+    }
   return breaks;
 }
 
@@ -218,6 +256,7 @@ void apply_breaks(const Model& model, State& state, const std::vector<Break>& br
   const double elastic_before = elastic_energy(model.law, state.contacts);
   const double bonds_before = stored_energy(state.bonds), fracture_before = ledger.fracture;
   const std::size_t grains_before = g.size();
+  const bool hulls = !g.hull.empty();
   const std::vector<std::size_t> bonds_were = counts(state.bonds);
   std::vector<Index> few;
   for (const auto& b : breaks) few.push_back(static_cast<Index>(b.grain));
@@ -241,12 +280,14 @@ void apply_breaks(const Model& model, State& state, const std::vector<Break>& br
     }
   }
   update_frames(g);
+  if (hulls) note_bonded(state);
   mend_contacts(g, state.boundary, state.skin, model.materials.size(), few, origin, state.contacts, state.reference,
                 team);
   refresh_forces(model, state, team);
   bool shared = false;
   for (const Split& s : splits)
-    if (s.pieces.keeps_contacts) shared = share_contacts(model, state, s.slots) || shared;
+    if (s.pieces.keeps_contacts && !hulls)  // springs of hulls' contacts go with their areas
+      shared = share_contacts(model, state, s.slots) || shared;
   if (shared) refresh_forces(model, state, team);
   if (model.split_statistics) {
     std::vector<std::vector<std::size_t>> pieces;
@@ -256,13 +297,21 @@ void apply_breaks(const Model& model, State& state, const std::vector<Break>& br
   for (const Split& s : splits)
     if (model.materials[g.material[s.slots[0]]].fracture->springs)
       for (const FreshPlane& plane : s.pieces.plane) left -= add_springs(model, state, s.parent, plane, s.slots);
-  add_bond_forces(g, state.boundary.cell, state.bonds, bonds_were, ledger);
+  double born = 0;  // held by the bonds of fresh faces: rigid grains have held nothing
+  for (const Split& s : splits)
+    for (const FreshFace& face : s.pieces.face) born += load_cap(state, s.parent, face, s.slots);
+  if (hulls)
+    refresh_forces(model, state, team);
+  else
+    add_bond_forces(g, state.boundary.cell, state.bonds, bonds_were, ledger);
+  if (!state.bonds.handed.empty()) book_broken(state, model.records_bonds), state.reference.stale = true;
   ledger.breakages += breaks.size();
   left -= energy_of(model, state, few);
+  if (hulls) left -= ledger.fracture - fracture_before;
   const double gone = elastic_before + bonds_before - elastic_energy(model.law, state.contacts) -
                       stored_energy(state.bonds) - (ledger.fracture - fracture_before);
   ledger.split += left, ledger.unexplained += gone - left;
-  ledger.split_added += std::max(0.0, -left);
+  ledger.split_added += std::max(0.0, -left - born);
 }
 
 }  // namespace grus::dem

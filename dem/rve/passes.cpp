@@ -5,6 +5,7 @@
 
 #include "dem/bond/supports.hpp"
 #include "dem/rve/bonded.hpp"
+#include "dem/rve/cleaving.hpp"
 
 namespace grus::dem {
 namespace {
@@ -51,12 +52,15 @@ void prepare_breakage(const Model& model, State& state) {
   const bool rests = std::any_of(model.materials.begin(), model.materials.end(),
                                  [](const Material& m) { return m.fracture && m.fracture->limit.rest > 0; });
   if (rests && g.born.empty()) g.born.resize(g.size(), 0);
+  state.contacts.spots = !g.hull.empty();
+  draw_crystals(model, g);
   g.utilisation.assign(g.size(), NAN);
   const auto every = static_cast<std::uint64_t>(model.numerics.fracture_every);
   state.tested_at = state.steps, state.next_test = (state.steps / every + 1) * every;
 }
 
 bool look_for_breaks(Step& s) {
+  if (!s.state.bonds.handed.empty()) return false;  // the next step's list takes over what broken bonds have left
   s.breaks = find_breaks(s.model, s.state, s.team);
   return !s.breaks.empty();
 }

@@ -18,6 +18,7 @@ struct State {
   NeighbourReference reference;
   std::vector<SweepEnergy> grain_energy;  // one a tile
   std::vector<std::uint8_t> break_room;   // of the breakage test
+  GrainBonds grain_bonds;                 // the same, of hulls
   double time = 0, dt = 0;                // s
   std::uint64_t steps = 0;
   std::uint64_t next_estimate = 0,

@@ -2,7 +2,6 @@
 #include "dem/shape/polyhedron.hpp"
 
 #include <algorithm>
-#include <array>
 #include <optional>
 
 #include "dem/base/error.hpp"
@@ -11,14 +10,6 @@ namespace grus::dem {
 namespace {
 
 constexpr std::size_t most_points = 64;
-
-/// Axes across a unit vector, right-handed: e1 x e2 = n.
-std::array<Vec3, 2> across(const Vec3& n) {
-  Eigen::Index least;
-  n.cwiseAbs().minCoeff(&least);
-  const Vec3 e1 = n.cross(Vec3::Unit(least)).normalized();
-  return {e1, n.cross(e1)};
-}
 
 /// Points of a convex polygon in order, counter-clockwise about `normal`.
 void sort_around(const std::vector<Vec3>& vertex, const Vec3& normal, std::vector<int>& loop) {
@@ -107,6 +98,13 @@ void drop_straight(const std::vector<Vec3>& vertex, std::vector<int>& loop, doub
 }
 
 }  // namespace
+
+std::array<Vec3, 2> across(const Vec3& n) {
+  Eigen::Index least;
+  n.cwiseAbs().minCoeff(&least);
+  const Vec3 e1 = n.cross(Vec3::Unit(least)).normalized();
+  return {e1, n.cross(e1)};
+}
 
 Polyhedron prism_over(std::span<const Vec3> corners, double low, double high) {
   Polyhedron body;

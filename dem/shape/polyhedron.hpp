@@ -2,6 +2,7 @@
 // Convex polyhedra while they are made: cut by planes, hulls of points, masses. What runs is in hull_store.hpp.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -21,6 +22,9 @@ struct Polyhedron {
 
   bool empty() const { return face.empty(); }
 };
+
+/// Unit vectors across a unit vector, right-handed: e1 x e2 = n.
+std::array<Vec3, 2> across(const Vec3& n);
 
 /// Faces in the order -x, +x, -y, +y, -z, +z, tagged -1 to -6.
 Polyhedron box_between(const Vec3& low, const Vec3& high);

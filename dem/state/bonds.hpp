@@ -39,7 +39,7 @@ enum class FaceCriterion : std::uint8_t { cohesive, strain_sum, parallel };
 /// bond was made, stiffness per area against opening and shear, moments of the face against turns. All vectors of the
 /// face are in the geometry frame of a; e1, e2 and the normal are its principal axes.
 struct FaceBond {
-  static constexpr bool keeps_whole = true;
+  static constexpr bool keeps_whole = false;
 
   BondEnds ends;
   Vec3 at_a, at_b;                              // middle of the face from each mass centre, in each geometry frame (m)
@@ -78,6 +78,7 @@ struct Handed {
   double compliance;  // m/N
   double held;        // J, by the bond at its end
   double spent;       // J, since its birth
+  double kept = 0;    // J, what the contact will hold: it is there from the next list on
 };
 
 /// A bond that has broken, where that is recorded.
@@ -132,6 +133,17 @@ struct Bonds {
   std::size_t size() const;
   bool empty() const { return size() == 0 && wall.empty() && load.empty(); }
   void clear();
+};
+
+/// What is bonded to each grain, by grain; room that tests reuse.
+struct GrainBonds {
+  enum class End : std::uint8_t { a, b, wall, load };
+  struct Entry {
+    Index at;  // row of its kind
+    End end;
+  };
+  std::vector<Index> first;
+  std::vector<Entry> entry;
 };
 
 /// Calls f on the column of every kind.

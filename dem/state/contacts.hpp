@@ -80,6 +80,12 @@ struct alignas(64) Touch {
   double held = 0;             // of hulls: energy of the overlap (J)
 };
 
+/// Where a contact of hulls acts, kept where they may cleave.
+struct Spot {
+  Vec3 at = Vec3::Zero();      // middle of its area, from the mass centre of a (m, global)
+  Vec3 couple = Vec3::Zero();  // on b besides the force, about there (N m); -couple on a
+};
+
 /// Force and torque that a grain collects in a step; a row of the kernels.
 struct alignas(64) Load {
   Vec3 force = Vec3::Zero();
@@ -122,6 +128,8 @@ struct Contacts {
       pair;  // in a tile: pairs that touched when the list was made, then the others; each by (a, b, image)
   ContactColumns contact;
   std::vector<Touch> touch;
+  std::vector<Spot> spot;  // of `pair`; empty unless `spots`
+  bool spots = false;
   std::vector<Index> a, b, law;  // of `pair`, as the kernels read them (b of a wall: 0); longer by `overrun`, as are
                                  // the next three, contact and touch
   std::vector<Index> shift;      // row of `images`; empty without a periodic cell

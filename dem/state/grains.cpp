@@ -37,8 +37,8 @@ void put_shape(Grains& g, std::size_t i, const PolyEllipsoid& shape) {
 void set_grain(Grains& g, std::size_t i, const GrainSpec& spec) {
   if (i == g.size()) {
     for_each_column(g, [&](auto& column) {
-      const std::array<const void*, 7> optional{&g.frame, &g.strength,   &g.generation, &g.utilisation,
-                                                &g.born,  &g.solid_mass, &g.hull};
+      const std::array<const void*, 8> optional{&g.frame, &g.strength,   &g.generation, &g.utilisation,
+                                                &g.born,  &g.solid_mass, &g.hull,       &g.crystal};
       const bool may_be_empty = std::find(optional.begin(), optional.end(), &column) != optional.end();
       if (!may_be_empty || !column.empty()) column.emplace_back();
     });
@@ -55,6 +55,7 @@ void set_grain(Grains& g, std::size_t i, const GrainSpec& spec) {
     put_hull(g, i, *spec.hull);
   else
     put_shape(g, i, spec.shape);
+  if (spec.crystal) g.crystal[i] = *spec.crystal;
   if (!spec.turns) g.motion[i].inverse_inertia = 0;
   g.material[i] = spec.material;
   g.id[i] = g.next_id++;

@@ -62,6 +62,7 @@ struct Grains {
   std::vector<double> utilisation;  // how near to failing at the last breakage test, NaN: not tested yet; empty without
                                     // a fracture table
   std::vector<std::uint64_t> born;  // step in which a fragment was made; empty unless some limit asks for rest
+  std::vector<Quat> crystal;        // crystal -> geometry; empty unless some grain cleaves along planes of its crystal
   std::vector<Index> hull;          // row of `hulls`; empty unless all are hulls
   std::shared_ptr<const HullStore> hulls;  // never changed once made: states share it
   std::uint32_t next_id = 0;
@@ -91,6 +92,7 @@ void for_each_column(G& g, F&& f) {
   f(g.born);
   f(g.solid_mass);
   f(g.hull);
+  f(g.crystal);
 }
 
 inline bool is_sphere(const Grains& g, std::size_t i) { return g.kind[i] == ShapeKind::sphere; }
@@ -102,9 +104,10 @@ struct GrainSpec {
   Quat orientation = Quat::Identity();
   std::uint8_t material = 0;
   double density = 0;
-  double inertia = 1;              // mass that resists motion, over density x volume
-  bool turns = true;               // false, of a sphere alone: it keeps its orientation
-  std::optional<Index> hull = {};  // row of the grains' hulls: takes the place of `shape`
+  double inertia = 1;                // mass that resists motion, over density x volume
+  bool turns = true;                 // false, of a sphere alone: it keeps its orientation
+  std::optional<Quat> crystal = {};  // crystal -> geometry
+  std::optional<Index> hull = {};    // row of the grains' hulls: takes the place of `shape`
 };
 
 /// Writes a grain into slot `i` (== size() appends): mass, inertia and bounds from the shape. The id is new.

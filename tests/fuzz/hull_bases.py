@@ -40,6 +40,30 @@ friction_angle = "30 deg"
 fracture_energy = "15 J/m^2"
 weibull = 6
 """
+CLEAVAGE = """[material.rock.fracture]
+model = "cleavage"
+toughness = "0.1 MPa m^0.5"
+flaw = "0.1 mm"
+planes = [[1, 0, 0], [0, 1, 0]]
+offsets = [0, 0.3]
+crystal = { axis = [0, 0, 1], angles = ["0 deg", "30 deg"] }
+max_generations = 2
+"""
+RVE["cleaving"] = ROCK + COHESIVE + CLEAVAGE + """[packing]
+kind = "voronoi"
+cylinder = { diameter = "10 mm", length = "2 mm" }
+cells = 30
+extruded = true
+[loading]
+kind = "platens"
+axis = "y"
+strain_rate = "100 1/s"
+final_strain = 0.006
+[numerics]
+max_energy_error = 0.5
+[output]
+history_interval = 0.001
+"""
 RVE["disc"] = ROCK + COHESIVE + """[packing]
 kind = "voronoi"
 cylinder = { diameter = "10 mm", length = "2 mm" }

@@ -106,6 +106,7 @@ RVE["egg"] = ROCK + hull_bases.COHESIVE + ("[packing]\nkind = \"voronoi\"\npolye
 RVE["parents"] = ROCK + hull_bases.COHESIVE + ("[packing]\nkind = \"voronoi\"\ngrains = \"clusters\"\ncells = 10\nparents = { kind = \"simple-cubic\", radius = { distribution = \"constant\", mean = \"1 mm\" }, layers = [2, 1, 1] }\n" + IMPACT)
 RVE["blocks"] = ("[material.rock]\ndensity = 2500.0\ncontact = \"overlap\"\nfoundation = \"1e12 Pa/m\"\n[[grain]]\nshape = \"hull\"\nbox = [\"2 mm\", \"2 mm\", \"2 mm\"]\nposition = [0, 0, 0]\nvelocity = [1, 0, 0]\n"
                  "[[grain]]\nshape = \"hull\"\nvertices = [[0, 0, 0], [\"2 mm\", 0, 0], [0, \"2 mm\", 0], [0, 0, \"2 mm\"]]\nposition = [\"1.8 mm\", 0, 0]\n[loading]\nkind = \"free\"\nduration = \"0.8 ms\"\n")
+RVE["cleaving"] = hull_bases.RVE["cleaving"]
 RVE["angular"] = bases.RVE["angular"]
 RVE["tube"] = RVE["free"].replace("[boundary]", "[[wall]]\nshape = \"cylinder\"\naxis = \"z\"\nradius = \"3.345 mm\"\npoint = [\"1 mm\", \"-2.1 mm\", 0]\n[boundary]")
 CELL = MATERIAL + FRACTURE.replace("9 MPa", "40 MPa") + """[packing]
@@ -258,6 +259,10 @@ RVE_KEYS = [
                                                                        "packing.parents.radius.max=1e-3"), ("material", "nothing"), ("orientation", "aligned"),
                                                                       ("kind", "random", "packing.parents.layers=", "packing.parents.box=[5e-3,5e-3,5e-3]", "packing.parents.solid_fraction=0.3"))],
     *[("disc", "packing." + k, v) for k, v in (("cylinder.diameter", 0.012), ("cylinder.length", 0.001), ("cells", 70), ("extruded", "false"), ("relax", 0))], ("brick", "packing.cell_size", 0.0025),
+    *[("cleaving", "material.rock.fracture." + k, v, *more) for k, v, *more in (
+        ("toughness", 5e4), ("flaw", 3e-4), ("planes", "[[1, 0, 0]]"), ("offsets", "[0.2]"), ("crystal", "random"), ("crystal.axis", "[1, 0, 0]"), ("crystal.angles", "[0.3]"), ("geometry", 1.12), ("mode_ratio", 0.5),
+        ("hydrostatic_gate", 0.0), ("cohesive", "false"), ("fracture_energy", 30.0), ("max_generations", 1), ("smallest_radius", 1e-3), ("rest", 40), ("toughness", "[5e4, 2e5]"))],
+    ("cleaving", "material.rock.fracture.hoek_brown", "{compressive_strength=2e6,m=10}"), ("cleaving", "material.rock.fracture.contact_strength", "{strength=1e6,area='contact'}"),
     ("angular", "packing.hulls.relax", 0), ("angular", "packing.hulls.aspect", "[1, 1, 0.5]"),
     ("blocks", "material.rock.foundation", 2e12), ("blocks", "grain.0.box", "[2e-3, 3e-3, 2e-3]"), ("blocks", "grain.1.vertices", "[[0, 0, 0], [2e-3, 0, 0], [0, 3e-3, 0], [0, 0, 2e-3]]"),
     ("crush", "numerics.safety", 0.2), ("crush", "numerics.time_step", 2e-8), ("crush", "numerics.max_time_step", 1e-8), ("crush", "numerics.skin", 0.5), ("crush", "numerics.estimate_every", 3),
