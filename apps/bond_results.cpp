@@ -23,11 +23,17 @@ nlohmann::json bursts_json(const RveScene& scene, const dem::State& state) {
   std::size_t largest = 0;
   for (const dem::Burst& b : bursts) largest = std::max(largest, b.bonds);
   const auto number = [](double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(nullptr); };
-  return {{"window_s", scene.output.bursts},
-          {"count", bursts.size()},
-          {"largest", largest},
-          {"exponent", number(law.exponent)},
-          {"exponent_error", number(law.error)}};
+  nlohmann::json told{{"window_s", scene.output.bursts},
+                      {"count", bursts.size()},
+                      {"largest", largest},
+                      {"exponent", number(law.exponent)},
+                      {"exponent_error", number(law.error)}};
+  const auto place = [](const dem::Burst& b) {
+    return nlohmann::json{
+        {"time_s", b.time}, {"bonds", b.bonds}, {"x_m", b.middle.x()}, {"y_m", b.middle.y()}, {"z_m", b.middle.z()}};
+  };
+  if (!bursts.empty()) told["first"] = place(bursts.front()), told["last"] = place(bursts.back());
+  return told;
 }
 
 }  // namespace grus::app

@@ -49,6 +49,14 @@ dem::CellSpace read_prism_outline(Table& t, Vec3& box) {
   return dem::prism_space(corners, height);
 }
 
+/// What it takes of space.
+Vec3 read_cylinder(Table& t) {
+  const double diameter = t.number("diameter", dimension::length, positive);
+  const double length = t.number("length", dimension::length, positive);
+  t.finish();
+  return {diameter, diameter, length};
+}
+
 dem::CellSpace read_ellipsoid_outline(Table& packing, Table& t, Vec3& box) {
   const auto axes = t.numbers("semi_axes", 6, dimension::length);
   t.finish();
@@ -66,11 +74,8 @@ dem::CellSpace read_space(Table& t, bool periodic, Vec3& box) {
     box.setConstant(NAN);  // until it is found
   }
   if (auto c = t.table_if("cylinder")) {
-    const double diameter = c->number("diameter", dimension::length, positive);
-    const double length = c->number("length", dimension::length, positive);
-    c->finish();
-    box = {diameter, diameter, length};
-    return dem::cylinder_space(diameter, length);
+    box = read_cylinder(*c);
+    return dem::cylinder_space(box.x(), box.z());
   }
   if (auto p = t.table_if("prism")) return read_prism_outline(*p, box);
   if (auto e = t.table_if("polyellipsoid")) return read_ellipsoid_outline(t, *e, box);
@@ -154,16 +159,26 @@ void read_voronoi(Table& t, RveScene& scene, std::uint8_t material, Vec3& box) {
   }
 }
 
-void read_prisms(Table& t, RveScene& scene, std::uint8_t material, const Vec3& box) {
+void read_prisms(Table& t, RveScene& scene, std::uint8_t material, Vec3& box) {
   if (scene.state.boundary.cell.periodic()) t.fail("kind", "prisms are not for a periodic cell");
-  if (box.isZero()) t.fail("", "packing.box is missing");
+  auto cylinder = t.table_if("cylinder");
+  if (cylinder && !box.isZero()) t.fail("cylinder", "prisms fill either a box or a cylinder");
+  if (cylinder) box = read_cylinder(*cylinder);
+  if (box.isZero()) t.fail("", "packing.box or cylinder is missing");
   const double side = t.number("side", dimension::length, positive);
   const double thickness = t.number("thickness", dimension::length, positive);
   const double gap = t.number_or("gap", 0, dimension::length, {0, 0.5 * side, false, true});
   if (!(box.prod() / (side * side * thickness) < most_cells)) t.fail("side", "more than some hundred thousand prisms");
   check_mass(t, scene.model.materials[material], std::cbrt(side * side * thickness) / 2, "side");
   try {
-    put_cells(dem::hexagonal_prisms(box, side, thickness, gap), material, box, false, scene);
+    const dem::VoronoiCells cells = dem::hexagonal_prisms(box, side, thickness, gap, cylinder.has_value());
+    Vec3 taken = box;  // of a box, by whole prisms
+    if (!cylinder) {
+      taken.setZero();
+      for (const dem::Polyhedron& p : cells.body)
+        for (const Vec3& v : p.vertex) taken = taken.cwiseMax(v);
+    }
+    put_cells(cells, material, taken, cylinder.has_value(), scene);
   } catch (const InputError& e) {
     t.fail("side", e.what());
   }

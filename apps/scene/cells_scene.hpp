@@ -8,6 +8,6 @@ namespace grus::app {
 
 /// Makes the cells at once. `box` is given, or found here.
 void read_voronoi(Table& table, RveScene& scene, std::uint8_t material, dem::Vec3& box);
-void read_prisms(Table& table, RveScene& scene, std::uint8_t material, const dem::Vec3& box);
+void read_prisms(Table& table, RveScene& scene, std::uint8_t material, dem::Vec3& box);
 
 }  // namespace grus::app

@@ -78,6 +78,31 @@ dem::Index add_roller(dem::Grains& grains, double radius, double length, int axi
   return row;
 }
 
+/// Where along an axis, counted outwards from the cells, the middle of a roller at `place` across it touches them
+/// first; -infinity where it meets none.
+double touching(const dem::Grains& g, double place, double radius, int span, const Vec3& outward) {
+  double at = -INFINITY;
+  const auto round = [&](double x, double height) {  // a circle about its middle over a point
+    if (std::abs(x - place) < radius) at = std::max(at, height + std::sqrt(radius * radius - std::pow(x - place, 2)));
+  };
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    const dem::HullView hull = (*g.hulls)[g.hull[i]];
+    const auto corner = [&](int k) { return Vec3(g.motion[i].position + g.orientation[i] * hull.vertex[k]); };
+    for (int f = 0; f < hull.faces; ++f)
+      for (int k = hull.begin[f]; k < hull.begin[f + 1]; ++k) {
+        const Vec3 p = corner(hull.loop[k]), q = corner(hull.loop[k + 1 < hull.begin[f + 1] ? k + 1 : hull.begin[f]]);
+        const double x = p[span], y = p.dot(outward), dx = q[span] - x, dy = q.dot(outward) - y, l = std::hypot(dx, dy);
+        round(x, y);
+        if (!(std::abs(dx) > 1e-9 * l)) continue;
+        // Beside an edge: its line moved outwards by the radius.
+        const double slope = dy / dx, foot = place + radius * slope / std::hypot(1.0, slope);
+        if ((foot - x) * (foot - q[span]) < 0)
+          at = std::max(at, y + slope * (place - x) + radius * std::hypot(1.0, slope));
+      }
+  }
+  return at;
+}
+
 }  // namespace
 
 void read_supports(Table& t, RveScene& scene) {
@@ -134,7 +159,9 @@ void read_rollers(Table& t, RveScene& scene) {
       wall.normal.setZero();
       wall.point = 0.5 * box;
       wall.point[span] += apart * (0.5 * (count - 1) - k);
-      wall.point[test.axis] = top ? box[test.axis] + radius : -radius;
+      const double height = touching(scene.state.grains, wall.point[span], radius, span, -towards);
+      if (!std::isfinite(height)) t.fail(top ? "inner" : "outer", "a roller there would miss the cells");
+      wall.point[test.axis] = top ? height : -height;
       if (top) wall.velocity = speed * gauge.along;
       wall.axis = Vec3::Unit(third), wall.roller = radius, wall.hull = hull, wall.material = material;
       gauge.walls.emplace_back(boundary.walls.size(), top ? -0.5 : 0.5);

@@ -3,6 +3,7 @@
 
 #include "dem/bond/face_bond.hpp"
 #include "dem/bond/supports.hpp"
+#include "dem/fracture/grain_stress.hpp"
 #include "dem/state/shape_kinds.hpp"
 
 namespace grus::dem {
@@ -22,7 +23,7 @@ FlatPolygon disc_of(double area) {
   return p;
 }
 
-/// The whole of a load on one side, half of it, or what its linear traction has there.
+/// What of a load is on one side of a plane: all, nothing, or what its linear traction has there.
 struct Side {
   Vec3 force, couple;  // the couple about where the load acts
 };
@@ -117,11 +118,7 @@ HullLoad LoadedHull::of_bond(const GrainBonds::Entry& entry) const {
 Mat3 LoadedHull::stress() const {
   Mat3 sum = Mat3::Zero();
   each_load([&](const HullLoad& load) { sum += load.force * load.at.transpose(); });
-  const Mat3 inertia = inertia_tensor(grains_, i_);
-  const Mat3 second = 0.5 * inertia.trace() * Mat3::Identity() - inertia;  // integral of rho x x^T
-  const Vec3 spin = spin_of(grains_, i_);
-  const Vec3 turning = inertia.inverse() * (grains_.torque[i_] - spin.cross(grains_.angular_momentum[i_]));
-  sum -= (cross_matrix(turning) + cross_matrix(spin) * cross_matrix(spin)) * second;
+  sum -= motion_virial(grains_, i_);
   return 0.5 * (sum + sum.transpose()) / grains_.extent[i_].volume;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/fracture/split_hull.hpp"
 
+#include <atomic>
+
 #include "dem/shape/section.hpp"
 
 namespace grus::dem {
@@ -54,10 +56,12 @@ Pieces pieces_of(const Cut&, const Grains& g, std::size_t i, const Wanted& wante
 void put_bodies(Grains& g, std::size_t i, Pieces& pieces) {
   if (pieces.body.empty()) return;
   std::shared_ptr<HullStore> store;
-  if (g.hulls.use_count() == 1)
-    store = std::const_pointer_cast<HullStore>(g.hulls);  // nobody else sees it grow
-  else
+  if (g.hulls.use_count() == 1) {  // nobody else sees it grow; who has just let it go has read it before
+    std::atomic_thread_fence(std::memory_order_acquire);
+    store = std::const_pointer_cast<HullStore>(g.hulls);
+  } else {
     store = std::make_shared<HullStore>(*g.hulls);
+  }
   for (std::size_t k = 0; k < pieces.piece.size(); ++k) {
     HullPlace place;
     GrainSpec& piece = pieces.piece[k];

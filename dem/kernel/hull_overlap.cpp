@@ -183,7 +183,9 @@ Meets hull_overlap(const HullColumns& ha, const HullColumns& hb, const HullPose&
   solid.area = Sums3();
   add_triangles(a, of_a, points, origin, triangles_a, solid);
   const double volume = sum_of(solid.volume.r) / 6;
-  if (!(volume > 0)) return Meets::apart;
+  solid.area.total(out.area, 0.5);
+  const double area2 = dot3(out.area, out.area);
+  if (!(volume > 0 && volume * volume > pose.thin * pose.thin * slack * slack * area2)) return Meets::apart;
   double centre[3], x[3], y[3], i[4], j[4], j_body[4];
   solid.first.total(centre, 1 / (24 * volume));
   for (int k = 0; k < 3; ++k) x[k] = o[k] + centre[k], y[k] = x[k] - shift[k];
@@ -203,8 +205,6 @@ Meets hull_overlap(const HullColumns& ha, const HullColumns& hb, const HullPose&
   for (int k = 0; k < 3; ++k) out.force[k] = -0.5 * (0.5 * force[k] + volume * j[k]);
   cross3(o, out.force, out.moment);
   for (int k = 0; k < 3; ++k) out.moment[k] -= 0.5 * (moment[k] / 24 + volume * of_j[k]);
-  solid.area.total(out.area, 0.5);
-  const double area2 = dot3(out.area, out.area);
   double flat = 0;
   spread(triangles_a, of_a.count, out.area, weighted, first, second);
   for (int k = 0; k < of_a.count; ++k) flat += triangles_a[k / 8].twice[k % 8];

@@ -20,6 +20,7 @@ struct HullPose {
   double turn[9];  // row by row
   double shift[3], search[3];
   double flush;  // share of the size below which planes count as one: B counts as the larger by so much
+  double thin;   // so many flush distances of mean depth are no overlap yet
 };
 
 /// As Overlap, for c = 1, in the frame of A.

@@ -16,30 +16,38 @@ struct Place {
 
 /// The neighbour across side k: counter-clockwise from the one between the corners at 30 and 90 degrees.
 Place across(const Place& p, int k) {
-  const int shifted = p.row % 2;
+  const int shifted = p.row & 1;
   const int column[6] = {shifted, shifted - 1, -1, shifted - 1, shifted, 1}, row[6] = {1, 1, 0, -1, -1, 0};
   return {p.column + column[k], p.row + row[k], p.layer};
 }
 
 }  // namespace
 
-VoronoiCells hexagonal_prisms(const Vec3& box, double side, double thickness, double gap) {
+VoronoiCells hexagonal_prisms(const Vec3& box, double side, double thickness, double gap, bool round) {
   const double width = std::sqrt(3.0) * side, r = side - gap / std::sqrt(3.0);
   constexpr double whole = 1 + 1e-9;
-  const int rows = static_cast<int>(std::floor((box.y() / side * whole - 2) / 1.5)) + 1;
   const int layers = static_cast<int>(std::floor(box.z() / thickness * whole));
+  const int rows = static_cast<int>(box.y() / (1.5 * side)), columns = static_cast<int>(box.x() / width);
+  const double radius = 0.5 * box.x() * whole;
+  const Vec3 first = round ? Vec3(0.5 * box.x(), 0.5 * box.y(), 0) : Vec3(0.5 * width, side, 0);
+  const auto fits = [&](double x, double y) {
+    if (!round) return x + 0.5 * width <= box.x() * whole && y + side <= box.y() * whole;
+    const double across_x = std::abs(x - first.x()), up = std::abs(y - first.y());
+    return std::hypot(across_x + 0.5 * width, up + 0.5 * side) <= radius && std::hypot(across_x, up + side) <= radius;
+  };
   std::map<Place, Index> at;
   std::vector<Place> places;
   VoronoiCells cells;
   for (int layer = 0; layer < layers; ++layer)
-    for (int row = 0; row < rows; ++row)
-      for (int column = 0; (column + 1 + 0.5 * (row % 2)) * width <= box.x() * whole; ++column) {
+    for (int row = round ? -rows : 0; row <= rows; ++row)
+      for (int column = round ? -columns : 0; column <= columns; ++column) {
+        const double x = first.x() + (column + 0.5 * (row & 1)) * width, y = first.y() + 1.5 * row * side;
+        if (!fits(x, y)) continue;
         at[{column, row, layer}] = static_cast<Index>(places.size());
         places.push_back({column, row, layer});
-        cells.seed.emplace_back((column + 0.5 + 0.5 * (row % 2)) * width, (1 + 1.5 * row) * side,
-                                (layer + 0.5) * thickness);
+        cells.seed.emplace_back(x, y, (layer + 0.5) * thickness);
       }
-  if (cells.seed.empty()) throw InputError("not one prism fits into the box");
+  if (cells.seed.empty()) throw InputError("not one prism fits");
   std::vector<Vec3> corners(6);
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Vec3& x = cells.seed[i];

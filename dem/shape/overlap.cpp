@@ -159,7 +159,11 @@ Overlap wrench_of(Body& a, Body& b, double slack) {
   };
   for (int n = 0; n < k.count_b; ++n) add(b, k.of_b[static_cast<std::size_t>(n)]);
   for (int n = 0; n < k.count_a; ++n) add(a, k.of_a[static_cast<std::size_t>(n)]);
-  if (!(volume > 0)) return out;
+  for (int n = 0; n < k.count_a; ++n) {
+    const Part& part = k.of_a[static_cast<std::size_t>(n)];
+    out.area += part.moments.area * a.plane[part.face].normal;
+  }
+  if (!(volume > 0 && volume > thin * slack * out.area.norm())) return {};
   const Vec3 centre = first / volume;  // from k.origin, as all that follows
   const Plane i = shallowest(a, k.origin + centre), j = shallowest(b, k.origin + centre);
   const Vec3 slope = -(i.normal + j.normal);
@@ -171,10 +175,6 @@ Overlap wrench_of(Body& a, Body& b, double slack) {
     const Vec3& normal = b.plane[part.face].normal;
     force += (level * m.area + slope.dot(m.first)) * normal;
     moment += (level * m.first + m.second * slope).cross(normal);
-  }
-  for (int n = 0; n < k.count_a; ++n) {
-    const Part& part = k.of_a[static_cast<std::size_t>(n)];
-    out.area += part.moments.area * a.plane[part.face].normal;
   }
   // A closed surface has no area vector: one hull is in the other.
   const double area2 = std::max(out.area.squaredNorm(), 1e-300);

@@ -25,6 +25,10 @@ struct Overlap {
 /// so much, so that such a face is told once.
 inline constexpr double flush = 1e-12;
 
+/// Bodies press from a mean depth (volume over area) of so many flush distances on: where the middle of a thinner
+/// overlap lies, round-off says.
+inline constexpr double thin = 16;
+
 /// By the polygons of the faces, clipped one by one: the measure of the kernel for it (contact/hull_overlaps.hpp).
 /// `search`: a unit vector from A to B, as good as is known; it decides what is looked at, not what is found.
 Overlap overlap_by_faces(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& search);

@@ -37,17 +37,30 @@ TEST_CASE("hexagonal prisms: volume and moments of the polygon; each meets six o
   const SolidMoments one = moments_of(cells.body[0]);
   CHECK(std::abs(one.volume - 0.6495190528) < 1e-9);
   CHECK(std::abs(one.second(0, 0) + one.second(1, 1) - 0.0676582) < 1e-6);
-  std::size_t whole = 0;
-  for (std::size_t i = 0; i < cells.seed.size(); ++i) {
-    whole += cells.partner[i].size() == 8;
-    for (const auto& face : cells.body[i].face) {
-      if (face.tag < 0) continue;
-      const Vec3 to = cells.seed[cells.partner[i][static_cast<std::size_t>(face.tag)].cell] - cells.seed[i];
-      CHECK((to.normalized() - face.normal).norm() < 1e-12);
-      CHECK(std::abs(0.5 * to.norm() - (face.offset - face.normal.dot(cells.seed[i]))) < 1e-12);
+  const auto surrounded = [](const VoronoiCells& all, std::size_t by) {  // and partners lie across the faces
+    std::size_t whole = 0;
+    for (std::size_t i = 0; i < all.seed.size(); ++i) {
+      whole += all.partner[i].size() == by;
+      for (const auto& face : all.body[i].face) {
+        if (face.tag < 0) continue;
+        const Vec3 to = all.seed[all.partner[i][static_cast<std::size_t>(face.tag)].cell] - all.seed[i];
+        CHECK((to.normalized() - face.normal).norm() < 1e-12);
+        CHECK(std::abs(0.5 * to.norm() - (face.offset - face.normal.dot(all.seed[i]))) < 1e-12);
+      }
     }
-  }
-  CHECK(whole == 3 * 4);  // inner columns, inner rows, the middle layer
+    return whole;
+  };
+  CHECK(surrounded(cells, 8) == 3 * 4);  // inner columns, inner rows, the middle layer
+  // Within a circle, about a prism in its middle: all centres up to seven widths away (Saleme 2016's disc). The corners
+  // furthest out are 7 widths and 5 sides away, of twelve prisms that a hair less room leaves out.
+  const double side = 0.57, room = 2 * std::sqrt(7 * 7 * 3 + 5.0 * 5) * side;
+  const VoronoiCells disc = hexagonal_prisms(Vec3(room, room, 5), side, 5, 0, true);
+  REQUIRE(disc.seed.size() == 187);
+  CHECK(surrounded(disc, 6) == 139);
+  Vec3 middle = Vec3::Zero();
+  for (const Vec3& x : disc.seed) middle += x / 187;
+  CHECK((middle - Vec3(0.5 * room, 0.5 * room, 2.5)).norm() < 1e-12);
+  CHECK(hexagonal_prisms(Vec3(room, room, 5) * (1 - 1e-6), side, 5 * (1 - 1e-6), 0, true).seed.size() == 175);
   const Model model = rock(elastic());
   const State tight = state_of_cells(model, cells);
   const State loose = state_of_cells(model, hexagonal_prisms(Vec3(5, 5, 3), 0.5, 1, 0.1));
