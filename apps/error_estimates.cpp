@@ -3,19 +3,17 @@
 
 #include <cmath>
 
-#include "dem/contact/forces.hpp"
-
 namespace grus::app {
 
-void ErrorEstimates::add(const dem::State& state, const dem::Measurement& m) {
+void ErrorEstimates::add(const dem::State& state, const dem::Survey& m) {
   energy.add(std::abs(dem::energy_error(state.ledger, m.kinetic + m.elastic)));
   unbalanced.add(m.unbalanced_force);
-  overlap.add(dem::deepest_contact(state.grains, state.contacts).ratio);
+  overlap.add(m.deepest.ratio);
   if (m.volume <= 0) return;
   const double wall = m.wall_stress.trace() / 3;
   largest_wall = std::max(largest_wall, std::abs(wall));
   if (wall != 0) wall_minus_cell.add(std::abs(wall - m.stress.trace() / 3) / largest_wall);
-  pressure_scatter.add(dem::pressure_scatter(state, m.volume));
+  pressure_scatter.add(m.pressure_scatter);
 }
 
 nlohmann::json ErrorEstimates::json(const dem::State& state) const {

@@ -21,11 +21,11 @@ struct Estimate {
 struct ErrorEstimates {
   Estimate energy, unbalanced, overlap;  // |energy_error|; unbalanced force; overlap / radius of the deepest contact
   Estimate wall_minus_cell;   // of a box's pressure: |wall force / area - Love-Weber| / largest wall pressure so far
-  Estimate pressure_scatter;  // standard error of the mean pressure, relative: see dem::pressure_scatter
+  Estimate pressure_scatter;  // standard error of the mean pressure, relative: see dem::Survey
 
   double largest_wall = 0;  // Pa
 
-  void add(const dem::State& state, const dem::Measurement& m);
+  void add(const dem::State& state, const dem::Survey& m);
   nlohmann::json json(const dem::State& state) const;
 
   template <class A, class E>

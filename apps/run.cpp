@@ -164,14 +164,18 @@ void History::add(const std::vector<double>& row) {
 }
 
 void History::restore(const std::string& text, std::size_t rows) {
-  text_ = text;
+  text_ = text, written_ = 0;
   rows_ = rows;
 }
 
 void History::save(double seconds) {
   if (clock_.wall() - saved_ < seconds) return;
-  dem::write_whole(path_, text_);
-  saved_ = clock_.wall();
+  std::error_code none;
+  if (written_ == 0 || std::filesystem::file_size(path_, none) != written_)  // at first, or others have been at it
+    dem::write_whole(path_, text_);
+  else
+    dem::append(path_, written_, std::string_view(text_).substr(written_));
+  written_ = text_.size(), saved_ = clock_.wall();
 }
 
 nlohmann::json provenance() {

@@ -64,7 +64,7 @@ class History {
 public:
   History(std::string path, std::vector<std::string> columns);
   void add(const std::vector<double>& row);
-  /// Writes the file if the last time is longer ago than `seconds`.
+  /// Brings the file up to date if the last time is longer ago than `seconds`: whole at first, then at its end.
   void save(double seconds = 0);
   /// What was kept of an earlier part of the run.
   void restore(const std::string& text, std::size_t rows);
@@ -77,7 +77,7 @@ private:
   std::string path_, text_;
   std::vector<std::string> columns_;
   std::vector<double> last_;
-  std::size_t rows_ = 0;
+  std::size_t rows_ = 0, written_ = 0;
   Clock clock_;
   double saved_ = -1e9;
 };

@@ -71,7 +71,7 @@ RveRun::RveRun(const Options& options, RveScene& scene, dem::Team& team, dem::St
       progress_(options.quiet) {
   course_.initial_cell = state_.boundary.cell.vectors, course_.initial_size = scene.test.loading.initial_size;
   if (options.resume) take_up(kept);
-  now_ = dem::measure(scene.model, state_);
+  now_ = dem::survey(scene.model, state_, team_);
   saved_ = clock.wall(), earlier_ = course_.wall;
 }
 
@@ -131,8 +131,8 @@ bool RveRun::go_to_row(std::uint64_t row, double until) {
         dem::load(scene_.model, state_, scene_.test.loading, until, team_, [&](double) { return show(), !due(); });
     course_.grain_steps += static_cast<double>(state_.steps - before) * static_cast<double>(state_.grains.size());
     if (there) {
-      now_ = dem::measure(scene_.model, state_);
-      dem::check_sanity(scene_.model, state_);
+      now_ = dem::survey(scene_.model, state_, team_);
+      dem::check_sanity(scene_.model, state_, now_.kinetic + now_.elastic, now_.deepest);
       write_row();
       axial_ = axial_stress(scene_, state_, now_);
       error_ = dem::energy_error(state_.ledger, now_.kinetic + now_.elastic);

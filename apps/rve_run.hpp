@@ -68,7 +68,7 @@ private:
   const Clock& clock_;
   double ready_;
   dem::State state_;
-  dem::Measurement now_;  // of the last row
+  dem::Survey now_;  // of the last row
   History history_;
   GrainFrames frames_;
   GradingStates gradings_;

@@ -17,7 +17,7 @@ dem::State prepare_sample(RveScene& scene, dem::Team& team, const StageWatch& wa
   dem::State state = scene.state;
   if (scene.preparation) {
     const auto make_laws = [](dem::Model& of) {
-      dem::make_pair_laws(of);
+      dem::renew_friction(of);
       if (std::all_of(of.damping.begin(), of.damping.end(), [](double d) { return d == 0; }))
         dem::set_damping(of, 0.3);  // a sample must come to rest
     };

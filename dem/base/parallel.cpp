@@ -2,6 +2,7 @@
 #include "dem/base/parallel.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -18,7 +19,8 @@ void relax(int& spins) {
   }
 }
 
-Team::Team(int threads) {
+Team::Team(int threads) : seats_(std::make_unique<Seat[]>(static_cast<std::size_t>(std::max(threads, 1)))) {
+  habits_.reserve(32);  // of all kinds of work there are some fifteen
   try {
     for (int rank = 1; rank < threads; ++rank) workers_.emplace_back([this, rank] { work(rank); });
   } catch (const std::system_error& e) {
@@ -45,28 +47,61 @@ void Team::piece(int rank) const {
   if (begin < end) call_(context_, begin, end);
 }
 
-void Team::run(Call call, void* context, std::size_t n) {
-  call_ = call;
-  context_ = context;
-  n_ = n;
-  pending_.store(static_cast<int>(workers_.size()), std::memory_order_relaxed);
+Habit& Team::habit_of(Call call) {
+  for (auto& [known, habit] : habits_)
+    if (known == call) return habit;
+  return habits_.emplace_back(call, Habit{}).second;
+}
+
+void Team::run(Call call, void* context, std::size_t n, std::size_t work) {
+  call_ = call, context_ = context, n_ = n;
+  if (work == 0) return run_helped();
+  using Clock = std::chrono::steady_clock;
+  Habit& habit = habit_of(call);
+  const auto begin = Clock::now();
+  if (habit.helped())
+    run_helped();
+  else
+    run_alone();
+  habit.note(std::chrono::duration<double>(Clock::now() - begin).count(), static_cast<double>(work));
+}
+
+void Team::run_alone() {
+  for (int rank = 0; rank < threads(); ++rank) piece(rank);
+}
+
+void Team::run_helped() {
+  const std::uint64_t round = 4 * (round_.load(std::memory_order_relaxed) + 1);
+  const std::size_t others = workers_.size();
+  for (std::size_t k = 0; k < others; ++k) seats_[k].state.store(round + Seat::open, std::memory_order_release);
   round_.fetch_add(1, std::memory_order_release);
   round_.notify_all();
   piece(0);
-  for (int spins = 0; pending_.load(std::memory_order_acquire) > 0;) relax(spins);
+  for (std::size_t k = 0; k < others; ++k) {
+    auto& state = seats_[k].state;
+    std::uint64_t open = round + Seat::open;
+    if (state.compare_exchange_strong(open, round + Seat::done, std::memory_order_acquire))
+      piece(static_cast<int>(k) + 1);  // it has not come
+    else
+      for (int spins = 0; state.load(std::memory_order_acquire) != round + Seat::done;) relax(spins);
+  }
 }
 
 void Team::work(int rank) {
-  unsigned seen = 0;
+  auto& state = seats_[static_cast<std::size_t>(rank) - 1].state;
+  std::uint64_t seen = 0;
   while (true) {
-    for (int spins = 0, waits = 0; round_.load(std::memory_order_acquire) == seen;) {
+    std::uint64_t now = seen;
+    for (int spins = 0, waits = 0; (now = round_.load(std::memory_order_acquire)) == seen;) {
       relax(spins);
-      if (spins == 0 && ++waits > 200) round_.wait(seen, std::memory_order_acquire);  // idle between stages
+      if (spins == 0 && ++waits > 50) round_.wait(seen, std::memory_order_acquire);  // idle for some milliseconds
     }
-    ++seen;
+    seen = now;
     if (stop_) return;
+    std::uint64_t open = 4 * seen + Seat::open;
+    if (!state.compare_exchange_strong(open, 4 * seen + Seat::taken, std::memory_order_acquire)) continue;
     piece(rank);
-    pending_.fetch_sub(1, std::memory_order_release);
+    state.store(4 * seen + Seat::done, std::memory_order_release);
   }
 }
 

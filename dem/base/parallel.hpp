@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // A team of threads for loops over grains and contacts. Ranges are cut at fixed blocks, and every
-// reduction is kept per block: the same bits for any number of threads.
+// reduction is kept per block: the same bits for any number of threads. Who has not begun when the caller is done is
+// not waited for: another program may hold its core.
 #pragma once
 
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <thread>
 #include <vector>
+
+#include "dem/base/habit.hpp"
 
 namespace grus::dem {
 
@@ -37,7 +41,7 @@ public:
       return;
     }
     run([](void* context, std::size_t b, std::size_t e) { (*static_cast<std::remove_reference_t<F>*>(context))(b, e); },
-        &f, n);
+        &f, n, n);
   }
 
   /// Calls f(begin, end, rank) for one piece of [0, n) a thread; returns when all are done. `load`: n + 1 running sums
@@ -60,7 +64,7 @@ public:
       if (begin < end) f(begin, end, static_cast<int>(rank));
     };
     run([](void* context, std::size_t b, std::size_t e) { (*static_cast<decltype(piece)*>(context))(b, e); }, &piece,
-        all * block_size);
+        all * block_size, n);
   }
   template <class F>
   void pieces(std::size_t n, F&& f) {
@@ -76,12 +80,16 @@ public:
     };
     if (workers_.empty() || n < 2) return take(0, 0);
     run([](void* context, std::size_t b, std::size_t e) { (*static_cast<decltype(take)*>(context))(b, e); }, &take,
-        block_size * static_cast<std::size_t>(threads()));
+        block_size * static_cast<std::size_t>(threads()), 0);
   }
 
 private:
   using Call = void (*)(void*, std::size_t, std::size_t);
-  void run(Call call, void* context, std::size_t n);
+  /// `work`: how much it is, if it is the same work every time; 0: who knows.
+  void run(Call call, void* context, std::size_t n, std::size_t work);
+  void run_alone();
+  void run_helped();
+  Habit& habit_of(Call call);
   void piece(int rank) const;
   void work(int rank);
   void send_home();
@@ -90,9 +98,15 @@ private:
   Call call_ = nullptr;
   void* context_ = nullptr;
   std::size_t n_ = 0;
-  alignas(64) std::atomic<unsigned> round_{0};
-  alignas(64) std::atomic<int> pending_{0};
+  alignas(64) std::atomic<std::uint64_t> round_{0};
+  /// Of each worker, 4 x round and how far its piece of that round is.
+  struct alignas(64) Seat {
+    static constexpr std::uint64_t open = 0, taken = 1, done = 2;
+    std::atomic<std::uint64_t> state{done};
+  };
+  std::unique_ptr<Seat[]> seats_;
   std::atomic<bool> stop_{false};
+  std::vector<std::pair<Call, Habit>> habits_;
 };
 
 }  // namespace grus::dem

@@ -12,7 +12,7 @@ HullPose pose_of(const Mat3& turn, const Vec3& shift, const Vec3& search) {
   for (Eigen::Index i = 0; i < 3; ++i)
     for (Eigen::Index j = 0; j < 3; ++j) pose.turn[3 * i + j] = turn(i, j);
   for (Eigen::Index k = 0; k < 3; ++k) pose.shift[k] = shift[k], pose.search[k] = search[k];
-  pose.flush = flush, pose.thin = thin;
+  pose.flush = flush_share, pose.thin = thin;
   return pose;
 }
 

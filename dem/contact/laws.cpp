@@ -33,11 +33,22 @@ double restitution_of(const ContactLaw& law, double dashpot) {
 
 double dashpot_for(const ContactLaw& law, double restitution) {
   if (restitution >= 1) return 0;
+  const auto too_bouncy = [&](double dashpot) { return restitution_of(law, dashpot) - restitution; };
   double low = 0, high = 1;
-  while (restitution_of(law, high) > restitution && high < 64) high *= 2;
+  while (too_bouncy(high) > 0 && high < 64) high *= 2;
+  // Secants say where it is; halving, which has no bad cases, asks near there alone.
+  double near = high, before = low, f_before = 1 - restitution;
+  for (int i = 0; i < 12; ++i) {
+    const double f = too_bouncy(near), slope = (f - f_before) / (near - before);
+    if (!(std::abs(f) > 1e-13) || !(slope < 0)) break;
+    before = near, f_before = f;
+    near = std::clamp(near - f / slope, low, high);
+  }
+  const bool found = std::abs(too_bouncy(near)) < 1e-11;
   for (int i = 0; i < 40; ++i) {
     const double mid = 0.5 * (low + high);
-    (restitution_of(law, mid) > restitution ? low : high) = mid;
+    const bool known = found && std::abs(mid - near) > 1e-8 * high;
+    ((known ? mid < near : too_bouncy(mid) > 0) ? low : high) = mid;
   }
   return 0.5 * (low + high);
 }

@@ -12,26 +12,54 @@
 
 namespace grus::dem {
 
+namespace {
+
+/// The first error of a series of calls.
+struct Faults {
+  int first = 0;
+  void check(bool good) {
+    if (!good && first == 0) first = errno != 0 ? errno : EIO;
+  }
+};
+
+void write_all(int file, std::string_view text, Faults& faults) {
+  while (faults.first == 0 && !text.empty()) {
+    const ssize_t some = ::write(file, text.data(), std::min(text.size(), std::size_t{1} << 30));
+    if (some < 0 && errno == EINTR) continue;
+    faults.check(some > 0);
+    if (some > 0) text.remove_prefix(static_cast<std::size_t>(some));
+  }
+}
+
+[[noreturn]] void cannot_write(const std::string& path, const Faults& faults) {
+  throw std::runtime_error(path + ": cannot write: " + std::strerror(faults.first));
+}
+
+}  // namespace
+
 void write_whole(const std::string& path, const std::string& text) {
   const std::string aside = path + ".new";
-  int fault = 0;
-  auto check = [&](bool good) {
-    if (!good && fault == 0) fault = errno != 0 ? errno : EIO;
-  };
+  Faults faults;
   const int file = ::open(aside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  check(file >= 0);
-  for (std::size_t at = 0; fault == 0 && at < text.size();) {
-    const ssize_t some = ::write(file, text.data() + at, std::min(text.size() - at, std::size_t{1} << 30));
-    if (some < 0 && errno == EINTR) continue;
-    check(some > 0);
-    at += some > 0 ? static_cast<std::size_t>(some) : 0;
-  }
-  if (fault == 0) check(::fsync(file) == 0 || errno == EINVAL);  // what cannot be synced (a pipe) needs no syncing
-  if (file >= 0) check(::close(file) == 0);
-  if (fault == 0) check(std::rename(aside.c_str(), path.c_str()) == 0);
-  if (fault == 0) return;
+  faults.check(file >= 0);
+  write_all(file, text, faults);
+  if (faults.first == 0)
+    faults.check(::fsync(file) == 0 || errno == EINVAL);  // what cannot be synced (a pipe) needs no syncing
+  if (file >= 0) faults.check(::close(file) == 0);
+  if (faults.first == 0) faults.check(std::rename(aside.c_str(), path.c_str()) == 0);
+  if (faults.first == 0) return;
   std::remove(aside.c_str());
-  throw std::runtime_error(path + ": cannot write: " + std::strerror(fault));
+  cannot_write(path, faults);
+}
+
+void append(const std::string& path, std::size_t size, std::string_view text) {
+  Faults faults;
+  const int file = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  faults.check(file >= 0);
+  write_all(file, text, faults);
+  if (faults.first != 0 && file >= 0 && ::ftruncate(file, static_cast<off_t>(size)) != 0) faults.check(false);
+  if (file >= 0) faults.check(::close(file) == 0);
+  if (faults.first != 0) cannot_write(path, faults);
 }
 
 }  // namespace grus::dem

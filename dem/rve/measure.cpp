@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/rve/measure.hpp"
 
+#include <algorithm>
 #include <array>
+#include <span>
 
 #include "dem/bond/kinds.hpp"
 #include "dem/bond/supports.hpp"
-#include "dem/contact/forces.hpp"
 #include "dem/fracture/grain_stress.hpp"
 
 namespace grus::dem {
@@ -68,16 +69,27 @@ double bulk_volume(const Boundary& boundary) {
   return v;
 }
 
-Mat3 love_weber(const State& s, double volume) {
-  Mat3 sum = Mat3::Zero();
-  if (volume <= 0) return sum;
-  for (std::size_t k = 0; k < s.contacts.size(); ++k)
-    if (s.contacts.contact.touching(k)) sum -= s.contacts.touch[k].force * branch(s, k).transpose();
+namespace {
+
+/// `virial`: of the contacts.
+Mat3 stress_of(const Mat3& virial, const State& s, double volume) {
+  Mat3 sum = virial;
+  if (volume <= 0) return Mat3::Zero();
   for_each_bond(
       s.bonds, [&](const auto& bond) { sum -= bond.force * branch(s.grains, s.boundary.cell, bond.ends).transpose(); });
   for (const FaceBond& bond : s.bonds.wall)
     sum -= bond.force * (s.grains.orientation[bond.ends.a] * bond.at_a).transpose();
   return 0.5 / volume * (sum + sum.transpose());
+}
+
+}  // namespace
+
+Mat3 love_weber(const State& s, double volume) {
+  Mat3 sum = Mat3::Zero();
+  if (volume <= 0) return sum;
+  for (std::size_t k = 0; k < s.contacts.size(); ++k)
+    if (s.contacts.contact.touching(k)) sum -= s.contacts.touch[k].force * branch(s, k).transpose();
+  return stress_of(sum, s, volume);
 }
 
 PartedStress parted_stress(const State& s) {
@@ -97,26 +109,6 @@ PartedStress parted_stress(const State& s) {
                 [&](const auto& bond) { sum.rest -= bond.force * branch(s.grains, cell, bond.ends).transpose(); });
   for (Mat3* m : {&sum.rest, &sum.dashpots}) *m = Mat3(0.5 / cell.volume() * (*m + m->transpose()));
   return sum;
-}
-
-double pressure_scatter(const State& s, double volume) {
-  if (volume <= 0 || s.grains.size() < 2) return 0;
-  std::vector<double> share(s.grains.size(), 0.0);
-  double sum = 0, squares = 0;
-  for (std::size_t k = 0; k < s.contacts.size(); ++k) {
-    if (!s.contacts.contact.touching(k)) continue;
-    const double carried = s.contacts.touch[k].force.dot(branch(s, k));
-    const Pair& p = s.contacts.pair[k];
-    sum += carried;
-    if (k >= s.contacts.begin[first_wall])
-      share[p.a] += carried;
-    else
-      share[p.a] += 0.5 * carried, share[p.b] += 0.5 * carried;
-  }
-  if (sum == 0) return 0;
-  const double n = static_cast<double>(share.size()), mean = sum / n;
-  for (const double v : share) squares += (v - mean) * (v - mean);
-  return std::sqrt(n / (n - 1) * squares) / std::abs(sum);
 }
 
 double mean_diameter(const Grains& g) {
@@ -147,56 +139,166 @@ double radial_stress(const State& s, double volume) {
 
 }  // namespace
 
-Measurement measure(const Model& model, const State& s) {
-  Measurement m;
-  m.volume = bulk_volume(s.boundary);
-  m.stress = love_weber(s, m.volume);
-  if (m.volume > 0 && !s.boundary.cell.periodic()) {
-    const Wall* round = cylinder(s.boundary);
-    const double radial = round ? radial_stress(s, m.volume) : 0;
-    for (int k = 0; k < 3; ++k) {
-      if (round && round->axis[k] == 0) {
-        m.wall_stress(k, k) = -radial;
-        continue;
-      }
-      const Faces of = faces(s.boundary, k);
-      // Mean of both faces; the force on the + wall points outward, along +k.
-      double force = 0;
-      for (std::size_t c = s.contacts.begin[first_wall]; c < s.contacts.size(); ++c) {
-        const std::size_t w = s.contacts.pair[c].b;
-        if (w == of.plus) force -= s.contacts.touch[c].force[k];
-        if (w == of.minus) force += s.contacts.touch[c].force[k];
-      }
-      if (!s.bonds.wall.empty()) force += (support_force(s.bonds, of.minus) - support_force(s.bonds, of.plus))[k];
-      m.wall_stress(k, k) = -0.5 * force * width(s.boundary, of, k) / m.volume;
-    }
+namespace {
+
+/// Sums are kept by so many contacts or grains, and added in order: the same bits for any number of threads, and those
+/// of one plain sum where there are no more.
+constexpr std::size_t chunk = 8192;
+
+struct ContactSums {
+  Mat3 virial = Mat3::Zero(), fabric = Mat3::Zero();
+  double force = 0, elastic = 0;
+  std::size_t touching = 0, ends = 0;
+  DeepestContact deepest;
+
+  void add(const ContactSums& o) {
+    virial += o.virial, fabric += o.fabric, force += o.force, elastic += o.elastic;
+    touching += o.touching, ends += o.ends;
+    if (o.deepest.ratio > deepest.ratio) deepest = o.deepest;
   }
-  double contact_force = 0;
-  std::size_t ends = 0;
+};
+
+struct GrainSums {
+  double resultant = 0, kinetic = 0, solid = 0;
+
+  void add(const GrainSums& o) { resultant += o.resultant, kinetic += o.kinetic, solid += o.solid; }
+};
+
+/// `carried`: by contact, force along the branch (N m), and the deepest overlap is looked for; empty: neither.
+template <class Law>
+ContactSums sum_contacts(const Law& law, const State& s, std::size_t begin, std::size_t end,
+                         std::span<double> carried) {
+  ContactSums sum;
+  for (std::size_t k = begin; k < end; ++k) {
+    if (!s.contacts.contact.touching(k)) continue;
+    const Touch& touch = s.contacts.touch[k];
+    const Vec3 l = branch(s, k);
+    const bool walled = k >= s.contacts.begin[first_wall];
+    sum.virial -= touch.force * l.transpose();
+    sum.fabric += touch.normal * touch.normal.transpose();
+    sum.force += touch.force.norm();
+    sum.elastic += elastic_energy(law, s.contacts.contact[k], touch);
+    ++sum.touching, sum.ends += walled ? 1u : 2u;
+    if (carried.empty()) continue;
+    carried[k] = touch.force.dot(l);
+    const Pair& p = s.contacts.pair[k];
+    double r = s.grains.extent[p.a].equivalent_radius;
+    if (!walled) r = std::min(r, s.grains.extent[p.b].equivalent_radius);
+    if (touch.overlap > sum.deepest.ratio * r) sum.deepest = {touch.overlap / r, k};
+  }
+  return sum;
+}
+
+GrainSums sum_grains(const Grains& g, std::size_t begin, std::size_t end) {
+  GrainSums sum;
+  for (std::size_t i = begin; i < end; ++i) {
+    sum.resultant += g.force[i].norm();
+    sum.kinetic += kinetic_energy(g, i);
+    sum.solid += g.extent[i].volume;
+  }
+  return sum;
+}
+
+/// f(begin, end) of all chunks, by whoever of the team has time, added in order.
+template <class Sums, class F>
+Sums in_chunks(std::size_t n, Team* team, F&& f) {
+  if (n <= chunk) return f(std::size_t{0}, n);
+  std::vector<Sums> part((n + chunk - 1) / chunk);
+  const auto one = [&](std::size_t c) { part[c] = f(c * chunk, std::min(n, (c + 1) * chunk)); };
+  if (team)
+    team->each(part.size(), one);
+  else
+    for (std::size_t c = 0; c < part.size(); ++c) one(c);
+  for (std::size_t c = 1; c < part.size(); ++c) part[0].add(part[c]);
+  return part[0];
+}
+
+Mat3 wall_stress(const State& s, double volume) {
+  Mat3 stress = Mat3::Zero();
+  const Wall* round = cylinder(s.boundary);
+  const double radial = round ? radial_stress(s, volume) : 0;
+  for (int k = 0; k < 3; ++k) {
+    if (round && round->axis[k] == 0) {
+      stress(k, k) = -radial;
+      continue;
+    }
+    const Faces of = faces(s.boundary, k);
+    // Mean of both faces; the force on the + wall points outward, along +k.
+    double force = 0;
+    for (std::size_t c = s.contacts.begin[first_wall]; c < s.contacts.size(); ++c) {
+      const std::size_t w = s.contacts.pair[c].b;
+      if (w == of.plus) force -= s.contacts.touch[c].force[k];
+      if (w == of.minus) force += s.contacts.touch[c].force[k];
+    }
+    if (!s.bonds.wall.empty()) force += (support_force(s.bonds, of.minus) - support_force(s.bonds, of.plus))[k];
+    stress(k, k) = -0.5 * force * width(s.boundary, of, k) / volume;
+  }
+  return stress;
+}
+
+/// Standard error of the mean pressure over its value, from what each contact carries.
+double scatter_of(const State& s, std::span<const double> carried) {
+  if (s.grains.size() < 2) return 0;
+  std::vector<double> share(s.grains.size(), 0.0);
+  double sum = 0, squares = 0;
   for (std::size_t k = 0; k < s.contacts.size(); ++k) {
     if (!s.contacts.contact.touching(k)) continue;
-    const Vec3& n = s.contacts.touch[k].normal;
-    ++m.contacts;
-    ends += k < s.contacts.begin[first_wall] ? 2u : 1u;
-    m.fabric += n * n.transpose();
-    contact_force += s.contacts.touch[k].force.norm();
+    const Pair& p = s.contacts.pair[k];
+    sum += carried[k];
+    if (k >= s.contacts.begin[first_wall])
+      share[p.a] += carried[k];
+    else
+      share[p.a] += 0.5 * carried[k], share[p.b] += 0.5 * carried[k];
   }
+  if (sum == 0) return 0;
+  const double n = static_cast<double>(share.size()), mean = sum / n;
+  for (const double v : share) squares += (v - mean) * (v - mean);
+  return std::sqrt(n / (n - 1) * squares) / std::abs(sum);
+}
+
+Measurement measured(const Model& model, const State& s, Team* team, std::span<double> carried,
+                     DeepestContact* deepest) {
+  Measurement m;
+  m.volume = bulk_volume(s.boundary);
+  const ContactSums contacts = std::visit(
+      [&](const auto& law) {
+        return in_chunks<ContactSums>(s.contacts.size(), team, [&](std::size_t begin, std::size_t end) {
+          return sum_contacts(law, s, begin, end, carried);
+        });
+      },
+      model.law);
+  const GrainSums grains = in_chunks<GrainSums>(
+      s.grains.size(), team, [&](std::size_t begin, std::size_t end) { return sum_grains(s.grains, begin, end); });
+  m.stress = stress_of(contacts.virial, s, m.volume);
+  if (m.volume > 0 && !s.boundary.cell.periodic()) m.wall_stress = wall_stress(s, m.volume);
   const double n = static_cast<double>(std::max<std::size_t>(s.grains.size(), 1));
-  if (m.contacts > 0) m.fabric /= static_cast<double>(m.contacts);
-  for (const FaceBond& bond : s.bonds.face.row) contact_force += bond.force.norm();  // as contacts do
-  for (const FaceBond& bond : s.bonds.wall) contact_force += bond.force.norm();
-  if (contact_force > 0) {
-    double resultant = 0;
-    for (const auto& f : s.grains.force) resultant += f.norm();
+  m.contacts = contacts.touching;
+  if (m.contacts > 0) m.fabric = contacts.fabric / static_cast<double>(m.contacts);
+  double force = contacts.force;
+  for (const FaceBond& bond : s.bonds.face.row) force += bond.force.norm();  // as contacts do
+  for (const FaceBond& bond : s.bonds.wall) force += bond.force.norm();
+  if (force > 0) {
     const auto links = static_cast<double>(m.contacts + s.bonds.face.row.size() + s.bonds.wall.size());
-    m.unbalanced_force = resultant / n / (contact_force / links);
+    m.unbalanced_force = grains.resultant / n / (force / links);
   }
-  m.coordination = static_cast<double>(ends) / n;
-  const double solid = solid_volume(s.grains);
-  if (m.volume > 0) m.solid_fraction = solid / m.volume, m.void_ratio = m.volume / solid - 1;
-  m.kinetic = kinetic_energy(s.grains);
-  m.elastic = elastic_energy(model.law, s.contacts) + stored_energy(s.bonds);
+  m.coordination = static_cast<double>(contacts.ends) / n;
+  if (m.volume > 0) m.solid_fraction = grains.solid / m.volume, m.void_ratio = m.volume / grains.solid - 1;
+  m.kinetic = grains.kinetic;
+  m.elastic = contacts.elastic + stored_energy(s.bonds);
+  if (deepest) *deepest = contacts.deepest;
   return m;
+}
+
+}  // namespace
+
+Measurement measure(const Model& model, const State& s) { return measured(model, s, nullptr, {}, nullptr); }
+
+Survey survey(const Model& model, const State& s, Team& team) {
+  std::vector<double> carried(s.contacts.size());
+  Survey all;
+  static_cast<Measurement&>(all) = measured(model, s, &team, carried, &all.deepest);
+  all.pressure_scatter = scatter_of(s, carried);
+  return all;
 }
 
 Mat6 contact_stiffness_tangent(const Model& model, const State& s) {

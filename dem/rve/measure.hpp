@@ -2,6 +2,8 @@
 // What a state says of the material: stress, density, fabric, quality of equilibrium.
 #pragma once
 
+#include "dem/base/parallel.hpp"
+#include "dem/contact/forces.hpp"
 #include "dem/rve/model.hpp"
 #include "dem/rve/state.hpp"
 
@@ -21,6 +23,16 @@ struct Measurement {
 
 Measurement measure(const Model& model, const State& state);
 
+/// What a row of results asks besides, all of it in one pass over the contacts and one over the grains.
+struct Survey : Measurement {
+  DeepestContact deepest;
+  /// Standard error of the mean pressure of this sample, relative to it, if its grains were independent draws: each
+  /// grain's share of the stress is half of what its contacts carry. Force chains make the true scatter larger,
+  /// equilibrium with the boundary smaller (docs/studies: cell size). 0 without pressure.
+  double pressure_scatter = 0;
+};
+Survey survey(const Model& model, const State& state, Team& team);
+
 /// Branch of pair k: from the centre of a to that of b, images included (m); of a contact with a wall the arm to it.
 Vec3 branch(const State& state, std::size_t pair);
 
@@ -36,11 +48,6 @@ struct PartedStress {
   Mat3 rest = Mat3::Zero(), dashpots = Mat3::Zero();
 };
 PartedStress parted_stress(const State& state);
-
-/// Standard error of the mean pressure of this sample, relative to it, if its grains were independent draws: each
-/// grain's share of the stress is half of what its contacts carry. Force chains make the true scatter larger,
-/// equilibrium with the boundary smaller (docs/studies: cell size). 0 without pressure.
-double pressure_scatter(const State& state, double volume);
 
 double bulk_volume(const Boundary& boundary);
 

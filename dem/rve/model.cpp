@@ -25,11 +25,19 @@ double restitution_of_pair(const Material& a, const Material& b) {
 
 }  // namespace
 
+void renew_friction(Model& model) {
+  const std::size_t n = model.materials.size();
+  model.damping.clear();
+  for (const Material& m : model.materials) model.damping.push_back(m.damping);
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j)
+      model.pairs[i * n + j].friction = friction_of(model.materials[i], model.materials[j]);
+}
+
 void make_pair_laws(Model& model) {
   const std::size_t n = model.materials.size();
   model.pairs.assign(n * n, {});
-  model.damping.clear();
-  for (const Material& m : model.materials) model.damping.push_back(m.damping);
+  renew_friction(model);
   std::map<double, double> dashpots;  // solved once for each restitution
   auto dashpot = [&](double e) {
     if (!dashpots.contains(e)) dashpots[e] = dashpot_for(model.law, e);
@@ -47,7 +55,6 @@ void make_pair_laws(Model& model) {
       };
       PairLaw& p = model.pairs[i * n + j];
       const bool rigid_a = std::isinf(a.youngs_modulus), rigid_b = std::isinf(b.youngs_modulus);
-      p.friction = friction_of(a, b);
       p.dashpot = dashpot(restitution_of_pair(a, b));
       if (std::holds_alternative<HertzMindlin>(model.law)) {
         const double c = compliance(a) + compliance(b), s = shear_compliance(a) + shear_compliance(b);

@@ -107,6 +107,9 @@ struct Model {
 /// NaN.
 void make_pair_laws(Model& model);
 
+/// Of pairs that are there: their friction and the damping alone, once these have changed in the materials.
+void renew_friction(Model& model);
+
 /// The same local damping for the grains of all materials.
 void set_damping(Model& model, double damping);
 

@@ -66,14 +66,16 @@ double stored_energy(const Model& model, const State& state) {
 }
 
 void check_sanity(const Model& model, const State& state) {
-  const double stored = stored_energy(model, state);
+  check_sanity(model, state, stored_energy(model, state), deepest_contact(state.grains, state.contacts));
+}
+
+void check_sanity(const Model& model, const State& state, double stored, const DeepestContact& deepest) {
   if (!std::isfinite(stored) && state.steps == 0)
     throw Unstable(
         "energy is not finite at the start: some size, stiffness, density or speed of the scene is out of all bounds");
   if (!std::isfinite(stored))
     throw Unstable(
         fmt::format("energy is not finite at t = {:.6g} s (step {}): lower numerics.safety", state.time, state.steps));
-  const DeepestContact deepest = deepest_contact(state.grains, state.contacts);
   if (deepest.ratio > model.overlap_limit()) {
     const Pair& p = state.contacts.pair[deepest.pair];
     const bool wall = deepest.pair >= state.contacts.begin[first_wall];

@@ -2,6 +2,7 @@
 // What is done to a state between runs of steps, and asked of it.
 #pragma once
 
+#include "dem/contact/forces.hpp"
 #include "dem/rve/stepper.hpp"
 
 namespace grus::dem {
@@ -17,5 +18,7 @@ double stored_energy(const Model& model, const State& state);
 
 /// Throws Unstable if the overlap or energy error has passed the model's bounds, or a number is not finite.
 void check_sanity(const Model& model, const State& state);
+/// The same where the stored energy (J) and the deepest contact are known.
+void check_sanity(const Model& model, const State& state, double stored, const DeepestContact& deepest);
 
 }  // namespace grus::dem

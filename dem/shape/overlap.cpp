@@ -248,7 +248,7 @@ Overlap overlap_by_faces(const HullView& a, const HullView& b, const Mat3& turn,
   Body of_a(a.vertex, a.plane, a.begin, a.loop, a.faces), of_b(vertex.data(), plane.data(), b.begin, b.loop, b.faces);
   find_near(of_a, along_a.data(), lowest, 1);
   find_near(of_b, along_b.data(), highest, -1);
-  return wrench_of(of_a, of_b, flush * (std::abs(highest) + shift.norm()));
+  return wrench_of(of_a, of_b, flush_share * (std::abs(highest) + shift.norm()));
 }
 
 Overlap overlap_with_plane(const HullView& a, const Plane& wall, double radius) {
@@ -269,7 +269,7 @@ Overlap overlap_with_plane(const HullView& a, const Plane& wall, double radius) 
   Body of_a(a.vertex, a.plane, a.begin, a.loop, a.faces), of_b(corner.data(), &wall, begin.data(), loop.data(), 1);
   find_near(of_a, along.data(), -wall.offset, 1);
   of_b.count = 1;
-  return wrench_of(of_a, of_b, flush * radius);
+  return wrench_of(of_a, of_b, flush_share * radius);
 }
 
 }  // namespace grus::dem

@@ -23,7 +23,7 @@ struct Overlap {
 
 /// Points within this share of the hulls' size lie in a plane. Faces of A and B in one plane: B counts as the larger by
 /// so much, so that such a face is told once.
-inline constexpr double flush = 1e-12;
+inline constexpr double flush_share = 1e-12;
 
 /// Bodies press from a mean depth (volume over area) of so many flush distances on: where the middle of a thinner
 /// overlap lies, round-off says.

@@ -107,7 +107,7 @@ TEST_CASE("error estimates are of the last row and of the worst, and each is wha
   ErrorEstimates e;
   uneven.ledger.work = 0.3 * stored_energy(model, uneven);  // not accounted for
   even.ledger.work = -0.1 * stored_energy(model, even);
-  for (const State* s : {&even, &uneven, &even}) e.add(*s, measure(model, *s));
+  for (const State* s : {&even, &uneven, &even}) e.add(*s, survey(model, *s, team));
   const auto json = e.json(even);
   CHECK(json["worst_energy_error"] == Approx(0.3).epsilon(1e-9));
   CHECK(e.energy.last == Approx(0.1).epsilon(1e-9));
@@ -138,7 +138,36 @@ TEST_CASE("error estimates are of the last row and of the worst, and each is wha
     share[k] = 2 * 4.0 / 3 * model.pairs[1].youngs * std::sqrt(radius) * std::pow(depth, 1.5) * (radius - 0.5 * depth);
   }
   const double mean = 0.5 * (share[0] + share[1]), deviation = (share[1] - share[0]) / std::sqrt(2.0);  // n - 1 = 1
-  CHECK(dem::pressure_scatter(two, 1) == Approx(deviation / std::sqrt(2.0) / mean).epsilon(1e-9));
+  CHECK(survey(model, two, team).pressure_scatter == Approx(deviation / std::sqrt(2.0) / mean).epsilon(1e-9));
+}
+
+TEST_CASE("what a row asks of many contacts at once is what each of them says, for any number of threads") {
+  const Model model = model_of(solid(60e9, 0.2, 2650));
+  Team one(1), two(2);
+  State s;
+  for (int i = 0; i < 18; ++i)
+    for (int j = 0; j < 18; ++j)
+      for (int k = 0; k < 18; ++k)
+        add(s, PolyEllipsoid::sphere(1e-3 * (1 + 1e-3 * ((3 * i + 5 * j + 7 * k) % 11))), 1.99e-3 * Vec3(i, j, k), 2650,
+            1e-3 * Vec3(i % 3, j % 5, k % 7));
+  s.boundary.cell.vectors = 1.99e-3 * 18 * Mat3::Identity();
+  prepare(model, s, one);
+  REQUIRE(s.contacts.size() > 16384);
+  const dem::Survey now = survey(model, s, one), again = survey(model, s, two);
+  CHECK((now.stress - dem::love_weber(s, now.volume)).norm() < 1e-12 * now.stress.norm());
+  CHECK(now.elastic == Approx(elastic_energy(model.law, s.contacts)).epsilon(1e-12));
+  CHECK(now.kinetic == Approx(kinetic_energy(s.grains)).epsilon(1e-12));
+  CHECK(now.solid_fraction == Approx(solid_volume(s.grains) / now.volume).epsilon(1e-12));
+  const dem::DeepestContact deepest = dem::deepest_contact(s.grains, s.contacts);
+  CHECK((now.deepest.ratio == deepest.ratio && now.deepest.pair == deepest.pair));
+  std::size_t touching = 0;
+  for (std::size_t k = 0; k < s.contacts.size(); ++k) touching += s.contacts.contact.touching(k);
+  CHECK(now.contacts == touching);
+  CHECK(now.coordination == Approx(2.0 * static_cast<double>(touching) / 5832));
+  CHECK(std::abs(now.fabric.trace() - 1) < 1e-12);
+  CHECK((now.stress == again.stress && now.fabric == again.fabric && now.elastic == again.elastic));
+  CHECK((now.kinetic == again.kinetic && now.pressure_scatter == again.pressure_scatter));
+  CHECK(now.unbalanced_force == again.unbalanced_force);
 }
 
 TEST_CASE(

@@ -254,7 +254,7 @@ RVE_KEYS = [
     ("rollers", "loading.span", "z", "loading.axis=x", "loading.outer=3e-3", "loading.inner=1e-3"), ("rollers", "packing.clusters", 4), ("rollers", "packing.grains", "one", "packing.clusters="),
     ("rollers", "material.rock.bond.between", 1e6), ("rollers", "output.bursts", 1e-4),
     *[("plates", k, v) for k, v in (("boundary.bonded", "full"), ("loading.axis", "x"), ("loading.pressure", 4e6), ("loading.consolidation", 3e-5), ("loading.strain_rate", 10.0), ("loading.final_strain", 0.002))],
-    *[("prisms", "packing." + k, v) for k, v in (("side", 9e-4), ("thickness", 2e-3), ("gap", 0.0))], ("outline", "packing.prism.corners", "[[0, 0, 0], [0.006, 0, 0], [0, 0.005, 0]]"),
+    *[("prisms", "packing." + k, v) for k, v in (("side", 9e-4), ("thickness", 2e-3), ("gap", 0.0))], ("prisms", "packing.cylinder", "{ diameter = 9e-3, length = 2e-3 }", "packing.box="), ("outline", "packing.prism.corners", "[[0, 0, 0], [0.006, 0, 0], [0, 0.005, 0]]"),
     ("outline", "packing.prism.height", 0.002), ("egg", "packing.polyellipsoid.semi_axes", "[2e-3, 2e-3, 2e-3, 2e-3, 2e-3, 2e-3]"), *[("parents", "packing.parents." + k, v, *more) for k, v, *more in (("layers", "[1, 1, 1]"), ("radius.mean", 1.1e-3), ("seed", 5), ("radius.distribution", "uniform", "packing.parents.radius.mean=", "packing.parents.radius.min=9e-4",
                                                                        "packing.parents.radius.max=1e-3"), ("material", "nothing"), ("orientation", "aligned"),
                                                                       ("kind", "random", "packing.parents.layers=", "packing.parents.box=[5e-3,5e-3,5e-3]", "packing.parents.solid_fraction=0.3"))],
