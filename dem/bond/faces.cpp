@@ -19,14 +19,14 @@ Principal principal_of(double uu, double vv, double uv) {
 }
 
 /// Keeps what is inside a hull of the plane through `at` (its frame), once that is moved along its normal onto the
-/// hull's own face.
-void clip_by(const HullView& hull, Vec3 at, const Vec3& normal, const Vec3& e1, const Vec3& e2, FlatPolygon& p) {
+/// hull's own face. `outward`: the normal, out of this hull; a face on its other side may be as parallel.
+void clip_by(const HullView& hull, Vec3 at, const Vec3& outward, const Vec3& e1, const Vec3& e2, FlatPolygon& p) {
   int face = 0;
-  double most = -1;
+  double most = -INFINITY;
   for (int f = 0; f < hull.faces; ++f)
-    if (const double along = std::abs(hull.plane[f].normal.dot(normal)); along > most) most = along, face = f;
+    if (const double along = hull.plane[f].normal.dot(outward); along > most) most = along, face = f;
   const Plane& own = hull.plane[face];
-  at += (own.offset - own.normal.dot(at)) / own.normal.dot(normal) * normal;
+  at += (own.offset - own.normal.dot(at)) / own.normal.dot(outward) * outward;
   for (int f = 0; f < hull.faces; ++f) {
     const Plane& plane = hull.plane[f];
     if (f == face) continue;
@@ -58,7 +58,7 @@ FlatPolygon polygon_of(const Grains& g, const FaceBond& s, bool walled) {
   clip_by((*g.hulls)[g.hull[s.ends.a]], s.at_a, s.normal, s.e1, e2, p);
   if (walled) return p;
   const Quat to_b = s.rest;  // at rest, from the frame of a to that of b
-  clip_by((*g.hulls)[g.hull[s.ends.b]], s.at_b, to_b * s.normal, to_b * s.e1, to_b * e2, p);
+  clip_by((*g.hulls)[g.hull[s.ends.b]], s.at_b, -(to_b * s.normal), to_b * s.e1, to_b * e2, p);
   return p;
 }
 

@@ -2,6 +2,8 @@
 // Where planes cut hulls, and what parts of bonded faces carry.
 #include "dem/bond/faces.hpp"
 #include "dem/packing/cells.hpp"
+#include "dem/packing/prisms.hpp"
+#include "dem/rve/breakage.hpp"
 #include "dem/shape/section.hpp"
 #include "tests/bonded.hpp"
 #include "tests/hulls.hpp"
@@ -126,4 +128,31 @@ TEST_CASE("a bond in two parts resists any small motion as the whole did, whiche
     CHECK((first.second + second.second - whole.second).norm() < 1e-5 * whole.second.norm());
     CHECK(std::abs(part[0].area + part[1].area - b.area) < 1e-12);
   }
+}
+
+TEST_CASE(
+    "a prism cut a hair beside two opposite corners: pieces with two parallel faces know which one a bond is of") {
+  Model model = rock(elastic(0.4), 0.5);
+  FractureModel fracture;
+  fracture.criteria.emplace_back(Cleavage{.toughness = 1e30, .flaw = 1e-2});
+  fracture.splitter = Cut{false, 0};
+  model.materials[0].fracture = fracture;
+  Team team(1);
+  State s;
+  add_cells(model, hexagonal_prisms(Vec3(4, 4, 1), 0.5, 1, 0), 0, s);
+  prepare(model, s, team);
+  const Vec3 n(-0.5, std::sqrt(0.75), 0);  // across a corner, along two faces
+  std::size_t slivers = 0;
+  for (const double beside : {1e-5, -1e-5}) {
+    std::vector<Break> breaks;
+    for (std::size_t i = 0; i < 10; ++i)
+      breaks.push_back({i + (beside < 0 ? 10 : 0), {Mat3::Zero(), n, Vec3::Zero(), beside}});
+    apply_breaks(model, s, breaks, team);
+  }
+  REQUIRE(s.grains.size() > 30);
+  for (const FaceBond& b : s.bonds.face.row) {
+    CHECK(std::abs(moments_of(polygon_of(s.grains, b, false)).area - b.area) < 1e-12);
+    slivers += b.area < 1e-4;
+  }
+  CHECK(slivers > 5);
 }
