@@ -78,7 +78,23 @@ def block(tmp):
     need(rows[-1]["breakages"] > 0 and rows[-1]["mean_stress_zz_Pa"] < -1e6, f"block: {rows[-1]['breakages']} cuts at {rows[-1]['mean_stress_zz_Pa']}")
 
 
+def thesis(tmp):
+    """Saleme (2016): its study can run; a beam cracks from below between the inner rollers; prisms that lie flush on each other land."""
+    r = run(scene_tools.program(binaries, "grus-study"), os.path.join(shipped, "saleme2016", "all.toml"), "--check")
+    need(r.returncode == 0, f"study: {r.stderr}")
+    out = os.path.join(tmp, "bending")
+    r = run(rve, os.path.join(shipped, "saleme2016", "bending.toml"), "-o", out, "--quiet", "--set", "output.frames=0")
+    need(r.returncode == 0, f"bending: {r.stderr}")
+    bursts = json.load(open(os.path.join(out, "summary.json")))["bursts"]
+    need(bursts["first"]["y_m"] < 1e-3 and 5.5e-3 < bursts["first"]["x_m"] < 14.5e-3 and bursts["last"]["y_m"] > 2.4e-3, f"bending: {bursts['first']}, {bursts['last']}")
+    out = os.path.join(tmp, "stack")
+    r = run(rve, os.path.join(shipped, "saleme2016", "drop.toml"), "-o", out, "--quiet", *settings(["packing.box=[1.1e-3, 1.3e-3, 3e-3]", "loading.duration=0.11", "output.frames=0"]))
+    need(r.returncode == 0, f"stack: {r.stderr}")
+    need(max(abs(x["energy_error"]) for x in numbers(out)) < 0.02 and numbers(out)[-1]["damping_J"] > 0, "stack: energy")
+
+
 with tempfile.TemporaryDirectory() as folder:
+    thesis(folder)
     crush(folder)
     gate(folder)
     disc(folder)
