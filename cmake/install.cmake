@@ -4,7 +4,8 @@ include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 # What grus/rve.hpp and grus/scene.hpp need, and no more; tools/check_install.py compiles each alone.
 set(public_dem
-  base/error.hpp base/parallel.hpp base/random.hpp base/tensor.hpp base/watch.hpp contact/broad_phase.hpp
+  base/error.hpp base/habit.hpp base/parallel.hpp base/random.hpp base/tensor.hpp base/watch.hpp contact/broad_phase.hpp
+  contact/deepest_contact.hpp
   contact/laws.hpp contact/neighbours.hpp fracture/cleavage.hpp fracture/criteria.hpp fracture/fracture_model.hpp fracture/splitter.hpp
   kernel/sweep.hpp motion/integrate.hpp packing/cells.hpp packing/packing.hpp packing/voronoi.hpp
   rve/linear_response.hpp rve/loading.hpp rve/measure.hpp rve/model.hpp rve/rve.hpp rve/state.hpp rve/step.hpp

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "dem/contact/deepest_contact.hpp"
 #include "dem/contact/pair_kinds.hpp"
 
 namespace grus::dem {

@@ -54,11 +54,4 @@ void book(const BlockEnergy& contacts, Ledger& ledger);
 /// Elastic energy of all contacts (J).
 double elastic_energy(const ContactLaw& law, const Contacts& contacts);
 
-/// Largest overlap relative to the smaller equivalent radius, and the pair that has it.
-struct DeepestContact {
-  double ratio = 0;
-  std::size_t pair = 0;
-};
-DeepestContact deepest_contact(const Grains& grains, const Contacts& contacts);
-
 }  // namespace grus::dem

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "dem/base/parallel.hpp"
-#include "dem/contact/forces.hpp"
+#include "dem/contact/deepest_contact.hpp"
 #include "dem/rve/model.hpp"
 #include "dem/rve/state.hpp"
 

@@ -2,7 +2,7 @@
 // What is done to a state between runs of steps, and asked of it.
 #pragma once
 
-#include "dem/contact/forces.hpp"
+#include "dem/contact/deepest_contact.hpp"
 #include "dem/rve/stepper.hpp"
 
 namespace grus::dem {
