@@ -329,7 +329,7 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
       {"newton_iterations", iterations_},         {"cutbacks", cutbacks_},   {"material_sweeps", sweeps_}};
   summary["errors"] = {{"worst_residual", worst_residual_}, {"worst_rve_energy_error", worst_energy_}};
   summary["seconds"] = {
-      {"preparation_wall", e.preparation}, {"solve_wall", e.wall - e.preparation}, {"cpu_rank0", Clock::cpu()}};
+      {"preparation_wall", e.preparation}, {"solve_wall", e.wall - e.preparation}, {"cpu_rank0", cpu_seconds()}};
   if (!contraction_.empty()) {
     double mean = 0;
     for (const double v : contraction_) mean += v / static_cast<double>(contraction_.size());

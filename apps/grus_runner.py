@@ -38,7 +38,8 @@ class Runner:
     def command(self, case, seed=None):
         settings = dict(case["set"])
         if seed is not None:
-            settings[self.seed_key] = seed
+            before = settings.get(self.seed_key)
+            settings[self.seed_key] = before + seed if isinstance(before, list) and isinstance(seed, list) else seed  # changes of a unit cell: both
         return [os.path.join(self.bins, case["program"]), case["scene"]] + [a for k, v in settings.items() for a in ("--set", f"{k}={toml_value(v)}")]
 
     def refusal(self, case):

@@ -99,7 +99,7 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
 
 std::string default_directory(const std::string& scene) { return std::filesystem::path(scene).stem().string(); }
 
-double Clock::cpu() {
+double cpu_seconds() {
   rusage use{};
   getrusage(RUSAGE_SELF, &use);
   return static_cast<double>(use.ru_utime.tv_sec + use.ru_stime.tv_sec) +

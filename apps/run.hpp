@@ -2,11 +2,12 @@
 // What every command shares: options, results folder, progress line, interruption, exit status.
 #pragma once
 
-#include <chrono>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
+
+#include "dem/base/clock.hpp"
 
 namespace grus::app {
 
@@ -30,15 +31,10 @@ std::string one_line(const std::string& text);
 /// True once Ctrl-C, SIGTERM or SIGHUP has been seen; the second one kills.
 bool interruption_asked();
 
-/// Seconds since some start.
-class Clock {
-public:
-  double wall() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-  static double cpu();
+using dem::Clock;
 
-private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
+/// CPU seconds of the process so far, all threads.
+double cpu_seconds();
 
 /// One live line on a terminal, a plain line every 5 % without.
 class Progress {

@@ -240,7 +240,7 @@ nlohmann::json RveRun::summary() const {
   if (scene_.output.bursts > 0) summary["bursts"] = bursts_json(scene_, state_);
   if (scene_.model.breakable()) summary["results"]["peak_before_breakage_Pa"] = course_.intact;
   summary["seconds"] = {
-      {"preparation_wall", ready_}, {"loading_wall", earlier_ + end_ - ready_}, {"cpu", Clock::cpu()}};
+      {"preparation_wall", ready_}, {"loading_wall", earlier_ + end_ - ready_}, {"cpu", cpu_seconds()}};
   return summary;
 }
 

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "dem/base/clock.hpp"
 #include "dem/base/error.hpp"
 #include "dem/io/archive.hpp"
 
@@ -72,6 +73,7 @@ void archive_outcome(A& a, O& o) {
   a.plain(r.haste);
   a.plain(r.inertial_number);
   a.text(r.failure);
+  a.plain(r.tangent_seconds);
   a.plain(o.seconds);
   a.plain(o.elastic);
   a.plain(o.given_up);
@@ -238,17 +240,20 @@ void RveFarm::drop(std::uint64_t slot) {
 
 std::vector<dem::Outcome> RveFarm::advance(const std::vector<dem::Task>& tasks) {
   std::vector<std::vector<std::size_t>> of(static_cast<std::size_t>(ranks_));
+  std::vector<double> telling(static_cast<std::size_t>(ranks_), 0);
   for (std::size_t i = 0; i < tasks.size(); ++i)
     of[static_cast<std::size_t>(homes_.at(tasks[i].slot).rank)].push_back(i);
   for (int r = 1; r < ranks_; ++r) {
     const auto& mine = of[static_cast<std::size_t>(r)];
     if (mine.empty()) continue;
+    const dem::Clock clock;
     Saver s;
     std::vector<std::uint64_t> slots;
     for (const auto i : mine) slots.push_back(tasks[i].slot);
     s.plain(Command::advance), s.column(slots);
     for (const auto i : mine) archive_task(s, tasks[i]);
     ask(r, s.take());
+    telling[static_cast<std::size_t>(r)] = clock.wall();
   }
   std::vector<dem::Outcome> outcomes(tasks.size());
   std::vector<dem::Task> own;
@@ -258,12 +263,19 @@ std::vector<dem::Outcome> RveFarm::advance(const std::vector<dem::Task>& tasks) 
   for (int r = 1; r < ranks_; ++r) {
     if (of[static_cast<std::size_t>(r)].empty()) continue;
     const std::string bytes = answer(r);
+    const dem::Clock clock;
     Loader in(bytes);
     for (const auto i : of[static_cast<std::size_t>(r)]) archive_outcome(in, outcomes[i]);
+    telling[static_cast<std::size_t>(r)] += clock.wall();
   }
   for (std::size_t i = 0; i < tasks.size(); ++i) {
-    homes_.at(tasks[i].slot).cost = outcomes[i].seconds;
-    if (costs_) *costs_ += fmt::format("{},{},{:.6g}\n", sweeps_, tasks[i].slot, outcomes[i].seconds);
+    Home& home = homes_.at(tasks[i].slot);
+    home.cost = outcomes[i].seconds;
+    const auto rank = static_cast<std::size_t>(home.rank);
+    if (costs_)
+      *costs_ += fmt::format("{},{},{},{:.6g},{:.6g},{},{:.6g}\n", sweeps_, tasks[i].slot, rank, outcomes[i].seconds,
+                             outcomes[i].response.tangent_seconds, outcomes[i].response.steps,
+                             telling[rank] / static_cast<double>(of[rank].size()));
   }
   ++sweeps_;
   return outcomes;

@@ -41,8 +41,9 @@ public:
   std::uint64_t moved() const { return moved_; }
   double cost(std::uint64_t slot) const { return homes_.at(slot).cost; }
   int ranks() const { return ranks_; }
-  /// From now on every advance notes what each RVE cost: lines "sweep,slot,seconds".
-  void record_costs() { costs_.emplace("sweep,slot,seconds\n"); }
+  /// From now on every advance notes what each RVE cost: its wall time on its rank, of that the tangent's, its DEM
+  /// steps, and the time that this rank spent to tell its rank and to read the answer (0: it lives here).
+  void record_costs() { costs_.emplace("sweep,slot,rank,seconds,tangent_seconds,steps,message_seconds\n"); }
   const std::optional<std::string>& costs() const { return costs_; }
 
 private:

@@ -2,6 +2,10 @@
 // Built once for each instruction set, with GRUS_LANES naming the namespace; see sphere_pass.cpp.
 #include "dem/kernel/sweep.hpp"
 
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
 namespace grus::dem {
 namespace {
 
@@ -16,13 +20,24 @@ struct [[gnu::packed,
 #define GRUS_ROW(p) (reinterpret_cast<RowAnywhere*>(p)->four)
 #define GRUS_ALL(x) (Four{(x), (x), (x), (x)})
 
-/// -damping |force| against the direction of the velocity: no axis is special. The fourths are not parts of either.
-GRUS_INLINE Four opposing(const Four& force, const Four& velocity, double damping) {
-  const Four ff = force * force, vv = velocity * velocity;
-  const double force2 = ff[0] + ff[1] + ff[2], speed2 = vv[0] + vv[1] + vv[2];
-  if (!(speed2 > 0)) return Four{0, 0, 0, 0};
-  const double share = damping * __builtin_sqrt(force2 / speed2);
-  return Four{-share, -share, -share, 0} * velocity;
+using Two = double __attribute__((vector_size(16)));
+#ifdef __SSE2__
+GRUS_INLINE Two roots(const Two& a) { return _mm_sqrt_pd(a); }
+#else
+GRUS_INLINE Two roots(const Two& a) { return Two{__builtin_sqrt(a[0]), __builtin_sqrt(a[1])}; }
+#endif
+
+/// -damping |force| against the direction of the velocity, and the same of the torque and the spin: no axis is special.
+/// Both in one division and one root, which are what a kick waits for.
+struct Against {
+  Four force, torque;
+};
+GRUS_INLINE Against opposing(const Four& force, const Four& velocity, const Four& torque, const Four& spin,
+                             double damping) {
+  const Four ff = force * force, vv = velocity * velocity, tt = torque * torque, ww = spin * spin;
+  const Two pull{ff[0] + ff[1] + ff[2], tt[0] + tt[1] + tt[2]}, speed{vv[0] + vv[1] + vv[2], ww[0] + ww[1] + ww[2]};
+  const Two some = -damping * roots(pull / speed), share = speed > 0 ? some : Two{};  // at rest there is no direction
+  return {Four{share[0], share[0], share[0], 0} * velocity, Four{share[1], share[1], share[1], 0} * spin};
 }
 
 template <bool damped, bool weighs, bool shears, bool close, bool open>
@@ -66,7 +81,7 @@ GRUS_INLINE SweepEnergy run(const SweepRows& s, std::size_t begin, std::size_t e
       Four f = force, t = torque;
       if constexpr (damped) {
         const double damping = s.damping[s.material[i]];
-        const Four df = opposing(force, shears ? Four(v - affine()) : v, damping), dt = opposing(torque, w, damping);
+        const auto [df, dt] = opposing(force, shears ? Four(v - affine()) : v, torque, w, damping);
         f = f + df, t = t + dt;
         viscous = viscous - GRUS_ALL(h) * (df * (v + GRUS_ALL(0.5 * kick) * f) + dt * w);
       }

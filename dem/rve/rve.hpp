@@ -37,6 +37,7 @@ struct Response {
   double haste = 0;  // J, so far: what of it is the price of the rate, not of the stress; where it is carried steadily
   double inertial_number = 0;  // of this advance, at the pressure at its end; where it is carried steadily
   int pieces = 1;              // that the increment was taken in
+  double tangent_seconds = 0;  // wall time, of the tangent
   std::string failure;         // why it is not stable
 };
 

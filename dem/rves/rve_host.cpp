@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <thread>
 
+#include "dem/base/clock.hpp"
 #include "dem/base/error.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/rve/measure.hpp"
@@ -140,12 +140,14 @@ Outcome RveHost::advance(Slot& s, const Task& task) const {
     if (i + 1 < task.path.size()) s.rve->commit();
   }
   out.response.steps = steps;
+  const Clock clock;
   if (task.sharp && out.response.stable) out.response.tangent = network_tangent(*model_, s.rve->trial());
   if (options_.tangent == TangentKind::perturbation && out.response.stable) {
     Team alone(1);
     out.response.tangent = perturbation_tangent(*model_, options_.quasi_static, s.rve->trial(), options_.perturbation,
                                                 options_.central, out.response.steps, alone);
   }
+  out.response.tangent_seconds += clock.wall();
   return out;
 }
 
@@ -160,14 +162,14 @@ std::vector<Outcome> RveHost::advance(const std::vector<Task>& tasks, const Watc
     const double part = static_cast<double>(begun++) / static_cast<double>(tasks.size());
     if (watch && std::this_thread::get_id() == asking && !stopped) stopped = !watch(part);
     if (stopped) return;
-    const auto begin = std::chrono::steady_clock::now();
+    const Clock clock;
     try {
       outcomes[k] = advance(*slots[k], tasks[k]);
     } catch (const std::exception& e) {  // must not leave a thread
       outcomes[k] = {};
       outcomes[k].response.failure = e.what();
     }
-    outcomes[k].seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    outcomes[k].seconds = clock.wall();
   });
   if (stopped) throw Interrupted("interrupted while RVEs advanced; the committed states stand");
   return outcomes;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Benchmarks: one table of measured figures, the peers' figures and the machine's limits.
+// Benchmarks: one table of measured figures and the machine's limits; peers.py compares.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,10 +18,13 @@ using namespace grus::bench;
 namespace {
 
 constexpr const char* usage =
-    "grus_bench [--out results.csv] [--peers peers.csv] [--large]   the table; --large: up to 1,000,000 grains (some "
+    "grus_bench [--out results.csv] [--large]                       the table; --large: up to 1,000,000 grains (some "
     "minutes)\n"
     "grus_bench --packing FILE STEPS [THREADS]                      one run on a packing (\"N L\", then \"x y z r\"), "
     "as RESULT line\n"
+    "grus_bench --shapes GRAINS STEPS                               the same on a dense cell of poly-ellipsoids\n"
+    "grus_bench --cell FILE INCREMENTS                              increments of 1e-3 of a cell (\"N\", its nine "
+    "numbers, then \"x y z r\")\n"
     "grus_bench --make-packing GRAINS FILE                          such a packing\n"
     "GRUS_LANES=1|4|8 in the environment chooses narrower kernels.\n";
 
@@ -43,8 +46,10 @@ struct Table {
 Row dense_row(const Sample& sample, std::size_t nominal, int threads, std::uint64_t steps) {
   double contacts = 0, best = 0;
   for (int repeat = 0; repeat < 3; ++repeat) {
-    const double took = seconds_of_steps(sample, steps, threads, 100, &contacts);
-    best = std::max(best, static_cast<double>(sample.state.grains.size()) * static_cast<double>(steps) / took / 1e6);
+    const Timed run = time_steps(sample, steps, threads, 100);
+    contacts = run.contacts;
+    best = std::max(best,
+                    static_cast<double>(sample.state.grains.size()) * static_cast<double>(steps) / run.seconds / 1e6);
   }
   Row row{fmt::format("dense spheres {}, {} thread{}", nominal, threads, threads > 1 ? "s" : ""), "10^6 grain-steps/s",
           best};
@@ -54,22 +59,6 @@ Row dense_row(const Sample& sample, std::size_t nominal, int threads, std::uint6
   return row;
 }
 
-/// "work,figure,who" lines.
-std::map<std::string, std::vector<std::pair<std::string, double>>> read_peers(const std::string& file) {
-  std::map<std::string, std::vector<std::pair<std::string, double>>> peers;
-  std::ifstream in(file);
-  std::string line;
-  while (std::getline(in, line)) {
-    std::istringstream cells(line);
-    std::string work, figure, who;
-    if (line.empty() || line[0] == '#' || line.starts_with("work;") || !std::getline(cells, work, ';') ||
-        !std::getline(cells, figure, ';') || !std::getline(cells, who))
-      continue;
-    peers[work].emplace_back(who, std::stod(figure));
-  }
-  return peers;
-}
-
 void time_all(Table& table, bool large) {
   std::map<std::size_t, Sample> boxes;
   for (const auto& [grains, steps] :
@@ -77,9 +66,10 @@ void time_all(Table& table, bool large) {
     boxes[grains] = boxed(make_packing(grains, 4.5));
     for (const int threads : {1, 2}) table.add(dense_row(boxes[grains], grains, threads, steps));
   }
-  double share = 0, contacts = 0;
-  seconds_of_steps(boxes[10000], 2000, 1, 100, &contacts, &share);
-  table.add({"neighbour rebuilds, dense spheres 10000, of the time", "%", 100 * share});
+  {
+    Timed run = time_steps(boxes[10000], 2000, 1, 100);
+    table.add({"neighbour rebuilds, dense spheres 10000, of the time", "%", 100 * share_of_lists(boxes[10000], run)});
+  }
   {
     double full = INFINITY, bare = INFINITY;
     Sample s = boxes[1000];
@@ -128,42 +118,52 @@ void time_all(Table& table, bool large) {
   }
   for (const double ratio : {3.0, 30.0}) {
     const Sample s = boxed(make_packing(20000, ratio));
-    double c = 0;
-    const double took = seconds_of_steps(s, 200, 1, 20, &c);
+    const Timed run = time_steps(s, 200, 1, 20);
     table.add({fmt::format("size ratio 1:{}, 20000 grains, a grain and step", ratio), "ns",
-               1e9 * took / (static_cast<double>(s.state.grains.size()) * 200)});
-    table.add({fmt::format("... its contacts a grain"), "", c});
+               1e9 * run.seconds / (static_cast<double>(s.state.grains.size()) * 200)});
+    table.add({fmt::format("... its contacts a grain"), "", run.contacts});
   }
 }
 
-int one_run(const std::string& file, std::uint64_t steps, int threads) {
-  const Sample sample = boxed(read_packing(file));
-  double contacts = 0, share = 0;
-  const double took = seconds_of_steps(sample, steps, threads, 100, &contacts, &share);
+int tell(const Sample& sample, std::uint64_t steps, int threads) {
+  Timed run = time_steps(sample, steps, threads, 200);
+  const auto work = static_cast<double>(sample.state.grains.size() * steps);
   fmt::print(
       "RESULT code=grus N={} steps={} threads={} wall={:.4f} psps={:.6g} contacts_a_grain={:.3f} rebuild_share={:.3f} "
-      "lanes={}\n",
-      sample.state.grains.size(), steps, threads, took, static_cast<double>(sample.state.grains.size() * steps) / took,
-      contacts, share, grus::dem::lanes());
+      "stress={:.6g} lanes={}\n",
+      sample.state.grains.size(), steps, threads, run.seconds, work / run.seconds, run.contacts,
+      steps > 0 ? share_of_lists(sample, run) : 0, run.stress, grus::dem::lanes());
+  return 0;
+}
+
+/// The default share of the critical step of a run (0.3), that of a unit cell, and the whole of it.
+int cell_run(const std::string& file, int count) {
+  const Sample sample = read_cell(file);
+  for (const double safety : {0.3, 0.7, 0.9}) {
+    const Path p = increments(sample, safety, count);
+    fmt::print("RESULT code=grus safety={:g} ms={:.3f} steps={:.1f} error={:.3g} stress={:.6g}\n", safety,
+               1e3 * p.seconds, p.steps, p.error, p.stress);
+  }
   return 0;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::string out, peers_file;
+  std::string out;
   bool large = false;
   for (int k = 1; k < argc; ++k) {
     if (!std::strcmp(argv[k], "--packing") && k + 2 < argc)
-      return one_run(argv[k + 1], std::stoul(argv[k + 2]), k + 3 < argc ? std::stoi(argv[k + 3]) : 1);
+      return tell(boxed(read_packing(argv[k + 1])), std::stoul(argv[k + 2]), k + 3 < argc ? std::stoi(argv[k + 3]) : 1);
+    if (!std::strcmp(argv[k], "--shapes") && k + 2 < argc)
+      return tell(celled(std::stoul(argv[k + 1]), true, 10e6), std::stoul(argv[k + 2]), 1);
+    if (!std::strcmp(argv[k], "--cell") && k + 2 < argc) return cell_run(argv[k + 1], std::stoi(argv[k + 2]));
     if (!std::strcmp(argv[k], "--make-packing") && k + 2 < argc)
       return write_packing(argv[k + 2], make_packing(std::stoul(argv[k + 1]), 4.5)), 0;
     if (!std::strcmp(argv[k], "--large"))
       large = true;
     else if (!std::strcmp(argv[k], "--out") && k + 1 < argc)
       out = argv[++k];
-    else if (!std::strcmp(argv[k], "--peers") && k + 1 < argc)
-      peers_file = argv[++k];
     else
       return fmt::print(stderr, "{}", usage), 2;
   }
@@ -177,8 +177,7 @@ int main(int argc, char** argv) {
   }
   time_all(table, large);
 
-  const auto peers = peers_file.empty() ? decltype(read_peers("")){} : read_peers(peers_file);
-  fmt::print("\n{:<72} {:>10} {:<20} {:>10} {:>7}  {}\n", "work", "figure", "unit", "limit", "of it", "peers (ratio)");
+  fmt::print("\n{:<72} {:>10} {:<20} {:>10} {:>7}\n", "work", "figure", "unit", "limit", "of it");
   std::ostringstream csv;
   csv << "work;figure;unit;machine limit\n";
   for (const auto& row : table.rows) {
@@ -189,14 +188,9 @@ int main(int argc, char** argv) {
       const int threads = row.work.find("2 threads") != std::string::npos ? 2 : 1;
       limit = 1e3 * threads / std::max(row.bytes / speed, row.flops / rate);
     }
-    std::string others;
-    if (const auto found = peers.find(row.work); found != peers.end())
-      for (const auto& [who, figure] : found->second)
-        others += fmt::format("{} {:.3g} ({:.1f} x)  ", who, figure,
-                              row.unit == "s" ? figure / row.value : row.value / figure);
-    fmt::print("{:<72} {:>10.4g} {:<20} {:>10} {:>7}  {}\n", row.work, row.value, row.unit,
+    fmt::print("{:<72} {:>10.4g} {:<20} {:>10} {:>7}\n", row.work, row.value, row.unit,
                limit > 0 ? fmt::format("{:.3g}", limit) : "",
-               limit > 0 ? fmt::format("{:.0f} %", 100 * row.value / limit) : "", others);
+               limit > 0 ? fmt::format("{:.0f} %", 100 * row.value / limit) : "");
     csv << fmt::format("{};{:.6g};{};{}\n", row.work, row.value, row.unit,
                        limit > 0 ? fmt::format("{:.6g}", limit) : "");
   }

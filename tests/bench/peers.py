@@ -1,8 +1,20 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Dense Hertz-Mindlin spheres in a box, the top wall coming down at 500/s: Grus, LIGGGHTS and Yade on the same packing, the
-same time step, one after the other, several times; medians.   peers.py GRUS_BENCH [results.csv] [repeats]
-Peers that are not installed are left out (Debian: liggghts, yade). One core each."""
+"""Grus beside LIGGGHTS, LAMMPS and Yade on the same work: the same grains, law and time step, one core each, in turn.
+
+  peers.py GRUS_BENCH GRUS_RVE [--out results.csv] [--repeats 5] [--only spheres|cell|shapes] [--sizes 1000,10000,50000]
+
+spheres   dense Hertz-Mindlin spheres in a box of walls, the top one coming down at 500/s. The loop's wall time is what each
+          program says of it; the loop's CPU time is a whole run less a run without those steps, for all alike; the whole
+          program's are those of its process, with its default output. Stress: of the sample when the loop ends.
+cell      a periodic cell that Yade packs at 1 MPa, then ten increments of 1e-3, each relaxed to an unbalanced force of 1e-3.
+shapes    216 superquadrics of LIGGGHTS (a build that has them: LIGGGHTS_SUPERQUADRIC=path), beside poly-ellipsoids.
+
+All figures are medians. Peers that are not installed are left out and named (Debian: liggghts, lammps, yade). `noise`: how much of the
+core other programs had."""
+import argparse
+import csv
+import json
 import os
 import re
 import shutil
@@ -10,120 +22,169 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
 
-bench, out, repeats = os.path.abspath(sys.argv[1]), sys.argv[2] if len(sys.argv) > 2 else None, int(sys.argv[3]) if len(sys.argv) > 3 else 3
-SIZES = {1000: 4000, 10000: 1000, 50000: 200}
-WARM, DT, RATE = 100, 2e-8, 500.0
+import peers_decks as decks
 
-
-def cpu(command, folder):
-    """User seconds of a command, and what it printed."""
-    before = os.times().children_user
-    r = subprocess.run(["taskset", "-c", "0"] + command, cwd=folder, capture_output=True, text=True, timeout=1800, env=dict(os.environ, OMP_NUM_THREADS="1"))
-    if r.returncode:
-        sys.exit(f"{command[0]}: exit {r.returncode}: {r.stderr[-500:]}{r.stdout[-500:]}")
-    return os.times().children_user - before, r.stdout
+PEERS = {"LIGGGHTS": "liggghts", "LAMMPS": "lmp", "Yade": "yade"}
+STEPS = {  # with the warm-up a multiple of the 200 rows that a run writes: each step is of the same length
+    1000: 4000, 10000: 2000, 50000: 600}
+CORE = "0"
 
 
-def read(packing):
-    lines = open(packing).read().split("\n")
-    n, size = lines[0].split()
-    return float(size), [tuple(map(float, x.split())) for x in lines[1:int(n) + 1]]
+class Run:
+    """One process on one core: what it printed, its wall, CPU and memory."""
+
+    def __init__(self, command, folder, core=CORE):
+        busy = self.busy(core)
+        with open(os.path.join(folder, "printed"), "w+") as out:
+            start = time.monotonic()
+            process = subprocess.Popen(["taskset", "-c", core] + command, cwd=folder, stdout=out, stderr=subprocess.STDOUT, env=dict(os.environ, OMP_NUM_THREADS="1", DISPLAY=""))
+            _, status, used = os.wait4(process.pid, 0)
+            self.wall = time.monotonic() - start
+            process.returncode = os.waitstatus_to_exitcode(status)
+            out.seek(0)
+            self.text = out.read()
+        if process.returncode:
+            sys.exit(f"{command[0]}: exit {process.returncode}: {self.text[-800:]}")
+        self.cpu, self.megabytes = used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
+        self.noise = max(0.0, (self.busy(core) - busy - self.cpu) / self.wall)
+
+    @staticmethod
+    def busy(core):
+        for line in open("/proc/stat"):
+            if line.startswith(f"cpu{core} "):
+                v = list(map(int, line.split()[1:9]))
+                return (sum(v) - v[3] - v[4]) / os.sysconf("SC_CLK_TCK")
+
+    def number(self, pattern):
+        return float(re.findall(pattern, self.text)[-1])
 
 
-def grus(packing, steps, folder):
-    text = subprocess.run(["taskset", "-c", "0", bench, "--packing", packing, str(steps)], capture_output=True, text=True, check=True).stdout
-    return float(re.search(r"psps=(\S+)", text).group(1))
+def grus_loop(packing, steps, folder, tools):
+    run = Run([tools.bench, "--packing", packing, str(steps)], folder)
+    return run, run.number(r"wall=(\S+)"), run.number(r"stress=(\S+)")
 
 
-def liggghts(packing, steps, folder):
-    """Two whole runs, with and without the steps: set-up drops out."""
-    size, grains = read(packing)
-    low, high, a, b = -0.1 * size, 1.1 * size, -0.05 * size, 1.05 * size
-    with open(os.path.join(folder, "data.in"), "w") as f:
-        f.write(f"packing\n\n{len(grains)} atoms\n1 atom types\n\n{low} {high} xlo xhi\n{low} {high} ylo yhi\n{low} {high} zlo zhi\n\nAtoms\n\n")
-        f.writelines(f"{i + 1} 1 {2 * r} 2650 {x} {y} {z}\n" for i, (x, y, z, r) in enumerate(grains))
-    with open(os.path.join(folder, "top.stl"), "w") as f:
-        f.write("solid top\n")
-        for corners in (((a, a), (b, a), (b, b)), ((a, a), (b, b), (a, b))):
-            f.write(" facet normal 0 0 1\n  outer loop\n" + "".join(f"   vertex {x} {y} {size}\n" for x, y in corners) + "  endloop\n endfacet\n")
-        f.write("endsolid top\n")
-    wall = "model hertz tangential history"
-    planes = "".join(f"fix p{k} all wall/gran {wall} primitive type 1 {n} {at}\n"
-                     for k, (n, at) in enumerate((("xplane", 0), ("xplane", size), ("yplane", 0), ("yplane", size), ("zplane", 0))))
-    with open(os.path.join(folder, "run.in"), "w") as f:
-        f.write(f"""atom_style granular
-atom_modify map array
-boundary f f f
-newton off
-communicate single vel yes
-units si
-hard_particles yes
-read_data data.in
-neighbor 1e-4 bin
-neigh_modify delay 0 every 1 check yes
-fix m1 all property/global youngsModulus peratomtype 60e9
-fix m2 all property/global poissonsRatio peratomtype 0.17
-fix m3 all property/global coefficientRestitution peratomtypepair 1 0.5
-fix m4 all property/global coefficientFriction peratomtypepair 1 0.5
-pair_style gran model hertz tangential history
-pair_coeff * *
-timestep {DT}
-fix top all mesh/surface/stress file top.stl type 1
-fix w all wall/gran {wall} mesh n_meshes 1 meshes top
-fix mv all move/mesh mesh top linear 0. 0. {-RATE * size}
-{planes}fix integ all nve/sphere
-thermo 1000000
-thermo_modify lost error norm no
-run {WARM}
-run ${{more}}
-""")
-    took = [cpu(["liggghts", "-in", "run.in", "-var", "more", str(s)], folder)[0] for s in (0, steps)]
-    return len(grains) * steps / (took[1] - took[0])
+def grus_program(packing, steps, folder, tools):
+    decks.grus(packing, steps, folder)
+    shutil.rmtree(os.path.join(folder, "out"), ignore_errors=True)
+    run = Run([tools.rve, "scene.toml", "-o", "out", "--quiet", "--threads", "1"], folder)
+    taken = json.load(open(os.path.join(folder, "out", "summary.json")))["counts"]["steps"]
+    if taken != steps + decks.WARM:
+        sys.exit(f"grus-rve took {taken} steps instead of {steps + decks.WARM}")
+    return run, None, None
 
 
-def yade(packing, steps, folder):
-    """Tuned: its automatic Verlet distance, as its manual advises for speed."""
-    script = os.path.join(folder, "run.py")
-    with open(script, "w") as f:
-        f.write(f"""
-import os
-from yade import utils
-lines = open({packing!r}).read().split(chr(10))
-n, size = lines[0].split(); n = int(n); size = float(size)
-m = O.materials.append(FrictMat(young=60e9, poisson=0.17, frictionAngle=atan(0.5), density=2650))
-for l in lines[1:n + 1]:
-    x, y, z, r = map(float, l.split())
-    O.bodies.append(utils.sphere((x, y, z), r, material=m))
-walls = [O.bodies.append(utils.wall(at, axis=k, sense=s, material=m)) for k in range(3) for s, at in ((1, 0.), (-1, size))]
-O.engines = [ForceResetter(), InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Wall_Aabb()], verletDist=-0.1, targetInterv=-1),
-  InteractionLoop([Ig2_Sphere_Sphere_ScGeom(), Ig2_Wall_Sphere_ScGeom()], [Ip2_FrictMat_FrictMat_MindlinPhys(en=0.5)], [Law2_ScGeom_MindlinPhys_Mindlin()]),
-  NewtonIntegrator(damping=0)]
-O.dt = {DT}
-O.bodies[walls[-1]].state.vel = (0, 0, -{RATE} * size)
-O.run({WARM}, True)
-start = os.times().user
-O.run({steps}, True)
-print('RESULT', n * {steps} / (os.times().user - start))
-""")
-    return float(re.search(r"RESULT (\S+)", cpu(["yade", "-n", "-x", "-j1", script], folder)[1]).group(1))
+def molecular(program):
+    def run_it(packing, steps, folder, tools):
+        (decks.liggghts if program == "liggghts" else decks.lammps)(packing, folder)
+        run = Run([program, "-in", "run.in", "-var", "more", str(steps)], folder)
+        return run, run.number(r"Loop time of (\S+) on"), run.number(r"(?m)^\s*\d+\s+(\S+)\s*\n(?:Loop)")
+    return run_it
 
 
-codes = [("Grus", grus)] + [(name, f) for name, f in (("LIGGGHTS", liggghts), ("Yade", yade)) if shutil.which(f.__name__)]
-lines = ["work;figure;who"]
-with tempfile.TemporaryDirectory() as folder:
-    for grains, steps in SIZES.items():
-        packing = os.path.join(folder, f"packing_{grains}.txt")
-        subprocess.run([bench, "--make-packing", str(grains), packing], check=True)
-        speed = {name: [] for name, _ in codes}
-        for _ in range(repeats):
-            for name, f in codes:
-                speed[name].append(f(packing, steps, folder) / 1e6)
-        for name, _ in codes:
-            median = statistics.median(speed[name])
-            ratio = statistics.median(speed["Grus"]) / median
-            print(f"dense spheres {grains}: {name:<9} {median:7.3f} million grain-steps/s   ({min(speed[name]):.3f} to {max(speed[name]):.3f})   Grus is {ratio:.1f} x", flush=True)
-            if name != "Grus":
-                lines.append(f"dense spheres {grains}, 1 thread;{median:.4g};{name}")
-if out:
-    open(out, "w").write("\n".join(lines) + "\n")
+def yade(packing, steps, folder, tools):
+    decks.yade(packing, steps, folder)
+    run = Run(["yade", "-n", "-x", "-j1", "run.py"], folder)
+    return run, run.number(r"RESULT (\S+)"), run.number(r"STRESS (\S+)")
+
+
+def middle(values):
+    return statistics.median(values)
+
+
+def spheres(tools, table):
+    codes = [("Grus, loop alone", grus_loop), ("Grus", grus_program)]
+    codes += [(name, yade if program == "yade" else molecular(program)) for name, program in PEERS.items() if name in tools.there]
+    for grains in tools.sizes:
+        steps = STEPS.get(grains, max(100, 20000000 // grains))
+        with tempfile.TemporaryDirectory() as folder:
+            packing = os.path.join(folder, "packing.txt")
+            subprocess.run([tools.bench, "--make-packing", str(grains), packing], check=True)
+            _, placed = decks.read(packing)
+            runs = {name: [] for name, _ in codes}
+            for _ in range(tools.repeats):
+                for name, code in codes:
+                    own = os.path.join(folder, name.replace(" ", "_"))
+                    os.makedirs(own, exist_ok=True)
+                    none = code(packing, 0, own, tools)[0] if name != "Grus" else None
+                    runs[name].append((none, *code(packing, steps, own, tools)))
+            work = len(placed) * steps / 1e6
+            loop_of = {name: middle([loop for _, _, loop, _ in rows]) for name, rows in runs.items() if name != "Grus"}
+            for name, rows in runs.items():
+                whole = {"wall s": middle([r.wall for _, r, _, _ in rows]), "CPU s": middle([r.cpu for _, r, _, _ in rows])}
+                line = {"work": f"dense spheres {grains}", "who": name, "program wall s": whole["wall s"], "program CPU s": whole["CPU s"], "MB": middle([r.megabytes for _, r, _, _ in rows]),
+                        "noise": max(r.noise for _, r, _, _ in rows)}
+                if name != "Grus":
+                    line["stress MPa"] = middle([s for _, _, _, s in rows]) / 1e6
+                    line["million grain-steps/s"] = work / loop_of[name]
+                    line["million grain-steps/CPU-s"] = work / middle([r.cpu - none.cpu for none, r, _, _ in rows])
+                    line["Grus is, loop"] = loop_of[name] / loop_of["Grus, loop alone"]
+                if name != "Grus, loop alone":
+                    line["Grus is, program"] = whole["wall s"] / middle([r.wall for _, r, _, _ in runs["Grus"]])
+                table(line)
+
+
+def cell(tools, table):
+    if "Yade" not in tools.there:
+        return
+    for grains in (400, 1000):
+        with tempfile.TemporaryDirectory() as folder:
+            decks.yade_cell(grains, folder)
+            yades = [Run(["yade", "-n", "-x", "-j1", "run.py"], folder) for _ in range(1 if grains > 400 else min(tools.repeats, 3))]
+            ours = [Run([tools.bench, "--cell", os.path.join(folder, "cell.txt"), "10"], folder) for _ in range(tools.repeats)]
+            yade_ms = middle([r.number(r"RESULT (\S+)") for r in yades])
+            name = f"increment of 1e-3, Yade's cell of {grains}"
+            table({"work": name, "who": "Yade", "ms": yade_ms, "steps": yades[0].number(r"STEPS (\S+)"), "stress MPa": yades[0].number(r"STRESS (\S+)") / 1e6})
+            for safety in re.findall(r"safety=(\S+)", ours[0].text):
+                def of(key):
+                    return [float(re.search(rf"safety={safety} .*{key}=(\S+)", r.text)[1]) for r in ours]
+                table({"work": name, "who": f"Grus, safety {safety}", "ms": middle(of("ms")), "steps": of("steps")[0], "stress MPa": of("stress")[0] / 1e6, "error": of("error")[0],
+                       "Grus is, loop": yade_ms / middle(of("ms"))})
+
+
+def shapes(tools, table):
+    program = os.environ.get("LIGGGHTS_SUPERQUADRIC")
+    ours = [Run([tools.bench, "--shapes", "1000", "2000"], tempfile.gettempdir()) for _ in range(tools.repeats)]
+    speed = middle([r.number(r"psps=(\S+)") for r in ours]) / 1e6
+    table({"work": "dense bodies", "who": "Grus, poly-ellipsoids", "million grain-steps/s": speed})
+    if not program:
+        return print("superquadrics are left out: Debian's liggghts is built without them (LIGGGHTS_SUPERQUADRIC=a build that has them)")
+    with tempfile.TemporaryDirectory() as folder:
+        decks.superquadrics(6, folder)
+        runs = [Run([program, "-in", "run.in", "-var", "more", "1000"], folder) for _ in range(tools.repeats)]
+        theirs = middle([216 * 1000 / r.number(r"Loop time of (\S+) on") for r in runs]) / 1e6
+        table({"work": "dense bodies", "who": "LIGGGHTS, superquadrics", "million grain-steps/s": theirs, "Grus is, loop": speed / theirs})
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("bench"), parser.add_argument("rve"), parser.add_argument("--out"), parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--only", choices=["spheres", "cell", "shapes"]), parser.add_argument("--sizes", default="1000,10000,50000")
+    tools = parser.parse_args()
+    tools.bench, tools.rve, tools.sizes = os.path.abspath(tools.bench), os.path.abspath(tools.rve), [int(n) for n in tools.sizes.split(",")]
+    tools.there = [name for name, program in PEERS.items() if shutil.which(program)]
+    for name in PEERS:
+        if name not in tools.there:
+            print(f"{name} is not installed and left out")
+    lines = []
+
+    def table(line):
+        lines.append(line)
+        print("  ".join(f"{k} {v:.4g}" if isinstance(v, float) else f"{v}" for k, v in line.items()), flush=True)
+        if not tools.out:
+            return
+        keys = list(dict.fromkeys(k for line in lines for k in line))
+        with open(tools.out, "w", newline="") as f:
+            writer = csv.DictWriter(f, keys, delimiter=";")
+            writer.writeheader()
+            writer.writerows({k: f"{v:.5g}" if isinstance(v, float) else v for k, v in line.items()} for line in lines)
+
+    for work in (spheres, cell, shapes):
+        if tools.only in (None, work.__name__):
+            work(tools, table)
+
+
+if __name__ == "__main__":
+    main()

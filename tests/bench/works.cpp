@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <fstream>
 #include <stdexcept>
@@ -93,11 +94,12 @@ Packing make_packing(std::size_t grains, double ratio) {
   set_damping(s.model, 0.3);
   Team team(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
   prepare(s.model, s.state, team);
+  const double pressed = 0.01;  // so little that 4 % more leave overlaps below a fifth of a radius
   Loading loading;
   loading.driven = true;
   for (auto& axis : loading.axes) axis.strain_rate = -2000;
   begin_loading(s.model, s.state, loading);
-  load(s.model, s.state, loading, s.state.time + 0.04 / 2000, team);
+  load(s.model, s.state, loading, s.state.time + pressed / 2000, team);
   for (auto& axis : loading.axes) axis.strain_rate = 0;
   begin_loading(s.model, s.state, loading);
   load(s.model, s.state, loading, s.state.time + 0.04 / 2000, team);  // comes to rest
@@ -174,27 +176,39 @@ double bytes_of(const Sample& sample) {
   return static_cast<double>(dem::bytes_of(s).size());
 }
 
-double seconds_of_steps(const Sample& sample, std::uint64_t steps, int threads, std::uint64_t warm, double* contacts,
-                        double* rebuild_share) {
+Timed time_steps(const Sample& sample, std::uint64_t steps, int threads, std::uint64_t warm) {
   Team team(threads);
-  State state = sample.state;
+  Timed out;
+  State& state = out.state = sample.state;
+  const double volume = state.boundary.walls.empty() ? 0 : std::pow(state.boundary.walls[1].point[0], 3);
   if (state.contacts.size() == 0) prepare(sample.model, state, team);
   run_steps(sample.model, state, warm, team);
-  const std::uint64_t built = state.reference.builds;
-  const double took = seconds([&] { run_steps(sample.model, state, steps, team); });
-  if (contacts)
-    *contacts = static_cast<double>(measure(sample.model, state).contacts) / static_cast<double>(state.grains.size());
-  if (rebuild_share) {
-    const double count = static_cast<double>(state.reference.builds - built);
-    double each = INFINITY;
-    for (int k = 0; k < 3; ++k)
-      each = std::min(each, seconds([&] {
-                        build_contacts(state.grains, state.boundary, state.skin, sample.model.materials.size(), {},
-                                       state.contacts, state.reference, team);
-                      }));
-    *rebuild_share = count * each / took;
-  }
-  return took;
+  state.reference.builds = 0;
+  out.seconds = seconds([&] {
+    if (steps > 0) run_steps(sample.model, state, steps, team);
+  });
+  out.contacts = static_cast<double>(measure(sample.model, state).contacts) / static_cast<double>(state.grains.size());
+  const Contacts& c = state.contacts;
+  for (std::size_t k = 0; k < c.begin[first_wall]; ++k)
+    if (volume > 0 && c.contact.touching(k)) out.stress += c.touch[k].force.z() * branch(state, k).z() / volume;
+  return out;
+}
+
+double seconds_of_steps(const Sample& sample, std::uint64_t steps, int threads, std::uint64_t warm) {
+  return time_steps(sample, steps, threads, warm).seconds;
+}
+
+double share_of_lists(const Sample& sample, Timed& run) {
+  Team team(1);
+  State& s = run.state;
+  const auto count = static_cast<double>(s.reference.builds);
+  double each = INFINITY;
+  for (int k = 0; k < 3; ++k)
+    each = std::min(each, seconds([&] {
+                      build_contacts(s.grains, s.boundary, s.skin, sample.model.materials.size(), {}, s.contacts,
+                                     s.reference, team);
+                    }));
+  return count * each / run.seconds;
 }
 
 double contact_nanoseconds(Sample& sample) {
@@ -251,6 +265,59 @@ Increment uniaxial_increment(const Sample& sample, double unbalanced, int count)
     const Response reference = deform(sample.model, strict, state, step, team);
     out.error += (r.stress - reference.stress).norm() / reference.stress.norm() / count;
   }
+  return out;
+}
+
+Sample read_cell(const std::string& file) {
+  std::ifstream in(file);
+  std::size_t n = 0;
+  Mat3 cell;
+  in >> n;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) in >> cell(i, j);
+  if (!in) throw std::runtime_error(file + ": no cell (\"N\", nine numbers, then \"x y z r\")");
+  Sample s{sand(), {}};
+  s.model.materials[0].restitution = 1;
+  set_damping(s.model, 0.2);
+  make_pair_laws(s.model);
+  for (std::size_t i = 0; i < n; ++i) {
+    Vec3 x;
+    double r;
+    if (!(in >> x[0] >> x[1] >> x[2] >> r))
+      throw std::runtime_error(fmt::format("{}: ends after {} of {} grains", file, i, n));
+    set_grain(s.state.grains, i, {.shape = PolyEllipsoid::sphere(r), .position = x, .density = 2650});
+  }
+  sort_in_space(s.state.grains);
+  s.state.boundary.cell.vectors = cell;
+  Team team(1);
+  prepare(s.model, s.state, team);
+  return s;
+}
+
+Path increments(const Sample& cell, double safety, int count) {
+  Team team(1);
+  Model model = cell.model;
+  const QuasiStatic usual, strict{.unbalanced_force = 1e-6, .stress_change = 1e-7, .max_hold = 400000};
+  dem::Increment step;
+  step.deformation(2, 2) = 1 - 1e-3;
+  State state = cell.state;
+  hold(model, strict, state, team);
+  std::vector<double> took;
+  Path out{0, 0, 0, 0};
+  for (int k = 0; k < count; ++k) {
+    model.numerics.safety = safety;
+    State trial = state;
+    Response r;
+    took.push_back(seconds([&] { r = deform(model, usual, trial, step, team); }));
+    if (!r.stable) throw std::runtime_error("increment: " + r.failure);
+    model.numerics.safety = cell.model.numerics.safety;
+    const Response closed = deform(model, strict, state, step, team);
+    out.steps += static_cast<double>(r.steps) / count;
+    out.error = std::max(out.error, (r.stress - closed.stress).norm() / closed.stress.norm());
+    out.stress = -r.stress(2, 2);
+  }
+  std::sort(took.begin(), took.end());
+  out.seconds = took[took.size() / 2];
   return out;
 }
 

@@ -48,8 +48,16 @@ double list_nanoseconds(const Sample& sample);
 /// Bytes of a prepared sample's state.
 double bytes_of(const Sample& sample);
 
-double seconds_of_steps(const Sample& sample, std::uint64_t steps, int threads, std::uint64_t warm,
-                        double* contacts = nullptr, double* rebuild_share = nullptr);
+/// Of some steps after a warm-up.
+struct Timed {
+  double seconds = 0, contacts = 0;  // a grain
+  double stress = 0;                 // Pa, compressive along z: pairs of grains alone, over the volume at the start
+  dem::State state;                  // at their end
+};
+Timed time_steps(const Sample& sample, std::uint64_t steps, int threads, std::uint64_t warm);
+double seconds_of_steps(const Sample& sample, std::uint64_t steps, int threads, std::uint64_t warm);
+/// Of the time of those steps: what making neighbour lists took.
+double share_of_lists(const Sample& sample, Timed& run);
 /// ns a touching pair in the contact pass alone.
 double contact_nanoseconds(Sample& sample);
 /// The loop of contact pass and sweep alone, nothing else asked: what a program without breakage, bonds and the rest
@@ -62,6 +70,17 @@ struct Increment {
   double seconds, steps, error;
 };
 Increment uniaxial_increment(const Sample& sample, double unbalanced, int count);
+
+/// A periodic cell as another program made it: "N", nine numbers of the cell's vectors by rows, then "x y z r"; no
+/// dashpots, local damping 0.2, friction 0.5.
+Sample read_cell(const std::string& file);
+/// `count` such increments one after the other at a share of the critical step, from the cell at rest: median seconds,
+/// mean steps, the largest error of an increment's stress against closure to 1e-6, and the last one's axial stress
+/// (Pa).
+struct Path {
+  double seconds, steps, error, stress;
+};
+Path increments(const Sample& cell, double safety, int count);
 
 /// Speed-up of two threads over one in advancing `count` cells by 1e-4 each.
 double farm_speed_up(const Sample& sample, std::size_t count);

@@ -138,10 +138,24 @@ def same_bits(tmp):
     for ranks in ("1", "2"):
         out = os.path.join(tmp, "r" + ranks)
         r = run("mpirun", "-n", ranks, bvp, os.path.join(shipped, "oedometer_block.toml"), "-o", out, "--threads", "1", "--quiet", "--set",
-                "boundary.0.displacement=['free','free',-1e-4]", "--set", "solve.increments=1", "--set", "rve.variants=2")
+                "boundary.0.displacement=['free','free',-1e-4]", "--set", "solve.increments=1", "--set", "rve.variants=2", "--set", "output.costs=true", "--set", "rve.tangent=network")
         need(r.returncode == 0, r.stderr)
+        costs, counts = list(csv.DictReader(open(os.path.join(out, "costs.csv")))), json.load(open(os.path.join(out, "summary.json")))["counts"]
+        need(len(costs) == counts["rves_advanced"] and sum(int(c["steps"]) for c in costs) == counts["dem_steps"], f"costs.csv: {len(costs)} rows, {counts}")
+        need({c["rank"] for c in costs} == {str(k) for k in range(int(ranks))}, "costs.csv: not on all ranks")
+        need(all((float(c["message_seconds"]) > 0) == (c["rank"] != "0") for c in costs), "costs.csv: messages are of other ranks alone")
+        need(all(0 < float(c["tangent_seconds"]) < float(c["seconds"]) for c in costs), "costs.csv: the tangent is a part of the evaluation")
         rows.append(without_wall(out))
     need(rows[0] == rows[1], "history.csv differs between 1 and 2 ranks")
+    for changes, safety in (([], 0.5), (["material.sand.fracture="], 0.7)):  # the step of a unit cell that does not say
+        steps = []
+        for said in ([], [f"numerics.safety={safety}"], ["numerics.safety=0.3"]):
+            out = os.path.join(tmp, "step")
+            r = run(bvp, os.path.join(shipped, "oedometer_block.toml"), "-o", out, "--force", "--threads", "2", "--quiet", "--set", "mesh.box.cells=[1,1,1]",
+                    "--set", "boundary.0.displacement=['free','free',-1e-4]", "--set", "solve.increments=1", "--set", f"rve.set={json.dumps(changes + said)}")
+            need(r.returncode == 0, r.stderr)
+            steps.append(json.load(open(os.path.join(out, "summary.json")))["counts"]["dem_steps"])
+        need(steps[0] == steps[1] < steps[2], f"DEM steps of a cell at its default, at safety {safety} and at 0.3: {steps}")
 
 
 GOLDEN = {  # scene, settings: short runs that pass through every technique

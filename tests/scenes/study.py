@@ -15,6 +15,7 @@ sys.path.insert(0, binaries)
 import grus_precision as precision  # noqa: E402
 import grus_study_report as report  # noqa: E402
 import grus_sweep as sweep  # noqa: E402
+from grus_runner import Runner  # noqa: E402
 from grus_study_reader import Refused, read_study  # noqa: E402
 
 faults = []
@@ -198,6 +199,11 @@ with tempfile.TemporaryDirectory() as tmp:
 # Seed by seed: what the seeds share drops out of a change, and not out of a mean.
 rows = sweep.judge({"quantity": "y", "at": 1.0}, [(k, {s: made_up(10.0 * s + 3 * k, 1.0) for s in (1, 2, 3)}) for k in (1, 2)])
 need(abs(rows[1]["change"] - 3 / 23) < 1e-12 and rows[1]["change_interval"] < 1e-12 and rows[1]["interval"] > 20, f"changes seed by seed: {rows[1]}")
+# A seed that is a list, of changes of a unit cell, joins those that a setting makes; any other takes its place.
+runner = Runner(".", "rve.set", "bin", {})
+case = {"program": "grus-bvp", "scene": "x.toml", "set": {"rve.set": ["numerics.safety=0.5"]}}
+need(runner.command(case, ["packing.seed=2"])[-1] == 'rve.set=["numerics.safety=0.5", "packing.seed=2"]', f"seeds that are lists: {runner.command(case, ['packing.seed=2'])}")
+need(runner.command(dict(case, set={"rve.set": 1}), 2)[-1] == "rve.set=2" and case["set"]["rve.set"] == ["numerics.safety=0.5"], "seeds that are numbers")
 for path in glob.glob(os.path.join(scenes, "*", "*.toml")):
     if "\n[study]" in open(path).read():
         try:
