@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <map>
 
@@ -223,13 +222,6 @@ void scale_strengths(RveScene& scene) {
   }
 }
 
-bool names_fracture(const toml::table& scene) {
-  const auto* materials = scene["material"].as_table();
-  return materials && std::any_of(materials->begin(), materials->end(), [](const auto& m) {
-           return m.second.is_table() && m.second.as_table()->contains("fracture");
-         });
-}
-
 RveScene read(const std::string& file, const std::vector<std::string>& overrides, bool unit_cell) {
   RveScene scene;
   scene.file = file;
@@ -240,10 +232,7 @@ RveScene read(const std::string& file, const std::vector<std::string>& overrides
   // shape.
   if (t.has("grain")) scene.model.numerics.safety = 0.02;
   scene.model.seed = static_cast<std::uint64_t>(t.integer_or("seed", 1, 0, 1L << 62));
-  // Unit cells are quasi-static: the share of the step that costs them no error (docs/studies/cell_step.txt), less
-  // where grains break, whose energy closes worse.
-  if (unit_cell) scene.model.numerics.safety = names_fracture(parsed) ? 0.5 : 0.7;
-  read_model(t, scene.model);
+  read_model(t, scene.model, unit_cell);
   if (auto loading = t.table_if("loading")) scene.scale = loading->number_or("scale", 1, dimension::none, {1e-6, 1e6});
   scale_strengths(scene);
   read_sample(t, scene);

@@ -99,7 +99,7 @@ RveScene read_rve_scene(const std::string& file, const std::vector<std::string>&
 RveScene read_unit_cell(const std::string& file, const std::vector<std::string>& overrides);
 
 /// All [material.*] tables and [numerics] into the model (pair laws are made by the caller, after walls are known).
-void read_model(Table& scene, dem::Model& model);
+void read_model(Table& scene, dem::Model& model, bool unit_cell);
 
 /// Quasi-static keys (strain_per_step, inertial_number, unbalanced_force, stress_change, pressure_floor, window,
 /// max_hold) of a table.

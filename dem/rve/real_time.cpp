@@ -46,7 +46,7 @@ Response respond_in_time(const Model& model, State& state, const Mat3& deformati
   response.steps = state.steps - first;
   response.breakages = state.ledger.breakages - broken;
   response.work = state.ledger.work;
-  if (tangent) response.tangent = contact_stiffness_tangent(model, state);
+  if (tangent) add_tangent(model, state, response);
   return response;
 }
 

@@ -55,6 +55,12 @@ Response hold(const Model& model, const QuasiStatic& o, State& state, Team& team
   }
 }
 
+void add_tangent(const Model& model, const State& state, Response& response) {
+  const Clock clock;
+  response.tangent = contact_stiffness_tangent(model, state);
+  response.tangent_seconds += clock.wall();
+}
+
 Response deform(const Model& model, const QuasiStatic& o, State& state, const Increment& increment, Team& team) {
   Mat3 r, u;
   polar(increment.deformation, r, u);
@@ -88,9 +94,7 @@ Response deform(const Model& model, const QuasiStatic& o, State& state, const In
   }
   response.steps = state.steps - first;
   response.breakages = state.ledger.breakages - broken;
-  const Clock clock;
-  response.tangent = contact_stiffness_tangent(model, state);
-  response.tangent_seconds = clock.wall();
+  add_tangent(model, state, response);
   return response;
 }
 
@@ -112,7 +116,7 @@ Response deform_in_pieces(const Model& model, const QuasiStatic& o, State& state
   if (response.stable && !r.isIdentity(1e-15)) {
     rotate(state, r);
     response.stress = love_weber(state, state.boundary.cell.volume());
-    response.tangent = contact_stiffness_tangent(model, state);
+    add_tangent(model, state, response);
   }
   response.steps = state.steps - first;
   response.breakages = state.ledger.breakages - broken;

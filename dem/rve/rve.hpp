@@ -52,6 +52,9 @@ struct Steady {
   std::uint64_t breakages = UINT64_MAX;  // when `inertia` was found; none: not yet
 };
 
+/// The contact-stiffness tangent of a response, and the time that it took.
+void add_tangent(const Model& model, const State& state, Response& response);
+
 /// Advances a state by an increment, quasi-statically. The deformation is F = R U: the cell is carried along U, with
 /// constant rate in the fixed frame, then everything is turned by R (objective exactly).
 Response deform(const Model& model, const QuasiStatic& options, State& state, const Increment& increment, Team& team);

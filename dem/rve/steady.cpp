@@ -50,7 +50,10 @@ Response respond_steadily(const Model& model, const QuasiStatic& o, State& state
   response.work = steady.work = state.ledger.work;
   response.haste = steady.haste;
   response.inertial_number = strain / duration * per_rate;
-  if (tangent) response.tangent = turned(contact_stiffness_tangent(model, state), steady.turn);
+  if (tangent) {
+    add_tangent(model, state, response);
+    response.tangent = turned(response.tangent, steady.turn);
+  }
   return response;
 }
 

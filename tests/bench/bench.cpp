@@ -94,7 +94,7 @@ void time_all(Table& table, bool large) {
   }
   for (const std::size_t grains : {400u, 1000u}) {
     const Sample cell = celled(grains, false, 1e6);
-    const Increment i = uniaxial_increment(cell, 1e-3, 6);
+    const Path i = increments(cell, cell.model.numerics.safety, 6);
     table.add({fmt::format("increment of 1e-3 to unbalanced 1e-3, cell of {} spheres", grains), "s", i.seconds});
     table.add({fmt::format("... its steps"), "steps", i.steps});
     table.add({fmt::format("... its stress against closure to 1e-6"), "relative error", i.error});

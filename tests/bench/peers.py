@@ -18,11 +18,11 @@ import json
 import os
 import re
 import shutil
-import statistics
 import subprocess
 import sys
 import tempfile
 import time
+from statistics import median
 
 import peers_decks as decks
 
@@ -90,10 +90,6 @@ def yade(packing, steps, folder, tools):
     return run, run.number(r"RESULT (\S+)"), run.number(r"STRESS (\S+)")
 
 
-def middle(values):
-    return statistics.median(values)
-
-
 def spheres(tools, table):
     codes = [("Grus, loop alone", grus_loop), ("Grus", grus_program)]
     codes += [(name, yade if program == "yade" else molecular(program)) for name, program in PEERS.items() if name in tools.there]
@@ -111,18 +107,18 @@ def spheres(tools, table):
                     none = code(packing, 0, own, tools)[0] if name != "Grus" else None
                     runs[name].append((none, *code(packing, steps, own, tools)))
             work = len(placed) * steps / 1e6
-            loop_of = {name: middle([loop for _, _, loop, _ in rows]) for name, rows in runs.items() if name != "Grus"}
+            loop_of = {name: median([loop for _, _, loop, _ in rows]) for name, rows in runs.items() if name != "Grus"}
             for name, rows in runs.items():
-                whole = {"wall s": middle([r.wall for _, r, _, _ in rows]), "CPU s": middle([r.cpu for _, r, _, _ in rows])}
-                line = {"work": f"dense spheres {grains}", "who": name, "program wall s": whole["wall s"], "program CPU s": whole["CPU s"], "MB": middle([r.megabytes for _, r, _, _ in rows]),
-                        "noise": max(r.noise for _, r, _, _ in rows)}
+                wholes = [r for _, r, _, _ in rows]
+                line = {"work": f"dense spheres {grains}", "who": name, "program wall s": median(r.wall for r in wholes), "program CPU s": median(r.cpu for r in wholes),
+                        "MB": median(r.megabytes for r in wholes), "noise": max(r.noise for r in wholes)}
                 if name != "Grus":
-                    line["stress MPa"] = middle([s for _, _, _, s in rows]) / 1e6
+                    line["stress MPa"] = median([s for _, _, _, s in rows]) / 1e6
                     line["million grain-steps/s"] = work / loop_of[name]
-                    line["million grain-steps/CPU-s"] = work / middle([r.cpu - none.cpu for none, r, _, _ in rows])
+                    line["million grain-steps/CPU-s"] = work / median([r.cpu - none.cpu for none, r, _, _ in rows])
                     line["Grus is, loop"] = loop_of[name] / loop_of["Grus, loop alone"]
                 if name != "Grus, loop alone":
-                    line["Grus is, program"] = whole["wall s"] / middle([r.wall for _, r, _, _ in runs["Grus"]])
+                    line["Grus is, program"] = line["program wall s"] / median([r.wall for _, r, _, _ in runs["Grus"]])
                 table(line)
 
 
@@ -132,29 +128,29 @@ def cell(tools, table):
     for grains in (400, 1000):
         with tempfile.TemporaryDirectory() as folder:
             decks.yade_cell(grains, folder)
-            yades = [Run(["yade", "-n", "-x", "-j1", "run.py"], folder) for _ in range(1 if grains > 400 else min(tools.repeats, 3))]
+            yades = [Run(["yade", "-n", "-x", "-j1", "run.py"], folder) for _ in range(tools.repeats)]
             ours = [Run([tools.bench, "--cell", os.path.join(folder, "cell.txt"), "10"], folder) for _ in range(tools.repeats)]
-            yade_ms = middle([r.number(r"RESULT (\S+)") for r in yades])
+            yade_ms = median([r.number(r"RESULT (\S+)") for r in yades])
             name = f"increment of 1e-3, Yade's cell of {grains}"
             table({"work": name, "who": "Yade", "ms": yade_ms, "steps": yades[0].number(r"STEPS (\S+)"), "stress MPa": yades[0].number(r"STRESS (\S+)") / 1e6})
             for safety in re.findall(r"safety=(\S+)", ours[0].text):
                 def of(key):
                     return [float(re.search(rf"safety={safety} .*{key}=(\S+)", r.text)[1]) for r in ours]
-                table({"work": name, "who": f"Grus, safety {safety}", "ms": middle(of("ms")), "steps": of("steps")[0], "stress MPa": of("stress")[0] / 1e6, "error": of("error")[0],
-                       "Grus is, loop": yade_ms / middle(of("ms"))})
+                table({"work": name, "who": f"Grus, safety {safety}", "ms": median(of("ms")), "steps": of("steps")[0], "stress MPa": of("stress")[0] / 1e6, "error": of("error")[0],
+                       "Grus is, loop": yade_ms / median(of("ms"))})
 
 
 def shapes(tools, table):
     program = os.environ.get("LIGGGHTS_SUPERQUADRIC")
     ours = [Run([tools.bench, "--shapes", "1000", "2000"], tempfile.gettempdir()) for _ in range(tools.repeats)]
-    speed = middle([r.number(r"psps=(\S+)") for r in ours]) / 1e6
+    speed = median([r.number(r"psps=(\S+)") for r in ours]) / 1e6
     table({"work": "dense bodies", "who": "Grus, poly-ellipsoids", "million grain-steps/s": speed})
     if not program:
         return print("superquadrics are left out: Debian's liggghts is built without them (LIGGGHTS_SUPERQUADRIC=a build that has them)")
     with tempfile.TemporaryDirectory() as folder:
         decks.superquadrics(6, folder)
         runs = [Run([program, "-in", "run.in", "-var", "more", "1000"], folder) for _ in range(tools.repeats)]
-        theirs = middle([216 * 1000 / r.number(r"Loop time of (\S+) on") for r in runs]) / 1e6
+        theirs = median([216 * 1000 / r.number(r"Loop time of (\S+) on") for r in runs]) / 1e6
         table({"work": "dense bodies", "who": "LIGGGHTS, superquadrics", "million grain-steps/s": theirs, "Grus is, loop": speed / theirs})
 
 

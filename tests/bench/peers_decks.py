@@ -82,30 +82,35 @@ run ${{more}}
 """
 
 
-def liggghts(packing, folder):
-    size, grains = read(packing)
-    write(folder, "data.in", data(grains, size, ""))
-    write(folder, "top.stl", plate("top", size, 2, size))
-    law = "model hertz tangential history"
-    planes = "".join(f"fix p{k} all wall/gran {law} primitive type 1 {plane} {at * size}\n" for k, (plane, at) in enumerate(SIDES))
-    write(folder, "run.in", f"""atom_style granular
+def opening(style, grains, modulus, law, step):
+    """Of a LIGGGHTS deck."""
+    return f"""atom_style {style}
 atom_modify map array
 boundary f f f
 newton off
 communicate single vel yes
 units si
 hard_particles yes
-read_data data.in
+{grains}
 neighbor 1e-4 bin
 neigh_modify delay 0 every 1 check yes
-fix m1 all property/global youngsModulus peratomtype 60e9
+fix m1 all property/global youngsModulus peratomtype {modulus}
 fix m2 all property/global poissonsRatio peratomtype 0.17
 fix m3 all property/global coefficientRestitution peratomtypepair 1 0.5
 fix m4 all property/global coefficientFriction peratomtypepair 1 0.5
 pair_style gran {law}
 pair_coeff * *
-timestep {DT}
-fix top all mesh/surface/stress file top.stl type 1
+timestep {step}
+"""
+
+
+def liggghts(packing, folder):
+    size, grains = read(packing)
+    write(folder, "data.in", data(grains, size, ""))
+    write(folder, "top.stl", plate("top", size, 2, size))
+    law = "model hertz tangential history"
+    planes = "".join(f"fix p{k} all wall/gran {law} primitive type 1 {plane} {at * size}\n" for k, (plane, at) in enumerate(SIDES))
+    write(folder, "run.in", f"""{opening("granular", "read_data data.in", 60e9, law, DT)}fix top all mesh/surface/stress file top.stl type 1
 fix w all wall/gran {law} mesh n_meshes 1 meshes top
 fix mv all move/mesh mesh top linear 0. 0. {-RATE * size}
 {planes}compute st all stress/atom pair
@@ -215,25 +220,7 @@ def superquadrics(along, folder):
     dense = (along ** 3 * 8 * axes[0] * axes[1] * axes[2] * 0.75 / 0.62) ** (1 / 3)
     low, high, law = -0.2 * size, 1.2 * size, "model hertz tangential history surface superquadric"
     draw = random.Random(1)
-    text = f"""atom_style superquadric
-atom_modify map array
-boundary f f f
-newton off
-communicate single vel yes
-units si
-hard_particles yes
-region reg block {low} {high} {low} {high} {low} {high} units box
-create_box 1 reg
-neighbor 1e-4 bin
-neigh_modify delay 0 every 1 check yes
-fix m1 all property/global youngsModulus peratomtype 6e9
-fix m2 all property/global poissonsRatio peratomtype 0.17
-fix m3 all property/global coefficientRestitution peratomtypepair 1 0.5
-fix m4 all property/global coefficientFriction peratomtypepair 1 0.5
-pair_style gran {law}
-pair_coeff * *
-timestep {step}
-"""
+    text = opening("superquadric", f"region reg block {low} {high} {low} {high} {low} {high} units box\ncreate_box 1 reg", 6e9, law, step)
     places = [(x, y, z) for x in range(along) for y in range(along) for z in range(along)]
     for i, place in enumerate(places):
         x, y, z = ((c + 0.5) * size / along for c in place)

@@ -49,13 +49,8 @@ void add_box(State& state, double size) {
     }
 }
 
-}  // namespace
-
-Packing read_packing(const std::string& file) {
-  std::ifstream in(file);
-  std::size_t n = 0;
-  Packing p;
-  if (!(in >> n >> p.size)) throw std::runtime_error(file + ": no packing (\"N L\", then \"x y z r\")");
+/// "x y z r" of n grains.
+void read_grains(std::istream& in, const std::string& file, std::size_t n, Packing& p) {
   for (std::size_t i = 0; i < n; ++i) {
     Vec3 x;
     double r;
@@ -63,6 +58,22 @@ Packing read_packing(const std::string& file) {
       throw std::runtime_error(fmt::format("{}: ends after {} of {} grains", file, i, n));
     p.centre.push_back(x), p.radius.push_back(r);
   }
+}
+
+void put_grains(const Packing& p, State& state) {
+  for (std::size_t i = 0; i < p.radius.size(); ++i)
+    set_grain(state.grains, i, {.shape = PolyEllipsoid::sphere(p.radius[i]), .position = p.centre[i], .density = 2650});
+  sort_in_space(state.grains);
+}
+
+}  // namespace
+
+Packing read_packing(const std::string& file) {
+  std::ifstream in(file);
+  std::size_t n = 0;
+  Packing p;
+  if (!(in >> n >> p.size)) throw std::runtime_error(file + ": no packing (\"N L\", then \"x y z r\")");
+  read_grains(in, file, n, p);
   return p;
 }
 
@@ -121,10 +132,7 @@ Packing lattice(int layers) {
 Sample boxed(const Packing& p) {
   Sample s{sand(), {}};
   s.model.numerics.time_step = 2e-8;
-  for (std::size_t i = 0; i < p.radius.size(); ++i)
-    set_grain(s.state.grains, i,
-              {.shape = PolyEllipsoid::sphere(p.radius[i]), .position = p.centre[i], .density = 2650});
-  sort_in_space(s.state.grains);
+  put_grains(p, s.state);
   add_box(s.state, p.size);
   s.state.boundary.walls.back().velocity = Vec3(0, 0, -500 * p.size);
   return s;
@@ -246,28 +254,6 @@ double seconds_of_bare_steps(const Sample& sample, std::uint64_t steps) {
   });
 }
 
-Increment uniaxial_increment(const Sample& sample, double unbalanced, int count) {
-  Team team(1);
-  QuasiStatic strict;
-  strict.unbalanced_force = 1e-6, strict.stress_change = 1e-7;
-  QuasiStatic usual;
-  usual.unbalanced_force = unbalanced, usual.stress_change = unbalanced;
-  Increment out{0, 0, 0};
-  State state = sample.state;
-  for (int k = 0; k < count; ++k) {
-    dem::Increment step;
-    step.deformation(2, 2) = 1 - 1e-3;
-    State trial = state;
-    Response r;
-    out.seconds += seconds([&] { r = deform(sample.model, usual, trial, step, team); }) / count;
-    if (!r.stable) throw std::runtime_error("increment: " + r.failure);
-    out.steps += static_cast<double>(r.steps) / count;
-    const Response reference = deform(sample.model, strict, state, step, team);
-    out.error += (r.stress - reference.stress).norm() / reference.stress.norm() / count;
-  }
-  return out;
-}
-
 Sample read_cell(const std::string& file) {
   std::ifstream in(file);
   std::size_t n = 0;
@@ -280,14 +266,9 @@ Sample read_cell(const std::string& file) {
   s.model.materials[0].restitution = 1;
   set_damping(s.model, 0.2);
   make_pair_laws(s.model);
-  for (std::size_t i = 0; i < n; ++i) {
-    Vec3 x;
-    double r;
-    if (!(in >> x[0] >> x[1] >> x[2] >> r))
-      throw std::runtime_error(fmt::format("{}: ends after {} of {} grains", file, i, n));
-    set_grain(s.state.grains, i, {.shape = PolyEllipsoid::sphere(r), .position = x, .density = 2650});
-  }
-  sort_in_space(s.state.grains);
+  Packing p;
+  read_grains(in, file, n, p);
+  put_grains(p, s.state);
   s.state.boundary.cell.vectors = cell;
   Team team(1);
   prepare(s.model, s.state, team);
@@ -298,7 +279,7 @@ Path increments(const Sample& cell, double safety, int count) {
   Team team(1);
   Model model = cell.model;
   const QuasiStatic usual, strict{.unbalanced_force = 1e-6, .stress_change = 1e-7, .max_hold = 400000};
-  dem::Increment step;
+  Increment step;
   step.deformation(2, 2) = 1 - 1e-3;
   State state = cell.state;
   hold(model, strict, state, team);
@@ -329,7 +310,7 @@ double farm_speed_up(const Sample& sample, std::size_t count) {
     const double now = seconds([&] {
       farm.each(count, [&](std::size_t i) {
         Team own(1);
-        dem::Increment step;
+        Increment step;
         step.deformation(2, 2) = 1 - 1e-4 * (1 + 1e-4 * static_cast<double>(i));  // no two alike
         deform(sample.model, {}, cells[i], step, own);
       });

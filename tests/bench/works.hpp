@@ -64,13 +64,6 @@ double contact_nanoseconds(Sample& sample);
 /// would run.
 double seconds_of_bare_steps(const Sample& sample, std::uint64_t steps);
 
-/// One increment of 1e-3 (uniaxial) of a cell, closed to an unbalanced force: seconds, and the relative error of the
-/// stress against the same increment closed to 1e-6.
-struct Increment {
-  double seconds, steps, error;
-};
-Increment uniaxial_increment(const Sample& sample, double unbalanced, int count);
-
 /// A periodic cell as another program made it: "N", nine numbers of the cell's vectors by rows, then "x y z r"; no
 /// dashpots, local damping 0.2, friction 0.5.
 Sample read_cell(const std::string& file);
