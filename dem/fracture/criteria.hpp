@@ -26,9 +26,6 @@ concept GrainUnderLoad = requires(const G& grain, Index at) {
   grain.each_contact([](double /*force, N*/, double /*contact radius, m*/, Index /*at*/) {});
 };
 
-/// A utilisation below this may be told as anything from the true one to this.
-inline constexpr double far_from_failing = 0.3;
-
 /// sigma_1 = sigma_3 + s sqrt(m sigma_3 / s + 1), compression-positive (eq 14); s, the compressive strength, in Pa.
 /// Breaks across the most tensile direction.
 struct HoekBrown {
@@ -45,19 +42,8 @@ struct HoekBrown {
     return (s1 - s3) / (s * std::sqrt(root));
   }
 
-  /// No less than `utilisation`, at most 15 % more where the mean stress is small beside s / m, and no eigenvalues: a
-  /// principal stress is at most sqrt(2/3) of the deviator's norm from the mean.
-  double at_most(const Mat3& stress, double factor) const {
-    const double mean = stress.trace() / 3, s = factor * compressive_strength;
-    const double deviator = std::sqrt(std::max(0.0, stress.squaredNorm() - 3 * mean * mean));
-    const double root = 1 - m * (mean + std::sqrt(2.0 / 3) * deviator) / s;
-    return root > 0 ? std::sqrt(2.0) * deviator / (s * std::sqrt(root)) : INFINITY;
-  }
-
   double utilisation(const GrainUnderLoad auto& grain, double factor) const {
-    const Mat3 stress = grain.stress();
-    const double most = at_most(stress, factor);
-    return most < far_from_failing ? most : utilisation(stress, factor);
+    return utilisation(Mat3(grain.stress()), factor);
   }
   std::optional<Vec3> plane(const GrainUnderLoad auto&, double) const { return std::nullopt; }
 };

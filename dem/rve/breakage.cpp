@@ -222,8 +222,7 @@ std::vector<Break> find_breaks(const Model& model, State& state, Team& team) {
     double steps = every;
     for (std::size_t i = begin; i < end; ++i) {
       if (room[i] == bonded) continue;
-      const double before = g.utilisation[i] < far_from_failing ? 0 : g.utilisation[i];  // no more than it was
-      const double now = verdict_of(model, state, i).utilisation, rate = (now - before) / since;
+      const double now = verdict_of(model, state, i).utilisation, rate = (now - g.utilisation[i]) / since;
       if (now >= 1)
         room[i] = fails;
       else if (now + rate * every > 1 + overshoot)

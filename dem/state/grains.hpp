@@ -59,8 +59,8 @@ struct Grains {
   std::vector<Frame> frame;              // empty unless some grain is not a sphere
   std::vector<double> strength;          // factor on the characteristic strengths; empty without a fracture table
   std::vector<std::uint8_t> generation;  // splits since the start; empty without a fracture table
-  std::vector<double> utilisation;  // how near to failing at the last breakage test (below far_from_failing: or more
-                                    // than that), NaN: not tested yet; empty without a fracture table
+  std::vector<double> utilisation;  // how near to failing at the last breakage test, NaN: not tested yet; empty without
+                                    // a fracture table
   std::vector<std::uint64_t> born;  // step in which a fragment was made; empty unless some limit asks for rest
   std::vector<Quat> crystal;        // crystal -> geometry; empty unless some grain cleaves along planes of its crystal
   std::vector<Index> hull;          // row of `hulls`; empty unless all are hulls

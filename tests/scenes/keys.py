@@ -282,7 +282,7 @@ BVP_KEYS = [
     ("block", "rve.pressure_floor", 1e8), ("block", "rve.max_hold", 30, "rve.unbalanced_force=1e-9", "rve.stress_change=1e-9"), ("block", "probe.0.name", "other"), ("block", "probe.0.at", "[0, 0, 0]"), ("block", "probe.0.where", "z>0.01", "probe.0.at="),
     ("block", "probe.0.grading", "true"), ("block", "probe.0.frames", "true", "output.frames=1"), ("block", "solve.kind", "explicit-dynamic", "solve.duration=1e-6", "solve.increments=", "solve.tolerance=",
                                                                                                          "solve.displacement_tolerance=", "solve.max_iterations="),
-    ("block", "solve.increments", 3), ("block", "solve.tolerance", 0.5, "solve.displacement_tolerance=0.9"), ("block", "solve.displacement_tolerance", 0.9), ("block", "solve.max_cutbacks", 0, "solve.max_iterations=1"),
+    ("block", "solve.increments", 3), ("block", "solve.tolerance", 0.5, "solve.displacement_tolerance=0.9"), ("block", "solve.displacement_tolerance", 0.02), ("block", "solve.max_cutbacks", 0, "solve.max_iterations=1"),
     ("block", "solve.max_iterations", 1), ("block", "solve.acceleration", 0), ("block", "output.frames", 2), ("block", "output.costs", "true"),
     ("bar", "solve.duration", 2e-5), ("bar", "solve.safety", 0.4), ("bar", "solve.time_step", 1e-8), ("bar", "solve.linear_viscosity", 0.3), ("bar", "solve.quadratic_viscosity", 200.0),
     ("bar", "solve.max_energy_error", 1e-6, "solve.time_step=1e-7"), ("bar", "output.history_interval", 2e-6),
