@@ -71,12 +71,18 @@ public:
     pieces(n, {}, f);
   }
 
-  /// Calls f(i) for i in [0, n), handed out one by one: for few, long and uneven jobs.
+  /// Calls f(i) or f(i, rank) for i in [0, n), handed out one by one: for few, long and uneven jobs. No two calls of one
+  /// rank at a time.
   template <class F>
   void each(std::size_t n, F&& f) {
     std::atomic<std::size_t> next{0};
-    auto take = [&](std::size_t, std::size_t) {
-      for (std::size_t i = next++; i < n; i = next++) f(i);
+    auto take = [&](std::size_t b, std::size_t) {
+      for (std::size_t i = next++; i < n; i = next++) {
+        if constexpr (std::is_invocable_v<F, std::size_t, std::size_t>)
+          f(i, b / block_size);
+        else
+          f(i);
+      }
     };
     if (workers_.empty() || n < 2) return take(0, 0);
     run([](void* context, std::size_t b, std::size_t e) { (*static_cast<decltype(take)*>(context))(b, e); }, &take,

@@ -79,6 +79,7 @@ void archive_contacts(A& a, C& c) {
   a.column(c.touch);
   a.column(c.spot);
   a.plain(c.spots);
+  a.column(c.resting_normal);
   a.column(c.a);
   a.column(c.b);
   a.column(c.law);
@@ -175,6 +176,7 @@ void archive(A& a, S& s) {
   for (auto* v :
        {&s.steps, &s.next_estimate, &s.estimate_interval, &s.listed_at, &s.sorted, &s.tested_at, &s.next_test})
     a.plain(*v);
+  a.plain(s.resting);
 }
 
 inline std::string bytes_of(const State& state) {

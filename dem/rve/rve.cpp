@@ -10,6 +10,7 @@
 #include "dem/base/parallel.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/real_time.hpp"
+#include "dem/rve/resting.hpp"
 #include "dem/rve/steady.hpp"
 #include "dem/rve/step.hpp"
 
@@ -139,11 +140,14 @@ bool leaves_no_room(const Model& model, const State& s, double volume_ratio) {
 Rve::Rve(std::shared_ptr<const Model> model, QuasiStatic options, State state, const Steady& steady)
     : model_(std::move(model)), options_(options), committed_(std::move(state)), steady_(steady) {}
 
-Response Rve::advance(const Increment& increment) {
+Response Rve::advance(const Increment& increment, State& trial) {
   Team team(1);
   fresh_ = false;
   Response response;
-  if (const double ratio = increment.deformation.determinant(); leaves_no_room(*model_, committed_, ratio)) {
+  if (!committed_.resting) committed_ = at_rest(std::move(committed_));
+  trial = committed_;
+  awaken(*model_, trial, team);
+  if (const double ratio = increment.deformation.determinant(); leaves_no_room(*model_, trial, ratio)) {
     response.failure = fmt::format(
         "an increment to {:.3g} of the volume leaves no room for the grains, were they to overlap by {:.0f} % of a "
         "radius everywhere (numerics.max_overlap): take a smaller one",
@@ -152,37 +156,40 @@ Response Rve::advance(const Increment& increment) {
   }
   std::uint64_t spent = 0;
   for (const int pieces : {1, retry_pieces}) {
-    trial_ = committed_;
+    if (pieces > 1) trial = committed_, awaken(*model_, trial, team);
     try {
-      response = deform_in_pieces(*model_, options_, trial_, increment, pieces, team);
+      response = deform_in_pieces(*model_, options_, trial, increment, pieces, team);
     } catch (const Unstable& error) {
       response = {};
       response.failure = error.what();
     }
-    spent += trial_.steps - committed_.steps;
+    spent += trial.steps - committed_.steps;
     response.pieces = pieces;
     if (response.stable) break;
   }
   response.steps = spent;
-  fresh_ = true;
+  if (response.stable) next_ = at_rest(trial);
+  fresh_ = response.stable;
   return response;
 }
 
 Response Rve::advance_in_time(const Mat3& deformation, double duration, bool tangent) {
   Team team(1);
   fresh_ = false;
+  awaken(*model_, committed_, team);
   return respond_in_time(*model_, committed_, deformation, duration, tangent, team);
 }
 
 Response Rve::advance_steadily(const Mat3& deformation, bool tangent) {
   Team team(1);
   fresh_ = false;
+  awaken(*model_, committed_, team);
   return respond_steadily(*model_, options_, committed_, steady_, deformation, tangent, team);
 }
 
 void Rve::commit() {
   if (!fresh_) throw std::logic_error("Rve::commit without a fresh advance");
-  std::swap(committed_, trial_);
+  committed_ = std::move(next_);
   fresh_ = false;
 }
 

@@ -73,9 +73,14 @@ public:
   /// `state` must be prepared. The model is shared by all RVEs of a scene.
   Rve(std::shared_ptr<const Model> model, QuasiStatic options, State state, const Steady& steady = {});
 
-  /// Always starts from the committed state, so a refused iteration leaves no trace. An increment that fails is taken
-  /// once more in `retry_pieces` parts before it is refused.
-  Response advance(const Increment& increment);
+  /// Always starts from the committed state, which rests from then on, so a refused iteration leaves no trace. An
+  /// increment that fails is taken once more in `retry_pieces` parts before it is refused. `trial`: room; the state
+  /// that has been reached.
+  Response advance(const Increment& increment, State& trial);
+  Response advance(const Increment& increment) {
+    State trial;
+    return advance(increment, trial);
+  }
   static constexpr int retry_pieces = 4;
 
   /// Carries the committed state itself through real time (s); there is no trial. Throws Unstable.
@@ -84,17 +89,17 @@ public:
   /// Carries the committed state itself, quasi-statically by its rate alone; there is no trial. Throws Unstable.
   Response advance_steadily(const Mat3& deformation, bool tangent);
 
-  /// Makes the last advance the committed state. Throws std::logic_error without one.
+  /// Makes the last advance the committed state. Throws std::logic_error without one that was stable.
   void commit();
 
+  /// At rest (resting.hpp) once it has been asked to advance to equilibrium.
   const State& committed() const { return committed_; }
-  const State& trial() const { return trial_; }
   const Steady& steady() const { return steady_; }
 
 private:
   std::shared_ptr<const Model> model_;
   QuasiStatic options_;
-  State committed_, trial_;
+  State committed_, next_;
   Steady steady_;
   bool fresh_ = false;
 };

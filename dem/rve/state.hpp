@@ -28,6 +28,7 @@ struct State {
   std::uint64_t tested_at = 0, next_test = 0;  // steps of the last and the next breakage test
   std::uint64_t listed_at = 0;                 // step at which the neighbour list ran out last
   std::uint64_t sorted = 0;                    // number of grains when they were last put in order
+  bool resting = false;                        // reduced to what cannot be made again (rve/resting.hpp)
 };
 
 }  // namespace grus::dem

@@ -9,6 +9,7 @@
 #include "dem/base/error.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/rve/measure.hpp"
+#include "dem/rve/resting.hpp"
 #include "dem/rve/step.hpp"
 #include "dem/rve/tangent.hpp"
 #include "dem/rves/prediction.hpp"
@@ -16,7 +17,10 @@
 namespace grus::dem {
 
 RveHost::RveHost(std::shared_ptr<const Model> model, const ResponseOptions& options, int threads)
-    : model_(std::move(model)), options_(options), team_(threads) {}
+    : model_(std::move(model)),
+      options_(options),
+      room_(static_cast<std::size_t>(std::max(threads, 1))),
+      team_(threads) {}
 
 std::string HostedRve::bytes() const {
   Saver a;
@@ -26,6 +30,8 @@ std::string HostedRve::bytes() const {
   a.plain(steady);
   a.plain(gone);
   if (gone) a.plain(*remainder);
+  a.plain(facts.has_value());
+  if (facts) a.plain(*facts);
   archive(a, state);
   return a.take();
 }
@@ -39,28 +45,62 @@ HostedRve HostedRve::from(const std::string& bytes) {
   a.plain(rve.steady);
   a.plain(gone);
   if (gone) a.plain(rve.remainder.emplace());
+  bool told;
+  a.plain(told);
+  if (told) a.plain(rve.facts.emplace());
   archive(a, rve.state);
   if (!a.at_end()) throw InputError("checkpoint holds more than an RVE");
   return rve;
+}
+
+namespace {
+
+Facts facts_of(const Model& model, const State& s, double haste) {
+  Facts f;
+  f.energy_error = std::abs(energy_error(s.ledger, stored_energy(model, s)));
+  f.work = s.ledger.work, f.haste = haste;
+  f.local_damping = s.ledger.local_damping, f.scaled_inertia = s.ledger.inertia;
+  f.unexplained = s.ledger.unexplained;
+  f.lost_mass = s.ledger.fines.mass;
+  f.mass = f.lost_mass + total_mass(s.grains);
+  f.void_ratio = s.boundary.cell.volume() / solid_volume(s.grains) - 1;
+  f.grains = s.grains.size();
+  f.breakages = s.ledger.breakages;
+  const auto& materials = model.materials;
+  if (std::any_of(materials.begin(), materials.end(), [](const Material& m) { return m.bond.has_value(); }))
+    f.bonds = s.bonds.face.row.size(), f.bonds_broken = s.ledger.bonds_broken;
+  f.steps = s.steps;
+  return f;
+}
+
+}  // namespace
+
+State RveHost::whole(const Model& model, HostedRve rve) {
+  Team alone(1);
+  awaken(model, rve.state, alone);
+  return std::move(rve.state);
 }
 
 void RveHost::put(std::uint64_t slot, HostedRve hosted) {
   Slot& s = slots_[slot];
   s = {};
   s.rve = std::make_unique<Rve>(model_, options_.quasi_static, std::move(hosted.state), hosted.steady);
-  s.pending = hosted.pending, s.remainder = hosted.remainder;
+  s.pending = hosted.pending, s.remainder = hosted.remainder, s.facts = hosted.facts;
   s.tried = hosted.barred;
 }
 
 HostedRve RveHost::hosted(std::uint64_t slot) const {
   const Slot& s = slots_.at(slot);
-  return {s.rve->committed(), s.pending, s.tried && !s.linear, s.rve->steady(), s.remainder};
+  return {s.rve->committed(), s.pending, s.tried && !s.linear, s.rve->steady(), s.remainder, s.facts};
 }
 
 /// True where the grains need not be asked.
-bool RveHost::elastic(Slot& s, const Mat3& increment, Response& response) const {
+bool RveHost::elastic(Slot& s, const Mat3& increment, Response& response, State& room) const {
   if (!s.linear && !s.tried) {
-    s.linear = linear_response(*model_, s.rve->committed(), options_.elastic);
+    Team alone(1);
+    room = s.rve->committed();
+    awaken(*model_, room, alone);
+    s.linear = linear_response(*model_, room, options_.elastic);
     s.tried = true;
   }
   if (!s.linear) return false;
@@ -107,26 +147,36 @@ Outcome RveHost::go_on(Slot& s, const Task& task) const {
   return out;
 }
 
-Outcome RveHost::advance(Slot& s, const Task& task) const {
+/// To equilibrium; the state comes to rest, and its facts are told while it is whole.
+Response RveHost::carry(Slot& s, const Mat3& increment, State& room) const {
+  if (const State& whole = s.rve->committed(); !whole.resting)
+    s.facts = facts_of(*model_, whole, s.rve->steady().haste);
+  Response response = s.rve->advance({increment}, room);
+  if (response.stable) s.trial_facts = facts_of(*model_, room, s.rve->steady().haste);
+  return response;
+}
+
+Outcome RveHost::advance(Slot& s, const Task& task, State& room) const {
   Outcome out;
   s.by_linear = false;
   if (task.pace != Pace::relaxed) return go_on(s, task);
   std::uint64_t steps = 0;
   if (options_.elastic >= 0 && task.path.size() == 1) {
-    if (elastic(s, task.path.front(), out.response)) {
+    if (elastic(s, task.path.front(), out.response, room)) {
       out.elastic = s.by_linear = true;
       return out;
     }
     if (s.pending != Mat3::Identity()) {  // the grains go to where the linear response has been
       Response guess;
-      elastic(s, Mat3::Identity(), guess);
-      Response caught_up = s.rve->advance({s.pending});
+      elastic(s, Mat3::Identity(), guess, room);
+      Response caught_up = carry(s, s.pending, room);
       steps += caught_up.steps;
       if (!caught_up.stable) {
         out.response = std::move(caught_up);
         return out;
       }
       s.rve->commit();
+      s.facts = s.trial_facts;
       out.elastic_error = (guess.stress - caught_up.stress).norm() /
                           std::max(caught_up.stress.norm(), std::sqrt(3.0) * options_.quasi_static.pressure_floor);
       s.pending.setIdentity();
@@ -134,17 +184,17 @@ Outcome RveHost::advance(Slot& s, const Task& task) const {
     s.linear.reset();
   }
   for (std::size_t i = 0; i < task.path.size(); ++i) {
-    out.response = s.rve->advance({task.path[i]});
+    out.response = carry(s, task.path[i], room);
     steps += out.response.steps;
     if (!out.response.stable) break;
-    if (i + 1 < task.path.size()) s.rve->commit();
+    if (i + 1 < task.path.size()) s.rve->commit(), s.facts = s.trial_facts;
   }
   out.response.steps = steps;
   const Clock clock;
-  if (task.sharp && out.response.stable) out.response.tangent = network_tangent(*model_, s.rve->trial());
+  if (task.sharp && out.response.stable) out.response.tangent = network_tangent(*model_, room);
   if (options_.tangent == TangentKind::perturbation && out.response.stable) {
     Team alone(1);
-    out.response.tangent = perturbation_tangent(*model_, options_.quasi_static, s.rve->trial(), options_.perturbation,
+    out.response.tangent = perturbation_tangent(*model_, options_.quasi_static, room, options_.perturbation,
                                                 options_.central, out.response.steps, alone);
   }
   out.response.tangent_seconds += clock.wall();
@@ -158,13 +208,13 @@ std::vector<Outcome> RveHost::advance(const std::vector<Task>& tasks, const Watc
   const auto asking = std::this_thread::get_id();
   std::atomic<std::size_t> begun{0};
   std::atomic<bool> stopped{false};
-  team_.each(tasks.size(), [&](std::size_t k) {
+  team_.each(tasks.size(), [&](std::size_t k, std::size_t rank) {
     const double part = static_cast<double>(begun++) / static_cast<double>(tasks.size());
     if (watch && std::this_thread::get_id() == asking && !stopped) stopped = !watch(part);
     if (stopped) return;
     const Clock clock;
     try {
-      outcomes[k] = advance(*slots[k], tasks[k]);
+      outcomes[k] = advance(*slots[k], tasks[k], room_[rank]);
     } catch (const std::exception& e) {  // must not leave a thread
       outcomes[k] = {};
       outcomes[k].response.failure = e.what();
@@ -183,27 +233,19 @@ void RveHost::commit(std::uint64_t slot) {
   }
   const std::size_t broken = s.rve->committed().ledger.breakages;
   s.rve->commit();
+  s.facts = s.trial_facts;
   s.linear.reset();
   s.tried = s.rve->committed().ledger.breakages != broken;  // while grains break there is no elastic range to look for
 }
 
 Facts RveHost::facts(std::uint64_t slot) const {
-  const State& s = slots_.at(slot).rve->committed();
-  Facts f;
-  f.energy_error = std::abs(energy_error(s.ledger, stored_energy(*model_, s)));
-  f.work = s.ledger.work, f.haste = slots_.at(slot).rve->steady().haste;
-  if (const auto& left = slots_.at(slot).remainder) f.work = left->work;
-  f.local_damping = s.ledger.local_damping, f.scaled_inertia = s.ledger.inertia;
-  f.unexplained = s.ledger.unexplained;
-  f.lost_mass = s.ledger.fines.mass;
-  f.mass = f.lost_mass + total_mass(s.grains);
-  f.void_ratio = s.boundary.cell.volume() / solid_volume(s.grains) - 1;
-  f.grains = s.grains.size();
-  f.breakages = s.ledger.breakages;
-  const auto& materials = model_->materials;
-  if (std::any_of(materials.begin(), materials.end(), [](const Material& m) { return m.bond.has_value(); }))
-    f.bonds = s.bonds.face.row.size(), f.bonds_broken = s.ledger.bonds_broken;
-  f.steps = s.steps;
+  const Slot& s = slots_.at(slot);
+  const State& state = s.rve->committed();
+  const double haste = s.rve->steady().haste;
+  Facts f = !state.resting ? facts_of(*model_, state, haste)
+            : s.facts      ? *s.facts
+                           : facts_of(*model_, this->state(slot), haste);
+  if (s.remainder) f.work = s.remainder->work;
   return f;
 }
 

@@ -87,6 +87,7 @@ struct HostedRve {
   bool barred = false;  // no linear response is to be looked for at this state
   Steady steady = {};
   std::optional<Remainder> remainder = {};
+  std::optional<Facts> facts = {};  // of a state at rest, which does not tell them all
   std::string bytes() const;
   static HostedRve from(const std::string& bytes);  // throws InputError
 };
@@ -99,6 +100,9 @@ public:
   void copy(std::uint64_t from, std::uint64_t to) { put(to, hosted(from)); }
   void drop(std::uint64_t slot) { slots_.erase(slot); }
   HostedRve hosted(std::uint64_t slot) const;
+  /// The committed state, whole.
+  State state(std::uint64_t slot) const { return whole(*model_, hosted(slot)); }
+  static State whole(const Model& model, HostedRve rve);
   /// Tasks of different slots, on all threads; a failure is told in the response. The watch is asked between tasks of
   /// the calling thread; where it says so, Interrupted is thrown once those under way are done.
   std::vector<Outcome> advance(const std::vector<Task>& tasks, const Watch& watch = {});
@@ -112,14 +116,17 @@ private:
     std::unique_ptr<const LinearResponse> linear;
     bool tried = false, by_linear = false;  // linear was looked for at this state; it gave the last answer
     std::optional<Remainder> remainder;
+    std::optional<Facts> facts, trial_facts;  // of a committed state at rest; of the one that commit would take
   };
   Outcome go_on(Slot& slot, const Task& task) const;
-  Outcome advance(Slot& slot, const Task& task) const;
-  bool elastic(Slot& slot, const Mat3& increment, Response& response) const;
+  Outcome advance(Slot& slot, const Task& task, State& room) const;
+  bool elastic(Slot& slot, const Mat3& increment, Response& response, State& room) const;
+  Response carry(Slot& slot, const Mat3& increment, State& room) const;
 
   std::shared_ptr<const Model> model_;
   ResponseOptions options_;
   std::map<std::uint64_t, Slot> slots_;
+  std::vector<State> room_;  // of each thread: the state that it has at hand
   Team team_;
 };
 

@@ -37,7 +37,7 @@ public:
   const Response& response(std::size_t point) const;
   /// Of the committed state.
   Facts facts(std::size_t point) const { return host_.facts(sharing_.point.at(point).slot); }
-  State state(std::size_t point) const { return host_.hosted(sharing_.point.at(point).slot).state; }
+  State state(std::size_t point) const { return host_.state(sharing_.point.at(point).slot); }
 
   /// The committed state, with a checksum; and back, which drops an advance that is not committed. Throws InputError
   /// for bytes that are damaged or of another scene.

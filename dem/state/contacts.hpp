@@ -130,6 +130,7 @@ struct Contacts {
   std::vector<Touch> touch;
   std::vector<Spot> spot;  // of `pair`; empty unless `spots`
   bool spots = false;
+  std::vector<Vec3> resting_normal;  // of `pair`, of bodies; only of a state at rest (rve/resting.hpp)
   std::vector<Index> a, b, law;  // of `pair`, as the kernels read them (b of a wall: 0); longer by `overrun`, as are
                                  // the next three, contact and touch
   std::vector<Index> shift;      // row of `images`; empty without a periodic cell

@@ -63,12 +63,21 @@ void set_grain(Grains& g, std::size_t i, const GrainSpec& spec) {
   g.angular_momentum[i] = spec.turns ? Vec3(inertia_tensor(g, i) * spec.spin) : Vec3::Zero();
 }
 
+void restore_shape(Grains& g, std::size_t i) {
+  const bool turns = g.motion[i].inverse_inertia > 0;
+  if (g.hull.empty())
+    put_shape(g, i, PolyEllipsoid(g.shape[i]));
+  else
+    put_hull(g, i, g.hull[i]);
+  if (!turns) g.motion[i].inverse_inertia = 0;
+}
+
 void set_shape(Grains& g, std::size_t i, const PolyEllipsoid& shape) {
   const bool turns = g.motion[i].inverse_inertia > 0;
   if (is_sphere(g, i) && turns)  // steps in the middle of a run keep the spin alone
     g.angular_momentum[i] = g.motion[i].spin / g.motion[i].inverse_inertia;
-  put_shape(g, i, shape);
-  if (!turns) g.motion[i].inverse_inertia = 0;
+  g.shape[i] = shape;
+  restore_shape(g, i);
   g.motion[i].spin = spin_of(g, i);
   if (!g.frame.empty()) g.frame[i] = frame_of(g, i);
 }

@@ -117,6 +117,9 @@ void set_grain(Grains& grains, std::size_t i, const GrainSpec& spec);
 /// inertia, spin and the cached frame follow.
 void set_shape(Grains& grains, std::size_t i, const PolyEllipsoid& shape);
 
+/// All that follows from the shape (or the hull) and the mass of grain i, again: the same bits as at its birth.
+void restore_shape(Grains& grains, std::size_t i);
+
 /// Recomputes the cached frames (all grains, once any is not a sphere).
 void update_frames(Grains& grains);
 Frame frame_of(const Grains& grains, std::size_t i);

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// A cell that rests between increments: what is kept is kept to the bit, the rest is made again, and costs little room.
+#include "dem/rve/resting.hpp"
+
+#include "dem/io/archive.hpp"
+#include "dem/packing/cells.hpp"
+#include "dem/packing/packing.hpp"
+#include "dem/rve/measure.hpp"
+#include "tests/bonded.hpp"
+
+using namespace grus::dem;
+using namespace grus::dem::test;
+
+namespace {
+
+/// No dashpots: forces follow from where the grains are and from what the springs remember.
+Model elastic_sand() { return model_of(solid(60e9, 0.17, 2650, 0.5)); }
+
+/// A dense cell that shears, in the middle of a run: grains turn and slide.
+State sheared(const Model& model, bool bodies, Team& team) {
+  State s;
+  const std::uint64_t n = 6;
+  const double r = 3e-4, pitch = 1.97 * r;
+  for (std::uint64_t i = 0; i < n * n * n; ++i) {
+    PolyEllipsoid shape = PolyEllipsoid::sphere(r * (1 - 0.02 * random_uniform(4, i, Purpose::radius)));
+    if (bodies && i % 2) shape = random_shape(3, i, 0.8, 1.1), shape.plus *= r, shape.minus *= r;
+    add(s, shape,
+        pitch * Vec3(static_cast<double>(i % n), static_cast<double>(i / n % n), static_cast<double>(i / n / n)), 2650,
+        Vec3::Zero(), Vec3::Zero(), random_rotation(7, i));
+  }
+  s.boundary.cell.vectors = static_cast<double>(n) * pitch * Mat3::Identity();
+  prepare(model, s, team);
+  Mat3 shear = Mat3::Zero();
+  shear(0, 2) = 3000, shear(2, 2) = -2000;
+  set_cell_rate(s, shear * s.boundary.cell.vectors);
+  for (int k = 0; k < 6; ++k) update_time_step(model, s), run_steps(model, s, 50, team);
+  return s;
+}
+
+State bonded(const Model& model, Team& team) {
+  State s;
+  s.boundary.cell.vectors = 6 * Mat3::Identity();  // two tiles
+  add_cells(model, voronoi_packing(periodic_space(Vec3::Constant(6)), 216, 5, 1, team), 0, s);
+  auto& bonds = s.bonds.face.row;
+  for (std::size_t k = 0; k < bonds.size(); k += 2) bonds.erase(bonds.begin() + static_cast<std::ptrdiff_t>(k));
+  prepare(model, s, team);
+  Mat3 rate = Mat3::Zero();
+  rate(2, 2) = -1e-3 / (50 * s.dt);
+  set_cell_rate(s, rate * s.boundary.cell.vectors);
+  run_steps(model, s, 50, team);
+  return s;
+}
+
+/// Of touching pairs: what they remember, and the force, by their grains.
+std::vector<std::tuple<Pair, Contact, Touch>> touching(const State& s) {
+  std::vector<std::tuple<Pair, Contact, Touch>> all;
+  for (std::size_t k = 0; k < s.contacts.size(); ++k)
+    if (s.contacts.contact.touching(k))
+      all.emplace_back(s.contacts.pair[k], s.contacts.contact[k], s.contacts.touch[k]);
+  std::sort(all.begin(), all.end(),
+            [](const auto& p, const auto& q) { return by_place(std::get<0>(p), std::get<0>(q)); });
+  return all;
+}
+
+template <class Column>
+std::string bytes_of_column(const Column& column) {
+  Saver a;
+  a.column(column);
+  return a.take();
+}
+
+void check_awake(const Model& model, const State& before, Team& team) {
+  State now = at_rest(before);
+  awaken(model, now, team);
+  Grains as_before = before.grains, as_now = now.grains;
+  double most = 0;
+  for (std::size_t i = 0; i < before.grains.size(); ++i) {
+    most = std::max(most, before.grains.force[i].norm());
+    CHECK((now.grains.extent[i].volume == before.grains.extent[i].volume &&
+           now.grains.extent[i].least_width == before.grains.extent[i].least_width));
+  }
+  for (std::size_t i = 0; i < before.grains.size(); ++i)
+    CHECK((now.grains.force[i] - before.grains.force[i]).norm() < 1e-11 * most);
+  for (std::size_t i = 0; i < now.grains.frame.size(); ++i) {
+    const Frame &was = before.grains.frame[i], &is = now.grains.frame[i];
+    CHECK((was.origin - is.origin).norm() < 1e-13 * before.boundary.cell.height());
+    CHECK((was.axes - is.axes).norm() < 1e-13);
+  }
+  // Sums in the order of another list; frames by another order of operations than a step's.
+  as_before.force = as_now.force, as_before.torque = as_now.torque, as_before.frame = as_now.frame;
+  std::vector<std::string> columns;
+  for_each_column(as_before, [&](const auto& column) { columns.push_back(bytes_of_column(column)); });
+  std::size_t at = 0;
+  for_each_column(as_now, [&](const auto& column) {
+    INFO("column " << at);
+    CHECK((bytes_of_column(column) == columns[at++]));
+  });
+  const auto then = touching(before), there = touching(now);
+  REQUIRE(then.size() == there.size());
+  for (std::size_t k = 0; k < then.size(); ++k) {
+    const auto& [pair, contact, touch] = then[k];
+    const auto& [same, kept, found] = there[k];
+    REQUIRE(pair == same);
+    CHECK(kept.stiffness == Approx(contact.stiffness).epsilon(1e-11));  // of hulls that of the area
+    CHECK(kept.radius == contact.radius);
+    CHECK((kept.spring - contact.spring).norm() < 1e-11 * most);
+    CHECK((found.force - touch.force).norm() < 1e-11 * most);
+    CHECK((found.normal - touch.normal).norm() < 1e-9);
+  }
+  CHECK(stored_energy(model, now) == Approx(stored_energy(model, before)).epsilon(1e-12));
+  CHECK(now.ledger.friction == Approx(before.ledger.friction).margin(1e-12 * before.ledger.work));
+  State on = before;
+  for (State* state : {&on, &now}) run_steps(model, *state, 3, team);
+  double furthest = 0, way = 0;
+  for (std::size_t i = 0; i < on.grains.size(); ++i) {
+    furthest = std::max(furthest, (on.grains.motion[i].position - now.grains.motion[i].position).norm());
+    way = std::max(way, (on.grains.motion[i].position - before.grains.motion[i].position).norm());
+  }
+  CHECK(furthest < 1e-10 * way);
+  CHECK((now.time == on.time && now.dt == on.dt && now.steps == on.steps));
+}
+
+std::size_t bytes_of_columns(const State& s) {
+  std::size_t sum = sizeof s;
+  auto add = [&](const auto& column) { sum += column.capacity() * sizeof column[0]; };
+  for_each_column(s.grains, add);
+  for_each_contact_column(s.contacts.contact, add);
+  add(s.contacts.pair), add(s.contacts.resting_normal), add(s.contacts.touch), add(s.contacts.load),
+      add(s.reference.position);
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("a cell that has rested is the one it was: motions and histories to the bit, forces to round-off") {
+  Team team(1);
+  const Model sand = elastic_sand();
+  SECTION("spheres") { check_awake(sand, sheared(sand, false, team), team); }
+  SECTION("bodies") { check_awake(sand, sheared(sand, true, team), team); }
+  SECTION("bonded cells") {
+    const Model stone = rock(elastic(0.4), 0.3);
+    check_awake(stone, bonded(stone, team), team);
+  }
+}
+
+TEST_CASE("a resting cell of spheres takes 0.4 kB a grain at most, saved or not, and cannot be forgotten to be one") {
+  Team team(1);
+  const Model model = elastic_sand();
+  const State s = sheared(model, false, team);
+  const auto grains = static_cast<double>(s.grains.size());
+  const State resting = at_rest(s);
+  const double contacts = static_cast<double>(resting.contacts.size()) / grains;
+  CHECK(contacts > 2.5);  // of five neighbours: a dense cell
+  CHECK(static_cast<double>(bytes_of_columns(resting)) < 400 * grains);
+  CHECK(static_cast<double>(bytes_of(resting).size()) < 400 * grains);
+  CHECK(bytes_of_columns(s) > 2 * bytes_of_columns(resting));  // not all of its columns are counted
+  State again = at_rest(resting);
+  CHECK((bytes_of(again) == bytes_of(resting)));
+  State loaded = state_of(bytes_of(resting));
+  REQUIRE(loaded.resting);
+  awaken(model, loaded, team), awaken(model, again, team);
+  CHECK((bytes_of(loaded) == bytes_of(again)));
+  State whole = s;
+  awaken(model, whole, team);  // of one that does not rest: nothing
+  CHECK((bytes_of(whole) == bytes_of(s)));
+}
+
+TEST_CASE(
+    "dashpots and sliding: a cell that rests every ten steps goes where one goes that does not, and loses nothing") {
+  Team team(1);
+  const Model model = model_of(solid(60e9, 0.17, 2650, 0.5, 0.5));
+  State on = sheared(model, true, team), off = on;
+  for (int k = 0; k < 10; ++k) {
+    off = at_rest(off);
+    awaken(model, off, team);
+    for (State* s : {&on, &off}) update_time_step(model, *s), run_steps(model, *s, 10, team);
+  }
+  const Mat3 stress = love_weber(on, on.boundary.cell.volume());
+  // What is lost is the dashpots' share of one step's force in ten, in the first and the last half kick of a run.
+  CHECK((love_weber(off, off.boundary.cell.volume()) - stress).norm() < 1e-3 * stress.norm());
+  CHECK(off.ledger.friction == Approx(on.ledger.friction).epsilon(1e-3));
+  CHECK(energy_error(off.ledger, stored_energy(model, off)) ==
+        Approx(energy_error(on.ledger, stored_energy(model, on))).margin(1e-4));
+}
