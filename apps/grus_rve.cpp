@@ -67,6 +67,12 @@ int check(const Options& options, RveScene& scene, dem::Team& team) {
   return finished;
 }
 
+/// Of the sample as it was, sizes and masses are asked for later: the rest need not stand beside the run's own state.
+void keep_sizes(dem::Grains& g) {
+  g.orientation = decltype(g.orientation)(), g.inertia = decltype(g.inertia)(), g.frame = decltype(g.frame)();
+  for (auto* column : {&g.angular_momentum, &g.force, &g.torque}) *column = std::vector<dem::Vec3>();
+}
+
 /// The state in which the test begins; nothing but the sample where a run is resumed: its gradings are asked for.
 dem::State begin(const Options& options, RveScene& scene, dem::Team& team) {
   Progress progress(options.quiet);
@@ -94,6 +100,7 @@ int run(const Options& options) {
   if (options.resume) kept = find_checkpoint(options, scene);
   check_folder(options);
   dem::State state = begin(options, scene, team);
+  keep_sizes(scene.state.grains);
   const Folder made(options);
   if (!options.quiet && !options.resume) print_setup(scene, state, static_cast<double>(state.grains.size()), 0);
   return RveRun(options, scene, team, std::move(state), kept, clock, clock.wall()).go();

@@ -2,6 +2,7 @@
 #include "apps/run.hpp"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -46,6 +47,9 @@ std::string one_line(const std::string& text) {
 
 int run_command(int argc, char** argv, const std::string& name, const std::string& description,
                 const std::function<int(const Options&)>& work, bool speaks, int sharers) {
+#ifdef M_MMAP_THRESHOLD
+  mallopt(M_MMAP_THRESHOLD, 1 << 20);  // columns of large samples go back to the system when they have grown or moved
+#endif
   Options options;
   CLI::App cli{description, name};
   cli.set_version_flag("--version", name + " " GRUS_VERSION);

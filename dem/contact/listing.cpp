@@ -7,16 +7,24 @@
 
 namespace grus::dem {
 
-void put_aside(Contacts& contacts, NeighbourRoom& room) {
+bool shows(const Grains& grains, const NeighbourReference& reference) {
+  const auto& kinds = grains.kind;
+  return !reference.radius.empty() ||
+         std::any_of(kinds.begin(), kinds.end(), [](ShapeKind kind) { return kind != ShapeKind::sphere; });
+}
+
+void put_aside(Contacts& contacts, bool shown, NeighbourRoom& room) {
   room.pair.swap(contacts.pair);
   std::swap(room.contact, contacts.contact);
-  room.touch.swap(contacts.touch);
+  if (shown) room.touch.swap(contacts.touch);
 }
 
 void begin_tiles(std::size_t grains, NeighbourRoom& room) {
   const std::size_t tiles = tile_count(grains);
   room.listed.resize(std::max(room.listed.size(), tiles)), room.crossing.resize(std::max(room.crossing.size(), tiles));
+  room.listed_normal.resize(room.listed.size());
   for (auto& listed : room.listed) listed.clear();
+  for (auto& normal : room.listed_normal) normal.clear();
   for (auto& crossing : room.crossing) crossing.clear();
   room.counts.assign(tiles, {});
   room.work.clear();
@@ -81,7 +89,7 @@ void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team)
         Touch& touch = contacts.touch[k];
         touch = old != Past::none ? room.touch[old] : Touch{};
         if (turned) touch.normal = -touch.normal, touch.force = -touch.force;
-        if (pair_kind(bin).near && !on) touch.normal = normal;
+        if (pair_kind(bin).near && !on) touch.normal = room.listed_normal[t][normal];
       }
       weigh_tile(lister.grains, t, t * size, std::min(grains, (t + 1) * size), contacts);
     }

@@ -55,7 +55,11 @@ struct Lister {
     return static_cast<std::uint16_t>(grains.material[a] * materials + other);
   }
 
-  void put(std::size_t t, const NeighbourRoom::Listed& pair) {
+  void put(std::size_t t, NeighbourRoom::Listed pair, const Vec3& normal) {
+    if (pair_kind(pair.bin).near) {
+      pair.normal = static_cast<Index>(room.listed_normal[t].size());
+      room.listed_normal[t].push_back(normal);
+    }
     room.listed[t].push_back(pair);
     ++room.counts[t][2 * static_cast<std::size_t>(pair.bin) + !touched(pair.old)];
   }
@@ -67,15 +71,15 @@ struct Lister {
     if (!bonded.empty() && std::binary_search(bonded.begin(), bonded.end(), Pair{c.a, c.b, c.image}, by_place)) return;
     const Bin bin = pair_bin(grains.kind[c.a], grains.kind[c.b]);
     const auto near = pair_kind(bin).near;
-    NeighbourRoom::Listed pair{
-        {c.a, c.b, c.image, law(c.a, grains.material[c.b])}, find(bin, c.a, c.b, c.image), bin, Vec3::Zero()};
+    const NeighbourRoom::Listed pair{
+        {c.a, c.b, c.image, law(c.a, grains.material[c.b])}, find(bin, c.a, c.b, c.image), bin};
+    Vec3 normal = Vec3::Zero();
     if (near && !touched(pair.old)) {
       if (pair.old != Past::none)
-        pair.normal =
-            past.before(c.a) > past.before(c.b) ? Vec3(-room.touch[pair.old].normal) : room.touch[pair.old].normal;
-      if (!near(grains, boundary.cell, c, skin, pair.normal)) return;
+        normal = past.before(c.a) > past.before(c.b) ? Vec3(-room.touch[pair.old].normal) : room.touch[pair.old].normal;
+      if (!near(grains, boundary.cell, c, skin, normal)) return;
     }
-    put(t, pair);
+    put(t, pair, normal);
   }
 
   /// Puts the walls that grain i is near on the list, but for those that `known` says are on it.
@@ -89,13 +93,16 @@ struct Lister {
         continue;
       const Bin bin = wall_bin(grains.kind[i]);
       const auto b = static_cast<Index>(w);
-      if (!known(b)) put(t, {{i, b, {}, law(i, wall.material)}, find(bin, i, b, {}), bin, Vec3::Zero()});
+      if (!known(b)) put(t, {{i, b, {}, law(i, wall.material)}, find(bin, i, b, {}), bin}, Vec3::Zero());
     }
   }
 };
 
-/// The contacts become the list before.
-void put_aside(Contacts& contacts, NeighbourRoom& room);
+/// The contacts become the list before. `shown`: with what they show, which a list of spheres alone does without.
+void put_aside(Contacts& contacts, bool shown, NeighbourRoom& room);
+
+/// True where what pairs show is looked at between the steps that are observed.
+bool shows(const Grains& grains, const NeighbourReference& reference);
 
 /// Empty lists for the tiles, which cost the same unless room.work, running sums, says otherwise.
 void begin_tiles(std::size_t grains, NeighbourRoom& room);

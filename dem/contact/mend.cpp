@@ -54,7 +54,7 @@ void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, 
   find_candidates_of(few, room.marked, grains, cell, reach, room.few, team);
   const bool split = !origin.empty();  // histories of halves are their parents'; strays keep what pairs they have
   if (split && contacts.first.empty()) index_grains(before, contacts, room.next);
-  put_aside(contacts, room);
+  put_aside(contacts, shows(grains, reference), room);
   begin_tiles(n, room);
   Lister lister{grains,
                 boundary,
@@ -79,7 +79,8 @@ void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, 
         const auto start = static_cast<std::ptrdiff_t>(listed.size());
         rows.each(a, [&](Bin bin, Index k) {
           const Pair& pair = room.pair[k];
-          if (!gone(a) && (bin >= first_wall || !gone(pair.b))) lister.put(t, {pair, k, bin, room.touch[k].normal});
+          if (!gone(a) && (bin >= first_wall || !gone(pair.b)))
+            lister.put(t, {pair, k, bin}, pair_kind(bin).near ? room.touch[k].normal : Vec3(Vec3::Zero()));
         });
         const auto kept = static_cast<std::ptrdiff_t>(listed.size());
         auto known = [&](auto&& is) { return std::any_of(listed.begin() + start, listed.begin() + kept, is); };

@@ -38,10 +38,11 @@ struct NeighbourRoom {
     Pair pair;
     Index old;  // in the list before
     Bin bin;
-    Vec3 normal;  // search direction of a pair of the general bin that is apart
+    Index normal = 0;  // row of `listed_normal`, of kinds that search
   };
-  std::vector<std::vector<Listed>> listed;   // by tile
-  std::vector<std::vector<Index>> crossing;  // pairs of which b is in a later tile; by tile of a
+  std::vector<std::vector<Listed>> listed;       // by tile
+  std::vector<std::vector<Vec3>> listed_normal;  // search directions of pairs that are apart; by tile
+  std::vector<std::vector<Index>> crossing;      // pairs of which b is in a later tile; by tile of a
   std::vector<Index> next, receivers;
   std::vector<std::array<Index, 2 * bin_count>> counts;
   std::vector<std::uint64_t> work;
