@@ -112,8 +112,7 @@ template <Kind kind>
       if ((bits(less(a.height + b.height - dot(n, r), Real(0.0))) & valid) == valid) continue;
     }
     scale = A.plus.x + A.minus.x + B.plus.x + B.minus.x;
-    // Depth errs by g^2 / radius: at 1e-8 of the pair's size it is exact to round-off.
-    const Real enough = Real(1e-16) * scale * scale;
+    const Real enough = Real(1e-12) * scale * scale;  // as in shape/common_normal.cpp
     Evaluation e(A, B, r, n);
     unsigned done = 0, hard = 0;
     for (int round = 0;; ++round) {

@@ -122,8 +122,9 @@ CommonNormal warm_common_normal(const ShapePair& pair, const Vec3& n0) {
   Vec3 n = n0;
   Evaluation e(pair, n);
   for (int k = 0; k < 5; ++k) {
-    // Depth errs by g^2 / radius: at 1e-8 of the pair's size it is exact to round-off.
-    if (e.g.squaredNorm() <= 1e-16 * scale * scale || e.f < 0) return result(n, e, true);
+    // At 1e-6 of the pair's size the direction errs by 1e-6, the depth by the square of it. Newton's next step would
+    // take both to round-off, at half the cost of the pair's whole search: one step serves nearly all then.
+    if (e.g.squaredNorm() <= 1e-12 * scale * scale || e.f < 0) return result(n, e, true);
     Vec3 step;
     if (!newton_step(pair, e, step) || step.squaredNorm() > 0.09) break;
     const Vec3 next = (n + step).normalized();

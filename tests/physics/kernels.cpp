@@ -126,9 +126,9 @@ void compare(Case& c) {
     const Contact p = plain.contact[k], q = s.contacts.contact[k];
     INFO("pair " << k << ", walls from " << s.contacts.begin[first_wall] << ", poly-ellipsoids from "
                  << s.contacts.begin[general]);
-    // The search for a common normal stops at a gradient of 1e-8 of the pair's four semi-axes: 1e-7 rad at most.
+    // The search for a common normal stops at a gradient of 1e-6 of the pair's four semi-axes: 1e-5 rad at most.
     const double tolerance =
-        (k >= s.contacts.begin[general] && k < s.contacts.begin[first_wall] ? 1e-7 : 1e-12) * scale;
+        (k >= s.contacts.begin[general] && k < s.contacts.begin[first_wall] ? 1e-5 : 1e-12) * scale;
     if (p.stiffness > 0 && plain.touch[k].overlap < 1e-6 * arm) continue;  // just born: round-off decides
     REQUIRE((p.stiffness > 0) == (q.stiffness > 0));
     REQUIRE((plain.touch[k].force - s.contacts.touch[k].force).norm() <= tolerance);
@@ -145,7 +145,7 @@ void compare(Case& c) {
   if (c.model.pairs[0].friction > 0) CHECK(sliding > 0);
   for (std::size_t i = 0; i < s.grains.size(); ++i) {
     const Load load = collected(s.contacts, i);
-    const double tolerance = s.grains.frame.empty() ? 1e-11 : 1e-6;  // of some ten contacts
+    const double tolerance = s.grains.frame.empty() ? 1e-11 : 1e-4;  // of some ten contacts
     REQUIRE((load.force - plain.load[i].force).norm() <= tolerance * scale);
     REQUIRE((load.torque - plain.load[i].torque).norm() <= tolerance * scale * arm);
   }
