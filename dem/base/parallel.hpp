@@ -71,8 +71,8 @@ public:
     pieces(n, {}, f);
   }
 
-  /// Calls f(i) or f(i, rank) for i in [0, n), handed out one by one: for few, long and uneven jobs. No two calls of one
-  /// rank at a time.
+  /// Calls f(i) or f(i, rank) for i in [0, n), handed out one by one: for few, long and uneven jobs. No two calls of
+  /// one rank at a time.
   template <class F>
   void each(std::size_t n, F&& f) {
     std::atomic<std::size_t> next{0};
