@@ -69,8 +69,8 @@ int check(const Options& options, RveScene& scene, dem::Team& team) {
 
 /// Of the sample as it was, sizes and masses are asked for later: the rest need not stand beside the run's own state.
 void keep_sizes(dem::Grains& g) {
-  g.orientation = decltype(g.orientation)(), g.inertia = decltype(g.inertia)(), g.frame = decltype(g.frame)();
-  for (auto* column : {&g.angular_momentum, &g.force, &g.torque}) *column = std::vector<dem::Vec3>();
+  dem::drop(g.orientation), dem::drop(g.inertia), dem::drop(g.frame);
+  dem::drop(g.angular_momentum), dem::drop(g.force), dem::drop(g.torque);
 }
 
 /// The state in which the test begins; nothing but the sample where a run is resumed: its gradings are asked for.

@@ -149,7 +149,7 @@ std::vector<int> balance(const std::vector<double>& costs, int ranks) {
 
 RveFarm::RveFarm(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const dem::ResponseOptions& options,
                  int threads) try
-    : comm_(comm), model_(model), host_(std::move(model), options, threads) {
+    : comm_(comm), host_(std::move(model), options, threads) {
   MPI_Comm_size(comm, &ranks_);
   owed_.assign(static_cast<std::size_t>(ranks_), 0);
 } catch (...) {  // no destructor will: the other ranks are told to go all the same

@@ -35,7 +35,7 @@ public:
   std::vector<dem::Facts> commit(const std::vector<std::uint64_t>& slots);
   std::vector<dem::Facts> facts(const std::vector<std::uint64_t>& slots);
   std::string fetch(std::uint64_t slot);  // bytes of a dem::HostedRve: the committed state and what it has to catch up
-  dem::State whole(dem::HostedRve rve) const { return dem::RveHost::whole(*model_, std::move(rve)); }
+  dem::State whole(dem::State state) const { return host_.whole(std::move(state)); }
 
   /// Moves slots where the measured cost of the last advances is out of balance by more than a tenth.
   void rebalance();
@@ -61,7 +61,6 @@ private:
 
   MPI_Comm comm_;
   int ranks_;
-  std::shared_ptr<const dem::Model> model_;
   dem::RveHost host_;
   std::vector<int> owed_;  // answers of each rank that are on their way
   std::map<std::uint64_t, Home> homes_;

@@ -70,8 +70,7 @@ double RveMaterial::total(double Facts::*energy, std::span<const double> volumes
 
 dem::State RveMaterial::committed(std::size_t point) const {
   HostedRve rve = HostedRve::from(farm_.fetch(sharing_.point[point].slot));
-  const dem::Steady steady = rve.steady;
-  return dem::in_space(farm_.whole(std::move(rve)), steady);
+  return dem::in_space(farm_.whole(std::move(rve.state)), rve.steady);
 }
 
 void RveMaterial::refresh() {

@@ -7,16 +7,11 @@
 
 namespace grus::dem {
 
-bool shows(const Grains& grains, const NeighbourReference& reference) {
-  const auto& kinds = grains.kind;
-  return !reference.radius.empty() ||
-         std::any_of(kinds.begin(), kinds.end(), [](ShapeKind kind) { return kind != ShapeKind::sphere; });
-}
-
-void put_aside(Contacts& contacts, bool shown, NeighbourRoom& room) {
+void put_aside(const Grains& grains, Contacts& contacts, NeighbourReference& reference) {
+  NeighbourRoom& room = reference.room;
   room.pair.swap(contacts.pair);
   std::swap(room.contact, contacts.contact);
-  if (shown) room.touch.swap(contacts.touch);
+  if (!grains.frame.empty() || !reference.radius.empty()) room.touch.swap(contacts.touch);
 }
 
 void begin_tiles(std::size_t grains, NeighbourRoom& room) {

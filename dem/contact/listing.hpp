@@ -98,11 +98,9 @@ struct Lister {
   }
 };
 
-/// The contacts become the list before. `shown`: with what they show, which a list of spheres alone does without.
-void put_aside(Contacts& contacts, bool shown, NeighbourRoom& room);
-
-/// True where what pairs show is looked at between the steps that are observed.
-bool shows(const Grains& grains, const NeighbourReference& reference);
+/// The contacts become the list before; with what they show, but for spheres that do not swell: nobody looks at that
+/// before the next step that is observed.
+void put_aside(const Grains& grains, Contacts& contacts, NeighbourReference& reference);
 
 /// Empty lists for the tiles, which cost the same unless room.work, running sums, says otherwise.
 void begin_tiles(std::size_t grains, NeighbourRoom& room);

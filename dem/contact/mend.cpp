@@ -54,7 +54,7 @@ void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, 
   find_candidates_of(few, room.marked, grains, cell, reach, room.few, team);
   const bool split = !origin.empty();  // histories of halves are their parents'; strays keep what pairs they have
   if (split && contacts.first.empty()) index_grains(before, contacts, room.next);
-  put_aside(contacts, shows(grains, reference), room);
+  put_aside(grains, contacts, reference);
   begin_tiles(n, room);
   Lister lister{grains,
                 boundary,

@@ -86,7 +86,7 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
   const std::size_t n = grains.size(), tiles = tile_count(n), size = tile_size(n);
   const bool same = origin.empty() && reference.position.size() == n && contacts.tile[0].size() == tiles + 1;
   if (!same && contacts.first.empty()) index_grains(reference.position.size(), contacts, room.next);
-  put_aside(contacts, shows(grains, reference), room);
+  put_aside(grains, contacts, reference);
   const auto& candidate = room.candidates.pair;
   const auto& row = room.candidates.row;
   begin_tiles(n, room);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstring>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -22,6 +23,11 @@ public:
   void column(const std::vector<T>& v) {
     plain(static_cast<std::uint64_t>(v.size()));
     bytes_.append(reinterpret_cast<const char*>(v.data()), v.size() * sizeof(T));
+  }
+  template <class T>
+  void optional(const std::optional<T>& v) {
+    plain(v.has_value());
+    if (v) plain(*v);
   }
   void text(const std::string& v) {
     plain(static_cast<std::uint64_t>(v.size()));
@@ -46,6 +52,12 @@ public:
     const std::size_t n = size(sizeof(T));
     v.resize(n);
     if (n > 0) std::memcpy(static_cast<void*>(v.data()), next(n * sizeof(T)), n * sizeof(T));
+  }
+  template <class T>
+  void optional(std::optional<T>& v) {
+    bool there;
+    plain(there);
+    if (there) plain(v.emplace());
   }
   void text(std::string& v) {
     const std::size_t n = size(1);

@@ -6,7 +6,6 @@
 #include <numeric>
 
 #include "dem/bond/bonds.hpp"
-#include "dem/bond/supports.hpp"
 #include "dem/contact/forces.hpp"
 #include "dem/contact/listing.hpp"
 #include "dem/fracture/hull_loads.hpp"
@@ -17,6 +16,7 @@
 #include "dem/rve/bonding.hpp"
 #include "dem/rve/cleaving.hpp"
 #include "dem/rve/split_statistics.hpp"
+#include "dem/rve/step.hpp"
 
 namespace grus::dem {
 namespace {
@@ -188,17 +188,6 @@ Split split(const Model& model, State& state, const Break& b) {
   return out;
 }
 
-void refresh_forces(const Model& model, State& state, Team& team) {
-  contact_forces(model.law, model.pairs, state.grains, state.boundary, 0, true, state.contacts, team);
-  flush(state.contacts);  // what the lost contacts held is booked by the caller's balance
-  if (!state.bonds.empty()) {
-    bond_forces(state.grains, state.boundary.cell, state.bonds, state.ledger, team);
-    support_forces(state.grains, state.boundary, state.bonds, state.ledger, state.time);
-  }
-  std::vector<SweepEnergy> none;
-  sweep(Kick::close, state.grains, state.contacts, model.motion, !state.bonds.empty(), 0, none, team);
-}
-
 }  // namespace
 
 void draw_strength(const Model& model, Grains& g, std::size_t i) {
@@ -283,7 +272,7 @@ void apply_breaks(const Model& model, State& state, const std::vector<Break>& br
   if (hulls) note_bonded(state);
   mend_contacts(g, state.boundary, state.skin, model.materials.size(), few, origin, state.contacts, state.reference,
                 team);
-  refresh_forces(model, state, team);
+  refresh_forces(model, state, team);  // what the lost contacts held is in the balance below
   bool shared = false;
   for (const Split& s : splits)
     if (s.pieces.keeps_contacts && !hulls)  // springs of hulls' contacts go with their areas

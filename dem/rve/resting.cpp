@@ -2,17 +2,11 @@
 #include "dem/rve/resting.hpp"
 
 #include "dem/contact/forces.hpp"
-#include "dem/contact/pair_kinds.hpp"
-#include "dem/motion/integrate.hpp"
 #include "dem/rve/bonded.hpp"
+#include "dem/rve/step.hpp"
 
 namespace grus::dem {
 namespace {
-
-template <class Column>
-void drop(Column& column) {
-  column = Column();  // by move: the room goes, too
-}
 
 /// Contacts that touch, bin by bin in the order of the list; of bodies with the normal, where searches go on.
 Contacts touching(const Contacts& c, bool bodies) {
@@ -41,17 +35,14 @@ Contacts touching(const Contacts& c, bool bodies) {
 State at_rest(State s) {
   if (s.resting) return s;
   Grains& g = s.grains;
-  const bool round = g.frame.empty(), bonded = !s.bonds.empty();
+  const bool round = g.frame.empty();
   s.contacts = touching(s.contacts, !round);
-  drop(g.inertia), drop(g.extent), drop(g.frame);
-  if (round) drop(g.shape);
-  if (!bonded) drop(g.force), drop(g.torque);
-  if (round && !bonded) drop(g.angular_momentum);
+  drop(g.inertia), drop(g.extent), drop(g.frame), drop(g.force), drop(g.torque);
+  if (round) drop(g.shape), drop(g.angular_momentum);
   for_each_kind(s.bonds, [](auto& column) { column.tiles = {}; });
   NeighbourReference waiting;
   waiting.builds = s.reference.builds;
   s.reference = std::move(waiting);
-  s.reference.room = NeighbourRoom();
   drop(s.grain_energy), drop(s.break_room);
   s.grain_bonds = {};
   s.resting = true;
@@ -64,7 +55,6 @@ void awaken(const Model& model, State& s, Team& team) {
   Grains& g = s.grains;
   Contacts& c = s.contacts;
   const std::size_t n = g.size();
-  const bool bonded = !s.bonds.empty();
   if (g.shape.empty())
     for (const Motion& m : g.motion) g.shape.push_back(PolyEllipsoid::sphere(m.radius));
   g.inertia.resize(n), g.extent.resize(n);
@@ -80,15 +70,7 @@ void awaken(const Model& model, State& s, Team& team) {
   note_bonded(s);
   build_contacts(g, s.boundary, s.skin, model.materials.size(), {}, c, s.reference, team);
   take_over(s);
-  contact_forces(model.law, model.pairs, g, s.boundary, 0, true, c, team);
-  if (bonded) {
-    drop_loads(c);  // the forces are known, with those of the bonds
-  } else {
-    MotionSettings settings = model.motion;
-    settings.damping = model.damping;
-    sweep(Kick::close, g, c, settings, false, 0, s.grain_energy, team);
-  }
-  book(flush(c), s.ledger);
+  book(refresh_forces(model, s, team), s.ledger);
 }
 
 }  // namespace grus::dem

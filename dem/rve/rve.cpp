@@ -144,9 +144,8 @@ Response Rve::advance(const Increment& increment, State& trial) {
   Team team(1);
   fresh_ = false;
   Response response;
-  if (!committed_.resting) committed_ = at_rest(std::move(committed_));
-  trial = committed_;
-  awaken(*model_, trial, team);
+  committed_ = at_rest(std::move(committed_));
+  wake(trial);
   if (const double ratio = increment.deformation.determinant(); leaves_no_room(*model_, trial, ratio)) {
     response.failure = fmt::format(
         "an increment to {:.3g} of the volume leaves no room for the grains, were they to overlap by {:.0f} % of a "
@@ -156,7 +155,7 @@ Response Rve::advance(const Increment& increment, State& trial) {
   }
   std::uint64_t spent = 0;
   for (const int pieces : {1, retry_pieces}) {
-    if (pieces > 1) trial = committed_, awaken(*model_, trial, team);
+    if (pieces > 1) wake(trial);
     try {
       response = deform_in_pieces(*model_, options_, trial, increment, pieces, team);
     } catch (const Unstable& error) {
@@ -185,6 +184,12 @@ Response Rve::advance_steadily(const Mat3& deformation, bool tangent) {
   fresh_ = false;
   awaken(*model_, committed_, team);
   return respond_steadily(*model_, options_, committed_, steady_, deformation, tangent, team);
+}
+
+void Rve::wake(State& room) const {
+  Team team(1);
+  room = committed_;
+  awaken(*model_, room, team);
 }
 
 void Rve::commit() {

@@ -89,6 +89,9 @@ public:
   /// Carries the committed state itself, quasi-statically by its rate alone; there is no trial. Throws Unstable.
   Response advance_steadily(const Mat3& deformation, bool tangent);
 
+  /// The committed state, whole, into `room`.
+  void wake(State& room) const;
+
   /// Makes the last advance the committed state. Throws std::logic_error without one that was stable.
   void commit();
 

@@ -8,7 +8,9 @@
 
 #include "dem/base/error.hpp"
 #include "dem/bond/bonds.hpp"
+#include "dem/bond/supports.hpp"
 #include "dem/contact/forces.hpp"
+#include "dem/motion/integrate.hpp"
 
 namespace grus::dem {
 
@@ -59,6 +61,18 @@ void rotate(State& state, const Mat3& r) {
   state.reference.cell = r * state.reference.cell;
   for (auto& x : state.reference.position) x = r * x;
   for (auto& o : state.reference.orientation) o = unit(q * o);
+}
+
+BlockEnergy refresh_forces(const Model& model, State& state, Team& team) {
+  contact_forces(model.law, model.pairs, state.grains, state.boundary, 0, true, state.contacts, team);
+  const BlockEnergy taken = flush(state.contacts);
+  if (!state.bonds.empty()) {
+    bond_forces(state.grains, state.boundary.cell, state.bonds, state.ledger, team);
+    support_forces(state.grains, state.boundary, state.bonds, state.ledger, state.time);
+  }
+  std::vector<SweepEnergy> none;
+  sweep(Kick::close, state.grains, state.contacts, model.motion, !state.bonds.empty(), 0, none, team);
+  return taken;
 }
 
 double stored_energy(const Model& model, const State& state) {

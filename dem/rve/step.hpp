@@ -13,6 +13,10 @@ void set_cell_rate(State& state, const Mat3& rate);
 /// Turns everything by a rotation about the origin: the frame changes, nothing else.
 void rotate(State& state, const Mat3& rotation);
 
+/// Forces and torques of this instant, of contacts and bonds, with what contacts show. Returns what contacts took,
+/// which nobody has booked: springs that exceed their limit now, contacts that have parted.
+BlockEnergy refresh_forces(const Model& model, State& state, Team& team);
+
 /// Kinetic, contact and spring energy (J).
 double stored_energy(const Model& model, const State& state);
 

@@ -24,14 +24,11 @@ RveHost::RveHost(std::shared_ptr<const Model> model, const ResponseOptions& opti
 
 std::string HostedRve::bytes() const {
   Saver a;
-  const bool gone = remainder.has_value();
   a.plain(pending);
   a.plain(barred);
   a.plain(steady);
-  a.plain(gone);
-  if (gone) a.plain(*remainder);
-  a.plain(facts.has_value());
-  if (facts) a.plain(*facts);
+  a.optional(remainder);
+  a.optional(facts);
   archive(a, state);
   return a.take();
 }
@@ -39,15 +36,11 @@ std::string HostedRve::bytes() const {
 HostedRve HostedRve::from(const std::string& bytes) {
   HostedRve rve;
   Loader a(bytes);
-  bool gone;
   a.plain(rve.pending);
   a.plain(rve.barred);
   a.plain(rve.steady);
-  a.plain(gone);
-  if (gone) a.plain(rve.remainder.emplace());
-  bool told;
-  a.plain(told);
-  if (told) a.plain(rve.facts.emplace());
+  a.optional(rve.remainder);
+  a.optional(rve.facts);
   archive(a, rve.state);
   if (!a.at_end()) throw InputError("checkpoint holds more than an RVE");
   return rve;
@@ -75,10 +68,10 @@ Facts facts_of(const Model& model, const State& s, double haste) {
 
 }  // namespace
 
-State RveHost::whole(const Model& model, HostedRve rve) {
+State RveHost::whole(State state) const {
   Team alone(1);
-  awaken(model, rve.state, alone);
-  return std::move(rve.state);
+  awaken(*model_, state, alone);
+  return state;
 }
 
 void RveHost::put(std::uint64_t slot, HostedRve hosted) {
@@ -97,9 +90,7 @@ HostedRve RveHost::hosted(std::uint64_t slot) const {
 /// True where the grains need not be asked.
 bool RveHost::elastic(Slot& s, const Mat3& increment, Response& response, State& room) const {
   if (!s.linear && !s.tried) {
-    Team alone(1);
-    room = s.rve->committed();
-    awaken(*model_, room, alone);
+    s.rve->wake(room);
     s.linear = linear_response(*model_, room, options_.elastic);
     s.tried = true;
   }
@@ -156,6 +147,12 @@ Response RveHost::carry(Slot& s, const Mat3& increment, State& room) const {
   return response;
 }
 
+/// What was carried becomes the committed state.
+void RveHost::settle(Slot& s) {
+  s.rve->commit();
+  s.facts = s.trial_facts;
+}
+
 Outcome RveHost::advance(Slot& s, const Task& task, State& room) const {
   Outcome out;
   s.by_linear = false;
@@ -175,8 +172,7 @@ Outcome RveHost::advance(Slot& s, const Task& task, State& room) const {
         out.response = std::move(caught_up);
         return out;
       }
-      s.rve->commit();
-      s.facts = s.trial_facts;
+      settle(s);
       out.elastic_error = (guess.stress - caught_up.stress).norm() /
                           std::max(caught_up.stress.norm(), std::sqrt(3.0) * options_.quasi_static.pressure_floor);
       s.pending.setIdentity();
@@ -187,7 +183,7 @@ Outcome RveHost::advance(Slot& s, const Task& task, State& room) const {
     out.response = carry(s, task.path[i], room);
     steps += out.response.steps;
     if (!out.response.stable) break;
-    if (i + 1 < task.path.size()) s.rve->commit(), s.facts = s.trial_facts;
+    if (i + 1 < task.path.size()) settle(s);
   }
   out.response.steps = steps;
   const Clock clock;
@@ -232,8 +228,7 @@ void RveHost::commit(std::uint64_t slot) {
     return;
   }
   const std::size_t broken = s.rve->committed().ledger.breakages;
-  s.rve->commit();
-  s.facts = s.trial_facts;
+  settle(s);
   s.linear.reset();
   s.tried = s.rve->committed().ledger.breakages != broken;  // while grains break there is no elastic range to look for
 }

@@ -100,9 +100,9 @@ public:
   void copy(std::uint64_t from, std::uint64_t to) { put(to, hosted(from)); }
   void drop(std::uint64_t slot) { slots_.erase(slot); }
   HostedRve hosted(std::uint64_t slot) const;
-  /// The committed state, whole.
-  State state(std::uint64_t slot) const { return whole(*model_, hosted(slot)); }
-  static State whole(const Model& model, HostedRve rve);
+  /// The committed state, whole; and any state of these RVEs.
+  State state(std::uint64_t slot) const { return whole(slots_.at(slot).rve->committed()); }
+  State whole(State state) const;
   /// Tasks of different slots, on all threads; a failure is told in the response. The watch is asked between tasks of
   /// the calling thread; where it says so, Interrupted is thrown once those under way are done.
   std::vector<Outcome> advance(const std::vector<Task>& tasks, const Watch& watch = {});
@@ -122,6 +122,7 @@ private:
   Outcome advance(Slot& slot, const Task& task, State& room) const;
   bool elastic(Slot& slot, const Mat3& increment, Response& response, State& room) const;
   Response carry(Slot& slot, const Mat3& increment, State& room) const;
+  static void settle(Slot& slot);
 
   std::shared_ptr<const Model> model_;
   ResponseOptions options_;

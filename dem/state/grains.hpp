@@ -95,6 +95,12 @@ void for_each_column(G& g, F&& f) {
   f(g.crystal);
 }
 
+/// Empties a column for good: its room goes, too.
+template <class Column>
+void drop(Column& column) {
+  column = Column();
+}
+
 inline bool is_sphere(const Grains& g, std::size_t i) { return g.kind[i] == ShapeKind::sphere; }
 
 /// Pose and motion of a grain to be made; position is the centre of mass.
