@@ -7,8 +7,10 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <filesystem>
+#include <thread>
 
 #include "dem/base/error.hpp"
 
@@ -31,14 +33,17 @@ bool holds_something(const std::string& folder) {
 int locked(const std::string& path, int flags) {
   const int file = ::open(path.c_str(), flags | O_CLOEXEC, 0644);
   if (file < 0) throw std::runtime_error(fmt::format("{}: cannot write: {}", path, std::strerror(errno)));
-  if (::flock(file, LOCK_EX | LOCK_NB) == 0) return file;
+  for (int tries = 0; tries < 20; ++tries) {  // the ranks of an mpirun that was killed outlive it for a moment
+    if (::flock(file, LOCK_EX | LOCK_NB) == 0) return file;
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
   ::close(file);
   return -1;
 }
 
 void clear(const std::string& folder) {
   namespace fs = std::filesystem;
-  for (const char* old : {"grains", "macro"})
+  for (const char* old : {"grains", "contacts", "macro"})
     fs::remove_all(fs::path(folder) / old);  // frames of another run would mix in
   std::vector<fs::path> probes;              // a folder of frames lies beside its index
   for (const auto& entry : fs::directory_iterator(folder))
@@ -46,8 +51,8 @@ void clear(const std::string& folder) {
         fs::exists(entry.path().string() + ".hdf.series"))
       probes.push_back(entry.path());
   for (const auto& probe : probes) fs::remove_all(probe), fs::remove(probe.string() + ".hdf.series");
-  for (const char* old : {"grains.hdf.series", "macro.hdf.series", "history.csv", "grading.csv", "hopkinson.csv",
-                          "costs.csv", "summary.json", "report.html", "checkpoint.h5"})
+  for (const char* old : {"grains.hdf.series", "contacts.hdf.series", "macro.hdf.series", "history.csv", "grading.csv",
+                          "hopkinson.csv", "costs.csv", "summary.json", "report.html", "checkpoint.h5"})
     fs::remove(fs::path(folder) / old);
 }
 

@@ -25,14 +25,21 @@ GradingStates::GradingStates(const std::string& directory, const RveScene& scene
 void GradingStates::write_if_due(const dem::State& state) {
   const int states = scene_.output.gradings;
   const double every = states > 1 ? scene_.test.duration / (states - 1) : scene_.test.duration;
-  if (written_ >= states || state.time < every * written_ * (1 - 1e-9)) return;
+  if (written_ < states && state.time >= every * written_ * (1 - 1e-9)) write(state);
+}
+
+void GradingStates::write_last(const dem::State& state) {
+  if (written_ < scene_.output.gradings && state.time > last_) write(state);
+}
+
+void GradingStates::write(const dem::State& state) {
   const dem::Grading now(state);
   for (const auto& c : dem::size_classes(state, smallest_, largest_, classes))
     text_ += fmt::format("{:.9g},{:.9g},{:.6g},{:.9g},{},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g}\n", state.time,
                          state.time * scene_.test.strain_rate, c.upper / scene_.scale, now.passing(c.upper), c.grains,
                          c.mass, c.coordination, c.elongation, c.flatness, c.generation);
   dem::write_whole(path_, text_);
-  ++written_;
+  ++written_, last_ = state.time;
 }
 
 }  // namespace grus::app

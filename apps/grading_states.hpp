@@ -13,6 +13,8 @@ public:
   /// Nothing is written unless the scene's output.gradings asks for states.
   GradingStates(const std::string& directory, const RveScene& scene);
   void write_if_due(const dem::State& state);
+  /// The state in which a test ends before its time: the stress is reached, or it is unstable.
+  void write_last(const dem::State& state);
 
   /// For checkpoints: what was written so far.
   const std::string& text() const { return text_; }
@@ -20,10 +22,13 @@ public:
   void restore(const std::string& text, int written) { text_ = text, written_ = written; }
 
 private:
+  void write(const dem::State& state);
+
   std::string path_, text_;
   const RveScene& scene_;
   double smallest_ = 0, largest_ = 0;
   int written_ = 0;
+  double last_ = -1;  // s, the time of the last one of this run
 };
 
 }  // namespace grus::app

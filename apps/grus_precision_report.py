@@ -36,12 +36,17 @@ def plot(entry, result):
         y, half = 100 * max(r["error"], 0.1 * least), r["interval"]
         bars = None if math.isnan(half) else [[min(100 * half, 0.999 * y)], [100 * half]]
         ax.errorbar(r["cpu"], y, yerr=bars, fmt="o", ms=4, color="C0", ecolor="0.7", capsize=2)
-        ax.annotate(setting_text(r["settings"]), (r["cpu"], y), fontsize=6, xytext=(3, 3), textcoords="offset points")
-    front = [result["rows"][k] for k in result["front"] if math.isfinite(result["rows"][k]["error"])]
+    front = [result["rows"][k] for k in result["front"] if math.isfinite(precision.bound(result["rows"][k]))]
     if not rows:
         ax.text(0.5, 0.5, "no run got that far", transform=ax.transAxes, ha="center")
         return fig
-    ax.plot([r["cpu"] for r in front], [100 * max(r["error"], 0.1 * least) for r in front], "-", color="C3", lw=1.2, label="Pareto front (error + interval)")
+    edge = [100 * max(precision.bound(r), 0.1 * least) for r in front]
+    ax.step([r["cpu"] for r in front], edge, where="post", color="C3", lw=1.2, label="Pareto front (error + interval)")
+    middle = math.sqrt(min(r["cpu"] for r in rows) * max(r["cpu"] for r in rows))
+    for r, y in zip(front, edge):  # inside the axes, whatever side the point is on
+        late = r["cpu"] > middle
+        ax.annotate(setting_text(r["settings"]), (r["cpu"], y), fontsize=6, xytext=(-4 if late else 4, 4), textcoords="offset points", ha="right" if late else "left")
+    ax.margins(0.08, 0.12)
     ax.set(xscale="log", yscale="log", xlabel="CPU time of a run (s)", ylabel="error (%), bars: 95 % interval over seeds", title=entry["name"])
     ax.legend(fontsize=8)
     return fig

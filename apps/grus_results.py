@@ -17,8 +17,12 @@ def one_line(text):
 
 
 def plain(axis):
-    """Plain numbers on a logarithmic axis of a plot: mathematics is off there, texts are the user's."""
+    """Plain numbers on a logarithmic axis of a plot: mathematics is off there, texts are the user's. Between powers of ten 2 and 5 where there is room."""
+    def minor(v, _):
+        low, high = sorted(axis.get_view_interval())
+        return f"{v:g}" if low > 0 and high < 30 * low and f"{v:e}"[0] in "25" else ""
     axis.set_major_formatter(lambda v, _: f"{v:g}")
+    axis.set_minor_formatter(minor)
 
 
 def write_whole(path, text):

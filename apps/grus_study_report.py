@@ -6,12 +6,7 @@ import io
 import math
 import os
 
-import matplotlib
-
-matplotlib.use("Agg")
-matplotlib.rcParams["text.parse_math"] = False  # texts are the user's, not formulas
-import matplotlib.pyplot as plt
-
+from grus_figures import STYLE, alt_text, plt, table as html_table
 from grus_precision import cost, deviation, energy_error, mean, position as at, power_law
 from grus_results import plain, write_csv, write_whole
 
@@ -32,10 +27,11 @@ def picture(fig, out, name):
     os.makedirs(os.path.join(out, "plots"), exist_ok=True)
     buffer = io.BytesIO()
     fig.savefig(buffer, format="png", dpi=110, bbox_inches="tight")
+    text = alt_text(fig.axes)
     plt.close(fig)
     with open(os.path.join(out, "plots", name + ".png"), "wb") as f:
         f.write(buffer.getvalue())
-    return f'<img src="data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}">'
+    return f'<img alt="{html.escape(text, quote=True)}" src="data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}">'
 
 
 def band(x_grid, runs, column, scale):
@@ -147,11 +143,6 @@ def sweep_result(run, reference):
     return f"{'good, same result' if off < 0.05 else 'good, slightly different' if off < 0.2 else 'broken, different path'} ({100 * off:.1f} %)"
 
 
-def html_table(head, rows):
-    return ("<table><tr>" + "".join(f"<th>{html.escape(str(h))}</th>" for h in head) + "</tr>" +
-            "".join("<tr>" + "".join(f"<td>{html.escape(str(v))}</td>" for v in r) + "</tr>" for r in rows) + "</table>")
-
-
 def text_table(head, rows):
     widths = [max(len(str(r[k])) for r in [head] + rows) for k in range(len(head))]
     return "\n".join("  ".join(str(v).ljust(w) for v, w in zip(r, widths)).rstrip() for r in [head] + rows) + "\n"
@@ -231,8 +222,7 @@ def write(study, common, cases, runs, studies, sweeps, out, wall, workers):
         body += picture(fig, out, plot["name"])
     write_whole(os.path.join(out, "study.txt"), text)
     page = f"""<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(study.get('title', 'Study'))}</title>
-<style>body{{font:15px/1.5 sans-serif;max-width:1460px;margin:2em auto;padding:0 1em;color:#222}}table{{border-collapse:collapse;margin:1em 0}}
-td,th{{border:1px solid #ccc;padding:.3em .8em;text-align:left}}th{{background:#f2f0ea}}img{{max-width:100%;margin:.3em}}</style>
+<style>{STYLE}img{{max-width:100%;margin:.3em}}</style>
 <h1>{html.escape(study.get('title', 'Study'))}</h1>{body}</html>"""
     write_whole(os.path.join(out, "report.html"), page)
     print(text)

@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "apps/about_scenes.hpp"
 #include "apps/cores.hpp"
 #include "dem/base/error.hpp"
 #include "dem/base/watch.hpp"
@@ -53,7 +54,7 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
   Options options;
   CLI::App cli{description, name};
   cli.set_version_flag("--version", name + " " GRUS_VERSION);
-  cli.add_option("SCENE", options.scene, "scene file (TOML)")->required();
+  cli.add_option("SCENE", options.scene, "scene file (TOML)");
   cli.add_option("-o", options.directory, "results folder (default: the scene's name, beside the current folder)")
       ->type_name("DIR");
   cli.add_option("--threads", options.threads, "threads (default: all cores that this process may use)")
@@ -67,11 +68,15 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
   cli.add_flag("--resume", options.resume, "go on from checkpoint.h5 in DIR");
   cli.add_flag("--quiet", options.quiet, "print errors only");
   cli.add_flag("--force", options.force, "allow a results folder that is not empty");
+  About about;
+  const std::string program = name.substr(name.rfind('-') + 1);
+  add_about(cli, program, about);
   cli.footer(
       "Exit status: 0 finished, 2 scene or command line refused, 3 unstable or not converged, 130 interrupted, 1 other "
       "failure.");
   try {
     cli.parse(argc, argv);
+    if (options.scene.empty() && !about.asked()) throw CLI::RequiredError("SCENE");
   } catch (const CLI::Success& e) {
     return speaks ? cli.exit(e) : finished;
   } catch (const CLI::ParseError& e) {
@@ -87,7 +92,9 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
     if (speaks) fmt::print(stderr, "{}\n", one_line(line));
   };
   try {
-    return work(options);
+    if (!about.asked()) return work(options);
+    if (speaks) tell(about, program, options.scene);
+    return finished;
   } catch (const dem::InputError& e) {
     return say(e.what()), refused;
   } catch (const dem::Unstable& e) {

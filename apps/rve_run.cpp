@@ -66,7 +66,7 @@ RveRun::RveRun(const Options& options, RveScene& scene, dem::Team& team, dem::St
       state_(std::move(state)),
       history_((std::filesystem::path(options.directory) / "history.csv").string(),
                rve_columns(scene, options.resume ? scene.state : state_)),
-      frames_(options, scene.output.frames, scene.test.duration),
+      frames_(options, scene.output, scene.test.duration),
       gradings_(options.directory, scene),
       progress_(options.quiet) {
   course_.initial_cell = state_.boundary.cell.vectors, course_.initial_size = scene.test.loading.initial_size;
@@ -248,6 +248,7 @@ void RveRun::finish() {
   end_ = clock_.wall();
   try {
     history_.save();
+    if (status_ != interrupted && status_ != failed) frames_.write_last(state_), gradings_.write_last(state_);
     const std::filesystem::path folder(options_.directory);
     if (scene_.output.bursts > 0) dem::write_whole((folder / "bursts.csv").string(), bursts_text(scene_, state_));
     dem::write_whole((folder / "summary.json").string(), summary().dump(2) + "\n");

@@ -6,6 +6,8 @@
 
 #include <filesystem>
 
+#include "apps/scene/keys.hpp"
+
 namespace grus::app {
 namespace {
 
@@ -18,6 +20,15 @@ std::string shown(const toml::node& node) {
       if constexpr (toml::is_value<decltype(n)>) out << n;
     });
   return out.str();
+}
+
+/// As the table of keys has it; empty: any number.
+std::string range_text(const Range& r) {
+  const bool above = std::isfinite(r.low), below = std::isfinite(r.high);
+  if (above && below)
+    return fmt::format("{:g} {} x {} {:g}", r.low, r.open_low ? "<" : "<=", r.open_high ? "<" : "<=", r.high);
+  if (above) return fmt::format("{} {:g}", r.open_low ? ">" : ">=", r.low);
+  return below ? fmt::format("{} {:g}", r.open_high ? "<" : "<=", r.high) : "";
 }
 
 }  // namespace
@@ -82,13 +93,32 @@ double Table::quantity(const toml::node& value, const std::string& key, const Di
   return v;
 }
 
+void Table::declare(const std::string& key, const char* type, const Dimension& dimension, const Range& range,
+                    const nlohmann::json& fallback, const std::vector<std::string>& words) const {
+  const std::string_view t = type;
+  const bool of_numbers =
+      t == "number" || t == "list" || t == "free-list" || t == "pairs" || t == "points" || t == "matrix";
+  check_key(path_of(key),
+            {.path = {},
+             .type = type,
+             .unit = of_numbers ? dimension.name : "",
+             .range = range_text(range),
+             .fallback = {},
+             .words = fmt::format("{}", fmt::join(words, "|")),
+             .example = {},
+             .meaning = {}},
+            fallback);
+}
+
 double Table::number(const std::string& key, const Dimension& dimension, const Range& range) {
+  declare(key, "number", dimension, range);
   const double v = quantity(node(key), key, dimension, range);
   (*record_)[key] = v;
   return v;
 }
 
 double Table::number_or(const std::string& key, double fallback, const Dimension& dimension, const Range& range) {
+  declare(key, "number", dimension, range, std::isfinite(fallback) ? nlohmann::json(fallback) : nlohmann::json());
   known_.insert(key);
   if (has(key)) return number(key, dimension, range);
   if (std::isfinite(fallback)) (*record_)[key] = fallback;
@@ -96,6 +126,7 @@ double Table::number_or(const std::string& key, double fallback, const Dimension
 }
 
 long Table::integer_or(const std::string& key, long fallback, long low, long high) {
+  declare(key, "integer", dimension::none, {static_cast<double>(low), static_cast<double>(high)}, fallback);
   known_.insert(key);
   long v = fallback;
   if (has(key)) {
@@ -109,6 +140,7 @@ long Table::integer_or(const std::string& key, long fallback, long low, long hig
 }
 
 bool Table::flag_or(const std::string& key, bool fallback) {
+  declare(key, "flag", dimension::none, any, fallback);
   known_.insert(key);
   bool v = fallback;
   if (has(key)) {
@@ -120,31 +152,39 @@ bool Table::flag_or(const std::string& key, bool fallback) {
   return v;
 }
 
-std::string Table::text(const std::string& key) {
+std::string Table::word(const std::string& key) {
   const auto* s = node(key).as_string();
   if (s == nullptr) fail(key, "expected a text in quotes");
   (*record_)[key] = s->get();
   return s->get();
 }
 
+std::string Table::text(const std::string& key) {
+  declare(key, "text", dimension::none, any);
+  return word(key);
+}
+
 std::string Table::text_or(const std::string& key, const std::string& fallback) {
+  declare(key, "text", dimension::none, any, fallback);
   known_.insert(key);
-  if (has(key)) return text(key);
+  if (has(key)) return word(key);
   (*record_)[key] = fallback;
   return fallback;
 }
 
 std::string Table::choice(const std::string& key, const std::vector<std::string>& words) {
-  std::string word = text(key);
-  if (std::find(words.begin(), words.end(), word) != words.end()) return word;
-  const std::string near = closest(word, words);
-  fail(key, fmt::format("\"{}\": {}", word,
+  declare(key, "choice", dimension::none, any, {}, words);
+  std::string chosen = word(key);
+  if (std::find(words.begin(), words.end(), chosen) != words.end()) return chosen;
+  const std::string near = closest(chosen, words);
+  fail(key, fmt::format("\"{}\": {}", chosen,
                         near.empty() ? fmt::format("must be one of {}", fmt::join(words, ", "))
                                      : fmt::format("unknown (did you mean \"{}\"?)", near)));
 }
 
 std::string Table::choice_or(const std::string& key, const std::string& fallback,
                              const std::vector<std::string>& words) {
+  declare(key, "choice", dimension::none, any, fallback, words);
   known_.insert(key);
   if (has(key)) return choice(key, words);
   (*record_)[key] = fallback;
@@ -152,6 +192,7 @@ std::string Table::choice_or(const std::string& key, const std::string& fallback
 }
 
 std::vector<double> Table::numbers(const std::string& key, std::size_t count, const Dimension& dimension) {
+  declare(key, "list", dimension, any);
   const auto* a = node(key).as_array();
   if (a == nullptr || (count > 0 && a->size() != count)) fail(key, fmt::format("expected a list of {} values", count));
   std::vector<double> v;
@@ -162,6 +203,7 @@ std::vector<double> Table::numbers(const std::string& key, std::size_t count, co
 
 std::vector<double> Table::numbers_or(const std::string& key, std::vector<double> fallback,
                                       const Dimension& dimension) {
+  declare(key, "list", dimension, any, fallback);
   known_.insert(key);
   if (has(key)) return numbers(key, fallback.size(), dimension);
   (*record_)[key] = fallback;
@@ -170,6 +212,7 @@ std::vector<double> Table::numbers_or(const std::string& key, std::vector<double
 
 std::vector<std::optional<double>> Table::free_numbers(const std::string& key, std::size_t count,
                                                        const Dimension& dimension) {
+  declare(key, "free-list", dimension, any);
   const auto* a = node(key).as_array();
   if (a == nullptr || a->size() != count)
     fail(key, fmt::format("expected a list of {} values, each a {} or \"free\"", count, dimension.name));
@@ -186,6 +229,7 @@ std::vector<std::optional<double>> Table::free_numbers(const std::string& key, s
 }
 
 std::vector<std::array<double, 2>> Table::pairs(const std::string& key, const Dimension& first) {
+  declare(key, "pairs", first, any);
   const auto* rows = node(key).as_array();
   if (rows == nullptr || rows->empty()) fail(key, "expected a list of pairs such as [[0, 1], [1, 1]]");
   std::vector<std::array<double, 2>> v;
@@ -199,6 +243,7 @@ std::vector<std::array<double, 2>> Table::pairs(const std::string& key, const Di
 }
 
 std::vector<std::array<double, 3>> Table::points(const std::string& key, const Dimension& dimension) {
+  declare(key, "points", dimension, any);
   const auto* rows = node(key).as_array();
   if (rows == nullptr) fail(key, "expected a list of points such as [[0, 0, 0], [1, 0, 0]]");
   std::vector<std::array<double, 3>> v;
@@ -213,6 +258,7 @@ std::vector<std::array<double, 3>> Table::points(const std::string& key, const D
 }
 
 std::vector<std::string> Table::texts_or_none(const std::string& key) {
+  declare(key, "texts", dimension::none, any);
   known_.insert(key);
   std::vector<std::string> v;
   if (has(key)) {
@@ -238,6 +284,7 @@ std::size_t Table::length(const std::string& key) const {
 }
 
 std::array<std::array<double, 3>, 3> Table::matrix(const std::string& key, const Dimension& dimension) {
+  declare(key, "matrix", dimension, any);
   const auto* rows = node(key).as_array();
   std::array<std::array<double, 3>, 3> m{};
   if (rows == nullptr || rows->size() != 3) fail(key, "expected three rows of three values");
@@ -251,18 +298,21 @@ std::array<std::array<double, 3>, 3> Table::matrix(const std::string& key, const
 }
 
 Table Table::table(const std::string& key) {
+  declare(key, "table", dimension::none, any);
   const auto* t = node(key).as_table();
   if (t == nullptr) fail(key, "expected a table");
   return {*t, file_, path_of(key), (*record_)[key]};
 }
 
 std::optional<Table> Table::table_if(const std::string& key) {
+  declare(key, "table", dimension::none, any);
   known_.insert(key);
   if (!has(key)) return std::nullopt;
   return table(key);
 }
 
 std::vector<Table> Table::tables(const std::string& key) {
+  declare(key, "tables", dimension::none, any);
   known_.insert(key);
   std::vector<Table> found;
   if (!has(key)) return found;

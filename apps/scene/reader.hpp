@@ -68,6 +68,10 @@ public:
 
 private:
   const toml::node& node(const std::string& key);
+  std::string word(const std::string& key);  // required, undeclared
+  /// Holds what is read against the table of keys.
+  void declare(const std::string& key, const char* type, const Dimension& dimension, const Range& range,
+               const nlohmann::json& fallback = {}, const std::vector<std::string>& words = {}) const;
   double quantity(const toml::node& value, const std::string& key, const Dimension& dimension,
                   const Range& range) const;
   std::string path_of(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }

@@ -134,7 +134,7 @@ void read_platens(Table& t, RveScene& scene) {
 void read_loading(Table t, RveScene& scene) {
   TestProgram& test = scene.test;
   test.kind = t.choice("kind", kinds);
-  t.number_or("scale", 1, dimension::none, any);  // read before the sample
+  t.number_or("scale", 1, dimension::none, {1e-6, 1e6});  // read before the sample
   const std::map<std::string, void (*)(Table&, TestProgram&)> of_a_box{{"uniaxial-strain", read_uniaxial_strain},
                                                                        {"oedometric-stress", read_oedometric_stress},
                                                                        {"isotropic-stress", read_isotropic_stress},
@@ -190,6 +190,12 @@ void read_output(Table& t, RveScene& scene) {
   }
   out.gradings = static_cast<int>(o->integer_or("gradings", 0, 0, 1000));
   out.frames = static_cast<int>(o->integer_or("frames", 0, 0, 100000));
+  out.contacts = o->flag_or("contacts", false);
+  out.wrapped = o->flag_or("wrapped", false);
+  for (const char* key : {"contacts", "wrapped"})
+    if (o->flag_or(key, false) && out.frames == 0)
+      o->fail(key, "is of frames, of which none are asked for: give frames");
+  if (out.wrapped && !scene.state.boundary.cell.periodic()) o->fail("wrapped", "needs boundary.kind = \"periodic\"");
   const double rows = std::ceil(scene.test.duration / out.history_interval * (1 - 1e-9)) + 1;
   if (std::max(out.frames, out.gradings) > rows)
     scene.notes.push_back(

@@ -31,8 +31,9 @@ struct TestProgram {
 };
 
 struct Output {
-  double history_interval = 0;  // s
-  double bursts = 0;            // s, window of bursts.csv; 0: none
+  double history_interval = 0;             // s
+  double bursts = 0;                       // s, window of bursts.csv; 0: none
+  bool contacts = false, wrapped = false;  // beside the frames; grains drawn inside the periodic cell
   int frames = 0, gradings = 0;
   bool grading = false;              // size and shape columns in history.csv
   double checkpoint_interval = 300;  // s of wall time; an interrupted run writes one in any case

@@ -22,13 +22,22 @@ struct Unit {
 
 const std::map<std::string, Unit>& plain_units() {
   static const std::map<std::string, Unit> units{
-      {"m", {1, dimension::length}},    {"g", {1e-3, dimension::mass}},
-      {"s", {1, dimension::time}},      {"min", {60, dimension::time}},
-      {"h", {3600, dimension::time}},   {"N", {1, dimension::force}},
-      {"Pa", {1, dimension::pressure}}, {"bar", {1e5, dimension::pressure}},
-      {"Hz", {1, dimension::rate}},     {"J", {1, {2, 1, -2, "energy"}}},
-      {"rad", {1, dimension::none}},    {"deg", {0.017453292519943295, dimension::none}},
-      {"%", {0.01, dimension::none}},   {"1", {1, dimension::none}}};
+      {"m", {1, dimension::length}},
+      {"g", {1e-3, dimension::mass}},
+      {"s", {1, dimension::time}},
+      {"min", {60, dimension::time}},
+      {"h", {3600, dimension::time}},
+      {"N", {1, dimension::force}},
+      {"Pa", {1, dimension::pressure}},
+      {"bar", {1e5, dimension::pressure}},
+      {"psi", {6894.757293168361, dimension::pressure}},  // lbf/in^2 = 0.45359237 * 9.80665 / 0.0254^2
+      {"ksi", {6894757.293168361, dimension::pressure}},
+      {"Hz", {1, dimension::rate}},
+      {"J", {1, {2, 1, -2, "energy"}}},
+      {"rad", {1, dimension::none}},
+      {"deg", {0.017453292519943295, dimension::none}},
+      {"%", {0.01, dimension::none}},
+      {"1", {1, dimension::none}}};
   return units;
 }
 
@@ -41,7 +50,15 @@ std::vector<std::string> unit_names() {
   return names;
 }
 
-Unit unit_of(const std::string& name) {
+/// The micro sign and the Greek letter are a "u".
+std::string with_plain_micro(const std::string& name) {
+  for (const char* micro : {"\u00b5", "\u03bc"})
+    if (name.starts_with(micro)) return fmt::format("u{}", name.substr(std::strlen(micro)));
+  return name;
+}
+
+Unit unit_of(const std::string& written) {
+  const std::string name = with_plain_micro(written);
   const auto& units = plain_units();
   if (auto it = units.find(name); it != units.end()) return it->second;
   static const std::map<char, double> prefixes{{'n', 1e-9}, {'u', 1e-6}, {'m', 1e-3}, {'c', 1e-2},

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/io/frames.hpp"
 
+#include <optional>
+
 #include "dem/fracture/grain_stress.hpp"
 #include "dem/io/vtkhdf.hpp"
 #include "dem/rve/bonded.hpp"
@@ -60,16 +62,57 @@ Triangles add_hull(const Grains& g, std::size_t i, const Frame& frame, VtkGrid& 
   return triangles;
 }
 
+/// Where a grain is drawn, from where it is: unless it is to be wrapped, periodic grains leave the cell as they move.
+Vec3 image_shift(const Cell& cell, const Vec3& position, bool wrapped) {
+  if (!wrapped || !cell.periodic()) return Vec3::Zero();
+  return -cell.vectors * (cell.vectors.inverse() * position).array().floor().matrix();
+}
+
+/// Corner and edges of the periodic cell or of the box of walls; nothing where there is neither.
+std::optional<std::pair<Vec3, Mat3>> outline(const Boundary& boundary) {
+  if (boundary.cell.periodic()) return std::pair{Vec3(Vec3::Zero()), boundary.cell.vectors};
+  if (boundary.walls.size() < 6 || boundary.walls[0].name.empty()) return std::nullopt;
+  Vec3 low, edges;
+  for (int k = 0; k < 3; ++k) {
+    const auto side = 2 * static_cast<std::size_t>(k);
+    low[k] = boundary.walls[side].point[k];
+    edges[k] = boundary.walls[side + 1].point[k] - low[k];
+  }
+  return std::pair{low, Mat3(edges.asDiagonal())};
+}
+
+void add_line(std::int64_t from, std::int64_t to, VtkGrid& grid) {
+  grid.connectivity.insert(grid.connectivity.end(), {from, to});
+  grid.offsets.push_back(static_cast<std::int64_t>(grid.connectivity.size()));
+  grid.types.push_back(3);
+}
+
+/// Twelve lines that no field says anything of.
+void add_outline(const Boundary& boundary, VtkGrid& grid) {
+  const auto box = outline(boundary);
+  if (!box) return;
+  const auto first = static_cast<std::int64_t>(grid.points.size() / 3);
+  for (int corner = 0; corner < 8; ++corner)
+    add_point(box->first + box->second * Vec3(corner & 1, corner >> 1 & 1, corner >> 2), grid);
+  for (int corner = 0; corner < 8; ++corner)
+    for (const int bit : {1, 2, 4})
+      if (!(corner & bit)) add_line(first + corner, first + (corner | bit), grid);
+  for (auto& [name, field] : grid.cell_fields)
+    field.values.resize(field.values.size() + 12 * static_cast<std::size_t>(field.components), NAN);
+}
+
 }  // namespace
 
-void write_grains(const std::string& path, const State& state) {
+void write_grains(const std::string& path, const State& state, bool wrapped) {
   const Grains& g = state.grains;
-  const Triangulation surface = unit_sphere(g.size() < 3000 ? 4 : 2);
+  const Triangulation surface = unit_sphere(g.size() <= 2000 ? 8 : g.size() <= 20000 ? 4 : 2);
   VtkGrid grid;
   grid.offsets.push_back(0);
   auto field = [&](const char* name) { return &grid.cell_fields[name].values; };
   auto *id = field("id"), *radius = field("radius"), *speed = field("speed"), *material = field("material"),
        *coordination = field("coordination"), *pressure = field("mean_pressure_Pa");
+  VtkField& velocity = grid.cell_fields["velocity"];
+  velocity.components = 3;
   auto *elongation = g.frame.empty() ? nullptr : field("elongation"),
        *flatness = g.frame.empty() ? nullptr : field("flatness");
   auto* generation = g.generation.empty() ? nullptr : field("generation");
@@ -79,7 +122,8 @@ void write_grains(const std::string& path, const State& state) {
   const Fragments fragments = fragment ? fragments_of(state) : Fragments{};
   for (std::size_t i = 0; i < g.size(); ++i) {
     const ShapeFunctions& shape = shape_functions(g.kind[i]);
-    const Frame frame = frame_of(g, i);
+    Frame frame = frame_of(g, i);
+    frame.origin += image_shift(state.boundary.cell, g.motion[i].position, wrapped);
     const auto first = static_cast<std::int64_t>(grid.points.size() / 3);
     Triangles own;
     if (g.kind[i] == ShapeKind::hull)
@@ -98,6 +142,7 @@ void write_grains(const std::string& path, const State& state) {
       id->push_back(static_cast<float>(g.id[i]));
       radius->push_back(static_cast<float>(g.extent[i].equivalent_radius));
       speed->push_back(static_cast<float>(g.motion[i].velocity.norm()));
+      for (int k = 0; k < 3; ++k) velocity.values.push_back(static_cast<float>(g.motion[i].velocity[k]));
       material->push_back(g.material[i]);
       coordination->push_back(static_cast<float>(touching));
       pressure->push_back(static_cast<float>(p));
@@ -110,6 +155,37 @@ void write_grains(const std::string& path, const State& state) {
         sphericity->push_back(static_cast<float>(round.sphericity)),
             angularity->push_back(static_cast<float>(round.angularity));
     }
+  }
+  add_outline(state.boundary, grid);
+  write_vtkhdf(path, grid);
+}
+
+void write_contacts(const std::string& path, const State& state, bool wrapped) {
+  const Grains& g = state.grains;
+  const Contacts& c = state.contacts;
+  VtkGrid grid;
+  grid.offsets.push_back(0);
+  auto field = [&](const char* name) { return &grid.cell_fields[name].values; };
+  auto *normal = field("normal_force_N"), *tangential = field("tangential_force_N"), *force = field("force_N"),
+       *overlap = field("overlap_m");
+  grid.cell_fields["force_N"].components = 3;
+  for (std::size_t k = 0; k < c.size(); ++k) {
+    if (!c.contact.touching(k)) continue;
+    const Pair& pair = c.pair[k];
+    const Touch& touch = c.touch[k];
+    const Vec3 from = g.motion[pair.a].position;
+    const Vec3 shift = image_shift(state.boundary.cell, from, wrapped);
+    const Vec3 image = Vec3(pair.image[0], pair.image[1], pair.image[2]);
+    const Vec3 to = k < c.begin[first_wall] ? Vec3(g.motion[pair.b].position + state.boundary.cell.vectors * image)
+                                            : Vec3(from + contact_arm(g, c, k, false));
+    add_point(from + shift, grid), add_point(to + shift, grid);
+    const auto last = static_cast<std::int64_t>(grid.points.size() / 3);
+    add_line(last - 2, last - 1, grid);
+    const double along = touch.force.dot(touch.normal);
+    normal->push_back(static_cast<float>(along));
+    tangential->push_back(static_cast<float>((touch.force - along * touch.normal).norm()));
+    for (int i = 0; i < 3; ++i) force->push_back(static_cast<float>(touch.force[i]));
+    overlap->push_back(static_cast<float>(touch.overlap));
   }
   write_vtkhdf(path, grid);
 }

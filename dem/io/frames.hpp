@@ -8,8 +8,14 @@
 
 namespace grus::dem {
 
-/// One frame: triangulated surfaces; cell fields id, radius, speed, generation, material, coordination and mean
-/// pressure of the grain (Pa, compression-positive).
-void write_grains(const std::string& path, const State& state);
+/// One frame: triangulated surfaces (512 triangles a grain, fewer of more than 2,000) and the outline of cell or box as
+/// lines; cell fields id, radius, speed, velocity, generation, material, coordination and mean pressure of the grain
+/// (Pa, compression-positive), NaN on the outline. `wrapped`: grains with their centres in the periodic cell.
+void write_grains(const std::string& path, const State& state, bool wrapped = false);
+
+/// The contact network: a line for each touching pair, between the centres of two grains (of a wall: to the contact),
+/// with normal_force_N, tangential_force_N (magnitudes), force_N (on the second grain) and overlap_m. Needs contacts
+/// that show their forces, as at the end of a run of steps.
+void write_contacts(const std::string& path, const State& state, bool wrapped = false);
 
 }  // namespace grus::dem

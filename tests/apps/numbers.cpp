@@ -61,6 +61,11 @@ TEST_CASE("a quantity is its number in SI units, with prefixes above and under t
                        Row{"3 mg", dimension::mass, 3e-6},
                        Row{"9.81 m/s^2", dimension::acceleration, 9.81},
                        Row{"4 mm/ms^2", dimension::acceleration, 4e3},
+                       Row{"145.03773773020923 psi", dimension::pressure, 1e6},
+                       Row{"8.702264263812553 ksi", dimension::pressure, 6e7},
+                       Row{"300 \u00b5m", dimension::length, 3e-4},  // the micro sign
+                       Row{"300 \u03bcm", dimension::length, 3e-4},  // the Greek letter
+                       Row{"3 m/\u00b5s", dimension::speed, 3e6},
                        Row{"250", dimension::pressure, 250}}) {
     INFO(r.text);
     CHECK(parse_quantity(r.text, r.dimension) == Approx(r.value).epsilon(1e-12));

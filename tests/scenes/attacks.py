@@ -4,6 +4,7 @@
 import json
 import math
 import os
+import re
 import resource
 import signal
 import struct
@@ -119,10 +120,13 @@ def inputs(tmp):
     rows = history(os.path.join(tmp, "big")) if os.path.exists(os.path.join(tmp, "big", "history.csv")) else []
     need(r.returncode == 3 and "smaller than its largest grain" in r.stderr and r.stderr.count("\n") == 1 and len(rows) > 50 and summary(os.path.join(tmp, "big"))["status"] == 3,
          f"squeezed cell: exit {r.returncode}, {len(rows)} rows, {r.stderr!r}")
+    source = os.path.join(shipped, "..", "..")
+    version = re.search(r"^version: (\S+)", open(os.path.join(source, "CITATION.cff")).read(), re.M)[1]
+    need(f"project(grus VERSION {version} " in open(os.path.join(source, "CMakeLists.txt")).read() and f"\n## {version}" in open(os.path.join(source, "CHANGELOG.md")).read(), f"{version} of CITATION.cff is not that of CMakeLists.txt or CHANGELOG.md")
     for program in (rve, bvp, study, report):
         if program:
             r = run(program, "--version")
-            need(r.returncode == 0 and "0.1.0" in r.stdout, f"{program} --version: {r.stdout!r}")
+            need(r.returncode == 0 and version in r.stdout.split(), f"{program} --version: {r.stdout!r}")
 
 
 def folders(tmp):
@@ -135,7 +139,7 @@ def folders(tmp):
     r = run(rve, scene, "-o", mine, "--quiet", "--force")
     need(r.returncode == 2 and "not made by Grus" in r.stderr and sorted(os.listdir(mine)) == ["grains", "history.csv"] and open(os.path.join(mine, "history.csv")).read() == "precious", f"--force in another's folder: {r.stderr!r}")
     # Two programs, one folder: the second is refused, and the first ends as if alone.
-    slow = write(tmp, box(loading=UNIAXIAL.replace("0.02", "0.2"), more="[numerics]\nmax_overlap = 10.0\n[output]\nframes = 5\n"), "slow.toml")
+    slow = write(tmp, box(loading=UNIAXIAL.replace("0.02", "0.2").replace("500.0", "20.0"), more="[numerics]\nmax_overlap = 10.0\n[output]\nframes = 5\n"), "slow.toml")
     both = os.path.join(tmp, "both")
     p = subprocess.Popen([rve, slow, "-o", both, "--quiet", "--threads", "1"])
     while p.poll() is None and not os.path.exists(os.path.join(both, "history.csv")):

@@ -267,7 +267,7 @@ RVE_KEYS = [
     ("blocks", "material.rock.foundation", 2e12), ("blocks", "grain.0.box", "[2e-3, 3e-3, 2e-3]"), ("blocks", "grain.1.vertices", "[[0, 0, 0], [2e-3, 0, 0], [0, 3e-3, 0], [0, 0, 2e-3]]"),
     ("crush", "numerics.safety", 0.2), ("crush", "numerics.time_step", 2e-8), ("crush", "numerics.max_time_step", 1e-8), ("crush", "numerics.skin", 0.5), ("crush", "numerics.estimate_every", 3),
     ("crush", "numerics.fracture_every", 200), ("crush", "numerics.max_energy_error", 1e-9), ("crush", "numerics.max_overlap", 1e-3),
-    ("crush", "output.history_interval", 0.01), ("crush", "output.frames", 2), ("crush", "output.grading", "false"), ("crush", "output.gradings", 2), ("crush", "output.split_statistics", "true"),
+    ("crush", "output.history_interval", 0.01), ("crush", "output.frames", 2), ("crush", "output.contacts", "true", "output.frames=2"), ("crush", "output.grading", "false"), ("crush", "output.gradings", 2), ("crush", "output.split_statistics", "true"),
 ]
 BVP_KEYS = [
     ("block", "title", "'another'"), ("block", "mesh.box.size", "[0.02, 0.02, 0.03]"), ("block", "mesh.box.cells", "[1, 1, 1]"), ("block", "mesh.box.cell", "tetrahedron"), ("plate", "mesh.file", "'nowhere.msh'"),
@@ -299,7 +299,7 @@ BVP_KEYS = [
 # Keys whose effect is on what is not in a results folder, and where it is looked at.
 ELSEWHERE = {"output.checkpoint_interval": "scenes_resume, macro_resume: a checkpoint of that age",
              "solve.estimate_every": "fem/dynamics counts; elastic bars keep their step",
-             "preparation.strain_per_step": "physics/histories; a servo, not a strain, prepares", "preparation.pressure_floor": "a tenth of the pressure always; refused in the scene"}
+             "preparation.strain_per_step": "physics/histories; a servo, not a strain, prepares", "output.wrapped": "scenes_frames: grains lie in the cell", "preparation.pressure_floor": "a tenth of the pressure always; refused in the scene"}
 
 
 def outcome(folder, result):

@@ -115,7 +115,7 @@ def resume(tmp):
         killed = kill_at_random(lambda k: (["mpirun", "-n", "2"] if k % 2 else []) + [*command, "--threads", str(1 + (k + 1) % 2)] + (["--resume"] if k else []), lambda: os.path.exists(checkpoint), 5,
                                 random.Random(seed), within)
         need(killed >= 2, f"{name}: killed {killed} times before the end (seed {seed})")
-        p = subprocess.Popen(["mpirun", "-n", "2", *command, "--threads", "1", "--resume"], stdout=subprocess.DEVNULL)
+        p = subprocess.Popen(["mpirun", "-n", "2", *command, "--threads", "1", "--resume"], stdout=subprocess.DEVNULL, start_new_session=True)
         before = os.path.getmtime(checkpoint)
         interrupt_when(p, lambda: os.path.getmtime(checkpoint) != before, signal.SIGTERM)
         r = run(*command, "--threads", "2", "--resume")

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """What the scene tests share: running programs, reading results, counting faults."""
+import contextlib
 import csv
 import os
 import signal
@@ -48,18 +49,43 @@ def kill_at_random(command_of, ready, times, draw, within):
         time.sleep(draw.uniform(0, within))
         if p.poll() is not None:
             return k
-        os.killpg(p.pid, signal.SIGKILL)
+        p.kill()
         p.wait()
+        for rank in session(p.pid):
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(rank, signal.SIGKILL)
+        wait_for_session(p.pid)
     return times
 
 
+def session(leader):
+    """What still lives of the session that `leader` has led: mpirun gives each rank a process group of its own."""
+    found = []
+    for name in filter(str.isdigit, os.listdir("/proc")):
+        try:
+            with open(f"/proc/{name}/stat") as f:
+                state, _, _, number = f.read().rpartition(")")[2].split()[:4]
+        except OSError:  # ended meanwhile
+            continue
+        if int(number) == leader and state != "Z":
+            found.append(int(name))
+    return found
+
+
+def wait_for_session(leader, timeout=120):
+    begin = time.time()
+    while session(leader) and time.time() - begin < timeout:
+        time.sleep(0.01)
+
+
 def interrupt_when(process, ready, sent, timeout=300):
-    """Sends a signal once `ready()`; False where the process ended before."""
+    """Sends a signal once `ready()` and waits for all that the process, a session's leader, has started; False where it ended before."""
     begin = time.time()
     while process.poll() is None and time.time() - begin < timeout:
         if ready():
             process.send_signal(sent)
             process.wait()
+            wait_for_session(process.pid)
             return True
         time.sleep(0.01)
     return False

@@ -1,0 +1,139 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""What the commands say of scenes without a run: --keys, --schema, --new: manual.py BIN"""
+import copy
+import glob
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import tomllib
+
+import jsonschema
+
+from scene_tools import faults, here, history, need, run, shipped
+
+binaries = os.path.abspath(sys.argv[1])
+programs = {name: path for name in ("rve", "bvp") if os.path.exists(path := os.path.join(binaries, "grus-" + name))}
+sys.path.insert(0, os.path.join(here, "..", "fuzz"))
+import bases  # noqa: E402
+import hull_bases  # noqa: E402
+
+
+def rows():
+    for line in open(os.path.join(shipped, "..", "scene", "keys.txt")):
+        yield dict(zip(("path", "type", "unit", "range", "fallback", "words", "example", "meaning"), line.rstrip("\n").split(" | ")))
+
+
+def scenes():
+    """(program, name, table) of what is shipped and of what the fuzzer starts from."""
+    for path in sorted(glob.glob(os.path.join(shipped, "**", "*.toml"), recursive=True) + glob.glob(os.path.join(here, "macro", "*.toml"))):
+        with open(path, "rb") as f:
+            table = tomllib.load(f)
+        if not {"study", "calibrate", "precision", "case"} & table.keys():
+            yield "bvp" if "mesh" in table else "rve", path, table
+    for module in (bases, hull_bases):
+        for name, text in vars(module).items():
+            if isinstance(text, dict):
+                for key, scene in text.items():
+                    if isinstance(scene, str) and "[loading]" in scene:
+                        yield "rve", key, tomllib.loads(scene)
+
+
+def part(schema, path):
+    """The schema of a key."""
+    for word in re.sub(r"\[\]", ".[]", path).split("."):
+        for one in schema.get("anyOf", [schema]):
+            if one.get("type") in ("object", "array"):
+                schema = one
+        schema = schema["additionalProperties"] if word == "*" else schema["items"] if word == "[]" else schema["properties"][word]
+    return schema
+
+
+def schemas():
+    known = {program: json.loads(run(path, "--schema").stdout) for program, path in programs.items()}
+    for schema in known.values():
+        jsonschema.Draft7Validator.check_schema(schema)
+    seen = 0
+    for program, name, table in scenes():
+        if program in known:
+            wrong = [e.message[:200] for e in jsonschema.Draft7Validator(known[program]).iter_errors(table)]
+            need(not wrong, f"schema: {name}: {wrong}")
+            seen += 1
+    need(seen > 40, f"schema: {seen} scenes")
+    with open(os.path.join(shipped, "sand_box.toml"), "rb") as f:
+        good = tomllib.load(f)
+
+    def refused(change, words):
+        table = copy.deepcopy(good)
+        change(table)
+        wrong = [e.message for e in jsonschema.Draft7Validator(known["rve"]).iter_errors(table)]
+        need(any(words in str(w) for w in wrong), f"schema: {words} not in {wrong}")
+    refused(lambda t: t["packing"].update(solid_fractoin=0.5), "solid_fractoin")
+    refused(lambda t: t["material"]["sand"].update(frictoin=0.5), "frictoin")
+    refused(lambda t: t["packing"].update(solid_fraction=1.5), "1.5")
+    refused(lambda t: t["packing"].update(solid_fraction=True), "True")
+    refused(lambda t: t["boundary"].update(kind="wall"), "'wall'")
+    refused(lambda t: t.update(output={"frames": 2.5}), "2.5")
+    for row in rows():
+        program = "rve" if any(k["path"] == row["path"] for k in listed["rve"]) else "bvp"
+        if row["example"] and program in known:
+            value = tomllib.loads("v = " + row["example"])["v"]
+            wrong = [e.message for e in jsonschema.Draft7Validator(part(known[program], row["path"])).iter_errors(value)]
+            need(not wrong, f"{row['path']}: the example {row['example']} does not fit its own row: {wrong}")
+
+
+listed = {}
+
+
+def keys():
+    table = list(rows())
+    need(len({r["path"] for r in table}) == len(table) > 300 and all(r["meaning"] for r in table), "keys.txt: rows twice, or without a meaning")
+    need(all(r["example"] or "table" in r["type"] for r in table), f"without an example: {[r['path'] for r in table if not r['example'] and 'table' not in r['type']]}")
+    told = ""
+    for program, path in programs.items():
+        r = run(path, "--keys")
+        need(r.returncode == 0, f"--keys: {r.stderr}")
+        told += r.stdout
+        listed[program] = [row for row in table if re.search(r"^\[*" + re.escape(row["path"]) + r"\]*$", r.stdout, re.M)]
+    if "bvp" in programs:
+        missing = [row["path"] for row in table if not any(row in found for found in listed.values())]
+        need(not missing, f"--keys leaves out {missing}")
+    r = run(programs["rve"], "--keys", "weibull")
+    need(r.returncode == 0 and "fracture.weibull.modulus" in r.stdout and "packing" not in r.stdout, f"--keys weibull: {r.stdout}")
+    r = run(programs["rve"], "--keys", "no such thing")
+    need(r.returncode == 2 and r.stderr.count("\n") == 1, f"--keys of nothing: {r.returncode} {r.stderr!r}")
+    r = run(programs["rve"], "--help")
+    need(all(word in r.stdout for word in ("--keys", "--schema", "--new")), "--help does not name them")
+
+
+def new(tmp):
+    def go(*command):
+        return subprocess.run(command, cwd=tmp, capture_output=True, text=True, timeout=300)
+    for kind in ("shpb", "oedometer", "triaxial", "single-grain"):
+        r = go(programs["rve"], "--new", kind)
+        need(r.returncode == 0 and open(os.path.join(tmp, kind + ".toml")).read() == open(os.path.join(shipped, "new", kind + ".toml")).read(), f"--new {kind}: {r.stderr}")
+        need("compression-positive" in open(os.path.join(tmp, kind + ".toml")).read().split("title")[0], f"--new {kind}: its head does not tell signs")
+        r = go(programs["rve"], kind + ".toml", "--check")
+        need(r.returncode == 0 and "run time about" in r.stdout, f"--new {kind}: --check: {r.stderr}")
+    r = go(programs["rve"], "--new", "shpb")
+    need(r.returncode == 2 and "is there already" in r.stderr and r.stderr.count("\n") == 1, f"--new twice: {r.returncode} {r.stderr!r}")
+    r = go(programs["rve"], "--new", "shpb", "other.toml")
+    need(r.returncode == 0 and os.path.exists(os.path.join(tmp, "other.toml")), f"--new with a name: {r.stderr}")
+    need(go(programs["rve"], "--new", "nothing").returncode == 2 and go(programs["rve"]).returncode == 2, "--new of no kind, or no scene at all")
+    for kind in ("oedometer", "single-grain"):
+        r = go(programs["rve"], kind + ".toml", "--quiet")
+        need(r.returncode == 0 and float(history(os.path.join(tmp, kind))[-1]["breakages"]) > 3, f"--new {kind}: {r.stderr}")
+    r = go(os.path.join(binaries, "grus-report"), "oedometer", "single-grain")
+    page = open(os.path.join(tmp, "oedometer", "report.html")).read()
+    need(r.returncode == 0 and page.count("image/svg+xml") >= 12 and 'alt="Single grains' in page and "Void ratio against" in page and "Gradings, first and last" in page, f"report: {r.stderr}")
+
+
+with tempfile.TemporaryDirectory() as folder:
+    keys()
+    schemas()
+    new(folder)
+print(f"manual: {len(faults)} faults")
+sys.exit(1 if faults else 0)
