@@ -53,7 +53,7 @@ dem::ResponseOptions response_of_text(const std::string& text, const std::string
     throw InputError(fmt::format("{}: {}", place, e.description()));
   }
   nlohmann::json record;
-  Table t(parsed, place, "", record);
+  Table t(parsed, place, "rve", record);  // what [rve] of a problem may say
   dem::ResponseOptions response = read_response(t);
   t.finish();
   using Kind = dem::TangentKind;
