@@ -1,0 +1,102 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""The documents as a site that can be searched: make_site.py BUILD OUT (cmake --build build --target docs)
+
+README and docs/ as they are, a page of all keys from apps/scene/keys.txt (the table that the reader of scenes holds itself to), a gallery of the shipped scenes. Needs mkdocs.
+"""
+import glob
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+NAV = [("Start", [("Grus", "index.md"), ("Coming from other programs", "coming.md"), ("Gallery", "gallery.md")]),
+       ("Use", [("Scenes", "scenes.md"), ("All keys", "keys.md"), ("Results", "results.md"), ("Macro problems", "macro.md"), ("Calibration", "calibration.md"), ("Python and C++", "library.md"), ("Extreme cases", "stability.md")]),
+       ("Theory", [("Physics", "physics.md"), ("Fracture", "physics/fracture.md"), ("Fourteen balls", "physics/fourteen.md"), ("Bonded polyhedra", "bonded.md"), ("Cleavage", "cleavage.md")]),
+       ("Validation", [("Verification", "verification.md"), ("Zhang et al. (2015)", "validation/zhang2015.md"), ("Ciantia et al. (2015)", "validation/ciantia2015.md"), ("Galindo-Torres et al. (2012)", "validation/galindo2012.md"),
+                       ("Saleme Ruiz (2016)", "validation/saleme2016.md"), ("Error against run time", "studies/README.md"), ("Benchmarks", "benchmarks.md")]),
+       ("Problems", [(name.replace("_", " "), f"problems/{name}.md") for name in ("biaxial_plane_strain", "oedometer_block", "pile_tip", "shpb_bars", "strip_footing", "triaxial", "triaxial_block")]),
+       ("Code", [("Architecture", "architecture.md")])]
+
+
+def with_links(text, page, at):
+    """Links of a page that was `page` below the source and is now `at` below the site: to pages as they lie there; to what is no page, the text alone."""
+    def link(match):
+        mark, words, target = match.groups()
+        path, hash_sign, part = target.partition("#")
+        if re.match(r"\w+:", target) or not path:
+            return match.group(0)
+        found = os.path.normpath(os.path.join(os.path.dirname(page), path))
+        if found == "README.md":
+            found = "docs/index.md"
+        if not found.startswith("docs/") or not (found == "docs/index.md" or os.path.isfile(os.path.join(source, found))) or not found.endswith((".md", ".png")):
+            return words if not mark else ""
+        return f"{mark}[{words}]({os.path.relpath(found[5:], os.path.dirname(at) or '.')}{hash_sign}{part})"
+    return re.sub(r"(!?)\[([^\]\n]*)\]\(([^)\s]+)\)", link, text)
+
+
+def keys():
+    """Tables of keys, one for each table of a scene."""
+    text = ["# All keys", "", "Made from the table that the reader of scenes holds every key against which it reads. `grus-rve --keys [TEXT]` prints the same; `--schema` is for editors. "
+            "A number is SI, a text may carry a unit (`\"60 GPa\"`, `\"300 µm\"`, `\"10 ksi\"`).", ""]
+    cell = lambda fact: fact.lstrip("~").replace("|", ", ").replace("<", "&lt;")
+    above = None
+    for line in open(os.path.join(source, "apps", "scene", "keys.txt")):
+        path, kind, unit, limits, fallback, words, example, meaning = line.rstrip("\n").split(" | ")
+        table, _, key = path.rpartition(".")
+        if "table" in kind:
+            continue
+        if table != above:
+            above = table
+            head = next((r.rstrip("\n").split(" | ")[7] for r in open(os.path.join(source, "apps", "scene", "keys.txt")) if r.startswith((table + " | ", table.removesuffix("[]") + " | "))), "")
+            text += ["", f"## `{'[[' + table[:-2] + ']]' if table.endswith('[]') else '[' + table + ']' if table else 'top level'}`", "", head, "", "| key | meaning | kind | range | default | example |", "|---|---|---|---|---|---|"]
+        kind = cell(words) if words else kind + (f" ({unit})" if unit not in ("", "number") else "")
+        text.append(f"| `{key}` | {cell(meaning)} | {kind} | {cell(limits)} | {cell(fallback)} | `{example.replace('|', ' ')}` |" if example else f"| `{key}` | {cell(meaning)} | {kind} | {cell(limits)} | {cell(fallback)} | |")
+    return "\n".join(text) + "\n"
+
+
+def gallery():
+    text = ["# Gallery", "", "Each shipped scene, what it is and what to look at, and its picture where it has one.", ""]
+    for path in sorted(glob.glob(os.path.join(source, "apps", "scenes", "*.toml"))):
+        stem = os.path.basename(path)[:-5]
+        scene = open(path).read()
+        title = re.search(r'^title = "(.*)"', scene, re.M)
+        head = " ".join(line.lstrip("# ") for line in scene.split("\n\n")[0].splitlines() if line.startswith("#"))
+        pictures = [p for p in (f"images/{stem}.png", f"problems/images/{stem}.png", f"problems/images/{stem}_field.png") if os.path.exists(os.path.join(source, "docs", p))]
+        program = "grus-bvp" if re.search(r"^\[mesh\]", scene, re.M) else "grus-rve"
+        text += [f"## {title[1] if title else stem}", "", head, "", f"    {program} apps/scenes/{stem}.toml", ""] + [f"![{stem}]({p})" for p in pictures] + ["", f"<details><summary>{stem}.toml</summary>\n\n```toml\n{scene}```\n\n</details>", ""]
+    return "\n".join(text)
+
+
+def main(build, out):
+    if shutil.which("mkdocs") is None:
+        sys.exit("docs: needs mkdocs (Debian: mkdocs)")
+    os.makedirs(build, exist_ok=True)
+    pages = os.path.join(build, "docs")
+    shutil.rmtree(pages, ignore_errors=True)
+    shutil.copytree(os.path.join(source, "docs"), pages, ignore=shutil.ignore_patterns("*.py", "__pycache__"))
+    for path in glob.glob(os.path.join(pages, "**", "*.md"), recursive=True):
+        at = os.path.relpath(path, pages)
+        text = with_links(open(path).read(), "docs/" + at, at)
+        open(path, "w").write(text)
+    for name, text in (("index.md", with_links(open(os.path.join(source, "README.md")).read(), "README.md", "index.md")), ("keys.md", keys()), ("gallery.md", gallery())):
+        open(os.path.join(pages, name), "w").write(text)
+    missing = [page for _, entries in NAV for _, page in entries if not os.path.exists(os.path.join(pages, page))]
+    if missing:
+        sys.exit(f"docs: no {', '.join(missing)}")
+    config = {"site_name": "Grus", "docs_dir": pages, "site_dir": os.path.abspath(out), "theme": "readthedocs", "use_directory_urls": False, "plugins": ["search"],
+              "markdown_extensions": ["tables", "fenced_code"], "nav": [{section: [{title: page} for title, page in entries]} for section, entries in NAV]}
+    path = os.path.join(build, "mkdocs.yml")
+    with open(path, "w") as f:
+        json.dump(config, f)  # JSON is YAML
+    r = subprocess.run(["mkdocs", "build", "--quiet", "--strict", "-f", path])
+    if r.returncode == 0:
+        print(f"docs: {out}/index.html (search needs a server: python3 -m http.server -d {out})")
+    return r.returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main(os.path.abspath(sys.argv[1]), sys.argv[2]))
