@@ -7,8 +7,8 @@ from grus_figures import counts, decades, figure, legend, positive
 
 
 def loaded_axis(c):
-    """The axis that is strained most: yy in two dimensions, zz in three."""
-    return max(("xx", "yy", "zz"), key=lambda k: max(map(abs, c[f"mean_strain_{k}"])))
+    """The axis whose stress changes most: sand that is sheared strains more to its sides than along the load."""
+    return max(("xx", "yy", "zz"), key=lambda k: max(c[f"mean_stress_{k}_Pa"]) - min(c[f"mean_stress_{k}_Pa"]))
 
 
 def dynamic(c):
@@ -23,13 +23,13 @@ def along(c):
 
 
 def pushed(c):
-    """(boundary, component, displacement, reaction) of what is moved, in the direction in which it is."""
+    """(boundary, component, displacement, reaction) of what pushes; sides that give way to a pressure move against theirs."""
     found = []
     for key in [k for k in c if k.startswith("moved_") and k.endswith("_m")]:
         name, component = key[6:-4], key[-3]
         way, force = c[key], c.get(f"reaction_{name}_{component}_N")
-        if force and max(map(abs, way)) > 0 and max(map(abs, force)) > 0:
-            found.append((max(map(abs, way)), name, component, way, force))
+        if force and sum(f * math.copysign(1, max(way, key=abs)) for f in force) > 0 and max(map(abs, way)) > 0:
+            found.append((max(map(abs, force)), name, component, way, force))
     found.sort(reverse=True)
     return [f[1:] for f in found if f[0] > 0.05 * found[0][0]]
 
