@@ -7,8 +7,16 @@ import html
 import json
 import math
 import os
+import signal
 import sys
 
+
+def interrupted(*_):
+    print("grus-report: interrupted, nothing was written", file=sys.stderr)
+    raise SystemExit(130)
+
+
+signal.signal(signal.SIGINT, interrupted)  # before what takes a second to load
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 try:
     from grus_figures import STYLE, ZOOM, table

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """The documents as a site that can be searched: make_site.py BUILD OUT (cmake --build build --target docs)
 
-README and docs/ as they are, a page of all keys from apps/scene/keys.txt (the table that the reader of scenes holds itself to), a gallery of the shipped scenes. Needs mkdocs.
+README and docs/ as they are, a page of all keys from apps/scene/keys.txt (the table that the reader of scenes holds itself to), a gallery of the shipped scenes, the interfaces
+from their own comments. Needs mkdocs.
 """
 import glob
 import json
@@ -12,14 +13,16 @@ import shutil
 import subprocess
 import sys
 
+import api_pages
+
 source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-NAV = [("Start", [("Grus", "index.md"), ("Coming from other programs", "coming.md"), ("Gallery", "gallery.md")]),
+NAV = [("Start", [("Grus", "index.md"), ("From a sieve curve to a pile", "tutorial.md"), ("Coming from other programs", "coming.md"), ("Gallery", "gallery.md")]),
        ("Use", [("Scenes", "scenes.md"), ("All keys", "keys.md"), ("Results", "results.md"), ("Macro problems", "macro.md"), ("Calibration", "calibration.md"), ("Python and C++", "library.md"), ("Extreme cases", "stability.md")]),
        ("Theory", [("Physics", "physics.md"), ("Fracture", "physics/fracture.md"), ("Fourteen balls", "physics/fourteen.md"), ("Bonded polyhedra", "bonded.md"), ("Cleavage", "cleavage.md")]),
        ("Validation", [("Verification", "verification.md"), ("Zhang et al. (2015)", "validation/zhang2015.md"), ("Ciantia et al. (2015)", "validation/ciantia2015.md"), ("Galindo-Torres et al. (2012)", "validation/galindo2012.md"),
                        ("Saleme Ruiz (2016)", "validation/saleme2016.md"), ("Error against run time", "studies/README.md"), ("Benchmarks", "benchmarks.md")]),
        ("Problems", [(name.replace("_", " "), f"problems/{name}.md") for name in ("biaxial_plane_strain", "oedometer_block", "pile_tip", "shpb_bars", "strip_footing", "triaxial", "triaxial_block")]),
-       ("Code", [("Architecture", "architecture.md")])]
+       ("Code", [("C++", "api_cpp.md"), ("Python", "api_python.md"), ("Architecture", "architecture.md")])]
 
 
 def with_links(text, page, at):
@@ -47,7 +50,7 @@ def keys():
     for line in open(os.path.join(source, "apps", "scene", "keys.txt")):
         path, kind, unit, limits, fallback, words, example, meaning = line.rstrip("\n").split(" | ")
         table, _, key = path.rpartition(".")
-        if "table" in kind:
+        if kind in ("table", "tables"):
             continue
         if table != above:
             above = table
@@ -82,7 +85,7 @@ def main(build, out):
         at = os.path.relpath(path, pages)
         text = with_links(open(path).read(), "docs/" + at, at)
         open(path, "w").write(text)
-    for name, text in (("index.md", with_links(open(os.path.join(source, "README.md")).read(), "README.md", "index.md")), ("keys.md", keys()), ("gallery.md", gallery())):
+    for name, text in (("index.md", with_links(open(os.path.join(source, "README.md")).read(), "README.md", "index.md")), ("keys.md", keys()), ("gallery.md", gallery()), ("api_cpp.md", api_pages.cpp(source)), ("api_python.md", api_pages.python(source))):
         open(os.path.join(pages, name), "w").write(text)
     missing = [page for _, entries in NAV for _, page in entries if not os.path.exists(os.path.join(pages, page))]
     if missing:

@@ -39,7 +39,12 @@ std::vector<Key> parsed() {
 }
 
 /// material.sand.density is material.*.density, grain[3].radius grain[].radius; a packing's parents are a packing.
-std::string general(const std::string& path) {
+std::string general(std::string path) {
+  if (const std::string quoted = "material.\""; path.starts_with(quoted)) {  // such a name may hold dots
+    std::size_t end = quoted.size();
+    while (end < path.size() && path[end] != '"') end += path[end] == '\\' ? 2u : 1u;
+    path = "material.*" + (end < path.size() ? path.substr(end + 1) : "");
+  }
   std::string text;
   const auto parts = split(path, ".");
   for (std::size_t i = 0; i < parts.size(); ++i) {
@@ -78,6 +83,13 @@ std::string difference(const Key& row, const Key& read, const nlohmann::json& fa
 }
 
 }  // namespace
+
+std::string as_in_toml(const std::string& key) {
+  const bool bare = std::all_of(key.begin(), key.end(), [](unsigned char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  });
+  return bare && !key.empty() ? key : nlohmann::json(key).dump();
+}
 
 const std::vector<Key>& scene_keys() {
   static const std::vector<Key> keys = parsed();

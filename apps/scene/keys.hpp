@@ -24,6 +24,9 @@ struct Key {
 
 const std::vector<Key>& scene_keys();
 
+/// A key as a path has it: quoted where TOML wants that, so that a name may hold dots.
+std::string as_in_toml(const std::string& key);
+
 /// Facts of a key as it is read. Throws std::logic_error where the table has no such key or says otherwise.
 void check_key(const std::string& path, const Key& read, const nlohmann::json& fallback);
 

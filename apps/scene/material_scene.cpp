@@ -221,6 +221,12 @@ void read_model(Table& scene, dem::Model& model, bool unit_cell) {
     m.restitution = t.number_or("restitution", 1, dimension::none, {0.01, 1});
     m.damping = t.number_or("damping", 0, dimension::none, {0, 1, false, true});
     m.turns = t.flag_or("rotation", true);
+    m.rolling_friction = t.number_or("rolling_friction", 0, dimension::none, not_negative);
+    if (m.rolling_friction > 0) {
+      if (kind == "overlap") t.fail("rolling_friction", "contact = \"overlap\": hulls roll as their faces let them");
+      if (m.friction == 0) t.fail("rolling_friction", "needs friction: what slides freely does not roll");
+      if (!m.turns) t.fail("rolling_friction", "rotation = false: its grains do not turn");
+    }
     if (auto f = t.table_if("fracture")) {
       m.fracture = read_fracture(*f, m, elasticity);
       if (std::holds_alternative<dem::Cut>(m.fracture->splitter) && kind != "overlap")

@@ -8,8 +8,8 @@
 
 #include "apps/scene/cells_scene.hpp"
 #include "apps/scene/hulls_scene.hpp"
+#include "apps/scene/mixture_scene.hpp"
 #include "apps/scene/sample_scene.hpp"
-#include "dem/state/order.hpp"
 
 namespace grus::app {
 namespace {
@@ -72,22 +72,6 @@ dem::RadiusDistribution times(dem::RadiusDistribution d, double scale) {
 
 constexpr double most_grains = 5e6;
 
-void put_spheres(const dem::Packing& packing, std::uint8_t material, bool turned, RveScene& scene) {
-  scene.packing_overlap = packing.worst_overlap;
-  for (std::size_t i = 0; i < packing.spheres.size(); ++i) {
-    dem::GrainSpec spec;
-    spec.shape = dem::PolyEllipsoid::sphere(packing.spheres[i].radius);
-    spec.position = packing.spheres[i].position;
-    spec.material = material;
-    spec.density = scene.model.materials[material].density;
-    spec.turns = scene.model.materials[material].turns;
-    spec.inertia = scene.model.numerics.inertia_factor(packing.spheres[i].radius);
-    if (turned) spec.orientation = dem::random_rotation(scene.model.seed, i);
-    dem::set_grain(scene.state.grains, i, spec);
-  }
-  dem::sort_in_space(scene.state.grains);
-}
-
 std::optional<PendingPacking::Hulls> read_hulls(Table& packing) {
   auto t = packing.table_if("hulls");
   if (!t) return {};
@@ -148,7 +132,7 @@ PendingPacking read_random(Table& t, const RveScene& scene, dem::Container conta
   p.box = box;
   p.container = container;
   p.turned = turned;
-  p.material = material;
+  p.parts = read_parts(t, scene, container, material);
   p.radius = times(read_radius(t), scene.scale);
   const std::string target = read_target(t, p.solid_fraction);
   if (p.solid_fraction > 0.74)
@@ -158,7 +142,7 @@ PendingPacking read_random(Table& t, const RveScene& scene, dem::Container conta
   if (!(p.grains() < most_grains)) t.fail("box", "more than five million grains; check box and radius");
   if (!(2 * p.radius.mean < box.minCoeff()))
     t.fail("box", fmt::format("a grain of the mean radius, {:.3g} m, does not fit in", p.radius.mean));
-  check_mass(t, scene.model.materials[material], p.radius.mean, "radius");
+  for (const auto& part : p.parts) check_mass(t, scene.model.materials[part.material], p.radius.mean, "radius");
   p.hulls = read_hulls(t);
   p.place = t.place(target);
   return p;
@@ -255,7 +239,7 @@ void read_packing(Table t, RveScene& scene, bool round, Vec3& box) {
     smallest = std::min(smallest, sphere.radius), largest = std::max(largest, sphere.radius);
   for (const double r : {smallest, largest})
     check_mass(t, scene.model.materials[material], r, kind == "file" ? "path" : "radius");
-  put_spheres(packing, material, turned, scene);
+  put_grains(packing, {{material}}, turned, scene);
   t.finish();
 }
 
@@ -266,13 +250,14 @@ void make_sample(RveScene& scene, dem::Team& team, const dem::Watch& watch) {
   std::vector<double> reach;
   if (p.hulls) hulls = dem::random_hulls(p.hulls->rounds, p.hulls->aspect, scene.model.seed, team);
   for (const dem::UnitHull& hull : hulls) reach.push_back(hull.reach);
+  if (!p.hulls) reach = reaches(p.parts);
   try {
     const dem::Packing packing = dem::random_packing(p.box, p.radius, p.solid_fraction, p.count, p.container,
                                                      scene.model.seed, team, watch, reach);
     if (p.hulls)
-      put_hulls(packing, hulls, p.material, p.turned, scene);
+      put_hulls(packing, hulls, p.parts[0].material, p.turned, scene);
     else
-      put_spheres(packing, p.material, p.turned, scene);
+      put_grains(packing, p.parts, p.turned, scene);
   } catch (const InputError& e) {
     throw InputError(fmt::format("{}: {}", p.place, e.what()));
   }

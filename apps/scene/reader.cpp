@@ -6,8 +6,6 @@
 
 #include <filesystem>
 
-#include "apps/scene/keys.hpp"
-
 namespace grus::app {
 namespace {
 

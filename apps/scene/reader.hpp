@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "apps/scene/keys.hpp"
 #include "apps/scene/units.hpp"
 #include "dem/base/error.hpp"
 
@@ -74,7 +75,7 @@ private:
                const nlohmann::json& fallback = {}, const std::vector<std::string>& words = {}) const;
   double quantity(const toml::node& value, const std::string& key, const Dimension& dimension,
                   const Range& range) const;
-  std::string path_of(const std::string& key) const { return path_.empty() ? key : path_ + "." + key; }
+  std::string path_of(const std::string& key) const { return (path_.empty() ? "" : path_ + ".") + as_in_toml(key); }
   std::string place_at(const toml::source_region& where, const std::string& key) const;
   [[noreturn]] void fail_at(const toml::source_region& where, const std::string& key, const std::string& message) const;
 

@@ -47,7 +47,13 @@ struct PendingPacking {
   std::size_t count = 0;  // 0: as many as fill the fraction
   dem::Container container = dem::Container::box;
   bool turned = false;
-  std::uint8_t material = 0;
+  /// What grains are made of, and how they are shaped: axes of an ellipsoid of the sphere's volume, relative.
+  struct Part {
+    std::uint8_t material = 0;
+    double share = 1;
+    dem::Vec3 aspect = dem::Vec3::Ones();
+  };
+  std::vector<Part> parts;  // one where nothing is mixed
   /// Grains are random hulls.
   struct Hulls {
     int rounds;        // of relaxation

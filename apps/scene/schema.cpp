@@ -76,7 +76,7 @@ json of_key(const Key& k) {
 }
 
 /// Puts what a key's last part stands for below its parents, which come before it.
-void place(json& root, const std::string& path, json schema) {
+void place(json& root, const std::string& path, const json& schema) {
   json* at = &root;
   std::size_t from = 0;
   while (true) {

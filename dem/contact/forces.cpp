@@ -22,6 +22,7 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
     row[law_dashpot] = p.dashpot;
     row[law_stiffness] = p.normal_stiffness;
     row[law_shear_ratio] = p.friction > 0 ? p.shear_ratio : 1, row[law_friction] = p.friction;
+    row[law_rolling] = p.rolling;
     pass.friction = pass.friction || p.friction > 0, pass.dashpot = pass.dashpot || p.dashpot > 0;
   }
   const bool periodic = boundary.cell.periodic();
@@ -73,6 +74,8 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
   pass.viscous = h.viscous.data();
   pass.stiffness = h.stiffness.data();
   pass.radius = h.radius.data();
+  pass.rolling = h.rolls && pass.friction;
+  if (h.rolls) pass.roll_x = h.roll_x.data(), pass.roll_y = h.roll_y.data(), pass.roll_z = h.roll_z.data();
   pass.touch = shown ? reinterpret_cast<double*>(c.touch.data()) : nullptr;
   pass.active = c.active.data();
   pass.frame = reinterpret_cast<const double*>(grains.frame.data()),

@@ -63,8 +63,10 @@ Press advance(const TileWork& s, std::size_t k, const Overlap& o, double modulus
   if (p.friction > 0) {
     const double torsion = c.spring.dot(before);
     const Vec3 along = turned_spring(c.spring - torsion * before, n, m.twist * s.dt());
-    advance_spring(c, along + torsion * n, s.dt() * (m.velocity + (arm * m.spin - vn) * n), p.shear_ratio * c.stiffness,
+    const double kt = p.shear_ratio * c.stiffness;
+    advance_spring(c.spring, c.compliance, along + torsion * n, s.dt() * (m.velocity + (arm * m.spin - vn) * n), kt,
                    p.friction * (elastic.force + viscous), s.energy);
+    c.compliance = 1 / kt;
     const double turning = c.spring.dot(n);
     out.rest += c.spring - turning * n, out.moment = arm * turning;
   }

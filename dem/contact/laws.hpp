@@ -14,6 +14,7 @@ struct PairLaw {
   double youngs = 0;       // E* = [(1-nu1^2)/E1 + (1-nu2^2)/E2]^-1 (Pa)
   double shear_ratio = 0;  // tangential / normal tangent stiffness; Hertz-Mindlin: 4 G*/E*
   double friction = 0;
+  double rolling = 0;  // largest rolling couple / (normal force x effective radius); 0 where nothing slides
   double dashpot = 0;  // coefficient c in c sqrt(m* S_n), S_n the tangent normal stiffness
   // Linear law (N/m); by modulus: of an effective radius of 1 m (Pa); of hulls: modulus of elasticity (Pa), or of the
   // foundation (Pa/m).
@@ -85,11 +86,11 @@ using ContactLaw = std::variant<HertzMindlin, LinearSpring, Foundation>;
   return old;
 }
 
-/// The tangential spring goes on by `slip` (m) from `old`, where it is now, at stiffness kt up to Coulomb's limit.
-[[gnu::always_inline]] inline void advance_spring(Contact& c, const Vec3& old, const Vec3& slip, double kt,
-                                                  double limit, BlockEnergy& e) {
-  const double size2 = c.spring.squaredNorm(), held = shear_energy(c);
-  const double grown = kt * c.compliance, after = 1 / kt;
+/// A spring of the contact goes on by `slip` (m) from `old`, where it is now, at stiffness kt up to `limit`.
+[[gnu::always_inline]] inline void advance_spring(Vec3& spring, double compliance, const Vec3& old, const Vec3& slip,
+                                                  double kt, double limit, BlockEnergy& e) {
+  const double size2 = spring.squaredNorm(), held = 0.5 * compliance * size2;
+  const double grown = kt * compliance, after = 1 / kt;
   Vec3 now = std::min(1.0, grown) * old - kt * slip;
   const double size = now.norm();
   // A spring sheds the smaller part of its stiffness or of its force; sliding takes the plastic slip times what held
@@ -97,27 +98,34 @@ using ContactLaw = std::variant<HertzMindlin, LinearSpring, Foundation>;
   e.friction += held - std::min(held * grown, 0.5 * size2 * after);
   const double first = std::min(1.0, grown) * std::sqrt(size2);
   if (size > limit) e.friction += 0.5 * (first + limit) * (size - limit) * after, now *= limit / size;
-  c.compliance = after;
-  c.spring = now;
-  e.springs += held - shear_energy(c) - 0.5 * (old + now).dot(slip);
+  spring = now;
+  e.springs += held - 0.5 * after * now.squaredNorm() - 0.5 * (old + now).dot(slip);
 }
 
 /// Advances a touching contact to the new normal and overlap; returns the force on b. The plain form of what
 /// kernel/sphere_pass.cpp does for many spheres at once.
 /// Tangential form: incremental dF = -k_t dslip, rescaled by k_t/k_t,old on unloading so that no energy appears.
-/// `v`: velocity of b against a at the contact point; `twist`: mean spin of both along n. Energies are booked to `e`:
+/// `v`: velocity of b against a at the contact point; `twist`: mean spin of both along n; `rolling`: spin of b against
+/// a, whose part across n stretches the rolling spring by the effective radius (elastic-plastic spring-dashpot without
+/// the dashpot: Ai et al., Powder Technology 206 (2011) 269, type C, in three dimensions). Energies are booked to `e`:
 /// trapezoid of force times the half-step velocity, the discrete work of the leapfrog integrator.
 template <class Law>
 [[gnu::always_inline]] inline Vec3 advance_contact(const Law& law, const PairLaw& p, double effective_mass, Contact& c,
                                                    Touch& touch, const Vec3& n, double overlap, const Vec3& v,
-                                                   double twist, double dt, BlockEnergy& e) {
+                                                   double twist, double dt, BlockEnergy& e,
+                                                   const Vec3& rolling = Vec3::Zero()) {
   const Elastic elastic = law(c.stiffness, overlap);
   const double vn = v.dot(n);
   const double normal_force = elastic.force + advance_dashpot(p, effective_mass, elastic, vn, dt, c, e);
   touch.normal = n, touch.overlap = overlap;
   if (p.friction == 0) return touch.force = normal_force * n;
-  advance_spring(c, turned_spring(c.spring, n, twist * dt), dt * (v - vn * n), p.shear_ratio * elastic.normal_stiffness,
+  const double kt = p.shear_ratio * elastic.normal_stiffness;
+  advance_spring(c.spring, c.compliance, turned_spring(c.spring, n, twist * dt), dt * (v - vn * n), kt,
                  p.friction * normal_force, e);
+  if (p.rolling > 0)
+    advance_spring(c.roll, c.compliance, turned_spring(c.roll, n, twist * dt),
+                   dt * c.radius * (rolling - n.dot(rolling) * n), kt, p.rolling * normal_force, e);
+  c.compliance = 1 / kt;
   return touch.force = normal_force * n + c.spring;
 }
 

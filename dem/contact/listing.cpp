@@ -46,6 +46,7 @@ void make_rows(std::size_t tiles, NeighbourRoom& room, Contacts& contacts) {
   }
   contacts.begin[bin_count] = total;
   contacts.pair.resize(total);
+  contacts.contact.rolls = room.contact.rolls;
   for_each_contact_column(contacts.contact, [&](auto& column) { column.resize(total + overrun); });
   if (contacts.spots) contacts.spot.resize(total);
   contacts.touch.resize(total + overrun), contacts.active.resize(total + overrun);
@@ -78,7 +79,7 @@ void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team)
         if (!wall && pair.b >> bits != t) room.crossing[t].push_back(static_cast<Index>(k));
         const bool turned = !wall && lister.past.before(pair.a) > lister.past.before(pair.b);
         Contact c = on ? room.contact[old] : Contact{};
-        if (turned) c.spring = -c.spring;
+        if (turned) c.spring = -c.spring, c.roll = -c.roll;
         contacts.contact.set(k, c);
         if (!lister.shown && !pair_kind(bin).shown_always) continue;  // what spheres show is of the last observed step
         Touch& touch = contacts.touch[k];

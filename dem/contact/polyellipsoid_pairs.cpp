@@ -93,10 +93,10 @@ void at_walls(const Law& law, const TileWork& s, std::size_t begin, std::size_t 
     }
     const Vec3 v = wall.velocity - a.velocity - a.spin.cross(arm);
     const Vec3 force =
-        advance_contact(law, p, 1 / a.inverse_mass, c, touch, n, overlap, v, 0.5 * n.dot(a.spin), s.dt(), e);
+        advance_contact(law, p, 1 / a.inverse_mass, c, touch, n, overlap, v, 0.5 * n.dot(a.spin), s.dt(), e, -a.spin);
     contacts.contact.set(k, c);
     Load& mine = s.load[pair.a - s.first];
-    mine.force -= force, mine.torque += force.cross(arm);
+    mine.force -= force, mine.torque += force.cross(arm) - c.radius * c.roll;
     e.work -= s.dt() * force.dot(wall.velocity);
   }
 }

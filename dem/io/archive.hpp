@@ -86,6 +86,7 @@ void archive_contacts(A& a, C& c) {
   a.plain(c.begin);
   for (auto& starts : c.tile) a.column(starts);
   for (auto& starts : c.apart) a.column(starts);
+  a.plain(c.contact.rolls);
   for_each_contact_column(c.contact, [&](auto& column) { a.column(column); });
   a.column(c.pair);
   a.column(c.touch);

@@ -3,65 +3,10 @@
 // each instruction set.
 #pragma once
 
-#include "dem/kernel/contact_pass.hpp"
-#include "dem/kernel/lanes.hpp"
+#include "dem/kernel/rolling_stage.hpp"
 
 namespace grus::dem {
 namespace {
-
-#define GRUS_STAGE [[gnu::noinline]] static
-
-enum class Kind {
-  spheres,
-  walls,
-  shaped
-};  // sphere on sphere, sphere on wall, pairs whose points of contact are given
-
-constexpr int group = 8;   // contacts whose energies are summed apart: the same sums for any width
-constexpr int chunk = 64;  // pairs that go through the stages together: short chains of operations, many at a time
-
-/// What a chunk hands from stage to stage; columns of `chunk` values, in the order of the kept groups.
-struct alignas(64) Chunk {
-  double nx[chunk], ny[chunk], nz[chunk], overlap[chunk], la[chunk], lb[chunk];  // normal; levers of spheres
-  double arm_ax[chunk], arm_ay[chunk], arm_az[chunk], arm_bx[chunk], arm_by[chunk], arm_bz[chunk];  // of other shapes
-  double vx[chunk], vy[chunk], vz[chunk], turn[chunk];  // velocity of b against a, mean turn about n in this step
-  double drag_x[chunk], drag_y[chunk], drag_z[chunk];   // velocity of the wall or the cell
-  double elastic[chunk], kt[chunk], compliance[chunk], dashpot[chunk], normal[chunk];
-  double sx[chunk], sy[chunk], sz[chunk], keep[chunk], cut[chunk], size[chunk];  // springs
-  std::size_t first[chunk / width];                                              // pair of each kept group
-  unsigned touching[chunk / width];
-  int count[chunk / width];
-
-  /// Where the energies of kept group g are summed, in a call that began at pair `begin`.
-  int place(int g, std::size_t begin) const { return static_cast<int>((first[g] - begin) / width % (group / width)); }
-};
-
-GRUS_INLINE Real at(const double* column) {
-  Real x;
-  load(column, x);
-  return x;
-}
-
-/// Energy (J) that the spring of a parting pair still held.
-GRUS_INLINE double part(const ContactRows& s, std::size_t k) {
-  const double held = 0.5 * s.compliance[k] *
-                      (s.spring_x[k] * s.spring_x[k] + s.spring_y[k] * s.spring_y[k] + s.spring_z[k] * s.spring_z[k]);
-  s.spring_x[k] = s.spring_y[k] = s.spring_z[k] = s.compliance[k] = s.viscous[k] = s.stiffness[k] = s.radius[k] = 0;
-  return held;
-}
-
-/// The first `count` lanes, to a column of the histories.
-GRUS_INLINE void put_back(Real x, int count, double* to) {
-  if (count == width) return store(x, to);
-  double lane[width];
-  store(x, lane);
-  for (int l = 0; l < count; ++l) to[l] = lane[l];
-}
-
-/// Law constant k of the pairs from `first` on.
-GRUS_INLINE Real constant(const ContactRows& s, int k, std::size_t first) {
-  return s.law_count == 1 ? Real(s.laws[k]) : gather(s.laws + k, s.law + first, law_columns);
-}
 
 // Roots take long, and a processor looks only some hundred operations ahead: each loop below ends in one, so that many
 // are under way together.
@@ -122,14 +67,8 @@ GRUS_STAGE void meet(const ContactRows& s, int kept, Chunk& c) {
   }
 }
 
-/// Sums of one call, one for each of `group` places: twice what springs lost, and of it what friction took; what
-/// dashpots took over - dt / 2; power.
-struct Sums {
-  Real lost[group / width], slid[group / width], spent[group / width], power[group / width];
-};
-
 /// Dashpot force; spring turned with the contact and stretched by the slip, and its Coulomb limit.
-template <bool friction, bool dashpot>
+template <bool friction, bool dashpot, bool rolling>
 GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk& c, Sums& sums) {
   const Real dt(s.dt), half(0.5), zero(0.0), one(1.0);
   for (int g = 0; g < kept; ++g) {
@@ -171,6 +110,7 @@ GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk&
       const Mask on = mask_of(c.touching[g]);
       const Real kt = at(c.kt + o), keep = at(c.keep + o), before = at(compliance), after = at(c.compliance + o);
       const Real3 old{at(c.sx + o), at(c.sy + o), at(c.sz + o)}, v{at(c.vx + o), at(c.vy + o), at(c.vz + o)};
+      if constexpr (rolling) store(before, c.before + o);
       const Real grown = kt * before;
       const Real3 now = less_fused((keep * smaller(one, grown)) * old, kt * dt, v);
       put_back(kept_lanes(on, after), c.count[g], compliance);
@@ -193,7 +133,7 @@ GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk&
 }
 
 /// Histories back to their rows, forces to the grains' loads.
-template <Kind kind, bool friction, bool dashpot>
+template <Kind kind, bool friction, bool dashpot, bool rolling>
 GRUS_STAGE void hand_out(const ContactRows& s, std::size_t first, int kept, Chunk& c, Sums& sums) {
   const Real zero(0.0);
   for (int g = 0; g < kept; ++g) {
@@ -221,22 +161,27 @@ GRUS_STAGE void hand_out(const ContactRows& s, std::size_t first, int kept, Chun
       const std::uint32_t target = s.target[k + static_cast<std::size_t>(l)];
       return target < s.grains ? s.load + 8 * std::size_t{target - s.first} : s.elsewhere + 8 * std::size_t{target};
     };
+    Real3 couple;  // on b, of rolling; - couple on a
+    if constexpr (rolling) couple = {at(c.mx + o), at(c.my + o), at(c.mz + o)};
     if constexpr (kind == Kind::shaped) {
-      const Real3 torque_a = cross(Real3{at(c.arm_ax + o), at(c.arm_ay + o), at(c.arm_az + o)}, force);
-      const Real3 torque_b = cross(Real3{at(c.arm_bx + o), at(c.arm_by + o), at(c.arm_bz + o)}, force);
+      Real3 torque_a = cross(Real3{at(c.arm_ax + o), at(c.arm_ay + o), at(c.arm_az + o)}, force);
+      Real3 torque_b = cross(Real3{at(c.arm_bx + o), at(c.arm_by + o), at(c.arm_bz + o)}, force);
+      if constexpr (rolling) torque_a = torque_a + couple, torque_b = torque_b + couple;
       const Rows on_a = rows(push, quads(torque_a.x, torque_a.y, torque_a.z, zero)),
                  on_b = rows(push, quads(torque_b.x, torque_b.y, torque_b.z, zero));
 #pragma GCC unroll 8
       for (int l = 0; l < width; ++l)
         if (touching >> l & 1) subtract(on_a, l, load_of_a(l)), add(on_b, l, load_of_b(l));
     } else {
-      const Real3 torque_a = (zero - at(c.la + o)) * twist;
+      Real3 torque_a = (zero - at(c.la + o)) * twist;
+      if constexpr (rolling) torque_a = torque_a + couple;
       const Rows on_a = rows(push, quads(torque_a.x, torque_a.y, torque_a.z, zero));
       if constexpr (kind == Kind::walls) {
         for (int l = 0; l < width; ++l)
           if (touching >> l & 1) subtract(on_a, l, load_of_a(l));
       } else {
-        const Real3 torque_b = at(c.lb + o) * twist;
+        Real3 torque_b = at(c.lb + o) * twist;
+        if constexpr (rolling) torque_b = torque_b + couple;
         const Rows on_b = rows(push, quads(torque_b.x, torque_b.y, torque_b.z, zero));
 #pragma GCC unroll 8
         for (int l = 0; l < width; ++l)
@@ -257,7 +202,7 @@ GRUS_STAGE void hand_out(const ContactRows& s, std::size_t first, int kept, Chun
 template <Kind kind>
 int find_touching(const ContactRows& s, std::size_t first, std::size_t last, Chunk& c, double& parted);
 
-template <Kind kind, bool hertz, bool friction, bool dashpot>
+template <Kind kind, bool hertz, bool friction, bool dashpot, bool rolling = false>
 PassEnergy run(const ContactRows& s, std::size_t first, std::size_t last) {
   Sums sums;
   for (int h = 0; h < group / width; ++h) sums.lost[h] = sums.slid[h] = sums.spent[h] = sums.power[h] = Real(0.0);
@@ -267,8 +212,9 @@ PassEnergy run(const ContactRows& s, std::size_t first, std::size_t last) {
   for (std::size_t start = first; start < last; start += chunk) {
     const int kept = find_touching<kind>(s, start, last - start < chunk ? last : start + chunk, c, parted);
     meet<kind, hertz, friction, dashpot>(s, kept, c);
-    resist<friction, dashpot>(s, first, kept, c, sums);
-    hand_out<kind, friction, dashpot>(s, first, kept, c, sums);
+    resist<friction, dashpot, rolling>(s, first, kept, c, sums);
+    if constexpr (rolling) roll<kind>(s, first, kept, c, sums);
+    hand_out<kind, friction, dashpot, rolling>(s, first, kept, c, sums);
   }
   for (int h = 0; h < group / width; ++h) {
     double w[width], x[width], y[width], z[width];
@@ -287,16 +233,19 @@ PassEnergy run(const ContactRows& s, std::size_t first, std::size_t last) {
   return e;
 }
 
+template <Kind kind, bool hertz>
+PassEnergy choose(const ContactRows& s, std::size_t first, std::size_t last) {
+  if (s.rolling)
+    return s.dashpot ? run<kind, hertz, true, true, true>(s, first, last)
+                     : run<kind, hertz, true, false, true>(s, first, last);
+  if (s.friction)
+    return s.dashpot ? run<kind, hertz, true, true>(s, first, last) : run<kind, hertz, true, false>(s, first, last);
+  return s.dashpot ? run<kind, hertz, false, true>(s, first, last) : run<kind, hertz, false, false>(s, first, last);
+}
+
 template <Kind kind>
 PassEnergy choose(const ContactRows& s, std::size_t first, std::size_t last) {
-  if (s.hertz) {
-    if (s.friction)
-      return s.dashpot ? run<kind, true, true, true>(s, first, last) : run<kind, true, true, false>(s, first, last);
-    return s.dashpot ? run<kind, true, false, true>(s, first, last) : run<kind, true, false, false>(s, first, last);
-  }
-  if (s.friction)
-    return s.dashpot ? run<kind, false, true, true>(s, first, last) : run<kind, false, true, false>(s, first, last);
-  return s.dashpot ? run<kind, false, false, true>(s, first, last) : run<kind, false, false, false>(s, first, last);
+  return s.hertz ? choose<kind, true>(s, first, last) : choose<kind, false>(s, first, last);
 }
 
 }  // namespace

@@ -15,7 +15,8 @@ namespace {
 
 struct Stiffness {
   double normal = 0, tangential = 0;
-  double rolling = 0;  // N m: force x path of the contact point per radian; rules where flat faces meet
+  double rolling = 0;  // N m: of the rolling spring, and force x path of the contact point per radian, which rules
+                       // where flat faces meet
 };
 
 /// Of all contacts; `arm`: of hulls where each acts, from the mass centres of a and b (m), empty without hulls.
@@ -52,6 +53,7 @@ Stiffness stiffness_of(const Law& law, const PairLaw& p, const Contact& c, doubl
   if (c.stiffness <= 0) return s;
   s.normal = law(c.stiffness, overlap).normal_stiffness;
   s.tangential = p.friction > 0 ? p.shear_ratio * s.normal : 0;
+  s.rolling = p.rolling > 0 ? s.tangential * c.radius * c.radius : 0;
   return s;
 }
 
@@ -85,7 +87,7 @@ Stiffnesses stiffnesses(const ContactLaw& law, std::span<const PairLaw> pairs, c
       if (pair_kind(bin).rolls)
         for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c)
           if (k[c].normal > 0)
-            k[c].rolling =
+            k[c].rolling +=
                 l(contacts.contact[c].stiffness, contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
   };
   std::visit(fill, law);

@@ -198,6 +198,7 @@ void make_ready(const Model& model, State& state, Team& team) {
   state.listed_at = state.steps, state.sorted = g.size();
   refuse_small_cell(g, state.boundary.cell, state.skin);
   note_bonded(state);
+  state.contacts.contact.keep_rolls(model.rolls());
   build_contacts(g, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team);
   if (std::none_of(model.pairs.begin(), model.pairs.end(), [](const PairLaw& p) { return p.friction > 0; })) {
     ContactColumns& c =

@@ -53,11 +53,16 @@ struct Spring {
   Freedom of_a, of_b;        // what the grains' motion does to the opening
   Strain of_strain;          // what a strain does to it
   Mat3 stiffness;            // N/m
-  Mat3 turn = Mat3::Zero();  // N m, of face bonds: against turns of b and a
+  Mat3 turn = Mat3::Zero();  // N m, of face bonds and rolling springs: against turns of b and a
 
   Strain opening(const Eigen::MatrixXd& moved) const {
     return of_strain + of_b * moved.middleRows<6>(static_cast<Eigen::Index>(6 * b)) +
            of_a * moved.middleRows<6>(static_cast<Eigen::Index>(6 * a));
+  }
+  /// Of b against a (rad).
+  Strain turning(const Eigen::MatrixXd& moved) const {
+    return moved.middleRows<3>(static_cast<Eigen::Index>(6 * b + 3)) -
+           moved.middleRows<3>(static_cast<Eigen::Index>(6 * a + 3));
   }
 };
 
@@ -74,12 +79,13 @@ Spring spring_between(const State& s, std::size_t k, const Mat3& stiffness) {
 /// A sample as springs: one for each of the response's links, in their order, then the bonds.
 struct Network {
   std::vector<Spring> spring;
+  std::vector<Mat3> roll;         // N: of the links' rolling springs, by turn of b against a
   std::vector<std::size_t> link;  // of each pair; SIZE_MAX: does not touch
   double sliding = 0;             // N, normal forces of contacts at Coulomb's limit
   double stiffest = 0;            // N/m
 };
 
-/// `all_slip`: what is at Coulomb's limit gives way along the plane of contact.
+/// `all_slip`: what is at Coulomb's limit gives way along the plane of contact, what is at that of rolling rolls.
 Network network_of(const Model& model, const State& s, bool all_slip, LinearResponse& out) {
   Network net;
   net.link.assign(s.contacts.size(), SIZE_MAX);
@@ -93,8 +99,15 @@ Network network_of(const Model& model, const State& s, bool all_slip, LinearResp
     if (slides) net.sliding += elastic.force;
     const double kt = law.friction > 0 && !(slides && all_slip) ? law.shear_ratio * elastic.normal_stiffness : 0;
     net.link[k] = out.links.size();
-    net.spring.push_back(spring_between(
-        s, k, (elastic.normal_stiffness - kt) * touch.normal * touch.normal.transpose() + kt * Mat3::Identity()));
+    const Mat3 along = touch.normal * touch.normal.transpose(), across = Mat3::Identity() - along;
+    net.spring.push_back(spring_between(s, k, (elastic.normal_stiffness - kt) * along + kt * Mat3::Identity()));
+    if (s.contacts.contact.rolls) {
+      const bool gives = law.rolling == 0 || (all_slip && c.roll.norm() >= law.rolling * elastic.force * (1 - 1e-6));
+      const double held = gives ? 0 : law.shear_ratio * elastic.normal_stiffness * c.radius;  // roll by turn (N)
+      net.spring.back().turn = held * c.radius * across;
+      net.roll.push_back(held * across);
+      out.rolls.push_back({c.roll, law.rolling, {}});
+    }
     net.stiffest = std::max(net.stiffest, elastic.normal_stiffness);
     out.links.push_back({touch.normal, c.spring, elastic.force, law.friction, {}});
     out.total_force += elastic.force;
@@ -178,6 +191,7 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
     const Spring& spring = net.spring[n];
     const Strain pull = spring.stiffness * spring.opening(moved);  // force that b exerts when it moves away from a
     if (n < out->links.size()) out->links[n].change = -pull;
+    if (n < net.roll.size()) out->rolls[n].change = -net.roll[n] * spring.turning(moved);
     out->tangent += spring.of_strain.transpose() * pull / volume;
   }
   out->tangent = Mat6(0.5 * (out->tangent + out->tangent.transpose()));
@@ -212,8 +226,10 @@ bool LinearResponse::holds(const Model& model, const Vec6& strain, double share)
     const Vec3 change = l.change * strain;
     const double along = change.dot(l.normal), now = force[k] = l.force + along;
     changed += std::abs(along);
-    if (now <= 0 || (l.friction > 0 && (l.spring + change - along * l.normal).norm() > l.friction * now))
-      outside += std::max(l.force, now);
+    const bool slides = l.friction > 0 && (l.spring + change - along * l.normal).norm() > l.friction * now;
+    const bool gives = !rolls.empty() && rolls[k].friction > 0 &&
+                       (rolls[k].spring + rolls[k].change * strain).norm() > rolls[k].friction * now;
+    if (now <= 0 || slides || gives) outside += std::max(l.force, now);
     if (outside > limit) return false;
   }
   if (changed > 0.1 * total_force) return false;

@@ -17,6 +17,12 @@ struct LinearResponse {
     double force, friction;              // normal force (N)
     Eigen::Matrix<double, 3, 6> change;  // of the force on b, N; compression is along +normal
   };
+  /// What rolling springs add to a link.
+  struct Roll {
+    Vec3 spring;  // N
+    double friction;
+    Eigen::Matrix<double, 3, 6> change;  // N
+  };
   /// A pair that does not touch: its gap (m) and what a strain does to it.
   struct Gap {
     double width;
@@ -39,6 +45,7 @@ struct LinearResponse {
   Mat3 stress = Mat3::Zero();   // of the state (Pa)
   Mat6 tangent = Mat6::Zero();  // d stress / d strain, relaxed (Pa)
   std::vector<Link> links;
+  std::vector<Roll> rolls;  // of the links; empty where rolling meets no resistance
   std::vector<Gap> gaps;
   std::vector<Grain> grains;
   double total_force = 0;  // sum of the links' forces (N)

@@ -16,6 +16,14 @@ double friction_of(const Material& a, const Material& b) {
   return std::min(a.friction, b.friction);
 }
 
+/// The grain's against what is rigid; else the lower. Nothing resists rolling where nothing resists sliding.
+double rolling_of(const Material& a, const Material& b) {
+  if (!(friction_of(a, b) > 0)) return 0;
+  if (std::isinf(a.youngs_modulus)) return b.rolling_friction;
+  if (std::isinf(b.youngs_modulus)) return a.rolling_friction;
+  return std::min(a.rolling_friction, b.rolling_friction);
+}
+
 /// The grain's against what is rigid; else the mean.
 double restitution_of_pair(const Material& a, const Material& b) {
   if (std::isinf(a.youngs_modulus)) return b.restitution;
@@ -30,8 +38,11 @@ void renew_friction(Model& model) {
   model.damping.clear();
   for (const Material& m : model.materials) model.damping.push_back(m.damping);
   for (std::size_t i = 0; i < n; ++i)
-    for (std::size_t j = 0; j < n; ++j)
-      model.pairs[i * n + j].friction = friction_of(model.materials[i], model.materials[j]);
+    for (std::size_t j = 0; j < n; ++j) {
+      PairLaw& p = model.pairs[i * n + j];
+      p.friction = friction_of(model.materials[i], model.materials[j]);
+      p.rolling = rolling_of(model.materials[i], model.materials[j]);
+    }
 }
 
 void make_pair_laws(Model& model) {

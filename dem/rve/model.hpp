@@ -32,6 +32,7 @@ struct Material {
   double youngs_modulus = 60e9;  // Pa; infinite: rigid
   double poissons_ratio = 0.17;
   double friction = 0;
+  double rolling_friction = 0;  // of the effective radius
   double restitution = 1;       // normal
   double damping = 0;           // local, non-viscous; of this material's grains
   double normal_stiffness = 0;  // linear law, N/m; by modulus: 4 x modulus, Pa
@@ -80,6 +81,9 @@ struct Model {
   /// not break again are pressed into their neighbours, up to 1.25 of their radius at 45 % of strain (docs/studies).
   double overlap_limit() const { return numerics.max_overlap.value_or(breakable() ? 2 : 0.2); }
 
+  bool rolls() const {
+    return std::any_of(pairs.begin(), pairs.end(), [](const PairLaw& p) { return p.rolling > 0; });
+  }
   bool reshapes() const {
     for (const auto& m : materials)
       if (m.fracture && m.fracture->transition) return true;
@@ -102,9 +106,9 @@ struct Model {
   }
 };
 
-/// Fills model.pairs and model.damping from the materials: the friction of a pair is the smaller one, its restitution
-/// the mean. A rigid partner (infinite modulus) takes the other's restitution, and its own friction wins unless it is
-/// NaN.
+/// Fills model.pairs and model.damping from the materials: the friction of a pair is the smaller one, so is its rolling
+/// friction, its restitution the mean. A rigid partner (infinite modulus) takes the other's restitution, and its own
+/// friction wins unless it is NaN.
 void make_pair_laws(Model& model);
 
 /// Of pairs that are there: their friction and the damping alone, once these have changed in the materials.

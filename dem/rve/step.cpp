@@ -50,6 +50,9 @@ void rotate(State& state, const Mat3& r) {
     springs.spring_x[k] = turned.x();
     springs.spring_y[k] = turned.y();
     springs.spring_z[k] = turned.z();
+    if (!springs.rolls) continue;
+    const Vec3 roll = r * springs[k].roll;
+    springs.roll_x[k] = roll.x(), springs.roll_y[k] = roll.y(), springs.roll_z[k] = roll.z();
   }
   for (auto& t : state.contacts.touch) t.normal = r * t.normal, t.force = r * t.force;
   for_each_bond(state.bonds, [&](auto& bond) { bond.force = r * bond.force; });

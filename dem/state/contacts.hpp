@@ -34,18 +34,23 @@ inline bool crosses(const Pair& p) { return (p.image[0] | p.image[1] | p.image[2
 /// What a contact remembers. Touching when stiffness > 0.
 struct Contact {
   Vec3 spring = Vec3::Zero();  // tangential elastic force on b (N)
-  double stiffness = 0;   // Hertz: F = stiffness overlap^1.5; linear: F = stiffness overlap. Frozen at contact birth
-  double compliance = 0;  // 1 / tangential stiffness (m/N) of the step before; 0: no spring yet
-  double viscous = 0;     // viscous part of the normal force (N)
-  double radius = 0;      // effective radius (m), frozen at contact birth
+  double stiffness = 0;      // Hertz: F = stiffness overlap^1.5; linear: F = stiffness overlap. Frozen at contact birth
+  double compliance = 0;     // 1 / tangential stiffness (m/N) of the step before; 0: no spring yet
+  double viscous = 0;        // viscous part of the normal force (N)
+  double radius = 0;         // effective radius (m), frozen at contact birth
+  Vec3 roll = Vec3::Zero();  // rolling spring (N): the couple on b is radius x roll; of the spring's compliance
 };
 
 /// The same of many contacts, column by column: the kernels read and write as many in a row as a register holds.
 struct ContactColumns {
   std::vector<double> spring_x, spring_y, spring_z, stiffness, compliance, viscous, radius;
+  std::vector<double> roll_x, roll_y, roll_z;  // empty unless `rolls`
+  bool rolls = false;                          // rolling meets resistance
 
   Contact operator[](std::size_t k) const {
-    return {{spring_x[k], spring_y[k], spring_z[k]}, stiffness[k], compliance[k], viscous[k], radius[k]};
+    Contact c{{spring_x[k], spring_y[k], spring_z[k]}, stiffness[k], compliance[k], viscous[k], radius[k]};
+    if (rolls) c.roll = {roll_x[k], roll_y[k], roll_z[k]};
+    return c;
   }
   void set(std::size_t k, const Contact& c) {
     spring_x[k] = c.spring.x();
@@ -55,11 +60,18 @@ struct ContactColumns {
     compliance[k] = c.compliance;
     viscous[k] = c.viscous;
     radius[k] = c.radius;
+    if (rolls) roll_x[k] = c.roll.x(), roll_y[k] = c.roll.y(), roll_z[k] = c.roll.z();
+  }
+  /// Rolling springs are kept from now on, or no longer; new ones hold nothing.
+  void keep_rolls(bool kept) {
+    rolls = kept;
+    for (auto* column : {&roll_x, &roll_y, &roll_z})
+      kept ? column->resize(stiffness.size(), 0.0) : std::vector<double>().swap(*column);
   }
   bool touching(std::size_t k) const { return stiffness[k] > 0; }
 };
 
-/// Calls f on every column.
+/// Calls f on every column that is kept.
 template <class C, class F>
 void for_each_contact_column(C& c, F&& f) {
   f(c.spring_x);
@@ -69,6 +81,7 @@ void for_each_contact_column(C& c, F&& f) {
   f(c.compliance);
   f(c.viscous);
   f(c.radius);
+  if (c.rolls) f(c.roll_x), f(c.roll_y), f(c.roll_z);
 }
 
 /// What a contact shows: of the last step of a run, and of steps that test for breakage. Steps in between leave it out
@@ -94,10 +107,12 @@ struct alignas(64) Load {
   double unused_too = 0;
 };
 
-/// Energy held by the tangential spring (J).
-inline double shear_energy(const Contact& c) { return 0.5 * c.compliance * c.spring.squaredNorm(); }
+/// Energy held by the springs against sliding and rolling (J).
+inline double shear_energy(const Contact& c) {
+  return 0.5 * c.compliance * (c.spring.squaredNorm() + c.roll.squaredNorm());
+}
 
-/// Work and dissipation of one tile since the last flush (J). `friction`: Coulomb's limit times plastic slip, what a
+/// Work and dissipation of one tile since the last flush (J). `friction`: the limit times plastic slip or roll, what a
 /// spring sheds as its stiffness changes, what a parting one holds. `springs`: their work less the change of what they
 /// hold, the same if the law is right.
 struct BlockEnergy {

@@ -7,6 +7,7 @@
 #include "apps/error_estimates.hpp"
 #include "apps/grading_states.hpp"
 #include "apps/scene/rve_scene.hpp"
+#include "apps/scene/sample_scene.hpp"
 #include "apps/scene/units.hpp"
 #include "dem/contact/forces.hpp"
 #include "tests/apps/scratch.hpp"
@@ -212,4 +213,57 @@ TEST_CASE(
   CHECK(mass == Approx(2000 * 4 * pi / 3 * 65e-9).epsilon(1e-8));
   CHECK(rows[0][2] == Approx(2e-3 / 8).epsilon(0.15));  // the smallest class begins an eighth below the smallest grain
   CHECK(rows[39][2] == Approx(8e-3).epsilon(1e-5));
+}
+
+TEST_CASE(
+    "a mixture has its shares of grains, the solid fraction that was asked for, and ellipsoids of the aspect said") {
+  const Scratch folder;
+  const std::string file = folder.path + "/mixture.toml";
+  std::ofstream(file) << R"(
+[material.sand]
+density = 2650
+youngs_modulus = "60 GPa"
+[material.coal]
+density = 1400
+youngs_modulus = "2 GPa"
+[packing]
+kind = "random"
+box = ["4 mm", "4 mm", "4 mm"]
+radius = { distribution = "uniform", min = "0.2 mm", max = "0.3 mm" }
+solid_fraction = 0.5
+mixture = [ { material = "sand", share = 3 }, { material = "coal", share = 1, aspect = [1, 0.8, 0.6] } ]
+[boundary]
+kind = "periodic"
+[loading]
+kind = "free"
+duration = "1 us"
+)";
+  RveScene scene = read_rve_scene(file, {});
+  Team team(2);
+  make_sample(scene, team, {});
+  const dem::Grains& g = scene.state.grains;
+  dem::update_frames(scene.state.grains);
+  double solid = 0, mass = 0;
+  std::size_t coal = 0;
+  Vec3 axes = Vec3::Zero();
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    const PolyEllipsoid& shape = g.shape[i];
+    solid += 4 * pi / 3 * shape.plus.prod(), mass += g.mass[i];
+    CHECK(shape.plus == shape.minus);
+    CHECK(g.mass[i] == Approx((g.material[i] ? 1400 : 2650) * 4 * pi / 3 * shape.plus.prod()).epsilon(1e-12));
+    if (g.material[i] == 0) {
+      CHECK(dem::is_sphere(g, i));
+      continue;
+    }
+    ++coal, axes += g.orientation[i] * Vec3::UnitX();
+    CHECK(shape.plus.y() == Approx(0.8 * shape.plus.x()).epsilon(1e-12));
+    CHECK(shape.plus.z() == Approx(0.6 * shape.plus.x()).epsilon(1e-12));
+  }
+  REQUIRE(g.size() > 400);
+  CHECK(std::abs(static_cast<double>(coal) - 0.25 * static_cast<double>(g.size())) <= 1);
+  CHECK(solid == Approx(0.5 * 64e-9).epsilon(1e-9));
+  CHECK(axes.norm() < 3 * std::sqrt(static_cast<double>(coal)));  // directions of no preference: a random walk
+  Team one(1);
+  dem::prepare(scene.model, scene.state, one);
+  for (const auto& touch : scene.state.contacts.touch) CHECK(touch.overlap < 1e-9);
 }

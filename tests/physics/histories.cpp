@@ -17,6 +17,7 @@ constexpr double R = 3e-4;
 
 Model sticky(bool brittle = false, double rounding = 0) {
   Material m = solid(60e9, 0.17, 2650, 10);
+  m.rolling_friction = 10;
   if (brittle) {
     FractureModel f;
     f.criteria.emplace_back(HoekBrown{592e6, 20.56});
@@ -28,6 +29,7 @@ Model sticky(bool brittle = false, double rounding = 0) {
 }
 
 Vec3 spring(const State& s, std::size_t k) { return s.contacts.contact[k].spring; }
+Vec3 roll(const State& s, std::size_t k) { return s.contacts.contact[k].roll; }
 
 /// A cell of 64 grains in contact, sheared so that tangential springs are stretched.
 State sheared(const Model& model, Team& team) {
@@ -56,9 +58,10 @@ TEST_CASE("a pair that turns as one body keeps its tangential spring: turned wit
     prepare(model, s, team);
     REQUIRE(s.contacts.contact.touching(0));
     Contact c = s.contacts.contact[0];
-    c.spring = Vec3(0, 0.3, 0.2);
+    c.spring = Vec3(0, 0.3, 0.2), c.roll = Vec3(0, -0.1, 0.3);
     s.contacts.contact.set(0, c);
-    const Vec3 before = c.spring, axis = about_normal ? Vec3(1, 0, 0) : Vec3(0, 0.6, 0.8), centre(0.99 * R, 0, 0);
+    const Vec3 before = c.spring, rolled = c.roll, axis = about_normal ? Vec3(1, 0, 0) : Vec3(0, 0.6, 0.8),
+               centre(0.99 * R, 0, 0);
     const double step = 1e-3, dt = 1e-8;
     const int steps = 500;
     for (int k = 0; k < steps; ++k) {  // carried about by hand, half a step for the velocities
@@ -73,6 +76,7 @@ TEST_CASE("a pair that turns as one body keeps its tangential spring: turned wit
     // Slip of a turning pair is of the third order of the step's angle; the spring turns by chords.
     CHECK((spring(s, 0) - turned).norm() < 2e-3 * before.norm());
     CHECK(spring(s, 0).norm() == Approx(before.norm()).epsilon(2e-3));
+    CHECK((roll(s, 0) - Eigen::AngleAxisd(step * steps, axis) * rolled).norm() < 2e-3 * rolled.norm());
   }
   // The plain form, for poly-ellipsoids at walls: a turn of 0.1 rad in one step is not a loss.
   PairLaw law;
@@ -95,7 +99,7 @@ TEST_CASE("a state that is turned answers to a turned shear as it would have, tu
   const Model model = sticky();
   Team team(1);
   State here = sheared(model, team), there = here;
-  double tangential = 0, normal = 0;
+  double tangential = 0, normal = 0, rolling = 0;
   for (std::size_t k = 0; k < here.contacts.size(); ++k)
     tangential += spring(here, k).norm(), normal += here.contacts.touch[k].force.norm();
   REQUIRE(tangential > 0.05 * normal);
@@ -106,8 +110,12 @@ TEST_CASE("a state that is turned answers to a turned shear as it would have, tu
   set_cell_rate(here, rate * here.boundary.cell.vectors);
   set_cell_rate(there, turn * rate * turn.transpose() * there.boundary.cell.vectors);
   run_steps(model, here, 5, team), run_steps(model, there, 5, team);
-  for (std::size_t k = 0; k < here.contacts.size(); ++k)
+  for (std::size_t k = 0; k < here.contacts.size(); ++k) {
     REQUIRE((turn * spring(here, k) - spring(there, k)).norm() < 1e-9 * normal / 64);
+    REQUIRE((turn * roll(here, k) - roll(there, k)).norm() < 1e-9 * normal / 64);
+    rolling += roll(here, k).norm();
+  }
+  REQUIRE(rolling > 1e-4 * normal);
   const Mat3 a = love_weber(here, 1), b = love_weber(there, 1);
   CHECK((turn * a * turn.transpose() - b).norm() < 1e-10 * a.norm());
 }
@@ -148,21 +156,25 @@ TEST_CASE("halves inherit tangential springs, whichever side of the pair the par
         if (!s.contacts.contact.touching(k) || (p.a != parent && p.b != parent)) continue;
         Contact c = s.contacts.contact[k];
         c.spring = (p.b == parent ? 1 : -1) * Vec3(0, 0.03, 0.01), ++set;  // the force on the parent
+        c.roll = (p.b == parent ? 1 : -1) * Vec3(0, -0.01, 0.02);          // the couple on it
         s.contacts.contact.set(k, c);
       }
       REQUIRE(set == 2);
       apply_breaks(model, s, {across(s, parent, 1)}, team);  // across y: both halves touch both neighbours, and share
-      Vec3 on_halves = Vec3::Zero();
+      Vec3 on_halves = Vec3::Zero(), couple = Vec3::Zero();
       for (std::size_t k = 0; k < s.contacts.size(); ++k) {
         const Pair& p = s.contacts.pair[k];
         const bool half_a = p.a == parent || p.a == 3, half_b = p.b == parent || p.b == 3;
-        if (s.contacts.contact.touching(k) && half_a != half_b) on_halves += (half_b ? 1 : -1) * spring(s, k);
+        if (!s.contacts.contact.touching(k) || half_a == half_b) continue;
+        on_halves += (half_b ? 1 : -1) * spring(s, k), couple += (half_b ? 1 : -1) * roll(s, k);
       }
       // The edge's rounding takes a part of each half's overlap, and with it of its stiffness: never all, and never the
       // direction.
       CHECK(on_halves.norm() > 0.5 * 2 * Vec3(0, 0.03, 0.01).norm());
       CHECK(on_halves.norm() < 1.01 * 2 * Vec3(0, 0.03, 0.01).norm());
       CHECK(on_halves.normalized().dot(Vec3(0, 0.03, 0.01).normalized()) > 0.99);
+      CHECK(couple.norm() / on_halves.norm() == Approx(std::sqrt(0.5)).epsilon(0.01));  // shared as springs are
+      CHECK(couple.normalized().dot(Vec3(0, -0.01, 0.02).normalized()) > 0.99);
     }
 }
 

@@ -46,12 +46,13 @@ struct Case {
   Team team{1};
 };
 
-void make(Case& c, bool periodic, bool shapes, bool friction, bool dashpot, bool hertz) {
+void make(Case& c, bool periodic, bool shapes, bool friction, bool dashpot, bool hertz, double rolling = 0) {
   Model& model = c.model;
   Material hard, soft;
   hard.friction = friction ? 0.3 : 0, hard.restitution = dashpot ? 0.5 : 1;
   soft = hard;
   soft.youngs_modulus = 20e9, soft.friction = friction ? 0.5 : 0;
+  hard.rolling_friction = rolling, soft.rolling_friction = 1.5 * rolling;
   hard.normal_stiffness = 2e6, hard.shear_ratio = 0.8, soft.normal_stiffness = 1e6, soft.shear_ratio = 0.8;
   model.materials = {hard, soft};
   if (!hertz) model.law = LinearSpring{};
@@ -121,7 +122,7 @@ void compare(Case& c) {
   for (const auto& t : plain.touch) scale = std::max(scale, t.force.norm());
   for (const auto& m : s.grains.motion) arm = std::max(arm, m.radius);
   REQUIRE(scale > 0);
-  std::size_t touching = 0, sliding = 0;
+  std::size_t touching = 0, sliding = 0, rolling = 0;
   for (std::size_t k = 0; k < s.contacts.size(); ++k) {
     const Contact p = plain.contact[k], q = s.contacts.contact[k];
     INFO("pair " << k << ", walls from " << s.contacts.begin[first_wall] << ", poly-ellipsoids from "
@@ -139,10 +140,14 @@ void compare(Case& c) {
                q.spring.norm() > 0.999 * law.friction * s.contacts.touch[k].force.dot(s.contacts.touch[k].normal);
     REQUIRE(p.stiffness == Approx(q.stiffness).epsilon(1e-7));
     REQUIRE((p.spring - q.spring).norm() <= tolerance);
+    REQUIRE((p.roll - q.roll).norm() <= tolerance);
+    rolling += law.rolling > 0 &&
+               q.roll.norm() > 0.999 * law.rolling * s.contacts.touch[k].force.dot(s.contacts.touch[k].normal);
     REQUIRE(p.compliance == Approx(q.compliance).epsilon(1e-6));
   }
   CHECK(touching > s.grains.size());
   if (c.model.pairs[0].friction > 0) CHECK(sliding > 0);
+  if (c.model.rolls()) CHECK((rolling > 10 && rolling < touching - 10));
   for (std::size_t i = 0; i < s.grains.size(); ++i) {
     const Load load = collected(s.contacts, i);
     const double tolerance = s.grains.frame.empty() ? 1e-11 : 1e-4;  // of some ten contacts
@@ -274,10 +279,10 @@ TEST_CASE("kicks and turns of many grains at a time are those of one") {
 TEST_CASE("vector kernels do what one contact at a time does") {
   for (const bool periodic : {true, false})
     for (const bool shapes : {false, true})
-      for (const int variant : {0, 1, 2, 3}) {
+      for (const int variant : {0, 1, 2, 3, 4}) {
         INFO("periodic " << periodic << ", shapes " << shapes << ", variant " << variant);
         Case c;
-        make(c, periodic, shapes, variant != 1, variant != 2, variant != 3);
+        make(c, periodic, shapes, variant != 1, variant != 2, variant != 3, variant == 4 ? 0.1 : 0);
         for (int stage = 0; stage < 3; ++stage) {
           run_steps(c.model, c.state, 150, c.team);
           // A state in the middle of a step: positions of now, velocities of half a step before.

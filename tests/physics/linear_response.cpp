@@ -37,31 +37,49 @@ TEST_CASE(
     CHECK(r->holds(model, stretch, 0));
   }
   // Frictional spheres at an isotropic pressure, prepared with little friction: nothing slides at first.
-  Model model = grus::dem::test::model_of(grus::dem::test::solid(600e6, 0.3, 2650, 0.1, 0.5));
-  set_damping(model, 0.3);
-  State s;
-  const Packing p = random_packing(Vec3::Constant(0.036), {"uniform", 5e-3, 0, 4e-3, 6e-3}, 0.58, 0, true, 4);
-  for (const auto& sphere : p.spheres)
-    grus::dem::test::add(s, PolyEllipsoid::sphere(sphere.radius), sphere.position, 2650);
-  s.boundary.cell.vectors = p.box.asDiagonal();
-  Team team(2);
-  prepare(model, s, team);
-  QuasiStatic q;
-  q.unbalanced_force = q.stress_change = 1e-6, q.max_hold = 400000;
-  compress_isotropically(model, q, s, 1e5, team);
-  for (auto& m : model.materials) m.friction = 10;
-  make_pair_laws(model);
-  const Response rest = hold(model, q, s, team);
-  REQUIRE(rest.stable);
-  const auto r = linear_response(model, s, 0.001);
-  REQUIRE(r);
-  std::uint64_t steps = 0;
-  const Mat6 measured = perturbation_tangent(model, q, s, 1e-6, true, steps, team);
-  // Perturbations of 1e-6 move stresses by 1e-4 of themselves, held to 1e-6; a few weak contacts open or close
-  // meanwhile.
-  CHECK((measured - r->tangent).norm() < 0.03 * r->tangent.norm());
-  // The affine bound is far stiffer: what relaxation is worth.
-  CHECK(contact_stiffness_tangent(model, s)(0, 0) > 1.15 * r->tangent(0, 0));
+  for (const double rolling : {0.0, 0.1}) {
+    Model model = grus::dem::test::model_of(grus::dem::test::solid(600e6, 0.3, 2650, 0.1, 0.5));
+    model.materials[0].rolling_friction = rolling;
+    make_pair_laws(model);
+    set_damping(model, 0.3);
+    State s;
+    const Packing p = random_packing(Vec3::Constant(0.036), {"uniform", 5e-3, 0, 4e-3, 6e-3}, 0.58, 0, true, 4);
+    for (const auto& sphere : p.spheres)
+      grus::dem::test::add(s, PolyEllipsoid::sphere(sphere.radius), sphere.position, 2650);
+    s.boundary.cell.vectors = p.box.asDiagonal();
+    Team team(2);
+    prepare(model, s, team);
+    QuasiStatic q;
+    q.unbalanced_force = q.stress_change = 1e-6, q.max_hold = 400000;
+    compress_isotropically(model, q, s, 1e5, team);
+    model.materials[0].friction = 10, model.materials[0].rolling_friction = 100 * rolling;
+    make_pair_laws(model);
+    const Response rest = hold(model, q, s, team);
+    REQUIRE(rest.stable);
+    const auto r = linear_response(model, s, 0.001);
+    REQUIRE(r);
+    std::uint64_t steps = 0;
+    const Mat6 measured = perturbation_tangent(model, q, s, 1e-6, true, steps, team);
+    // Perturbations of 1e-6 move stresses by 1e-4 of themselves, held to 1e-6; a few weak contacts open or close
+    // meanwhile.
+    CHECK((measured - r->tangent).norm() < 0.03 * r->tangent.norm());
+    // The affine bound is far stiffer: what relaxation is worth.
+    CHECK(contact_stiffness_tangent(model, s)(0, 0) > 1.15 * r->tangent(0, 0));
+    // Grains that cannot roll freely shear less.
+    if (rolling > 0) {
+      Model free = model;
+      for (PairLaw& law : free.pairs) law.rolling = 0;
+      LinearResponse near = *r;
+      Vec6 push = Vec6::Zero();
+      push[3] = 1e-8;
+      CHECK(near.holds(model, push, 0.001));
+      for (auto& roll : near.rolls) roll.friction = 1e-9;
+      CHECK_FALSE(near.holds(model, push, 0.001));
+      const auto shear = [](const LinearResponse& of) { return of.tangent.bottomRightCorner<3, 3>().trace(); };
+      CHECK(shear(*r) > 1.02 * shear(*linear_response(free, s, 0.001)));
+    }
+    CHECK(r->rolls.empty() == (rolling == 0));
+  }
 }
 
 TEST_CASE(

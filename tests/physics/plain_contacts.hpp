@@ -68,11 +68,13 @@ inline Plain plain_pass(const Model& model, const State& state, double dt) {
               wall ? Vec3(Vec3::Zero()) : Vec3(g.motion[pair.b].velocity + g.motion[pair.b].spin.cross(arm_b));
           const Vec3 wb = wall ? Vec3(Vec3::Zero()) : g.motion[pair.b].spin;
           const Vec3 v = vb + moving - a.velocity - a.spin.cross(arm_a);
-          const Vec3 force = advance_contact(l, law, 1 / (a.inverse_mass + (wall ? 0 : g.motion[pair.b].inverse_mass)),
-                                             c, touch, n, overlap, v, 0.5 * n.dot(a.spin + wb), dt, out.energy);
+          const Vec3 force =
+              advance_contact(l, law, 1 / (a.inverse_mass + (wall ? 0 : g.motion[pair.b].inverse_mass)), c, touch, n,
+                              overlap, v, 0.5 * n.dot(a.spin + wb), dt, out.energy, wb - a.spin);
+          const Vec3 couple = c.radius * c.roll;
           out.power += force.dot(moving);
-          out.load[pair.a].force -= force, out.load[pair.a].torque += force.cross(arm_a);
-          if (!wall) out.load[pair.b].force += force, out.load[pair.b].torque += arm_b.cross(force);
+          out.load[pair.a].force -= force, out.load[pair.a].torque += force.cross(arm_a) - couple;
+          if (!wall) out.load[pair.b].force += force, out.load[pair.b].torque += arm_b.cross(force) + couple;
         },
         model.law);
   }

@@ -14,7 +14,11 @@ using namespace grus::dem::test;
 namespace {
 
 /// No dashpots: forces follow from where the grains are and from what the springs remember.
-Model elastic_sand() { return model_of(solid(60e9, 0.17, 2650, 0.5)); }
+Model elastic_sand(double rolling = 0.2) {
+  Material sand = solid(60e9, 0.17, 2650, 0.5);
+  sand.rolling_friction = rolling;
+  return model_of(sand);
+}
 
 /// A dense cell that shears, in the middle of a run: grains turn and slide.
 State sheared(const Model& model, bool bodies, Team& team) {
@@ -104,6 +108,7 @@ void check_awake(const Model& model, const State& before, Team& team) {
     CHECK(kept.stiffness == Approx(contact.stiffness).epsilon(1e-11));  // of hulls that of the area
     CHECK(kept.radius == contact.radius);
     CHECK((kept.spring - contact.spring).norm() < 1e-11 * most);
+    CHECK((kept.roll - contact.roll).norm() < 1e-11 * most);
     CHECK((found.force - touch.force).norm() < 1e-11 * most);
     CHECK((found.normal - touch.normal).norm() < 1e-9);
   }
@@ -145,7 +150,7 @@ TEST_CASE("a cell that has rested is the one it was: motions and histories to th
 
 TEST_CASE("a resting cell of spheres takes 0.4 kB a grain at most, saved or not, and cannot be forgotten to be one") {
   Team team(1);
-  const Model model = elastic_sand();
+  const Model model = elastic_sand(0);
   const State s = sheared(model, false, team);
   const auto grains = static_cast<double>(s.grains.size());
   const State resting = at_rest(s);

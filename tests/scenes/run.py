@@ -114,14 +114,16 @@ def shipped_scenes(tmp):
 def same_bits(tmp):
     """The same history for 1 and 2 threads, for any width of the kernels, and for 1 and 2 ranks."""
     rve, bvp = program("grus-rve"), program("grus-bvp")
-    texts = []
-    for threads, lanes in (("1", "8"), ("2", "4"), ("1", "1")):
-        out = os.path.join(tmp, "t" + threads + lanes)
-        r = run("env", "GRUS_LANES=" + lanes, rve, os.path.join(shipped, "shpb_random.toml"), "-o", out, "--threads", threads, "--quiet", "--set", "loading.final_strain=0.04", "--set", "output.frames=0")
-        need(r.returncode == 0, r.stderr)
-        texts.append(open(os.path.join(out, "history.csv")).read())
-    need(texts[0] == texts[1] == texts[2], "history.csv differs with the number of threads or the width of the kernels")
-    need(float(history(os.path.join(tmp, "t18"))[-1]["breakages"]) > 10, "nothing broke")
+    for rolling in ("0", "0.2"):
+        texts = []
+        for threads, lanes in (("1", "8"), ("2", "4"), ("1", "1")):
+            out = os.path.join(tmp, "t" + threads + lanes + rolling)
+            r = run("env", "GRUS_LANES=" + lanes, rve, os.path.join(shipped, "shpb_random.toml"), "-o", out, "--threads", threads, "--quiet", "--set", "loading.final_strain=0.04", "--set", "output.frames=0",
+                    "--set", f"material.sand.rolling_friction={rolling}")
+            need(r.returncode == 0, r.stderr)
+            texts.append(open(os.path.join(out, "history.csv")).read())
+        need(texts[0] == texts[1] == texts[2], f"history.csv differs with the number of threads or the width of the kernels, rolling friction {rolling}")
+        need(float(history(os.path.join(tmp, "t18" + rolling))[-1]["breakages"]) > 10, "nothing broke")
     if not bvp:
         return
     rows = []

@@ -28,7 +28,7 @@ inline const int chosen = std::getenv("GRUS_MUTANT") ? std::atoi(std::getenv("GR
 #define GRUS_MUTANT_IS(k) __builtin_expect(grus_mutants::chosen == (k), 0)
 """
 # Fast first: the order in which a fault meets the tests that it does not name.
-TESTS = ["shapes", "hulls", "overlaps", "contacts", "grading", "sharing", "material_rules", "numbers", "bars", "bonds", "face_bonds", "bonded_cells", "supports", "cell_packings", "hull_contacts", "balances", "breakage", "techniques", "small_rules", "histories", "steady", "bits", "single_contacts", "linear_response", "lists", "stiffness",
+TESTS = ["shapes", "hulls", "overlaps", "contacts", "grading", "sharing", "material_rules", "numbers", "bars", "bonds", "face_bonds", "bonded_cells", "supports", "cell_packings", "hull_contacts", "balances", "breakage", "techniques", "small_rules", "histories", "steady", "rolling", "resting", "bits", "single_contacts", "linear_response", "lists", "stiffness",
          "dynamics", "geometry", "elements", "explicit_statics", "devices", "farm", "kernels", "motion", "coupling", "solid", "rve", "fourteen", "crushing", "cylinder"]
 
 

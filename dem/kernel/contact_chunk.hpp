@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What the stages of a contact pass hand on, `chunk` pairs at a time. Only for the files that are built once for each
+// instruction set.
+#pragma once
+
+#include "dem/kernel/contact_pass.hpp"
+#include "dem/kernel/lanes.hpp"
+
+namespace grus::dem {
+namespace {
+
+#define GRUS_STAGE [[gnu::noinline]] static
+
+enum class Kind {
+  spheres,
+  walls,
+  shaped
+};  // sphere on sphere, sphere on wall, pairs whose points of contact are given
+
+constexpr int group = 8;   // contacts whose energies are summed apart: the same sums for any width
+constexpr int chunk = 64;  // pairs that go through the stages together: short chains of operations, many at a time
+
+/// What a chunk hands from stage to stage; columns of `chunk` values, in the order of the kept groups.
+struct alignas(64) Chunk {
+  double nx[chunk], ny[chunk], nz[chunk], overlap[chunk], la[chunk], lb[chunk];  // normal; levers of spheres
+  double arm_ax[chunk], arm_ay[chunk], arm_az[chunk], arm_bx[chunk], arm_by[chunk], arm_bz[chunk];  // of other shapes
+  double vx[chunk], vy[chunk], vz[chunk], turn[chunk];  // velocity of b against a, mean turn about n in this step
+  double drag_x[chunk], drag_y[chunk], drag_z[chunk];   // velocity of the wall or the cell
+  double elastic[chunk], kt[chunk], compliance[chunk], dashpot[chunk], normal[chunk];
+  double sx[chunk], sy[chunk], sz[chunk], keep[chunk], cut[chunk], size[chunk];  // springs
+  double before[chunk], mx[chunk], my[chunk], mz[chunk];  // of rolling: compliance of the step before; couple on b
+  std::size_t first[chunk / width];                       // pair of each kept group
+  unsigned touching[chunk / width];
+  int count[chunk / width];
+
+  /// Where the energies of kept group g are summed, in a call that began at pair `begin`.
+  int place(int g, std::size_t begin) const { return static_cast<int>((first[g] - begin) / width % (group / width)); }
+};
+
+GRUS_INLINE Real at(const double* column) {
+  Real x;
+  load(column, x);
+  return x;
+}
+
+/// Energy (J) that the spring of a parting pair still held.
+GRUS_INLINE double part(const ContactRows& s, std::size_t k) {
+  double size2 = s.spring_x[k] * s.spring_x[k] + s.spring_y[k] * s.spring_y[k] + s.spring_z[k] * s.spring_z[k];
+  if (s.roll_x) {
+    size2 += s.roll_x[k] * s.roll_x[k] + s.roll_y[k] * s.roll_y[k] + s.roll_z[k] * s.roll_z[k];
+    s.roll_x[k] = s.roll_y[k] = s.roll_z[k] = 0;
+  }
+  const double held = 0.5 * s.compliance[k] * size2;
+  s.spring_x[k] = s.spring_y[k] = s.spring_z[k] = s.compliance[k] = s.viscous[k] = s.stiffness[k] = s.radius[k] = 0;
+  return held;
+}
+
+/// The first `count` lanes, to a column of the histories.
+GRUS_INLINE void put_back(Real x, int count, double* to) {
+  if (count == width) return store(x, to);
+  double lane[width];
+  store(x, lane);
+  for (int l = 0; l < count; ++l) to[l] = lane[l];
+}
+
+/// Law constant k of the pairs from `first` on.
+GRUS_INLINE Real constant(const ContactRows& s, int k, std::size_t first) {
+  return s.law_count == 1 ? Real(s.laws[k]) : gather(s.laws + k, s.law + first, law_columns);
+}
+
+/// Sums of one call, one for each of `group` places: twice what springs lost, and of it what friction took; what
+/// dashpots took over - dt / 2; power.
+struct Sums {
+  Real lost[group / width], slid[group / width], spent[group / width], power[group / width];
+};
+
+}  // namespace
+}  // namespace grus::dem
