@@ -70,7 +70,7 @@ RVE = {
     "log-normal": MATERIAL + RANDOM.replace('"truncated-normal", mean = "0.3 mm", sd = "0.05 mm"', '"log-normal", median = "0.3 mm", spread = 0.2') + "[boundary]\nkind = \"walls\"\n" + UNIAXIAL.replace("0.06", "0.01") + OUTPUT,
     "sieve": MATERIAL + RANDOM.replace('"truncated-normal", mean = "0.3 mm", sd = "0.05 mm", min = "0.2 mm", max = "0.4 mm"', '"sieve", passing = [["0.4 mm", 0], ["0.6 mm", 0.4], ["0.8 mm", 1]]').replace(
         "solid_fraction = 0.5", "void_ratio = 1") + "[boundary]\nkind = \"walls\"\n" + UNIAXIAL.replace("0.06", "0.01") + OUTPUT,
-    "mixed": MATERIAL + "[material.coal]\ndensity = 1400.0\nyoungs_modulus = \"2 GPa\"\nfriction = 0.9\n" + RANDOM.replace("material = \"sand\"\n", "") + "[[packing.mixture]]\nmaterial = \"sand\"\nshare = 3\n[[packing.mixture]]\n"
+    "mixed": MATERIAL + "[material.coal]\ndensity = 1400.0\nyoungs_modulus = \"2 GPa\"\nfriction = 0.9\n" + RANDOM.replace("material = \"sand\"\n", "").replace("0.5\n", "0.38\n") + "[[packing.mixture]]\nmaterial = \"sand\"\nshare = 3\n[[packing.mixture]]\n"
              "material = \"coal\"\nshare = 1\naspect = [1, 0.8, 0.6]\n[boundary]\nkind = \"walls\"\n" + UNIAXIAL.replace("0.06", "0.01") + OUTPUT,
     "relative": MATERIAL + RANDOM.replace("solid_fraction = 0.5", "relative_density = 0.3\nvoid_ratio_max = 1.1\nvoid_ratio_min = 0.6") + "[boundary]\nkind = \"walls\"\n" + UNIAXIAL.replace("0.06", "0.01") + OUTPUT,
     "crush": "title = \"crush\"\nseed = 3\n" + MATERIAL + FRACTURE + RANDOM + "[boundary]\nkind = \"walls\"\nfriction = 0.1\n" + UNIAXIAL + "[numerics]\nmax_overlap = 2\n" + OUTPUT + "grading = true\n",
@@ -216,7 +216,7 @@ RVE_KEYS = [
     ("modulus", SAND + "contact_modulus", 3e8), ("modulus", SAND + "rotation", "true"), ("modulus", "boundary.friction", 0.5), ("modulus", "boundary.kind", "walls"),
     ("cylinder", "loading.control", "strain", "loading.stress_rate="), ("cylinder", "loading.stress_rate", 2e11),
     ("log-normal", "packing.radius.median", 2.8e-4), ("log-normal", "packing.radius.spread", 0.1), ("sieve", "packing.radius.passing", "[[4e-4, 0], [6e-4, 0.6], [8e-4, 1]]"),
-    ("mixed", "packing.mixture.0.share", 1), ("mixed", "packing.mixture.1.material", "sand"), ("mixed", "packing.mixture.1.aspect", "[1, 1, 0.6]"), ("mixed", SAND + "rolling_friction", 0.2),
+    ("mixed", "packing.mixture.0.share", 1), ("mixed", "packing.mixture.1.material", "sand"), ("mixed", "packing.mixture.1.aspect", "[1, 1, 0.6]"), ("crush", SAND + "rolling_friction", 0.2),
     ("sieve", "packing.void_ratio", 1.1), ("relative", "packing.relative_density", 0.5), ("relative", "packing.void_ratio_max", 1.2), ("relative", "packing.void_ratio_min", 0.7),
     ("crush", "title", "'another'"), ("crush", "seed", 4),
     *[("crush", SAND + k, v) for k, v in (("density", 3000.0), ("youngs_modulus", 7e9), ("poissons_ratio", 0.3), ("friction", 0.2), ("restitution", 0.9), ("damping", 0.0))],
