@@ -140,26 +140,62 @@ double with_dashpots(double k, double c) {
   return omega * omega;
 }
 
-/// A cheap bound for each grain: the trace of its mass-scaled stiffness.
-std::vector<double> traces(const Grains& g, const Contacts& contacts, const BondsOfGrains& bonds,
-                           const std::vector<Stiffness>& k) {
+/// How far a normal of grain i's surface passes by its mass centre, at most: of an ellipsoid the difference of its half
+/// axes.
+double lever_bound(const Grains& g, std::size_t i) {
+  switch (g.kind[i]) {
+    case ShapeKind::sphere:
+      return 0;
+    case ShapeKind::hull:
+      return g.motion[i].radius;
+    case ShapeKind::polyellipsoid:
+      break;
+  }
+  const PolyEllipsoid& p = g.shape[i];
+  return std::max(p.plus.maxCoeff(), p.minus.maxCoeff()) - std::min(p.plus.minCoeff(), p.minus.minCoeff()) +
+         0.375 * (p.plus - p.minus).norm();
+}
+
+/// Of a grain, from contacts alone: stiffness against shifts, and no less than its largest against turns.
+struct Resistance {
+  double diagonal[3] = {}, beside[3] = {}, turn = 0;
+
+  void add(double weight, const Stiffness& s, const Vec3& n, double arm, double lever) {
+    const double more = weight * (s.normal - s.tangential), all = weight * s.tangential;
+    for (int j = 0; j < 3; ++j) diagonal[j] += all + more * n[j] * n[j], beside[j] += more * n[j] * n[(j + 1) % 3];
+    turn += weight * (s.tangential * arm * arm + std::max(s.normal - s.tangential, 0.0) * lever * lever + s.rolling);
+  }
+  /// Frobenius norm of the stiffness against shifts.
+  double shift() const {
+    double sum = 0;
+    for (int j = 0; j < 3; ++j) sum += diagonal[j] * diagonal[j] + 2 * beside[j] * beside[j];
+    return std::sqrt(sum);
+  }
+};
+
+/// A cheap bound for each grain of the largest eigenvalue of its mass-scaled stiffness: that of the part of shifts and
+/// that of the part of turns together, and of bonds the trace.
+std::vector<double> cheap_bounds(const Grains& g, const Contacts& contacts, const BondsOfGrains& bonds,
+                                 const std::vector<Stiffness>& k) {
   const std::size_t walls = contacts.begin[first_wall];
-  std::vector<double> trace(g.size(), 0.0);
-  auto add = [&](std::size_t i, double weight, const Stiffness& s, double arm) {
-    trace[i] +=
-        weight * ((s.normal + 2 * s.tangential) * g.motion[i].inverse_mass +
-                  2 * (std::max(s.normal, s.tangential) * arm * arm + s.rolling) / g.inertia[i].moments.minCoeff());
+  std::vector<Resistance> of(g.size());
+  std::vector<double> lever(g.frame.empty() ? 0 : g.size()), bound(g.size());
+  for (std::size_t i = 0; i < lever.size(); ++i) lever[i] = lever_bound(g, i);
+  auto add = [&](std::size_t i, double weight, std::size_t c) {
+    of[i].add(weight, k[c], contacts.touch[c].normal, g.motion[i].radius, lever.empty() ? 0 : lever[i]);
   };
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     if (k[c].normal == 0) continue;
     const Pair& p = contacts.pair[c];
-    add(p.a, c < walls ? 2 : 1, k[c], g.motion[p.a].radius);
-    if (c < walls) add(p.b, 2, k[c], g.motion[p.b].radius);
+    add(p.a, c < walls ? 2 : 1, c);
+    if (c < walls) add(p.b, 2, c);
   }
-  for (std::size_t i = 0; i < bonds.of.size(); ++i) trace[i] += trace_of(g, bonds.of[i], i);
+  for (std::size_t i = 0; i < g.size(); ++i)
+    bound[i] = (1 + 1e-12) * (of[i].shift() * g.motion[i].inverse_mass + of[i].turn / g.inertia[i].moments.minCoeff());
+  for (std::size_t i = 0; i < bonds.of.size(); ++i) bound[i] += trace_of(g, bonds.of[i], i);
   for (std::size_t i = 0; i < bonds.resisting.size(); ++i)
-    trace[i] = with_dashpots(trace[i], trace_of(g, bonds.resisting[i], i));
-  return trace;
+    bound[i] = with_dashpots(bound[i], trace_of(g, bonds.resisting[i], i));
+  return bound;
 }
 
 /// The same for the hardest impact that a grain's speed allows, against another of its material or a wall.
@@ -262,7 +298,7 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
 
   const Stiffnesses k = stiffnesses(law, pairs, g, boundary, contacts);
   const BondsOfGrains bonded(g, bonds);
-  const std::vector<double> trace = traces(g, contacts, bonded, k.of);
+  const std::vector<double> bound = cheap_bounds(g, contacts, bonded, k.of);
   std::vector<double> impact(n);
   for (std::size_t i = 0; i < n; ++i) {
     const double speed = std::max({g.motion[i].velocity.norm() + critical.max_speed, wall_speed, 1e-6});
@@ -270,16 +306,16 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
         impact_bound(law, pairs[g.material[i] * materials + g.material[i]], g, i, !boundary.walls.empty(), speed);
   }
 
-  // Exact 6 x 6 eigenvalues only where the trace could set the step.
+  // Exact 6 x 6 eigenvalues only where the bound could set the step.
   std::vector<Index> order(n);
   std::iota(order.begin(), order.end(), 0u);
   std::sort(order.begin(), order.end(), [&](Index a, Index b) {
-    const double x = std::max(trace[a], impact[a]), y = std::max(trace[b], impact[b]);
+    const double x = std::max(bound[a], impact[a]), y = std::max(bound[b], impact[b]);
     return x != y ? x > y : a < b;
   });
   double worst = 0;
   for (const Index i : order) {
-    if (std::max(trace[i], impact[i]) <= worst) break;
+    if (std::max(bound[i], impact[i]) <= worst) break;
     const Mat6 scaled = scaled_stiffness(g, contacts, bonded, k, i);
     const double slow = scaled_resistance(g, bonded, i);
     if (std::max(with_dashpots(largest_eigenvalue_bound(scaled), slow), impact[i]) <= worst) continue;

@@ -25,7 +25,8 @@ constexpr const char* usage =
     "grus_bench --shapes GRAINS STEPS                               the same on a dense cell of poly-ellipsoids\n"
     "grus_bench --cell FILE INCREMENTS                              increments of 1e-3 of a cell (\"N\", its nine "
     "numbers, then \"x y z r\")\n"
-    "grus_bench --make-packing GRAINS FILE                          such a packing\n"
+    "grus_bench --make-packing GRAINS FILE [RATIO]                  such a packing, radii even between 1 and RATIO "
+    "(4.5)\n"
     "GRUS_LANES=1|4|8 in the environment chooses narrower kernels.\n";
 
 // Counted in the sources of dem/kernel: multiplications, additions, comparisons, divisions and roots of the stages that
@@ -159,7 +160,9 @@ int main(int argc, char** argv) {
       return tell(celled(std::stoul(argv[k + 1]), true, 10e6), std::stoul(argv[k + 2]), 1);
     if (!std::strcmp(argv[k], "--cell") && k + 2 < argc) return cell_run(argv[k + 1], std::stoi(argv[k + 2]));
     if (!std::strcmp(argv[k], "--make-packing") && k + 2 < argc)
-      return write_packing(argv[k + 2], make_packing(std::stoul(argv[k + 1]), 4.5)), 0;
+      return write_packing(argv[k + 2],
+                           make_packing(std::stoul(argv[k + 1]), k + 3 < argc ? std::stod(argv[k + 3]) : 4.5)),
+             0;
     if (!std::strcmp(argv[k], "--large"))
       large = true;
     else if (!std::strcmp(argv[k], "--out") && k + 1 < argc)

@@ -191,6 +191,47 @@ TEST_CASE("the critical step of a simple-cubic lattice is exact, and a true boun
   }
 }
 
+TEST_CASE("the critical step is that of the worst grain, also where cheap bounds leave most grains out") {
+  for (std::uint64_t sample = 0; sample < 60; ++sample) {
+    const bool bodies = sample > 5;
+    Material rolls = solid(60e9, 0.17, 2650, 0.5);
+    rolls.rolling_friction = bodies ? 0.1 : 0;
+    Model model = model_of(rolls);
+    model.numerics.time_step = 1e-8;
+    State s;
+    const std::uint64_t n = 3;
+    const double R = 3e-4, pitch = 1.7 * R;
+    for (std::uint64_t i = 0; i < n * n * n; ++i) {
+      PolyEllipsoid shape = random_shape(3 + sample, i, 0.2, 1.2);
+      shape.plus *= R, shape.minus *= R;
+      if (!bodies) shape = PolyEllipsoid::sphere(R * (0.9 + 0.2 * random_uniform(4 + sample, i, Purpose::radius)));
+      add(s, shape,
+          pitch * Vec3(static_cast<double>(i % n), static_cast<double>(i / n % n), static_cast<double>(i / n / n)),
+          2650, Vec3::Zero(), Vec3::Zero(), random_rotation(7 + sample, i));
+    }
+    Team team(1);
+    prepare(model, s, team);
+    auto step = [&](const State& of) {
+      return critical_step(model.law, model.pairs, 2, of.grains, of.boundary, of.contacts, of.bonds).dt;
+    };
+    const double all = step(s);
+    // The contacts of one grain alone: of those that it touches none is stiffer than in the whole.
+    double least = INFINITY;
+    for (std::size_t i = 0; i < s.grains.size(); ++i) {
+      State star = s;
+      for (std::size_t k = 0; k < star.contacts.size(); ++k)
+        if (star.contacts.pair[k].a != i && star.contacts.pair[k].b != i) star.contacts.contact.set(k, {});
+      least = std::min(least, step(star));
+    }
+    CHECK(all == Approx(least).epsilon(1e-12));
+    CHECK(all < 0.5 * step([&] {
+                  State none = s;
+                  for (std::size_t k = 0; k < none.contacts.size(); ++k) none.contacts.contact.set(k, {});
+                  return none;
+                }()));
+  }
+}
+
 TEST_CASE("a lattice is stable just below the critical step and diverges just above") {
   Model model = linear_model(1e6, 0, 2650, 0);
   Team team(1);
