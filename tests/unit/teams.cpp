@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Threads: everything is done once whoever comes, and nobody is asked to help where help does not pay.
+#if __has_include(<catch2/catch_all.hpp>)
+#include <catch2/catch_all.hpp>
+#else
 #include <catch2/catch.hpp>
+#endif
 #include <cmath>
 #include <cstdint>
 #include <numeric>
