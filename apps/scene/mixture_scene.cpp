@@ -40,10 +40,8 @@ Part read_part(Table t, const RveScene& scene, dem::Container container) {
   Part part;
   part.material = material_of(t, scene.model, t.text("material"));
   part.share = t.number("share", dimension::none, positive);
-  part.aspect = vector3(t.numbers_or("aspect", {1, 1, 1}, dimension::none));
+  part.aspect = read_aspect(t);
   t.finish();
-  if (!(part.aspect.minCoeff() > 0) || !(part.aspect.maxCoeff() <= 10 * part.aspect.minCoeff()))
-    t.fail("aspect", "three lengths above 0, the longest at most ten times the shortest");
   if (!shaped(part)) return part;
   const dem::Material& material = scene.model.materials[part.material];
   if (container == dem::Container::cylinder) t.fail("aspect", "a cylinder needs a scene of spheres alone");

@@ -76,14 +76,19 @@ std::optional<PendingPacking::Hulls> read_hulls(Table& packing) {
   auto t = packing.table_if("hulls");
   if (!t) return {};
   const int rounds = static_cast<int>(t->integer_or("relax", 5, 0, 1000));
-  const Vec3 aspect = vector3(t->numbers_or("aspect", {1, 1, 1}, dimension::none));
+  const Vec3 aspect = read_aspect(*t);
   t->finish();
-  if (!(aspect.minCoeff() > 0) || !(aspect.maxCoeff() <= 10 * aspect.minCoeff()))
-    t->fail("aspect", "three lengths above 0, the longest at most ten times the shortest");
   return PendingPacking::Hulls{rounds, aspect};
 }
 
 }  // namespace
+
+Vec3 read_aspect(Table& t) {
+  const Vec3 aspect = vector3(t.numbers_or("aspect", {1, 1, 1}, dimension::none));
+  if (!(aspect.minCoeff() > 0) || !(aspect.maxCoeff() <= 10 * aspect.minCoeff()))
+    t.fail("aspect", "three lengths above 0, the longest at most ten times the shortest");
+  return aspect;
+}
 
 std::uint8_t material_of(Table& t, const dem::Model& model, const std::string& name) {
   for (std::size_t i = 0; i < model.materials.size(); ++i)

@@ -162,7 +162,7 @@ TEST_CASE(
   CHECK_FALSE(linear_model(kn, ratio, density, 0.5).rolls());
 }
 
-TEST_CASE("what a cell rests with and is turned with: rolling springs go along") {
+TEST_CASE("a state that is turned takes its rolling springs along") {
   Model model = rolling_model(0.3, 0.5);
   Team team(1);
   State s = resting_sphere(model, 1e-3, 1e-3 / R, team);
