@@ -84,7 +84,7 @@ std::optional<PendingPacking::Hulls> read_hulls(Table& packing) {
 }  // namespace
 
 Vec3 read_aspect(Table& t) {
-  const Vec3 aspect = vector3(t.numbers_or("aspect", {1, 1, 1}, dimension::none));
+  Vec3 aspect = vector3(t.numbers_or("aspect", {1, 1, 1}, dimension::none));
   if (!(aspect.minCoeff() > 0) || !(aspect.maxCoeff() <= 10 * aspect.minCoeff()))
     t.fail("aspect", "three lengths above 0, the longest at most ten times the shortest");
   return aspect;
