@@ -112,7 +112,7 @@ void BvpOutput::add(const fem::ExplicitStaticsReport& r, double wall) {
        r.energy.error(), &r.energy, &r});
 }
 
-double BvpOutput::of_rves(double dem::Facts::*energy) const { return rves_ ? rves_->total(energy, points_.volume) : 0; }
+double BvpOutput::of_rves(dem::Facts::Number energy) const { return rves_ ? rves_->total(energy, points_.volume) : 0; }
 
 void BvpOutput::add(const Row& r) {
   const auto strain = problem_.mean_strain(), stress = problem_.mean_stress();

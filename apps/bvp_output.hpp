@@ -52,7 +52,7 @@ private:
   double work_error(double taken) const;
   nlohmann::json devices(const nlohmann::json& row) const;
   std::string bonds_text(const char* head) const;
-  double of_rves(double dem::Facts::*energy) const;  // J: of all points with grains, by the volumes that they stand for
+  double of_rves(dem::Facts::Number energy) const;  // J: of all points with grains, by the volumes that they stand for
   const char* axis() const { return scene_.flat() ? "yy" : "zz"; }
 
   std::string directory_;

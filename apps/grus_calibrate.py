@@ -2,15 +2,19 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Fits scene keys to measured data: curves, sieve gradings, strengths of single grains. Tells each value with its standard
 deviation, and which the data do not fix. Runs that are done are not repeated: the same command goes on."""
-import argparse
-import json
-import math
 import os
 import sys
-import time
-from concurrent.futures import ThreadPoolExecutor, as_completed
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+import grus_interrupts  # noqa: E402
+
+grus_interrupts.end_at_once("grus-calibrate")
+import argparse  # noqa: E402
+import json  # noqa: E402
+import math  # noqa: E402
+import time  # noqa: E402
+from concurrent.futures import ThreadPoolExecutor, as_completed  # noqa: E402
+
 import numpy as np  # noqa: E402
 
 import grus_regression as regression  # noqa: E402

@@ -1,23 +1,19 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """grus-report DIR [DIR...] [-o FILE]: one self-contained report.html with tables, plots and pictures from result folders."""
-import argparse
-import csv
-import html
-import json
-import math
 import os
-import signal
 import sys
 
-
-def interrupted(*_):
-    print("grus-report: interrupted, nothing was written", file=sys.stderr)
-    raise SystemExit(130)
-
-
-signal.signal(signal.SIGINT, interrupted)  # before what takes a second to load
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+import grus_interrupts  # noqa: E402
+
+grus_interrupts.end_at_once("grus-report")
+import argparse  # noqa: E402
+import csv  # noqa: E402
+import html  # noqa: E402
+import json  # noqa: E402
+import math  # noqa: E402
+
 try:
     from grus_figures import STYLE, ZOOM, table
 except ImportError as e:

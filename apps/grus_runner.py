@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 
+import grus_interrupts
 from grus_results import InUse, one_line, read_grading, read_history
 from grus_study_reader import Refused, toml_value
 
@@ -112,6 +113,7 @@ def read_run(folder):
 def status_of(program, args, work, interrupted):
     """Exit status of a command; what went wrong is told in one line, the whole story to who asks."""
     try:
+        grus_interrupts.raise_again()
         return work(args)
     except (Refused, InUse) as e:
         print(one_line(f"{program}: {e}"), file=sys.stderr)

@@ -3,14 +3,18 @@
 """Error against run time: runs a scene over lists of settings, several seeds each, side by side on the cores given, and
 compares with a reference: work-precision tables, plots, Pareto front, order, recommended settings. Or compares a list of
 cases: a table, plots with scatter bands, checks of claims. All in report.html. Runs that are done are not repeated."""
-import argparse
-import json
 import os
 import sys
-import time
-from concurrent.futures import ThreadPoolExecutor, as_completed
 
 sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
+import grus_interrupts  # noqa: E402
+
+grus_interrupts.end_at_once("grus-study")
+import argparse  # noqa: E402
+import json  # noqa: E402
+import time  # noqa: E402
+from concurrent.futures import ThreadPoolExecutor, as_completed  # noqa: E402
+
 import grus_precision as precision  # noqa: E402
 from grus_results import VERSION, Folder, one_line  # noqa: E402
 from grus_runner import Lacking, Runner, duration_text, end, read_run, status_of  # noqa: E402

@@ -62,7 +62,7 @@ fem::Material RveMaterial::material() {
   return m;
 }
 
-double RveMaterial::total(double Facts::*energy, std::span<const double> volumes) const {
+double RveMaterial::total(Facts::Number energy, std::span<const double> volumes) const {
   double sum = 0;
   for (std::size_t i = 0; i < volumes.size(); ++i) sum += facts(i).*energy * volumes[i] / start_volume(i);
   return sum;
@@ -285,7 +285,7 @@ void RveMaterial::commit() {
   if (relaxed()) farm_.rebalance();
 }
 
-std::uint64_t RveMaterial::count(std::uint64_t dem::Facts::*what) const {
+std::uint64_t RveMaterial::count(dem::Facts::Count what) const {
   std::uint64_t sum = 0;
   for (const auto& p : sharing_.point) sum += slots_.at(p.slot).facts.*what;
   return sum;

@@ -67,13 +67,13 @@ public:
   double start_volume(std::size_t point) const { return start_volume_[sharing_.point[point].variant]; }  // m^3
   const dem::Facts& facts(std::size_t point) const { return slots_.at(sharing_.point[point].slot).facts; }
   /// Sum of one energy of all points' RVEs (J), each for the volume (m^3, reference) that its point stands for.
-  double total(double dem::Facts::*energy, std::span<const double> volumes) const;
+  double total(dem::Facts::Number energy, std::span<const double> volumes) const;
   dem::State committed(std::size_t point) const;
   /// Brings facts up to date; needed where there is no way back and steps do not tell them.
   void refresh();
   const SweepReport& report() const { return report_; }
-  double seconds() const { return seconds_; }                  // wall time in responses
-  std::uint64_t count(std::uint64_t dem::Facts::*what) const;  // of the committed states, every point counted
+  double seconds() const { return seconds_; }         // wall time in responses
+  std::uint64_t count(dem::Facts::Count what) const;  // of the committed states, every point counted
 
   /// All that decides how the points go on, handed over in parts (the states one by one); and back, into one that was
   /// made alike.

@@ -231,7 +231,8 @@ struct Composite {
     return sum;
   }
 
-  double most(std::function<double()> Material::*of) const {
+  using Asked = std::function<double()> Material::*;
+  double most(Asked of) const {
     double most = 0;
     for (const Part& part : parts) most = std::max(most, (part.material.*of)());
     return most;

@@ -62,18 +62,18 @@ inline Mat3 cross_matrix(const Vec3& a) {
 }
 
 /// F = R U, R a rotation, U symmetric.
-inline void polar(const Mat3& f, Mat3& r, Mat3& u) {
-  const Eigen::JacobiSVD<Mat3> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  r = svd.matrixU() * svd.matrixV().transpose();
-  u = svd.matrixV() * svd.singularValues().asDiagonal() * svd.matrixV().transpose();
-}
+void polar(const Mat3& f, Mat3& r, Mat3& u);
+
+/// Principal values of a symmetric tensor, ascending, and their directions, column by column.
+struct PrincipalAxes {
+  Vec3 values;
+  Mat3 directions;
+};
+PrincipalAxes principal_axes(const Mat3& symmetric);
+Vec3 principal_values(const Mat3& symmetric);
 
 /// A tangent (Voigt, engineering shear) in a frame turned by r: Q C Q^T, Q what the turn does to stresses.
-inline Mat6 turned(const Mat6& tangent, const Mat3& r) {
-  Mat6 q;
-  for (int k = 0; k < 6; ++k) q.col(k) = to_voigt(r * from_voigt(Vec6::Unit(k)) * r.transpose());
-  return q * tangent * q.transpose();
-}
+Mat6 turned(const Mat6& tangent, const Mat3& r);
 
 /// Mean pressure, compression-positive, of a tension-positive stress.
 inline double mean_pressure(const Mat3& stress) { return -stress.trace() / 3; }

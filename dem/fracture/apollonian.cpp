@@ -70,11 +70,7 @@ bool can_split(const Balls&, const Grains& g, std::size_t i) { return is_sphere(
 Pieces pieces_of(const Balls& splitter, const Grains& g, std::size_t i, const Wanted& wanted, std::uint64_t seed) {
   // Where nothing touches, the most compressive direction stands for the load.
   Vec3 axis = wanted.load;
-  if (axis.isZero()) {
-    Eigen::SelfAdjointEigenSolver<Mat3> principal;
-    principal.computeDirect(wanted.stress);
-    axis = principal.eigenvectors().col(0);
-  }
+  if (axis.isZero()) axis = principal_axes(wanted.stress).directions.col(0);
   const double turn = 2 * pi * random_uniform(seed, g.id[i], Purpose::turn);
   const Quat frame = Quat::FromTwoVectors(Vec3::UnitZ(), axis) * Quat(Eigen::AngleAxisd(turn, Vec3::UnitZ()));
   const double radius = g.extent[i].equivalent_radius, density = solid_mass(g, i) / g.extent[i].volume;

@@ -55,9 +55,7 @@ void each_candidate(const Cleavage& c, const LoadedHull& grain, const Mat3& prin
 }  // namespace
 
 Cleft Cleavage::worst(const LoadedHull& grain, double factor) const {
-  Eigen::SelfAdjointEigenSolver<Mat3> eigen;
-  eigen.computeDirect(grain.stress());
-  const Vec3 s = eigen.eigenvalues();
+  const auto [s, directions] = principal_axes(grain.stress());
   if (gate && !(s.sum() > 3 * *gate)) return {};
   double weakest = planes.empty() ? toughness : INFINITY;
   for (const Plane& p : planes) weakest = std::min(weakest, p.toughness);
@@ -69,7 +67,7 @@ Cleft Cleavage::worst(const LoadedHull& grain, double factor) const {
       mixed_mode(std::max({0.0, s[2], bent}) / needed(weakest), 0.5 * (s[2] - s[0]) / (mode_ratio * needed(weakest)));
   if (most < worth_a_look) return {most, Vec3::Zero(), 0, 0, 0};
   Cleft found;
-  each_candidate(*this, grain, eigen.eigenvectors(), [&](const Candidate& c) {
+  each_candidate(*this, grain, directions, [&](const Candidate& c) {
     for (const double place : offsets) {
       const double offset = place < 0 ? place * grain.reach(-c.normal) : place * grain.reach(c.normal);
       const PlaneLoad load = grain.across_plane(c.normal, offset);

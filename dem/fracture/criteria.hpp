@@ -34,9 +34,8 @@ struct HoekBrown {
   /// `stress` tension-positive, `factor` multiplies the strength. Below the apex (sigma_3 <= -s/m) the grain has
   /// failed.
   double utilisation(const Mat3& stress, double factor) const {
-    Eigen::SelfAdjointEigenSolver<Mat3> eigen;
-    eigen.computeDirect(stress, Eigen::EigenvaluesOnly);
-    const double s1 = -eigen.eigenvalues()[0], s3 = -eigen.eigenvalues()[2], s = factor * compressive_strength;
+    const Vec3 tension = principal_values(stress);
+    const double s1 = -tension[0], s3 = -tension[2], s = factor * compressive_strength;
     const double root = m * s3 / s + 1;
     if (root <= 0) return std::max(1.0, -s3 * m / s);
     return (s1 - s3) / (s * std::sqrt(root));

@@ -20,14 +20,7 @@ bool fits(const Polyhedron& body) {
 bool can_split(const Cut&, const Grains& g, std::size_t i) { return g.kind[i] == ShapeKind::hull; }
 
 Pieces pieces_of(const Cut&, const Grains& g, std::size_t i, const Wanted& wanted, std::uint64_t) {
-  Vec3 normal;
-  if (wanted.plane) {
-    normal = *wanted.plane;
-  } else {
-    Eigen::SelfAdjointEigenSolver<Mat3> principal;
-    principal.computeDirect(wanted.stress);
-    normal = principal.eigenvectors().col(2);
-  }
+  const Vec3 normal = wanted.plane ? *wanted.plane : Vec3(principal_axes(wanted.stress).directions.col(2));
   const Quat& q = g.orientation[i];
   const Vec3 n = q.conjugate() * normal;
   const HullView hull = (*g.hulls)[g.hull[i]];

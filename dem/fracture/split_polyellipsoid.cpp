@@ -32,9 +32,7 @@ Pieces pieces_of(const Halves& splitter, const Grains& g, std::size_t i, const W
   const int axis = *choose_axis(g.shape[i], preference);
   Quat q = g.orientation[i];
   if (is_sphere(g, i) && splitter.turn_spheres) {  // only a sphere's axes are free to turn
-    Eigen::SelfAdjointEigenSolver<Mat3> principal;
-    if (!wanted.plane) principal.computeDirect(wanted.stress);
-    q = turned_to_plane(q, axis, wanted.plane ? *wanted.plane : Vec3(principal.eigenvectors().col(2)));
+    q = turned_to_plane(q, axis, wanted.plane ? *wanted.plane : Vec3(principal_axes(wanted.stress).directions.col(2)));
   }
   if (is_sphere(g, i) && splitter.slight_rotation > 0)
     q = (q * Quat(slight_rotation(splitter.slight_rotation, seed, g.id[i]))).normalized();

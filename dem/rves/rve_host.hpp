@@ -71,6 +71,9 @@ struct Facts {
   double scaled_inertia = 0;         // J, put in at births
   std::uint64_t grains = 0, breakages = 0, steps = 0;
   std::uint64_t bonds = 0, bonds_broken = 0;  // of faces; where the material has such bonds
+
+  using Number = double Facts::*;
+  using Count = std::uint64_t Facts::*;
 };
 
 /// What answers instead of grains that could not go on: their last stress and stiffness, carried along.

@@ -36,9 +36,7 @@ struct Cell {
 
   bool periodic() const { return vectors(0, 0) != 0; }
   double volume() const { return std::abs(vectors.determinant()); }
-  double height() const {
-    return 1 / vectors.inverse().rowwise().norm().maxCoeff();
-  }  // least distance between opposite faces (m)
+  double height() const;  // least distance between opposite faces (m)
 };
 
 struct Boundary {

@@ -227,7 +227,7 @@ def one(number):
     errors = errors.decode(errors="replace")
     lines = [line for line in errors.splitlines() if line.strip()]
     code = process.returncode
-    if kind == "report" and code == -signal.SIGINT and not errors:
+    if kind in ("report", "study") and code == -signal.SIGINT and not errors:
         code = 130  # Ctrl-C reached it before Python had begun
     if code not in (0, 2, 3, 130) and not wrong and not (code == 1 and ("out of memory" in errors or "cannot" in errors or "status" in errors or kind == "study")):
         wrong.append(f"exit {code}")

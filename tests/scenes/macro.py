@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import scene_tools
 from scene_tools import faults, here, history, interrupt_when, kill_at_random, need, run, shipped, without_wall
@@ -103,7 +104,8 @@ def resume(tmp):
              "rve.adaptivity.share=1e-3", "rve.adaptivity.error=0.02", "rve.adaptivity.elastic=0.02", "rve.tangent=quasi-newton", "output.frames=3", "output.checkpoint_interval=1e-3"]
     impact = [os.path.join(here, "macro", "impact.toml"), "output.checkpoint_interval=1e-3"]
     steady = [os.path.join(shipped, "triaxial.toml"), "mesh.box.cells=[2, 4]", "rve.variants=1", "boundary.1.displacement=[0, '-0.5 mm']", "rve.set=['preparation.pressure=5 MPa']", "output.frames=3", "output.checkpoint_interval=1e-3"]
-    for name, (scene, *changes) in {"block": block, "impact": impact, "steady": steady}.items():
+
+    def one(name, scene, *changes):
         whole, part = os.path.join(tmp, name + "_whole"), os.path.join(tmp, name + "_part")
         begin = time.time()
         rows = go(scene, whole, *changes, threads="1")
@@ -129,6 +131,10 @@ def resume(tmp):
             open(checkpoint, "wb").write(spoiled)
             r = run(*command, "--resume")
             need(r.returncode == 2 and r.stderr.count("\n") == 1 and "checkpoint" in r.stderr, f"{name}: damaged: exit {r.returncode} {r.stderr!r}")
+
+    with ThreadPoolExecutor(2) as pool:
+        for done in [pool.submit(one, name, *what) for name, what in {"block": block, "impact": impact, "steady": steady}.items()]:
+            done.result()
     r = run(bvp, block[0], "-o", os.path.join(tmp, "nowhere"), "--resume")
     need(r.returncode == 2 and "no checkpoint" in r.stderr and not os.path.exists(os.path.join(tmp, "nowhere")), f"nothing to resume: {r.stderr!r}")
 

@@ -52,6 +52,13 @@ def format_faults(root):
 GCC_ONLY = ("-Wno-maybe-uninitialized", "-fno-tree-slp-vectorize", "-Wno-uninitialized")
 
 
+def without_gcc(command):
+    """The call for clang: without launchers and g++'s own options."""
+    call = shlex.split(command)
+    call = call[next(k for k, word in enumerate(call) if os.path.basename(word).startswith(("c++", "g++", "clang++"))):]
+    return [word for word in call if word not in GCC_ONLY]
+
+
 def included(root, file, seen):
     """A file and all of the project that it includes."""
     if file not in seen and os.path.exists(os.path.join(root, file)):
@@ -90,15 +97,13 @@ def clang_faults(root, build, write):
     entries = commands(root, build)
 
     def compile_one(file):
-        call = shlex.split(entries[file]["command"])
-        if "ccache" in os.path.basename(call[0]):
-            call = call[1:]
+        call = without_gcc(entries[file]["command"])
         at = call.index("-o")
         call[at:at + 2] = []
-        call = ["clang++", *(c for c in call[1:] if c not in GCC_ONLY), "-Werror", "-fsyntax-only"]
+        call = ["clang++", *call[1:], "-Werror", "-fsyntax-only"]
         done = subprocess.run(call, capture_output=True, text=True, cwd=entries[file]["directory"])
         return [done.stderr.strip()] if done.returncode else []
-    warnings = " ".join(c for c in shlex.split(entries["dem/base/parallel.cpp"]["command"]) if c.startswith("-W"))
+    warnings = " ".join(c for c in without_gcc(entries["dem/base/parallel.cpp"]["command"]) if c.startswith("-W"))
     digests = {file: digest(root, included(root, file, set()), warnings) for file in entries}
     return unless_seen(root, "clang", digests, compile_one, write)
 
@@ -107,7 +112,7 @@ def tidy_faults(root, build, write):
     scratch = tempfile.TemporaryDirectory()
     entries = {file: e for file, e in commands(root, build).items() if not file.startswith("tests/")}
     for e in entries.values():
-        e["command"] = shlex.join(c for c in shlex.split(e["command"]) if c not in GCC_ONLY)
+        e["command"] = shlex.join(without_gcc(e["command"]))
     with open(os.path.join(scratch.name, "compile_commands.json"), "w") as f:
         json.dump(list(entries.values()), f)
 
