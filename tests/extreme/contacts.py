@@ -166,3 +166,17 @@ def slender(tmp):
         found.append(f"{'xyz'[axis]}: {r.energy:.0e}")
         good = good and r.exit == 0 and met and r.energy < 1e-3
     return ", ".join(found), good
+
+
+@case("rolling friction 0, 1e-6, 0.3, 1e3, 1e4 in a box of 500 grains sheared by uniaxial strain at 200 1/s", "energy balance within 1 %; 1e-6 within 5 % of none; 0.3 carries 5 % more at least; 1e3 and 1e4, hardly ever at their limit, agree within 1 %")
+def rolling_resistance(tmp):
+    box = ("[packing]\nkind = \"random\"\nbox = [\"4 mm\", \"4 mm\", \"4 mm\"]\nradius = { distribution = \"uniform\", min = \"0.2 mm\", max = \"0.3 mm\" }\nsolid_fraction = 0.55\nseed = 4\n"
+           "[boundary]\nkind = \"walls\"\n[loading]\nkind = \"uniaxial-strain\"\naxis = \"z\"\nstrain_rate = \"200 1/s\"\nfinal_strain = 0.06\n[output]\nhistory_interval = 0.01\n")
+    found, good, stress = [], True, {}
+    for value in (0, 1e-6, 0.3, 1e3, 1e4):
+        r = Run(tmp, f"[material.m]\ndensity = 2650.0\nyoungs_modulus = \"6 GPa\"\npoissons_ratio = 0.2\nfriction = 0.5\nrestitution = 0.5\nrolling_friction = {value}\n" + box)
+        good = good and r.exit == 0 and r.finite and r.energy < 0.01
+        stress[value] = r.last("axial_stress_Pa") if r.exit == 0 else math.nan
+        found.append(f"{value}: {stress[value] / 1e6:.3f} MPa, {r.energy if r.exit == 0 else math.nan:.0e}")
+    good = good and abs(stress[1e-6] / stress[0] - 1) < 0.05 and stress[0.3] > 1.05 * stress[0] and abs(stress[1e3] / stress[1e4] - 1) < 0.01
+    return "; ".join(found), good
