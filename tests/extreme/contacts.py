@@ -168,7 +168,7 @@ def slender(tmp):
     return ", ".join(found), good
 
 
-@case("rolling friction 0, 1e-6, 0.3, 1e3, 1e4 in a box of 500 grains sheared by uniaxial strain at 200 1/s", "energy balance within 1 %; 1e-6 within 5 % of none; 0.3 carries 5 % more at least; 1e3 and 1e4, hardly ever at their limit, agree within 1 %")
+@case("rolling friction 0, 1e-6, 0.3, 1e3, 1e4 in a box of 500 grains squeezed at 200 1/s", "energy balance within 1 %; 1e-6 within 5 % of none; 0.3 carries 5 % more at least; 1e3 and 1e4, hardly ever at their limit, agree within 1 %")
 def rolling_resistance(tmp):
     box = ("[packing]\nkind = \"random\"\nbox = [\"4 mm\", \"4 mm\", \"4 mm\"]\nradius = { distribution = \"uniform\", min = \"0.2 mm\", max = \"0.3 mm\" }\nsolid_fraction = 0.55\nseed = 4\n"
            "[boundary]\nkind = \"walls\"\n[loading]\nkind = \"uniaxial-strain\"\naxis = \"z\"\nstrain_rate = \"200 1/s\"\nfinal_strain = 0.06\n[output]\nhistory_interval = 0.01\n")

@@ -18,7 +18,7 @@ from scene_tools import faults, history, need, run, shipped
 
 case, binaries = sys.argv[1], os.path.abspath(sys.argv[2])
 rve, bvp = (scene_tools.program(binaries, name) for name in ("grus-rve", "grus-bvp"))
-study, report = (os.path.join(binaries, name) for name in ("grus-study", "grus-report"))
+study, calibrate, report = (os.path.join(binaries, name) for name in ("grus-study", "grus-calibrate", "grus-report"))
 
 MATERIAL = "[material.sand]\ndensity = 2650\nyoungs_modulus = \"60 GPa\"\npoissons_ratio = 0.17\nfriction = 0.5\nrestitution = 0.5\n"
 BALL = MATERIAL + "[[grain]]\nradius = \"1 mm\"\nposition = [0, 0, \"1.2 mm\"]\nvelocity = [0, 0, -1]\n[[wall]]\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nrigid = true\n"
@@ -146,6 +146,7 @@ def folders(tmp):
         time.sleep(0.01)
     p.send_signal(signal.SIGSTOP)  # on a fast machine it would be done before the second has begun
     r = run(rve, slow, "-o", both, "--quiet", "--force")
+    need(p.poll() is None, "the first run was too short for the test")
     p.send_signal(signal.SIGCONT)
     need(r.returncode == 2 and "another run is writing" in r.stderr, f"second program: exit {r.returncode} {r.stderr!r}")
     need(p.wait() == 0 and len(os.listdir(os.path.join(both, "grains"))) == 5, "the first of two programs lost frames")
@@ -227,6 +228,13 @@ def signals(tmp):
     prepared = write(tmp, box(kind="periodic", fraction=0.5, side="12 mm", more="[preparation]\npressure = \"1 MPa\"\ninertial_number = 1e-5\n"), "prepared.toml")
     code, said, err = interrupted(tmp, "preparation", [rve, prepared, "-o", out], "preparation", signal.SIGTERM, 20)
     need(code == 130 and "interrupted" in err and "preparation" in said and not os.path.exists(out), f"preparation: exit {code} {err!r} {said!r}")
+    # A tool that loads: a module of its interrupts it.
+    loading = os.path.join(tmp, "loading")
+    os.mkdir(loading)
+    write(loading, "import os\nimport signal\nos.kill(os.getpid(), signal.SIGINT)\n", "argparse.py")
+    for tool in (study, calibrate, report):
+        r = subprocess.run([tool, "any"], capture_output=True, text=True, env={**os.environ, "PYTHONPATH": loading})
+        need(r.returncode == 130 and r.stderr.count("\n") == 1 and "interrupted" in r.stderr, f"{tool} while it loads: exit {r.returncode} {r.stderr!r}")
     # A row that lasts: stopped in its middle, gone on with, the same bytes. SIGHUP is a request like the others.
     rows = write(tmp, box(fraction=0.52, loading=UNIAXIAL.replace("0.02", "0.3").replace("500.0", "25.0"), more="[numerics]\nmax_overlap = 10.0\n[output]\nhistory_interval = 0.15\n"), "rows.toml")
     whole, part = os.path.join(tmp, "whole"), os.path.join(tmp, "part")

@@ -133,8 +133,7 @@ def resume(tmp):
             need(r.returncode == 2 and r.stderr.count("\n") == 1 and "checkpoint" in r.stderr, f"{name}: damaged: exit {r.returncode} {r.stderr!r}")
 
     with ThreadPoolExecutor(2) as pool:
-        for done in [pool.submit(one, name, *what) for name, what in {"block": block, "impact": impact, "steady": steady}.items()]:
-            done.result()
+        list(pool.map(lambda what: one(*what), [("block", *block), ("impact", *impact), ("steady", *steady)]))
     r = run(bvp, block[0], "-o", os.path.join(tmp, "nowhere"), "--resume")
     need(r.returncode == 2 and "no checkpoint" in r.stderr and not os.path.exists(os.path.join(tmp, "nowhere")), f"nothing to resume: {r.stderr!r}")
 
