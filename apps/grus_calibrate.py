@@ -21,7 +21,7 @@ import grus_regression as regression  # noqa: E402
 import grus_posterior  # noqa: E402
 from grus_pounders import pounders  # noqa: E402
 from grus_calibrate_reader import case_at, read_calibration  # noqa: E402
-from grus_results import VERSION, Folder, write_csv, write_whole  # noqa: E402
+from grus_results import VERSION, Folder, clear_results, write_csv, write_whole  # noqa: E402
 from grus_runner import Lacking, Runner, duration_text, end, read_run, status_of  # noqa: E402
 from grus_study_reader import Refused, toml_value  # noqa: E402
 
@@ -42,7 +42,7 @@ class Evaluation:
             try:
                 for done, future in enumerate(as_completed(futures), 1):
                     case, seed, failure = future.result()
-                    if failure:
+                    if failure and (case["name"], str(seed)) not in self.runner.refused:
                         self.runner.stop()
                         raise Lacking(f"{case['label']}{'' if seed is None else f', seed {seed}'}: {failure}")
                     self.show(len(points) * done / len(jobs))
@@ -50,7 +50,10 @@ class Evaluation:
                 self.runner.stop()
                 raise
         self.points += len(points)
-        return [self.answer(x, row) for x, row in zip(points, cases)]
+        answers = [self.answer(x, row) for x, row in zip(points, cases)]
+        if all(r["refused"] for r in self.rows):
+            raise Lacking(f"the scene is refused wherever it was tried: {next(iter(self.runner.refused.values()))}")
+        return answers
 
     def show(self, part):
         if self.quiet or not sys.stderr.isatty():
@@ -60,6 +63,11 @@ class Evaluation:
         print(f"\r{done:.1f} of {self.budget} points  ETA {duration_text(max(0.0, left))}   ", end="", file=sys.stderr, flush=True)
 
     def answer(self, x, cases):
+        if any((c["name"], str(s)) in self.runner.refused for c in cases for s in c["seeds"]):
+            values = np.full(sum(len(t.values) for t in self.targets), math.nan)
+            self.rows.append({"x": list(x), "values": values, "failed": True, "refused": True, "told": []})
+            seeds = np.concatenate([np.full(len(t.values), float(len(c["seeds"]))) for t in self.targets for c in cases[:1]])
+            return regression.Answer(values, np.zeros((len(values), len(values))), seeds, True)
         found = {c["name"].split("_")[0]: [read_run(self.runner.folder(c, s)) for s in c["seeds"]] for c in cases}
         failed = any(r["summary"].get("status") != 0 for runs in found.values() for r in runs)
         parts = [t.answer(found[t.run]) for t in self.targets]
@@ -68,7 +76,7 @@ class Evaluation:
         for part, covariance, _ in parts:
             between[at:at + len(part), at:at + len(part)] = covariance
             at += len(part)
-        self.rows.append((list(x), values, failed))
+        self.rows.append({"x": list(x), "values": values, "failed": failed, "refused": False, "told": [dict(t.told) for t in self.targets]})
         return regression.Answer(values, between, np.concatenate([np.full(len(v), float(n)) for v, _, n in parts]), failed)
 
 
@@ -83,11 +91,16 @@ def record(result, table, parameters, targets, evaluation, checked):
     at, of_targets = 0, []
     for t in targets:
         part = result.misfit[at:at + len(t.values)]
-        of_targets.append({"name": t.name, "kind": t.kind, "points": len(t.values), "rms_in_standard_deviations": float(np.sqrt(np.mean(part**2)))})
+        told = [r["told"][len(of_targets)] for r in evaluation.rows if r["told"]]
+        of_targets.append({"name": t.name, "kind": t.kind, "points": len(t.values), "rms_in_standard_deviations": float(np.sqrt(np.mean(part**2))),
+                           **{key: sum(row[key] for row in told) for key in ("runs", "stronger_than", "still_rising")}})
         at += len(t.values)
-    return {"method": table.get("method", "regression"), "points": evaluation.points, "failed_points": sum(f for _, _, f in evaluation.rows),
+    off = {t["name"]: t["rms_in_standard_deviations"] for t in of_targets if t["rms_in_standard_deviations"] > regression.TOO_FAR}
+    refused = sum(r["refused"] for r in evaluation.rows)
+    return {"method": table.get("method", "regression"), "points": evaluation.points, "failed_points": sum(r["failed"] for r in evaluation.rows), "refused_points": refused,
+            "refusal": next(iter(evaluation.runner.refused.values()), None),
             "parameters": [{"key": p.key, "name": p.name, "value": p.number(u), "sd": p.deviation(u, s), "unit": p.unit, "scale": "log" if p.log else "linear", "sd_of_range": float(s),
-                            "verdict": v} for p, u, s, v in zip(parameters, result.x, sd, regression.verdicts(result, [p.name for p in parameters]))],
+                            "verdict": v} for p, u, s, v in zip(parameters, result.x, sd, regression.verdicts(result, [p.name for p in parameters], off))],
             "correlation": correlation.tolist(), "singular_values": result.singular_values.tolist(), "directions": result.directions.tolist(), "targets": of_targets,
             "by_points": [{"points": n, "values": [p.number(u) for p, u in zip(parameters, x)], "sd_of_range": s.tolist()} for n, x, s in result.history], "checked_by_runs": checked}
 
@@ -108,8 +121,8 @@ def check_by_runs(evaluation, result, data, parameters):
 def write_tables(out, parameters, targets, evaluation, data):
     names = [f"{t.name}[{k}]" if len(t.values) > 1 else t.name for t in targets for k in range(len(t.values))]
     rows = [[p.name for p in parameters] + ["failed"] + names, ["data"] + [""] * (len(parameters) - 1) + [""] + [f"{v:.9g}" for v in data.values]]
-    for x, values, failed in evaluation.rows:
-        rows.append([f"{p.number(u):.9g}" for p, u in zip(parameters, x)] + [int(failed)] + ["" if math.isnan(v) else f"{v:.9g}" for v in values])
+    for row in evaluation.rows:
+        rows.append([f"{p.number(u):.9g}" for p, u in zip(parameters, row["x"])] + [int(row["failed"])] + ["" if math.isnan(v) else f"{v:.9g}" for v in row["values"]])
     write_csv(os.path.join(out, "calibration.csv"), rows)
 
 
@@ -152,7 +165,11 @@ def work(args):
         for run in runs:
             case = case_at(run, parameters, [corner] * len(parameters))
             runner.asked[case["name"]] = (set().union(*(t.columns() for t in run["targets"])), set())
-            refusal = runner.refusal(case)
+            try:
+                refusal = runner.refusal(case)
+            except KeyboardInterrupt:
+                runner.stop()
+                raise
             if refusal:
                 raise Refused(f"{args.scene}: {refusal}")
     seeds = max(len(r["seeds"]) for r in runs)
@@ -166,7 +183,7 @@ def work(args):
         for p in parameters:
             print(f"{p.key}: {p.setting(0)} … {p.setting(1)}{' (log)' if p.log else ''}")
         for t in targets:
-            print(f"{t.name}: {t.kind}, {len(t.values)} values")
+            print(f"{t.name}: {t.kind}, {t.describe()}")
         print(f"{points} points, {sum(len(r['seeds']) for r in runs)} runs each")
         return 0
     data = data_of(targets)
@@ -184,6 +201,7 @@ def work(args):
         else:
             result = regression.calibrate(evaluation, len(parameters), data, points - sides, table.get("batch"), told=told)
         checked = check_by_runs(evaluation, result, data, parameters) if sides else None
+        clear_results(out, ("report.html", "calibration.csv", "calibration.json", "posterior.csv"))
         write_tables(out, parameters, targets, evaluation, data)
         summary = record(result, table, parameters, targets, evaluation, checked)
         draws = None
@@ -201,6 +219,8 @@ def work(args):
         grus_calibrate_report.write(whole.get("title", "Calibration"), out, summary, parameters, targets, evaluation, result, draws)
         for p in summary["parameters"]:
             print(f"{p['key']} = {p['value']:.5g}{' ' + p['unit'] if p['unit'] else ''} (sd {p['sd']:.2g}): {p['verdict']}")
+        for line in grus_calibrate_report.said_of_runs(summary):
+            print(line)
         print(f"report: {os.path.join(out, 'report.html')}")
         return 0
 

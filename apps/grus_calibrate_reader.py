@@ -8,9 +8,8 @@ import re
 
 import grus_calibrate_schema as schema
 from grus_study_reader import Refused, read_checked, scene_of
-from grus_targets import BadData, Target
-
-UNITS = {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}
+from grus_tables import KINDS, UNITS, BadData
+from grus_targets import Target
 
 
 class Parameter:
@@ -20,7 +19,9 @@ class Parameter:
         self.key, self.name = table["key"], table.get("name", table["key"].rsplit(".", 1)[-1])
         (self.low, unit), (self.high, other) = (self.split(where, table[k]) for k in ("min", "max"))
         if unit != other:
-            raise Refused(f"{where}: min and max are in different units ('{unit}', '{other}')")
+            if not any(unit in kind and other in kind for kind in KINDS.values()):
+                raise Refused(f"{where}: min and max are in different units ('{unit}', '{other}')")
+            self.high = float(f"{self.high * UNITS[other] / UNITS[unit]:.12g}")
         self.unit, self.log = unit, table.get("scale", "linear") == "log"
         if not self.low < self.high:
             raise Refused(f"{where}: min must be below max")

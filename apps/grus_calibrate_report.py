@@ -9,6 +9,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
 
+from grus_regression import TOO_FAR
 from grus_results import plain, write_whole
 from grus_study_report import html_table, picture  # noqa: E402
 
@@ -56,11 +57,27 @@ def posterior_plot(draws, parameters):
     return fig
 
 
+def said_of_runs(summary):
+    """What a reader must know of the runs, a line each."""
+    lines = []
+    for t in summary["targets"]:
+        if t["rms_in_standard_deviations"] > TOO_FAR:
+            lines.append(f"{t['name']}: the fit is {t['rms_in_standard_deviations']:.1f} standard deviations off the data: the model, the ranges or the data are not right")
+        if t["stronger_than"]:
+            lines.append(f"{t['name']}: {t['stronger_than']} of {t['runs']} grains did not break: each counts as stronger than the largest stress it bore")
+        if t["still_rising"]:
+            lines.append(f"{t['name']}: in {t['still_rising']} of {t['runs']} runs the peak is the last row: the test ends before its peak, raise loading.final_strain")
+    if summary["refused_points"]:
+        lines.append(f"{summary['refused_points']} of {summary['points']} points were refused and count as failed: {summary['refusal']}")
+    return lines
+
+
 def write(title, out, summary, parameters, targets, evaluation, result, draws=None):
     body = html_table(["parameter", "value", "sd, of range", "verdict"],
                       [[p.key, p.text(u, s["sd_of_range"]), f"{100 * s['sd_of_range']:.1f} %", s["verdict"]] for p, u, s in zip(parameters, result.x, summary["parameters"])])
     body += "<p>" + html.escape(f"{summary['points']} points, {summary['failed_points']} of them with a run that became unstable. A value is identified where its standard deviation is below 10 % of "
                                 "its range, weak to 15 %; beyond, the data say little more than the range did.") + "</p>"
+    body += "".join(f"<p><strong>{html.escape(line)}</strong></p>" for line in said_of_runs(summary))
     names = [p.name for p in parameters]
     body += "<h2>Correlations</h2>" + html_table([""] + names, [[n] + [f"{c:+.2f}" for c in row] for n, row in zip(names, summary["correlation"])])
     if summary["checked_by_runs"]:
@@ -82,7 +99,7 @@ def write(title, out, summary, parameters, targets, evaluation, result, draws=No
         part = slice(at, at + len(t.values))
         at = part.stop
         if len(t.values) > 1:
-            body += picture(target_plot(t, [v[part] for _, v, _ in evaluation.rows], result.fitted[part], checked[part] if checked else None), out, f"target_{k}")
+            body += picture(target_plot(t, [r["values"][part] for r in evaluation.rows], result.fitted[part], checked[part] if checked else None), out, f"target_{k}")
     fig, ax = plt.subplots(figsize=(6, 4))
     for k, name in enumerate(names):
         ax.plot([n for n, _, _ in result.history], [100 * s[k] for _, _, s in result.history], "o-", ms=3, label=name)

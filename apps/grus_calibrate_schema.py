@@ -5,7 +5,7 @@ from grus_study_schema import NUMBER, POSITIVE, SEEDS, SETTINGS, TEXT, table, ta
 import grus_study_schema
 
 VALUE = {"type": ["number", "string"]}
-TARGET = {"name": TEXT, "kind": {"enum": ["curve", "grading", "quantiles", "value", "peak", "yield"]}, "scene": TEXT, "set": SETTINGS, "seeds": SEEDS, "data": TEXT, "x": TEXT, "y": TEXT,
+TARGET = {"name": TEXT, "kind": {"enum": ["curve", "grading", "quantiles", "value", "peak", "yield"]}, "scene": TEXT, "set": SETTINGS, "seeds": SEEDS, "data": TEXT, "column": TEXT, "x": TEXT, "y": TEXT,
           "x_scale": {"enum": ["linear", "log"]}, "quantity": TEXT, "at": VALUE, "value": NUMBER, "error": POSITIVE, "weight": POSITIVE, "specimens": POSITIVE}
 PARAMETER = {"key": TEXT, "name": TEXT, "min": VALUE, "max": VALUE, "scale": {"enum": ["linear", "log"]}}
 CALIBRATION = table({

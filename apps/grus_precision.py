@@ -1,12 +1,13 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Error against run time: what settings cost, how far their results are from a reference, and what the scatter over seeds
 leaves open. Numbers only; grus_precision_report.py writes them."""
-import csv
 import itertools
 import math
 import os
 
 from scipy import stats
+
+from grus_tables import Columns
 
 TARGETS = (0.1, 0.01, 0.001)
 
@@ -122,9 +123,7 @@ def known_reference(entry, folder):
     reference = entry["reference"]
     if not isinstance(reference, dict):
         return float(reference)
-    with open(os.path.join(folder, reference["file"])) as f:
-        lines = list(csv.DictReader(f))
-    columns = {name: [float(line[name]) for line in lines] for name in lines[0]}
+    columns = Columns(os.path.join(folder, reference["file"]))
     return measured(columns, {**entry, "quantity": reference.get("column", entry["quantity"])})
 
 

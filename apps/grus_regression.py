@@ -14,6 +14,8 @@ SHRINK, LEAST_BOX = 0.65, (0.02, 0.1)  # of the box's half width from batch to b
 PRIOR = 12.0  # 1 / variance of what is known before: even over the range
 FAILED = 0.1  # weight of a run that became unstable
 IDENTIFIED, WEAK = 0.1, 0.15  # standard deviation, of the range
+AT_BOUND = 1e-3  # of the range
+TOO_FAR = 3  # standard deviations, rms over a target's points
 
 
 @dataclass
@@ -217,19 +219,25 @@ def calibrate(evaluate, p, data, points, batch=None, seed=1, told=None):
     return result
 
 
-def verdicts(result, names):
-    """One text a parameter: identified, weak, or not identified, and with what it can be exchanged."""
+def verdicts(result, names, off=None):
+    """One text a parameter: identified, weak, or not identified, and with what it can be exchanged. One at its bound, or of a fit
+    that is far from data (`off`: deviations by target), is never identified."""
     sd = np.sqrt(np.diag(result.covariance))
     values, vectors = np.linalg.eigh(result.covariance)
     texts = []
     for k, name in enumerate(names):
-        if sd[k] <= IDENTIFIED:
+        bound = "lower" if result.x[k] <= AT_BOUND else "upper" if result.x[k] >= 1 - AT_BOUND else None
+        if sd[k] <= IDENTIFIED and not bound and not off:
             texts.append("identified")
             continue
         direction = vectors[:, int(np.argmax(values * vectors[k] ** 2))]
         others = [(names[i], direction[i] / direction[k]) for i in range(len(names)) if i != k and abs(direction[i]) > 0.3 * abs(direction[k]) and abs(direction[i]) > 0.3]
-        text = "weak" if sd[k] <= WEAK else "not identified"
-        if others:
+        text = "doubtful" if sd[k] <= IDENTIFIED else "weak" if sd[k] <= WEAK else "not identified"
+        if bound:
+            text = f"not identified: at its {bound} bound"
+        if off:
+            text += "; " + ", ".join(f"the fit is {v:.1f} deviations off '{target}'" for target, v in off.items())
+        if others and sd[k] > IDENTIFIED:
             text += " (combination with " + ", ".join(f"{n}: {r:+.2f} of its range a range" for n, r in others) + ")"
         texts.append(text)
     return texts

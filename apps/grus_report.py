@@ -58,6 +58,11 @@ BVP_COLUMNS = ("increment", "time_s", "newton_iterations", "residual", "breakage
 
 def read_result(folder):
     """Name, columns and summary of a result folder. Throws OSError, ValueError where it is none."""
+    if not os.path.isdir(folder):
+        raise ValueError(f"{folder}: no such folder")
+    if not os.path.exists(os.path.join(folder, "history.csv")):
+        raise ValueError(f"{folder}: no history.csv in it: name a results folder of grus-rve or grus-bvp"
+                         + ("; this one is of a study, which has its own report.html" if os.path.isdir(os.path.join(folder, "runs")) else ""))
     columns = read_history(folder)
     path = os.path.join(folder, "summary.json")
     summary = {"ending": "no summary.json: it runs still, or was killed"}
@@ -88,7 +93,10 @@ def main():
     args = parser.parse_args()
     try:
         runs = [read_result(folder) for folder in args.folders]
-    except (OSError, ValueError) as e:
+    except OSError as e:
+        print(one_line(f"grus-report: {e.filename}: {e.strerror}"), file=sys.stderr)
+        return 2
+    except ValueError as e:
         print(one_line(f"grus-report: {e}"), file=sys.stderr)
         return 2
     try:

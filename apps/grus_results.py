@@ -37,6 +37,16 @@ def write_csv(path, rows):
     write_whole(path, text.getvalue())
 
 
+def clear_results(out, names):
+    """Takes away what an earlier study or calibration in this folder has left of `names`, and its plots: the one that follows may
+    write fewer. Runs stay, and so does what is not Grus's."""
+    plots = os.path.join(out, "plots")
+    pictures = [os.path.join(plots, n) for n in os.listdir(plots) if n.endswith(".png")] if os.path.isdir(plots) else []
+    for path in [os.path.join(out, n) for n in names] + pictures:
+        if os.path.lexists(path):
+            os.remove(path)
+
+
 class InUse(Exception):
     """A results folder that is not Grus's, or that another program writes to."""
 

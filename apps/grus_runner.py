@@ -8,21 +8,56 @@ import re
 import signal
 import subprocess
 import sys
+import tomllib
 
 import grus_interrupts
 from grus_results import InUse, one_line, read_grading, read_history
 from grus_study_reader import Refused, toml_value
 
 
+def texts_in(value):
+    """All texts that a scene or its settings hold."""
+    if isinstance(value, str):
+        yield value
+        yield value.partition("=")[2].strip(" \"'")  # a change of a unit cell: key=value
+    elif isinstance(value, dict):
+        for v in value.values():
+            yield from texts_in(v)
+    elif isinstance(value, list):
+        for v in value:
+            yield from texts_in(v)
+
+
+def files_read(scene, settings):
+    """Every file that a run of the scene may read: the scene, and what a text in it or in the settings names beside it: meshes,
+    packings, hulls, tables, and scenes of unit cells with the files that these name."""
+    found, ahead = [], [(os.path.abspath(scene), settings)]
+    while ahead:
+        path, more = ahead.pop()
+        if path in found:
+            continue
+        found.append(path)
+        if not path.endswith(".toml"):
+            continue
+        try:
+            with open(path, "rb") as f:
+                table = tomllib.load(f)
+        except (OSError, ValueError, RecursionError):  # the program will say so
+            continue
+        for text in [*texts_in(table), *texts_in(more)]:
+            named = os.path.normpath(os.path.join(os.path.dirname(path), text))
+            if 0 < len(text) < 1000 and "\0" not in text and os.path.isfile(named):
+                ahead.append((named, more))
+    return sorted(found)
+
+
 def key_of(case, seed, seed_key, program):
-    """Changes when the scene, its settings or the program change: then the run is done again."""
-    scene = b""
-    for path in filter(None, (case["scene"], case["inner"])):
+    """Changes when the settings, the program or any file that the run reads change: then the run is done again."""
+    digest = hashlib.sha256(json.dumps([case["set"], seed, seed_key], sort_keys=True).encode())
+    for path in [program, *files_read(case["scene"], case["set"])]:
         with open(path, "rb") as f:
-            scene += f.read()
-    with open(program, "rb") as f:
-        binary = hashlib.sha256(f.read()).hexdigest()
-    return hashlib.sha256(scene + json.dumps([case["set"], seed, seed_key, binary], sort_keys=True).encode()).hexdigest()
+            digest.update(hashlib.file_digest(f, "sha256").digest())
+    return digest.hexdigest()
 
 
 class Lacking(Exception):
@@ -34,7 +69,7 @@ class Runner:
 
     def __init__(self, out, seed_key, bins, asked):
         self.out, self.seed_key, self.bins, self.asked = out, seed_key, bins, asked
-        self.running, self.stopped = set(), False
+        self.running, self.stopped, self.refused = set(), False, {}
 
     def command(self, case, seed=None):
         settings = dict(case["set"])
@@ -47,12 +82,18 @@ class Runner:
         """Why the program would refuse a case, or what it does not write that is asked of it; None: nothing is wrong."""
         for seed in case["seeds"]:
             try:
-                r = subprocess.run(self.command(case, seed) + ["--columns"], capture_output=True, text=True, start_new_session=True)
+                process = subprocess.Popen(self.command(case, seed) + ["--columns"], stdout=subprocess.PIPE,
+                                           stderr=subprocess.PIPE, text=True, start_new_session=True)
             except (OSError, ValueError) as e:  # no such program here, or a text that no command can hold
                 return f"{case['label']}: {e}"
-            if r.returncode != 0:
-                return f"{case['label']}: {r.stderr.strip()}"
-        missing = sorted(self.asked[case["name"]][0] - set(r.stdout.split()))
+            self.running.add(process)
+            columns, errors = process.communicate()
+            self.running.discard(process)
+            if process.returncode != 0:
+                return f"{case['label']}: {errors.strip()}"
+            if self.stopped:
+                return None
+        missing = sorted(self.asked[case["name"]][0] - set(columns.split()))
         return f"{case['label']}: history.csv will have no column '{missing[0]}'" if missing else None
 
     def lacking(self, case, folder):
@@ -70,8 +111,13 @@ class Runner:
         return None
 
     def folder(self, case, seed):
-        text = "" if seed is None else "_s" + re.sub(r"[^\w.-]+", "_", toml_value(seed)).strip("_")
-        return os.path.join(self.out, "runs", case["name"] + text)
+        if seed is None:
+            return os.path.join(self.out, "runs", case["name"])
+        text = toml_value(seed)
+        plain = re.sub(r"[^\w.-]+", "_", text).strip("_")
+        if plain != text:  # another seed may look alike
+            plain += "-" + hashlib.sha256(text.encode()).hexdigest()[:6]
+        return os.path.join(self.out, "runs", f"{case['name']}@{plain}")  # no case has @ in its name
 
     def run(self, case, seed):
         folder = self.folder(case, seed)
@@ -88,6 +134,8 @@ class Runner:
         self.running.add(process)
         _, errors = process.communicate()
         self.running.discard(process)
+        if process.returncode == 2:
+            self.refused[case["name"], str(seed)] = one_line(errors.strip())
         if process.returncode in (0, 3):  # unstable is a result: the table says so
             with open(marker, "w") as f:
                 f.write(key)

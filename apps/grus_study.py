@@ -16,7 +16,7 @@ import time  # noqa: E402
 from concurrent.futures import ThreadPoolExecutor, as_completed  # noqa: E402
 
 import grus_precision as precision  # noqa: E402
-from grus_results import VERSION, Folder, one_line  # noqa: E402
+from grus_results import VERSION, Folder, clear_results, one_line  # noqa: E402
 from grus_runner import Lacking, Runner, duration_text, end, read_run, status_of  # noqa: E402
 from grus_study_reader import Refused, read_study, wanted  # noqa: E402
 
@@ -71,10 +71,14 @@ def work(args):
     workers = args.threads or len(os.sched_getaffinity(0))
     runner = Runner(out, common.get("seed_key", "packing.seed"), os.path.dirname(os.path.realpath(__file__)), wanted(study, common, cases))
     with ThreadPoolExecutor(workers) as pool:
-        for refusal in pool.map(runner.refusal, distinct.values()):
-            if refusal:
-                pool.shutdown(cancel_futures=True)
-                raise Refused(f"{args.scene}: {refusal}")
+        try:
+            for refusal in pool.map(runner.refusal, distinct.values()):
+                if refusal:
+                    raise Refused(f"{args.scene}: {refusal}")
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            runner.stop()
+            raise
     if args.check:
         for c in distinct.values():
             print(c["name"], c["seeds"], os.path.relpath(c["scene"]), json.dumps(c["set"], default=str))
@@ -90,6 +94,7 @@ def work(args):
         if any(case is c for case, _, _ in failures for c in cases):
             return 1  # claims and plots need all their cases
         import grus_study_report as report
+        clear_results(out, ("report.html", "study.txt", "study.csv", "precision.csv", "sweep.csv"))
         runs = {c["name"]: [read_run(runner.folder(c, s)) for s in c["seeds"]] for c in cases}
         lost = {(case["name"], str(seed)) for case, seed, _ in failures}
         studies = []

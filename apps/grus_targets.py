@@ -1,41 +1,13 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """What a calibration is to meet: a curve, a sieve grading, the quantiles of a number of grains, a value, a peak, a yield point.
 Each turns the runs of one parameter point (one a seed) into numbers beside the data."""
-import csv
 import math
 import os
 
 import numpy as np
 
-
-class BadData(Exception):
-    pass
-
-
-def read_columns(path, names, extra=()):
-    """Columns of a CSV file by name; where the file has none of those names, its first ones. `extra`: those that may lack."""
-    try:
-        with open(path, newline="") as f:
-            rows = [r for r in csv.reader(f) if r and not r[0].lstrip().startswith("#")]
-    except (OSError, UnicodeDecodeError, csv.Error) as e:
-        raise BadData(f"cannot read {path}: {getattr(e, 'strerror', None) or e}") from None
-    if len(rows) < 2:
-        raise BadData(f"{path}: no rows")
-    head = [h.strip() for h in rows[0]]
-    places = [head.index(n) for n in names] if all(n in head for n in names) else list(range(len(names)))
-    places += [head.index(n) if n in head else None for n in extra]
-    columns = []
-    for place in places:
-        if place is None:
-            columns.append(None)
-            continue
-        try:
-            columns.append(np.array([float(r[place]) for r in rows[1:]]))
-        except (ValueError, IndexError):
-            raise BadData(f"{path}: column {place + 1} ({head[place] if place < len(head) else 'missing'}) is not all numbers") from None
-        if not np.isfinite(columns[-1]).all():
-            raise BadData(f"{path}: column {head[place]} is not all finite")
-    return columns
+from grus_censored import quantiles
+from grus_tables import BadData, range_text, read_columns
 
 
 def along(x, y, at, log=False):
@@ -69,6 +41,14 @@ def kink(x, y, log=True):
     return float(math.exp(best[1]) if log else best[1])
 
 
+# A grain that did not break has no strength in summary.json, but it is stronger than what it bore.
+BOUNDS = {"results.peak_before_breakage_Pa": "results.peak_axial_stress_Pa"}
+
+
+def columns_of(path, names):
+    return [None if c is None else np.array(c) for c in read_columns(path, names, ["error"])]
+
+
 class Target:
     """`table`: as the scene has it, checked; `folder`: where its files are."""
 
@@ -78,23 +58,35 @@ class Target:
         path = os.path.join(folder, table["data"]) if "data" in table else None
         told = None
         if self.kind == "curve":
-            self.x, self.values, told = read_columns(path, [table["x"], table["y"]], ["error"])
+            self.x, self.values, told = columns_of(path, [table["x"], table["y"]])
             if self.log and (self.x <= 0).any():
                 raise BadData(f"{path}: {table['x']} must be above 0 with x_scale = \"log\"")
         elif self.kind == "grading":
-            self.x, self.values, told = read_columns(path, ["diameter_m", "passing"], ["error"])
+            self.x, self.values, told = columns_of(path, ["diameter_m", "passing"])
             if ((self.values < 0) | (self.values > 1)).any() or (self.x <= 0).any():
                 raise BadData(f"{path}: diameter_m above 0 and passing between 0 and 1 are expected")
         elif self.kind == "quantiles":
-            self.values, told = read_columns(path, ["value"], ["error"])
+            self.values, told = columns_of(path, [table.get("column", "value")])
             self.values = np.sort(self.values)
             self.x = (np.arange(len(self.values)) + 0.5) / len(self.values)
         else:
             self.values, self.x = np.array([float(table["value"])]), np.array([0.0])
+        if told is not None and not (told > 0).all():
+            raise BadData(f"{path}: column 'error': standard deviations are above 0")
+        self.told = None  # what the runs of the last point have said, besides numbers
         spread = float(np.ptp(self.values)) or float(np.abs(self.values).max()) or 1.0
         self.error = told if told is not None else np.full(len(self.values), float(table.get("error", 0.02 * spread)))
         self.weight = np.full(len(self.values), table.get("weight", 1.0) / len(self.values))
         self.specimens = np.full(len(self.values), float(table.get("specimens", 0)))
+
+    def describe(self):
+        """What was read, for people to compare with their data."""
+        t, n = self.table, len(self.values)
+        text = f"{n} value{'s' if n > 1 else ''}"
+        if self.kind in ("curve", "grading"):
+            x, y = (t["x"], t["y"]) if self.kind == "curve" else ("diameter_m", "passing")
+            return f"{text}, {x} {range_text(self.x, x)}, {y} {range_text(self.values, y)}"
+        return f"{text}, {range_text(self.values, t.get('quantity', t.get('x', 'axial_stress_Pa')))}"
 
     def columns(self):
         """Of history.csv that it needs."""
@@ -115,7 +107,9 @@ class Target:
         if self.kind == "grading":
             return self.passing(run)
         if self.kind == "peak":
-            return np.array([np.nanmax(c[t["quantity"]])])
+            y = np.asarray(c[t["quantity"]], float)
+            self.told["still_rising"] += int(np.nanargmax(y) == len(y) - 1)
+            return np.array([np.nanmax(y)])
         if "at" in t:
             return along(c["axial_strain"], c[t["quantity"]], [t["at"]])
         return np.array([number_of(run, t["quantity"])])
@@ -135,11 +129,22 @@ class Target:
     def answer(self, runs):
         """(values, covariance of one run from seed to seed, seeds)."""
         n = len(runs)
+        self.told = {"runs": n, "stronger_than": 0, "still_rising": 0}
         if self.kind == "quantiles":
-            found = np.sort([number_of(r, self.table["quantity"]) for r in runs])
-            places = (np.arange(n) + 0.5) / n
-            without = [np.interp(self.x, (np.arange(n - 1) + 0.5) / (n - 1), np.delete(found, k)) for k in range(n)] if n > 2 else [np.interp(self.x, places, found)] * n
-            return np.interp(self.x, places, found), np.cov(np.array(without).T, bias=True).reshape(len(self.x), -1) * (n - 1) * n, n
+            found = np.array([number_of(r, self.table["quantity"]) for r in runs])
+            bounds = np.array([number_of(r, BOUNDS.get(self.table["quantity"], "")) for r in runs])
+            larger = np.isnan(found) & ~np.isnan(bounds)
+            self.told["stronger_than"] = int(larger.sum())
+
+            def of(kept):
+                return quantiles(found[kept & ~larger & ~np.isnan(found)], bounds[kept & larger], self.x)
+
+            every = np.ones(n, bool)
+            if not (larger | ~np.isnan(found)).any():
+                return np.full(len(self.x), math.nan), np.zeros((len(self.x),) * 2), n
+            whole = of(every)
+            without = [of(np.arange(n) != k) for k in range(n)] if n > 2 else [whole] * n
+            return whole, np.cov(np.array(without).T, bias=True).reshape(len(self.x), -1) * (n - 1) * n, n
         each = np.array([self.of_run(r) for r in runs])
         known = np.isfinite(each)
         with np.errstate(invalid="ignore"):

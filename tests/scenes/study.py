@@ -84,11 +84,11 @@ with tempfile.TemporaryDirectory() as tmp:
     for claim, verdict in (("twice the strength", "holds"), ("a false claim", "DOES NOT HOLD"), ("the whole grain", "holds")):
         need(any(verdict in x and claim in x and x.startswith(verdict) for x in lines), f"{claim}: not '{verdict}' in\n{text}")
     # pi s / 6 over the square of the height: Hoek and Brown's force between platens. Ten steps may pass between two tests.
-    weak = json.load(open(os.path.join(out, "runs", "weak_s10", "summary.json")))["results"]
+    weak = json.load(open(os.path.join(out, "runs", "weak@10", "summary.json")))["results"]
     need(0.97 < weak["peak_before_breakage_Pa"] / (math.pi * 275e6 / 6) <= 1.001 and weak["peak_before_breakage_Pa"] <= weak["peak_axial_stress_Pa"], f"strength of a grain {weak}")
     need("never broken" in text, "the unbreakable grain is not called so")
     need(os.path.getsize(os.path.join(out, "report.html")) > 20000, "report without plots")
-    summary = os.path.join(out, "runs", "weak_s10", "summary.json")
+    summary = os.path.join(out, "runs", "weak@10", "summary.json")
     before = os.stat(summary).st_mtime_ns
     r = study(path, "-o", out, "--strict", "--quiet")
     need(os.stat(summary).st_mtime_ns == before, "a finished run was repeated")

@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Reads tables that people bring: CSV files of a spreadsheet or an instrument. A table is read as the numbers that its author
+meant, in SI, or it is refused in one line with file, line and column.
+
+Separator: tab, semicolon, comma or spaces. Decimal mark: point, or comma where the comma does not part the columns. The first
+line holds the names of the columns; a name may carry a unit, "strength [MPa]", "passing (%)", "time / ms"."""
+import csv
+import difflib
+import math
+import re
+
+UNITS = {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/mm2": 1e6, "N/mm^2": 1e6, "bar": 1e5, "%": 0.01, "-": 1.0, "1": 1.0,
+         "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9,
+         "s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "min": 60.0, "h": 3600.0,
+         "N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6, "kg": 1.0, "g": 1e-3, "J": 1.0, "mJ": 1e-3, "kJ": 1e3, "1/s": 1.0}
+KINDS = {"Pa": "Pa kPa MPa GPa N/mm2 N/mm^2 bar".split(), "m": "m cm mm um µm μm nm".split(), "s": "s ms us µs μs min h".split(),
+         "N": "N mN kN MN".split(), "kg": "kg g".split(), "J": "J mJ kJ".split(), "1_s": ["1/s"]}
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+COMMA_NUMBER = re.compile(r"[-+]?(\d+,?\d*|,\d+)([eE][-+]?\d+)?")
+
+
+class BadData(ValueError):
+    """A file that cannot be read, or could be read in two ways; its text is one line."""
+
+
+def text_of(path):
+    """The file's text: UTF-8 or UTF-16 with or without its mark, or else a Windows code page."""
+    try:
+        with open(path, "rb") as f:
+            raw = f.read()
+    except OSError as e:
+        raise BadData(f"cannot read {path}: {e.strerror}") from None
+    if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        encodings = ["utf-16"]
+    else:
+        encodings = ["utf-8-sig", "cp1252"]
+    for encoding in encodings:
+        try:
+            text = raw.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" not in text:
+            return text
+    raise BadData(f"cannot read {path}: not a text file")
+
+
+def lines_of(path):
+    """(number, text) of the lines that are neither empty nor a comment, and the separator if a line "sep=;" names it."""
+    found, told = [], None
+    for number, line in enumerate(text_of(path).splitlines(), 1):
+        plain = line.strip()
+        if re.fullmatch(r"sep=.", plain) and not found:
+            told = plain[4]
+        elif plain and not plain.startswith("#"):
+            found.append((number, line))
+    return found, told
+
+
+def fields_of(path, lines, separator):
+    if separator == " ":
+        return [(n, line.split()) for n, line in lines]
+    try:
+        rows = [(n, [c.strip() for c in next(csv.reader([line], delimiter=separator, skipinitialspace=True, strict=True))])
+                for n, line in lines]
+    except csv.Error as e:
+        raise BadData(f"{path}: not a table: {e}") from None
+    while rows and all(len(r) > 1 and not r[-1] for _, r in rows):  # each line ends with a separator
+        rows = [(n, r[:-1]) for n, r in rows]
+    return rows
+
+
+def is_number(text, decimal_comma=False):
+    return bool((COMMA_NUMBER if decimal_comma else NUMBER).fullmatch(text))
+
+
+def separator_of(path, lines, told):
+    head = lines[0][1]
+    if told:
+        return told
+    for mark in ("\t", ";"):
+        if mark in head or all(mark in line for _, line in lines[1:]):
+            return mark
+    # A comma in every line of numbers under one name without a comma is a decimal mark.
+    if "," not in head and all(COMMA_NUMBER.fullmatch(line.strip()) for _, line in lines[1:]):
+        return ";"
+    if "," in head or any("," in line for _, line in lines[1:]):
+        return ","
+    if len(lines[1][1].split()) == len(head.split()) > 1:
+        return " "
+    return ","
+
+
+def name_and_unit(head):
+    """A column's name, and its unit if it carries one."""
+    for pattern in (r"(.*?)\s*\[(.*)\]", r"(.*?)\s*\(([^()]*)\)", r"(.*\S)\s+/\s+(\S+)", r"(.*\S)\s+in\s+(\S+)"):
+        m = re.fullmatch(pattern, head)
+        if m and m[1].strip():
+            return m[1].strip(), m[2].strip()
+    return head, None
+
+
+class Table:
+    """Names of columns with their units, and rows of texts by line."""
+
+    def __init__(self, path):
+        self.path = path
+        lines, told = lines_of(path)
+        if len(lines) < 2:
+            raise BadData(f"{path}: no rows" if lines else f"{path}: is empty")
+        rows = fields_of(path, lines, separator_of(path, lines, told))
+        (self.head_line, head), self.rows = rows[0], rows[1:]
+        for number, row in self.rows:
+            if len(row) != len(head):
+                hint = ("; where ',' is the decimal mark, ';' must part the columns"
+                        if len(row) > len(head) and "," in dict(lines)[number] else "")
+                raise BadData(f"{path}:{number}: {len(row)} values under {len(head)} name{'s' if len(head) != 1 else ''}{hint}")
+        if all(is_number(h) or is_number(h, True) for h in head):
+            raise BadData(f"{path}:{self.head_line}: the columns have no names: put a line of names first")
+        self.head = [h.strip("'\" ") for h in head]
+        self.named = [name_and_unit(h) for h in self.head]
+        texts = [c for _, row in self.rows for c in row]
+        with_comma = [c for c in texts if "," in c and is_number(c, True)]
+        self.decimal_comma = bool(with_comma) and not any("." in c and is_number(c) for c in texts)
+        if self.decimal_comma and all(re.fullmatch(r"[-+]?[1-9]\d{0,2},\d{3}", c) for c in with_comma):
+            raise BadData(f"{path}: '{with_comma[0]}' may be a decimal comma or a mark of thousands: write a decimal point")
+
+    def place(self, name):
+        """Where the column of a name is, or None; the name is met exactly, or with its unit in brackets for its ending."""
+        found = []
+        for k, (plain, unit) in enumerate(self.named):
+            endings = ["_" + si for si, units in KINDS.items() if unit in units]
+            if name == self.head[k] or name == plain or (endings and name == plain + endings[0]):
+                found.append(k)
+        if len(found) > 1:
+            raise BadData(f"{self.path}:{self.head_line}: two columns are called '{name}'")
+        return found[0] if found else None
+
+    def needed(self, name):
+        place = self.place(name)
+        if place is None:
+            near = difflib.get_close_matches(name, self.head, 1, 0.6)
+            hint = f" (did you mean '{near[0]}'?)" if near else ""
+            have = ", ".join(f"'{h}'" for h in self.head)
+            raise BadData(f"{self.path}:{self.head_line}: no column is called '{name}'{hint}; there are {have}")
+        return place
+
+    def scale(self, place):
+        name, unit = self.named[place]
+        if unit is None:
+            return 1.0
+        if unit not in UNITS:
+            raise BadData(f"{self.path}:{self.head_line}: column '{self.head[place]}': unit '{unit}' is not known")
+        si = next((si for si, units in KINDS.items() if name.endswith("_" + si)), None)
+        if si is not None and unit not in KINDS[si]:
+            raise BadData(f"{self.path}:{self.head_line}: column '{self.head[place]}': '{unit}' is no unit of {si}")
+        return UNITS[unit]
+
+    def numbers(self, place):
+        """A column in SI."""
+        scale, values = self.scale(place), []
+        for line, row in self.rows:
+            text = row[place]
+            if self.decimal_comma and is_number(text, True):
+                text = text.replace(",", ".")
+            if not is_number(text):
+                raise BadData(f"{self.path}:{line}: column '{self.head[place]}': "
+                              + (f"{text!r} is no number" if text else "no value"))
+            value = scale * float(text)
+            if not math.isfinite(value):
+                raise BadData(f"{self.path}:{line}: column '{self.head[place]}': {text!r} is not finite")
+            values.append(value)
+        return values
+
+
+def read_columns(path, names, optional=()):
+    """Columns of a file by their names, in SI, lists of numbers; of `optional` names None where there is no such column."""
+    table = Table(path)
+    places = [table.needed(n) for n in names] + [table.place(n) for n in optional]
+    has_unit = table.named[places[len(names) - 1]][1]
+    for place in places[len(names):]:
+        if place is not None and has_unit and not table.named[place][1]:
+            raise BadData(f"{path}:{table.head_line}: column '{table.head[place]}' needs its unit, as "
+                          f"'{table.head[places[len(names) - 1]]}' has one")
+    return [None if p is None else table.numbers(p) for p in places]
+
+
+class Columns:
+    """All columns of a file by their names, in SI; each is read when it is asked for."""
+
+    def __init__(self, path):
+        self.table = Table(path)
+
+    def __getitem__(self, name):
+        return self.table.numbers(self.table.needed(name))
+
+
+def range_text(values, name):
+    """The least and the largest, in a unit that people read: of what ends with _Pa or _m."""
+    low, high = min(values), max(values)
+    size = max(abs(low), abs(high))
+    for ending, units in (("_Pa", ("GPa", "MPa", "kPa", "Pa")), ("_m", ("m", "mm", "µm"))):
+        if name.endswith(ending):
+            unit = next((u for u in units if size >= UNITS[u]), units[-1])
+            return f"{low / UNITS[unit]:.4g} … {high / UNITS[unit]:.4g} {unit}"
+    return f"{low:.4g} … {high:.4g}"
