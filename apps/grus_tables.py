@@ -9,11 +9,11 @@ import difflib
 import math
 import re
 
-UNITS = {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/mm2": 1e6, "N/mm^2": 1e6, "bar": 1e5, "%": 0.01, "-": 1.0, "1": 1.0,
+UNITS = {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12, "N/mm2": 1e6, "N/mm^2": 1e6, "bar": 1e5, "%": 0.01, "-": 1.0, "1": 1.0,
          "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9,
          "s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "min": 60.0, "h": 3600.0,
          "N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6, "kg": 1.0, "g": 1e-3, "J": 1.0, "mJ": 1e-3, "kJ": 1e3, "1/s": 1.0}
-KINDS = {"Pa": "Pa kPa MPa GPa N/mm2 N/mm^2 bar".split(), "m": "m cm mm um µm μm nm".split(), "s": "s ms us µs μs min h".split(),
+KINDS = {"Pa": "Pa kPa MPa GPa TPa N/mm2 N/mm^2 bar".split(), "m": "m cm mm um µm μm nm".split(), "s": "s ms us µs μs min h".split(),
          "N": "N mN kN MN".split(), "kg": "kg g".split(), "J": "J mJ kJ".split(), "1_s": ["1/s"]}
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 COMMA_NUMBER = re.compile(r"[-+]?(\d+,?\d*|,\d+)([eE][-+]?\d+)?")

@@ -55,7 +55,7 @@ dem::Crystal read_crystal(Table& t) {
   if (!(axis.norm() > 0)) c.fail("axis", "must not be zero");
   const std::size_t count = c.length("angles");
   if (count == 0 || count > 1000) c.fail("angles", "expected a list of angles");
-  crystal.axis = axis.normalized(), crystal.angles = c.numbers("angles", count, dimension::none);
+  crystal.axis = axis.normalized(), crystal.angles = c.numbers("angles", count, dimension::angle);
   c.finish();
   return crystal;
 }

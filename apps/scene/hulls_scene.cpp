@@ -35,7 +35,7 @@ void find_network(double youngs, double poisson, dem::BondModel& b) {
 void read_cohesive(Table& t, dem::BondModel& b) {
   b.tension = t.number("tension", dimension::pressure, positive);
   b.cohesion = t.number("cohesion", dimension::pressure, positive);
-  b.tan_phi = std::tan(t.number_or("friction_angle", 0, dimension::none, {0, 0.49 * dem::pi}));
+  b.tan_phi = std::tan(t.number_or("friction_angle", 0, dimension::angle, {0, 0.49 * dem::pi}));
   b.energy_1 = t.number("fracture_energy", dimension::surface_energy, positive);
   b.energy_2 = t.number_or("shear_energy", b.energy_1, dimension::surface_energy, positive);
   if (t.has("between")) b.between = t.number("between", dimension::pressure, positive);
@@ -44,7 +44,7 @@ void read_cohesive(Table& t, dem::BondModel& b) {
 void read_strain_sum(Table& t, dem::BondModel& b) {
   b.criterion = dem::FaceCriterion::strain_sum;
   b.tension = t.number("strain", dimension::none, positive);
-  b.cohesion = t.number_or("rotation", INFINITY, dimension::none, positive);
+  b.cohesion = t.number_or("rotation", INFINITY, dimension::angle, positive);
 }
 
 void read_parallel(Table& t, dem::BondModel& b) {
@@ -52,7 +52,7 @@ void read_parallel(Table& t, dem::BondModel& b) {
   b.tension = t.number("tension", dimension::pressure, positive);
   b.cohesion = t.number("shear", dimension::pressure, positive);
   if (t.has("between")) b.between = t.number("between", dimension::pressure, positive);
-  b.tan_phi = std::tan(t.number_or("friction_angle", 0, dimension::none, {0, 0.49 * dem::pi}));
+  b.tan_phi = std::tan(t.number_or("friction_angle", 0, dimension::angle, {0, 0.49 * dem::pi}));
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace {
 dem::Halves read_halves(Table& t) {
   dem::Halves halves;
   halves.turn_spheres = t.flag_or("turn_to_plane", false);
-  halves.slight_rotation = t.number_or("slight_rotation", 0, dimension::none, {0, std::atan(0.2) * (1 + 1e-4)});
+  halves.slight_rotation = t.number_or("slight_rotation", 0, dimension::angle, {0, std::atan(0.2) * (1 + 1e-4)});
   halves.rounding = t.number_or("rounding", halves.rounding, dimension::none, {0, 0.5});
   if (halves.rounding > 0 && halves.rounding < dem::least_rounding)
     t.fail("rounding",
@@ -43,7 +43,7 @@ dem::ContactStrength read_contact_strength(Table& t, double poissons_ratio, cons
     c.strength = dem::ContactStrength::limit(compressive, tensile, poissons_ratio);
   }
   if (t.choice("area", {"angle", own_area}) == "angle")
-    c.angle = t.number("angle", dimension::none, {0, 0.5 * dem::pi, true});
+    c.angle = t.number("angle", dimension::angle, {0, 0.5 * dem::pi, true});
   else if (t.has("angle"))
     t.fail("angle", "is for area = \"angle\"");
   t.finish();

@@ -231,7 +231,7 @@ void read_packing(Table t, RveScene& scene, bool round, Vec3& box) {
     std::filesystem::path file = t.text("path");
     if (file.is_relative()) file = std::filesystem::path(scene.file).parent_path() / file;
     try {
-      packing = dem::read_packing(file.string(), box);
+      packing = dem::read_packing(file.string(), box, !periodic);
     } catch (const InputError& e) {
       t.fail("path", e.what());
     }

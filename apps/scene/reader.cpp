@@ -76,7 +76,8 @@ double Table::quantity(const toml::node& value, const std::string& key, const Di
     try {
       v = parse_quantity(s->get(), dimension);
     } catch (const std::invalid_argument& e) {
-      fail_at(value.source(), key, fmt::format("\"{}\": {}", s->get(), e.what()));
+      const char* hint = key.ends_with("friction") ? " (friction is tan of the angle: 0.577 for 30 deg)" : "";
+      fail_at(value.source(), key, fmt::format("\"{}\": {}{}", s->get(), e.what(), hint));
     }
   } else {
     fail_at(value.source(), key, fmt::format("expected a {}", dimension.name));

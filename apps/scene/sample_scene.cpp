@@ -113,6 +113,27 @@ void read_wall(Table t, RveScene& scene) {
   t.finish();
 }
 
+/// The last wall against those before it and against the grains: each would press on what is behind it.
+void check_wall(const Table& t, const RveScene& scene) {
+  const auto& walls = scene.state.boundary.walls;
+  const dem::Wall& last = walls.back();
+  if (last.round()) return;
+  const dem::Grains& g = scene.state.grains;
+  double size = 0;
+  for (const auto& extent : g.extent) size = std::max(size, extent.equivalent_radius);
+  for (std::size_t k = 0; k + 1 < walls.size(); ++k) {
+    if (walls[k].round()) continue;
+    const double along = walls[k].normal.dot(last.normal), ahead = last.normal.dot(walls[k].point - last.point);
+    if (along > 1 - 1e-9 && std::abs(ahead) <= 1e-9 * size)
+      t.fail("", fmt::format("this wall is where wall {} is: together they would be twice as stiff; leave one out", k));
+    if (along < -1 + 1e-9 && ahead < 0)
+      t.fail("normal", fmt::format("no place is on the inner side of both this wall and wall {}: turn one of them", k));
+  }
+  for (std::size_t i = 0; i < g.size(); ++i)
+    if (last.normal.dot(g.motion[i].position - last.point) < 0)
+      t.fail("normal", fmt::format("grain {} is behind this wall: its normal points to where grains may be", i));
+}
+
 void add_box_walls(const Vec3& box, std::uint8_t material, dem::Boundary& boundary) {
   for (int k = 0; k < 3; ++k)
     for (int side = 0; side < 2; ++side) {
@@ -189,9 +210,11 @@ void read_sample(Table& t, RveScene& scene) {
   }
   for (const auto& g : grains) read_grain(g, scene);
   scene.listed_grains = grains.size();
-  for (auto& w : t.tables("wall")) {
+  const std::vector<Table> walls = t.tables("wall");
+  for (const Table& w : walls) {
     if (kind == "periodic") w.fail("", "a periodic cell has no walls");
     read_wall(w, scene);
+    check_wall(w, scene);
   }
   if (scene.grains() == 0) t.fail("", "the scene has no grains: give [packing] or [[grain]]");
   if (kind != "open" && box.isZero()) {

@@ -34,8 +34,8 @@ const std::map<std::string, Unit>& plain_units() {
       {"ksi", {6894757.293168361, dimension::pressure}},
       {"Hz", {1, dimension::rate}},
       {"J", {1, {2, 1, -2, "energy"}}},
-      {"rad", {1, dimension::none}},
-      {"deg", {0.017453292519943295, dimension::none}},
+      {"rad", {1, dimension::angle}},
+      {"deg", {0.017453292519943295, dimension::angle}},
       {"%", {0.01, dimension::none}},
       {"1", {1, dimension::none}}};
   return units;
@@ -44,8 +44,8 @@ const std::map<std::string, Unit>& plain_units() {
 std::vector<std::string> unit_names() {
   std::vector<std::string> names;
   for (const auto& [name, unit] : plain_units()) names.push_back(name);
-  for (const char* name : {"mm", "um", "nm", "cm",  "km",  "kg",  "mg", "ms", "us",  "ns",
-                           "kN", "mN", "MN", "kPa", "MPa", "GPa", "kJ", "mJ", "kHz", "MHz"})
+  for (const char* name : {"mm", "um", "nm",  "cm",  "km",  "kg",  "mg", "ms", "us",  "ns", "kN",
+                           "mN", "MN", "kPa", "MPa", "GPa", "TPa", "kJ", "mJ", "kHz", "MHz"})
     names.emplace_back(name);
   return names;
 }
@@ -62,7 +62,7 @@ Unit unit_of(const std::string& written) {
   const auto& units = plain_units();
   if (auto it = units.find(name); it != units.end()) return it->second;
   static const std::map<char, double> prefixes{{'n', 1e-9}, {'u', 1e-6}, {'m', 1e-3}, {'c', 1e-2},
-                                               {'k', 1e3},  {'M', 1e6},  {'G', 1e9}};
+                                               {'k', 1e3},  {'M', 1e6},  {'G', 1e9},  {'T', 1e12}};
   if (name.size() > 1 && prefixes.contains(name[0])) {
     const std::string base = name.substr(1);
     if (base == "m" || base == "g" || base == "s" || base == "N" || base == "Pa" || base == "J" || base == "Hz") {
@@ -75,8 +75,24 @@ Unit unit_of(const std::string& written) {
       fmt::format("unknown unit '{}'{}", name, near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
 }
 
-/// kg/m^3, MPa m^0.5, N/(m s) without brackets: factors joined by space, '*' or '/'.
-Unit parse_unit(const std::string& text) {
+/// What people write for powers, products and degrees: "m²", "N·m", "30°".
+std::string with_plain_signs(std::string text) {
+  for (const auto& [sign, plain] : {std::pair{"\u00b2", "^2"}, {"\u00b3", "^3"}, {"\u00b7", " "}, {"\u00b0", "deg"}})
+    for (std::size_t at; (at = text.find(sign)) != std::string::npos;) text.replace(at, std::strlen(sign), plain);
+  return text;
+}
+
+/// Where the power of a factor begins that has no '^': "m3", "m-3"; its end where there is none.
+std::size_t bare_power(const std::string& factor) {
+  std::size_t at = factor.size();
+  while (at > 0 && std::isdigit(static_cast<unsigned char>(factor[at - 1]))) --at;
+  if (at > 0 && at < factor.size() && factor[at - 1] == '-') --at;
+  return at > 0 ? at : factor.size();
+}
+
+/// kg/m^3, kg/m3, MPa m^0.5, N/(m s) without brackets: factors joined by space, '*' or '/'.
+Unit parse_unit(const std::string& written) {
+  const std::string text = with_plain_signs(written);
   Unit product{1, {0, 0, 0, ""}};
   double sign = 1;
   for (std::size_t i = 0; i < text.size();) {
@@ -89,8 +105,9 @@ Unit parse_unit(const std::string& text) {
     } else {
       std::size_t end = i;
       while (end < text.size() && !std::strchr(" */^", text[end])) ++end;
-      const Unit u = unit_of(text.substr(i, end - i));
-      double power = 1;
+      const std::string factor = text.substr(i, end - i), base = factor.substr(0, bare_power(factor));
+      const Unit u = unit_of(base);
+      double power = base.size() < factor.size() ? std::stod(factor.substr(base.size())) : 1;
       if (end < text.size() && text[end] == '^') {
         const auto [rest, fault] = std::from_chars(text.data() + end + 1, text.data() + text.size(), power);
         if (fault != std::errc())
@@ -103,6 +120,7 @@ Unit parse_unit(const std::string& text) {
       product.dimension.metre += power * u.dimension.metre;
       product.dimension.kilogram += power * u.dimension.kilogram;
       product.dimension.second += power * u.dimension.second;
+      product.dimension.radian += power * u.dimension.radian;
       i = end;
     }
   }
@@ -155,11 +173,16 @@ double parse_quantity(const std::string& text, const Dimension& expected) {
   used = static_cast<std::size_t>(end - text.data());
   while (used < text.size() && text[used] == ' ') ++used;
   if (used == text.size()) return value;
+  if (text[used] == ',') throw std::invalid_argument("write a decimal point, not a comma");
   const Unit unit = parse_unit(text.substr(used));
   const auto& d = unit.dimension;
   auto differs = [](double a, double b) { return std::abs(a - b) > 1e-9; };
   if (differs(d.metre, expected.metre) || differs(d.kilogram, expected.kilogram) || differs(d.second, expected.second))
     throw std::invalid_argument(fmt::format("unit '{}' is not that of a {}", text.substr(used), expected.name));
+  const bool pure = expected.metre == 0 && expected.kilogram == 0 && expected.second == 0;
+  if (pure && differs(d.radian, expected.radian))  // spins may be in rad/s or 1/s
+    throw std::invalid_argument(expected.radian == 0 ? "is an angle where a number is expected"
+                                                     : fmt::format("'{}' is no unit of an angle", text.substr(used)));
   return value * unit.factor;
 }
 

@@ -56,7 +56,17 @@ TEST_CASE("a quantity is its number in SI units, with prefixes above and under t
                        Row{"6 kN/cm^2", dimension::pressure, 6e7},
                        Row{"2 bar", dimension::pressure, 2e5},
                        Row{"1.5 min", dimension::time, 90},
-                       Row{"30 deg", dimension::none, pi / 6},
+                       Row{"30 deg", dimension::angle, pi / 6},
+                       Row{"30°", dimension::angle, pi / 6},
+                       Row{"0.5", dimension::angle, 0.5},
+                       Row{"20 deg/s", dimension::rate, pi / 9},
+                       Row{"2650 kg/m3", dimension::density, 2650},
+                       Row{"2.65 g/cm3", dimension::density, 2650},
+                       Row{"2.65 g cm-3", dimension::density, 2650},
+                       Row{"2650 kg/m³", dimension::density, 2650},
+                       Row{"120 N/mm2", dimension::pressure, 120e6},
+                       Row{"9.81 m/s2", dimension::acceleration, 9.81},
+                       Row{"10 TPa/m", dimension::foundation, 1e13},
                        Row{"12 %", dimension::none, 0.12},
                        Row{"7 cm^2", dimension::area, 7e-4},
                        Row{"3 mg", dimension::mass, 3e-6},
@@ -74,6 +84,10 @@ TEST_CASE("a quantity is its number in SI units, with prefixes above and under t
   CHECK_THROWS_AS(parse_quantity("3 mm", dimension::time), std::invalid_argument);
   CHECK_THROWS_AS(parse_quantity("3 g/cm^2", dimension::density), std::invalid_argument);
   CHECK_THROWS_AS(parse_quantity("3 parsec", dimension::length), std::invalid_argument);
+  CHECK_THROWS_AS(parse_quantity("3 m2", dimension::length), std::invalid_argument);
+  CHECK_THROWS_WITH(parse_quantity("30 deg", dimension::none), Catch::Contains("angle where a number"));
+  CHECK_THROWS_WITH(parse_quantity("5 %", dimension::angle), Catch::Contains("no unit of an angle"));
+  CHECK_THROWS_WITH(parse_quantity("72,5 MPa", dimension::pressure), Catch::Contains("decimal point"));
 }
 
 TEST_CASE("the size effect that nobody names is three over Weibull's modulus") {
