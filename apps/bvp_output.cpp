@@ -45,10 +45,10 @@ std::vector<std::string> bvp_columns(const BvpScene& scene, const fem::Problem& 
   if (bonded(scene)) columns.emplace_back("bonds_broken");
   for (const auto& b : problem.boundaries())
     for (char k : {'x', 'y', 'z'}) columns.push_back(fmt::format("moved_{}_{}_m", b.name, k));
+  if (scene.is_explicit()) columns.emplace_back("macro_kinetic_J");
+  for (const char* name : {"macro_internal_J", "macro_external_J"}) columns.emplace_back(name);
   if (scene.is_explicit())
-    for (const char* name :
-         {"macro_kinetic_J", "macro_internal_J", "macro_external_J", "macro_viscous_J", "macro_energy_error"})
-      columns.emplace_back(name);
+    for (const char* name : {"macro_viscous_J", "macro_energy_error"}) columns.emplace_back(name);
   if (scene.explicit_statics)
     for (const char* name : {"macro_damped_J", "macro_scaled_J", "largest_unbalanced_macro_force", "cells_haste_J",
                              "inertial_number", "load_rate", "rate_governor", "rves_given_up"})
@@ -78,7 +78,7 @@ BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem&
 }
 
 void BvpOutput::add(const fem::IncrementReport& r, double wall) {
-  macro_work_ += r.work;
+  macro_work_ = r.energy.work, material_work_ = r.energy.internal;
   iterations_ += r.iterations;
   cutbacks_ += r.cutbacks;
   sweeps_ = r.law_sweeps;
@@ -87,14 +87,13 @@ void BvpOutput::add(const fem::IncrementReport& r, double wall) {
     if (r.residuals[k] > 0 && r.residuals[k - 1] > 0)
       contraction_.push_back(std::log(r.residuals[k] / r.residuals[k - 1]));
   add({static_cast<double>(r.increment), r.load_factor, static_cast<double>(r.iterations),
-       static_cast<double>(r.cutbacks), r.residual, r.correction, r.noise, wall, 0,
-       work_error(of_rves(&dem::Facts::work))});
+       static_cast<double>(r.cutbacks), r.residual, r.correction, r.noise, wall, 0, r.energy.error(), &r.energy});
 }
 
-/// Work of the stresses against what the grains have taken, relative to the larger.
-double BvpOutput::work_error(double taken) const {
-  const double largest = std::max(std::abs(macro_work_), std::abs(taken));
-  return largest > 0 ? (macro_work_ - taken) / largest : 0;
+/// Hill and Mandel: the stresses' work against what the materials have taken, relative to the larger.
+double BvpOutput::work_error() const {
+  const double largest = std::max(std::abs(macro_work_), std::abs(material_work_));
+  return largest > 0 ? std::abs(macro_work_ - material_work_) / largest : 0;
 }
 
 void BvpOutput::add(const fem::DynamicsReport& r, double wall) {
@@ -152,7 +151,11 @@ void BvpOutput::add(const Row& r) {
   if (bonded(scene_)) row.push_back(bonds_broken_);
   for (std::size_t b = 0; b < problem_.boundaries().size(); ++b)
     for (double v : problem_.mean_displacement(b)) row.push_back(v);
-  if (const auto* e = r.energy) row.insert(row.end(), {e->kinetic, e->internal, e->external, e->viscous, e->error()});
+  const fem::MacroEnergy& e = *r.energy;
+  if (scene_.is_explicit())
+    row.insert(row.end(), {e.kinetic, e.internal, e.external, e.viscous, e.error()});
+  else
+    row.insert(row.end(), {e.internal, e.external});
   if (const auto* x = r.explicit_statics)
     row.insert(row.end(),
                {x->energy.damped, x->energy.scaled, x->largest_unbalanced, of_rves(&dem::Facts::haste),
@@ -259,8 +262,7 @@ void BvpOutput::restore(const nlohmann::json& s, const std::string& history) {
   sweeps_ = s.at("sweeps");
 }
 
-/// What numerical devices have taken or put in, of what the loads have done (with iterations: of what the grains have
-/// taken).
+/// What numerical devices have taken or put in, of the larger of what the loads have done and the grains have taken.
 nlohmann::json BvpOutput::devices(const nlohmann::json& row) const {
   const double done = std::max(std::abs(of_rves(&dem::Facts::work)), std::abs(row.value("macro_external_J", 0.0)));
   nlohmann::json all;
@@ -290,10 +292,7 @@ void BvpOutput::add_cells(nlohmann::json& summary, const BvpEnding& e) const {
   counts["rves_moved_between_ranks"] = e.migrated;
   counts["dem_steps"] = r.dem_steps;
   auto& errors = summary["errors"];
-  const double rve_work = of_rves(&dem::Facts::work);
-  errors["macro_work_J"] = macro_work_, errors["rve_work_J"] = rve_work;
-  // Hill and Mandel: the stresses' work against what the materials have taken; in increments of the grains alone.
-  errors["hill_mandel"] = std::abs(work_error(scene_.is_explicit() ? material_work_ : rve_work));
+  errors["rve_work_J"] = of_rves(&dem::Facts::work);
   if (!scene_.is_explicit()) errors["residual_floor"] = scene_.residual_floor();
   if (scene_.explicit_statics) counts["rves_given_up"] = r.given_up;
   const auto told = [&](const char* device, const char* tolerance, double value, const coupling::MeasuredError& by,
@@ -327,7 +326,10 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   summary["counts"] = {
       {"gauss_points", problem_.global_points()}, {"breakages", breakages_}, {"bonds_broken", bonds_broken_},
       {"newton_iterations", iterations_},         {"cutbacks", cutbacks_},   {"material_sweeps", sweeps_}};
-  summary["errors"] = {{"worst_residual", worst_residual_}, {"worst_rve_energy_error", worst_energy_}};
+  summary["errors"] = {{"worst_residual", worst_residual_},
+                       {"worst_rve_energy_error", worst_energy_},
+                       {"macro_work_J", macro_work_},
+                       {"hill_mandel", work_error()}};
   summary["seconds"] = {
       {"preparation_wall", e.preparation}, {"solve_wall", e.wall - e.preparation}, {"cpu_rank0", cpu_seconds()}};
   if (!contraction_.empty()) {
@@ -339,7 +341,7 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   const auto& columns = history_->columns();
   for (std::size_t i = 0; i < columns.size() && !history_->last().empty(); ++i)
     summary["last_row"][columns[i]] = history_->last()[i];
-  for (const std::string name : {"correction", "worst_unbalanced_force", "worst_stress_change"})
+  for (const std::string name : {"correction", "worst_unbalanced_force", "worst_stress_change", "energy_error"})
     if (summary["last_row"].contains(name)) summary["errors"]["last_" + name] = summary["last_row"][name];
   if (rves_ && summary["last_row"].is_object())  // a resumed run that adds no row has none
     summary["errors"]["devices"] = devices(summary["last_row"]);

@@ -44,12 +44,12 @@ private:
   struct Row {
     double increment = 0, time = 0, iterations = 0, cutbacks = 0, residual = 0, correction = 0, noise = 0, wall = 0;
     double kinetic_over_internal = 0, energy_error = 0;
-    const fem::MacroEnergy* energy = nullptr;                      // of explicit runs
-    const fem::ExplicitStaticsReport* explicit_statics = nullptr;  // of those
+    const fem::MacroEnergy* energy = nullptr;  // always there
+    const fem::ExplicitStaticsReport* explicit_statics = nullptr;
   };
   void add(const Row& row);
   void frame(double time);
-  double work_error(double taken) const;
+  double work_error() const;
   nlohmann::json devices(const nlohmann::json& row) const;
   std::string bonds_text(const char* head) const;
   double of_rves(dem::Facts::Number energy) const;  // J: of all points with grains, by the volumes that they stand for

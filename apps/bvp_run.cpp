@@ -70,8 +70,6 @@ BvpRun::BvpRun(const BvpScene& scene, const Options& options, BvpSetup setup, de
     }
   }
   if (scene.weighs()) setup_.problem->set_gravity(scene.gravity, density_);
-  work_of_grains_ = scene.solve;
-  for (const auto group : setup_.points.group) work_of_grains_.work_of.push_back(group == 0);
   output_.emplace(options.directory, scene, *setup_.problem, setup_.points, setup_.states, rves_ ? &*rves_ : nullptr);
 }
 
@@ -155,7 +153,7 @@ void BvpRun::solve(Course& c) {
     fem::allocate_statics(problem);
     const auto start = begin<fem::StaticsStart>();
     const auto row = [&](const fem::IncrementReport& r) { return after(c, r, r.load_factor); };
-    const auto result = fem::solve_statics(problem, *material_, work_of_grains_, row, start);
+    const auto result = fem::solve_statics(problem, *material_, scene_.solve, row, start);
     c.complete = result.converged;
     c.failure = result.failure;
     c.end = result.load_factor;

@@ -52,7 +52,6 @@ private:
   std::optional<coupling::RveMaterial> rves_;
   std::vector<fem::Material> regions_;
   std::optional<fem::Material> material_;
-  fem::StaticsOptions work_of_grains_;  // scene.solve; work is told of the points with grains, as that of the cells is
   std::vector<double> density_;
   std::optional<BvpOutput> output_;
   double elapsed_ = 0;  // wall time of earlier parts of the run (s)

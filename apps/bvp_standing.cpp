@@ -29,7 +29,8 @@ nlohmann::json standing(const fem::IncrementReport& r) {
           {"sweeps", r.law_sweeps},
           {"largest_force", hex(r.largest_force)},
           {"stiffest", hex(r.stiffest)},
-          {"last_size", hex(r.last_size)}};
+          {"last_size", hex(r.last_size)},
+          {"energy", energies(r.energy)}};
 }
 
 nlohmann::json standing(const fem::DynamicsReport& r) {
@@ -57,8 +58,8 @@ nlohmann::json standing(const fem::ExplicitStaticsReport& r) {
 }
 
 void stand(const nlohmann::json& at, fem::StaticsStart& s) {
-  s = {unhex(at["load_factor"]),   unhex(at["next_size"]), at["increments"],      at["sweeps"],
-       unhex(at["largest_force"]), unhex(at["stiffest"]),  unhex(at["last_size"])};
+  s = {unhex(at["load_factor"]),   unhex(at["next_size"]), at["increments"],       at["sweeps"],
+       unhex(at["largest_force"]), unhex(at["stiffest"]),  unhex(at["last_size"]), energies_of(at["energy"])};
 }
 
 void stand(const nlohmann::json& at, fem::DynamicsReport& s) {

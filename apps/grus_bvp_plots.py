@@ -57,7 +57,7 @@ def energies(ax, name, c):
     for k in ("external", "internal", "kinetic", "viscous", "damped", "scaled"):
         if f"macro_{k}_J" in c:
             ax.plot(x, c[f"macro_{k}_J"], label=k)
-    ax.set(xlabel=label, ylabel="energy (J)", title=f"{name}: macro energy, largest error {100 * max(map(abs, c['macro_energy_error'][5:] or [0])):.2f} %")
+    ax.set(xlabel=label, ylabel="energy (J)", title=f"{name}: macro energy, largest error {100 * max(map(abs, c['energy_error'][5:] or [0])):.2f} %")
     legend(ax)
 
 
@@ -116,7 +116,7 @@ def of_run(run):
             ax.set(xlabel=along(c)[1], ylabel="number, all RVEs", title=f"{name}: breakage")
             legend(ax)
         plots.append(figure(breaks))
-    if "macro_kinetic_J" in c:
+    if "macro_external_J" in c:
         plots.append(figure(lambda ax: energies(ax, name, c)))
     if dynamic(c) and any(k.startswith("probe_") and k.endswith(f"_strain_{loaded_axis(c)}") for k in c):
         plots.append(figure(lambda ax: gauges(ax, name, c)))

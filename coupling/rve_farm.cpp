@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
 #include <stdexcept>
+#include <utility>
 
 #include "dem/base/clock.hpp"
 #include "dem/base/error.hpp"
@@ -57,11 +57,12 @@ void archive_task(A& a, T& t) {
   a.plain(t.sharp);
 }
 
+/// The tangent, more than half of the bytes, crosses where it was asked for.
 template <class A, class O>
-void archive_outcome(A& a, O& o) {
+void archive_outcome(A& a, O& o, bool tangent) {
   auto& r = o.response;
   a.plain(r.stress);
-  a.plain(r.tangent);
+  if (tangent) a.plain(r.tangent);
   a.plain(r.stable);
   a.plain(r.unbalanced_force);
   a.plain(r.stress_change);
@@ -78,6 +79,12 @@ void archive_outcome(A& a, O& o) {
   a.plain(o.elastic);
   a.plain(o.given_up);
   a.plain(o.elastic_error);
+}
+
+int size_of(MPI_Comm comm) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  return ranks;
 }
 
 std::string request(Command c, const std::vector<std::uint64_t>& slots) {
@@ -115,7 +122,8 @@ std::string handle(dem::RveHost& host, const std::string& bytes) {
     case Command::advance: {
       std::vector<dem::Task> tasks(slots.size());
       for (dem::Task& t : tasks) archive_task(in, t);
-      for (const dem::Outcome& o : host.advance(tasks)) archive_outcome(out, o);
+      const std::vector<dem::Outcome> outcomes = host.advance(tasks);
+      for (std::size_t i = 0; i < tasks.size(); ++i) archive_outcome(out, outcomes[i], tasks[i].tangent);
       break;
     }
     case Command::commit:
@@ -133,29 +141,12 @@ std::string handle(dem::RveHost& host, const std::string& bytes) {
 
 }  // namespace
 
-std::vector<int> balance(const std::vector<double>& costs, int ranks) {
-  std::vector<std::size_t> order(costs.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return costs[a] > costs[b]; });
-  std::vector<double> load(static_cast<std::size_t>(ranks), 0);
-  std::vector<int> to(costs.size());
-  for (const auto i : order) {
-    const auto least = std::min_element(load.begin(), load.end());
-    to[i] = static_cast<int>(least - load.begin());
-    *least += costs[i];
-  }
-  return to;
-}
-
 RveFarm::RveFarm(MPI_Comm comm, std::shared_ptr<const dem::Model> model, const dem::ResponseOptions& options,
                  int threads) try
-    : comm_(comm), host_(std::move(model), options, threads) {
-  MPI_Comm_size(comm, &ranks_);
+    : comm_(comm), ranks_(size_of(comm)), host_(std::move(model), options, threads), loads_(ranks_) {
   owed_.assign(static_cast<std::size_t>(ranks_), 0);
 } catch (...) {  // no destructor will: the other ranks are told to go all the same
-  int ranks = 1;
-  MPI_Comm_size(comm, &ranks);
-  for (int r = 1; r < ranks; ++r) send(comm, r, request_tag, request(Command::stop, {}));
+  for (int r = 1; r < size_of(comm); ++r) send(comm, r, request_tag, request(Command::stop, {}));
 }
 
 RveFarm::~RveFarm() {
@@ -174,12 +165,14 @@ void RveFarm::drain(int rank) {
 void RveFarm::ask(int rank, const std::string& bytes) {
   drain(rank);
   send(comm_, rank, request_tag, bytes);
+  sent_ += bytes.size();
   ++owed_[static_cast<std::size_t>(rank)];
 }
 
 std::string RveFarm::answer(int rank) {
   --owed_[static_cast<std::size_t>(rank)];
   std::string bytes = receive(comm_, rank, answer_tag);
+  received_ += bytes.size();
   const char kind = bytes.empty() ? 'f' : bytes.front();
   bytes.erase(0, 1);
   if (kind == 'i') throw dem::InputError(bytes);
@@ -188,43 +181,43 @@ std::string RveFarm::answer(int rank) {
   return bytes;
 }
 
-int RveFarm::idlest() const {
-  std::vector<double> load(static_cast<std::size_t>(ranks_), 0);
-  for (const auto& [slot, home] : homes_) load[static_cast<std::size_t>(home.rank)] += home.cost;
-  return static_cast<int>(std::min_element(load.begin(), load.end()) - load.begin());
+/// A slot that was put somewhere lives there from now on.
+void RveFarm::settle(std::uint64_t slot, int rank, double cost) {
+  if (const auto old = homes_.find(slot); old != homes_.end()) loads_.add(old->second.rank, -old->second.cost);
+  homes_[slot] = {rank, cost};
+  loads_.add(rank, cost);
 }
 
 void RveFarm::put(std::uint64_t slot, const dem::State& state, double cost) {
-  if (const int rank = idlest(); rank == 0) {
+  if (loads_.idlest() == 0) {
     host_.put(slot, {.state = state});
-    homes_[slot] = {0, cost};
+    settle(slot, 0, cost);
   } else {
     put_bytes(slot, dem::HostedRve{.state = state}.bytes(), cost);
   }
 }
 
 void RveFarm::put_bytes(std::uint64_t slot, const std::string& state, double cost) {
-  place(idlest(), slot, state, cost);
+  place(loads_.idlest(), slot, state, cost);
 }
 
 void RveFarm::place(int rank, std::uint64_t slot, const std::string& state, double cost) {
   if (rank == 0) {
     host_.put(slot, dem::HostedRve::from(state));
-    homes_[slot] = {rank, cost};
-    return;
+    return settle(slot, rank, cost);
   }
   Saver s;
   s.plain(Command::put), s.column(std::vector<std::uint64_t>{slot}), s.text(state);
   ask(rank, s.take());
   answer(rank);
-  homes_[slot] = {rank, cost};
+  settle(slot, rank, cost);
 }
 
 void RveFarm::copy(std::uint64_t from, std::uint64_t to) {
   const Home home = homes_.at(from);
-  const int rank = idlest();
-  if (rank != home.rank) return put_bytes(to, fetch(from), home.cost);
-  homes_[to] = home;
+  const int rank = loads_.idlest();
+  if (rank != home.rank) return place(rank, to, fetch(from), home.cost);
+  settle(to, rank, home.cost);
   if (rank == 0) return host_.copy(from, to);
   ask(rank, request(Command::copy, {from, to}));
   answer(rank);
@@ -232,6 +225,7 @@ void RveFarm::copy(std::uint64_t from, std::uint64_t to) {
 
 void RveFarm::drop(std::uint64_t slot) {
   const int rank = homes_.at(slot).rank;
+  loads_.add(rank, -homes_.at(slot).cost);
   homes_.erase(slot);
   if (rank == 0) return host_.drop(slot);
   ask(rank, request(Command::drop, {slot}));
@@ -265,12 +259,12 @@ std::vector<dem::Outcome> RveFarm::advance(const std::vector<dem::Task>& tasks) 
     const std::string bytes = answer(r);
     const dem::Clock clock;
     Loader in(bytes);
-    for (const auto i : of[static_cast<std::size_t>(r)]) archive_outcome(in, outcomes[i]);
+    for (const auto i : of[static_cast<std::size_t>(r)]) archive_outcome(in, outcomes[i], tasks[i].tangent);
     telling[static_cast<std::size_t>(r)] += clock.wall();
   }
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     Home& home = homes_.at(tasks[i].slot);
-    home.cost = outcomes[i].seconds;
+    home.spent += outcomes[i].seconds;
     const auto rank = static_cast<std::size_t>(home.rank);
     if (costs_)
       *costs_ += fmt::format("{},{},{},{:.6g},{:.6g},{},{:.6g}\n", sweeps_, tasks[i].slot, rank, outcomes[i].seconds,
@@ -319,26 +313,18 @@ std::string RveFarm::fetch(std::uint64_t slot) {
 
 void RveFarm::rebalance() {
   if (ranks_ == 1 || homes_.size() < 2) return;
-  std::vector<double> load(static_cast<std::size_t>(ranks_), 0);
-  for (const auto& [slot, home] : homes_) load[static_cast<std::size_t>(home.rank)] += home.cost;
-  const double mean = std::accumulate(load.begin(), load.end(), 0.0) / ranks_;
-  for (std::size_t moves = 0; moves < homes_.size(); ++moves) {
-    const auto most = std::max_element(load.begin(), load.end()), least = std::min_element(load.begin(), load.end());
-    if (*most <= 1.1 * mean) return;
-    // The dearest slot of the fullest rank that leaves the emptiest one below it.
-    const int from = static_cast<int>(most - load.begin()), to = static_cast<int>(least - load.begin());
-    auto best = homes_.end();
-    for (auto h = homes_.begin(); h != homes_.end(); ++h)
-      if (h->second.rank == from && *least + h->second.cost < *most &&
-          (best == homes_.end() || h->second.cost > best->second.cost))
-        best = h;
-    if (best == homes_.end()) return;
-    const std::string bytes = fetch(best->first);
-    const auto slot = best->first;
-    const double cost = best->second.cost;
-    drop(slot);
-    *most -= cost, *least += cost;
-    place(to, slot, bytes, cost);
+  std::vector<Lodger> lodgers;
+  loads_ = Loads(ranks_);
+  for (auto& [slot, home] : homes_) {
+    if (home.spent > 0) home.cost = std::exchange(home.spent, 0.0);
+    loads_.add(home.rank, home.cost);
+    lodgers.push_back({slot, home.rank, home.cost});
+  }
+  for (const Move& move : moves_to_balance(lodgers, ranks_)) {
+    const std::string bytes = fetch(move.slot);
+    const double cost = homes_.at(move.slot).cost;
+    drop(move.slot);
+    place(move.to, move.slot, bytes, cost);
     ++moved_;
   }
 }

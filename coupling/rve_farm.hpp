@@ -5,16 +5,14 @@
 
 #include <mpi.h>
 
+#include <array>
 #include <optional>
 #include <string>
 
+#include "coupling/rank_loads.hpp"
 #include "dem/rves/rve_host.hpp"
 
 namespace grus::coupling {
-
-/// Ranks to which RVEs of these costs (s) go so that the largest sum is small: longest first, each to the least loaded
-/// rank; of equal ones to the lowest.
-std::vector<int> balance(const std::vector<double>& costs, int ranks);
 
 /// Rank 0 only; the other ranks run `serve` meanwhile. The destructor sends them home.
 class RveFarm {
@@ -37,7 +35,7 @@ public:
   std::string fetch(std::uint64_t slot);  // bytes of a dem::HostedRve: the committed state and what it has to catch up
   dem::State whole(dem::State state) const { return host_.whole(std::move(state)); }
 
-  /// Moves slots where the measured cost of the last advances is out of balance by more than a tenth.
+  /// Moves slots where what they cost since the last call is out of balance by more than a tenth.
   void rebalance();
   std::uint64_t moved() const { return moved_; }
   double cost(std::uint64_t slot) const { return homes_.at(slot).cost; }
@@ -46,16 +44,19 @@ public:
   /// steps, and the time that this rank spent to tell its rank and to read the answer (0: it lives here).
   void record_costs() { costs_.emplace("sweep,slot,rank,seconds,tangent_seconds,steps,message_seconds\n"); }
   const std::optional<std::string>& costs() const { return costs_; }
+  /// Bytes that went to other ranks, and that came back, since the start.
+  std::array<std::uint64_t, 2> traffic() const { return {sent_, received_}; }
 
 private:
   struct Home {
     int rank;
-    double cost;
+    double cost;       // s: expected, or measured between the last two calls of rebalance
+    double spent = 0;  // s, since then
   };
+  void settle(std::uint64_t slot, int rank, double cost);
   void ask(int rank, const std::string& request);
   void drain(int rank);
   std::string answer(int rank);  // throws what the rank has thrown
-  int idlest() const;
   void place(int rank, std::uint64_t slot, const std::string& state, double cost);
   std::vector<dem::Facts> told(bool commit, const std::vector<std::uint64_t>& slots);
 
@@ -64,7 +65,8 @@ private:
   dem::RveHost host_;
   std::vector<int> owed_;  // answers of each rank that are on their way
   std::map<std::uint64_t, Home> homes_;
-  std::uint64_t moved_ = 0, sweeps_ = 0;
+  Loads loads_;
+  std::uint64_t moved_ = 0, sweeps_ = 0, sent_ = 0, received_ = 0;
   std::optional<std::string> costs_;
 };
 

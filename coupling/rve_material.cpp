@@ -282,7 +282,9 @@ void RveMaterial::commit() {
   sharp_ = std::max(0, sharp_ - 1);
   now_.deformation.clear();  // the next response starts another increment
   report_.distinct = slots_.size();
-  if (relaxed()) farm_.rebalance();
+  // An explicit step is too short to go by, and too cheap to pay for a move.
+  constexpr std::uint64_t steps_between = 100;
+  if (relaxed() || ++commits_ % steps_between == 0) farm_.rebalance();
 }
 
 std::uint64_t RveMaterial::count(dem::Facts::Count what) const {

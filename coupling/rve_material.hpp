@@ -126,6 +126,7 @@ private:
   std::vector<dem::Mat6> kept_tangent_;  // elastic, quasi-Newton
   SweepReport report_;
   double seconds_ = 0;
+  std::uint64_t commits_ = 0;  // of explicit runs, in this process
   std::string reason_;
 };
 

@@ -135,19 +135,4 @@ void CentralDifferences::go_on(double last_dt) {
   for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = last_dt * p.velocity[i];
 }
 
-double MacroEnergy::error() const {
-  MacroEnergy now = *this;
-  now.note_largest();
-  return now.largest > 0 ? (external - kinetic - internal - viscous - damped + scaled) / now.largest : 0;
-}
-
-double MacroEnergy::kinetic_over_internal() const {
-  const double held = std::max(std::abs(internal), std::abs(external));
-  return held > 0 ? kinetic / held : 0;
-}
-
-void MacroEnergy::note_largest() {
-  largest = std::max({largest, std::abs(external), kinetic, std::abs(internal), viscous, damped});
-}
-
 }  // namespace grus::fem

@@ -3,6 +3,7 @@
 // balance.
 #pragma once
 
+#include "fem/macro_energy.hpp"
 #include "fem/problem.hpp"
 
 namespace grus::fem {
@@ -17,22 +18,6 @@ struct DynamicsOptions {
   double output_interval = 0;     // s between reports
   double max_energy_error = 0.1;  // beyond it the run has become unstable
   std::function<bool()> stop;     // asked after every step; true: the run ends there, to be gone on with; empty: never
-};
-
-/// Energies (J), each computed on its own. Kinetic: of the velocities at the instant of the positions. Internal: what
-/// the materials hold and have spent, by their states. Viscous: pressure times compression rate, summed over the steps.
-/// External: work of loads and of the reactions to prescribed motion. The balance tests them all; of a step beyond the
-/// critical one it says so at once.
-struct MacroEnergy {
-  double kinetic = 0, internal = 0, external = 0, viscous = 0;
-  double work =
-      0;  // of the internal forces, bulk viscosity left out: with `internal` it is the test of Hill and Mandel
-  double largest = 0;    // of any of them so far: a bar that swings back holds nothing for a moment
-  double damped = 0;     // by local damping
-  double scaled = 0;     // added with mass that was scaled up in motion
-  double error() const;  // (external - kinetic - internal - viscous - damped + scaled) / largest
-  void note_largest();
-  double kinetic_over_internal() const;  // of the larger of internal and external
 };
 
 struct DynamicsReport {

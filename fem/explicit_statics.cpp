@@ -48,6 +48,7 @@ struct Relaxation {
   Problem::Impl& p;
   const ExplicitStaticsOptions& o;
   CentralDifferences run;
+  std::vector<std::uint8_t> applied_at;  // owned nodes, now
 
   Relaxation(Problem::Impl& impl, Material& m, const ExplicitStaticsOptions& options)
       : p(impl), o(options), run(impl, m) {}
@@ -82,8 +83,9 @@ struct Relaxation {
   }
 
   /// Unbalanced forces of free components, mean and largest, over the mean force applied at nodes, by loads and by what
-  /// is prescribed.
-  std::array<double, 2> unbalanced() const {
+  /// is prescribed. Which nodes those are is known from the facets: round-off makes a force behind a loaded one, too.
+  std::array<double, 2> unbalanced(double time) {
+    p.mark_applied(time, applied_at);
     const auto in = p.internal->array(), ex = p.external->array();
     double sums[4] = {0, 0, 0, 0}, all[4], most = 0, of_all = 0;  // unbalanced, nodes; applied, nodes
     for (std::size_t n = 0; n < static_cast<std::size_t>(p.owned_nodes()); ++n) {
@@ -96,7 +98,7 @@ struct Relaxation {
         applied2 += applied * applied;
       }
       if (free) sums[0] += std::sqrt(off2), ++sums[1], most = std::max(most, std::sqrt(off2));
-      if (applied2 > 0) sums[2] += std::sqrt(applied2), ++sums[3];
+      if (applied_at[n] != 0 && run.mass[n] != 0) sums[2] += std::sqrt(applied2), ++sums[3];
     }
     MPI_Allreduce(sums, all, 4, MPI_DOUBLE, MPI_SUM, p.comm);
     MPI_Allreduce(&most, &of_all, 1, MPI_DOUBLE, MPI_MAX, p.comm);
@@ -175,10 +177,10 @@ bool begin(Relaxation& relax, Problem::Impl& p, bool resumed) {
 
 /// The unbalanced force's mean, note of its largest, and how hastily the cells are driven, for the governor.
 double watch_balance(Relaxation& relax, const Material& material, ExplicitStaticsReport& now) {
-  const auto [mean, largest] = relax.unbalanced();
+  const auto [mean, largest] = relax.unbalanced(now.load_factor);
   now.sums[0] += mean;
   now.sums[1] = std::max(now.sums[1], largest);
-  now.sums[2] += material.inertial_number();
+  now.sums[2] += mean_over_ranks(relax.p.comm, material.inertial_number(), static_cast<double>(relax.p.size()));
   ++now.counted;
   return mean;
 }

@@ -56,6 +56,28 @@ void Problem::Impl::mark_boundary(std::size_t b, const std::vector<std::uint8_t>
   marks.scatter_fwd();
 }
 
+/// Notes the nodes of the facets that a condition loads; a node may lie on such a facet of another rank only.
+void Problem::Impl::find_loaded_nodes(std::size_t b, Vector& marks) {
+  marks.set(0.0);
+  auto mark = marks.mutable_array();
+  for (const LoadedFacet& f : loaded)
+    if (f.boundary == b)
+      for (const int a : space->dofmap()->element_dof_layout().entity_closure_dofs(dim - 1, static_cast<int>(f.side)))
+        mark[static_cast<std::size_t>(cell_nodes(f.cell)[static_cast<std::size_t>(a)])] = 1;
+  marks.scatter_rev(std::plus<double>());
+  for (std::int32_t n = 0; n < owned_nodes(); ++n)
+    if (mark[static_cast<std::size_t>(n)] != 0) loaded_nodes[b].push_back(n);
+}
+
+void Problem::Impl::mark_applied(double time, std::vector<std::uint8_t>& marks) const {
+  marks.assign(static_cast<std::size_t>(owned_nodes()), !weight.empty() || (body_force && time != 0) ? 1 : 0);
+  for (const auto& c : prescribed)
+    if (const auto n = static_cast<std::size_t>(c.dof) / width(); n < marks.size()) marks[n] = 1;
+  for (std::size_t b = 0; b < boundaries.size(); ++b)
+    if (factor(b, time) != 0)
+      for (const auto n : loaded_nodes[b]) marks[static_cast<std::size_t>(n)] = 1;
+}
+
 /// Refuses a condition that holds nowhere, on any rank.
 void Problem::Impl::check_boundary(std::size_t b, double found) const {
   const auto& bc = boundaries[b];
@@ -81,6 +103,7 @@ void Problem::Impl::find_boundaries() {
 
   Vector marks(space->dofmap()->index_map, 1);
   boundary_nodes.resize(boundaries.size());
+  loaded_nodes.resize(boundaries.size());
   std::vector<std::uint8_t> taken(width() * node_at.size(), 0), tied(node_at.size(), 0);
   for (std::int32_t c = 0; c < cells; ++c)
     for (const std::size_t a : ties.inside) tied[static_cast<std::size_t>(cell_nodes(c)[a])] = 1;
@@ -105,6 +128,7 @@ void Problem::Impl::find_boundaries() {
       }
     }
     check_boundary(b, found);
+    find_loaded_nodes(b, marks);
   }
 }
 

@@ -228,13 +228,29 @@ MacroFields Problem::gather_fields() const {
 
 namespace {
 
+/// What a problem keeps at nodes besides the displacement.
+std::array<std::vector<double>*, 6> nodal_state(Problem::Impl& p) {
+  return {&p.velocity, &p.last_load, &p.last_internal, &p.now_internal, &p.drift, &p.previous_u};
+}
+
+/// Owners tell ghosts: solvers keep what they have at owned nodes only, and a cell tells of all of its own.
+void share_nodal_state(Problem::Impl& p) {
+  Problem::Impl::Vector column(p.space->dofmap()->index_map, p.components);
+  for (auto* nodal : nodal_state(p)) {
+    if (nodal->empty()) continue;
+    std::copy(nodal->begin(), nodal->end(), column.mutable_array().begin());
+    column.scatter_fwd();
+    std::copy(column.array().begin(), column.array().end(), nodal->begin());
+  }
+}
+
 /// Calls `each(value)` for all that a cell keeps, in one order for saving and restoring.
 template <class F>
 void cell_state(Problem::Impl& p, std::int32_t c, F&& each) {
   auto u = p.committed_u->mutable_array();
   for (const auto node : p.cell_nodes(c))
     for (std::size_t k = 0; k < p.width(); ++k) each(u[p.width() * static_cast<std::size_t>(node) + k]);
-  for (auto* nodal : {&p.velocity, &p.last_load, &p.last_internal, &p.now_internal, &p.drift, &p.previous_u})
+  for (auto* nodal : nodal_state(p))
     for (const auto node : p.cell_nodes(c))
       for (std::size_t k = 0; k < p.width() && !nodal->empty(); ++k)
         each((*nodal)[p.width() * static_cast<std::size_t>(node) + k]);
@@ -251,6 +267,7 @@ void cell_state(Problem::Impl& p, std::int32_t c, F&& each) {
 std::vector<double> Problem::snapshot() const {
   std::vector<double> owned;
   impl_->committed_u->scatter_fwd();
+  share_nodal_state(*impl_);
   for (std::int32_t c = 0; c < impl_->cells; ++c) cell_state(*impl_, c, [&](const double& v) { owned.push_back(v); });
   return gather_cells(owned);
 }

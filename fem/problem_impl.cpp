@@ -185,7 +185,7 @@ void Problem::Impl::commit() {
   committed_stretch = stretch;
 }
 
-double Problem::Impl::work_since_commit(const std::vector<std::uint8_t>& some) const {
+double Problem::Impl::work_since_commit() const {
   double work = 0;
   auto first_piola = [&](const double* s, const Matrix3& f) -> Matrix3 {
     return discretisation.finite_strain ? Matrix3(f.determinant() * symmetric(s) * f.inverse().transpose())
@@ -195,7 +195,6 @@ double Problem::Impl::work_since_commit(const std::vector<std::uint8_t>& some) c
     for (int q = 0; q < nq; ++q) {
       const Local& l = local(c, q);
       const std::size_t p = point(c, q);
-      if (!some.empty() && !some[p]) continue;
       const Matrix3 before = told(committed_F, committed_stretch, p), now = told(F, stretch, p);
       const Matrix3 mean =
           0.5 * (first_piola(committed_stress.data() + 6 * p, before) + first_piola(stress.data() + 6 * p, now));

@@ -72,6 +72,7 @@ struct Problem::Impl {
   std::vector<Prescribed> prescribed;                     // owned and ghost, each component once
   std::vector<std::vector<std::int32_t>> boundary_nodes;  // owned nodes of each boundary
   std::vector<LoadedFacet> loaded;
+  std::vector<std::vector<std::int32_t>> loaded_nodes;  // owned nodes of each boundary's loaded facets
   std::map<std::vector<std::int64_t>, std::vector<int>> facet_tags;
   std::vector<int> cell_tags;  // by original cell; empty: none
 
@@ -109,12 +110,15 @@ struct Problem::Impl {
     return static_cast<std::size_t>(cell) * static_cast<std::size_t>(nq) + static_cast<std::size_t>(q);
   }
 
+  /// Marks owned nodes on which something is applied at a time: those of facets that are loaded then, those with a
+  /// prescribed component, and with weight all.
+  void mark_applied(double time, std::vector<std::uint8_t>& marks) const;
   /// Displacement, F, stress and tangent of the committed state, and its internal forces.
   void back_to_committed();
   void commit();
   /// Work of the stresses from the committed state to the present one (J), by the trapezoidal rule in P : dF, over all
   /// ranks.
-  double work_since_commit(const std::vector<std::uint8_t>& some) const;  // of the points in `some`; empty: all
+  double work_since_commit() const;
 
   /// Sweep 1: F and the increment's F at all points; false where the element turned inside out.
   bool strain_sweep();
@@ -152,6 +156,7 @@ private:
   void add_mean_dilatation(std::int32_t cell, Matrix& k) const;
   void build();
   void mark_boundary(std::size_t b, const std::vector<std::uint8_t>& outer, Vector& marks);
+  void find_loaded_nodes(std::size_t b, Vector& marks);
   void check_boundary(std::size_t b, double found) const;
   void find_boundaries();
 };
@@ -174,6 +179,17 @@ inline double sum_over_ranks(MPI_Comm comm, double mine) {
   double out = 0;
   MPI_Allreduce(&mine, &out, 1, MPI_DOUBLE, MPI_SUM, comm);
   return out;
+}
+
+/// Mean of each rank's value with its weight; of one rank its own, to the bit.
+inline double mean_over_ranks(MPI_Comm comm, double mine, double weight) {
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  if (ranks == 1) return mine;
+  const double sums[2] = {weight * mine, weight};
+  double all[2];
+  MPI_Allreduce(sums, all, 2, MPI_DOUBLE, MPI_SUM, comm);
+  return all[1] > 0 ? all[0] / all[1] : 0;
 }
 
 }  // namespace grus::fem

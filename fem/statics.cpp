@@ -1,97 +1,13 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "fem/statics.hpp"
 
-#include <petscksp.h>
-
 #include <algorithm>
 
 #include "fem/acceleration.hpp"
-#include "fem/problem_impl.hpp"
+#include "fem/linear_solver.hpp"
 
 namespace grus::fem {
 namespace {
-
-/// Linear solver with prescribed components: KSP from PETSc's options (prefix grus_), MUMPS by default, LU when all
-/// else fails.
-class LinearSolver {
-public:
-  explicit LinearSolver(Problem::Impl& p) : p_(p), a_(compat::make_matrix(p.comm, *p.space)) {
-    check(MatSetOption(a_, MAT_KEEP_NONZERO_PATTERN, PETSC_TRUE), "MatSetOption");
-    check(MatCreateVecs(a_, &x_, &b_), "MatCreateVecs");
-    check(KSPCreate(p.comm, &ksp_), "KSPCreate");
-    check(KSPSetOptionsPrefix(ksp_, "grus_"), "KSPSetOptionsPrefix");
-    direct(ksp_);
-    check(KSPSetFromOptions(ksp_), "KSPSetFromOptions");
-    const auto map = p.space->dofmap()->index_map;
-    for (const auto& c : p.prescribed)
-      if (c.dof < p.components * map->size_local())
-        rows_.push_back(static_cast<PetscInt>(p.components * map->local_range()[0]) + c.dof), mine_.push_back(&c);
-  }
-  ~LinearSolver() {
-    KSPDestroy(&ksp_);
-    VecDestroy(&x_);
-    VecDestroy(&b_);
-    MatDestroy(&a_);
-  }
-  LinearSolver(const LinearSolver&) = delete;
-  LinearSolver& operator=(const LinearSolver&) = delete;
-
-  /// Solves K dx = rhs, prescribed components moving from one time to another; false if no solver succeeds.
-  bool solve(const std::vector<double>& rhs, double from, double to, std::vector<double>& dx) {
-    p_.assemble_tangent(a_);
-    double *b, *x;
-    check(VecGetArray(b_, &b), "VecGetArray");
-    std::copy(rhs.begin(), rhs.end(), b);
-    check(VecRestoreArray(b_, &b), "VecRestoreArray");
-    check(VecSet(x_, 0), "VecSet");
-    check(VecGetArray(x_, &x), "VecGetArray");
-    for (const auto* c : mine_) x[c->dof] = (p_.factor(c->boundary, to) - p_.factor(c->boundary, from)) * c->value;
-    check(VecRestoreArray(x_, &x), "VecRestoreArray");
-    check(MatZeroRowsColumns(a_, static_cast<PetscInt>(rows_.size()), rows_.data(), 1.0, x_, b_), "MatZeroRowsColumns");
-    bool good = all_true(p_.comm, attempt(ksp_));  // an error may be one rank's alone
-    if (!good) {
-      KSP plain;
-      check(KSPCreate(p_.comm, &plain), "KSPCreate");
-      direct(plain);
-      good = attempt(plain);
-      KSPDestroy(&plain);
-    }
-    dx.resize(rhs.size());
-    check(VecGetArray(x_, &x), "VecGetArray");
-    std::copy_n(x, dx.size(), dx.begin());
-    check(VecRestoreArray(x_, &x), "VecRestoreArray");
-    double finite = 0;
-    for (double v : dx) finite += v;
-    return all_true(p_.comm, good && std::isfinite(finite));
-  }
-
-private:
-  static void direct(KSP ksp) {
-    PC pc;
-    check(KSPSetType(ksp, KSPPREONLY), "KSPSetType");
-    check(KSPGetPC(ksp, &pc), "KSPGetPC");
-    check(PCSetType(pc, PCLU), "PCSetType");
-    check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS), "PCFactorSetMatSolverType");
-  }
-  bool attempt(KSP ksp) {
-    check(KSPSetOperators(ksp, a_, a_), "KSPSetOperators");
-    check(PetscPushErrorHandler(PetscIgnoreErrorHandler, nullptr),
-          "PetscPushErrorHandler");  // a solve that fails is answered with another
-    const bool failed = KSPSolve(ksp, b_, x_) != 0;
-    check(PetscPopErrorHandler(), "PetscPopErrorHandler");
-    if (failed) return check(KSPReset(ksp), "KSPReset"), false;
-    KSPConvergedReason reason;
-    check(KSPGetConvergedReason(ksp, &reason), "KSPGetConvergedReason");
-    return reason > 0;
-  }
-
-  Problem::Impl& p_;
-  Mat a_ = nullptr;
-  Vec x_ = nullptr, b_ = nullptr;
-  KSP ksp_ = nullptr;
-  std::vector<PetscInt> rows_;
-  std::vector<const Prescribed*> mine_;
-};
 
 struct Newton {
   Problem::Impl& p;
@@ -101,16 +17,20 @@ struct Newton {
   std::vector<std::uint8_t> fixed;  // owned components
   int sweeps = 0;
   std::string reason;
-  static constexpr double forgotten = 0.02, softest = 1e-3;
+  static constexpr double forgotten = 0.02, softest = 1e-3, still = 1e-7;
   double force = 0, largest_force = 0;  // norm of all forces (N): now, and the largest committed so far
   double stiffest = 0;                  // mean tangent (Pa): the largest committed so far
   double last_size = 0;                 // of the load factor, in the last increment; 0: nothing to go by
+  MacroEnergy energy;                   // since the start
+  std::vector<double> volumes;          // of points (m^3)
+  std::vector<double> last_outside;  // forces from outside when the last increment was accepted (N), owned components
 
   Newton(Problem::Impl& problem, Material& m, const StaticsOptions& options)
       : p(problem), material(m), o(options), linear(problem) {
     fixed.assign(p.width() * static_cast<std::size_t>(p.owned_nodes()), 0);
     for (const auto& c : p.prescribed)
       if (static_cast<std::size_t>(c.dof) < fixed.size()) fixed[static_cast<std::size_t>(c.dof)] = 1;
+    for (const auto& l : p.locals) volumes.push_back(l.dv);
   }
 
   /// Strain and material sweeps at the present displacement, then forces at a time. All ranks agree on the outcome.
@@ -178,6 +98,13 @@ struct Newton {
     return largest_of_ranks(mine);
   }
 
+  /// Largest displacement component so far (m).
+  double farthest() const {
+    double mine = 0;
+    for (std::size_t i = 0; i < fixed.size(); ++i) mine = std::max(mine, std::abs(p.u->array()[i]));
+    return largest_of_ranks(mine);
+  }
+
   double largest_of_ranks(double mine) const {
     double all = 0;
     MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, MPI_MAX, p.comm);
@@ -204,11 +131,15 @@ struct Newton {
     return true;
   }
 
+  /// A better tangent on any rank is one for all.
+  bool sharpen() const { return largest_of_ranks(material.sharpen() ? 1 : 0) > 0; }
+
   void go_on(const StaticsStart& start) {
     sweeps = start.law_sweeps;
     largest_force = start.largest_force;
     stiffest = start.stiffest;
     last_size = start.last_size;
+    energy = start.energy;
   }
 
   /// What another run needs to go on from here.
@@ -217,6 +148,7 @@ struct Newton {
     report.largest_force = largest_force;
     report.stiffest = stiffest;
     report.last_size = last_size;
+    report.energy = energy;
   }
 
   /// The last increment's displacements, for a load increment of this size: nearer to what yields than any tangent.
@@ -227,10 +159,41 @@ struct Newton {
     return dx;
   }
 
-  void accept(double size, IncrementReport& report) {
-    report.work = p.work_since_commit(o.work_of);
+  /// Forces from outside: loads where a component is free, what holds it where it is prescribed.
+  std::vector<double> outside() const {
+    const auto in = p.internal->array(), ex = p.external->array();
+    std::vector<double> all(fixed.size());
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = fixed[i] ? in[i] : ex[i];
+    return all;
+  }
+
+  void accept(double size) {
+    const std::vector<double> now = outside();
+    const auto u = p.u->array(), before = p.committed_u->array();
+    double done = 0;
+    for (std::size_t i = 0; i < now.size(); ++i) done += 0.5 * (last_outside[i] + now[i]) * (u[i] - before[i]);
+    last_outside = now;
+    energy.external += sum_over_ranks(p.comm, done);
+    energy.work += p.work_since_commit();
     p.previous_u.assign(p.committed_u->array().begin(), p.committed_u->array().end());
     last_size = size;
+    commit();
+    energy.internal = sum_over_ranks(p.comm, material.energy(volumes));
+    energy.note_largest();
+  }
+
+  /// Where increments begin: from the start, with the forces that its stress is in balance with.
+  void begin(bool resumed, double time) {
+    if (resumed) {
+      p.back_to_committed();
+      p.assemble_external(time);
+      last_outside = outside();
+      return;
+    }
+    std::vector<double> unused;
+    residual(unused);
+    last_outside.assign(p.internal->array().begin(),
+                        p.internal->array().begin() + static_cast<std::ptrdiff_t>(fixed.size()));
     commit();
   }
 
@@ -273,8 +236,10 @@ struct Newton {
     Acceleration acceleration(p.comm, static_cast<std::size_t>(o.acceleration));
     for (report.iterations = 1; report.iterations <= o.max_iterations; ++report.iterations) {
       // Corrections are judged against the increment that was asked for: cutting it does not make the material less
-      // noisy.
-      const double moved = largest(total) * std::max(1.0, 1 / (o.increments * (to - from))), noise = material.noise();
+      // noisy. Where no load changes nothing moves but by round-off.
+      const double moved =
+          std::max(largest(total) * std::max(1.0, 1 / (o.increments * (to - from))), still * farthest());
+      const double noise = largest_of_ranks(material.noise());
       const double floor = std::max(o.tolerance, noise), floor_u = std::max(o.displacement_tolerance, 2 * noise);
       if (!linear.solve(r, to, to, dx)) {
         reason = "the linear solver failed";
@@ -287,7 +252,7 @@ struct Newton {
         report.residual = now;
         report.correction = correction;
         report.noise = noise;
-        accept(to - from, report);
+        accept(to - from);
         return true;
       }
       double part = 1, next = now;
@@ -329,23 +294,19 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
       result.failure = "the initial state: " + newton.reason;
       return result;
     }
-    std::vector<double> unused;
-    newton.residual(unused);
-    newton.commit();
-  } else {
-    p.back_to_committed();
   }
+  newton.begin(number > 0, result.load_factor);
   std::string cut_reason;
   while (result.load_factor < 1 - 1e-12) {
     double next = std::min(1.0, result.load_factor + size);
     if (1 - next < 1e-9 * asked) next = 1;
-    IncrementReport report{number + 1, next, 0, cutbacks, 0, 0, 0, cut_reason, {}, 0, 0, 0, 0, 0, 0};
+    IncrementReport report{number + 1, next, 0, cutbacks, 0, 0, 0, cut_reason, {}, {}, 0, 0, 0, 0, 0};
     if (!newton.increment(result.load_factor, next, report)) {
       p.back_to_committed();
       newton.last_size = 0;
       cut_reason = newton.reason;
       result.law_sweeps = newton.sweeps;
-      if (material.sharpen()) continue;  // the same increment once more
+      if (newton.sharpen()) continue;  // the same increment once more
       if (++cutbacks > o.max_cutbacks) {
         result.failure = "increment " + std::to_string(number + 1) + " failed after " + std::to_string(o.max_cutbacks) +
                          " cutbacks: " + cut_reason;

@@ -2,6 +2,7 @@
 // Quasi-static loading by increments: Newton with a predictor, line search, cutbacks.
 #pragma once
 
+#include "fem/macro_energy.hpp"
 #include "fem/problem.hpp"
 
 namespace grus::fem {
@@ -11,11 +12,10 @@ struct StaticsOptions {
   double tolerance = 1e-6;               // residual against the internal forces
   double displacement_tolerance = 1e-3;  // correction against the increment's largest displacement
   int max_iterations = 25;
-  int acceleration = 5;               // iterations that Anderson acceleration remembers; 0: plain Newton
-  int max_cutbacks = 6;               // in a row
-  std::vector<std::uint8_t> work_of;  // points whose work the reports tell; empty: all
-  double cut = 0.25, grow = 1.5;      // of the increment, never above the one asked for
-  double least = 1e-6;                // of the one asked for: smaller, and the load is not carried
+  int acceleration = 5;           // iterations that Anderson acceleration remembers; 0: plain Newton
+  int max_cutbacks = 6;           // in a row
+  double cut = 0.25, grow = 1.5;  // of the increment, never above the one asked for
+  double least = 1e-6;            // of the one asked for: smaller, and the load is not carried
 };
 
 /// After each accepted increment.
@@ -28,7 +28,7 @@ struct IncrementReport {
   double noise;                    // of the material, when the increment was accepted
   std::string cut_reason;          // of the last cutback
   std::vector<double> residuals;   // of the predictor and of every iteration: how Newton contracts
-  double work;                     // J, of the stresses on the increment's deformation (trapezoid)
+  MacroEnergy energy;              // since the start; works of each increment by the trapezoidal rule
   double next_size;                // of the load factor
   int law_sweeps;                  // since the start
   double largest_force, stiffest;  // norm of all forces (N) and mean tangent (Pa): the largest so far
@@ -40,6 +40,7 @@ struct StaticsStart {
   double load_factor = 0, next_size = 0;
   int increments = 0, law_sweeps = 0;
   double largest_force = 0, stiffest = 0, last_size = 0;
+  MacroEnergy energy = {};
 };
 
 struct StaticsResult {

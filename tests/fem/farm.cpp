@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // RVEs on several ranks: dealt out, moved, and what happens when one of them fails.
-#include "coupling/rve_farm.hpp"
+#include <algorithm>
+#include <ctime>
+
+#include "coupling/rve_material.hpp"
 #include "dem/base/error.hpp"
 #include "tests/fem/sand.hpp"
 
@@ -75,5 +78,90 @@ TEST_CASE("what fails on another rank fails here, in the same words, and the far
     CHECK_THROWS_AS(farm.commit({1, 77}), std::out_of_range);
     farm.commit({0});
     CHECK_THROWS_AS(farm.commit({1, 0}), std::logic_error);
+  });
+}
+
+TEST_CASE("slots are dealt and moved in no more than their number times its logarithm") {
+  // Costs of 1 and 8 in halves of the slots, each half on one side of the ranks.
+  constexpr int ranks = 64;
+  const auto seconds = [](std::size_t slots) {
+    std::vector<coupling::Lodger> lodgers;
+    for (std::size_t i = 0; i < slots; ++i) {
+      const int rank = static_cast<int>(i * ranks / slots);
+      lodgers.push_back({i, rank, rank < ranks / 2 ? 8e-4 : 1e-4});
+    }
+    const std::clock_t before = std::clock();
+    const auto moves = coupling::moves_to_balance(lodgers, ranks);
+    const double took = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+    std::vector<double> load(ranks, 0);
+    for (const auto& m : moves) lodgers[m.slot].rank = m.to;
+    for (const auto& l : lodgers) load[static_cast<std::size_t>(l.rank)] += l.cost;
+    const double mean = 4.5e-4 * static_cast<double>(slots) / ranks;
+    CHECK(*std::max_element(load.begin(), load.end()) <= 1.1 * mean + 1e-12);
+    CHECK(moves.size() <= slots / 2);
+    return took;
+  };
+  const double few = seconds(4096), many = seconds(262144);
+  INFO(few << " s, " << many << " s of CPU for 64 times as many");
+  CHECK(many < 5);  // looking at all slots for each move: minutes
+  // What nothing helps stays: one RVE alone is dearer than all others together.
+  CHECK(coupling::moves_to_balance({{0, 0, 10}, {1, 1, 1}}, 2).empty());
+  CHECK(coupling::moves_to_balance({{0, 0, 1}, {1, 1, 1}}, 2).empty());
+  const auto moves = coupling::moves_to_balance({{0, 0, 3}, {1, 0, 2}, {2, 0, 1}, {3, 1, 2}}, 2);
+  REQUIRE(moves.size() == 1);
+  CHECK((moves[0].slot == 0 || moves[0].slot == 1 || moves[0].slot == 2));
+  coupling::Loads loads(3);
+  loads.add(0, 1), loads.add(1, 2);
+  CHECK(loads.idlest() == 2);
+  loads.add(2, 3);
+  CHECK(loads.idlest() == 0);
+  CHECK(loads.busiest() == 2);
+  CHECK(loads.mean() == 2);
+}
+
+TEST_CASE("a tangent crosses ranks where it is asked for: 288 bytes") {
+  on_rank_0([](coupling::RveFarm& farm, int ranks) {
+    for (std::uint64_t slot = 0; slot < 4; ++slot) farm.put(slot, standard().state, 1);
+    std::uint64_t back[2];
+    for (const bool asked : {false, true}) {
+      std::vector<dem::Task> tasks;
+      for (std::uint64_t slot = 0; slot < 4; ++slot)
+        tasks.push_back({slot, {Mat3::Identity()}, 0, dem::Pace::steady, asked});
+      const std::uint64_t before = farm.traffic()[1];
+      const auto done = farm.advance(tasks);
+      back[asked] = farm.traffic()[1] - before;
+      for (const auto& d : done) {
+        CHECK(d.response.stable);
+        if (asked) CHECK(d.response.tangent(0, 0) > 0);
+      }
+    }
+    CHECK(back[1] - back[0] == (ranks == 2 ? 2u * 36 * sizeof(double) : 0u));
+  });
+}
+
+TEST_CASE("explicit runs move RVEs by what they have cost, and nothing else changes") {
+  dem::ResponseOptions response;
+  response.quasi_static = standard().q;
+  coupling::RveOptions with;
+  with.response = response, with.pace = dem::Pace::steady, with.exact_sharing = false;
+  const auto run = [&](coupling::RveFarm& farm) {
+    coupling::RveMaterial rves(farm, {standard().state}, {0, 0, 0, 0, 0, 0}, with);
+    const fem::Material m = rves.material();
+    std::vector<double> f(54, 0), stress(36), all;
+    for (int step = 0; step < 210; ++step) {
+      for (std::size_t i = 0; i < 6; ++i)  // every other point goes fast: those are all of one rank
+        f[9 * i] = f[9 * i + 4] = 1, f[9 * i + 8] = 1 - (i % 2 == 0 ? 3e-5 : 0);
+      REQUIRE(m.respond({f, stress, {}}));
+      m.commit();
+      all.insert(all.end(), stress.begin(), stress.end());
+    }
+    return all;
+  };
+  on_rank_0([&](coupling::RveFarm& farm, int ranks) {
+    const auto spread = run(farm);
+    coupling::RveFarm here(MPI_COMM_SELF, standard().model, response, 1);
+    CHECK((spread == run(here)));
+    if (ranks == 2) CHECK(farm.moved() > 0);
+    if (ranks == 1) CHECK(farm.moved() == 0);
   });
 }

@@ -77,7 +77,9 @@ def beam(tmp):
     stiffness = [x["reaction_support_y_N"] / -x["moved_load_y_m"] for x in rows]
     need(stiffness[-1] < 0.8 * stiffness[0], f"beam: {stiffness[-1] / stiffness[0]:.2f} of its first stiffness is left")
     need(abs(last["reaction_support_y_N"] + last["reaction_load_y_N"]) < 5e-3 * last["reaction_support_y_N"], "beam: load and support differ")
-    need(abs(last["rve_work_J"] / last["macro_work_J"] - 1) < 0.05, "beam: the cells' work is not that of the macro stresses")
+    regions = last["macro_internal_J"] - last["rve_work_J"]
+    need(abs(last["rve_work_J"] / (last["macro_work_J"] - regions) - 1) < 0.05, "beam: the cells' work is not that of the macro stresses")
+    need(abs(last["energy_error"]) < 0.05 and abs(last["macro_external_J"] / last["macro_work_J"] - 1) < 0.01, f"beam: the load does {last['macro_external_J']} J, the stresses {last['macro_work_J']} J")
 
 
 def angular(tmp):

@@ -162,6 +162,19 @@ def devices(tmp):
     need(abs(last["grains_stress_zz_Pa"] / last["mean_stress_zz_Pa"] - 1) < 0.05, "steel and sand: stresses differ")
 
 
+    # Regions alone: a pressure on a confined block does p^2 V / 2 M, and the block holds it.
+    p, volume, modulus = 1e6, 0.02**3, 1e8 * 0.8 / (1.2 * 0.6)
+    block = os.path.join(here, "macro", "regions.toml")
+    last = go(block, os.path.join(tmp, "regions"))[-1]
+    for name in ("macro_external_J", "macro_internal_J", "macro_work_J"):
+        need(abs(last[name] / (p * p * volume / (2 * modulus)) - 1) < 1e-5, f"regions: {name} {last[name]}, p^2 V / 2 M is {p * p * volume / (2 * modulus)}")
+    need(abs(last["energy_error"]) < 1e-6, f"regions: energy error {last['energy_error']}")
+    facts = summary(os.path.join(tmp, "regions"))
+    need(facts["errors"]["hill_mandel"] < 1e-6 and facts["errors"]["macro_work_J"] == last["macro_work_J"], f"regions: {facts['errors']}")
+    last = go(block, os.path.join(tmp, "steps"), "solve.kind=explicit-quasi-static", "solve.increments=")[-1]
+    need(abs((last["macro_external_J"] - last["macro_damped_J"]) / last["macro_internal_J"] - 1) < 0.01 and abs(last["macro_internal_J"] / (p * p * volume / (2 * modulus)) - 1) < 0.02, f"regions, explicit: {last['macro_external_J']} J in, {last['macro_internal_J']} J held")
+
+
 with tempfile.TemporaryDirectory() as folder:
     {"problems": problems, "resume": resume, "devices": devices}[case](folder)
 print(f"macro {case}: {len(faults)} faults")
