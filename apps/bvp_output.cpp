@@ -98,6 +98,7 @@ double BvpOutput::work_error() const {
 
 void BvpOutput::add(const fem::DynamicsReport& r, double wall) {
   macro_work_ = r.energy.work, material_work_ = r.energy.internal;
+  sweeps_ = static_cast<int>(r.steps) + 1;  // one for the start
   if (rves_) rves_->refresh();
   add({static_cast<double>(r.steps), r.time, 0, 0, 0, 0, 0, wall, r.energy.kinetic_over_internal(), r.energy.error(),
        &r.energy});
@@ -106,6 +107,7 @@ void BvpOutput::add(const fem::DynamicsReport& r, double wall) {
 void BvpOutput::add(const fem::ExplicitStaticsReport& r, double wall) {
   macro_work_ = r.energy.work, material_work_ = r.energy.internal;
   worst_residual_ = std::max(worst_residual_, r.unbalanced);
+  sweeps_ = static_cast<int>(r.steps) + 1;
   if (rves_) rves_->refresh();
   add({static_cast<double>(r.steps), r.load_factor, 0, 0, r.unbalanced, 0, 0, wall, r.energy.kinetic_over_internal(),
        r.energy.error(), &r.energy, &r});

@@ -147,7 +147,7 @@ TEST_CASE(
     Element element(s, {everywhere(shear(0.02))});
     double work = 0;
     REQUIRE(fem::solve_statics(element.problem, element.material, options(40), [&](const fem::IncrementReport& r) {
-              work += r.work;
+              work = r.energy.work;
               return true;
             }).converged);
     const dem::Facts& f = element.rves.facts(0);

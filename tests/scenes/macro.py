@@ -173,6 +173,8 @@ def devices(tmp):
     need(facts["errors"]["hill_mandel"] < 1e-6 and facts["errors"]["macro_work_J"] == last["macro_work_J"], f"regions: {facts['errors']}")
     last = go(block, os.path.join(tmp, "steps"), "solve.kind=explicit-quasi-static", "solve.increments=")[-1]
     need(abs((last["macro_external_J"] - last["macro_damped_J"]) / last["macro_internal_J"] - 1) < 0.01 and abs(last["macro_internal_J"] / (p * p * volume / (2 * modulus)) - 1) < 0.02, f"regions, explicit: {last['macro_external_J']} J in, {last['macro_internal_J']} J held")
+    counted = summary(os.path.join(tmp, "steps"))["counts"]["material_sweeps"]
+    need(counted == last["increment"] + 1, f"regions, explicit: {counted} sweeps in {last['increment']} steps")
 
 
 with tempfile.TemporaryDirectory() as folder:
