@@ -78,8 +78,9 @@ TEST_CASE("a pressure on a confined elastic body does p^2 V / 2 M, all of it hel
     fem::Problem stepped = confined(k, pressed("top", up, 2, p));
     fem::Material m = fem::elastic_material(stepped.owned_points(), E, nu);
     const auto last = fem::solve_explicit_statics(stepped, m, {}, [](const auto&) { return true; }).last;
-    CHECK(last.energy.internal == Approx(done).epsilon(0.01));
-    CHECK(last.energy.external - last.energy.damped == Approx(done).epsilon(0.01));
+    CHECK(last.energy.internal == Approx(done).epsilon(0.04));  // twice the balance that is kept
+    CHECK(last.energy.external - last.energy.damped == Approx(last.energy.internal).epsilon(2e-3));
+    CHECK(std::abs(last.energy.error()) < 1e-3);
   }
 }
 
