@@ -3,7 +3,7 @@
 """The documents as a site that can be searched: make_site.py BUILD OUT (cmake --build build --target docs)
 
 README and docs/ as they are, a page of all keys from apps/scene/keys.txt (the table that the reader of scenes holds itself to), a gallery of the shipped scenes, the interfaces
-from their own comments. Needs mkdocs.
+from their own comments. Needs mkdocs and its theme material.
 """
 import glob
 import json
@@ -16,7 +16,7 @@ import sys
 import api_pages
 
 source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-NAV = [("Start", [("Grus", "index.md"), ("From a sieve curve to a pile", "tutorial.md"), ("Coming from other programs", "coming.md"), ("Gallery", "gallery.md")]),
+NAV = [("Start", [("Grus", "index.md"), ("From a sieve curve to a pile", "tutorial.md"), ("Coming from other programs", "coming.md"), ("What it does", "features.md"), ("Shipped scenes", "shipped.md"), ("Gallery", "gallery.md")]),
        ("Use", [("Scenes", "scenes.md"), ("All keys", "keys.md"), ("Results", "results.md"), ("Macro problems", "macro.md"), ("Calibration", "calibration.md"), ("Python and C++", "library.md"), ("Extreme cases", "stability.md")]),
        ("Theory", [("Physics", "physics.md"), ("Fracture", "physics/fracture.md"), ("Fourteen balls", "physics/fourteen.md"), ("Bonded polyhedra", "bonded.md"), ("Cleavage", "cleavage.md")]),
        ("Validation", [("Verification", "verification.md"), ("Zhang et al. (2015)", "validation/zhang2015.md"), ("Ciantia et al. (2015)", "validation/ciantia2015.md"), ("Galindo-Torres et al. (2012)", "validation/galindo2012.md"),
@@ -42,23 +42,32 @@ def with_links(text, page, at):
 
 
 def keys():
-    """Tables of keys, one for each table of a scene."""
-    text = ["# All keys", "", "Made from the table that the reader of scenes holds every key against which it reads. `grus-rve --keys [TEXT]` prints the same; `--schema` is for editors. "
-            "A number is SI, a text may carry a unit (`\"60 GPa\"`, `\"300 µm\"`, `\"10 ksi\"`).", ""]
+    """Tables of keys, one for each table of a scene, each once."""
+    text = ["# All keys", "", "This page is made from the table that the reader of scenes holds every key against which it reads. "
+            "`grus-rve --keys [TEXT]` prints the same; `--schema` is for editors. "
+            "A number is SI; a text may carry a unit (`\"60 GPa\"`, `\"300 µm\"`, `\"10 ksi\"`).", ""]
     cell = lambda fact: fact.lstrip("~").replace("|", ", ").replace("<", "&lt;")
-    above = None
-    for line in open(os.path.join(source, "apps", "scene", "keys.txt")):
-        path, kind, unit, limits, fallback, words, example, meaning = line.rstrip("\n").split(" | ")
-        table, _, key = path.rpartition(".")
+    with open(os.path.join(source, "apps", "scene", "keys.txt")) as f:
+        rows = [line.rstrip("\n").split(" | ") for line in f]
+    heads, tables = {}, {}
+    for path, kind, unit, limits, fallback, words, example, meaning in rows:
         if kind in ("table", "tables"):
+            heads[path.removesuffix("[]")] = meaning
             continue
-        if table != above:
-            above = table
-            head = next((r.rstrip("\n").split(" | ")[7] for r in open(os.path.join(source, "apps", "scene", "keys.txt")) if r.startswith((table + " | ", table.removesuffix("[]") + " | "))), "")
-            text += ["", f"## `{'[[' + table[:-2] + ']]' if table.endswith('[]') else '[' + table + ']' if table else 'top level'}`", "", head, "", "| key | meaning | kind | range | default | example |", "|---|---|---|---|---|---|"]
+        table, _, key = path.rpartition(".")
         kind = cell(words) if words else kind + (f" ({unit})" if unit not in ("", "number") else "")
-        text.append(f"| `{key}` | {cell(meaning)} | {kind} | {cell(limits)} | {cell(fallback)} | `{example.replace('|', ' ')}` |" if example else f"| `{key}` | {cell(meaning)} | {kind} | {cell(limits)} | {cell(fallback)} | |")
+        shown = f"`{example.replace('|', ' ')}`" if example else ""
+        tables.setdefault(table, []).append(f"| `{key}` | {cell(meaning)} | {kind} | {cell(limits)} | {cell(fallback)} | {shown} |")
+    for table in sorted(tables):
+        name = f"[[{table[:-2]}]]" if table.endswith("[]") else f"[{table}]" if table else "top level"
+        text += ["", f"## `{name}`", "", heads.get(table.removesuffix("[]"), ""), "",
+                 "| key | meaning | kind | range | default | example |", "|---|---|---|---|---|---|", *tables[table]]
     return "\n".join(text) + "\n"
+
+
+def with_titles(text):
+    """Fences that name a file, as Python-Markdown takes them."""
+    return re.sub(r"^```(\w+) ([\w./-]+)$", r'```\1 title="\2"', text, flags=re.M)
 
 
 def gallery():
@@ -70,28 +79,30 @@ def gallery():
         head = " ".join(line.lstrip("# ") for line in scene.split("\n\n")[0].splitlines() if line.startswith("#"))
         pictures = [p for p in (f"images/{stem}.png", f"problems/images/{stem}.png", f"problems/images/{stem}_field.png") if os.path.exists(os.path.join(source, "docs", p))]
         program = "grus-bvp" if re.search(r"^\[mesh\]", scene, re.M) else "grus-rve"
-        text += [f"## {title[1] if title else stem}", "", head, "", f"    {program} apps/scenes/{stem}.toml", ""] + [f"![{stem}]({p})" for p in pictures] + ["", f"<details><summary>{stem}.toml</summary>\n\n```toml\n{scene}```\n\n</details>", ""]
+        text += [f"## {title[1] if title else stem}", "", head, "", f"    {program} apps/scenes/{stem}.toml", ""] + [f"![{stem}]({p})" for p in pictures] + ["", f"<details markdown=\"1\"><summary>{stem}.toml</summary>\n\n```toml\n{scene}```\n\n</details>", ""]
     return "\n".join(text)
 
 
 def main(build, out):
     if shutil.which("mkdocs") is None:
-        sys.exit("docs: needs mkdocs (Debian: mkdocs)")
+        sys.exit("docs: needs mkdocs and its theme material (Debian: mkdocs, mkdocs-material)")
     os.makedirs(build, exist_ok=True)
     pages = os.path.join(build, "docs")
     shutil.rmtree(pages, ignore_errors=True)
     shutil.copytree(os.path.join(source, "docs"), pages, ignore=shutil.ignore_patterns("*.py", "__pycache__"))
     for path in glob.glob(os.path.join(pages, "**", "*.md"), recursive=True):
         at = os.path.relpath(path, pages)
-        text = with_links(open(path).read(), "docs/" + at, at)
+        text = with_titles(with_links(open(path).read(), "docs/" + at, at))
         open(path, "w").write(text)
     for name, text in (("index.md", with_links(open(os.path.join(source, "README.md")).read(), "README.md", "index.md")), ("keys.md", keys()), ("gallery.md", gallery()), ("api_cpp.md", api_pages.cpp(source)), ("api_python.md", api_pages.python(source))):
         open(os.path.join(pages, name), "w").write(text)
     missing = [page for _, entries in NAV for _, page in entries if not os.path.exists(os.path.join(pages, page))]
     if missing:
         sys.exit(f"docs: no {', '.join(missing)}")
-    config = {"site_name": "Grus", "docs_dir": pages, "site_dir": os.path.abspath(out), "theme": "readthedocs", "use_directory_urls": False, "plugins": ["search"],
-              "markdown_extensions": ["tables", "fenced_code"], "nav": [{section: [{title: page} for title, page in entries]} for section, entries in NAV]}
+    theme = {"name": "material", "font": False, "features": ["navigation.top", "search.highlight"]}  # nothing from elsewhere
+    extensions = ["tables", "md_in_html", "toc", {"pymdownx.highlight": {"use_pygments": True}}, "pymdownx.superfences"]
+    config = {"site_name": "Grus", "docs_dir": pages, "site_dir": os.path.abspath(out), "theme": theme, "use_directory_urls": False,
+              "plugins": ["search"], "markdown_extensions": extensions, "nav": [{section: [{title: page} for title, page in entries]} for section, entries in NAV]}
     path = os.path.join(build, "mkdocs.yml")
     with open(path, "w") as f:
         json.dump(config, f)  # JSON is YAML
