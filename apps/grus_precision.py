@@ -123,8 +123,9 @@ def known_reference(entry, folder):
     reference = entry["reference"]
     if not isinstance(reference, dict):
         return float(reference)
-    columns = Columns(os.path.join(folder, reference["file"]))
-    return measured(columns, {**entry, "quantity": reference.get("column", entry["quantity"])})
+    column = reference.get("column", entry["quantity"])
+    columns = Columns(os.path.join(folder, reference["file"]), {column: entry["quantity"]})
+    return measured(columns, {**entry, "quantity": column})
 
 
 def cost(run):

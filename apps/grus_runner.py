@@ -81,6 +81,8 @@ class Runner:
     def refusal(self, case):
         """Why the program would refuse a case, or what it does not write that is asked of it; None: nothing is wrong."""
         for seed in case["seeds"]:
+            if self.stopped:
+                return None
             try:
                 process = subprocess.Popen(self.command(case, seed) + ["--columns"], stdout=subprocess.PIPE,
                                            stderr=subprocess.PIPE, text=True, start_new_session=True)

@@ -14,7 +14,7 @@ UNITS = {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12, "N/mm2": 1e
          "s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "min": 60.0, "h": 3600.0,
          "N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6, "kg": 1.0, "g": 1e-3, "J": 1.0, "mJ": 1e-3, "kJ": 1e3, "1/s": 1.0}
 KINDS = {"Pa": "Pa kPa MPa GPa TPa N/mm2 N/mm^2 bar".split(), "m": "m cm mm um µm μm nm".split(), "s": "s ms us µs μs min h".split(),
-         "N": "N mN kN MN".split(), "kg": "kg g".split(), "J": "J mJ kJ".split(), "1_s": ["1/s"]}
+         "N": "N mN kN MN".split(), "kg": "kg g".split(), "J": "J mJ kJ".split(), "1_s": ["1/s"], "1": ["%", "-", "1"]}
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 COMMA_NUMBER = re.compile(r"[-+]?(\d+,?\d*|,\d+)([eE][-+]?\d+)?")
 
@@ -56,14 +56,21 @@ def lines_of(path):
     return found, told
 
 
+def kind_of(name):
+    """Of what a quantity of Grus is: the SI unit that its name ends with, "1" where it ends with none."""
+    return next((si for si in sorted(KINDS, key=len, reverse=True) if name.endswith("_" + si)), "1")
+
+
 def fields_of(path, lines, separator):
     if separator == " ":
         return [(n, line.split()) for n, line in lines]
-    try:
-        rows = [(n, [c.strip() for c in next(csv.reader([line], delimiter=separator, skipinitialspace=True, strict=True))])
-                for n, line in lines]
-    except csv.Error as e:
-        raise BadData(f"{path}: not a table: {e}") from None
+    rows = []
+    for number, line in lines:
+        try:
+            row = next(csv.reader([line], delimiter=separator, skipinitialspace=True, strict=True))
+        except csv.Error as e:
+            raise BadData(f"{path}:{number}: not a line of a table: {e}") from None
+        rows.append((number, [c.strip() for c in row]))
     while rows and all(len(r) > 1 and not r[-1] for _, r in rows):  # each line ends with a separator
         rows = [(n, r[:-1]) for n, r in rows]
     return rows
@@ -118,11 +125,17 @@ class Table:
             raise BadData(f"{path}:{self.head_line}: the columns have no names: put a line of names first")
         self.head = [h.strip("'\" ") for h in head]
         self.named = [name_and_unit(h) for h in self.head]
-        texts = [c for _, row in self.rows for c in row]
-        with_comma = [c for c in texts if "," in c and is_number(c, True)]
-        self.decimal_comma = bool(with_comma) and not any("." in c and is_number(c) for c in texts)
-        if self.decimal_comma and all(re.fullmatch(r"[-+]?[1-9]\d{0,2},\d{3}", c) for c in with_comma):
-            raise BadData(f"{path}: '{with_comma[0]}' may be a decimal comma or a mark of thousands: write a decimal point")
+        cells = [(f"{path}:{n}: column '{h}'", c) for n, row in self.rows for h, c in zip(self.head, row)]
+        with_comma = [(where, c) for where, c in cells if "," in c and is_number(c, True)]
+        with_point = [(where, c) for where, c in cells if "." in c and is_number(c)]
+        self.decimal_comma = bool(with_comma)
+        if with_comma and with_point:  # one of them marks thousands, in whatever column
+            (where, c), (_, other) = with_point[0], with_comma[0]
+            raise BadData(f"{where}: '{c}' has a point, '{other}' a comma: write one decimal mark and no mark of "
+                          "thousands")
+        if with_comma and all(re.fullmatch(r"[-+]?[1-9]\d{0,2},\d{3}", c) for _, c in with_comma):
+            where, c = with_comma[0]
+            raise BadData(f"{where}: '{c}' may be a decimal comma or a mark of thousands: write a decimal point")
 
     def place(self, name):
         """Where the column of a name is, or None; the name is met exactly, or with its unit in brackets for its ending."""
@@ -144,20 +157,27 @@ class Table:
             raise BadData(f"{self.path}:{self.head_line}: no column is called '{name}'{hint}; there are {have}")
         return place
 
-    def scale(self, place):
-        name, unit = self.named[place]
+    def forbid_near(self, name):
+        """Refuses a column that is nearly called as an optional one that is not there: it would be left out unheard."""
+        for k, (plain, _) in enumerate(self.named):
+            if self.place(name) is None and difflib.get_close_matches(plain.lower(), [name], 1, 0.8):
+                raise BadData(f"{self.path}:{self.head_line}: column '{self.head[k]}': did you mean '{name}'?")
+
+    def scale(self, place, quantity):
+        """What turns a column into SI; its unit must be one of what `quantity`, a name that ends with its unit, is."""
+        _, unit = self.named[place]
         if unit is None:
             return 1.0
         if unit not in UNITS:
             raise BadData(f"{self.path}:{self.head_line}: column '{self.head[place]}': unit '{unit}' is not known")
-        si = next((si for si, units in KINDS.items() if name.endswith("_" + si)), None)
-        if si is not None and unit not in KINDS[si]:
-            raise BadData(f"{self.path}:{self.head_line}: column '{self.head[place]}': '{unit}' is no unit of {si}")
+        if unit not in KINDS[kind_of(quantity)]:
+            raise BadData(f"{self.path}:{self.head_line}: column '{self.head[place]}': "
+                          f"'{unit}' is no unit of {quantity}")
         return UNITS[unit]
 
-    def numbers(self, place):
+    def numbers(self, place, quantity):
         """A column in SI."""
-        scale, values = self.scale(place), []
+        scale, values = self.scale(place, quantity), []
         for line, row in self.rows:
             text = row[place]
             if self.decimal_comma and is_number(text, True):
@@ -172,26 +192,31 @@ class Table:
         return values
 
 
-def read_columns(path, names, optional=()):
-    """Columns of a file by their names, in SI, lists of numbers; of `optional` names None where there is no such column."""
-    table = Table(path)
+def read_columns(path, names, optional=(), quantity=None):
+    """Columns of a file by their names, in SI, as lists; of `optional` names None where there is no such column.
+    These and the last of `names` are of `quantity`, or of what the last name says."""
+    table, quantity = Table(path), quantity or names[-1]
+    for name in optional:
+        table.forbid_near(name)
     places = [table.needed(n) for n in names] + [table.place(n) for n in optional]
     has_unit = table.named[places[len(names) - 1]][1]
     for place in places[len(names):]:
         if place is not None and has_unit and not table.named[place][1]:
             raise BadData(f"{path}:{table.head_line}: column '{table.head[place]}' needs its unit, as "
                           f"'{table.head[places[len(names) - 1]]}' has one")
-    return [None if p is None else table.numbers(p) for p in places]
+    of = [*names[:-1], *[quantity] * (1 + len(optional))]
+    return [None if p is None else table.numbers(p, q) for p, q in zip(places, of)]
 
 
 class Columns:
-    """All columns of a file by their names, in SI; each is read when it is asked for."""
+    """All columns of a file by their names, in SI, each read when it is asked for. `quantities`: what a column is of,
+    where its name does not say so."""
 
-    def __init__(self, path):
-        self.table = Table(path)
+    def __init__(self, path, quantities=None):
+        self.table, self.quantities = Table(path), quantities or {}
 
     def __getitem__(self, name):
-        return self.table.numbers(self.table.needed(name))
+        return self.table.numbers(self.table.needed(name), self.quantities.get(name, name))
 
 
 def range_text(values, name):

@@ -45,8 +45,20 @@ def kink(x, y, log=True):
 BOUNDS = {"results.peak_before_breakage_Pa": "results.peak_axial_stress_Pa"}
 
 
-def columns_of(path, names):
-    return [None if c is None else np.array(c) for c in read_columns(path, names, ["error"])]
+def columns_of(path, names, quantity=None):
+    return [None if c is None else np.array(c) for c in read_columns(path, names, ["error"], quantity)]
+
+
+def strength_of(run, quantity):
+    """(value, bound): a number of a run, NaN where it has none; what it exceeds if that is for want of a breakage.
+    A strength of 0 is no strength: the grain broke before the first row of history.csv."""
+    value = number_of(run, quantity)
+    if quantity not in BOUNDS:
+        return value, math.nan
+    breakages = run["columns"].get("breakages", [math.nan])[-1]
+    if value == 0 or breakages == 0:
+        value = math.nan
+    return value, number_of(run, BOUNDS[quantity]) if math.isnan(value) and not breakages > 0 else math.nan
 
 
 class Target:
@@ -66,7 +78,7 @@ class Target:
             if ((self.values < 0) | (self.values > 1)).any() or (self.x <= 0).any():
                 raise BadData(f"{path}: diameter_m above 0 and passing between 0 and 1 are expected")
         elif self.kind == "quantiles":
-            self.values, told = columns_of(path, [table.get("column", "value")])
+            self.values, told = columns_of(path, [table.get("column", "value")], table["quantity"])
             self.values = np.sort(self.values)
             self.x = (np.arange(len(self.values)) + 0.5) / len(self.values)
         else:
@@ -112,7 +124,9 @@ class Target:
             return np.array([np.nanmax(y)])
         if "at" in t:
             return along(c["axial_strain"], c[t["quantity"]], [t["at"]])
-        return np.array([number_of(run, t["quantity"])])
+        value, bound = strength_of(run, t["quantity"])
+        self.told["stronger_than"] += int(not math.isnan(bound))
+        return np.array([bound if math.isnan(value) else value])  # the mean is at least that
 
     def passing(self, run):
         states = sorted((strain, rows) for strain, rows in run["grading"].items())
@@ -131,9 +145,8 @@ class Target:
         n = len(runs)
         self.told = {"runs": n, "stronger_than": 0, "still_rising": 0}
         if self.kind == "quantiles":
-            found = np.array([number_of(r, self.table["quantity"]) for r in runs])
-            bounds = np.array([number_of(r, BOUNDS.get(self.table["quantity"], "")) for r in runs])
-            larger = np.isnan(found) & ~np.isnan(bounds)
+            found, bounds = np.array([strength_of(r, self.table["quantity"]) for r in runs]).T
+            larger = ~np.isnan(bounds)
             self.told["stronger_than"] = int(larger.sum())
 
             def of(kept):
@@ -143,7 +156,8 @@ class Target:
             if not (larger | ~np.isnan(found)).any():
                 return np.full(len(self.x), math.nan), np.zeros((len(self.x),) * 2), n
             whole = of(every)
-            without = [of(np.arange(n) != k) for k in range(n)] if n > 2 else [whole] * n
+            useful = larger | ~np.isnan(found)
+            without = [of(np.arange(n) != k) for k in range(n)] if n > 2 and useful.sum() > 1 else [whole] * n
             return whole, np.cov(np.array(without).T, bias=True).reshape(len(self.x), -1) * (n - 1) * n, n
         each = np.array([self.of_run(r) for r in runs])
         known = np.isfinite(each)
