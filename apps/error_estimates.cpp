@@ -5,7 +5,10 @@
 
 namespace grus::app {
 
-void ErrorEstimates::add(const dem::State& state, const dem::Survey& m) {
+void ErrorEstimates::add(const dem::State& state, const dem::Loading& loading, const dem::Survey& m) {
+  holds = loading.holds;
+  if (const double off = dem::stress_error(state, loading, m); off < INFINITY)
+    stress.add(off), stress_sum += off, ++stress_rows;
   energy.add(std::abs(dem::energy_error(state.ledger, m.kinetic + m.elastic)));
   unbalanced.add(m.unbalanced_force);
   overlap.add(m.deepest.ratio);
@@ -23,6 +26,9 @@ nlohmann::json ErrorEstimates::json(const dem::State& state) const {
   if (dem::bulk_volume(state.boundary) > 0) put("pressure_standard_error", pressure_scatter);
   if (!state.boundary.walls.empty() && dem::bulk_volume(state.boundary) > 0)
     put("wall_minus_cell_pressure", wall_minus_cell);
+  if (stress_rows > 0)
+    out[holds ? "lateral_stress" : "sought_stress"] = {
+        {"last", stress.last}, {"mean", mean_stress_error()}, {"worst", stress.worst}};
   return out;
 }
 

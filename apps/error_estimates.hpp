@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "dem/rve/measure.hpp"
+#include "dem/rve/servo.hpp"
 
 namespace grus::app {
 
@@ -18,19 +18,31 @@ struct Estimate {
   }
 };
 
+/// A stress that is off by more than this, on average over the rows, is told of.
+inline constexpr double most_stress_error = 0.01;
+
 struct ErrorEstimates {
   Estimate energy, unbalanced, overlap;  // |energy_error|; unbalanced force; overlap / radius of the deepest contact
   Estimate wall_minus_cell;   // of a box's pressure: |wall force / area - Love-Weber| / largest wall pressure so far
   Estimate pressure_scatter;  // standard error of the mean pressure, relative: see dem::Survey
 
+  Estimate stress;        // of axes that seek a stress: see dem::stress_error
+  double stress_sum = 0;  // of it
+  std::uint64_t stress_rows = 0;
+  bool holds = false;  // it is the lateral stress of a test that drives another axis
+
   double largest_wall = 0;  // Pa
 
-  void add(const dem::State& state, const dem::Survey& m);
+  void add(const dem::State& state, const dem::Loading& loading, const dem::Survey& m);
+  /// Over the rows (0 without any).
+  double mean_stress_error() const { return stress_rows > 0 ? stress_sum / static_cast<double>(stress_rows) : 0; }
   nlohmann::json json(const dem::State& state) const;
 
   template <class A, class E>
   static void archive(A& a, E& e) {
-    for (auto* v : {&e.energy, &e.unbalanced, &e.overlap, &e.wall_minus_cell, &e.pressure_scatter}) a.plain(*v);
+    for (auto* v : {&e.energy, &e.unbalanced, &e.overlap, &e.wall_minus_cell, &e.pressure_scatter, &e.stress})
+      a.plain(*v);
+    a.plain(e.stress_sum), a.plain(e.stress_rows), a.plain(e.holds);
     a.plain(e.largest_wall);
   }
 };

@@ -124,9 +124,11 @@ def write(runs, args):
     print(text_table(head, rows))
     scenes = "".join(f"<details><summary>{html.escape(n)}: {html.escape(str(s.get('title', '')))}</summary><pre>{html.escape(json.dumps(s, indent=1))}</pre></details>"
                      for n, _, s in runs)
+    notes = [f"<li>{html.escape(name)}: {html.escape(str(note))}</li>" for name, _, s in runs for note in (s.get("notes") if isinstance(s.get("notes"), list) else [])]
+    told = f"<h2>Notes</h2><ul>{''.join(notes)}</ul>" if notes else ""
     page = f"""<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>Grus report</title>
 <style>{STYLE}</style>
-<h1>Grus report</h1>{table(head, rows)}{body}<h2>Scenes and figures of each run</h2>{scenes}{ZOOM}</html>"""
+<h1>Grus report</h1>{table(head, rows)}{told}{body}<h2>Scenes and figures of each run</h2>{scenes}{ZOOM}</html>"""
     path = args.o or os.path.join(args.folders[0], "report.html")
     write_whole(path, page)
     print(f"report: {path}")

@@ -28,7 +28,9 @@ void print_setup(const RveScene& scene, const dem::State& s, double grains, doub
       whole * (static_cast<double>(s.grains.size()) * 600 + static_cast<double>(s.contacts.size()) * 260);
   fmt::print("  time step {:.3g} s   duration {:.4g} s   steps about {:.3g}   memory about {:.3g} MB", s.dt,
              scene.test.duration, scene.test.duration / s.dt, bytes / 1e6);
-  if (wall_estimate > 0) fmt::print("   run time about {} (at the initial time step)", duration_text(wall_estimate));
+  if (wall_estimate > 0)
+    fmt::print("   run time {} {} (at the initial time step)",
+               scene.test.final_stress && !scene.test.stress_time ? "at most" : "about", duration_text(wall_estimate));
   fmt::print("\n");
   for (const auto& note : scene.notes) fmt::print("  note: {}\n", note);
 }
@@ -61,9 +63,10 @@ int check(const Options& options, RveScene& scene, dem::Team& team) {
     dem::update_time_step(scene.model, probe);
     dem::run_steps(scene.model, probe, 2, team);
   }
+  const double duration = scene.test.stress_time.value_or(scene.test.duration);
   const double grains = piece ? all : static_cast<double>(state.grains.size());
   print_setup(scene, state, grains,
-              timer.wall() / 50 * scene.test.duration / probe.dt * grains / static_cast<double>(state.grains.size()));
+              timer.wall() / 50 * duration / probe.dt * grains / static_cast<double>(state.grains.size()));
   return finished;
 }
 

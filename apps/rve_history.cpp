@@ -10,6 +10,7 @@
 #include "dem/rve/bonded.hpp"
 #include "dem/rve/crushing.hpp"
 #include "dem/rve/grading.hpp"
+#include "dem/rve/servo.hpp"
 
 namespace grus::app {
 namespace {
@@ -109,6 +110,12 @@ double axial_stress(const RveScene& scene, const dem::State& s, const dem::Measu
   return 0.5 * (back + front);
 }
 
+double axial_stress(const RveScene& scene, const dem::State& s) {
+  dem::Measurement m;
+  if (!has_faces(scene, s)) m.stress = dem::love_weber(s, dem::bulk_volume(s.boundary));
+  return axial_stress(scene, s, m);
+}
+
 bool tells_stress(const RveScene& scene) { return gauged(scene) || scene.test.kind == "constant-p"; }
 
 double test_stress(const RveScene& scene, const dem::State& s, const dem::Measurement& m) {
@@ -154,6 +161,7 @@ std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& st
     for (const char* name : {"load_N", "displacement_m"}) c.emplace_back(name);
   if (scene.test.kind == "constant-p")
     for (const char* name : {"p_Pa", "q_Pa", "strain_volumetric", "strain_deviatoric"}) c.emplace_back(name);
+  if (scene.test.loading.holds) c.emplace_back("lateral_stress_error");
   if (box_of_walls(state))
     for (int k = 0; k < 3; ++k) c.push_back(fmt::format("wall_stress_{}_Pa", components[k]));
   else
@@ -205,15 +213,14 @@ void add_split_statistics(const dem::SplitStatistics& p, std::vector<double>& ro
                          static_cast<double>(p.instants), p.pressure_jump});
 }
 
-/// Compression along the test's axis: of the cell, or of the gap between the platens.
-double axial_strain(const RveScene& scene, const dem::State& s, const dem::Mat3& displacement_gradient) {
+}  // namespace
+
+double axial_strain(const RveScene& scene, const dem::State& s, const dem::Mat3& initial_cell) {
   const int axis = scene.test.axis;
-  if (scene.test.kind != "platens") return -displacement_gradient(axis, axis);
+  if (scene.test.kind != "platens") return -dem::displacement_gradient(s, scene.test.loading, initial_cell)(axis, axis);
   const auto gap = [axis](const std::vector<dem::Wall>& w) { return (w[1].point - w[0].point)[axis]; };
   return 1 - gap(s.boundary.walls) / gap(scene.state.boundary.walls);
 }
-
-}  // namespace
 
 std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const dem::Measurement& m,
                             const dem::Mat3& initial_cell) {
@@ -224,7 +231,7 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
   for (int k = 0; k < 6; ++k) row.push_back(stress[k]);
   const double stored = m.kinetic + m.elastic, pressure = dem::mean_pressure(m.stress);
   const dem::Ledger& l = s.ledger;
-  row.insert(row.end(), {axial_strain(scene, s, gradient),
+  row.insert(row.end(), {axial_strain(scene, s, initial_cell),
                          axial_stress(scene, s, m),
                          pressure,
                          m.void_ratio,
@@ -260,6 +267,7 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
   if (gauged(scene)) add_gauge(scene, s, row);
   if (loaded(scene)) add_loads(scene, s, row);
   if (scene.test.kind == "constant-p") add_invariants(sample_stress(s, m), gradient, row);
+  if (scene.test.loading.holds) row.push_back(dem::stress_error(s, scene.test.loading, m));
   if (box_of_walls(s)) {
     for (int k = 0; k < 3; ++k) row.push_back(m.wall_stress(k, k));
   } else {

@@ -20,5 +20,10 @@ double test_stress(const RveScene& scene, const dem::State& state, const dem::Me
 
 /// The compression-positive stress that the test is about: walls and platens by their force, cells by Love-Weber (Pa).
 double axial_stress(const RveScene& scene, const dem::State& state, const dem::Measurement& m);
+/// The same of a state that is not measured otherwise.
+double axial_stress(const RveScene& scene, const dem::State& state);
+
+/// Compression along the test's axis: of the box or cell, or of the gap between platens.
+double axial_strain(const RveScene& scene, const dem::State& state, const dem::Mat3& initial_cell);
 
 }  // namespace grus::app

@@ -7,41 +7,15 @@
 
 #include "apps/bond_results.hpp"
 #include "apps/rve_history.hpp"
-#include "dem/bond/cohesive.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/io/whole_file.hpp"
-#include "dem/rve/bonded.hpp"
 #include "dem/rve/crushing.hpp"
-#include "dem/rve/grading.hpp"
 #include "dem/rve/step.hpp"
 
 namespace grus::app {
 namespace {
 
 std::string checkpoint_of(const Options& options) { return options.directory + "/checkpoint.h5"; }
-
-nlohmann::json ledger_json(const dem::State& s, const dem::Measurement& m) {
-  const dem::Ledger& l = s.ledger;
-  double whole = 0;  // with fracture_J this is G_c times the area made
-  for (const auto& spring : s.bonds.cohesive.row) whole += 0.5 * spring.peak * spring.rupture - dem::dissipated(spring);
-  return {{"work_J", l.work},
-          {"kinetic_J", m.kinetic},
-          {"elastic_J", m.elastic},
-          {"start_J", l.start},
-          {"friction_J", l.friction},
-          {"damping_J", l.damping},
-          {"local_damping_J", l.local_damping},
-          {"fracture_J", l.fracture},
-          {"split_elastic_J", l.split},
-          {"fines_kinetic_J", l.fines.kinetic},
-          {"fracture_left_in_springs_J", whole},
-          {"reshape_J", l.reshape},
-          {"split_added_J", l.split_added},
-          {"fracture_area_m2", l.fracture_area},
-          {"split_force_residual_N", l.residual_force},
-          {"energy_unexplained_J", l.unexplained},
-          {"energy_error", dem::energy_error(l, m.kinetic + m.elastic)}};
-}
 
 }  // namespace
 
@@ -69,7 +43,9 @@ RveRun::RveRun(const Options& options, RveScene& scene, dem::Team& team, dem::St
       frames_(options, scene.output, scene.test.duration),
       gradings_(options.directory, scene),
       progress_(options.quiet) {
-  course_.initial_cell = state_.boundary.cell.vectors, course_.initial_size = scene.test.loading.initial_size;
+  course_.initial_cell = state_.boundary.cell.began(), course_.initial_size = scene.test.loading.initial_size;
+  course_.bulk = dem::bulk_volume(state_.boundary), course_.solid = dem::solid_volume(state_.grains);
+  course_.mass = dem::total_mass(state_.grains);
   if (options.resume) take_up(kept);
   now_ = dem::survey(scene.model, state_, team_);
   saved_ = clock.wall(), earlier_ = course_.wall;
@@ -84,6 +60,8 @@ void RveRun::take_up(const dem::Checkpoint& kept) {
   gradings_.restore(kept.parts[3], about["gradings"]);
   frames_.restore(about["frames"]);
   scene_.test.loading.initial_size = course_.initial_size;
+  scene_.prepared = about["prepared"];
+  scene_.notes = about["notes"].get<std::vector<std::string>>();
   if (!options_.quiet)
     fmt::print("{}\n  going on from t = {:.4g} s, {} grains\n", scene_.title, state_.time, state_.grains.size());
 }
@@ -91,10 +69,8 @@ void RveRun::take_up(const dem::Checkpoint& kept) {
 void RveRun::save_checkpoint() {
   dem::Saver saver;
   Course::archive(saver, course_);
-  const nlohmann::json about{{"program", "grus-rve"},
-                             {"scene", scene_.record},
-                             {"rows", history_.rows()},
-                             {"frames", frames_.series()},
+  const nlohmann::json about{{"program", "grus-rve"},          {"scene", scene_.record},  {"prepared", scene_.prepared},
+                             {"notes", scene_.notes},          {"rows", history_.rows()}, {"frames", frames_.series()},
                              {"gradings", gradings_.written()}};
   dem::write_checkpoint(checkpoint_of(options_), about.dump(), [&](const dem::TakePart& take) {
     take(dem::bytes_of(state_));
@@ -107,14 +83,27 @@ void RveRun::save_checkpoint() {
 
 bool RveRun::due() const { return interruption_asked() || clock_.wall() - saved_ > scene_.output.checkpoint_interval; }
 
+/// The part of the test that is done. Where a stress ends it: by the time of the ramp, or from the last rows; a stress
+/// that grows faster and faster is reached before a straight line through the origin says so.
+double RveRun::done() const {
+  const double part = state_.time / scene_.test.duration;
+  if (!scene_.test.final_stress || course_.row == 0) return part;
+  const double asked = *scene_.test.final_stress;
+  if (scene_.test.stress_time) return std::max(part, std::min(state_.time / *scene_.test.stress_time, 1.0));
+  const double left = asked - course_.axial, rise = course_.axial - course_.before;
+  const double rows = static_cast<double>(course_.row);
+  const double straight = std::clamp(course_.axial / asked, 0.0, 1.0);
+  return std::max({part, straight, rise > 0 && left > 0 ? rows / (rows + left / rise) : 0.0});
+}
+
 /// Of a moment between rows: stress and error are the last row's.
 void RveRun::show() {
   course_.wall = earlier_ + clock_.wall() - ready_;
-  progress_.show(state_.time / scene_.test.duration,
-                 fmt::format("t {:.4g} s  strain {:.4f}  stress {:.3g} MPa  grains {}  broken {}  energy error "
-                             "{:.2f} %  {:.3g} steps/s",
-                             state_.time, state_.time * scene_.test.strain_rate, axial_ / 1e6, state_.grains.size(),
-                             state_.ledger.breakages, 100 * error_, static_cast<double>(state_.steps) / course_.wall));
+  progress_.show(done(), fmt::format("t {:.4g} s  strain {:.4f}  stress {:.3g} MPa  grains {}  broken {}  energy error "
+                                     "{:.2f} %  {:.3g} steps/s",
+                                     state_.time, axial_strain(scene_, state_, course_.initial_cell), axial_ / 1e6,
+                                     state_.grains.size(), state_.ledger.breakages, 100 * error_,
+                                     static_cast<double>(state_.steps) / course_.wall));
 }
 
 void RveRun::write_row() {
@@ -123,30 +112,40 @@ void RveRun::write_row() {
   gradings_.write_if_due(state_);
 }
 
+/// How to meet the stress that ends the test, once it is near: from a half of it on, or where it grows that fast.
+dem::Landing RveRun::landing() const {
+  if (!scene_.test.final_stress) return {};
+  const double asked = *scene_.test.final_stress;
+  if (course_.axial < 0.5 * asked && course_.axial + 4 * (course_.axial - course_.before) < asked) return {};
+  return {.left = [&, asked](const dem::State& s) { return asked - axial_stress(scene_, s); },
+          .near = 0.2 * asked,
+          .axis = scene_.test.axis};
+}
+
 /// Until the row is written; false: the run ends here.
 bool RveRun::go_to_row(std::uint64_t row, double until) {
   while (true) {
-    const std::uint64_t before = state_.steps;
-    const bool there =
-        dem::load(scene_.model, state_, scene_.test.loading, until, team_, [&](double) { return show(), !due(); });
-    course_.grain_steps += static_cast<double>(state_.steps - before) * static_cast<double>(state_.grains.size());
+    const bool there = dem::load(
+        scene_.model, state_, scene_.test.loading, until, team_, [&](double) { return show(), !due(); }, landing());
     if (there) {
       now_ = dem::survey(scene_.model, state_, team_);
       dem::check_sanity(scene_.model, state_, now_.kinetic + now_.elastic, now_.deepest);
       write_row();
       axial_ = axial_stress(scene_, state_, now_);
       error_ = dem::energy_error(state_.ledger, now_.kinetic + now_.elastic);
-      course_.peak = std::max(course_.peak, axial_);
+      course_.before = course_.axial, course_.axial = axial_;
+      course_.peak_is_last = axial_ >= course_.peak, course_.peak = std::max(course_.peak, axial_);
       if (state_.ledger.breakages == 0) course_.intact = course_.peak;
-      course_.reading = std::max(course_.reading, test_stress(scene_, state_, now_));
+      const double reading = test_stress(scene_, state_, now_);
+      course_.reading_is_last = reading >= course_.reading, course_.reading = std::max(course_.reading, reading);
       if (course_.overfull < 0 && scene_.model.has_balls() && now_.volume > 0 &&
           dem::whole_solid(scene_.model, state_) > now_.volume)
         course_.overfull = std::max(0.0, axial_);
-      course_.errors.add(state_, now_);
+      course_.errors.add(state_, scene_.test.loading, now_);
       course_.row = row;
       show();
       history_.save(2);
-      if (scene_.test.final_stress && axial_ >= *scene_.test.final_stress) return false;
+      if (scene_.test.final_stress && (axial_ >= *scene_.test.final_stress || state_.time < until)) return false;
     }
     if (due()) {
       const bool stop = interruption_asked();
@@ -164,84 +163,17 @@ void RveRun::march() {
   const auto rows =
       static_cast<std::uint64_t>(std::ceil(scene_.test.duration / scene_.output.history_interval * (1 - 1e-9)));
   dem::check_sanity(scene_.model, state_);
-  if (!options_.resume) write_row();
+  if (!options_.resume) {
+    write_row();
+    course_.axial = course_.before = axial_stress(scene_, state_, now_);
+    course_.intact = std::max(0.0, course_.axial);
+  }
   axial_ = axial_stress(scene_, state_, now_);
   error_ = dem::energy_error(state_.ledger, now_.kinetic + now_.elastic);
   for (std::uint64_t row = course_.row + 1; row <= rows; ++row) {
     const double time = static_cast<double>(row) * scene_.output.history_interval;
     if (!go_to_row(row, row == rows ? scene_.test.duration : time)) return;
   }
-}
-
-/// The scene's, and what the run has shown.
-std::vector<std::string> RveRun::notes() const {
-  std::vector<std::string> all = scene_.notes;
-  if (course_.overfull >= 0)
-    all.push_back(
-        fmt::format("from {:.4g} MPa on the fines no longer fit into the voids (void_ratio_all is below 0): the "
-                    "sample is softer than with them; see lost_mass",
-                    course_.overfull / 1e6));
-  return all;
-}
-
-nlohmann::json RveRun::summary() const {
-  nlohmann::json summary = provenance();
-  summary["title"] = scene_.title;
-  if (const auto all = notes(); !all.empty()) summary["notes"] = all;
-  summary["scene_file"] = std::filesystem::path(scene_.file).filename().string();
-  summary["scene"] = scene_.record;
-  summary["status"] = status_;
-  summary["ending"] = ending_;
-  summary["seed"] = scene_.model.seed;
-  summary["threads"] = options_.threads;
-  summary["counts"] = {{"grains_start", scene_.state.grains.size()},
-                       {"grains", state_.grains.size()},
-                       {"breakages", state_.ledger.breakages},
-                       {"bonds_broken", state_.ledger.bonds_broken},
-                       {"steps", state_.steps},
-                       {"grain_steps", course_.grain_steps},
-                       {"history_rows", history_.rows()}};
-  if (const double bulk = dem::bulk_volume(scene_.state.boundary); bulk > 0)
-    summary["sample"] = {{"bulk_density_kg_m3", dem::total_mass(scene_.state.grains) / bulk},
-                         {"solid_fraction", dem::solid_volume(scene_.state.grains) / bulk}};
-  summary["mass"] = {{"start_kg", dem::total_mass(scene_.state.grains)},
-                     {"grains_kg", dem::total_mass(state_.grains)},
-                     {"lost_kg", state_.ledger.fines.mass}};
-  if (scene_.of_hulls()) {
-    const dem::Roundness round = dem::roundness(state_.grains);
-    summary["shape"] = {{"sphericity", round.sphericity}, {"angularity", round.angularity}};
-  }
-  if (scene_.cells) {
-    const dem::BondedFaces& f = scene_.cells->faces;
-    summary["cells"] = {{"cells", scene_.state.grains.size()},
-                        {"bonds_start", f.bonds},
-                        {"unbonded_faces", f.unbonded},
-                        {"too_coarse_for_energy", f.coarse},
-                        {"fragments", dem::fragments_of(state_).size}};
-  }
-  if (scene_.model.breakable()) {
-    const dem::Fines& f = state_.ledger.fines;
-    auto vector = [](const dem::Vec3& v) { return nlohmann::json{v.x(), v.y(), v.z()}; };
-    summary["fines"] = {{"mass_kg", f.mass},
-                        {"kinetic_J", f.kinetic},
-                        {"momentum_kg_m_s", vector(f.momentum)},
-                        {"angular_momentum_kg_m2_s", vector(f.angular_momentum)}};
-  }
-  summary["energy"] = ledger_json(state_, now_);
-  summary["errors"] = course_.errors.json(state_);
-  const auto device = [&](const char* name, double joule) {
-    if (joule != 0) summary["errors"][name] = joule / dem::energy_scale(state_.ledger, now_.kinetic + now_.elastic);
-  };
-  device("local_damping", state_.ledger.local_damping), device("scaled_inertia", state_.ledger.inertia);
-  summary["errors"]["packing_overlap"] = scene_.packing_overlap;
-  summary["results"] = {
-      {"peak_axial_stress_Pa", course_.peak}, {"final_time_s", state_.time}, {"final_void_ratio", now_.void_ratio}};
-  if (tells_stress(scene_)) summary["results"]["peak_stress_Pa"] = course_.reading;
-  if (scene_.output.bursts > 0) summary["bursts"] = bursts_json(scene_, state_);
-  if (scene_.model.breakable()) summary["results"]["peak_before_breakage_Pa"] = course_.intact;
-  summary["seconds"] = {
-      {"preparation_wall", ready_}, {"loading_wall", earlier_ + end_ - ready_}, {"cpu", cpu_seconds()}};
-  return summary;
 }
 
 void RveRun::finish() {
@@ -264,7 +196,8 @@ void RveRun::finish() {
       state_.grains.size(), state_.ledger.breakages,
       100 * state_.ledger.fines.mass / dem::total_mass(scene_.state.grains), 100 * course_.errors.energy.worst,
       state_.steps, duration_text(earlier_ + end_ - ready_), options_.directory));
-  if (const auto all = notes(); all.size() > scene_.notes.size()) fmt::print("  note: {}\n", all.back());
+  const auto all = notes();
+  for (std::size_t k = scene_.notes.size(); k < all.size(); ++k) fmt::print("  note: {}\n", all[k]);
   if (status_ == unstable || status_ == failed)
     fmt::print(stderr, "{}\n", one_line(fmt::format("{}: {}", options_.scene, ending_)));
 }

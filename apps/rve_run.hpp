@@ -31,9 +31,11 @@ private:
     dem::Mat3 initial_cell = dem::Mat3::Zero();
     dem::Vec3 initial_size = dem::Vec3::Zero();
     std::uint64_t row = 0;
-    double peak = 0, intact = 0, wall = 0,
-           grain_steps = 0;  // peak, before the first breakage: of the axial stress (Pa)
-    double reading = 0;      // largest stress that the test itself tells, of cells (Pa)
+    double peak = 0, intact = 0, wall = 0;               // peak, before the first breakage: of the axial stress (Pa)
+    double reading = 0;                                  // largest stress that the test itself tells, of cells (Pa)
+    bool peak_is_last = false, reading_is_last = false;  // the last row's: it might have gone on
+    double axial = 0, before = 0;                        // Pa, axial stress of the last row and of the one before
+    double bulk = 0, solid = 0, mass = 0;                // m^3, m^3, kg, in which the test begins
     double overfull =
         -1;  // stress (Pa) at which grains and fines first were more than the sample's volume; below 0: never
     ErrorEstimates errors;
@@ -44,8 +46,10 @@ private:
       a.plain(c.initial_size);
       a.plain(c.row);
       a.plain(c.peak), a.plain(c.intact), a.plain(c.reading);
+      a.plain(c.peak_is_last), a.plain(c.reading_is_last);
+      a.plain(c.axial), a.plain(c.before);
+      a.plain(c.bulk), a.plain(c.solid), a.plain(c.mass);
       a.plain(c.wall);
-      a.plain(c.grain_steps);
       a.plain(c.overfull);
       ErrorEstimates::archive(a, c.errors);
     }
@@ -56,6 +60,8 @@ private:
   bool due() const;
   void show();
   void write_row();
+  double done() const;
+  dem::Landing landing() const;
   bool go_to_row(std::uint64_t row, double until);
   void march();
   std::vector<std::string> notes() const;

@@ -52,7 +52,8 @@ void read_oedometric_stress(Table& t, TestProgram& test) {
     return;
   }
   const double rate = t.number("stress_rate", dimension::stress_rate, positive);
-  test.duration = std::max(test.duration, 1.1 * *test.final_stress / rate);
+  test.stress_time = *test.final_stress / rate;
+  test.duration = std::max(test.duration, 1.1 * *test.stress_time);
   loaded_axis(test) = {.stress = 0, .max_rate = test.strain_rate, .stress_rate = -rate};
 }
 
@@ -70,6 +71,7 @@ void read_triaxial(Table& t, TestProgram& test) {
   test.duration = t.number("final_strain", dimension::none, {0, 0.95, true, true}) / test.strain_rate;
   for (auto& axis : test.loading.axes) axis = {0, -pressure, 2 * test.strain_rate};
   loaded_axis(test) = {.strain_rate = -test.strain_rate, .stress = {}};
+  test.loading.holds = true;
 }
 
 /// True triaxial: one axis is compressed (or, at a negative rate, drawn), the two others keep the mean stress.
@@ -84,6 +86,7 @@ void read_constant_p(Table& t, TestProgram& test) {
   test.duration = test.loading.consolidation + shearing;
   for (auto& axis : test.loading.axes) axis = {0, *test.loading.mean, 6 * rate};
   loaded_axis(test) = {.strain_rate = -test.strain_rate, .stress = {}, .max_rate = 6 * rate};
+  test.loading.holds = true;
 }
 
 void read_velocity_gradient(Table& t, RveScene& scene) {

@@ -27,6 +27,7 @@ struct TestProgram {
   double strain_rate = 0;              // 1/s, compression-positive, of the driven axis
   double duration = 0;                 // s; an upper bound where final_stress decides
   std::optional<double> final_stress;  // Pa, compression-positive: ends the test when reached
+  std::optional<double> stress_time;   // s, at which a stress that is controlled gets there
   dem::Loading loading;
 };
 
@@ -76,8 +77,9 @@ struct RveScene {
   Output output;
   std::size_t listed_grains = 0;
   double packing_overlap = 0;
-  double scale = 1;       // grains are this many times larger than what they stand for; gradings are told of the latter
-  nlohmann::json record;  // the scene as used, defaults included
+  double scale = 1;  // grains are this many times larger than what they stand for; gradings are told of the latter
+  nlohmann::json prepared;         // what [preparation] was asked and has reached; null: there is none, or not yet
+  nlohmann::json record;           // the scene as used, defaults included
   std::vector<std::string> notes;  // what the user should know before it runs
   /// What tells the load of a test on cells.
   struct Gauge {

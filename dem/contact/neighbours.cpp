@@ -41,7 +41,7 @@ struct Walk {
 /// True while the candidates hold every pair within `skin`: no grain has gone or grown by what is left of the reserve.
 bool candidates_hold(const Grains& grains, const Cell& cell, double skin, NeighbourRoom& room, Team& team) {
   const std::size_t n = grains.size();
-  if (cell.periodic() != (room.cell(0, 0) != 0)) return false;
+  if (cell.periodic() != Cell{.vectors = room.cell}.periodic()) return false;
   const double budget = 0.5 * (room.skin - skin - affine_loss(cell, room.cell, 2 * room.largest + room.skin));
   if (!(budget > 0)) return false;
   const Mat3 affine = cell.periodic() ? Mat3(cell.vectors * room.cell.inverse()) : Mat3(Mat3::Identity());

@@ -132,8 +132,8 @@ void archive_hulls(A& a, P& shared) {
 template <class A, class L>
 void archive_ledger(A& a, L& l) {
   for (auto* v : {&l.work, &l.friction, &l.damping, &l.local_damping, &l.bond_damping, &l.fracture, &l.split,
-                  &l.split_added, &l.reshape, &l.inertia, &l.unexplained, &l.most_friction, &l.most_damping, &l.start,
-                  &l.floor, &l.fracture_area, &l.residual_force})
+                  &l.split_added, &l.reshape, &l.inertia, &l.unexplained, &l.most_friction, &l.most_damping,
+                  &l.most_work, &l.start, &l.floor, &l.fracture_area, &l.residual_force})
     a.plain(*v);
   for (auto* v : {&l.breakages, &l.bonds_broken}) a.plain(*v);
   a.plain(l.fines.mass);
@@ -186,9 +186,10 @@ void archive(A& a, S& s) {
   a.plain(r.stale);
   a.column(s.grain_energy);
   for (auto* v : {&s.time, &s.dt, &s.skin, &s.mean_radius, &s.grain_pressure}) a.plain(*v);
-  for (auto* v :
-       {&s.steps, &s.next_estimate, &s.estimate_interval, &s.listed_at, &s.sorted, &s.tested_at, &s.next_test})
+  for (auto* v : {&s.steps, &s.next_estimate, &s.estimate_interval, &s.listed_at, &s.sorted, &s.tested_at, &s.next_test,
+                  &s.grain_steps})
     a.plain(*v);
+  a.plain(s.servo);
   a.plain(s.resting);
 }
 

@@ -16,6 +16,7 @@
 #include "dem/motion/critical_step.hpp"
 #include "dem/rve/bonded.hpp"
 #include "dem/rve/passes.hpp"
+#include "dem/rve/reduce_cell.hpp"
 #include "dem/rve/step.hpp"
 #include "dem/state/order.hpp"
 
@@ -69,6 +70,7 @@ void rebuild(const Model& model, State& state, ListState found, bool indexed, Te
   if (ran_out && lasted > 40 * cost) state.skin = std::max(0.8 * state.skin, 0.5 * usual);
   state.listed_at = state.steps;
   const std::vector<Index> order = put_in_order(state);
+  reduce_cell(state, model.numerics.reduce_cell_at);
   note_bonded(state);
   build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), order, state.contacts,
                  state.reference, team, indexed);
@@ -227,10 +229,12 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
            support_power(state.boundary, state.bonds);
   };
   state.ledger.work += 0.5 * dt * power();
-  auto finish = [&] {
+  auto finish = [&](std::uint64_t steps) {
     // The passes booked a whole dt.
     state.ledger.work -= 0.5 * dt * power();
     book(state);
+    state.ledger.most_work = std::max(state.ledger.most_work, std::abs(state.ledger.work));
+    state.grain_steps += steps * g.size();
     if (state.contacts.first.empty()) index_grains(g.size(), state.contacts, state.reference.room.next);
   };
   for (std::uint64_t k = 0; k < count; ++k) {
@@ -256,13 +260,13 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
     if (!due) continue;
     for (const Pass* pass : passes) {
       if (!pass->stops || !pass->stops(step)) continue;
-      finish();
+      finish(k + 1);
       pass->conclude(step);
       if (model.numerics.time_step == 0) state.next_estimate = state.steps;
       return k + 1;
     }
   }
-  finish();
+  finish(count);
   return count;
 }
 

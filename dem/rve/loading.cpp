@@ -8,12 +8,11 @@
 #include "dem/base/error.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/real_time.hpp"
+#include "dem/rve/servo.hpp"
 #include "dem/rve/step.hpp"
 
 namespace grus::dem {
 namespace {
-
-constexpr std::uint64_t servo_steps = 25;
 
 /// The wall at the + end of an axis, which moves; nullptr in a cell.
 Wall* far_wall(Boundary& boundary, int axis) {
@@ -44,51 +43,6 @@ void set_rates(State& state, const Loading& loading, const Vec3& rates) {
     if (Wall* wall = far_wall(state.boundary, k)) wall->velocity[k] = rates[k] * loading.initial_size[k];
 }
 
-/// At first all axes seek the mean stress, in proportion to time; then the two that are not driven seek what is left
-/// of three times the mean.
-std::array<AxisControl, 3> about_the_mean(const Loading& loading, const Vec3& stress, double time) {
-  std::array<AxisControl, 3> axes = loading.axes;
-  const double reached = 0.8 * loading.consolidation;
-  double sought = *loading.mean * (time < reached ? time / reached : 1), rate = 0;
-  const bool driven = time >= loading.consolidation;
-  if (driven)
-    for (int k = 0; k < 3; ++k) {
-      const AxisControl& axis = axes[static_cast<std::size_t>(k)];
-      if (axis.stress) continue;
-      sought = 0.5 * (3 * *loading.mean - stress[k]);
-      rate = -0.5 * axis.strain_rate;  // an isotropic elastic sample keeps its volume under a constant mean stress
-    }
-  for (AxisControl& axis : axes)
-    if (axis.stress || !driven) axis = {.strain_rate = rate, .stress = sought, .max_rate = axis.max_rate};
-  return axes;
-}
-
-Vec3 servo_rates(const Model& model, const State& state, const Loading& loading) {
-  Vec3 rates;
-  const bool any =
-      std::any_of(loading.axes.begin(), loading.axes.end(), [](const auto& a) { return a.stress.has_value(); });
-  Mat6 tangent = Mat6::Zero();
-  Vec3 stress = Vec3::Zero();
-  if (any) {
-    const Measurement m = measure(model, state);
-    tangent = contact_stiffness_tangent(model, state);
-    stress = state.boundary.cell.periodic() ? m.stress.diagonal() : m.wall_stress.diagonal();
-  }
-  const std::array<AxisControl, 3> axes = loading.mean ? about_the_mean(loading, stress, state.time) : loading.axes;
-  for (int k = 0; k < 3; ++k) {
-    const AxisControl& axis = axes[static_cast<std::size_t>(k)];
-    rates[k] = axis.strain_rate;
-    if (!axis.stress) continue;
-    const double now = stress[k];
-    // Close the gap over 200 steps if the tangent holds; a loose sample has none and moves at the bound.
-    const double wanted = *axis.stress + axis.stress_rate * state.time;
-    const double stiffness = std::max(tangent(k, k), 10 * std::abs(wanted));
-    const double gap = wanted - now;  // of nothing in a sample that nothing holds yet: it waits
-    if (gap != 0) rates[k] += std::clamp(gap / (stiffness * 200 * state.dt), -axis.max_rate, axis.max_rate);
-  }
-  return rates;
-}
-
 /// exp(A) by scaling and squaring of the series; A is an increment of a velocity gradient.
 Mat3 exponential(const Mat3& a) {
   int halvings = 0;
@@ -104,13 +58,33 @@ Mat3 exponential(const Mat3& a) {
 
 void begin_loading(const Model& model, State& state, Loading& loading) {
   loading.initial_size = size_of(state.boundary);
-  if (loading.driven) set_rates(state, loading, servo_rates(model, state, loading));
+  state.servo = {.at = state.time};
+  std::uint64_t first = 0;
+  if (loading.driven) set_rates(state, loading, servo_rates(model, state, loading, first));
   state.ledger.start = stored_energy(model, state);
-  state.ledger.work = 0;
+  state.ledger.work = state.ledger.most_work = 0;
+  state.grain_steps = 0;
   if (model.numerics.time_step == 0) state.next_estimate = state.steps;  // the motion may set a smaller step
 }
 
-bool load(const Model& model, State& state, const Loading& loading, double end, Team& team, const Watch& watch) {
+namespace {
+
+/// Steps in which the axis cannot gain more than `left` (Pa): contacts that follow the strain are as stiff as can be.
+std::uint64_t steps_to(const Model& model, const State& state, const Loading& loading, int axis, double left) {
+  const Cell& cell = state.boundary.cell;
+  double speed = cell.rate(axis, axis);
+  if (!cell.periodic())
+    for (const Wall& wall : state.boundary.walls)
+      if (wall.normal[axis] == -1) speed = wall.velocity[axis];
+  const double rate = std::abs(speed / loading.initial_size[axis]);
+  const double gain = contact_stiffness_tangent(model, state)(axis, axis) * rate * state.dt;
+  return static_cast<std::uint64_t>(std::clamp(left / gain, 1.0, 1e6));
+}
+
+}  // namespace
+
+bool load(const Model& model, State& state, const Loading& loading, double end, Team& team, const Watch& watch,
+          const Landing& landing) {
   const double begin = state.time;
   const bool servo = loading.driven && std::any_of(loading.axes.begin(), loading.axes.end(),
                                                    [](const auto& a) { return a.stress.has_value(); });
@@ -118,7 +92,8 @@ bool load(const Model& model, State& state, const Loading& loading, double end, 
     const double left = end - state.time;
     if (left <= 1e-9 * state.dt) break;
     if (watch && state.time > begin && !watch((state.time - begin) / (end - begin))) return false;
-    if (servo) set_rates(state, loading, servo_rates(model, state, loading));
+    std::uint64_t corrected = 0;
+    if (servo) set_rates(state, loading, servo_rates(model, state, loading, corrected));
     update_time_step(model, state);
     const auto due = static_cast<std::uint64_t>(std::ceil(left / state.dt * (1 - 1e-12)));
     std::uint64_t steps = std::min<std::uint64_t>(due, state.next_estimate - state.steps);
@@ -127,7 +102,12 @@ bool load(const Model& model, State& state, const Loading& loading, double end, 
       deform_in_time(model, state, exponential(*loading.velocity_gradient * piece), piece, team);
       continue;
     }
-    if (servo) steps = std::min(steps, servo_steps);
+    if (servo) steps = std::min(steps, corrected);
+    if (landing.left) {
+      const double gap = landing.left(state);
+      if (gap <= 0) return true;
+      if (gap < landing.near) steps = std::min(steps, steps_to(model, state, loading, landing.axis, gap));
+    }
     const double safe = state.dt;
     if (steps == due) state.dt = left / static_cast<double>(due);  // the last steps meet the end exactly
     run_steps(model, state, steps, team);
@@ -138,7 +118,7 @@ bool load(const Model& model, State& state, const Loading& loading, double end, 
 }
 
 Mat3 displacement_gradient(const State& state, const Loading& loading, const Mat3& initial_cell) {
-  if (state.boundary.cell.periodic()) return state.boundary.cell.vectors * initial_cell.inverse() - Mat3::Identity();
+  if (state.boundary.cell.periodic()) return state.boundary.cell.began() * initial_cell.inverse() - Mat3::Identity();
   Mat3 h = Mat3::Zero();
   const Vec3 size = size_of(state.boundary);
   for (int k = 0; k < 3; ++k)
@@ -173,9 +153,7 @@ void compress(const Model& model, const QuasiStatic& o, State& state, const Vec3
       const Response rest = hold(quiet, strict, state, team, [&] { told(0.96); });
       if (!rest.stable) throw Unstable("preparation: the sample does not come to rest: " + rest.failure);
       const Vec3 left = (rest.stress.diagonal() + stresses).array() / stresses.array();
-      const bool isotropic = (stresses.array() == pressure).all();
-      if (isotropic ? std::abs(mean_pressure(rest.stress) / pressure - 1) < 0.05 : left.cwiseAbs().maxCoeff() < 0.03)
-        return;
+      if (left.cwiseAbs().maxCoeff() < compress_tolerance) return;
     }
   }
   if ((stresses.array() != pressure).any())

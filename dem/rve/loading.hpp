@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <optional>
 
 #include "dem/base/watch.hpp"
@@ -24,21 +25,36 @@ struct Loading {
   std::optional<Mat3> velocity_gradient;  // 1/s, periodic cell: replaces the axes
   std::optional<double> mean;             // Pa, tension-positive: the two axes without a rate keep the mean stress
   double consolidation = 0;          // s, in which all axes are first brought to it, at no more than their max_rate
+  bool holds = false;                // stresses are held against axes that are driven: see rve/servo.hpp
   Vec3 initial_size = Vec3::Zero();  // m, of the box or cell; set by begin_loading
 };
 
 /// Notes the initial size and starts the motion of walls or cell.
 void begin_loading(const Model& model, State& state, Loading& loading);
 
-/// Advances to the time `end` (s), exactly; servo axes are corrected every few steps. False: the watch, which is asked
-/// every few steps, said to stop; going on later, from the state as it is, to the same end changes no bit.
-bool load(const Model& model, State& state, const Loading& loading, double end, Team& team, const Watch& watch = {});
+/// A stress that ends a test, met within a step or so: how far off it is (Pa; 0 or less: reached) is looked at every
+/// few steps, and from `near` (Pa) on after no more steps than the stiffness of all contacts needs to get there.
+struct Landing {
+  std::function<double(const State&)> left = {};
+  double near = 0;
+  int axis = 0;
+};
+
+/// Advances to the time `end` (s), exactly, or to where it has landed; servo axes are corrected every few steps. False:
+/// the watch, which is asked every few steps, said to stop; going on later, from the state as it is, to the same end
+/// changes no bit.
+bool load(const Model& model, State& state, const Loading& loading, double end, Team& team, const Watch& watch = {},
+          const Landing& landing = {});
 
 /// Displacement gradient F - 1 of the box or cell since begin_loading; walls: diagonal.
 Mat3 displacement_gradient(const State& state, const Loading& loading, const Mat3& initial_cell);
 
-/// Compresses a prepared periodic state to normal stresses along the axes (Pa, compression-positive), without breakage,
-/// and holds it there. Throws Unstable where they are not reached, Interrupted where the watch says so.
+/// Each normal stress that a preparation reaches is within this of the one asked.
+inline constexpr double compress_tolerance = 0.03;
+
+/// Compresses a prepared periodic state to normal stresses along the axes (Pa, compression-positive), each within
+/// compress_tolerance, without breakage, and holds it there. Throws Unstable where they are not reached, Interrupted
+/// where the watch says so.
 void compress(const Model& model, const QuasiStatic& options, State& state, const Vec3& stresses, Team& team,
               const Watch& watch = {});
 

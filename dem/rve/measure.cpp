@@ -291,6 +291,12 @@ Measurement measured(const Model& model, const State& s, Team* team, std::span<d
 
 }  // namespace
 
+Vec3 normal_stresses(const State& s) {
+  const double volume = bulk_volume(s.boundary);
+  if (volume <= 0) return Vec3::Zero();
+  return (s.boundary.cell.periodic() ? love_weber(s, volume) : wall_stress(s, volume)).diagonal();
+}
+
 Measurement measure(const Model& model, const State& s) { return measured(model, s, nullptr, {}, nullptr); }
 
 Survey survey(const Model& model, const State& s, Team& team) {

@@ -49,6 +49,9 @@ struct PartedStress {
 };
 PartedStress parted_stress(const State& state);
 
+/// Stresses along the axes (Pa, tension-positive): of a periodic cell Love-Weber's, of a box its walls'.
+Vec3 normal_stresses(const State& state);
+
 double bulk_volume(const Boundary& boundary);
 
 /// Rate x mean diameter x sqrt(density / pressure).

@@ -55,6 +55,7 @@ struct Numerics {
   int fracture_every = 10;   // steps between tests of the fracture criteria
   double max_energy_error = 0.05;
   std::optional<double> max_overlap;  // of the smaller equivalent radius; see overlap_limit
+  double reduce_cell_at = 1.5;        // a sheared cell is cut anew where its least height then grows by this factor
   double scaled_below = 0;            // diameter (m) below which grains resist motion as if denser
 
   /// Mass that resists motion over that of the solid: with a density ~ d^-2 all sizes have one m / k and one inertial

@@ -10,8 +10,9 @@ namespace grus::dem {
 
 void stretch_in_time(const Model& model, State& state, const Mat3& u, double duration, Team& team) {
   const double end = state.time + duration;
-  const Mat3 target = u * state.boundary.cell.vectors;
-  set_cell_rate(state, (target - state.boundary.cell.vectors) / duration);
+  Cell& cell = state.boundary.cell;
+  const Mat3 start = cell.began(), target = u * start;
+  set_cell_rate(state, cell.of_began((target - start) / duration));
   for (double left = duration; left > 1e-9 * duration; left = end - state.time) {
     update_time_step(model, state);
     const auto due = static_cast<std::uint64_t>(std::max(1.0, std::ceil(left / state.dt * (1 - 1e-12))));
@@ -24,7 +25,7 @@ void stretch_in_time(const Model& model, State& state, const Mat3& u, double dur
     state.dt = safe;
   }
   state.time = end;
-  state.boundary.cell.vectors = target;  // differs by round-off only
+  cell.vectors = cell.of_began(target);  // differs by round-off only
 }
 
 void deform_in_time(const Model& model, State& state, const Mat3& deformation, double duration, Team& team) {

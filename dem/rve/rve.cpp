@@ -69,7 +69,7 @@ Response deform(const Model& model, const QuasiStatic& o, State& state, const In
   const std::uint64_t first = state.steps;
   const std::size_t broken = state.ledger.breakages;
   Cell& cell = state.boundary.cell;
-  const Mat3 target = u * cell.vectors, start = cell.vectors;
+  const Mat3 start = cell.began(), target = u * start;
   double strain = (u - Mat3::Identity()).norm();
   if (strain < 1e-14) strain = 0;  // a rotation, to round-off
   double done = 0;
@@ -81,11 +81,11 @@ Response deform(const Model& model, const QuasiStatic& o, State& state, const In
     const auto remaining = static_cast<std::uint64_t>(std::ceil(std::max(1.0, strain * (1 - done) / step)));
     const std::uint64_t chunk = std::min({remaining, std::uint64_t{100}, state.next_estimate - state.steps});
     const double piece = (1 - done) * static_cast<double>(chunk) / static_cast<double>(remaining);
-    set_cell_rate(state, (target - start) * (piece / (static_cast<double>(chunk) * state.dt)));
+    set_cell_rate(state, cell.of_began((target - start) * (piece / (static_cast<double>(chunk) * state.dt))));
     const std::uint64_t ran = run_steps(model, state, chunk, team);
     done = ran == remaining ? 1 : done + piece * static_cast<double>(ran) / static_cast<double>(chunk);
   }
-  cell.vectors = target;  // differs by round-off only
+  cell.vectors = cell.of_began(target);  // differs by round-off only
   set_cell_rate(state, Mat3::Zero());
   Response response = hold(model, o, state, team);
   check_sanity(model, state);

@@ -9,6 +9,14 @@
 
 namespace grus::dem {
 
+/// What the servo of a test that holds a stress has learned.
+struct Servo {
+  Vec3 drift = Vec3::Zero();      // 1/s, by axis: strain rate that keeps the stress where it is
+  Vec3 stiffness = Vec3::Zero();  // Pa, by axis, of all contacts,
+  std::uint64_t stale_at = 0;     // which is looked at again in this step
+  double at = 0;                  // s, of the last correction
+};
+
 struct State {
   Grains grains;
   Contacts contacts;
@@ -16,11 +24,11 @@ struct State {
   Boundary boundary;
   Ledger ledger;
   NeighbourReference reference;
-  std::vector<SweepEnergy> grain_energy;  // one a tile
-  std::vector<std::uint8_t> break_room;   // of the breakage test
-  GrainBonds grain_bonds;                 // the same, of hulls
-  double time = 0, dt = 0;                // s
-  std::uint64_t steps = 0;
+  std::vector<SweepEnergy> grain_energy;     // one a tile
+  std::vector<std::uint8_t> break_room;      // of the breakage test
+  GrainBonds grain_bonds;                    // the same, of hulls
+  double time = 0, dt = 0;                   // s
+  std::uint64_t steps = 0, grain_steps = 0;  // grain_steps: steps times grains, summed
   std::uint64_t next_estimate = 0,
                 estimate_interval = 5;         // step at which the critical step is due again, and the gap to the next
   double skin = 0, mean_radius = 0;            // m; the radius at the start
@@ -28,7 +36,8 @@ struct State {
   std::uint64_t tested_at = 0, next_test = 0;  // steps of the last and the next breakage test
   std::uint64_t listed_at = 0;                 // step at which the neighbour list ran out last
   std::uint64_t sorted = 0;                    // number of grains when they were last put in order
-  bool resting = false;                        // reduced to what cannot be made again (rve/resting.hpp)
+  Servo servo;
+  bool resting = false;  // reduced to what cannot be made again (rve/resting.hpp)
 };
 
 }  // namespace grus::dem

@@ -30,11 +30,17 @@ struct Wall {
 };
 
 /// Columns of `vectors` are the cell's edges (m); they move at the constant `rate` (m/s), so that the affine field
-/// x = vectors * s has no acceleration. Zero vectors: no cell, walls or open space.
+/// x = vectors * s has no acceleration. Zero vectors: no cell, walls or open space. A cell that has been sheared far
+/// is cut anew from the same lattice: `vectors` are then other edges than those that it began with.
 struct Cell {
   Mat3 vectors = Mat3::Zero(), rate = Mat3::Zero();
+  Mat3 whole = Mat3::Identity();  // whole numbers, det 1: vectors * whole are the edges that it began with
 
-  bool periodic() const { return vectors(0, 0) != 0; }
+  bool periodic() const { return !vectors.col(0).isZero(0); }  // however the edges lie: any of them may have no x
+  /// The edges that it began with, where they are now (m).
+  Mat3 began() const { return whole.isIdentity(0) ? vectors : Mat3(vectors * whole); }
+  /// What is told of the edges that it began with (edges, a rate of them), of the present ones.
+  Mat3 of_began(const Mat3& edges) const { return whole.isIdentity(0) ? edges : Mat3(edges * whole.inverse()); }
   double volume() const { return std::abs(vectors.determinant()); }
   double height() const;  // least distance between opposite faces (m)
 };

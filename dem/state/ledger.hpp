@@ -59,6 +59,7 @@ struct Ledger {
   double unexplained =
       0;  // what springs, splits and reshaped spins lost by the change of what they hold, beyond the above
   double most_friction = 0, most_damping = 0;  // so far: neither can fall
+  double most_work = 0;                        // |work|, the largest so far
   double start = 0;                            // stored energy at the start
   double floor = 0;                            // below this, energies are round-off: see energy_floor
   double fracture_area = 0;                    // m^2 of planes made
@@ -70,17 +71,19 @@ struct Ledger {
   double spent() const { return friction + damping + fracture + split + fines.kinetic; }
 };
 
-/// What energies are judged against: max(work, stored), of the floor at least (J).
+/// What energies are judged against: the largest work so far, stored or held at the start, of the floor at least (J).
+/// Work that was given back counts as exchanged: a ball that has bounced is back where nothing is stored and the work
+/// of gravity is 0. A peak, not a sum of all that went to and fro: noise that lasts must not hide a fault.
 inline double energy_scale(const Ledger& l, double stored) {
-  return std::max({std::abs(l.work), std::abs(stored), std::abs(l.start), l.floor});
+  return std::max({l.most_work, std::abs(l.work), std::abs(stored), std::abs(l.start), l.floor});
 }
 
 /// Friction and damping may fall, and splits may add, by this much of that scale: a dashpot's trapezoid errs by its
 /// last step.
 inline constexpr double least_dissipation_error = 0.01;
 
-/// (work, reshaping and scaled inertia - change of everything stored or dissipated) / max(work, stored), of the floor
-/// at least: what is smaller is round-off, and says nothing.
+/// (work, reshaping and scaled inertia - change of everything stored or dissipated) / energy_scale: what is smaller is
+/// round-off, and says nothing.
 inline double energy_error(const Ledger& l, double stored) {
   const double scale = energy_scale(l, stored);
   return scale > 0 ? (l.work + l.reshape + l.inertia - (stored - l.start) - l.spent()) / scale : 0;

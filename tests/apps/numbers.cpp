@@ -127,7 +127,7 @@ TEST_CASE("error estimates are of the last row and of the worst, and each is wha
   ErrorEstimates e;
   uneven.ledger.work = 0.3 * stored_energy(model, uneven);  // not accounted for
   even.ledger.work = -0.1 * stored_energy(model, even);
-  for (const State* s : {&even, &uneven, &even}) e.add(*s, survey(model, *s, team));
+  for (const State* s : {&even, &uneven, &even}) e.add(*s, {}, survey(model, *s, team));
   const auto json = e.json(even);
   CHECK(json["worst_energy_error"] == Approx(0.3).epsilon(1e-9));
   CHECK(e.energy.last == Approx(0.1).epsilon(1e-9));

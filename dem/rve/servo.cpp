@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/rve/servo.hpp"
+
+#include <algorithm>
+
+namespace grus::dem {
+namespace {
+
+double stress_asked(const AxisControl& axis, double time) { return *axis.stress + axis.stress_rate * time; }
+
+/// At first all axes seek the mean stress, in proportion to time; then the two that are not driven seek what is left
+/// of three times the mean.
+std::array<AxisControl, 3> about_the_mean(const Loading& loading, const Vec3& stress, double time) {
+  std::array<AxisControl, 3> axes = loading.axes;
+  const double reached = 0.8 * loading.consolidation;
+  double sought = *loading.mean * (time < reached ? time / reached : 1), rate = 0;
+  const bool driven = time >= loading.consolidation;
+  if (driven)
+    for (int k = 0; k < 3; ++k) {
+      const AxisControl& axis = axes[static_cast<std::size_t>(k)];
+      if (axis.stress) continue;
+      sought = 0.5 * (3 * *loading.mean - stress[k]);
+      rate = -0.5 * axis.strain_rate;  // an isotropic elastic sample keeps its volume under a constant mean stress
+    }
+  for (AxisControl& axis : axes)
+    if (axis.stress || !driven) axis = {.strain_rate = rate, .stress = sought, .max_rate = axis.max_rate};
+  return axes;
+}
+
+/// How fast a stress is corrected that must hold while another axis is driven. A cell strains all its contacts at once,
+/// none of which answers with more than the tangent: a gap may be closed from one correction to the next. Walls are
+/// heard in the middle only once a wave has come from there. Measured: docs/studies, held stresses.
+struct Pace {
+  double change;   // of the stress, from one correction to the next, were the sample as stiff as its contacts
+  double closing;  // corrections in which a gap is closed
+  double wave;     // the same, at least: of the time in which a wave crosses the sample
+};
+constexpr Pace of_cell{0.02, 1, 0}, of_walls{0.005, 4, 0.3};
+
+/// Closings in which a gap that stays becomes drift.
+constexpr double learning = 8;
+
+/// Inertial number up to which an axis may move to hold its stress, whatever the test's own rate: contacts that give
+/// way do so in their own time.
+constexpr double fastest = 0.03;
+
+bool seeks(const Loading& loading) {
+  return std::any_of(loading.axes.begin(), loading.axes.end(), [](const auto& a) { return a.stress.has_value(); });
+}
+
+Vec3 stiffness_of(const Model& model, const State& state) {
+  return contact_stiffness_tangent(model, state).diagonal().head<3>();
+}
+
+Vec3 seeking_rates(const Model& model, const State& state, const Loading& loading) {
+  Vec3 rates, stiffest = Vec3::Zero(), stress = Vec3::Zero();
+  if (seeks(loading)) {
+    const Measurement m = measure(model, state);
+    stress = state.boundary.cell.periodic() ? m.stress.diagonal() : m.wall_stress.diagonal();
+    stiffest = stiffness_of(model, state);
+  }
+  const std::array<AxisControl, 3> axes = loading.mean ? about_the_mean(loading, stress, state.time) : loading.axes;
+  for (int k = 0; k < 3; ++k) {
+    const AxisControl& axis = axes[static_cast<std::size_t>(k)];
+    rates[k] = axis.strain_rate;
+    if (!axis.stress) continue;
+    const double now = stress[k];
+    // Close the gap over 200 steps if the tangent holds; a loose sample has none and moves at the bound.
+    const double wanted = stress_asked(axis, state.time);
+    const double stiffness = std::max(stiffest[k], 10 * std::abs(wanted));
+    const double gap = wanted - now;  // of nothing in a sample that nothing holds yet: it waits
+    if (gap != 0) rates[k] += std::clamp(gap / (stiffness * 200 * state.dt), -axis.max_rate, axis.max_rate);
+  }
+  return rates;
+}
+
+Vec3 holding_rates(const Model& model, State& state, const Loading& loading, std::uint64_t& steps) {
+  const bool periodic = state.boundary.cell.periodic();
+  const Pace& pace = periodic ? of_cell : of_walls;
+  Servo& servo = state.servo;
+  const double elapsed = state.time - servo.at;
+  servo.at = state.time;
+  if (state.steps >= servo.stale_at)
+    servo.stiffness = stiffness_of(model, state), servo.stale_at = state.steps + servo_steps;
+  const Vec3 stress = normal_stresses(state);
+  const std::array<AxisControl, 3> axes = loading.mean ? about_the_mean(loading, stress, state.time) : loading.axes;
+  Vec3 rates = Vec3::Zero(), wanted = rates, stiffness = servo.stiffness;
+  double driven = 0, soonest = INFINITY;  // the strain in which the stress of some axis changes by itself
+  for (int k = 0; k < 3; ++k) {
+    const AxisControl& axis = axes[static_cast<std::size_t>(k)];
+    if (!axis.stress) {
+      rates[k] = axis.strain_rate;
+      driven = std::max(driven, std::abs(axis.strain_rate));
+      continue;
+    }
+    wanted[k] = stress_asked(axis, state.time);
+    stiffness[k] = std::max(stiffness[k], 10 * std::abs(wanted[k]));  // of a loose sample
+    soonest = std::min(soonest, std::abs(wanted[k]) / stiffness[k]);
+  }
+  const double often = driven > 0 ? pace.change * soonest / (driven * state.dt) : INFINITY;
+  steps = static_cast<std::uint64_t>(std::clamp(often, 1.0, static_cast<double>(servo_steps)));
+  const double density = total_mass(state.grains) / bulk_volume(state.boundary);
+  for (int k = 0; k < 3; ++k) {
+    const AxisControl& axis = axes[static_cast<std::size_t>(k)];
+    if (!axis.stress) continue;
+    const double gap = wanted[k] - stress[k];
+    if (gap == 0) continue;  // of nothing in a sample that nothing holds yet: it waits
+    const double wave = loading.initial_size[k] * std::sqrt(density / stiffness[k]);
+    const double closing = std::max(pace.closing * static_cast<double>(steps) * state.dt, pace.wave * wave);
+    const double most = std::max(
+        axis.max_rate, fastest / inertial_number(state, 1, std::max(std::abs(wanted[k]), std::abs(stress[k]))));
+    const double closed = gap / (stiffness[k] * closing);
+    double& drift = servo.drift[k];
+    drift = std::clamp(drift + closed * std::min(1.0, elapsed / (learning * closing)), -most, most);
+    rates[k] = axis.strain_rate + std::clamp(drift + closed, -most, most);
+  }
+  return rates;
+}
+
+}  // namespace
+
+Vec3 servo_rates(const Model& model, State& state, const Loading& loading, std::uint64_t& steps) {
+  if (loading.holds) return holding_rates(model, state, loading, steps);
+  steps = servo_steps;
+  return seeking_rates(model, state, loading);
+}
+
+double stress_error(const State& state, const Loading& loading, const Measurement& m) {
+  const Vec3 stress = state.boundary.cell.periodic() ? m.stress.diagonal() : m.wall_stress.diagonal();
+  const std::array<AxisControl, 3> axes = loading.mean ? about_the_mean(loading, stress, state.time) : loading.axes;
+  double worst = NAN;
+  auto add = [&](double now, double sought) {
+    const double off = std::abs(now / sought - 1);
+    if (sought != 0 && !(off <= worst)) worst = off;
+  };
+  for (int k = 0; k < 3; ++k) {
+    const AxisControl& axis = axes[static_cast<std::size_t>(k)];
+    if (axis.stress) add(stress[k], stress_asked(axis, state.time));
+  }
+  if (loading.mean && state.time >= loading.consolidation) add(stress.mean(), *loading.mean);
+  return worst;
+}
+
+}  // namespace grus::dem

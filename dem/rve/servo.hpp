@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// The strain rates by which the axes of a test seek or hold their stresses.
+#pragma once
+
+#include "dem/rve/loading.hpp"
+#include "dem/rve/measure.hpp"
+
+namespace grus::dem {
+
+/// Steps between corrections, at most.
+inline constexpr std::uint64_t servo_steps = 25;
+
+/// Strain rates of the axes (1/s) for the next `steps`, which it sets. Where the loading holds, an axis goes by what it
+/// has learned to need (state.servo) and by what closes the gap, and is corrected the more often the faster the driven
+/// axis changes the stress; otherwise it closes the gap to a stress that is sought in two hundred steps.
+Vec3 servo_rates(const Model& model, State& state, const Loading& loading, std::uint64_t& steps);
+
+/// How far the stresses that axes seek are off: the largest |stress / sought - 1|; of a constant mean stress, that of
+/// the mean too. NaN where no axis seeks a stress other than 0.
+double stress_error(const State& state, const Loading& loading, const Measurement& m);
+
+}  // namespace grus::dem
