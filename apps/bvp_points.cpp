@@ -18,7 +18,8 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double
     std::size_t group = 0;
     for (std::size_t r = 0; r < scene.regions.size() && group == 0; ++r) {
       const Region& region = scene.regions[r];
-      if (region.where ? region.where(problem.point_position(i)) : problem.cell_tag(i) == region.tag) group = r + 1;
+      const auto tagged = [&] { return std::count(region.tags.begin(), region.tags.end(), problem.cell_tag(i)) > 0; };
+      if (region.where ? region.where(problem.point_position(i)) : tagged()) group = r + 1;
     }
     points.group.push_back(group);
     points.rve_of.push_back(group == 0 ? starts.size() : SIZE_MAX);

@@ -182,10 +182,10 @@ TEST_CASE("mesh files: both formats, tags, and one line for what is wrong") {
   CHECK(mesh.kind == fem::CellKind::quadrilateral);
   CHECK(mesh.cell_tags == std::vector<int>{7, 9});
   CHECK(mesh.facets.size() == 3);
-  CHECK(mesh.facet_names.at("high") == 2);
+  CHECK(mesh.facet_names.at("high") == std::vector<int>{2});
   fem::BoundaryCondition low, high;
-  low.name = "low", low.tag = 1, low.displacement = {0.0, 0.0, std::nullopt};
-  high.name = "high", high.tag = 2, high.displacement = {std::nullopt, 1e-3, std::nullopt};
+  low.name = "low", low.tags = {1}, low.displacement = {0.0, 0.0, std::nullopt};
+  high.name = "high", high.tags = {2}, high.displacement = {std::nullopt, 1e-3, std::nullopt};
   fem::Problem problem(MPI_COMM_WORLD, mesh, {1, 2, false, Kinematics::plane_strain, 1}, {low, high});
   fem::Material m = fem::elastic_material(problem.owned_points(), 1e9, 0.2);
   REQUIRE(fem::solve_statics(problem, m, exact(), always).converged);
