@@ -84,11 +84,11 @@ private:
     for (const auto n : nodes(e)) corner.push_back(file_.node[static_cast<std::size_t>(n)]);
     if (const std::string fault = cell_fault(mesh_.kind, corner); !fault.empty())
       fail(called(e) + " (" + e.type->name + ") " + fault);
-    if (const auto in = groups(e); in.size() > 1) in_two(called(e), in[0], in[1]);
+    if (const auto in = groups(e); in.size() > 1) in_two(called(e) + " is", in[0], in[1]);
   }
 
   [[noreturn]] void in_two(const std::string& cells, int a, int b) const {
-    fail(cells + ": in the physical groups " + group(top_, a) + " and " + group(top_, b) +
+    fail(cells + " in the physical groups " + group(top_, a) + " and " + group(top_, b) +
          "; a cell belongs to one (leave it out of the other)");
   }
 
@@ -111,7 +111,7 @@ private:
         int& other = mesh_.cell_tags[at->second.first];
         if (other != 0 && tag != 0 && other != tag)
           in_two("elements " + std::to_string(at->second.second->number) + " and " + std::to_string(e.number) +
-                     " are one cell",
+                     " are one cell,",
                  other, tag);
         other = std::max(other, tag), ++twice;
         continue;

@@ -34,6 +34,7 @@ struct Region {
 struct Ground {
   double k0 = 0, surface = 0, surcharge = 0;  // surface: its height (m); surcharge: on it (Pa)
   int axis = 1;
+  double tolerance = 0.01;  // points whose stresses are so alike start from one state
 };
 
 /// A split Hopkinson bar: which probes are the gauges, and what turns bar strains into a test.

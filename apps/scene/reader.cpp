@@ -130,16 +130,14 @@ long Table::integer(const std::string& key, long low, long high) {
   if (i == nullptr) fail(key, "expected a whole number");
   const long v = static_cast<long>(i->get());
   if (v < low || v > high) fail(key, fmt::format("{}: must be from {} to {}", v, low, high));
-  (*record_)[key] = v;
-  return v;
+  return (*record_)[key] = v, v;
 }
 
 long Table::integer_or(const std::string& key, long fallback, long low, long high) {
   declare(key, "integer", dimension::none, {static_cast<double>(low), static_cast<double>(high)}, fallback);
   known_.insert(key);
   if (has(key)) return integer(key, low, high);
-  (*record_)[key] = fallback;
-  return fallback;
+  return (*record_)[key] = fallback, fallback;
 }
 
 bool Table::flag_or(const std::string& key, bool fallback) {

@@ -218,4 +218,9 @@ TEST_CASE("mesh files: both formats, tags, and one line for what is wrong") {
   CHECK(changed("6 2 1 0\n", "6 2 1 0.5\n").find("plane z = 0") != std::string::npos);
   CHECK(changed("4 3 2 7 1 1 2 5 4\n5 3 2 9 1 2 3 6 5", "4 1 2 7 1 1 2\n5 1 2 9 1 2 3").find("holds no triangles") !=
         std::string::npos);
+  CHECK(changed("1 1 2 1 1 1 2", "1 1 2 -1 1 1 2") == "accepted");
+  CHECK(fem::read_msh(written("bad.msh", v2)).notes.empty());
+  std::string negative = v2;
+  negative.replace(negative.find("1 1 2 1 1 1 2"), 13, "1 1 2 -1 1 1 2");
+  CHECK(fem::read_msh(written("negative.msh", negative)).facets == mesh.facets);
 }
