@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <filesystem>
 
 #include "apps/hopkinson.hpp"
@@ -19,6 +20,19 @@ const char* const components[6] = {"xx", "yy", "zz", "yz", "xz", "xy"};
 int vtk_type(fem::CellKind kind) {
   constexpr std::array types{5, 9, 10, 12};  // in the order of CellKind
   return types[static_cast<std::size_t>(kind)];
+}
+
+/// Numbers as JSON keeps them bit by bit, those that are none included; and back.
+std::vector<std::string> exact(const std::vector<double>& values) {
+  std::vector<std::string> texts;
+  for (const double v : values) texts.push_back(fmt::format("{:a}", v));
+  return texts;
+}
+
+std::vector<double> numbers_of(const nlohmann::json& texts) {
+  std::vector<double> values;
+  for (const auto& t : texts) values.push_back(std::strtod(t.get<std::string>().c_str(), nullptr));
+  return values;
 }
 
 bool bonded(const BvpScene& scene) {
@@ -240,6 +254,8 @@ std::string BvpOutput::closing(const BvpEnding& e) const {
 
 nlohmann::json BvpOutput::state() const {
   return {{"rows", history_->rows()},
+          {"last_row", exact(history_->last())},
+          {"shown", exact({strain_, stress_, breakages_, bonds_broken_})},
           {"series", series_},
           {"probe_series", probes_.series()},
           {"contraction", contraction_},
@@ -253,7 +269,9 @@ nlohmann::json BvpOutput::state() const {
 }
 
 void BvpOutput::restore(const nlohmann::json& s, const std::string& history) {
-  history_->restore(history, s.at("rows"));
+  history_->restore(history, s.at("rows"), numbers_of(s.at("last_row")));
+  const std::vector<double> shown = numbers_of(s.at("shown"));
+  strain_ = shown.at(0), stress_ = shown.at(1), breakages_ = shown.at(2), bonds_broken_ = shown.at(3);
   series_ = s.at("series").get<decltype(series_)>();
   probes_.restore(s.at("probe_series").get<std::vector<decltype(series_)>>());
   contraction_ = s.at("contraction").get<std::vector<double>>();
@@ -332,6 +350,10 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
                        {"worst_rve_energy_error", worst_energy_},
                        {"macro_work_J", macro_work_},
                        {"hill_mandel", work_error()}};
+  if (scene_.ground && rves_) {
+    summary["counts"]["initial_stresses"] = points_.stresses, summary["counts"]["starts"] = points_.starts.size();
+    summary["errors"]["initial_stress"] = {{"tolerance", scene_.ground->tolerance}, {"worst", points_.deviation}};
+  }
   summary["seconds"] = {
       {"preparation_wall", e.preparation}, {"solve_wall", e.wall - e.preparation}, {"cpu_rank0", cpu_seconds()}};
   if (!contraction_.empty()) {
@@ -345,8 +367,7 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
     summary["last_row"][columns[i]] = history_->last()[i];
   for (const std::string name : {"correction", "worst_unbalanced_force", "worst_stress_change", "energy_error"})
     if (summary["last_row"].contains(name)) summary["errors"]["last_" + name] = summary["last_row"][name];
-  if (rves_ && summary["last_row"].is_object())  // a resumed run that adds no row has none
-    summary["errors"]["devices"] = devices(summary["last_row"]);
+  if (rves_ && summary["last_row"].is_object()) summary["errors"]["devices"] = devices(summary["last_row"]);
   dem::write_whole((std::filesystem::path(directory_) / "summary.json").string(), summary.dump(2) + "\n");
   if (scene_.hopkinson && history_->rows() > 1)
     write_hopkinson((std::filesystem::path(directory_) / "hopkinson.csv").string(), *scene_.hopkinson,

@@ -3,13 +3,37 @@
 
 #include <fmt/format.h>
 
-#include <atomic>
-#include <thread>
-
-#include "apps/scene/prepare_sample.hpp"
-#include "dem/io/archive.hpp"
+#include <algorithm>
+#include <cmath>
 
 namespace grus::app {
+namespace {
+
+double size(const fem::Point& stress) {
+  return std::sqrt(stress[0] * stress[0] + stress[1] * stress[1] + stress[2] * stress[2]);
+}
+
+}  // namespace
+
+std::vector<StressClass> stress_classes(const std::vector<Start>& starts, double tolerance) {
+  std::vector<StressClass> classes;
+  for (std::size_t k = 0; k < starts.size();) {
+    const Start& first = starts[k];
+    std::size_t end = k + 1;
+    if (first.stressed && tolerance > 0)  // midway between a and b the deviations of both are (b - a) / (b + a)
+      while (end < starts.size() && starts[end].packing == first.packing &&
+             size(starts[end].stress) - size(first.stress) <=
+                 tolerance * (size(starts[end].stress) + size(first.stress)))
+        ++end;
+    StressClass& made = classes.emplace_back(StressClass{first, end - k, 0});
+    if (const double a = size(first.stress), b = size(starts[end - 1].stress); end - k > 1) {
+      for (double& s : made.start.stress) s *= 2 * b / (a + b);
+      made.deviation = (b - a) / (b + a);
+    }
+    k = end;
+  }
+  return classes;
+}
 
 BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double density) {
   BvpPoints points;
@@ -18,7 +42,8 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double
     std::size_t group = 0;
     for (std::size_t r = 0; r < scene.regions.size() && group == 0; ++r) {
       const Region& region = scene.regions[r];
-      if (region.where ? region.where(problem.point_position(i)) : problem.cell_tag(i) == region.tag) group = r + 1;
+      const auto tagged = [&] { return std::count(region.tags.begin(), region.tags.end(), problem.cell_tag(i)) > 0; };
+      if (region.where ? region.where(problem.point_position(i)) : tagged()) group = r + 1;
     }
     points.group.push_back(group);
     points.rve_of.push_back(group == 0 ? starts.size() : SIZE_MAX);
@@ -34,9 +59,18 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double
   points.starts = starts;
   std::sort(points.starts.begin(), points.starts.end());
   points.starts.erase(std::unique(points.starts.begin(), points.starts.end()), points.starts.end());
+  const std::vector<StressClass> classes = stress_classes(points.starts, scene.ground ? scene.ground->tolerance : 0);
+  std::vector<std::size_t> class_of;  // of each start
+  for (std::size_t c = 0; c < classes.size(); ++c) class_of.resize(class_of.size() + classes[c].members, c);
   for (const Start& s : starts)
-    points.start.push_back(static_cast<std::size_t>(std::lower_bound(points.starts.begin(), points.starts.end(), s) -
-                                                    points.starts.begin()));
+    points.start.push_back(class_of[static_cast<std::size_t>(
+        std::lower_bound(points.starts.begin(), points.starts.end(), s) - points.starts.begin())]);
+  points.stresses = points.starts.size();
+  points.starts.clear();
+  for (const StressClass& c : classes) {
+    points.starts.push_back(c.start);
+    points.deviation = std::max(points.deviation, c.deviation);
+  }
   if (!scene.has_rve && !points.start.empty())
     throw InputError(fmt::format("{}: rve: {} Gauss points lie in no [[region]] and there is no [rve] for them",
                                  scene.file, points.start.size()));
@@ -51,86 +85,6 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double
     if (std::find(points.group.begin(), points.group.end(), r + 1) == points.group.end())
       throw InputError(fmt::format("{}: region[{}]: holds at no Gauss point", scene.file, r));
   return points;
-}
-
-namespace {
-
-/// Rank 0 gets what the others have made.
-void gather(int rank, int ranks, std::vector<std::string>& errors, std::vector<std::string>& bytes) {
-  for (std::size_t k = 0; k < bytes.size(); ++k) {
-    const int from = static_cast<int>(k % static_cast<std::size_t>(ranks));
-    for (std::string* text : {&errors[k], &bytes[k]}) {
-      int size = static_cast<int>(text->size());
-      if (rank == from && from != 0) {
-        MPI_Send(&size, 1, MPI_INT, 0, 0, MPI_COMM_WORLD);
-        MPI_Send(text->data(), size, MPI_CHAR, 0, 0, MPI_COMM_WORLD);
-      } else if (rank == 0 && from != 0) {
-        MPI_Recv(&size, 1, MPI_INT, from, 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
-        text->resize(static_cast<std::size_t>(size));
-        MPI_Recv(text->data(), size, MPI_CHAR, from, 0, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
-      }
-    }
-  }
-}
-
-}  // namespace
-
-std::vector<dem::State> prepare_starts(const BvpScene& scene, const std::vector<Start>& starts, int threads,
-                                       const dem::Watch& watch) {
-  int rank, ranks;
-  MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-  MPI_Comm_size(MPI_COMM_WORLD, &ranks);
-  std::vector<std::size_t> mine;
-  for (std::size_t k = static_cast<std::size_t>(rank); k < starts.size(); k += static_cast<std::size_t>(ranks))
-    mine.push_back(k);
-  std::vector<std::string> bytes(starts.size()),
-      errors(starts.size());  // of an error: a letter for its kind, and what it says
-  std::atomic<std::size_t> made{0};
-  std::atomic<int> stopped{0};
-  const auto asking = std::this_thread::get_id();  // one thread shows the progress; all hear that they are to stop
-  dem::Team team(threads);
-  team.each(mine.size(), [&](std::size_t m) {
-    const Start& start = starts[mine[m]];
-    const std::string place = fmt::format("{}: ", scene.unit_cells[start.packing].file);
-    try {
-      dem::Team alone(1);
-      RveScene cell = scene.unit_cells[start.packing];
-      std::optional<dem::Vec3> stresses;
-      if (start.stressed) stresses.emplace(start.stress[0], start.stress[1], start.stress[2]);
-      bytes[mine[m]] = dem::bytes_of(prepare_sample(
-          cell, alone,
-          [&](double, const char*) {
-            if (watch && std::this_thread::get_id() == asking &&
-                !watch(static_cast<double>(made) / static_cast<double>(mine.size())))
-              stopped = 1;
-            return stopped == 0;
-          },
-          stresses));
-      ++made;
-    } catch (const dem::Interrupted&) {
-      stopped = 1;
-    } catch (const InputError& e) {
-      errors[mine[m]] = std::string("i") + e.what();
-    } catch (const dem::Unstable& e) {
-      errors[mine[m]] = "u" + place + e.what();
-    } catch (const std::exception& e) {
-      errors[mine[m]] = "f" + place + e.what();
-    }
-  });
-  int stops = stopped;
-  MPI_Allreduce(MPI_IN_PLACE, &stops, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
-  if (stops != 0) throw dem::Interrupted("interrupted while unit cells were prepared; nothing to go on from yet");
-  gather(rank, ranks, errors, bytes);
-  std::vector<dem::State> states;
-  if (rank != 0) return states;
-  for (const std::string& e : errors) {
-    if (e.empty()) continue;
-    if (e[0] == 'i') throw InputError(e.substr(1));
-    if (e[0] == 'u') throw dem::Unstable(e.substr(1));
-    throw std::runtime_error(e.substr(1));
-  }
-  for (const std::string& b : bytes) states.push_back(dem::state_of(b));
-  return states;
 }
 
 std::array<double, 6> ground_stress(const BvpScene& scene, const fem::Point& at, double density) {

@@ -15,12 +15,25 @@ struct Start {
   auto operator<=>(const Start&) const = default;
 };
 
+/// Starts of one packing whose stresses are alike: one state is prepared for them, at the stress in their middle.
+struct StressClass {
+  Start start;
+  std::size_t members = 1;
+  double deviation = 0;  // largest of a member's stress from it, relative to the member's
+};
+
+/// Of sorted starts, so that no member deviates by more than the tolerance; those of one depth line are in proportion.
+/// Where a class has one member it is that, bit by bit.
+std::vector<StressClass> stress_classes(const std::vector<Start>& starts, double tolerance);
+
 struct BvpPoints {
   std::vector<std::size_t> group;   // 0: grains; k: region k - 1
   std::vector<std::size_t> rve_of;  // number among the points with grains; SIZE_MAX: none
   std::vector<std::size_t> start;   // of each point with grains: which of the starts
-  std::vector<Start> starts;
-  std::vector<double> volume;  // m^3 of each point with grains
+  std::vector<Start> starts;        // of the classes of stress
+  std::size_t stresses = 0;         // how many there were before; of each packing
+  double deviation = 0;             // largest of a point's stress from its start's, relative
+  std::vector<double> volume;       // m^3 of each point with grains
 };
 
 /// Of a problem on one rank; `density`: bulk density of the cells (kg/m^3), for the stress of the ground. Throws
@@ -31,12 +44,6 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double
 /// have an RVE; NaN where none has. `facts(k)`: of the k-th point with grains.
 std::vector<double> cell_means(const std::vector<std::size_t>& rve_of, std::size_t points_per_cell,
                                const std::function<const dem::Facts&(std::size_t)>& facts);
-
-/// Prepared states, made by all ranks together; on rank 0, empty elsewhere.
-/// Collective over MPI_COMM_WORLD. Throws, on all ranks or on rank 0, what the first one that cannot be made throws:
-/// InputError, Unstable, Interrupted where a rank's watch says so.
-std::vector<dem::State> prepare_starts(const BvpScene& scene, const std::vector<Start>& starts, int threads,
-                                       const dem::Watch& watch);
 
 /// Stress of the ground at rest (Pa, Voigt) at a point, whose material has this bulk density (kg/m^3).
 std::array<double, 6> ground_stress(const BvpScene& scene, const fem::Point& at, double density);

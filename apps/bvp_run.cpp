@@ -7,11 +7,8 @@
 #include "dem/base/error.hpp"
 
 namespace grus::app {
-namespace {
 
 std::string checkpoint_of(const Options& options) { return options.directory + "/checkpoint.h5"; }
-
-}  // namespace
 
 /// What a run carries from response to response.
 struct BvpRun::Course {
@@ -35,7 +32,8 @@ dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene) {
   const auto about = nlohmann::json::parse(kept.about, nullptr, false);
   if (about.is_discarded() || about.value("program", "") != "grus-bvp" || kept.parts.size() < 2 + scene.regions.size())
     throw InputError(path + ": not a checkpoint of grus-bvp");
-  if (about["scene"] != scene.record)
+  const nlohmann::json cell = scene.has_rve ? scene.unit_cells[0].record : nlohmann::json();
+  if (about["scene"] != scene.record || about.value("unit_cell", nlohmann::json()) != cell)
     throw InputError(path + ": checkpoint of another scene or other settings; give the same file and --set");
   return kept;
 }
@@ -193,6 +191,7 @@ void BvpRun::save(Course& c, const Report& report) {
   nlohmann::json about = standing(report);
   about["program"] = "grus-bvp";
   about["scene"] = scene_.record;
+  if (scene_.has_rve) about["unit_cell"] = scene_.unit_cells[0].record;
   about["output"] = output_->state();
   about["wall"] = elapsed_ + c.clock.wall() - c.ready;
   auto pack = [](const std::vector<double>& v) {
@@ -211,7 +210,7 @@ void BvpRun::save(Course& c, const Report& report) {
 template <class Start>
 Start BvpRun::begin() {
   Start start;
-  if (options_.resume) stand(resume(), start);
+  if (!kept_.parts.empty()) stand(resume(), start);
   return start;
 }
 

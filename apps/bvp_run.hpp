@@ -17,6 +17,8 @@ struct BvpSetup {
   double density = 0;              // of the packed cells (kg/m^3), where the stress of the ground asks for it
 };
 
+std::string checkpoint_of(const Options& options);
+
 /// The checkpoint of a run of this scene. Throws InputError where there is none, or one of another scene.
 dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene);
 

@@ -51,8 +51,9 @@ void clear(const std::string& folder) {
         fs::exists(entry.path().string() + ".hdf.series"))
       probes.push_back(entry.path());
   for (const auto& probe : probes) fs::remove_all(probe), fs::remove(probe.string() + ".hdf.series");
-  for (const char* old : {"grains.hdf.series", "contacts.hdf.series", "macro.hdf.series", "history.csv", "grading.csv",
-                          "hopkinson.csv", "costs.csv", "summary.json", "report.html", "checkpoint.h5"})
+  for (const char* old :
+       {"grains.hdf.series", "contacts.hdf.series", "macro.hdf.series", "history.csv", "grading.csv", "hopkinson.csv",
+        "costs.csv", "summary.json", "report.html", "checkpoint.h5", "preparation.h5"})
     fs::remove(fs::path(folder) / old);
 }
 
@@ -63,7 +64,7 @@ void check_folder(const Options& options) {
   const std::string& folder = options.directory;
   const fs::path mark = fs::path(folder) / marker;
   if (options.resume) {
-    if (!fs::exists(fs::path(folder) / "checkpoint.h5"))
+    if (!fs::exists(fs::path(folder) / "checkpoint.h5") && !fs::exists(fs::path(folder) / "preparation.h5"))
       throw dem::InputError(folder + "/checkpoint.h5: no checkpoint to resume from");
   } else if (fs::exists(folder)) {
     if (!fs::is_directory(folder)) throw dem::InputError(fmt::format("{}: is a file; name a folder with -o", folder));

@@ -5,7 +5,9 @@
 
 #include <filesystem>
 
+#include "apps/bvp_estimate.hpp"
 #include "apps/bvp_run.hpp"
+#include "apps/bvp_starts.hpp"
 #include "apps/folder.hpp"
 #include "apps/together.hpp"
 #include "dem/io/whole_file.hpp"
@@ -63,7 +65,7 @@ void print_setup(const BvpScene& scene, const BvpSetup& setup, const Options& op
 }
 
 /// Problem, points and the states that their cells start from, on rank 0; the states' starts on all.
-std::vector<Start> set_up(const BvpScene& scene, const Options& options, const fem::Session& session, BvpSetup& setup,
+std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Session& session, BvpSetup& setup,
                           dem::Checkpoint& kept) {
   const bool leads = session.rank() == 0;
   std::vector<Start> starts;
@@ -78,10 +80,15 @@ std::vector<Start> set_up(const BvpScene& scene, const Options& options, const f
     setup.points = find_points(scene, *setup.problem, setup.density);
     if (options.columns) return;
     starts = setup.points.starts;
+    if (starts.size() < setup.points.stresses)
+      scene.notes.push_back(fmt::format(
+          "initial_stress: {} stresses in {} class{}, each of which is prepared once; a point's stress is "
+          "off by {:.2g} % at most (initial_stress.tolerance)",
+          setup.points.stresses, starts.size(), starts.size() > 1 ? "es" : "", 100 * setup.points.deviation));
     if (!options.quiet) print_setup(scene, setup, options, session.ranks());
     if (!options.check) check_folder(options);
-    if (options.resume) kept = find_checkpoint(options, scene);
-    if (options.check && starts.size() > 1) starts.resize(1);
+    if (options.resume && std::filesystem::exists(checkpoint_of(options))) kept = find_checkpoint(options, scene);
+    if (options.check && starts.size() > 1) starts = {starts[starts.size() / 2]};
   });
   std::size_t count = starts.size();
   MPI_Bcast(&count, sizeof count, MPI_BYTE, 0, MPI_COMM_WORLD);
@@ -144,6 +151,20 @@ int lead(const BvpScene& scene, const Options& options, const fem::Session& sess
   return ending.status;
 }
 
+/// --check: how long preparation and run would take; `one`: what one of the starts took.
+void tell_times(const BvpScene& scene, const Options& options, const BvpSetup& setup,
+                const std::shared_ptr<const dem::Model>& model, const StartTimes& one, int ranks) {
+  const double workers = ranks * options.threads, starts = static_cast<double>(setup.points.starts.size());
+  const double packings = std::min(starts, static_cast<double>(scene.variants));
+  // Starts of one packing go on from one sample.
+  fmt::print("  preparation: about {} ({:.0f} starts of {:.0f} packings; {:.3g} s a packing, {:.3g} s a start)\n",
+             duration_text(std::ceil(packings / workers) * one.packing + std::ceil(starts / workers) * one.stress),
+             starts, packings, one.packing, one.stress);
+  const RunEstimate run =
+      estimate_run(scene, *setup.problem, setup.points.start.size(), model, setup.states[0], ranks * options.threads);
+  fmt::print("  run: about {} ({}); more where grains break\n", duration_text(run.seconds), run.text);
+}
+
 int run(const Options& options, const fem::Session& session) {
   const Clock clock;
   const bool leads = session.rank() == 0;
@@ -156,30 +177,32 @@ int run(const Options& options, const fem::Session& session) {
     if (leads) print_columns(scene, setup);
     return finished;
   }
+  std::optional<Folder> made;
+  const auto make_folder = [&] {
+    if (!made) made.emplace(options);
+  };
+  StartTimes times;
   together(session, [&] {
     Progress progress(options.quiet || options.check);
-    setup.states =
-        prepare_starts(scene, starts, options.threads, [&](double done) { return progress.watch(done, "unit cells"); });
+    StartsFile file;
+    if (!options.check)
+      file = {options.directory + "/preparation.h5", scene.checkpoint_interval, options.resume, make_folder};
+    setup.states = prepare_starts(
+        scene, starts, options.threads, [&](double done) { return progress.watch(done, "unit cells"); }, file, &times);
   });
-  std::optional<Folder> made;
   together(session, [&] {
-    if (leads && !options.check) made.emplace(options);
+    if (leads && !options.check) make_folder();
   });
   std::shared_ptr<const dem::Model> model;
   together(session, [&] {
     if (scene.has_rve) model = run_model(scene);
   });
-  if (leads && !options.quiet && scene.has_rve)
-    fmt::print("  unit cells prepared in {}\n", duration_text(clock.wall()));
   if (options.check) {
-    if (leads && scene.has_rve) {
-      dem::Rve rve(model, scene.rve.response.quasi_static, setup.states[0]);
-      const Clock timer;
-      rve.advance({dem::Mat3::Identity()});
-      fmt::print("  one RVE at rest: {:.3g} s; run time grows with strain and breakage\n", timer.wall());
-    }
+    if (leads && scene.has_rve) tell_times(scene, options, setup, model, times, session.ranks());
     return finished;
   }
+  if (leads && !options.quiet && scene.has_rve)
+    fmt::print("  unit cells prepared in {}\n", duration_text(clock.wall()));
   if (leads) return lead(scene, options, session, model, std::move(setup), std::move(kept), clock);
   if (scene.has_rve) coupling::serve(MPI_COMM_WORLD, model, scene.rve.response, options.threads);
   int status = failed;

@@ -174,8 +174,8 @@ void History::add(const std::vector<double>& row) {
   ++rows_;
 }
 
-void History::restore(const std::string& text, std::size_t rows) {
-  text_ = text, written_ = 0;
+void History::restore(const std::string& text, std::size_t rows, const std::vector<double>& last) {
+  text_ = text, last_ = last, written_ = 0;
   rows_ = rows;
 }
 

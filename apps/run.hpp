@@ -63,7 +63,7 @@ public:
   /// Brings the file up to date if the last time is longer ago than `seconds`: whole at first, then at its end.
   void save(double seconds = 0);
   /// What was kept of an earlier part of the run.
-  void restore(const std::string& text, std::size_t rows);
+  void restore(const std::string& text, std::size_t rows, const std::vector<double>& last = {});
   const std::string& text() const { return text_; }
   const std::vector<std::string>& columns() const { return columns_; }
   const std::vector<double>& last() const { return last_; }

@@ -41,7 +41,8 @@ void Problem::Impl::mark_boundary(std::size_t b, const std::vector<std::uint8_t>
     if (bc.where) return true;
     std::sort(key.begin(), key.end());
     const auto at = facet_tags.find(key);
-    return at != facet_tags.end() && std::find(at->second.begin(), at->second.end(), bc.tag) != at->second.end();
+    return at != facet_tags.end() &&
+           std::find_first_of(at->second.begin(), at->second.end(), bc.tags.begin(), bc.tags.end()) != at->second.end();
   };
   for (std::int32_t c = 0; c < cells; ++c)
     for (std::size_t side = 0; side < ref.facets.size(); ++side) {
@@ -83,7 +84,7 @@ void Problem::Impl::check_boundary(std::size_t b, double found) const {
   const auto& bc = boundaries[b];
   if (sum_over_ranks(comm, found) == 0)
     throw std::invalid_argument("boundary '" + bc.name + "' holds at no node of the mesh" +
-                                (bc.where ? "" : ": no facet has the tag " + std::to_string(bc.tag)));
+                                (bc.where ? "" : ": no outer facet has its tag"));
   const auto facets =
       std::count_if(loaded.begin(), loaded.end(), [&](const LoadedFacet& f) { return f.boundary == b; });
   if ((bc.traction || bc.pressure) && sum_over_ranks(comm, static_cast<double>(facets)) == 0)

@@ -42,17 +42,17 @@ struct LoadHistory {
   double at(double time) const;
 };
 
-/// Where a boundary condition holds: by place or by facet tag. Displacements are prescribed at nodes, tractions (Pa,
+/// Where a boundary condition holds: by place or by facet tags. Displacements are prescribed at nodes, tractions (Pa,
 /// per reference area) and pressure (Pa, compression-positive, follows the surface) on outer facets, all of whose
 /// corners lie there. Values are those at multiplier 1; `at` overrides a constant displacement.
 struct BoundaryCondition {
   std::string name;
-  std::function<bool(const Point&)> where;            // empty: `tag`
+  std::function<bool(const Point&)> where;            // empty: `tags`
   std::array<std::optional<double>, 3> displacement;  // m; empty component: free
   std::function<Point(const Point&)> at;              // displacement by place, for components that are prescribed
   std::optional<Point> traction;
   std::optional<double> pressure;
-  int tag = 0;  // of the mesh file
+  std::vector<int> tags;  // of the mesh file; a facet that has one of them
   LoadHistory history;
 };
 

@@ -180,6 +180,7 @@ void read_ground(Table t, BvpScene& scene) {
   if (scene.flat() && g.axis == 2) t.fail("axis", "two dimensions have no depth along z");
   g.surface = t.number_or("surface", scene.high[axis], dimension::length, any);
   g.surcharge = t.number_or("surcharge", 0, dimension::pressure, not_negative);
+  g.tolerance = t.number_or("tolerance", g.tolerance, dimension::none, {0, 0.2});
   for (std::size_t k = 0; k < 3; ++k)
     if (k != axis && scene.gravity[k] != 0) t.fail("axis", "gravity acts along another axis");
   if (scene.gravity[axis] > 0) t.fail("axis", "gravity acts away from the ground");

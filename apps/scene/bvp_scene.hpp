@@ -22,8 +22,8 @@ struct Probe {
 
 /// Cells that are a solid instead of grains: linear elastic, or with von Mises plasticity.
 struct Region {
-  std::function<bool(const fem::Point&)> where;  // of Gauss points; empty: tag of the cell
-  int tag = 0;
+  std::function<bool(const fem::Point&)> where;  // of Gauss points; empty: those of cells with one of the tags
+  std::vector<int> tags;
   double youngs_modulus = 0, poissons_ratio = 0, density = 0;
   bool j2 = false;
   double yield_stress = 0, hardening = 0;               // Pa
@@ -34,6 +34,7 @@ struct Region {
 struct Ground {
   double k0 = 0, surface = 0, surcharge = 0;  // surface: its height (m); surcharge: on it (Pa)
   int axis = 1;
+  double tolerance = 0.01;  // points whose stresses are so alike start from one state
 };
 
 /// A split Hopkinson bar: which probes are the gauges, and what turns bar strains into a test.

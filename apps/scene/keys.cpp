@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <stdexcept>
 
 #include <scene_keys_text.hpp>  // made by CMake
@@ -97,6 +98,8 @@ const std::vector<Key>& scene_keys() {
 }
 
 void check_key(const std::string& path, const Key& read, const nlohmann::json& fallback) {
+  static const bool asked = std::getenv("GRUS_CHECK_KEYS") != nullptr;  // by the tests: no run ends over the table
+  if (!asked) return;
   const Key* row = find(general(path));
   if (row == nullptr) throw std::logic_error(fmt::format("apps/scene/keys.txt has no row for {}", general(path)));
   if (const std::string found = difference(*row, read, fallback); !found.empty())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// The table of all keys of scenes (keys.txt). The reader holds every key that it reads against it, so that what is said
-// of a key - in --keys, in the schema, in the documents - is what is read.
+// The table of all keys of scenes (keys.txt). In tests the reader holds every key that it reads against it, so that
+// what is said of a key - in --keys, in the schema, in the documents - is what is read.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -27,7 +27,8 @@ const std::vector<Key>& scene_keys();
 /// A key as a path has it: quoted where TOML wants that, so that a name may hold dots.
 std::string as_in_toml(const std::string& key);
 
-/// Facts of a key as it is read. Throws std::logic_error where the table has no such key or says otherwise.
+/// Facts of a key as it is read. Where the environment has GRUS_CHECK_KEYS, as that of the tests has: throws
+/// std::logic_error where the table has no such key or says otherwise. A run of a user looks at no table.
 void check_key(const std::string& path, const Key& read, const nlohmann::json& fallback);
 
 /// The keys that grus-rve ("rve") or grus-bvp ("bvp") reads.

@@ -59,6 +59,7 @@ void read_file(Table& t, BvpScene& scene) {
   if ((fem::dimension(mesh.kind) == 2) != scene.flat())
     t.fail("dimension", fmt::format("the mesh has {} dimensions; use {}", fem::dimension(mesh.kind),
                                     scene.flat() ? "\"3d\"" : "\"plane-strain\" or \"axisymmetric\""));
+  for (const auto& note : mesh.notes) scene.notes.push_back("mesh.file: " + note);
   scene.low = {INFINITY, INFINITY, INFINITY}, scene.high = {-INFINITY, -INFINITY, -INFINITY};
   for (auto& x : mesh.nodes)
     for (std::size_t k = 0; k < 3; ++k)
@@ -66,16 +67,16 @@ void read_file(Table& t, BvpScene& scene) {
   scene.mesh = std::move(mesh);
 }
 
-/// A tag by number or by the name of its physical group.
-int read_tag(Table& t, const BvpScene& scene, bool of_cells) {
+/// Tags of a physical group, by number or by name; of a name there may be several.
+std::vector<int> read_tags(Table& t, const BvpScene& scene, bool of_cells) {
   const auto* mesh = std::get_if<fem::MshMesh>(&scene.mesh);
   if (mesh == nullptr) t.fail("tag", "only mesh files have tags; use where");
-  if (!t.is_text("tag")) return static_cast<int>(t.integer_or("tag", 0, 1, 1000000000));
+  if (!t.is_text("tag")) return {static_cast<int>(t.integer("tag", 1, 1000000000))};
   const std::string name = t.text("tag");
   const auto& names = of_cells ? mesh->cell_names : mesh->facet_names;
   if (const auto at = names.find(name); at != names.end()) return at->second;
   std::string known;
-  for (const auto& [other, tag] : names) known += (known.empty() ? "" : ", ") + other;
+  for (const auto& [other, tags] : names) known += (known.empty() ? "" : ", ") + other;
   t.fail("tag", fmt::format("\"{}\": the mesh has no physical group of this name{}", name,
                             known.empty() ? "" : " (it has " + known + ")"));
 }
@@ -109,8 +110,12 @@ void read_boundary(Table t, BvpScene& scene, const Dimension& time) {
   if (t.has("tag") == t.has("where")) t.fail("", "needs either where or tag");
   std::string name;
   if (t.has("tag")) {
-    bc.tag = read_tag(t, scene, false);
-    name = t.is_text("tag") ? t.text("tag") : fmt::format("tag{}", bc.tag);
+    bc.tags = read_tags(t, scene, false);
+    name = t.is_text("tag") ? t.text("tag") : fmt::format("tag{}", bc.tags[0]);
+    const auto& idle = std::get<fem::MshMesh>(scene.mesh).idle_facets;
+    for (const int tag : bc.tags)
+      if (const auto at = idle.find(tag); at != idle.end())
+        scene.notes.push_back(fmt::format("boundary[{}]: {}", scene.boundaries.size(), at->second));
   } else {
     bc.where = read_where(t, scene);
     for (char c : t.text("where"))
@@ -153,7 +158,7 @@ void read_region(Table t, BvpScene& scene) {
   Region region;
   if (t.has("tag") == t.has("where")) t.fail("", "needs either where or tag");
   if (t.has("tag"))
-    region.tag = read_tag(t, scene, true);
+    region.tags = read_tags(t, scene, true);
   else
     region.where = read_where(t, scene);
   region.j2 = t.choice("material", {"elastic", "j2"}) == "j2";

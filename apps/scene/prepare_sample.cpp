@@ -34,41 +34,55 @@ void note_preparation(RveScene& scene, const dem::Measurement& m, const std::opt
                     packed, 1 / (1 + packed), asked.mean() / 1e6, m.void_ratio, m.solid_fraction));
 }
 
+dem::Watch stage_of(const StageWatch& watch, const char* what) {
+  return watch ? dem::Watch([&watch, what](double done) { return watch(done, what); }) : dem::Watch();
+}
+
+/// The model while a sample is compressed: the friction of `materials`, and enough damping to come to rest.
+dem::Model compressing(dem::Model model) {
+  dem::renew_friction(model);
+  if (std::all_of(model.damping.begin(), model.damping.end(), [](double d) { return d == 0; }))
+    dem::set_damping(model, 0.3);
+  return model;
+}
+
 }  // namespace
 
-dem::State prepare_sample(RveScene& scene, dem::Team& team, const StageWatch& watch,
-                          const std::optional<dem::Vec3>& stresses) {
-  auto stage = [&](const char* what) {
-    return watch ? dem::Watch([&watch, what](double done) { return watch(done, what); }) : dem::Watch();
-  };
-  make_sample(scene, team, stage("packing"));
+dem::State prepare_base(RveScene& scene, dem::Team& team, const StageWatch& watch) {
+  make_sample(scene, team, stage_of(watch, "packing"));
   dem::State state = scene.state;
+  if (!scene.preparation) return state;
+  dem::Model model = scene.model;  // the friction of the preparation, not of the test
+  for (auto& m : model.materials)
+    if (std::isfinite(m.youngs_modulus)) m.friction = scene.preparation->friction;
+  model = compressing(std::move(model));
+  dem::prepare(model, state, team);
+  dem::compress_isotropically(model, scene.preparation->quasi_static, state, scene.preparation->pressure, team,
+                              stage_of(watch, "preparation"));
+  return state;
+}
+
+dem::State start_from(dem::State state, const RveScene& scene, dem::Team& team, const StageWatch& watch,
+                      const std::optional<dem::Vec3>& stresses) {
   if (scene.preparation) {
-    const auto make_laws = [](dem::Model& of) {
-      dem::renew_friction(of);
-      if (std::all_of(of.damping.begin(), of.damping.end(), [](double d) { return d == 0; }))
-        dem::set_damping(of, 0.3);  // a sample must come to rest
-    };
-    dem::Model model = scene.model;  // the friction of the preparation, not of the test
-    for (auto& m : model.materials)
-      if (std::isfinite(m.youngs_modulus)) m.friction = scene.preparation->friction;
-    make_laws(model);
-    dem::prepare(model, state, team);
-    dem::compress_isotropically(model, scene.preparation->quasi_static, state, scene.preparation->pressure, team,
-                                stage("preparation"));
     if (stresses) {
-      model.materials = scene.model.materials;
-      make_laws(model);
+      const dem::Model model = compressing(scene.model);
       dem::prepare(model, state, team);
-      dem::compress(model, scene.preparation->quasi_static, state, *stresses, team, stage("preparation"));
+      dem::compress(model, scene.preparation->quasi_static, state, *stresses, team, stage_of(watch, "preparation"));
     }
-    note_preparation(scene, dem::measure(model, state), stresses);
     state.time = 0;
     state.steps = 0;
     state.ledger = {};
     state.grain_steps = 0;
   }
   dem::prepare(scene.model, state, team);
+  return state;
+}
+
+dem::State prepare_sample(RveScene& scene, dem::Team& team, const StageWatch& watch,
+                          const std::optional<dem::Vec3>& stresses) {
+  dem::State state = start_from(prepare_base(scene, team, watch), scene, team, watch, stresses);
+  if (scene.preparation) note_preparation(scene, dem::measure(scene.model, state), stresses);
   return state;
 }
 

@@ -9,10 +9,17 @@ namespace grus::app {
 /// How far each stage of making a sample is; `what` names it. False: stop.
 using StageWatch = std::function<bool(double done, const char* what)>;
 
-/// Makes a packing that is pending, then neighbour list, forces and time step, then the scene's preparation, if it has
-/// one, and from there, with the grains' own friction, `stresses` along the axes (Pa, compression-positive), if any are
-/// given. The state's clock and ledger start at zero. Throws InputError where the packing cannot be, Unstable where the
-/// preparation does not reach its pressure, Interrupted.
+/// Makes a packing that is pending, with neighbour list, forces and time step, and brings it under the pressure of the
+/// scene's preparation, if it has one. Throws InputError where the packing cannot be, Unstable where the pressure is
+/// not reached, Interrupted.
+dem::State prepare_base(RveScene& scene, dem::Team& team, const StageWatch& watch = {});
+
+/// From there to the state in which the test begins: with the grains' own friction to `stresses` along the axes (Pa,
+/// compression-positive), if any are given; the clock and the ledger start at zero. Throws as prepare_base does.
+dem::State start_from(dem::State base, const RveScene& scene, dem::Team& team, const StageWatch& watch = {},
+                      const std::optional<dem::Vec3>& stresses = {});
+
+/// Both.
 dem::State prepare_sample(RveScene& scene, dem::Team& team, const StageWatch& watch = {},
                           const std::optional<dem::Vec3>& stresses = {});
 

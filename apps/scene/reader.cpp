@@ -124,18 +124,20 @@ double Table::number_or(const std::string& key, double fallback, const Dimension
   return fallback;
 }
 
+long Table::integer(const std::string& key, long low, long high) {
+  declare(key, "integer", dimension::none, {static_cast<double>(low), static_cast<double>(high)});
+  const auto* i = node(key).as_integer();
+  if (i == nullptr) fail(key, "expected a whole number");
+  const long v = static_cast<long>(i->get());
+  if (v < low || v > high) fail(key, fmt::format("{}: must be from {} to {}", v, low, high));
+  return (*record_)[key] = v, v;
+}
+
 long Table::integer_or(const std::string& key, long fallback, long low, long high) {
   declare(key, "integer", dimension::none, {static_cast<double>(low), static_cast<double>(high)}, fallback);
   known_.insert(key);
-  long v = fallback;
-  if (has(key)) {
-    const auto* i = node(key).as_integer();
-    if (i == nullptr) fail(key, "expected a whole number");
-    v = static_cast<long>(i->get());
-    if (v < low || v > high) fail(key, fmt::format("{}: must be from {} to {}", v, low, high));
-  }
-  (*record_)[key] = v;
-  return v;
+  if (has(key)) return integer(key, low, high);
+  return (*record_)[key] = fallback, fallback;
 }
 
 bool Table::flag_or(const std::string& key, bool fallback) {

@@ -32,6 +32,7 @@ public:
   bool has(const std::string& key) const;
   double number(const std::string& key, const Dimension& dimension, const Range& range);  // required
   double number_or(const std::string& key, double fallback, const Dimension& dimension, const Range& range);
+  long integer(const std::string& key, long low, long high);  // required
   long integer_or(const std::string& key, long fallback, long low, long high);
   bool flag_or(const std::string& key, bool fallback);
   std::string text(const std::string& key);

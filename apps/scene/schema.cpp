@@ -43,7 +43,7 @@ json of_type(const std::string& type, const Key& k) {
     return integer;
   }
   if (type == "flag") return {{"type", "boolean"}};
-  if (type == "text") return {{"type", json::array({"string", "integer"})}};
+  if (type == "text") return {{"type", "string"}};
   if (type == "texts") return list_of({{"type", "string"}});
   if (type == "choice") {
     json words = json::array();

@@ -128,3 +128,20 @@ TEST_CASE("a cell of the macro frame has the means of its points with grains, an
   CHECK(cells[5] == Approx(200));
   for (int k = 6; k < 9; ++k) CHECK(std::isnan(cells[static_cast<std::size_t>(k)]));
 }
+
+TEST_CASE("stresses of the ground in classes: no member further off than the tolerance, single ones as they are") {
+  std::vector<Start> starts;
+  for (const double v : {100.0, 101.0, 102.0, 102.1, 150.0}) starts.push_back({0, true, {0.5 * v, v, 0.5 * v}});
+  starts.push_back({1, true, {50.5, 101, 50.5}});  // another packing
+  const auto each = stress_classes(starts, 0);
+  REQUIRE(each.size() == starts.size());
+  for (std::size_t k = 0; k < starts.size(); ++k) CHECK((each[k].start == starts[k] && each[k].deviation == 0));
+  const auto classes = stress_classes(starts, 0.01);  // 100 to 102 are 1/101 off their middle, 2 * 100 * 102 / 202
+  REQUIRE(classes.size() == 4);
+  CHECK(classes[0].members == 3);
+  CHECK(classes[0].start.stress[1] == Approx(2 * 100 * 102 / 202.0).epsilon(1e-14));
+  CHECK(classes[0].start.stress[0] == Approx(100 * 102 / 202.0).epsilon(1e-14));
+  CHECK(classes[0].deviation == Approx(1 / 101.0).epsilon(1e-12));
+  CHECK((classes[1].start == starts[3] && classes[2].start == starts[4] && classes[3].start == starts[5]));
+  CHECK(stress_classes({{0, false, {}}}, 0.01).size() == 1);
+}

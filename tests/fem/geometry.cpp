@@ -182,10 +182,10 @@ TEST_CASE("mesh files: both formats, tags, and one line for what is wrong") {
   CHECK(mesh.kind == fem::CellKind::quadrilateral);
   CHECK(mesh.cell_tags == std::vector<int>{7, 9});
   CHECK(mesh.facets.size() == 3);
-  CHECK(mesh.facet_names.at("high") == 2);
+  CHECK(mesh.facet_names.at("high") == std::vector<int>{2});
   fem::BoundaryCondition low, high;
-  low.name = "low", low.tag = 1, low.displacement = {0.0, 0.0, std::nullopt};
-  high.name = "high", high.tag = 2, high.displacement = {std::nullopt, 1e-3, std::nullopt};
+  low.name = "low", low.tags = {1}, low.displacement = {0.0, 0.0, std::nullopt};
+  high.name = "high", high.tags = {2}, high.displacement = {std::nullopt, 1e-3, std::nullopt};
   fem::Problem problem(MPI_COMM_WORLD, mesh, {1, 2, false, Kinematics::plane_strain, 1}, {low, high});
   fem::Material m = fem::elastic_material(problem.owned_points(), 1e9, 0.2);
   REQUIRE(fem::solve_statics(problem, m, exact(), always).converged);
@@ -218,4 +218,9 @@ TEST_CASE("mesh files: both formats, tags, and one line for what is wrong") {
   CHECK(changed("6 2 1 0\n", "6 2 1 0.5\n").find("plane z = 0") != std::string::npos);
   CHECK(changed("4 3 2 7 1 1 2 5 4\n5 3 2 9 1 2 3 6 5", "4 1 2 7 1 1 2\n5 1 2 9 1 2 3").find("holds no triangles") !=
         std::string::npos);
+  CHECK(changed("1 1 2 1 1 1 2", "1 1 2 -1 1 1 2") == "accepted");
+  CHECK(fem::read_msh(written("bad.msh", v2)).notes.empty());
+  std::string negative = v2;
+  negative.replace(negative.find("1 1 2 1 1 1 2"), 13, "1 1 2 -1 1 1 2");
+  CHECK(fem::read_msh(written("negative.msh", negative)).facets == mesh.facets);
 }

@@ -13,7 +13,7 @@ import sys
 import tempfile
 from collections import Counter
 
-KINDS = ["user_csv", "user_packings"]
+KINDS = ["user_csv", "user_packings", "user_meshes"]
 
 
 def judge(case):
@@ -38,6 +38,7 @@ def main():
     binaries, count, seed = os.path.abspath(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
     sys.path.insert(0, binaries)
     modules = [importlib.import_module(k) for k in KINDS]
+    modules = [m for m in modules if os.path.exists(os.path.join(binaries, getattr(m, "PROGRAM", "grus-rve")))]
     faults, seen = 0, Counter()
     with tempfile.TemporaryDirectory() as folder:
         for k in range(count):

@@ -293,7 +293,7 @@ BVP_KEYS = [
                                                 ("bar_density", 5000.0), ("bar_area", 1e-4), ("specimen_length", 1e-3), ("specimen_area", 1e-4), ("axis", "x"))],
     *[("ground", key, value) for key, value in (
         ("gravity", "[0, -1000]"), ("element.kind", "fbar"), ("element.kind", "serendipity"), ("initial_stress.k0", 0.5), ("initial_stress.surface", 0.06), ("initial_stress.surcharge", 1.1e6),
-        ("initial_stress.axis", "x"), ("region.0.yield_stress", 2e6), ("region.0.hardening", 1e9), ("region.0.density", 4000), ("region.0.initial_stress", "[-6e5, -9e5, -6e5, 0, 0, 0]"),
+        ("initial_stress.axis", "x"), ("initial_stress.tolerance", 0.2), ("region.0.yield_stress", 2e6), ("region.0.hardening", 1e9), ("region.0.density", 4000), ("region.0.initial_stress", "[-6e5, -9e5, -6e5, 0, 0, 0]"),
         ("rve.damping", 0.3), ("solve.balance", 0.003), ("solve.kinetic", 1e-4), ("solve.inertial_number", 3e-3), ("solve.damping", 0.2), ("solve.safety", 0.6), ("solve.crossings", 80),
         ("output.history_interval", 0.2), ("rve.strain_per_step", 2e-5), ("rve.inertial_number", 3e-3))],
     ("ground", "region.0.material", "elastic", "region.0.yield_stress=", "region.0.hardening="), ("ground", "solve.max_energy_error", 1e-9),

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/bvp_estimate.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "dem/base/error.hpp"
+#include "dem/rve/measure.hpp"
+
+namespace grus::app {
+namespace {
+
+constexpr double sweeps = 5;  // of an increment: Newton's usual four iterations, and its first answer
+
+/// What the cells must take: the largest displacement that a boundary prescribes over the mesh's length along it, or
+/// the largest change of a load over the cells' stiffness.
+dem::Vec3 mean_strain(const BvpScene& scene, const dem::Mat6& stiffness) {
+  dem::Vec3 strain = dem::Vec3::Zero();
+  for (const auto& b : scene.boundaries) {
+    double least = b.history.at(0), most = least;
+    for (const auto& point : b.history.points) least = std::min(least, point[1]), most = std::max(most, point[1]);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto axis = static_cast<Eigen::Index>(k);
+      const double length = scene.high[k] - scene.low[k],
+                   load = (b.traction ? (*b.traction)[k] : 0) - b.pressure.value_or(0);
+      double e = (most - least) * load / stiffness(axis, axis);
+      if (length > 0 && b.displacement[k]) e = (most - least) * *b.displacement[k] / length;
+      if (length > 0 && std::abs(e) > std::abs(strain[axis])) strain[axis] = e;
+    }
+  }
+  return strain.cwiseMax(-0.5).cwiseMin(0.5);
+}
+
+double length_of(const BvpScene& scene) {
+  double longest = 0;
+  for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, scene.high[k] - scene.low[k]);
+  return longest;
+}
+
+/// Steps of a dynamic run, from the fastest wave.
+double dynamic_steps(const BvpScene& scene, fem::Problem& problem, const dem::Mat6& stiffness,
+                     const dem::State& state) {
+  double fastest = std::sqrt(stiffness.diagonal().head<3>().maxCoeff() /
+                             (dem::total_mass(state.grains) / state.boundary.cell.volume()));
+  for (const Region& r : scene.regions) {
+    const double nu = r.poissons_ratio;
+    fastest = std::max(fastest,
+                       std::sqrt(r.youngs_modulus * (1 - nu) / ((1 + nu) * (1 - 2 * std::min(nu, 0.49))) / r.density));
+  }
+  fem::ExplicitStaticsOptions plain;
+  plain.damping = 0, plain.safety = 1;
+  double dt = scene.dynamics->safety * length_of(scene) / fastest / fem::crossing_steps(problem, plain);
+  if (scene.dynamics->time_step > 0) dt = std::min(dt, scene.dynamics->time_step);
+  return scene.dynamics->duration / dt;
+}
+
+}  // namespace
+
+RunEstimate estimate_run(const BvpScene& scene, fem::Problem& problem, std::size_t rves,
+                         const std::shared_ptr<const dem::Model>& model, const dem::State& state, int workers) {
+  const dem::Mat6 stiffness = dem::contact_stiffness_tangent(*model, state);
+  double steps = scene.solve.increments;
+  if (scene.dynamics) steps = dynamic_steps(scene, problem, stiffness, state);
+  if (const auto& e = scene.explicit_statics) steps = e->crossings * fem::crossing_steps(problem, *e);
+  steps = std::max(1.0, std::ceil(steps));
+  const dem::Vec3 part = mean_strain(scene, stiffness) / steps;
+  dem::Task task;
+  task.path = {dem::Mat3(dem::Mat3::Identity() + dem::Mat3(part.asDiagonal()))};
+  task.pace = scene.rve.pace;
+  task.tangent = !scene.is_explicit();
+  if (scene.dynamics) task.duration = scene.dynamics->duration / steps;
+  dem::RveHost host(model, scene.rve.response, 1);
+  host.put(0, {.state = state});
+  const int tries = scene.is_explicit() ? static_cast<int>(std::min(50.0, steps)) : 1;
+  const Clock clock;
+  for (int k = 0; k < tries; ++k)
+    if (const auto done = host.advance({task}); !done[0].response.stable)
+      throw dem::Unstable("one RVE, taken through the first increment: " + done[0].response.failure);
+  const double one = clock.wall() / tries, times = scene.is_explicit() ? steps : sweeps * steps;
+  RunEstimate found;
+  const double rounds = std::ceil(static_cast<double>(rves) / workers);
+  found.seconds = times * rounds * one;
+  found.text = scene.is_explicit()
+                   ? fmt::format("{:.3g} steps, {} RVEs, {:.2g} ms a step of one", steps, rves, 1e3 * one)
+                   : fmt::format("{} increments, {:.0f} sweeps each, {} RVEs at most, {:.3g} s an increment of one",
+                                 scene.solve.increments, sweeps, rves, one);
+  return found;
+}
+
+}  // namespace grus::app

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What --check says of a macro run's time, from one RVE that is taken as the run would take it.
+#pragma once
+
+#include "apps/bvp_run.hpp"
+
+namespace grus::app {
+
+/// Wall time of a run's material sweeps, and how it is made up. It leaves out what breakage, cutbacks and the macro
+/// solver itself add, and what sharing saves.
+struct RunEstimate {
+  double seconds = 0;
+  std::string text;
+};
+
+/// Of `workers` threads on all ranks; `state`: a prepared one. Throws Unstable where the RVE does not get there.
+RunEstimate estimate_run(const BvpScene& scene, fem::Problem& problem, std::size_t rves,
+                         const std::shared_ptr<const dem::Model>& model, const dem::State& state, int workers);
+
+}  // namespace grus::app
