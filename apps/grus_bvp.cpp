@@ -31,7 +31,7 @@ std::shared_ptr<const dem::Model> run_model(const BvpScene& scene) {
   return model;
 }
 
-void print_setup(const BvpScene& scene, const BvpSetup& setup, const Options& options, int ranks) {
+std::string setup_text(const BvpScene& scene, const BvpSetup& setup, const Options& options, int ranks) {
   const fem::Problem& p = *setup.problem;
   const auto rves = setup.points.start.size();
   double grains = 0;
@@ -43,23 +43,25 @@ void print_setup(const BvpScene& scene, const BvpSetup& setup, const Options& op
                                                   fem::crossing_steps(*setup.problem, *scene.explicit_statics));
   const int bytes =
       scene.is_explicit() ? 5000 : 8000;  // a grain, measured: trial states, and a checkpoint in the making
-  fmt::print(
+  std::string text = fmt::format(
       "{}\n  cells {}   Gauss points {}   with grains {} ({:.0f} grains each, {} packings)   {}   memory up to {:.3g} "
-      "MB   ranks {} x threads {}\n",
+      "MB   ranks {} x threads {}",
       scene.title, p.global_points() / p.points_per_cell(), p.global_points(), rves, grains, scene.unit_cells.size(),
       length, static_cast<double>(rves) * grains * bytes / 1e6, ranks, options.threads);
   if (const auto& e = scene.explicit_statics)
-    fmt::print(
-        "  limits of the rate: unbalanced force {:g} of what is applied, kinetic energy {:g} of internal, inertial "
-        "number of the cells {}; local damping {:g}, safety {:g}\n",
+    text += fmt::format(
+        "\n  limits of the rate: unbalanced force {:g} of what is applied, kinetic energy {:g} of internal, inertial "
+        "number of the cells {}; local damping {:g}, safety {:g}",
         e->balance, e->kinetic, e->inertial_number > 0 ? fmt::format("{:g}", e->inertial_number) : "their own",
         e->damping, e->safety);
   if (!scene.is_explicit())
-    fmt::print("  residual to {:.2g}{}\n", std::max(scene.solve.tolerance, scene.residual_floor()),
-               scene.has_rve ? " (the larger of solve.tolerance, rve.unbalanced_force and rve.stress_change)" : "");
-  for (const auto& note : scene.notes) fmt::print("  note: {}\n", note);
+    text += fmt::format(
+        "\n  residual to {:.2g}{}", std::max(scene.solve.tolerance, scene.residual_floor()),
+        scene.has_rve ? " (the larger of solve.tolerance, rve.unbalanced_force and rve.stress_change)" : "");
+  for (const auto& note : scene.notes) text += fmt::format("\n  note: {}", note);
   for (const auto& u : scene.unit_cells)
-    for (const auto& note : u.notes) fmt::print("  note: unit cell: {}\n", note);
+    for (const auto& note : u.notes) text += fmt::format("\n  note: unit cell: {}", note);
+  return text;
 }
 
 /// Problem, points and the states that their cells start from, on rank 0; the states' starts on all.
@@ -78,7 +80,7 @@ std::vector<Start> set_up(const BvpScene& scene, const Options& options, const f
     setup.points = find_points(scene, *setup.problem, setup.density);
     if (options.columns) return;
     starts = setup.points.starts;
-    if (!options.quiet) print_setup(scene, setup, options, session.ranks());
+    if (options.speaks()) say(options, setup_text(scene, setup, options, session.ranks()));
     if (!options.check) check_folder(options);
     if (options.resume) kept = find_checkpoint(options, scene);
     if (options.check && starts.size() > 1) starts.resize(1);
@@ -98,15 +100,14 @@ void print_columns(const BvpScene& scene, const BvpSetup& setup) {
 
 /// What a run that did not get to its end says, and what may help.
 void tell_failure(const BvpScene& scene, const Options& options, const BvpEnding& ending) {
-  if (ending.status == failed) fmt::print(stderr, "{}\n", one_line(fmt::format("{}: {}", options.scene, ending.text)));
+  if (ending.status == failed) say_fault(options, fmt::format("{}: {}", options.scene, ending.text));
   if (ending.status != unstable) return;
   const char* help = "more solve.increments, looser rve.unbalanced_force or a larger unit cell may help";
   if (scene.dynamics) help = "a smaller solve.safety or another unit cell may help";
   if (scene.explicit_statics)
     help = "larger limits in [solve], a larger unit cell or rve.on_failure = \"elastic\" may help";
-  fmt::print(stderr, "{}\n",
-             one_line(fmt::format("{}: {} {:.4g}: {}; {}", options.scene, scene.dynamics ? "time" : "load factor",
-                                  ending.time, ending.text, help)));
+  say_fault(options, fmt::format("{}: {} {:.4g}: {}; {}", options.scene, scene.dynamics ? "time" : "load factor",
+                                 ending.time, ending.text, help));
 }
 
 /// The run, on rank 0; the other ranks serve until it is over, and hear the status.
@@ -157,7 +158,7 @@ int run(const Options& options, const fem::Session& session) {
     return finished;
   }
   together(session, [&] {
-    Progress progress(options.quiet || options.check);
+    Progress progress(options, options.check);
     setup.states =
         prepare_starts(scene, starts, options.threads, [&](double done) { return progress.watch(done, "unit cells"); });
   });
@@ -169,14 +170,13 @@ int run(const Options& options, const fem::Session& session) {
   together(session, [&] {
     if (scene.has_rve) model = run_model(scene);
   });
-  if (leads && !options.quiet && scene.has_rve)
-    fmt::print("  unit cells prepared in {}\n", duration_text(clock.wall()));
+  if (leads && scene.has_rve) say(options, "  unit cells prepared in " + duration_text(clock.wall()));
   if (options.check) {
     if (leads && scene.has_rve) {
       dem::Rve rve(model, scene.rve.response.quasi_static, setup.states[0]);
       const Clock timer;
       rve.advance({dem::Mat3::Identity()});
-      fmt::print("  one RVE at rest: {:.3g} s; run time grows with strain and breakage\n", timer.wall());
+      say(options, fmt::format("  one RVE at rest: {:.3g} s; run time grows with strain and breakage", timer.wall()));
     }
     return finished;
   }
