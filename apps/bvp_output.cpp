@@ -239,6 +239,7 @@ std::string BvpOutput::closing(const BvpEnding& e) const {
   std::string how = "stopped";
   if (e.status == finished) how = "finished";
   if (e.status == interrupted) how = "interrupted";
+  if (e.status == out_of_time) how = "out of time";
   if (scene_.is_explicit())
     return fmt::format("{}: {:.4g}{}, mean stress {} {:.4g} MPa, {:.0f} breakages{}, {:.3g} DEM steps in {} ({})", how,
                        e.time, scene_.dynamics ? " s" : " of the load", axis(), stress_ / 1e6, breakages_,

@@ -17,14 +17,26 @@ struct BvpRun::Course {
   Progress progress;
   double time, saved;  // of the problem; wall time of the last checkpoint (s)
   std::uint64_t sweeps = 0;
+  TimeLimit limit;
   bool told = false;  // of an interruption
-  bool stop = false, complete = false, broken = false;
+  Stop stop = Stop::none;
+  bool over = false, complete = false, broken = false;
   double end = 0;
   std::string failure = {};
 
   /// Explicit runs stop between two rows, too, where a checkpoint is due or asked for.
-  bool due(double interval) const { return interruption_asked() || clock.wall() - saved > interval; }
+  bool due(double interval) {
+    over = limit.over() || over;
+    return over || interruption_asked() || checkpoint_asked() || clock.wall() - saved > interval;
+  }
 };
+
+namespace {
+
+/// Of an increment that --max-time does not leave the time to end.
+struct OutOfTime {};
+
+}  // namespace
 
 dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene) {
   const std::string path = checkpoint_of(options);
@@ -33,7 +45,7 @@ dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene) {
   if (about.is_discarded() || about.value("program", "") != "grus-bvp" || kept.parts.size() < 2 + scene.regions.size())
     throw InputError(path + ": not a checkpoint of grus-bvp");
   const nlohmann::json cell = scene.has_rve ? scene.unit_cells[0].record : nlohmann::json();
-  if (about["scene"] != scene.record || about.value("unit_cell", nlohmann::json()) != cell)
+  if (about.value("scene", nlohmann::json{}) != scene.record || about.value("unit_cell", nlohmann::json()) != cell)
     throw InputError(path + ": checkpoint of another scene or other settings; give the same file and --set");
   return kept;
 }
@@ -82,7 +94,8 @@ fem::InitialStress BvpRun::initial_stress(std::size_t region) const {
   return all;
 }
 
-/// Shows how far the run is before every sweep through the points, or before some.
+/// Shows how far the run is before every sweep through the points, or before some; hears there what cannot wait for the
+/// end of an increment.
 void BvpRun::watch_responses(Course& c) {
   material_->respond = [this, &c, respond = material_->respond](const fem::Points& p) {
     if (!scene_.is_explicit() || c.sweeps % 64 == 0)
@@ -92,6 +105,7 @@ void BvpRun::watch_responses(Course& c) {
           "  interrupted: ends with this increment, which --resume would have to begin anew; once more ends at once");
       c.told = true;
     }
+    if (!scene_.is_explicit() && c.limit.past()) throw OutOfTime{};
     ++c.sweeps;
     return respond(p);
   };
@@ -106,9 +120,12 @@ bool BvpRun::after(Course& c, const Report& report, double now) {
     if (!report.cut_reason.empty())
       c.progress.note(fmt::format("  increment {}: {} cutback(s), the last because {}", report.increment,
                                   report.cutbacks, one_line(report.cut_reason)));
-  c.stop = interruption_asked();
-  if (c.stop || c.due(scene_.checkpoint_interval)) save(c, report);
-  return !c.stop;
+  // An increment that lasts longer than those before it may be lost, what comes before it not.
+  const bool last = !scene_.is_explicit() && c.limit.over(3);
+  const bool due = c.due(scene_.checkpoint_interval);
+  c.stop = stop_of(c.over);
+  if (due || last) save(c, report);
+  return c.stop == Stop::none;
 }
 
 /// From checkpoint to checkpoint; returns the last report.
@@ -120,10 +137,10 @@ Report BvpRun::march(Course& c, Solve&& solve) {
     last = result.last;
     c.complete = result.finished;
     c.failure = result.failure;
-    if (!result.stopped || c.stop) return last;
+    if (!result.stopped || c.stop != Stop::none) return last;
+    c.stop = stop_of(c.over);
     save(c, last);
-    c.stop = interruption_asked();
-    if (c.stop) return last;
+    if (c.stop != Stop::none) return last;
   }
 }
 
@@ -159,7 +176,7 @@ void BvpRun::solve(Course& c) {
 }
 
 BvpEnding BvpRun::go(double ready, const Clock& clock) {
-  Course c{clock, ready, Progress(options_.quiet), 0, clock.wall()};
+  Course c{clock, ready, Progress(options_), 0, clock.wall(), 0, TimeLimit(options_.started, options_.max_time)};
   watch_responses(c);
   try {
     solve(c);
@@ -167,6 +184,9 @@ BvpEnding BvpRun::go(double ready, const Clock& clock) {
     throw;
   } catch (const dem::Unstable&) {
     throw;
+  } catch (const OutOfTime&) {
+    c.stop = Stop::time;
+    c.end = c.time;
   } catch (const std::exception& e) {  // of the system, such as a full disk: what there is may still be kept
     c.broken = true;
     c.failure = e.what();
@@ -176,8 +196,13 @@ BvpEnding BvpRun::go(double ready, const Clock& clock) {
   ending.preparation = ready, ending.time = c.end;
   if (c.broken) {
     ending.status = failed, ending.text = c.failure;
-  } else if (c.stop) {
+  } else if (c.stop == Stop::asked) {
     ending.status = interrupted, ending.text = "interrupted; --resume goes on from checkpoint.h5";
+  } else if (c.stop == Stop::time && !kept_here_) {
+    ending.status = interrupted;
+    ending.text = "the time of --max-time is over within the first increment; nothing to go on from yet";
+  } else if (c.stop == Stop::time) {
+    ending.status = out_of_time, ending.text = "out of time; --resume goes on from checkpoint.h5";
   } else {
     ending.status = c.complete ? finished : unstable, ending.text = c.complete ? "finished" : c.failure;
   }
@@ -188,6 +213,7 @@ BvpEnding BvpRun::go(double ready, const Clock& clock) {
 
 template <class Report>
 void BvpRun::save(Course& c, const Report& report) {
+  const Clock writing;
   nlohmann::json about = standing(report);
   about["program"] = "grus-bvp";
   about["scene"] = scene_.record;
@@ -204,22 +230,34 @@ void BvpRun::save(Course& c, const Report& report) {
     if (rves_) rves_->save(take);
   });
   c.saved = c.clock.wall();
+  c.limit.wrote(writing.wall());
+  if (checkpoint_asked()) c.progress.note(fmt::format("  checkpoint written at {:.4g}, as asked", c.time));
+  checkpoint_written();
+  kept_here_ = true;
 }
 
 /// Where to go on from: the beginning, or where the checkpoint stands.
 template <class Start>
 Start BvpRun::begin() {
   Start start;
-  if (!kept_.parts.empty()) stand(resume(), start);
+  if (!kept_.parts.empty()) try {
+      stand(resume(), start);
+    } catch (const nlohmann::json::exception&) {
+      throw InputError(checkpoint_of(options_) + ": checkpoint is damaged: where the run stands");
+    }
   return start;
 }
 
 nlohmann::json BvpRun::resume() {
   dem::Checkpoint kept = std::move(kept_);
   auto about = nlohmann::json::parse(kept.about);
+  const std::string path = checkpoint_of(options_) + ": ";
   auto unpack = [](const std::string& bytes) {
     std::vector<double> v(bytes.size() / sizeof(double));
     std::memcpy(v.data(), bytes.data(), v.size() * sizeof(double));
+    if (bytes.size() % sizeof(double) != 0 ||
+        !std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); }))
+      throw std::invalid_argument("checkpoint is damaged: displacements");
     return v;
   };
   try {
@@ -230,10 +268,16 @@ nlohmann::json BvpRun::resume() {
     kept.parts.erase(kept.parts.begin());
     if (rves_) rves_->load(kept.parts);
     output_->restore(about["output"], history);
+    elapsed_ = about.at("wall");
+  } catch (const InputError& e) {
+    const std::string text = e.what();
+    throw InputError(text.starts_with("checkpoint.h5: ") ? path + text.substr(15) : path + text);
   } catch (const std::invalid_argument& e) {
-    throw InputError(checkpoint_of(options_) + ": " + e.what());
+    throw InputError(path + e.what());
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(path + "checkpoint is damaged: what it tells of itself");
   }
-  elapsed_ = about["wall"];
+  kept_here_ = true;
   return about;
 }
 

@@ -56,7 +56,8 @@ private:
   std::optional<fem::Material> material_;
   std::vector<double> density_;
   std::optional<BvpOutput> output_;
-  double elapsed_ = 0;  // wall time of earlier parts of the run (s)
+  bool kept_here_ = false;  // there is a checkpoint to go on from
+  double elapsed_ = 0;      // wall time of earlier parts of the run (s)
 };
 
 }  // namespace grus::app

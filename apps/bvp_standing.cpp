@@ -3,13 +3,20 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdlib>
+
+#include "dem/base/error.hpp"
 
 namespace grus::app {
 namespace {
 
 std::string hex(double v) { return fmt::format("{:a}", v); }  // exact
-double unhex(const nlohmann::json& v) { return std::strtod(v.get<std::string>().c_str(), nullptr); }
+double unhex(const nlohmann::json& v) {
+  const double x = std::strtod(v.get<std::string>().c_str(), nullptr);
+  if (!std::isfinite(x)) throw dem::InputError("checkpoint.h5: checkpoint is damaged: where the run stands");
+  return x;
+}
 
 nlohmann::json energies(const fem::MacroEnergy& e) {
   return {hex(e.kinetic), hex(e.internal), hex(e.external), hex(e.viscous),
@@ -17,7 +24,8 @@ nlohmann::json energies(const fem::MacroEnergy& e) {
 }
 
 fem::MacroEnergy energies_of(const nlohmann::json& e) {
-  return {unhex(e[0]), unhex(e[1]), unhex(e[2]), unhex(e[3]), unhex(e[4]), unhex(e[5]), unhex(e[6]), unhex(e[7])};
+  return {unhex(e.at(0)), unhex(e.at(1)), unhex(e.at(2)), unhex(e.at(3)),
+          unhex(e.at(4)), unhex(e.at(5)), unhex(e.at(6)), unhex(e.at(7))};
 }
 
 }  // namespace
@@ -58,26 +66,29 @@ nlohmann::json standing(const fem::ExplicitStaticsReport& r) {
 }
 
 void stand(const nlohmann::json& at, fem::StaticsStart& s) {
-  s = {unhex(at["load_factor"]),   unhex(at["next_size"]), at["increments"],       at["sweeps"],
-       unhex(at["largest_force"]), unhex(at["stiffest"]),  unhex(at["last_size"]), energies_of(at["energy"])};
+  s = {unhex(at.at("load_factor")),   unhex(at.at("next_size")),
+       at.at("increments"),           at.at("sweeps"),
+       unhex(at.at("largest_force")), unhex(at.at("stiffest")),
+       unhex(at.at("last_size")),     energies_of(at.at("energy"))};
 }
 
 void stand(const nlohmann::json& at, fem::DynamicsReport& s) {
-  s = {unhex(at["time"]), unhex(at["dt"]), at["steps"], energies_of(at["energy"]), unhex(at["dissipated"])};
+  s = {unhex(at.at("time")), unhex(at.at("dt")), at.at("steps"), energies_of(at.at("energy")),
+       unhex(at.at("dissipated"))};
 }
 
 void stand(const nlohmann::json& at, fem::ExplicitStaticsReport& s) {
-  s.load_factor = unhex(at["load_factor"]);
-  s.rate = unhex(at["rate"]);
-  s.mean_rate = unhex(at["mean_rate"]);
-  s.steps = at["steps"];
-  s.settling = at["settling"];
-  s.rested = at["rested"];
-  s.energy = energies_of(at["energy"]);
-  s.unbalanced = unhex(at["unbalanced"]), s.largest_unbalanced = unhex(at["largest_unbalanced"]);
-  s.inertial_number = unhex(at["inertial_number"]);
-  for (std::size_t k = 0; k < 3; ++k) s.sums[k] = unhex(at["sums"][k]);
-  s.counted = at["counted"], s.governor = at["governor"].get<fem::Governor>();
+  s.load_factor = unhex(at.at("load_factor"));
+  s.rate = unhex(at.at("rate"));
+  s.mean_rate = unhex(at.at("mean_rate"));
+  s.steps = at.at("steps");
+  s.settling = at.at("settling");
+  s.rested = at.at("rested");
+  s.energy = energies_of(at.at("energy"));
+  s.unbalanced = unhex(at.at("unbalanced")), s.largest_unbalanced = unhex(at.at("largest_unbalanced"));
+  s.inertial_number = unhex(at.at("inertial_number"));
+  for (std::size_t k = 0; k < 3; ++k) s.sums[k] = unhex(at.at("sums").at(k));
+  s.counted = at.at("counted"), s.governor = at.at("governor").get<fem::Governor>();
 }
 
 }  // namespace grus::app

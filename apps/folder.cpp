@@ -29,9 +29,14 @@ bool holds_something(const std::string& folder) {
   throw dem::InputError(fmt::format("{}: another run is writing to this folder; use another -o DIR", folder));
 }
 
+/// A marker is a file of the folder's own: a link is no sign of Grus, and leads elsewhere.
+bool marked(const std::filesystem::path& mark) {
+  return std::filesystem::is_regular_file(std::filesystem::symlink_status(mark));
+}
+
 /// An open file that holds the lock; -1: somebody else has it.
 int locked(const std::string& path, int flags) {
-  const int file = ::open(path.c_str(), flags | O_CLOEXEC, 0644);
+  const int file = ::open(path.c_str(), flags | O_NOFOLLOW | O_CLOEXEC, 0644);
   if (file < 0) throw std::runtime_error(fmt::format("{}: cannot write: {}", path, std::strerror(errno)));
   for (int tries = 0; tries < 20; ++tries) {  // the ranks of an mpirun that was killed outlive it for a moment
     if (::flock(file, LOCK_EX | LOCK_NB) == 0) return file;
@@ -71,14 +76,17 @@ void check_folder(const Options& options) {
     if (holds_something(folder)) {
       if (!options.force)
         throw dem::InputError(fmt::format("{}: folder is not empty; use another -o DIR, or --force", folder));
-      if (!fs::is_regular_file(mark))
+      if (!marked(mark))
         throw dem::InputError(
             fmt::format("{}: folder is not empty and was not made by Grus: --force clears only what Grus has made; use "
                         "another -o DIR",
                         folder));
     }
   }
-  if (!fs::is_regular_file(mark)) return;
+  if (fs::is_symlink(mark))
+    throw dem::InputError(
+        fmt::format("{}: is a link: the folder was not made by Grus; use another -o DIR", mark.string()));
+  if (!marked(mark)) return;
   const int file = locked(mark.string(), O_RDWR);
   if (file < 0) in_use(folder);
   ::close(file);
@@ -94,6 +102,7 @@ Folder::Folder(const Options& options) {
   lock_ = locked((fs::path(options.directory) / marker).string(), O_RDWR | O_CREAT);
   if (lock_ < 0) in_use(options.directory);
   if (!options.resume) clear(options.directory);
+  if (options.log) options.log->begin();
 }
 
 Folder::~Folder() {

@@ -33,7 +33,7 @@ std::shared_ptr<const dem::Model> run_model(const BvpScene& scene) {
   return model;
 }
 
-void print_setup(const BvpScene& scene, const BvpSetup& setup, const Options& options, int ranks) {
+std::string setup_text(const BvpScene& scene, const BvpSetup& setup, const Options& options, int ranks) {
   const fem::Problem& p = *setup.problem;
   const auto rves = setup.points.start.size();
   double grains = 0;
@@ -45,23 +45,25 @@ void print_setup(const BvpScene& scene, const BvpSetup& setup, const Options& op
                                                   fem::crossing_steps(*setup.problem, *scene.explicit_statics));
   const int bytes =
       scene.is_explicit() ? 5000 : 8000;  // a grain, measured: trial states, and a checkpoint in the making
-  fmt::print(
+  std::string text = fmt::format(
       "{}\n  cells {}   Gauss points {}   with grains {} ({:.0f} grains each, {} packings)   {}   memory up to {:.3g} "
-      "MB   ranks {} x threads {}\n",
+      "MB   ranks {} x threads {}",
       scene.title, p.global_points() / p.points_per_cell(), p.global_points(), rves, grains, scene.unit_cells.size(),
       length, static_cast<double>(rves) * grains * bytes / 1e6, ranks, options.threads);
   if (const auto& e = scene.explicit_statics)
-    fmt::print(
-        "  limits of the rate: unbalanced force {:g} of what is applied, kinetic energy {:g} of internal, inertial "
-        "number of the cells {}; local damping {:g}, safety {:g}\n",
+    text += fmt::format(
+        "\n  limits of the rate: unbalanced force {:g} of what is applied, kinetic energy {:g} of internal, inertial "
+        "number of the cells {}; local damping {:g}, safety {:g}",
         e->balance, e->kinetic, e->inertial_number > 0 ? fmt::format("{:g}", e->inertial_number) : "their own",
         e->damping, e->safety);
   if (!scene.is_explicit())
-    fmt::print("  residual to {:.2g}{}\n", std::max(scene.solve.tolerance, scene.residual_floor()),
-               scene.has_rve ? " (the larger of solve.tolerance, rve.unbalanced_force and rve.stress_change)" : "");
-  for (const auto& note : scene.notes) fmt::print("  note: {}\n", note);
+    text += fmt::format(
+        "\n  residual to {:.2g}{}", std::max(scene.solve.tolerance, scene.residual_floor()),
+        scene.has_rve ? " (the larger of solve.tolerance, rve.unbalanced_force and rve.stress_change)" : "");
+  for (const auto& note : scene.notes) text += fmt::format("\n  note: {}", note);
   for (const auto& u : scene.unit_cells)
-    for (const auto& note : u.notes) fmt::print("  note: unit cell: {}\n", note);
+    for (const auto& note : u.notes) text += fmt::format("\n  note: unit cell: {}", note);
+  return text;
 }
 
 /// Problem, points and the states that their cells start from, on rank 0; the states' starts on all.
@@ -85,7 +87,7 @@ std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Se
           "initial_stress: {} stresses in {} class{}, each of which is prepared once; a point's stress is "
           "off by {:.2g} % at most (initial_stress.tolerance)",
           setup.points.stresses, starts.size(), starts.size() > 1 ? "es" : "", 100 * setup.points.deviation));
-    if (!options.quiet) print_setup(scene, setup, options, session.ranks());
+    if (options.speaks()) say(options, setup_text(scene, setup, options, session.ranks()));
     if (!options.check) check_folder(options);
     if (options.resume && std::filesystem::exists(checkpoint_of(options))) kept = find_checkpoint(options, scene);
     if (options.check && starts.size() > 1) starts = {starts[starts.size() / 2]};
@@ -105,15 +107,14 @@ void print_columns(const BvpScene& scene, const BvpSetup& setup) {
 
 /// What a run that did not get to its end says, and what may help.
 void tell_failure(const BvpScene& scene, const Options& options, const BvpEnding& ending) {
-  if (ending.status == failed) fmt::print(stderr, "{}\n", one_line(fmt::format("{}: {}", options.scene, ending.text)));
+  if (ending.status == failed) say_fault(options, fmt::format("{}: {}", options.scene, ending.text));
   if (ending.status != unstable) return;
   const char* help = "more solve.increments, looser rve.unbalanced_force or a larger unit cell may help";
   if (scene.dynamics) help = "a smaller solve.safety or another unit cell may help";
   if (scene.explicit_statics)
     help = "larger limits in [solve], a larger unit cell or rve.on_failure = \"elastic\" may help";
-  fmt::print(stderr, "{}\n",
-             one_line(fmt::format("{}: {} {:.4g}: {}; {}", options.scene, scene.dynamics ? "time" : "load factor",
-                                  ending.time, ending.text, help)));
+  say_fault(options, fmt::format("{}: {} {:.4g}: {}; {}", options.scene, scene.dynamics ? "time" : "load factor",
+                                 ending.time, ending.text, help));
 }
 
 /// The run, on rank 0; the other ranks serve until it is over, and hear the status.
@@ -183,7 +184,7 @@ int run(const Options& options, const fem::Session& session) {
   };
   StartTimes times;
   together(session, [&] {
-    Progress progress(options.quiet || options.check);
+    Progress progress(options, options.check);
     StartsFile file;
     if (!options.check)
       file = {options.directory + "/preparation.h5", scene.checkpoint_interval, options.resume, make_folder};
@@ -201,8 +202,7 @@ int run(const Options& options, const fem::Session& session) {
     if (leads && scene.has_rve) tell_times(scene, options, setup, model, times, session.ranks());
     return finished;
   }
-  if (leads && !options.quiet && scene.has_rve)
-    fmt::print("  unit cells prepared in {}\n", duration_text(clock.wall()));
+  if (leads && scene.has_rve) say(options, "  unit cells prepared in " + duration_text(clock.wall()));
   if (leads) return lead(scene, options, session, model, std::move(setup), std::move(kept), clock);
   if (scene.has_rve) coupling::serve(MPI_COMM_WORLD, model, scene.rve.response, options.threads);
   int status = failed;

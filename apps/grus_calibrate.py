@@ -234,6 +234,7 @@ def main():
     parser.add_argument("--resume", action="store_true", help="as without: runs that are done are never repeated")
     parser.add_argument("--quiet", action="store_true")
     parser.add_argument("--version", action="version", version=f"grus-calibrate {VERSION}")
+    grus_interrupts.add_options(parser)
     args = parser.parse_args()
     if args.threads < 0:
         parser.error("--threads: at least 1")

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Reads the tables of a result folder."""
+import contextlib
 import csv
 import fcntl
 import io
@@ -25,10 +26,24 @@ def plain(axis):
     axis.set_minor_formatter(minor)
 
 
-def write_whole(path, text):
-    with open(path + ".new", "w", newline="") as f:
-        f.write(text)
-    os.replace(path + ".new", path)
+def open_anew(path):
+    """A file that nobody else has: what lies there under its name, a link to elsewhere included, makes room first."""
+    with contextlib.suppress(FileNotFoundError):
+        os.unlink(path)
+    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
+
+
+def write_whole(path, content):
+    """Text or bytes, written aside and renamed."""
+    data = content.encode() if isinstance(content, str) else content
+    try:
+        with os.fdopen(open_anew(path + ".new"), "wb") as f:
+            f.write(data)
+        os.replace(path + ".new", path)
+    except OSError:
+        with contextlib.suppress(OSError):
+            os.unlink(path + ".new")
+        raise
 
 
 def write_csv(path, rows):
@@ -62,11 +77,11 @@ class Folder:
         if os.path.exists(self.path):
             if not os.path.isdir(self.path):
                 raise InUse(f"{self.path}: is a file; name a folder with -o")
-            if os.listdir(self.path) and not os.path.isfile(mark):
+            if os.listdir(self.path) and (os.path.islink(mark) or not os.path.isfile(mark)):
                 raise InUse(f"{self.path}: folder is not empty and was not made by Grus; use another -o DIR")
         try:
             os.makedirs(self.path, exist_ok=True)
-            self.file = open(mark, "a")
+            self.file = os.fdopen(os.open(mark, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666), "a")
         except OSError as e:
             raise InUse(f"{self.path}: cannot write: {e.strerror}") from None
         try:

@@ -8,10 +8,11 @@ import re
 import signal
 import subprocess
 import sys
+import time
 import tomllib
 
 import grus_interrupts
-from grus_results import InUse, one_line, read_grading, read_history
+from grus_results import InUse, one_line, read_grading, read_history, write_whole
 from grus_study_reader import Refused, toml_value
 
 
@@ -70,6 +71,7 @@ class Runner:
     def __init__(self, out, seed_key, bins, asked):
         self.out, self.seed_key, self.bins, self.asked = out, seed_key, bins, asked
         self.running, self.stopped, self.refused = set(), False, {}
+        grus_interrupts.hand_on(self.running)
 
     def command(self, case, seed=None):
         settings = dict(case["set"])
@@ -131,23 +133,35 @@ class Runner:
             return case, seed, "not started"
         if os.path.isfile(marker):  # of other settings: must not vouch for what is about to be overwritten
             os.remove(marker)
-        command = self.command(case, seed) + ["-o", folder, "--force", "--quiet", "--threads", "1"]
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
-        self.running.add(process)
-        _, errors = process.communicate()
-        self.running.discard(process)
+        begun = os.path.join(folder, "study.begun")
+        goes_on = os.path.isfile(begun) and open(begun).read() == key and os.path.isfile(os.path.join(folder, "checkpoint.h5"))
+        command = self.command(case, seed) + ["-o", folder, "--quiet", "--threads", "1"]
+        process, errors = self.start(command + ["--resume" if goes_on else "--force"], begun, key)
+        if goes_on and process.returncode == 2 and not self.stopped:  # a checkpoint that cannot be used
+            process, errors = self.start(command + ["--force"], begun, key)
         if process.returncode == 2:
             self.refused[case["name"], str(seed)] = one_line(errors.strip())
         if process.returncode in (0, 3):  # unstable is a result: the table says so
-            with open(marker, "w") as f:
-                f.write(key)
+            write_whole(marker, key)
+            os.remove(begun)
             return case, seed, None
         return case, seed, errors.strip() or f"ended with status {process.returncode}"
+
+    def start(self, command, begun, key):
+        """Runs a command; its folder tells by `begun` whose checkpoint it holds."""
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+        process.begun = time.monotonic()
+        self.running.add(process)
+        _, errors = process.communicate()
+        self.running.discard(process)
+        if os.path.isdir(os.path.dirname(begun)):
+            write_whole(begun, key)
+        return process, errors
 
     def stop(self):
         self.stopped = True
         for process in list(self.running):
-            process.send_signal(signal.SIGINT)
+            process.send_signal(signal.SIGTERM)  # SIGINT is ignored by what was started in the background of a script
 
 
 def duration_text(s):
@@ -164,6 +178,13 @@ def status_of(program, args, work, interrupted):
     """Exit status of a command; what went wrong is told in one line, the whole story to who asks."""
     try:
         grus_interrupts.raise_again()
+        if args.log:
+            try:
+                grus_interrupts.log_to(args.log)
+            except OSError as e:
+                raise Refused(f"--log: {args.log}: cannot write: {e.strerror}") from None
+        if args.max_time:
+            grus_interrupts.end_after(args.max_time)
         return work(args)
     except (Refused, InUse) as e:
         print(one_line(f"{program}: {e}"), file=sys.stderr)
@@ -171,6 +192,9 @@ def status_of(program, args, work, interrupted):
     except Lacking as e:
         print(one_line(f"{program}: {args.scene}: {e}"), file=sys.stderr)
         return 1
+    except grus_interrupts.OutOfTime:
+        print(f"{program}: out of time: finished runs are kept; the same command goes on", file=sys.stderr)
+        return 75
     except KeyboardInterrupt:
         print(f"{program}: {interrupted}", file=sys.stderr)
         return 130
@@ -182,5 +206,6 @@ def status_of(program, args, work, interrupted):
 
 
 def end(status):
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing is left to interrupt; Python's own end would die of it
+    signal.setitimer(signal.ITIMER_REAL, 0)
+    grus_interrupts.hear(grus_interrupts.STOPS, signal.SIG_IGN)  # nothing is left to interrupt; Python's own end would die of it
     sys.exit(status)

@@ -15,24 +15,25 @@ using namespace grus::app;
 namespace {
 
 /// `grains`: of the whole sample, where the state is a piece of it. `wall_estimate`: s, of the whole; 0: none.
-void print_setup(const RveScene& scene, const dem::State& s, double grains, double wall_estimate) {
+std::string setup_text(const RveScene& scene, const dem::State& s, double grains, double wall_estimate) {
   const dem::Measurement m = dem::measure(scene.model, s);
   const double whole = grains / static_cast<double>(s.grains.size());
   const std::string piece = whole != 1 ? fmt::format("   (from a piece of {} grains)", s.grains.size()) : "";
-  fmt::print(
+  std::string text = fmt::format(
       "{}\n  grains {:.0f}   mean diameter {:.4g} m   solid fraction {:.4f}   bulk density {:.4g} g/cm^3   contacts "
       "{:.0f}{}\n",
       scene.title, grains, dem::mean_diameter(s.grains), m.solid_fraction,
       m.volume > 0 ? dem::total_mass(s.grains) / m.volume / 1000 : 0.0, whole * static_cast<double>(m.contacts), piece);
   const double bytes =
       whole * (static_cast<double>(s.grains.size()) * 600 + static_cast<double>(s.contacts.size()) * 260);
-  fmt::print("  time step {:.3g} s   duration {:.4g} s   steps about {:.3g}   memory about {:.3g} MB", s.dt,
-             scene.test.duration, scene.test.duration / s.dt, bytes / 1e6);
+  text += fmt::format("  time step {:.3g} s   duration {:.4g} s   steps about {:.3g}   memory about {:.3g} MB", s.dt,
+                      scene.test.duration, scene.test.duration / s.dt, bytes / 1e6);
   if (wall_estimate > 0)
-    fmt::print("   run time {} {} (at the initial time step)",
-               scene.test.final_stress && !scene.test.stress_time ? "at most" : "about", duration_text(wall_estimate));
-  fmt::print("\n");
-  for (const auto& note : scene.notes) fmt::print("  note: {}\n", note);
+    text += fmt::format("   run time {} {} (at the initial time step)",
+                        scene.test.final_stress && !scene.test.stress_time ? "at most" : "about",
+                        duration_text(wall_estimate));
+  for (const auto& note : scene.notes) text += fmt::format("\n  note: {}", note);
+  return text;
 }
 
 /// Steps of a grain that no machine of today gets through in months; with few grains a step costs as much as with a
@@ -52,7 +53,7 @@ void refuse_endless(const RveScene& scene, const dem::State& s) {
 int check(const Options& options, RveScene& scene, dem::Team& team) {
   const double all = scene.grains();
   const bool piece = make_smaller(scene);
-  Progress progress(options.quiet);
+  Progress progress(options);
   dem::State state =
       prepare_sample(scene, team, [&](double done, const char* what) { return progress.watch(done, what); });
   dem::begin_loading(scene.model, state, scene.test.loading);
@@ -65,8 +66,9 @@ int check(const Options& options, RveScene& scene, dem::Team& team) {
   }
   const double duration = scene.test.stress_time.value_or(scene.test.duration);
   const double grains = piece ? all : static_cast<double>(state.grains.size());
-  print_setup(scene, state, grains,
-              timer.wall() / 50 * duration / probe.dt * grains / static_cast<double>(state.grains.size()));
+  const double estimate =
+      timer.wall() / 50 * duration / probe.dt * grains / static_cast<double>(state.grains.size());
+  say(options, setup_text(scene, state, grains, estimate));
   return finished;
 }
 
@@ -78,7 +80,7 @@ void keep_sizes(dem::Grains& g) {
 
 /// The state in which the test begins; nothing but the sample where a run is resumed: its gradings are asked for.
 dem::State begin(const Options& options, RveScene& scene, dem::Team& team) {
-  Progress progress(options.quiet);
+  Progress progress(options);
   auto watch = [&](double done, const char* what) { return progress.watch(done, what); };
   if (options.resume) {
     make_sample(scene, team, [&](double done) { return watch(done, "packing"); });
@@ -105,7 +107,8 @@ int run(const Options& options) {
   dem::State state = begin(options, scene, team);
   keep_sizes(scene.state.grains);
   const Folder made(options);
-  if (!options.quiet && !options.resume) print_setup(scene, state, static_cast<double>(state.grains.size()), 0);
+  if (options.speaks() && !options.resume)
+    say(options, setup_text(scene, state, static_cast<double>(state.grains.size()), 0));
   return RveRun(options, scene, team, std::move(state), kept, clock, clock.wall()).go();
 }
 

@@ -41,6 +41,9 @@ def run_all(runner, cases, workers, quiet):
                     left = (time.time() - start) / done * (len(jobs) - done)
                     print(f"{done}/{len(jobs)}  {case['label']}{'' if seed is None else f' seed {seed}'}"
                           f"{'  FAILED: ' + failure if failure else ''}  ETA {duration_text(left)}", flush=True)
+        except grus_interrupts.OutOfTime:
+            runner.stop()
+            raise
         except KeyboardInterrupt:
             runner.stop()
             print("interrupted: finished runs are kept; the same command goes on", file=sys.stderr)
@@ -120,6 +123,7 @@ def main():
     parser.add_argument("--quiet", action="store_true")
     parser.add_argument("--strict", action="store_true", help="exit with 1 if a check of the study fails")
     parser.add_argument("--version", action="version", version=f"grus-study {VERSION}")
+    grus_interrupts.add_options(parser)
     args = parser.parse_args()
     if args.threads < 0:
         parser.error("--threads: at least 1")

@@ -29,8 +29,7 @@ def picture(fig, out, name):
     fig.savefig(buffer, format="png", dpi=110, bbox_inches="tight")
     text = alt_text(fig.axes)
     plt.close(fig)
-    with open(os.path.join(out, "plots", name + ".png"), "wb") as f:
-        f.write(buffer.getvalue())
+    write_whole(os.path.join(out, "plots", name + ".png"), buffer.getvalue())
     return f'<img alt="{html.escape(text, quote=True)}" src="data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}">'
 
 

@@ -8,8 +8,8 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 
 #include "apps/about_scenes.hpp"
@@ -21,16 +21,26 @@
 namespace grus::app {
 namespace {
 
-volatile std::sig_atomic_t asked = 0;
-
-void on_signal(int signal) {
-  if (asked) std::_Exit(128 + signal);
-  asked = 1;
+/// mpirun gives its ranks a terminal of their own, and copies it to wherever it writes itself.
+bool on_a_terminal() {
+  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_RANK"})
+    if (std::getenv(name)) return false;
+  const char* kind = std::getenv("TERM");
+  return isatty(fileno(stdout)) != 0 && kind && std::string_view(kind) != "dumb";
 }
 
 }  // namespace
 
-bool interruption_asked() { return asked != 0; }
+void say(const Options& options, const std::string& text) {
+  if (options.log) options.log->add(text);
+  if (!options.quiet) fmt::print("{}\n", text), std::fflush(stdout);
+}
+
+void say_fault(const Options& options, const std::string& text) {
+  const std::string line = one_line(text);
+  if (options.log) options.log->add(line);
+  fmt::print(stderr, "{}\n", line);
+}
 
 std::string one_line(const std::string& text) {
   std::string line;
@@ -68,12 +78,20 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
   cli.add_flag("--resume", options.resume, "go on from checkpoint.h5 in DIR");
   cli.add_flag("--quiet", options.quiet, "print errors only");
   cli.add_flag("--force", options.force, "allow a results folder that is not empty");
+  std::string max_time, log;
+  cli.add_option(
+         "--max-time", max_time,
+         "stop in time to be over, checkpoint written, after this wall time, e.g. \"2 h\", \"90 min\"; exit status 75")
+      ->type_name("DURATION");
+  cli.add_option("--log", log, "add what is said to the end of FILE, each line with the time, --quiet or not")
+      ->type_name("FILE");
   About about;
   const std::string program = name.substr(name.rfind('-') + 1);
   add_about(cli, program, about);
   cli.footer(
-      "Exit status: 0 finished, 2 scene or command line refused, 3 unstable or not converged, 130 interrupted, 1 other "
-      "failure.");
+      "SIGUSR1 and SIGUSR2: write a checkpoint and go on. SIGINT, SIGTERM, SIGHUP: write one and stop.\n"
+      "Exit status: 0 finished, 2 scene or command line refused, 3 unstable or not converged, 75 out of time (--resume "
+      "goes on), 130 interrupted, 1 other failure.");
   try {
     cli.parse(argc, argv);
     if (options.scene.empty() && !about.asked()) throw CLI::RequiredError("SCENE");
@@ -86,12 +104,13 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
   if (options.directory.empty()) options.directory = default_directory(options.scene);
   if (options.threads == 0) options.threads = std::max(1, usable_cores() / std::max(1, sharers));
   options.quiet = options.quiet || !speaks;
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, on_signal);
-  for (const int signal : {SIGXFSZ, SIGPIPE}) std::signal(signal, SIG_IGN);  // a write that fails says so by itself
+  hear_signals();
   auto say = [&](const std::string& line) {
-    if (speaks) fmt::print(stderr, "{}\n", one_line(line));
+    if (speaks) say_fault(options, line);
   };
   try {
+    if (!max_time.empty()) options.max_time = std::max(1e-3, duration_of("--max-time", max_time) - age_of_process());
+    if (!log.empty() && speaks) options.log = std::make_shared<Log>(log, options.directory);
     if (!about.asked()) return work(options);
     if (speaks) tell(about, program, options.scene);
     return finished;
@@ -100,7 +119,8 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
   } catch (const dem::Unstable& e) {
     return say(options.scene + ": " + e.what()), unstable;
   } catch (const dem::Interrupted& e) {
-    return say(options.scene + ": " + e.what()), interrupted;
+    const char* why = interruption_asked() || options.max_time == 0 ? "" : " (the time of --max-time is over)";
+    return say(options.scene + ": " + e.what() + why), interrupted;
   } catch (const std::bad_alloc&) {
     return say(options.scene + ": out of memory"), failed;
   } catch (const std::exception& e) {
@@ -125,34 +145,45 @@ std::string duration_text(double s) {
   return fmt::format("{} h {:02} min", t / 3600, t % 3600 / 60);
 }
 
-Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(fileno(stdout)) != 0) {}
+Progress::Progress(const Options& options, bool quiet)
+    : quiet_(options.quiet || quiet),
+      terminal_(on_a_terminal()),
+      log_(quiet ? nullptr : options.log),
+      limit_(options.started, options.max_time) {}
 
 void Progress::show(double done, const std::string& text) {
-  if (quiet_) return;
+  if (quiet_ && !log_) return;
   const double now = clock_.wall();
-  if (terminal_ ? now - last_shown_ < 0.1 : done - last_part_ < 0.05 && now - last_shown_ < 20) return;
-  last_shown_ = now;
-  last_part_ = done;
+  const bool live = terminal_ && !quiet_ && now - last_shown_ >= 0.1;
+  const bool line = (log_ || !terminal_) && (done - last_part_ >= 0.05 || now - last_line_ >= 20);
+  if (!live && !line) return;
   if (first_part_ < 0) first_part_ = done, first_shown_ = now;  // a resumed run does not begin at 0
   const std::string eta =
       done > first_part_ ? duration_text((now - first_shown_) * (1 - done) / (done - first_part_)) : "?";
-  if (terminal_) {
+  if (line) {
+    last_line_ = now, last_part_ = done;
+    const std::string plain = fmt::format("{:3.0f} %  {}  ETA {}", 100 * done, text, eta);
+    if (log_) log_->add(plain);
+    if (!quiet_ && !terminal_) fmt::print("{}  {}\n", time_of_day(), plain);
+  }
+  if (live) {
+    last_shown_ = now;
     const int full = static_cast<int>(24 * done);
     fmt::print("\r\033[K[{}{}] {:3.0f} %  {}  ETA {}", std::string(static_cast<std::size_t>(full), '#'),
                std::string(static_cast<std::size_t>(24 - full), '.'), 100 * done, text, eta);
-  } else {
-    fmt::print("{:3.0f} %  {}  ETA {}\n", 100 * done, text, eta);
   }
   std::fflush(stdout);
 }
 
 bool Progress::watch(double done, const std::string& what) {
-  if (what != stage_) stage_ = what, stage_began_ = clock_.wall(), last_shown_ = last_part_ = first_part_ = -1;
+  if (what != stage_)
+    stage_ = what, stage_began_ = clock_.wall(), last_shown_ = last_line_ = last_part_ = first_part_ = -1;
   if (clock_.wall() - stage_began_ > 1) show(done, what);  // what is done at once needs no line
-  return !interruption_asked();
+  return !interruption_asked() && !limit_.over();
 }
 
 void Progress::note(const std::string& text) {
+  if (log_) log_->add(text);
   if (quiet_) return;
   fmt::print("{}{}\n", terminal_ ? "\r\033[K" : "", text);
   std::fflush(stdout);

@@ -3,10 +3,13 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "apps/run_log.hpp"
+#include "apps/signals.hpp"
 #include "dem/base/clock.hpp"
 
 namespace grus::app {
@@ -14,11 +17,20 @@ namespace grus::app {
 struct Options {
   std::string scene, directory;
   std::vector<std::string> overrides;
-  int threads = 0;  // 0: all cores given
+  int threads = 0;      // 0: all cores given
+  double max_time = 0;  // s of wall time since `started`; 0: as long as it takes
+  dem::Clock started;
+  std::shared_ptr<Log> log;  // null: none
   bool check = false, columns = false, quiet = false, force = false, resume = false;
+  bool speaks() const { return !quiet || log; }
 };
 
-inline constexpr int finished = 0, failed = 1, refused = 2, unstable = 3, interrupted = 130;
+inline constexpr int finished = 0, failed = 1, refused = 2, unstable = 3, out_of_time = 75, interrupted = 130;
+
+/// What a run says: on the terminal unless it is to be quiet, and in its log. `text`: lines without the last line end.
+void say(const Options& options, const std::string& text);
+/// One line on standard error, and in the log.
+void say_fault(const Options& options, const std::string& text);
 
 /// Parses the command line (prints help and version itself) and runs `work`; turns exceptions into one line and a
 /// status. Of several ranks only one `speaks`; `sharers` of them share this one's cores.
@@ -28,31 +40,32 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
 /// A message without line ends or other control characters, which texts of a scene may bring along.
 std::string one_line(const std::string& text);
 
-/// True once Ctrl-C, SIGTERM or SIGHUP has been seen; the second one kills.
-bool interruption_asked();
-
 using dem::Clock;
 
 /// CPU seconds of the process so far, all threads.
 double cpu_seconds();
 
-/// One live line on a terminal, a plain line every 5 % without.
+/// One live line on a terminal; without, and under mpirun, which gives ranks a terminal whatever it writes to, a line
+/// with the time of day every 5 % or 20 s. The same lines go into the log.
 class Progress {
 public:
-  explicit Progress(bool quiet);
+  explicit Progress(const Options& options, bool quiet = false);
   /// `done` from 0 to 1; `text` says where things stand.
   void show(double done, const std::string& text);
   void finish(const std::string& text);
   /// A line that stays, above the live one.
   void note(const std::string& text);
-  /// Shows the part of a stage of the work that is done, and hears interruptions: what a dem::Watch is to do.
+  /// Shows the part of a stage of the work that is done, and hears interruptions and the end of the time: what a
+  /// dem::Watch is to do. What is stopped has nothing to go on from.
   bool watch(double done, const std::string& what);
 
 private:
   bool quiet_, terminal_;
+  std::shared_ptr<Log> log_;
   Clock clock_;
+  TimeLimit limit_;
   std::string stage_;
-  double stage_began_ = 0, last_shown_ = -1, last_part_ = -1, first_shown_ = 0, first_part_ = -1;
+  double stage_began_ = 0, last_shown_ = -1, last_line_ = -1, last_part_ = -1, first_shown_ = 0, first_part_ = -1;
 };
 
 /// A table of numbers kept in memory and written whole, so that a reader never sees half a row.

@@ -9,6 +9,8 @@
 #include "apps/rve_history.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/io/whole_file.hpp"
+#include "dem/rve/bonded.hpp"
+#include "dem/rve/check_state.hpp"
 #include "dem/rve/crushing.hpp"
 #include "dem/rve/step.hpp"
 
@@ -22,10 +24,10 @@ std::string checkpoint_of(const Options& options) { return options.directory + "
 dem::Checkpoint find_checkpoint(const Options& options, const RveScene& scene) {
   const std::string path = checkpoint_of(options);
   dem::Checkpoint kept = dem::read_checkpoint(path);
-  const nlohmann::json about = nlohmann::json::parse(kept.about);
-  if (about.value("program", "") != "grus-rve" || kept.parts.size() != 4)
+  const nlohmann::json about = nlohmann::json::parse(kept.about, nullptr, false);
+  if (!about.is_object() || about.value("program", "") != "grus-rve" || kept.parts.size() != 4)
     throw InputError(path + ": not a checkpoint of grus-rve");
-  if (about["scene"] != scene.record)
+  if (about.value("scene", nlohmann::json{}) != scene.record)
     throw InputError(path + ": checkpoint of another scene or other settings; give the same file and --set");
   return kept;
 }
@@ -42,7 +44,8 @@ RveRun::RveRun(const Options& options, RveScene& scene, dem::Team& team, dem::St
                rve_columns(scene, options.resume ? scene.state : state_)),
       frames_(options, scene.output, scene.test.duration),
       gradings_(options.directory, scene),
-      progress_(options.quiet) {
+      progress_(options),
+      limit_(options.started, options.max_time) {
   course_.initial_cell = state_.boundary.cell.began(), course_.initial_size = scene.test.loading.initial_size;
   course_.bulk = dem::bulk_volume(state_.boundary), course_.solid = dem::solid_volume(state_.grains);
   course_.mass = dem::total_mass(state_.grains);
@@ -52,21 +55,44 @@ RveRun::RveRun(const Options& options, RveScene& scene, dem::Team& team, dem::St
 }
 
 void RveRun::take_up(const dem::Checkpoint& kept) {
+  const std::string path = checkpoint_of(options_) + ": ";
   const nlohmann::json about = nlohmann::json::parse(kept.about);
-  state_ = dem::state_of(kept.parts[0]);
-  dem::Loader loader(kept.parts[1]);
-  Course::archive(loader, course_);
-  history_.restore(kept.parts[2], about["rows"]);
-  gradings_.restore(kept.parts[3], about["gradings"]);
-  frames_.restore(about["frames"]);
+  try {
+    state_ = dem::state_of(kept.parts[0]);
+    dem::check_state(scene_.model, state_);
+    dem::Loader loader(kept.parts[1]);
+    Course::archive(loader, course_);
+    history_.restore(kept.parts[2], about.at("rows"));
+    gradings_.restore(kept.parts[3], about.at("gradings"));
+    frames_.restore(about.at("frames"));
+    scene_.prepared = about.at("prepared");
+    scene_.notes = about.at("notes").get<std::vector<std::string>>();
+    check_course(loader.at_end());
+  } catch (const InputError& e) {
+    throw InputError(path + e.what());
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(path + "checkpoint is damaged: what it tells of itself");
+  }
   scene_.test.loading.initial_size = course_.initial_size;
-  scene_.prepared = about["prepared"];
-  scene_.notes = about["notes"].get<std::vector<std::string>>();
-  if (!options_.quiet)
-    fmt::print("{}\n  going on from t = {:.4g} s, {} grains\n", scene_.title, state_.time, state_.grains.size());
+  say(options_,
+      fmt::format("{}\n  going on from t = {:.4g} s, {} grains", scene_.title, state_.time, state_.grains.size()));
+}
+
+/// The course, its rows and the state belong together.
+void RveRun::check_course(bool whole) const {
+  const double row = static_cast<double>(course_.row), every = scene_.output.history_interval, slack = 1e-6 * every;
+  const auto& c = course_;
+  const bool finite = c.initial_cell.allFinite() && c.initial_size.allFinite() && std::isfinite(c.peak + c.intact) &&
+                      std::isfinite(c.reading + c.overfull) && c.wall >= 0 && std::isfinite(c.wall);
+  const auto lines = static_cast<std::size_t>(std::count(history_.text().begin(), history_.text().end(), '\n'));
+  if (!whole || !finite || history_.rows() != course_.row + 1 || lines != history_.rows() + 1 ||
+      !(state_.time >= row * every - slack || state_.time >= scene_.test.duration - slack) ||
+      !(state_.time <= (row + 1) * every + slack && state_.time <= scene_.test.duration + slack))
+    throw InputError("checkpoint is damaged: rows and time do not match");
 }
 
 void RveRun::save_checkpoint() {
+  const Clock writing;
   dem::Saver saver;
   Course::archive(saver, course_);
   const nlohmann::json about{{"program", "grus-rve"},          {"scene", scene_.record},  {"prepared", scene_.prepared},
@@ -79,9 +105,16 @@ void RveRun::save_checkpoint() {
     take(gradings_.text());
   });
   saved_ = clock_.wall();
+  limit_.wrote(writing.wall());
+  if (checkpoint_asked()) progress_.note(fmt::format("  checkpoint written at t = {:.4g} s, as asked", state_.time));
+  checkpoint_written();
 }
 
-bool RveRun::due() const { return interruption_asked() || clock_.wall() - saved_ > scene_.output.checkpoint_interval; }
+bool RveRun::due() {
+  over_ = limit_.over() || over_;
+  return over_ || interruption_asked() || checkpoint_asked() ||
+         clock_.wall() - saved_ > scene_.output.checkpoint_interval;
+}
 
 /// The part of the test that is done. Where a stress ends it: by the time of the ramp, or from the last rows; a stress
 /// that grows faster and faster is reached before a straight line through the origin says so.
@@ -148,12 +181,11 @@ bool RveRun::go_to_row(std::uint64_t row, double until) {
       if (scene_.test.final_stress && (axial_ >= *scene_.test.final_stress || state_.time < until)) return false;
     }
     if (due()) {
-      const bool stop = interruption_asked();
+      const Stop stop = stop_of(over_);
       save_checkpoint();
-      if (stop) {
-        status_ = interrupted, ending_ = "interrupted; --resume goes on from checkpoint.h5";
-        return false;
-      }
+      if (stop == Stop::asked) status_ = interrupted, ending_ = "interrupted; --resume goes on from checkpoint.h5";
+      if (stop == Stop::time) status_ = out_of_time, ending_ = "out of time; --resume goes on from checkpoint.h5";
+      if (stop != Stop::none) return false;
     }
     if (there) return true;
   }
@@ -180,14 +212,14 @@ void RveRun::finish() {
   end_ = clock_.wall();
   try {
     history_.save();
-    if (status_ != interrupted && status_ != failed) frames_.write_last(state_), gradings_.write_last(state_);
+    if (status_ == finished || status_ == unstable) frames_.write_last(state_), gradings_.write_last(state_);
     const std::filesystem::path folder(options_.directory);
     if (scene_.output.bursts > 0) dem::write_whole((folder / "bursts.csv").string(), bursts_text(scene_, state_));
     dem::write_whole((folder / "summary.json").string(), summary().dump(2) + "\n");
   } catch (const std::exception&) {  // of one fault one line
     if (status_ != failed) throw;
   }
-  const char* how = status_ == interrupted ? "interrupted" : "stopped";
+  const char* how = status_ == interrupted ? "interrupted" : status_ == out_of_time ? "out of time" : "stopped";
   progress_.finish(fmt::format(
       "{}: t {:.5g} s, peak stress {:.4g} MPa, {} -> {} grains, {} breakages, mass lost {:.2f} %, worst "
       "energy error {:.2f} %, "
@@ -197,9 +229,8 @@ void RveRun::finish() {
       100 * state_.ledger.fines.mass / dem::total_mass(scene_.state.grains), 100 * course_.errors.energy.worst,
       state_.steps, duration_text(earlier_ + end_ - ready_), options_.directory));
   const auto all = notes();
-  for (std::size_t k = scene_.notes.size(); k < all.size(); ++k) fmt::print("  note: {}\n", all[k]);
-  if (status_ == unstable || status_ == failed)
-    fmt::print(stderr, "{}\n", one_line(fmt::format("{}: {}", options_.scene, ending_)));
+  for (std::size_t k = scene_.notes.size(); k < all.size(); ++k) progress_.note("  note: " + all[k]);
+  if (status_ == unstable || status_ == failed) say_fault(options_, fmt::format("{}: {}", options_.scene, ending_));
 }
 
 int RveRun::go() {

@@ -56,8 +56,9 @@ private:
   };
 
   void take_up(const dem::Checkpoint& kept);
+  void check_course(bool whole) const;
   void save_checkpoint();
-  bool due() const;
+  bool due();
   void show();
   void write_row();
   double done() const;
@@ -80,6 +81,8 @@ private:
   GradingStates gradings_;
   Course course_;
   Progress progress_;
+  TimeLimit limit_;
+  bool over_ = false;             // the time that the run may take is
   double axial_ = 0, error_ = 0;  // of the last row: stress (Pa), energy error
   double saved_, earlier_;        // wall time of the last checkpoint, and of earlier parts of the run (s)
   double end_ = 0;                // wall time (s)

@@ -110,7 +110,9 @@ std::string handle(dem::RveHost& host, const std::string& bytes) {
     case Command::put: {
       std::string state;
       in.text(state);
-      host.put(slots[0], dem::HostedRve::from(state));
+      dem::HostedRve rve = dem::HostedRve::from(state);
+      host.check(rve);
+      host.put(slots[0], std::move(rve));
       break;
     }
     case Command::copy:
@@ -203,7 +205,9 @@ void RveFarm::put_bytes(std::uint64_t slot, const std::string& state, double cos
 
 void RveFarm::place(int rank, std::uint64_t slot, const std::string& state, double cost) {
   if (rank == 0) {
-    host_.put(slot, dem::HostedRve::from(state));
+    dem::HostedRve rve = dem::HostedRve::from(state);
+    host_.check(rve);
+    host_.put(slot, std::move(rve));
     return settle(slot, rank, cost);
   }
   Saver s;

@@ -344,8 +344,20 @@ void RveMaterial::load(const std::vector<std::string>& parts) {
   std::vector<std::uint64_t> old;
   for (const auto& [slot, s] : slots_) old.push_back(slot);
   dem::Loader a(parts.at(0));
+  const std::size_t stresses = stress_.size();
   archive(a, *this);
-  if (parts.size() != slots_.size() + 1) throw dem::InputError("checkpoint.h5: of another problem");
+  if (!a.at_end() || parts.size() != slots_.size() + 1) throw dem::InputError("checkpoint.h5: of another problem");
+  check_sharing(sharing_, sharing_.leader, start_volume_.size());
+  bool good = stress_.size() == stresses && (kept_tangent_.empty() || kept_tangent_.size() == points()) && sharp_ >= 0;
+  for (const auto& [slot, s] : slots_) {
+    const Memory& m = s.memory;
+    good = good && sharing_.leader.contains(slot) && m.pending.allFinite() && m.pending.determinant() > 0 &&
+           m.stress.allFinite() && m.tangent.allFinite() && std::isfinite(m.trust);
+  }
+  for (const auto& [slot, leader] : sharing_.leader) good = good && slots_.contains(slot);
+  for (const Mat3& stress : stress_) good = good && stress.allFinite();
+  for (const Mat6& tangent : kept_tangent_) good = good && tangent.allFinite();
+  if (!good) throw dem::InputError("checkpoint.h5: checkpoint is damaged: what is known of the cells");
   for (const std::uint64_t slot : old) farm_.drop(slot);
   std::size_t part = 1;
   for (const auto& [slot, s] : slots_) farm_.put_bytes(slot, parts[part++], static_cast<double>(s.facts.grains));

@@ -17,7 +17,7 @@ import api_pages
 
 source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 NAV = [("Start", [("Grus", "index.md"), ("From a sieve curve to a pile", "tutorial.md"), ("Coming from other programs", "coming.md"), ("What it does", "features.md"), ("Shipped scenes", "shipped.md"), ("Gallery", "gallery.md")]),
-       ("Use", [("Scenes", "scenes.md"), ("All keys", "keys.md"), ("Results", "results.md"), ("Macro problems", "macro.md"), ("Calibration", "calibration.md"), ("Python and C++", "library.md"), ("Extreme cases", "stability.md")]),
+       ("Use", [("Scenes", "scenes.md"), ("All keys", "keys.md"), ("Results", "results.md"), ("Macro problems", "macro.md"), ("Calibration", "calibration.md"), ("On a cluster", "cluster.md"), ("Python and C++", "library.md"), ("Extreme cases", "stability.md")]),
        ("Theory", [("Physics", "physics.md"), ("Fracture", "physics/fracture.md"), ("Fourteen balls", "physics/fourteen.md"), ("Bonded polyhedra", "bonded.md"), ("Cleavage", "cleavage.md")]),
        ("Validation", [("Verification", "verification.md"), ("Zhang et al. (2015)", "validation/zhang2015.md"), ("Ciantia et al. (2015)", "validation/ciantia2015.md"), ("Galindo-Torres et al. (2012)", "validation/galindo2012.md"),
                        ("Saleme Ruiz (2016)", "validation/saleme2016.md"), ("Error against run time", "studies/README.md"), ("Benchmarks", "benchmarks.md")]),

@@ -80,6 +80,11 @@ Material material_of(std::shared_ptr<Kept<T>> state, std::function<bool(const Po
           [state](const std::string& bytes) {
             if (bytes.size() != state->committed.size() * sizeof(T))
               throw std::invalid_argument("the saved material is of another problem");
+            static_assert(sizeof(T) % sizeof(double) == 0);  // points are doubles and nothing else
+            std::vector<double> numbers(bytes.size() / sizeof(double));
+            std::memcpy(numbers.data(), bytes.data(), bytes.size());
+            if (!std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); }))
+              throw std::invalid_argument("the saved material is damaged");
             std::memcpy(static_cast<void*>(state->committed.data()), bytes.data(), bytes.size());
           },
           [state](std::span<const double> volumes) {

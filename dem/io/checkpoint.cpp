@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <stdexcept>
 #include <string_view>
@@ -77,13 +78,17 @@ private:
   hsize_t size_ = 0;
 };
 
+/// `room`: bytes of the file; what is written is neither packed nor spread thin, so no column holds more. A column that
+/// says so would only take memory.
 template <class C>
-bool read(hid_t file, const char* name, hid_t type, C& into) {
+bool read(hid_t file, const char* name, hid_t type, std::size_t room, C& into) {
   const Handle set{H5Dopen2(file, name, H5P_DEFAULT), H5Dclose};
   if (set.id < 0) return false;
   const Handle space{H5Dget_space(set.id), H5Sclose};
   const hssize_t count = H5Sget_simple_extent_npoints(space.id);
-  if (count < 0) return false;
+  const Handle stored{H5Dget_type(set.id), H5Tclose};
+  if (count < 0 || stored.id < 0 || H5Tequal(stored.id, type) <= 0) return false;
+  if (static_cast<std::size_t>(count) > room / H5Tget_size(type)) return false;
   into.resize(static_cast<std::size_t>(count));
   return count == 0 || H5Dread(set.id, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, into.data()) >= 0;
 }
@@ -117,15 +122,22 @@ Checkpoint read_checkpoint(const std::string& path) {
   std::vector<std::uint64_t> head, offsets;
   std::string packed;
   Checkpoint c;
-  if (!read(file.id, "head", H5T_NATIVE_UINT64, head) || head.size() < 2) refuse("not a checkpoint of Grus");
+  std::error_code none;
+  const std::size_t room = std::filesystem::file_size(path, none);
+  if (none) refuse("cannot read: " + none.message());
+  if (!read(file.id, "head", H5T_NATIVE_UINT64, room, head) || head.size() < 2) refuse("not a checkpoint of Grus");
   if (head[0] != format_version)
     refuse(fmt::format("checkpoint of format {}, this version reads {}: run again from the start", head[0],
                        format_version));
   if (head[1] != layout)
     refuse("checkpoint of a build with another data layout: resume with the program that wrote it");
-  if (!sealed(path) || !read(file.id, "about", H5T_NATIVE_UINT8, c.about) ||
-      !read(file.id, "offsets", H5T_NATIVE_UINT64, offsets) || !read(file.id, "parts", H5T_NATIVE_UINT8, packed))
-    refuse("checkpoint is damaged: its checksum does not match");
+  if (!sealed(path)) refuse("checkpoint is damaged: its checksum does not match");
+  if (!read(file.id, "about", H5T_NATIVE_UINT8, room, c.about) ||
+      !read(file.id, "offsets", H5T_NATIVE_UINT64, room, offsets) ||
+      !read(file.id, "parts", H5T_NATIVE_UINT8, room, packed))
+    refuse("checkpoint is damaged: a part is missing, or larger than the file");
+  if (offsets.empty() || offsets.front() != 0 || offsets.back() != packed.size())
+    refuse("checkpoint is damaged: its offsets do not match");
   for (std::size_t k = 0; k + 1 < offsets.size(); ++k) {
     if (offsets[k] > offsets[k + 1] || offsets[k + 1] > packed.size())
       refuse("checkpoint is damaged: its offsets do not match");

@@ -40,7 +40,8 @@ void write_all(int file, std::string_view text, Faults& faults) {
 void write_whole(const std::string& path, const std::string& text) {
   const std::string aside = path + ".new";
   Faults faults;
-  const int file = ::open(aside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  ::unlink(aside.c_str());  // left by a killed run, or a link to elsewhere: what is written is a file of our own
+  const int file = ::open(aside.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644);
   faults.check(file >= 0);
   write_all(file, text, faults);
   if (faults.first == 0)
@@ -48,13 +49,13 @@ void write_whole(const std::string& path, const std::string& text) {
   if (file >= 0) faults.check(::close(file) == 0);
   if (faults.first == 0) faults.check(std::rename(aside.c_str(), path.c_str()) == 0);
   if (faults.first == 0) return;
-  std::remove(aside.c_str());
+  if (file >= 0) std::remove(aside.c_str());
   cannot_write(path, faults);
 }
 
 void append(const std::string& path, std::size_t size, std::string_view text) {
   Faults faults;
-  const int file = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  const int file = ::open(path.c_str(), O_WRONLY | O_APPEND | O_NOFOLLOW | O_CLOEXEC);
   faults.check(file >= 0);
   write_all(file, text, faults);
   // Where not even that can be done the rows are left torn; the fault that is told is the first.

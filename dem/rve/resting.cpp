@@ -31,24 +31,40 @@ Contacts touching(const Contacts& c, bool bodies) {
   return kept;
 }
 
+/// Exchanges what a resting state does without.
+void exchange(State& s, State& aside, bool round) {
+  Grains &g = s.grains, &other = aside.grains;
+  std::swap(g.inertia, other.inertia), std::swap(g.extent, other.extent), std::swap(g.frame, other.frame);
+  std::swap(g.force, other.force), std::swap(g.torque, other.torque);
+  if (round) std::swap(g.shape, other.shape), std::swap(g.angular_momentum, other.angular_momentum);
+  std::swap(s.contacts, aside.contacts), std::swap(s.reference, aside.reference);
+  std::swap(s.bonds.cohesive.tiles, aside.bonds.cohesive.tiles), std::swap(s.bonds.face.tiles, aside.bonds.face.tiles);
+  std::swap(s.grain_energy, aside.grain_energy), std::swap(s.break_room, aside.break_room);
+  std::swap(s.grain_bonds, aside.grain_bonds);
+}
+
 }  // namespace
 
-State at_rest(State s) {
+State resting_copy(State& s) {
   if (s.resting) return s;
-  Grains& g = s.grains;
-  const bool round = g.frame.empty();
-  s.contacts = touching(s.contacts, !round);
-  drop(g.inertia), drop(g.extent), drop(g.frame), drop(g.force), drop(g.torque);
-  if (round) drop(g.shape), drop(g.angular_momentum);
-  for_each_kind(s.bonds, [](auto& column) { column.tiles = {}; });
-  NeighbourReference waiting;
-  waiting.builds = s.reference.builds;
-  s.reference = std::move(waiting);
-  drop(s.grain_energy), drop(s.break_room);
-  s.grain_bonds = {};
-  s.resting = true;
-  return s;
+  const bool round = s.grains.frame.empty();
+  State aside;
+  exchange(s, aside, round);
+  State rest;
+  try {
+    rest = s;
+  } catch (...) {
+    exchange(s, aside, round);
+    throw;
+  }
+  exchange(s, aside, round);
+  rest.contacts = touching(s.contacts, !round);
+  rest.reference.builds = s.reference.builds;
+  rest.resting = true;
+  return rest;
 }
+
+State at_rest(State s) { return s.resting ? s : resting_copy(s); }
 
 void awaken(const Model& model, State& s, Team& team) {
   if (!s.resting) return;

@@ -10,6 +10,10 @@
 
 namespace grus::dem {
 
+/// The state reduced, beside it as it is: what is not kept is never copied, so that many cells leave no holes in
+/// memory.
+State resting_copy(State& state);
+
 /// The state reduced; one that rests already stays as it is. It can be copied, saved and woken, nothing else.
 State at_rest(State state);
 

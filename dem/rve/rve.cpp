@@ -167,7 +167,7 @@ Response Rve::advance(const Increment& increment, State& trial) {
     if (response.stable) break;
   }
   response.steps = spent;
-  if (response.stable) next_ = at_rest(trial);
+  if (response.stable) next_ = resting_copy(trial);
   fresh_ = response.stable;
   return response;
 }

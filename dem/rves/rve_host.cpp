@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/rves/rve_host.hpp"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <atomic>
 #include <thread>
@@ -8,6 +10,7 @@
 #include "dem/base/clock.hpp"
 #include "dem/base/error.hpp"
 #include "dem/io/archive.hpp"
+#include "dem/rve/check_state.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/resting.hpp"
 #include "dem/rve/step.hpp"
@@ -66,12 +69,31 @@ Facts facts_of(const Model& model, const State& s, double haste) {
   return f;
 }
 
+/// Holes that states have left, where they are more than a quarter of what is in use, go back to the system.
+void give_back_holes() {
+#ifdef __GLIBC__
+  const auto use = mallinfo2();
+  if (use.fordblks > (std::size_t{16} << 20) && use.fordblks > use.uordblks / 4) malloc_trim(0);
+#endif
+}
+
 }  // namespace
 
 State RveHost::whole(State state) const {
   Team alone(1);
   awaken(*model_, state, alone);
   return state;
+}
+
+void RveHost::check(const HostedRve& rve) const {
+  const Steady& s = rve.steady;
+  const bool good = rve.pending.allFinite() && rve.pending.determinant() > 0 && s.turn.allFinite() &&
+                    s.stress.allFinite() && std::isfinite(s.work) && std::isfinite(s.haste) &&
+                    (!rve.remainder || (rve.remainder->stress.allFinite() && rve.remainder->tangent.allFinite() &&
+                                        rve.remainder->volume > 0 && std::isfinite(rve.remainder->work)));
+  if (!good) throw InputError("checkpoint is damaged: an RVE");
+  if (!rve.state.boundary.cell.periodic()) throw InputError("checkpoint is damaged: the cell");
+  check_state(*model_, rve.state);
 }
 
 void RveHost::put(std::uint64_t slot, HostedRve hosted) {
@@ -217,6 +239,7 @@ std::vector<Outcome> RveHost::advance(const std::vector<Task>& tasks, const Watc
     }
     outcomes[k].seconds = clock.wall();
   });
+  give_back_holes();
   if (stopped) throw Interrupted("interrupted while RVEs advanced; the committed states stand");
   return outcomes;
 }

@@ -99,6 +99,8 @@ class RveHost {
 public:
   RveHost(std::shared_ptr<const Model> model, const ResponseOptions& options, int threads);
 
+  /// Throws InputError for an RVE, of a file, that no run of this model can have left.
+  void check(const HostedRve& rve) const;
   void put(std::uint64_t slot, HostedRve rve);
   void copy(std::uint64_t from, std::uint64_t to) { put(to, hosted(from)); }
   void drop(std::uint64_t slot) { slots_.erase(slot); }

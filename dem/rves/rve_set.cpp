@@ -107,6 +107,7 @@ std::string RveSet::bytes(std::size_t point) const {
 void RveSet::restore(std::size_t point, const std::string& bytes) {
   Sharing::Point& mine = sharing_.point.at(point);
   HostedRve rve = HostedRve::from(opened(bytes));
+  host_.check(rve);
   forget();
   const std::uint64_t old = mine.slot;
   const std::size_t n = size();
@@ -143,7 +144,11 @@ void RveSet::load(const std::vector<std::string>& parts) {
     throw InputError(fmt::format("states of {} points, where there are {}", sharing.point.size(), size()));
   if (parts.size() != leaders.size() + 1) throw InputError("states are cut short");
   std::vector<HostedRve> rves;
-  for (std::size_t k = 0; k < leaders.size(); ++k) rves.push_back(HostedRve::from(opened(parts[k + 1])));
+  for (std::size_t k = 0; k < leaders.size(); ++k)
+    rves.push_back(HostedRve::from(opened(parts[k + 1]))), host_.check(rves.back());
+  std::map<std::uint64_t, std::size_t> leads;
+  for (const auto& [slot, leader] : leaders) leads[slot] = leader;
+  check_sharing(sharing, leads, SIZE_MAX);
   forget();
   for (const auto& [slot, leader] : sharing_.leader) host_.drop(slot);
   for (std::size_t k = 0; k < leaders.size(); ++k) {

@@ -1,11 +1,25 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/rves/sharing.hpp"
 
+#include "dem/base/error.hpp"
+
 #include <algorithm>
 #include <array>
 #include <set>
 
 namespace grus::dem {
+
+void check_sharing(const Sharing& s, const std::map<std::uint64_t, std::size_t>& leader, std::size_t variants) {
+  bool good = true;
+  for (const Sharing::Point& p : s.point)
+    good = good && leader.contains(p.slot) && p.variant < variants && p.total.allFinite() && p.distance >= 0 &&
+           p.total.determinant() > 0;
+  for (const auto& [slot, point] : leader)
+    good = good && slot < s.next_slot && point < s.point.size() && s.point[point].slot == slot;
+  for (const auto& path : s.path)
+    for (const Mat3& f : path) good = good && f.allFinite() && f.determinant() > 0;
+  if (!good) throw InputError("checkpoint is damaged: points and their cells");
+}
 namespace {
 
 /// Largest difference of two points' deformation gradients over their committed paths; more than `limit` is not told

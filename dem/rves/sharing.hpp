@@ -55,6 +55,9 @@ struct SharingPlan {
 /// `leader`.
 Sharing begin_sharing(std::span<const std::size_t> start, bool exact, double tolerance);
 
+/// Throws InputError where points of a file go with nobody, or with one that is not there.
+void check_sharing(const Sharing& sharing, const std::map<std::uint64_t, std::size_t>& leader, std::size_t variants);
+
 /// Every point has an RVE of its own, and for good.
 inline bool parted(const Sharing& s) { return s.tolerance == 0 && s.leader.size() == s.point.size(); }
 

@@ -2,6 +2,7 @@
 """Runs of scenes by grus-rve and grus-bvp, and what they have written."""
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import shutil
@@ -78,6 +79,22 @@ def _program(name: str) -> str:
     return found
 
 
+def _stop(process: subprocess.Popen, by_mpirun: bool) -> None:
+    """Asks a run to stop. mpirun would kill its ranks a second after it has asked them, too soon for a checkpoint: they are asked themselves."""
+    ranks = []
+    if by_mpirun:
+        try:
+            with open(f"/proc/{process.pid}/task/{process.pid}/children") as f:
+                ranks = [int(child) for child in f.read().split()]
+        except OSError:
+            pass
+    for rank in ranks:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(rank, signal.SIGTERM)
+    if not ranks:
+        process.send_signal(signal.SIGTERM)
+
+
 def run(scene: str, set: Sequence[str] = (), *, out: str | None = None, threads: int | None = None, ranks: int = 1,
         check: bool = True, force: bool = False) -> Results:
     """Runs a scene by grus-rve, or by grus-bvp where it has a [mesh], and returns its results.
@@ -113,7 +130,7 @@ def run(scene: str, set: Sequence[str] = (), *, out: str | None = None, threads:
     try:
         _, errors = process.communicate()
     except KeyboardInterrupt:
-        process.send_signal(signal.SIGINT)
+        _stop(process, by_mpirun=ranks > 1)
         process.communicate()
         raise
     said = errors.strip().removeprefix("grus-bvp: ").removeprefix("grus-rve: ")

@@ -1,0 +1,301 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/rve/check_state.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "dem/base/error.hpp"
+#include "dem/contact/pair_kinds.hpp"
+#include "dem/contact/tiles.hpp"
+
+namespace grus::dem {
+namespace {
+
+void need(bool good, const char* what) {
+  if (!good) throw InputError(fmt::format("checkpoint is damaged: {}", what));
+}
+
+/// Of rows that hold doubles and nothing else.
+template <class Row>
+bool finite(const std::vector<Row>& column) {
+  static_assert(sizeof(Row) % sizeof(double) == 0);
+  const auto* v = reinterpret_cast<const double*>(column.data());
+  return std::all_of(v, v + column.size() * (sizeof(Row) / sizeof(double)), [](double x) { return std::isfinite(x); });
+}
+
+bool finite(std::initializer_list<double> values) {
+  return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
+}
+
+bool unit(const Quat& q) { return std::abs(q.squaredNorm() - 1) < 1e-6; }
+
+template <class Column>
+bool rising(const Column& starts) {
+  return std::is_sorted(starts.begin(), starts.end());
+}
+
+void check_hull(const HullStore& s, const HullRow& r) {
+  const auto fits = [](std::size_t at, std::size_t count, std::size_t size) {
+    return at <= size && count <= size - at;
+  };
+  need(r.vertices >= 4 && r.vertices <= most_hull_vertices && r.faces >= 4 && r.faces <= most_hull_faces &&
+           fits(r.vertex, r.vertices, s.vertex.size()) && fits(r.plane, r.faces, s.plane.size()) &&
+           fits(r.begin, r.faces + 1, s.begin.size()) && fits(r.edge, std::size_t{4} * r.edges, s.edge.size()),
+       "a hull");
+  const auto room = static_cast<std::size_t>(in_eights(static_cast<int>(r.vertices)));
+  const auto space = static_cast<std::size_t>(in_eights(static_cast<int>(r.faces)));
+  need(fits(r.column, 3 * room + 4 * space, s.column.size()), "columns of a hull");
+  const auto* begin = &s.begin[r.begin];
+  need(std::is_sorted(begin, begin + r.faces + 1) && begin[0] == 0 && fits(r.loop, begin[r.faces], s.loop.size()),
+       "faces of a hull");
+  for (std::size_t k = 0; k < begin[r.faces]; ++k) need(s.loop[r.loop + k] < r.vertices, "vertices of a face");
+  for (std::size_t k = 0; k < r.edges; ++k) {
+    const std::uint8_t* edge = &s.edge[r.edge + 4 * k];
+    need(edge[0] < r.vertices && edge[1] < r.vertices && edge[2] < r.faces && edge[3] < r.faces, "edges of a hull");
+  }
+  for (std::size_t v = 0; v < r.vertices; ++v)
+    for (std::size_t k = 0; k < 3; ++k)
+      need(s.column[r.column + k * room + v] == s.vertex[r.vertex + v][static_cast<int>(k)], "columns of a hull");
+  need(finite({r.volume, r.depth, r.bounding_radius, r.least_width}) && r.volume > 0 && r.depth > 0 &&
+           r.bounding_radius > 0 && r.least_width > 0 && r.principal.moments.minCoeff() > 0,
+       "measures of a hull");
+}
+
+void check_sizes(const Model& model, const State& s) {
+  const Grains& g = s.grains;
+  const std::size_t n = g.size();
+  const bool round = g.frame.empty(), whole = !s.resting;
+  need(n > 0 && n < std::numeric_limits<Index>::max() / 2, "number of grains");
+  const auto all = [&](const auto& column, bool kept) { return column.size() == (kept ? n : 0); };
+  const auto some = [&](const auto& column) { return column.empty() || column.size() == n; };
+  const bool bodies = s.resting ? !g.shape.empty() : !round;
+  need(g.orientation.size() == n && g.mass.size() == n && g.kind.size() == n && g.material.size() == n &&
+           g.id.size() == n && all(g.force, whole) && all(g.torque, whole) && all(g.inertia, whole) &&
+           all(g.extent, whole) && all(g.shape, whole || bodies) && all(g.angular_momentum, whole || bodies) &&
+           all(g.frame, whole && bodies),
+       "columns of grains");
+  need(some(g.strength) && some(g.generation) && some(g.utilisation) && some(g.born) && some(g.solid_mass) &&
+           some(g.hull) && some(g.crystal),
+       "columns of grains");
+  need(!model.breakable() || (g.strength.size() == n && g.generation.size() == n && g.utilisation.size() == n),
+       "columns of breakable grains");
+  for (std::size_t i = 0; i < n; ++i) {
+    need(g.kind[i] <= ShapeKind::hull && g.material[i] < model.materials.size() && g.id[i] < g.next_id,
+         "kind, material or number of a grain");
+    need(bodies || g.kind[i] == ShapeKind::sphere, "shape of a grain");
+    need((g.kind[i] == ShapeKind::hull) == !g.hull.empty(), "hull of a grain");
+    if (!g.hull.empty()) need(g.hulls && g.hull[i] < g.hulls->row.size(), "hull of a grain");
+  }
+  if (g.hulls)
+    for (const HullRow& row : g.hulls->row) check_hull(*g.hulls, row);
+}
+
+void check_values(const Model& model, const State& s) {
+  const Grains& g = s.grains;
+  need(finite(g.motion) && finite(g.orientation) && finite(g.angular_momentum) && finite(g.force) && finite(g.torque) &&
+           finite(g.mass) && finite(g.inertia) && finite(g.shape) && finite(g.frame) && finite(g.strength) &&
+           finite(g.extent) && finite(g.solid_mass) && finite(g.crystal),
+       "a number of a grain");
+  constexpr double light = 3e8;  // m/s
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    const Motion& m = g.motion[i];
+    need(m.radius > 0 && g.mass[i] > 0 && std::abs(m.inverse_mass * g.mass[i] - 1) < 1e-6 && m.inverse_inertia >= 0,
+         "size or mass of a grain");
+    need(m.velocity.norm() < light && m.spin.norm() * m.radius < light && unit(g.orientation[i]), "motion of a grain");
+    const double solid = solid_mass(g, i);
+    const double ratio = solid / (model.materials[g.material[i]].density * 4.18879 * std::pow(m.radius, 3));
+    need(solid > 0 && ratio < 1.001e3 && ratio > 1e-9, "size or mass of a grain");
+    if (!g.shape.empty()) {
+      const PolyEllipsoid& p = g.shape[i];
+      need(std::min(p.plus.minCoeff(), p.minus.minCoeff()) > 0 && volume(p) < 1.001 * 8 * std::pow(m.radius, 3),
+           "shape of a grain");
+      need(g.kind[i] != ShapeKind::sphere || std::abs(p.plus.x() - m.radius) < 1e-6 * m.radius, "radius of a grain");
+    }
+    if (!g.extent.empty()) {
+      const Extent& e = g.extent[i];
+      need(e.volume > 0 && e.equivalent_radius > 0 && e.least_width > 0 && e.least_width < 2.001 * m.radius &&
+               e.equivalent_radius < 1.001 * m.radius &&
+               std::abs(e.volume / (4.1887902047863905 * std::pow(e.equivalent_radius, 3)) - 1) < 1e-6,
+           "size of a grain");
+    }
+    if (!g.inertia.empty()) need(g.inertia[i].moments.minCoeff() > 0, "inertia of a grain");
+  }
+  for (const Quat& q : g.crystal) need(unit(q), "crystal of a grain");
+  const Cell& cell = s.boundary.cell;
+  need(cell.vectors.allFinite() && cell.rate.allFinite(), "the cell");
+  if (!cell.vectors.isZero(0)) {
+    const double volume = cell.volume();
+    double solid = 0;
+    for (std::size_t i = 0; i < g.size(); ++i) solid += solid_mass(g, i) / model.materials[g.material[i]].density;
+    need(volume > 0 && cell.height() > 0 && volume < 1e6 * solid && solid < 1e3 * volume, "the cell");
+    const Mat3 inverse = cell.vectors.inverse();
+    for (const Motion& m : g.motion)  // an image is a small number
+      need((inverse * m.position).cwiseAbs().maxCoeff() < 3e4, "place of a grain");
+  }
+  for (const Wall& w : s.boundary.walls) {
+    need(w.point.allFinite() && w.normal.allFinite() && w.velocity.allFinite() && w.axis.allFinite() &&
+             finite({w.radius, w.roller}) && w.velocity.norm() < light && w.radius >= 0 && w.roller >= 0,
+         "a wall");
+    need(w.material < model.materials.size() && (w.roller == 0 || (g.hulls && w.hull < g.hulls->row.size())), "a wall");
+  }
+}
+
+/// What a list of pairs entails, made again.
+void check_list(const Model& model, const State& s) {
+  const Grains& g = s.grains;
+  const Contacts& c = s.contacts;
+  const std::size_t n = g.size(), walls = s.boundary.walls.size(), tiles = tile_count(n), total = c.size();
+  const int bits = tile_bits(n);
+  Contacts again;
+  again.begin = c.begin, again.tile = c.tile, again.pair = c.pair, again.b = c.b, again.target = c.target;
+  again.round = c.round;
+  std::vector<std::vector<Index>> crossing(tiles);
+  for (std::size_t bin = 0; bin < bin_count; ++bin) {
+    const auto& tile = c.tile[bin];
+    need(tile.size() == tiles + 1 && c.apart[bin].size() == tiles && rising(tile) && tile.front() == c.begin[bin] &&
+             tile.back() == c.begin[bin + 1],
+         "tiles of the list");
+    for (std::size_t t = 0; t < tiles; ++t) {
+      need(tile[t] <= c.apart[bin][t] && c.apart[bin][t] <= tile[t + 1], "tiles of the list");
+      for (std::size_t k = tile[t]; k < tile[t + 1]; ++k) {
+        const Pair& p = c.pair[k];
+        need(p.a >> bits == t && c.a[k] == p.a && c.law[k] == p.law && c.b[k] == (bin < first_wall ? p.b : 0),
+             "a pair of the list");
+        need(c.active[k] <= 1, "a pair of the list");
+        again.target[k] = p.b;
+        if (bin < first_wall && p.b >> bits != t) crossing[t].push_back(static_cast<Index>(k));
+      }
+    }
+  }
+  std::vector<Index> receivers, next;
+  assign_targets(n, crossing, again, receivers, next);
+  index_images(s.boundary.cell, again);
+  need(std::equal(c.target.begin(), c.target.begin() + static_cast<std::ptrdiff_t>(total), again.target.begin()) &&
+           c.remote == again.remote && c.remote_row == again.remote_row && c.before == again.before &&
+           c.load.size() == again.load.size(),
+       "rows of the list");
+  need(c.shift == again.shift && c.images == again.images, "images of the list");
+  need(c.tile_work.size() == tiles + 1 && rising(c.tile_work) && c.energy.size() >= tiles && finite(c.energy),
+       "work of the list");
+  for (const auto* column : {&c.taken, &c.done, &c.moved}) {
+    need(column->size() == tiles, "passes of the list");
+    for (const std::uint32_t pass : *column)  // none that is still to come: a thread would wait for it
+      need(static_cast<std::int32_t>(c.round - pass) >= 0, "passes of the list");
+  }
+  for (const Load& load : c.load) need(load.force.isZero(0) && load.torque.isZero(0), "loads of the list");
+  if (!c.first.empty()) {
+    index_grains(n, again, next);
+    need(c.first == again.first && c.entry == again.entry, "contacts of a grain");
+  }
+  const NeighbourReference& r = s.reference;
+  need(r.position.size() == n && r.orientation.size() == (g.frame.empty() ? 0 : n) &&
+           r.radius.size() == (model.swells() ? n : 0) && r.wall_point.size() == walls,
+       "where the list was made");
+  need(finite(r.position) && finite(r.orientation) && finite(r.radius) && finite(r.wall_point) && r.cell.allFinite() &&
+           finite({r.skin, r.grown, r.largest, r.travelled}) && r.skin >= 0,
+       "where the list was made");
+}
+
+void check_contacts(const Model& model, const State& s) {
+  const Grains& g = s.grains;
+  const Contacts& c = s.contacts;
+  const std::size_t n = g.size(), walls = s.boundary.walls.size(), total = c.size(), materials = model.materials.size();
+  need(rising(c.begin) && c.begin.front() == 0 && c.begin.back() == total && total < (std::size_t{1} << 31),
+       "bins of the list");
+  const std::size_t rows = s.resting ? total : total + overrun;
+  for_each_contact_column(
+      c.contact, [&](const auto& column) { need(column.size() == rows && finite(column), "columns of contacts"); });
+  need(c.contact.rolls == model.rolls(), "columns of contacts");
+  if (s.resting) {
+    need(c.resting_normal.size() == (g.shape.empty() ? 0 : total) && finite(c.resting_normal), "columns of contacts");
+  } else {
+    need(c.touch.size() == rows && c.active.size() == rows && c.a.size() == rows && c.b.size() == rows &&
+             c.law.size() == rows && c.target.size() == rows && c.spot.size() == (c.spots ? total : 0) &&
+             finite(c.touch) && finite(c.spot),
+         "columns of contacts");
+  }
+  for (std::size_t bin = 0; bin < bin_count; ++bin)
+    for (std::size_t k = c.begin[bin]; k < c.begin[bin + 1]; ++k) {
+      const Pair& p = c.pair[k];
+      const bool wall = bin >= first_wall;
+      need(p.a < n && p.b < (wall ? walls : n) && (wall || p.a < p.b), "a pair of the list");
+      const std::size_t other = wall ? s.boundary.walls[p.b].material : g.material[p.b];
+      need(p.law == g.material[p.a] * materials + other, "law of a pair");
+      need((wall ? wall_bin(g.kind[p.a]) : pair_bin(g.kind[p.a], g.kind[p.b])) == bin, "bin of a pair");
+      need(c.contact.stiffness[k] >= 0 && c.contact.compliance[k] >= 0 && c.contact.radius[k] >= 0, "a contact");
+    }
+}
+
+void check_bonds(const State& s) {
+  const std::size_t n = s.grains.size(), walls = s.boundary.walls.size();
+  for_each_bond(s.bonds, [&](const auto& bond) {
+    need(bond.ends.a < n && bond.ends.b < n && bond.ends.a != bond.ends.b && bond.force.allFinite(),
+         "grains of a bond");
+  });
+  for (const CohesiveSpring& b : s.bonds.cohesive.row)
+    need(finite({b.peak, b.onset, b.rupture, b.reached}) && b.peak >= 0 && b.onset > 0 && b.rupture >= b.onset &&
+             b.at_a.allFinite() && b.at_b.allFinite() && b.normal_a.allFinite() && b.preload.allFinite(),
+         "a cohesive spring");
+  const auto face = [&](const FaceBond& b) {
+    need(b.criterion <= FaceCriterion::parallel && b.at_a.allFinite() && b.at_b.allFinite() && b.normal.allFinite() &&
+             b.e1.allFinite() && unit(b.rest) && b.force.allFinite() && b.shear.allFinite(),
+         "a bond");
+    need(finite({b.area, b.i1, b.i2, b.kn, b.kt, b.tan_phi, b.reached, b.onset, b.rupture, b.slip_1, b.slip_2, b.spent,
+                 b.held, b.damage}) &&
+             b.area > 0 && b.i1 > 0 && b.i2 > 0 && b.kn > 0 && b.kt >= 0 && b.damage >= 0,
+         "a bond");
+    need(!std::isnan(b.tension) && !std::isnan(b.cohesion) && !std::isnan(b.energy_1) && !std::isnan(b.energy_2),
+         "a bond");
+  };
+  for (const FaceBond& b : s.bonds.face.row) face(b);
+  for (const FaceBond& b : s.bonds.wall) face(b), need(b.ends.a < n && b.ends.b < walls, "a support");
+  need(s.bonds.dashpot.empty() || s.bonds.dashpot.size() == s.bonds.face.row.size(), "dashpots of bonds");
+  need(finite(s.bonds.dashpot), "dashpots of bonds");
+  for (const DeadLoad& l : s.bonds.load)
+    need(l.grain < n && l.at.allFinite() && l.force.allFinite() && l.felt.allFinite() && std::isfinite(l.ramp),
+         "a load");
+  for (const Handed& h : s.bonds.handed)
+    need(h.ends.a < n && h.ends.b < n && h.at_a.allFinite() && h.shear.allFinite() &&
+             finite({h.modulus, h.area, h.compliance, h.held, h.spent, h.kept}),
+         "what a bond has left");
+  for (const Pair& p : s.reference.bonded) need(p.a < n && p.b < n, "pairs of bonds");
+  for (const Pair& p : s.reference.walled) need(p.a < n && p.b < walls, "pairs of supports");
+}
+
+void check_course(const Model& model, const State& s) {
+  const Ledger& l = s.ledger;
+  need(finite({l.work,          l.friction,       l.damping,      l.local_damping, l.bond_damping,
+               l.fracture,      l.split,          l.split_added,  l.reshape,       l.inertia,
+               l.unexplained,   l.most_friction,  l.most_damping, l.start,         l.floor,
+               l.fracture_area, l.residual_force, l.fines.mass,   l.fines.kinetic, l.fines.volume}) &&
+           l.fines.momentum.allFinite() && l.fines.angular_momentum.allFinite() && l.fines.mass >= 0,
+       "the ledger");
+  for (const FinesClass& c : l.fines.classes)
+    need(std::abs(c.octave8) < 1000 && finite({c.dimension, c.smallest, c.mass}) && c.smallest >= 0, "the fines");
+  constexpr std::uint64_t endless = std::uint64_t{1} << 60;
+  need(finite({s.time, s.dt, s.skin, s.mean_radius, s.grain_pressure}) && s.time >= 0 && s.dt > 0 && s.skin > 0 &&
+           s.mean_radius > 0 && s.skin < 1e3 * s.mean_radius,
+       "time, step or skin");
+  need(s.steps < endless && s.listed_at <= s.steps && s.tested_at <= s.steps && l.breakages < endless &&
+           l.bonds_broken < endless && s.sorted < endless && s.reference.mends < endless,
+       "numbers of steps");
+  const auto every = static_cast<std::uint64_t>(std::max(5, model.numerics.estimate_every));
+  need(model.numerics.time_step > 0 ||
+           (s.next_estimate <= s.steps + every && s.estimate_interval >= 1 && s.estimate_interval <= every),
+       "numbers of steps");
+}
+
+}  // namespace
+
+void check_state(const Model& model, const State& s) {
+  check_sizes(model, s);
+  check_values(model, s);
+  check_contacts(model, s);
+  if (!s.resting) check_list(model, s);
+  check_bonds(s);
+  check_course(model, s);
+}
+
+}  // namespace grus::dem
