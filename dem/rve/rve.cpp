@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/SVD>
 #include <algorithm>
 
 #include "dem/base/clock.hpp"
@@ -62,7 +63,8 @@ void add_tangent(const Model& model, const State& state, Response& response) {
   response.tangent_seconds += clock.wall();
 }
 
-Response deform(const Model& model, const QuasiStatic& o, State& state, const Increment& increment, Team& team) {
+Response deform(const Model& model, const QuasiStatic& o, State& state, const Increment& increment, Team& team,
+                const std::function<void()>& told) {
   Mat3 r, u;
   polar(increment.deformation, r, u);
   if ((r - Mat3::Identity()).norm() < 1e-15) r.setIdentity();
@@ -74,6 +76,7 @@ Response deform(const Model& model, const QuasiStatic& o, State& state, const In
   if (strain < 1e-14) strain = 0;  // a rotation, to round-off
   double done = 0;
   while (done < 1 && strain > 0) {
+    if (told) told();
     update_time_step(model, state);
     // Rate from the target inertial number: I = rate d sqrt(rho / p).
     const double per_rate = inertial_number(state, 1, pressure_of(o, state));
@@ -87,7 +90,7 @@ Response deform(const Model& model, const QuasiStatic& o, State& state, const In
   }
   cell.vectors = cell.of_began(target);  // differs by round-off only
   set_cell_rate(state, Mat3::Zero());
-  Response response = hold(model, o, state, team);
+  Response response = hold(model, o, state, team, told);
   check_sanity(model, state);
   if (!r.isIdentity(0)) {
     rotate(state, r);
@@ -100,8 +103,8 @@ Response deform(const Model& model, const QuasiStatic& o, State& state, const In
 }
 
 Response deform_in_pieces(const Model& model, const QuasiStatic& o, State& state, const Increment& increment,
-                          int pieces, Team& team) {
-  if (pieces == 1) return deform(model, o, state, increment, team);
+                          int pieces, Team& team, const std::function<void()>& told) {
+  if (pieces == 1) return deform(model, o, state, increment, team, told);
   Mat3 r, u;
   polar(increment.deformation, r, u);
   const std::uint64_t first = state.steps;
@@ -110,7 +113,7 @@ Response deform_in_pieces(const Model& model, const QuasiStatic& o, State& state
   Mat3 before = Mat3::Identity();
   for (int k = 1; k <= pieces; ++k) {
     const Mat3 now = Mat3::Identity() + (u - Mat3::Identity()) * (static_cast<double>(k) / pieces);
-    response = deform(model, o, state, {now * before.inverse()}, team);
+    response = deform(model, o, state, {now * before.inverse()}, team, told);
     before = now;
     if (!response.stable) break;
   }
@@ -135,29 +138,43 @@ bool leaves_no_room(const Model& model, const State& s, double volume_ratio) {
   return shrunk > 0 && shrunk * shrunk * shrunk * solid_volume(s.grains) > volume_ratio * s.boundary.cell.volume();
 }
 
+/// Why a cell cannot follow an increment, whatever its grains do; empty: it may. An absurd one would take its
+/// steps for ever.
+std::string refusal(const Model& model, const State& s, const Mat3& f) {
+  const double ratio = f.determinant();
+  if (!f.allFinite() || !(ratio > 0))
+    return fmt::format("det F = {:.4g}; an increment is finite, with det F > 0", ratio);
+  if (leaves_no_room(model, s, ratio))
+    return fmt::format(
+        "an increment to {:.3g} of the volume leaves no room for the grains, were they to overlap by {:.0f} % of a "
+        "radius everywhere (numerics.max_overlap): take a smaller one",
+        ratio, 100 * model.overlap_limit());
+  const Vec3 stretch = Eigen::JacobiSVD<Mat3>(f).singularValues();  // falling
+  if (!(stretch[0] <= Rve::most_stretch && stretch[2] >= 1 / Rve::most_stretch))
+    return fmt::format(
+        "an increment that stretches by {:.4g} to {:.4g}; one may stretch by {:g} to {:g}: take a smaller one",
+        stretch[2], stretch[0], 1 / Rve::most_stretch, Rve::most_stretch);
+  return {};
+}
+
 }  // namespace
 
 Rve::Rve(std::shared_ptr<const Model> model, QuasiStatic options, State state, const Steady& steady)
     : model_(std::move(model)), options_(options), committed_(std::move(state)), steady_(steady) {}
 
-Response Rve::advance(const Increment& increment, State& trial) {
+Response Rve::advance(const Increment& increment, State& trial, const std::function<void()>& told) {
   Team team(1);
   fresh_ = false;
   Response response;
   committed_ = at_rest(std::move(committed_));
   wake(trial);
-  if (const double ratio = increment.deformation.determinant(); leaves_no_room(*model_, trial, ratio)) {
-    response.failure = fmt::format(
-        "an increment to {:.3g} of the volume leaves no room for the grains, were they to overlap by {:.0f} % of a "
-        "radius everywhere (numerics.max_overlap): take a smaller one",
-        ratio, 100 * model_->overlap_limit());
-    return response;
-  }
+  response.failure = refusal(*model_, trial, increment.deformation);
+  if (!response.failure.empty()) return response;
   std::uint64_t spent = 0;
   for (const int pieces : {1, retry_pieces}) {
     if (pieces > 1) wake(trial);
     try {
-      response = deform_in_pieces(*model_, options_, trial, increment, pieces, team);
+      response = deform_in_pieces(*model_, options_, trial, increment, pieces, team, told);
     } catch (const Unstable& error) {
       response = {};
       response.failure = error.what();

@@ -56,8 +56,10 @@ struct Steady {
 void add_tangent(const Model& model, const State& state, Response& response);
 
 /// Advances a state by an increment, quasi-statically. The deformation is F = R U: the cell is carried along U, with
-/// constant rate in the fixed frame, then everything is turned by R (objective exactly).
-Response deform(const Model& model, const QuasiStatic& options, State& state, const Increment& increment, Team& team);
+/// constant rate in the fixed frame, then everything is turned by R (objective exactly). `told`: asked each 100 steps
+/// or so, may throw.
+Response deform(const Model& model, const QuasiStatic& options, State& state, const Increment& increment, Team& team,
+                const std::function<void()>& told = {});
 
 /// Holds the cell until the forces and the stress are at rest and no grain broke in the window. `told`: asked after
 /// each window, may throw.
@@ -66,7 +68,7 @@ Response hold(const Model& model, const QuasiStatic& options, State& state, Team
 
 /// The same in `pieces` equal parts of the path, each held, then turned. Stops at the first part that finds no rest.
 Response deform_in_pieces(const Model& model, const QuasiStatic& options, State& state, const Increment& increment,
-                          int pieces, Team& team);
+                          int pieces, Team& team, const std::function<void()>& told = {});
 
 class Rve {
 public:
@@ -74,14 +76,16 @@ public:
   Rve(std::shared_ptr<const Model> model, QuasiStatic options, State state, const Steady& steady = {});
 
   /// Always starts from the committed state, which rests from then on, so a refused iteration leaves no trace. An
-  /// increment that fails is taken once more in `retry_pieces` parts before it is refused. `trial`: room; the state
-  /// that has been reached.
-  Response advance(const Increment& increment, State& trial);
+  /// increment that fails is taken once more in `retry_pieces` parts before it is refused; one that no cell can follow
+  /// (not finite, det F <= 0, stretches beyond `most_stretch`, no room for the grains) is refused before a step is
+  /// made. `trial`: room; the state that has been reached. `told`: as in `deform`.
+  Response advance(const Increment& increment, State& trial, const std::function<void()>& told = {});
   Response advance(const Increment& increment) {
     State trial;
     return advance(increment, trial);
   }
   static constexpr int retry_pieces = 4;
+  static constexpr double most_stretch = 10;  // of one increment, either way: a million steps
 
   /// Carries the committed state itself through real time (s); there is no trial. Throws Unstable.
   Response advance_in_time(const Mat3& deformation, double duration, bool tangent);

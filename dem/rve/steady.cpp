@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/rve/steady.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
+#include "dem/base/error.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/real_time.hpp"
 #include "dem/rve/step.hpp"
@@ -30,6 +33,9 @@ Response respond_steadily(const Model& model, const QuasiStatic& o, State& state
   }
   const double strain = (u - Mat3::Identity()).norm(),
                pressure = std::max({mean_pressure(steady.stress), o.pressure_floor, 1e-9});
+  if (!(strain <= Rve::most_stretch))
+    throw Unstable(fmt::format("an increment of strain {:.3g}; one may strain by {:g}: take a smaller one", strain,
+                               Rve::most_stretch));
   const double per_rate = steady.inertia / std::sqrt(pressure);
   update_time_step(model, state);
   steady.reach = std::max(strain, fading * steady.reach);

@@ -8,7 +8,7 @@
 namespace grus::dem {
 
 Mat6 perturbation_tangent(const Model& model, const QuasiStatic& options, const State& state, double strain,
-                          bool central, std::uint64_t& steps, Team& team) {
+                          bool central, std::uint64_t& steps, Team& team, const std::function<void()>& told) {
   const Vec6 base = to_voigt(love_weber(state, state.boundary.cell.volume()));
   const int sides = central ? 2 : 1;
   std::vector<Vec6> stress(static_cast<std::size_t>(6 * sides));
@@ -23,7 +23,8 @@ Mat6 perturbation_tangent(const Model& model, const QuasiStatic& options, const 
         job % static_cast<std::size_t>(sides) == 0 ? -strain : strain;  // compression first: it keeps contacts
     State scratch = state;
     try {
-      const Response r = deform(model, options, scratch, {Mat3::Identity() + signed_strain * from_voigt(unit)}, alone);
+      const Response r =
+          deform(model, options, scratch, {Mat3::Identity() + signed_strain * from_voigt(unit)}, alone, told);
       stress[job] = to_voigt(r.stress), rested[job] = r.stable;
     } catch (const Unstable&) {
     }

@@ -10,9 +10,9 @@ namespace grus::dem {
 /// d Cauchy stress / d strain (Pa, Voigt, engineering shear) at an equilibrium state: each column from a scratch copy
 /// that is deformed by `strain` and held; central differences cost twelve copies, one-sided six. Columns whose copy
 /// does not come to rest are those of the contact stiffness. The state is not touched; `steps` grows by the copies' DEM
-/// steps.
+/// steps. `told`: as in `deform`; with one thread only.
 Mat6 perturbation_tangent(const Model& model, const QuasiStatic& options, const State& state, double strain,
-                          bool central, std::uint64_t& steps, Team& team);
+                          bool central, std::uint64_t& steps, Team& team, const std::function<void()>& told = {});
 
 /// Broyden's update: the least change of `tangent` that maps the strain step to the stress step; steps below 1e-12 are
 /// ignored.

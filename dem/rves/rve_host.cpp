@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <thread>
 
 #include "dem/base/clock.hpp"
 #include "dem/base/error.hpp"
@@ -15,6 +14,7 @@
 #include "dem/rve/resting.hpp"
 #include "dem/rve/step.hpp"
 #include "dem/rve/tangent.hpp"
+#include "dem/rves/listener.hpp"
 #include "dem/rves/prediction.hpp"
 
 namespace grus::dem {
@@ -161,10 +161,10 @@ Outcome RveHost::go_on(Slot& s, const Task& task) const {
 }
 
 /// To equilibrium; the state comes to rest, and its facts are told while it is whole.
-Response RveHost::carry(Slot& s, const Mat3& increment, State& room) const {
+Response RveHost::carry(Slot& s, const Mat3& increment, State& room, const std::function<void()>& told) const {
   if (const State& whole = s.rve->committed(); !whole.resting)
     s.facts = facts_of(*model_, whole, s.rve->steady().haste);
-  Response response = s.rve->advance({increment}, room);
+  Response response = s.rve->advance({increment}, room, told);
   if (response.stable) s.trial_facts = facts_of(*model_, room, s.rve->steady().haste);
   return response;
 }
@@ -175,7 +175,7 @@ void RveHost::settle(Slot& s) {
   s.facts = s.trial_facts;
 }
 
-Outcome RveHost::advance(Slot& s, const Task& task, State& room) const {
+Outcome RveHost::advance(Slot& s, const Task& task, State& room, const std::function<void()>& told) const {
   Outcome out;
   s.by_linear = false;
   if (task.pace != Pace::relaxed) return go_on(s, task);
@@ -188,7 +188,7 @@ Outcome RveHost::advance(Slot& s, const Task& task, State& room) const {
     if (s.pending != Mat3::Identity()) {  // the grains go to where the linear response has been
       Response guess;
       elastic(s, Mat3::Identity(), guess, room);
-      Response caught_up = carry(s, s.pending, room);
+      Response caught_up = carry(s, s.pending, room, told);
       steps += caught_up.steps;
       if (!caught_up.stable) {
         out.response = std::move(caught_up);
@@ -202,7 +202,7 @@ Outcome RveHost::advance(Slot& s, const Task& task, State& room) const {
     s.linear.reset();
   }
   for (std::size_t i = 0; i < task.path.size(); ++i) {
-    out.response = carry(s, task.path[i], room);
+    out.response = carry(s, task.path[i], room, told);
     steps += out.response.steps;
     if (!out.response.stable) break;
     if (i + 1 < task.path.size()) settle(s);
@@ -213,7 +213,7 @@ Outcome RveHost::advance(Slot& s, const Task& task, State& room) const {
   if (options_.tangent == TangentKind::perturbation && out.response.stable) {
     Team alone(1);
     out.response.tangent = perturbation_tangent(*model_, options_.quasi_static, room, options_.perturbation,
-                                                options_.central, out.response.steps, alone);
+                                                options_.central, out.response.steps, alone, told);
   }
   out.response.tangent_seconds += clock.wall();
   return out;
@@ -223,24 +223,27 @@ std::vector<Outcome> RveHost::advance(const std::vector<Task>& tasks, const Watc
   std::vector<Outcome> outcomes(tasks.size());
   std::vector<Slot*> slots;
   for (const Task& t : tasks) slots.push_back(&slots_.at(t.slot));
-  const auto asking = std::this_thread::get_id();
-  std::atomic<std::size_t> begun{0};
-  std::atomic<bool> stopped{false};
-  team_.each(tasks.size(), [&](std::size_t k, std::size_t rank) {
-    const double part = static_cast<double>(begun++) / static_cast<double>(tasks.size());
-    if (watch && std::this_thread::get_id() == asking && !stopped) stopped = !watch(part);
-    if (stopped) return;
-    const Clock clock;
-    try {
-      outcomes[k] = advance(*slots[k], tasks[k], room_[rank]);
-    } catch (const std::exception& e) {  // must not leave a thread
-      outcomes[k] = {};
-      outcomes[k].response.failure = e.what();
+  Listener listener(watch, tasks.size());
+  std::atomic<std::size_t> next{0}, ended{0};
+  const std::size_t loops = std::min(static_cast<std::size_t>(team_.threads()), tasks.size());
+  team_.each(loops, [&](std::size_t, std::size_t rank) {
+    for (std::size_t k = next++; k < tasks.size(); k = next++) {
+      const Clock clock;
+      try {
+        listener.next_task();
+        outcomes[k] = advance(*slots[k], tasks[k], room_[rank], listener.told());
+      } catch (const Interrupted&) {       // whoever is asked next hears of it as well
+      } catch (const std::exception& e) {  // must not leave a thread
+        outcomes[k] = {};
+        outcomes[k].response.failure = e.what();
+      }
+      outcomes[k].seconds = clock.wall();
+      ++ended;
     }
-    outcomes[k].seconds = clock.wall();
+    for (int spins = 0; listener.calling() && ended < tasks.size(); relax(spins)) listener.ask_at_times();
   });
   give_back_holes();
-  if (stopped) throw Interrupted("interrupted while RVEs advanced; the committed states stand");
+  if (listener.stopped()) throw Interrupted("interrupted while RVEs advanced; the committed states stand");
   return outcomes;
 }
 

@@ -108,8 +108,8 @@ public:
   /// The committed state, whole; and any state of these RVEs.
   State state(std::uint64_t slot) const { return whole(slots_.at(slot).rve->committed()); }
   State whole(State state) const;
-  /// Tasks of different slots, on all threads; a failure is told in the response. The watch is asked between tasks of
-  /// the calling thread; where it says so, Interrupted is thrown once those under way are done.
+  /// Tasks of different slots, on all threads; a failure is told in the response. The calling thread asks the watch
+  /// some times a second, within tasks as well; where it says so, all threads stop and Interrupted is thrown.
   std::vector<Outcome> advance(const std::vector<Task>& tasks, const Watch& watch = {});
   void commit(std::uint64_t slot);
   Facts facts(std::uint64_t slot) const;
@@ -124,9 +124,9 @@ private:
     std::optional<Facts> facts, trial_facts;  // of a committed state at rest; of the one that commit would take
   };
   Outcome go_on(Slot& slot, const Task& task) const;
-  Outcome advance(Slot& slot, const Task& task, State& room) const;
+  Outcome advance(Slot& slot, const Task& task, State& room, const std::function<void()>& told) const;
   bool elastic(Slot& slot, const Mat3& increment, Response& response, State& room) const;
-  Response carry(Slot& slot, const Mat3& increment, State& room) const;
+  Response carry(Slot& slot, const Mat3& increment, State& room, const std::function<void()>& told) const;
   static void settle(Slot& slot);
 
   std::shared_ptr<const Model> model_;

@@ -26,7 +26,7 @@ public:
   /// point; tangent d(stress) / d(strain) with engineering shear (Pa), 36 a point row by row, or empty. Again before
   /// `commit`: from the committed state again. Throws InputError for what is no increment, and Unstable, which names
   /// the point, where grains do not get there; then nothing has been written, and the committed states stand.
-  /// Interrupted, where the watch says so.
+  /// Interrupted, where the watch says so: it is asked some times a second by the calling thread.
   void advance(std::span<const double> deformation, std::span<double> stress, std::span<double> tangent,
                const Watch& watch = {});
 

@@ -2,6 +2,8 @@
 // Sets of RVEs, by a simple-cubic cell whose stress under oedometric strain is 2/3 E* strain^1.5 in closed form.
 #include "dem/rves/rve_set.hpp"
 
+#include <chrono>
+
 #include "dem/base/error.hpp"
 #include "dem/rve/step.hpp"
 #include "tests/helpers.hpp"
@@ -148,17 +150,63 @@ TEST_CASE("what is no increment is refused, and what leaves no room for the grai
   CHECK(stress[8] < -1e5);
 }
 
+TEST_CASE("an increment that no cell can follow is refused before a step is made") {
+  // Forty thousand million steps if it were tried.
+  const Cubic c = cubic();
+  Rve rve(c.model, quick().quasi_static, c.state);
+  RveSet rves = set_of(1);
+  std::vector<double> stress(6), none;
+  const auto advanced = [&](const Mat3& f) { return rve.advance({f}); };
+  for (const double a : {1e6, 10.1, 1e150}) {
+    const Response big = advanced(a * Mat3::Identity());
+    CHECK(!big.stable);
+    CHECK(big.steps == 0);
+    CHECK(big.failure.find("take a smaller one") != std::string::npos);
+    CHECK_THROWS_AS(rves.advance(std::vector<double>{a, 0, 0, 0, a, 0, 0, 0, a}, stress, none), Unstable);
+  }
+  Mat3 sheared = Mat3::Identity();
+  sheared(0, 1) = 1e6;  // det F = 1: its volume is not what is wrong
+  CHECK(advanced(sheared).failure.find("stretches by 1e-06 to 1e+06") != std::string::npos);
+  CHECK(advanced(-Mat3::Identity()).failure.find("det F = -1") == 0);
+  CHECK(advanced(NAN * Mat3::Identity()).steps == 0);
+  CHECK(advanced(Vec3(2, 1, 0.9).asDiagonal().toDenseMatrix()).failure.find("stretches") == std::string::npos);
+  CHECK_THROWS_AS(rve.advance_steadily(sheared, false), Unstable);
+}
+
 TEST_CASE("the watch stops an advance between RVEs, and the committed states stand") {
   RveSet rves = set_of(3);
   const Answer before = answer(rves, {1e-3, 2e-3, 3e-3});
   std::vector<double> stress(18), none;
   int asked = 0;
+  double last = 0;
   const Watch second = [&](double part) {
-    CHECK(part == Approx(asked / 3.0));
+    CHECK(part >= last);  // thirds, and once more within an RVE that takes long
+    CHECK(part < 1);
+    last = part;
     return ++asked < 2;
   };
   CHECK_THROWS_AS(rves.advance(squeezed({1e-3, 2e-3, 3e-3}), stress, none, second), Interrupted);
   CHECK(asked == 2);
   CHECK_THROWS_AS(rves.commit(), std::logic_error);
   CHECK(answer(rves, {1e-3, 2e-3, 3e-3}).stress == before.stress);
+}
+
+TEST_CASE("the watch stops an advance within RVEs, on all threads") {
+  // Three times as wide: 350,000 steps, a second or more.
+  const Cubic c = cubic();
+  for (const int threads : {1, 2}) {
+    const std::vector<std::size_t> start(2, 0);
+    RveSet rves(c.model, {c.state}, start, quick(), threads, 7);
+    const Answer before = answer(rves, {1e-3, 2e-3});
+    std::vector<double> stress(12, 7.0), none, wide(18, 0.0);
+    for (std::size_t k = 0; k < 18; k += k % 9 == 8 ? 1 : 4) wide[k] = k < 9 ? 3 : 2.9;
+    int asked = 0;
+    const auto begin = std::chrono::steady_clock::now();
+    CHECK_THROWS_AS(rves.advance(wide, stress, none, [&](double) { return ++asked < 3; }), Interrupted);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    CHECK(asked == 3);
+    CHECK(seconds < 1);
+    CHECK(stress == std::vector<double>(12, 7.0));
+    CHECK(answer(rves, {1e-3, 2e-3}).stress == before.stress);
+  }
 }

@@ -11,15 +11,21 @@ import subprocess
 import sys
 import tempfile
 import tomllib
-from typing import Any, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Iterable, Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._core import InputError, Unstable
+from .asked import Lacking, Named, changes_of, path_of, whole_number
 
 sys.path.append(os.path.dirname(os.path.abspath(__file__)))  # the commands' readers are modules of their own
-from grus_results import read_grading, read_history  # noqa: E402
+from grus_results import read_grading, read_history  # type: ignore[import]  # noqa: E402
+
+if TYPE_CHECKING:
+    import pandas
+
+Path = str | os.PathLike[str]
 
 
 class Results(Mapping[str, NDArray]):
@@ -30,12 +36,15 @@ class Results(Mapping[str, NDArray]):
     grading    strain -> {column: array over size classes}; empty unless the scene asked for it
     """
 
-    def __init__(self, folder: str) -> None:
+    def __init__(self, folder: Path) -> None:
+        folder = path_of("folder", folder)
         try:
             with open(os.path.join(folder, "summary.json")) as f:
-                self.summary: dict[str, Any] = json.load(f)
+                self.summary: dict[str, Any] = json.load(f, object_hook=lambda d: Named(f"{folder}: summary.json", d))
             self.history = {name: np.array(column) for name, column in read_history(folder).items()}
-            self.grading = {strain: {key: np.array([row[key] for row in rows]) for key in rows[0]} for strain, rows in read_grading(folder).items()}
+            self.grading = Named(f"{folder}: grading.csv", {
+                strain: Named(f"{folder}: grading.csv", {key: np.array([row[key] for row in rows]) for key in rows[0]})
+                for strain, rows in read_grading(folder).items()})
         except OSError as e:
             raise InputError(f"{folder}: no results of Grus: {e.strerror}: {e.filename}") from None
         except ValueError as e:
@@ -43,7 +52,14 @@ class Results(Mapping[str, NDArray]):
         self.folder = folder
 
     def __getitem__(self, column: str) -> NDArray:
+        if column not in self.history:
+            raise Lacking(f"{self.folder}: history.csv", column, self.history)
         return self.history[column]
+
+    def __repr__(self) -> str:
+        rows = len(next(iter(self.history.values()))) if self.history else 0
+        ended = {0: "finished", 3: "unstable"}.get(self.summary.get("status", -1), "unfinished")
+        return f"<grus.Results of {self.folder}: {rows} rows of {len(self.history)} columns, {ended}>"
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.history)
@@ -56,13 +72,13 @@ class Results(Mapping[str, NDArray]):
         """0: finished; 3: unstable."""
         return self.summary["status"]
 
-    def frame(self):
+    def frame(self) -> pandas.DataFrame:
         """history.csv as a pandas.DataFrame (needs pandas)."""
         import pandas
         return pandas.DataFrame(self.history)
 
 
-def load(folder: str) -> Results:
+def load(folder: Path) -> Results:
     """Reads a results folder of grus-rve or grus-bvp. Raises InputError where there is none, or a damaged one."""
     return Results(folder)
 
@@ -95,7 +111,7 @@ def _stop(process: subprocess.Popen, by_mpirun: bool) -> None:
         process.send_signal(signal.SIGTERM)
 
 
-def run(scene: str, set: Sequence[str] = (), *, out: str | None = None, threads: int | None = None, ranks: int = 1,
+def run(scene: Path, set: Iterable[str] = (), *, out: Path | None = None, threads: int | None = None, ranks: int = 1,
         check: bool = True, force: bool = False) -> Results:
     """Runs a scene by grus-rve, or by grus-bvp where it has a [mesh], and returns its results.
 
@@ -108,8 +124,11 @@ def run(scene: str, set: Sequence[str] = (), *, out: str | None = None, threads:
 
     Raises InputError for a scene that cannot run, Unstable, KeyboardInterrupt (the run writes its checkpoint first), RuntimeError.
     """
-    if isinstance(set, str):
-        raise InputError('set: expected a list of "KEY=VALUE", not one text')
+    scene, set = path_of("scene", scene), changes_of(set)
+    threads = None if threads is None else whole_number("threads", threads, 1)
+    ranks = whole_number("ranks", ranks, 1)
+    if ranks > 1 and shutil.which("mpirun") is None:
+        raise InputError(f"ranks = {ranks}: there is no mpirun here")
     try:
         with open(scene, "rb") as f:
             macro = "mesh" in tomllib.load(f)
@@ -120,6 +139,7 @@ def run(scene: str, set: Sequence[str] = (), *, out: str | None = None, threads:
     if out is None:
         with tempfile.TemporaryDirectory(prefix="grus-") as tmp:
             return run(scene, set, out=os.path.join(tmp, "run"), threads=threads, ranks=ranks, check=check)
+    out = path_of("out", out)
     command = [_program("grus-bvp" if macro else "grus-rve"), scene, "-o", out, "--quiet"]
     command += [] if threads is None else ["--threads", str(threads)]
     command += ["--force"] if force else []

@@ -3,30 +3,19 @@
 from __future__ import annotations
 
 import json
-from typing import Any, Mapping, Sequence
+import os
+from typing import Any, Callable, Iterable, Iterator, Mapping, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._core import InputError, Unstable
+from .asked import (Array, Named, changes_of, communicator, increments_of, path_of, room_in, settings_text, state_bytes,
+                    whole_number)
 
-Array = NDArray[np.float64]
-
-
-def _text(value: Any) -> str:
-    return json.dumps(value) if isinstance(value, (str, bool)) else repr(value)
-
-
-def _inplace(name: str, array: Any, size: int) -> Array:
-    """The array itself, as one row: what is written into must not be a copy."""
-    if not isinstance(array, np.ndarray) or array.dtype != np.float64:
-        raise InputError(f"{name}: expected a NumPy array of float64, to be written in place")
-    if not array.flags.c_contiguous or not array.flags.writeable:
-        raise InputError(f"{name}: expected a writable array in C order, without gaps: to be written in place")
-    if array.size != size:
-        raise InputError(f"{name}: {array.size} numbers, expected {size}")
-    return array.reshape(-1)
+T = TypeVar("T")
+Path = str | os.PathLike[str]
 
 
 class RveSet:
@@ -47,32 +36,35 @@ class RveSet:
     preparation does not come to rest.
     """
 
-    def __init__(self, scene: str, n: int = 1, *, threads: int | None = None, set: Sequence[str] = (), variant: ArrayLike | None = None,
-                 comm: Any = None, **response: Any) -> None:
-        if isinstance(set, str):
-            raise InputError('set: expected a list of "KEY=VALUE", not one text')
-        threads = _core.usable_cores() if threads is None else threads
-        if n < 0 or threads < 1:
-            raise InputError(f"n = {n}, threads = {threads}: expected n >= 0 and threads >= 1")
+    def __init__(self, scene: Path, n: int = 1, *, threads: int | None = None, set: Iterable[str] = (),
+                 variant: ArrayLike | None = None, comm: Any = None, **response: Any) -> None:
+        changes, self._file = changes_of(set), path_of("scene", scene)
+        n, threads = whole_number("n", n, 0), _core.usable_cores() if threads is None else whole_number("threads", threads, 1)
+        text = settings_text(response)
         start = np.zeros(n, int) if variant is None else np.asarray(variant)
         if start.shape != (n,) or start.dtype.kind not in "iu" or (n and start.min() < 0):
             raise InputError(f"variant: expected {n} integers from 0")
-        self._comm, self._n = comm, n
+        self._comm, self._n = communicator(comm), n
         most = int(start.max()) if n else 0
         if comm is not None:
             most = max(comm.allgather(most))
-        self._cells = self._together(lambda: _core.Cells(scene, list(set), most + 1))
+        self._cells = self._together(lambda: _core.Cells(self._file, changes, most + 1))
         rank, ranks = (comm.rank, comm.size) if comm is not None else (0, 1)
         mine = self._together(lambda: {v: self._cells.prepare(v) for v in range(rank, most + 1, ranks)})
         made = {v: state for part in (comm.allgather(mine) if comm is not None else [mine]) for v, state in part.items()}
-        text = "\n".join(f"{key} = {_text(value)}" for key, value in response.items())
-        self._set = self._together(lambda: _core.Set(self._cells, [made[v] for v in range(most + 1)], start.tolist(), text, threads))
+        self._set = self._together(
+            lambda: _core.Set(self._cells, [made[v] for v in range(most + 1)], start.tolist(), text, threads))
 
-    def _together(self, work):
+    def __repr__(self) -> str:
+        ranks = f", rank {self._comm.rank} of {self._comm.size}" if self._comm is not None else ""
+        return f"<grus.RveSet of {self._file}: {self._n} points, {self.distinct} RVEs{ranks}>"
+
+    def _together(self, work: Callable[[], T]) -> T:
         """The same outcome on all ranks: an error on one is an error on all."""
         if self._comm is None:
             return work()
-        error, result = None, None
+        error: BaseException | None = None
+        result: T | None = None
         try:
             result = work()
         except (Exception, KeyboardInterrupt) as e:
@@ -83,30 +75,37 @@ class RveSet:
         for rank, other in enumerate(told):
             if other is not None:
                 raise (InputError if other[0] else Unstable)(f"rank {rank}: {other[1]}")
-        return result
+        return result  # type: ignore[return-value]
 
-    def advance(self, dF: ArrayLike, stress: Array | None = None, tangent: Array | bool | None = None) -> tuple[Array, Array | None]:
+    def advance(self, dF: ArrayLike, stress: Array | None = None,
+                tangent: Array | bool | None = None) -> tuple[Array, Array | None]:
         """Takes every point from its committed state through an increment of deformation, to rest.
 
-        dF         (n, 3, 3): F_new F_old^-1 since the last commit; det > 0; taken to 6e-11
-        stress     where the Cauchy stress (Pa) is written: float64, n * 6 numbers in C order, such as the array of a quadrature
-                   function; default: a new array
-        tangent    the same for d(stress)/d(strain) (Pa), n * 36 numbers, (n, 6, 6); False: none
+        dF         (n, 3, 3): F_new F_old^-1 since the last commit; det > 0; taken to 6e-11. Any order in memory; points may
+                   be counted by several axes, (cells, points, 3, 3), or all be in one row
+        stress     where the Cauchy stress (Pa) is written: float64, (n, 6), or one row of n * 6 such as the array of a
+                   quadrature function; in C order; default: a new array
+        tangent    the same for d(stress)/d(strain) (Pa), (n, 6, 6) or one row of n * 36; False: none
 
-        Returns both as views, (n, 6) and (n, 6, 6) or None. Raises InputError for what is no increment; Unstable, which names the
-        point, where its grains do not come to rest or are pressed into each other (numerics.max_overlap): nothing has been written
-        then, and a smaller increment may be tried.
+        Returns both as views, (n, 6) and (n, 6, 6) or None. Raises InputError for what is no increment, and for an array of
+        another shape, kind or order; Unstable, which names the point, where its grains do not come to rest or are pressed into
+        each other (numerics.max_overlap), and at once where it stretches by more than 10 or less than 0.1: nothing has been
+        written then, and a smaller increment may be tried. Ctrl-C stops it as well, and leaves the committed states.
         """
         n = self._n
-        given = np.asarray(dF)
-        if given.size != 9 * n or given.dtype.kind not in "fiu":
-            raise InputError(f"dF: expected numbers of shape ({n}, 3, 3), given {given.shape} of {given.dtype}")
-        wanted = np.ascontiguousarray(given, dtype=np.float64).reshape(-1)
-        out = np.empty(6 * n) if stress is None else _inplace("stress", stress, 6 * n)
-        if tangent is None or tangent is True:
-            stiffness = np.empty(36 * n)
-        else:
-            stiffness = None if tangent is False else _inplace("tangent", tangent, 36 * n)
+
+        def prepared() -> tuple[Array, Array, Array | None]:
+            wanted = increments_of(dF, n)
+            out = np.empty(6 * n) if stress is None else room_in("stress", stress, n, (6,))
+            if tangent is None or isinstance(tangent, (bool, np.bool_)):
+                stiffness = np.empty(36 * n) if tangent is None or tangent else None
+            else:
+                stiffness = room_in("tangent", tangent, n, (6, 6))
+                if np.may_share_memory(out, stiffness):
+                    raise InputError("tangent: shares memory with stress; one would overwrite the other")
+            return wanted, out, stiffness
+
+        wanted, out, stiffness = self._together(prepared)
         self._together(lambda: self._set.advance(wanted, out, stiffness))
         return out.reshape(n, 6), None if stiffness is None else stiffness.reshape(n, 6, 6)
 
@@ -125,7 +124,7 @@ class RveSet:
     @property
     def scene(self) -> Mapping[str, Any]:
         """The scene as used, defaults included."""
-        return json.loads(self._cells.record)
+        return json.loads(self._cells.record, object_hook=lambda d: Named(f"scene of {self._file}", d))
 
     @property
     def notes(self) -> list[str]:
@@ -140,27 +139,28 @@ class RveSet:
     def facts(self) -> dict[str, NDArray]:
         """Of the committed states, one number a point: grains, breakages, steps, void_ratio, work_J, energy_error (of the RVE's
         own balance), mass_kg, mass_lost_kg."""
-        return self._set.facts()
+        return Named("facts of an RVE", self._set.facts())
 
     def grains(self, i: int) -> dict[str, NDArray]:
         """Grains of point i, committed; read-only views of one snapshot: id, position (m, 3; never wrapped), velocity, spin,
         orientation (quaternion x y z w), force (N), radius (m, of the sphere of equal volume), volume, mass, material; where grains
         break generation (splits since the start) and utilisation (of the strength; NaN: not tested yet)."""
-        return self._set.grains(self._index(i))
+        return Named("grains of an RVE", self._set.grains(self._index(i)))
 
     def contacts(self, i: int) -> dict[str, NDArray]:
         """Touching contacts of point i, committed: a, b (rows of grains), normal (from a to b), overlap (m), force on b (N), branch
         (m, from centre to centre, images included). The stress is -sum(force branch^T) / det(cell), symmetrised, without bonds."""
-        return self._set.contacts(self._index(i))
+        return Named("contacts of an RVE", self._set.contacts(self._index(i)))
 
     def cell(self, i: int) -> Array:
         """(3, 3): the edges of the periodic cell of point i as columns (m), committed."""
         return np.array(self._set.cell(self._index(i)))
 
     def _index(self, i: int) -> int:
-        if not 0 <= i < self._n:
-            raise IndexError(f"point {i} of {self._n}")
-        return int(i)
+        point = whole_number("point", i, -2 ** 31)
+        if not 0 <= point < self._n:
+            raise IndexError(f"point {point} of {self._n}")
+        return point
 
     def get_state(self, i: int) -> bytes:
         """The committed state of point i, some kB a grain; the same scene, version and machine take it back."""
@@ -169,29 +169,31 @@ class RveSet:
     def set_state(self, i: int, state: bytes) -> None:
         """Puts point i where a state was taken. What has advanced and is not committed is dropped, for all points. Raises
         InputError for bytes that are damaged or of another scene."""
-        self._set.restore(self._index(i), state)
+        self._set.restore(self._index(i), state_bytes(state))
 
     def _about(self) -> dict[str, Any]:
         points = self._comm.allgather(self._n) if self._comm is not None else [self._n]
         return {"program": "grus.RveSet", "points": points, "kin": self._cells.kin}
 
-    def save(self, path: str) -> None:
-        """Writes all committed states, of all ranks, into one file (HDF5, with a checksum), whole or not at all."""
+    def save(self, path: Path) -> None:
+        """Writes all committed states, of all ranks, into one file (HDF5, with a checksum), whole or not at all. Raises InputError
+        for what is no path, RuntimeError where the file cannot be written."""
+        file = self._together(lambda: path_of("path", path))
         comm, parts = self._comm, self._set.parts()
         rank, ranks = (comm.rank, comm.size) if comm is not None else (0, 1)
         about = self._about() | {"parts": comm.allgather(len(parts)) if comm is not None else [len(parts)]}
 
-        def all_parts():
+        def all_parts() -> Iterator[bytes]:
             yield from parts
             for other in range(1, ranks):
                 for _ in range(about["parts"][other]):
                     yield comm.recv(source=other, tag=1)
 
-        def send():
+        def send() -> None:
             if rank == 0:
                 coming = all_parts()
                 try:
-                    return _core.write_parts(path, json.dumps(about), coming)
+                    return _core.write_parts(file, json.dumps(about), coming)
                 finally:
                     for _ in coming:  # what a full disk did not take: the others wait until it is heard
                         pass
@@ -200,33 +202,39 @@ class RveSet:
 
         self._together(send)
 
-    def load(self, path: str) -> None:
+    def load(self, path: Path) -> None:
         """Goes on from a file of `save`, with the same scene, points and ranks. Raises InputError otherwise; nothing is lost then."""
+        file = self._together(lambda: path_of("path", path))
         comm = self._comm
         expected = self._about()
 
-        def read():
-            about, parts = _core.read_parts(path)
-            about = json.loads(about)
+        def read() -> list[list[bytes]]:
+            text, parts = _core.read_parts(file)
+            about = json.loads(text)
             if about.get("program") != "grus.RveSet":
-                raise InputError(f"{path}: not written by RveSet.save")
+                raise InputError(f"{file}: not written by RveSet.save")
             if about["points"] != expected["points"]:
-                raise InputError(f"{path}: of {about['points']} points on {len(about['points'])} ranks, here {expected['points']}")
+                raise InputError(f"{file}: of {about['points']} points on {len(about['points'])} ranks, here {expected['points']}")
             if about["kin"] != expected["kin"]:
-                raise InputError(f"{path}: of another scene or other settings")
+                raise InputError(f"{file}: of another scene or other settings")
             ends = np.cumsum([0] + about["parts"])
             return [parts[a:b] for a, b in zip(ends, ends[1:])]
 
         shares = self._together(lambda: read() if comm is None or comm.rank == 0 else None)
-        mine = shares[0] if comm is None else comm.scatter(shares)
+        mine = comm.scatter(shares) if comm is not None else shares[0]  # type: ignore[index]
         self._together(lambda: self._set.load(mine))
 
 
 class Rve:
     """One RVE: a set of one point, without the first axis everywhere."""
 
-    def __init__(self, scene: str, *, set: Sequence[str] = (), **response: Any) -> None:
+    def __init__(self, scene: Path, *, set: Iterable[str] = (), **response: Any) -> None:
         self._rves = RveSet(scene, 1, threads=1, set=set, **response)
+
+    def __repr__(self) -> str:
+        facts = self.facts()
+        return (f"<grus.Rve of {self._rves._file}: {facts['grains']} grains, {facts['breakages']} breakages, "
+                f"void ratio {facts['void_ratio']:.3g}>")
 
     def advance(self, dF: ArrayLike, tangent: bool = True) -> tuple[Array, Array | None]:
         """Cauchy stress (6,) and tangent (6, 6) (Pa) after dF (3, 3) = F_new F_old^-1 since the last commit; see RveSet.advance."""
@@ -239,7 +247,7 @@ class Rve:
 
     def facts(self) -> dict[str, Any]:
         """Numbers of RveSet.facts."""
-        return {key: column[0].item() for key, column in self._rves.facts().items()}
+        return Named("facts of an RVE", {key: column[0].item() for key, column in self._rves.facts().items()})
 
     def grains(self) -> dict[str, NDArray]:
         """As RveSet.grains."""
@@ -261,10 +269,10 @@ class Rve:
         """As RveSet.set_state."""
         self._rves.set_state(0, state)
 
-    def save(self, path: str) -> None:
+    def save(self, path: Path) -> None:
         """As RveSet.save."""
         self._rves.save(path)
 
-    def load(self, path: str) -> None:
+    def load(self, path: Path) -> None:
         """As RveSet.load."""
         self._rves.load(path)
