@@ -39,11 +39,19 @@ def facts(run):
         load, stress = max(map(abs, c[f"mean_strain_{axis}"])), -min(c[f"mean_stress_{axis}_Pa"])
         error, wall = c["worst_rve_energy_error"][-1], seconds.get("solve_wall", math.nan)
     else:
-        load, stress = max(map(abs, c["axial_strain"])), max(c["axial_stress_Pa"])
+        load, stress = max(map(abs, c["axial_strain"])), max(c.get("nominal_stress_Pa", c.get("q_Pa", c["axial_stress_Pa"])))
         error, wall = max(map(abs, c["energy_error"])), seconds.get("loading_wall", math.nan)
     steps = counts.get("steps", counts.get("dem_steps", math.nan))
-    return {"run": name, "ending": s.get("ending", ""), "load": f"{load:.3f} strain", "stress": f"{stress / 1e6:.4g} MPa", "breakages": f"{c['breakages'][-1]:.0f}",
+    return {"run": name, "ending": s.get("ending", ""), "load": f"{load:.3f} strain", "stress": f"{stress / 1e6 + 0.0:.4g} MPa", "broken": broken(c),
             "energy error": f"{100 * error:.2f} %", "wall": f"{wall:.1f} s", "steps": f"{steps:.3g}"}
+
+
+def broken(c):
+    """What has broken: grains, and bonds where there are any."""
+    texts = [f"{c['breakages'][-1]:.0f} grains"] if c["breakages"][-1] > 0 or "bonds" not in c else []
+    if "bonds" in c or c.get("bonds_broken", [0])[-1] > 0:
+        texts.append(f"{c['bonds_broken'][-1]:.0f} bonds")
+    return ", ".join(texts)
 
 
 def text_table(head, rows):

@@ -8,7 +8,8 @@ import grus_pictures
 from grus_figures import counts, decades, figure, legend, plt, positive
 from grus_results import plain
 
-ENERGIES = ("elastic_J", "kinetic_J", "friction_J", "damping_J", "bond_J", "bond_damping_J", "fracture_J", "reshape_J", "split_J")
+# What is stored and what is dissipated, each once: bond_J is in elastic_J, bond_damping_J in damping_J; reshape_J is put in.
+ENERGIES = ("elastic_J", "kinetic_J", "friction_J", "damping_J", "fracture_J", "handed_J", "split_J")
 
 
 def loading(run):
@@ -140,13 +141,18 @@ def by_size(ax, name, states):
 def energy(ax, run):
     c, (x, label) = run[1], along(run)
     bottom = [0.0] * len(x)
-    for part in [p for p in ENERGIES if p in c and max(c[p]) > 0]:
+    for part in stacked(c):
         top = [a + max(b, 0.0) for a, b in zip(bottom, c[part])]
         ax.fill_between(x, bottom, top, label=part[:-2].replace("_", " "), alpha=0.8)
         bottom = top
     ax.plot(x, c["work_J"], "k--", label="work in")
     ax.set(xlabel=label, ylabel="energy (J)", title=f"{run[0]}: where the work went")
     legend(ax)
+
+
+def stacked(c):
+    """The parts of the stack: their sum is what work has become and what was there at the start."""
+    return [p for p in ENERGIES if p in c and max(c[p]) > 0]
 
 
 def breakage(ax, run):
@@ -215,7 +221,7 @@ def of_run(run):
         plots.append(figure(lambda ax: breakage(ax, run)))
     if "bonds" in c:
         plots.append(figure(lambda ax: damage(ax, run)))
-    sizes = burst_sizes(summary["folder"])
+    sizes = burst_sizes(summary["folder"]) if "bursts" in summary else []  # of this run, not of one before it
     if len(sizes) > 3:
         plots.append(figure(lambda ax: bursts(ax, name, sizes)))
     states = summary.get("grading")

@@ -88,7 +88,7 @@ dem::BondModel read_bond(Table t, double friction, std::optional<Elasticity>& el
   return b;
 }
 
-void read_hull(Table& t, dem::Grains& grains, dem::GrainSpec& spec) {
+void read_hull(Table& t, dem::Grains& grains, dem::GrainSpec& spec, std::vector<std::string>& notes) {
   if (t.has("vertices") == t.has("box")) t.fail("", "a hull needs either vertices or box");
   dem::Polyhedron body;
   try {
@@ -100,12 +100,17 @@ void read_hull(Table& t, dem::Grains& grains, dem::GrainSpec& spec) {
       std::vector<Vec3> points;
       for (const auto& p : t.points("vertices", dimension::length)) points.emplace_back(p[0], p[1], p[2]);
       body = dem::hull_of(points);
+      if (body.vertex.size() < points.size())
+        notes.push_back(fmt::format("{}: {} of {} vertices are no corners of the convex hull and are left out",
+                                    t.place("vertices"), points.size() - body.vertex.size(), points.size()));
     }
-    dem::HullStore store = grains.hulls ? *grains.hulls : dem::HullStore{};
+    // Nobody else has the store while a scene is read; a copy for each hull would make thousands slow.
+    auto store = std::const_pointer_cast<dem::HullStore>(grains.hulls);
+    if (!store) store = std::make_shared<dem::HullStore>();
     dem::HullPlace place;
-    spec.hull = dem::add_hull(store, body, place);
+    spec.hull = dem::add_hull(*store, body, place);
     spec.orientation = spec.orientation * place.axes;
-    grains.hulls = std::make_shared<dem::HullStore>(std::move(store));
+    grains.hulls = store;
   } catch (const dem::InputError& e) {
     t.fail("vertices", e.what());
   }

@@ -16,8 +16,8 @@ struct Elasticity {
 dem::BondModel read_bond(Table table, double friction, std::optional<Elasticity>& elasticity);
 
 /// Vertices or box of a hull, as a row of the grains' hulls; its mass centre becomes the position, and its axes are
-/// turned into the orientation.
-void read_hull(Table& table, dem::Grains& grains, dem::GrainSpec& spec);
+/// turned into the orientation. Points that are no corners are told in `notes`.
+void read_hull(Table& table, dem::Grains& grains, dem::GrainSpec& spec, std::vector<std::string>& notes);
 
 /// A hull into every sphere of a packing: shape i of `hulls` in turn, in the sphere that holds it. Equal ones share a
 /// row. Throws InputError.

@@ -69,7 +69,7 @@ void read_grain(Table t, RveScene& scene) {
   spec.orientation = dem::Quat(q[0], q[1], q[2], q[3]);
   if (std::abs(spec.orientation.norm() - 1) > 1e-3) t.fail("orientation", "must be a unit quaternion w, x, y, z");
   if (shape == "hull") {
-    read_hull(t, scene.state.grains, spec);
+    read_hull(t, scene.state.grains, spec, scene.notes);
     const double radius = scene.state.grains.hulls->row[*spec.hull].bounding_radius;
     check_mass(t, material, radius, t.has("box") ? "box" : "vertices");
   } else {
@@ -174,6 +174,18 @@ void refuse_shapes(const Table& t, const RveScene& scene, const std::string& why
                                      why, m.name));
 }
 
+/// Bonds are made between packed cells and between the parts of a grain that cleaves; elsewhere nobody would read the
+/// table.
+void refuse_unbonded(const Table& t, const RveScene& scene) {
+  if (scene.cells) return;
+  for (const auto& m : scene.model.materials)
+    if (m.bond && !(m.fracture && std::holds_alternative<dem::Cut>(m.fracture->splitter)))
+      t.fail("material",
+             fmt::format("{}.bond: bonds are made between the cells of packing.kind \"voronoi\" or \"prisms\"; "
+                         "nothing is bonded here: leave the table out",
+                         m.name));
+}
+
 /// A grain that its material's splitter can make nothing of would never break.
 void refuse_unsplit(const Table& t, const RveScene& scene) {
   const dem::Grains& g = scene.state.grains;
@@ -245,6 +257,7 @@ void read_sample(Table& t, RveScene& scene) {
     refuse_shapes(t, scene, fmt::format("material.{}.rotation = false", held->name));
   if (dem::cylinder(boundary)) refuse_shapes(t, scene, "a cylinder");
   refuse_unsplit(t, scene);
+  refuse_unbonded(t, scene);
   check_hulls(t, scene);
   // Impossible starts are refused, not pushed apart: their energy would be nobody's.
   dem::update_frames(scene.state.grains);

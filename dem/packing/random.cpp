@@ -20,19 +20,24 @@ Packing drawn(const Vec3& box, Container container, const RadiusDistribution& ra
               std::size_t count, std::uint64_t seed, const std::vector<double>& reach, std::vector<double>& radii) {
   Packing p;
   p.box = box;
-  const double target = solid_fraction * volume_of(container, box);
+  const double target = solid_fraction * volume_of(container, box), most_scaled = 0.02;
+  const double smallest = radius.kind == "constant" ? radius.mean : radius.min;
+  const double least = 4 * pi / 3 * smallest * smallest * smallest;
   double solid = 0;
   for (std::uint64_t i = 0; count > 0 ? i < count : true; ++i) {
     const double r = draw_radius(radius, seed, i), v = 4 * pi / 3 * r * r * r;
-    if (count == 0 && solid + 0.5 * v > target && i > 0) break;
+    if (count == 0 && solid + 0.5 * v > target && i > 0) {
+      if (std::abs(std::cbrt(target / solid) - 1) <= most_scaled || solid + 0.5 * least > target) break;
+      if (i < 20'000'000) continue;  // of a wide grading one may be larger than all that is left to fill
+    }
     if (i >= 20'000'000) throw InputError("more than 20 million grains would be needed; check box and radius");
     solid += v;
-    p.spheres.push_back({{}, reach.empty() ? r : r * reach[i % reach.size()]});
+    p.spheres.push_back({{}, reach.empty() ? r : r * reach[p.spheres.size() % reach.size()]});
     for (int k = 0; k < 3; ++k)
       p.spheres.back().position[k] = random_uniform(seed, i, Purpose::position, static_cast<std::uint64_t>(k));
   }
   const double exact = std::cbrt(target / solid);
-  if (std::abs(exact - 1) > 0.02)
+  if (std::abs(exact - 1) > most_scaled)
     throw InputError(fmt::format(
         "{} grains of this size fill {:.3f} of the box, not solid_fraction = {:g}; change count (or leave it out)",
         p.spheres.size(), solid / volume_of(container, box), solid_fraction));

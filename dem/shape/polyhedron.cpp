@@ -85,16 +85,35 @@ std::optional<Polyhedron::Face> face_through(std::span<const Vec3> points, std::
   return Polyhedron::Face{n, n.dot(a), 0, on};
 }
 
-/// Points in the middle of an edge are none of a hull's corners.
-void drop_straight(const std::vector<Vec3>& vertex, std::vector<int>& loop, double tolerance) {
-  for (std::size_t k = 0; k < loop.size() && loop.size() > 3;) {
-    const auto at = [&](std::size_t j) { return vertex[static_cast<std::size_t>(loop[j % loop.size()])]; };
-    const Vec3 along = (at(k + 2) - at(k)).normalized(), away = at(k + 1) - at(k);
-    if ((away - along.dot(away) * along).norm() < tolerance)
-      loop.erase(loop.begin() + static_cast<std::ptrdiff_t>((k + 1) % loop.size())), k = 0;
-    else
-      ++k;
+/// Corners of the convex polygon about points in a plane, counter-clockwise about `normal`: those inside it or on its
+/// edges are left out (Andrew's chains).
+std::vector<int> corners_of(const std::vector<Vec3>& vertex, const Vec3& normal, const std::vector<int>& points,
+                            double tolerance) {
+  const std::array<Vec3, 2> e = across(normal);
+  const auto flat = [&](int v) {
+    const Vec3& x = vertex[static_cast<std::size_t>(v)];
+    return Eigen::Vector2d(e[0].dot(x), e[1].dot(x));
+  };
+  std::vector<int> order = points;
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    const Eigen::Vector2d p = flat(a), q = flat(b);
+    return std::abs(p.x() - q.x()) > tolerance ? p.x() < q.x() : p.y() < q.y();
+  });
+  const auto turns_left = [&](int a, int b, int c) {
+    const Eigen::Vector2d along = flat(c) - flat(a), way = flat(b) - flat(a);
+    return way.x() * along.y() - way.y() * along.x() > tolerance * along.norm();
+  };
+  std::vector<int> loop;
+  for (const bool upper : {false, true}) {
+    const std::size_t first = loop.size();
+    for (const int v : order) {
+      while (loop.size() >= first + 2 && !turns_left(loop[loop.size() - 2], loop.back(), v)) loop.pop_back();
+      loop.push_back(v);
+    }
+    loop.pop_back();
+    if (!upper) std::reverse(order.begin(), order.end());
   }
+  return loop;
 }
 
 }  // namespace
@@ -153,8 +172,8 @@ Polyhedron hull_of(std::span<const Vec3> points) {
       }
   if (body.face.size() < 4) throw InputError("the points of a hull lie in a plane, or nearly so");
   for (auto& face : body.face) {
+    face.loop = corners_of(body.vertex, face.normal, face.loop, tolerance);
     sort_around(body.vertex, face.normal, face.loop);
-    drop_straight(body.vertex, face.loop, tolerance);
   }
   compact(body);
   return body;

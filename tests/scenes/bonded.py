@@ -53,8 +53,22 @@ def disc(tmp):
     need(max(abs(x["energy_error"]) for x in rows) < 0.01, f"disc: energy error {max(abs(x['energy_error']) for x in rows)}")
     need(rows[-1]["bonds"] + rows[-1]["bonds_broken"] == rows[0]["bonds"], "disc: bonds are lost silently")
     # Before anything breaks the work of the platens is in cells, bonds and damping.
+    told(out, rows, peak)
     whole = [x for x in rows if x["bonds_damaged"] == 0][-1]
     need(abs(whole["load_N"] * whole["displacement_m"] / (2 * whole["work_J"]) - 1) < 0.1, "disc: work is not half of load times way while all is elastic")
+
+
+def told(out, rows, peak):
+    """What the report says of a disc: a stack of energies in which each is once, nominal stress, broken bonds."""
+    sys.path.insert(0, binaries)
+    from grus_rve_plots import stacked
+    start = json.load(open(os.path.join(out, "summary.json")))["energy"]["start_J"]
+    parts = stacked({k: [x[k] for x in rows] for k in rows[0]})
+    for x in rows:
+        top, put_in = sum(x[p] for p in parts), x["work_J"] + start
+        need(abs(top - put_in) <= 1.01 * abs(x["energy_error"]) * max(put_in, top) + 1e-9 * top, f"disc: the stack of energies is {top} J of {put_in} J")
+    r = run(scene_tools.program(binaries, "grus-report"), out)
+    need(f"{rows[-1]['bonds_broken']:.0f} bonds" in r.stdout and f"{peak / 1e6:.4g} MPa" in r.stdout and " 0 grains" not in r.stdout, f"disc: the report says {r.stdout}")
 
 
 def block(tmp, modulus):

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Convex hulls: masses, cuts, Voronoi cells.
-#include "tests/hulls.hpp"
+#include <random>
+
 #include "dem/base/error.hpp"
+#include "tests/hulls.hpp"
 
 using namespace grus::dem;
 using namespace grus::dem::test;
@@ -36,6 +38,28 @@ TEST_CASE("masses of hulls are exact: boxes, prisms, a dodecahedron, whatever th
   CHECK(dodecahedron.face.size() == 12);
   const double edge = 2 / g;
   CHECK(moments_of(dodecahedron).volume == Approx((15 + 7 * std::sqrt(5.0)) / 4 * edge * edge * edge).epsilon(1e-12));
+}
+
+TEST_CASE("points in a face or in an edge of a hull are none of its corners") {
+  // A tetrahedron of three unit edges: volume 1/6, whatever lies in its faces.
+  std::vector<Vec3> points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  points.emplace_back(1 / 3.0, 1 / 3.0, 0);  // in the middle of a face
+  points.emplace_back(0.2, 0.1, 0), points.emplace_back(0.1, 0.2, 0);
+  points.emplace_back(0.5, 0.5, 0), points.emplace_back(0.25, 0.75, 0);  // in an edge
+  points.emplace_back(1 / 3.0, 1 / 3.0, 1 / 3.0);                        // in the slanted face
+  std::mt19937 shuffled(1);
+  for (int n = 0; n < 20; ++n) {
+    std::shuffle(points.begin(), points.end(), shuffled);
+    const Polyhedron body = hull_of(points);
+    CHECK(body.vertex.size() == 4);
+    CHECK(body.face.size() == 4);
+    CHECK(moments_of(body).volume == Approx(1 / 6.0).epsilon(1e-12));
+    HullStore store;
+    HullPlace place;
+    add_hull(store, body, place);
+    CHECK(store.row[0].edges == 6);
+    CHECK((place.origin - Vec3::Constant(0.25)).norm() < 1e-12);
+  }
 }
 
 TEST_CASE("points in a plane, or too many, are no hull") {
