@@ -66,8 +66,7 @@ int check(const Options& options, RveScene& scene, dem::Team& team) {
   }
   const double duration = scene.test.stress_time.value_or(scene.test.duration);
   const double grains = piece ? all : static_cast<double>(state.grains.size());
-  const double estimate =
-      timer.wall() / 50 * duration / probe.dt * grains / static_cast<double>(state.grains.size());
+  const double estimate = timer.wall() / 50 * duration / probe.dt * grains / static_cast<double>(state.grains.size());
   say(options, setup_text(scene, state, grains, estimate));
   return finished;
 }

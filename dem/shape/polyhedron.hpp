@@ -33,7 +33,8 @@ Polyhedron box_between(const Vec3& low, const Vec3& high);
 /// -1 onwards by corner, then bottom and top.
 Polyhedron prism_over(std::span<const Vec3> corners, double low, double high);
 
-/// Convex hull of up to 64 points, those inside it, its faces or its edges left out. Throws InputError where they lie in a plane, or are too many.
+/// Convex hull of up to 64 points, those inside it, its faces or its edges left out. Throws InputError where they lie
+/// in a plane, or are too many.
 Polyhedron hull_of(std::span<const Vec3> points);
 
 /// Takes away what lies beyond normal . x = offset (unit normal); the fresh face gets `tag`. Points within `tolerance`
