@@ -21,4 +21,5 @@ if(GRUS_FEM)
   grus_manual(grus-bvp "boundary-value problems with grains at every Gauss point")
 endif()
 add_custom_target(man ALL DEPENDS ${manuals})
+add_dependencies(programs man)  # installed with them
 install(FILES ${manuals} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)

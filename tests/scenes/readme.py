@@ -18,7 +18,9 @@ full = os.path.exists(os.path.join(build, "bin", "grus-bvp"))
 SCENE = "build/bin/grus-rve scene.toml && build/bin/grus-report scene"
 DEM = "cmake --workflow --preset dem-only"
 # What is printed, and by which case of this test it is run. The tests themselves are being run.
-KNOWN = {SCENE: "scene", "ctest --test-dir build -L validation": "scene", "./bootstrap demo": "demo", "./bootstrap test": None, DEM: "dem-only"}
+SITE = "cmake --build build --target docs"  # what it calls: the test documents
+KNOWN = {SCENE: "scene", "ctest --test-dir build -L validation": "scene", SITE: None,
+         "./bootstrap demo": "demo", "./bootstrap test": None, DEM: "dem-only"}
 
 
 def shell(command, cwd, **environment):
@@ -39,6 +41,11 @@ def scene(tmp):
     last = history(os.path.join(tmp, "scene"))[-1]
     need(abs(float(last["axial_strain"]) - 0.16) < 1e-9 and float(last["breakages"]) > 500 and abs(float(last["energy_error"])) < 0.01, f"the README's scene ends at {last['axial_strain']}, {last['breakages']} breakages")
     need(os.path.getsize(os.path.join(tmp, "scene", "report.html")) > 50000, "no report")
+    rows = history(os.path.join(tmp, "scene"))
+    facts = [f"crushes {rows[0]['grains']} grains", f"stress is {float(last['axial_stress_Pa']) / 1e6:.0f} MPa",
+             f"from {float(rows[0]['void_ratio']):.2f} to {float(last['void_ratio']):.2f}", f"{len(rows)} rows",
+             f"broken {int(last['breakages']):,} times"]
+    need(all(fact in readme for fact in facts), f"the README's figures are not those of its scene: {facts}")
     r = shell("ctest --test-dir build -L validation -N", tmp)
     need(r.returncode == 0 and "shpb_full" in r.stdout, f"the validation set: {r.stdout[-200:]} {r.stderr}")
 

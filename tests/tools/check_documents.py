@@ -29,6 +29,7 @@ class Page(HTMLParser):
     def __init__(self, text):
         super().__init__()
         self.blocks, self.anchors, self.links, self.loads, self.depth = [], set(), [], [], 0
+        self.loads += re.findall(r'"search": "([^"]+\.js)"', text)  # the worker that a search starts
         self.feed(text)
 
     def handle_starttag(self, tag, attributes):
@@ -65,9 +66,22 @@ def check_pages(sources, site):
         page = parsed[re.sub("README.md$", "index.md", name)[:-3] + ".html"]
         with open(path) as f:
             text = f.read()
-        for block in re.findall(r"^```.*\n([\s\S]*?)^```$", text, re.M):
+        shown = [b.strip("\n") for b in page.blocks]
+        fenced = re.findall(r"^```.*\n([\s\S]*?)^```$", text, re.M)
+        fences = len(re.findall(r"^ *(?:```|~~~)", text, re.M))
+        need(2 * len(fenced) == fences, f"{name}: a fence that this test does not read")
+        for block in fenced:
             blocks += 1
-            need(block.rstrip("\n") in [b.strip("\n") for b in page.blocks], f"{name}: a block is no code block with its text: {block[:60]!r}")
+            need(block.strip("\n") in shown, f"{name}: a block is no code block with its text: {block[:60]!r}")
+            if block.strip("\n") in shown:
+                shown.remove(block.strip("\n"))  # each once
+    for path in glob.glob(os.path.join(site, "**", "*.css"), recursive=True):
+        with open(path) as f:
+            for target in re.findall(r"url\(['\"]?([^)'\"]+)", f.read()):
+                if not target.startswith(("data:", "#")):
+                    found = os.path.join(os.path.dirname(path), target.partition("?")[0])
+                    need("//" not in target and os.path.isfile(found),
+                         f"{os.path.relpath(path, site)} asks for {target}")
     need(blocks > 60, f"only {blocks} fenced blocks were looked at")
     for name, page in parsed.items():
         for target in page.loads + page.links:

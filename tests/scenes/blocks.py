@@ -1,0 +1,118 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Each block of README and docs/ is run, here or by the test that is named, or is plainly text: blocks.py BUILD"""
+import glob
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+from scene_tools import faults, need
+
+build = os.path.abspath(sys.argv[1])
+source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+environment = {**os.environ, "PATH": os.path.join(build, "bin") + os.pathsep + os.environ["PATH"]}
+COMMAND = re.compile(r"\s*(\./|build|cmake|ctest|mpirun|srun|python3|gmsh|grus-)")
+# Blocks that another test takes from their page and runs.
+ELSEWHERE = {("README.md", "sh"): "scenes/readme.py", ("README.md", "toml"): "scenes/readme.py",
+             ("docs/library.md", "cmake"): "tools/check_install.py",
+             ("docs/library.md", "cpp"): "tools/check_install.py",
+             ("docs/tutorial.md", None): "scenes/tutorial.py"}
+# What a table of a page lacks to be a whole scene.
+LOADING = '[loading]\nkind = "platens"\naxis = "y"\nstrain_rate = "1 /s"\nfinal_strain = 0.0018\n'
+DATA = {"e_sigma.csv": "axial_stress_Pa,void_ratio\n1e6,0.8\n2e6,0.75\n",
+        "sieve.csv": "diameter_m,passing\n0.0003,0.2\n0.001,1\n", "grains.csv": "value\n1e8\n1.2e8\n1.4e8\n"}
+
+
+def shell(line, folder):
+    r = subprocess.run(["bash", "-c", line], cwd=folder, env=environment, capture_output=True, text=True, timeout=300)
+    need(r.returncode == 0 and r.stderr == "", f"{line}: exit {r.returncode} {r.stdout[-200:]} {r.stderr[-300:]}")
+    return r.stdout
+
+
+def write(folder, name, text):
+    with open(os.path.join(folder, name), "w") as f:
+        f.write(text)
+
+
+def bonded(folder, block):
+    write(folder, "bonded.toml", block + LOADING)
+    said = shell("grus-rve bonded.toml --check", folder)
+    need("grains 1500" in said, "docs/bonded.md: not the cells that it asks for")
+
+
+def cleavage(folder, block):
+    page = open(os.path.join(source, "docs", "bonded.md")).read()
+    write(folder, "cleavage.toml", re.search(r"```toml\n(.*?)```", page, re.S)[1] + block + LOADING)
+    shell("grus-rve cleavage.toml --check", folder)
+
+
+def calibration(folder, block):
+    for name, text in DATA.items():
+        write(folder, name, text)
+    write(folder, "calibration.toml", block)
+    shutil.copy(os.path.join(source, "apps", "scenes", "single_grain.toml"), folder)
+    shell("grus-rve --new oedometer && sed -i '/^seed = /d' oedometer.toml", folder)
+    said = shell("grus-calibrate calibration.toml --check", folder)
+    points = re.search(r"(\d+) points", block)[1]
+    need(f"\n{points} points" in said, f"docs/calibration.md says {points} points, the program: {said}")
+
+
+TABLES = {"docs/bonded.md": bonded, "docs/cleavage.md": cleavage, "docs/calibration.md": calibration}
+
+
+def command(page, line):
+    """A program of ours is asked whether it would run; of other commands, what they name must be there."""
+    words = line.split("#")[0].split()
+    if not words:
+        return
+    if words[0].startswith("grus-"):
+        if words[0] != "grus-bvp" or os.path.exists(os.path.join(build, "bin", "grus-bvp")):
+            shell(" ".join(words) + " --check", source)
+        return
+    for preset in re.findall(r"--preset (\S+)", line):
+        known = json.load(open(os.path.join(source, "CMakePresets.json")))
+        need(preset in {p["name"] for p in known["configurePresets"]}, f"{page}: no preset {preset}")
+    program = words[0]
+    stem = os.path.basename(program).removeprefix("grus_")
+    sources = glob.glob(os.path.join(source, program)) or glob.glob(f"{source}/tests/bench/{stem}*.cpp")
+    if program != "cmake":
+        text = "".join(open(path).read() for path in sources)
+        need(text != "", f"{page}: what is {program}?")
+        known = all(w in text for w in words if w.startswith("--"))
+        need(known, f"{page}: {program} does not know all of {words}")
+
+
+seen = set()
+with tempfile.TemporaryDirectory() as folder:
+    for path in [f"{source}/README.md"] + sorted(glob.glob(f"{source}/docs/**/*.md", recursive=True)):
+        page = os.path.relpath(path, source)
+        text = open(path).read()
+        for kind, block in re.findall(r"^```(\w*).*\n([\s\S]*?)^```$", text, re.M):
+            test = ELSEWHERE.get((page, kind), ELSEWHERE.get((page, None)))
+            if test:
+                reads = open(os.path.join(source, "tests", test)).read()
+                need(os.path.basename(page) in reads, f"{test} does not read {page}")
+                seen.add(page)
+            elif kind in ("", "text", "csv"):
+                commands = any(COMMAND.match(line) for line in block.splitlines())
+                need(not commands, f"{page}: commands in a block of text: {block[:60]!r}")
+            elif kind == "toml" and page in TABLES:
+                TABLES[page](folder, block)
+                seen.add(page)
+            elif kind == "sh" and block.startswith("#!"):  # a job's script
+                write(folder, "job.sh", block)
+                shell("bash -n job.sh", folder)
+            elif kind == "sh":
+                for line in block.splitlines():
+                    command(page, line)
+            elif kind == "python":
+                compile(block, page, "exec")
+            else:
+                need(False, f"{page}: no test runs this block of {kind}: {block[:60]!r}")
+need(seen >= set(TABLES) | {page for page, _ in ELSEWHERE}, f"blocks that are no longer there: {seen}")
+print(f"blocks: {len(faults)} faults")
+sys.exit(1 if faults else 0)
