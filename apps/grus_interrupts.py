@@ -1,14 +1,13 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """What the system asks of a tool: SIGINT, SIGTERM and SIGHUP stop it, SIGUSR1 and SIGUSR2 are handed on to its runs. Those
 that it was started with as ignored (nohup) stay ignored."""
-import argparse
-import re
 import signal
 import sys
 import time
 
 STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 WISHES = (signal.SIGUSR1, signal.SIGUSR2)
+BEGAN = time.monotonic()
 SECONDS = {"": 1, "s": 1, "min": 60, "h": 3600, "ms": 1e-3}
 
 
@@ -46,6 +45,8 @@ def hand_on(processes):
 
 def duration(text):
     """Seconds of "2 h", "90 min" or a bare number; for argparse."""
+    import argparse  # not while a tool loads: what comes before end_at_once hears no Ctrl-C
+    import re
     found = re.fullmatch(r"\s*([0-9.eE+-]+)\s*([a-z]*)\s*", text)
     try:
         seconds = float(found[1]) * SECONDS[found[2]]
@@ -62,7 +63,7 @@ def end_after(seconds):
         raise OutOfTime
     signal.signal(signal.SIGALRM, over)
     reserve = min(max(0.02 * seconds, min(1.0, 0.2 * seconds)), 60)
-    signal.setitimer(signal.ITIMER_REAL, max(seconds - reserve, 1e-3))
+    signal.setitimer(signal.ITIMER_REAL, max(seconds - reserve - (time.monotonic() - BEGAN), 1e-3))
 
 
 class Logged:

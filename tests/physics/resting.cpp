@@ -2,6 +2,8 @@
 // A cell that rests between increments: what is kept is kept to the bit, the rest is made again, and costs little room.
 #include "dem/rve/resting.hpp"
 
+#include <malloc.h>
+
 #include "dem/io/archive.hpp"
 #include "dem/packing/cells.hpp"
 #include "dem/packing/packing.hpp"
@@ -169,6 +171,25 @@ TEST_CASE("a resting cell of spheres takes 0.4 kB a grain at most, saved or not,
   awaken(model, whole, team);  // of one that does not rest: nothing
   CHECK((bytes_of(whole) == bytes_of(s)));
 }
+
+#ifdef __GLIBC__
+TEST_CASE("many cells at rest take the room of what they keep: making them leaves no holes") {
+  Team team(1);
+  const Model model = elastic_sand(0);
+  State trial = sheared(model, false, team);
+  const std::size_t cells = 300, grains = cells * trial.grains.size();
+  const auto taken = [] {
+    const auto use = mallinfo2();
+    return use.arena + use.hblkhd;
+  };
+  std::vector<State> kept;
+  kept.reserve(cells);
+  const std::size_t before = taken();
+  for (std::size_t k = 0; k < cells; ++k) kept.push_back(resting_copy(trial));
+  CHECK(static_cast<double>(taken() - before) < 450.0 * static_cast<double>(grains));
+  CHECK((bytes_of(kept.back()) == bytes_of(at_rest(trial))));
+}
+#endif
 
 TEST_CASE(
     "dashpots and sliding: a cell that rests every ten steps goes where one goes that does not, and loses nothing") {
