@@ -129,7 +129,7 @@ std::string handle(dem::RveHost& host, const std::string& bytes) {
       break;
     }
     case Command::commit:
-      for (const auto slot : slots) host.commit(slot);
+      host.commit(slots);
       [[fallthrough]];
     case Command::facts:
       for (const auto slot : slots) out.plain(host.facts(slot));
@@ -291,10 +291,10 @@ std::vector<dem::Facts> RveFarm::told(bool commit, const std::vector<std::uint64
     for (const auto i : of[static_cast<std::size_t>(r)]) theirs.push_back(slots[i]);
     if (!theirs.empty()) ask(r, request(commit ? Command::commit : Command::facts, theirs));
   }
-  for (const auto i : of[0]) {
-    if (commit) host_.commit(slots[i]);
-    all[i] = host_.facts(slots[i]);
-  }
+  std::vector<std::uint64_t> own;
+  for (const auto i : of[0]) own.push_back(slots[i]);
+  if (commit) host_.commit(own);
+  for (const auto i : of[0]) all[i] = host_.facts(slots[i]);
   for (int r = 1; r < ranks_; ++r) {
     if (of[static_cast<std::size_t>(r)].empty()) continue;
     const std::string bytes = answer(r);

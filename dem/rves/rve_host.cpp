@@ -73,7 +73,7 @@ Facts facts_of(const Model& model, const State& s, double haste) {
 void give_back_holes() {
 #ifdef __GLIBC__
   const auto use = mallinfo2();
-  if (use.fordblks > (std::size_t{16} << 20) && use.fordblks > use.uordblks / 4) malloc_trim(0);
+  if (use.fordblks > (std::size_t{4} << 20) && use.fordblks > use.uordblks / 4) malloc_trim(0);
 #endif
 }
 
@@ -257,6 +257,11 @@ void RveHost::commit(std::uint64_t slot) {
   settle(s);
   s.linear.reset();
   s.tried = s.rve->committed().ledger.breakages != broken;  // while grains break there is no elastic range to look for
+}
+
+void RveHost::commit(const std::vector<std::uint64_t>& slots) {
+  for (const std::uint64_t slot : slots) commit(slot);
+  give_back_holes();
 }
 
 Facts RveHost::facts(std::uint64_t slot) const {

@@ -112,6 +112,7 @@ public:
   /// some times a second, within tasks as well; where it says so, all threads stop and Interrupted is thrown.
   std::vector<Outcome> advance(const std::vector<Task>& tasks, const Watch& watch = {});
   void commit(std::uint64_t slot);
+  void commit(const std::vector<std::uint64_t>& slots);  // and gives back the room that their trials have left
   Facts facts(std::uint64_t slot) const;
 
 private:

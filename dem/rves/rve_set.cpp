@@ -70,7 +70,9 @@ const Response& RveSet::response(std::size_t point) const {
 
 void RveSet::commit() {
   if (response_.empty()) throw std::logic_error("nothing to commit: advance comes first");
-  for (const auto& job : plan_.job) host_.commit(job.slot);
+  std::vector<std::uint64_t> slots;
+  for (const auto& job : plan_.job) slots.push_back(job.slot);
+  host_.commit(slots);
   for (const std::uint64_t slot : dem::commit(sharing_, plan_, increment_)) host_.drop(slot);
   response_.clear();
 }
