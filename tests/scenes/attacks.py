@@ -77,8 +77,10 @@ def inputs(tmp):
     r = run(rve, write(tmp, MATERIAL + f"[packing]\nkind = \"file\"\npath = \"{packing}\"\nbox = [1, 1, 1]\n[boundary]\nkind = \"walls\"\n" + UNIAXIAL), "-o", os.path.join(tmp, "no"))
     need(r.returncode == 2 and "packing.path" in r.stderr and "pack.txt:1" in r.stderr and "secret" not in r.stderr, f"packing file: {r.stderr!r}")
     # Many walls that are alike are one material: the last of 300 still bounces a grain as the first does.
-    last = BALL + "".join("[[wall]]\npoint = [0, 0, -5]\nnormal = [0, 0, 1]\nrigid = true\n" for _ in range(300)).replace("point = [0, 0, -5]", "point = [0, 0, 0]", 0) + FREE
-    behind = BALL.replace("point = [0, 0, 0]", "point = [0, 0, -5]") + "[[wall]]\npoint = [0, 0, -5]\nnormal = [0, 0, 1]\nrigid = true\n" * 299 + "[[wall]]\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nrigid = true\n" + FREE
+    below = "".join(f"[[wall]]\npoint = [0, 0, {-5 - k / 100}]\nnormal = [0, 0, 1]\nrigid = true\n" for k in range(299))
+    last = BALL + below + FREE
+    behind = (BALL.replace("point = [0, 0, 0]", "point = [0, 0, -9]") + below
+              + "[[wall]]\npoint = [0, 0, 0]\nnormal = [0, 0, 1]\nrigid = true\n" + FREE)
     speeds = []
     for k, text in enumerate((last, behind)):
         r = run(rve, write(tmp, text), "-o", os.path.join(tmp, f"walls{k}"), "--quiet")
