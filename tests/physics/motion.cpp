@@ -332,3 +332,40 @@ TEST_CASE(
       random_packing(Vec3::Constant(6e-4), {"constant", 2.9e-4, 0, 0, 0}, 0.4, 0, Container::periodic, 1, two, {}),
       InputError);
 }
+
+TEST_CASE("the densest packing does not depend on what is asked: one number is told, and what is told can be had") {
+  const RadiusDistribution radius{"uniform", 3e-4, 0, 2.2e-4, 3.8e-4};
+  const Vec3 box = Vec3::Constant(2e-3);
+  Team one(1);
+  const auto asked = [&](double fraction) {
+    return random_packing(box, radius, fraction, 0, Container::box, 1, one, {});
+  };
+  const auto told = [&](double fraction) {
+    double reached = 0;
+    try {
+      asked(fraction);
+    } catch (const InputError& e) {
+      const std::string said = e.what();
+      std::sscanf(said.substr(said.find(':')).c_str(),
+                  ": the densest random packing found of these grains in this box is %lf", &reached);
+    }
+    return reached;
+  };
+  const double densest = told(0.6);
+  CHECK(densest > 0.5);
+  CHECK(told(0.56) == densest);
+  for (const double fraction : {0.51, densest}) {
+    const Packing p = asked(fraction);
+    double solid = 0, worst = 0;
+    for (std::size_t i = 0; i < p.spheres.size(); ++i) {
+      const Sphere& s = p.spheres[i];
+      solid += 4 * pi / 3 * std::pow(s.radius, 3);
+      for (int k = 0; k < 3; ++k)
+        worst = std::max({worst, s.radius - s.position[k], s.position[k] + s.radius - box[k]});
+      for (std::size_t j = 0; j < i; ++j)
+        worst = std::max(worst, s.radius + p.spheres[j].radius - (s.position - p.spheres[j].position).norm());
+    }
+    CHECK(solid / box.prod() == Approx(fraction).epsilon(1e-9));
+    CHECK(worst < 1e-6 * 2.2e-4);
+  }
+}
