@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "apps/folder.hpp"
 #include "apps/hopkinson.hpp"
 #include "dem/io/vtkhdf.hpp"
 #include "dem/io/whole_file.hpp"
@@ -84,11 +85,7 @@ BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem&
       rves_(rves),
       probes_(directory_, scene, problem, points, states, rves) {
   for (const auto group : points.group) grains_.push_back(group == 0);
-  history_.emplace((std::filesystem::path(directory_) / "history.csv").string(), bvp_columns(scene, problem, probes_));
-  if (scene.frames > 0) {
-    std::filesystem::create_directories(std::filesystem::path(directory_) / "macro");
-    probes_.make_folders();
-  }
+  history_.emplace(result_file(directory_, "history.csv"), bvp_columns(scene, problem, probes_));
 }
 
 void BvpOutput::add(const fem::IncrementReport& r, double wall) {
@@ -217,15 +214,14 @@ void BvpOutput::frame(double time) {
     grid.cell_fields["broken_fraction"].values.push_back(static_cast<float>(all[3 * c + 1]));
     grid.cell_fields["grains"].values.push_back(static_cast<float>(all[3 * c + 2]));
   }
-  const std::filesystem::path folder = directory_;
-  dem::write_vtkhdf((folder / name).string(), grid);
-  dem::write_series((folder / "macro.hdf.series").string(), series_);
+  dem::write_vtkhdf(result_file(directory_, name), grid);
+  dem::write_series(result_file(directory_, "macro.hdf.series"), series_);
 }
 
 std::string BvpOutput::line(std::uint64_t sweeps) const {
   return fmt::format(
       "strain {0} {1:.4f}  stress {0} {2:.3g} MPa  broken {3:.0f}{6}  material sweeps {4}  DEM steps {5:.3g}", axis(),
-      strain_, stress_ / 1e6, breakages_, sweeps, rves_ ? static_cast<double>(rves_->report().dem_steps) : 0.0,
+      strain_, stress_ / 1e6 + 0.0, breakages_, sweeps, rves_ ? static_cast<double>(rves_->report().dem_steps) : 0.0,
       bonds_text(", bonds "));
 }
 
@@ -242,14 +238,14 @@ std::string BvpOutput::closing(const BvpEnding& e) const {
   if (e.status == out_of_time) how = "out of time";
   if (scene_.is_explicit())
     return fmt::format("{}: {:.4g}{}, mean stress {} {:.4g} MPa, {:.0f} breakages{}, {:.3g} DEM steps in {} ({})", how,
-                       e.time, scene_.dynamics ? " s" : " of the load", axis(), stress_ / 1e6, breakages_,
+                       e.time, scene_.dynamics ? " s" : " of the load", axis(), stress_ / 1e6 + 0.0, breakages_,
                        bonds_text(", broken bonds "), steps, duration_text(e.wall), directory_);
   return fmt::format(
       "{0}: load factor {1:.4g}, mean strain {2} {3:.4f}, mean stress {2} {4:.4g} MPa, {5:.0f} breakages{12}, {6} "
       "Newton "
       "iterations, {7} cutbacks, {8} material sweeps, "
       "{9:.3g} DEM steps in {10} ({11})",
-      how, e.time, axis(), strain_, stress_ / 1e6, breakages_, iterations_, cutbacks_, sweeps_, steps,
+      how, e.time, axis(), strain_, stress_ / 1e6 + 0.0, breakages_, iterations_, cutbacks_, sweeps_, steps,
       duration_text(e.wall), directory_, bonds_text(", broken bonds "));
 }
 
@@ -369,10 +365,11 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   for (const std::string name : {"correction", "worst_unbalanced_force", "worst_stress_change", "energy_error"})
     if (summary["last_row"].contains(name)) summary["errors"]["last_" + name] = summary["last_row"][name];
   if (rves_ && summary["last_row"].is_object()) summary["errors"]["devices"] = devices(summary["last_row"]);
-  dem::write_whole((std::filesystem::path(directory_) / "summary.json").string(), summary.dump(2) + "\n");
   if (scene_.hopkinson && history_->rows() > 1)
-    write_hopkinson((std::filesystem::path(directory_) / "hopkinson.csv").string(), *scene_.hopkinson,
-                    history_->text());
+    write_hopkinson(result_file(directory_, "hopkinson.csv"), *scene_.hopkinson, history_->text());
+  const std::string last = result_file(directory_, "summary.json");
+  summary["files"] = result_files(directory_);
+  dem::write_whole(last, summary.dump(2) + "\n");
 }
 
 }  // namespace grus::app

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 
 #include "apps/bvp_standing.hpp"
+#include "apps/folder.hpp"
+#include "apps/same_scene.hpp"
 #include "dem/base/error.hpp"
 
 namespace grus::app {
@@ -45,8 +47,8 @@ dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene) {
   if (about.is_discarded() || about.value("program", "") != "grus-bvp" || kept.parts.size() < 2 + scene.regions.size())
     throw InputError(path + ": not a checkpoint of grus-bvp");
   const nlohmann::json cell = scene.has_rve ? scene.unit_cells[0].record : nlohmann::json();
-  if (about.value("scene", nlohmann::json{}) != scene.record || about.value("unit_cell", nlohmann::json()) != cell)
-    throw InputError(path + ": checkpoint of another scene or other settings; give the same file and --set");
+  refuse_changes(path, about.value("scene", nlohmann::json()), scene.record);
+  refuse_changes(path, about.value("unit_cell", nlohmann::json()), cell, "unit cell");
   return kept;
 }
 
@@ -223,7 +225,7 @@ void BvpRun::save(Course& c, const Report& report) {
   auto pack = [](const std::vector<double>& v) {
     return std::string(reinterpret_cast<const char*>(v.data()), v.size() * sizeof(double));
   };
-  dem::write_checkpoint(checkpoint_of(options_), about.dump(), [&](const dem::TakePart& take) {
+  dem::write_checkpoint(result_file(options_.directory, "checkpoint.h5"), about.dump(), [&](const dem::TakePart& take) {
     take(output_->history().text());
     take(pack(setup_.problem->snapshot()));
     for (const auto& r : regions_) take(r.save());

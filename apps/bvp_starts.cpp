@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "apps/same_scene.hpp"
 #include "apps/scene/prepare_sample.hpp"
 #include "dem/base/clock.hpp"
 #include "dem/io/archive.hpp"
@@ -74,6 +75,12 @@ void read(const StartsFile& file, nlohmann::json of, std::vector<Made>& made) {
   std::vector<std::size_t> which;
   if (there.is_object() && there.contains("made") && there["made"].is_array())
     for (const auto& k : there["made"]) which.push_back(k.is_number_unsigned() ? k.get<std::size_t>() : SIZE_MAX);
+  for (const char* what : {"scene", "unit_cell"})
+    if (there.is_object() && of.contains(what)) {
+      refuse_changes(file.path, there.value(what, nlohmann::json()), of[what],
+                     what == std::string("scene") ? "" : "unit cell");
+      there[what] = of[what];  // but for the title the same
+    }
   of["made"] = there.is_object() && there.contains("made") ? there["made"] : nlohmann::json();
   if (there != of || which.size() != kept.parts.size() ||
       std::any_of(which.begin(), which.end(), [&](std::size_t k) { return k >= made.size(); }))

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/folder.hpp"
 #include "dem/io/whole_file.hpp"
 #include "dem/rve/grading.hpp"
 
@@ -15,7 +16,7 @@ constexpr double span = 8;  // of the first smallest grain over the smallest cla
 }  // namespace
 
 GradingStates::GradingStates(const std::string& directory, const RveScene& scene)
-    : path_(directory + "/grading.csv"), scene_(scene) {
+    : directory_(directory), scene_(scene) {
   if (scene.output.gradings == 0) return;
   const dem::Grading first(scene.state);
   largest_ = first.largest() * (1 + 1e-9), smallest_ = first.smallest() / span;
@@ -38,7 +39,7 @@ void GradingStates::write(const dem::State& state) {
     text_ += fmt::format("{:.9g},{:.9g},{:.6g},{:.9g},{},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g}\n", state.time,
                          state.time * scene_.test.strain_rate, c.upper / scene_.scale, now.passing(c.upper), c.grains,
                          c.mass, c.coordination, c.elongation, c.flatness, c.generation);
-  dem::write_whole(path_, text_);
+  dem::write_whole(result_file(directory_, "grading.csv"), text_);
   ++written_, last_ = state.time;
 }
 

@@ -24,7 +24,7 @@ public:
 private:
   void write(const dem::State& state);
 
-  std::string path_, text_;
+  std::string directory_, text_;
   const RveScene& scene_;
   double smallest_ = 0, largest_ = 0;
   int written_ = 0;

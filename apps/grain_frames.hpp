@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "apps/folder.hpp"
 #include "apps/run.hpp"
 #include "apps/scene/rve_scene.hpp"
 #include "dem/io/frames.hpp"
@@ -22,10 +22,7 @@ public:
         count_(output.frames),
         every_(count_ > 1 ? duration / (count_ - 1) : duration),
         contacts_(output.contacts),
-        wrapped_(output.wrapped) {
-    if (count_ > 0) std::filesystem::create_directories(folder_ / "grains");
-    if (contacts_) std::filesystem::create_directories(folder_ / "contacts");
-  }
+        wrapped_(output.wrapped) {}
   nlohmann::json series() const { return series_; }
   void restore(const nlohmann::json& series) { series_ = series.get<decltype(series_)>(); }
   void write_if_due(const dem::State& state) {
@@ -46,17 +43,17 @@ private:
   }
   void write(const dem::State& state) {
     const std::string name = frame("grains", series_.size());
-    dem::write_grains((folder_ / name).string(), state, wrapped_);
-    if (contacts_) dem::write_contacts((folder_ / frame("contacts", series_.size())).string(), state, wrapped_);
+    dem::write_grains(result_file(folder_, name), state, wrapped_);
+    if (contacts_) dem::write_contacts(result_file(folder_, frame("contacts", series_.size())), state, wrapped_);
     series_.emplace_back(name, state.time);
-    dem::write_series((folder_ / "grains.hdf.series").string(), series_);
+    dem::write_series(result_file(folder_, "grains.hdf.series"), series_);
     if (!contacts_) return;
     Series contacts = series_;
     for (std::size_t k = 0; k < contacts.size(); ++k) contacts[k].first = frame("contacts", k);
-    dem::write_series((folder_ / "contacts.hdf.series").string(), contacts);
+    dem::write_series(result_file(folder_, "contacts.hdf.series"), contacts);
   }
 
-  std::filesystem::path folder_;
+  std::string folder_;
   int count_;
   double every_;
   bool contacts_, wrapped_;

@@ -133,8 +133,8 @@ int lead(const BvpScene& scene, const Options& options, const fem::Session& sess
     ending.ranks = session.ranks();
     ending.migrated = farm ? farm->moved() : 0;
     try {
+      if (farm && farm->costs()) dem::write_whole(result_file(options.directory, "costs.csv"), *farm->costs());
       work->finish(ending);
-      if (farm && farm->costs()) dem::write_whole(options.directory + "/costs.csv", *farm->costs());
     } catch (const std::exception&) {  // of one fault one line
       if (ending.status != failed) throw;
     }
@@ -187,7 +187,10 @@ int run(const Options& options, const fem::Session& session) {
     Progress progress(options, options.check);
     StartsFile file;
     if (!options.check)
-      file = {options.directory + "/preparation.h5", scene.checkpoint_interval, options.resume, make_folder};
+      file = {options.directory + "/preparation.h5", scene.checkpoint_interval, options.resume, [&] {
+                make_folder();
+                result_file(options.directory, "preparation.h5");
+              }};
     setup.states = prepare_starts(
         scene, starts, options.threads, [&](double done) { return progress.watch(done, "unit cells"); }, file, &times);
   });

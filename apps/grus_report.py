@@ -23,7 +23,7 @@ except ImportError as e:
 
 import grus_bvp_plots  # noqa: E402
 import grus_rve_plots  # noqa: E402
-from grus_results import VERSION, one_line, read_grading, read_history, write_whole  # noqa: E402
+from grus_results import VERSION, note_result, one_line, read_grading, read_history, write_whole  # noqa: E402
 
 
 def is_bvp(run):
@@ -86,7 +86,7 @@ def read_result(folder):
     if missing:
         raise ValueError(f"{os.path.join(folder, 'history.csv')}: no column {missing[0]}: not a history of Grus")
     try:
-        summary["grading"] = read_grading(folder) if "increment" not in columns else {}
+        summary["grading"] = read_grading(folder, summary.get("files")) if "increment" not in columns else {}
     except (ValueError, KeyError, TypeError, csv.Error) as e:
         raise ValueError(f"{os.path.join(folder, 'grading.csv')}: not a grading of Grus ({e})") from None
     summary["folder"] = folder
@@ -138,6 +138,8 @@ def write(runs, args):
 <style>{STYLE}</style>
 <h1>Grus report</h1>{table(head, rows)}{told}{body}<h2>Scenes and figures of each run</h2>{scenes}{ZOOM}</html>"""
     path = args.o or os.path.join(args.folders[0], "report.html")
+    if not args.o:
+        note_result(args.folders[0], "report.html")
     write_whole(path, page)
     print(f"report: {path}")
     return 0

@@ -62,6 +62,18 @@ def clear_results(out, names):
             os.remove(path)
 
 
+def note_result(folder, name):
+    """Notes in a folder's marker that a file of this name is Grus's, as the C++ programs do: --force clears it. A folder without a marker
+    stays as it is."""
+    try:
+        mark = os.open(os.path.join(folder, MARKER), os.O_RDWR | os.O_APPEND | os.O_NOFOLLOW | os.O_CLOEXEC)
+    except OSError:
+        return
+    with os.fdopen(mark, "r+") as f:
+        if name not in f.read().splitlines():
+            f.write(name + "\n")
+
+
 class InUse(Exception):
     """A results folder that is not Grus's, or that another program writes to."""
 
@@ -117,10 +129,11 @@ def read_history(folder):
     return columns
 
 
-def read_grading(folder):
-    """States of grading.csv, if the scene asked for it: strain -> rows by size class."""
+def read_grading(folder, files=None):
+    """States of grading.csv, if the scene asked for it: strain -> rows by size class. `files`: what summary.json lists of the run's files,
+    None where it lists none."""
     path = os.path.join(folder, "grading.csv")
-    if not os.path.isfile(path):
+    if not os.path.isfile(path) or (isinstance(files, list) and "grading.csv" not in files):
         return {}
     states = {}
     with open(path, newline="") as f:

@@ -3,8 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
-
+#include "apps/folder.hpp"
 #include "dem/io/frames.hpp"
 #include "dem/io/vtkhdf.hpp"
 #include "dem/rve/grading.hpp"
@@ -44,12 +43,6 @@ Probes::Probes(const std::string& directory, const BvpScene& scene, const fem::P
                                    scene.file, probe.name));
     probes_.push_back({&probe, point, {}, {}});
   }
-}
-
-void Probes::make_folders() const {
-  for (const Found& f : probes_)
-    if (f.probe->frames)
-      std::filesystem::create_directories(std::filesystem::path(directory_) / ("grains_" + f.probe->name));
 }
 
 std::vector<std::string> Probes::columns() const {
@@ -130,13 +123,12 @@ double Probes::stress(const std::string& name, int component) const {
 }
 
 void Probes::frame(std::size_t number, double time) {
-  const std::filesystem::path folder = directory_;
   for (Found& f : probes_) {
     if (!f.probe->frames) continue;
     const std::string name = fmt::format("grains_{}/grains_{:05}.hdf", f.probe->name, number);
-    dem::write_grains((folder / name).string(), rves_->committed(points_.rve_of[f.point]));
+    dem::write_grains(result_file(directory_, name), rves_->committed(points_.rve_of[f.point]));
     f.series.emplace_back(name, time);
-    dem::write_series((folder / fmt::format("grains_{}.hdf.series", f.probe->name)).string(), f.series);
+    dem::write_series(result_file(directory_, fmt::format("grains_{}.hdf.series", f.probe->name)), f.series);
   }
 }
 

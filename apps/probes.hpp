@@ -14,8 +14,6 @@ public:
          const std::vector<dem::State>& states, const coupling::RveMaterial* rves);
 
   std::vector<std::string> columns() const;
-  /// For frames, where the scene wants any.
-  void make_folders() const;
   std::vector<double> row() const;
   /// Grains of the probes that ask for frames.
   void frame(std::size_t number, double time);

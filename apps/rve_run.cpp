@@ -6,7 +6,9 @@
 #include <filesystem>
 
 #include "apps/bond_results.hpp"
+#include "apps/folder.hpp"
 #include "apps/rve_history.hpp"
+#include "apps/same_scene.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/io/whole_file.hpp"
 #include "dem/rve/bonded.hpp"
@@ -19,6 +21,14 @@ namespace {
 
 std::string checkpoint_of(const Options& options) { return options.directory + "/checkpoint.h5"; }
 
+/// The stress that the test itself tells, where there is one.
+const char* stress_name(const RveScene& scene) {
+  if (!tells_stress(scene)) return "stress";
+  return scene.test.kind == "constant-p" ? "q" : "nominal stress";
+}
+
+double in_mpa(double stress) { return stress / 1e6 + 0.0; }  // 0 rather than -0
+
 }  // namespace
 
 dem::Checkpoint find_checkpoint(const Options& options, const RveScene& scene) {
@@ -27,8 +37,7 @@ dem::Checkpoint find_checkpoint(const Options& options, const RveScene& scene) {
   const nlohmann::json about = nlohmann::json::parse(kept.about, nullptr, false);
   if (!about.is_object() || about.value("program", "") != "grus-rve" || kept.parts.size() != 4)
     throw InputError(path + ": not a checkpoint of grus-rve");
-  if (about.value("scene", nlohmann::json{}) != scene.record)
-    throw InputError(path + ": checkpoint of another scene or other settings; give the same file and --set");
+  refuse_changes(path, about.value("scene", nlohmann::json()), scene.record);
   return kept;
 }
 
@@ -40,7 +49,7 @@ RveRun::RveRun(const Options& options, RveScene& scene, dem::Team& team, dem::St
       clock_(clock),
       ready_(ready),
       state_(std::move(state)),
-      history_((std::filesystem::path(options.directory) / "history.csv").string(),
+      history_(result_file(options.directory, "history.csv"),
                rve_columns(scene, options.resume ? scene.state : state_)),
       frames_(options, scene.output, scene.test.duration),
       gradings_(options.directory, scene),
@@ -98,7 +107,7 @@ void RveRun::save_checkpoint() {
   const nlohmann::json about{{"program", "grus-rve"},          {"scene", scene_.record},  {"prepared", scene_.prepared},
                              {"notes", scene_.notes},          {"rows", history_.rows()}, {"frames", frames_.series()},
                              {"gradings", gradings_.written()}};
-  dem::write_checkpoint(checkpoint_of(options_), about.dump(), [&](const dem::TakePart& take) {
+  dem::write_checkpoint(result_file(options_.directory, "checkpoint.h5"), about.dump(), [&](const dem::TakePart& take) {
     take(dem::bytes_of(state_));
     take(saver.take());
     take(history_.text());
@@ -129,14 +138,23 @@ double RveRun::done() const {
   return std::max({part, straight, rise > 0 && left > 0 ? rows / (rows + left / rise) : 0.0});
 }
 
+/// Grains and bonds, of which there are.
+std::string RveRun::broken(const char* between) const {
+  const bool bonded = scene_.bonded() || state_.ledger.bonds_broken > 0;
+  const std::string bonds = fmt::format("{} bonds", state_.ledger.bonds_broken);
+  if (bonded && state_.ledger.breakages == 0) return bonds;
+  return fmt::format("{} grains", state_.ledger.breakages) + (bonded ? between + bonds : "");
+}
+
 /// Of a moment between rows: stress and error are the last row's.
 void RveRun::show() {
   course_.wall = earlier_ + clock_.wall() - ready_;
-  progress_.show(done(), fmt::format("t {:.4g} s  strain {:.4f}  stress {:.3g} MPa  grains {}  broken {}  energy error "
-                                     "{:.2f} %  {:.3g} steps/s",
-                                     state_.time, axial_strain(scene_, state_, course_.initial_cell), axial_ / 1e6,
-                                     state_.grains.size(), state_.ledger.breakages, 100 * error_,
-                                     static_cast<double>(state_.steps) / course_.wall));
+  progress_.show(
+      done(), fmt::format("t {:.4g} s  strain {:.4f}  stress {:.3g} MPa  grains {}  broken {}  energy error "
+                          "{:.2f} %  {:.3g} steps/s",
+                          state_.time, std::round(1e4 * axial_strain(scene_, state_, course_.initial_cell)) / 1e4 + 0.0,
+                          in_mpa(shown_), state_.grains.size(), broken(", "), 100 * error_,
+                          static_cast<double>(state_.steps) / course_.wall));
 }
 
 void RveRun::write_row() {
@@ -165,6 +183,7 @@ bool RveRun::go_to_row(std::uint64_t row, double until) {
       dem::check_sanity(scene_.model, state_, now_.kinetic + now_.elastic, now_.deepest);
       write_row();
       axial_ = axial_stress(scene_, state_, now_);
+      shown_ = tells_stress(scene_) ? test_stress(scene_, state_, now_) : axial_;
       error_ = dem::energy_error(state_.ledger, now_.kinetic + now_.elastic);
       course_.before = course_.axial, course_.axial = axial_;
       course_.peak_is_last = axial_ >= course_.peak, course_.peak = std::max(course_.peak, axial_);
@@ -201,6 +220,7 @@ void RveRun::march() {
     course_.intact = std::max(0.0, course_.axial);
   }
   axial_ = axial_stress(scene_, state_, now_);
+  shown_ = tells_stress(scene_) ? test_stress(scene_, state_, now_) : axial_;
   error_ = dem::energy_error(state_.ledger, now_.kinetic + now_.elastic);
   for (std::uint64_t row = course_.row + 1; row <= rows; ++row) {
     const double time = static_cast<double>(row) * scene_.output.history_interval;
@@ -213,21 +233,24 @@ void RveRun::finish() {
   try {
     history_.save();
     if (status_ == finished || status_ == unstable) frames_.write_last(state_), gradings_.write_last(state_);
-    const std::filesystem::path folder(options_.directory);
-    if (scene_.output.bursts > 0) dem::write_whole((folder / "bursts.csv").string(), bursts_text(scene_, state_));
-    dem::write_whole((folder / "summary.json").string(), summary().dump(2) + "\n");
+    if (scene_.output.bursts > 0)
+      dem::write_whole(result_file(options_.directory, "bursts.csv"), bursts_text(scene_, state_));
+    const std::string last = result_file(options_.directory, "summary.json");
+    nlohmann::json told = summary();
+    told["files"] = result_files(options_.directory);
+    dem::write_whole(last, told.dump(2) + "\n");
   } catch (const std::exception&) {  // of one fault one line
     if (status_ != failed) throw;
   }
   const char* how = status_ == interrupted ? "interrupted" : status_ == out_of_time ? "out of time" : "stopped";
   progress_.finish(fmt::format(
-      "{}: t {:.5g} s, peak stress {:.4g} MPa, {} -> {} grains, {} breakages, mass lost {:.2f} %, worst "
-      "energy error {:.2f} %, "
+      "{}: t {:.5g} s, peak {} {:.4g} MPa, {} -> {} grains, {} broken, mass lost {:.2f} %, worst energy error {:.2f} "
+      "%, "
       "{} steps in {} ({})",
-      status_ == finished ? "finished" : how, state_.time, course_.peak / 1e6, scene_.state.grains.size(),
-      state_.grains.size(), state_.ledger.breakages,
-      100 * state_.ledger.fines.mass / dem::total_mass(scene_.state.grains), 100 * course_.errors.energy.worst,
-      state_.steps, duration_text(earlier_ + end_ - ready_), options_.directory));
+      status_ == finished ? "finished" : how, state_.time, stress_name(scene_),
+      in_mpa(tells_stress(scene_) ? course_.reading : course_.peak), scene_.state.grains.size(), state_.grains.size(),
+      broken(" and "), 100 * state_.ledger.fines.mass / dem::total_mass(scene_.state.grains),
+      100 * course_.errors.energy.worst, state_.steps, duration_text(earlier_ + end_ - ready_), options_.directory));
   const auto all = notes();
   for (std::size_t k = scene_.notes.size(); k < all.size(); ++k) progress_.note("  note: " + all[k]);
   if (status_ == unstable || status_ == failed) say_fault(options_, fmt::format("{}: {}", options_.scene, ending_));

@@ -60,6 +60,7 @@ private:
   void save_checkpoint();
   bool due();
   void show();
+  std::string broken(const char* between) const;
   void write_row();
   double done() const;
   dem::Landing landing() const;
@@ -82,10 +83,10 @@ private:
   Course course_;
   Progress progress_;
   TimeLimit limit_;
-  bool over_ = false;             // the time that the run may take is
-  double axial_ = 0, error_ = 0;  // of the last row: stress (Pa), energy error
-  double saved_, earlier_;        // wall time of the last checkpoint, and of earlier parts of the run (s)
-  double end_ = 0;                // wall time (s)
+  bool over_ = false;                         // the time that the run may take is
+  double axial_ = 0, shown_ = 0, error_ = 0;  // of the last row: axial stress, the one that is shown (Pa), energy error
+  double saved_, earlier_;                    // wall time of the last checkpoint, and of earlier parts of the run (s)
+  double end_ = 0;                            // wall time (s)
   int status_ = finished;
   std::string ending_ = "finished";
 };

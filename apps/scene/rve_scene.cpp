@@ -185,6 +185,8 @@ void read_output(Table& t, RveScene& scene) {
       o->fail("history_interval", "more than a million rows; ask for fewer");
   }
   scene.model.split_statistics = o->flag_or("split_statistics", false);
+  if (scene.model.split_statistics && !scene.model.breakable())
+    o->fail("split_statistics", "is of grains that break, of which there are none: give a material fracture");
   out.grading = o->flag_or("grading", false);
   if (o->has("bursts")) {
     if (!scene.bonded()) o->fail("bursts", "the scene has no cells with bonds");

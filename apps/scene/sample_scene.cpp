@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include <set>
+
 #include "apps/scene/hulls_scene.hpp"
 #include "apps/scene/packing_scene.hpp"
 #include "apps/scene/supports_scene.hpp"
@@ -186,6 +188,23 @@ void refuse_unbonded(const Table& t, const RveScene& scene) {
                          m.name));
 }
 
+/// All that tables of the sample name as their material.
+void named_materials(const nlohmann::json& record, std::set<std::string>& names) {
+  if (record.is_object() && record.contains("material") && record["material"].is_string())
+    names.insert(record["material"].get<std::string>());
+  for (const auto& part : record)
+    if (part.is_structured()) named_materials(part, names);
+}
+
+/// A material that nothing is of may be meant for another setting of the scene, or be a slip.
+void tell_unused(RveScene& scene, std::size_t own) {
+  std::set<std::string> names;
+  named_materials(scene.record, names);
+  for (std::size_t i = 1; i < own; ++i)  // the first is everybody's who names none
+    if (const std::string& name = scene.model.materials[i].name; !names.contains(name))
+      scene.notes.push_back(fmt::format("material.{}: no grain and no wall is of it", name));
+}
+
 /// A grain that its material's splitter can make nothing of would never break.
 void refuse_unsplit(const Table& t, const RveScene& scene) {
   const dem::Grains& g = scene.state.grains;
@@ -200,6 +219,7 @@ void refuse_unsplit(const Table& t, const RveScene& scene) {
 
 void read_sample(Table& t, RveScene& scene) {
   dem::Boundary& boundary = scene.state.boundary;
+  const std::size_t own = scene.model.materials.size();  // before rigid walls
   std::string kind = "open";
   double friction = NAN;
   std::string wall_material;
@@ -222,6 +242,7 @@ void read_sample(Table& t, RveScene& scene) {
   }
   for (const auto& g : grains) read_grain(g, scene);
   scene.listed_grains = grains.size();
+  if (!grains.empty() && scene.scale != 1) t.fail("grain", "loading.scale is for random packings");
   const std::vector<Table> walls = t.tables("wall");
   for (const Table& w : walls) {
     if (kind == "periodic") w.fail("", "a periodic cell has no walls");
@@ -258,6 +279,7 @@ void read_sample(Table& t, RveScene& scene) {
   if (dem::cylinder(boundary)) refuse_shapes(t, scene, "a cylinder");
   refuse_unsplit(t, scene);
   refuse_unbonded(t, scene);
+  tell_unused(scene, own);
   check_hulls(t, scene);
   // Impossible starts are refused, not pushed apart: their energy would be nobody's.
   dem::update_frames(scene.state.grains);

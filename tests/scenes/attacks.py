@@ -61,6 +61,9 @@ def limited(what, amount):
 
 def inputs(tmp):
     """Numbers, units and words that cannot be meant."""
+    r = run(rve, write(tmp, BALL + FREE + MATERIAL.replace("sand", "spare")), "--check")
+    said = "note: material.spare: no grain and no wall is of it" in r.stdout and "material.sand:" not in r.stdout
+    need(r.returncode == 0 and said, f"a material of nothing: {r.stdout!r} {r.stderr!r}")
     refused(tmp, BALL.replace('"60 GPa"', '"0x10 GPa"') + FREE, "youngs_modulus")
     refused(tmp, BALL.replace('"1 mm"', "1e308", 1) + FREE, "grain[0].radius", "out of all bounds")
     refused(tmp, box(loading=UNIAXIAL.replace("500.0", "2e-9")), "steps", "out of all bounds")

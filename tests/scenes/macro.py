@@ -125,7 +125,7 @@ def resume(tmp):
         need(without_wall(whole) == without_wall(part), f"{name}: history.csv differs after kill and resume")
         need(open(os.path.join(whole, "macro.hdf.series")).read() == open(os.path.join(part, "macro.hdf.series")).read(), f"{name}: other frames")
         r = run(*command, "--resume", "--set", "rve.unbalanced_force=0.02")
-        need(r.returncode == 2 and "another scene" in r.stderr and r.stderr.count("\n") == 1, f"{name}: other settings: {r.stderr!r}")
+        need(r.returncode == 2 and "another scene: rve.unbalanced_force was" in r.stderr and r.stderr.count("\n") == 1, f"{name}: other settings: {r.stderr!r}")
         data = open(checkpoint, "rb").read()
         for spoiled in (data[: len(data) // 2], b"nothing", data[:60000] + bytes([data[60000] ^ 1]) + data[60001:]):
             open(checkpoint, "wb").write(spoiled)

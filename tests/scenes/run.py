@@ -228,7 +228,12 @@ def resume(tmp):
         need(open(os.path.join(whole, name)).read() == open(os.path.join(part, name)).read(), f"{name} differs after kill and resume (seed {seed})")
     need(float(history(part)[-1]["breakages"]) > 50, "nothing broke")
     r = run(*command, "--resume", "--set", "packing.seed=9")
-    need(r.returncode == 2 and "another scene" in r.stderr, f"another scene: {r.stderr!r}")
+    need(r.returncode == 2 and "another scene: packing.seed was 1, is 9; set it back" in r.stderr, f"another scene: {r.stderr!r}")
+    r = run(*command, "--resume", "--set", "packing.seed=9", "--set", "material.sand.friction=0.25", "--set", "output.grading=false")
+    told = [f"{key} was {was}, is {now}" for key, was, now in (("material.sand.friction", 0.5, 0.25), ("output.grading", "true", "false"), ("packing.seed", 1, 9))]
+    need(r.returncode == 2 and "; ".join(told) in r.stderr and r.stderr.count("\n") == 1, f"three changes: {r.stderr!r}")
+    r = run(*command, "--resume", "--set", "title=Renamed")
+    need(r.returncode == 0 and json.load(open(os.path.join(part, "summary.json")))["title"] == "Renamed", f"another title: exit {r.returncode} {r.stderr!r}")
     data = bytearray(open(checkpoint, "rb").read())
     for spoiled in (data[: len(data) // 2], data[:-200] + bytes(200), b"nothing", data[:40000] + bytes([data[40000] ^ 1]) + data[40001:]):
         open(checkpoint, "wb").write(spoiled)
