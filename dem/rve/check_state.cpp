@@ -20,9 +20,10 @@ void need(bool good, const char* what) {
 /// Of rows that hold doubles and nothing else.
 template <class Row>
 bool finite(const std::vector<Row>& column) {
-  static_assert(sizeof(Row) % sizeof(double) == 0);
+  constexpr std::size_t width = sizeof(Row) / sizeof(double);  // NOLINT(bugprone-sizeof-expression): Row may be a pointer
+  static_assert(width * sizeof(double) == sizeof(Row));
   const auto* v = reinterpret_cast<const double*>(column.data());
-  return std::all_of(v, v + column.size() * (sizeof(Row) / sizeof(double)), [](double x) { return std::isfinite(x); });
+  return std::all_of(v, v + column.size() * width, [](double x) { return std::isfinite(x); });
 }
 
 bool finite(std::initializer_list<double> values) {
