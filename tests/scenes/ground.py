@@ -208,6 +208,8 @@ def stopped(tmp, scene, whole, exact):
         for key in ("seconds", "threads", "scene", "scene_file"):
             of.pop(key, None)
         of.get("last_row", {}).pop("wall_s", None)
+    kept_files = set(again.pop("files", [])) - set(exact.pop("files", []))
+    need(kept_files == {"checkpoint.h5", "preparation.h5"}, f"files of a run that was stopped: besides {kept_files}")
     need(again == exact, "a resumed run's summary: " + "; ".join(f"{k}: {again.get(k)} for {exact.get(k)}"
             for k in {*again, *exact} if again.get(k) != exact.get(k)))
 
