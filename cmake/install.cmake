@@ -23,7 +23,7 @@ install(FILES ${PROJECT_SOURCE_DIR}/apps/library/grus/rve.hpp ${PROJECT_SOURCE_D
   DESTINATION include/grus COMPONENT dev)
 install(TARGETS grus_dem grus_scene grus_library EXPORT grusTargets ARCHIVE COMPONENT dev)
 if(GRUS_FEM)
-  grus_headers(fem dynamics.hpp explicit_statics.hpp material.hpp mesh.hpp problem.hpp session.hpp statics.hpp)
+  grus_headers(fem dynamics.hpp explicit_statics.hpp macro_energy.hpp material.hpp mesh.hpp problem.hpp session.hpp statics.hpp)
   grus_headers(coupling deferral.hpp rank_loads.hpp rve_farm.hpp rve_material.hpp tangents.hpp)
   install(TARGETS grus_fem grus_coupling EXPORT grusTargets ARCHIVE COMPONENT dev)
 endif()

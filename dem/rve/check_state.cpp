@@ -20,7 +20,8 @@ void need(bool good, const char* what) {
 /// Of rows that hold doubles and nothing else.
 template <class Row>
 bool finite(const std::vector<Row>& column) {
-  constexpr std::size_t width = sizeof(Row) / sizeof(double);  // NOLINT(bugprone-sizeof-expression): Row may be a pointer
+  constexpr std::size_t width =
+      sizeof(Row) / sizeof(double);  // NOLINT(bugprone-sizeof-expression): Row may be a pointer
   static_assert(width * sizeof(double) == sizeof(Row));
   const auto* v = reinterpret_cast<const double*>(column.data());
   return std::all_of(v, v + column.size() * width, [](double x) { return std::isfinite(x); });
