@@ -3,6 +3,7 @@
 FROM debian:12 AS build
 COPY . /grus
 WORKDIR /grus
+ENV DEBFULLNAME="Grus in Docker" DEBEMAIL=root@localhost
 RUN ./bootstrap build && apt-get install -y -q --no-install-recommends dpkg-dev && cd build && cpack -G DEB
 
 FROM debian:12

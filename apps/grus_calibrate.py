@@ -1,17 +1,14 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Fits scene keys to measured data: curves, sieve gradings, strengths of single grains. Tells each value with its standard
 deviation, and which the data do not fix. Runs that are done are not repeated: the same command goes on."""
-import os
-import sys
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-import grus_interrupts  # noqa: E402
+import grus_interrupts
 
 grus_interrupts.end_at_once("grus-calibrate")
 import argparse  # noqa: E402
 import json  # noqa: E402
 import math  # noqa: E402
+import os  # noqa: E402
+import sys  # noqa: E402
 import time  # noqa: E402
 from concurrent.futures import ThreadPoolExecutor, as_completed  # noqa: E402
 
@@ -22,7 +19,7 @@ import grus_posterior  # noqa: E402
 from grus_pounders import pounders  # noqa: E402
 from grus_calibrate_reader import case_at, read_calibration  # noqa: E402
 from grus_results import VERSION, Folder, clear_results, write_csv, write_whole  # noqa: E402
-from grus_runner import Lacking, Runner, duration_text, end, read_run, status_of  # noqa: E402
+from grus_runner import PROGRAMS, Lacking, Runner, duration_text, end, read_run, status_of  # noqa: E402
 from grus_study_reader import Refused, toml_value  # noqa: E402
 
 
@@ -160,7 +157,7 @@ def work(args):
     whole, table, parameters, targets, runs = read_calibration(args.scene)
     out = args.out or os.path.splitext(os.path.basename(args.scene))[0]
     workers = args.threads or len(os.sched_getaffinity(0))
-    runner = Runner(out, table.get("seed_key", "packing.seed"), os.path.dirname(os.path.realpath(__file__)), {})
+    runner = Runner(out, table.get("seed_key", "packing.seed"), PROGRAMS, {})
     for corner in (0.0, 0.5, 1.0):
         for run in runs:
             case = case_at(run, parameters, [corner] * len(parameters))

@@ -1,11 +1,6 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """grus-report DIR [DIR...] [-o FILE]: one self-contained report.html with tables, plots and pictures from result folders."""
-import os
-import sys
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-import grus_interrupts  # noqa: E402
+import grus_interrupts
 
 grus_interrupts.end_at_once("grus-report")
 import argparse  # noqa: E402
@@ -13,6 +8,8 @@ import csv  # noqa: E402
 import html  # noqa: E402
 import json  # noqa: E402
 import math  # noqa: E402
+import os  # noqa: E402
+import sys  # noqa: E402
 
 try:
     from grus_figures import STYLE, ZOOM, table

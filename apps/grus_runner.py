@@ -15,6 +15,9 @@ import grus_interrupts
 from grus_results import InUse, one_line, read_grading, read_history, write_whole
 from grus_study_reader import Refused, toml_value
 
+# Of share/grus/tools, where this lies, the folder of the programs.
+PROGRAMS = os.path.normpath(os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "..", "..", "bin"))
+
 
 def texts_in(value):
     """All texts that a scene or its settings hold."""

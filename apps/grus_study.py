@@ -1,23 +1,20 @@
-#!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Error against run time: runs a scene over lists of settings, several seeds each, side by side on the cores given, and
 compares with a reference: work-precision tables, plots, Pareto front, order, recommended settings. Or compares a list of
 cases: a table, plots with scatter bands, checks of claims. All in report.html. Runs that are done are not repeated."""
-import os
-import sys
-
-sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
-import grus_interrupts  # noqa: E402
+import grus_interrupts
 
 grus_interrupts.end_at_once("grus-study")
 import argparse  # noqa: E402
 import json  # noqa: E402
+import os  # noqa: E402
+import sys  # noqa: E402
 import time  # noqa: E402
 from concurrent.futures import ThreadPoolExecutor, as_completed  # noqa: E402
 
 import grus_precision as precision  # noqa: E402
 from grus_results import VERSION, Folder, clear_results, one_line  # noqa: E402
-from grus_runner import Lacking, Runner, duration_text, end, read_run, status_of  # noqa: E402
+from grus_runner import PROGRAMS, Lacking, Runner, duration_text, end, read_run, status_of  # noqa: E402
 from grus_study_reader import Refused, read_study, wanted  # noqa: E402
 
 
@@ -72,7 +69,7 @@ def work(args):
     distinct = {c["name"]: c for c in runs_of}
     out = args.out or os.path.splitext(os.path.basename(args.scene))[0]
     workers = args.threads or len(os.sched_getaffinity(0))
-    runner = Runner(out, common.get("seed_key", "packing.seed"), os.path.dirname(os.path.realpath(__file__)), wanted(study, common, cases))
+    runner = Runner(out, common.get("seed_key", "packing.seed"), PROGRAMS, wanted(study, common, cases))
     with ThreadPoolExecutor(workers) as pool:
         try:
             for refusal in pool.map(runner.refusal, distinct.values()):

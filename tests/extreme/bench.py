@@ -43,7 +43,7 @@ class Run:
 
     def __getattr__(self, name):
         if name == "columns":
-            sys.path.insert(0, binaries)
+            sys.path.insert(0, os.path.join(binaries, "..", "share", "grus", "tools"))
             from grus_results import read_history
             self.columns = read_history(self.folder)
             return self.columns

@@ -15,7 +15,7 @@ import time
 import numpy as np
 
 binaries = os.path.abspath(sys.argv[1])
-sys.path.insert(0, binaries)
+sys.path.insert(0, os.path.join(binaries, "..", "share", "grus", "tools"))
 import grus_regression as regression  # noqa: E402
 from grus_targets import Target, along, kink  # noqa: E402
 

@@ -11,7 +11,7 @@ import sys
 import tempfile
 
 binaries = os.path.abspath(sys.argv[1])
-sys.path.insert(0, binaries)
+sys.path.insert(0, os.path.join(binaries, "..", "share", "grus", "tools"))
 import grus_precision as precision  # noqa: E402
 import grus_study_report as report  # noqa: E402
 import grus_sweep as sweep  # noqa: E402

@@ -8,7 +8,7 @@ import tempfile
 
 import numpy as np
 
-sys.path.insert(0, os.path.abspath(sys.argv[1]))
+sys.path.insert(0, os.path.join(sys.argv[1], "..", "share", "grus", "tools"))
 from grus_precision import known_reference  # noqa: E402
 from grus_tables import BadData, read_columns  # noqa: E402
 from grus_targets import Target  # noqa: E402

@@ -64,11 +64,27 @@ int main() {
 """
 
 
-def run(*command, cwd):
-    r = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=600)
+def run(*command, cwd, **environment):
+    r = subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=600, env={**os.environ, **environment})
     if r.returncode != 0:
         sys.exit(f"FAULT {' '.join(command)}: exit {r.returncode}\n{r.stdout[-3000:]}\n{r.stderr[-3000:]}")
     return r.stdout
+
+
+def python_package(tmp):
+    """It is installed where Python looks, be that another folder for each prefix; else the line told is what Python needs."""
+    python = "/usr/bin/python3"
+    looks = run(python, "-c", "import sys; print('\\n'.join(p for p in sys.path if p))", cwd=tmp).split()
+    for prefix in ("/usr/local", "/usr", os.path.join(tmp, "elsewhere")):
+        stage = os.path.join(tmp, "stage" + prefix.replace("/", "_"))
+        told = run("cmake", "--install", build, "--prefix", prefix, "--component", "python", cwd=tmp, DESTDIR=stage)
+        line = re.search(r"export PYTHONPATH=(\S+)", told)
+        if (line is not None) != prefix.startswith(tmp):
+            sys.exit(f"FAULT --prefix {prefix}: {told}")
+        path = os.pathsep.join(stage + p for p in (line.groups() if line else looks))
+        found = run(python, "-c", "import grus, grus_precice; print(grus.__file__)", cwd=tmp, PYTHONPATH=path)
+        if not found.startswith(stage + prefix + "/"):
+            sys.exit(f"FAULT --prefix {prefix}: Python finds grus at {found}")
 
 
 def built(installed, folder, cmake):
@@ -110,4 +126,6 @@ with tempfile.TemporaryDirectory() as tmp:
             sys.exit(f"FAULT a client of the DEM alone needs {needs}")
     for program in ["grus-rve", "grus-study", "grus-calibrate", "grus-report"] + (["grus-bvp"] if kind == "full" else []):
         run(os.path.join(installed, "bin", program), "--version", cwd=tmp)
+    if os.path.isdir(os.path.join(build, "python")):
+        python_package(tmp)
 print(f"install: {len(clients)} clients, 0 faults")

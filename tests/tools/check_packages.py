@@ -3,11 +3,15 @@
 """Makes the Debian packages of a build, unpacks them beside each other, and uses what is in them: check_packages.py BUILD full|dem"""
 import glob
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
 
 build, kind = os.path.abspath(sys.argv[1]), sys.argv[2]
+source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
+# What lintian looks at in seconds; in libgrus-dev it takes the static libraries apart, so that package is asked here alone.
+LINTED = ("grus", "python3-grus")
 faults = []
 
 
@@ -25,7 +29,12 @@ def need(condition, message):
 
 
 with tempfile.TemporaryDirectory() as tmp:
-    run("cpack", "-G", "DEB", "--config", os.path.join(build, "CPackConfig.cmake"), "-B", tmp, cwd=tmp)
+    need('COMPRESSION_TYPE "xz"' in open(os.path.join(build, "CPackConfig.cmake")).read(), "compressed as not every Debian reads it")
+    pack = ("cpack", "-G", "DEB", "--config", os.path.join(build, "CPackConfig.cmake"), "-B", tmp, "-D", "CPACK_DEBIAN_COMPRESSION_TYPE=gzip")  # faster
+    nobody = {**os.environ, "DEBFULLNAME": "", "DEBEMAIL": "", "GIT_DIR": os.path.join(tmp, "no"), "GIT_CONFIG_GLOBAL": "/dev/null", "GIT_CONFIG_NOSYSTEM": "1"}
+    r = subprocess.run(pack, cwd=tmp, capture_output=True, text=True, env=nobody)
+    need(r.returncode != 0 and "DEBEMAIL=" in r.stderr and not glob.glob(os.path.join(tmp, "*.deb")), f"packages made by nobody: {r.returncode} {r.stderr!r}")
+    run(*pack, cwd=tmp, DEBFULLNAME="", DEBEMAIL="Ada Tester <ada@lab.org>")
     packages = {os.path.basename(p).split("_")[0]: p for p in glob.glob(os.path.join(tmp, "*.deb"))}
     need(set(packages) == {"grus", "libgrus-dev", "python3-grus"}, f"packages {sorted(packages)}")
     depends = {name: run("dpkg-deb", "-f", path, "Depends", cwd=tmp) for name, path in packages.items()}
@@ -38,12 +47,34 @@ with tempfile.TemporaryDirectory() as tmp:
                        "python3-grus": ["/usr/lib/python3/dist-packages/grus/__init__.py", "/usr/lib/python3/dist-packages/grus_precice.py"]}.items():
         for path in mine:
             need([n for n, all_of_it in files.items() if path in all_of_it] == [name], f"{path} is not in {name} alone")
+    programs = {"grus-rve", "grus-study", "grus-calibrate", "grus-report"} | ({"grus-bvp"} if kind == "full" else set())
+    found = {path[9:] for path in files["grus"] if path.startswith("/usr/bin/") and path[9:]}
+    need(found == programs, f"in /usr/bin: {sorted(found ^ programs)} too many or too few")
+    for name, path in packages.items():
+        told = run("dpkg-deb", "-f", path, "Maintainer", "Description", "Section", cwd=tmp)
+        need("Maintainer: Ada Tester <ada@lab.org>\n" in told and "Section: " in told, f"{name}: {told}")
+        need(len([line for line in told.splitlines() if line.startswith(" ")]) > 3, f"{name}: no description")
+        need({f"/usr/share/doc/{name}/{text}" for text in ("copyright", "changelog.gz")} <= files[name], f"{name}: no copyright or changelog")
+    if shutil.which("help2man"):
+        pages = {f"/usr/share/man/man1/{program}.1.gz" for program in programs}
+        need(pages <= files["grus"], f"no manual: {sorted(pages - files['grus'])}")
+    if shutil.which("lintian"):
+        r = subprocess.run(["lintian", "--allow-root", "--fail-on", "error", *(packages[name] for name in LINTED)], capture_output=True, text=True, timeout=300)
+        need(r.returncode == 0 and "E: " not in r.stdout, f"lintian: {r.stdout}{r.stderr}")
     root = os.path.join(tmp, "root")
     for path in packages.values():
         run("dpkg-deb", "-x", path, root, cwd=tmp)
+    for folder, _, names in os.walk(root):
+        for name in names:
+            with open(os.path.join(folder, name), "rb") as f:
+                need(source.encode() not in f.read(), f"{name} names {source}, where it was built")
     scenes = os.path.join(root, "usr", "share", "grus", "scenes")
     run(os.path.join(root, "usr", "bin", "grus-rve"), os.path.join(scenes, "sand_box.toml"), "--set", "loading.final_strain=0.001", "-o", "out", "--quiet", cwd=tmp)
     run(os.path.join(root, "usr", "bin", "grus-report"), "out", cwd=tmp)
+    with open(os.path.join(tmp, "study.toml"), "w") as f:
+        f.write(f"[study]\nscene = {os.path.join(scenes, 'sand_box.toml')!r}\nset = {{ 'loading.final_strain' = 0.001 }}\nat = [0.001]\n[[case]]\nname = 'a'\n")
+    os.symlink(os.path.join(root, "usr", "bin", "grus-study"), os.path.join(tmp, "mine"))  # as people link programs into a folder of their own
+    run(os.path.join(tmp, "mine"), "study.toml", "--quiet", cwd=tmp)
     said = run(sys.executable, "-c", f"import grus, numpy; print(grus.__file__, grus.Rve({scenes + '/sand_rve.toml'!r}).advance(numpy.eye(3))[0][2] < 0, len(grus.load('out')))", cwd=tmp,
                PYTHONPATH=os.path.join(root, "usr", "lib", "python3", "dist-packages"))
     need(said.startswith(root) and " True " in said, f"the package's grus says {said}")
