@@ -47,8 +47,10 @@ def write_whole(path, content):
 
 
 def write_csv(path, rows):
+    """As in history.csv, a number that there is not is an empty field."""
     text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
+    lacks = lambda v: isinstance(v, float) and math.isnan(v)
+    csv.writer(text, lineterminator="\n").writerows([["" if lacks(v) else v for v in row] for row in rows])
     write_whole(path, text.getvalue())
 
 

@@ -3,6 +3,7 @@
 settings or the program have changed."""
 import hashlib
 import json
+import math
 import os
 import re
 import signal
@@ -12,6 +13,7 @@ import time
 import tomllib
 
 import grus_interrupts
+from grus_censored import number_of, strength_of
 from grus_results import InUse, one_line, read_grading, read_history, write_whole
 from grus_study_reader import Refused, toml_value
 
@@ -105,15 +107,11 @@ class Runner:
 
     def lacking(self, case, folder):
         """A key of summary.json that is asked of a case and is not there; a run that was stopped may have none."""
-        if read_run(folder)["summary"].get("status") != 0:
+        run = read_run(folder)
+        if run["summary"].get("status") != 0:
             return None
         for key in sorted(self.asked[case["name"]][1]):
-            try:
-                value = read_run(folder)["summary"]
-                for part in key.split("."):
-                    value = value[part]
-                float(value)
-            except (KeyError, TypeError, ValueError):
+            if math.isnan(number_of(run, key)) and math.isnan(strength_of(run, key)[1]):
                 return f"summary.json has no number '{key}'"
         return None
 

@@ -6,21 +6,33 @@ import io
 import math
 import os
 
+from grus_censored import BOUNDS, mean_of, strength_of
 from grus_figures import STYLE, alt_text, plt, table as html_table
 from grus_precision import cost, deviation, energy_error, mean, position as at, power_law
 from grus_results import plain, write_csv, write_whole
 
 
 def of_summary(run, path):
-    value = run["summary"]
-    for key in path.split("."):
-        value = value[key]
-    return math.nan if value is None else float(value)
+    """A number of summary.json; NaN where it has none, as a grain that did not break has no strength."""
+    return strength_of(run, path)[0]
 
 
-def values(runs, quantity, strain=None):
-    """At a strain; without one, at the end."""
-    return [of_summary(r, quantity) if "." in quantity else r["columns"][quantity][-1] if strain is None else at(r["columns"], quantity, strain) for r in runs]
+def found(runs, quantity, strain=None):
+    """(value, bound) of each run at a strain; without one, at the end. Where a run has no value, it may be known to be
+    above the bound."""
+    if "." in quantity:
+        return [strength_of(r, quantity) for r in runs]
+    columns = [r["columns"] for r in runs]
+    return [(c[quantity][-1] if strain is None else at(c, quantity, strain), math.nan) for c in columns]
+
+
+def cell_text(pairs):
+    """Mean and scatter over runs; a lower bound of the mean where grains did not break."""
+    middle, least, unbroken = mean_of(pairs)
+    if unbroken:
+        return f"{'-' if math.isnan(least) else f'> {least:.4g}'} ({unbroken} of {len(pairs)} not broken)"
+    scatter = f" ± {deviation([v for v, _ in pairs]):.2g}" if len(pairs) > 1 else ""
+    return "-" if math.isnan(middle) else f"{middle:.4g}{scatter}"
 
 
 def picture(fig, out, name):
@@ -90,13 +102,22 @@ def check_of(check, runs):
     quantity = check.get("quantity", "axial_stress_Pa")
     if "greater" in check:
         high, low = check["greater"]
-        found, ok = [], True
+        texts, ok = [], True
         for strain in check.get("at", [None]):
-            a, b = mean(values(runs[high], quantity, strain)), mean(values(runs[low], quantity, strain))
+            _, a, beyond = mean_of(found(runs[high], quantity, strain))  # here a lower bound is enough
+            b, _, unbroken = mean_of(found(runs[low], quantity, strain))
             ok = ok and a > check.get("factor", 1.0) * b
-            found.append(f"{a:.4g} / {b:.4g} = {a / b if b else math.inf:.3g}" + ("" if strain is None else f" at {strain:g}"))
-        return ok, f"{high} / {low}: " + "; ".join(found)
-    v = [x for name in check.get("cases", [check.get("case")]) for strain in check.get("at", [None]) for x in values(runs[name], quantity, strain)]
+            where = "" if strain is None else f" at {strain:g}"
+            texts.append(f"{'> ' if beyond else ''}{a:.4g} / {b:.4g} = {a / b if b else math.inf:.3g}{where}" +
+                         (f" ({beyond + unbroken} not broken)" if beyond + unbroken else ""))
+        return ok, f"{high} / {low}: " + "; ".join(texts)
+    pairs = [x for name in check.get("cases", [check.get("case")]) for strain in check.get("at", [None])
+             for x in found(runs[name], quantity, strain)]
+    v = [x for x, _ in pairs if not math.isnan(x)]
+    if len(v) < len(pairs):  # what is not known cannot hold
+        unbroken = mean_of(pairs)[2]
+        why = f": {unbroken} grains did not break" if unbroken else ""
+        return False, f"{len(pairs) - len(v)} of {len(pairs)} values are not there{why}"
     if "near" in check:
         worst = max(abs(x / check["near"] - 1) for x in v)
         return worst <= check["tolerance"], f"{mean(v):.5g} against {check['near']:g}: {100 * worst:.2f} % off at worst"
@@ -155,23 +176,27 @@ def write(study, common, cases, runs, studies, sweeps, out, wall, workers):
     quantities = common.get("quantities", ["axial_stress_Pa"])
     head = ["case", "seeds", "status"] + [f"{q} at {e:g}" for q in quantities for e in strains] + \
            ["grains", "breakages", "energy error %", "steps", "CPU s"]
+    censored = [q for q in quantities if q in BOUNDS]
     rows, plain = [], []
     for c in cases:
         r = runs[c["name"]]
-        cells, numbers = [], []
+        cells, numbers, least = [], [], {}
         for q in quantities:
             for e in strains:
-                v = values(r, q, e)
-                cells.append("-" if math.isnan(mean(v)) else f"{mean(v):.4g}" + (f" ± {deviation(v):.2g}" if len(v) > 1 else ""))
+                pairs = found(r, q, e)
+                v = [x for x, _ in pairs]
+                cells.append(cell_text(pairs))
                 numbers += [mean(v), deviation(v)]
+                least.update({q: list(mean_of(pairs)[1:])} if q in BOUNDS else {})
         status = sorted({str(x["summary"]["status"]) for x in r})
         last = lambda name: mean([x["columns"][name][-1] if name in x["columns"] else math.nan for x in r])
         tail = [last("grains"), last("breakages"), 100 * max(energy_error(x) for x in r), mean([x["summary"]["counts"].get("steps", x["summary"]["counts"].get("dem_steps", 0)) for x in r]),
                 mean([cost(x)["cpu"] for x in r])]
         rows.append([c["label"], len(r), ",".join(status)] + cells + [f"{tail[0]:.0f}", f"{tail[1]:.0f}", f"{tail[2]:.2f}", f"{tail[3]:.3g}", f"{tail[4]:.1f}"])
-        plain.append([c["name"], len(r), ",".join(status)] + numbers + tail)
+        plain.append([c["name"], len(r), ",".join(status)] + numbers + tail + [x for q in censored for x in least[q]])
     write_csv(os.path.join(out, "study.csv"), [["case", "seeds", "status"] + [f"{k}_{q}_at_{e:g}" for q in quantities for e in strains for k in ("mean", "sd")] +
-                                               ["grains", "breakages", "worst_energy_error_percent", "steps", "cpu_s"]] + plain)
+                                               ["grains", "breakages", "worst_energy_error_percent", "steps", "cpu_s"] +
+                                               [f"{k}_{q}" for q in censored for k in ("at_least", "not_broken")]] + plain)
     text = study.get("title", "Study") + f"\n{wall:.0f} s on {workers} cores\n" + ("\n" + text_table(head, rows) if rows else "")
     body = html_table(head, rows) if rows else ""
     if studies:
@@ -198,8 +223,11 @@ def write(study, common, cases, runs, studies, sweeps, out, wall, workers):
         body += picture(law_plot(fit, labels, runs), out, "fit_" + "".join(c if c.isalnum() else "_" for c in fit["name"])[:40])
         for strain in fit["at"]:
             points = [(of_summary(r, fit["x"]), at(r["columns"], fit["quantity"], strain)) for name in fit["cases"] for r in runs[name]]
-            law = power_law([p for p in points if not math.isnan(p[1])])
-            fits.append([fit["name"], f"{strain:g}", f"{law[0]:.2f} ± {law[1]:.2f}" if law else "fewer than two places", fit.get("expected", "")])
+            known = [p for p in points if not any(map(math.isnan, p))]
+            law, lost = power_law(known), len(points) - len(known)
+            text_of = f"{law[0]:.2f} ± {law[1]:.2f}" if law else "fewer than two places"
+            text_of += f" ({lost} of {len(points)} runs left out)" if lost else ""
+            fits.append([fit["name"], f"{strain:g}", text_of, fit.get("expected", "")])
     if fits:
         head_f = ["power law", "axial strain", "exponent (standard error)", "expected"]
         text += "\n" + text_table(head_f, fits)

@@ -5,34 +5,48 @@ import math
 import os
 
 import grus_precision as precision
+from grus_censored import strength_of
 from grus_precision_report import describe, percent, short
 from grus_results import write_csv
-from grus_study_report import html_table, logarithmic, of_summary, picture, plt, text_table
+from grus_study_report import html_table, logarithmic, picture, plt, text_table
 
 COLUMNS = ["sweep", "key", "value", "position", "mean", "interval", "sd", "change", "change_interval", "seeds", "status", "cpu_s"]
 
 
 def found(run, entry):
-    """The quantity of a run: a key of summary.json, or a column as [[precision]] takes it."""
-    return of_summary(run, entry["quantity"]) if "." in entry["quantity"] else precision.measured(run["columns"], entry)
+    """(value, bound) of a run: a key of summary.json, or a column as [[precision]] takes it. NaN: no value; it may be
+    above the bound."""
+    if "." in entry["quantity"]:
+        return strength_of(run, entry["quantity"])
+    return precision.measured(run["columns"], entry), math.nan
 
 
 def judge(entry, table):
     """Rows of a sweep: `table` is a list of (value of the key, {seed: run}). Changes are signed, relative to the first value's mean;
-    seed by seed where both have the same seeds."""
+    seed by seed where both have the same seeds. Where grains did not break there is a lower bound, not a mean."""
     rows, first = [], None
     for value, runs in table:
         by_seed = {seed: found(run, entry) for seed, run in runs.items()}
-        reached = {seed: v for seed, v in by_seed.items() if not math.isnan(v)}
-        first = reached if first is None else first
-        common = sorted(set(reached) & set(first))
+        reached = {seed: v for seed, (v, _) in by_seed.items() if not math.isnan(v)}
+        larger = [bound for v, bound in by_seed.values() if math.isnan(v) and not math.isnan(bound)]
+        least = precision.mean(list(reached.values()) + larger)
+        lost = len(by_seed) - len(reached) - len(larger)
+        known = reached if not larger else {}
+        first = known if first is None else first
+        common = sorted(set(known) & set(first))
         base = precision.mean(list(first.values()))
-        middle, half = precision.interval(list(reached.values()))
-        off, open_ = precision.interval([reached[s] - first[s] for s in common])
+        middle, half = precision.interval(list(known.values()))
+        off, open_ = precision.interval([known[s] - first[s] for s in common])
         scale = abs(base) or 1.0
-        rows.append({"value": value, "mean": middle, "interval": half, "sd": precision.deviation(list(reached.values())), "found": list(reached.values()), "change": off / scale,
-                     "change_interval": open_ / scale if len(common) > 1 else math.nan, "seeds": len(reached), "cpu_s": precision.mean([precision.cost(r)["cpu"] for r in runs.values()]),
-                     "status": ",".join(sorted({str(r["summary"]["status"]) for r in runs.values()})) + ("" if len(reached) == len(by_seed) else f" ({len(by_seed) - len(reached)} not reached)")})
+        status = ",".join(sorted({str(r["summary"]["status"]) for r in runs.values()}))
+        status += f" ({lost} not reached)" if lost else ""
+        status += f" ({len(larger)} of {len(by_seed)} not broken: at least {least:.4g})" if larger else ""
+        rows.append({"value": value, "mean": middle, "interval": half, "found": list(reached.values()),
+                     "larger": larger, "least": least, "change": off / scale,
+                     "sd": precision.deviation(list(known.values())) if known else math.nan,
+                     "change_interval": open_ / scale if len(common) > 1 else math.nan,
+                     "seeds": len(reached), "status": status,
+                     "cpu_s": precision.mean([precision.cost(r)["cpu"] for r in runs.values()])})
     return rows
 
 
@@ -54,6 +68,8 @@ def plot(entry, judged):
         ax.errorbar(x, [scale * r["mean"] for r in rows], yerr=bars, fmt="o-", ms=4, lw=1.2, capsize=3, color=f"C{k}", label=place(part))
         for position, r in zip(x, rows):
             ax.plot([position] * len(r["found"]), [scale * v for v in r["found"]], ".", ms=3, color=f"C{k}", alpha=0.5)
+            beyond = [scale * v for v in r["larger"]]
+            ax.plot([position] * len(beyond), beyond, "^", ms=4, color=f"C{k}", alpha=0.5)  # stronger than that
         if names:
             ax.set_xticks(x, names, fontsize=8)
     logarithmic(ax, entry)
@@ -81,8 +97,10 @@ def write(sweeps, out):
         rows = []
         for part, values in judged:
             for r in values:
-                rows.append([short(r["value"]), place(part), f"{r['mean']:.6g}", "-" if math.isnan(r["interval"]) else f"{r['interval']:.3g}", signed(r["change"]), percent(r["change_interval"]), r["seeds"],
-                             r["status"], f"{r['cpu_s']:.3g}"])
+                middle = f"> {r['least']:.6g}" if r["larger"] else f"{r['mean']:.6g}"
+                half = "-" if math.isnan(r["interval"]) else f"{r['interval']:.3g}"
+                rows.append([short(r["value"]), place(part), middle, half, signed(r["change"]),
+                             percent(r["change_interval"]), r["seeds"], r["status"], f"{r['cpu_s']:.3g}"])
                 lines.append([entry["name"], entry["key"], r["value"], place(part)] + [r[c] for c in COLUMNS[4:]])
         text += f"\n{entry['name']}\n" + text_table(head, rows)
         body += f"<h2>{html.escape(entry['name'])}</h2>" + html_table(head, rows) + picture(plot(entry, judged), out, f"sweep_{number}")

@@ -6,7 +6,7 @@ import os
 
 import numpy as np
 
-from grus_censored import quantiles
+from grus_censored import quantiles, strength_of
 from grus_tables import BadData, range_text, read_columns
 
 
@@ -41,24 +41,8 @@ def kink(x, y, log=True):
     return float(math.exp(best[1]) if log else best[1])
 
 
-# A grain that did not break has no strength in summary.json, but it is stronger than what it bore.
-BOUNDS = {"results.peak_before_breakage_Pa": "results.peak_axial_stress_Pa"}
-
-
 def columns_of(path, names, quantity=None):
     return [None if c is None else np.array(c) for c in read_columns(path, names, ["error"], quantity)]
-
-
-def strength_of(run, quantity):
-    """(value, bound): a number of a run, NaN where it has none; what it exceeds if that is for want of a breakage.
-    A strength of 0 is no strength: the grain broke before the first row of history.csv."""
-    value = number_of(run, quantity)
-    if quantity not in BOUNDS:
-        return value, math.nan
-    breakages = run["columns"].get("breakages", [math.nan])[-1]
-    if value == 0 or breakages == 0:
-        value = math.nan
-    return value, number_of(run, BOUNDS[quantity]) if math.isnan(value) and not breakages > 0 else math.nan
 
 
 class Target:
@@ -165,16 +149,3 @@ class Target:
             mean = np.where(known.any(axis=0), np.nansum(each, axis=0) / np.maximum(known.sum(axis=0), 1), math.nan)
         rest = np.where(known, each - mean, 0.0)
         return mean, rest.T @ rest / max(1, n - 1), n
-
-
-def number_of(run, quantity):
-    """A column's last value, or a number of summary.json by its dotted name."""
-    if quantity in run["columns"]:
-        return run["columns"][quantity][-1]
-    value = run["summary"]
-    for part in quantity.split("."):
-        if not isinstance(value, dict) or part not in value:
-            value = run["summary"].get("results", {}).get(quantity) if isinstance(run["summary"].get("results"), dict) else None
-            break
-        value = value[part]
-    return float(value) if isinstance(value, (int, float)) else math.nan

@@ -4,6 +4,7 @@
 bounds, bad fits, files that change, Ctrl-C. calibrate_rim.py BIN"""
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -70,6 +71,19 @@ def unbroken(folder):
     need(t.told["still_rising"] == 1, f"a peak that is the last row: {t.told}")
 
 
+def installation(folder, command, rve):
+    """The folder of programs of an installation that has this command, and a script in the place of grus-rve."""
+    shutil.copytree(os.path.join(binaries, "..", "share", "grus", "tools"), os.path.join(folder, "share", "grus", "tools"))
+    programs = os.path.join(folder, "bin")
+    os.makedirs(programs)
+    shutil.copy(os.path.join(binaries, command), programs)
+    with open(os.path.join(programs, "grus-rve"), "w") as f:
+        f.write(rve)
+    os.chmod(f.name, 0o755)
+    return programs
+
+
+
 def refused_inside(tmp):
     """A value inside the ranges that the program refuses is a failed point and not the end; bounds may differ in their units."""
     path = os.path.join(tmp, "box.toml")
@@ -84,21 +98,11 @@ set = {{ "output.frames" = 0, "loading.final_strain" = 0.02, "loading.strain_rat
 parameters = [ {{ key = "material.sand.youngs_modulus", min = "0.03 TPa", max = "120 GPa", scale = "log" }} ]
 targets = [ {{ name = "end", kind = "value", quantity = "axial_stress_Pa", value = 1e8, error = 1e6 }} ]
 """)
-    fake = os.path.join(tmp, "bin")
-    os.makedirs(fake)
-    for name in os.listdir(binaries):
-        os.symlink(os.path.join(binaries, name), os.path.join(fake, name))
-    for name in ("grus-rve", "grus-calibrate"):
-        os.remove(os.path.join(fake, name))
-    with open(os.path.join(binaries, "grus-calibrate")) as f, open(os.path.join(fake, "grus-calibrate"), "w") as g:
-        g.write(f.read())
-    with open(os.path.join(fake, "grus-rve"), "w") as f:  # refuses a modulus from 50 to 60 GPa
-        f.write(f"""#!/bin/sh
+    # It refuses a modulus from 50 to 60 GPa.
+    fake = installation(os.path.join(tmp, "picky"), "grus-calibrate", f"""#!/bin/sh
 case "$*" in *--columns*) ;; *youngs_modulus=*0.05[0-9]*) echo "scene: youngs_modulus: refused" >&2; exit 2;; esac
 exec {os.path.join(binaries, 'grus-rve')} "$@"
 """)
-    for name in ("grus-rve", "grus-calibrate"):
-        os.chmod(os.path.join(fake, name), 0o755)
     r = subprocess.run([os.path.join(fake, "grus-calibrate"), path, "-o", os.path.join(tmp, "box")], capture_output=True, text=True, timeout=280)
     need(r.returncode == 0, f"a value that is refused inside the ranges: exit {r.returncode}: {r.stderr}")
     if r.returncode == 0:
@@ -114,22 +118,11 @@ def interrupted_check(tmp):
     path = os.path.join(tmp, "slow.toml")
     with open(path, "w") as f:
         f.write(f'[study]\nscene = "{os.path.join(scenes, "single_grain.toml")}"\n' + "".join(f'[[case]]\nname = "c{k}"\n' for k in range(4)))
-    fake = os.path.join(tmp, "bin")
-    slow = os.path.join(tmp, "slow")
-    os.makedirs(slow)
-    for name in os.listdir(fake):
-        if name.endswith(".py"):
-            os.symlink(os.path.join(binaries, name), os.path.join(slow, name))
-    with open(os.path.join(binaries, "grus-study")) as f, open(os.path.join(slow, "grus-study"), "w") as g:
-        g.write(f.read())
-    with open(os.path.join(slow, "grus-rve"), "w") as f:
-        f.write(f"#!/bin/sh\ntouch {slow}/begun\nexec sleep 60\n")
-    for name in ("grus-rve", "grus-study"):
-        os.chmod(os.path.join(slow, name), 0o755)
+    slow = installation(os.path.join(tmp, "slow"), "grus-study", f"#!/bin/sh\ntouch {tmp}/begun\nexec sleep 60\n")
     process = subprocess.Popen([os.path.join(slow, "grus-study"), path, "-o", os.path.join(tmp, "slow_out")], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
     for _ in range(600):
         time.sleep(0.05)
-        if os.path.exists(os.path.join(slow, "begun")):
+        if os.path.exists(os.path.join(tmp, "begun")):
             break
     start = time.time()
     process.send_signal(signal.SIGINT)

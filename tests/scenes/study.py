@@ -196,6 +196,52 @@ with tempfile.TemporaryDirectory() as tmp:
         open(path, "w").write(bad)
         r = study(path, "-o", os.path.join(tmp, "bad"), "--quiet")
         need(r.returncode in (1, 2) and expected in r.stderr and r.stderr.count("\n") == 1, f"{expected}: exit {r.returncode}: {r.stderr!r}")
+# Grains that did not break have no strength, but one that is larger than what they bore: counted, never an end nor a value.
+STRENGTH = TEXT[:TEXT.index("[[table]]")].replace("at = [0.01]", 'at = [0.01]\nquantities = ["results.peak_before_breakage_Pa"]') + """
+[[check]]
+claim = "whole against weak"
+greater = ["whole", "weak"]
+quantity = "results.peak_before_breakage_Pa"
+[[check]]
+claim = "weak against whole"
+greater = ["weak", "whole"]
+quantity = "results.peak_before_breakage_Pa"
+[[check]]
+claim = "near"
+cases = ["weak", "whole"]
+quantity = "results.peak_before_breakage_Pa"
+near = 1.44e8
+tolerance = 1e9
+[[sweep]]
+name = "strength"
+key = "material.sand.fracture.hoek_brown.compressive_strength"
+values = ["275 MPa", "1 TPa"]
+quantity = "results.peak_before_breakage_Pa"
+"""
+with tempfile.TemporaryDirectory() as tmp:
+    path, out = os.path.join(tmp, "strength.toml"), os.path.join(tmp, "out")
+    open(path, "w").write(STRENGTH)
+    r = study(path, "-o", out, "--quiet")
+    need(r.returncode == 0, f"strengths: exit {r.returncode}: {r.stderr}")
+    if r.returncode == 0:
+        read = lambda name: [line.split(",") for line in open(os.path.join(out, name)).read().splitlines()]
+        bore = json.load(open(os.path.join(out, "runs", "whole@10", "summary.json")))["results"]["peak_axial_stress_Pa"]
+        text, (head, *rows), (_, *swept) = open(os.path.join(out, "study.txt")).read(), read("study.csv"), read("sweep.csv")
+        weak, _, whole = [dict(zip(head, row)) for row in rows]
+        mean, least, unbroken = [f"{k}_results.peak_before_breakage_Pa" for k in ("mean", "at_least", "not_broken")]
+        need(0.97 < float(weak[mean + "_at_0.01"]) / (math.pi * 275e6 / 6) <= 1.001 and weak[unbroken] == "0", f"grains that break: {weak}")
+        need(whole[mean + "_at_0.01"] == "" and whole[unbroken] == "2", f"grains that do not: {whole}")
+        need(abs(float(whole[least]) / bore - 1) < 1e-9 and f"> {bore:.4g} (2 of 2 not broken)" in text, f"{bore} in {whole}\n{text}")
+        claims = {claim: line for line in text.splitlines() for claim in ("whole against weak", "weak against whole", "  near ") if claim in line}
+        verdicts = {claim.strip(): line.split("  ")[0] for claim, line in claims.items()}
+        need(verdicts == {"whole against weak": "holds", "weak against whole": "DOES NOT HOLD", "near": "DOES NOT HOLD"}, f"{verdicts} of {claims}")
+        need("2 of 4 values are not there: 2 grains did not break" in claims["  near "], f"{claims['  near ']}")
+        need(swept[1][4] == swept[1][7] == "" and "2 of 2 not broken: at least" in swept[1][10] and float(swept[0][4]) > 0, f"sweep.csv: {swept}")
+# What is not known is not near: the last of the values is not reached.
+run_to = lambda strain: {"columns": {"axial_strain": [0.0, strain], "y": [0.0, 10 * strain]}, "summary": {}}
+near = {"claim": "c", "case": "a", "quantity": "y", "at": [0.1], "near": 1.0, "tolerance": 0.01}
+need(report.check_of(near, {"a": [run_to(0.1), run_to(0.2)]})[0] and not report.check_of(near, {"a": [run_to(0.1), run_to(0.05)]})[0],
+     "a strain that was not reached counts as near")
 # Seed by seed: what the seeds share drops out of a change, and not out of a mean.
 rows = sweep.judge({"quantity": "y", "at": 1.0}, [(k, {s: made_up(10.0 * s + 3 * k, 1.0) for s in (1, 2, 3)}) for k in (1, 2)])
 need(abs(rows[1]["change"] - 3 / 23) < 1e-12 and rows[1]["change_interval"] < 1e-12 and rows[1]["interval"] > 20, f"changes seed by seed: {rows[1]}")
