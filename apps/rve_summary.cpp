@@ -53,8 +53,8 @@ std::vector<std::string> RveRun::notes() const {
         scene_.test.loading.holds ? "lateral stress" : "stress sought", 100 * e.mean_stress_error(),
         100 * e.stress.worst,
         scene_.test.loading.holds
-            ? "the sample is loaded faster than its boundary can answer, or its own stress fluctuates so; lower "
-              "strain_rate, or take more grains"
+            ? "walls had yet to find the sample, or it is loaded faster than its boundary can answer; lower "
+              "strain_rate, go on to a larger final_strain, or take more grains"
             : "raise the strain_rate that bounds the search, or take longer"));
   if (state_.ledger.breakages > 0 && course_.intact == 0)
     all.push_back(

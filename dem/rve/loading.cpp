@@ -7,6 +7,7 @@
 
 #include "dem/base/error.hpp"
 #include "dem/rve/measure.hpp"
+#include "dem/rve/press.hpp"
 #include "dem/rve/real_time.hpp"
 #include "dem/rve/servo.hpp"
 #include "dem/rve/step.hpp"
@@ -21,6 +22,8 @@ Wall* far_wall(Boundary& boundary, int axis) {
   return nullptr;
 }
 
+}  // namespace
+
 Vec3 size_of(const Boundary& boundary) {
   if (boundary.cell.periodic()) return boundary.cell.vectors.diagonal();
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();
@@ -32,6 +35,8 @@ Vec3 size_of(const Boundary& boundary) {
   return high - low;
 }
 
+namespace {
+
 void set_rates(State& state, const Loading& loading, const Vec3& rates) {
   if (state.boundary.cell.periodic()) {
     Mat3 rate = Mat3::Zero();
@@ -41,6 +46,17 @@ void set_rates(State& state, const Loading& loading, const Vec3& rates) {
   }
   for (int k = 0; k < 3; ++k)
     if (Wall* wall = far_wall(state.boundary, k)) wall->velocity[k] = rates[k] * loading.initial_size[k];
+}
+
+/// Sets what is kept up for the next steps, and returns how many.
+std::uint64_t drive(const Model& model, State& state, const Loading& loading) {
+  if (loading.holds && !state.boundary.cell.periodic()) {
+    press_walls(model, state, loading);
+    return 1;
+  }
+  std::uint64_t steps = 0;
+  set_rates(state, loading, servo_rates(model, state, loading, steps));
+  return steps;
 }
 
 /// exp(A) by scaling and squaring of the series; A is an increment of a velocity gradient.
@@ -59,8 +75,7 @@ Mat3 exponential(const Mat3& a) {
 void begin_loading(const Model& model, State& state, Loading& loading) {
   loading.initial_size = size_of(state.boundary);
   state.servo = {.at = state.time};
-  std::uint64_t first = 0;
-  if (loading.driven) set_rates(state, loading, servo_rates(model, state, loading, first));
+  if (loading.driven) drive(model, state, loading);
   state.ledger.start = stored_energy(model, state);
   state.ledger.work = state.ledger.most_work = 0;
   state.grain_steps = 0;
@@ -93,7 +108,7 @@ bool load(const Model& model, State& state, const Loading& loading, double end, 
     if (left <= 1e-9 * state.dt) break;
     if (watch && state.time > begin && !watch((state.time - begin) / (end - begin))) return false;
     std::uint64_t corrected = 0;
-    if (servo) set_rates(state, loading, servo_rates(model, state, loading, corrected));
+    if (servo) corrected = drive(model, state, loading);
     update_time_step(model, state);
     const auto due = static_cast<std::uint64_t>(std::ceil(left / state.dt * (1 - 1e-12)));
     std::uint64_t steps = std::min<std::uint64_t>(due, state.next_estimate - state.steps);

@@ -29,6 +29,9 @@ struct Loading {
   Vec3 initial_size = Vec3::Zero();  // m, of the box or cell; set by begin_loading
 };
 
+/// Lengths of the box along its axes, or of the cell's edges along them (m).
+Vec3 size_of(const Boundary& boundary);
+
 /// Notes the initial size and starts the motion of walls or cell.
 void begin_loading(const Model& model, State& state, Loading& loading);
 

@@ -4,14 +4,10 @@
 #include <algorithm>
 
 namespace grus::dem {
-namespace {
 
-double stress_asked(const AxisControl& axis, double time) { return *axis.stress + axis.stress_rate * time; }
-
-/// At first all axes seek the mean stress, in proportion to time; then the two that are not driven seek what is left
-/// of three times the mean.
-std::array<AxisControl, 3> about_the_mean(const Loading& loading, const Vec3& stress, double time) {
+std::array<AxisControl, 3> controls(const Loading& loading, const Vec3& stress, double time) {
   std::array<AxisControl, 3> axes = loading.axes;
+  if (!loading.mean) return axes;
   const double reached = 0.8 * loading.consolidation;
   double sought = *loading.mean * (time < reached ? time / reached : 1), rate = 0;
   const bool driven = time >= loading.consolidation;
@@ -27,22 +23,21 @@ std::array<AxisControl, 3> about_the_mean(const Loading& loading, const Vec3& st
   return axes;
 }
 
-/// How fast a stress is corrected that must hold while another axis is driven. A cell strains all its contacts at once,
-/// none of which answers with more than the tangent: a gap may be closed from one correction to the next. Walls are
-/// heard in the middle only once a wave has come from there. Measured: docs/studies, held stresses.
-struct Pace {
-  double change;   // of the stress, from one correction to the next, were the sample as stiff as its contacts
-  double closing;  // corrections in which a gap is closed
-  double wave;     // the same, at least: of the time in which a wave crosses the sample
-};
-constexpr Pace of_cell{0.02, 1, 0}, of_walls{0.005, 4, 0.3};
+double stress_asked(const AxisControl& axis, double time) { return *axis.stress + axis.stress_rate * time; }
+
+double fastest_rate(const State& state, const AxisControl& axis, double pressure) {
+  constexpr double fastest = 0.03;  // inertial number
+  return std::max(axis.max_rate, fastest / inertial_number(state, 1, pressure));
+}
+
+namespace {
+
+/// Change of a stress that must hold while another axis is driven, from one correction to the next, were the sample as
+/// stiff as its contacts: a cell strains all of them at once, so that a gap may be closed in one.
+constexpr double change = 0.02;
 
 /// Closings in which a gap that stays becomes drift.
 constexpr double learning = 8;
-
-/// Inertial number up to which an axis may move to hold its stress, whatever the test's own rate: contacts that give
-/// way do so in their own time.
-constexpr double fastest = 0.03;
 
 bool seeks(const Loading& loading) {
   return std::any_of(loading.axes.begin(), loading.axes.end(), [](const auto& a) { return a.stress.has_value(); });
@@ -59,7 +54,7 @@ Vec3 seeking_rates(const Model& model, const State& state, const Loading& loadin
     stress = state.boundary.cell.periodic() ? m.stress.diagonal() : m.wall_stress.diagonal();
     stiffest = stiffness_of(model, state);
   }
-  const std::array<AxisControl, 3> axes = loading.mean ? about_the_mean(loading, stress, state.time) : loading.axes;
+  const std::array<AxisControl, 3> axes = controls(loading, stress, state.time);
   for (int k = 0; k < 3; ++k) {
     const AxisControl& axis = axes[static_cast<std::size_t>(k)];
     rates[k] = axis.strain_rate;
@@ -75,15 +70,13 @@ Vec3 seeking_rates(const Model& model, const State& state, const Loading& loadin
 }
 
 Vec3 holding_rates(const Model& model, State& state, const Loading& loading, std::uint64_t& steps) {
-  const bool periodic = state.boundary.cell.periodic();
-  const Pace& pace = periodic ? of_cell : of_walls;
   Servo& servo = state.servo;
   const double elapsed = state.time - servo.at;
   servo.at = state.time;
   if (state.steps >= servo.stale_at)
     servo.stiffness = stiffness_of(model, state), servo.stale_at = state.steps + servo_steps;
   const Vec3 stress = normal_stresses(state);
-  const std::array<AxisControl, 3> axes = loading.mean ? about_the_mean(loading, stress, state.time) : loading.axes;
+  const std::array<AxisControl, 3> axes = controls(loading, stress, state.time);
   Vec3 rates = Vec3::Zero(), wanted = rates, stiffness = servo.stiffness;
   double driven = 0, soonest = INFINITY;  // the strain in which the stress of some axis changes by itself
   for (int k = 0; k < 3; ++k) {
@@ -97,18 +90,15 @@ Vec3 holding_rates(const Model& model, State& state, const Loading& loading, std
     stiffness[k] = std::max(stiffness[k], 10 * std::abs(wanted[k]));  // of a loose sample
     soonest = std::min(soonest, std::abs(wanted[k]) / stiffness[k]);
   }
-  const double often = driven > 0 ? pace.change * soonest / (driven * state.dt) : INFINITY;
+  const double often = driven > 0 ? change * soonest / (driven * state.dt) : INFINITY;
   steps = static_cast<std::uint64_t>(std::clamp(often, 1.0, static_cast<double>(servo_steps)));
-  const double density = total_mass(state.grains) / bulk_volume(state.boundary);
   for (int k = 0; k < 3; ++k) {
     const AxisControl& axis = axes[static_cast<std::size_t>(k)];
     if (!axis.stress) continue;
     const double gap = wanted[k] - stress[k];
     if (gap == 0) continue;  // of nothing in a sample that nothing holds yet: it waits
-    const double wave = loading.initial_size[k] * std::sqrt(density / stiffness[k]);
-    const double closing = std::max(pace.closing * static_cast<double>(steps) * state.dt, pace.wave * wave);
-    const double most = std::max(
-        axis.max_rate, fastest / inertial_number(state, 1, std::max(std::abs(wanted[k]), std::abs(stress[k]))));
+    const double closing = static_cast<double>(steps) * state.dt;
+    const double most = fastest_rate(state, axis, std::max(std::abs(wanted[k]), std::abs(stress[k])));
     const double closed = gap / (stiffness[k] * closing);
     double& drift = servo.drift[k];
     drift = std::clamp(drift + closed * std::min(1.0, elapsed / (learning * closing)), -most, most);
@@ -127,7 +117,7 @@ Vec3 servo_rates(const Model& model, State& state, const Loading& loading, std::
 
 double stress_error(const State& state, const Loading& loading, const Measurement& m) {
   const Vec3 stress = state.boundary.cell.periodic() ? m.stress.diagonal() : m.wall_stress.diagonal();
-  const std::array<AxisControl, 3> axes = loading.mean ? about_the_mean(loading, stress, state.time) : loading.axes;
+  const std::array<AxisControl, 3> axes = controls(loading, stress, state.time);
   double worst = NAN;
   auto add = [&](double now, double sought) {
     const double off = std::abs(now / sought - 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// The strain rates by which the axes of a test seek or hold their stresses.
+// The strain rates by which the axes of a test seek their stresses, and those of a cell hold them.
 #pragma once
 
 #include "dem/rve/loading.hpp"
@@ -10,9 +10,20 @@ namespace grus::dem {
 /// Steps between corrections, at most.
 inline constexpr std::uint64_t servo_steps = 25;
 
-/// Strain rates of the axes (1/s) for the next `steps`, which it sets. Where the loading holds, an axis goes by what it
-/// has learned to need (state.servo) and by what closes the gap, and is corrected the more often the faster the driven
-/// axis changes the stress; otherwise it closes the gap to a stress that is sought in two hundred steps.
+/// What each axis is told to do at a time. Of a constant mean stress all axes seek it at first, in proportion to time;
+/// then the two that are not driven seek what the driven one leaves of three times the mean.
+std::array<AxisControl, 3> controls(const Loading& loading, const Vec3& stress, double time);
+
+/// Stress that an axis seeks (Pa, tension-positive).
+double stress_asked(const AxisControl& axis, double time);
+
+/// Rate (1/s) up to which an axis may move to hold its stress, whatever the test's own: grains that give way under a
+/// pressure (Pa) do so in their own time.
+double fastest_rate(const State& state, const AxisControl& axis, double pressure);
+
+/// Strain rates of the axes (1/s) for the next `steps`, which it sets. Where the loading holds, a cell's axis goes by
+/// what it has learned to need (state.servo) and by what closes the gap, and is corrected the more often the faster the
+/// driven axis changes the stress; otherwise it closes the gap to a stress that is sought in two hundred steps.
 Vec3 servo_rates(const Model& model, State& state, const Loading& loading, std::uint64_t& steps);
 
 /// How far the stresses that axes seek are off: the largest |stress / sought - 1|; of a constant mean stress, that of

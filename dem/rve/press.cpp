@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/rve/press.hpp"
+
+#include <algorithm>
+
+#include "dem/bond/kinds.hpp"
+#include "dem/fracture/grain_stress.hpp"
+#include "dem/rve/measure.hpp"
+#include "dem/rve/servo.hpp"
+
+namespace grus::dem {
+namespace {
+
+/// What a wall feels, along its normal.
+struct Felt {
+  double force = 0;      // N, that presses it outward,
+  double stiffness = 0;  // N/m, with which that grows as the wall goes inward,
+  double dashpot = 0;    // N s/m, and with its speed
+  double speed = 0;      // m/s, of what touches it, weighed by stiffness
+};
+
+void add(Felt& to, double stiffness, double speed) { to.stiffness += stiffness, to.speed += stiffness * speed; }
+
+Felt felt_by(const Model& model, const State& s, std::size_t wall) {
+  const Vec3 n = s.boundary.walls[wall].normal;
+  Felt felt;
+  for (std::size_t k = s.contacts.begin[first_wall]; k < s.contacts.size(); ++k) {
+    const Pair& pair = s.contacts.pair[k];
+    if (pair.b != wall || !s.contacts.contact.touching(k)) continue;
+    const Contact c = s.contacts.contact[k];
+    const double stiffness =
+        std::visit([&](const auto& law) { return law(c.stiffness, s.contacts.touch[k].overlap); }, model.law)
+            .normal_stiffness;
+    const Motion& grain = s.grains.motion[pair.a];
+    const Vec3 arm = contact_arm(s.grains, s.contacts, k, false);
+    felt.force -= s.contacts.touch[k].force.dot(n);
+    felt.dashpot += model.pairs[pair.law].dashpot * std::sqrt(s.grains.mass[pair.a] * stiffness);
+    add(felt, stiffness, n.dot(grain.velocity + grain.spin.cross(arm)));
+  }
+  for (const FaceBond& bond : s.bonds.wall) {
+    if (bond.ends.b != wall) continue;
+    const Quat& q = s.grains.orientation[bond.ends.a];
+    const Motion& grain = s.grains.motion[bond.ends.a];
+    felt.force -= bond.force.dot(n);
+    add(felt, n.dot(stiffness(bond, q).shift * n), n.dot(grain.velocity + grain.spin.cross(Vec3(q * bond.at_a))));
+  }
+  if (felt.stiffness > 0) felt.speed /= felt.stiffness;
+  return felt;
+}
+
+/// Speed of a wall along its normal (m/s) that brings it to `force` (N) in a step: inward no more than `most`, outward
+/// as fast as the grains push it and no more than that beside. What it presses more than now stiffens Hertz's contacts.
+double speed_to(const Felt& felt, double force, double now, double most, double dt) {
+  if (!(felt.stiffness > 0)) return force > 0 ? std::min(most, std::max(now, 0.0) + 0.05 * most) : 0;
+  const double stiffness = felt.stiffness * std::cbrt(std::max(1.0, force / std::max(felt.force, 1e-6 * force)));
+  const double gap = force - felt.force + felt.dashpot * (now - felt.speed);
+  const double speed = felt.speed + gap / (stiffness * dt + felt.dashpot);
+  return std::clamp(speed, std::min(felt.speed, 0.0) - most, most);
+}
+
+/// What the walls must carry beside pressing alike: weight and dead loads (N).
+Vec3 carried(const Model& model, const State& s) {
+  Vec3 force = -total_mass(s.grains) * model.motion.gravity;
+  for (const DeadLoad& load : s.bonds.load) force -= load.felt;
+  return force;
+}
+
+}  // namespace
+
+void press_walls(const Model& model, State& state, const Loading& loading) {
+  const Vec3 stress = normal_stresses(state), size = size_of(state.boundary);
+  const std::array<AxisControl, 3> axes = controls(loading, stress, state.time);
+  const double volume = bulk_volume(state.boundary), density = total_mass(state.grains) / volume;
+  const Vec3 outside = carried(model, state), drift = momentum(state.grains);
+  for (std::size_t w = 0; w < state.boundary.walls.size(); ++w) {
+    Wall& wall = state.boundary.walls[w];
+    for (int k = 0; k < 3; ++k) {
+      const double n = wall.normal[k];
+      if (std::abs(n) != 1) continue;
+      const AxisControl& axis = axes[static_cast<std::size_t>(k)];
+      if (!axis.stress) {
+        wall.velocity[k] = n < 0 ? axis.strain_rate * loading.initial_size[k] : 0;
+        continue;
+      }
+      const double asked = stress_asked(axis, state.time), pressure = std::max(std::abs(asked), std::abs(stress[k]));
+      const double most = 0.5 * loading.initial_size[k] * fastest_rate(state, axis, pressure);
+      // A sample that drifts between its walls comes to rest while the pressure could have moved it by its length.
+      const double force = -asked * volume / size[k], brake = 0.01 * std::abs(force);
+      const double rest = drift[k] * std::sqrt(std::abs(asked) / density) / size[k];
+      const double both = outside[k] - std::clamp(rest, -brake, brake);
+      wall.velocity[k] =
+          n * speed_to(felt_by(model, state, w), force + 0.5 * n * both, n * wall.velocity[k], most, state.dt);
+    }
+  }
+}
+
+}  // namespace grus::dem
