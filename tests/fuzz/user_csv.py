@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Measured data as spreadsheets and instruments write them: curves, sieve gradings, strengths."""
+import itertools
 import os
 
 WAYS = ("semicolon", "tab", "spaces", "decimal comma", "byte order mark", "utf-16", "windows", "sep line", "unit in brackets", "unit after slash",
@@ -7,6 +8,7 @@ WAYS = ("semicolon", "tab", "spaces", "decimal comma", "byte order mark", "utf-1
         "capitals", "value missing", "one value too many", "thousands", "word for a value", "rows twice", "negative", "unknown unit")
 STYLES = WAYS[:17]
 FAULTS = ("no names", "misspelt name", "capitals", "value missing", "one value too many", "word for a value", "unknown unit")
+spoil = itertools.cycle(FAULTS)  # in turn
 TARGETS = {"curve": (("axial_strain", "axial_stress_Pa"), {"kind": "curve", "x": "axial_strain", "y": "axial_stress_Pa"}),
            "grading": (("diameter_m", "passing"), {"kind": "grading", "at": 0.1}),
            "quantiles": (("value",), {"kind": "quantiles", "quantity": "results.peak_before_breakage_Pa"})}
@@ -28,7 +30,9 @@ class Case:
 
 
 def draw(rng, folder, _binaries):
-    kind = rng.choice(sorted(TARGETS))
+    did = rng.sample(STYLES, rng.randint(1, 4)) + ([next(spoil)] if rng.random() < 0.3 else [])
+    columns_needed = {"spaces", "value missing"} & set(did)  # which one column cannot have
+    kind = rng.choice([k for k in sorted(TARGETS) if len(TARGETS[k][0]) > 1 or not columns_needed])
     names, table = TARGETS[kind]
     count = rng.randint(3, 9)
     rows = [[k + 1 + rng.random() for k in range(count)] for _ in names]
@@ -38,9 +42,10 @@ def draw(rng, folder, _binaries):
         rows[1] = [v / 20 for v in rows[1]]
     if kind == "curve":
         rows[0] = [v / 100 for v in rows[0]]
-    did = rng.sample(STYLES, rng.randint(1, 4)) + (rng.sample(FAULTS, 1) if rng.random() < 0.3 else [])
     did += [w for w in ("rows twice", "negative", "thousands") if rng.random() < 0.1]
     way = set(did)
+    if "spaces" in way and "unknown unit" not in way:  # with these no reader could tell columns
+        way -= {"unit in brackets", "unit after slash", "percent", "quoted", "trailing separator", "semicolon", "tab"}
     if "negative" in way and kind == "grading":
         way.discard("negative")
     if "negative" in way:
