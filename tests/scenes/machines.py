@@ -20,6 +20,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 case, binaries = sys.argv[1], os.path.abspath(sys.argv[2])
 rve, bvp = (scene_tools.program(binaries, name) for name in ("grus-rve", "grus-bvp"))
 study = os.path.join(binaries, "grus-study")
+os.environ["OMPI_MCA_ess_singleton_isolated"] = "1"  # no daemon beside a rank that is alone
 
 ROWS = """[material.sand]
 density = 2650
@@ -38,7 +39,7 @@ kind = "walls"
 [loading]
 kind = "uniaxial-strain"
 strain_rate = 25.0
-final_strain = 0.06
+final_strain = 0.045
 [numerics]
 max_overlap = 10.0
 [output]
@@ -121,7 +122,7 @@ def stops(tmp):
     # A terminal: one live line; under mpirun, which gives its ranks one whatever it writes to: lines.
     for environment, live in (({}, True), ({"OMPI_COMM_WORLD_SIZE": "2"}, False)):
         leader, follower = pty.openpty()
-        p = subprocess.Popen([rve, scene, "-o", whole, "--force", "--threads", "1"], stdout=follower, env={**os.environ, "TERM": "xterm", **environment})
+        p = subprocess.Popen([rve, scene, "-o", whole, "--force", "--threads", "1", "--set", "loading.final_strain=0.03"], stdout=follower, env={**os.environ, "TERM": "xterm", **environment})
         os.close(follower)
         seen = b""
         while True:
@@ -132,8 +133,8 @@ def stops(tmp):
             seen += some
         need(p.wait() == 0 and (b"\033[K" in seen) == live and (STAMP.match(seen.decode().splitlines()[4]) is not None) != live, f"{environment}: {seen[-300:]!r}")
     # A study: SIGTERM and a limit are heard, runs that were stopped go on from their checkpoints.
-    write(tmp, '[study]\nscene = "scene.toml"\nquantities = ["kinetic_J"]\nat = [0.0]\n[[case]]\nname = "a"\nset = { "loading.final_strain" = 0.12 }\n', "study.toml")
-    need(run(rve, scene, "-o", whole, "--quiet", "--threads", "1", "--force", "--set", "loading.final_strain=0.12").returncode == 0, "the longer run")
+    write(tmp, '[study]\nscene = "scene.toml"\nquantities = ["kinetic_J"]\nat = [0.0]\n[[case]]\nname = "a"\nset = { "loading.final_strain" = 0.075 }\n', "study.toml")
+    need(run(rve, scene, "-o", whole, "--quiet", "--threads", "1", "--force", "--set", "loading.final_strain=0.075").returncode == 0, "the longer run")
     out, begin = os.path.join(tmp, "study"), time.time()
     need(run(study, os.path.join(tmp, "study.toml"), "--check").returncode == 0, "--check of a study")
     limit, begin = time.time() - begin + lasts, time.time()
@@ -153,13 +154,13 @@ scene = "cell.toml"
 strain_per_step = 1e-7
 [[boundary]]
 where = "z=max"
-displacement = [0, 0, "-0.2 mm"]
+displacement = [0, 0, "-0.1 mm"]
 [[boundary]]
 where = "z=min"
 displacement = [0, 0, 0]
 [solve]
 kind = "quasi-static"
-increments = 40
+increments = 20
 [output]
 frames = 0
 """
@@ -197,7 +198,7 @@ def ranks(tmp):
 
 def links(tmp):
     """What is written aside, appended to or locked is a file of the folder's own: a link put there leads nowhere."""
-    scene, victim = write(tmp, ROWS.replace("final_strain = 0.06", "final_strain = 0.005")), write(tmp, "precious", "victim")
+    scene, victim = write(tmp, ROWS.replace("final_strain = 0.045", "final_strain = 0.002")), write(tmp, "precious", "victim")
     need(run(rve, scene, "-o", os.path.join(tmp, "out"), "--quiet").returncode == 0, "the first run")
     out = os.path.join(tmp, "out")
     for name in ("summary.json.new", "history.csv.new", "checkpoint.h5.new"):
@@ -221,12 +222,19 @@ def links(tmp):
     need(read(victim) == b"precious" and read(tmp, "table.csv") == b"a\n1\n", "grus_results.write_whole follows a link")
 
 
-def seal(data):
-    """FNV-1a, as dem/base/checksum.hpp has it."""
-    h = 0xcbf29ce484222325
-    for c in data:
-        h = (h ^ c) * 0x100000001b3 & 0xffffffffffffffff
-    return h.to_bytes(8, "little")
+BASIS, BLOCK_BYTES = 0xcbf29ce484222325, 1 << 14
+
+
+def seal(data, h=BASIS):
+    """FNV-1a, as dem/base/checksum.hpp has it, of data that follow what h is of."""
+    prime, end = 0x100000001b3, 1 << 64
+    for part in re.split(b"(\0{64,})", data):
+        if part[:64] == bytes(64):  # most of a file is empty: a power of the prime
+            h = h * pow(prime, len(part), end) % end
+            continue
+        for c in part:
+            h = (h ^ c) * prime % end
+    return h
 
 
 class Kept:
@@ -240,16 +248,21 @@ class Kept:
             self.offsets = [int(x) for x in f["offsets"]]
             self.at = [f["parts"].id.get_chunk_info(k).byte_offset for k in range(f["parts"].id.get_num_chunks())]
             self.about, self.about_size = f["about"].id.get_offset(), f["about"].shape[0]
-        need(seal(self.image) == read(path)[-8:], "the seal is another")
+        self.seals = [BASIS]  # of what lies before each block
+        for k in range(0, len(self.image), BLOCK_BYTES):
+            self.seals.append(seal(self.image[k:k + BLOCK_BYTES], self.seals[-1]))
+        need(self.seals[-1].to_bytes(8, "little") == read(path)[-8:], "the seal is another")
 
     def place(self, byte):
         return self.at[byte >> 18] + (byte & 0x3ffff)
 
     def changed(self, byte, value, about=False):
         image = bytearray(self.image)
-        for k, v in enumerate(value):
-            image[self.about + byte + k if about else self.place(byte + k)] = v
-        return bytes(image) + seal(image)
+        places = [self.about + byte + k if about else self.place(byte + k) for k in range(len(value))]
+        for place, v in zip(places, value):
+            image[place] = v
+        block = min(places, default=0) // BLOCK_BYTES  # what lies before is as it was
+        return bytes(image) + seal(bytes(image[block * BLOCK_BYTES:]), self.seals[block]).to_bytes(8, "little")
 
 
 def draw_change(kept, draw):
@@ -268,6 +281,11 @@ def draw_change(kept, draw):
     return byte, value[:high - byte] if byte + len(value) > high else value, False
 
 
+def lines_of(folder):
+    path = os.path.join(folder, "history.csv")
+    return read(path).count(b"\n") if os.path.exists(path) else 0
+
+
 def checkpoints(tmp):
     """Values in real checkpoints are changed and the file is sealed again: refused in one line, or a run that ends; no crash, no hang. And a file that claims to be huge takes no memory."""
     import bases
@@ -275,14 +293,16 @@ def checkpoints(tmp):
     write(tmp, bases.PACKING, "pack.txt")
     write(tmp, bases.CELL, "cell.toml")
     explicit = BLOCK[:BLOCK.index("[solve]")].replace("strain_per_step = 1e-7\n", "") + '[solve]\nkind = "explicit-quasi-static"\n[output]\nframes = 0\n'
-    newton = BLOCK.replace("strain_per_step = 1e-7", "strain_per_step = 1e-5\nadaptivity = { share = 1e-4, error = 0.01 }").replace("increments = 40", "increments = 4")
+    newton = BLOCK.replace("strain_per_step = 1e-7", "strain_per_step = 1e-5\nadaptivity = { share = 1e-4, error = 0.01 }").replace("increments = 20", "increments = 4")
     macro = {"newton": newton, "explicit": explicit} if bvp else {}
     draw, outcomes, count, whole = random.Random(20), {}, 0, {}
     for name, text in {**scenes, **macro}.items():
         program, scene, out = (bvp if name in macro else rve), write(tmp, text, name + ".toml"), os.path.join(tmp, name)
-        settings = ["--set", f"output.checkpoint_interval={1e-9 if name in macro else 0.02}", "--threads", "1", "--quiet"]
+        interval = {"newton": 1e-9, "explicit": 0.004}.get(name, 0.02)  # s: each run writes one, none writes all the time
+        settings = ["--set", f"output.checkpoint_interval={interval}", "--threads", "1", "--quiet"]
         p = subprocess.Popen([program, scene, "-o", out, *settings], stderr=subprocess.PIPE, text=True)
-        while p.poll() is None and not os.path.exists(os.path.join(out, "checkpoint.h5")):
+        rows = 6 if name == "cleaving" else 0  # late: what was cloven is there, and little is left to run
+        while p.poll() is None and not (os.path.exists(os.path.join(out, "checkpoint.h5")) and lines_of(out) >= rows):
             time.sleep(0.001)
         p.send_signal(signal.SIGTERM)
         errors = p.communicate()[1]
@@ -304,7 +324,7 @@ def checkpoints(tmp):
             outcomes[r.returncode] = outcomes.get(r.returncode, 0) + 1
             count += 1
             need(r.returncode in (0, 2, 3) and r.stderr.count("\n") == (r.returncode != 0), f"{name} {k}: {value!r} at {byte}{' of what it tells' if about else ''}: exit {r.returncode} {r.stderr[-300:]!r}")
-    need(count >= 80 and outcomes.get(2, 0) > count / 3, f"{count} changes: {outcomes}")
+    need(count >= 80 and outcomes.get(2, 0) > count / 4, f"{count} changes: {outcomes}")
     print(f"{count} changed checkpoints, by exit status: {outcomes}")
     # Columns of 2 GB in a file of some kB.
     import h5py
@@ -324,7 +344,7 @@ def checkpoints(tmp):
                     f.create_dataset(name, data=head if name == "head" else np.zeros(2, kind))
         data = read(path)
         with open(path, "wb") as f:
-            f.write(data + seal(data))
+            f.write(data + seal(data).to_bytes(8, "little"))
         limited = ["/usr/bin/env", "bash", "-c", 'ulimit -v 1500000; exec "$@"', "x", rve, os.path.join(tmp, "crushing.toml"), "-o", out, "--resume", *settings]
         r = subprocess.run(limited, capture_output=True, text=True, timeout=20)
         need(r.returncode == 2 and r.stderr.count("\n") == 1, f"a huge column {column} in {len(data)} bytes: exit {r.returncode} {r.stderr!r}")
