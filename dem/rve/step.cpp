@@ -115,6 +115,7 @@ void check_sanity(const Model& model, const State& state, double stored, const D
   if (std::isfinite(model.numerics.max_energy_error)) {
     refuse("the energy taken by friction has fallen", l.most_friction - l.friction);
     refuse("the energy taken by damping has fallen", l.most_damping - l.damping);
+    refuse("the energy taken by fracture has fallen", l.most_fracture - l.fracture);
     refuse("splits have added energy to the contacts", l.split_added);
     refuse("fines have taken a negative kinetic energy", -l.fines.kinetic);
   }
