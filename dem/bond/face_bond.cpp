@@ -289,7 +289,8 @@ bool bear(FaceBond& s, const Vec3& force, const Vec3& couple, const FaceOutline&
 }
 
 Handed handed_by(const FaceBond& s) {
-  return {s.ends, s.at_a, s.kn, s.area, s.shear, 1 / (s.kt * s.area), energy(s), s.spent};
+  const double fresh = std::isinf(s.tension) ? 0 : s.area;  // the caps of cuts bear without limit until they soften
+  return {s.ends, s.at_a, s.kn, s.area, fresh, s.shear, 1 / (s.kt * s.area), energy(s), s.spent};
 }
 
 }  // namespace grus::dem

@@ -77,6 +77,7 @@ struct Handed {
   Vec3 at_a;          // as of the bond
   double modulus;     // Pa/m
   double area;        // m^2
+  double fresh;       // m^2 of it that no cut has counted
   Vec3 shear;         // on b (N)
   double compliance;  // m/N
   double held;        // J, by the bond at its end

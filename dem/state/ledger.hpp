@@ -64,7 +64,7 @@ struct Ledger {
   double most_work = 0;                                           // |work|, the largest so far
   double start = 0;                                               // stored energy at the start
   double floor = 0;           // below this, energies are round-off: see energy_floor
-  double fracture_area = 0;   // m^2 of planes made
+  double fracture_area = 0;   // m^2 of planes made and of bonds broken
   double residual_force = 0;  // N, summed: part of the children's initial forces that springs could not carry
   std::size_t breakages = 0, bonds_broken = 0;
   Fines fines;
