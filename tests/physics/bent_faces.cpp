@@ -17,9 +17,7 @@ struct Face {
   FaceOutline outline() const { return {nullptr, {polygon.corner.data(), static_cast<std::size_t>(polygon.corners)}}; }
 };
 
-Face pentagon(const BondModel& b) {
-  FlatPolygon p;
-  for (const auto& [x, y] : {std::pair{-1.0, -0.6}, {0.8, -0.7}, {1.3, 0.1}, {0.4, 0.9}, {-0.9, 0.5}}) p.add({x, y});
+Face face_of(const FlatPolygon& p, const BondModel& b) {
   FlatMoments m = moments_of(p);
   const Eigen::Vector2d middle = m.first / m.area;
   const Eigen::Matrix2d about = m.second - m.area * middle * middle.transpose();
@@ -38,6 +36,12 @@ Face pentagon(const BondModel& b) {
   s.tension = b.tension, s.cohesion = b.cohesion, s.tan_phi = b.tan_phi, s.friction = b.friction;
   s.energy_1 = b.energy_1, s.energy_2 = b.energy_2, s.criterion = b.criterion;
   return f;
+}
+
+Face pentagon(const BondModel& b) {
+  FlatPolygon p;
+  for (const auto& [x, y] : {std::pair{-1.0, -0.6}, {0.8, -0.7}, {1.3, 0.1}, {0.4, 0.9}, {-0.9, 0.5}}) p.add({x, y});
+  return face_of(p, b);
 }
 
 /// Opening and small turn of b against a in the axes of the face: e1, e2, normal.
@@ -182,6 +186,60 @@ TEST_CASE("whatever way a face gives way, alone or mixed, back and forth, soften
     way *= 0.25 / way.norm();
     CHECK(taken(way, n % 2 == 1) == Approx(1).epsilon(0.01));
   }
+}
+
+TEST_CASE("extremes: slivers, thirty corners, shear a million times softer or stiffer, ten times the strength on it") {
+  FlatPolygon sliver, round;
+  for (const auto& [x, y] : {std::pair{-1.0, 0.0}, {0.2, -1e-3}, {1.0, 0.0}, {0.3, 2e-3}}) sliver.add({x, y});
+  for (int k = 0; k < 30; ++k) round.add({0.8 * std::cos(pi * k / 15), 1.1 * std::sin(pi * k / 15)});
+  struct Case {
+    FlatPolygon polygon;
+    double ratio, pressed;  // of kt to kn; m
+  };
+  for (const Case& c : {Case{sliver, 0.5, 0}, {round, 0.5, 0}, {round, 1e-6, 0}, {round, 1e6, 0}, {round, 0.5, 1e-2}})
+    for (int k = 0; k < 6; ++k) {
+      BondModel model = cohesive(1e6, 4e3);
+      model.ratio = c.ratio, model.energy_2 = model.energy_1;
+      model.cohesion = std::min(model.cohesion, 0.5 * softening_limit(c.ratio * E0, model.energy_2));
+      Face f = face_of(c.polygon, model);
+      const FaceBond& s = f.bond;
+      Path start = Path::Zero();
+      start[2] = -c.pressed;
+      // What would take a hundred times G A of an undamaged face, what presses besides, and three times what breaks it.
+      const double polar = s.i1 + s.i2,
+                   stiff[6] = {s.kt * s.area, s.kt * s.area, s.kn * s.area, s.kn * s.i1, s.kn * s.i2, s.kt * polar};
+      const bool bends = k == 3 || k == 4, slides = k < 2 || k == 5;
+      const double radius = std::sqrt(polar / s.area);
+      Path middle = start, end = start;
+      middle[k] += 15 * std::sqrt(2 * s.energy_1 * s.area / stiff[k]) + (bends ? 20 : 1) * c.pressed;
+      end[k] = std::max(middle[k], slides ? 6 * s.energy_2 / s.cohesion / (k == 5 ? radius : 1) : 0.0);
+      if (end.tail<3>().norm() > 0.5) continue;  // no small turn
+      double work = 0.5 * s.kn * s.area * c.pressed * c.pressed;
+      work += work_along(f, start, middle, 20000);
+      work += work_along(f, middle, end, 2000);
+      CAPTURE(c.ratio, c.pressed, k);
+      CHECK(broken(f.bond));
+      CHECK(work == Approx(dissipated(f.bond) + energy(f.bond)).epsilon(5e-3));
+      if (slides && c.pressed > 0)  // holds more than G A where it gives way: it takes all of that
+        CHECK(dissipated(f.bond) > f.bond.area * f.bond.energy_1);
+      else
+        CHECK(dissipated(f.bond) == Approx(f.bond.area * f.bond.energy_1).epsilon(0.01));
+    }
+}
+
+TEST_CASE("what is pressed rubs by its pressure, whatever has given way") {
+  BondModel model = cohesive(1e6, 4e3);
+  model.friction = 0.4;
+  Face f = pentagon(model);
+  Path start = Path::Zero(), end = Path::Zero();
+  start[2] = end[2] = -2e-3, end[0] = 0.1;
+  double work = 0.5 * f.bond.kn * f.bond.area * 4e-6;
+  work += work_along(f, start, end, 20000);
+  REQUIRE(broken(f.bond));
+  const Path load = load_at(f, end);
+  CHECK(load[0] == Approx(-0.4 * f.bond.kn * f.bond.area * 2e-3).epsilon(1e-9));
+  CHECK(rubbed(f.bond) > 0.5 * 0.4 * f.bond.kn * f.bond.area * 2e-3 * 0.1);
+  CHECK(work == Approx(dissipated(f.bond) + rubbed(f.bond) + energy(f.bond)).epsilon(2e-3));
 }
 
 TEST_CASE("a face that bends keeps the stiffness of what is pressed, at any damage") {
