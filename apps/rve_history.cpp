@@ -54,7 +54,7 @@ void add_bonds(const dem::State& s, std::vector<double>& row) {
   const auto damaged = std::count_if(bonds.begin(), bonds.end(), [](const dem::FaceBond& b) { return b.onset > 0; });
   row.insert(row.end(), {static_cast<double>(bonds.size()), static_cast<double>(damaged),
                          static_cast<double>(fragments.size.size()), static_cast<double>(fragments.size.front()),
-                         dem::stored_energy(s.bonds)});
+                         dem::stored_energy(s.bonds), s.ledger.bond_friction, s.ledger.handed});
 }
 
 bool gauged(const RveScene& scene) { return scene.cells && scene.cells->gauge; }
@@ -153,7 +153,9 @@ std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& st
                              "split_instants", "split_pressure_jump"})
       c.emplace_back(name);
   if (scene.bonded())
-    for (const char* name : {"bonds", "bonds_damaged", "fragments", "largest_fragment", "bond_J"}) c.emplace_back(name);
+    for (const char* name :
+         {"bonds", "bonds_damaged", "fragments", "largest_fragment", "bond_J", "bond_friction_J", "handed_J"})
+      c.emplace_back(name);
   if (damps_bonds(scene)) c.emplace_back("bond_damping_J");
   if (gauged(scene))
     for (const char* name : {"load_N", "displacement_m", "nominal_stress_Pa"}) c.emplace_back(name);

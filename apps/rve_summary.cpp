@@ -26,6 +26,8 @@ nlohmann::json ledger_json(const dem::State& s, const dem::Measurement& m) {
           {"damping_J", l.damping},
           {"local_damping_J", l.local_damping},
           {"fracture_J", l.fracture},
+          {"bond_friction_J", l.bond_friction},
+          {"handed_J", l.handed},
           {"split_elastic_J", l.split},
           {"fines_kinetic_J", l.fines.kinetic},
           {"fracture_left_in_springs_J", whole},

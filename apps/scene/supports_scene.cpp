@@ -28,6 +28,13 @@ std::vector<dem::OuterFace> faces_of(Table& t, const RveScene& scene, const Vec3
   return faces;
 }
 
+/// One cell alone has no bond, and yet holds on to what it is glued to.
+bool holds_on(const RveScene& scene) {
+  if (!scene.cells || scene.cells->faces.outer.empty()) return false;
+  const dem::Index cell = scene.cells->faces.outer.front().grain;
+  return scene.model.materials[scene.state.grains.material[cell]].bond.has_value();
+}
+
 /// Force along its way that the moving one of a test meets, and stress by load.
 void measure_pull(RveScene& scene, std::size_t wall, double area) {
   const Vec3& v = scene.state.boundary.walls[wall].velocity;
@@ -38,7 +45,7 @@ void read_clamp(Table t, RveScene& scene) {
   const Vec3 direction = direction_of(t);
   double offset;
   const auto faces = faces_of(t, scene, direction, offset);
-  if (!scene.bonded()) t.fail("", "needs [material.NAME.bond], by which cells hold on");
+  if (!holds_on(scene)) t.fail("", "needs [material.NAME.bond], by which cells hold on");
   dem::Wall wall;
   wall.point = offset * direction, wall.normal = -direction;
   for (const dem::Wall& other : scene.state.boundary.walls)
@@ -119,7 +126,7 @@ void read_supports(Table& t, RveScene& scene) {
 void glue_to_walls(Table& t, RveScene& scene) {
   const std::string how = t.choice_or("bonded", "no", {"no", "normal", "full"});
   if (how == "no") return;
-  if (!scene.bonded()) t.fail("bonded", "needs packing.kind = \"voronoi\" and [material.NAME.bond]");
+  if (!holds_on(scene)) t.fail("bonded", "needs packing.kind = \"voronoi\" and [material.NAME.bond]");
   for (std::size_t w = 0; w < scene.state.boundary.walls.size(); ++w) {
     const Vec3 outward = -scene.state.boundary.walls[w].normal;
     double offset;

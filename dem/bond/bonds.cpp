@@ -24,8 +24,8 @@ void deal(std::size_t grains, BondColumn<Row>& column) {
   t.grains = grains;
   t.first.assign(tiles + 1, 0), t.first_far = t.first;
   t.bond.clear(), t.bond_far.clear();
-  t.dissipated.resize(tiles), t.power.resize(tiles), t.viscous.resize(tiles);
-  t.broken.resize(tiles);
+  t.dissipated.resize(tiles), t.rubbed.resize(tiles), t.power.resize(tiles), t.viscous.resize(tiles);
+  t.broken.resize(tiles), t.begun.resize(tiles);
   t.far.resize(column.row.size());
   const auto lower = [&](const Row& r) { return std::min(r.ends.a, r.ends.b) >> bits; };
   const auto higher = [&](const Row& r) { return std::max(r.ends.a, r.ends.b) >> bits; };
@@ -42,13 +42,18 @@ void deal(std::size_t grains, BondColumn<Row>& column) {
   collect(higher, t.first_far, t.bond_far, [&](const Row& r) { return lower(r) != higher(r); });
 }
 
-/// The bond's force now; what it takes for that is added to `spent` (J).
+/// The bond's force now; what it takes for that is added to `spent` and, by friction, to `rubbed` (J).
 template <class Row>
-Pull go_on(const Grains& g, const Cell& cell, Row& row, double& spent) {
-  const double before = dissipated(row);
-  Pull p = pull(row, frame_of(g, cell, row.ends));
-  spent += dissipated(row) - before;
+Pull go_on(const Grains& g, const Cell& cell, Row& row, const FaceOutline& outline, double& spent, double& rub) {
+  const double before = dissipated(row), rubbed_before = rubbed(row);
+  const Pull p = pull(row, frame_of(g, cell, row.ends), outline);
+  spent += dissipated(row) - before, rub += rubbed(row) - rubbed_before;
   return p;
+}
+
+bool wants_outline(const CohesiveSpring&, const FaceOutline&) { return false; }
+bool wants_outline(const FaceBond& row, const FaceOutline& outline) {
+  return row.onset > 0 && !broken(row) && outline.kept.empty();
 }
 
 /// Clears the grains of a tile that this kind's bonds write to.
@@ -81,12 +86,16 @@ struct Dashpots {
 
 /// One tile's bonds: what is felt in the tile goes to the grains, what is felt elsewhere to `far`.
 template <class Row>
-void pull_tile(Grains& g, const Cell& cell, BondColumn<Row>& column, const Dashpots& dashpots, std::size_t tile) {
+void pull_tile(Grains& g, const Cell& cell, BondColumn<Row>& column, const FaceOutlines& outlines,
+               const Dashpots& dashpots, std::size_t tile) {
   BondTiles& t = column.tiles;
-  t.dissipated[tile] = 0, t.broken[tile] = 0, t.power[tile] = 0, t.viscous[tile] = 0;
+  t.dissipated[tile] = 0, t.rubbed[tile] = 0, t.broken[tile] = 0, t.power[tile] = 0, t.viscous[tile] = 0;
+  t.begun[tile] = 0;
   for (Index n = t.first[tile]; n < t.first[tile + 1]; ++n) {
     Row& row = column.row[t.bond[n]];
-    Pull p = go_on(g, cell, row, t.dissipated[tile]);
+    const FaceOutline outline{&g, outlines[t.bond[n]]};
+    Pull p = go_on(g, cell, row, outline, t.dissipated[tile], t.rubbed[tile]);
+    t.begun[tile] += wants_outline(row, outline);
     t.viscous[tile] += dashpots.resist(g, cell, row, t.bond[n], p);
     t.broken[tile] += broken(row);
     if (crosses(row.ends)) t.power[tile] -= p.force.dot(drag(cell, row.ends));
@@ -104,6 +113,38 @@ void pull_tile(Grains& g, const Cell& cell, BondColumn<Row>& column, const Dashp
 void hand_over(const BondColumn<CohesiveSpring>&, std::vector<Handed>&) {}  // fresh halves overlap as they will
 
 void drop_dashpots(const BondColumn<CohesiveSpring>&, std::vector<FaceDashpot>&) {}
+
+void keep_outlines(const Grains&, const BondColumn<CohesiveSpring>&, FaceOutlines&) {}
+
+/// Of those that have begun to soften in this step.
+void keep_outlines(const Grains& g, const BondColumn<FaceBond>& column, FaceOutlines& outlines) {
+  const BondTiles& t = column.tiles;
+  outlines.of.resize(column.row.size());
+  for (std::size_t tile = 0; tile < t.begun.size(); ++tile)
+    for (Index n = t.first[tile]; t.begun[tile] > 0 && n < t.first[tile + 1]; ++n) {
+      const Index k = t.bond[n];
+      if (!wants_outline(column.row[k], {&g, outlines[k]})) continue;
+      const FlatPolygon p = outline_of(g, column.row[k]);
+      outlines.of[k] = {static_cast<Index>(outlines.corner.size()), static_cast<Index>(p.corners)};
+      outlines.corner.insert(outlines.corner.end(), p.corner.begin(), p.corner.begin() + p.corners);
+    }
+}
+
+void drop_outlines(const BondColumn<CohesiveSpring>&, FaceOutlines&) {}
+
+/// Of bonds that are about to go.
+void drop_outlines(const BondColumn<FaceBond>& column, FaceOutlines& outlines) {
+  if (outlines.of.empty()) return;
+  outlines.of.resize(column.row.size());
+  FaceOutlines left;
+  for (std::size_t k = 0; k < column.row.size(); ++k) {
+    if (broken(column.row[k])) continue;
+    const std::span<const Eigen::Vector2d> corner = outlines[k];
+    left.of.push_back({static_cast<Index>(left.corner.size()), static_cast<Index>(corner.size())});
+    left.corner.insert(left.corner.end(), corner.begin(), corner.end());
+  }
+  outlines = std::move(left);
+}
 
 /// Those of bonds that are about to go.
 void drop_dashpots(const BondColumn<FaceBond>& column, std::vector<FaceDashpot>& dashpot) {
@@ -166,21 +207,25 @@ double bond_forces(Grains& g, const Cell& cell, Bonds& bonds, Ledger& ledger, Te
       for_each_kind(bonds, [&](auto& column) { clear_tile(g, column, t); });
     else
       for (std::size_t i = t * tile_size(n); i < std::min(n, (t + 1) * tile_size(n)); ++i) clear(g, i);
-    for_each_kind(bonds, [&](auto& column) { pull_tile(g, cell, column, dashpots, t); });
+    for_each_kind(bonds, [&](auto& column) { pull_tile(g, cell, column, bonds.outline, dashpots, t); });
   });
   over_tiles([&](std::size_t t) { for_each_kind(bonds, [&](auto& column) { collect_far(g, column, t); }); });
   double power = 0;
   for_each_kind(bonds, [&](auto& column) {
-    std::size_t gone = 0;
+    std::size_t gone = 0, begun = 0;
     for (std::size_t t = 0; t < tiles; ++t) {
       ledger.fracture += column.tiles.dissipated[t], gone += column.tiles.broken[t];
+      ledger.friction += column.tiles.rubbed[t], ledger.bond_friction += column.tiles.rubbed[t];
+      begun += column.tiles.begun[t];
       power += column.tiles.power[t];
       ledger.damping += column.tiles.viscous[t], ledger.bond_damping += column.tiles.viscous[t];
     }
+    if (begun > 0) keep_outlines(g, column, bonds.outline);
     if (gone == 0) return;
     ledger.bonds_broken += gone;
     hand_over(column, bonds.handed);
     drop_dashpots(column, bonds.dashpot);
+    drop_outlines(column, bonds.outline);
     std::erase_if(column.row, [](const auto& row) { return broken(row); });
     column.tiles.grains = 0;
   });
@@ -201,7 +246,9 @@ void add_bond_forces(Grains& g, const Cell& cell, Bonds& bonds, std::span<const 
   for_each_kind(bonds, [&](auto& column) {
     for (std::size_t k = before[kind]; k < column.row.size(); ++k) {
       auto& row = column.row[k];
-      const Pull p = go_on(g, cell, row, ledger.fracture);
+      double rub = 0;
+      const Pull p = go_on(g, cell, row, {&g}, ledger.fracture, rub);
+      ledger.friction += rub, ledger.bond_friction += rub;
       g.force[row.ends.b] += p.force, g.torque[row.ends.b] += p.arm_b.cross(p.force) + p.couple;
       g.force[row.ends.a] -= p.force, g.torque[row.ends.a] -= p.arm_a.cross(p.force) + p.couple;
     }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Forces of all bonds. Of a row of its kind it asks (functions beside the kind, found by its type):
-//   Pull pull(row, frame)      the force now; the row goes on
-//   BondStiffness stiffness(row, a)  against small motions from here, global: tangents; a: orientation of the first
-//                              grain
-//   BondStiffness stiffest(row, a)   the same at any time from now on: the time step
+//   Pull pull(row, frame, outline)      the force now; the row goes on
+//   BondStiffness stiffness(row, frame, outline)  against small motions from here, global: tangents
+//   BondStiffness stiffest(row, a)   the same at any time from now on: the time step; a: orientation of the first grain
 //   double energy(row)         J, held
-//   double dissipated(row)     J, since its birth
+//   double dissipated(row)     J, by softening since its birth: never falls
+//   double rubbed(row)         J, by friction since its birth: never falls
 //   bool broken(row)           it carries nothing any more, and goes
 // and the fields `ends`, `force` (on b, N), `at_a`, `at_b` (where it holds on, from each centre of mass, geometry
 // frames).
@@ -25,6 +25,12 @@ namespace grus::dem {
 struct BondFrame {
   const Quat &a, &b;  // geometry -> global
   Vec3 x_a, x_b;      // centres of mass (m)
+};
+
+/// Where to find the corners of a bond's face, which only one that softens asks for: kept, or made from the cells.
+struct FaceOutline {
+  const Grains* grains = nullptr;
+  std::span<const Eigen::Vector2d> kept = {};
 };
 
 struct Pull {

@@ -5,7 +5,7 @@
 
 namespace grus::dem {
 
-Pull pull(CohesiveSpring& s, const BondFrame& at) {
+Pull pull(CohesiveSpring& s, const BondFrame& at, const FaceOutline&) {
   const Vec3 arm_a = at.a * s.at_a, arm_b = at.b * s.at_b, normal = at.a * s.normal_a;
   Vec3 w = at.x_b + arm_b - at.x_a - arm_a + at.a * s.preload;
   const double opening = w.dot(normal);

@@ -15,7 +15,7 @@ inline double remaining_force(const CohesiveSpring& s) {
 }
 
 inline double secant(const CohesiveSpring& s) { return remaining_force(s) / s.reached; }
-inline BondStiffness stiffness(const CohesiveSpring& s, const Quat&) {
+inline BondStiffness stiffness(const CohesiveSpring& s, const BondFrame&, const FaceOutline&) {
   return {secant(s) * Mat3::Identity(), Mat3::Zero()};
 }
 inline BondStiffness stiffest(const CohesiveSpring& s, const Quat&) {
@@ -26,6 +26,8 @@ inline bool broken(const CohesiveSpring& s) { return s.reached >= s.rupture; }
 /// 0 at birth, exactly peak * rupture / 2 when broken.
 inline double dissipated(const CohesiveSpring& s) { return 0.5 * s.rupture * (s.peak - remaining_force(s)); }
 
+inline double rubbed(const CohesiveSpring&) { return 0; }
+
 inline double energy(const CohesiveSpring& s) {
   const double k = secant(s);
   return k > 0 ? 0.5 * s.force.squaredNorm() / k : 0;
@@ -34,6 +36,6 @@ inline double energy(const CohesiveSpring& s) {
 /// What it holds before it has been evaluated for the first time (J).
 inline double energy_at_birth(const CohesiveSpring& s) { return 0.5 * s.peak / s.onset * s.preload.squaredNorm(); }
 
-Pull pull(CohesiveSpring& s, const BondFrame& at);
+Pull pull(CohesiveSpring& s, const BondFrame& at, const FaceOutline& outline);
 
 }  // namespace grus::dem

@@ -3,8 +3,22 @@
 
 #include <algorithm>
 
+#include "dem/bond/face_parts.hpp"
+
 namespace grus::dem {
 namespace {
+
+/// The corners of a face: those that are kept, or made here.
+struct CornersOf {
+  FlatPolygon made;
+  std::span<const Eigen::Vector2d> corner;
+
+  CornersOf(const FaceBond& s, const FaceOutline& outline) : corner(outline.kept) {
+    if (!corner.empty()) return;
+    made = outline_of(*outline.grains, s);
+    corner = {made.corner.data(), static_cast<std::size_t>(made.corners)};
+  }
+};
 
 /// Opening and turn of b against a in the axes of the face: e1, e2, normal.
 struct Opening {
@@ -22,11 +36,33 @@ struct Squares {
   double all() const { return opening + sliding; }
 };
 
-Squares squares_of(const FaceBond& s, const Opening& o) {
+double bending_of(const FaceBond& s, const Opening& o) {
   const Vec3 angle = 2 * o.half;
-  const double bend = s.i1 * angle.x() * angle.x() + s.i2 * angle.y() * angle.y();
-  const double twist = (s.i1 + s.i2) * angle.z() * angle.z(), ratio = s.kt / s.kn;
-  return {o.open() * o.open() + bend / s.area, ratio * (o.shift.head<2>().squaredNorm() + twist / s.area)};
+  return (s.i1 * angle.x() * angle.x() + s.i2 * angle.y() * angle.y()) / s.area;
+}
+
+double sliding_of(const FaceBond& s, const Opening& o) {
+  const double angle = 2 * o.half.z(), twist = (s.i1 + s.i2) * angle * angle;
+  return s.kt / s.kn * (o.shift.head<2>().squaredNorm() + twist / s.area);
+}
+
+/// Held by the undamaged face (J): all of it, open or pressed, is an elastic foundation.
+double held_whole(const FaceBond& s, const Opening& o) {
+  const double opening = o.shift.z() * o.shift.z() + bending_of(s, o);
+  return 0.5 * s.kn * s.area * (opening + sliding_of(s, o));
+}
+
+FaceOpening across(const Opening& o) { return {o.shift.z(), {-2 * o.half.y(), 2 * o.half.x()}}; }
+
+FlatMoments whole_of(const FaceBond& s) {
+  FlatMoments m;
+  m.area = s.area, m.second.diagonal() << s.i2, s.i1;  // a turn about an axis opens by the distance from it
+  return m;
+}
+
+/// What softening sees: the open part, and all that slides or twists.
+Squares softening_squares(const FaceBond& s, const Opening& o, const FaceParts& parts) {
+  return {std::max(parts.of_open.square(across(o)), 0.0) / s.area, sliding_of(s, o)};
 }
 
 /// Tension of the rim and shear of the rim (Pa), of the undamaged face; the rim of an ellipse of the same moments.
@@ -35,10 +71,17 @@ struct Rim {
 };
 
 Rim rim_of(const FaceBond& s, const Opening& o) {
-  const Vec3 angle = 2 * o.half;
-  const double bend = s.i1 * angle.x() * angle.x() + s.i2 * angle.y() * angle.y();
-  return {s.kn * o.shift.z(), 2 * s.kn * std::sqrt(bend / s.area),
-          s.kt * (o.shear() + 2 * std::abs(angle.z()) * std::sqrt((s.i1 + s.i2) / s.area))};
+  return {s.kn * o.shift.z(), 2 * s.kn * std::sqrt(bending_of(s, o)),
+          s.kt * (o.shear() + 2 * std::abs(2 * o.half.z()) * std::sqrt((s.i1 + s.i2) / s.area))};
+}
+
+/// The rim of an ellipse may be at its strength where hardly anything of the true face is open: it then begins to
+/// soften at the opening of a tenth of that strength (m^2).
+double least_opening(const FaceBond& s, const Opening& o) {
+  if (s.criterion != FaceCriterion::cohesive) return 0;
+  const Rim rim = rim_of(s, o);
+  const double least = 0.1 * std::max(rim.normal + rim.bending, 0.0) / s.kn;
+  return least * least;
 }
 
 /// 1 and more: the bond gives way.
@@ -69,18 +112,14 @@ double taken_at(const FaceBond& s, double reached) {
   return 0.5 * s.kn * s.area * s.rupture * s.onset * (until - s.onset) / (s.rupture - s.onset);
 }
 
-/// Damage goes on to where the opening has it; returns what it takes (J).
-double soften(FaceBond& s, const Opening& o) {
-  const Squares now = squares_of(s, o);
-  const double whole = 0.5 * s.kn * s.area * now.all();
+/// Damage goes on to where the opening has it; returns what it takes (J). `breaks`: a brittle face has given way, or
+/// one that holds more than it may take.
+double soften(FaceBond& s, const Squares& now, bool& breaks) {
   if (s.onset == 0) {
-    if (utilisation(s, o) < 1) return 0;
     if (s.criterion == FaceCriterion::cohesive) begin_to_soften(s, now);
-    if (!(s.rupture > s.onset)) {  // brittle, or more held than it may take
-      s.damage = 1;
-      return whole;
-    }
-    return 0;
+    if (s.rupture > s.onset) return 0;
+    s.damage = 1, breaks = true;
+    return 0.5 * s.kn * s.area * now.all();
   }
   const double reached = std::sqrt(now.all());
   if (reached <= s.reached) return 0;
@@ -89,31 +128,99 @@ double soften(FaceBond& s, const Opening& o) {
   return taken;
 }
 
-/// The part that has given way sticks and slides under the pressure; its force (N) along e1 and e2. Books what that
-/// takes.
-Eigen::Vector2d rub(FaceBond& s, const Opening& o, double damage_before) {
-  const double kt = s.kt * s.area;
-  Eigen::Vector2d slip(s.slip_1, s.slip_2), stretch = o.shift.head<2>() - slip;
-  s.spent -= 0.5 * kt * (s.damage - damage_before) * stretch.squaredNorm();  // held on by what has newly given way
-  const double limit = s.damage * s.friction * s.kn * s.area * std::max(-o.shift.z(), 0.0);
-  const double size = kt * s.damage * stretch.norm();
-  if (size > limit) {
-    // As advance_spring: slip times what held against it, at first the friction so far and what newly has to slide.
-    const double first = std::min(size, s.shear.norm() + kt * (s.damage - damage_before) * stretch.norm());
-    s.spent += 0.5 * (first + limit) * (size - limit) / (kt * s.damage);
-    stretch *= limit / size, slip = o.shift.head<2>() - stretch;
-    s.slip_1 = slip.x(), s.slip_2 = slip.y();
+/// The part that has given way sticks and slides on what presses it (N): one spring of three components, along e1, e2
+/// and, with the radius of gyration as arm, about the normal, as in a contact. Returns its force on b (N), which was
+/// `before`. What newly gives way begins unstretched, so that softening takes all that it held; of a face that breaks
+/// at once, with what the face bore, up to the limit.
+Vec3 rub(FaceBond& s, const Opening& o, double pressing, const Vec3& before, double damage_before, bool breaks) {
+  const double whole = s.kt * s.area, k = whole * s.damage, arm = std::sqrt((s.i1 + s.i2) / s.area);
+  const Vec3 reach(o.shift.x(), o.shift.y(), 2 * arm * o.half.z());
+  Vec3 stretch = reach - Vec3(s.slip_1, s.slip_2, arm * s.slip_3);
+  const double limit = s.friction * s.damage * pressing;
+  if (breaks) {
+    const double borne = whole * reach.norm();
+    stretch = borne > limit ? Vec3(limit / borne * reach) : reach;
+    s.spent -= 0.5 * whole * stretch.squaredNorm();
+  } else {
+    if (s.damage > damage_before && damage_before > 0) {  // the same force, shared by more
+      const double less = (1 / damage_before - 1 / s.damage) / whole;
+      stretch += less * before;
+      s.rubbed += 0.5 * less * before.squaredNorm();
+    }
+    const double size = k * stretch.norm();
+    if (size > limit) {
+      // As advance_spring: slip times what held against it, the friction so far at first.
+      const double first = std::min(size, before.norm());
+      s.rubbed += 0.5 * (first + limit) * (size - limit) / k;
+      stretch *= limit / size;
+    }
   }
-  return -kt * s.damage * stretch;
+  const Vec3 slip = reach - stretch;
+  s.slip_1 = slip.x(), s.slip_2 = slip.y(), s.slip_3 = slip.z() / arm;
+  return -k * stretch;
+}
+
+/// Force on b, and the couple's parts along e1, e2 and the normal for small turns, in the axes of the face.
+struct Resistance {
+  Vec3 force, couple;
+};
+
+Resistance undamaged(FaceBond& s, const Opening& o) {
+  s.held = held_whole(s, o);
+  const Vec3 turn(s.kn * s.i1, s.kn * s.i2, s.kt * (s.i1 + s.i2));
+  const double kt = s.kt * s.area, kn = s.kn * s.area;
+  return {{-kt * o.shift.x(), -kt * o.shift.y(), -kn * o.shift.z()}, -2 * turn.cwiseProduct(o.half)};
+}
+
+/// The open part has 1 - damage of its stiffness, what is pressed has all of it.
+Resistance damaged(FaceBond& s, const Opening& o, const FaceParts& parts, const Vec3& rubbing, double damage_before,
+                   bool breaks) {
+  const double keep = 1 - s.damage, area = s.area, polar = s.i1 + s.i2;
+  const double pressing = -s.kn * parts.of_pressed.sum;
+  const Vec3 shear = rub(s, o, pressing, rubbing, damage_before, breaks);
+  const double sum = keep * parts.of_open.sum + parts.of_pressed.sum;
+  const Eigen::Vector2d first = keep * parts.of_open.first + parts.of_pressed.first;
+  const double twist = -keep * s.kt * polar * 2 * o.half.z() + std::sqrt(polar / area) * shear.z();
+  const FaceOpening opening = across(o);
+  s.held = 0.5 * s.kn *
+               (keep * (parts.of_open.square(opening) + area * sliding_of(s, o)) + parts.of_pressed.square(opening)) +
+           0.5 * shear.squaredNorm() / (s.kt * area * s.damage);
+  s.shear = shear;
+  return {{-keep * s.kt * area * o.shift.x() + shear.x(), -keep * s.kt * area * o.shift.y() + shear.y(), -s.kn * sum},
+          {-s.kn * first.y(), s.kn * first.x(), twist}};
+}
+
+Mat3 axes_of(const FaceBond& s) {
+  Mat3 face;  // columns: e1, e2, normal
+  face << s.e1, s.normal.cross(s.e1), s.normal;
+  return face;
+}
+
+/// `to_b`: from the centre of a to the middle of the face on b (global).
+Opening opening_of(const FaceBond& s, const BondFrame& at, const Mat3& face, const Vec3& to_b) {
+  const Quat turn = at.a.conjugate() * at.b * s.rest;
+  const double sign = turn.w() < 0 ? -1 : 1;
+  const Mat3 axes = at.a.toRotationMatrix() * face;
+  return {axes.transpose() * to_b - face.transpose() * s.at_a, sign * (face.transpose() * turn.vec()), sign * turn.w()};
 }
 
 }  // namespace
 
 double softening_limit(double kn, double energy) { return std::sqrt(2 * kn * energy); }
 
-BondStiffness stiffness(const FaceBond& s, const Quat& a) {
-  const BondStiffness whole = stiffest(s, a);
-  return {(1 - s.damage) * whole.shift, (1 - s.damage) * whole.turn};
+BondStiffness stiffness(const FaceBond& s, const BondFrame& at, const FaceOutline& outline) {
+  if (s.damage == 0) return stiffest(s, at.a);
+  const Mat3 face = axes_of(s), axes = at.a.toRotationMatrix() * face;
+  const Opening o = opening_of(s, at, face, at.x_b + at.b * s.at_b - at.x_a);
+  const FaceParts parts = parts_of(across(o), whole_of(s), CornersOf(s, outline).corner);
+  const double keep = 1 - s.damage;
+  const double area = keep * s.area + s.damage * parts.pressed.area;
+  const Eigen::Matrix2d second = keep * whole_of(s).second + s.damage * parts.pressed.second;
+  Mat3 shift = keep * s.kt * s.area * Mat3::Identity(), turn = Mat3::Zero();
+  shift(2, 2) = s.kn * area;
+  turn(0, 0) = s.kn * second(1, 1), turn(1, 1) = s.kn * second(0, 0), turn(0, 1) = turn(1, 0) = -s.kn * second(0, 1);
+  turn(2, 2) = keep * s.kt * (s.i1 + s.i2);
+  return {axes * shift * axes.transpose(), axes * turn * axes.transpose()};
 }
 
 BondStiffness stiffest(const FaceBond& s, const Quat& a) {
@@ -122,33 +229,30 @@ BondStiffness stiffest(const FaceBond& s, const Quat& a) {
           s.kn * (s.i1 * e1 * e1.transpose() + s.i2 * e2 * e2.transpose()) + s.kt * (s.i1 + s.i2) * n * n.transpose()};
 }
 
-Pull pull(FaceBond& s, const BondFrame& at) {
+Pull pull(FaceBond& s, const BondFrame& at, const FaceOutline& outline) {
   const Vec3 arm_b = at.b * s.at_b, to_b = at.x_b + arm_b - at.x_a;
-  Mat3 face;  // columns: e1, e2, normal
-  face << s.e1, s.normal.cross(s.e1), s.normal;
-  const Mat3 axes = at.a.toRotationMatrix() * face;
-  const Quat turn = at.a.conjugate() * at.b * s.rest;
-  const double sign = turn.w() < 0 ? -1 : 1;
-  const Opening o{axes.transpose() * to_b - face.transpose() * s.at_a, sign * (face.transpose() * turn.vec()),
-                  sign * turn.w()};
-  const double before = s.damage;
-  if (!broken(s)) s.spent += soften(s, o);
-  const double keep = 1 - s.damage, area = s.area;
-  Vec3 force(-keep * s.kt * area * o.shift.x(), -keep * s.kt * area * o.shift.y(),
-             -(o.shift.z() > 0 ? keep : 1.0) * s.kn * area * o.shift.z());
-  Eigen::Vector2d shear = Eigen::Vector2d::Zero();
-  if (s.damage > 0) shear = rub(s, o, before), force.head<2>() += shear;
-  const Vec3 resisted = keep * Vec3(s.kn * s.i1, s.kn * s.i2, s.kt * (s.i1 + s.i2)).cwiseProduct(o.half);
-  const Vec3 couple = -2 * (o.real * resisted + o.half.cross(resisted));
-  const double closed = std::min(o.shift.z(), 0.0);
-  s.held = 0.5 * area * (keep * s.kn * squares_of(s, o).all() + s.kn * closed * closed);
-  if (s.damage > 0) s.held += 0.5 * shear.squaredNorm() / (s.kt * area * s.damage);
-  s.force = axes * force;
-  s.shear = axes * Vec3(shear.x(), shear.y(), 0);
+  const Mat3 face = axes_of(s), axes = at.a.toRotationMatrix() * face;
+  const Opening o = opening_of(s, at, face, to_b);
+  Resistance r;
+  if (s.onset == 0 && s.damage == 0 && utilisation(s, o) < 1) {
+    r = undamaged(s, o);
+  } else {
+    const CornersOf corners(s, outline);
+    const FaceParts parts = parts_of(across(o), whole_of(s), corners.corner);
+    const double before = s.damage;
+    bool breaks = false;
+    Squares now = softening_squares(s, o, parts);
+    if (s.onset == 0) now.opening = std::max(now.opening, least_opening(s, o));
+    if (!broken(s)) s.spent += soften(s, now, breaks);
+    r = s.damage > 0 ? damaged(s, o, parts, axes.transpose() * s.shear, before, breaks) : undamaged(s, o);
+  }
+  const Vec3 couple = o.real * r.couple + o.half.cross(r.couple);
+  s.force = axes * r.force;
+  if (s.damage > 0) s.shear = axes * s.shear;
   return {s.force, to_b, arm_b, axes * couple};
 }
 
-bool bear(FaceBond& s, const Vec3& force, const Vec3& couple) {
+bool bear(FaceBond& s, const Vec3& force, const Vec3& couple, const FaceOutline& outline) {
   constexpr double most_held = 0.5, least_held = 1e-3, most_stiffer = 4;  // of the energy, of the stiffness
   const auto opening = [&] {
     Opening o{-Vec3(force.x() / (s.kt * s.area), force.y() / (s.kt * s.area), force.z() / (s.kn * s.area)),
@@ -161,29 +265,32 @@ bool bear(FaceBond& s, const Vec3& force, const Vec3& couple) {
     }
     return o;
   };
-  const double held = 0.5 * s.kn * squares_of(s, opening()).all(), stiffer = held / (most_held * s.energy_1);
+  const CornersOf corners(s, outline);
+  const auto squares = [&](const Opening& o) {
+    return softening_squares(s, o, parts_of(across(o), whole_of(s), corners.corner));
+  };
+  const double stiffer = 0.5 * s.kn * squares(opening()).all() / (most_held * s.energy_1);
   if (stiffer > most_stiffer) {
     s.damage = 1;
     return false;
   }
   if (stiffer > 1) s.kn *= stiffer, s.kt *= stiffer;
   const Opening o = opening();
-  Squares now = squares_of(s, o);
+  Squares now = squares(o);
   const double least = 2 * least_held * s.energy_1 / s.kn;
   if (now.all() < least) now.opening += least - now.all();
   begin_to_soften(s, now);
-  Mat3 face;
-  face << s.e1, s.normal.cross(s.e1), s.normal;
+  const Mat3 face = axes_of(s);
   const Vec3 turn = face * o.half;
   s.at_a -= face * o.shift;
   s.rest = (s.rest * Quat(o.real, turn.x(), turn.y(), turn.z())).normalized();
-  const double closed = std::min(o.shift.z(), 0.0);
-  s.held = 0.5 * s.area * s.kn * (squares_of(s, o).all() + closed * closed);
+  s.held = held_whole(s, o);
   return true;
 }
 
 Handed handed_by(const FaceBond& s) {
-  return {s.ends, s.at_a, s.kn, s.area, s.shear, 1 / (s.kt * s.area), energy(s), s.spent};
+  const double fresh = std::isinf(s.tension) ? 0 : s.area;  // the caps of cuts bear without limit until they soften
+  return {s.ends, s.at_a, s.kn, s.area, fresh, s.shear, 1 / (s.kt * s.area), energy(s), s.spent};
 }
 
 }  // namespace grus::dem

@@ -2,29 +2,34 @@
 // Bonds of shared faces: an elastic foundation between two cells that gives way by one of three criteria
 // (Galindo-Torres et al. 2012, made total and given an energy).
 //   cohesive    softens from sigma_t, s = c + tan phi <-sigma> to nothing; takes exactly G A, whatever the mix of
-//               opening and shear; what has given way rubs under pressure
+//               opening and shear
 //   strain_sum  (<w_n> + |w_t|) / (h e) + |theta| / theta_max > 1 (their eq. 15, opening alone); breaks at once
 //   parallel    largest tension or shear of the rim beyond its strength; breaks at once
-// Pressure is never softened: a contact of the two cells goes on with it, and with the friction.
+// A face that bends is parted by the line where it neither opens nor presses. Of the open part damage D leaves 1 - D;
+// what is pressed keeps all of its stiffness at any damage, and rubs: potential k_n / 2 (integral of (1 - D) <g>^2 +
+// <-g>^2), g the opening, exact for the polygon. At D = 1 that is the energy of the contact that goes on.
 #pragma once
 
 #include "dem/bond/bonds.hpp"
+#include "dem/bond/faces.hpp"
 
 namespace grus::dem {
 
 inline bool broken(const FaceBond& s) { return s.damage >= 1; }
 inline double dissipated(const FaceBond& s) { return s.spent; }
+inline double rubbed(const FaceBond& s) { return s.rubbed; }
 inline double energy(const FaceBond& s) { return s.held; }
 
-BondStiffness stiffness(const FaceBond& s, const Quat& a);
+/// Of a damaged face that is partly pressed: without what a shift does to the couple.
+BondStiffness stiffness(const FaceBond& s, const BondFrame& at, const FaceOutline& outline);
 BondStiffness stiffest(const FaceBond& s, const Quat& a);
 
-Pull pull(FaceBond& s, const BondFrame& at);
+Pull pull(FaceBond& s, const BondFrame& at, const FaceOutline& outline);
 
 /// A fresh bond, at rest where it is, carries a force on b (N) and a couple (N m; axes e1, e2, normal) from now on, and
 /// gives way from there. It is made stiffer where it would hold more than half of its energy, up to four times: beyond
 /// that it is broken at once (false).
-bool bear(FaceBond& s, const Vec3& force, const Vec3& couple);
+bool bear(FaceBond& s, const Vec3& force, const Vec3& couple, const FaceOutline& outline);
 
 /// What a broken bond leaves to a contact.
 Handed handed_by(const FaceBond& s);

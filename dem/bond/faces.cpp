@@ -62,6 +62,14 @@ FlatPolygon polygon_of(const Grains& g, const FaceBond& s, bool walled) {
   return p;
 }
 
+FlatPolygon outline_of(const Grains& g, const FaceBond& s) {
+  FlatPolygon p = polygon_of(g, s, false);
+  const FlatMoments m = moments_of(p);
+  const Eigen::Vector2d middle = m.first / m.area;
+  for (int k = 0; k < p.corners; ++k) p.corner[static_cast<std::size_t>(k)] -= middle;
+  return p;
+}
+
 FaceWrench carried(const FaceSize& s, const FaceWrench& whole, const FlatMoments& part) {
   // Traction: force / area + normal (slope . y) + twist normal x y.
   const Eigen::Vector2d slope(-whole.couple.y() / s.i2, whole.couple.x() / s.i1);
@@ -81,12 +89,10 @@ FaceBond part_of(const FaceBond& s, const FlatMoments& part, const Quat& turn) {
   out.at_a += way, out.at_b += s.rest * way;
   out.e1 = std::cos(p.angle) * s.e1 + std::sin(p.angle) * e2;
   const Vec3 further = turn * way - way, slip = s.slip_1 * s.e1 + s.slip_2 * e2 + further;
-  // Pressure is never softened, but bending is: parts of a damaged face must not press where the whole did not.
-  if (s.damage > 0) out.at_a += s.normal.dot(further) * s.normal;
   out.slip_1 = slip.dot(out.e1), out.slip_2 = slip.dot(s.normal.cross(out.e1));
   out.area = part.area, out.i1 = p.i1, out.i2 = p.i2;
   const double share = part.area / s.area;
-  out.spent *= share, out.held *= share, out.force *= share, out.shear *= share;
+  out.spent *= share, out.rubbed *= share, out.held *= share, out.force *= share, out.shear *= share;
   return out;
 }
 

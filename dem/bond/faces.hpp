@@ -15,6 +15,9 @@ FaceBond bond_at(const Grains& grains, Index a, const FaceMoments& face, const V
 /// wall, and has none.
 FlatPolygon polygon_of(const Grains& grains, const FaceBond& bond, bool walled);
 
+/// The same of two cells about its own middle: that of a bond which bears something from birth is a little beside it.
+FlatPolygon outline_of(const Grains& grains, const FaceBond& bond);
+
 /// Area (m^2), and second moments against turns about e1 and e2 (m^4).
 struct FaceSize {
   double area, i1, i2;

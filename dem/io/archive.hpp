@@ -131,9 +131,11 @@ void archive_hulls(A& a, P& shared) {
 
 template <class A, class L>
 void archive_ledger(A& a, L& l) {
-  for (auto* v : {&l.work, &l.friction, &l.damping, &l.local_damping, &l.bond_damping, &l.fracture, &l.split,
-                  &l.split_added, &l.reshape, &l.inertia, &l.unexplained, &l.most_friction, &l.most_damping,
-                  &l.most_work, &l.start, &l.floor, &l.fracture_area, &l.residual_force})
+  for (auto* v :
+       {&l.work,         &l.friction,      &l.damping,       &l.local_damping, &l.bond_damping, &l.fracture,
+        &l.split,        &l.split_added,   &l.reshape,       &l.inertia,       &l.unexplained,  &l.most_friction,
+        &l.most_damping, &l.most_fracture, &l.most_work,     &l.bond_friction, &l.handed,       &l.start,
+        &l.floor,        &l.fracture_area, &l.residual_force})
     a.plain(*v);
   for (auto* v : {&l.breakages, &l.bonds_broken}) a.plain(*v);
   a.plain(l.fines.mass);
@@ -156,6 +158,7 @@ void archive(A& a, S& s) {
     a.column(column.row);
     if constexpr (!std::is_const_v<S>) column.tiles = {};
   });
+  if constexpr (!std::is_const_v<S>) s.bonds.outline.clear();
   a.column(s.bonds.dashpot);
   a.column(s.bonds.wall);
   a.column(s.bonds.load);

@@ -28,11 +28,12 @@ void book_broken(State& state, bool recorded) {
     const Overlap o = overlap_of_pair(g, state.boundary.cell, p, apart.normalized());
     const double shear = o.volume > 0 ? 0.5 * h.compliance * h.shear.squaredNorm() : 0;
     h.kept = h.modulus * o.energy + shear;
-    const double taken = h.held - h.kept;
-    state.ledger.fracture += taken;
+    const double lost = h.held - h.kept;  // below 0: made, and so missing in the balance
+    (lost > 0 ? state.ledger.handed : state.ledger.unexplained) += lost;
+    state.ledger.fracture_area += h.fresh;
     if (!recorded) continue;
     const Vec3 at = g.motion[h.ends.a].position + g.orientation[h.ends.a] * h.at_a;
-    state.bonds.broken.push_back({state.time, at, h.area, h.spent + taken});
+    state.bonds.broken.push_back({state.time, at, h.area, h.spent});
   }
 }
 

@@ -7,8 +7,8 @@
 
 namespace grus::dem {
 
-/// In the step in which bonds have broken: what a contact of the same two holds less than the bond did is booked as
-/// taken by fracture (more: negative). `recorded`: they are noted in bonds.broken.
+/// In the step in which bonds have broken: what a contact of the same two holds less than what is pressed of the bond
+/// did is booked as handed (J); more is made of nothing, unexplained. `recorded`: they are noted in bonds.broken.
 void book_broken(State& state, bool recorded);
 
 /// Before a neighbour list: the pairs that bonds hold.

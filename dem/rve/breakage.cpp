@@ -243,7 +243,7 @@ void apply_breaks(const Model& model, State& state, const std::vector<Break>& br
   drop_loads(state.contacts);
   book(flush(state.contacts), ledger);
   const double elastic_before = elastic_energy(model.law, state.contacts);
-  const double bonds_before = stored_energy(state.bonds), fracture_before = ledger.fracture;
+  const double bonds_before = stored_energy(state.bonds), taken_before = taken_by_bonds(ledger);
   const std::size_t grains_before = g.size();
   const bool hulls = !g.hull.empty();
   const std::vector<std::size_t> bonds_were = counts(state.bonds);
@@ -293,13 +293,15 @@ void apply_breaks(const Model& model, State& state, const std::vector<Break>& br
     refresh_forces(model, state, team);
   else
     add_bond_forces(g, state.boundary.cell, state.bonds, bonds_were, ledger);
+  const double unexplained = ledger.unexplained;
   if (!state.bonds.handed.empty()) book_broken(state, model.records_bonds), state.reference.stale = true;
+  left += unexplained - ledger.unexplained;  // made where contacts took over: not the splits' doing
   ledger.breakages += breaks.size();
   left -= energy_of(model, state, few);
-  if (hulls) left -= ledger.fracture - fracture_before;
+  if (hulls) left -= taken_by_bonds(ledger) - taken_before;
   const double gone = elastic_before + bonds_before - elastic_energy(model.law, state.contacts) -
-                      stored_energy(state.bonds) - (ledger.fracture - fracture_before);
-  ledger.split += left, ledger.unexplained += gone - left;
+                      stored_energy(state.bonds) - (taken_by_bonds(ledger) - taken_before);
+  ledger.split += left, ledger.unexplained = unexplained + gone - left;
   ledger.split_added += std::max(0.0, -left - born);
 }
 

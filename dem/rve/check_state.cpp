@@ -244,9 +244,10 @@ void check_bonds(const State& s) {
     need(b.criterion <= FaceCriterion::parallel && b.at_a.allFinite() && b.at_b.allFinite() && b.normal.allFinite() &&
              b.e1.allFinite() && unit(b.rest) && b.force.allFinite() && b.shear.allFinite(),
          "a bond");
-    need(finite({b.area, b.i1, b.i2, b.kn, b.kt, b.tan_phi, b.reached, b.onset, b.rupture, b.slip_1, b.slip_2, b.spent,
-                 b.held, b.damage}) &&
-             b.area > 0 && b.i1 > 0 && b.i2 > 0 && b.kn > 0 && b.kt >= 0 && b.damage >= 0,
+    need(finite({b.area, b.i1, b.i2, b.kn, b.kt, b.tan_phi, b.friction, b.reached, b.onset, b.rupture, b.slip_1,
+                 b.slip_2, b.slip_3, b.spent, b.rubbed, b.held, b.damage}) &&
+             b.area > 0 && b.i1 > 0 && b.i2 > 0 && b.kn > 0 && b.kt >= 0 && b.friction >= 0 && b.damage >= 0 &&
+             b.damage <= 1 && b.onset >= 0 && b.reached >= b.onset && b.rubbed >= 0,
          "a bond");
     need(!std::isnan(b.tension) && !std::isnan(b.cohesion) && !std::isnan(b.energy_1) && !std::isnan(b.energy_2),
          "a bond");
@@ -260,7 +261,8 @@ void check_bonds(const State& s) {
          "a load");
   for (const Handed& h : s.bonds.handed)
     need(h.ends.a < n && h.ends.b < n && h.at_a.allFinite() && h.shear.allFinite() &&
-             finite({h.modulus, h.area, h.compliance, h.held, h.spent, h.kept}),
+             finite({h.modulus, h.area, h.fresh, h.compliance, h.held, h.spent, h.kept}) && h.modulus > 0 &&
+             h.area > 0 && h.fresh >= 0 && h.fresh <= h.area && h.compliance >= 0,
          "what a bond has left");
   for (const Pair& p : s.reference.bonded) need(p.a < n && p.b < n, "pairs of bonds");
   for (const Pair& p : s.reference.walled) need(p.a < n && p.b < walls, "pairs of supports");
@@ -268,10 +270,10 @@ void check_bonds(const State& s) {
 
 void check_course(const Model& model, const State& s) {
   const Ledger& l = s.ledger;
-  need(finite({l.work,          l.friction,       l.damping,      l.local_damping, l.bond_damping,
-               l.fracture,      l.split,          l.split_added,  l.reshape,       l.inertia,
-               l.unexplained,   l.most_friction,  l.most_damping, l.start,         l.floor,
-               l.fracture_area, l.residual_force, l.fines.mass,   l.fines.kinetic, l.fines.volume}) &&
+  need(finite({l.work,        l.friction,      l.damping,        l.local_damping, l.bond_damping,  l.bond_friction,
+               l.fracture,    l.handed,        l.split,          l.split_added,   l.reshape,       l.inertia,
+               l.unexplained, l.most_friction, l.most_damping,   l.most_fracture, l.most_work,     l.start,
+               l.floor,       l.fracture_area, l.residual_force, l.fines.mass,    l.fines.kinetic, l.fines.volume}) &&
            l.fines.momentum.allFinite() && l.fines.angular_momentum.allFinite(),
        "the ledger");
   for (const FinesClass& c : l.fines.classes) need(finite({c.dimension, c.smallest, c.mass}), "the fines");

@@ -84,6 +84,7 @@ void cut_bonds(const Pieces& pieces, Index i, Index second, State& state) {
     rows.insert(rows.end(), more.begin(), more.end());
   };
   share(bonds.face.row, false), share(bonds.wall, true);
+  bonds.outline.clear();
   bonds.face.tiles.grains = 0;
   if (!bonds.dashpot.empty()) bonds.dashpot.resize(bonds.face.row.size());
   const FreshFace& face = pieces.face.front();
@@ -146,7 +147,7 @@ double load_cap(State& state, const ParentMotion& parent, const FreshFace& face,
   axes << s->e1, s->normal.cross(s->e1), s->normal;
   axes = g.orientation[s->ends.a].toRotationMatrix() * axes;
   const Vec3 force = 0.5 * (above.force - below.force), couple = 0.5 * (above.couple - below.couple);
-  if (!bear(*s, axes.transpose() * force, axes.transpose() * couple)) state.ledger.residual_force += force.norm();
+  if (!bear(*s, axes.transpose() * force, axes.transpose() * couple, {&g})) state.ledger.residual_force += force.norm();
   return energy(*s);
 }
 

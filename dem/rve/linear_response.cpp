@@ -115,7 +115,8 @@ Network network_of(const Model& model, const State& s, bool all_slip, LinearResp
   for_each_bond(s.bonds, [&](const auto& bond) {
     const auto& e = bond.ends;
     const Quat &qa = s.grains.orientation[e.a], &qb = s.grains.orientation[e.b];
-    const BondStiffness held = stiffness(bond, qa);
+    const BondFrame at = frame_of(s.grains, s.boundary.cell, e);
+    const BondStiffness held = stiffness(bond, at, {&s.grains});
     net.spring.push_back({e.a, e.b, -freedom(qa * bond.at_a), freedom(qb * bond.at_b),
                           displacement_of_strain(branch(s.grains, s.boundary.cell, e)), held.shift, held.turn});
     net.stiffest = std::max(net.stiffest, held.shift.trace());

@@ -327,12 +327,12 @@ Mat6 contact_stiffness_tangent(const Model& model, const State& s) {
   }
   for_each_bond(s.bonds, [&](const auto& bond) {
     const auto b = displacement_of_strain(branch(s.grains, s.boundary.cell, bond.ends));
-    tangent += b.transpose() * stiffness(bond, s.grains.orientation[bond.ends.a]).shift * b;
+    tangent += b.transpose() * stiffness(bond, frame_of(s.grains, s.boundary.cell, bond.ends), {&s.grains}).shift * b;
   });
   for (const FaceBond& bond : s.bonds.wall) {
     const Quat& q = s.grains.orientation[bond.ends.a];
     const auto b = displacement_of_strain(q * bond.at_a);
-    tangent += b.transpose() * stiffness(bond, q).shift * b;
+    tangent += b.transpose() * stiffest(bond, q).shift * b;  // it never gives way
   }
   return tangent / volume;
 }

@@ -32,7 +32,8 @@ std::uint64_t hash(const State& s) {
   for (const FaceBond& b : s.bonds.face.row) {
     add(&b.ends, 2 * sizeof(Index));
     add(b.ends.image.data(), 6);
-    for (const double v : {b.area, b.tension, b.reached, b.onset, b.slip_1, b.slip_2, b.spent, b.held, b.damage})
+    for (const double v :
+         {b.area, b.tension, b.reached, b.onset, b.slip_1, b.slip_2, b.slip_3, b.spent, b.rubbed, b.held, b.damage})
       add(&v, sizeof v);
     add(b.force.data(), sizeof b.force);
   }

@@ -13,6 +13,12 @@
 #include "dem/motion/integrate.hpp"
 
 namespace grus::dem {
+namespace {
+
+/// Softening is summed exactly: what it has taken may fall by round-off alone (of energy_scale).
+constexpr double fracture_error = 1e-9;
+
+}  // namespace
 
 void set_cell_rate(State& state, const Mat3& rate) {
   Cell& cell = state.boundary.cell;
@@ -106,8 +112,8 @@ void check_sanity(const Model& model, const State& state, double stored, const D
   }
   const Ledger& l = state.ledger;
   const double scale = energy_scale(l, stored);
-  auto refuse = [&](const char* what, double joules) {  // beyond what a trapezoid may miss
-    if (joules > least_dissipation_error * scale)
+  auto refuse = [&](const char* what, double joules, double share = least_dissipation_error) {
+    if (joules > share * scale)
       throw Unstable(
           fmt::format("{} by {:.3g} J ({:.2g} of the work) at t = {:.6g} s: lower numerics.safety (now {:g})", what,
                       joules, joules / scale, state.time, model.numerics.safety));
@@ -115,6 +121,7 @@ void check_sanity(const Model& model, const State& state, double stored, const D
   if (std::isfinite(model.numerics.max_energy_error)) {
     refuse("the energy taken by friction has fallen", l.most_friction - l.friction);
     refuse("the energy taken by damping has fallen", l.most_damping - l.damping);
+    refuse("the energy taken by fracture has fallen", l.most_fracture - l.fracture, fracture_error);
     refuse("splits have added energy to the contacts", l.split_added);
     refuse("fines have taken a negative kinetic energy", -l.fines.kinetic);
   }

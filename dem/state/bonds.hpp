@@ -53,11 +53,14 @@ struct FaceBond {
   double reached = 0, onset = 0,
          rupture = 0;             // openings in the energy norm: largest so far, at onset (0: none), at the end
   double slip_1 = 0, slip_2 = 0;  // of the part that has given way, along e1 and e2 (m)
-  double spent = 0;               // J
+  double slip_3 = 0;              // the same about the normal (rad)
+  double spent = 0;               // J, by softening
+  double rubbed = 0;              // J, by friction of what has given way
   double held = 0;                // J
   double damage = 0;              // 0 to 1
   Vec3 force = Vec3::Zero();      // on b, global (N)
-  Vec3 shear = Vec3::Zero();      // friction on b, global (N): what a contact goes on with
+  Vec3 shear = Vec3::Zero();      // friction on b, global (N), as a contact has it: along the normal the moment over
+                                  // the area's radius of gyration
 };
 
 /// What resists the velocity of a face bond's opening and turn.
@@ -74,10 +77,11 @@ struct Handed {
   Vec3 at_a;          // as of the bond
   double modulus;     // Pa/m
   double area;        // m^2
+  double fresh;       // m^2 of it that no cut has counted
   Vec3 shear;         // on b (N)
   double compliance;  // m/N
   double held;        // J, by the bond at its end
-  double spent;       // J, since its birth
+  double spent;       // J, by softening since its birth
   double kept = 0;    // J, what the contact will hold: it is there from the next list on
 };
 
@@ -108,9 +112,27 @@ struct BondTiles {
   std::vector<Index> first_far, bond_far;  // those whose higher grain is in tile t, but not their lower one
   std::vector<Load> far;                   // by bond: what its higher grain feels, if that is in another tile
   std::vector<double> dissipated;          // by tile (J)
+  std::vector<double> rubbed;              // by tile (J): friction of what has given way
   std::vector<double> viscous;             // by tile (J): taken by dashpots
   std::vector<double> power;               // by tile (W): of a moving cell on bonds with images
   std::vector<std::size_t> broken;
+  std::vector<std::size_t> begun;  // by tile: bonds that soften and have no outline yet
+};
+
+/// The corners of the faces that have begun to soften, about their middles along e1 and e2 (m); they follow from the
+/// cells, so nothing but speed hangs on whether one is here.
+struct FaceOutlines {
+  struct Range {
+    Index first = 0, corners = 0;
+  };
+  std::vector<Range> of;  // by row; none: no corners, and beyond the end
+  std::vector<Eigen::Vector2d> corner;
+
+  std::span<const Eigen::Vector2d> operator[](std::size_t row) const {
+    if (row >= of.size()) return {};
+    return {corner.data() + of[row].first, of[row].corners};
+  }
+  void clear() { of.clear(), corner.clear(); }
 };
 
 /// The bonds of one kind, by birth; a broken one is removed.
@@ -123,6 +145,7 @@ struct BondColumn {
 struct Bonds {
   BondColumn<CohesiveSpring> cohesive;
   BondColumn<FaceBond> face;
+  FaceOutlines outline;
   std::vector<FaceDashpot> dashpot;  // by face bond; none: they resist no velocity
   std::vector<FaceBond> wall;        // of grains (a) with walls (b, which do not turn): they never break
   std::vector<DeadLoad> load;

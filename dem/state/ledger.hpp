@@ -50,7 +50,9 @@ struct Ledger {
   double damping = 0;        // dashpots of contacts and bonds, and local damping
   double local_damping = 0;  // of it: by the grains' local damping, a device that no contact knows
   double bond_damping = 0;   // of it: by the dashpots of face bonds
-  double fracture = 0;       // cohesive springs
+  double bond_friction = 0;  // of friction: by what has given way of face bonds
+  double fracture = 0;       // softening of bonds, as they take it: never falls
+  double handed = 0;         // held by the pressed part of broken bonds, and by no contact that goes on with them
   double split =
       0;  // elastic energy that the parents' contacts held, less that of the children's and of newborn springs
   double split_added = 0;  // of it, summed over the instants at which more was put in (springs' birth) than left
@@ -58,18 +60,21 @@ struct Ledger {
   double inertia = 0;      // put in at births by scaled inertia: kinetic energy beyond the parent's
   double unexplained =
       0;  // what springs, splits and reshaped spins lost by the change of what they hold, beyond the above
-  double most_friction = 0, most_damping = 0;  // so far: neither can fall
-  double most_work = 0;                        // |work|, the largest so far
-  double start = 0;                            // stored energy at the start
-  double floor = 0;                            // below this, energies are round-off: see energy_floor
-  double fracture_area = 0;                    // m^2 of planes made
+  double most_friction = 0, most_damping = 0, most_fracture = 0;  // so far: none can fall
+  double most_work = 0;                                           // |work|, the largest so far
+  double start = 0;                                               // stored energy at the start
+  double floor = 0;           // below this, energies are round-off: see energy_floor
+  double fracture_area = 0;   // m^2 of planes made and of bonds broken
   double residual_force = 0;  // N, summed: part of the children's initial forces that springs could not carry
   std::size_t breakages = 0, bonds_broken = 0;
   Fines fines;
   SplitStatistics splits;
 
-  double spent() const { return friction + damping + fracture + split + fines.kinetic; }
+  double spent() const { return friction + damping + fracture + handed + split + fines.kinetic; }
 };
+
+/// By bonds, whatever way (J).
+inline double taken_by_bonds(const Ledger& l) { return l.fracture + l.bond_friction + l.handed; }
 
 /// What energies are judged against: the largest work so far, stored or held at the start, of the floor at least (J).
 /// Work that was given back counts as exchanged: a ball that has bounced is back where nothing is stored and the work

@@ -263,6 +263,14 @@ TEST_CASE("a run whose ledger says what cannot be is stopped, whatever the balan
   CHECK(falls(-0.005, -0.005).empty());
   CHECK(falls(-0.02, 0).find("friction has fallen") != std::string::npos);
   CHECK(falls(0, -0.02).find("damping has fallen") != std::string::npos);
+  const auto fracture_falls = [&](double by) {
+    return stopped([&](Ledger& l) {
+      l.fracture = 1e-3 * scale, book({}, l);
+      l.fracture -= by * scale, book({}, l);
+    });
+  };
+  CHECK(fracture_falls(1e-12).empty());
+  CHECK(fracture_falls(1e-6).find("fracture has fallen") != std::string::npos);
   CHECK(stopped([&](Ledger& l) { l.split_added = 0.02 * scale; }).find("splits have added") != std::string::npos);
   CHECK(stopped([&](Ledger& l) { l.fines.kinetic = -0.02 * scale; }).find("negative kinetic") != std::string::npos);
   CHECK(stopped([&](Ledger& l) { l.split_added = l.fines.kinetic = 0.005 * scale; }).empty());

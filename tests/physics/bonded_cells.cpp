@@ -150,6 +150,10 @@ TEST_CASE("a run goes on from its bytes with the same bits, broken bonds and all
     if (!s.bonds.handed.empty()) break;  // between a break and the list that takes it over
   }
   REQUIRE(!s.bonds.handed.empty());
+  // Faces that soften, whose outlines are not in the bytes, and what has given way of them slides and twists.
+  const auto& rows = s.bonds.face.row;
+  REQUIRE(std::count_if(rows.begin(), rows.end(), [](const FaceBond& f) { return f.slip_3 != 0 && f.rubbed > 0; }) > 3);
+  REQUIRE(!s.bonds.outline.corner.empty());
   State again = state_of(bytes_of(s));
   for (State* state : {&s, &again}) run_steps(model, *state, 100, team);
   CHECK(hash(s) == hash(again));

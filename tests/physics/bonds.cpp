@@ -68,7 +68,7 @@ TEST_CASE("bonds give the same bits for any number of threads, those of one afte
   std::size_t gone = 0;
   for (CohesiveSpring& row : rows) {
     const double before = dissipated(row);
-    const Pull p = pull(row, frame_of(one.grains, one.boundary.cell, row.ends));
+    const Pull p = pull(row, frame_of(one.grains, one.boundary.cell, row.ends), {});
     spent += dissipated(row) - before, gone += broken(row), size += p.force.norm();
     force[row.ends.a] -= p.force, torque[row.ends.a] -= p.arm_a.cross(p.force);
     force[row.ends.b] += p.force, torque[row.ends.b] += p.arm_b.cross(p.force);

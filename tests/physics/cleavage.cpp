@@ -379,12 +379,12 @@ TEST_CASE("a softened bond in parts: no part of it gains energy, whatever it has
       if (!(part.area > 0)) continue;
       FaceBond row = part_of(b, part, turn);
       const double spent = row.spent;
-      pull(row, frame_of(s.grains, s.boundary.cell, b.ends));
+      pull(row, frame_of(s.grains, s.boundary.cell, b.ends), {&s.grains});
       parts += energy(row) + row.spent - spent;
     }
     FaceBond whole = b;
     const double spent = whole.spent;
-    pull(whole, frame_of(s.grains, s.boundary.cell, b.ends));
+    pull(whole, frame_of(s.grains, s.boundary.cell, b.ends), {&s.grains});
     CHECK(parts <= (1 + 1e-9) * (energy(whole) + whole.spent - spent));
   }
   CHECK(damaged > 20);

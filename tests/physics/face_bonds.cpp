@@ -7,6 +7,10 @@ using namespace grus::dem::test;
 
 namespace {
 
+/// Its corners along e1 and e2.
+const std::array<Eigen::Vector2d, 4> corners{Eigen::Vector2d(-1, -0.5), {1, -0.5}, {1, 0.5}, {-1, 0.5}};
+const FaceOutline outline{nullptr, corners};
+
 /// A face of 2 x 1 between two bodies, unit distance.
 FaceBond face(const BondModel& b) {
   FaceBond s;
@@ -38,7 +42,7 @@ Poses moved(const FaceBond& s, const Vec3& shift, const Vec3& angle) {
 
 Pull at(FaceBond& s, const Vec3& shift, const Vec3& angle = Vec3::Zero()) {
   const Poses p = moved(s, shift, angle);
-  return pull(s, p.frame());
+  return pull(s, p.frame(), outline);
 }
 
 }  // namespace
@@ -64,12 +68,12 @@ TEST_CASE("force and couple of a face are the gradient of its energy, whatever b
     Poses p;
     p.a = random_rotation(n, 1), p.b = rotation_by(0.2 * draw(0)) * p.a;
     p.x_b = p.a * p.x_b + 0.05 * draw(1);
-    const Pull found = pull(s, p.frame());
+    const Pull found = pull(s, p.frame(), outline);
     const auto energy_of = [&](const Vec3& shift_a, const Vec3& turn_a, const Vec3& shift_b, const Vec3& turn_b) {
       Poses q = p;
       q.a = rotation_by(turn_a) * p.a, q.b = rotation_by(turn_b) * p.b, q.x_a += shift_a, q.x_b += shift_b;
       FaceBond copy = s;
-      pull(copy, q.frame());
+      pull(copy, q.frame(), outline);
       return energy(copy);
     };
     const double h = 1e-5;
@@ -160,7 +164,10 @@ TEST_CASE(
   CHECK(shear == Approx(0.4 * pressed * 2).epsilon(1e-6));
   CHECK(s.shear.norm() == Approx(shear).epsilon(1e-9));
   CHECK(biggest_jump < 1.01 * E0 * step);  // never more than elastic
-  CHECK(work == Approx(energy(s) + dissipated(s) - held).epsilon(1e-3));
+  CHECK(work == Approx(energy(s) + dissipated(s) + rubbed(s) - held).epsilon(1e-3));
+  // What softening takes is G A, the rubbing is apart: Coulomb's limit over the way that is left of the slip.
+  CHECK(dissipated(s) == Approx(2 * 3 * 16e3).epsilon(1e-3));
+  CHECK(rubbed(s) > 0.4 * pressed * 2 * 0.05);
 }
 
 TEST_CASE("brittle faces break where their criteria say, and give back what they held") {

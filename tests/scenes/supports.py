@@ -72,6 +72,16 @@ def bar(tmp):
         need(abs(last["wall0_fz_N"] + last["wall1_fz_N"]) < 0.02 * last["load_N"], "bar: its clamps bear different loads")
 
 
+def one_cell(tmp):
+    """A single cell between two clamps: two springs of 2 E A / L in a row, so E A / L."""
+    rows, _ = test(tmp, "one", box((5, 5, 10), 1) + ROCK.replace("0.3", "0.7") + ELASTIC + TENSION.format("", 0.3) + '[output]\nhistory_interval = "0.15 ms"\n')
+    last = rows[-1]
+    held = 0.5 * 10e9 * (last["displacement_m"] / 10e-3)**2 * 250e-9
+    need(abs(last["elastic_J"] / held - 1) < 0.01, f"one cell: holds {last['elastic_J'] / held:.4f} of half of E strain^2")
+    stress = 10e9 * last["displacement_m"] / 10e-3
+    need(abs(last["nominal_stress_Pa"] / stress - 1) < 0.03, f"one cell: bears {last['nominal_stress_Pa'] / stress:.4f} of E strain")
+
+
 def tension(tmp):
     """Direct tension of 216 brittle cells: 0.69 to 0.70 of the bonds' strength (independent assembly); bursts are all that broke."""
     small_steps = ("--set", "numerics.safety=0.2")
@@ -139,7 +149,7 @@ def constant_p(tmp):
 
 
 with tempfile.TemporaryDirectory() as folder:
-    for check in (cantilever, bar, tension, rollers, constant_p):
+    for check in (cantilever, bar, one_cell, tension, rollers, constant_p):
         check(folder)
 print("supports:", len(faults), "faults")
 sys.exit(bool(faults))

@@ -120,7 +120,7 @@ TEST_CASE("a bond in two parts resists any small motion as the whole did, whiche
     const auto on_b = [&](FaceBond row, int other) {
       const Quat pa = other == 0 ? qa * turn : qa, pb = other == 1 ? qb * turn : qb;
       const Vec3 ya = other == 0 ? Vec3(xa + qa * shift) : xa, yb = other == 1 ? Vec3(xb + qb * shift) : xb;
-      const Pull pull = grus::dem::pull(row, {pa, pb, ya, yb});
+      const Pull pull = grus::dem::pull(row, {pa, pb, ya, yb}, {&s.grains});
       return std::pair<Vec3, Vec3>{pull.force, pull.couple + (yb + pull.arm_b - xb).cross(pull.force)};
     };
     const auto whole = on_b(b, 2), first = on_b(part[0], 0), second = on_b(part[1], 1);
