@@ -42,7 +42,7 @@ Felt felt_by(const Model& model, const State& s, std::size_t wall) {
     const Quat& q = s.grains.orientation[bond.ends.a];
     const Motion& grain = s.grains.motion[bond.ends.a];
     felt.force -= bond.force.dot(n);
-    add(felt, n.dot(stiffness(bond, q).shift * n), n.dot(grain.velocity + grain.spin.cross(Vec3(q * bond.at_a))));
+    add(felt, n.dot(stiffest(bond, q).shift * n), n.dot(grain.velocity + grain.spin.cross(Vec3(q * bond.at_a))));
   }
   if (felt.stiffness > 0) felt.speed /= felt.stiffness;
   return felt;
