@@ -33,37 +33,36 @@ dem::Vec3 mean_strain(const BvpScene& scene, const dem::Mat6& stiffness) {
   return strain.cwiseMax(-0.5).cwiseMin(0.5);
 }
 
-double length_of(const BvpScene& scene) {
-  double longest = 0;
-  for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, scene.high[k] - scene.low[k]);
-  return longest;
-}
-
-/// Steps of a dynamic run, from the fastest wave.
-double dynamic_steps(const BvpScene& scene, fem::Problem& problem, const dem::Mat6& stiffness,
+/// Steps of a dynamic run, from the stable step of the mesh at its start.
+double dynamic_steps(const BvpScene& scene, const BvpSetup& setup, const dem::Mat6& stiffness,
                      const dem::State& state) {
-  double fastest = std::sqrt(stiffness.diagonal().head<3>().maxCoeff() /
-                             (dem::total_mass(state.grains) / state.boundary.cell.volume()));
-  for (const Region& r : scene.regions) {
-    const double nu = r.poissons_ratio;
-    fastest = std::max(fastest,
-                       std::sqrt(r.youngs_modulus * (1 - nu) / ((1 + nu) * (1 - 2 * std::min(nu, 0.49))) / r.density));
+  std::vector<double> density, tangent;
+  for (const std::size_t group : setup.points.group) {
+    dem::Mat6 c = stiffness;
+    if (group > 0) {
+      const Region& r = scene.regions[group - 1];
+      const double nu = r.poissons_ratio, shear = 0.5 * r.youngs_modulus / (1 + nu);
+      c = dem::Mat6(shear * Eigen::Matrix<double, 6, 1>(2, 2, 2, 1, 1, 1).asDiagonal());
+      c.topLeftCorner<3, 3>().array() += 2 * shear * nu / (1 - 2 * nu);
+    }
+    density.push_back(group > 0 ? scene.regions[group - 1].density
+                                : dem::total_mass(state.grains) / state.boundary.cell.volume());
+    tangent.insert(tangent.end(), c.data(), c.data() + 36);
   }
-  fem::ExplicitStaticsOptions plain;
-  plain.damping = 0, plain.safety = 1;
-  double dt = scene.dynamics->safety * length_of(scene) / fastest / fem::crossing_steps(problem, plain);
-  if (scene.dynamics->time_step > 0) dt = std::min(dt, scene.dynamics->time_step);
-  return scene.dynamics->duration / dt;
+  return scene.dynamics->duration /
+         fem::step_taken(*scene.dynamics, fem::stable_step(*setup.problem, density, tangent));
 }
 
 }  // namespace
 
-RunEstimate estimate_run(const BvpScene& scene, fem::Problem& problem, std::size_t rves,
-                         const std::shared_ptr<const dem::Model>& model, const dem::State& state, int workers) {
+RunEstimate estimate_run(const BvpScene& scene, const BvpSetup& setup, const std::shared_ptr<const dem::Model>& model,
+                         int workers) {
+  const dem::State& state = setup.states[0];
+  const std::size_t rves = setup.points.start.size();
   const dem::Mat6 stiffness = dem::contact_stiffness_tangent(*model, state);
   double steps = scene.solve.increments;
-  if (scene.dynamics) steps = dynamic_steps(scene, problem, stiffness, state);
-  if (const auto& e = scene.explicit_statics) steps = e->crossings * fem::crossing_steps(problem, *e);
+  if (scene.dynamics) steps = dynamic_steps(scene, setup, stiffness, state);
+  if (const auto& e = scene.explicit_statics) steps = e->crossings * fem::crossing_steps(*setup.problem, *e);
   steps = std::max(1.0, std::ceil(steps));
   const dem::Vec3 part = mean_strain(scene, stiffness) / steps;
   dem::Task task;

@@ -13,8 +13,9 @@ struct RunEstimate {
   std::string text;
 };
 
-/// Of `workers` threads on all ranks; `state`: a prepared one. Throws Unstable where the RVE does not get there.
-RunEstimate estimate_run(const BvpScene& scene, fem::Problem& problem, std::size_t rves,
-                         const std::shared_ptr<const dem::Model>& model, const dem::State& state, int workers);
+/// Of `workers` threads on all ranks; the first of the prepared states is taken. Throws Unstable where the RVE does not
+/// get there.
+RunEstimate estimate_run(const BvpScene& scene, const BvpSetup& setup, const std::shared_ptr<const dem::Model>& model,
+                         int workers);
 
 }  // namespace grus::app

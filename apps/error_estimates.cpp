@@ -3,13 +3,15 @@
 
 #include <cmath>
 
+#include "dem/rve/step.hpp"
+
 namespace grus::app {
 
 void ErrorEstimates::add(const dem::State& state, const dem::Loading& loading, const dem::Survey& m) {
   holds = loading.holds;
   if (const double off = dem::stress_error(state, loading, m); off < INFINITY)
     stress.add(off), stress_sum += off, ++stress_rows;
-  energy.add(std::abs(dem::energy_error(state.ledger, m.kinetic + m.elastic)));
+  if (dem::exchanged(state)) energy.add(std::abs(dem::energy_error(state.ledger, m.kinetic + m.elastic)));
   unbalanced.add(m.unbalanced_force);
   overlap.add(m.deepest.ratio);
   if (m.volume <= 0) return;

@@ -161,8 +161,7 @@ void tell_times(const BvpScene& scene, const Options& options, const BvpSetup& s
   fmt::print("  preparation: about {} ({:.0f} starts of {:.0f} packings; {:.3g} s a packing, {:.3g} s a start)\n",
              duration_text(std::ceil(packings / workers) * one.packing + std::ceil(starts / workers) * one.stress),
              starts, packings, one.packing, one.stress);
-  const RunEstimate run =
-      estimate_run(scene, *setup.problem, setup.points.start.size(), model, setup.states[0], ranks * options.threads);
+  const RunEstimate run = estimate_run(scene, setup, model, ranks * options.threads);
   fmt::print("  run: about {} ({}); more where grains break\n", duration_text(run.seconds), run.text);
 }
 

@@ -84,6 +84,16 @@ double stable_step(Problem& problem, const std::vector<double>& density) {
   return all > 0 ? 2 / std::sqrt(all) : INFINITY;
 }
 
+double stable_step(Problem& problem, const std::vector<double>& density, const std::vector<double>& tangent) {
+  problem.impl().tangent = tangent;
+  return stable_step(problem, density);
+}
+
+double step_taken(const DynamicsOptions& o, double stable) {
+  const double xi = o.linear_viscosity, slower = std::sqrt(1 + xi * xi) - xi;
+  return o.time_step > 0 ? o.time_step : o.safety * slower * stable;
+}
+
 namespace {
 
 /// Forces of the start. False: the material has no answer.
@@ -122,7 +132,6 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
   Integrator run(p, material, density, o);
   if (p.velocity.empty()) allocate_dynamics(problem);
   if (!begin(run, p, start)) return failed("the initial state: " + run.run.reason);
-  const double xi = o.linear_viscosity, slower = std::sqrt(1 + xi * xi) - xi;
   auto next_report = [&] {
     return o.output_interval > 0 ? o.output_interval * (std::floor(now.time / o.output_interval * (1 + 1e-12)) + 1)
                                  : o.duration;
@@ -134,7 +143,7 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
                            static_cast<std::uint64_t>(o.estimate_every) * static_cast<std::uint64_t>(o.estimate_every);
   while (now.time < o.duration * (1 - 1e-12)) {
     if (now.steps >= estimate) {
-      stable = o.time_step > 0 ? o.time_step : o.safety * slower * stable_step(problem, density);
+      stable = step_taken(o, o.time_step > 0 ? 0 : stable_step(problem, density));
       if (!std::isfinite(stable))
         return failed("no element has a stiffness, so there is no stable step; give solve.time_step");
       estimate += static_cast<std::uint64_t>(o.estimate_every);

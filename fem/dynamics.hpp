@@ -46,5 +46,10 @@ void allocate_dynamics(Problem& problem);
 /// Largest step (s) with which central differences are stable: 2 / the largest eigenfrequency of any single element,
 /// which bounds that of the mesh. Uses the present tangents.
 double stable_step(Problem& problem, const std::vector<double>& density);
+/// The same before any material has answered: with `tangent` (Pa, 6 x 6 a point) for what its materials will say.
+double stable_step(Problem& problem, const std::vector<double>& density, const std::vector<double>& tangent);
+
+/// Step (s) that a run takes where the stable one is known: with its safety, and less where bulk viscosity acts.
+double step_taken(const DynamicsOptions& options, double stable);
 
 }  // namespace grus::fem

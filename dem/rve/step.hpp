@@ -20,6 +20,11 @@ BlockEnergy refresh_forces(const Model& model, State& state, Team& team);
 /// Kinetic, contact and spring energy (J).
 double stored_energy(const Model& model, const State& state);
 
+/// Whether enough has been exchanged since the ledger began to measure an error against. Forces that set in (a load, a
+/// wall that hits) are not resolved by their first steps: half a kick is all that there is, and the trapezoid of a
+/// load that grows from nothing has not begun.
+bool exchanged(const State& state);
+
 /// Throws Unstable if the overlap or energy error has passed the model's bounds, or a number is not finite.
 void check_sanity(const Model& model, const State& state);
 /// The same where the stored energy (J) and the deepest contact are known.

@@ -3,6 +3,7 @@
 """What a run of grus-rve tells of itself is so: strengths, stresses held and ended at, what a preparation made, energy; told.py BIN"""
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -148,9 +149,89 @@ def energy(tmp):
     need(max(float(x["work_J"]) for x in rows) > 10 * min(abs(float(x["work_J"])) for x in rows[20:]), "drop: it does not bounce")
 
 
+CUT = """
+[numerics]
+safety = 0.5
+[packing]
+kind = "voronoi"
+box = ["5 mm", "5 mm", "10 mm"]
+cells = 60
+[material.rock]
+density = "2500 kg/m^3"
+contact = "overlap"
+friction = 0.5
+damping = 0.3
+[material.rock.bond]
+modulus = "10 GPa"
+poissons_ratio = 0.1425
+criterion = "parallel"
+tension = "10 MPa"
+shear = "1 GPa"
+[[load]]
+where = "z=min"
+force = [0, 0, -250]
+RAMP
+[[load]]
+where = "z=max"
+force = [0, 0, 250]
+RAMP
+[loading]
+kind = "free"
+duration = "10 us"
+[output]
+history_interval = "0.05 us"
+"""
+
+
+def cut(tmp):
+    """A bar that dead loads tear apart is looked at from its first step on: half a kick is no error, and its balance closes."""
+    for name, ramp in (("cut", ""), ("cut_ramp", 'ramp = "5 us"')):
+        s, _, out = test(tmp, name, CUT.replace("RAMP", ramp))
+        rows = history(out)
+        first, last = rows[1], rows[-1]
+        need(float(first["work_J"]) < 1e-6 * float(last["work_J"]) and int(float(first["steps"])) < 3, f"{name}: it is not looked at from its first step on")
+        need(float(last["bonds_broken"]) > 20, f"{name}: {last['bonds_broken']} bonds broken")
+        taken = sum(float(last[k]) for k in ("kinetic_J", "elastic_J", "fracture_J", "damping_J", "friction_J"))
+        need(abs(taken / float(last["work_J"]) - 1) < 0.02, f"{name}: {taken} J of {last['work_J']}")
+        need(s["errors"]["worst_energy_error"] < 0.05, f"{name}: energy error {s['errors']['worst_energy_error']}")
+
+
+def left(tmp):
+    """What is told of the time that is left of a test that a stress ends, in steps: within a factor of two from the half on."""
+    for name, more in (("left_stress", 'strain_rate = 100\ncontrol = "stress"\nstress_rate = "200 MPa/s"\n'), ("left_strain", "strain_rate = 20\n")):
+        scene = SOFT.replace("0.56", "0.53") + f'[loading]\nkind = "oedometric-stress"\nfinal_stress = "2 MPa"\n{more}'
+        log = os.path.join(tmp, name + ".log")
+        _, _, out = test(tmp, name, scene, "--log", log)
+        steps = {float(x["time_s"]): float(x["steps"]) for x in history(out)}
+        total, seen = max(steps.values()), 0
+        with open(log) as f:
+            for part, t in re.findall(r"(\d+) %  t (\S+) s  strain", f.read()):
+                at = steps[min(steps, key=lambda x: abs(x - float(t)))]
+                if 0.5 * total <= at <= 0.9 * total and int(part) > 0:
+                    told, true = at * (100 - int(part)) / int(part), total - at
+                    seen += 1
+                    need(0.5 < told / true < 2, f"{name}: at {at} of {total} steps {told:.0f} are told to be left")
+        need(seen > 2, f"{name}: {seen} lines of progress in the second half")
+
+
+def dynamic(tmp):
+    """The steps that --check tells of bars around a specimen, whose elements differ by 30 in size, are those of the run."""
+    bvp = scene_tools.program(os.path.abspath(sys.argv[1]), "grus-bvp")
+    if not bvp:
+        return
+    scene, short = os.path.join(shipped, "shpb_bars.toml"), ["--set", 'solve.duration="20 us"', "--set", "output.frames=0"]
+    r = run(bvp, scene, "--check", *short)
+    told = re.search(r"([\d.e+]+) steps, ", r.stdout)
+    out = os.path.join(tmp, "bars")
+    ran = run(bvp, scene, "-o", out, "--quiet", *short)
+    need(told and ran.returncode == 0, f"bars: {r.stdout} {r.stderr} {ran.stderr}")
+    steps = float(history(out)[-1]["increment"])
+    need(abs(float(told[1]) / steps - 1) < 0.1, f"bars: --check tells {told[1]} steps of {steps}")
+
+
 def main():
     with tempfile.TemporaryDirectory() as tmp:
-        for part in (strengths, lateral, preparation, ends, energy):
+        for part in (strengths, lateral, preparation, ends, energy, cut, left, dynamic):
             part(tmp)
     print("FAULTS" if faults else "all is told")
     sys.exit(1 if faults else 0)
