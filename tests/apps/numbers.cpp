@@ -121,12 +121,16 @@ TEST_CASE("error estimates are of the last row and of the worst, and each is wha
     add_box(s, size);
     s.boundary.walls[5].point.z() -= deeper;
     prepare(model, s, team);
+    s.grain_steps = 20 * 8;  // before that no energy error is told
     return s;
   };
   State even = box(0), uneven = box(1e-5);
   ErrorEstimates e;
   uneven.ledger.work = 0.3 * stored_energy(model, uneven);  // not accounted for
   even.ledger.work = -0.1 * stored_energy(model, even);
+  State early = uneven;
+  --early.grain_steps, early.ledger.work *= 3;
+  e.add(early, {}, survey(model, early, team));
   for (const State* s : {&even, &uneven, &even}) e.add(*s, {}, survey(model, *s, team));
   const auto json = e.json(even);
   CHECK(json["worst_energy_error"] == Approx(0.3).epsilon(1e-9));
