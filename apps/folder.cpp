@@ -164,6 +164,11 @@ void check_folder(const Options& options) {
     throw dem::InputError(
         fmt::format("{}: is a link: the folder was not made by Grus; use another -o DIR", mark.string()));
   if (!marked(mark)) return;
+  for (const std::string& note : noted(folder))
+    if (const fs::path parent = (fs::path(folder) / note).parent_path();
+        parent != fs::path(folder) && fs::is_symlink(parent))
+      throw dem::InputError(fmt::format(
+          "{}: is a link, which leads out of the folder; remove it, or use another -o DIR", parent.string()));
   const int file = locked(mark.string(), O_RDWR);
   if (file < 0) in_use(folder);
   ::close(file);

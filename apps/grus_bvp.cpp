@@ -37,7 +37,10 @@ std::string setup_text(const BvpScene& scene, const BvpSetup& setup, const Optio
   const fem::Problem& p = *setup.problem;
   const auto rves = setup.points.start.size();
   double grains = 0;
-  for (const auto& u : scene.unit_cells) grains += u.grains() / scene.variants;
+  const bool made = !setup.states.empty();
+  for (const auto& state : setup.states)
+    grains += static_cast<double>(state.grains.size()) / static_cast<double>(setup.states.size());
+  for (const auto& u : scene.unit_cells) grains += made ? 0 : u.grains() / scene.variants;
   std::string length = fmt::format("increments {}", scene.solve.increments);
   if (scene.dynamics) length = fmt::format("duration {:.3g} s", scene.dynamics->duration);
   if (scene.explicit_statics)
@@ -46,10 +49,11 @@ std::string setup_text(const BvpScene& scene, const BvpSetup& setup, const Optio
   const int bytes =
       scene.is_explicit() ? 5000 : 8000;  // a grain, measured: trial states, and a checkpoint in the making
   std::string text = fmt::format(
-      "{}\n  cells {}   Gauss points {}   with grains {} ({:.0f} grains each, {} packings)   {}   memory up to {:.3g} "
+      "{}\n  cells {}   Gauss points {}   with grains {} ({}{:.0f} grains each, {} packings)   {}   memory up to "
+      "{:.3g} "
       "MB   ranks {} x threads {}",
-      scene.title, p.global_points() / p.points_per_cell(), p.global_points(), rves, grains, scene.unit_cells.size(),
-      length, static_cast<double>(rves) * grains * bytes / 1e6, ranks, options.threads);
+      scene.title, p.global_points() / p.points_per_cell(), p.global_points(), rves, made ? "" : "about ", grains,
+      scene.unit_cells.size(), length, static_cast<double>(rves) * grains * bytes / 1e6, ranks, options.threads);
   if (const auto& e = scene.explicit_statics)
     text += fmt::format(
         "\n  limits of the rate: unbalanced force {:g} of what is applied, kinetic energy {:g} of internal, inertial "

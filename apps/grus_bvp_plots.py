@@ -57,7 +57,7 @@ def energies(ax, name, c):
     for k in ("external", "internal", "kinetic", "viscous", "damped", "scaled"):
         if f"macro_{k}_J" in c:
             ax.plot(x, c[f"macro_{k}_J"], label=k)
-    ax.set(xlabel=label, ylabel="energy (J)", title=f"{name}: macro energy, largest error {100 * max(map(abs, c['energy_error'][5:] or [0])):.2f} %")
+    ax.set(xlabel=label, ylabel="energy (J)", title=f"{name}: macro energy, largest error {100 * max(map(abs, c['energy_error'][1:] or [0])):.2f} %")
     legend(ax)
 
 

@@ -34,7 +34,7 @@ def facts(run):
     if is_bvp(run):
         axis = grus_bvp_plots.loaded_axis(c)
         load, stress = max(map(abs, c[f"mean_strain_{axis}"])), -min(c[f"mean_stress_{axis}_Pa"])
-        error, wall = c["worst_rve_energy_error"][-1], seconds.get("solve_wall", math.nan)
+        error, wall = max(map(abs, c["energy_error"][1:] or c["energy_error"])), seconds.get("solve_wall", math.nan)
     else:
         load, stress = max(map(abs, c["axial_strain"])), max(c.get("nominal_stress_Pa", c.get("q_Pa", c["axial_stress_Pa"])))
         error, wall = max(map(abs, c["energy_error"])), seconds.get("loading_wall", math.nan)

@@ -244,13 +244,17 @@ void RveRun::finish() {
   }
   const char* how = status_ == interrupted ? "interrupted" : status_ == out_of_time ? "out of time" : "stopped";
   progress_.finish(fmt::format(
-      "{}: t {:.5g} s, peak {} {:.4g} MPa, {} -> {} grains, {} broken, mass lost {:.2f} %, worst energy error {:.2f} "
+      "{}: t {:.5g} s, peak {} {:.4g} MPa{}, {} -> {} grains, {} broken, mass lost {:.2f} %, worst energy error {:.2f} "
       "%, "
       "{} steps in {} ({})",
       status_ == finished ? "finished" : how, state_.time, stress_name(scene_),
-      in_mpa(tells_stress(scene_) ? course_.reading : course_.peak), scene_.state.grains.size(), state_.grains.size(),
-      broken(" and "), 100 * state_.ledger.fines.mass / dem::total_mass(scene_.state.grains),
-      100 * course_.errors.energy.worst, state_.steps, duration_text(earlier_ + end_ - ready_), options_.directory));
+      in_mpa(tells_stress(scene_) ? course_.reading : course_.peak),
+      state_.ledger.breakages > 0 && !tells_stress(scene_)
+          ? fmt::format(" ({:.4g} before the first breakage)", in_mpa(course_.intact))
+          : "",
+      scene_.state.grains.size(), state_.grains.size(), broken(" and "),
+      100 * state_.ledger.fines.mass / dem::total_mass(scene_.state.grains), 100 * course_.errors.energy.worst,
+      state_.steps, duration_text(earlier_ + end_ - ready_), options_.directory));
   const auto all = notes();
   for (std::size_t k = scene_.notes.size(); k < all.size(); ++k) progress_.note("  note: " + all[k]);
   if (status_ == unstable || status_ == failed) say_fault(options_, fmt::format("{}: {}", options_.scene, ending_));

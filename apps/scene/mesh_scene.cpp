@@ -123,7 +123,8 @@ void read_boundary(Table t, BvpScene& scene, const Dimension& time) {
   }
   bc.name = t.text_or("name", name);
   if (bc.name.empty() || bc.name.find_first_of(", \"\n") != std::string::npos)
-    t.fail("name", "must be a word: it becomes part of column names");
+    t.fail(t.has("name") ? "name" : "tag",
+           "must be a word, for it becomes part of column names: give it a name = \"...\"");
   for (const auto& other : scene.boundaries)
     if (other.name == bc.name)
       t.fail("name", fmt::format("\"{}\": two boundaries have this name; give one of them another", bc.name));

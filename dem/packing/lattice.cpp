@@ -37,18 +37,30 @@ Packing hexagonal_close(double r, const std::array<int, 3>& layers) {
 
 namespace {
 
-/// Lines of two spheres in one place, if there are any: closer than a millionth of their radii.
-std::optional<std::array<int, 2>> twins(const Packing& p, const std::vector<int>& line) {
-  std::vector<std::size_t> order(p.spheres.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  const auto x = [&](std::size_t k) { return p.spheres[k].position.x(); };
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return x(a) < x(b); });
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    const auto& one = p.spheres[order[k]];
-    for (std::size_t m = k + 1; m < order.size() && x(order[m]) - x(order[k]) < 1e-6 * one.radius; ++m)
-      if ((p.spheres[order[m]].position - one.position).norm() < 1e-6 * one.radius)
-        return std::array{std::min(line[order[k]], line[order[m]]), std::max(line[order[k]], line[order[m]])};
+constexpr double deepest = 0.5;  // overlap of two spheres, and with a wall, by radius: no sample begins with so much
+
+/// Lines of two spheres that lie in one another, if there are any; in a periodic box by their images too.
+std::optional<std::array<int, 2>> merged(const Packing& p, const std::vector<int>& line, bool periodic) {
+  const std::size_t n = p.spheres.size();
+  std::vector<double> x;
+  double largest = 0;
+  for (const auto& s : p.spheres) {
+    largest = std::max(largest, s.radius);
+    x.push_back(s.position.x() - (periodic ? p.box.x() * std::floor(s.position.x() / p.box.x()) : 0));
   }
+  std::vector<std::size_t> order(n);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return x[a] < x[b]; });
+  for (std::size_t k = 0; k < n; ++k)
+    for (std::size_t m = k + 1; m < (periodic ? k + n : n); ++m) {
+      const std::size_t i = order[k], j = order[m % n];
+      const auto &one = p.spheres[i], &other = p.spheres[j];
+      if (x[j] + (m < n ? 0 : p.box.x()) - x[i] > one.radius + largest) break;
+      Vec3 between = other.position - one.position;
+      if (periodic) between.array() -= p.box.array() * (between.array() / p.box.array()).round();
+      if (one.radius + other.radius - between.norm() > deepest * std::min(one.radius, other.radius))
+        return std::array{std::min(line[i], line[j]), std::max(line[i], line[j])};
+    }
   return {};
 }
 
@@ -66,10 +78,17 @@ void check_packing(const Packing& p, const std::vector<int>& line, const std::st
             "{}:{}: the centre {:g}, {:g}, {:g} m is outside of the box, 0 to {:g}, {:g}, {:g} m: "
             "is the file in metres?",
             path, line[k], s.position.x(), s.position.y(), s.position.z(), p.box.x(), p.box.y(), p.box.z()));
+      if (const double near = std::min(s.position.minCoeff(), (p.box - s.position).minCoeff());
+          walled && near < (1 - deepest) * s.radius)
+        throw InputError(
+            fmt::format("{}:{}: this sphere of radius {:g} m sticks out of the box: its centre is {:g} m from a wall; "
+                        "move it in or "
+                        "make the box larger",
+                        path, line[k], s.radius, near));
     }
-  if (const auto two = twins(p, line))
-    throw InputError(fmt::format("{}:{}: this sphere is where that of line {} is: leave one of them out", path,
-                                 (*two)[1], (*two)[0]));
+  if (const auto two = merged(p, line, !walled && p.box.minCoeff() > 0))
+    throw InputError(fmt::format("{}:{}: this sphere is where that of line {} is{}: leave one of them out", path,
+                                 (*two)[1], (*two)[0], walled ? "" : ", or an image of it"));
 }
 
 }  // namespace

@@ -70,6 +70,9 @@ def inputs(tmp):
     refused(tmp, BALL + FREE.replace('"free"', '"uniaxial"'), 'did you mean "uniaxial-strain"')
     refused(tmp, BALL.replace('"1 mm"', '"1 mm\\n2"', 1) + FREE, "radius")
     refused(tmp, BALL + FREE, "not one of 1 entries", arguments=("--set", "grain.99999999999999999999.radius=1"))
+    for absent, near in (("material.sand.fractur=", "did you mean 'fracture'"), ("material.snad=", "'snad'"), ("loading.gravit=", "did you mean 'gravity'")):
+        refused(tmp, BALL + FREE, "to leave out", near, arguments=("--set", absent))
+    need(run(rve, write(tmp, BALL + FREE), "--check", "--set", "packing=", "--set", "material.sand.rolling_friction=").returncode == 0, "what is not there, and might be, is left out")
     refused(tmp, MATERIAL + "[packing]\nkind = \"hcp\"\nradius = { distribution = \"uniform\", min = 1e-4, max = 2e-4 }\nlayers = [3, 3, 3]\n[boundary]\nkind = \"walls\"\n" + UNIAXIAL, "packing.radius", "lattice")
     refused(tmp, MATERIAL + "[packing]\nkind = \"simple-cubic\"\nradius = { distribution = \"constant\", mean = 1e-4 }\nlayers = [30000, 30000, 30000]\n[boundary]\nkind = \"walls\"\n" + UNIAXIAL, "packing.layers", "five million")
     refused(tmp, box(fraction=0.7), "scene.toml:11:18: packing.solid_fraction", "densest random packing")
@@ -79,6 +82,14 @@ def inputs(tmp):
     packing = write(tmp, "0 0 0 secret-word\n", "pack.txt")
     r = run(rve, write(tmp, MATERIAL + f"[packing]\nkind = \"file\"\npath = \"{packing}\"\nbox = [1, 1, 1]\n[boundary]\nkind = \"walls\"\n" + UNIAXIAL), "-o", os.path.join(tmp, "no"))
     need(r.returncode == 2 and "packing.path" in r.stderr and "pack.txt:1" in r.stderr and "secret" not in r.stderr, f"packing file: {r.stderr!r}")
+    # Spheres that lie in one another, also through the period, and out of the box: limits of the physics say so too late.
+    for kind, rows, said in (("periodic", "0 2 2 .5\n4 2 2 .5", "line 1 is, or an image"), ("periodic", "1 1 1 .5\n5 1 1 .5", "an image of it"),
+                             ("periodic", "3.9 3.9 3.9 .5\n2 2 2 .3\n0 0.1 0 .4", "line 1 is"), ("walls", "1 1 1 .5\n1 1 1.2 .1", "line 1 is"),
+                             ("walls", ".1 1 1 .5\n2 2 2 .5", "sticks out")):
+        write(tmp, "".join(" ".join(f"{float(v)}e-3" for v in row.split()) + "\n" for row in rows.split("\n")), "pack.txt")
+        scene = write(tmp, MATERIAL + f"[packing]\nkind = \"file\"\npath = \"pack.txt\"\nbox = [4e-3, 4e-3, 4e-3]\n[boundary]\nkind = \"{kind}\"\n" + UNIAXIAL)
+        r = run(rve, scene, "--check")
+        need(r.returncode == 2 and "pack.txt:" in r.stderr and said in r.stderr and r.stderr.count("\n") == 1, f"{kind} {rows!r}: exit {r.returncode} {r.stderr!r}")
     # Many walls that are alike are one material: the last of 300 still bounces a grain as the first does.
     below = "".join(f"[[wall]]\npoint = [0, 0, {-5 - k / 100}]\nnormal = [0, 0, 1]\nrigid = true\n" for k in range(299))
     last = BALL + below + FREE
@@ -180,6 +191,13 @@ def folders(tmp):
         write(bad, "[1, 2" if "b" in content else "[]", "summary.json")
         r = run(report, bad)
         need(r.returncode == 2 and r.stderr.count("\n") == 1 and "Traceback" not in r.stderr, f"report of {content!r}: exit {r.returncode} {r.stderr!r}")
+    taken = os.path.join(tmp, "taken")
+    need(run(rve, write(tmp, BALL + FREE), "-o", taken, "--quiet").returncode == 0, "a run to report")
+    os.mkdir(os.path.join(taken, "report.html"))
+    for arguments in ((), ("-o", os.path.join(tmp, "nowhere", "r.html"))):
+        r = run(report, taken, *arguments)
+        need(r.returncode == 2 and r.stderr.count("\n") == 1 and ": cannot write: " in r.stderr,
+             f"report where it cannot be written: exit {r.returncode} {r.stderr!r}")
     # A file-size limit stands for a full disk: one line, the old file or the new one, nothing half.
     many = write(tmp, box(fraction=0.5, side="4 mm", more="[output]\nframes = 10\ngrading = true\n"), "many.toml")
     for limit in (1, 3000, 60000):

@@ -6,6 +6,7 @@ import os
 import pty
 import random
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -206,6 +207,15 @@ def links(tmp):
             link(victim, os.path.join(out, name))
             r = run(rve, scene, "-o", out, "--quiet", "--force", "--set", "output.checkpoint_interval=1e-9")
             need(r.returncode == 0 and read(victim) == b"precious" and not os.path.lexists(os.path.join(out, name)), f"{name}, {link.__name__}: exit {r.returncode} {r.stderr!r} {read(victim)[:20]!r}")
+    # A folder of frames that has become a link.
+    framed, other = os.path.join(tmp, "framed"), tempfile.mkdtemp(dir=tmp)
+    frames = [rve, scene, "-o", framed, "--quiet", "--set", "output.frames=2", "--set", "output.checkpoint_interval=1e-9"]
+    need(run(*frames).returncode == 0, "a run with frames")
+    shutil.rmtree(os.path.join(framed, "grains"))
+    os.symlink(other, os.path.join(framed, "grains"))
+    for how in ("--force", "--resume"):
+        r = run(*frames, how)
+        need(r.returncode == 2 and "grains: is a link" in r.stderr and os.listdir(other) == [], f"grains is a link, {how}: exit {r.returncode} {r.stderr!r} {os.listdir(other)}")
     for program, arguments in ((rve, ("--force",)), (study, ())):
         for target in (victim, os.path.join(tmp, "made")):
             marked = tempfile.mkdtemp(dir=tmp)
