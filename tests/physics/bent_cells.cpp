@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Cells whose faces bend and break: pairs joined by two faces, a beam, all faces at once.
+#include "dem/base/error.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/packing/cells.hpp"
 #include "dem/rve/bonded.hpp"
+#include "dem/rve/check_state.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/state_hash.hpp"
 #include "tests/bonded.hpp"
@@ -132,6 +134,55 @@ TEST_CASE("a beam of twenty cells is bent until it breaks: fracture never falls,
     CHECK(s.ledger.handed >= 0);
     CHECK(std::abs(energy_error(s.ledger, stored_energy(model, s))) < 0.01);
   }
+}
+
+TEST_CASE("hand-over: what no contact goes on holding is told as handed, what a contact makes as unexplained") {
+  Model model = recorded(tough_rock(15));
+  Team team(1);
+  State s;
+  add_cells(model, voronoi_packing(box_space(Vec3(12e-3, 6e-3, 6e-3)), 8, 5, 1, team), 0, s);
+  prepare(model, s, team);
+  const FaceBond f = s.bonds.face.row.front();
+  const auto booked = [&](double apart, double held) {  // along the normal (m), J
+    State copy = s;
+    copy.grains.motion[f.ends.b].position += apart * (s.grains.orientation[f.ends.a] * f.normal);
+    copy.bonds.handed.push_back({f.ends, f.at_a, f.kn, f.area, f.area, Vec3::Zero(), 1 / (f.kt * f.area), held, 0, 0});
+    book_broken(copy, false);
+    CHECK(copy.ledger.handed + copy.ledger.unexplained == Approx(held - copy.bonds.handed.back().kept));
+    return copy.ledger;
+  };
+  CHECK(booked(1e-6, 3e-6).handed == Approx(3e-6));
+  CHECK(booked(1e-6, 3e-6).unexplained == 0);
+  // Two flat sides pressed by a depth: half of k_n A depth^2, as the bond has it.
+  const double depth = 1e-6, kept = 0.5 * f.kn * f.area * depth * depth;
+  CHECK(booked(-depth, 0).handed == 0);
+  CHECK(booked(-depth, 0).unexplained == Approx(-kept).epsilon(0.01));
+  CHECK(booked(-depth, 5 * kept).handed == Approx(4 * kept).epsilon(0.01));
+}
+
+TEST_CASE("what bonds have rubbed and handed over is checked where a checkpoint is read") {
+  Model model = recorded(tough_rock(15));
+  Team team(1);
+  State s;
+  add_cells(model, voronoi_packing(box_space(Vec3(12e-3, 6e-3, 6e-3)), 8, 5, 1, team), 0, s);
+  prepare(model, s, team);
+  CHECK_NOTHROW(check_state(model, s));
+  for (double FaceBond::*column : {&FaceBond::slip_1, &FaceBond::slip_3, &FaceBond::rubbed, &FaceBond::friction}) {
+    State wrong = s;
+    wrong.bonds.face.row.back().*column = NAN;
+    CHECK_THROWS_AS(check_state(model, wrong), InputError);
+  }
+  for (double Ledger::*sum : {&Ledger::bond_friction, &Ledger::handed, &Ledger::most_fracture, &Ledger::most_work}) {
+    State wrong = s;
+    wrong.ledger.*sum = NAN;
+    CHECK_THROWS_AS(check_state(model, wrong), InputError);
+  }
+  State wrong = s;
+  const FaceBond& f = s.bonds.face.row.front();
+  wrong.bonds.handed.push_back({f.ends, f.at_a, f.kn, f.area, 0, Vec3::Zero(), 1 / (f.kt * f.area), 0, 0, 0});
+  CHECK_NOTHROW(check_state(model, wrong));
+  wrong.bonds.handed.back().fresh = 2 * f.area;
+  CHECK_THROWS_AS(check_state(model, wrong), InputError);
 }
 
 TEST_CASE("all faces break at once: each takes G A, and a run goes on from there with the same bits") {
