@@ -15,6 +15,9 @@ UNITS = {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12, "N/mm2": 1e
          "N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6, "kg": 1.0, "g": 1e-3, "J": 1.0, "mJ": 1e-3, "kJ": 1e3, "1/s": 1.0}
 KINDS = {"Pa": "Pa kPa MPa GPa TPa N/mm2 N/mm^2 bar".split(), "m": "m cm mm um µm μm nm".split(), "s": "s ms us µs μs min h".split(),
          "N": "N mN kN MN".split(), "kg": "kg g".split(), "J": "J mJ kJ".split(), "1_s": ["1/s"], "1": ["%", "-", "1"]}
+AFTER_UNDERSCORE = [u for u in UNITS if u not in ("1", "-", "min")]  # these are numbers and the least of something
+OTHER_NAMES = {"error": ["error", "errors", "err", "std", "stdev", "std_dev", "stddev", "sd", "sem", "uncertainty",
+                         "deviation", "standard_deviation", "standard_error"]}
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 COMMA_NUMBER = re.compile(r"[-+]?(\d+,?\d*|,\d+)([eE][-+]?\d+)?")
 
@@ -125,6 +128,10 @@ class Table:
             raise BadData(f"{path}:{self.head_line}: the columns have no names: put a line of names first")
         self.head = [h.strip("'\" ") for h in head]
         self.named = [name_and_unit(h) for h in self.head]
+        for before, h in zip(self.head, self.head[1:]):
+            if h in UNITS and not (h == "min" and "max" in self.head):
+                raise BadData(f"{path}:{self.head_line}: column '{h}' has the name of a unit: "
+                              f"write the unit in brackets, '{before} [{h}]'")
         cells = [(f"{path}:{n}: column '{h}'", c) for n, row in self.rows for h, c in zip(self.head, row)]
         with_comma = [(where, c) for where, c in cells if "," in c and is_number(c, True)]
         with_point = [(where, c) for where, c in cells if "." in c and is_number(c)]
@@ -138,9 +145,15 @@ class Table:
             raise BadData(f"{where}: '{c}' may be a decimal comma or a mark of thousands: write a decimal point")
 
     def place(self, name):
-        """Where the column of a name is, or None; the name is met exactly, or with its unit in brackets for its ending."""
-        found = []
+        """Where the column of a name is, or None; the name is met exactly, or with a unit in brackets or after
+        an underscore, which takes the place of its ending."""
+        found, exact = [], name in self.head and kind_of(name) != "1"
         for k, (plain, unit) in enumerate(self.named):
+            if unit is None and self.head[k] != name and not exact:
+                at = next((u for u in AFTER_UNDERSCORE if plain.endswith("_" + u)), None)
+                stem = plain[:-len(at) - 1] if at else ""
+                if stem and name in (stem, *(f"{stem}_{si}" for si, units in KINDS.items() if at in units)):
+                    plain, unit = self.named[k] = stem, at
             endings = ["_" + si for si, units in KINDS.items() if unit in units]
             if name == self.head[k] or name == plain or (endings and name == plain + endings[0]):
                 found.append(k)
@@ -157,10 +170,21 @@ class Table:
             raise BadData(f"{self.path}:{self.head_line}: no column is called '{name}'{hint}; there are {have}")
         return place
 
-    def forbid_near(self, name):
+    def forbid_near(self, name, beside):
         """Refuses a column that is nearly called as an optional one that is not there: it would be left out unheard."""
+        if self.place(name) is not None:
+            return
+        asked = [self.place(n) for n in beside]
+        others = OTHER_NAMES.get(name, [name])
+        of = [s for n in beside for s in (n.lower(), n.removesuffix("_" + kind_of(n)).lower())]
+        others = {t for o in others for t in (o, *(f"{n}_{o}" for n in of), *(f"{o}_{n}" for n in of))}
+        units = {u.lower() for u in AFTER_UNDERSCORE}
         for k, (plain, _) in enumerate(self.named):
-            if self.place(name) is None and difflib.get_close_matches(plain.lower(), [name], 1, 0.8):
+            plain = re.sub(r"\W+", "_", plain.lower()).strip("_")
+            stem, _, last = plain.rpartition("_")
+            near = (plain in others or (stem in others and last in units) or plain.startswith(name + "_")
+                    or difflib.get_close_matches(plain, [name], 1, 0.8))
+            if near and k not in asked:
                 raise BadData(f"{self.path}:{self.head_line}: column '{self.head[k]}': did you mean '{name}'?")
 
     def scale(self, place, quantity):
@@ -197,7 +221,7 @@ def read_columns(path, names, optional=(), quantity=None):
     These and the last of `names` are of `quantity`, or of what the last name says."""
     table, quantity = Table(path), quantity or names[-1]
     for name in optional:
-        table.forbid_near(name)
+        table.forbid_near(name, names)
     places = [table.needed(n) for n in names] + [table.place(n) for n in optional]
     has_unit = table.named[places[len(names) - 1]][1]
     for place in places[len(names):]:

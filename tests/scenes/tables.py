@@ -59,6 +59,25 @@ def tables(folder):
     begins("t.csv:1: column 'Error': did you mean 'error'", "value,Error\n1,2\n", ["value"])
     begins("t.csv:1: column 'eror': did you mean 'error'", "value,eror\n1,2\n", ["value"])
     read([[1.0], None], "value,mirror\n1,2\n", ["value"])
+    # A unit after an underscore, as Grus names its own columns.
+    read([[1e6, 2e6], [3e3, 4e3]], "value_MPa,error_kPa\n1,3\n2,4\n", ["value"], STRENGTH)
+    read([[5.0], [3.0]], "value,error_Pa\n5,3\n", ["value"], STRENGTH)
+    read([[0.1], [2e6], [1e5]], "axial_strain;axial_stress_MPa;error_MPa\n0,1;2;0,1\n", curve)
+    read([[2.0], None], "strain_rate_1_s\n2\n", ["strain_rate_1_s"])
+    begins("t.csv:1: column 'error_mm'", "value,error_mm\n1,2\n", ["value"], STRENGTH)
+    begins("t.csv:1: two columns are called 'error'", "value,error,error_Pa\n1,2,3\n", ["value"], STRENGTH)
+    # Nor is what others call an error.
+    for head in ("err", "std", "sd", "SD [MPa]", "std_MPa", "value_sd", "value error", "error_low", "uncertainty"):
+        begins(f"t.csv:1: column '{head}': did you mean 'error'", f"value [MPa],{head}\n1,2\n", ["value"])
+    begins("t.csv:1: column 'axial_stress_error_MPa'",
+           "axial_strain,axial_stress_MPa,axial_stress_error_MPa\n1,2,3\n", curve)
+    read([[1.0], None], "sd,value\n1,2\n", ["sd"])
+    read([[1.0], [2.0], None], "axial_strain,energy_error,axial_stress_Pa\n1,9,2\n", curve)
+    # A unit after a comma is a column of its own, and 72,5 would be two values.
+    begins("t.csv:1: column 'MPa' has the name of a unit: write the unit in brackets, 'value [MPa]'",
+           "value, MPa\n72,5\n81,0\n", ["value"], STRENGTH)
+    begins("t.csv:1: column '%' has", "diameter_m,passing,%\n0.1,72,5\n", ["diameter_m", "passing"])
+    read([[1.0], None], "value,min,max\n1,0,2\n", ["value"])
     begins("t.csv:2: not a line of a table", 'value,b\n"1,2\n', ["value"])
     with open(os.path.join(folder, "r.csv"), "w") as f:
         f.write("axial_strain (%);sigma [MPa]\n0,0;0,0\n2,0;3,0\n")
