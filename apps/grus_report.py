@@ -23,6 +23,10 @@ import grus_rve_plots  # noqa: E402
 from grus_results import VERSION, note_result, one_line, read_grading, read_history, write_whole  # noqa: E402
 
 
+class CannotWrite(Exception):
+    """The report has no place; its text is one line."""
+
+
 def is_bvp(run):
     return "increment" in run[1]
 
@@ -106,6 +110,9 @@ def main():
         return 2
     try:
         return write(runs, args)
+    except CannotWrite as e:
+        print(one_line(f"grus-report: {e}"), file=sys.stderr)
+        return 2
     except Exception as e:  # one line for the user; the whole story for who asks
         if os.environ.get("GRUS_DEBUG"):
             raise
@@ -135,9 +142,14 @@ def write(runs, args):
 <style>{STYLE}</style>
 <h1>Grus report</h1>{table(head, rows)}{told}{body}<h2>Scenes and figures of each run</h2>{scenes}{ZOOM}</html>"""
     path = args.o or os.path.join(args.folders[0], "report.html")
+    if os.path.isdir(path):
+        raise CannotWrite(f"{path}: cannot write: is a folder")
     if not args.o:
         note_result(args.folders[0], "report.html")
-    write_whole(path, page)
+    try:
+        write_whole(path, page)
+    except OSError as e:
+        raise CannotWrite(f"{path}: cannot write: {e.strerror}") from None
     print(f"report: {path}")
     return 0
 

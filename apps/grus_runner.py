@@ -66,6 +66,27 @@ def key_of(case, seed, seed_key, program):
     return digest.hexdigest()
 
 
+def digest_of(folder):
+    """Of what a study reads of a run: what has been damaged since the run ended is not the same."""
+    digest = hashlib.sha256()
+    for name in ("summary.json", "history.csv", "grading.csv"):
+        try:
+            with open(os.path.join(folder, name), "rb") as f:
+                digest.update(hashlib.file_digest(f, "sha256").digest())
+        except OSError:
+            digest.update(b"none")
+    return digest.hexdigest()
+
+
+def text_of(path):
+    """None where there is no such file; whatever bytes it holds are a text."""
+    try:
+        with open(path, encoding="utf-8", errors="replace") as f:
+            return f.read()
+    except OSError:
+        return None
+
+
 class Lacking(Exception):
     """Something that is asked for and that no run has."""
 
@@ -128,14 +149,14 @@ class Runner:
         folder = self.folder(case, seed)
         program = os.path.join(self.bins, case["program"])
         key, marker = key_of(case, seed, self.seed_key, program), os.path.join(folder, "study.key")
-        if os.path.isfile(marker) and open(marker).read() == key:
+        if text_of(marker) == f"{key} {digest_of(folder)}":
             return case, seed, None
         if self.stopped:
             return case, seed, "not started"
-        if os.path.isfile(marker):  # of other settings: must not vouch for what is about to be overwritten
+        if os.path.isfile(marker):  # of other settings, or damaged: must not vouch for what is about to be overwritten
             os.remove(marker)
         begun = os.path.join(folder, "study.begun")
-        goes_on = os.path.isfile(begun) and open(begun).read() == key and os.path.isfile(os.path.join(folder, "checkpoint.h5"))
+        goes_on = text_of(begun) == key and os.path.isfile(os.path.join(folder, "checkpoint.h5"))
         command = self.command(case, seed) + ["-o", folder, "--quiet", "--threads", "1"]
         process, errors = self.start(command + ["--resume" if goes_on else "--force"], begun, key)
         if goes_on and process.returncode == 2 and not self.stopped:  # a checkpoint that cannot be used
@@ -143,7 +164,7 @@ class Runner:
         if process.returncode == 2:
             self.refused[case["name"], str(seed)] = one_line(errors.strip())
         if process.returncode in (0, 3):  # unstable is a result: the table says so
-            write_whole(marker, key)
+            write_whole(marker, f"{key} {digest_of(folder)}")
             os.remove(begun)
             return case, seed, None
         return case, seed, errors.strip() or f"ended with status {process.returncode}"

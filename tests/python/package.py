@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """The Python package: package.py CASE BUILD, CASE one of set, refused, states, runs, ranks, demos"""
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -264,6 +265,12 @@ def case_runs(tmp):
     need(list(run) == list(rows[0]) and len(run) == len(rows[0]), "columns")
     need((grus.load(out)["breakages"] == run["breakages"]).all(), "load differs from run")
     need(grus.load(out).frame().shape == (len(rows), len(rows[0])), "frame")
+    damaged = os.path.join(tmp, "damaged")
+    shutil.copytree(out, damaged)
+    for text in ("", "no JSON", "[1]", "\udcff"):
+        with open(os.path.join(damaged, "summary.json"), "w", errors="surrogateescape") as f:
+            f.write(text)
+        refused(grus.InputError, os.path.join(damaged, "summary.json"), lambda: grus.load(damaged))
     graded = grus.run(scene, ["loading.final_strain=0.002", "output.gradings=1"])
     need(not os.path.exists(graded.folder) and len(graded.grading) > 0, "a temporary folder stays, or there is no grading")
     refused(grus.InputError, ["sand_box.toml", "loading.kind"], lambda: grus.run(scene, ["loading.kind=up"]))

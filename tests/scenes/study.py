@@ -93,6 +93,29 @@ with tempfile.TemporaryDirectory() as tmp:
     r = study(path, "-o", out, "--strict", "--quiet")
     need(os.stat(summary).st_mtime_ns == before, "a finished run was repeated")
     need(r.returncode == 1, f"--strict with a false claim: exit {r.returncode}")
+    # A kept run that is damaged is done again; the others stay.
+    of = lambda name: os.path.join(out, "runs", "weak@10", name)
+    whole = {name: open(of(name)).read() for name in ("summary.json", "history.csv")}
+    told = open(os.path.join(out, "study.csv")).read()
+    other = os.stat(os.path.join(out, "runs", "weak@12", "summary.json")).st_mtime_ns
+    damages = [("summary.json", None)] + [("summary.json", t) for t in ("", "no JSON", "{}", "[1]", '{"status": 0}')]
+    rows = whole["history.csv"]
+    damages += [("history.csv", t) for t in (None, "", rows[:len(rows) // 2], rows[:rows.rindex("\n", 0, -1) + 1],
+                                             rows.replace("axial_stress_Pa", "sigma"), rows[:rows.index("\n") + 1])]
+    runner, (_, _, cases) = Runner(out, "numerics.fracture_every", binaries, {}), read_study(path)
+    for name, damage in damages:
+        os.remove(of(name))
+        if damage is not None:
+            open(of(name), "w").write(damage)
+        failure = runner.run(cases[0], 10)[2]
+        good = not failure and os.path.exists(of(name)) and len(open(of(name)).read()) > 0.9 * len(whole[name])
+        need(good and "sigma" not in open(of(name)).read(), f"{name} was {str(damage)[:40]!r} and is not done again: {failure}")
+    os.remove(of("summary.json"))
+    r = study(path, "-o", out, "--quiet")
+    need(r.returncode == 0, f"a kept run without summary.json: exit {r.returncode}: {r.stderr}")
+    need(other == os.stat(os.path.join(out, "runs", "weak@12", "summary.json")).st_mtime_ns, "a whole run was repeated")
+    less = lambda text: [line.split(",")[:5] for line in text.splitlines()]
+    need(less(open(os.path.join(out, "study.csv")).read()) == less(told), "what was done again differs")
     open(path, "w").write(TEXT.replace("0.06", "0.05"))
     study(path, "-o", out, "--quiet")
     need(os.stat(summary).st_mtime_ns != before, "a run whose settings changed was not repeated")

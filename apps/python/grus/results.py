@@ -28,6 +28,19 @@ if TYPE_CHECKING:
 Path = str | os.PathLike[str]
 
 
+def _summary(folder: str) -> dict[str, Any]:
+    """summary.json of a folder. Raises OSError, ValueError."""
+    path = os.path.join(folder, "summary.json")
+    with open(path) as f:
+        try:
+            summary = json.load(f, object_hook=lambda d: Named(f"{folder}: summary.json", d))
+        except (ValueError, RecursionError) as e:
+            raise ValueError(f"{path}: not JSON: {e}") from None
+    if not isinstance(summary, dict):
+        raise ValueError(f"{path}: not a summary of Grus")
+    return summary
+
+
 class Results(Mapping[str, NDArray]):
     """A results folder: `r["axial_stress_Pa"]` is a column of history.csv, (rows,); SI, NaN where a field is empty.
 
@@ -39,8 +52,7 @@ class Results(Mapping[str, NDArray]):
     def __init__(self, folder: Path) -> None:
         folder = path_of("folder", folder)
         try:
-            with open(os.path.join(folder, "summary.json")) as f:
-                self.summary: dict[str, Any] = json.load(f, object_hook=lambda d: Named(f"{folder}: summary.json", d))
+            self.summary: dict[str, Any] = _summary(folder)
             self.history = {name: np.array(column) for name, column in read_history(folder).items()}
             self.grading = Named(f"{folder}: grading.csv", {
                 strain: Named(f"{folder}: grading.csv", {key: np.array([row[key] for row in rows]) for key in rows[0]})
