@@ -147,6 +147,9 @@ class Runner:
 
     def run(self, case, seed):
         folder = self.folder(case, seed)
+        for place in (os.path.dirname(folder), folder):
+            if os.path.islink(place):  # what it leads to is not the study's
+                return case, seed, f"{place}: is a link, which leads out of the folder; remove it, or use another -o DIR"
         program = os.path.join(self.bins, case["program"])
         key, marker = key_of(case, seed, self.seed_key, program), os.path.join(folder, "study.key")
         if text_of(marker) == f"{key} {digest_of(folder)}":

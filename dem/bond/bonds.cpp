@@ -46,7 +46,7 @@ void deal(std::size_t grains, BondColumn<Row>& column) {
 template <class Row>
 Pull go_on(const Grains& g, const Cell& cell, Row& row, const FaceOutline& outline, double& spent, double& rub) {
   const double before = dissipated(row), rubbed_before = rubbed(row);
-  const Pull p = pull(row, frame_of(g, cell, row.ends), outline);
+  Pull p = pull(row, frame_of(g, cell, row.ends), outline);
   spent += dissipated(row) - before, rub += rubbed(row) - rubbed_before;
   return p;
 }

@@ -110,7 +110,14 @@ with tempfile.TemporaryDirectory() as tmp:
         failure = runner.run(cases[0], 10)[2]
         good = not failure and os.path.exists(of(name)) and len(open(of(name)).read()) > 0.9 * len(whole[name])
         need(good and "sigma" not in open(of(name)).read(), f"{name} was {str(damage)[:40]!r} and is not done again: {failure}")
+    outside, run = os.path.join(tmp, "outside"), os.path.join(out, "runs", "weak@10")
+    os.rename(run, outside)
+    os.symlink(outside, run)
     os.remove(of("summary.json"))
+    failure = runner.run(cases[0], 10)[2] or ""
+    need("is a link" in failure and not os.path.exists(os.path.join(outside, "summary.json")), f"a run that is a link: {failure}")
+    os.remove(run)
+    os.rename(outside, run)
     r = study(path, "-o", out, "--quiet")
     need(r.returncode == 0, f"a kept run without summary.json: exit {r.returncode}: {r.stderr}")
     need(other == os.stat(os.path.join(out, "runs", "weak@12", "summary.json")).st_mtime_ns, "a whole run was repeated")
