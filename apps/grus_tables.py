@@ -152,7 +152,8 @@ class Table:
             if unit is None and self.head[k] != name and not exact:
                 at = next((u for u in AFTER_UNDERSCORE if plain.endswith("_" + u)), None)
                 stem = plain[:-len(at) - 1] if at else ""
-                if stem and name in (stem, *(f"{stem}_{si}" for si, units in KINDS.items() if at in units)):
+                alone = stem if name in ("value", "error") or at not in KINDS else ""  # sigma_Pa is a name, of no sigma
+                if stem and name in (alone, *(f"{stem}_{si}" for si, units in KINDS.items() if at in units)):
                     plain, unit = self.named[k] = stem, at
             endings = ["_" + si for si, units in KINDS.items() if unit in units]
             if name == self.head[k] or name == plain or (endings and name == plain + endings[0]):
