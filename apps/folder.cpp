@@ -64,7 +64,7 @@ std::vector<std::string> unnoted(const std::string& folder) {
     const std::string name = entry.path().filename().string();
     if (!name.ends_with(".hdf.series")) continue;
     const std::string frames = name.substr(0, name.find('.'));  // they lie in a folder beside it
-    names.insert(names.end(), {name, frames + "/" + frames + "_*.hdf", frames + "/grains_*.hdf"});
+    names.insert(names.end(), {name, fmt::format("{0}/{0}_*.hdf", frames), frames + "/grains_*.hdf"});
   }
   return names;
 }

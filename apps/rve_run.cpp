@@ -141,7 +141,7 @@ double RveRun::done() const {
 /// Grains and bonds, of which there are.
 std::string RveRun::broken(const char* between) const {
   const bool bonded = scene_.bonded() || state_.ledger.bonds_broken > 0;
-  const std::string bonds = fmt::format("{} bonds", state_.ledger.bonds_broken);
+  std::string bonds = fmt::format("{} bonds", state_.ledger.bonds_broken);
   if (bonded && state_.ledger.breakages == 0) return bonds;
   return fmt::format("{} grains", state_.ledger.breakages) + (bonded ? between + bonds : "");
 }

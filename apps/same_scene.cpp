@@ -27,7 +27,7 @@ void compare(const std::string& key, const nlohmann::json& kept, const nlohmann:
     for (const auto& [name, _] : now.items()) names.insert(name);
     if (key.empty()) names.erase("title");
     for (const auto& name : names)
-      compare(key.empty() ? name : key + "." + name, kept.value(name, nlohmann::json()),
+      compare(key.empty() ? name : fmt::format("{}.{}", key, name), kept.value(name, nlohmann::json()),
               now.value(name, nlohmann::json()), changes);
   } else if (kept.is_array() && now.is_array() && (of_tables(kept) || of_tables(now))) {
     for (std::size_t k = 0; k < std::max(kept.size(), now.size()); ++k)
