@@ -36,18 +36,16 @@ dem::Vec3 mean_strain(const BvpScene& scene, const dem::Mat6& stiffness) {
 /// Steps of a dynamic run, from the stable step of the mesh at its start.
 double dynamic_steps(const BvpScene& scene, const BvpSetup& setup, const dem::Mat6& stiffness,
                      const dem::State& state) {
+  const double of_grains = dem::total_mass(state.grains) / state.boundary.cell.volume();
   std::vector<double> density, tangent;
   for (const std::size_t group : setup.points.group) {
-    dem::Mat6 c = stiffness;
     if (group > 0) {
       const Region& r = scene.regions[group - 1];
-      const double nu = r.poissons_ratio, shear = 0.5 * r.youngs_modulus / (1 + nu);
-      c = dem::Mat6(shear * Eigen::Matrix<double, 6, 1>(2, 2, 2, 1, 1, 1).asDiagonal());
-      c.topLeftCorner<3, 3>().array() += 2 * shear * nu / (1 - 2 * nu);
+      const auto solid = fem::elastic_stiffness(r.youngs_modulus, r.poissons_ratio);
+      density.push_back(r.density), tangent.insert(tangent.end(), solid.begin(), solid.end());
+    } else {
+      density.push_back(of_grains), tangent.insert(tangent.end(), stiffness.data(), stiffness.data() + 36);
     }
-    density.push_back(group > 0 ? scene.regions[group - 1].density
-                                : dem::total_mass(state.grains) / state.boundary.cell.volume());
-    tangent.insert(tangent.end(), c.data(), c.data() + 36);
   }
   return scene.dynamics->duration /
          fem::step_taken(*scene.dynamics, fem::stable_step(*setup.problem, density, tangent));

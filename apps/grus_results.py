@@ -47,7 +47,7 @@ def write_whole(path, content):
 
 
 def write_csv(path, rows):
-    """As in history.csv, a number that there is not is an empty field."""
+    """A number that there is not is an empty field."""
     text = io.StringIO()
     lacks = lambda v: isinstance(v, float) and math.isnan(v)
     csv.writer(text, lineterminator="\n").writerows([["" if lacks(v) else v for v in row] for row in rows])

@@ -173,6 +173,13 @@ dem::Landing RveRun::landing() const {
           .axis = scene_.test.axis};
 }
 
+/// What is shown until the next row.
+void RveRun::read_off() {
+  axial_ = axial_stress(scene_, state_, now_);
+  shown_ = tells_stress(scene_) ? test_stress(scene_, state_, now_) : axial_;
+  error_ = dem::energy_error(state_.ledger, now_.kinetic + now_.elastic);
+}
+
 /// Until the row is written; false: the run ends here.
 bool RveRun::go_to_row(std::uint64_t row, double until) {
   while (true) {
@@ -182,9 +189,7 @@ bool RveRun::go_to_row(std::uint64_t row, double until) {
       now_ = dem::survey(scene_.model, state_, team_);
       dem::check_sanity(scene_.model, state_, now_.kinetic + now_.elastic, now_.deepest);
       write_row();
-      axial_ = axial_stress(scene_, state_, now_);
-      shown_ = tells_stress(scene_) ? test_stress(scene_, state_, now_) : axial_;
-      error_ = dem::energy_error(state_.ledger, now_.kinetic + now_.elastic);
+      read_off();
       course_.before = course_.axial, course_.axial = axial_;
       course_.peak_is_last = axial_ >= course_.peak, course_.peak = std::max(course_.peak, axial_);
       if (state_.ledger.breakages == 0) course_.intact = course_.peak;
@@ -219,9 +224,7 @@ void RveRun::march() {
     course_.axial = course_.before = axial_stress(scene_, state_, now_);
     course_.intact = std::max(0.0, course_.axial);
   }
-  axial_ = axial_stress(scene_, state_, now_);
-  shown_ = tells_stress(scene_) ? test_stress(scene_, state_, now_) : axial_;
-  error_ = dem::energy_error(state_.ledger, now_.kinetic + now_.elastic);
+  read_off();
   for (std::uint64_t row = course_.row + 1; row <= rows; ++row) {
     const double time = static_cast<double>(row) * scene_.output.history_interval;
     if (!go_to_row(row, row == rows ? scene_.test.duration : time)) return;

@@ -62,6 +62,7 @@ private:
   void show();
   std::string broken(const char* between) const;
   void write_row();
+  void read_off();
   double done() const;
   dem::Landing landing() const;
   bool go_to_row(std::uint64_t row, double until);

@@ -51,6 +51,9 @@ struct Material {
 /// Stress that points have before they are strained (Pa, Voigt), one for each; empty: none.
 using InitialStress = std::vector<std::array<double, 6>>;
 
+/// Stiffness of linear isotropic elasticity (Pa), row by row: Voigt xx, yy, zz, yz, xz, xy, engineering shear.
+std::array<double, 36> elastic_stiffness(double youngs_modulus, double poissons_ratio);
+
 /// Linear isotropic elasticity in the strain U - 1 of the whole deformation F = R U, its stress turned by R: objective,
 /// and the same whatever the increments.
 Material elastic_material(std::size_t points, double youngs_modulus, double poissons_ratio,

@@ -109,6 +109,12 @@ struct PlasticPoint {
 
 }  // namespace
 
+std::array<double, 36> elastic_stiffness(double youngs_modulus, double poissons_ratio) {
+  std::array<double, 36> c;
+  Eigen::Map<Mat6>(c.data()) = elasticity(youngs_modulus, poissons_ratio);
+  return c;
+}
+
 Material elastic_material(std::size_t points, double E, double nu, const InitialStress& initial) {
   auto state = std::make_shared<Kept<ElasticPoint>>(points);
   const Mat6 c = elasticity(E, nu);

@@ -59,8 +59,8 @@ double speed_to(const Felt& felt, double force, double now, double most, double 
 }
 
 /// What the walls must carry beside pressing alike: weight and dead loads (N).
-Vec3 carried(const Model& model, const State& s) {
-  Vec3 force = -total_mass(s.grains) * model.motion.gravity;
+Vec3 carried(const Model& model, const State& s, double mass) {
+  Vec3 force = -mass * model.motion.gravity;
   for (const DeadLoad& load : s.bonds.load) force -= load.felt;
   return force;
 }
@@ -70,8 +70,8 @@ Vec3 carried(const Model& model, const State& s) {
 void press_walls(const Model& model, State& state, const Loading& loading) {
   const Vec3 stress = normal_stresses(state), size = size_of(state.boundary);
   const std::array<AxisControl, 3> axes = controls(loading, stress, state.time);
-  const double volume = bulk_volume(state.boundary), density = total_mass(state.grains) / volume;
-  const Vec3 outside = carried(model, state), drift = momentum(state.grains);
+  const double volume = bulk_volume(state.boundary), mass = total_mass(state.grains), density = mass / volume;
+  const Vec3 outside = carried(model, state, mass), drift = momentum(state.grains);
   for (std::size_t w = 0; w < state.boundary.walls.size(); ++w) {
     Wall& wall = state.boundary.walls[w];
     for (int k = 0; k < 3; ++k) {

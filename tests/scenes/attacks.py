@@ -14,7 +14,7 @@ import tempfile
 import time
 
 import scene_tools
-from scene_tools import faults, history, need, run, shipped
+from scene_tools import column, faults, history, need, run, shipped, summary, write
 
 case, binaries = sys.argv[1], os.path.abspath(sys.argv[2])
 rve, bvp = (scene_tools.program(binaries, name) for name in ("grus-rve", "grus-bvp"))
@@ -29,22 +29,6 @@ UNIAXIAL = "[loading]\nkind = \"uniaxial-strain\"\nstrain_rate = 500.0\nfinal_st
 def box(kind="walls", fraction=0.5, side="3 mm", seed=1, loading=UNIAXIAL, more=""):
     return (MATERIAL + f"[packing]\nkind = \"random\"\nbox = [\"{side}\", \"{side}\", \"{side}\"]\nradius = {{ distribution = \"uniform\", min = \"0.2 mm\", max = \"0.4 mm\" }}\n"
             f"solid_fraction = {fraction}\nseed = {seed}\n[boundary]\nkind = \"{kind}\"\n" + loading + more)
-
-
-def write(tmp, text, name="scene.toml"):
-    path = os.path.join(tmp, name)
-    with open(path, "w") as f:
-        f.write(text)
-    return path
-
-
-def summary(folder):
-    with open(os.path.join(folder, "summary.json")) as f:
-        return json.load(f)
-
-
-def column(folder, name):
-    return [float(r[name]) for r in history(folder)]
 
 
 def refused(tmp, text, *words, program=None, arguments=(), code=2):

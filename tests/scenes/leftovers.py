@@ -1,14 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """What a run leaves in its folder, what --force clears, what is told before the packing: leftovers.py BIN"""
-import json
 import os
 import sys
 import tempfile
 import time
 
 import scene_tools
-from scene_tools import faults, history, need, run
+from scene_tools import BRITTLE, ROCK, column, faults, need, run, summary, write
 
 binaries = os.path.abspath(sys.argv[1])
 rve, report = scene_tools.program(binaries, "grus-rve"), os.path.join(binaries, "grus-report")
@@ -40,25 +39,13 @@ kind = "uniaxial-strain"
 strain_rate = 500.0
 final_strain = 0.02
 """
-ROCK = """
+CELLS = """
 [numerics]
 safety = 0.2
 [packing]
 kind = "voronoi"
 box = ["2 mm", "2 mm", "2 mm"]
-cells = 8
-[material.rock]
-density = "2500 kg/m^3"
-contact = "overlap"
-friction = 0.5
-damping = 0.3
-[material.rock.bond]
-modulus = "10 GPa"
-poissons_ratio = 0.1425
-criterion = "parallel"
-tension = "10 MPa"
-shear = "1 GPa"
-[[clamp]]
+cells = 8""" + ROCK + BRITTLE + """[[clamp]]
 where = "z=min"
 [[clamp]]
 where = "z=max"
@@ -75,22 +62,6 @@ checkpoint_interval = 1e-9
 """
 
 
-def write(tmp, text, name="scene.toml"):
-    path = os.path.join(tmp, name)
-    with open(path, "w") as f:
-        f.write(text)
-    return path
-
-
-def summary(folder):
-    with open(os.path.join(folder, "summary.json")) as f:
-        return json.load(f)
-
-
-def column(folder, name):
-    return [float(r[name]) for r in history(folder)]
-
-
 def all_of(folder):
     return sorted(os.path.relpath(os.path.join(at, name), folder) for at, _, names in os.walk(folder) for name in names)
 
@@ -98,7 +69,7 @@ def all_of(folder):
 def leftovers(tmp):
     """--force takes away all that the run before has written, a killed one's included, and nothing of the user's;
     summary.json lists what the run has written."""
-    out, ball, rock = os.path.join(tmp, "left"), write(tmp, BALL, "ball.toml"), write(tmp, ROCK, "rock.toml")
+    out, ball, rock = os.path.join(tmp, "left"), write(tmp, BALL, "ball.toml"), write(tmp, CELLS, "rock.toml")
     r = run(rve, rock, "-o", out)
     made = all_of(out)
     broken, peak = column(out, "bonds_broken")[-1], max(column(out, "nominal_stress_Pa"))

@@ -1,7 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """What machines do to runs: signals, time limits, logs, links where files are to be, checkpoints that somebody has changed: machines.py stops|ranks|links|checkpoints BIN"""
-import json
 import os
 import pty
 import random
@@ -14,7 +13,7 @@ import tempfile
 import time
 
 import scene_tools
-from scene_tools import faults, need, run, without_wall
+from scene_tools import faults, need, run, summary, without_wall, write
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "fuzz"))
 
@@ -49,20 +48,9 @@ history_interval = 0.03
 STAMP = re.compile(r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d  ")
 
 
-def write(tmp, text, name="scene.toml"):
-    path = os.path.join(tmp, name)
-    with open(path, "w") as f:
-        f.write(text)
-    return path
-
-
 def read(*path):
     with open(os.path.join(*path), "rb") as f:
         return f.read()
-
-
-def summary(folder):
-    return json.loads(read(folder, "summary.json"))
 
 
 def wait_for(ready, process, timeout=60):

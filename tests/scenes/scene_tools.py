@@ -3,6 +3,7 @@
 """What the scene tests share: running programs, reading results, counting faults."""
 import contextlib
 import csv
+import json
 import os
 import signal
 import subprocess
@@ -11,6 +12,16 @@ import time
 here = os.path.dirname(os.path.abspath(__file__))
 shipped = os.path.join(here, "..", "..", "apps", "scenes")
 faults = []
+# Cells whose bonds break: what such scenes are made of.
+ROCK = """
+[material.rock]
+density = "2500 kg/m^3"
+contact = "overlap"
+friction = 0.5
+damping = 0.3
+[material.rock.bond]
+"""
+BRITTLE = 'modulus = "10 GPa"\npoissons_ratio = 0.1425\ncriterion = "parallel"\ntension = "10 MPa"\nshear = "1 GPa"\n'
 
 
 def run(*command, timeout=1800):
@@ -27,6 +38,22 @@ def history(folder):
     with open(os.path.join(folder, "history.csv"), newline="") as f:
         rows = list(csv.DictReader(f))
     return rows
+
+
+def column(folder, name):
+    return [float(r[name]) for r in history(folder)]
+
+
+def summary(folder):
+    with open(os.path.join(folder, "summary.json")) as f:
+        return json.load(f)
+
+
+def write(folder, text, name="scene.toml"):
+    path = os.path.join(folder, name)
+    with open(path, "w") as f:
+        f.write(text)
+    return path
 
 
 def without_wall(folder):

@@ -10,19 +10,10 @@ import tempfile
 import h5py
 import numpy as np
 import scene_tools
-from scene_tools import faults, history, need, run
+from scene_tools import BRITTLE, ROCK, faults, history, need, run
 
 rve = scene_tools.program(os.path.abspath(sys.argv[1]), "grus-rve")
-ROCK = """
-[material.rock]
-density = "2500 kg/m^3"
-contact = "overlap"
-friction = 0.5
-damping = 0.3
-[material.rock.bond]
-"""
 ELASTIC = 'modulus = "10 GPa"\npoissons_ratio = 0\ntension = "1 GPa"\ncohesion = "1 GPa"\nfracture_energy = "1e12 J/m^2"\n'
-BRITTLE = 'modulus = "10 GPa"\npoissons_ratio = 0.1425\ncriterion = "parallel"\ntension = "10 MPa"\nshear = "1 GPa"\n'
 TENSION = '[[clamp]]\nwhere = "z=min"\n{0}[[clamp]]\nwhere = "z=max"\nvelocity = ["0 m/s", "0 m/s", "10 mm/s"]\n{0}[loading]\nkind = "free"\nduration = "{1} ms"\n'
 
 

@@ -11,7 +11,7 @@ import tempfile
 import time
 
 import scene_tools
-from scene_tools import faults, history, need, run, shipped
+from scene_tools import BRITTLE, ROCK, faults, history, need, run, shipped
 
 rve = scene_tools.program(os.path.abspath(sys.argv[1]), "grus-rve")
 report = scene_tools.program(os.path.abspath(sys.argv[1]), "grus-report")
@@ -155,19 +155,7 @@ safety = 0.5
 [packing]
 kind = "voronoi"
 box = ["5 mm", "5 mm", "10 mm"]
-cells = 60
-[material.rock]
-density = "2500 kg/m^3"
-contact = "overlap"
-friction = 0.5
-damping = 0.3
-[material.rock.bond]
-modulus = "10 GPa"
-poissons_ratio = 0.1425
-criterion = "parallel"
-tension = "10 MPa"
-shear = "1 GPa"
-[[load]]
+cells = 60""" + ROCK + BRITTLE + """[[load]]
 where = "z=min"
 force = [0, 0, -250]
 RAMP
