@@ -18,6 +18,28 @@ struct Estimate {
   }
 };
 
+/// What devices of no rock took until the largest stress so far, and how far the test was from rest (J).
+struct BeforePeak {
+  double local_damping = 0, bond_damping = 0;  // until then
+  double kinetic = 0;                          // the largest of the rows until then
+  double scale = 0;                            // what was exchanged until then: see dem::energy_scale
+  double most_kinetic = 0;                     // of all rows so far
+
+  /// A row; `peak`: it has the largest stress so far. `kinetic`, `stored`: now (J).
+  void add(const dem::Ledger& ledger, double kinetic_now, double stored, bool peak) {
+    most_kinetic = std::max(most_kinetic, kinetic_now);
+    if (!peak) return;
+    local_damping = ledger.local_damping, bond_damping = ledger.bond_damping, kinetic = most_kinetic;
+    scale = dem::energy_scale(ledger, stored);
+  }
+  /// Of what was exchanged (0 before any row).
+  double share(double joule) const { return scale > 0 ? joule / scale : 0; }
+  double devices() const { return share(local_damping + bond_damping); }
+};
+
+/// Devices that take more than this of the work before the peak are told of: the peak is partly theirs.
+inline constexpr double most_devices = 0.05;
+
 /// A stress that is off by more than this, on average over the rows, is told of.
 inline constexpr double most_stress_error = 0.01;
 
@@ -33,6 +55,8 @@ struct ErrorEstimates {
 
   double largest_wall = 0;  // Pa
 
+  BeforePeak before_peak;
+
   void add(const dem::State& state, const dem::Loading& loading, const dem::Survey& m);
   /// Over the rows (0 without any).
   double mean_stress_error() const { return stress_rows > 0 ? stress_sum / static_cast<double>(stress_rows) : 0; }
@@ -44,6 +68,7 @@ struct ErrorEstimates {
       a.plain(*v);
     a.plain(e.stress_sum), a.plain(e.stress_rows), a.plain(e.holds);
     a.plain(e.largest_wall);
+    a.plain(e.before_peak);
   }
 };
 

@@ -174,7 +174,7 @@ def write(study, common, cases, runs, studies, sweeps, out, wall, workers):
     labels = {c["name"]: c["label"] for c in cases}
     strains = common.get("at", [0.1, 0.2])
     quantities = common.get("quantities", ["axial_stress_Pa"])
-    head = ["case", "seeds", "status"] + [f"{q} at {e:g}" for q in quantities for e in strains] + \
+    head = ["case", "seeds", "status"] + [q if "." in q else f"{q} at {e:g}" for q in quantities for e in strains] + \
            ["grains", "breakages", "energy error %", "steps", "CPU s"]
     censored = [q for q in quantities if q in BOUNDS]
     rows, plain = [], []

@@ -199,6 +199,8 @@ bool RveRun::go_to_row(std::uint64_t row, double until) {
           dem::whole_solid(scene_.model, state_) > now_.volume)
         course_.overfull = std::max(0.0, axial_);
       course_.errors.add(state_, scene_.test.loading, now_);
+      course_.errors.before_peak.add(state_.ledger, now_.kinetic, now_.kinetic + now_.elastic,
+                                     tells_stress(scene_) ? course_.reading_is_last : course_.peak_is_last);
       course_.row = row;
       show();
       history_.save(2);

@@ -58,6 +58,11 @@ std::vector<std::string> RveRun::notes() const {
             ? "walls had yet to find the sample, or it is loaded faster than its boundary can answer; lower "
               "strain_rate, go on to a larger final_strain, or take more grains"
             : "raise the strain_rate that bounds the search, or take longer"));
+  if (const double share = course_.errors.before_peak.devices(); scene_.bonded() && share > most_devices)
+    all.push_back(fmt::format(
+        "local damping and the dashpots of bonds took {:.2g} % of the work before the peak, which is partly "
+        "theirs: lower material.NAME.damping and material.NAME.bond.damping, or load more slowly",
+        100 * share));
   if (state_.ledger.breakages > 0 && course_.intact == 0)
     all.push_back(
         "the first grain broke before the first row of history.csv: peak_before_breakage_Pa is not known; shorten "
@@ -96,11 +101,13 @@ nlohmann::json RveRun::summary() const {
   }
   if (scene_.cells) {
     const dem::BondedFaces& f = scene_.cells->faces;
+    const auto fragments = dem::fragments_of(state_).size;
+    summary["counts"]["fragments"] = fragments.size();
     summary["cells"] = {{"cells", scene_.state.grains.size()},
                         {"bonds_start", f.bonds},
                         {"unbonded_faces", f.unbonded},
                         {"too_coarse_for_energy", f.coarse},
-                        {"fragments", dem::fragments_of(state_).size}};
+                        {"fragments", fragments}};
   }
   if (scene_.model.breakable()) {
     const dem::Fines& f = state_.ledger.fines;
@@ -115,7 +122,15 @@ nlohmann::json RveRun::summary() const {
   const auto device = [&](const char* name, double joule) {
     if (joule != 0) summary["errors"][name] = joule / dem::energy_scale(state_.ledger, now_.kinetic + now_.elastic);
   };
-  device("local_damping", state_.ledger.local_damping), device("scaled_inertia", state_.ledger.inertia);
+  device("local_damping", state_.ledger.local_damping), device("bond_damping", state_.ledger.bond_damping);
+  device("scaled_inertia", state_.ledger.inertia);
+  if (scene_.bonded()) {
+    const BeforePeak& p = course_.errors.before_peak;
+    summary["errors"]["local_damping_before_peak"] = p.share(p.local_damping);
+    summary["errors"]["bond_damping_before_peak"] = p.share(p.bond_damping);
+    summary["errors"]["devices_before_peak"] = p.devices();
+    summary["errors"]["kinetic_before_peak"] = p.share(p.kinetic);
+  }
   summary["errors"]["packing_overlap"] = scene_.packing_overlap;
   nlohmann::json& results = summary["results"];
   results = {{"peak_axial_stress_Pa", course_.peak},

@@ -51,6 +51,11 @@ Pull go_on(const Grains& g, const Cell& cell, Row& row, const FaceOutline& outli
   return p;
 }
 
+/// Of bonds of one kind: what they give back is not made good by what others take.
+void book_fracture(double taken, Ledger& ledger) {
+  ledger.fracture += taken, ledger.most_fracture += std::max(taken, 0.0);
+}
+
 bool wants_outline(const CohesiveSpring&, const FaceOutline&) { return false; }
 bool wants_outline(const FaceBond& row, const FaceOutline& outline) {
   return row.onset > 0 && !broken(row) && outline.kept.empty();
@@ -214,7 +219,8 @@ double bond_forces(Grains& g, const Cell& cell, Bonds& bonds, Ledger& ledger, Te
   for_each_kind(bonds, [&](auto& column) {
     std::size_t gone = 0, begun = 0;
     for (std::size_t t = 0; t < tiles; ++t) {
-      ledger.fracture += column.tiles.dissipated[t], gone += column.tiles.broken[t];
+      book_fracture(column.tiles.dissipated[t], ledger);
+      gone += column.tiles.broken[t];
       ledger.friction += column.tiles.rubbed[t], ledger.bond_friction += column.tiles.rubbed[t];
       begun += column.tiles.begun[t];
       power += column.tiles.power[t];
@@ -246,8 +252,9 @@ void add_bond_forces(Grains& g, const Cell& cell, Bonds& bonds, std::span<const 
   for_each_kind(bonds, [&](auto& column) {
     for (std::size_t k = before[kind]; k < column.row.size(); ++k) {
       auto& row = column.row[k];
-      double rub = 0;
-      const Pull p = go_on(g, cell, row, {&g}, ledger.fracture, rub);
+      double taken = 0, rub = 0;
+      const Pull p = go_on(g, cell, row, {&g}, taken, rub);
+      book_fracture(taken, ledger);
       ledger.friction += rub, ledger.bond_friction += rub;
       g.force[row.ends.b] += p.force, g.torque[row.ends.b] += p.arm_b.cross(p.force) + p.couple;
       g.force[row.ends.a] -= p.force, g.torque[row.ends.a] -= p.arm_a.cross(p.force) + p.couple;

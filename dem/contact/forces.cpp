@@ -149,7 +149,6 @@ void book(const BlockEnergy& contacts, Ledger& l) {
   l.friction += contacts.friction, l.unexplained += contacts.springs - contacts.friction;
   l.damping += contacts.viscous, l.work += contacts.work;
   l.most_friction = std::max(l.most_friction, l.friction), l.most_damping = std::max(l.most_damping, l.damping);
-  l.most_fracture = std::max(l.most_fracture, l.fracture);
 }
 
 double elastic_energy(const ContactLaw& law, const Contacts& contacts) {

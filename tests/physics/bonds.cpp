@@ -113,6 +113,29 @@ TEST_CASE("bonds give the same bits for any number of threads, those of one afte
     if (held[i]) REQUIRE(again.grains.force[i] == fresh.grains.force[i]);
 }
 
+TEST_CASE("what a bond gives back is not made good by what others take") {
+  State s = cubic(2, -1e-2 * R);  // one tile
+  const Vec3 way(1, 0, 0);
+  s.bonds.cohesive.row = {spring_between(0, 1, way), spring_between(2, 3, way)};
+  for (CohesiveSpring& spring : s.bonds.cohesive.row) spring.preload.setZero();
+  const auto go_on = [&](double opening) {
+    s.grains.motion[1].position.x() += opening, s.grains.motion[3].position.x() += opening;
+    Team team(1);
+    bond_forces(s.grains, s.boundary.cell, s.bonds, s.ledger, team);
+  };
+  go_on(2e-3 * R);
+  const double each = 0.5 * s.ledger.fracture;
+  CHECK(each == Approx(0.5 * 2e-2 * R * 0.2));
+  CHECK(s.ledger.most_fracture == s.ledger.fracture);
+  s.bonds.cohesive.row[1].peak *= -2;  // of this one softening gives
+  go_on(2e-3 * R);
+  CHECK(s.ledger.fracture == Approx(each));
+  s.bonds.cohesive.row[1].peak *= -0.25;
+  go_on(2e-3 * R);
+  CHECK(s.ledger.fracture == Approx(2.5 * each));
+  CHECK(s.ledger.most_fracture - s.ledger.fracture == Approx(each));
+}
+
 TEST_CASE("a bond across the cell's border is the bond to the grain where it is seen") {
   Model model = model_of(solid(60e9, 0.17, 2650));
   State s;
