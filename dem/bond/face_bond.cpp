@@ -196,13 +196,21 @@ Mat3 axes_of(const FaceBond& s) {
   return face;
 }
 
-/// `to_b`: from the centre of a to the middle of the face on b (global).
-Opening opening_of(const FaceBond& s, const BondFrame& at, const Mat3& face, const Vec3& to_b) {
+/// `shift`: in the axes of the face.
+Opening opened(const FaceBond& s, const BondFrame& at, const Mat3& face, const Vec3& shift) {
   const Quat turn = at.a.conjugate() * at.b * s.rest;
   const double sign = turn.w() < 0 ? -1 : 1;
-  const Mat3 axes = at.a.toRotationMatrix() * face;
-  return {axes.transpose() * to_b - face.transpose() * s.at_a, sign * (face.transpose() * turn.vec()), sign * turn.w()};
+  return {shift, sign * (face.transpose() * turn.vec()), sign * turn.w()};
 }
+
+/// `to_b`: from the centre of a to the middle of the face on b (global).
+Opening opening_of(const FaceBond& s, const BondFrame& at, const Mat3& face, const Vec3& to_b) {
+  const Mat3 axes = at.a.toRotationMatrix() * face;
+  return opened(s, at, face, axes.transpose() * to_b - face.transpose() * s.at_a);
+}
+
+/// Of any turn, from that of small ones.
+Vec3 couple_of(const Resistance& r, const Opening& o) { return o.real * r.couple + o.half.cross(r.couple); }
 
 }  // namespace
 
@@ -246,10 +254,18 @@ Pull pull(FaceBond& s, const BondFrame& at, const FaceOutline& outline) {
     if (!broken(s)) s.spent += soften(s, now, breaks);
     r = s.damage > 0 ? damaged(s, o, parts, axes.transpose() * s.shear, before, breaks) : undamaged(s, o);
   }
-  const Vec3 couple = o.real * r.couple + o.half.cross(r.couple);
   s.force = axes * r.force;
   if (s.damage > 0) s.shear = axes * s.shear;
-  return {s.force, to_b, arm_b, axes * couple};
+  return {s.force, to_b, arm_b, axes * couple_of(r, o)};
+}
+
+Pull pull_of_plate(FaceBond& s, const BondFrame& at) {
+  const Vec3 arm_a = at.a * s.at_a, arm_b = at.b * s.at_b;
+  const Mat3 face = axes_of(s), axes = (at.b * s.rest).toRotationMatrix() * face;
+  const Opening o = opened(s, at, face, axes.transpose() * (at.x_b + arm_b - at.x_a - arm_a));
+  const Resistance r = undamaged(s, o);
+  s.force = axes * r.force;
+  return {s.force, arm_a, arm_b, at.a * Vec3(face * couple_of(r, o))};
 }
 
 bool bear(FaceBond& s, const Vec3& force, const Vec3& couple, const FaceOutline& outline) {

@@ -26,6 +26,11 @@ BondStiffness stiffest(const FaceBond& s, const Quat& a);
 
 Pull pull(FaceBond& s, const BondFrame& at, const FaceOutline& outline);
 
+/// The same of a face glued to a plate, b, which never gives way. Opening and slip are along the plate's axes, and the
+/// plate's force is where the face is: a plate that holds by the normal alone has no part along itself, whatever
+/// slides.
+Pull pull_of_plate(FaceBond& s, const BondFrame& at);
+
 /// A fresh bond, at rest where it is, carries a force on b (N) and a couple (N m; axes e1, e2, normal) from now on, and
 /// gives way from there. It is made stiffer where it would hold more than half of its energy, up to four times: beyond
 /// that it is broken at once (false).

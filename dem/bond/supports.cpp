@@ -33,7 +33,7 @@ void clear_supported(Grains& g, const Bonds& bonds) {
 
 double support_forces(Grains& g, const Boundary& boundary, Bonds& bonds, Ledger& ledger, double time) {
   for (FaceBond& row : bonds.wall) {
-    const Pull p = pull(row, frame_at_wall(g, boundary, row.ends), {});  // never damaged: no outline
+    const Pull p = pull_of_plate(row, frame_at_wall(g, boundary, row.ends));
     g.force[row.ends.a] -= p.force, g.torque[row.ends.a] -= p.arm_a.cross(p.force) + p.couple;
   }
   for (DeadLoad& load : bonds.load) push(g, load, ledger, time);

@@ -98,9 +98,9 @@ HullLoad LoadedHull::of_bond(const GrainBonds::Entry& entry) const {
   }
   const FaceBond& s = entry.end == wall ? bonds_.wall[entry.at] : bonds_.face.row[entry.at];
   FaceBond now = s;
-  Pull p = pull(
-      now, entry.end == wall ? frame_at_wall(grains_, boundary_, s.ends) : frame_of(grains_, boundary_.cell, s.ends),
-      {&grains_, entry.end == wall ? std::span<const Eigen::Vector2d>{} : bonds_.outline[entry.at]});
+  Pull p = entry.end == wall
+               ? pull_of_plate(now, frame_at_wall(grains_, boundary_, s.ends))
+               : pull(now, frame_of(grains_, boundary_.cell, s.ends), {&grains_, bonds_.outline[entry.at]});
   if (entry.end != wall && !bonds_.dashpot.empty())
     p.force += bonds_.dashpot[entry.at].force, p.couple += bonds_.dashpot[entry.at].couple;
   const double sign = entry.end == b ? 1 : -1;

@@ -104,6 +104,50 @@ TEST_CASE("a cube glued to walls: modulus of half its size, critical step of its
   CHECK(support_force(s.bonds, 0).z() == Approx(-1e-4 * 2 * E0).epsilon(0.2));
 }
 
+TEST_CASE(
+    "a plate that holds by the normal alone has no force along itself, however far what it holds has slid or leans") {
+  Team team(1);
+  for (const bool slides : {true, false}) {
+    Model model = rock(elastic(1));
+    BondedFaces faces;
+    State s = cube(model, faces, team);
+    s.boundary.walls = {plane(Vec3::Zero(), Vec3::UnitZ())};
+    glue(model, end_of(faces, -Vec3::UnitZ()), 0, slides, s);
+    const Vec3 rest = s.grains.motion[0].position;
+    const Quat upright = s.grains.orientation[0];
+    const auto energy_at = [&](const Vec3& shift, const Vec3& turn, Vec3* force = nullptr, Vec3* torque = nullptr) {
+      s.grains.motion[0].position = rest + shift;
+      s.grains.orientation[0] = Quat(Eigen::AngleAxisd(turn.norm(), turn.normalized())) * upright;
+      update_frames(s.grains);
+      clear_supported(s.grains, s.bonds);
+      Ledger ledger;
+      support_forces(s.grains, s.boundary, s.bonds, ledger, 0);
+      if (force) *force = s.grains.force[0], *torque = s.grains.torque[0];
+      return stored_energy(s.bonds);
+    };
+    const Vec3 slid(0.3, -0.2, -1e-3), leans(0.01, -0.02, 0.03);
+    Vec3 force, torque;
+    energy_at(slid, leans, &force, &torque);
+    // Of the slope of the energy: the force on the middle of the face, whose height is that of the corner it turns
+    // with.
+    const Quat q(Eigen::AngleAxisd(leans.norm(), leans.normalized()));
+    const double pressed = -(slid + Vec3(0, 0, 0.5) + q * Vec3(0, 0, -0.5)).z();
+    CHECK(force.z() == Approx(s.bonds.wall[0].kn * pressed).epsilon(1e-12));
+    if (slides) CHECK(force.head<2>().norm() < 1e-12 * force.z());
+    constexpr double step = 1e-6;
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 d = step * Vec3::Unit(k);
+      const auto turned = [&](double sign) {
+        const Eigen::AngleAxisd all(Quat(Eigen::AngleAxisd(sign * step, Vec3::Unit(k))) * q);
+        return energy_at(slid, all.angle() * all.axis());
+      };
+      const double size = force.norm() + torque.norm();
+      CHECK(std::abs((energy_at(slid + d, leans) - energy_at(slid - d, leans)) / (2 * step) + force[k]) < 1e-6 * size);
+      CHECK(std::abs((turned(1) - turned(-1)) / (2 * step) + torque[k]) < 1e-6 * size);
+    }
+  }
+}
+
 TEST_CASE("moving clamps and dead loads work as much as is held, moves and is damped") {
   Team team(2);
   Model model = rock(elastic(0.4));
