@@ -12,6 +12,7 @@ namespace {
 using dem::Vec3;
 
 constexpr int roller_corners = 32;
+constexpr double least_stiffer = 0.02;  // a mesh differs by as much from another
 
 /// "x=min": the direction outwards.
 Vec3 direction_of(Table& t) {
@@ -33,6 +34,18 @@ bool holds_on(const RveScene& scene) {
   if (!scene.cells || scene.cells->faces.outer.empty()) return false;
   const dem::Index cell = scene.cells->faces.outer.front().grain;
   return scene.model.materials[scene.state.grains.material[cell]].bond.has_value();
+}
+
+/// Few cells between plane faces are stiffer than the `modulus` of their bonds, which is that of many.
+void note_stiffness(RveScene& scene, int axis) {
+  const auto& bond = scene.model.materials[scene.state.grains.material[0]].bond;
+  const double more = bond ? dem::stiffer_than_endless(scene.state, *bond, axis) - 1 : 0;
+  if (std::abs(more) < least_stiffer) return;
+  scene.notes.push_back(
+      fmt::format("along {} these cells are some {:.0f} % {} than bond.modulus, which is that of many cells: next to a "
+                  "plane face they "
+                  "line up with it (docs/bonded.md); take more cells, or calibrate modulus with these",
+                  "xyz"[axis], 100 * std::abs(more), more > 0 ? "stiffer" : "softer"));
 }
 
 /// Force along its way that the moving one of a test meets, and stress by load.
@@ -120,6 +133,11 @@ void read_supports(Table& t, RveScene& scene) {
   if (!loads.empty() && boundary.cell.periodic()) loads.front().fail("", "a periodic cell has no ends");
   for (const auto& c : clamps) read_clamp(c, scene);
   for (const auto& l : loads) read_load(l, scene);
+  if (!scene.state.bonds.wall.empty() && !clamps.empty()) {
+    int axis = 0;
+    scene.state.boundary.walls.front().normal.cwiseAbs().maxCoeff(&axis);
+    note_stiffness(scene, axis);
+  }
   if (scene.cells) scene.cells->faces.outer = {};  // nobody else asks
 }
 
@@ -179,6 +197,7 @@ void read_rollers(Table& t, RveScene& scene) {
   // The beam's fibre stress under the load P: 3 P (outer - inner) / (2 w t^2).
   gauge.stress_per_load = 1.5 * (outer - inner) / (box[third] * box[test.axis] * box[test.axis]);
   scene.cells->gauge = gauge;
+  note_stiffness(scene, span);
   test.duration = t.number("final_displacement", dimension::length, positive) / speed;
 }
 

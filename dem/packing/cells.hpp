@@ -37,6 +37,11 @@ std::vector<OuterFace> faces_towards(std::span<const OuterFace> outer, const Vec
 /// homogeneous strain goes on to the wall. `slides`: without shear and twist.
 void glue(const Model& model, std::span<const OuterFace> faces, Index wall, bool slides, State& state);
 
+/// Young's modulus of cells along an axis, sides free, over that of an endless network of the same bonds: next to a
+/// plane face cells line up with it, so that few cells across are stiffer. Both as if all cells moved with one strain:
+/// of that the ratio is true to some hundredths (docs/bonded.md). 1 where bonds have no modulus, or one length.
+double stiffer_than_endless(const State& state, const BondModel& model, int axis);
+
 /// A dead load (N) on faces, alike on every square metre, whole after a time `ramp` (s).
 void add_load(std::span<const OuterFace> faces, const Vec3& force, double ramp, State& state);
 
