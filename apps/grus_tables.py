@@ -8,6 +8,8 @@ import csv
 import difflib
 import math
 import re
+import tomllib
+import typing
 
 UNITS = {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12, "N/mm2": 1e6, "N/mm^2": 1e6, "bar": 1e5, "%": 0.01, "-": 1.0, "1": 1.0,
          "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9,
@@ -18,6 +20,7 @@ KINDS = {"Pa": "Pa kPa MPa GPa TPa N/mm2 N/mm^2 bar".split(), "m": "m cm mm um �
 AFTER_UNDERSCORE = [u for u in UNITS if u not in ("1", "-", "min")]  # these are numbers and the least of something
 OTHER_NAMES = {"error": ["error", "errors", "err", "std", "stdev", "std_dev", "stddev", "sd", "sem", "uncertainty",
                          "deviation", "standard_deviation", "standard_error"]}
+least_stress = 1e4  # Pa; what people measure and do not give a unit is larger, or in another unit
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 COMMA_NUMBER = re.compile(r"[-+]?(\d+,?\d*|,\d+)([eE][-+]?\d+)?")
 
@@ -45,6 +48,13 @@ def text_of(path):
         if "\0" not in text:
             return text
     raise BadData(f"cannot read {path}: not a text file")
+
+
+def toml_of(path):
+    """A TOML file, UTF-8 or UTF-16, with or without a byte order mark. Raises OSError and ValueError."""
+    with open(path, "rb") as f:
+        raw = f.read()
+    return tomllib.loads(raw.decode("utf-16" if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"))
 
 
 def lines_of(path):
@@ -109,6 +119,12 @@ def name_and_unit(head):
     return head, None
 
 
+class Place(typing.NamedTuple):
+    """Where a column is, and its unit if it carries one."""
+    at: int
+    unit: str | None
+
+
 class Table:
     """Names of columns with their units, and rows of texts by line."""
 
@@ -154,10 +170,10 @@ class Table:
                 stem = plain[:-len(at) - 1] if at else ""
                 alone = stem if name in ("value", "error") or at not in KINDS else ""  # sigma_Pa is a name, of no sigma
                 if stem and name in (alone, *(f"{stem}_{si}" for si, units in KINDS.items() if at in units)):
-                    plain, unit = self.named[k] = stem, at
+                    plain, unit = stem, at
             endings = ["_" + si for si, units in KINDS.items() if unit in units]
             if name == self.head[k] or name == plain or (endings and name == plain + endings[0]):
-                found.append(k)
+                found.append(Place(k, unit))
         if len(found) > 1:
             raise BadData(f"{self.path}:{self.head_line}: two columns are called '{name}'")
         return found[0] if found else None
@@ -175,7 +191,7 @@ class Table:
         """Refuses a column that is nearly called as an optional one that is not there: it would be left out unheard."""
         if self.place(name) is not None:
             return
-        asked = [self.place(n) for n in beside]
+        asked = [place.at for place in map(self.place, beside) if place]
         others = OTHER_NAMES.get(name, [name])
         of = [s for n in beside for s in (n.lower(), n.removesuffix("_" + kind_of(n)).lower())]
         others = {t for o in others for t in (o, *(f"{n}_{o}" for n in of), *(f"{o}_{n}" for n in of))}
@@ -188,32 +204,43 @@ class Table:
             if near and k not in asked:
                 raise BadData(f"{self.path}:{self.head_line}: column '{self.head[k]}': did you mean '{name}'?")
 
+    def called(self, place):
+        return f"{self.path}:{self.head_line}: column '{self.head[place.at]}'"
+
     def scale(self, place, quantity):
         """What turns a column into SI; its unit must be one of what `quantity`, a name that ends with its unit, is."""
-        _, unit = self.named[place]
-        if unit is None:
+        if place.unit is None:
             return 1.0
-        if unit not in UNITS:
-            raise BadData(f"{self.path}:{self.head_line}: column '{self.head[place]}': unit '{unit}' is not known")
-        if unit not in KINDS[kind_of(quantity)]:
-            raise BadData(f"{self.path}:{self.head_line}: column '{self.head[place]}': "
-                          f"'{unit}' is no unit of {quantity}")
-        return UNITS[unit]
+        if place.unit not in UNITS:
+            raise BadData(f"{self.called(place)}: unit '{place.unit}' is not known")
+        if place.unit not in KINDS[kind_of(quantity)]:
+            raise BadData(f"{self.called(place)}: '{place.unit}' is no unit of {quantity}")
+        return UNITS[place.unit]
 
-    def numbers(self, place, quantity):
-        """A column in SI."""
+    def check_stress(self, place, quantity, values):
+        """Refuses stresses of no strength at all whose unit nobody has told: they are hardly in Pa."""
+        head, largest = self.head[place.at], max(map(abs, values), default=0)
+        if kind_of(quantity) != "Pa" or place.unit or kind_of(head) == "Pa" or not 0 < largest < least_stress:
+            return
+        raise BadData(f"{self.called(place)}: without a unit its largest value would be {largest:g} Pa: give the unit "
+                      f"in the head: '{head} (MPa)', or '{head} (Pa)' if that is meant")
+
+    def numbers(self, place, quantity, of_error=False):
+        """A column in SI; `of_error`: standard deviations, which may be small."""
         scale, values = self.scale(place, quantity), []
         for line, row in self.rows:
-            text = row[place]
+            text = row[place.at]
             if self.decimal_comma and is_number(text, True):
                 text = text.replace(",", ".")
             if not is_number(text):
-                raise BadData(f"{self.path}:{line}: column '{self.head[place]}': "
+                raise BadData(f"{self.path}:{line}: column '{self.head[place.at]}': "
                               + (f"{text!r} is no number" if text else "no value"))
             value = scale * float(text)
             if not math.isfinite(value):
-                raise BadData(f"{self.path}:{line}: column '{self.head[place]}': {text!r} is not finite")
+                raise BadData(f"{self.path}:{line}: column '{self.head[place.at]}': {text!r} is not finite")
             values.append(value)
+        if not of_error:
+            self.check_stress(place, quantity, values)
         return values
 
 
@@ -223,14 +250,12 @@ def read_columns(path, names, optional=(), quantity=None):
     table, quantity = Table(path), quantity or names[-1]
     for name in optional:
         table.forbid_near(name, names)
-    places = [table.needed(n) for n in names] + [table.place(n) for n in optional]
-    has_unit = table.named[places[len(names) - 1]][1]
-    for place in places[len(names):]:
-        if place is not None and has_unit and not table.named[place][1]:
-            raise BadData(f"{path}:{table.head_line}: column '{table.head[place]}' needs its unit, as "
-                          f"'{table.head[places[len(names) - 1]]}' has one")
-    of = [*names[:-1], *[quantity] * (1 + len(optional))]
-    return [None if p is None else table.numbers(p, q) for p, q in zip(places, of)]
+    needed, others = [table.needed(n) for n in names], [table.place(n) for n in optional]
+    for place in others:
+        if place is not None and needed[-1].unit and not place.unit:
+            raise BadData(f"{table.called(place)} needs its unit, as '{table.head[needed[-1].at]}' has one")
+    return [*(table.numbers(p, q) for p, q in zip(needed, [*names[:-1], quantity])),
+            *(None if p is None else table.numbers(p, quantity, of_error=True) for p in others)]
 
 
 class Columns:

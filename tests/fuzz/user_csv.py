@@ -42,6 +42,8 @@ def draw(rng, folder, _binaries):
         rows[1] = [v / 20 for v in rows[1]]
     if kind == "curve":
         rows[0] = [v / 100 for v in rows[0]]
+    if kind == "quantiles":
+        rows[0] = [1e6 * v for v in rows[0]]  # Pa, and a strength even where no unit is told
     did += [w for w in ("rows twice", "negative", "thousands") if rng.random() < 0.1]
     way = set(did)
     if "spaces" in way and "unknown unit" not in way:  # with these no reader could tell columns

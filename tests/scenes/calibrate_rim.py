@@ -60,7 +60,7 @@ def verdicts():
 def unbroken(folder):
     """A target of strengths counts grains that did not break, a peak in the last row is told."""
     with open(os.path.join(folder, "s.csv"), "w") as f:
-        f.write("value\n10\n20\n30\n40\n")
+        f.write("value (Pa)\n10\n20\n30\n40\n")
     t = Target({"name": "s", "kind": "quantiles", "data": "s.csv", "quantity": "results.peak_before_breakage_Pa"}, folder)
     run = lambda broke, most: {"columns": {}, "grading": {}, "summary": {"results": {"peak_axial_stress_Pa": most, **({"peak_before_breakage_Pa": broke} if broke else {})}}}  # noqa: E731
     values, between, n = t.answer([run(10.0, 12.0), run(20.0, 25.0), run(None, 35.0), run(None, 35.0)])

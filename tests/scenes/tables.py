@@ -10,7 +10,7 @@ import numpy as np
 
 sys.path.insert(0, os.path.join(sys.argv[1], "..", "share", "grus", "tools"))
 from grus_precision import known_reference  # noqa: E402
-from grus_tables import BadData, read_columns  # noqa: E402
+from grus_tables import BadData, Table, read_columns  # noqa: E402
 from grus_targets import Target  # noqa: E402
 
 STRENGTH, faults = "results.peak_before_breakage_Pa", []
@@ -61,10 +61,10 @@ def tables(folder):
     read([[1.0], None], "value,mirror\n1,2\n", ["value"])
     # A unit after an underscore, as Grus names its own columns.
     read([[1e6, 2e6], [3e3, 4e3]], "value_MPa,error_kPa\n1,3\n2,4\n", ["value"], STRENGTH)
-    read([[5.0], [3.0]], "value,error_Pa\n5,3\n", ["value"], STRENGTH)
+    read([[5e6], [3.0]], "value,error_Pa\n5e6,3\n", ["value"], STRENGTH)
     read([[0.1], [2e6], [1e5]], "axial_strain;axial_stress_MPa;error_MPa\n0,1;2;0,1\n", curve)
     read([[2.0], None], "strain_rate_1_s\n2\n", ["strain_rate_1_s"])
-    begins("t.csv:1: column 'error_mm'", "value,error_mm\n1,2\n", ["value"], STRENGTH)
+    begins("t.csv:1: column 'error_mm'", "value,error_mm\n1e6,2\n", ["value"], STRENGTH)
     begins("t.csv:1: two columns are called 'error'", "value,error,error_Pa\n1,2,3\n", ["value"], STRENGTH)
     # Nor is what others call an error.
     for head in ("err", "std", "sd", "SD [MPa]", "std_MPa", "value_sd", "value error", "error_low", "uncertainty"):
@@ -78,6 +78,23 @@ def tables(folder):
            "value, MPa\n72,5\n81,0\n", ["value"], STRENGTH)
     begins("t.csv:1: column '%' has", "diameter_m,passing,%\n0.1,72,5\n", ["diameter_m", "passing"])
     read([[1.0], None], "value,min,max\n1,0,2\n", ["value"])
+    # Strengths of some pascal are megapascals whose unit nobody told; where one is told, that is it.
+    begins("t.csv:1: column 'strength': without a unit its largest value would be 48.3 Pa: give the unit in the head: "
+           "'strength (MPa)'", "strength\n12.4\n48.3\n", ["strength"], STRENGTH)
+    begins("t.csv:1: column 'mean strength'", "mean strength;error\n9,9;1\n", ["mean strength"], STRENGTH)
+    for head, si in (("strength (Pa)", 1), ("strength [Pa]", 1), ("strength / MPa", 1e6), ("strength [kPa]", 1e3)):
+        read([[1.5 * si, 48.25 * si], None], f"{head}\n1.5\n48.25\n", ["strength"], STRENGTH)
+    read([[0.1], [250.0], [3.0]], "axial_strain,axial_stress_Pa,error\n0.1,250,3\n", curve)
+    read([[1.2e7], [5e3]], "strength,error\n1.2e7,5e3\n", ["strength"], STRENGTH)
+    read([[0.0, 0.0], None], "strength\n0\n0\n", ["strength"], STRENGTH)
+    # Whoever looks for a column leaves the table as it is.
+    with open(os.path.join(folder, "m.csv"), "w") as f:
+        f.write("value_MPa,error_kPa\n1,3\n")
+    table = Table(os.path.join(folder, "m.csv"))
+    for name, unit in (("value_Pa", "MPa"), ("value", "MPa"), ("value_MPa", None), ("value_Pa", "MPa")):
+        found = table.place(name)
+        as_it_was = table.named == [("value_MPa", None), ("error_kPa", None)]
+        need(found == (0, unit) and as_it_was, f"{name}: {found} {table.named}")
     begins("t.csv:2: not a line of a table", 'value,b\n"1,2\n', ["value"])
     with open(os.path.join(folder, "r.csv"), "w") as f:
         f.write("axial_strain (%);sigma [MPa]\n0,0;0,0\n2,0;3,0\n")
@@ -92,7 +109,7 @@ def run(broke=None, most=0.0, breakages=0):
 
 def strengths(folder):
     with open(os.path.join(folder, "s.csv"), "w") as f:
-        f.write("value\n10\n20\n30\n")
+        f.write("value (Pa)\n10\n20\n30\n")
     quantiles = {"name": "s", "kind": "quantiles", "data": "s.csv", "quantity": STRENGTH}
     # A grain that broke before the first row has no known strength: not 0, nor more than what its fragments bore.
     t = Target(quantiles, folder)
