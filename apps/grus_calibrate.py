@@ -17,6 +17,7 @@ import numpy as np  # noqa: E402
 import grus_regression as regression  # noqa: E402
 import grus_posterior  # noqa: E402
 from grus_pounders import pounders  # noqa: E402
+from grus_tables import toml_of  # noqa: E402
 from grus_calibrate_reader import case_at, read_calibration  # noqa: E402
 from grus_results import VERSION, Folder, clear_results, write_csv, write_whole  # noqa: E402
 from grus_runner import PROGRAMS, Lacking, Runner, duration_text, end, read_run, status_of  # noqa: E402
@@ -125,9 +126,7 @@ def write_tables(out, parameters, targets, evaluation, data):
 
 def best_scene(run, parameters, x):
     """A scene file that runs as it is: the target's scene with its settings and the values found."""
-    import tomllib
-    with open(run["scene"], "rb") as f:
-        table = tomllib.load(f)
+    table = toml_of(run["scene"])
     for key, value in {**run["set"], **{p.key: p.setting(u) for p, u in zip(parameters, x)}}.items():
         here, parts = table, key.split(".")
         for part in parts[:-1]:

@@ -3,10 +3,10 @@
 import hashlib
 import json
 import os
-import tomllib
 
 import grus_precision as precision
 import grus_study_schema as schema
+from grus_tables import toml_of
 
 
 class Refused(Exception):
@@ -29,11 +29,10 @@ def toml_value(v):
 def read_checked(path, fault_of):
     """A TOML file in which `fault_of` finds no fault."""
     try:
-        with open(path, "rb") as f:
-            table = tomllib.load(f)
+        table = toml_of(path)
     except OSError as e:
         raise Refused(f"{path}: {e.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as e:
+    except (ValueError, RecursionError) as e:
         raise Refused(f"{path}: {e}") from None
     fault = fault_of(table)
     if fault:
@@ -83,9 +82,8 @@ def scene_of(where, scene, folder):
     if not os.path.isfile(scene):
         raise Refused(f"{where}: no such scene file {scene}")
     try:
-        with open(scene, "rb") as f:
-            table = tomllib.load(f)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as e:
+        table = toml_of(scene)
+    except (ValueError, RecursionError) as e:
         raise Refused(f"{where}: {scene}: {e}") from None
     return {"scene": scene, "program": "grus-bvp" if "mesh" in table else "grus-rve"}
 

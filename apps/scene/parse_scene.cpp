@@ -2,12 +2,12 @@
 // A scene file as TOML, with what --set changes in it.
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <set>
 #include <sstream>
 
 #include "apps/scene/keys.hpp"
 #include "apps/scene/reader.hpp"
+#include "dem/base/text_file.hpp"
 
 namespace grus::app {
 namespace {
@@ -31,10 +31,11 @@ void refuse_unknown(const std::string& entry, const std::string& key) {
 }  // namespace
 
 toml::table parse_scene(const std::string& file, const std::vector<std::string>& overrides) {
-  if (!std::filesystem::is_regular_file(file)) throw InputError(fmt::format("{}: no such scene file", file));
+  const auto in = dem::open_text(file);
+  if (!in) throw InputError(fmt::format("{}: no such scene file", file));
   toml::table scene;
   try {
-    scene = toml::parse_file(file);
+    scene = toml::parse(*in, file);
   } catch (const toml::parse_error& e) {
     throw InputError(
         fmt::format("{}:{}:{}: {}", file, e.source().begin.line, e.source().begin.column, e.description()));

@@ -2,13 +2,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <numeric>
 #include <optional>
 #include <sstream>
 
 #include "dem/base/error.hpp"
+#include "dem/base/text_file.hpp"
 #include "dem/packing/packing.hpp"
 
 namespace grus::dem {
@@ -94,13 +93,13 @@ void check_packing(const Packing& p, const std::vector<int>& line, const std::st
 }  // namespace
 
 Packing read_packing(const std::string& path, const Vec3& box, bool walled) {
-  std::ifstream in(path);
-  if (!in || !std::filesystem::is_regular_file(path)) throw InputError(fmt::format("{}: no such packing file", path));
+  const auto in = open_text(path);
+  if (!in) throw InputError(fmt::format("{}: no such packing file", path));
   Packing p;
   p.box = box;
   std::vector<int> lines;
   std::string line;
-  for (int number = 1; std::getline(in, line); ++number) {
+  for (int number = 1; std::getline(*in, line); ++number) {
     line = line.substr(0, line.find('#'));
     std::istringstream text(line);
     double x, y, z, r;

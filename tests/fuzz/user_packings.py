@@ -7,10 +7,11 @@ import os
 import shutil
 import subprocess
 
-WAYS = ("order", "comments", "windows line ends", "tabs", "exponents", "empty lines", "millimetres", "grain twice", "negative radius", "beyond the box", "decimal comma",
+WAYS = ("order", "comments", "windows line ends", "tabs", "exponents", "empty lines",
+        "byte order mark", "utf-16", "millimetres", "grain twice", "negative radius", "beyond the box", "decimal comma",
         "line of names", "a number missing", "not a number")
-HARMLESS = WAYS[:6]
-spoil = itertools.cycle(WAYS[6:])  # in turn
+HARMLESS = WAYS[:8]
+spoil = itertools.cycle(WAYS[8:])  # in turn
 SCENE = """[material.s]
 density = 2650
 youngs_modulus = "1 GPa"
@@ -79,9 +80,10 @@ def draw(rng, folder, binaries):
         lines.insert(len(lines) // 2, "# half of them")
     if "empty lines" in did:
         lines.insert(1, "")
-    with open(os.path.join(folder, "packing.txt"), "w", newline="") as f:
+    encoding = "utf-16" if "utf-16" in did else "utf-8-sig" if "byte order mark" in did else "utf-8"
+    with open(os.path.join(folder, "packing.txt"), "w", newline="", encoding=encoding) as f:
         f.write(("\r\n" if "windows line ends" in did else "\n").join(lines) + "\n")
     with open(os.path.join(folder, "packing.toml"), "w") as f:
         f.write(SCENE)
-    spoiled = [w for w in did if w in WAYS[6:]]
+    spoiled = [w for w in did if w in WAYS[8:]]
     return Case(folder, binaries, did, means, not spoiled, bool(spoiled))

@@ -143,7 +143,9 @@ def run(scene: Path, set: Iterable[str] = (), *, out: Path | None = None, thread
         raise InputError(f"ranks = {ranks}: there is no mpirun here")
     try:
         with open(scene, "rb") as f:
-            macro = "mesh" in tomllib.load(f)
+            raw = f.read()
+        encoding = "utf-16" if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
+        macro = "mesh" in tomllib.loads(raw.decode(encoding))
     except OSError as e:
         raise InputError(f"{scene}: no such scene file: {e.strerror}") from None
     except ValueError:
