@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """What the system asks of a tool: SIGINT, SIGTERM and SIGHUP stop it, SIGUSR1 and SIGUSR2 are handed on to its runs. Those
 that it was started with as ignored (nohup) stay ignored."""
+import errno
+import os
+import re
 import signal
 import sys
 import time
@@ -66,6 +69,9 @@ def end_after(seconds):
     signal.setitimer(signal.ITIMER_REAL, max(seconds - reserve - (time.monotonic() - BEGAN), 1e-3))
 
 
+LINE_OF_LOG = re.compile(rb"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d  ")  # how each begins
+
+
 class Logged:
     """A stream whose lines also go, with the time, to the end of a file."""
 
@@ -85,7 +91,12 @@ class Logged:
 
 
 def log_to(path):
-    """What is said from now on is written to the end of a file, too. Raises OSError."""
+    """What is said from now on is written to the end of a file, too: of a log, or of a new one. Raises OSError."""
+    if os.path.isfile(path):
+        with open(path, "rb") as f:
+            begin = f.read(21)
+        if begin and not LINE_OF_LOG.fullmatch(begin):
+            raise FileExistsError(errno.EEXIST, "is there and is not a log of Grus: name another file")
     file = open(path, "a", encoding="utf-8")
     sys.stdout, sys.stderr = Logged(sys.stdout, file), Logged(sys.stderr, file)
 

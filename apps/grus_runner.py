@@ -10,12 +10,12 @@ import signal
 import subprocess
 import sys
 import time
-import tomllib
 
 import grus_interrupts
 from grus_censored import number_of, strength_of
 from grus_results import InUse, one_line, read_grading, read_history, write_whole
 from grus_study_reader import Refused, toml_value
+from grus_tables import toml_of
 
 # Of share/grus/tools, where this lies, the folder of the programs.
 PROGRAMS = os.path.normpath(os.path.join(os.path.dirname(os.path.realpath(__file__)), "..", "..", "..", "bin"))
@@ -46,8 +46,7 @@ def files_read(scene, settings):
         if not path.endswith(".toml"):
             continue
         try:
-            with open(path, "rb") as f:
-                table = tomllib.load(f)
+            table = toml_of(path)
         except (OSError, ValueError, RecursionError):  # the program will say so
             continue
         for text in [*texts_in(table), *texts_in(more)]:
@@ -206,6 +205,8 @@ def status_of(program, args, work, interrupted):
         if args.log:
             try:
                 grus_interrupts.log_to(args.log)
+            except FileExistsError as e:
+                raise Refused(f"--log: {args.log}: {e.strerror}") from None
             except OSError as e:
                 raise Refused(f"--log: {args.log}: cannot write: {e.strerror}") from None
         if args.max_time:

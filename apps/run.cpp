@@ -57,7 +57,7 @@ std::string one_line(const std::string& text) {
 }
 
 int run_command(int argc, char** argv, const std::string& name, const std::string& description,
-                const std::function<int(const Options&)>& work, bool speaks, int sharers) {
+                const std::function<int(const Options&)>& work, bool speaks, int sharers, const Together& together) {
 #ifdef M_MMAP_THRESHOLD
   mallopt(M_MMAP_THRESHOLD, 1 << 20);  // columns of large samples go back to the system when they have grown or moved
 #endif
@@ -110,7 +110,9 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
   };
   try {
     if (!max_time.empty()) options.max_time = std::max(1e-3, duration_of("--max-time", max_time) - age_of_process());
-    if (!log.empty() && speaks) options.log = std::make_shared<Log>(log, options.directory);
+    together([&] {
+      if (!log.empty() && speaks) options.log = std::make_shared<Log>(log, options.directory);
+    });
     if (!about.asked()) return work(options);
     if (speaks) tell(about, program, options.scene);
     return finished;

@@ -32,10 +32,15 @@ void say(const Options& options, const std::string& text);
 /// One line on standard error, and in the log.
 void say_fault(const Options& options, const std::string& text);
 
+/// Does on every rank what may fail on one of them; then it fails on all.
+using Together = std::function<void(const std::function<void()>& part)>;
+
 /// Parses the command line (prints help and version itself) and runs `work`; turns exceptions into one line and a
 /// status. Of several ranks only one `speaks`; `sharers` of them share this one's cores.
-int run_command(int argc, char** argv, const std::string& name, const std::string& description,
-                const std::function<int(const Options&)>& work, bool speaks = true, int sharers = 1);
+int run_command(
+    int argc, char** argv, const std::string& name, const std::string& description,
+    const std::function<int(const Options&)>& work, bool speaks = true, int sharers = 1,
+    const Together& together = [](const std::function<void()>& part) { part(); });
 
 /// A message without line ends or other control characters, which texts of a scene may bring along.
 std::string one_line(const std::string& text);

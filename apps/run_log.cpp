@@ -5,10 +5,12 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
+#include <fstream>
 
 #include "dem/base/error.hpp"
 
@@ -17,6 +19,25 @@ namespace {
 
 [[noreturn]] void refuse(const std::string& path, int error) {
   throw dem::InputError(fmt::format("--log: {}: cannot write: {}", path, std::strerror(error)));
+}
+
+/// Whether a line begins as those of a log do: "2026-01-31 12:00:00  ".
+bool timed(const std::string& line) {
+  const std::string form = "0000-00-00 00:00:00  ";
+  return line.size() >= form.size() && std::equal(form.begin(), form.end(), line.begin(), [](char f, char c) {
+           return f == '0' ? c >= '0' && c <= '9' : f == c;
+         });
+}
+
+/// A file that is there and is no log: a scene, a mesh or a paper must not end in lines of a run.
+void refuse_other(const std::string& path) {
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(path, none) || std::filesystem::file_size(path, none) == 0) return;
+  std::ifstream in(path);
+  std::string line(21, '\0');
+  in.read(line.data(), static_cast<std::streamsize>(line.size()));
+  if (!timed(line))
+    throw dem::InputError(fmt::format("--log: {}: is there and is not a log of Grus: name another file", path));
 }
 
 }  // namespace
@@ -34,6 +55,7 @@ Log::Log(std::string path, const std::string& waits_for) : path_(std::move(path)
   const fs::path folder = fs::weakly_canonical(fs::absolute(path_)).parent_path();
   const fs::path results = fs::weakly_canonical(fs::absolute(waits_for) / "");
   if (fs::is_directory(path_)) refuse(path_, EISDIR);
+  refuse_other(path_);
   if ((folder / "") != (results / "")) begin();
 }
 

@@ -108,6 +108,23 @@ def stops(tmp):
         need(r.returncode == 2 and r.stderr.startswith("--max-time: ") and r.stderr.count("\n") == 1, f"--max-time {wrong}: exit {r.returncode} {r.stderr!r}")
     r = run(rve, scene, "-o", os.path.join(tmp, "no"), "--log", os.path.join(tmp, "nowhere", "x"))
     need(r.returncode == 2 and "--log" in r.stderr and r.stderr.count("\n") == 1 and not os.path.exists(os.path.join(tmp, "no")), f"a log that cannot be: {r.stderr!r}")
+    # A log goes on where it ended; a file that is none, such as those that the run reads, is left as it is.
+    log, lengths, no = os.path.join(tmp, "own.log"), [], os.path.join(tmp, "no")
+    for _ in range(2):
+        r = run(rve, scene, "-o", os.path.join(tmp, "twice"), "--force", "--quiet", "--threads", "1", "--log", log,
+                "--set", "loading.final_strain=0.001")
+        need(r.returncode == 0, f"a log that is there: exit {r.returncode} {r.stderr!r}")
+        lengths.append(len(read(log)))
+    need(lengths[1] > 1.5 * lengths[0], f"a log that goes on: {lengths} bytes")
+    packing = write(tmp, "0 0 0 1e-3\n", "packing.txt")
+    logged = write(tmp, '[study]\nscene = "scene.toml"\nquantities = ["kinetic_J"]\nat = [0.0]\n[[case]]\nname = "a"\n',
+                   "logged.toml")
+    for program, main, other in ((rve, scene, scene), (rve, scene, packing), (study, logged, scene)):
+        kept = read(other)
+        r = run(program, main, "-o", no, "--log", other)
+        told = "--log: " in r.stderr and "is not a log of Grus" in r.stderr and r.stderr.count("\n") == 1
+        need(r.returncode == 2 and told, f"--log {other}: exit {r.returncode} {r.stderr!r}")
+        need(read(other) == kept and not os.path.exists(no), f"--log {other}: written to")
     # A terminal: one live line; under mpirun, which gives its ranks one whatever it writes to: lines.
     for environment, live in (({}, True), ({"OMPI_COMM_WORLD_SIZE": "2"}, False)):
         leader, follower = pty.openpty()
@@ -162,6 +179,10 @@ def ranks(tmp):
     write(tmp, ROWS[:ROWS.index("[packing]")] + '[packing]\nkind = "simple-cubic"\nradius = { distribution = "constant", mean = "0.3 mm" }\nlayers = [4, 4, 4]\n[boundary]\nkind = "periodic"\n'
           '[preparation]\npressure = "1 MPa"\n[loading]\nkind = "uniaxial-strain"\nstrain_rate = 500.0\nfinal_strain = 0.02\n', "cell.toml")
     scene, whole, out = write(tmp, BLOCK, "block.toml"), os.path.join(tmp, "whole"), os.path.join(tmp, "out")
+    # A log that the first rank cannot open ends all of them.
+    r = run("mpirun", "-n", "2", bvp, scene, "-o", out, "--log", scene, timeout=60)
+    told = r.stderr.count("is not a log of Grus") == 1
+    need(r.returncode == 2 and told, f"--log of two ranks: exit {r.returncode} {r.stderr[:300]!r}")
     r = run(bvp, scene, "-o", whole, "--quiet", "--threads", "1")
     need(r.returncode == 0, f"the whole run: {r.stderr!r}")
     checkpoint = os.path.join(out, "checkpoint.h5")
