@@ -144,6 +144,16 @@ increments = 5
 
 
 def case_refused(tmp):
+    # Another Python than the module's: it says which one to take.
+    other = os.path.join(tmp, "other", "grus")
+    shutil.copytree(os.path.join(build, "python", "grus"), other, ignore=shutil.ignore_patterns("__pycache__"))
+    module = next(f for f in os.listdir(other) if f.startswith("_core.") and f.endswith(".so"))
+    os.rename(os.path.join(other, module), os.path.join(other, "_core.cpython-399-x86_64-linux-gnu.so"))
+    r = subprocess.run([sys.executable, "-c", "import grus"], capture_output=True, text=True, cwd=tmp,
+                       env={**os.environ, "PYTHONPATH": os.path.dirname(other)})
+    words = ("No module named 'grus._core': ", "Grus is built for cpython-399", "/usr/bin/python3")
+    last = r.stderr.splitlines()[-1] if r.stderr else ""
+    need(r.returncode == 1 and all(w in last for w in words), f"another Python: {r.stderr[-500:]}")
     rves = grus.RveSet(SAND, 3, threads=1, set=WHOLE)
     good = increments(3, 1e-4)
     first, _ = rves.advance(good)
