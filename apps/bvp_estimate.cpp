@@ -83,6 +83,11 @@ RunEstimate estimate_run(const BvpScene& scene, const BvpSetup& setup, const std
                    ? fmt::format("{:.3g} steps, {} RVEs, {:.2g} ms a step of one", steps, rves, 1e3 * one)
                    : fmt::format("{} increments, {:.0f} sweeps each, {} RVEs at most, {:.3g} s an increment of one",
                                  scene.solve.increments, sweeps, rves, one);
+  found.least = scene.is_explicit();
+  found.rest = "more where grains break or increments are cut";
+  if (scene.dynamics) found.rest = "the time step falls as cells stiffen, and grains that break take longer";
+  if (scene.explicit_statics)
+    found.rest = "the rate is lowered wherever its limits are met, and grains that break take longer";
   return found;
 }
 

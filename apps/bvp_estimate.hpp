@@ -7,10 +7,11 @@
 namespace grus::app {
 
 /// Wall time of a run's material sweeps, and how it is made up. It leaves out what breakage, cutbacks and the macro
-/// solver itself add, and what sharing saves.
+/// solver itself add, and what sharing saves; `rest`: what is left out, of this solver.
 struct RunEstimate {
   double seconds = 0;
-  std::string text;
+  bool least = false;  // a run takes no less: its steps become more
+  std::string text, rest;
 };
 
 /// Of `workers` threads on all ranks; the first of the prepared states is taken. Throws Unstable where the RVE does not

@@ -239,14 +239,14 @@ std::string BvpOutput::closing(const BvpEnding& e) const {
   if (scene_.is_explicit())
     return fmt::format("{}: {:.4g}{}, mean stress {} {:.4g} MPa, {:.0f} breakages{}, {:.3g} DEM steps in {} ({})", how,
                        e.time, scene_.dynamics ? " s" : " of the load", axis(), stress_ / 1e6 + 0.0, breakages_,
-                       bonds_text(", broken bonds "), steps, duration_text(e.wall), directory_);
+                       bonds_text(", broken bonds "), steps, duration_text(e.earlier + e.wall), directory_);
   return fmt::format(
       "{0}: load factor {1:.4g}, mean strain {2} {3:.4f}, mean stress {2} {4:.4g} MPa, {5:.0f} breakages{12}, {6} "
       "Newton "
       "iterations, {7} cutbacks, {8} material sweeps, "
       "{9:.3g} DEM steps in {10} ({11})",
       how, e.time, axis(), strain_, stress_ / 1e6 + 0.0, breakages_, iterations_, cutbacks_, sweeps_, steps,
-      duration_text(e.wall), directory_, bonds_text(", broken bonds "));
+      duration_text(e.earlier + e.wall), directory_, bonds_text(", broken bonds "));
 }
 
 nlohmann::json BvpOutput::state() const {
@@ -326,7 +326,7 @@ void BvpOutput::add_cells(nlohmann::json& summary, const BvpEnding& e) const {
     told("sharing", "tolerance_strain", scene_.rve.share, r.sharing, "measured_at_replays");
     errors["sharing"]["largest_correction"] = r.correction;
   }
-  summary["seconds"]["rve_sweeps_wall"] = rves_->seconds();
+  summary["seconds"]["rve_sweeps_wall"] = e.sweeps_wall;
 }
 
 void BvpOutput::finish(const BvpEnding& e, const Options& options) {
@@ -343,16 +343,16 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   summary["counts"] = {
       {"gauss_points", problem_.global_points()}, {"breakages", breakages_}, {"bonds_broken", bonds_broken_},
       {"newton_iterations", iterations_},         {"cutbacks", cutbacks_},   {"material_sweeps", sweeps_}};
-  summary["errors"] = {{"worst_residual", worst_residual_},
-                       {"worst_rve_energy_error", worst_energy_},
-                       {"macro_work_J", macro_work_},
-                       {"hill_mandel", work_error()}};
+  summary["errors"] = {{"macro_work_J", macro_work_}, {"hill_mandel", work_error()}};
+  if (!scene_.dynamic()) summary["errors"]["worst_residual"] = worst_residual_;
+  if (rves_) summary["errors"]["worst_rve_energy_error"] = worst_energy_;
+  summary["mesh"] = {{"low_m", scene_.low}, {"high_m", scene_.high}};
+  if (!e.prepared.is_null()) summary["preparation"] = e.prepared;
   if (scene_.ground && rves_) {
     summary["counts"]["initial_stresses"] = points_.stresses, summary["counts"]["starts"] = points_.starts.size();
     summary["errors"]["initial_stress"] = {{"tolerance", scene_.ground->tolerance}, {"worst", points_.deviation}};
   }
-  summary["seconds"] = {
-      {"preparation_wall", e.preparation}, {"solve_wall", e.wall - e.preparation}, {"cpu_rank0", cpu_seconds()}};
+  summary["seconds"] = {{"preparation_wall", e.preparation}, {"solve_wall", e.solve_wall()}, {"cpu_rank0", e.cpu}};
   if (!contraction_.empty()) {
     double mean = 0;
     for (const double v : contraction_) mean += v / static_cast<double>(contraction_.size());
@@ -362,7 +362,10 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   const auto& columns = history_->columns();
   for (std::size_t i = 0; i < columns.size() && !history_->last().empty(); ++i)
     summary["last_row"][columns[i]] = history_->last()[i];
-  for (const std::string name : {"correction", "worst_unbalanced_force", "worst_stress_change", "energy_error"})
+  std::vector<std::string> known{"energy_error"};  // what this run has computed
+  if (!scene_.is_explicit()) known.emplace_back("correction");
+  if (!scene_.is_explicit() && rves_) known.insert(known.end(), {"worst_unbalanced_force", "worst_stress_change"});
+  for (const auto& name : known)
     if (summary["last_row"].contains(name)) summary["errors"]["last_" + name] = summary["last_row"][name];
   if (rves_ && summary["last_row"].is_object()) summary["errors"]["devices"] = devices(summary["last_row"]);
   if (scene_.hopkinson && history_->rows() > 1)

@@ -11,8 +11,13 @@ namespace grus::app {
 struct BvpEnding {
   int status = 0, ranks = 1;
   std::string text;
-  double time = 0, preparation = 0, wall = 0;  // load factor or s; s of wall time
-  std::uint64_t migrated = 0;                  // RVEs moved between ranks
+  double time = 0;                                // load factor or s
+  double preparation = 0, wall = 0, earlier = 0;  // s of wall time: of this part, and what earlier parts took to solve
+  double cpu = 0, sweeps_wall = 0;                // s of all parts: of rank 0, and of the cells' answers
+  nlohmann::json prepared;                        // what the preparation has made of the cells; null: there is none
+  std::uint64_t migrated = 0;                     // RVEs moved between ranks
+
+  double solve_wall() const { return earlier + wall - preparation; }
 };
 
 /// Columns of history.csv.

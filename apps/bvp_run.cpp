@@ -196,6 +196,9 @@ BvpEnding BvpRun::go(double ready, const Clock& clock) {
   }
   BvpEnding ending;
   ending.preparation = ready, ending.time = c.end;
+  ending.earlier = elapsed_, ending.cpu = elapsed_cpu_ + cpu_seconds();
+  ending.sweeps_wall = elapsed_sweeps_ + (rves_ ? rves_->seconds() : 0);
+  ending.prepared = setup_.prepared;
   if (c.broken) {
     ending.status = failed, ending.text = c.failure;
   } else if (c.stop == Stop::asked) {
@@ -222,6 +225,7 @@ void BvpRun::save(Course& c, const Report& report) {
   if (scene_.has_rve) about["unit_cell"] = scene_.unit_cells[0].record;
   about["output"] = output_->state();
   about["wall"] = elapsed_ + c.clock.wall() - c.ready;
+  about["cpu"] = elapsed_cpu_ + cpu_seconds(), about["sweeps_wall"] = elapsed_sweeps_ + (rves_ ? rves_->seconds() : 0);
   auto pack = [](const std::vector<double>& v) {
     return std::string(reinterpret_cast<const char*>(v.data()), v.size() * sizeof(double));
   };
@@ -270,7 +274,7 @@ nlohmann::json BvpRun::resume() {
     kept.parts.erase(kept.parts.begin());
     if (rves_) rves_->load(kept.parts);
     output_->restore(about["output"], history);
-    elapsed_ = about.at("wall");
+    elapsed_ = about.at("wall"), elapsed_cpu_ = about.at("cpu"), elapsed_sweeps_ = about.at("sweeps_wall");
   } catch (const InputError& e) {
     const std::string text = e.what();
     throw InputError(text.starts_with("checkpoint.h5: ") ? path + text.substr(15) : path + text);

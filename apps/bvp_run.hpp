@@ -14,6 +14,7 @@ struct BvpSetup {
   std::unique_ptr<fem::Problem> problem;
   BvpPoints points;
   std::vector<dem::State> states;  // of the points' starts
+  nlohmann::json prepared;         // what the preparation has made of them; null: there is none
   double density = 0;              // of the packed cells (kg/m^3), where the stress of the ground asks for it
 };
 
@@ -56,8 +57,8 @@ private:
   std::optional<fem::Material> material_;
   std::vector<double> density_;
   std::optional<BvpOutput> output_;
-  bool kept_here_ = false;  // there is a checkpoint to go on from
-  double elapsed_ = 0;      // wall time of earlier parts of the run (s)
+  bool kept_here_ = false;                                     // there is a checkpoint to go on from
+  double elapsed_ = 0, elapsed_cpu_ = 0, elapsed_sweeps_ = 0;  // s, of earlier parts: wall, CPU, wall of sweeps
 };
 
 }  // namespace grus::app

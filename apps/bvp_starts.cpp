@@ -27,9 +27,10 @@ struct Base {
   dem::State state;
 };
 
-/// What becomes of one start. Of an error: a letter for its kind, and what it says.
+/// What becomes of one start. Of an error: a letter for its kind, and what it says; `told`: of its preparation, in
+/// JSON.
 struct Made {
-  std::string bytes, error;
+  std::string bytes, error, told;
 };
 
 /// Rank 0 gets what the others have made.
@@ -37,7 +38,7 @@ void gather(const Ranks& ranks, const std::vector<std::size_t>& which, const std
             std::vector<Made>& made) {
   for (const std::size_t k : which) {
     const int from = owner[k];
-    for (std::string* text : {&made[k].error, &made[k].bytes}) {
+    for (std::string* text : {&made[k].error, &made[k].told, &made[k].bytes}) {
       int size = static_cast<int>(text->size());
       if (ranks.rank == from && from != 0) {
         MPI_Send(&size, 1, MPI_INT, 0, 0, MPI_COMM_WORLD);
@@ -81,17 +82,23 @@ void read(const StartsFile& file, nlohmann::json of, std::vector<Made>& made) {
                      what == std::string("scene") ? "" : "unit cell");
       there[what] = of[what];  // but for the title the same
     }
-  of["made"] = there.is_object() && there.contains("made") ? there["made"] : nlohmann::json();
+  for (const char* kept_as_it_is : {"made", "told"})
+    of[kept_as_it_is] = there.is_object() ? there.value(kept_as_it_is, nlohmann::json()) : nlohmann::json();
   if (there != of || which.size() != kept.parts.size() ||
       std::any_of(which.begin(), which.end(), [&](std::size_t k) { return k >= made.size(); }))
     throw InputError(file.path + ": preparation of another scene or other settings; give the same file and --set");
-  for (std::size_t i = 0; i < which.size(); ++i) made[which[i]].bytes = std::move(kept.parts[i]);
+  if (!of["told"].is_array() || of["told"].size() != which.size() ||
+      !std::all_of(of["told"].begin(), of["told"].end(),
+                   [](const auto& told) { return told.is_null() || told.is_object(); }))
+    throw InputError(file.path + ": checkpoint is damaged: what it tells of the preparation");
+  for (std::size_t i = 0; i < which.size(); ++i)
+    made[which[i]].bytes = std::move(kept.parts[i]), made[which[i]].told = of["told"][i].dump();
 }
 
 void write(const StartsFile& file, nlohmann::json of, const std::vector<Made>& made) {
-  of["made"] = nlohmann::json::array();
+  of["made"] = of["told"] = nlohmann::json::array();
   for (std::size_t k = 0; k < made.size(); ++k)
-    if (!made[k].bytes.empty()) of["made"].push_back(k);
+    if (!made[k].bytes.empty()) of["made"].push_back(k), of["told"].push_back(nlohmann::json::parse(made[k].told));
   file.before_it();
   dem::write_checkpoint(file.path, of.dump(), [&](const dem::TakePart& take) {
     for (const Made& m : made)
@@ -113,7 +120,7 @@ public:
       owner_.push_back(static_cast<int>((packings.size() >= ranks ? starts[k].packing : k) % ranks));
   }
 
-  std::vector<dem::State> go() {
+  Starts go() {
     std::vector<std::size_t> left = begin();
     double saved = 0, each = 0;
     bool written = file_.resume && std::filesystem::exists(file_.path);  // then it is kept up to date
@@ -149,13 +156,12 @@ public:
                                : "interrupted while unit cells were prepared; --resume goes on from preparation.h5");
       if (end != 0) break;  // rank 0 tells why
     }
-    std::vector<dem::State> states;
+    Starts all{{}, {}, {packing_, stress_}};
     if (ranks_.rank == 0)
-      for (const Made& m : made_) states.push_back(dem::state_of(m.bytes));
-    return states;
+      for (const Made& m : made_)
+        all.states.push_back(dem::state_of(m.bytes)), all.told.push_back(nlohmann::json::parse(m.told));
+    return all;
   }
-
-  StartTimes times() const { return {packing_, stress_}; }
 
 private:
   /// What is still to be made, on all ranks alike.
@@ -213,7 +219,9 @@ private:
       if (start.stressed) stresses.emplace(start.stress[0], start.stress[1], start.stress[2]);
       Made& made = made_[mine[i]];
       attempt(start.packing, made, stress_, [&] {
-        made.bytes = dem::bytes_of(start_from(base.state, base.cell, alone, stage, stresses));
+        const dem::State state = start_from(base.state, base.cell, alone, stage, stresses);
+        made.told = tell_preparation(base.cell, state, stresses).dump();
+        made.bytes = dem::bytes_of(state);
         ++done_;
       });
     });
@@ -272,12 +280,9 @@ private:
 
 }  // namespace
 
-std::vector<dem::State> prepare_starts(const BvpScene& scene, const std::vector<Start>& starts, int threads,
-                                       const dem::Watch& watch, const StartsFile& file, StartTimes* times) {
-  Preparer preparer(scene, starts, threads, watch, file);
-  std::vector<dem::State> states = preparer.go();
-  if (times != nullptr) *times = preparer.times();
-  return states;
+Starts prepare_starts(const BvpScene& scene, const std::vector<Start>& starts, int threads, const dem::Watch& watch,
+                      const StartsFile& file) {
+  return Preparer(scene, starts, threads, watch, file).go();
 }
 
 }  // namespace grus::app

@@ -19,12 +19,17 @@ struct StartTimes {
   double packing = 0, stress = 0;  // to pack and compress; from there to the stresses
 };
 
-/// Prepared states on rank 0, none elsewhere. All starts of a packing go on from one sample, packed and compressed
-/// once; the same bits as each for itself. Collective over MPI_COMM_WORLD. Throws, on all ranks or on rank 0, what the
-/// first one that cannot be made throws: InputError (also for a file of another scene), Unstable, Interrupted where a
-/// rank's watch says so.
-std::vector<dem::State> prepare_starts(const BvpScene& scene, const std::vector<Start>& starts, int threads,
-                                       const dem::Watch& watch, const StartsFile& file = {},
-                                       StartTimes* times = nullptr);
+/// On rank 0 the states, and of each what its preparation has made of its packing (tell_preparation); elsewhere none.
+struct Starts {
+  std::vector<dem::State> states;
+  std::vector<nlohmann::json> told;
+  StartTimes times;
+};
+
+/// All starts of a packing go on from one sample, packed and compressed once; the same bits as each for itself.
+/// Collective over MPI_COMM_WORLD. Throws, on all ranks or on rank 0, what the first one that cannot be made throws:
+/// InputError (also for a file of another scene), Unstable, Interrupted where a rank's watch says so.
+Starts prepare_starts(const BvpScene& scene, const std::vector<Start>& starts, int threads, const dem::Watch& watch,
+                      const StartsFile& file = {});
 
 }  // namespace grus::app

@@ -11,7 +11,7 @@ void ErrorEstimates::add(const dem::State& state, const dem::Loading& loading, c
   holds = loading.holds;
   if (const double off = dem::stress_error(state, loading, m); off < INFINITY)
     stress.add(off), stress_sum += off, ++stress_rows;
-  if (dem::exchanged(state)) energy.add(std::abs(dem::energy_error(state.ledger, m.kinetic + m.elastic)));
+  energy.add(std::abs(dem::told_energy_error(state, m.kinetic + m.elastic)));
   unbalanced.add(m.unbalanced_force);
   overlap.add(m.deepest.ratio);
   if (m.volume <= 0) return;

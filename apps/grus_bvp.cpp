@@ -9,6 +9,8 @@
 #include "apps/bvp_run.hpp"
 #include "apps/bvp_starts.hpp"
 #include "apps/folder.hpp"
+#include "apps/scene/preparation_scene.hpp"
+#include "apps/scene/prepare_sample.hpp"
 #include "apps/together.hpp"
 #include "dem/io/whole_file.hpp"
 
@@ -49,11 +51,13 @@ std::string setup_text(const BvpScene& scene, const BvpSetup& setup, const Optio
   const int bytes =
       scene.is_explicit() ? 5000 : 8000;  // a grain, measured: trial states, and a checkpoint in the making
   std::string text = fmt::format(
-      "{}\n  cells {}   Gauss points {}   with grains {} ({}{:.0f} grains each, {} packings)   {}   memory up to "
+      "{}\n  mesh {}   cells {}   Gauss points {}   with grains {} ({}{:.0f} grains each, {} packings)   {}   memory "
+      "up to "
       "{:.3g} "
       "MB   ranks {} x threads {}",
-      scene.title, p.global_points() / p.points_per_cell(), p.global_points(), rves, made ? "" : "about ", grains,
-      scene.unit_cells.size(), length, static_cast<double>(rves) * grains * bytes / 1e6, ranks, options.threads);
+      scene.title, scene.extent(), p.global_points() / p.points_per_cell(), p.global_points(), rves,
+      made ? "" : "about ", grains, scene.unit_cells.size(), length, static_cast<double>(rves) * grains * bytes / 1e6,
+      ranks, options.threads);
   if (const auto& e = scene.explicit_statics)
     text += fmt::format(
         "\n  limits of the rate: unbalanced force {:g} of what is applied, kinetic energy {:g} of internal, inertial "
@@ -65,9 +69,16 @@ std::string setup_text(const BvpScene& scene, const BvpSetup& setup, const Optio
         "\n  residual to {:.2g}{}", std::max(scene.solve.tolerance, scene.residual_floor()),
         scene.has_rve ? " (the larger of solve.tolerance, rve.unbalanced_force and rve.stress_change)" : "");
   for (const auto& note : scene.notes) text += fmt::format("\n  note: {}", note);
-  for (const auto& u : scene.unit_cells)
-    for (const auto& note : u.notes) text += fmt::format("\n  note: unit cell: {}", note);
   return text;
+}
+
+/// Ground that weighs more than its cells can bear is refused before any of them is prepared.
+void check_starts(const BvpScene& scene, const std::vector<Start>& starts) {
+  for (const Start& s : starts) {
+    const double pressure = (s.stress[0] + s.stress[1] + s.stress[2]) / 3;
+    const std::string fault = s.stressed ? unbearable(scene.unit_cells[s.packing], pressure) : "";
+    if (!fault.empty()) throw InputError(fmt::format("{}: initial_stress: {}", scene.file, fault));
+  }
 }
 
 /// Problem, points and the states that their cells start from, on rank 0; the states' starts on all.
@@ -77,7 +88,7 @@ std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Se
   std::vector<Start> starts;
   together(session, [&] {
     if (!scene.ground || !scene.has_rve || options.columns) return;  // the weight of the ground is that of its cells
-    const auto packed = prepare_starts(scene, {Start{}}, options.threads, {});
+    const auto packed = prepare_starts(scene, {Start{}}, options.threads, {}).states;
     if (leads) setup.density = dem::total_mass(packed[0].grains) / packed[0].boundary.cell.volume();
   });
   together(session, [&] {
@@ -86,6 +97,7 @@ std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Se
     setup.points = find_points(scene, *setup.problem, setup.density);
     if (options.columns) return;
     starts = setup.points.starts;
+    check_starts(scene, starts);
     if (starts.size() < setup.points.stresses)
       scene.notes.push_back(fmt::format(
           "initial_stress: {} stresses in {} class{}, each of which is prepared once; a point's stress is "
@@ -166,7 +178,18 @@ void tell_times(const BvpScene& scene, const Options& options, const BvpSetup& s
              duration_text(std::ceil(packings / workers) * one.packing + std::ceil(starts / workers) * one.stress),
              starts, packings, one.packing, one.stress);
   const RunEstimate run = estimate_run(scene, setup, model, ranks * options.threads);
-  fmt::print("  run: about {} ({}); more where grains break\n", duration_text(run.seconds), run.text);
+  fmt::print("  run: {}about {} ({}); {}\n", run.least ? "at least " : "", duration_text(run.seconds), run.text,
+             run.rest);
+}
+
+/// What the preparation has made of the cells' packings: in notes and results.
+void tell_preparations(BvpScene& scene, const Options& options, const std::vector<nlohmann::json>& told,
+                       BvpSetup& setup) {
+  setup.prepared = sum_of_preparations(told);
+  const std::string note = note_of_preparations(told);
+  if (note.empty()) return;
+  scene.notes.push_back("unit cell: " + note);
+  if (options.check || options.speaks()) say(options, "  note: " + scene.notes.back());
 }
 
 int run(const Options& options, const fem::Session& session) {
@@ -185,7 +208,7 @@ int run(const Options& options, const fem::Session& session) {
   const auto make_folder = [&] {
     if (!made) made.emplace(options);
   };
-  StartTimes times;
+  Starts prepared;
   together(session, [&] {
     Progress progress(options, options.check);
     StartsFile file;
@@ -194,8 +217,8 @@ int run(const Options& options, const fem::Session& session) {
                 make_folder();
                 result_file(options.directory, "preparation.h5");
               }};
-    setup.states = prepare_starts(
-        scene, starts, options.threads, [&](double done) { return progress.watch(done, "unit cells"); }, file, &times);
+    prepared = prepare_starts(
+        scene, starts, options.threads, [&](double done) { return progress.watch(done, "unit cells"); }, file);
   });
   together(session, [&] {
     if (leads && !options.check) make_folder();
@@ -204,11 +227,13 @@ int run(const Options& options, const fem::Session& session) {
   together(session, [&] {
     if (scene.has_rve) model = run_model(scene);
   });
-  if (options.check) {
-    if (leads && scene.has_rve) tell_times(scene, options, setup, model, times, session.ranks());
-    return finished;
+  if (leads && scene.has_rve) {
+    if (!options.check) say(options, "  unit cells prepared in " + duration_text(clock.wall()));
+    setup.states = std::move(prepared.states);
+    tell_preparations(scene, options, prepared.told, setup);
+    if (options.check) tell_times(scene, options, setup, model, prepared.times, session.ranks());
   }
-  if (leads && scene.has_rve) say(options, "  unit cells prepared in " + duration_text(clock.wall()));
+  if (options.check) return finished;
   if (leads) return lead(scene, options, session, model, std::move(setup), std::move(kept), clock);
   if (scene.has_rve) coupling::serve(MPI_COMM_WORLD, model, scene.rve.response, options.threads);
   int status = failed;
@@ -224,5 +249,6 @@ int main(int argc, char** argv) {
       argc, argv, "grus-bvp",
       "A macro boundary-value problem, finite elements with breakable grains at every Gauss point (mpirun -n P for P "
       "ranks).",
-      [&](const Options& options) { return run(options, session); }, session.rank() == 0, session.sharers());
+      [&](const Options& options) { return run(options, session); }, session.rank() == 0, session.sharers(),
+      [&](const std::function<void()>& part) { together(session, part); });
 }

@@ -11,6 +11,7 @@
 #include "dem/rve/crushing.hpp"
 #include "dem/rve/grading.hpp"
 #include "dem/rve/servo.hpp"
+#include "dem/rve/step.hpp"
 
 namespace grus::app {
 namespace {
@@ -76,17 +77,39 @@ void add_gauge(const RveScene& scene, const dem::State& s, std::vector<double>& 
 /// A dead load has no wall to tell its way.
 bool loaded(const RveScene& scene) { return !gauged(scene) && !scene.state.bonds.load.empty(); }
 
-/// Force of the dead loads and the mean way of where they hold, by their shares, along their sum.
+/// How dead loads pull: along their sum, or along the first of them where they hold each other.
+struct Pull {
+  dem::Vec3 along = dem::Vec3::Zero();
+  bool balanced = false;
+
+  explicit Pull(const dem::Bonds& bonds) {
+    double all = 0;
+    for (const dem::DeadLoad& load : bonds.load) along += load.force, all += load.force.norm();
+    balanced = along.norm() < 1e-6 * all;
+    along = (balanced ? bonds.load.front().force : along).normalized();
+  }
+  /// Its part in the force of all: of loads that hold each other each half counts once.
+  double part(const dem::DeadLoad& load, const dem::Vec3& force) const {
+    const double f = force.dot(along);
+    return !balanced ? f : load.force.dot(along) < 0 ? -0.5 * f : 0.5 * f;
+  }
+  double of(const dem::Bonds& bonds, dem::Vec3 dem::DeadLoad::*force) const {
+    double sum = 0;
+    for (const dem::DeadLoad& load : bonds.load) sum += part(load, load.*force);
+    return sum;
+  }
+};
+
+/// Force of the dead loads, and the way on which it does their work: of where they hold, by their shares.
 void add_loads(const RveScene& scene, const dem::State& s, std::vector<double>& row) {
-  dem::Vec3 whole = dem::Vec3::Zero(), felt = whole;
-  for (const dem::DeadLoad& load : s.bonds.load) whole += load.force, felt += load.felt;
-  const dem::Vec3 along = whole.normalized();
+  const Pull pull(s.bonds);
+  const double whole = pull.of(s.bonds, &dem::DeadLoad::force);
   double way = 0;
   for (std::size_t k = 0; k < s.bonds.load.size(); ++k) {
     const dem::DeadLoad& load = s.bonds.load[k];
-    way += load.force.dot(along) / whole.norm() * (load.point - scene.state.bonds.load[k].point).dot(along);
+    way += load.force.dot(pull.along) / whole * (load.point - scene.state.bonds.load[k].point).dot(pull.along);
   }
-  row.insert(row.end(), {felt.dot(along), way});
+  row.insert(row.end(), {pull.of(s.bonds, &dem::DeadLoad::felt), way});
 }
 
 bool damps_bonds(const RveScene& scene) { return !scene.state.bonds.dashpot.empty(); }
@@ -114,6 +137,15 @@ double axial_stress(const RveScene& scene, const dem::State& s) {
   dem::Measurement m;
   if (!has_faces(scene, s)) m.stress = dem::love_weber(s, dem::bulk_volume(s.boundary));
   return axial_stress(scene, s, m);
+}
+
+bool has_stress(const RveScene& scene, const dem::State& s) {
+  return tells_stress(scene) || has_faces(scene, s) || dem::bulk_volume(s.boundary) > 0;
+}
+
+std::optional<double> dead_load(const RveScene& scene, const dem::State& s) {
+  if (!loaded(scene)) return {};
+  return Pull(s.bonds).of(s.bonds, &dem::DeadLoad::felt);
 }
 
 bool tells_stress(const RveScene& scene) { return gauged(scene) || scene.test.kind == "constant-p"; }
@@ -251,7 +283,7 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
                          l.damping,
                          l.fracture,
                          l.work,
-                         dem::energy_error(l, stored),
+                         dem::told_energy_error(s, stored),
                          l.split + l.fines.kinetic,
                          m.solid_fraction,
                          s.dt,

@@ -18,6 +18,12 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& state, cons
 bool tells_stress(const RveScene& scene);
 double test_stress(const RveScene& scene, const dem::State& state, const dem::Measurement& measured);
 
+/// Whether there is a stress to tell: of a sample with a volume or between platens, or one of the test's own.
+bool has_stress(const RveScene& scene, const dem::State& state);
+
+/// What dead loads pull with along their sum (N); empty: there are none, or something else moves the grains.
+std::optional<double> dead_load(const RveScene& scene, const dem::State& state);
+
 /// The compression-positive stress that the test is about: walls and platens by their force, cells by Love-Weber (Pa).
 double axial_stress(const RveScene& scene, const dem::State& state, const dem::Measurement& m);
 /// The same of a state that is not measured otherwise.

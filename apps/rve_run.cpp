@@ -60,7 +60,7 @@ RveRun::RveRun(const Options& options, RveScene& scene, dem::Team& team, dem::St
   course_.mass = dem::total_mass(state_.grains);
   if (options.resume) take_up(kept);
   now_ = dem::survey(scene.model, state_, team_);
-  saved_ = clock.wall(), earlier_ = course_.wall;
+  saved_ = clock.wall(), earlier_ = course_.wall, earlier_cpu_ = course_.cpu;
 }
 
 void RveRun::take_up(const dem::Checkpoint& kept) {
@@ -92,7 +92,8 @@ void RveRun::check_course(bool whole) const {
   const double row = static_cast<double>(course_.row), every = scene_.output.history_interval, slack = 1e-6 * every;
   const auto& c = course_;
   const bool finite = c.initial_cell.allFinite() && c.initial_size.allFinite() && std::isfinite(c.peak + c.intact) &&
-                      std::isfinite(c.reading + c.overfull) && c.wall >= 0 && std::isfinite(c.wall);
+                      std::isfinite(c.reading + c.overfull) && c.wall >= 0 && std::isfinite(c.wall) && c.cpu >= 0 &&
+                      std::isfinite(c.cpu);
   const auto lines = static_cast<std::size_t>(std::count(history_.text().begin(), history_.text().end(), '\n'));
   if (!whole || !finite || history_.rows() != course_.row + 1 || lines != history_.rows() + 1 ||
       !(state_.time >= row * every - slack || state_.time >= scene_.test.duration - slack) ||
@@ -103,6 +104,7 @@ void RveRun::check_course(bool whole) const {
 void RveRun::save_checkpoint() {
   const Clock writing;
   dem::Saver saver;
+  course_.cpu = earlier_cpu_ + cpu_seconds();
   Course::archive(saver, course_);
   const nlohmann::json about{{"program", "grus-rve"},          {"scene", scene_.record},  {"prepared", scene_.prepared},
                              {"notes", scene_.notes},          {"rows", history_.rows()}, {"frames", frames_.series()},
@@ -146,14 +148,33 @@ std::string RveRun::broken(const char* between) const {
   return fmt::format("{} grains", state_.ledger.breakages) + (bonded ? between + bonds : "");
 }
 
+/// What loads the grains now, as far as there is something to tell: "  stress 1.2 MPa", "  load 250 N".
+std::string RveRun::load_text() const {
+  if (has_stress(scene_, state_)) return fmt::format("  stress {:.3g} MPa", in_mpa(shown_));
+  if (const auto load = dead_load(scene_, state_)) return fmt::format("  load {:.4g} N", *load);
+  return "";
+}
+
+/// The same of the whole test.
+std::string RveRun::peak_text() const {
+  if (const auto load = dead_load(scene_, state_); load && !has_stress(scene_, state_))
+    return fmt::format(", load {:.4g} N", *load);
+  if (!has_stress(scene_, state_)) return "";
+  const bool own = tells_stress(scene_);
+  return fmt::format(", peak {} {:.4g} MPa{}", stress_name(scene_), in_mpa(own ? course_.reading : course_.peak),
+                     state_.ledger.breakages > 0 && !own
+                         ? fmt::format(" ({:.4g} before the first breakage)", in_mpa(course_.intact))
+                         : "");
+}
+
 /// Of a moment between rows: stress and error are the last row's.
 void RveRun::show() {
   course_.wall = earlier_ + clock_.wall() - ready_;
   progress_.show(
-      done(), fmt::format("t {:.4g} s  strain {:.4f}  stress {:.3g} MPa  grains {}  broken {}  energy error "
+      done(), fmt::format("t {:.4g} s  strain {:.4f}{}  grains {}  broken {}  energy error "
                           "{:.2f} %  {:.3g} steps/s",
                           state_.time, std::round(1e4 * axial_strain(scene_, state_, course_.initial_cell)) / 1e4 + 0.0,
-                          in_mpa(shown_), state_.grains.size(), broken(", "), 100 * error_,
+                          load_text(), state_.grains.size(), broken(", "), 100 * error_,
                           static_cast<double>(state_.steps) / course_.wall));
 }
 
@@ -177,7 +198,7 @@ dem::Landing RveRun::landing() const {
 void RveRun::read_off() {
   axial_ = axial_stress(scene_, state_, now_);
   shown_ = tells_stress(scene_) ? test_stress(scene_, state_, now_) : axial_;
-  error_ = dem::energy_error(state_.ledger, now_.kinetic + now_.elastic);
+  error_ = dem::told_energy_error(state_, now_.kinetic + now_.elastic);
 }
 
 /// Until the row is written; false: the run ends here.
@@ -249,17 +270,11 @@ void RveRun::finish() {
   }
   const char* how = status_ == interrupted ? "interrupted" : status_ == out_of_time ? "out of time" : "stopped";
   progress_.finish(fmt::format(
-      "{}: t {:.5g} s, peak {} {:.4g} MPa{}, {} -> {} grains, {} broken, mass lost {:.2f} %, worst energy error {:.2f} "
-      "%, "
-      "{} steps in {} ({})",
-      status_ == finished ? "finished" : how, state_.time, stress_name(scene_),
-      in_mpa(tells_stress(scene_) ? course_.reading : course_.peak),
-      state_.ledger.breakages > 0 && !tells_stress(scene_)
-          ? fmt::format(" ({:.4g} before the first breakage)", in_mpa(course_.intact))
-          : "",
-      scene_.state.grains.size(), state_.grains.size(), broken(" and "),
-      100 * state_.ledger.fines.mass / dem::total_mass(scene_.state.grains), 100 * course_.errors.energy.worst,
-      state_.steps, duration_text(earlier_ + end_ - ready_), options_.directory));
+      "{}: t {:.5g} s{}, {} -> {} grains, {} broken, mass lost {:.2f} %, worst energy error {:.2f} %, {} steps in {} "
+      "({})",
+      status_ == finished ? "finished" : how, state_.time, peak_text(), scene_.state.grains.size(),
+      state_.grains.size(), broken(" and "), 100 * state_.ledger.fines.mass / dem::total_mass(scene_.state.grains),
+      100 * course_.errors.energy.worst, state_.steps, duration_text(earlier_ + end_ - ready_), options_.directory));
   const auto all = notes();
   for (std::size_t k = scene_.notes.size(); k < all.size(); ++k) progress_.note("  note: " + all[k]);
   if (status_ == unstable || status_ == failed) say_fault(options_, fmt::format("{}: {}", options_.scene, ending_));

@@ -31,7 +31,8 @@ private:
     dem::Mat3 initial_cell = dem::Mat3::Zero();
     dem::Vec3 initial_size = dem::Vec3::Zero();
     std::uint64_t row = 0;
-    double peak = 0, intact = 0, wall = 0;               // peak, before the first breakage: of the axial stress (Pa)
+    double wall = 0, cpu = 0;                            // s, of all parts so far
+    double peak = 0, intact = 0;                         // peak, before the first breakage: of the axial stress (Pa)
     double reading = 0;                                  // largest stress that the test itself tells, of cells (Pa)
     bool peak_is_last = false, reading_is_last = false;  // the last row's: it might have gone on
     double axial = 0, before = 0;                        // Pa, axial stress of the last row and of the one before
@@ -49,7 +50,7 @@ private:
       a.plain(c.peak_is_last), a.plain(c.reading_is_last);
       a.plain(c.axial), a.plain(c.before);
       a.plain(c.bulk), a.plain(c.solid), a.plain(c.mass);
-      a.plain(c.wall);
+      a.plain(c.wall), a.plain(c.cpu);
       a.plain(c.overfull);
       ErrorEstimates::archive(a, c.errors);
     }
@@ -63,6 +64,8 @@ private:
   std::string broken(const char* between) const;
   void write_row();
   void read_off();
+  std::string load_text() const;
+  std::string peak_text() const;
   double done() const;
   dem::Landing landing() const;
   bool go_to_row(std::uint64_t row, double until);
@@ -87,6 +90,7 @@ private:
   bool over_ = false;                         // the time that the run may take is
   double axial_ = 0, shown_ = 0, error_ = 0;  // of the last row: axial stress, the one that is shown (Pa), energy error
   double saved_, earlier_;                    // wall time of the last checkpoint, and of earlier parts of the run (s)
+  double earlier_cpu_;                        // CPU time of these (s)
   double end_ = 0;                            // wall time (s)
   int status_ = finished;
   std::string ending_ = "finished";

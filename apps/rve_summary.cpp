@@ -10,6 +10,7 @@
 #include "dem/bond/cohesive.hpp"
 #include "dem/rve/bonded.hpp"
 #include "dem/rve/grading.hpp"
+#include "dem/rve/step.hpp"
 
 namespace grus::app {
 namespace {
@@ -36,7 +37,7 @@ nlohmann::json ledger_json(const dem::State& s, const dem::Measurement& m) {
           {"fracture_area_m2", l.fracture_area},
           {"split_force_residual_N", l.residual_force},
           {"energy_unexplained_J", l.unexplained},
-          {"energy_error", dem::energy_error(l, m.kinetic + m.elastic)}};
+          {"energy_error", dem::told_energy_error(s, m.kinetic + m.elastic)}};
 }
 
 }  // namespace
@@ -133,10 +134,12 @@ nlohmann::json RveRun::summary() const {
   }
   summary["errors"]["packing_overlap"] = scene_.packing_overlap;
   nlohmann::json& results = summary["results"];
-  results = {{"peak_axial_stress_Pa", course_.peak},
-             {"peak_axial_stress_is_last", course_.peak_is_last},
-             {"final_axial_stress_Pa", course_.axial},
-             {"final_time_s", state_.time}};
+  results = {{"final_time_s", state_.time}};
+  if (has_stress(scene_, state_)) {
+    results["peak_axial_stress_Pa"] = course_.peak, results["peak_axial_stress_is_last"] = course_.peak_is_last;
+    results["final_axial_stress_Pa"] = course_.axial;
+  }
+  if (const auto load = dead_load(scene_, state_)) results["final_load_N"] = *load;
   if (now_.volume > 0) results["final_void_ratio"] = now_.void_ratio;
   if (tells_stress(scene_))
     results["peak_stress_Pa"] = course_.reading, results["peak_stress_is_last"] = course_.reading_is_last;
@@ -144,7 +147,7 @@ nlohmann::json RveRun::summary() const {
   // A strength is what a grain broke at; one that did not is stronger than the peak.
   if (state_.ledger.breakages > 0) results["peak_before_breakage_Pa"] = course_.intact;
   summary["seconds"] = {
-      {"preparation_wall", ready_}, {"loading_wall", earlier_ + end_ - ready_}, {"cpu", cpu_seconds()}};
+      {"preparation_wall", ready_}, {"loading_wall", earlier_ + end_ - ready_}, {"cpu", earlier_cpu_ + cpu_seconds()}};
   return summary;
 }
 

@@ -263,6 +263,11 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
         fmt::format("the residual is asked to fall to {:.2g}, what the cells' own equilibrium leaves "
                     "(rve.unbalanced_force, rve.stress_change), not to solve.tolerance = {:.2g}",
                     scene.residual_floor(), scene.solve.tolerance));
+  note_size(scene);
+  for (const RveScene& cell : scene.unit_cells)  // of variants, which differ by their seed, once
+    for (const std::string& note : cell.notes)
+      if (std::find(scene.notes.begin(), scene.notes.end(), "unit cell: " + note) == scene.notes.end())
+        scene.notes.push_back("unit cell: " + note);
   return scene;
 }
 

@@ -49,6 +49,7 @@ struct BvpScene {
   std::string file, title;
   std::variant<fem::BoxMesh, fem::MshMesh> mesh;
   fem::Point low{}, high{};  // extent of the mesh (m)
+  double element = 0;        // mean longest side of its cells (m)
   fem::Discretisation discretisation;
   std::vector<fem::BoundaryCondition> boundaries;
   std::vector<Region> regions;
@@ -82,6 +83,8 @@ struct BvpScene {
     return fem::bricks(std::get<fem::MshMesh>(mesh).kind);
   }
   bool flat() const { return discretisation.kinematics != fem::Kinematics::solid; }
+  /// Its sides, "0.12 x 0.05 m".
+  std::string extent() const;
   bool weighs() const { return gravity != fem::Point{}; }
   bool dynamic() const { return dynamics.has_value(); }
   bool is_explicit() const { return dynamics || explicit_statics; }

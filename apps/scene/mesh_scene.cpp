@@ -4,7 +4,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+
+#include "dem/rve/measure.hpp"
 
 namespace grus::app {
 namespace {
@@ -43,7 +46,28 @@ void read_box(Table box, BvpScene& scene) {
   box.finish();
   scene.low = {0, 0, 0}, scene.high = mesh.size;
   if (flat) scene.high[2] = 0;
+  for (std::size_t k = 0; k < (flat ? 2 : 3); ++k)
+    scene.element = std::max(scene.element, mesh.size[k] / static_cast<double>(mesh.cells[k]));
   scene.mesh = mesh;
+}
+
+/// Mean of the cells' longest sides along an axis (m).
+double element_length(const fem::MshMesh& mesh) {
+  const auto width = static_cast<std::size_t>(fem::corners(mesh.kind));
+  double sum = 0;
+  for (std::size_t c = 0; c < mesh.cells.size(); c += width) {
+    double longest = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      double low = INFINITY, high = -INFINITY;
+      for (std::size_t i = c; i < c + width; ++i) {
+        const double x = mesh.nodes[static_cast<std::size_t>(mesh.cells[i])][k];
+        low = std::min(low, x), high = std::max(high, x);
+      }
+      longest = std::max(longest, high - low);
+    }
+    sum += longest;
+  }
+  return sum / static_cast<double>(mesh.cells.size() / width);
 }
 
 void read_file(Table& t, BvpScene& scene) {
@@ -64,6 +88,10 @@ void read_file(Table& t, BvpScene& scene) {
   for (auto& x : mesh.nodes)
     for (std::size_t k = 0; k < 3; ++k)
       x[k] *= unit, scene.low[k] = std::min(scene.low[k], x[k]), scene.high[k] = std::max(scene.high[k], x[k]);
+  scene.element = element_length(mesh);
+  if (!t.has("unit"))
+    scene.notes.push_back(
+        fmt::format("mesh.file is read in metres, as mesh.unit is not given: it measures {}", scene.extent()));
   scene.mesh = std::move(mesh);
 }
 
@@ -90,6 +118,30 @@ std::function<bool(const fem::Point&)> read_where(Table& t, const BvpScene& scen
   } catch (const std::invalid_argument& e) {
     t.fail("where", fmt::format("\"{}\": {}", where, e.what()));
   }
+}
+
+std::string BvpScene::extent() const {
+  std::string text;
+  for (std::size_t k = 0; k < (flat() ? 2 : 3); ++k)
+    text += fmt::format("{}{:.4g}", k > 0 ? " x " : "", high[k] - low[k]);
+  return text + " m";
+}
+
+void note_size(BvpScene& scene) {
+  constexpr double far = 1000;
+  double longest = 0, grain = 0;
+  for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, scene.high[k] - scene.low[k]);
+  if (scene.has_rve) {
+    const RveScene& cell = scene.unit_cells[0];
+    grain = cell.pending ? 2 * cell.pending->radius.mean : dem::mean_diameter(cell.state.grains);
+  }
+  if (longest > far)
+    scene.notes.push_back(fmt::format("the mesh measures {}: in metres? (mesh.unit of a file)", scene.extent()));
+  else if (grain > scene.element)
+    scene.notes.push_back(fmt::format(
+        "the cells' grains, of {:.3g} m, are larger than an element of the mesh, of {:.3g} m, which measures "
+        "{}: in metres? (mesh.unit of a file, lengths of the unit cell)",
+        grain, scene.element, scene.extent()));
 }
 
 void read_mesh(Table t, BvpScene& scene) {

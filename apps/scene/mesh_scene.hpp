@@ -8,6 +8,9 @@
 namespace grus::app {
 
 void read_mesh(Table t, BvpScene& scene);
+/// Notes where a mesh is so large, or so small beside the grains of its cells, that its unit is in doubt; of a scene
+/// that has been read.
+void note_size(BvpScene& scene);
 void read_boundary(Table t, BvpScene& scene, const Dimension& time);
 void read_region(Table t, BvpScene& scene);
 

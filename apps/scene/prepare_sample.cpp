@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "apps/scene/sample_scene.hpp"
 #include "dem/rve/measure.hpp"
@@ -15,24 +16,39 @@ namespace {
 /// A void ratio that differs by more than this from the packing's is told of.
 constexpr double told_void_ratio = 0.01;
 
-/// What the preparation has made of the packing: its stresses, and a void ratio that nobody asked for.
-void note_preparation(RveScene& scene, const dem::Measurement& m, const std::optional<dem::Vec3>& stresses) {
-  const dem::Vec3 asked = stresses.value_or(dem::Vec3::Constant(scene.preparation->pressure)),
-                  got = -m.stress.diagonal();
-  const double packed =
-      m.volume > 0 ? dem::bulk_volume(scene.state.boundary) / dem::solid_volume(scene.state.grains) - 1 : 0;
-  scene.prepared = {{"asked_stress_Pa", {asked.x(), asked.y(), asked.z()}},
-                    {"stress_Pa", {got.x(), got.y(), got.z()}},
-                    {"worst_stress_error", (got.array() / asked.array() - 1).abs().maxCoeff()},
-                    {"packed_void_ratio", packed},
-                    {"void_ratio", m.void_ratio}};
-  if (std::abs(m.void_ratio - packed) > told_void_ratio * packed)
-    scene.notes.push_back(
-        fmt::format("preparation: the packing has a void ratio of {:.3f} (solid fraction {:.4f}); compressed to {:.3g} "
-                    "MPa the sample begins the test at {:.3f} ({:.4f}). A lower preparation.friction makes it denser, "
-                    "a higher one looser",
-                    packed, 1 / (1 + packed), asked.mean() / 1e6, m.void_ratio, m.solid_fraction));
-}
+/// From the least to the largest of some samples.
+struct Span {
+  double low = INFINITY, high = -INFINITY;
+
+  void add(double v) { low = std::min(low, v), high = std::max(high, v); }
+  std::array<double, 2> pair() const { return {low, high}; }
+  template <class Form>
+  std::string text(Form form) const {
+    const std::string first = form(low), last = form(high);
+    return first == last ? first : first + " to " + last;
+  }
+};
+
+/// Several that are told together.
+struct Preparations {
+  std::size_t count = 0;
+  Span packed, now, pressure;
+  double worst = 0;
+  bool changed = false;  // a void ratio, by more than nobody would mind
+
+  explicit Preparations(const std::vector<nlohmann::json>& told) {
+    for (const auto& t : told)
+      if (!t.is_null()) add(t);
+  }
+  void add(const nlohmann::json& t) {
+    const double before = t.at("packed_void_ratio"), after = t.at("void_ratio");
+    double asked = 0;
+    for (const auto& stress : t.at("asked_stress_Pa")) asked += stress.get<double>() / 3;
+    ++count, packed.add(before), now.add(after), pressure.add(asked);
+    worst = std::max(worst, t.at("worst_stress_error").get<double>());
+    changed = changed || (before > 1e-3 && std::abs(after - before) > told_void_ratio * before);
+  }
+};
 
 dem::Watch stage_of(const StageWatch& watch, const char* what) {
   return watch ? dem::Watch([&watch, what](double done) { return watch(done, what); }) : dem::Watch();
@@ -79,10 +95,49 @@ dem::State start_from(dem::State state, const RveScene& scene, dem::Team& team, 
   return state;
 }
 
+nlohmann::json tell_preparation(const RveScene& cell, const dem::State& state,
+                                const std::optional<dem::Vec3>& stresses) {
+  if (!cell.preparation) return {};
+  const dem::Measurement m = dem::measure(cell.model, state);
+  const dem::Vec3 asked = stresses.value_or(dem::Vec3::Constant(cell.preparation->pressure)),
+                  got = -m.stress.diagonal();
+  const double packed = dem::bulk_volume(cell.state.boundary) / dem::solid_volume(cell.state.grains) - 1;
+  // Cells of a rock leave no voids from the start: what is below 0 is their strain, or round-off.
+  return {{"asked_stress_Pa", {asked.x(), asked.y(), asked.z()}},
+          {"stress_Pa", {got.x(), got.y(), got.z()}},
+          {"worst_stress_error", (got.array() / asked.array() - 1).abs().maxCoeff()},
+          {"packed_void_ratio", std::max(0.0, packed)},
+          {"void_ratio", std::max(0.0, m.void_ratio)}};
+}
+
+std::string note_of_preparations(const std::vector<nlohmann::json>& told) {
+  const Preparations all(told);
+  if (!all.changed) return {};
+  const auto ratio = [](double e) { return fmt::format("{:.3f}", e); };
+  const auto solid = [](double e) { return fmt::format("{:.4f}", 1 / (1 + e)); };
+  return fmt::format(
+      "preparation: the packing has a void ratio of {} (solid fraction {}); compressed to {} MPa the sample begins the "
+      "test at {} ({}). A lower preparation.friction makes it denser, a higher one looser",
+      all.packed.text(ratio), all.packed.text(solid),
+      all.pressure.text([](double p) { return fmt::format("{:.3g}", p / 1e6); }), all.now.text(ratio),
+      all.now.text(solid));
+}
+
+nlohmann::json sum_of_preparations(const std::vector<nlohmann::json>& told) {
+  const Preparations all(told);
+  if (all.count == 0) return {};
+  return {{"starts", all.count},
+          {"asked_pressure_Pa", all.pressure.pair()},
+          {"packed_void_ratio", all.packed.pair()},
+          {"void_ratio", all.now.pair()},
+          {"worst_stress_error", all.worst}};
+}
+
 dem::State prepare_sample(RveScene& scene, dem::Team& team, const StageWatch& watch,
                           const std::optional<dem::Vec3>& stresses) {
   dem::State state = start_from(prepare_base(scene, team, watch), scene, team, watch, stresses);
-  if (scene.preparation) note_preparation(scene, dem::measure(scene.model, state), stresses);
+  scene.prepared = tell_preparation(scene, state, stresses);
+  if (const std::string note = note_of_preparations({scene.prepared}); !note.empty()) scene.notes.push_back(note);
   return state;
 }
 

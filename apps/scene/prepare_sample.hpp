@@ -19,7 +19,18 @@ dem::State prepare_base(RveScene& scene, dem::Team& team, const StageWatch& watc
 dem::State start_from(dem::State base, const RveScene& scene, dem::Team& team, const StageWatch& watch = {},
                       const std::optional<dem::Vec3>& stresses = {});
 
-/// Both.
+/// What the preparation has made of the packing: stresses asked and reached, void ratios before and after. `cell`: the
+/// scene with its packing made; null where it has no preparation.
+nlohmann::json tell_preparation(const RveScene& cell, const dem::State& state,
+                                const std::optional<dem::Vec3>& stresses = {});
+
+/// A note where void ratios, which nobody asked for, have changed in any of these; empty: in none.
+std::string note_of_preparations(const std::vector<nlohmann::json>& told);
+
+/// Of several: how many, least and largest void ratios and pressures, the worst error of a stress; null: none is told.
+nlohmann::json sum_of_preparations(const std::vector<nlohmann::json>& told);
+
+/// Both stages, told in scene.prepared and scene.notes.
 dem::State prepare_sample(RveScene& scene, dem::Team& team, const StageWatch& watch = {},
                           const std::optional<dem::Vec3>& stresses = {});
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <map>
 
+#include "apps/scene/preparation_scene.hpp"
 #include "apps/scene/sample_scene.hpp"
 #include "apps/scene/supports_scene.hpp"
 #include "dem/rve/measure.hpp"
@@ -211,18 +212,6 @@ void read_output(Table& t, RveScene& scene) {
   o->finish();
 }
 
-void read_preparation(Table& t, RveScene& scene) {
-  auto p = t.table_if("preparation");
-  if (!p) return;
-  if (!scene.state.boundary.cell.periodic()) t.fail("preparation", "needs boundary.kind = \"periodic\"");
-  Preparation prep;
-  prep.pressure = p->number("pressure", dimension::pressure, positive);
-  prep.friction = p->number_or("friction", scene.model.materials.front().friction, dimension::none, not_negative);
-  prep.quasi_static = read_quasi_static(*p);
-  p->finish();
-  scene.preparation = prep;
-}
-
 /// Larger grains that stand for smaller ones are as strong as those.
 void scale_strengths(RveScene& scene) {
   for (auto& m : scene.model.materials) {
@@ -259,9 +248,9 @@ RveScene read(const std::string& file, const std::vector<std::string>& overrides
     read_loading(t.table("loading"), scene);
     read_output(t, scene);
   }
+  dem::make_pair_laws(scene.model);
   read_preparation(t, scene);
   t.finish();
-  dem::make_pair_laws(scene.model);
   scene.model.motion.turn_spheres = scene.listed_grains > 0 || scene.model.breakable();
   return scene;
 }

@@ -141,6 +141,47 @@ Mat3 displacement_gradient(const State& state, const Loading& loading, const Mat
   return h;
 }
 
+double unbearable_pressure(const Model& model, double radius) {
+  if (std::holds_alternative<Foundation>(model.law)) return INFINITY;
+  constexpr double margin = 2, neighbours = 14;
+  constexpr double no_voids =
+      0.5;  // of a radius: overlap of all contacts that leaves none, from the loosest packing on
+  const double overlap = std::min(model.overlap_limit(), no_voids) * radius;
+  double force = 0;
+  for (std::size_t a = 0; a < model.materials.size(); ++a)
+    for (std::size_t b = 0; b < model.materials.size(); ++b)
+      if (std::isfinite(model.materials[a].youngs_modulus + model.materials[b].youngs_modulus))
+        force = std::max(force, std::visit(
+                                    [&](const auto& law) {
+                                      const PairLaw& p = model.pairs[a * model.materials.size() + b];
+                                      return law(law.stiffness_at_birth(p, radius), overlap).force;
+                                    },
+                                    model.law));
+  return margin * neighbours * force / (4 * pi * radius * radius);  // force x radius x contacts a grain / (3 V)
+}
+
+namespace {
+
+/// Whether compressing on would say nothing of the material is asked whenever the cell has become so much smaller.
+constexpr double asked_at = 0.98;
+
+/// Throws where contacts are too deep, or `voids` that there were are gone.
+void check_bearable(const Model& model, const State& state, double pressure, bool voids) {
+  const double deepest = deepest_contact(state.grains, state.contacts).ratio, limit = model.overlap_limit();
+  const double volume = bulk_volume(state.boundary);
+  if (!(deepest > limit) && !(voids && volume < solid_volume(state.grains))) return;
+  const std::string what =
+      deepest > limit ? fmt::format("grains overlap by {:.0f} % of a radius (limit {:.0f} %, numerics.max_overlap)",
+                                    100 * deepest, 100 * limit)
+                      : "grains have filled all voids";
+  throw Unstable(fmt::format(
+      "preparation: a pressure of {:.3g} MPa is too high for this contact stiffness: at {:.3g} MPa {}; lower the "
+      "pressure, or make the material stiffer",
+      pressure / 1e6, mean_pressure(love_weber(state, volume)) / 1e6, what));
+}
+
+}  // namespace
+
 void compress(const Model& model, const QuasiStatic& o, State& state, const Vec3& stresses, Team& team,
               const Watch& watch) {
   const double pressure = (stresses.array() == stresses[0]).all() ? stresses[0] : stresses.mean();
@@ -155,10 +196,19 @@ void compress(const Model& model, const QuasiStatic& o, State& state, const Vec3
   constexpr int rounds = 4000;
   double done = 0;
   auto told = [&](double part) { tell(watch, done = std::max(done, part), "the sample was prepared"); };
-  const double first = std::max(0.0, mean_pressure(measure(quiet, state).stress));
+  const Measurement before = measure(quiet, state);
+  const double first = std::max(0.0, mean_pressure(before.stress));
+  const bool voids = before.void_ratio > 0.01;
+  double asked = before.volume;
+  const auto bearable = [&](double) {
+    const double volume = bulk_volume(state.boundary);
+    if (volume < asked_at * asked) asked = volume, check_bearable(model, state, pressure, voids);
+    return true;
+  };
   for (int round = 0; round < rounds; ++round) {
-    load(quiet, state, loading, state.time + 100 * state.dt, team);
+    load(quiet, state, loading, state.time + 100 * state.dt, team, bearable);
     const Measurement m = measure(quiet, state);
+    check_bearable(model, state, pressure, voids);
     told(std::clamp((mean_pressure(m.stress) - first) / std::max(pressure - first, 1e-300), 0.0, 0.95));
     const Vec3 off = (m.stress.diagonal() + stresses).array() / stresses.array();
     if (off.cwiseAbs().maxCoeff() < 0.02 && m.unbalanced_force < 5 * o.unbalanced_force) {
@@ -168,6 +218,7 @@ void compress(const Model& model, const QuasiStatic& o, State& state, const Vec3
       const Response rest = hold(quiet, strict, state, team, [&] { told(0.96); });
       if (!rest.stable) throw Unstable("preparation: the sample does not come to rest: " + rest.failure);
       const Vec3 left = (rest.stress.diagonal() + stresses).array() / stresses.array();
+      check_bearable(model, state, pressure, voids);
       if (left.cwiseAbs().maxCoeff() < compress_tolerance) return;
     }
   }

@@ -55,9 +55,14 @@ Mat3 displacement_gradient(const State& state, const Loading& loading, const Mat
 /// Each normal stress that a preparation reaches is within this of the one asked.
 inline constexpr double compress_tolerance = 0.03;
 
+/// A pressure (Pa) that contacts of such materials cannot bear within the model's overlap_limit and before the voids
+/// are gone, whatever the packing: several times what spheres of fourteen neighbours each carry then. `radius`: of the
+/// smallest grain (m). Infinite for hulls, whose contacts are not known beforehand.
+double unbearable_pressure(const Model& model, double radius);
+
 /// Compresses a prepared periodic state to normal stresses along the axes (Pa, compression-positive), each within
-/// compress_tolerance, without breakage, and holds it there. Throws Unstable where they are not reached, Interrupted
-/// where the watch says so.
+/// compress_tolerance, without breakage, and holds it there. Throws Unstable where they are not reached, or only by
+/// contacts deeper than overlap_limit or without voids where there were some; Interrupted where the watch says so.
 void compress(const Model& model, const QuasiStatic& options, State& state, const Vec3& stresses, Team& team,
               const Watch& watch = {});
 

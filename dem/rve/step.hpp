@@ -25,6 +25,9 @@ double stored_energy(const Model& model, const State& state);
 /// load that grows from nothing has not begun.
 bool exchanged(const State& state);
 
+/// The energy error of rows and results; 0 as long as nothing has been exchanged.
+double told_energy_error(const State& state, double stored);
+
 /// Throws Unstable if the overlap or energy error has passed the model's bounds, or a number is not finite.
 void check_sanity(const Model& model, const State& state);
 /// The same where the stored energy (J) and the deepest contact are known.

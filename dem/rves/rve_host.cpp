@@ -53,7 +53,7 @@ namespace {
 
 Facts facts_of(const Model& model, const State& s, double haste) {
   Facts f;
-  f.energy_error = std::abs(energy_error(s.ledger, stored_energy(model, s)));
+  f.energy_error = std::abs(told_energy_error(s, stored_energy(model, s)));
   f.work = s.ledger.work, f.haste = haste;
   f.local_damping = s.ledger.local_damping, f.scaled_inertia = s.ledger.inertia;
   f.unexplained = s.ledger.unexplained;

@@ -9,7 +9,10 @@
 #include "apps/scene/rve_scene.hpp"
 #include "apps/scene/sample_scene.hpp"
 #include "apps/scene/units.hpp"
+#include "dem/base/text_file.hpp"
 #include "dem/contact/forces.hpp"
+#include "dem/packing/packing.hpp"
+#include "dem/rve/loading.hpp"
 #include "tests/apps/scratch.hpp"
 #include "tests/helpers.hpp"
 
@@ -284,4 +287,51 @@ duration = "1 us"
   Team one(1);
   dem::prepare(scene.model, scene.state, one);
   for (const auto& touch : scene.state.contacts.touch) CHECK(touch.overlap < 1e-9);
+}
+
+TEST_CASE("a text file is the same text whatever mark and encoding its editor has given it") {
+  const Scratch folder;
+  const std::string path = folder.path + "/text";
+  const std::string text = "1 \xC2\xB5m \xE2\x80\xA6 \xF0\x9D\x9C\x8E\r\n# end";  // 1 µm … 𝜎
+  const std::vector<unsigned> units{'1',    ' ',  0xB5, 'm', ' ', 0x2026, ' ', 0xD835,
+                                    0xDF0E, '\r', '\n', '#', ' ', 'e',    'n', 'd'};
+  std::string little = "\xFF\xFE", big = "\xFE\xFF";
+  for (const unsigned u : units) {
+    const char low = static_cast<char>(u & 0xFF), high = static_cast<char>(u >> 8);
+    little += low, little += high, big += high, big += low;
+  }
+  for (const std::string& bytes : {text, "\xEF\xBB\xBF" + text, little, big}) {
+    std::ofstream(path, std::ios::binary) << bytes;
+    std::stringstream read;
+    read << dem::open_text(path)->rdbuf();
+    CHECK(read.str() == text);
+  }
+  CHECK(dem::open_text(folder.path) == nullptr);
+  for (const std::string head : {"", "\xEF\xBB\xBF"}) {
+    std::ofstream(path, std::ios::binary) << head << "1e-3 2e-3 3e-3 5e-4\n";
+    const dem::Packing packing = dem::read_packing(path, Vec3::Constant(0.01));
+    REQUIRE(packing.spheres.size() == 1);
+    CHECK((packing.spheres[0].position == Vec3(1e-3, 2e-3, 3e-3) && packing.spheres[0].radius == 5e-4));
+  }
+  std::ofstream(path, std::ios::binary) << "";
+  CHECK(dem::open_text(path)->peek() == EOF);
+}
+
+TEST_CASE("a pressure that is told to be unbearable is some times what the densest lattice bears at the limit") {
+  dem::Material sand = solid(10e9, 0.2, 2650);
+  Model model = model_of(sand);
+  const double R = 1e-3;
+  for (const double limit : {0.05, 0.2}) {
+    model.numerics.max_overlap = limit;
+    // Twelve contacts of Hertz at a branch l = (2 - limit) R in the volume l^3 / sqrt(2): p = 12 F l / (2 x 3 V).
+    const double l = (2 - limit) * R, E = 10e9 / (2 * (1 - 0.2 * 0.2));
+    const double F = 4.0 / 3 * E * std::sqrt(R / 2) * std::pow(limit * R, 1.5), p = 2 * std::sqrt(2) * F / (l * l);
+    const double told = dem::unbearable_pressure(model, R);
+    CHECK((told > 2 * p && told < 5 * p));
+    CHECK(dem::unbearable_pressure(model, 7 * R) == Approx(told).epsilon(1e-12));  // Hertz knows no size
+  }
+  model.numerics.max_overlap = 10;  // the voids are gone before
+  CHECK(dem::unbearable_pressure(model, R) < 10e9);
+  model.law = dem::Foundation{};
+  CHECK(std::isinf(dem::unbearable_pressure(model, R)));
 }

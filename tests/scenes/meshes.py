@@ -8,7 +8,7 @@ import sys
 import tempfile
 
 import scene_tools
-from scene_tools import faults, need, run
+from scene_tools import faults, need, run, write
 
 binaries = os.path.abspath(sys.argv[1])
 bvp, rve = (scene_tools.program(binaries, name) for name in ("grus-bvp", "grus-rve"))
@@ -71,6 +71,7 @@ def taken(tmp, what, text, *notes, force=FORCE, reaction="top", **how):
     need(r.returncode == 0 and (force is None or abs(found / force - 1) < 1e-5),
             f"{what}: exit {r.returncode} {r.stderr.strip()}, {found} N, by hand {force} N")
     checked = run(bvp, os.path.join(tmp, "m.toml"), "--check").stdout
+    notes = ("mesh.file is read in metres, as mesh.unit is not given: it measures 2 x ", *notes)
     for where, said in (("run", r.stdout.count("note: ")), ("--check", checked.count("note: ")), ("summary",
             len(summary.get("notes", [])))):
         need(said == len(notes), f"{what}: {said} notes in {where}, not {len(notes)}: {r.stdout}")
@@ -124,6 +125,23 @@ def meshes(tmp):
             "element 8 (quadrilateral) names node 77, which is not there")
 
 
+def sizes(tmp):
+    """The mesh's sides are told, with the unit; a mesh in millimetres that is read in metres is asked about."""
+    large = {n: (1000 * x, 1000 * y) for n, (x, y) in NODES.items()}
+    for nodes, unit, sides, asked in ((large, "", "2000 x 1000 m", True), (large, 'unit = "1 mm"', "2 x 1 m", False),
+                                      (NODES, "", "2 x 1 m", False)):
+        solve(tmp, msh2(nodes=nodes))
+        with open(os.path.join(tmp, "m.toml")) as f:
+            scene = write(tmp, f.read().replace('file = "m.msh"\n', f'file = "m.msh"\n{unit}\n'))
+        said = run(bvp, scene, "--check").stdout
+        need(f"mesh {sides}   cells 2" in said, f"{sides} {unit}: {said}")
+        need((f"measures {sides}: in metres?" in said) == asked, f"{sides} {unit}: {said}")
+        need((f"mesh.unit is not given: it measures {sides}" in said) == (not unit), f"{sides} {unit}: {said}")
+    with open(os.path.join(tmp, "m.msh"), "w", encoding="utf-8-sig") as f:
+        f.write(msh2())
+    need(run(bvp, os.path.join(tmp, "m.toml"), "--check").returncode == 0, "a mesh with a byte order mark")
+
+
 def internal(tmp):
     """The table of keys is held against the reader in tests alone: scenes beyond what they cover run all the same."""
     free = {k: v for k, v in os.environ.items() if k != "GRUS_CHECK_KEYS"}
@@ -144,6 +162,7 @@ def internal(tmp):
 with tempfile.TemporaryDirectory() as folder:
     if bvp:
         meshes(folder)
+        sizes(folder)
     internal(folder)
 print(f"meshes: {len(faults)} faults")
 sys.exit(1 if faults else 0)

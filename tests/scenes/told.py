@@ -11,7 +11,7 @@ import tempfile
 import time
 
 import scene_tools
-from scene_tools import BRITTLE, ROCK, faults, history, need, run, shipped
+from scene_tools import BRITTLE, ROCK, faults, history, need, run, shipped, write
 
 rve = scene_tools.program(os.path.abspath(sys.argv[1]), "grus-rve")
 report = scene_tools.program(os.path.abspath(sys.argv[1]), "grus-report")
@@ -34,6 +34,23 @@ kind = "periodic"
 STIFF = SAND.format(modulus="10 GPa", restitution=0.9, box="8 mm", low="0.8 mm", high="1.2 mm", fraction=0.53) + '[preparation]\npressure = "1 MPa"\nfriction = 0.2\n'
 TRIAXIAL = STIFF + '[loading]\nkind = "triaxial"\nconfining_pressure = "1 MPa"\nstrain_rate = 20\nfinal_strain = 0.05\n'
 SOFT = SAND.format(modulus="1 GPa", restitution=0.5, box="5 mm", low="0.4 mm", high="0.6 mm", fraction=0.56)
+BALLS = """
+[material.s]
+density = 2650
+{contact}
+friction = 0.3
+damping = 0.2
+[packing]
+kind = "simple-cubic"
+layers = [4, 4, 4]
+radius = {{ distribution = "constant", mean = "1 mm" }}
+[boundary]
+kind = "walls"
+[loading]
+kind = "uniaxial-strain"
+strain_rate = 20
+final_strain = 0.02
+"""
 DROP = """
 [material.glass]
 density = "2500 kg/m^3"
@@ -115,7 +132,64 @@ def preparation(tmp):
     need(max(abs(got / 1e6 - 1) for got in p["stress_Pa"]) <= 0.03 and "note: preparation:" in said, f"prepared: {p}")
     resumed = run(rve, os.path.join(tmp, "prepared.toml"), "-o", out, "--resume", "--quiet", "--threads", "1", "--set", "output.checkpoint_interval=0.01")
     again = json.load(open(os.path.join(out, "summary.json")))
+    need(again["seconds"]["cpu"] > 0.7 * s["seconds"]["cpu"], f"CPU time of both parts: {again['seconds']}, {s['seconds']}")
     need(resumed.returncode == 0 and all(again.get(k) == s.get(k) for k in ("notes", "preparation", "sample")), f"resumed: {again.get('notes')}")
+
+
+def pressed(tmp):
+    """A pressure that contacts cannot bear: refused where no packing could bear it, else told when it shows."""
+    high, small = STIFF.replace('"1 MPa"', '"1 GPa"') + TRIAXIAL[len(STIFF):], "numerics.max_overlap=2"
+    soft, less = high.replace('"10 GPa"', '"1 GPa"'), high.replace('"1 GPa"', '"300 MPa"')
+    for name, scene, more, status, words in (
+            ("beforehand", soft, (), 2, "preparation.pressure: 1e+03 MPa is too high for this contact stiffness: at "),
+            ("too_deep", less, (), 3, "a radius (limit 20 %, numerics.max_overlap); lower the pressure, or make the "),
+            ("no_voids", high, ("--set", small), 3, "grains have filled all voids; lower the pressure")):
+        path, out = write(tmp, scene, name + ".toml"), os.path.join(tmp, name)
+        for how in (("--check",), ("-o", out)) if status == 2 else (("-o", out),):
+            r = run(rve, path, *how, "--threads", "1", *more)
+            told = words in r.stderr and r.stderr.count("\n") == 1 and "preparation" in r.stderr
+            need(r.returncode == status and told, f"{name}: exit {r.returncode} {r.stderr}")
+            need("void ratio" not in r.stdout and not os.path.exists(out), f"{name}: {r.stdout}")
+            if status == 3:  # it stops soon after the limit, not when all is over
+                at = float(re.search(r"at (\S+) MPa", r.stderr)[1])
+                deepest = float((re.search(r"overlap by (\d+) %", r.stderr) or (0, 20))[1])
+                need(at < 0.75 * float(re.search(r"of (\S+) MPa", r.stderr)[1]) and deepest < 25, f"{name}: {r.stderr}")
+
+
+def cells(tmp):
+    """What the preparation makes of a cell is told of a macro problem's as of the cell alone: the same numbers."""
+    bvp = scene_tools.program(os.path.abspath(sys.argv[1]), "grus-bvp")
+    if not bvp:
+        return
+    write(tmp, TRIAXIAL, "cell.toml")
+    block, out, often = write(tmp, BLOCK), os.path.join(tmp, "block"), ("--set", "output.checkpoint_interval=0.01")
+    alone = run(rve, os.path.join(tmp, "cell.toml"), "--check", "--threads", "1", "--set", "numerics.safety=0.7").stdout
+    note = re.search(r"preparation: the packing has a void ratio of 0\.887 .*begins the test at (\S+) .*", alone)
+    checked = run(bvp, block, "--check", "--threads", "1").stdout
+    ran = run(bvp, block, "-o", out, "--threads", "1", *often)
+    told = scene_tools.summary(out)
+    for where, said in (("--check", checked), ("run", ran.stdout), ("notes", str(told.get("notes")))):
+        need(note and said.count("unit cell: " + note[0]) == 1, f"a cell of grus-bvp, {where}: {said} {alone}")
+    sums = told["preparation"]
+    near = note and abs(sums["void_ratio"][0] - float(note[1])) < 6e-4
+    near = near and abs(sums["packed_void_ratio"][1] - (1 / 0.53 - 1)) < 0.01 and sums["worst_stress_error"] < 0.03
+    need(near and sums["starts"] == 1 and sums["asked_pressure_Pa"] == [1e6, 1e6], f"a cell of grus-bvp: {sums}")
+    errors = told["errors"]
+    known = set(NEWTON) <= set(errors) and errors["last_worst_unbalanced_force"] > 0
+    need(known and "run: about" in checked, f"errors of increments: {errors} {checked}")
+    # An element of 1 mm is smaller than a grain of 2 mm; the mesh's sides are told.
+    need("mesh 0.001 x 0.001 x 0.001 m" in checked and "larger than an element of the mesh, of 0.001 m" in checked,
+         f"the mesh's size: {checked}")
+    need(told["mesh"] == {"low_m": [0, 0, 0], "high_m": [0.001] * 3}, f"the mesh's size: {told['mesh']}")
+    # A resumed run knows it from preparation.h5, and has solved for as long as both parts together.
+    need(os.path.exists(os.path.join(out, "preparation.h5")), "no preparation.h5")
+    again = run(bvp, block, "-o", out, "--resume", "--threads", "1", *often)
+    after = scene_tools.summary(out)
+    same = after["preparation"] == sums and after["notes"] == told["notes"]
+    need(again.returncode == 0 and same, f"resumed: {again.stderr} {after.get('preparation')} {after['notes']}")
+    before, now = told["seconds"], after["seconds"]
+    longer = all(now[k] > 0.7 * before[k] > 0 for k in ("solve_wall", "cpu_rank0", "rve_sweeps_wall"))
+    need(longer and now["solve_wall"] >= float(history(out)[-1]["wall_s"]) > 0, f"seconds: {now}, before {before}")
 
 
 def ends(tmp):
@@ -149,6 +223,24 @@ def energy(tmp):
     need(max(float(x["work_J"]) for x in rows) > 10 * min(abs(float(x["work_J"])) for x in rows[20:]), "drop: it does not bounce")
 
 
+NEWTON = ("last_correction", "last_worst_unbalanced_force", "last_worst_stress_change")
+BLOCK = """
+[mesh]
+box = { size = ["1 mm", "1 mm", "1 mm"], cells = [1, 1, 1] }
+[rve]
+scene = "cell.toml"
+unbalanced_force = 5e-3
+stress_change = 5e-3
+[solve]
+kind = "quasi-static"
+increments = 1
+[[boundary]]
+where = "z=min"
+displacement = [0, 0, 0]
+[[boundary]]
+where = "z=max"
+displacement = [0, 0, -1e-7]
+"""
 CUT = """
 [numerics]
 safety = 0.5
@@ -174,7 +266,7 @@ history_interval = "0.05 us"
 def cut(tmp):
     """A bar that dead loads tear apart is looked at from its first step on: half a kick is no error, and its balance closes."""
     for name, ramp in (("cut", ""), ("cut_ramp", 'ramp = "5 us"')):
-        s, _, out = test(tmp, name, CUT.replace("RAMP", ramp))
+        s, said, out = test(tmp, name, CUT.replace("RAMP", ramp))
         rows = history(out)
         first, last = rows[1], rows[-1]
         need(float(first["work_J"]) < 1e-6 * float(last["work_J"]) and int(float(first["steps"])) < 3, f"{name}: it is not looked at from its first step on")
@@ -182,6 +274,20 @@ def cut(tmp):
         taken = sum(float(last[k]) for k in ("kinetic_J", "elastic_J", "fracture_J", "damping_J", "friction_J"))
         need(abs(taken / float(last["work_J"]) - 1) < 0.02, f"{name}: {taken} J of {last['work_J']}")
         need(s["errors"]["worst_energy_error"] < 0.05, f"{name}: energy error {s['errors']['worst_energy_error']}")
+        # What the guard does not look at yet is told as 0; then it is the balance, here by hand.
+        early, late = ([r for r in rows if (float(r["steps"]) < 20) == new] for new in (True, False))
+        need(len(early) > 3 and all(float(r["energy_error"]) == 0 for r in early), f"{name}: energy errors {early}")
+        need(any(float(r["energy_error"]) != 0 for r in late), f"{name}: no energy error at all")
+        # Dead loads have no section: their force is told, no stress.
+        results = s["results"]
+        need("MPa" not in said and ", load 250 N, " in said.splitlines()[-1], f"{name}: {said}")
+        loaded = abs(results["final_load_N"] / 250 - 1) < 1e-9
+        # Two loads against each other: their work is force x how far they have moved apart, the ledger's.
+        way = [float(r["displacement_m"]) for r in rows]
+        work = sum(0.5 * (float(a["load_N"]) + float(b["load_N"])) * (y - x)
+                   for a, b, x, y in zip(rows, rows[1:], way, way[1:]))
+        need(abs(work / float(last["work_J"]) - 1) < 0.02, f"{name}: {work} J by loads and ways of {last['work_J']} J")
+        need(loaded and "peak_axial_stress_Pa" not in results, f"{name}: {results}")
 
 
 def left(tmp):
@@ -215,11 +321,36 @@ def dynamic(tmp):
     need(told and ran.returncode == 0, f"bars: {r.stdout} {r.stderr} {ran.stderr}")
     steps = float(history(out)[-1]["increment"])
     need(abs(float(told[1]) / steps - 1) < 0.1, f"bars: --check tells {told[1]} steps of {steps}")
+    need("run: at least about" in r.stdout, f"bars: {r.stdout}")
+    errors = scene_tools.summary(out)["errors"]  # no residual, no equilibrium of cells is computed
+    need("last_energy_error" in errors and not {"worst_residual", *NEWTON} & set(errors), f"bars: {errors}")
+
+
+def steps(tmp):
+    """Steps that --check tells are those of the run, or are told as the least where the time step falls."""
+    spring = 'contact = "linear-modulus"\ncontact_modulus = "50 MPa"\nshear_ratio = 0.5'
+    hertz, short = 'youngs_modulus = "1 GPa"\npoissons_ratio = 0.2', ("--set", "loading.final_strain=0.05")
+    with open(os.path.join(shipped, "single_grain.toml")) as f:
+        grain = f.read()
+    for name, scene, more in (("fixed", BALLS.format(contact=hertz), ("--set", "numerics.time_step=1e-6")),
+                              ("linear", BALLS.format(contact=spring), ()), ("hertz", BALLS.format(contact=hertz), ()),
+                              ("grain", grain, (*short, "--set", "output.frames=0"))):
+        s, _, _ = test(tmp, name + "_steps", scene, *more)
+        r = run(rve, os.path.join(tmp, name + "_steps.toml"), "--check", "--threads", "1", *more)
+        least = name != "fixed"
+        told = re.search(r"steps (at least about|about) (\S+) .* run time (at least about|about) ", r.stdout)
+        need(told and (told[1] == told[3] == "at least about") == least, f"{name}: {r.stdout} {r.stderr}")
+        need(("the time step falls as contacts form" in r.stdout) == least, f"{name}: {r.stdout}")
+        need(("form and stiffen" in r.stdout) == (name in ("hertz", "grain")), f"{name}: {r.stdout}")
+        need((", and as grains break" in r.stdout) == (name == "grain"), f"{name}: {r.stdout}")
+        ratio = s["counts"]["steps"] / float(told[2]) if told else 0
+        need(1.1 < ratio if least else 0.99 < ratio < 1.01, f"{name}: {ratio} times the steps that --check tells")
 
 
 def main():
     with tempfile.TemporaryDirectory() as tmp:
-        for part in (strengths, lateral, preparation, ends, energy, cut, left, dynamic):
+        for part in (strengths, lateral, preparation, pressed, cells, ends, energy, cut, left, dynamic,
+                     steps):
             part(tmp)
     print("FAULTS" if faults else "all is told")
     sys.exit(1 if faults else 0)
