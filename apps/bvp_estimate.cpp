@@ -62,7 +62,9 @@ RunEstimate estimate_run(const BvpScene& scene, const BvpSetup& setup, const std
   if (scene.dynamics) steps = dynamic_steps(scene, setup, stiffness, state);
   if (const auto& e = scene.explicit_statics) steps = e->crossings * fem::crossing_steps(*setup.problem, *e);
   steps = std::max(1.0, std::ceil(steps));
-  const dem::Vec3 part = mean_strain(scene, stiffness) / steps;
+  // Cells in real time take as long whatever they strain by; what elastic regions leave them of it is not known.
+  const bool still = scene.dynamics || (scene.explicit_statics && !scene.regions.empty());
+  const dem::Vec3 part = still ? dem::Vec3(dem::Vec3::Zero()) : dem::Vec3(mean_strain(scene, stiffness) / steps);
   dem::Task task;
   task.path = {dem::Mat3(dem::Mat3::Identity() + dem::Mat3(part.asDiagonal()))};
   task.pace = scene.rve.pace;
