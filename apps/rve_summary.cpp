@@ -40,6 +40,12 @@ nlohmann::json ledger_json(const dem::State& s, const dem::Measurement& m) {
           {"energy_error", dem::told_energy_error(s, m.kinetic + m.elastic)}};
 }
 
+/// Where no stress was above 0, as in a cell that is drawn, all of the run is before the peak.
+BeforePeak before_peak(BeforePeak p, const dem::Ledger& ledger, const dem::Measurement& m) {
+  if (p.scale == 0) p.add(ledger, m.kinetic, m.kinetic + m.elastic, true);
+  return p;
+}
+
 }  // namespace
 
 /// The scene's, and what the run has shown.
@@ -59,7 +65,8 @@ std::vector<std::string> RveRun::notes() const {
             ? "walls had yet to find the sample, or it is loaded faster than its boundary can answer; lower "
               "strain_rate, go on to a larger final_strain, or take more grains"
             : "raise the strain_rate that bounds the search, or take longer"));
-  if (const double share = course_.errors.before_peak.devices(); scene_.bonded() && share > most_devices)
+  if (const double share = before_peak(course_.errors.before_peak, state_.ledger, now_).devices();
+      scene_.bonded() && share > most_devices)
     all.push_back(fmt::format(
         "local damping and the dashpots of bonds took {:.2g} % of the work before the peak, which is partly "
         "theirs: lower material.NAME.damping and material.NAME.bond.damping, or load more slowly",
@@ -126,7 +133,7 @@ nlohmann::json RveRun::summary() const {
   device("local_damping", state_.ledger.local_damping), device("bond_damping", state_.ledger.bond_damping);
   device("scaled_inertia", state_.ledger.inertia);
   if (scene_.bonded()) {
-    const BeforePeak& p = course_.errors.before_peak;
+    const BeforePeak p = before_peak(course_.errors.before_peak, state_.ledger, now_);
     summary["errors"]["local_damping_before_peak"] = p.share(p.local_damping);
     summary["errors"]["bond_damping_before_peak"] = p.share(p.bond_damping);
     summary["errors"]["devices_before_peak"] = p.devices();
