@@ -30,7 +30,7 @@ double Relaxation::run(int iterations, double good_enough, const std::function<v
   int downhill = 0;
   refresh(skin);
   for (int it = 0; it < iterations; ++it) {
-    if (it % 20 == 0) watch(it);
+    watch(it);
     if (moved()) refresh(skin);
     const double worst = forces();
     if (worst <= good_enough) return worst;

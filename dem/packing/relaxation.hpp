@@ -18,8 +18,7 @@ public:
         s_(spheres),
         team_(team) {}
 
-  /// Worst overlap relative to the smaller radius after at most `iterations`. `watch(iteration)` is asked every 20 of
-  /// them.
+  /// Worst overlap relative to the smaller radius after at most `iterations`. `watch(iteration)` is asked in each.
   double run(int iterations, double good_enough, const std::function<void(int)>& watch);
 
   /// Lets pairs of spheres drawn by `seed` change places where that lowers the energy, `attempts` times; how many did.

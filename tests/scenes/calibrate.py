@@ -191,7 +191,7 @@ def kinds(tmp):
     at_stress = target("sieve", "diameter_m,passing\n5e-4,0.4\n", kind="grading", at="10 MPa", at_stress=1e7)
     need(abs(at_stress.answer([run(0)])[0][0] - 0.5**1.5) < 0.005, "grading at a stress")
     need(np.isnan(target("sieve", "diameter_m,passing\n5e-4,0.4\n", kind="grading", at=0.3).answer([run(0)])[0][0]), "a grading that no run reaches")
-    values, between, n = target("grains", "value\n30\n10\n50\n20\n40\n", kind="quantiles", quantity="results.peak_axial_stress_Pa").answer(runs)
+    values, between, n = target("grains", "value (Pa)\n30\n10\n50\n20\n40\n", kind="quantiles", quantity="results.peak_axial_stress_Pa").answer(runs)
     need(np.allclose(values, [10, 20, 30, 40, 50]) and n == 5, f"quantiles {values}")
     need(between.shape == (5, 5) and (np.diag(between) > 0).all(), "quantiles of few seeds scatter")
     values, between, _ = target("value", "", kind="value", quantity="axial_stress_Pa", value=1.0, at=0.1, specimens=3).answer(runs)
