@@ -67,7 +67,8 @@ double element_length(const fem::MshMesh& mesh) {
     }
     sum += longest;
   }
-  return sum / static_cast<double>(mesh.cells.size() / width);
+  const std::size_t cells = mesh.cells.size() / width;
+  return sum / static_cast<double>(cells);
 }
 
 void read_file(Table& t, BvpScene& scene) {
