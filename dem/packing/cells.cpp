@@ -8,6 +8,7 @@
 #include "dem/bond/dashpots.hpp"
 #include "dem/bond/face_bond.hpp"
 #include "dem/bond/faces.hpp"
+#include "dem/rve/measure.hpp"
 
 namespace grus::dem {
 namespace {
@@ -43,21 +44,6 @@ void set_stiffness(const BondModel& model, double apart, FaceBond& s) {
   s.kt = model.ratio * s.kn;
 }
 
-using Mat6 = Eigen::Matrix<double, 6, 6>;
-using Vec6 = Eigen::Matrix<double, 6, 1>;
-
-/// What a strain (xx, yy, zz, and the double of yz, xz, xy) opens and shifts of a face of this normal, a metre of
-/// distance: the squares, by the stiffnesses against them.
-Mat6 resists(const Vec3& n, double normal, double shear) {
-  Vec6 opens;
-  opens << n.cwiseProduct(n), n.y() * n.z(), n.x() * n.z(), n.x() * n.y();
-  Eigen::Matrix<double, 3, 6> moves = Eigen::Matrix<double, 3, 6>::Zero();
-  moves.leftCols<3>() = n.asDiagonal();
-  moves(1, 3) = moves(0, 4) = 0.5 * n.z(), moves(2, 3) = moves(0, 5) = 0.5 * n.y(),
-           moves(2, 4) = moves(1, 5) = 0.5 * n.x();
-  return (normal - shear) * opens * opens.transpose() + shear * moves.transpose() * moves;
-}
-
 }  // namespace
 
 double stiffer_than_endless(const State& state, const BondModel& model, int axis) {
@@ -65,9 +51,11 @@ double stiffer_than_endless(const State& state, const BondModel& model, int axis
   Mat6 whole = Mat6::Zero();
   double volume = 0;  // of all faces' area times distance the share that looks along the axis
   const auto add = [&](const FaceBond& s) {
-    const Vec3 n = state.grains.orientation[s.ends.a] * s.normal;
+    const Quat& q = state.grains.orientation[s.ends.a];
+    const Vec3 n = q * s.normal;
     const double apart = model.stiffness / s.kn;
-    whole += s.area * apart * apart * resists(n, s.kn, s.kt);
+    const auto moved = displacement_of_strain(apart * n);
+    whole += moved.transpose() * stiffest(s, q).shift * moved;
     volume += s.area * apart * n[axis] * n[axis];
   };
   for (const FaceBond& s : state.bonds.face.row) add(s);
