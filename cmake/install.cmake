@@ -18,7 +18,7 @@ function(grus_headers room)
   endforeach()
 endfunction()
 grus_headers(dem ${public_dem})
-grus_headers(apps scene/cell_scene.hpp scene/prepare_sample.hpp scene/rve_scene.hpp)
+grus_headers(apps scene/prepare_sample.hpp scene/rve_scene.hpp scene/unit_cells.hpp)
 install(FILES ${PROJECT_SOURCE_DIR}/apps/library/grus/rve.hpp ${PROJECT_SOURCE_DIR}/apps/library/grus/scene.hpp
   DESTINATION include/grus COMPONENT dev)
 install(TARGETS grus_dem grus_scene grus_library EXPORT grusTargets ARCHIVE COMPONENT dev)

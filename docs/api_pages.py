@@ -5,7 +5,7 @@ import os
 import re
 
 # What other programs include, from the user's side inwards.
-HEADERS = [("Cells from scene files", ["apps/library/grus/scene.hpp", "apps/scene/cell_scene.hpp", "apps/scene/prepare_sample.hpp"]),
+HEADERS = [("Cells from scene files", ["apps/library/grus/scene.hpp", "apps/scene/unit_cells.hpp", "apps/scene/prepare_sample.hpp"]),
            ("Cells as a material", ["apps/library/grus/rve.hpp", "dem/rves/rve_set.hpp", "dem/rve/rve.hpp", "dem/rve/loading.hpp", "dem/rve/measure.hpp"]),
            ("Samples of your own", ["dem/rve/model.hpp", "dem/rve/state.hpp", "dem/rve/step.hpp", "dem/packing/packing.hpp", "dem/contact/laws.hpp", "dem/fracture/fracture_model.hpp", "dem/fracture/criteria.hpp"]),
            ("Finite elements", ["fem/material.hpp", "fem/mesh.hpp", "fem/problem.hpp", "fem/statics.hpp", "fem/dynamics.hpp", "fem/explicit_statics.hpp"]),

@@ -7,10 +7,10 @@
 
 #include <atomic>
 
-#include "apps/cores.hpp"
 #include "apps/python/views.hpp"
-#include "apps/scene/cell_scene.hpp"
+#include "apps/run/cores.hpp"
 #include "apps/scene/prepare_sample.hpp"
+#include "apps/scene/unit_cells.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/io/checkpoint.hpp"
 #include "dem/rves/rve_set.hpp"

@@ -6,10 +6,10 @@
 
 #include <filesystem>
 
-#include "apps/scene/cells_scene.hpp"
 #include "apps/scene/hulls_scene.hpp"
 #include "apps/scene/mixture_scene.hpp"
 #include "apps/scene/sample_scene.hpp"
+#include "apps/scene/voronoi_scene.hpp"
 
 namespace grus::app {
 namespace {

@@ -4,8 +4,8 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "apps/error_estimates.hpp"
-#include "apps/grading_states.hpp"
+#include "apps/rve/error_estimates.hpp"
+#include "apps/rve/gradings.hpp"
 #include "apps/scene/rve_scene.hpp"
 #include "apps/scene/sample_scene.hpp"
 #include "apps/scene/units.hpp"

@@ -7,7 +7,7 @@ import sys
 
 root = sys.argv[1]
 floor = {"dem/base": 0, "dem/kernel": 1, "dem/shape": 1, "dem/state": 2, "dem/contact": 3, "dem/bond": 3, "dem/fracture": 4, "dem/motion": 4, "dem/rve": 5, "dem/packing": 6, "dem/io": 6, "dem/rves": 7,
-         "fem": 10, "coupling": 20, "apps/scene": 30, "apps/library/grus": 31, "apps": 31, "apps/python": 32}
+         "fem": 10, "coupling": 20, "apps/scene": 30, "apps/library/grus": 31, "apps/run": 31, "apps/bvp/scene": 31, "apps/rve": 32, "apps/bvp": 32, "apps/python": 33}
 faults = []
 
 

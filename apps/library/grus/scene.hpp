@@ -2,6 +2,6 @@
 // Grus as a library: RVEs from the scene files of grus-rve. docs/library.md
 #pragma once
 
-#include "apps/scene/cell_scene.hpp"
 #include "apps/scene/prepare_sample.hpp"
+#include "apps/scene/unit_cells.hpp"
 #include "grus/rve.hpp"

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/bvp/bvp_run.hpp"
+
+#include <fmt/format.h>
+
+#include "apps/bvp/standing.hpp"
+#include "apps/run/folder.hpp"
+#include "apps/run/same_scene.hpp"
+#include "dem/base/error.hpp"
+
+namespace grus::app {
+
+std::string checkpoint_of(const Options& options) { return options.directory + "/checkpoint.h5"; }
+
+/// What a run carries from response to response.
+struct BvpRun::Course {
+  const Clock& clock;
+  double ready;  // s that the preparation has taken
+  Progress progress;
+  double time, saved;  // of the problem; wall time of the last checkpoint (s)
+  std::uint64_t sweeps = 0;
+  TimeLimit limit;
+  bool told = false;  // of an interruption
+  Stop stop = Stop::none;
+  bool over = false, complete = false, broken = false;
+  double end = 0;
+  std::string failure = {};
+
+  /// Explicit runs stop between two rows, too, where a checkpoint is due or asked for.
+  bool due(double interval) {
+    over = limit.over() || over;
+    return over || interruption_asked() || checkpoint_asked() || clock.wall() - saved > interval;
+  }
+};
+
+namespace {
+
+/// Of an increment that --max-time does not leave the time to end.
+struct OutOfTime {};
+
+}  // namespace
+
+dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene) {
+  const std::string path = checkpoint_of(options);
+  dem::Checkpoint kept = dem::read_checkpoint(path);
+  const auto about = nlohmann::json::parse(kept.about, nullptr, false);
+  if (about.is_discarded() || about.value("program", "") != "grus-bvp" || kept.parts.size() < 2 + scene.regions.size())
+    throw InputError(path + ": not a checkpoint of grus-bvp");
+  const nlohmann::json cell = scene.has_rve ? scene.unit_cells[0].record : nlohmann::json();
+  refuse_changes(path, about.value("scene", nlohmann::json()), scene.record);
+  refuse_changes(path, about.value("unit_cell", nlohmann::json()), cell, "unit cell");
+  return kept;
+}
+
+BvpRun::BvpRun(const BvpScene& scene, const Options& options, BvpSetup setup, dem::Checkpoint kept,
+               coupling::RveFarm* farm)
+    : scene_(scene), options_(options), setup_(std::move(setup)), kept_(std::move(kept)) {
+  std::vector<fem::Material> parts;
+  if (farm) {
+    rves_.emplace(*farm, setup_.states, setup_.points.start, scene.rve);
+    parts.push_back(rves_->material());
+  } else {
+    parts.push_back(fem::elastic_material(0, 1, 0));  // of no point
+  }
+  for (std::size_t r = 0; r < scene.regions.size(); ++r) {
+    const Region& region = scene.regions[r];
+    const auto count =
+        static_cast<std::size_t>(std::count(setup_.points.group.begin(), setup_.points.group.end(), r + 1));
+    const fem::InitialStress initial = initial_stress(r);
+    const double E = region.youngs_modulus, nu = region.poissons_ratio;
+    parts.push_back(region.j2 ? fem::j2_material(count, E, nu, region.yield_stress, region.hardening, initial)
+                              : fem::elastic_material(count, E, nu, initial));
+  }
+  regions_.assign(parts.begin() + 1, parts.end());
+  material_.emplace(scene.regions.empty() ? parts[0] : fem::composite_material(parts, setup_.points.group));
+  for (std::size_t i = 0; i < setup_.points.group.size(); ++i) {
+    if (setup_.points.group[i] > 0) {
+      density_.push_back(scene.regions[setup_.points.group[i] - 1].density);
+    } else {
+      const dem::State& s = setup_.states[setup_.points.start[setup_.points.rve_of[i]]];
+      density_.push_back(dem::total_mass(s.grains) / s.boundary.cell.volume());
+    }
+  }
+  if (scene.weighs()) setup_.problem->set_gravity(scene.gravity, density_);
+  output_.emplace(options.directory, scene, *setup_.problem, setup_.points, setup_.states, rves_ ? &*rves_ : nullptr);
+}
+
+fem::InitialStress BvpRun::initial_stress(std::size_t region) const {
+  fem::InitialStress all;
+  const Region& r = scene_.regions[region];
+  const double density = setup_.density > 0 ? setup_.density : r.density;
+  for (std::size_t i = 0; i < setup_.points.group.size() && (r.initial_stress || scene_.ground); ++i)
+    if (setup_.points.group[i] == region + 1)
+      all.push_back(r.initial_stress ? *r.initial_stress
+                                     : ground_stress(scene_, setup_.problem->point_position(i), density));
+  return all;
+}
+
+/// Shows how far the run is before every sweep through the points, or before some; hears there what cannot wait for the
+/// end of an increment.
+void BvpRun::watch_responses(Course& c) {
+  material_->respond = [this, &c, respond = material_->respond](const fem::Points& p) {
+    if (!scene_.is_explicit() || c.sweeps % 64 == 0)
+      c.progress.show(c.time / scene_.end_time(), output_->line(c.sweeps));
+    if (!scene_.is_explicit() && interruption_asked() && !c.told) {
+      c.progress.note(
+          "  interrupted: ends with this increment, which --resume would have to begin anew; once more ends at once");
+      c.told = true;
+    }
+    if (!scene_.is_explicit() && c.limit.past()) throw OutOfTime{};
+    ++c.sweeps;
+    return respond(p);
+  };
+}
+
+/// A row; false where the run is to stop.
+template <class Report>
+bool BvpRun::after(Course& c, const Report& report, double now) {
+  c.time = now;
+  output_->add(report, elapsed_ + c.clock.wall() - c.ready);
+  if constexpr (requires { report.cut_reason; })
+    if (!report.cut_reason.empty())
+      c.progress.note(fmt::format("  increment {}: {} cutback(s), the last because {}", report.increment,
+                                  report.cutbacks, one_line(report.cut_reason)));
+  // An increment that lasts longer than those before it may be lost, what comes before it not.
+  const bool last = !scene_.is_explicit() && c.limit.over(3);
+  const bool due = c.due(scene_.checkpoint_interval);
+  c.stop = stop_of(c.over);
+  if (due || last) save(c, report);
+  return c.stop == Stop::none;
+}
+
+/// From checkpoint to checkpoint; returns the last report.
+template <class Report, class Solve>
+Report BvpRun::march(Course& c, Solve&& solve) {
+  Report last = begin<Report>();
+  while (true) {
+    const auto result = solve(last);
+    last = result.last;
+    c.complete = result.finished;
+    c.failure = result.failure;
+    if (!result.stopped || c.stop != Stop::none) return last;
+    c.stop = stop_of(c.over);
+    save(c, last);
+    if (c.stop != Stop::none) return last;
+  }
+}
+
+/// The solver that the scene names.
+void BvpRun::solve(Course& c) {
+  fem::Problem& problem = *setup_.problem;
+  const auto due = [&] { return c.due(scene_.checkpoint_interval); };
+  if (scene_.dynamics) {
+    fem::allocate_dynamics(problem);
+    fem::DynamicsOptions with = *scene_.dynamics;
+    with.stop = due;
+    const auto row = [&](const fem::DynamicsReport& r) { return after(c, r, r.time); };
+    c.end = march<fem::DynamicsReport>(c, [&](const fem::DynamicsReport& from) {
+              return fem::solve_dynamics(problem, *material_, density_, with, row, from);
+            }).time;
+  } else if (scene_.explicit_statics) {
+    fem::allocate_explicit_statics(problem);
+    fem::ExplicitStaticsOptions with = *scene_.explicit_statics;
+    with.stop = due;
+    const auto row = [&](const fem::ExplicitStaticsReport& r) { return after(c, r, r.load_factor); };
+    c.end = march<fem::ExplicitStaticsReport>(c, [&](const fem::ExplicitStaticsReport& from) {
+              return fem::solve_explicit_statics(problem, *material_, with, row, from);
+            }).load_factor;
+  } else {
+    fem::allocate_statics(problem);
+    const auto start = begin<fem::StaticsStart>();
+    const auto row = [&](const fem::IncrementReport& r) { return after(c, r, r.load_factor); };
+    const auto result = fem::solve_statics(problem, *material_, scene_.solve, row, start);
+    c.complete = result.converged;
+    c.failure = result.failure;
+    c.end = result.load_factor;
+  }
+}
+
+BvpEnding BvpRun::go(double ready, const Clock& clock) {
+  Course c{clock, ready, Progress(options_), 0, clock.wall(), 0, TimeLimit(options_.started, options_.max_time)};
+  watch_responses(c);
+  try {
+    solve(c);
+  } catch (const InputError&) {
+    throw;
+  } catch (const dem::Unstable&) {
+    throw;
+  } catch (const OutOfTime&) {
+    c.stop = Stop::time;
+    c.end = c.time;
+  } catch (const std::exception& e) {  // of the system, such as a full disk: what there is may still be kept
+    c.broken = true;
+    c.failure = e.what();
+    c.end = c.time;
+  }
+  BvpEnding ending;
+  ending.preparation = ready, ending.time = c.end;
+  ending.earlier = elapsed_, ending.cpu = elapsed_cpu_ + cpu_seconds();
+  ending.sweeps_wall = elapsed_sweeps_ + (rves_ ? rves_->seconds() : 0);
+  ending.prepared = setup_.prepared;
+  if (c.broken) {
+    ending.status = failed, ending.text = c.failure;
+  } else if (c.stop == Stop::asked) {
+    ending.status = interrupted, ending.text = "interrupted; --resume goes on from checkpoint.h5";
+  } else if (c.stop == Stop::time && !kept_here_) {
+    ending.status = interrupted;
+    ending.text = "the time of --max-time is over within the first increment; nothing to go on from yet";
+  } else if (c.stop == Stop::time) {
+    ending.status = out_of_time, ending.text = "out of time; --resume goes on from checkpoint.h5";
+  } else {
+    ending.status = c.complete ? finished : unstable, ending.text = c.complete ? "finished" : c.failure;
+  }
+  ending.wall = clock.wall();
+  c.progress.finish(output_->closing(ending));
+  return ending;
+}
+
+template <class Report>
+void BvpRun::save(Course& c, const Report& report) {
+  const Clock writing;
+  nlohmann::json about = standing(report);
+  about["program"] = "grus-bvp";
+  about["scene"] = scene_.record;
+  if (scene_.has_rve) about["unit_cell"] = scene_.unit_cells[0].record;
+  about["output"] = output_->state();
+  about["wall"] = elapsed_ + c.clock.wall() - c.ready;
+  about["cpu"] = elapsed_cpu_ + cpu_seconds(), about["sweeps_wall"] = elapsed_sweeps_ + (rves_ ? rves_->seconds() : 0);
+  auto pack = [](const std::vector<double>& v) {
+    return std::string(reinterpret_cast<const char*>(v.data()), v.size() * sizeof(double));
+  };
+  dem::write_checkpoint(result_file(options_.directory, "checkpoint.h5"), about.dump(), [&](const dem::TakePart& take) {
+    take(output_->history().text());
+    take(pack(setup_.problem->snapshot()));
+    for (const auto& r : regions_) take(r.save());
+    if (rves_) rves_->save(take);
+  });
+  c.saved = c.clock.wall();
+  c.limit.wrote(writing.wall());
+  if (checkpoint_asked()) c.progress.note(fmt::format("  checkpoint written at {:.4g}, as asked", c.time));
+  checkpoint_written();
+  kept_here_ = true;
+}
+
+/// Where to go on from: the beginning, or where the checkpoint stands.
+template <class Start>
+Start BvpRun::begin() {
+  Start start;
+  if (!kept_.parts.empty()) try {
+      stand(resume(), start);
+    } catch (const nlohmann::json::exception&) {
+      throw InputError(checkpoint_of(options_) + ": checkpoint is damaged: where the run stands");
+    }
+  return start;
+}
+
+nlohmann::json BvpRun::resume() {
+  dem::Checkpoint kept = std::move(kept_);
+  auto about = nlohmann::json::parse(kept.about);
+  const std::string path = checkpoint_of(options_) + ": ";
+  auto unpack = [](const std::string& bytes) {
+    std::vector<double> v(bytes.size() / sizeof(double));
+    std::memcpy(v.data(), bytes.data(), v.size() * sizeof(double));
+    if (bytes.size() % sizeof(double) != 0 ||
+        !std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); }))
+      throw std::invalid_argument("checkpoint is damaged: displacements");
+    return v;
+  };
+  try {
+    setup_.problem->restore(unpack(kept.parts[1]));
+    for (std::size_t r = 0; r < regions_.size(); ++r) regions_[r].load(kept.parts[2 + r]);
+    kept.parts.erase(kept.parts.begin() + 1, kept.parts.begin() + 2 + static_cast<std::ptrdiff_t>(regions_.size()));
+    const std::string history = std::move(kept.parts.front());
+    kept.parts.erase(kept.parts.begin());
+    if (rves_) rves_->load(kept.parts);
+    output_->restore(about["output"], history);
+    elapsed_ = about.at("wall"), elapsed_cpu_ = about.at("cpu"), elapsed_sweeps_ = about.at("sweeps_wall");
+  } catch (const InputError& e) {
+    const std::string text = e.what();
+    throw InputError(text.starts_with("checkpoint.h5: ") ? path + text.substr(15) : path + text);
+  } catch (const std::invalid_argument& e) {
+    throw InputError(path + e.what());
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(path + "checkpoint is damaged: what it tells of itself");
+  }
+  kept_here_ = true;
+  return about;
+}
+
+}  // namespace grus::app

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// The run of a macro problem: its materials, the solver that the scene names, rows, checkpoints, and where to go on
+// from.
+#pragma once
+
+#include "apps/bvp/output.hpp"
+#include "apps/run/command.hpp"
+#include "dem/io/checkpoint.hpp"
+
+namespace grus::app {
+
+/// Everything that is set up before a run, on rank 0.
+struct BvpSetup {
+  std::unique_ptr<fem::Problem> problem;
+  BvpPoints points;
+  std::vector<dem::State> states;  // of the points' starts
+  nlohmann::json prepared;         // what the preparation has made of them; null: there is none
+  double density = 0;              // of the packed cells (kg/m^3), where the stress of the ground asks for it
+};
+
+std::string checkpoint_of(const Options& options);
+
+/// The checkpoint of a run of this scene. Throws InputError where there is none, or one of another scene.
+dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene);
+
+/// The macro problem with its materials; on rank 0.
+class BvpRun {
+public:
+  /// `farm`: none without grains. What is given by reference must outlive the run.
+  BvpRun(const BvpScene& scene, const Options& options, BvpSetup setup, dem::Checkpoint kept, coupling::RveFarm* farm);
+
+  /// To the end, to a fault or to an interruption; `ready`: s that the preparation has taken.
+  BvpEnding go(double ready, const Clock& clock);
+  void finish(const BvpEnding& ending) { output_->finish(ending, options_); }
+
+private:
+  struct Course;
+  fem::InitialStress initial_stress(std::size_t region) const;
+  void watch_responses(Course& course);
+  void solve(Course& course);
+  template <class Report>
+  bool after(Course& course, const Report& report, double now);
+  template <class Report, class Solve>
+  Report march(Course& course, Solve&& solve);
+  template <class Report>
+  void save(Course& course, const Report& report);
+  template <class Start>
+  Start begin();
+  nlohmann::json resume();
+
+  const BvpScene& scene_;
+  const Options& options_;
+  BvpSetup setup_;
+  dem::Checkpoint kept_;  // to go on from; of a resumed run
+  std::optional<coupling::RveMaterial> rves_;
+  std::vector<fem::Material> regions_;
+  std::optional<fem::Material> material_;
+  std::vector<double> density_;
+  std::optional<BvpOutput> output_;
+  bool kept_here_ = false;                                     // there is a checkpoint to go on from
+  double elapsed_ = 0, elapsed_cpu_ = 0, elapsed_sweeps_ = 0;  // s, of earlier parts: wall, CPU, wall of sweeps
+};
+
+}  // namespace grus::app

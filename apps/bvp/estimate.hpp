@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What --check says of a macro run's time, from one RVE that is taken as the run would take it.
+#pragma once
+
+#include "apps/bvp/bvp_run.hpp"
+
+namespace grus::app {
+
+/// Wall time of a run's material sweeps, and how it is made up. It leaves out what breakage, cutbacks and the macro
+/// solver itself add, and what sharing saves; `rest`: what is left out, of this solver.
+struct RunEstimate {
+  double seconds = 0;
+  bool least = false;  // a run takes no less: its steps become more
+  std::string text, rest;
+};
+
+/// Of `workers` threads on all ranks; the first of the prepared states is taken. Throws Unstable where the RVE does not
+/// get there.
+RunEstimate estimate_run(const BvpScene& scene, const BvpSetup& setup, const std::shared_ptr<const dem::Model>& model,
+                         int workers);
+
+}  // namespace grus::app

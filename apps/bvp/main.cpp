@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// grus-bvp: a macro boundary-value problem with an RVE of grains at every Gauss point. Rank 0 solves it; all ranks
+// advance RVEs.
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "apps/bvp/bvp_run.hpp"
+#include "apps/bvp/estimate.hpp"
+#include "apps/bvp/on_all_ranks.hpp"
+#include "apps/bvp/starts.hpp"
+#include "apps/run/folder.hpp"
+#include "apps/scene/preparation_scene.hpp"
+#include "apps/scene/prepare_sample.hpp"
+#include "dem/io/whole_file.hpp"
+
+using namespace grus;
+using namespace grus::app;
+
+namespace {
+
+std::unique_ptr<fem::Problem> make_problem(const BvpScene& scene) {
+  return std::visit(
+      [&](const auto& mesh) {
+        return std::make_unique<fem::Problem>(MPI_COMM_SELF, mesh, scene.discretisation, scene.boundaries);
+      },
+      scene.mesh);
+}
+
+/// Model of the run: in explicit runs grains are damped by their contacts only, unless told otherwise; local damping is
+/// for the preparation.
+std::shared_ptr<const dem::Model> run_model(const BvpScene& scene) {
+  auto model = std::make_shared<dem::Model>(scene.unit_cells[0].model);
+  if (scene.damping || scene.is_explicit()) dem::set_damping(*model, scene.damping.value_or(0));
+  return model;
+}
+
+std::string setup_text(const BvpScene& scene, const BvpSetup& setup, const Options& options, int ranks) {
+  const fem::Problem& p = *setup.problem;
+  const auto rves = setup.points.start.size();
+  double grains = 0;
+  const bool made = !setup.states.empty();
+  for (const auto& state : setup.states)
+    grains += static_cast<double>(state.grains.size()) / static_cast<double>(setup.states.size());
+  for (const auto& u : scene.unit_cells) grains += made ? 0 : u.grains() / scene.variants;
+  std::string length = fmt::format("increments {}", scene.solve.increments);
+  if (scene.dynamics) length = fmt::format("duration {:.3g} s", scene.dynamics->duration);
+  if (scene.explicit_statics)
+    length = fmt::format("steps from {:.0f}", scene.explicit_statics->crossings *
+                                                  fem::crossing_steps(*setup.problem, *scene.explicit_statics));
+  const int bytes =
+      scene.is_explicit() ? 5000 : 8000;  // a grain, measured: trial states, and a checkpoint in the making
+  std::string text = fmt::format(
+      "{}\n  mesh {}   cells {}   Gauss points {}   with grains {} ({}{:.0f} grains each, {} packings)   {}   memory "
+      "up to "
+      "{:.3g} "
+      "MB   ranks {} x threads {}",
+      scene.title, scene.extent(), p.global_points() / p.points_per_cell(), p.global_points(), rves,
+      made ? "" : "about ", grains, scene.unit_cells.size(), length, static_cast<double>(rves) * grains * bytes / 1e6,
+      ranks, options.threads);
+  if (const auto& e = scene.explicit_statics)
+    text += fmt::format(
+        "\n  limits of the rate: unbalanced force {:g} of what is applied, kinetic energy {:g} of internal, inertial "
+        "number of the cells {}; local damping {:g}, safety {:g}",
+        e->balance, e->kinetic, e->inertial_number > 0 ? fmt::format("{:g}", e->inertial_number) : "their own",
+        e->damping, e->safety);
+  if (!scene.is_explicit())
+    text += fmt::format(
+        "\n  residual to {:.2g}{}", std::max(scene.solve.tolerance, scene.residual_floor()),
+        scene.has_rve ? " (the larger of solve.tolerance, rve.unbalanced_force and rve.stress_change)" : "");
+  for (const auto& note : scene.notes) text += fmt::format("\n  note: {}", note);
+  return text;
+}
+
+/// Ground that weighs more than its cells can bear is refused before any of them is prepared.
+void check_starts(const BvpScene& scene, const std::vector<Start>& starts) {
+  for (const Start& s : starts) {
+    const double pressure = (s.stress[0] + s.stress[1] + s.stress[2]) / 3;
+    const std::string fault = s.stressed ? unbearable(scene.unit_cells[s.packing], pressure) : "";
+    if (!fault.empty()) throw InputError(fmt::format("{}: initial_stress: {}", scene.file, fault));
+  }
+}
+
+/// Problem, points and the states that their cells start from, on rank 0; the states' starts on all.
+std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Session& session, BvpSetup& setup,
+                          dem::Checkpoint& kept) {
+  const bool leads = session.rank() == 0;
+  std::vector<Start> starts;
+  together(session, [&] {
+    if (!scene.ground || !scene.has_rve || options.columns) return;  // the weight of the ground is that of its cells
+    const auto packed = prepare_starts(scene, {Start{}}, options.threads, {}).states;
+    if (leads) setup.density = dem::total_mass(packed[0].grains) / packed[0].boundary.cell.volume();
+  });
+  together(session, [&] {
+    if (!leads) return;
+    setup.problem = make_problem(scene);
+    setup.points = find_points(scene, *setup.problem, setup.density);
+    if (options.columns) return;
+    starts = setup.points.starts;
+    check_starts(scene, starts);
+    if (starts.size() < setup.points.stresses)
+      scene.notes.push_back(fmt::format(
+          "initial_stress: {} stresses in {} class{}, each of which is prepared once; a point's stress is "
+          "off by {:.2g} % at most (initial_stress.tolerance)",
+          setup.points.stresses, starts.size(), starts.size() > 1 ? "es" : "", 100 * setup.points.deviation));
+    if (options.speaks()) say(options, setup_text(scene, setup, options, session.ranks()));
+    if (!options.check) check_folder(options);
+    if (options.resume && std::filesystem::exists(checkpoint_of(options))) kept = find_checkpoint(options, scene);
+    if (options.check && starts.size() > 1) starts = {starts[starts.size() / 2]};
+  });
+  std::size_t count = starts.size();
+  MPI_Bcast(&count, sizeof count, MPI_BYTE, 0, MPI_COMM_WORLD);
+  starts.resize(count);
+  MPI_Bcast(starts.data(), static_cast<int>(count * sizeof(Start)), MPI_BYTE, 0, MPI_COMM_WORLD);
+  return starts;
+}
+
+void print_columns(const BvpScene& scene, const BvpSetup& setup) {
+  const std::vector<dem::State> none;
+  const Probes probes("", scene, *setup.problem, setup.points, none, nullptr);
+  for (const auto& name : bvp_columns(scene, *setup.problem, probes)) fmt::print("{}\n", name);
+}
+
+/// What a run that did not get to its end says, and what may help.
+void tell_failure(const BvpScene& scene, const Options& options, const BvpEnding& ending) {
+  if (ending.status == failed) say_fault(options, fmt::format("{}: {}", options.scene, ending.text));
+  if (ending.status != unstable) return;
+  const char* help = "more solve.increments, looser rve.unbalanced_force or a larger unit cell may help";
+  if (scene.dynamics) help = "a smaller solve.safety or another unit cell may help";
+  if (scene.explicit_statics)
+    help = "larger limits in [solve], a larger unit cell or rve.on_failure = \"elastic\" may help";
+  say_fault(options, fmt::format("{}: {} {:.4g}: {}; {}", options.scene, scene.dynamics ? "time" : "load factor",
+                                 ending.time, ending.text, help));
+}
+
+/// The run, on rank 0; the other ranks serve until it is over, and hear the status.
+int lead(const BvpScene& scene, const Options& options, const fem::Session& session,
+         const std::shared_ptr<const dem::Model>& model, BvpSetup setup, dem::Checkpoint kept, const Clock& clock) {
+  BvpEnding ending;
+  std::exception_ptr error;
+  std::optional<BvpRun> work;
+  std::optional<coupling::RveFarm> farm;
+  const double ready = clock.wall();
+  try {  // the farm first: from then on the other ranks serve, and hear when it is gone
+    if (scene.has_rve) farm.emplace(MPI_COMM_WORLD, model, scene.rve.response, options.threads);
+    if (farm && scene.costs) farm->record_costs();
+    work.emplace(scene, options, std::move(setup), std::move(kept), farm ? &*farm : nullptr);
+    ending = work->go(ready, clock);
+    ending.ranks = session.ranks();
+    ending.migrated = farm ? farm->moved() : 0;
+    try {
+      if (farm && farm->costs()) dem::write_whole(result_file(options.directory, "costs.csv"), *farm->costs());
+      work->finish(ending);
+    } catch (const std::exception&) {  // of one fault one line
+      if (ending.status != failed) throw;
+    }
+  } catch (const InputError&) {
+    error = std::current_exception(), ending.status = refused;
+  } catch (const dem::Unstable&) {
+    error = std::current_exception(), ending.status = unstable;
+  } catch (...) {
+    error = std::current_exception(), ending.status = failed;
+  }
+  work.reset(), farm.reset();
+  MPI_Bcast(&ending.status, 1, MPI_INT, 0, MPI_COMM_WORLD);
+  if (error) std::rethrow_exception(error);
+  tell_failure(scene, options, ending);
+  return ending.status;
+}
+
+/// --check: how long preparation and run would take; `one`: what one of the starts took.
+void tell_times(const BvpScene& scene, const Options& options, const BvpSetup& setup,
+                const std::shared_ptr<const dem::Model>& model, const StartTimes& one, int ranks) {
+  const double workers = ranks * options.threads, starts = static_cast<double>(setup.points.starts.size());
+  const double packings = std::min(starts, static_cast<double>(scene.variants));
+  // Starts of one packing go on from one sample.
+  fmt::print("  preparation: about {} ({:.0f} starts of {:.0f} packings; {:.3g} s a packing, {:.3g} s a start)\n",
+             duration_text(std::ceil(packings / workers) * one.packing + std::ceil(starts / workers) * one.stress),
+             starts, packings, one.packing, one.stress);
+  const RunEstimate run = estimate_run(scene, setup, model, ranks * options.threads);
+  fmt::print("  run: {}about {} ({}); {}\n", run.least ? "at least " : "", duration_text(run.seconds), run.text,
+             run.rest);
+}
+
+/// What the preparation has made of the cells' packings: in notes and results.
+void tell_preparations(BvpScene& scene, const Options& options, const std::vector<nlohmann::json>& told,
+                       BvpSetup& setup) {
+  setup.prepared = sum_of_preparations(told);
+  const std::string note = note_of_preparations(told);
+  if (note.empty()) return;
+  scene.notes.push_back("unit cell: " + note);
+  if (options.check || options.speaks()) say(options, "  note: " + scene.notes.back());
+}
+
+int run(const Options& options, const fem::Session& session) {
+  const Clock clock;
+  const bool leads = session.rank() == 0;
+  BvpScene scene;
+  BvpSetup setup;
+  dem::Checkpoint kept;
+  together(session, [&] { scene = read_bvp_scene(options.scene, options.overrides); });
+  const std::vector<Start> starts = set_up(scene, options, session, setup, kept);
+  if (options.columns) {
+    if (leads) print_columns(scene, setup);
+    return finished;
+  }
+  std::optional<Folder> made;
+  const auto make_folder = [&] {
+    if (!made) made.emplace(options);
+  };
+  Starts prepared;
+  together(session, [&] {
+    Progress progress(options, options.check);
+    StartsFile file;
+    if (!options.check)
+      file = {options.directory + "/preparation.h5", scene.checkpoint_interval, options.resume, [&] {
+                make_folder();
+                result_file(options.directory, "preparation.h5");
+              }};
+    prepared = prepare_starts(
+        scene, starts, options.threads, [&](double done) { return progress.watch(done, "unit cells"); }, file);
+  });
+  together(session, [&] {
+    if (leads && !options.check) make_folder();
+  });
+  std::shared_ptr<const dem::Model> model;
+  together(session, [&] {
+    if (scene.has_rve) model = run_model(scene);
+  });
+  if (leads && scene.has_rve) {
+    if (!options.check) say(options, "  unit cells prepared in " + duration_text(clock.wall()));
+    setup.states = std::move(prepared.states);
+    tell_preparations(scene, options, prepared.told, setup);
+    if (options.check) tell_times(scene, options, setup, model, prepared.times, session.ranks());
+  }
+  if (options.check) return finished;
+  if (leads) return lead(scene, options, session, model, std::move(setup), std::move(kept), clock);
+  if (scene.has_rve) coupling::serve(MPI_COMM_WORLD, model, scene.rve.response, options.threads);
+  int status = failed;
+  MPI_Bcast(&status, 1, MPI_INT, 0, MPI_COMM_WORLD);
+  return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const fem::Session session;
+  return run_command(
+      argc, argv, "grus-bvp",
+      "A macro boundary-value problem, finite elements with breakable grains at every Gauss point (mpirun -n P for P "
+      "ranks).",
+      [&](const Options& options) { return run(options, session); }, session.rank() == 0, session.sharers(),
+      [&](const std::function<void()>& part) { together(session, part); });
+}

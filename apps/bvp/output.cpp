@@ -1,0 +1,378 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/bvp/output.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+
+#include "apps/bvp/hopkinson.hpp"
+#include "apps/run/folder.hpp"
+#include "dem/io/vtkhdf.hpp"
+#include "dem/io/whole_file.hpp"
+
+namespace grus::app {
+namespace {
+
+const char* const components[6] = {"xx", "yy", "zz", "yz", "xz", "xy"};
+
+int vtk_type(fem::CellKind kind) {
+  constexpr std::array types{5, 9, 10, 12};  // in the order of CellKind
+  return types[static_cast<std::size_t>(kind)];
+}
+
+/// Numbers as JSON keeps them bit by bit, those that are none included; and back.
+std::vector<std::string> exact(const std::vector<double>& values) {
+  std::vector<std::string> texts;
+  for (const double v : values) texts.push_back(fmt::format("{:a}", v));
+  return texts;
+}
+
+std::vector<double> numbers_of(const nlohmann::json& texts) {
+  std::vector<double> values;
+  for (const auto& t : texts) values.push_back(std::strtod(t.get<std::string>().c_str(), nullptr));
+  return values;
+}
+
+bool bonded(const BvpScene& scene) {
+  return scene.has_rve && !scene.unit_cells.empty() && scene.unit_cells[0].bonded();
+}
+
+}  // namespace
+
+std::vector<std::string> bvp_columns(const BvpScene& scene, const fem::Problem& problem, const Probes& probes) {
+  std::vector<std::string> columns{"increment", "time_s", "newton_iterations", "cutbacks", "residual"};
+  for (const auto& b : problem.boundaries())
+    for (char k : {'x', 'y', 'z'}) columns.push_back(fmt::format("reaction_{}_{}_N", b.name, k));
+  for (const char* name :
+       {"mean_strain_zz", "mean_stress_zz_Pa", "rves", "rves_advanced", "dem_steps", "breakages", "wall_s"})
+    columns.emplace_back(name);
+  for (const char* ij : components)
+    if (std::string(ij) != "zz")
+      columns.push_back(fmt::format("mean_strain_{}", ij)), columns.push_back(fmt::format("mean_stress_{}_Pa", ij));
+  for (const char* name : {"correction", "rve_noise", "volume_m3", "worst_unbalanced_force", "worst_stress_change",
+                           "worst_rve_energy_error", "mass_lost_fraction", "macro_work_J", "rve_work_J",
+                           "rves_distinct", "rves_deferred", "energy_unexplained_J", "p_Pa", "q_Pa",
+                           "strain_volumetric", "unbalanced_macro_force", "kinetic_over_internal", "energy_error"})
+    columns.emplace_back(name);
+  if (bonded(scene)) columns.emplace_back("bonds_broken");
+  for (const auto& b : problem.boundaries())
+    for (char k : {'x', 'y', 'z'}) columns.push_back(fmt::format("moved_{}_{}_m", b.name, k));
+  if (scene.is_explicit()) columns.emplace_back("macro_kinetic_J");
+  for (const char* name : {"macro_internal_J", "macro_external_J"}) columns.emplace_back(name);
+  if (scene.is_explicit())
+    for (const char* name : {"macro_viscous_J", "macro_energy_error"}) columns.emplace_back(name);
+  if (scene.explicit_statics)
+    for (const char* name : {"macro_damped_J", "macro_scaled_J", "largest_unbalanced_macro_force", "cells_haste_J",
+                             "inertial_number", "load_rate", "rate_governor", "rves_given_up"})
+      columns.emplace_back(name);
+  if (!scene.regions.empty() && scene.has_rve)
+    for (const char* what : {"strain_{}", "stress_{}_Pa"})
+      for (const char* ij : components) columns.push_back("grains_" + fmt::format(fmt::runtime(what), ij));
+  for (auto& name : probes.columns()) columns.push_back(std::move(name));
+  return columns;
+}
+
+BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points,
+                     const std::vector<dem::State>& states, coupling::RveMaterial* rves)
+    : directory_(std::move(directory)),
+      scene_(scene),
+      problem_(problem),
+      points_(points),
+      states_(states),
+      rves_(rves),
+      probes_(directory_, scene, problem, points, states, rves) {
+  for (const auto group : points.group) grains_.push_back(group == 0);
+  history_.emplace(result_file(directory_, "history.csv"), bvp_columns(scene, problem, probes_));
+}
+
+void BvpOutput::add(const fem::IncrementReport& r, double wall) {
+  macro_work_ = r.energy.work, material_work_ = r.energy.internal;
+  iterations_ += r.iterations;
+  cutbacks_ += r.cutbacks;
+  sweeps_ = r.law_sweeps;
+  worst_residual_ = std::max(worst_residual_, r.residual);
+  for (std::size_t k = 1; k < r.residuals.size(); ++k)
+    if (r.residuals[k] > 0 && r.residuals[k - 1] > 0)
+      contraction_.push_back(std::log(r.residuals[k] / r.residuals[k - 1]));
+  add({static_cast<double>(r.increment), r.load_factor, static_cast<double>(r.iterations),
+       static_cast<double>(r.cutbacks), r.residual, r.correction, r.noise, wall, 0, r.energy.error(), &r.energy});
+}
+
+/// Hill and Mandel: the stresses' work against what the materials have taken, relative to the larger.
+double BvpOutput::work_error() const {
+  const double largest = std::max(std::abs(macro_work_), std::abs(material_work_));
+  return largest > 0 ? std::abs(macro_work_ - material_work_) / largest : 0;
+}
+
+void BvpOutput::add(const fem::DynamicsReport& r, double wall) {
+  macro_work_ = r.energy.work, material_work_ = r.energy.internal;
+  sweeps_ = static_cast<int>(r.steps) + 1;  // one for the start
+  if (rves_) rves_->refresh();
+  add({static_cast<double>(r.steps), r.time, 0, 0, 0, 0, 0, wall, r.energy.kinetic_over_internal(), r.energy.error(),
+       &r.energy});
+}
+
+void BvpOutput::add(const fem::ExplicitStaticsReport& r, double wall) {
+  macro_work_ = r.energy.work, material_work_ = r.energy.internal;
+  worst_residual_ = std::max(worst_residual_, r.unbalanced);
+  sweeps_ = static_cast<int>(r.steps) + 1;
+  if (rves_) rves_->refresh();
+  add({static_cast<double>(r.steps), r.load_factor, 0, 0, r.unbalanced, 0, 0, wall, r.energy.kinetic_over_internal(),
+       r.energy.error(), &r.energy, &r});
+}
+
+double BvpOutput::of_rves(dem::Facts::Number energy) const { return rves_ ? rves_->total(energy, points_.volume) : 0; }
+
+void BvpOutput::add(const Row& r) {
+  const auto strain = problem_.mean_strain(), stress = problem_.mean_stress();
+  const coupling::SweepReport report = rves_ ? rves_->report() : coupling::SweepReport{};
+  std::vector<double> row{r.increment, r.time, r.iterations, r.cutbacks, r.residual};
+  for (std::size_t b = 0; b < problem_.boundaries().size(); ++b)
+    for (double v : problem_.reaction(b)) row.push_back(v);
+  const std::size_t axis = scene_.flat() ? 1 : 2;  // in two dimensions z is across the plane, or the hoop
+  strain_ = strain[axis], stress_ = stress[axis];
+  breakages_ = rves_ ? static_cast<double>(rves_->count(&dem::Facts::breakages)) : 0;
+  bonds_broken_ = rves_ ? static_cast<double>(rves_->count(&dem::Facts::bonds_broken)) : 0;
+  double error = 0, mass = 0, lost = 0;
+  for (std::size_t i = 0; rves_ && i < rves_->points(); ++i) {
+    const dem::Facts& f = rves_->facts(i);
+    error = std::max(error, f.energy_error);
+    lost += f.lost_mass;
+    mass += f.mass;
+  }
+  worst_energy_ = std::max(worst_energy_, error);
+  const double points = rves_ ? static_cast<double>(rves_->points()) : 0;
+  row.insert(row.end(), {strain[2], stress[2], points, static_cast<double>(report.advanced),
+                         static_cast<double>(report.dem_steps), breakages_, r.wall});
+  for (std::size_t k = 0; k < 6; ++k)
+    if (k != 2) row.push_back(strain[k]), row.push_back(stress[k]);
+  row.insert(row.end(), {r.correction, r.noise, problem_.current_volume(), report.worst_unbalanced,
+                         report.worst_stress_change, error, mass > 0 ? lost / mass : 0, macro_work_,
+                         of_rves(&dem::Facts::work), static_cast<double>(report.distinct),
+                         static_cast<double>(report.deferred), of_rves(&dem::Facts::unexplained)});
+  const auto carried = rves_ ? problem_.mean_stress(grains_) : stress;  // of the grains, where there are any
+  const double p = -(carried[0] + carried[1] + carried[2]) / 3;
+  double q2 = 0;  // 3/2 of the deviator's square
+  for (std::size_t k = 0; k < 6; ++k)
+    q2 += k < 3 ? 1.5 * (carried[k] + p) * (carried[k] + p) : 3 * carried[k] * carried[k];
+  const auto volume = problem_.volumes(rves_ ? grains_ : std::vector<std::uint8_t>{});
+  row.insert(row.end(),
+             {p, std::sqrt(q2), 1 - volume[1] / volume[0], r.residual, r.kinetic_over_internal, r.energy_error});
+  if (bonded(scene_)) row.push_back(bonds_broken_);
+  for (std::size_t b = 0; b < problem_.boundaries().size(); ++b)
+    for (double v : problem_.mean_displacement(b)) row.push_back(v);
+  const fem::MacroEnergy& e = *r.energy;
+  if (scene_.is_explicit())
+    row.insert(row.end(), {e.kinetic, e.internal, e.external, e.viscous, e.error()});
+  else
+    row.insert(row.end(), {e.internal, e.external});
+  if (const auto* x = r.explicit_statics)
+    row.insert(row.end(),
+               {x->energy.damped, x->energy.scaled, x->largest_unbalanced, of_rves(&dem::Facts::haste),
+                x->inertial_number, x->rate, static_cast<double>(x->governor), static_cast<double>(report.given_up)});
+  if (!scene_.regions.empty() && rves_)
+    for (const auto& mean : {problem_.mean_strain(grains_), problem_.mean_stress(grains_)})
+      row.insert(row.end(), mean.begin(), mean.end());
+  const std::vector<double> probed = probes_.row();
+  row.insert(row.end(), probed.begin(), probed.end());
+  history_->add(row);
+  history_->save(2);
+  const double part = r.time / scene_.end_time();
+  if (scene_.frames > 0 && part >= static_cast<double>(series_.size()) / std::max(1, scene_.frames - 1) * (1 - 1e-9))
+    frame(r.time);
+}
+
+void BvpOutput::frame(double time) {
+  const fem::MacroFields fields = problem_.gather_fields();
+  const auto facts = [&](std::size_t k) -> const dem::Facts& { return rves_->facts(k); };
+  const auto per_cell = static_cast<std::size_t>(problem_.points_per_cell());
+  const std::vector<double> all = problem_.gather_cells(cell_means(points_.rve_of, per_cell, facts));
+  const std::string name = fmt::format("macro/macro_{:05}.hdf", series_.size());
+  probes_.frame(series_.size(), time);
+  series_.emplace_back(name, time);
+  dem::VtkGrid grid;
+  auto& u = grid.point_fields["displacement_m"];
+  u.components = 3;
+  for (std::size_t n = 0; n < fields.nodes.size(); ++n)
+    for (std::size_t k = 0; k < 3; ++k) {
+      grid.points.push_back(static_cast<float>(fields.nodes[n][k]));
+      u.values.push_back(static_cast<float>(fields.displacement[n][k]));
+    }
+  grid.offsets.push_back(0);
+  auto& stress = grid.cell_fields["stress_Pa"];
+  stress.components = 6;
+  for (std::size_t c = 0; c < fields.cells.size(); ++c) {
+    grid.connectivity.insert(grid.connectivity.end(), fields.cells[c].begin(), fields.cells[c].end());
+    grid.offsets.push_back(static_cast<std::int64_t>(grid.connectivity.size()));
+    grid.types.push_back(static_cast<std::uint8_t>(vtk_type(fields.kind)));
+    for (double v : fields.stress[c]) stress.values.push_back(static_cast<float>(v));
+    if (!rves_) continue;
+    grid.cell_fields["void_ratio"].values.push_back(static_cast<float>(all[3 * c]));
+    grid.cell_fields["broken_fraction"].values.push_back(static_cast<float>(all[3 * c + 1]));
+    grid.cell_fields["grains"].values.push_back(static_cast<float>(all[3 * c + 2]));
+  }
+  dem::write_vtkhdf(result_file(directory_, name), grid);
+  dem::write_series(result_file(directory_, "macro.hdf.series"), series_);
+}
+
+std::string BvpOutput::line(std::uint64_t sweeps) const {
+  return fmt::format(
+      "strain {0} {1:.4f}  stress {0} {2:.3g} MPa  broken {3:.0f}{6}  material sweeps {4}  DEM steps {5:.3g}", axis(),
+      strain_, stress_ / 1e6 + 0.0, breakages_, sweeps, rves_ ? static_cast<double>(rves_->report().dem_steps) : 0.0,
+      bonds_text(", bonds "));
+}
+
+/// Empty where no face is bonded.
+std::string BvpOutput::bonds_text(const char* head) const {
+  return bonded(scene_) ? fmt::format("{}{:.0f}", head, bonds_broken_) : "";
+}
+
+std::string BvpOutput::closing(const BvpEnding& e) const {
+  const double steps = rves_ ? static_cast<double>(rves_->report().dem_steps) : 0.0;
+  std::string how = "stopped";
+  if (e.status == finished) how = "finished";
+  if (e.status == interrupted) how = "interrupted";
+  if (e.status == out_of_time) how = "out of time";
+  if (scene_.is_explicit())
+    return fmt::format("{}: {:.4g}{}, mean stress {} {:.4g} MPa, {:.0f} breakages{}, {:.3g} DEM steps in {} ({})", how,
+                       e.time, scene_.dynamics ? " s" : " of the load", axis(), stress_ / 1e6 + 0.0, breakages_,
+                       bonds_text(", broken bonds "), steps, duration_text(e.earlier + e.wall), directory_);
+  return fmt::format(
+      "{0}: load factor {1:.4g}, mean strain {2} {3:.4f}, mean stress {2} {4:.4g} MPa, {5:.0f} breakages{12}, {6} "
+      "Newton "
+      "iterations, {7} cutbacks, {8} material sweeps, "
+      "{9:.3g} DEM steps in {10} ({11})",
+      how, e.time, axis(), strain_, stress_ / 1e6 + 0.0, breakages_, iterations_, cutbacks_, sweeps_, steps,
+      duration_text(e.earlier + e.wall), directory_, bonds_text(", broken bonds "));
+}
+
+nlohmann::json BvpOutput::state() const {
+  return {{"rows", history_->rows()},
+          {"last_row", exact(history_->last())},
+          {"shown", exact({strain_, stress_, breakages_, bonds_broken_})},
+          {"series", series_},
+          {"probe_series", probes_.series()},
+          {"contraction", contraction_},
+          {"macro_work", macro_work_},
+          {"material_work", material_work_},
+          {"worst_residual", worst_residual_},
+          {"worst_energy", worst_energy_},
+          {"iterations", iterations_},
+          {"cutbacks", cutbacks_},
+          {"sweeps", sweeps_}};
+}
+
+void BvpOutput::restore(const nlohmann::json& s, const std::string& history) {
+  history_->restore(history, s.at("rows"), numbers_of(s.at("last_row")));
+  const std::vector<double> shown = numbers_of(s.at("shown"));
+  strain_ = shown.at(0), stress_ = shown.at(1), breakages_ = shown.at(2), bonds_broken_ = shown.at(3);
+  series_ = s.at("series").get<decltype(series_)>();
+  probes_.restore(s.at("probe_series").get<std::vector<decltype(series_)>>());
+  contraction_ = s.at("contraction").get<std::vector<double>>();
+  macro_work_ = s.at("macro_work"), material_work_ = s.at("material_work");
+  worst_residual_ = s.at("worst_residual"), worst_energy_ = s.at("worst_energy");
+  iterations_ = s.at("iterations");
+  cutbacks_ = s.at("cutbacks");
+  sweeps_ = s.at("sweeps");
+}
+
+/// What numerical devices have taken or put in, of the larger of what the loads have done and the grains have taken.
+nlohmann::json BvpOutput::devices(const nlohmann::json& row) const {
+  const double done = std::max(std::abs(of_rves(&dem::Facts::work)), std::abs(row.value("macro_external_J", 0.0)));
+  nlohmann::json all;
+  auto put = [&](const char* name, double joule) { all[name] = done > 0 ? joule / done : 0; };
+  put("local_damping_of_cells", of_rves(&dem::Facts::local_damping));
+  const auto& cells = scene_.unit_cells;
+  if (std::any_of(cells.begin(), cells.end(), [](const auto& c) { return c.model.numerics.scaled_below > 0; }))
+    put("scaled_inertia_of_cells", of_rves(&dem::Facts::scaled_inertia));
+  if (scene_.explicit_statics) {
+    put("haste_of_cells", of_rves(&dem::Facts::haste));
+    put("macro_damping", row.value("macro_damped_J", 0.0)), put("scaled_masses", row.value("macro_scaled_J", 0.0));
+  }
+  return all;
+}
+
+/// What the cells have done and how well.
+void BvpOutput::add_cells(nlohmann::json& summary, const BvpEnding& e) const {
+  const coupling::SweepReport& r = rves_->report();
+  summary["unit_cell"] = scene_.unit_cells[0].record;
+  summary["seed"] = scene_.unit_cells[0].model.seed;
+  auto& counts = summary["counts"];
+  counts["grains_a_point"] = states_[points_.start[0]].grains.size();
+  counts["rves"] = rves_->points();
+  counts["rves_asked"] = r.asked, counts["rves_advanced"] = r.advanced, counts["rves_distinct"] = r.distinct,
+  counts["rves_deferred"] = r.deferred, counts["rves_elastic"] = r.elastic;
+  counts["rves_similar"] = r.similar, counts["rves_replayed"] = r.replayed, counts["rves_retried_in_parts"] = r.retried,
+  counts["rves_moved_between_ranks"] = e.migrated;
+  counts["dem_steps"] = r.dem_steps;
+  auto& errors = summary["errors"];
+  errors["rve_work_J"] = of_rves(&dem::Facts::work);
+  if (!scene_.is_explicit()) errors["residual_floor"] = scene_.residual_floor();
+  if (scene_.explicit_statics) counts["rves_given_up"] = r.given_up;
+  const auto told = [&](const char* device, const char* tolerance, double value, const coupling::MeasuredError& by,
+                        const char* measured) {
+    errors[device] = {{tolerance, value}, {measured, by.count}, {"worst", by.worst}, {"mean", by.mean()}};
+  };
+  if (scene_.rve.error > 0) {
+    told("deferral", "tolerance", scene_.rve.error, r.deferral, "measured");
+    errors["deferral"]["least_trust"] = r.least_trust;
+  }
+  if (scene_.rve.response.elastic >= 0)
+    told("elastic", "tolerance_force_share", scene_.rve.response.elastic, r.linear, "measured");
+  if (scene_.rve.share > 0) {
+    told("sharing", "tolerance_strain", scene_.rve.share, r.sharing, "measured_at_replays");
+    errors["sharing"]["largest_correction"] = r.correction;
+  }
+  summary["seconds"]["rve_sweeps_wall"] = e.sweeps_wall;
+}
+
+void BvpOutput::finish(const BvpEnding& e, const Options& options) {
+  history_->save();
+  nlohmann::json summary = provenance();
+  summary["title"] = scene_.title;
+  if (!scene_.notes.empty()) summary["notes"] = scene_.notes;
+  summary["scene_file"] = std::filesystem::path(scene_.file).filename().string();
+  summary["scene"] = scene_.record;
+  summary["status"] = e.status;
+  summary["ending"] = e.text;
+  summary["threads"] = options.threads;
+  summary["ranks"] = e.ranks;
+  summary["counts"] = {
+      {"gauss_points", problem_.global_points()}, {"breakages", breakages_}, {"bonds_broken", bonds_broken_},
+      {"newton_iterations", iterations_},         {"cutbacks", cutbacks_},   {"material_sweeps", sweeps_}};
+  summary["errors"] = {{"macro_work_J", macro_work_}, {"hill_mandel", work_error()}};
+  if (!scene_.dynamic()) summary["errors"]["worst_residual"] = worst_residual_;
+  if (rves_) summary["errors"]["worst_rve_energy_error"] = worst_energy_;
+  summary["mesh"] = {{"low_m", scene_.low}, {"high_m", scene_.high}};
+  if (!e.prepared.is_null()) summary["preparation"] = e.prepared;
+  if (scene_.ground && rves_) {
+    summary["counts"]["initial_stresses"] = points_.stresses, summary["counts"]["starts"] = points_.starts.size();
+    summary["errors"]["initial_stress"] = {{"tolerance", scene_.ground->tolerance}, {"worst", points_.deviation}};
+  }
+  summary["seconds"] = {{"preparation_wall", e.preparation}, {"solve_wall", e.solve_wall()}, {"cpu_rank0", e.cpu}};
+  if (!contraction_.empty()) {
+    double mean = 0;
+    for (const double v : contraction_) mean += v / static_cast<double>(contraction_.size());
+    summary["newton_contraction"] = std::exp(mean);  // geometric mean of the ratio of successive residuals
+  }
+  if (rves_) add_cells(summary, e);
+  const auto& columns = history_->columns();
+  for (std::size_t i = 0; i < columns.size() && !history_->last().empty(); ++i)
+    summary["last_row"][columns[i]] = history_->last()[i];
+  std::vector<std::string> known{"energy_error"};  // what this run has computed
+  if (!scene_.is_explicit()) known.emplace_back("correction");
+  if (!scene_.is_explicit() && rves_) known.insert(known.end(), {"worst_unbalanced_force", "worst_stress_change"});
+  for (const auto& name : known)
+    if (summary["last_row"].contains(name)) summary["errors"]["last_" + name] = summary["last_row"][name];
+  if (rves_ && summary["last_row"].is_object()) summary["errors"]["devices"] = devices(summary["last_row"]);
+  if (scene_.hopkinson && history_->rows() > 1)
+    write_hopkinson(result_file(directory_, "hopkinson.csv"), *scene_.hopkinson, history_->text());
+  const std::string last = result_file(directory_, "summary.json");
+  summary["files"] = result_files(directory_);
+  dem::write_whole(last, summary.dump(2) + "\n");
+}
+
+}  // namespace grus::app

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Results of grus-bvp: history.csv, macro frames, summary.json.
+#pragma once
+
+#include "apps/bvp/probes.hpp"
+#include "apps/run/command.hpp"
+
+namespace grus::app {
+
+/// How a run ended, for summary.json.
+struct BvpEnding {
+  int status = 0, ranks = 1;
+  std::string text;
+  double time = 0;                                // load factor or s
+  double preparation = 0, wall = 0, earlier = 0;  // s of wall time: of this part, and what earlier parts took to solve
+  double cpu = 0, sweeps_wall = 0;                // s of all parts: of rank 0, and of the cells' answers
+  nlohmann::json prepared;                        // what the preparation has made of the cells; null: there is none
+  std::uint64_t migrated = 0;                     // RVEs moved between ranks
+
+  double solve_wall() const { return earlier + wall - preparation; }
+};
+
+/// Columns of history.csv.
+std::vector<std::string> bvp_columns(const BvpScene& scene, const fem::Problem& problem, const Probes& probes);
+
+class BvpOutput {
+public:
+  BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points,
+            const std::vector<dem::State>& states, coupling::RveMaterial* rves);
+
+  /// One row, and a frame if one is due.
+  void add(const fem::IncrementReport& report, double wall);
+  void add(const fem::DynamicsReport& report, double wall);
+  void add(const fem::ExplicitStaticsReport& report, double wall);
+  void finish(const BvpEnding& ending, const Options& options);
+
+  /// Where things stand, for the progress line.
+  std::string line(std::uint64_t sweeps) const;
+  std::string closing(const BvpEnding& ending) const;
+
+  /// Everything that a resumed run needs to go on writing as if it had never stopped; and back.
+  nlohmann::json state() const;
+  void restore(const nlohmann::json& state, const std::string& history);
+  const History& history() const { return *history_; }
+
+private:
+  void add_cells(nlohmann::json& summary, const BvpEnding& ending) const;
+  /// Columns that quasi-static and dynamic runs fill with their own.
+  struct Row {
+    double increment = 0, time = 0, iterations = 0, cutbacks = 0, residual = 0, correction = 0, noise = 0, wall = 0;
+    double kinetic_over_internal = 0, energy_error = 0;
+    const fem::MacroEnergy* energy = nullptr;  // always there
+    const fem::ExplicitStaticsReport* explicit_statics = nullptr;
+  };
+  void add(const Row& row);
+  void frame(double time);
+  double work_error() const;
+  nlohmann::json devices(const nlohmann::json& row) const;
+  std::string bonds_text(const char* head) const;
+  double of_rves(dem::Facts::Number energy) const;  // J: of all points with grains, by the volumes that they stand for
+  const char* axis() const { return scene_.flat() ? "yy" : "zz"; }
+
+  std::string directory_;
+  const BvpScene& scene_;
+  fem::Problem& problem_;
+  const BvpPoints& points_;
+  const std::vector<dem::State>& states_;
+  coupling::RveMaterial* rves_;  // null: no grains anywhere
+  Probes probes_;
+  std::vector<std::uint8_t> grains_;  // points that have an RVE
+  std::optional<History> history_;
+  std::vector<std::pair<std::string, double>> series_;
+  std::vector<double> contraction_;  // of Newton: logarithms of residual ratios
+  double strain_ = 0, stress_ = 0, breakages_ = 0, bonds_broken_ = 0, macro_work_ = 0, material_work_ = 0,
+         worst_residual_ = 0, worst_energy_ = 0;
+  int iterations_ = 0, cutbacks_ = 0, sweeps_ = 0;
+};
+
+}  // namespace grus::app

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/bvp/points.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace grus::app {
+namespace {
+
+double size(const fem::Point& stress) {
+  return std::sqrt(stress[0] * stress[0] + stress[1] * stress[1] + stress[2] * stress[2]);
+}
+
+}  // namespace
+
+std::vector<StressClass> stress_classes(const std::vector<Start>& starts, double tolerance) {
+  std::vector<StressClass> classes;
+  for (std::size_t k = 0; k < starts.size();) {
+    const Start& first = starts[k];
+    std::size_t end = k + 1;
+    if (first.stressed && tolerance > 0)  // midway between a and b the deviations of both are (b - a) / (b + a)
+      while (end < starts.size() && starts[end].packing == first.packing &&
+             size(starts[end].stress) - size(first.stress) <=
+                 tolerance * (size(starts[end].stress) + size(first.stress)))
+        ++end;
+    StressClass& made = classes.emplace_back(StressClass{first, end - k, 0});
+    if (const double a = size(first.stress), b = size(starts[end - 1].stress); end - k > 1) {
+      for (double& s : made.start.stress) s *= 2 * b / (a + b);
+      made.deviation = (b - a) / (b + a);
+    }
+    k = end;
+  }
+  return classes;
+}
+
+BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double density) {
+  BvpPoints points;
+  std::vector<Start> starts;  // of each point with grains
+  for (std::size_t i = 0; i < problem.owned_points(); ++i) {
+    std::size_t group = 0;
+    for (std::size_t r = 0; r < scene.regions.size() && group == 0; ++r) {
+      const Region& region = scene.regions[r];
+      const auto tagged = [&] { return std::count(region.tags.begin(), region.tags.end(), problem.cell_tag(i)) > 0; };
+      if (region.where ? region.where(problem.point_position(i)) : tagged()) group = r + 1;
+    }
+    points.group.push_back(group);
+    points.rve_of.push_back(group == 0 ? starts.size() : SIZE_MAX);
+    if (group != 0) continue;
+    Start& start = starts.emplace_back();
+    start.packing = static_cast<std::size_t>(problem.point_key(i)) % static_cast<std::size_t>(scene.variants);
+    if (scene.ground) {
+      const auto stress = ground_stress(scene, problem.point_position(i), density);
+      start.stressed = true, start.stress = {-stress[0], -stress[1], -stress[2]};
+    }
+    points.volume.push_back(problem.point_volume(i));
+  }
+  points.starts = starts;
+  std::sort(points.starts.begin(), points.starts.end());
+  points.starts.erase(std::unique(points.starts.begin(), points.starts.end()), points.starts.end());
+  const std::vector<StressClass> classes = stress_classes(points.starts, scene.ground ? scene.ground->tolerance : 0);
+  std::vector<std::size_t> class_of;  // of each start
+  for (std::size_t c = 0; c < classes.size(); ++c) class_of.resize(class_of.size() + classes[c].members, c);
+  for (const Start& s : starts)
+    points.start.push_back(class_of[static_cast<std::size_t>(
+        std::lower_bound(points.starts.begin(), points.starts.end(), s) - points.starts.begin())]);
+  points.stresses = points.starts.size();
+  points.starts.clear();
+  for (const StressClass& c : classes) {
+    points.starts.push_back(c.start);
+    points.deviation = std::max(points.deviation, c.deviation);
+  }
+  if (!scene.has_rve && !points.start.empty())
+    throw InputError(fmt::format("{}: rve: {} Gauss points lie in no [[region]] and there is no [rve] for them",
+                                 scene.file, points.start.size()));
+  if (scene.has_rve && points.start.empty())
+    throw InputError(fmt::format("{}: rve: every Gauss point lies in a [[region]]; leave [rve] out", scene.file));
+  for (const Probe& probe : scene.probes) {
+    bool found = !probe.where;
+    for (std::size_t i = 0; i < problem.owned_points() && !found; ++i) found = probe.where(problem.point_position(i));
+    if (!found) throw InputError(fmt::format("{}: probe \"{}\" holds at no Gauss point", scene.file, probe.name));
+  }
+  for (std::size_t r = 0; r < scene.regions.size(); ++r)
+    if (std::find(points.group.begin(), points.group.end(), r + 1) == points.group.end())
+      throw InputError(fmt::format("{}: region[{}]: holds at no Gauss point", scene.file, r));
+  return points;
+}
+
+std::array<double, 6> ground_stress(const BvpScene& scene, const fem::Point& at, double density) {
+  const Ground& g = *scene.ground;
+  const auto axis = static_cast<std::size_t>(g.axis);
+  const double grain = 1e-6 * (scene.high[axis] - scene.low[axis]);  // depths that differ by round-off are one
+  const double depth = std::round(std::max(0.0, g.surface - at[axis]) / grain) * grain;
+  const double vertical = g.surcharge + density * std::abs(scene.gravity[axis]) * depth;
+  std::array<double, 6> stress{-g.k0 * vertical, -g.k0 * vertical, -g.k0 * vertical, 0, 0, 0};
+  stress[axis] = -vertical;
+  return stress;
+}
+
+std::vector<double> cell_means(const std::vector<std::size_t>& rve_of, std::size_t per_cell,
+                               const std::function<const dem::Facts&(std::size_t)>& facts) {
+  std::vector<double> cells(3 * (rve_of.size() / per_cell), 0.0), with(rve_of.size() / per_cell, 0.0);
+  for (std::size_t i = 0; i < rve_of.size(); ++i) {
+    if (rve_of[i] == SIZE_MAX) continue;
+    const dem::Facts& f = facts(rve_of[i]);
+    double* at = cells.data() + 3 * (i / per_cell);
+    at[0] += f.void_ratio;
+    const auto [broken, whole] = f.bonds + f.bonds_broken > 0 ? std::pair{f.bonds_broken, f.bonds + f.bonds_broken}
+                                                              : std::pair{f.breakages, f.grains - f.breakages};
+    at[1] += static_cast<double>(broken) / static_cast<double>(whole);
+    at[2] += static_cast<double>(f.grains);
+    ++with[i / per_cell];
+  }
+  for (std::size_t k = 0; k < cells.size(); ++k)
+    cells[k] = with[k / 3] > 0 ? cells[k] / with[k / 3] : NAN;  // no grains, no void ratio
+  return cells;
+}
+
+}  // namespace grus::app

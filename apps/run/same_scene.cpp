@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/run/same_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <set>
+#include <vector>
+
+#include "dem/base/error.hpp"
+
+namespace grus::app {
+namespace {
+
+constexpr std::size_t most_told = 20;
+
+bool of_tables(const nlohmann::json& v) { return v.is_array() && !v.empty() && v[0].is_object(); }
+
+std::string value_text(const nlohmann::json& v) { return v.is_null() ? "absent" : v.dump(); }
+
+/// Each key that differs, as the scene writes it, with both values.
+void compare(const std::string& key, const nlohmann::json& kept, const nlohmann::json& now,
+             std::vector<std::string>& changes) {
+  if (kept == now) return;
+  if (kept.is_object() && now.is_object()) {
+    std::set<std::string> names;
+    for (const auto& [name, _] : kept.items()) names.insert(name);
+    for (const auto& [name, _] : now.items()) names.insert(name);
+    if (key.empty()) names.erase("title");
+    for (const auto& name : names)
+      compare(key.empty() ? name : fmt::format("{}.{}", key, name), kept.value(name, nlohmann::json()),
+              now.value(name, nlohmann::json()), changes);
+  } else if (kept.is_array() && now.is_array() && (of_tables(kept) || of_tables(now))) {
+    for (std::size_t k = 0; k < std::max(kept.size(), now.size()); ++k)
+      compare(fmt::format("{}[{}]", key, k), k < kept.size() ? kept[k] : nlohmann::json(),
+              k < now.size() ? now[k] : nlohmann::json(), changes);
+  } else {
+    changes.push_back(fmt::format("{} was {}, is {}", key, value_text(kept), value_text(now)));
+  }
+}
+
+}  // namespace
+
+void refuse_changes(const std::string& path, const nlohmann::json& kept, const nlohmann::json& now,
+                    const std::string& of) {
+  if (kept.is_object() != now.is_object()) throw dem::InputError(path + ": checkpoint of another scene");
+  std::vector<std::string> changes;
+  compare("", kept, now, changes);
+  if (changes.empty()) return;
+  const std::size_t more = changes.size() > most_told ? changes.size() - most_told : 0;
+  if (more > 0) changes.resize(most_told);
+  throw dem::InputError(fmt::format("{}: checkpoint of another scene: {}{}{}; set it back, or begin anew with --force",
+                                    path, of.empty() ? "" : of + ": ", fmt::join(changes, "; "),
+                                    more > 0 ? fmt::format("; and {} more", more) : ""));
+}
+
+}  // namespace grus::app

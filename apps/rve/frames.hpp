@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Pictures of the grains in the course of a run.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/run/command.hpp"
+#include "apps/run/folder.hpp"
+#include "apps/scene/rve_scene.hpp"
+#include "dem/io/frames.hpp"
+#include "dem/io/vtkhdf.hpp"
+
+namespace grus::app {
+
+/// Grain surfaces at evenly spaced times, the first at the start; contact networks beside them if asked for.
+class GrainFrames {
+public:
+  GrainFrames(const Options& options, const Output& output, double duration)
+      : folder_(options.directory),
+        count_(output.frames),
+        every_(count_ > 1 ? duration / (count_ - 1) : duration),
+        contacts_(output.contacts),
+        wrapped_(output.wrapped) {}
+  nlohmann::json series() const { return series_; }
+  void restore(const nlohmann::json& series) { series_ = series.get<decltype(series_)>(); }
+  void write_if_due(const dem::State& state) {
+    if (static_cast<int>(series_.size()) < count_ &&
+        state.time >= every_ * static_cast<double>(series_.size()) * (1 - 1e-9))
+      write(state);
+  }
+  /// The state in which a test ends before its time: the stress is reached, or it is unstable.
+  void write_last(const dem::State& state) {
+    if (static_cast<int>(series_.size()) < count_ && (series_.empty() || state.time > series_.back().second))
+      write(state);
+  }
+
+private:
+  using Series = std::vector<std::pair<std::string, double>>;
+  static std::string frame(const char* what, std::size_t number) {
+    return fmt::format("{0}/{0}_{1:05}.hdf", what, number);
+  }
+  void write(const dem::State& state) {
+    const std::string name = frame("grains", series_.size());
+    dem::write_grains(result_file(folder_, name), state, wrapped_);
+    if (contacts_) dem::write_contacts(result_file(folder_, frame("contacts", series_.size())), state, wrapped_);
+    series_.emplace_back(name, state.time);
+    dem::write_series(result_file(folder_, "grains.hdf.series"), series_);
+    if (!contacts_) return;
+    Series contacts = series_;
+    for (std::size_t k = 0; k < contacts.size(); ++k) contacts[k].first = frame("contacts", k);
+    dem::write_series(result_file(folder_, "contacts.hdf.series"), contacts);
+  }
+
+  std::string folder_;
+  int count_;
+  double every_;
+  bool contacts_, wrapped_;
+  Series series_;
+};
+
+}  // namespace grus::app

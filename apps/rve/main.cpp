@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// grus-rve: one DEM test, standalone.
+#include <fmt/format.h>
+
+#include "apps/run/folder.hpp"
+#include "apps/rve/columns.hpp"
+#include "apps/rve/rve_run.hpp"
+#include "apps/scene/prepare_sample.hpp"
+#include "apps/scene/sample_scene.hpp"
+#include "dem/rve/step.hpp"
+
+using namespace grus;
+using namespace grus::app;
+
+namespace {
+
+/// Why the time step falls while a test goes on; empty: it stays.
+std::string falling_step(const dem::Model& model) {
+  if (model.numerics.time_step > 0) return "";
+  return fmt::format("the time step falls as contacts form{}{}",
+                     std::holds_alternative<dem::LinearSpring>(model.law) ? "" : " and stiffen",
+                     model.breakable() ? ", and as grains break" : "");
+}
+
+/// What is known of a number that goes with the number of steps: a bound, or not even that.
+std::string bound_text(bool falls, bool may_end_before) {
+  if (falls == may_end_before) return "about";
+  return falls ? "at least about" : "at most about";
+}
+
+/// `grains`: of the whole sample, where the state is a piece of it. `wall_estimate`: s, of the whole; 0: none.
+std::string setup_text(const RveScene& scene, const dem::State& s, double grains, double wall_estimate) {
+  const dem::Measurement m = dem::measure(scene.model, s);
+  const double whole = grains / static_cast<double>(s.grains.size());
+  const std::string piece = whole != 1 ? fmt::format("   (from a piece of {} grains)", s.grains.size()) : "";
+  std::string text =
+      fmt::format("{}\n  grains {:.0f}   mean diameter {:.4g} m   ", scene.title, grains, dem::mean_diameter(s.grains));
+  if (m.volume > 0)
+    text += fmt::format("solid fraction {:.4f}   bulk density {:.4g} g/cm^3   ", m.solid_fraction,
+                        dem::total_mass(s.grains) / m.volume / 1000);
+  text += fmt::format("contacts {:.0f}{}\n", whole * static_cast<double>(m.contacts), piece);
+  const double bytes =
+      whole * (static_cast<double>(s.grains.size()) * 600 + static_cast<double>(s.contacts.size()) * 260);
+  const std::string falling = falling_step(scene.model);
+  const bool stress_ends = scene.test.final_stress && !scene.test.stress_time;
+  const std::string bound = bound_text(!falling.empty(), stress_ends);
+  text +=
+      fmt::format("  time step {:.3g} s   duration {}{:.4g} s   steps {} {:.3g}   memory about {:.3g} MB", s.dt,
+                  stress_ends ? "at most " : "", scene.test.duration, bound, scene.test.duration / s.dt, bytes / 1e6);
+  if (wall_estimate > 0) {
+    text += fmt::format("   run time {} {}", bound, duration_text(wall_estimate));
+    if (!falling.empty())
+      text += fmt::format(" ({}{})", falling, stress_ends ? "; final_stress may end the test before" : "");
+  }
+  for (const auto& note : scene.notes) text += fmt::format("\n  note: {}", note);
+  return text;
+}
+
+/// Steps of a grain that no machine of today gets through in months; with few grains a step costs as much as with a
+/// thousand.
+constexpr double most_grain_steps = 1e14;
+
+void refuse_endless(const RveScene& scene, const dem::State& s) {
+  const double steps = scene.test.duration / s.dt;
+  if (!(steps * std::max(1000.0, static_cast<double>(s.grains.size())) < most_grain_steps))
+    throw dem::InputError(
+        fmt::format("{}: loading: a time step of {:.3g} s would take {:.3g} steps to {:.3g} s: stiffness, density, "
+                    "size or speed of the grains, or the rate, is out of all bounds",
+                    scene.file, s.dt, steps, scene.test.duration));
+}
+
+/// --check: what a run would be like, from a piece of the sample where that is large.
+int check(const Options& options, RveScene& scene, dem::Team& team) {
+  const double all = scene.grains();
+  const bool piece = make_smaller(scene);
+  Progress progress(options);
+  dem::State state =
+      prepare_sample(scene, team, [&](double done, const char* what) { return progress.watch(done, what); });
+  dem::begin_loading(scene.model, state, scene.test.loading);
+  refuse_endless(scene, state);
+  dem::State probe = state;
+  const Clock timer;
+  while (probe.steps < 50) {
+    dem::update_time_step(scene.model, probe);
+    dem::run_steps(scene.model, probe, 2, team);
+  }
+  const double duration = scene.test.stress_time.value_or(scene.test.duration);
+  const double grains = piece ? all : static_cast<double>(state.grains.size());
+  const double estimate = timer.wall() / 50 * duration / probe.dt * grains / static_cast<double>(state.grains.size());
+  say(options, setup_text(scene, state, grains, estimate));
+  return finished;
+}
+
+/// Of the sample as it was, sizes and masses are asked for later: the rest need not stand beside the run's own state.
+void keep_sizes(dem::Grains& g) {
+  dem::drop(g.orientation), dem::drop(g.inertia), dem::drop(g.frame);
+  dem::drop(g.angular_momentum), dem::drop(g.force), dem::drop(g.torque);
+}
+
+/// The state in which the test begins; nothing but the sample where a run is resumed: its gradings are asked for.
+dem::State begin(const Options& options, RveScene& scene, dem::Team& team) {
+  Progress progress(options);
+  auto watch = [&](double done, const char* what) { return progress.watch(done, what); };
+  if (options.resume) {
+    make_sample(scene, team, [&](double done) { return watch(done, "packing"); });
+    return {};
+  }
+  dem::State state = prepare_sample(scene, team, watch);
+  dem::begin_loading(scene.model, state, scene.test.loading);
+  refuse_endless(scene, state);
+  return state;
+}
+
+int run(const Options& options) {
+  const Clock clock;
+  RveScene scene = read_rve_scene(options.scene, options.overrides);
+  if (options.columns) {
+    for (const auto& name : rve_columns(scene, scene.state)) fmt::print("{}\n", name);
+    return finished;
+  }
+  dem::Team team(options.threads);
+  if (options.check) return check(options, scene, team);
+  dem::Checkpoint kept;
+  if (options.resume) kept = find_checkpoint(options, scene);
+  check_folder(options);
+  dem::State state = begin(options, scene, team);
+  keep_sizes(scene.state.grains);
+  const Folder made(options);
+  if (options.speaks() && !options.resume)
+    say(options, setup_text(scene, state, static_cast<double>(state.grains.size()), 0));
+  return RveRun(options, scene, team, std::move(state), kept, clock, clock.wall()).go();
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  return run_command(argc, argv, "grus-rve",
+                     "One DEM test of breakable grains: SHPB, oedometer, triaxial, single-grain crushing, free motion.",
+                     run);
+}

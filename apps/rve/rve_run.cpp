@@ -1,0 +1,295 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/rve/rve_run.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "apps/run/folder.hpp"
+#include "apps/run/same_scene.hpp"
+#include "apps/rve/bursts.hpp"
+#include "apps/rve/columns.hpp"
+#include "dem/io/archive.hpp"
+#include "dem/io/whole_file.hpp"
+#include "dem/rve/bonded.hpp"
+#include "dem/rve/check_state.hpp"
+#include "dem/rve/crushing.hpp"
+#include "dem/rve/step.hpp"
+
+namespace grus::app {
+namespace {
+
+std::string checkpoint_of(const Options& options) { return options.directory + "/checkpoint.h5"; }
+
+/// The stress that the test itself tells, where there is one.
+const char* stress_name(const RveScene& scene) {
+  if (!tells_stress(scene)) return "stress";
+  return scene.test.kind == "constant-p" ? "q" : "nominal stress";
+}
+
+double in_mpa(double stress) { return stress / 1e6 + 0.0; }  // 0 rather than -0
+
+}  // namespace
+
+dem::Checkpoint find_checkpoint(const Options& options, const RveScene& scene) {
+  const std::string path = checkpoint_of(options);
+  dem::Checkpoint kept = dem::read_checkpoint(path);
+  const nlohmann::json about = nlohmann::json::parse(kept.about, nullptr, false);
+  if (!about.is_object() || about.value("program", "") != "grus-rve" || kept.parts.size() != 4)
+    throw InputError(path + ": not a checkpoint of grus-rve");
+  refuse_changes(path, about.value("scene", nlohmann::json()), scene.record);
+  return kept;
+}
+
+RveRun::RveRun(const Options& options, RveScene& scene, dem::Team& team, dem::State state, const dem::Checkpoint& kept,
+               const Clock& clock, double ready)
+    : options_(options),
+      scene_(scene),
+      team_(team),
+      clock_(clock),
+      ready_(ready),
+      state_(std::move(state)),
+      history_(result_file(options.directory, "history.csv"),
+               rve_columns(scene, options.resume ? scene.state : state_)),
+      frames_(options, scene.output, scene.test.duration),
+      gradings_(options.directory, scene),
+      progress_(options),
+      limit_(options.started, options.max_time) {
+  course_.initial_cell = state_.boundary.cell.began(), course_.initial_size = scene.test.loading.initial_size;
+  course_.bulk = dem::bulk_volume(state_.boundary), course_.solid = dem::solid_volume(state_.grains);
+  course_.mass = dem::total_mass(state_.grains);
+  if (options.resume) take_up(kept);
+  now_ = dem::survey(scene.model, state_, team_);
+  saved_ = clock.wall(), earlier_ = course_.wall, earlier_cpu_ = course_.cpu;
+}
+
+void RveRun::take_up(const dem::Checkpoint& kept) {
+  const std::string path = checkpoint_of(options_) + ": ";
+  const nlohmann::json about = nlohmann::json::parse(kept.about);
+  try {
+    state_ = dem::state_of(kept.parts[0]);
+    dem::check_state(scene_.model, state_);
+    dem::Loader loader(kept.parts[1]);
+    Course::archive(loader, course_);
+    history_.restore(kept.parts[2], about.at("rows"));
+    gradings_.restore(kept.parts[3], about.at("gradings"));
+    frames_.restore(about.at("frames"));
+    scene_.prepared = about.at("prepared");
+    scene_.notes = about.at("notes").get<std::vector<std::string>>();
+    check_course(loader.at_end());
+  } catch (const InputError& e) {
+    throw InputError(path + e.what());
+  } catch (const nlohmann::json::exception&) {
+    throw InputError(path + "checkpoint is damaged: what it tells of itself");
+  }
+  scene_.test.loading.initial_size = course_.initial_size;
+  say(options_,
+      fmt::format("{}\n  going on from t = {:.4g} s, {} grains", scene_.title, state_.time, state_.grains.size()));
+}
+
+/// The course, its rows and the state belong together.
+void RveRun::check_course(bool whole) const {
+  const double row = static_cast<double>(course_.row), every = scene_.output.history_interval, slack = 1e-6 * every;
+  const auto& c = course_;
+  const bool finite = c.initial_cell.allFinite() && c.initial_size.allFinite() && std::isfinite(c.peak + c.intact) &&
+                      std::isfinite(c.reading + c.overfull) && c.wall >= 0 && std::isfinite(c.wall) && c.cpu >= 0 &&
+                      std::isfinite(c.cpu);
+  const auto lines = static_cast<std::size_t>(std::count(history_.text().begin(), history_.text().end(), '\n'));
+  if (!whole || !finite || history_.rows() != course_.row + 1 || lines != history_.rows() + 1 ||
+      !(state_.time >= row * every - slack || state_.time >= scene_.test.duration - slack) ||
+      !(state_.time <= (row + 1) * every + slack && state_.time <= scene_.test.duration + slack))
+    throw InputError("checkpoint is damaged: rows and time do not match");
+}
+
+void RveRun::save_checkpoint() {
+  const Clock writing;
+  dem::Saver saver;
+  course_.cpu = earlier_cpu_ + cpu_seconds();
+  Course::archive(saver, course_);
+  const nlohmann::json about{{"program", "grus-rve"},          {"scene", scene_.record},  {"prepared", scene_.prepared},
+                             {"notes", scene_.notes},          {"rows", history_.rows()}, {"frames", frames_.series()},
+                             {"gradings", gradings_.written()}};
+  dem::write_checkpoint(result_file(options_.directory, "checkpoint.h5"), about.dump(), [&](const dem::TakePart& take) {
+    take(dem::bytes_of(state_));
+    take(saver.take());
+    take(history_.text());
+    take(gradings_.text());
+  });
+  saved_ = clock_.wall();
+  limit_.wrote(writing.wall());
+  if (checkpoint_asked()) progress_.note(fmt::format("  checkpoint written at t = {:.4g} s, as asked", state_.time));
+  checkpoint_written();
+}
+
+bool RveRun::due() {
+  over_ = limit_.over() || over_;
+  return over_ || interruption_asked() || checkpoint_asked() ||
+         clock_.wall() - saved_ > scene_.output.checkpoint_interval;
+}
+
+/// The part of the test that is done. Where a stress ends it: by the time of the ramp, or from the last rows; a stress
+/// that grows faster and faster is reached before a straight line through the origin says so.
+double RveRun::done() const {
+  const double part = state_.time / scene_.test.duration;
+  if (!scene_.test.final_stress || course_.row == 0) return part;
+  const double asked = *scene_.test.final_stress;
+  if (scene_.test.stress_time) return std::max(part, std::min(state_.time / *scene_.test.stress_time, 1.0));
+  const double left = asked - course_.axial, rise = course_.axial - course_.before;
+  const double rows = static_cast<double>(course_.row);
+  const double straight = std::clamp(course_.axial / asked, 0.0, 1.0);
+  return std::max({part, straight, rise > 0 && left > 0 ? rows / (rows + left / rise) : 0.0});
+}
+
+/// Grains and bonds, of which there are.
+std::string RveRun::broken(const char* between) const {
+  const bool bonded = scene_.bonded() || state_.ledger.bonds_broken > 0;
+  std::string bonds = fmt::format("{} bonds", state_.ledger.bonds_broken);
+  if (bonded && state_.ledger.breakages == 0) return bonds;
+  return fmt::format("{} grains", state_.ledger.breakages) + (bonded ? between + bonds : "");
+}
+
+/// What loads the grains now, as far as there is something to tell: "  stress 1.2 MPa", "  load 250 N".
+std::string RveRun::load_text() const {
+  if (has_stress(scene_, state_)) return fmt::format("  stress {:.3g} MPa", in_mpa(shown_));
+  if (const auto load = dead_load(scene_, state_)) return fmt::format("  load {:.4g} N", *load);
+  return "";
+}
+
+/// The same of the whole test.
+std::string RveRun::peak_text() const {
+  if (const auto load = dead_load(scene_, state_); load && !has_stress(scene_, state_))
+    return fmt::format(", load {:.4g} N", *load);
+  if (!has_stress(scene_, state_)) return "";
+  const bool own = tells_stress(scene_);
+  return fmt::format(", peak {} {:.4g} MPa{}", stress_name(scene_), in_mpa(own ? course_.reading : course_.peak),
+                     state_.ledger.breakages > 0 && !own
+                         ? fmt::format(" ({:.4g} before the first breakage)", in_mpa(course_.intact))
+                         : "");
+}
+
+/// Of a moment between rows: stress and error are the last row's.
+void RveRun::show() {
+  course_.wall = earlier_ + clock_.wall() - ready_;
+  progress_.show(
+      done(), fmt::format("t {:.4g} s  strain {:.4f}{}  grains {}  broken {}  energy error "
+                          "{:.2f} %  {:.3g} steps/s",
+                          state_.time, std::round(1e4 * axial_strain(scene_, state_, course_.initial_cell)) / 1e4 + 0.0,
+                          load_text(), state_.grains.size(), broken(", "), 100 * error_,
+                          static_cast<double>(state_.steps) / course_.wall));
+}
+
+void RveRun::write_row() {
+  history_.add(rve_row(scene_, state_, now_, course_.initial_cell));
+  frames_.write_if_due(state_);
+  gradings_.write_if_due(state_);
+}
+
+/// How to meet the stress that ends the test, once it is near: from a half of it on, or where it grows that fast.
+dem::Landing RveRun::landing() const {
+  if (!scene_.test.final_stress) return {};
+  const double asked = *scene_.test.final_stress;
+  if (course_.axial < 0.5 * asked && course_.axial + 4 * (course_.axial - course_.before) < asked) return {};
+  return {.left = [&, asked](const dem::State& s) { return asked - axial_stress(scene_, s); },
+          .near = 0.2 * asked,
+          .axis = scene_.test.axis};
+}
+
+/// What is shown until the next row.
+void RveRun::read_off() {
+  axial_ = axial_stress(scene_, state_, now_);
+  shown_ = tells_stress(scene_) ? test_stress(scene_, state_, now_) : axial_;
+  error_ = dem::told_energy_error(state_, now_.kinetic + now_.elastic);
+}
+
+/// Until the row is written; false: the run ends here.
+bool RveRun::go_to_row(std::uint64_t row, double until) {
+  while (true) {
+    const bool there = dem::load(
+        scene_.model, state_, scene_.test.loading, until, team_, [&](double) { return show(), !due(); }, landing());
+    if (there) {
+      now_ = dem::survey(scene_.model, state_, team_);
+      dem::check_sanity(scene_.model, state_, now_.kinetic + now_.elastic, now_.deepest);
+      write_row();
+      read_off();
+      course_.before = course_.axial, course_.axial = axial_;
+      course_.peak_is_last = axial_ >= course_.peak, course_.peak = std::max(course_.peak, axial_);
+      if (state_.ledger.breakages == 0) course_.intact = course_.peak;
+      const double reading = test_stress(scene_, state_, now_);
+      course_.reading_is_last = reading >= course_.reading, course_.reading = std::max(course_.reading, reading);
+      if (course_.overfull < 0 && scene_.model.has_balls() && now_.volume > 0 &&
+          dem::whole_solid(scene_.model, state_) > now_.volume)
+        course_.overfull = std::max(0.0, axial_);
+      course_.errors.add(state_, scene_.test.loading, now_);
+      course_.errors.before_peak.add(state_.ledger, now_.kinetic, now_.kinetic + now_.elastic,
+                                     tells_stress(scene_) ? course_.reading_is_last : course_.peak_is_last);
+      course_.row = row;
+      show();
+      history_.save(2);
+      if (scene_.test.final_stress && (axial_ >= *scene_.test.final_stress || state_.time < until)) return false;
+    }
+    if (due()) {
+      const Stop stop = stop_of(over_);
+      save_checkpoint();
+      if (stop == Stop::asked) status_ = interrupted, ending_ = "interrupted; --resume goes on from checkpoint.h5";
+      if (stop == Stop::time) status_ = out_of_time, ending_ = "out of time; --resume goes on from checkpoint.h5";
+      if (stop != Stop::none) return false;
+    }
+    if (there) return true;
+  }
+}
+
+void RveRun::march() {
+  const auto rows =
+      static_cast<std::uint64_t>(std::ceil(scene_.test.duration / scene_.output.history_interval * (1 - 1e-9)));
+  dem::check_sanity(scene_.model, state_);
+  if (!options_.resume) {
+    write_row();
+    course_.axial = course_.before = axial_stress(scene_, state_, now_);
+    course_.intact = std::max(0.0, course_.axial);
+  }
+  read_off();
+  for (std::uint64_t row = course_.row + 1; row <= rows; ++row) {
+    const double time = static_cast<double>(row) * scene_.output.history_interval;
+    if (!go_to_row(row, row == rows ? scene_.test.duration : time)) return;
+  }
+}
+
+void RveRun::finish() {
+  end_ = clock_.wall();
+  try {
+    history_.save();
+    if (status_ == finished || status_ == unstable) frames_.write_last(state_), gradings_.write_last(state_);
+    if (scene_.output.bursts > 0)
+      dem::write_whole(result_file(options_.directory, "bursts.csv"), bursts_text(scene_, state_));
+    const std::string last = result_file(options_.directory, "summary.json");
+    nlohmann::json told = summary();
+    told["files"] = result_files(options_.directory);
+    dem::write_whole(last, told.dump(2) + "\n");
+  } catch (const std::exception&) {  // of one fault one line
+    if (status_ != failed) throw;
+  }
+  const char* how = status_ == interrupted ? "interrupted" : status_ == out_of_time ? "out of time" : "stopped";
+  progress_.finish(fmt::format(
+      "{}: t {:.5g} s{}, {} -> {} grains, {} broken, mass lost {:.2f} %, worst energy error {:.2f} %, {} steps in {} "
+      "({})",
+      status_ == finished ? "finished" : how, state_.time, peak_text(), scene_.state.grains.size(),
+      state_.grains.size(), broken(" and "), 100 * state_.ledger.fines.mass / dem::total_mass(scene_.state.grains),
+      100 * course_.errors.energy.worst, state_.steps, duration_text(earlier_ + end_ - ready_), options_.directory));
+  const auto all = notes();
+  for (std::size_t k = scene_.notes.size(); k < all.size(); ++k) progress_.note("  note: " + all[k]);
+  if (status_ == unstable || status_ == failed) say_fault(options_, fmt::format("{}: {}", options_.scene, ending_));
+}
+
+int RveRun::go() {
+  try {
+    march();
+  } catch (const dem::Unstable& e) {
+    status_ = unstable, ending_ = e.what();
+  } catch (const std::exception& e) {  // of the system: what there is may still be kept
+    status_ = failed, ending_ = e.what();
+  }
+  finish();
+  return status_;
+}
+
+}  // namespace grus::app

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// The run of one DEM test: rows, frames, checkpoints, where to go on from, and the summary.
+#pragma once
+
+#include "apps/run/command.hpp"
+#include "apps/rve/error_estimates.hpp"
+#include "apps/rve/frames.hpp"
+#include "apps/rve/gradings.hpp"
+#include "apps/scene/rve_scene.hpp"
+#include "dem/io/checkpoint.hpp"
+#include "dem/rve/measure.hpp"
+
+namespace grus::app {
+
+/// The checkpoint of a run of this scene. Throws InputError where there is none, or one of another scene.
+dem::Checkpoint find_checkpoint(const Options& options, const RveScene& scene);
+
+class RveRun {
+public:
+  /// `state`: in which the test begins; `kept`: to go on from, if the run is resumed. What is given by reference must
+  /// outlive the run. `ready`: s of wall time that the preparation has taken.
+  RveRun(const Options& options, RveScene& scene, dem::Team& team, dem::State state, const dem::Checkpoint& kept,
+         const Clock& clock, double ready);
+
+  /// To the end, to a fault or to an interruption; returns the exit status.
+  int go();
+
+private:
+  /// What a run carries besides its state.
+  struct Course {
+    dem::Mat3 initial_cell = dem::Mat3::Zero();
+    dem::Vec3 initial_size = dem::Vec3::Zero();
+    std::uint64_t row = 0;
+    double wall = 0, cpu = 0;                            // s, of all parts so far
+    double peak = 0, intact = 0;                         // peak, before the first breakage: of the axial stress (Pa)
+    double reading = 0;                                  // largest stress that the test itself tells, of cells (Pa)
+    bool peak_is_last = false, reading_is_last = false;  // the last row's: it might have gone on
+    double axial = 0, before = 0;                        // Pa, axial stress of the last row and of the one before
+    double bulk = 0, solid = 0, mass = 0;                // m^3, m^3, kg, in which the test begins
+    double overfull =
+        -1;  // stress (Pa) at which grains and fines first were more than the sample's volume; below 0: never
+    ErrorEstimates errors;
+
+    template <class A>
+    static void archive(A& a, auto& c) {
+      a.plain(c.initial_cell);
+      a.plain(c.initial_size);
+      a.plain(c.row);
+      a.plain(c.peak), a.plain(c.intact), a.plain(c.reading);
+      a.plain(c.peak_is_last), a.plain(c.reading_is_last);
+      a.plain(c.axial), a.plain(c.before);
+      a.plain(c.bulk), a.plain(c.solid), a.plain(c.mass);
+      a.plain(c.wall), a.plain(c.cpu);
+      a.plain(c.overfull);
+      ErrorEstimates::archive(a, c.errors);
+    }
+  };
+
+  void take_up(const dem::Checkpoint& kept);
+  void check_course(bool whole) const;
+  void save_checkpoint();
+  bool due();
+  void show();
+  std::string broken(const char* between) const;
+  void write_row();
+  void read_off();
+  std::string load_text() const;
+  std::string peak_text() const;
+  double done() const;
+  dem::Landing landing() const;
+  bool go_to_row(std::uint64_t row, double until);
+  void march();
+  std::vector<std::string> notes() const;
+  nlohmann::json summary() const;
+  void finish();
+
+  const Options& options_;
+  RveScene& scene_;
+  dem::Team& team_;
+  const Clock& clock_;
+  double ready_;
+  dem::State state_;
+  dem::Survey now_;  // of the last row
+  History history_;
+  GrainFrames frames_;
+  GradingStates gradings_;
+  Course course_;
+  Progress progress_;
+  TimeLimit limit_;
+  bool over_ = false;                         // the time that the run may take is
+  double axial_ = 0, shown_ = 0, error_ = 0;  // of the last row: axial stress, the one that is shown (Pa), energy error
+  double saved_, earlier_;                    // wall time of the last checkpoint, and of earlier parts of the run (s)
+  double earlier_cpu_;                        // CPU time of these (s)
+  double end_ = 0;                            // wall time (s)
+  int status_ = finished;
+  std::string ending_ = "finished";
+};
+
+}  // namespace grus::app

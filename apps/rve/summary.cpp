@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What a run of grus-rve says at its end: notes and summary.json.
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "apps/rve/bursts.hpp"
+#include "apps/rve/columns.hpp"
+#include "apps/rve/rve_run.hpp"
+#include "dem/bond/cohesive.hpp"
+#include "dem/rve/bonded.hpp"
+#include "dem/rve/grading.hpp"
+#include "dem/rve/step.hpp"
+
+namespace grus::app {
+namespace {
+
+nlohmann::json ledger_json(const dem::State& s, const dem::Measurement& m) {
+  const dem::Ledger& l = s.ledger;
+  double whole = 0;  // with fracture_J this is G_c times the area made
+  for (const auto& spring : s.bonds.cohesive.row) whole += 0.5 * spring.peak * spring.rupture - dem::dissipated(spring);
+  return {{"work_J", l.work},
+          {"kinetic_J", m.kinetic},
+          {"elastic_J", m.elastic},
+          {"start_J", l.start},
+          {"friction_J", l.friction},
+          {"damping_J", l.damping},
+          {"local_damping_J", l.local_damping},
+          {"fracture_J", l.fracture},
+          {"bond_friction_J", l.bond_friction},
+          {"handed_J", l.handed},
+          {"split_elastic_J", l.split},
+          {"fines_kinetic_J", l.fines.kinetic},
+          {"fracture_left_in_springs_J", whole},
+          {"reshape_J", l.reshape},
+          {"split_added_J", l.split_added},
+          {"fracture_area_m2", l.fracture_area},
+          {"split_force_residual_N", l.residual_force},
+          {"energy_unexplained_J", l.unexplained},
+          {"energy_error", dem::told_energy_error(s, m.kinetic + m.elastic)}};
+}
+
+/// Where no stress was above 0, as in a cell that is drawn, all of the run is before the peak.
+BeforePeak before_peak(BeforePeak p, const dem::Ledger& ledger, const dem::Measurement& m) {
+  if (p.scale == 0) p.add(ledger, m.kinetic, m.kinetic + m.elastic, true);
+  return p;
+}
+
+}  // namespace
+
+/// The scene's, and what the run has shown.
+std::vector<std::string> RveRun::notes() const {
+  std::vector<std::string> all = scene_.notes;
+  if (course_.overfull >= 0)
+    all.push_back(
+        fmt::format("from {:.4g} MPa on the fines no longer fit into the voids (void_ratio_all is below 0): the "
+                    "sample is softer than with them; see lost_mass",
+                    course_.overfull / 1e6));
+  if (const ErrorEstimates& e = course_.errors; e.mean_stress_error() > most_stress_error)
+    all.push_back(fmt::format(
+        "the {} was off what is asked by {:.2g} % on average and {:.2g} % at worst: {}",
+        scene_.test.loading.holds ? "lateral stress" : "stress sought", 100 * e.mean_stress_error(),
+        100 * e.stress.worst,
+        scene_.test.loading.holds
+            ? "walls had yet to find the sample, or it is loaded faster than its boundary can answer; lower "
+              "strain_rate, go on to a larger final_strain, or take more grains"
+            : "raise the strain_rate that bounds the search, or take longer"));
+  if (const double share = before_peak(course_.errors.before_peak, state_.ledger, now_).devices();
+      scene_.bonded() && share > most_devices)
+    all.push_back(fmt::format(
+        "local damping and the dashpots of bonds took {:.2g} % of the work before the peak, which is partly "
+        "theirs: lower material.NAME.damping and material.NAME.bond.damping, or load more slowly",
+        100 * share));
+  if (state_.ledger.breakages > 0 && course_.intact == 0)
+    all.push_back(
+        "the first grain broke before the first row of history.csv: peak_before_breakage_Pa is not known; shorten "
+        "output.history_interval");
+  return all;
+}
+
+nlohmann::json RveRun::summary() const {
+  nlohmann::json summary = provenance();
+  summary["title"] = scene_.title;
+  if (const auto all = notes(); !all.empty()) summary["notes"] = all;
+  summary["scene_file"] = std::filesystem::path(scene_.file).filename().string();
+  summary["scene"] = scene_.record;
+  summary["status"] = status_;
+  summary["ending"] = ending_;
+  summary["seed"] = scene_.model.seed;
+  summary["threads"] = options_.threads;
+  summary["counts"] = {{"grains_start", scene_.state.grains.size()},
+                       {"grains", state_.grains.size()},
+                       {"breakages", state_.ledger.breakages},
+                       {"bonds_broken", state_.ledger.bonds_broken},
+                       {"steps", state_.steps},
+                       {"grain_steps", state_.grain_steps},
+                       {"history_rows", history_.rows()}};
+  if (const double bulk = course_.bulk; bulk > 0)
+    summary["sample"] = {{"bulk_density_kg_m3", course_.mass / bulk},
+                         {"solid_fraction", course_.solid / bulk},
+                         {"void_ratio", bulk / course_.solid - 1}};
+  if (!scene_.prepared.is_null()) summary["preparation"] = scene_.prepared;
+  summary["mass"] = {{"start_kg", dem::total_mass(scene_.state.grains)},
+                     {"grains_kg", dem::total_mass(state_.grains)},
+                     {"lost_kg", state_.ledger.fines.mass}};
+  if (scene_.of_hulls()) {
+    const dem::Roundness round = dem::roundness(state_.grains);
+    summary["shape"] = {{"sphericity", round.sphericity}, {"angularity", round.angularity}};
+  }
+  if (scene_.cells) {
+    const dem::BondedFaces& f = scene_.cells->faces;
+    const auto fragments = dem::fragments_of(state_).size;
+    summary["counts"]["fragments"] = fragments.size();
+    summary["cells"] = {{"cells", scene_.state.grains.size()},
+                        {"bonds_start", f.bonds},
+                        {"unbonded_faces", f.unbonded},
+                        {"too_coarse_for_energy", f.coarse},
+                        {"fragments", fragments}};
+  }
+  if (scene_.model.breakable()) {
+    const dem::Fines& f = state_.ledger.fines;
+    auto vector = [](const dem::Vec3& v) { return nlohmann::json{v.x(), v.y(), v.z()}; };
+    summary["fines"] = {{"mass_kg", f.mass},
+                        {"kinetic_J", f.kinetic},
+                        {"momentum_kg_m_s", vector(f.momentum)},
+                        {"angular_momentum_kg_m2_s", vector(f.angular_momentum)}};
+  }
+  summary["energy"] = ledger_json(state_, now_);
+  summary["errors"] = course_.errors.json(state_);
+  const auto device = [&](const char* name, double joule) {
+    if (joule != 0) summary["errors"][name] = joule / dem::energy_scale(state_.ledger, now_.kinetic + now_.elastic);
+  };
+  device("local_damping", state_.ledger.local_damping), device("bond_damping", state_.ledger.bond_damping);
+  device("scaled_inertia", state_.ledger.inertia);
+  if (scene_.bonded()) {
+    const BeforePeak p = before_peak(course_.errors.before_peak, state_.ledger, now_);
+    summary["errors"]["local_damping_before_peak"] = p.share(p.local_damping);
+    summary["errors"]["bond_damping_before_peak"] = p.share(p.bond_damping);
+    summary["errors"]["devices_before_peak"] = p.devices();
+    summary["errors"]["kinetic_before_peak"] = p.share(p.kinetic);
+  }
+  summary["errors"]["packing_overlap"] = scene_.packing_overlap;
+  nlohmann::json& results = summary["results"];
+  results = {{"final_time_s", state_.time}};
+  if (has_stress(scene_, state_)) {
+    results["peak_axial_stress_Pa"] = course_.peak, results["peak_axial_stress_is_last"] = course_.peak_is_last;
+    results["final_axial_stress_Pa"] = course_.axial;
+  }
+  if (const auto load = dead_load(scene_, state_)) results["final_load_N"] = *load;
+  if (now_.volume > 0) results["final_void_ratio"] = now_.void_ratio;
+  if (tells_stress(scene_))
+    results["peak_stress_Pa"] = course_.reading, results["peak_stress_is_last"] = course_.reading_is_last;
+  if (scene_.output.bursts > 0) summary["bursts"] = bursts_json(scene_, state_);
+  // A strength is what a grain broke at; one that did not is stronger than the peak.
+  if (state_.ledger.breakages > 0) results["peak_before_breakage_Pa"] = course_.intact;
+  summary["seconds"] = {
+      {"preparation_wall", ready_}, {"loading_wall", earlier_ + end_ - ready_}, {"cpu", earlier_cpu_ + cpu_seconds()}};
+  return summary;
+}
+
+}  // namespace grus::app

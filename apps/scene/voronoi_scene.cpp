@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/scene/voronoi_scene.hpp"
+#include "apps/scene/reader.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/scene/packing_scene.hpp"
+#include "apps/scene/sample_scene.hpp"
+#include "dem/packing/cells.hpp"
+#include "dem/packing/clusters.hpp"
+#include "dem/packing/prisms.hpp"
+
+namespace grus::app {
+namespace {
+
+using dem::Vec3;
+
+constexpr double most_cells = 5e5;
+
+/// As the table asks for it.
+double wanted_count(Table& t, double volume) {
+  if (t.has("cells") == t.has("cell_size")) t.fail("", "needs either cells or cell_size");
+  if (t.has("cells")) return static_cast<double>(t.integer_or("cells", 1, 1, static_cast<long>(most_cells)));
+  return std::round(volume / std::pow(t.number("cell_size", dimension::length, positive), 3));
+}
+
+/// Over a convex polygon of the plane; moved so that its bounds begin at the origin.
+dem::CellSpace read_prism_outline(Table& t, Vec3& box) {
+  const auto given = t.points("corners", dimension::length);
+  const double height = t.number("height", dimension::length, positive);
+  t.finish();
+  if (given.size() < 3 || given.size() > 32) t.fail("corners", "3 to 32 corners are needed");
+  std::vector<Vec3> corners;
+  Vec3 low = Vec3::Constant(INFINITY), high = -low;
+  for (const auto& c : given) {
+    if (c[2] != 0) t.fail("corners", "are points [x, y, 0] of the plane");
+    corners.emplace_back(c[0], c[1], 0);
+    low = low.cwiseMin(corners.back()), high = high.cwiseMax(corners.back());
+  }
+  for (Vec3& c : corners) c -= low;
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    const Vec3 &a = corners[k], &b = corners[(k + 1) % corners.size()], &c = corners[(k + 2) % corners.size()];
+    if (!((b - a).cross(c - b).z() > 1e-9 * (high - low).squaredNorm()))
+      t.fail("corners", "are those of a convex polygon, counter-clockwise");
+  }
+  box = high - low + Vec3(0, 0, height);
+  return dem::prism_space(corners, height);
+}
+
+/// What it takes of space.
+Vec3 read_cylinder(Table& t) {
+  const double diameter = t.number("diameter", dimension::length, positive);
+  const double length = t.number("length", dimension::length, positive);
+  t.finish();
+  return {diameter, diameter, length};
+}
+
+dem::CellSpace read_ellipsoid_outline(Table& packing, Table& t, Vec3& box) {
+  const auto axes = t.numbers("semi_axes", 6, dimension::length);
+  t.finish();
+  if (!(*std::min_element(axes.begin(), axes.end()) > 0)) t.fail("semi_axes", "all six must be above 0");
+  const dem::PolyEllipsoid shape{{axes[0], axes[2], axes[4]}, {axes[1], axes[3], axes[5]}};
+  box = shape.plus + shape.minus;
+  return dem::polyellipsoid_space(shape, wanted_count(packing, dem::volume(shape)));
+}
+
+dem::CellSpace read_space(Table& t, bool periodic, Vec3& box) {
+  for (const char* outline : {"cylinder", "prism", "polyellipsoid"}) {
+    if (!t.has(outline)) continue;
+    if (!box.isZero()) t.fail(outline, fmt::format("cells fill either a box or a {}", outline));
+    if (periodic) t.fail(outline, "a periodic cell is a box");
+    box.setConstant(NAN);  // until it is found
+  }
+  if (auto c = t.table_if("cylinder")) {
+    box = read_cylinder(*c);
+    return dem::cylinder_space(box.x(), box.z());
+  }
+  if (auto p = t.table_if("prism")) return read_prism_outline(*p, box);
+  if (auto e = t.table_if("polyellipsoid")) return read_ellipsoid_outline(t, *e, box);
+  if (box.isZero()) t.fail("", "packing.box, cylinder, prism or polyellipsoid is missing");
+  return periodic ? dem::periodic_space(box) : dem::box_space(box);
+}
+
+std::size_t read_count(Table& t, const dem::CellSpace& space, const Vec3& box) {
+  double count = wanted_count(t, space.volume());
+  if (t.has("cell_size")) {
+    const double size = t.number("cell_size", dimension::length, {0, box.minCoeff(), true});
+    if (space.extruded) count = std::round(space.volume() / (size * size * box.z()));
+  }
+  if (!(count <= most_cells)) t.fail("cell_size", "more than half a million cells; check box and cell_size");
+  return std::max<std::size_t>(1, static_cast<std::size_t>(count));
+}
+
+void put_cells(const dem::VoronoiCells& cells, std::uint8_t material, const Vec3& box, bool round, RveScene& scene) {
+  const dem::BondedFaces faces = dem::add_cells(scene.model, cells, material, scene.state);
+  scene.cells = RveScene::Cells{faces, box, round};
+  if (faces.coarse > 0)
+    scene.notes.push_back(
+        fmt::format("{} of {} bonds are too coarse for their fracture_energy: their strength is lowered so that they "
+                    "take no more than that; use smaller cells, or a larger energy",
+                    faces.coarse, faces.bonds));
+}
+
+/// Grains of a packing of its own, each filled with cells.
+void fill_parents(Table& t, RveScene& scene, std::uint8_t material, Vec3& box) {
+  if (t.choice_or("grains", "clusters", {"one", "clusters"}) == "one")
+    t.fail("grains", "\"one\" has no parents; leave them out, or ask for \"clusters\"");
+  if (!box.isZero()) t.fail("box", "is that of packing.parents");
+  const auto count = static_cast<std::size_t>(t.integer_or("cells", 20, 1, 10000));
+  const int rounds = static_cast<int>(t.integer_or("relax", 5, 0, 1000));
+  RveScene parents;
+  parents.file = scene.file, parents.model = scene.model, parents.state.boundary = scene.state.boundary;
+  read_packing(t.table("parents"), parents, false, box);
+  if (parents.cells) t.fail("parents", "are spheres or poly-ellipsoids");
+  if (parents.grains() * static_cast<double>(count) > most_cells) t.fail("cells", "more than half a million cells");
+  scene.model.seed = parents.model.seed;
+  dem::Team team(1);
+  make_sample(parents, team, {});
+  if (scene.state.boundary.cell.periodic()) scene.state.boundary.cell.vectors = dem::Mat3(box.asDiagonal());
+  try {
+    put_cells(dem::fill_grains(parents.state.grains, count, rounds, scene.model.seed, team), material, box, false,
+              scene);
+  } catch (const InputError& e) {
+    t.fail("cells", e.what());
+  }
+}
+
+}  // namespace
+
+void read_voronoi(Table& t, RveScene& scene, std::uint8_t material, Vec3& box) {
+  const bool periodic = scene.state.boundary.cell.periodic();
+  if (t.has("parents")) return fill_parents(t, scene, material, box);
+  dem::CellSpace space = read_space(t, periodic, box);
+  space.extruded = t.flag_or("extruded", false);
+  const std::size_t count = read_count(t, space, box);
+  if (periodic) {
+    const double per_cell = space.extruded ? std::sqrt(box.x() * box.y() / static_cast<double>(count))
+                                           : std::cbrt(box.prod() / static_cast<double>(count));
+    for (int k = 0; k < (space.extruded ? 2 : 3); ++k)
+      if (box[k] < 3.99 * per_cell)
+        t.fail("box", fmt::format("a periodic box needs four cells a side; {} make {:.2g} along {}", count,
+                                  box[k] / per_cell, "xyz"[k]));
+    scene.state.boundary.cell.vectors = dem::Mat3(box.asDiagonal());
+  }
+  const int rounds = static_cast<int>(t.integer_or("relax", 5, 0, 1000));
+  check_mass(t, scene.model.materials[material], std::cbrt(space.volume() / static_cast<double>(count)) / 2, "cells");
+  std::size_t clusters = 0;
+  if (t.choice_or("grains", "one", {"one", "clusters"}) == "clusters")
+    clusters = static_cast<std::size_t>(t.integer_or("clusters", 2, 2, static_cast<long>(count)));
+  dem::Team team(1);
+  try {
+    dem::VoronoiCells cells = dem::voronoi_packing(space, count, rounds, scene.model.seed, team);
+    if (clusters > 0) dem::deal_to_clusters(space, clusters, scene.model.seed, team, cells);
+    put_cells(cells, material, box, t.has("cylinder"), scene);
+  } catch (const InputError& e) {
+    t.fail("cells", e.what());
+  }
+}
+
+void read_prisms(Table& t, RveScene& scene, std::uint8_t material, Vec3& box) {
+  if (scene.state.boundary.cell.periodic()) t.fail("kind", "prisms are not for a periodic cell");
+  auto cylinder = t.table_if("cylinder");
+  if (cylinder && !box.isZero()) t.fail("cylinder", "prisms fill either a box or a cylinder");
+  if (cylinder) box = read_cylinder(*cylinder);
+  if (box.isZero()) t.fail("", "packing.box or cylinder is missing");
+  const double side = t.number("side", dimension::length, positive);
+  const double thickness = t.number("thickness", dimension::length, positive);
+  const double gap = t.number_or("gap", 0, dimension::length, {0, 0.5 * side, false, true});
+  if (!(box.prod() / (side * side * thickness) < most_cells)) t.fail("side", "more than some hundred thousand prisms");
+  check_mass(t, scene.model.materials[material], std::cbrt(side * side * thickness) / 2, "side");
+  try {
+    const dem::VoronoiCells cells = dem::hexagonal_prisms(box, side, thickness, gap, cylinder.has_value());
+    Vec3 taken = box;  // of a box, by whole prisms
+    if (!cylinder) {
+      taken.setZero();
+      for (const dem::Polyhedron& p : cells.body)
+        for (const Vec3& v : p.vertex) taken = taken.cwiseMax(v);
+    }
+    put_cells(cells, material, taken, cylinder.has_value(), scene);
+  } catch (const InputError& e) {
+    t.fail("side", e.what());
+  }
+}
+
+}  // namespace grus::app
