@@ -86,12 +86,12 @@ std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Se
                           dem::Checkpoint& kept) {
   const bool leads = session.rank() == 0;
   std::vector<Start> starts;
-  together(session, [&] {
+  on_all_ranks(session, [&] {
     if (!scene.ground || !scene.has_rve || options.columns) return;  // the weight of the ground is that of its cells
     const auto packed = prepare_starts(scene, {Start{}}, options.threads, {}).states;
     if (leads) setup.density = dem::total_mass(packed[0].grains) / packed[0].boundary.cell.volume();
   });
-  together(session, [&] {
+  on_all_ranks(session, [&] {
     if (!leads) return;
     setup.problem = make_problem(scene);
     setup.points = find_points(scene, *setup.problem, setup.density);
@@ -198,7 +198,7 @@ int run(const Options& options, const fem::Session& session) {
   BvpScene scene;
   BvpSetup setup;
   dem::Checkpoint kept;
-  together(session, [&] { scene = read_bvp_scene(options.scene, options.overrides); });
+  on_all_ranks(session, [&] { scene = read_bvp_scene(options.scene, options.overrides); });
   const std::vector<Start> starts = set_up(scene, options, session, setup, kept);
   if (options.columns) {
     if (leads) print_columns(scene, setup);
@@ -209,7 +209,7 @@ int run(const Options& options, const fem::Session& session) {
     if (!made) made.emplace(options);
   };
   Starts prepared;
-  together(session, [&] {
+  on_all_ranks(session, [&] {
     Progress progress(options, options.check);
     StartsFile file;
     if (!options.check)
@@ -220,11 +220,11 @@ int run(const Options& options, const fem::Session& session) {
     prepared = prepare_starts(
         scene, starts, options.threads, [&](double done) { return progress.watch(done, "unit cells"); }, file);
   });
-  together(session, [&] {
+  on_all_ranks(session, [&] {
     if (leads && !options.check) make_folder();
   });
   std::shared_ptr<const dem::Model> model;
-  together(session, [&] {
+  on_all_ranks(session, [&] {
     if (scene.has_rve) model = run_model(scene);
   });
   if (leads && scene.has_rve) {
@@ -250,5 +250,5 @@ int main(int argc, char** argv) {
       "A macro boundary-value problem, finite elements with breakable grains at every Gauss point (mpirun -n P for P "
       "ranks).",
       [&](const Options& options) { return run(options, session); }, session.rank() == 0, session.sharers(),
-      [&](const std::function<void()>& part) { together(session, part); });
+      [&](const std::function<void()>& part) { on_all_ranks(session, part); });
 }

@@ -10,7 +10,7 @@ namespace grus::app {
 
 /// Runs `part` on every rank; if any throws, all throw the first rank's error: nobody is left waiting.
 template <class F>
-void together(const fem::Session& session, F&& part) {
+void on_all_ranks(const fem::Session& session, F&& part) {
   std::string message;
   int kind = 0;
   try {

@@ -30,7 +30,7 @@ fem::MacroEnergy energies_of(const nlohmann::json& e) {
 
 }  // namespace
 
-nlohmann::json standing(const fem::IncrementReport& r) {
+nlohmann::json save(const fem::IncrementReport& r) {
   return {{"load_factor", hex(r.load_factor)},
           {"next_size", hex(r.next_size)},
           {"increments", r.increment},
@@ -41,7 +41,7 @@ nlohmann::json standing(const fem::IncrementReport& r) {
           {"energy", energies(r.energy)}};
 }
 
-nlohmann::json standing(const fem::DynamicsReport& r) {
+nlohmann::json save(const fem::DynamicsReport& r) {
   return {{"time", hex(r.time)},
           {"dt", hex(r.dt)},
           {"steps", r.steps},
@@ -49,7 +49,7 @@ nlohmann::json standing(const fem::DynamicsReport& r) {
           {"energy", energies(r.energy)}};
 }
 
-nlohmann::json standing(const fem::ExplicitStaticsReport& r) {
+nlohmann::json save(const fem::ExplicitStaticsReport& r) {
   return {{"load_factor", hex(r.load_factor)},
           {"rate", hex(r.rate)},
           {"mean_rate", hex(r.mean_rate)},
@@ -65,19 +65,19 @@ nlohmann::json standing(const fem::ExplicitStaticsReport& r) {
           {"governor", r.governor}};
 }
 
-void stand(const nlohmann::json& at, fem::StaticsStart& s) {
+void load(const nlohmann::json& at, fem::StaticsStart& s) {
   s = {unhex(at.at("load_factor")),   unhex(at.at("next_size")),
        at.at("increments"),           at.at("sweeps"),
        unhex(at.at("largest_force")), unhex(at.at("stiffest")),
        unhex(at.at("last_size")),     energies_of(at.at("energy"))};
 }
 
-void stand(const nlohmann::json& at, fem::DynamicsReport& s) {
+void load(const nlohmann::json& at, fem::DynamicsReport& s) {
   s = {unhex(at.at("time")), unhex(at.at("dt")), at.at("steps"), energies_of(at.at("energy")),
        unhex(at.at("dissipated"))};
 }
 
-void stand(const nlohmann::json& at, fem::ExplicitStaticsReport& s) {
+void load(const nlohmann::json& at, fem::ExplicitStaticsReport& s) {
   s.load_factor = unhex(at.at("load_factor"));
   s.rate = unhex(at.at("rate"));
   s.mean_rate = unhex(at.at("mean_rate"));

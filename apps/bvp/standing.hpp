@@ -9,12 +9,12 @@
 
 namespace grus::app {
 
-nlohmann::json standing(const fem::IncrementReport& report);
-nlohmann::json standing(const fem::DynamicsReport& report);
-nlohmann::json standing(const fem::ExplicitStaticsReport& report);
+nlohmann::json save(const fem::IncrementReport& report);
+nlohmann::json save(const fem::DynamicsReport& report);
+nlohmann::json save(const fem::ExplicitStaticsReport& report);
 
-void stand(const nlohmann::json& at, fem::StaticsStart& start);
-void stand(const nlohmann::json& at, fem::DynamicsReport& start);
-void stand(const nlohmann::json& at, fem::ExplicitStaticsReport& start);
+void load(const nlohmann::json& at, fem::StaticsStart& start);
+void load(const nlohmann::json& at, fem::DynamicsReport& start);
+void load(const nlohmann::json& at, fem::ExplicitStaticsReport& start);
 
 }  // namespace grus::app

@@ -7,9 +7,9 @@
 #include <array>
 
 #include "dem/bond/supports.hpp"
-#include "dem/rve/bonded.hpp"
 #include "dem/rve/crushing.hpp"
 #include "dem/rve/grading.hpp"
+#include "dem/rve/hand_over.hpp"
 #include "dem/rve/servo.hpp"
 #include "dem/rve/step.hpp"
 

@@ -11,9 +11,9 @@
 #include "apps/rve/columns.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/io/whole_file.hpp"
-#include "dem/rve/bonded.hpp"
 #include "dem/rve/check_state.hpp"
 #include "dem/rve/crushing.hpp"
+#include "dem/rve/hand_over.hpp"
 #include "dem/rve/step.hpp"
 
 namespace grus::app {

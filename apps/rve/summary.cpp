@@ -8,8 +8,8 @@
 #include "apps/rve/columns.hpp"
 #include "apps/rve/rve_run.hpp"
 #include "dem/bond/cohesive.hpp"
-#include "dem/rve/bonded.hpp"
 #include "dem/rve/grading.hpp"
+#include "dem/rve/hand_over.hpp"
 #include "dem/rve/step.hpp"
 
 namespace grus::app {

@@ -5,8 +5,8 @@
 
 #include "dem/fracture/grain_stress.hpp"
 #include "dem/io/vtkhdf.hpp"
-#include "dem/rve/bonded.hpp"
 #include "dem/rve/grading.hpp"
+#include "dem/rve/hand_over.hpp"
 #include "dem/state/shape_kinds.hpp"
 
 namespace grus::dem {

@@ -12,9 +12,9 @@
 #include "dem/fracture/loaded_grain.hpp"
 #include "dem/fracture/replace_grain.hpp"
 #include "dem/fracture/split_hull.hpp"
-#include "dem/rve/bonded.hpp"
-#include "dem/rve/bonding.hpp"
-#include "dem/rve/cleaving.hpp"
+#include "dem/rve/cut_bonds.hpp"
+#include "dem/rve/fresh_springs.hpp"
+#include "dem/rve/hand_over.hpp"
 #include "dem/rve/split_statistics.hpp"
 #include "dem/rve/step.hpp"
 

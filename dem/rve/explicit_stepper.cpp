@@ -14,7 +14,7 @@
 #include "dem/bond/supports.hpp"
 #include "dem/contact/forces.hpp"
 #include "dem/motion/critical_step.hpp"
-#include "dem/rve/bonded.hpp"
+#include "dem/rve/hand_over.hpp"
 #include "dem/rve/passes.hpp"
 #include "dem/rve/reduce_cell.hpp"
 #include "dem/rve/step.hpp"

@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "dem/bond/supports.hpp"
-#include "dem/rve/bonded.hpp"
-#include "dem/rve/cleaving.hpp"
+#include "dem/rve/cut_bonds.hpp"
+#include "dem/rve/hand_over.hpp"
 
 namespace grus::dem {
 namespace {

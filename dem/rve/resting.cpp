@@ -2,7 +2,7 @@
 #include "dem/rve/resting.hpp"
 
 #include "dem/contact/forces.hpp"
-#include "dem/rve/bonded.hpp"
+#include "dem/rve/hand_over.hpp"
 #include "dem/rve/step.hpp"
 
 namespace grus::dem {

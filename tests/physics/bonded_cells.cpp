@@ -5,7 +5,7 @@
 #include "dem/io/archive.hpp"
 #include "dem/motion/critical_step.hpp"
 #include "dem/packing/cells.hpp"
-#include "dem/rve/bonded.hpp"
+#include "dem/rve/hand_over.hpp"
 #include "dem/rve/linear_response.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/state_hash.hpp"

@@ -5,7 +5,7 @@
 #include "dem/fracture/hull_loads.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/packing/cells.hpp"
-#include "dem/rve/bonded.hpp"
+#include "dem/rve/hand_over.hpp"
 #include "dem/rve/state_hash.hpp"
 #include "tests/bonded.hpp"
 #include "tests/hulls.hpp"

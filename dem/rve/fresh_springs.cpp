@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-#include "dem/rve/bonding.hpp"
+#include "dem/rve/fresh_springs.hpp"
 
 #include "dem/bond/cohesive.hpp"
 

@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "dem/rve/bonding.hpp"
+#include "dem/rve/fresh_springs.hpp"
 
 namespace grus::dem {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-#include "dem/rve/bonded.hpp"
+#include "dem/rve/hand_over.hpp"
 
 #include <algorithm>
 #include <numeric>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-#include "dem/rve/cleaving.hpp"
+#include "dem/rve/cut_bonds.hpp"
 
 #include <algorithm>
 
