@@ -219,7 +219,7 @@ BvpEnding BvpRun::go(double ready, const Clock& clock) {
 template <class Report>
 void BvpRun::save(Course& c, const Report& report) {
   const Clock writing;
-  nlohmann::json about = save(report);
+  nlohmann::json about = app::save(report);
   about["program"] = "grus-bvp";
   about["scene"] = scene_.record;
   if (scene_.has_rve) about["unit_cell"] = scene_.unit_cells[0].record;
@@ -247,7 +247,7 @@ template <class Start>
 Start BvpRun::begin() {
   Start start;
   if (!kept_.parts.empty()) try {
-      load(resume(), start);
+      app::load(resume(), start);
     } catch (const nlohmann::json::exception&) {
       throw InputError(checkpoint_of(options_) + ": checkpoint is damaged: where the run stands");
     }
