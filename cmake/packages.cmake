@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-# cpack -G DEB, in the build folder: grus (programs, scenes), libgrus-dev (headers, libraries), python3-grus.
+# cpack -G DEB, in the build folder: grus (programs, scenes), libgrus-dev (headers, libraries), python3-grus (its compiled core).
 set(CPACK_PACKAGE_NAME grus)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_COMPONENTS_ALL Unspecified dev)
@@ -12,13 +12,10 @@ set(CPACK_PROJECT_CONFIG_FILE ${PROJECT_SOURCE_DIR}/cmake/debian/maintainer.cmak
 set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/cmake/debian/policy.cmake)
 set(CPACK_GRUS_SOURCE_DIR ${PROJECT_SOURCE_DIR})  # for these two
 # Python's modules are compiled where they are installed, and what came of it goes with the package.
-function(grus_compiles package folder)
-  foreach(script postinst prerm)
-    configure_file(${PROJECT_SOURCE_DIR}/cmake/debian/${script}.in ${PROJECT_BINARY_DIR}/debian/${package}/${script} @ONLY FILE_PERMISSIONS
-      OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
-  endforeach()
-endfunction()
-grus_compiles(grus /usr/share/grus/tools)
+foreach(script postinst prerm)
+  configure_file(${PROJECT_SOURCE_DIR}/cmake/debian/${script} ${PROJECT_BINARY_DIR}/debian/grus/${script} COPYONLY FILE_PERMISSIONS
+    OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+endforeach()
 set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_CONTROL_EXTRA "${PROJECT_BINARY_DIR}/debian/grus/postinst;${PROJECT_BINARY_DIR}/debian/grus/prerm")
 set(about "Grus computes how grains break, and what that does to the sand, rock or powder
 that they make up: the discrete element method with spheres, poly-ellipsoids
@@ -30,7 +27,8 @@ set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_DEPENDS "python3, python3-numpy, python3-ma
 set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_SUGGESTS "python3-petsc4py, paraview")
 set(CPACK_DEBIAN_UNSPECIFIED_DESCRIPTION "grains that break, alone and in finite elements
 ${about}
-This package holds the programs, their manual pages and scenes to begin with.")
+This package holds the programs, their manual pages, the Python module of runs
+and results, and scenes to begin with.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libgrus-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_DESCRIPTION "grains that break, alone and in finite elements (C++ library)
@@ -44,12 +42,10 @@ if(GRUS_PYTHON)
   list(APPEND CPACK_COMPONENTS_ALL python)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-grus)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
-  grus_compiles(python3-grus "")  # all of it
-  set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA "${PROJECT_BINARY_DIR}/debian/python3-grus/postinst;${PROJECT_BINARY_DIR}/debian/python3-grus/prerm")
   set(CPACK_DEBIAN_PYTHON_DESCRIPTION "grains that break, as a material in Python
 ${about}
-This package holds the module grus: cells of grains as the material of your own
-solver, preCICE, runs and their results as NumPy arrays.")
+This package holds the compiled core of the module grus: cells of grains as the
+material of your own solver, or of preCICE.")
   math(EXPR after "${Python_VERSION_MINOR} + 1")  # the module is built for one Python
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
     "python3 (>= 3.${Python_VERSION_MINOR}), python3 (<< 3.${after}), python3-numpy, grus (= ${PROJECT_VERSION})")

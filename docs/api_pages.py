@@ -64,7 +64,7 @@ def python(source):
     folder = os.path.join(source, "apps", "python", "grus")
     text = ["# Python", "", "From the docstrings; `python3 -m pydoc grus` shows the same. [How to get it](library.md#python).", "", "```text",
             ast.get_docstring(ast.parse(open(os.path.join(folder, "__init__.py")).read())), "```", ""]
-    for name in ("rves", "results"):
+    for name in ("rves", "results", "runs/run"):
         tree = ast.parse(open(os.path.join(folder, name + ".py")).read())
-        text += [f"## grus.{name}", "", ast.get_docstring(tree) or "", ""] + functions(tree.body, "###")
+        text += [f"## grus.{name.replace('/', '.')}", "", ast.get_docstring(tree) or "", ""] + functions(tree.body, "###")
     return "\n".join(text)

@@ -182,15 +182,28 @@ py::tuple read_parts(const std::string& path) {
   return py::make_tuple(kept.about, parts);
 }
 
+/// Errors are those of grus/errors.py: what reads results raises them without this module.
+void raise_as_python(const py::module_& errors) {
+  static const py::handle input_error = errors.attr("InputError").inc_ref();
+  static const py::handle unstable = errors.attr("Unstable").inc_ref();
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const dem::InputError& e) {
+      PyErr_SetString(input_error.ptr(), e.what());
+    } catch (const dem::Unstable& e) {
+      PyErr_SetString(unstable.ptr(), e.what());
+    }
+  });
+}
+
 }  // namespace
 }  // namespace grus::python
 
 PYBIND11_MODULE(_core, m) {
   namespace py = pybind11;
   using namespace grus::python;
-  m.attr("__version__") = GRUS_VERSION;
-  py::register_exception<grus::dem::InputError>(m, "InputError", PyExc_ValueError);
-  py::register_exception<grus::dem::Unstable>(m, "Unstable", PyExc_RuntimeError);
+  raise_as_python(py::module_::import("grus.errors"));
   m.def("usable_cores", &grus::app::usable_cores);
   m.def("write_parts", &write_parts);
   m.def("read_parts", &read_parts);

@@ -43,8 +43,8 @@ class Run:
 
     def __getattr__(self, name):
         if name == "columns":
-            sys.path.insert(0, os.path.join(binaries, "..", "share", "grus", "tools"))
-            from grus_results import read_history
+            sys.path.insert(0, os.path.join(binaries, "..", "python"))
+            from grus.results import read_history
             self.columns = read_history(self.folder)
             return self.columns
         if name == "summary":

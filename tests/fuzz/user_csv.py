@@ -21,7 +21,8 @@ class Case:
         self.must_read, self.must_refuse, self.name = must_read, must_refuse, os.path.basename(path)
 
     def read(self):
-        from grus_targets import BadData, Target
+        from grus.calibrate.targets import Target
+        from grus.files.texts import BadData
         try:
             t = Target({"name": "t", "data": self.name, **self.table}, os.path.dirname(self.path))
         except BadData as e:

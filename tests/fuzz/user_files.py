@@ -41,7 +41,7 @@ def judge(case):
 def main():
     binaries, count = os.path.abspath(sys.argv[1]), int(sys.argv[2])
     seed = datetime.date.today().toordinal() if sys.argv[3] == "today" else int(sys.argv[3])
-    sys.path.insert(0, os.path.join(binaries, "..", "share", "grus", "tools"))
+    sys.path.insert(0, os.path.join(binaries, "..", "python"))
     modules = [importlib.import_module(k) for k in KINDS]
     modules = [m for m in modules if os.path.exists(os.path.join(binaries, getattr(m, "PROGRAM", "grus-rve")))]
     faults, seen = 0, Counter()

@@ -171,9 +171,9 @@ def case_names(tmp):
 def case_types(tmp):
     """Told to type checkers: the mark, and a type of every argument and answer that is public."""
     need(os.path.exists(os.path.join(os.path.dirname(grus.__file__), "py.typed")), "no py.typed")
-    import grus_precice
+    import grus.precice
     public = [grus.load, grus.run]
-    for cls in (grus.RveSet, grus.Rve, grus.Results, grus_precice.MicroSimulation):
+    for cls in (grus.RveSet, grus.Rve, grus.Results, grus.precice.MicroSimulation):
         public += [m.fget if isinstance(m, property) else m for name, m in vars(cls).items()
                    if (inspect.isfunction(m) or isinstance(m, property)) and (not name.startswith("_") or name in ("__init__", "__getitem__"))]
     for f in public:
@@ -281,7 +281,7 @@ class Manager:
 
 def case_precice(tmp):
     os.environ["GRUS_SCENE"] = SAND
-    from grus_precice import MicroSimulation
+    from grus.precice import MicroSimulation
     F = np.tile(np.eye(3), (3, 1, 1))
     answers, active = {}, {}
     for name, data in {"none": None, "macro": ["deformation-gradient-3"], "both": ["deformation-gradient-3", "void-ratio"],
@@ -301,7 +301,7 @@ def case_precice(tmp):
         need((told[5]["stress-normal"] == right[:3]).all(), f"adaptivity {name}: {told[5]['stress-normal']} Pa, the cell alone {right[:3]}")
         need((told[3]["stress-normal"] == answers["none"][3]["stress-normal"]).all(), f"adaptivity {name} changes an answer")
     sim = MicroSimulation(7)
-    need(sim.initialize() is None and repr(sim).startswith("<grus_precice.MicroSimulation 7: <grus.Rve of "), repr(sim))
+    need(sim.initialize() is None and repr(sim).startswith("<grus.precice.MicroSimulation 7: <grus.Rve of "), repr(sim))
     refused(["deformation-gradient-2", "read_data_names"],
             lambda: sim.solve({"deformation-gradient-1": [1, 0, 0], "deformation-gradient": [0, 1, 0]}, 1.0), grus.asked.Lacking)
     refused(["deformation-gradient-1", "(2,)", "3D"], lambda: sim.solve({f"deformation-gradient-{r}": [1, 0] for r in (1, 2, 3)}, 1.0))

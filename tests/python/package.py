@@ -149,7 +149,7 @@ def case_refused(tmp):
     shutil.copytree(os.path.join(build, "python", "grus"), other, ignore=shutil.ignore_patterns("__pycache__"))
     module = next(f for f in os.listdir(other) if f.startswith("_core.") and f.endswith(".so"))
     os.rename(os.path.join(other, module), os.path.join(other, "_core.cpython-399-x86_64-linux-gnu.so"))
-    r = subprocess.run([sys.executable, "-c", "import grus"], capture_output=True, text=True, cwd=tmp,
+    r = subprocess.run([sys.executable, "-c", "import grus; grus.Rve"], capture_output=True, text=True, cwd=tmp,
                        env={**os.environ, "PYTHONPATH": os.path.dirname(other)})
     words = ("No module named 'grus._core': ", "Grus is built for cpython-399", "/usr/bin/python3")
     last = r.stderr.splitlines()[-1] if r.stderr else ""

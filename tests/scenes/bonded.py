@@ -60,8 +60,8 @@ def disc(tmp):
 
 def told(out, rows, peak):
     """What the report says of a disc: a stack of energies in which each is once, nominal stress, broken bonds."""
-    sys.path.insert(0, os.path.join(binaries, "..", "share", "grus", "tools"))
-    from grus_rve_plots import stacked
+    sys.path.insert(0, os.path.join(binaries, "..", "python"))
+    from grus.report.rve_plots import stacked
     start = json.load(open(os.path.join(out, "summary.json")))["energy"]["start_J"]
     parts = stacked({k: [x[k] for x in rows] for k in rows[0]})
     for x in rows:

@@ -15,9 +15,9 @@ import time
 import numpy as np
 
 binaries = os.path.abspath(sys.argv[1])
-sys.path.insert(0, os.path.join(binaries, "..", "share", "grus", "tools"))
-import grus_regression as regression  # noqa: E402
-from grus_targets import Target, along, kink  # noqa: E402
+sys.path.insert(0, os.path.join(binaries, "..", "python"))
+from grus.calibrate import regression  # noqa: E402
+from grus.calibrate.targets import Target, along, kink  # noqa: E402
 
 here = os.path.dirname(os.path.abspath(__file__))
 scenes = os.path.abspath(os.path.join(here, "..", "..", "apps", "scenes"))
@@ -114,7 +114,7 @@ def posteriors():
     if not have_emcee():
         return
     from types import SimpleNamespace
-    from grus_posterior import posterior
+    from grus.calibrate.posterior import posterior
     slope = np.array([[2.0, 1.0], [0.5, -1.0], [1.0, 0.0]])
     noise = 0.03**2 * np.array([[1.0, 0.5, 0.0], [0.5, 1.0, 0.0], [0.0, 0.0, 2.0]])
     known = np.linalg.inv(slope.T @ np.linalg.solve(noise, slope))
@@ -147,7 +147,7 @@ def smooth():
     """POUNDERS where nothing is drawn: all back to 0.5 %."""
     if not have_petsc4py():
         return
-    from grus_pounders import pounders
+    from grus.calibrate.pounders import pounders
     truth, calls = np.array([0.37, 0.62, 0.55]), []
 
     def evaluate(points):

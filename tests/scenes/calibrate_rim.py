@@ -14,10 +14,10 @@ import time
 import numpy as np
 
 binaries = os.path.abspath(sys.argv[1])
-sys.path.insert(0, os.path.join(binaries, "..", "share", "grus", "tools"))
-import grus_regression as regression  # noqa: E402
-from grus_censored import places, quantiles  # noqa: E402
-from grus_targets import Target  # noqa: E402
+sys.path.insert(0, os.path.join(binaries, "..", "python"))
+from grus.calibrate import regression  # noqa: E402
+from grus.calibrate.targets import Target  # noqa: E402
+from grus.runs.censored import places, quantiles  # noqa: E402
 
 here = os.path.dirname(os.path.abspath(__file__))
 scenes = os.path.abspath(os.path.join(here, "..", "..", "apps", "scenes"))
@@ -73,7 +73,7 @@ def unbroken(folder):
 
 def installation(folder, command, rve):
     """The folder of programs of an installation that has this command, and a script in the place of grus-rve."""
-    shutil.copytree(os.path.join(binaries, "..", "share", "grus", "tools"), os.path.join(folder, "share", "grus", "tools"))
+    shutil.copytree(os.path.join(binaries, "..", "python"), os.path.join(folder, "python"))
     programs = os.path.join(folder, "bin")
     os.makedirs(programs)
     shutil.copy(os.path.join(binaries, command), programs)
@@ -132,7 +132,8 @@ def interrupted_check(tmp):
 
 def hashed(tmp):
     """The key of a run changes with every file that the run reads, and with nothing else."""
-    from grus_runner import Runner, key_of
+    from grus.runs.kept import key_of
+    from grus.runs.runner import Runner
     write = lambda name, text: open(os.path.join(tmp, name), "w").write(text)  # noqa: E731
     write("scene.toml", '[mesh]\nfile = "m.msh"\n[rve]\nscene = "cell.toml"\n')
     write("cell.toml", '[packing]\npath = "p.txt"\n'), write("other.toml", '[packing]\npath = "q.txt"\n')

@@ -234,11 +234,11 @@ def links(tmp):
             need(r.returncode in (1, 2) and r.stderr.count("\n") == 1 and os.listdir(marked) == [".grus"] and not os.path.exists(os.path.join(tmp, "made")), f"a lock that is a link: exit {r.returncode} {r.stderr!r}")
     need(read(victim) == b"precious", "the lock was followed")
     # The Python tools write the same way.
-    sys.path.insert(0, os.path.join(binaries, "..", "share", "grus", "tools"))
-    import grus_results
+    sys.path.insert(0, os.path.join(binaries, "..", "python"))
+    from grus.files.writing import write_csv
     os.symlink(victim, os.path.join(tmp, "table.csv.new"))
-    grus_results.write_csv(os.path.join(tmp, "table.csv"), [["a"], [1]])
-    need(read(victim) == b"precious" and read(tmp, "table.csv") == b"a\n1\n", "grus_results.write_whole follows a link")
+    write_csv(os.path.join(tmp, "table.csv"), [["a"], [1]])
+    need(read(victim) == b"precious" and read(tmp, "table.csv") == b"a\n1\n", "grus.files.writing.write_whole follows a link")
 
 
 BASIS, BLOCK_BYTES = 0xcbf29ce484222325, 1 << 14

@@ -11,12 +11,11 @@ import sys
 import tempfile
 
 binaries = os.path.abspath(sys.argv[1])
-sys.path.insert(0, os.path.join(binaries, "..", "share", "grus", "tools"))
-import grus_precision as precision  # noqa: E402
-import grus_study_report as report  # noqa: E402
-import grus_sweep as sweep  # noqa: E402
-from grus_runner import Runner  # noqa: E402
-from grus_study_reader import Refused, read_study  # noqa: E402
+sys.path.insert(0, os.path.join(binaries, "..", "python"))
+from grus.runs.cases import Refused  # noqa: E402
+from grus.runs.runner import Runner  # noqa: E402
+from grus.study import precision, report, sweep  # noqa: E402
+from grus.study.reader import read_study  # noqa: E402
 
 faults = []
 scenes = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "apps", "scenes")
@@ -133,12 +132,12 @@ with tempfile.TemporaryDirectory() as tmp:
         need(r.returncode == 2 and expected in r.stderr and r.stderr.count("\n") == 1 and not os.path.exists(os.path.join(tmp, "bad")), f"{expected}: exit {r.returncode}: {r.stderr!r}")
 
 # Power law: exact points give the exponent with no error; scattered ones cover it.
-slope, error = report.power_law([(x, 3 * x ** 8.25) for x in (1.4, 1.5, 1.6, 1.7)])
+slope, error = precision.power_law([(x, 3 * x ** 8.25) for x in (1.4, 1.5, 1.6, 1.7)])
 need(abs(slope - 8.25) < 1e-9 and error < 1e-9, f"power law {slope} +- {error}")
-slope, error = report.power_law([(x, 3 * x ** 2 * math.exp(0.05 * (-1) ** k)) for k, x in enumerate((1, 2, 3, 4, 5, 6))])
+slope, error = precision.power_law([(x, 3 * x ** 2 * math.exp(0.05 * (-1) ** k)) for k, x in enumerate((1, 2, 3, 4, 5, 6))])
 need(abs(slope - 2) < 3 * error and 0 < error < 0.1, f"scattered power law {slope} +- {error}")
-need(abs(report.at({"axial_strain": [0, 0.1, 0.2], "y": [0, 1, 4]}, "y", 0.15) - 2.5) < 1e-12, "interpolation")
-need(math.isnan(report.at({"axial_strain": [0, 0.1], "y": [0, 1]}, "y", 0.15)), "a strain that was not reached")
+need(abs(precision.position({"axial_strain": [0, 0.1, 0.2], "y": [0, 1, 4]}, "y", 0.15) - 2.5) < 1e-12, "interpolation")
+need(math.isnan(precision.position({"axial_strain": [0, 0.1], "y": [0, 1]}, "y", 0.15)), "a strain that was not reached")
 
 def made_up(value, cpu, energy=0.0):
     """A run that ended with this value, at this cost."""

@@ -8,10 +8,11 @@ import tempfile
 
 import numpy as np
 
-sys.path.insert(0, os.path.join(sys.argv[1], "..", "share", "grus", "tools"))
-from grus_precision import known_reference  # noqa: E402
-from grus_tables import BadData, Table, read_columns  # noqa: E402
-from grus_targets import Target  # noqa: E402
+sys.path.insert(0, os.path.join(sys.argv[1], "..", "python"))
+from grus.calibrate.targets import Target  # noqa: E402
+from grus.files.tables import Table, read_columns  # noqa: E402
+from grus.files.texts import BadData  # noqa: E402
+from grus.study.precision import known_reference  # noqa: E402
 
 STRENGTH, faults = "results.peak_before_breakage_Pa", []
 

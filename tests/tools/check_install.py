@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Installs a build, and builds and runs a client of it from an empty folder: check_install.py BUILD full|dem"""
+import glob
 import os
 import re
 import subprocess
@@ -14,6 +15,8 @@ page = open(os.path.join(source, "docs", "library.md")).read()
 PUBLIC = ["grus/rve.hpp", "grus/scene.hpp"] + [f"dem/rve/{name}.hpp" for name in ("model", "state", "rve", "measure", "step")]
 CMAKE, CLIENT = (re.search(rf"```{kind_of_block}\n(.*?)```", page, re.S).group(1) for kind_of_block in ("cmake", "cpp"))
 SAID = re.search(r"says `(.*?)`", page).group(1)
+COMMANDS = ["grus-study", "grus-calibrate", "grus-report"]
+WITHOUT_CORE = "cells in Python need Debian's python3-grus, or a build where python3-dev and pybind11-dev are there"
 # Two spheres pushed together by 1 % of a radius: Hertz's force is the closed form.
 DEM = """#include <cstdio>
 #include "dem/rve/step.hpp"
@@ -72,19 +75,31 @@ def run(*command, cwd, **environment):
 
 
 def python_package(tmp):
-    """It is installed where Python looks, be that another folder for each prefix; else the line told is what Python needs."""
+    """It is installed where Python looks, be that another folder for each prefix; else the line told is what Python needs. The
+    commands find it in each, and need no compiled core: without it cells alone are lacking."""
     python = "/usr/bin/python3"
     looks = run(python, "-c", "import sys; print('\\n'.join(p for p in sys.path if p))", cwd=tmp).split()
     for prefix in ("/usr/local", "/usr", os.path.join(tmp, "elsewhere")):
         stage = os.path.join(tmp, "stage" + prefix.replace("/", "_"))
-        told = run("cmake", "--install", build, "--prefix", prefix, "--component", "python", cwd=tmp, DESTDIR=stage)
+        told = run("cmake", "--install", build, "--prefix", prefix, "--component", "Unspecified", cwd=tmp, DESTDIR=stage)
         line = re.search(r"export PYTHONPATH=(\S+)", told)
         if (line is not None) != prefix.startswith(tmp):
             sys.exit(f"FAULT --prefix {prefix}: {told}")
         path = os.pathsep.join(stage + p for p in (line.groups() if line else looks))
-        found = run(python, "-c", "import grus, grus_precice; print(grus.__file__)", cwd=tmp, PYTHONPATH=path)
+        nowhere = os.path.join(tmp, "nowhere")
+        for program in COMMANDS:
+            said = run(stage + os.path.join(prefix, "bin", program), "--version", cwd=tmp, PYTHONPATH=nowhere)
+            if not re.fullmatch(rf"{program} [0-9.]+\n", said):
+                sys.exit(f"FAULT --prefix {prefix}: {program} --version says {said!r}")
+        found = run(python, "-c", "import grus; grus.load, grus.run; print(grus.__file__)", cwd=tmp, PYTHONPATH=path)
         if not found.startswith(stage + prefix + "/"):
             sys.exit(f"FAULT --prefix {prefix}: Python finds grus at {found}")
+        r = subprocess.run([python, "-c", "import grus; grus.Rve"], cwd=tmp, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path})
+        if r.returncode != 1 or not r.stderr.endswith("No module named 'grus._core': " + WITHOUT_CORE + "\n"):
+            sys.exit(f"FAULT --prefix {prefix}: cells without a compiled core: {r.stderr}")
+        if glob.glob(os.path.join(build, "python", "grus", "_core.*.so")):
+            run("cmake", "--install", build, "--prefix", prefix, "--component", "python", cwd=tmp, DESTDIR=stage)
+            run(python, "-c", "import grus, grus.precice; grus.Rve, grus.precice.MicroSimulation", cwd=tmp, PYTHONPATH=path)
 
 
 def built(installed, folder, cmake):
@@ -124,8 +139,7 @@ with tempfile.TemporaryDirectory() as tmp:
         parallel = "HDF5_PREFER_PARALLEL ON" in open(os.path.join(build, "grusConfig.cmake")).read()
         if kind == "dem" and needs and not (parallel and needs == ["libmpi"]):
             sys.exit(f"FAULT a client of the DEM alone needs {needs}")
-    for program in ["grus-rve", "grus-study", "grus-calibrate", "grus-report"] + (["grus-bvp"] if kind == "full" else []):
+    for program in ["grus-rve", *COMMANDS] + (["grus-bvp"] if kind == "full" else []):
         run(os.path.join(installed, "bin", program), "--version", cwd=tmp)
-    if os.path.isdir(os.path.join(build, "python")):
-        python_package(tmp)
+    python_package(tmp)
 print(f"install: {len(clients)} clients, 0 faults")

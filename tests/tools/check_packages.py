@@ -3,6 +3,7 @@
 """Makes the Debian packages of a build, unpacks them beside each other, and uses what is in them: check_packages.py BUILD full|dem"""
 import glob
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -43,8 +44,10 @@ with tempfile.TemporaryDirectory() as tmp:
     need("grus (= " in depends["python3-grus"] and "python3-numpy" in depends["python3-grus"], f"python3-grus depends on {depends['python3-grus']}")
     need("libeigen3-dev" in depends["libgrus-dev"], f"libgrus-dev depends on {depends['libgrus-dev']}")
     files = {name: {line.split()[-1].lstrip(".") for line in run("dpkg-deb", "-c", path, cwd=tmp).splitlines()} for name, path in packages.items()}
-    for name, mine in {"grus": ["/usr/bin/grus-rve", "/usr/bin/grus-study", "/usr/share/grus/scenes/sand_rve.toml"], "libgrus-dev": ["/usr/include/grus/rve.hpp", "/usr/lib/cmake/grus/grusConfig.cmake"],
-                       "python3-grus": ["/usr/lib/python3/dist-packages/grus/__init__.py", "/usr/lib/python3/dist-packages/grus_precice.py"]}.items():
+    site = "/usr/lib/python3/dist-packages"
+    core = next((path for path in sorted(files["python3-grus"]) if re.fullmatch(rf"{site}/grus/_core\..*\.so", path)), "no compiled core")
+    for name, mine in {"grus": ["/usr/bin/grus-rve", "/usr/bin/grus-study", "/usr/share/grus/scenes/sand_rve.toml", f"{site}/grus/__init__.py", f"{site}/grus/report/command.py"], "libgrus-dev": ["/usr/include/grus/rve.hpp", "/usr/lib/cmake/grus/grusConfig.cmake"],
+                       "python3-grus": [core]}.items():
         for path in mine:
             need([n for n, all_of_it in files.items() if path in all_of_it] == [name], f"{path} is not in {name} alone")
     programs = {"grus-rve", "grus-study", "grus-calibrate", "grus-report"} | ({"grus-bvp"} if kind == "full" else set())

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""What preCICE's Micro Manager does with grus_precice.MicroSimulation, by hand: three time windows, each iterated twice.
+"""What preCICE's Micro Manager does with grus.precice.MicroSimulation, by hand: three time windows, each iterated twice.
 
 GRUS_SCENE=../../scenes/sand_rve.toml python3 precice_windows.py
 """
 import numpy as np
 
-from grus_precice import MicroSimulation
+from grus.precice import MicroSimulation
 
 
 def macro(axial):

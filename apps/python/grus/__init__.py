@@ -15,17 +15,44 @@ SI units; tensors are tension-positive, Voigt order xx yy zz yz xz xy with engin
 their name are compression-positive. Errors are one line each: `InputError` (a ValueError) says what to change, `Unstable` (a
 RuntimeError) what went wrong and where; what raised one can be used afterwards.
 """
-try:
-    from ._core import InputError, Unstable, __version__
-    from .results import Results, load, run
-    from .rves import Rve, RveSet
-except ModuleNotFoundError as error:  # in another Python than that of the module
+from grus._version import __version__
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from grus.errors import InputError, Unstable
+    from grus.results import Results, load
+    from grus.runs.run import run
+    from grus.rves import Rve, RveSet
+
+__all__ = ["InputError", "Results", "Rve", "RveSet", "Unstable", "__version__", "load", "run"]
+
+# Each is loaded when it is first asked for: the commands need no compiled core, and nothing that takes a second to load.
+_HOMES = {"InputError": "errors", "Unstable": "errors", "Results": "results", "load": "results", "run": "runs.run",
+          "Rve": "rves", "RveSet": "rves"}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'grus' has no attribute {name!r}")
+    import importlib
+    try:
+        globals()[name] = found = getattr(importlib.import_module("grus." + _HOMES[name]), name)
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(f"{error}: {_advice()}", name=error.name) from None
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOMES})
+
+
+def _advice() -> str:
+    """What to do where a module is not there: as a rule this is another Python than that of the compiled core."""
     import os
     import sys
     files = os.listdir(os.path.dirname(__file__))
     built = ", ".join(f.split(".")[1] for f in files if f.startswith("_core.") and f.endswith(".so"))
+    if not built:
+        return "cells in Python need Debian's python3-grus, or a build where python3-dev and pybind11-dev are there"
     this = f"{sys.executable} is Python {sys.version_info[0]}.{sys.version_info[1]}"
-    raise ModuleNotFoundError(f"{error}: {this}, Grus is built for {built}: use the Python that it was built with, "
-                              "as a rule /usr/bin/python3", name=error.name) from None
-
-__all__ = ["InputError", "Results", "Rve", "RveSet", "Unstable", "__version__", "load", "run"]
+    return f"{this}, Grus is built for {built}: use the Python that it was built with, as a rule /usr/bin/python3"

@@ -11,7 +11,7 @@ from typing import Any, Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import InputError
+from grus.errors import InputError
 
 Array = NDArray[np.float64]
 

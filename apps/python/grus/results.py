@@ -1,26 +1,18 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Runs of scenes by grus-rve and grus-bvp, and what they have written."""
+"""Results folders of grus-rve and grus-bvp: history.csv, summary.json, grading.csv."""
 from __future__ import annotations
 
-import contextlib
+import csv
 import json
+import math
 import os
-import shutil
-import signal
-import subprocess
-import sys
-import tempfile
-import tomllib
-from typing import TYPE_CHECKING, Any, Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, Callable, Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ._core import InputError, Unstable
-from .asked import Lacking, Named, changes_of, path_of, whole_number
-
-sys.path.append(os.path.dirname(os.path.abspath(__file__)))  # the commands' readers are modules of their own
-from grus_results import read_grading, read_history  # type: ignore[import]  # noqa: E402
+from grus.asked import Lacking, Named, path_of
+from grus.errors import InputError
 
 if TYPE_CHECKING:
     import pandas
@@ -28,17 +20,58 @@ if TYPE_CHECKING:
 Path = str | os.PathLike[str]
 
 
-def _summary(folder: str) -> dict[str, Any]:
-    """summary.json of a folder. Raises OSError, ValueError."""
+def read_history(folder: str) -> dict[str, list[float]]:
+    """history.csv as columns; an empty field is NaN. Throws ValueError, one line, for what is no table of numbers."""
+    path = os.path.join(folder, "history.csv")
+    try:
+        with open(path, newline="") as f:
+            rows = list(csv.reader(f))
+    except (csv.Error, UnicodeDecodeError) as e:
+        raise ValueError(f"{path}: not a table: {e}") from None
+    if len(rows) < 2:
+        raise ValueError(f"{path}: no rows")
+    columns: dict[str, list[float]] = {name: [] for name in rows[0]}
+    for number, row in enumerate(rows[1:], 2):
+        if len(row) != len(rows[0]):
+            raise ValueError(f"{path}: line {number} has {len(row)} values for {len(rows[0])} columns")
+        for name, value in zip(rows[0], row):
+            try:
+                columns[name].append(float(value) if value else math.nan)
+            except ValueError:
+                raise ValueError(f"{path}: line {number}: {name} is not a number") from None
+    return columns
+
+
+def read_summary(folder: str, hook: Callable[[dict], Any] | None = None) -> dict[str, Any]:
+    """summary.json; `hook` makes of each of its tables what is wanted. Raises OSError, ValueError."""
     path = os.path.join(folder, "summary.json")
     with open(path) as f:
         try:
-            summary = json.load(f, object_hook=lambda d: Named(f"{folder}: summary.json", d))
+            summary = json.load(f, object_hook=hook)
         except (ValueError, RecursionError) as e:
             raise ValueError(f"{path}: not JSON: {e}") from None
     if not isinstance(summary, dict):
         raise ValueError(f"{path}: not a summary of Grus")
     return summary
+
+
+def read_grading(folder: str, files: Any = None) -> dict[float, list[dict[str, float]]]:
+    """States of grading.csv, if the scene asked for it: strain -> rows by size class. `files`: what summary.json lists of the run's files,
+    None where it lists none."""
+    path = os.path.join(folder, "grading.csv")
+    if not os.path.isfile(path) or (isinstance(files, list) and "grading.csv" not in files):
+        return {}
+    states: dict[float, list[dict[str, float]]] = {}
+    with open(path, newline="") as f:
+        for row in csv.DictReader(f):
+            states.setdefault(float(row["strain"]), []).append({k: float(v) for k, v in row.items()})
+    return states
+
+
+def read_run(folder: str) -> dict[str, Any]:
+    """What studies and calibrations read of a run: columns, summary, grading."""
+    summary = read_summary(folder)
+    return {"columns": read_history(folder), "summary": summary, "grading": read_grading(folder, summary.get("files"))}
 
 
 class Results(Mapping[str, NDArray]):
@@ -52,11 +85,11 @@ class Results(Mapping[str, NDArray]):
     def __init__(self, folder: Path) -> None:
         folder = path_of("folder", folder)
         try:
-            self.summary: dict[str, Any] = _summary(folder)
+            self.summary: dict[str, Any] = read_summary(folder, lambda d: Named(f"{folder}: summary.json", d))
             self.history = {name: np.array(column) for name, column in read_history(folder).items()}
             self.grading = Named(f"{folder}: grading.csv", {
                 strain: Named(f"{folder}: grading.csv", {key: np.array([row[key] for row in rows]) for key in rows[0]})
-                for strain, rows in read_grading(folder).items()})
+                for strain, rows in read_grading(folder, self.summary.get("files")).items()})
         except OSError as e:
             raise InputError(f"{folder}: no results of Grus: {e.strerror}: {e.filename}") from None
         except ValueError as e:
@@ -93,85 +126,3 @@ class Results(Mapping[str, NDArray]):
 def load(folder: Path) -> Results:
     """Reads a results folder of grus-rve or grus-bvp. Raises InputError where there is none, or a damaged one."""
     return Results(folder)
-
-
-def _program(name: str) -> str:
-    here = os.path.dirname(os.path.abspath(__file__))
-    for up in ("../../bin", "../../../../bin"):  # of a build; of an installation
-        path = os.path.normpath(os.path.join(here, up, name))
-        if os.access(path, os.X_OK):
-            return path
-    found = shutil.which(name)
-    if found is None:
-        raise InputError(f"{name}: not found beside the package nor in PATH")
-    return found
-
-
-def _stop(process: subprocess.Popen, by_mpirun: bool) -> None:
-    """Asks a run to stop. mpirun would kill its ranks a second after it has asked them, too soon for a checkpoint: they are asked themselves."""
-    ranks = []
-    if by_mpirun:
-        try:
-            with open(f"/proc/{process.pid}/task/{process.pid}/children") as f:
-                ranks = [int(child) for child in f.read().split()]
-        except OSError:
-            pass
-    for rank in ranks:
-        with contextlib.suppress(ProcessLookupError):
-            os.kill(rank, signal.SIGTERM)
-    if not ranks:
-        process.send_signal(signal.SIGTERM)
-
-
-def run(scene: Path, set: Iterable[str] = (), *, out: Path | None = None, threads: int | None = None, ranks: int = 1,
-        check: bool = True, force: bool = False) -> Results:
-    """Runs a scene by grus-rve, or by grus-bvp where it has a [mesh], and returns its results.
-
-    set        "KEY=VALUE" changes of the scene
-    out        results folder, which stays; default: a temporary one, of which only what is returned remains
-    threads    default: all cores
-    ranks      of grus-bvp, by mpirun
-    check      raise Unstable where the run ends unstable; else its results are returned, with status 3
-    force      overwrite the results in `out`
-
-    Raises InputError for a scene that cannot run, Unstable, KeyboardInterrupt (the run writes its checkpoint first), RuntimeError.
-    """
-    scene, set = path_of("scene", scene), changes_of(set)
-    threads = None if threads is None else whole_number("threads", threads, 1)
-    ranks = whole_number("ranks", ranks, 1)
-    if ranks > 1 and shutil.which("mpirun") is None:
-        raise InputError(f"ranks = {ranks}: there is no mpirun here")
-    try:
-        with open(scene, "rb") as f:
-            raw = f.read()
-        encoding = "utf-16" if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
-        macro = "mesh" in tomllib.loads(raw.decode(encoding))
-    except OSError as e:
-        raise InputError(f"{scene}: no such scene file: {e.strerror}") from None
-    except ValueError:
-        macro = False  # the program says where it is wrong
-    if out is None:
-        with tempfile.TemporaryDirectory(prefix="grus-") as tmp:
-            return run(scene, set, out=os.path.join(tmp, "run"), threads=threads, ranks=ranks, check=check)
-    out = path_of("out", out)
-    command = [_program("grus-bvp" if macro else "grus-rve"), scene, "-o", out, "--quiet"]
-    command += [] if threads is None else ["--threads", str(threads)]
-    command += ["--force"] if force else []
-    command += [text for change in set for text in ("--set", change)]
-    if ranks > 1:
-        command = ["mpirun", "-n", str(ranks)] + command
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    try:
-        _, errors = process.communicate()
-    except KeyboardInterrupt:
-        _stop(process, by_mpirun=ranks > 1)
-        process.communicate()
-        raise
-    said = errors.strip().removeprefix("grus-bvp: ").removeprefix("grus-rve: ")
-    if process.returncode == 2:
-        raise InputError(said)
-    if process.returncode == 3 and check:
-        raise Unstable(said)
-    if process.returncode not in (0, 3):
-        raise RuntimeError(said or f"{command[0]} ended with status {process.returncode}")
-    return Results(out)

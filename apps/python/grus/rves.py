@@ -9,10 +9,10 @@ from typing import Any, Callable, Iterable, Iterator, Mapping, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core
-from ._core import InputError, Unstable
-from .asked import (Array, Named, changes_of, communicator, increments_of, path_of, room_in, settings_text, state_bytes,
-                    whole_number)
+import grus._core as _core
+from grus.asked import (Array, Named, changes_of, communicator, increments_of, path_of, room_in, settings_text, state_bytes,
+                        whole_number)
+from grus.errors import InputError, Unstable
 
 T = TypeVar("T")
 Path = str | os.PathLike[str]

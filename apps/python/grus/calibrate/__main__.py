@@ -1,0 +1,9 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""python3 -m grus.calibrate, as grus-calibrate. Loading takes a second: Ctrl-C is heard before it."""
+from grus.runs import interrupts
+
+interrupts.end_at_once("grus-calibrate")
+from grus.calibrate.command import main  # noqa: E402
+from grus.runs.command import end  # noqa: E402
+
+end(main())

@@ -1,0 +1,126 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Plots of grus-bvp runs. A run is (name, columns of history.csv, summary)."""
+import math
+
+from grus.figures import counts, decades, figure, legend, positive
+from grus.report import pictures
+
+
+def loaded_axis(c):
+    """The axis whose stress changes most: sand that is sheared strains more to its sides than along the load."""
+    return max(("xx", "yy", "zz"), key=lambda k: max(c[f"mean_stress_{k}_Pa"]) - min(c[f"mean_stress_{k}_Pa"]))
+
+
+def dynamic(c):
+    return "macro_kinetic_J" in c and "load_rate" not in c
+
+
+def along(c):
+    if dynamic(c):
+        return [1e6 * t for t in c["time_s"]], "time (µs)"
+    axis = loaded_axis(c)
+    return [-v for v in c[f"mean_strain_{axis}"]], f"mean strain {axis} (compression)"
+
+
+def pushed(c):
+    """(boundary, component, displacement, reaction) of what pushes; sides that give way to a pressure move against theirs."""
+    found = []
+    for key in [k for k in c if k.startswith("moved_") and k.endswith("_m")]:
+        name, component = key[6:-4], key[-3]
+        way, force = c[key], c.get(f"reaction_{name}_{component}_N")
+        if force and sum(f * math.copysign(1, max(way, key=abs)) for f in force) > 0 and max(map(abs, way)) > 0:
+            found.append((max(map(abs, force)), name, component, way, force))
+    found.sort(reverse=True)
+    return [f[1:] for f in found if f[0] > 0.05 * found[0][0]]
+
+
+def reaction(ax, name, curves):
+    for boundary, component, way, force in curves:
+        sense = math.copysign(1, max(way, key=abs))
+        ax.plot([1e3 * sense * v for v in way], [sense * v for v in force], marker="o" if len(way) < 80 else None, ms=3, label=f"{boundary}, {component}")
+    ax.set(xlabel="displacement of the boundary (mm)", ylabel="reaction, along the displacement (N)", title=f"{name}: reaction and displacement")
+    legend(ax)
+
+
+def stress(ax, name, c):
+    x, label = along(c)
+    head = "grains_stress" if "grains_stress_xx_Pa" in c else "mean_stress"
+    for k in ("xx", "yy", "zz"):
+        ax.plot(x, [-v / 1e6 for v in c[f"{head}_{k}_Pa"]], marker="o" if len(x) < 80 else None, ms=3, label=f"stress {k}")
+    where = "of the grains" if head.startswith("grains") else "mean"
+    ax.set(xlabel=label, ylabel="stress (MPa)", title=f"{name}: stress, {where} (compression positive)")
+    legend(ax)
+
+
+def energies(ax, name, c):
+    x, label = along(c)
+    for k in ("external", "internal", "kinetic", "viscous", "damped", "scaled"):
+        if f"macro_{k}_J" in c:
+            ax.plot(x, c[f"macro_{k}_J"], label=k)
+    ax.set(xlabel=label, ylabel="energy (J)", title=f"{name}: macro energy, largest error {100 * max(map(abs, c['energy_error'][1:] or [0])):.2f} %")
+    legend(ax)
+
+
+def gauges(ax, name, c):
+    axis = loaded_axis(c)
+    for k in [k for k in c if k.startswith("probe_") and k.endswith(f"_strain_{axis}")]:
+        ax.plot(along(c)[0], [-1e6 * v for v in c[k]], label=k[6:-10])
+    ax.set(xlabel=along(c)[1], ylabel=f"strain {axis} (µm/m, compression)", title=f"{name}: probes")
+    legend(ax)
+
+
+def convergence(ax, name, c):
+    ax.bar(c["increment"], c["newton_iterations"], label="Newton iterations")
+    counts(ax.xaxis), counts(ax.yaxis)
+    ax.set(xlabel="increment", ylabel="Newton iterations", title=f"{name}: convergence")
+    other = ax.twinx()
+    other.plot(c["increment"], positive(c["residual"]), "C3.-", label="residual (right)")
+    decades(other, [positive(c["residual"])])
+    other.set_ylabel("relative residual")
+    legend(ax, other)
+
+
+def balance(ax, name, c):
+    x, label = along(c)
+    shown = {k: positive(c[k])[1:] for k in ("unbalanced_macro_force", "kinetic_over_internal", "energy_error", "inertial_number", "worst_rve_energy_error") if k in c}
+    for k, v in shown.items():
+        ax.plot(x[1:], v, label=k.replace("_", " "))
+    decades(ax, shown.values())
+    ax.set(xlabel=label, ylabel="relative", title=f"{name}: how far to trust it")
+    legend(ax)
+
+
+def of_run(run):
+    name, c, summary = run
+    plots = [figure(draw, height=5.0) for draw in pictures.macro(summary["folder"], name)]
+    moved = pushed(c)
+    if moved:
+        plots.append(figure(lambda ax: reaction(ax, name, moved)))
+    plots.append(figure(lambda ax: stress(ax, name, c)))
+    if not dynamic(c) and "p_Pa" in c and len(c["p_Pa"]) > 1:
+        def path(ax):
+            ax.plot([v / 1e6 for v in c["p_Pa"]], [v / 1e6 for v in c["q_Pa"]], marker="o" if len(c["p_Pa"]) < 80 else None, ms=3)
+            ax.set(xlabel="mean pressure p (MPa)", ylabel="deviator q (MPa)", title=f"{name}: stress path of the means")
+        plots.append(figure(path))
+
+        def volume(ax):
+            ax.plot(along(c)[0], [100 * v for v in c["strain_volumetric"]], marker="o" if len(c["p_Pa"]) < 80 else None, ms=3)
+            ax.set(xlabel=along(c)[1], ylabel="volume strain (%, compression)", title=f"{name}: volume strain")
+        plots.append(figure(volume))
+    if c["breakages"][-1] > 0 or c.get("bonds_broken", [0])[-1] > 0:
+        def breaks(ax):
+            for key, label in (("breakages", "breakages"), ("bonds_broken", "bonds broken")):
+                if c.get(key, [0])[-1] > 0:
+                    ax.plot(along(c)[0], c[key], label=label)
+            counts(ax.yaxis)
+            ax.set(xlabel=along(c)[1], ylabel="number, all RVEs", title=f"{name}: breakage")
+            legend(ax)
+        plots.append(figure(breaks))
+    if "macro_external_J" in c:
+        plots.append(figure(lambda ax: energies(ax, name, c)))
+    if dynamic(c) and any(k.startswith("probe_") and k.endswith(f"_strain_{loaded_axis(c)}") for k in c):
+        plots.append(figure(lambda ax: gauges(ax, name, c)))
+    if "macro_kinetic_J" not in c:
+        plots.append(figure(lambda ax: convergence(ax, name, c)))
+    plots.append(figure(lambda ax: balance(ax, name, c)))
+    return plots

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""grus-report DIR [DIR...] [-o FILE]: one self-contained report.html with tables, plots and pictures from result folders."""
+import argparse
+import csv
+import html
+import json
+import math
+import os
+import sys
+
+from grus._version import __version__
+from grus.figures import STYLE, ZOOM, table
+from grus.files.folders import note_result
+from grus.files.texts import one_line, text_table
+from grus.files.writing import write_whole
+from grus.report import bvp_plots, rve_plots
+from grus.results import read_grading, read_history, read_summary
+
+
+class CannotWrite(Exception):
+    """The report has no place; its text is one line."""
+
+
+def is_bvp(run):
+    return "increment" in run[1]
+
+
+def facts(run):
+    """Of the table: what a run came to."""
+    name, c, s = run
+    counts, seconds = s.get("counts", {}), s.get("seconds", {})
+    if is_bvp(run):
+        axis = bvp_plots.loaded_axis(c)
+        load, stress = max(map(abs, c[f"mean_strain_{axis}"])), -min(c[f"mean_stress_{axis}_Pa"])
+        error, wall = max(map(abs, c["energy_error"][1:] or c["energy_error"])), seconds.get("solve_wall", math.nan)
+    else:
+        load, stress = max(map(abs, c["axial_strain"])), max(c.get("nominal_stress_Pa", c.get("q_Pa", c["axial_stress_Pa"])))
+        error, wall = max(map(abs, c["energy_error"])), seconds.get("loading_wall", math.nan)
+    steps = counts.get("steps", counts.get("dem_steps", math.nan))
+    return {"run": name, "ending": s.get("ending", ""), "load": f"{load:.3f} strain", "stress": f"{stress / 1e6 + 0.0:.4g} MPa", "broken": broken(c),
+            "energy error": f"{100 * error:.2f} %", "wall": f"{wall:.1f} s", "steps": f"{steps:.3g}"}
+
+
+def broken(c):
+    """What has broken: grains, and bonds where there are any."""
+    texts = [f"{c['breakages'][-1]:.0f} grains"] if c["breakages"][-1] > 0 or "bonds" not in c else []
+    if "bonds" in c or c.get("bonds_broken", [0])[-1] > 0:
+        texts.append(f"{c['bonds_broken'][-1]:.0f} bonds")
+    return ", ".join(texts)
+
+
+RVE_COLUMNS = ("time_s", "axial_strain", "axial_stress_Pa", "grains", "breakages", "void_ratio", "energy_error", "unbalanced_force", "inertial_number",
+               "elastic_J", "kinetic_J", "friction_J", "damping_J", "fracture_J", "split_J", "work_J")
+BVP_COLUMNS = ("increment", "time_s", "newton_iterations", "residual", "breakages", "worst_rve_energy_error", *(f"mean_{q}" for ij in ("xx", "yy", "zz") for q in (f"strain_{ij}", f"stress_{ij}_Pa")))
+
+
+def read_result(folder):
+    """Name, columns and summary of a result folder. Throws OSError, ValueError where it is none."""
+    if not os.path.isdir(folder):
+        raise ValueError(f"{folder}: no such folder")
+    if not os.path.exists(os.path.join(folder, "history.csv")):
+        raise ValueError(f"{folder}: no history.csv in it: name a results folder of grus-rve or grus-bvp"
+                         + ("; this one is of a study, which has its own report.html" if os.path.isdir(os.path.join(folder, "runs")) else ""))
+    columns = read_history(folder)
+    path = os.path.join(folder, "summary.json")
+    summary = {"ending": "no summary.json: it runs still, or was killed"}
+    if os.path.exists(path):
+        summary = read_summary(folder)
+    if not all(isinstance(summary.get(k, {}), dict) for k in ("counts", "seconds")):
+        raise ValueError(f"{path}: not a summary of Grus")
+    missing = [c for c in (BVP_COLUMNS if "increment" in columns else RVE_COLUMNS) if c not in columns]
+    if missing:
+        raise ValueError(f"{os.path.join(folder, 'history.csv')}: no column {missing[0]}: not a history of Grus")
+    try:
+        summary["grading"] = read_grading(folder, summary.get("files")) if "increment" not in columns else {}
+    except (ValueError, KeyError, TypeError, csv.Error) as e:
+        raise ValueError(f"{os.path.join(folder, 'grading.csv')}: not a grading of Grus ({e})") from None
+    summary["folder"] = folder
+    return os.path.basename(os.path.abspath(folder)), columns, summary
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="grus-report", description=__doc__)
+    parser.add_argument("folders", nargs="+", metavar="DIR", help="result folders of grus-rve or grus-bvp")
+    parser.add_argument("-o", metavar="FILE", help="output (default: report.html in the first folder)")
+    parser.add_argument("--version", action="version", version=f"grus-report {__version__}")
+    args = parser.parse_args()
+    try:
+        runs = [read_result(folder) for folder in args.folders]
+    except OSError as e:
+        print(one_line(f"grus-report: {e.filename}: {e.strerror}"), file=sys.stderr)
+        return 2
+    except ValueError as e:
+        print(one_line(f"grus-report: {e}"), file=sys.stderr)
+        return 2
+    try:
+        return write(runs, args)
+    except CannotWrite as e:
+        print(one_line(f"grus-report: {e}"), file=sys.stderr)
+        return 2
+    except Exception as e:  # one line for the user; the whole story for who asks
+        if os.environ.get("GRUS_DEBUG"):
+            raise
+        print(one_line(f"grus-report: {type(e).__name__}: {e} (GRUS_DEBUG=1 shows where)"), file=sys.stderr)
+        return 1
+
+
+def write(runs, args):
+    rve, bvp = [r for r in runs if not is_bvp(r)], [r for r in runs if is_bvp(r)]
+    section = lambda title, plots: f"<h2>{html.escape(title)}</h2><div class=\"plots\">{''.join(plots)}</div>" if plots else ""
+    body = section("Side by side", rve_plots.overlays(rve)) if rve else ""
+    for run in bvp:
+        body += section(run[0], bvp_plots.of_run(run))
+    for run in rve:
+        body += section(run[0], rve_plots.of_run(run))
+    for _, _, summary in runs:
+        summary.pop("grading"), summary.pop("folder")
+    rows = [facts(r) for r in runs]
+    head = list(rows[0])
+    rows = [list(r.values()) for r in rows]
+    print(text_table(head, rows), end="")
+    scenes = "".join(f"<details><summary>{html.escape(n)}: {html.escape(str(s.get('title', '')))}</summary><pre>{html.escape(json.dumps(s, indent=1))}</pre></details>"
+                     for n, _, s in runs)
+    notes = [f"<li>{html.escape(name)}: {html.escape(str(note))}</li>" for name, _, s in runs for note in (s.get("notes") if isinstance(s.get("notes"), list) else [])]
+    told = f"<h2>Notes</h2><ul>{''.join(notes)}</ul>" if notes else ""
+    page = f"""<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>Grus report</title>
+<style>{STYLE}</style>
+<h1>Grus report</h1>{table(head, rows)}{told}{body}<h2>Scenes and figures of each run</h2>{scenes}{ZOOM}</html>"""
+    path = args.o or os.path.join(args.folders[0], "report.html")
+    if os.path.isdir(path):
+        raise CannotWrite(f"{path}: cannot write: is a folder")
+    if not args.o:
+        note_result(args.folders[0], "report.html")
+    try:
+        write_whole(path, page)
+    except OSError as e:
+        raise CannotWrite(f"{path}: cannot write: {e.strerror}") from None
+    print(f"report: {path}")
+    return 0
+

@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Pictures of the last frame without ParaView: grains by generation, fragment or size, and the macro mesh by a field."""
+import glob
+import os
+
+import numpy as np
+from matplotlib.collections import PolyCollection
+
+from grus.figures import plt
+
+TRIANGLE = 5
+FACES = {5: [(0, 1, 2)], 9: [(0, 1, 2, 3)], 10: [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)],
+         12: [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]}
+
+
+def last_frame(folder, what):
+    """Arrays of the last frame of `what` ("grains", "macro"); None without frames, or without h5py."""
+    files = sorted(glob.glob(os.path.join(folder, what, what + "_*.hdf")))
+    try:
+        import h5py
+    except ImportError:
+        return None
+    if not files:
+        return None
+    try:
+        with h5py.File(files[-1], "r") as f:
+            grid = f["VTKHDF"]
+            return {**{k: grid[k][:] for k in ("Points", "Connectivity", "Offsets", "Types")},
+                    **{group: {k: v[:] for k, v in grid[group].items()} if group in grid else {} for group in ("CellData", "PointData")}}
+    except (OSError, KeyError) as e:
+        raise ValueError(f"{files[-1]}: not a frame of Grus ({e})") from None
+
+
+def view(azimuth=-60, elevation=22):
+    """Rows: right, up and towards who looks."""
+    a, e = np.radians([azimuth, elevation])
+    towards = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])
+    right = np.array([-np.sin(a), np.cos(a), 0.0])
+    return np.array([right, np.cross(towards, right), towards])
+
+
+def corner_normals(points, corners, smooth):
+    """Outward unit normals (n, 3, 3) at the corners of triangles: of the surface where it is smooth, of the faces otherwise."""
+    x = points[corners]
+    face = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
+    normal = np.repeat(face[:, None], 3, axis=1)
+    if smooth:
+        at = np.stack([np.bincount(corners.ravel(), normal[..., k].ravel(), len(points)) for k in range(3)], 1)
+        normal = at[corners]
+    return normal / np.maximum(np.linalg.norm(normal, axis=2, keepdims=True), 1e-300)
+
+
+def painted(triangles, normals, owner, colours, turn, pixels=720):
+    """Image (RGBA) of triangles (n, 3, 3) with normals at their corners, each of an owner with a colour: the nearest in each pixel, lit from the upper left, outlines drawn."""
+    seen = triangles @ turn.T
+    front = np.cross(seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0])[:, 2] > 0
+    seen, owner = seen[front], owner[front]
+    shade = (0.35 + 0.65 * np.clip(normals[front] @ turn.T @ np.array([-0.4, 0.5, 0.77]), 0, 1)).astype(np.float32)
+    low, high = seen.reshape(-1, 3).min(0), seen.reshape(-1, 3).max(0)
+    scale = (pixels - 9) / max(high[:2] - low[:2])
+    width, height = np.ceil((high[:2] - low[:2]) * scale).astype(int) + 9
+    at = (seen - low) * scale + [4, 4, 0]
+    depth, which = np.full(width * height, -np.inf), np.full(width * height, -1)
+    lit = np.zeros(width * height, np.float32)
+    edge = np.linalg.norm(at - np.roll(at, 1, axis=1), axis=2).max(1)
+    at, depth = at.astype(np.float32), depth.astype(np.float32)
+    cuts = np.unique(np.ceil(1.25 ** np.arange(np.ceil(np.log(max(edge.max(), 1) / 0.75) / np.log(1.25)) + 2))).astype(int)
+    level = np.searchsorted(cuts, edge / 0.75)  # points on a triangle lie nearer than a pixel
+    for cut in cuts[np.unique(level)]:
+        mine = np.flatnonzero(cuts[level] == cut)
+        mine = mine[np.argsort(-at[mine, 0, 2])]  # the nearest first: what they hide is dropped unsorted
+        i, j = np.meshgrid(np.arange(cut + 1), np.arange(cut + 1))
+        u, v = i[i + j <= cut] / cut, j[i + j <= cut] / cut
+        weights = np.stack([1 - u - v, u, v], 1).astype(np.float32)
+        for part in np.array_split(mine, max(1, len(mine) * len(weights) // 1_000_000)):
+            points = (weights @ at[part]).reshape(-1, 3)
+            pixel = points[:, 1].astype(np.int32) * width + points[:, 0].astype(np.int32)
+            triangle = np.repeat(part, len(weights))
+            nearer = np.flatnonzero(points[:, 2] > depth[pixel])
+            nearer = nearer[np.argsort(points[nearer, 2])]  # of points in a pixel the nearest comes last
+            depth[pixel[nearer]], which[pixel[nearer]] = points[nearer, 2], triangle[nearer]
+            lit[pixel[nearer]] = (shade[part] @ weights.T).ravel()[nearer]
+    image = np.ones((height, width, 4))
+    image[..., 3] = 0
+    which = which.reshape(height, width)
+    there = which >= 0
+    image[there, :3] = colours[owner[which[there]], :3] * lit.reshape(height, width)[there][:, None]
+    image[there, 3] = 1
+    body = np.where(there, owner[which], -1)
+    outline = np.zeros_like(there)
+    outline[:-1] |= body[:-1] != body[1:]
+    outline[:, :-1] |= body[:, :-1] != body[:, 1:]
+    image[outline] = (0.15, 0.15, 0.15, 1)
+    return image
+
+
+def coloured(frame):
+    """Colour of each grain, and legend entries (or a colour bar's map, norm and name)."""
+    fields = frame["CellData"]
+    ids, first = np.unique(fields["id"].astype(int), return_index=True)
+    if "fragment" in fields:
+        fragment = fields["fragment"][first].astype(int)
+        cells = np.bincount(fragment)
+        colours = plt.cm.tab10(fragment % 10)
+        colours[cells[fragment] <= cells.max() / 20] = (0.6, 0.6, 0.6, 1)
+        return ids, colours, "by fragment (grey: small ones)", None
+    generation = fields["generation"][first].astype(int) if "generation" in fields else np.zeros(len(ids), int)
+    if generation.max() > 0:
+        most = generation.max()
+        palette = np.vstack([[0.87, 0.80, 0.66, 1], plt.cm.plasma(np.linspace(0.15, 0.95, most))])
+        return ids, palette[generation], "by generation", [("whole grains" if k == 0 else f"broken {k} time{'s' if k > 1 else ''}", palette[k]) for k in range(most + 1) if (generation == k).any()]
+    radius = 1e3 * fields["radius"][first]
+    norm = plt.Normalize(radius.min(), radius.max() if np.ptp(radius) > 1e-3 * radius.max() else 1.5 * radius.max())
+    return ids, plt.cm.cividis(norm(radius)), "by size", (plt.cm.cividis, norm, "equivalent radius (mm)")
+
+
+def grains(folder, name):
+    """draw(ax) of the grains of the last frame; None where there is none."""
+    frame = last_frame(folder, "grains")
+    if frame is None:
+        return None
+    is_triangle = frame["Types"] == TRIANGLE
+    if not is_triangle.any():
+        return None
+    corners = frame["Offsets"][:-1][is_triangle, None] + np.arange(3)
+    corners = frame["Connectivity"][corners]
+    triangles = frame["Points"][corners]
+    frame["CellData"] = {k: v[is_triangle] for k, v in frame["CellData"].items()}
+    ids, colours, how, key = coloured(frame)
+    owner = np.searchsorted(ids, frame["CellData"]["id"].astype(int))
+    size = np.ptp(triangles.reshape(-1, 3), axis=0)
+    flat = int(np.argmin(size)) if size.min() < 0.25 * np.sort(size)[1] else None  # a plate or a prism is seen along its short side
+    turn = {None: view(), 0: np.roll(np.eye(3), -1, axis=0), 1: np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), 2: np.eye(3)}[flat]
+    normals = corner_normals(frame["Points"].astype(float), corners, "sphericity" not in frame["CellData"])
+    image = painted(triangles.astype(float), normals, owner, colours, turn)
+
+    def draw(ax):
+        ax.imshow(image, origin="lower", interpolation="antialiased")
+        ax.set_axis_off()
+        ax.set_title(f"{name}: {len(ids)} grains in the last frame, {how}")
+        if isinstance(key, list):
+            for label, colour in key:
+                ax.plot([], [], "o", ms=8, color=colour, label=label)
+            ax.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1), frameon=False)
+        elif key is not None:
+            ax.figure.colorbar(plt.cm.ScalarMappable(key[1], key[0]), ax=ax, shrink=0.6, label=key[2])
+    return draw
+
+
+def shear(points, moved, cells):
+    """Deviatoric Green-Lagrange strain of each cell, sqrt(2/3 E':E'), of the gradient that fits its corners best."""
+    found = np.empty(len(cells))
+    for k, nodes in enumerate(cells):
+        x, u = points[nodes] - points[nodes].mean(0), moved[nodes] - moved[nodes].mean(0)
+        gradient = np.linalg.lstsq(x, u, rcond=None)[0].T
+        e = 0.5 * (gradient + gradient.T + gradient.T @ gradient)
+        e -= np.trace(e) / 3 * np.eye(3)
+        found[k] = np.sqrt(2 / 3 * (e * e).sum())
+    return found
+
+
+def outside(cells, types):
+    """Faces of one cell alone, as (cell, corners); in two dimensions the cells themselves."""
+    seen = {}
+    for k, (nodes, kind) in enumerate(zip(cells, types)):
+        for face in FACES.get(int(kind), []):
+            corners = [nodes[c] for c in face]
+            seen.setdefault(tuple(sorted(corners)), []).append((k, corners))
+    return [found[0] for found in seen.values() if len(found) == 1]
+
+
+def macro(folder, name):
+    """[draw(ax)] of the macro mesh, displaced: void ratio, share of broken grains, shear strain."""
+    frame = last_frame(folder, "macro")
+    if frame is None:
+        return []
+    points, moved = frame["Points"].astype(float), frame["PointData"]["displacement_m"].astype(float)
+    cells = [frame["Connectivity"][a:b] for a, b in zip(frame["Offsets"][:-1], frame["Offsets"][1:])]
+    faces = outside(cells, frame["Types"])
+    if not faces:
+        return []
+    deep = np.ptp(points[:, 2]) > 0
+    turn = view() if deep else np.eye(3)
+    place = (points + moved) @ turn.T
+    if deep:  # painter's order; what looks away is hidden
+        def towards(corners):
+            x = place[corners]
+            return np.cross(x[1] - x[0], x[2] - x[0])[2]
+        faces = sorted((f for f in faces if towards(f[1]) > 0), key=lambda f: place[f[1], 2].mean())
+    owner = np.array([k for k, _ in faces])
+    outlines = [1e3 * place[corners, :2] for _, corners in faces]
+    fields = {"shear strain": (shear(points, moved, cells), "magma_r")}
+    for key, label, colours in (("void_ratio", "void ratio", "viridis"), ("broken_fraction", "broken grains, share", "inferno_r")):
+        values = frame["CellData"].get(key)
+        if values is not None and np.isfinite(values).any() and np.nanmax(values) > 0:
+            fields[label] = (values, colours)
+
+    def drawn(label, values, colours):
+        def draw(ax):
+            shown = np.ma.masked_invalid(np.asarray(values, float)[owner])
+            painting = PolyCollection(outlines, array=shown, cmap=plt.get_cmap(colours).with_extremes(bad="0.85"), edgecolors=(0, 0, 0, 0.35), linewidths=0.3)
+            ax.add_collection(painting)
+            ax.set_aspect("equal")
+            ax.autoscale_view()
+            if deep:
+                ax.set_axis_off()
+            else:
+                ax.set(xlabel="x (mm)", ylabel="y (mm)")
+            ax.set_title(f"{name}: {label} in the last frame, as displaced")
+            ax.figure.colorbar(painting, ax=ax, label=label, shrink=0.8)
+        return draw
+    return [drawn(label, *v) for label, v in fields.items()]

@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Plots of grus-rve runs. A run is (name, columns of history.csv, summary)."""
+import csv
+import math
+import os
+
+from grus.figures import counts, decades, figure, legend, plain, plt, positive
+from grus.report import pictures
+
+# What is stored and what is dissipated, each once: bond_J is in elastic_J, bond_damping_J in damping_J; reshape_J is put in.
+ENERGIES = ("elastic_J", "kinetic_J", "friction_J", "damping_J", "fracture_J", "handed_J", "split_J")
+
+
+def loading(run):
+    return run[2].get("scene", {}).get("loading", {})
+
+
+def strained(run):
+    return max(map(abs, run[1]["axial_strain"])) > 0
+
+
+def along(run):
+    """What a run is drawn against, and its name."""
+    return (run[1]["axial_strain"], "axial strain (compression)") if strained(run) else (run[1]["time_s"], "time (s)")
+
+
+def volume(c):
+    """Volume strain, compression-positive: 1 - V/V0 of the stretches along the axes."""
+    return [1 - (1 + x) * (1 + y) * (1 + z) for x, y, z in zip(c["strain_xx"], c["strain_yy"], c["strain_zz"])]
+
+
+def deviator(c):
+    """q = sqrt(3/2 s:s) of the Love-Weber stress."""
+    q = []
+    for xx, yy, zz, yz, xz, xy in zip(*(c[f"stress_{k}_Pa"] for k in ("xx", "yy", "zz", "yz", "xz", "xy"))):
+        p = (xx + yy + zz) / 3
+        q.append(math.sqrt(1.5 * ((xx - p) ** 2 + (yy - p) ** 2 + (zz - p) ** 2 + 2 * (yz * yz + xz * xz + xy * xy))))
+    return q
+
+
+def lateral(run):
+    """K0: mean lateral over axial stress of the grains."""
+    c, axis = run[1], loading(run).get("axis", "z")
+    ratio = []
+    for k, total in enumerate(zip(c["stress_xx_Pa"], c["stress_yy_Pa"], c["stress_zz_Pa"])):
+        axial = c[f"stress_{axis * 2}_Pa"][k]
+        ratio.append(0.5 * (sum(total) - axial) / axial if axial < 0 else math.nan)
+    return ratio
+
+
+def stress_plot(title, runs, nominal):
+    def draw(ax):
+        for name, c, _ in runs:
+            ax.plot(c["axial_strain"], [v / 1e6 for v in c["axial_stress_Pa"]], label=name)
+        ax.set(xlabel="axial strain (compression)", ylabel="force over the square of the height (MPa)" if nominal else "axial stress (MPa)", title=title)
+        legend(ax)
+    return figure(draw)
+
+
+def overlays(runs):
+    """What runs have in common, samples and single grains apart: a grain's strength is far above a sample's stress."""
+    plots = []
+    strained_runs = [r for r in runs if strained(r)]
+    grains = [r for r in strained_runs if loading(r).get("kind") == "platens" and "bonds" not in r[1]]
+    samples = [r for r in strained_runs if r not in grains]
+    if samples:
+        plots.append(stress_plot("Stress and strain (compression positive)", samples, False))
+    if grains:
+        plots.append(stress_plot("Single grains between platens", grains, True))
+    boxes = [r for r in samples if loading(r).get("kind") != "rollers" and any(v > 0 for v in r[1]["void_ratio"])]
+    compressed = [r for r in boxes if loading(r).get("kind") in ("uniaxial-strain", "oedometric-stress", "isotropic-stress")]
+    sheared = [r for r in boxes if loading(r).get("kind") in ("triaxial", "constant-p", "velocity-gradient")]
+    if compressed:
+        def void(ax):
+            for name, c, _ in compressed:
+                rows = [(p / 1e6, e) for p, e in zip(c["mean_pressure_Pa"], c["void_ratio"]) if p > 1e-4 * max(c["mean_pressure_Pa"])]
+                ax.semilogx(*zip(*rows), label=name) if rows else None
+            plain(ax.xaxis)
+            ax.set(xlabel="mean pressure (MPa)", ylabel="void ratio", title="Void ratio against the logarithm of pressure")
+            legend(ax)
+        plots.append(figure(void))
+
+        def at_rest(ax):
+            for r in compressed:
+                if loading(r).get("kind") != "isotropic-stress":
+                    p = r[1]["mean_pressure_Pa"]
+                    ax.plot(r[1]["axial_strain"], [v if q > 0.01 * max(p) else math.nan for v, q in zip(lateral(r), p)], label=r[0])
+            ax.set(xlabel="axial strain (compression)", ylabel="K0, lateral over axial stress", title="Stress at rest", ylim=(0, None))
+            legend(ax)
+        if any(loading(r).get("kind") != "isotropic-stress" for r in compressed):
+            plots.append(figure(at_rest))
+    if sheared:
+        def path(ax):
+            for name, c, _ in sheared:
+                ax.plot([v / 1e6 for v in c["mean_pressure_Pa"]], [v / 1e6 for v in deviator(c)], label=name)
+            ax.set(xlabel="mean pressure p (MPa)", ylabel="deviator q (MPa)", title="Stress path", xlim=(0, None), ylim=(0, None))
+            legend(ax)
+        plots.append(figure(path))
+    if sheared:
+        def dilation(ax):
+            for r in sheared:
+                ax.plot(along(r)[0], [100 * v for v in volume(r[1])], label=r[0])
+            ax.set(xlabel=along(sheared[0])[1], ylabel="volume strain (%, compression)", title="Volume strain")
+            legend(ax)
+        plots.append(figure(dilation))
+    graded = [r for r in runs if r[2].get("grading")]
+    if graded:
+        plots.append(figure(lambda ax: gradings(ax, graded)))
+    return plots
+
+
+def gradings(ax, runs):
+    for k, (name, _, summary) in enumerate(runs):
+        states = list(summary["grading"].items())
+        for (strain, rows), style in ((states[0], ":"), (states[-1], "-"))[2 - min(2, len(states)):]:
+            ax.semilogx([1e3 * r["diameter_m"] for r in rows], [100 * r["passing"] for r in rows], style, color=f"C{k % 10}", label=f"{name}, strain {strain:.3g}")
+    plain(ax.xaxis)
+    ax.set(xlabel="equivalent diameter (mm)", ylabel="passing by mass (%)", title="Gradings, first and last state (fines included)", ylim=(0, 100))
+    legend(ax)
+
+
+def grading_states(ax, name, states):
+    for k, (strain, rows) in enumerate(states.items()):
+        ax.semilogx([1e3 * r["diameter_m"] for r in rows], [100 * r["passing"] for r in rows], color=plt.cm.viridis(k / max(1, len(states) - 1)), label=f"strain {strain:.3g}")
+    plain(ax.xaxis)
+    ax.set(xlabel="equivalent diameter (mm)", ylabel="passing by mass (%)", title=f"{name}: grading, fines included", ylim=(0, 100))
+    legend(ax)
+
+
+def by_size(ax, name, states):
+    rows = [r for r in list(states.values())[-1] if r["grains"] > 0]
+    d = [1e3 * r["diameter_m"] for r in rows]
+    for key, scale in (("coordination", 1), ("generation", 1), ("elongation", 10), ("flatness", 10)):
+        ax.semilogx(d, [scale * r[key] for r in rows], marker=".", label=key + (" × 10" if scale > 1 else ""))
+    plain(ax.xaxis)
+    ax.set(xlabel="equivalent diameter (mm)", ylabel="mean of a size class", title=f"{name}: means by size, last state")
+    legend(ax)
+
+
+def energy(ax, run):
+    c, (x, label) = run[1], along(run)
+    bottom = [0.0] * len(x)
+    for part in stacked(c):
+        top = [a + max(b, 0.0) for a, b in zip(bottom, c[part])]
+        ax.fill_between(x, bottom, top, label=part[:-2].replace("_", " "), alpha=0.8)
+        bottom = top
+    ax.plot(x, c["work_J"], "k--", label="work in")
+    ax.set(xlabel=label, ylabel="energy (J)", title=f"{run[0]}: where the work went")
+    legend(ax)
+
+
+def stacked(c):
+    """The parts of the stack: their sum is what work has become and what was there at the start."""
+    return [p for p in ENERGIES if p in c and max(c[p]) > 0]
+
+
+def breakage(ax, run):
+    c, (x, label) = run[1], along(run)
+    ax.plot(x, c["grains"], label="grains")
+    ax.plot(x, c["breakages"], label="breakages")
+    counts(ax.yaxis)
+    ax.set(xlabel=label, ylabel="number", title=f"{run[0]}: breakage")
+    if loading(run).get("kind") == "platens":  # no void ratio of a single grain
+        return legend(ax)
+    other = ax.twinx()
+    other.plot(x, c["void_ratio"], "C2", label="void ratio (right)")
+    other.set_ylabel("void ratio")
+    legend(ax, other)
+
+
+def trust(ax, run):
+    c, (x, label) = run[1], along(run)
+    shown = {"|energy error|": c["energy_error"], "unbalanced force": c["unbalanced_force"], "inertial number": c["inertial_number"]}
+    for name, values in shown.items():
+        if any(values[1:]):
+            ax.plot(x[1:], positive(values[1:]), label=name)
+    decades(ax, [positive(v[1:]) for v in shown.values()])
+    ax.set(xlabel=label, ylabel="relative", title=f"{run[0]}: how far to trust it")
+    legend(ax)
+
+
+def damage(ax, run):
+    """Bonded cells: the load, what broke."""
+    c, (x, label) = run[1], along(run)
+    if "nominal_stress_Pa" in c:
+        x, label = [1e3 * v for v in c["displacement_m"]], "displacement (mm)"
+    ax.plot(x, [v / 1e6 for v in c.get("nominal_stress_Pa", c["axial_stress_Pa"])], "k", label="stress")
+    ax.set(xlabel=label, ylabel="nominal stress (MPa)" if "nominal_stress_Pa" in c else "axial stress (MPa)", title=f"{run[0]}: load and damage")
+    other = ax.twinx()
+    other.plot(x, c["bonds_broken"], "C3", label="bonds broken (right)")
+    other.plot(x, c["fragments"], "C0", label="fragments (right)")
+    counts(other.yaxis)
+    other.set_ylabel("number")
+    legend(ax, other)
+
+
+def bursts(ax, name, sizes):
+    """Share of bursts at least as large as a size."""
+    sizes = sorted(sizes)
+    ax.loglog(sizes, [1 - k / len(sizes) for k in range(len(sizes))], ".")
+    plain(ax.xaxis), plain(ax.yaxis)
+    ax.set(xlabel="bonds broken in a burst", ylabel="share of bursts as large or larger", title=f"{name}: bursts")
+
+
+def burst_sizes(folder):
+    path = os.path.join(folder, "bursts.csv")
+    if not os.path.isfile(path):
+        return []
+    with open(path, newline="") as f:
+        rows = list(csv.DictReader(f))
+    return [float(r["bonds"]) for r in rows if float(r["bonds"]) > 0]
+
+
+def of_run(run):
+    """The plots of one run."""
+    name, c, summary = run
+    plots = [figure(draw, height=6.0) for draw in (pictures.grains(summary["folder"], name),) if draw]
+    plots.append(figure(lambda ax: energy(ax, run)))
+    if c["breakages"][-1] > 0:
+        plots.append(figure(lambda ax: breakage(ax, run)))
+    if "bonds" in c:
+        plots.append(figure(lambda ax: damage(ax, run)))
+    sizes = burst_sizes(summary["folder"]) if "bursts" in summary else []  # of this run, not of one before it
+    if len(sizes) > 3:
+        plots.append(figure(lambda ax: bursts(ax, name, sizes)))
+    states = summary.get("grading")
+    if states:
+        plots += [figure(lambda ax: grading_states(ax, name, states)), figure(lambda ax: by_size(ax, name, states))]
+    plots.append(figure(lambda ax: trust(ax, run)))
+    return plots

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Runs of scenes by grus-rve and grus-bvp."""
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+from typing import Iterable
+
+from grus.asked import changes_of, path_of, whole_number
+from grus.errors import InputError, Unstable
+from grus.files.texts import toml_of
+from grus.results import Path, Results
+from grus.runs.programs import found, program_of
+
+
+def _stop(process: subprocess.Popen, by_mpirun: bool) -> None:
+    """Asks a run to stop. mpirun would kill its ranks a second after it has asked them, too soon for a checkpoint: they are asked themselves."""
+    ranks = []
+    if by_mpirun:
+        try:
+            with open(f"/proc/{process.pid}/task/{process.pid}/children") as f:
+                ranks = [int(child) for child in f.read().split()]
+        except OSError:
+            pass
+    for rank in ranks:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(rank, signal.SIGTERM)
+    if not ranks:
+        process.send_signal(signal.SIGTERM)
+
+
+def run(scene: Path, set: Iterable[str] = (), *, out: Path | None = None, threads: int | None = None, ranks: int = 1,
+        check: bool = True, force: bool = False) -> Results:
+    """Runs a scene by grus-rve, or by grus-bvp where it has a [mesh], and returns its results.
+
+    set        "KEY=VALUE" changes of the scene
+    out        results folder, which stays; default: a temporary one, of which only what is returned remains
+    threads    default: all cores
+    ranks      of grus-bvp, by mpirun
+    check      raise Unstable where the run ends unstable; else its results are returned, with status 3
+    force      overwrite the results in `out`
+
+    Raises InputError for a scene that cannot run, Unstable, KeyboardInterrupt (the run writes its checkpoint first), RuntimeError.
+    """
+    scene, set = path_of("scene", scene), changes_of(set)
+    threads = None if threads is None else whole_number("threads", threads, 1)
+    ranks = whole_number("ranks", ranks, 1)
+    if ranks > 1 and shutil.which("mpirun") is None:
+        raise InputError(f"ranks = {ranks}: there is no mpirun here")
+    try:
+        name = program_of(toml_of(scene))
+    except OSError as e:
+        raise InputError(f"{scene}: no such scene file: {e.strerror}") from None
+    except (ValueError, RecursionError):
+        name = "grus-rve"  # it says where the scene is wrong
+    if out is None:
+        with tempfile.TemporaryDirectory(prefix="grus-") as tmp:
+            return run(scene, set, out=os.path.join(tmp, "run"), threads=threads, ranks=ranks, check=check)
+    out = path_of("out", out)
+    command = [found(name), scene, "-o", out, "--quiet"]
+    command += [] if threads is None else ["--threads", str(threads)]
+    command += ["--force"] if force else []
+    command += [text for change in set for text in ("--set", change)]
+    if ranks > 1:
+        command = ["mpirun", "-n", str(ranks)] + command
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    try:
+        _, errors = process.communicate()
+    except KeyboardInterrupt:
+        _stop(process, by_mpirun=ranks > 1)
+        process.communicate()
+        raise
+    said = errors.strip().removeprefix("grus-bvp: ").removeprefix("grus-rve: ")
+    if process.returncode == 2:
+        raise InputError(said)
+    if process.returncode == 3 and check:
+        raise Unstable(said)
+    if process.returncode not in (0, 3):
+        raise RuntimeError(said or f"{command[0]} ended with status {process.returncode}")
+    return Results(out)

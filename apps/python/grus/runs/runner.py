@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Runs cases of a study or a calibration, each on one core, and keeps what is done: a run is repeated only where its scene, its
+settings or the program have changed."""
+import hashlib
+import math
+import os
+import re
+import signal
+import subprocess
+import time
+
+from grus.files.texts import one_line
+from grus.files.writing import write_whole
+from grus.results import read_run
+from grus.runs import interrupts
+from grus.runs.cases import toml_value
+from grus.runs.censored import number_of, strength_of
+from grus.runs.kept import digest_of, key_of, text_of
+
+
+class Runner:
+    """Runs cases; `asked` tells what columns and keys each must have (grus.study.reader.wanted)."""
+
+    def __init__(self, out, seed_key, bins, asked):
+        self.out, self.seed_key, self.bins, self.asked = out, seed_key, bins, asked
+        self.running, self.stopped, self.refused = set(), False, {}
+        interrupts.hand_on(self.running)
+
+    def command(self, case, seed=None):
+        settings = dict(case["set"])
+        if seed is not None:
+            before = settings.get(self.seed_key)
+            settings[self.seed_key] = before + seed if isinstance(before, list) and isinstance(seed, list) else seed  # changes of a unit cell: both
+        return [os.path.join(self.bins, case["program"]), case["scene"]] + [a for k, v in settings.items() for a in ("--set", f"{k}={toml_value(v)}")]
+
+    def refusal(self, case):
+        """Why the program would refuse a case, or what it does not write that is asked of it; None: nothing is wrong."""
+        for seed in case["seeds"]:
+            if self.stopped:
+                return None
+            try:
+                process = subprocess.Popen(self.command(case, seed) + ["--columns"], stdout=subprocess.PIPE,
+                                           stderr=subprocess.PIPE, text=True, start_new_session=True)
+            except (OSError, ValueError) as e:  # no such program here, or a text that no command can hold
+                return f"{case['label']}: {e}"
+            self.running.add(process)
+            columns, errors = process.communicate()
+            self.running.discard(process)
+            if process.returncode != 0:
+                return f"{case['label']}: {errors.strip()}"
+            if self.stopped:
+                return None
+        missing = sorted(self.asked[case["name"]][0] - set(columns.split()))
+        return f"{case['label']}: history.csv will have no column '{missing[0]}'" if missing else None
+
+    def lacking(self, case, folder):
+        """A key of summary.json that is asked of a case and is not there; a run that was stopped may have none."""
+        run = read_run(folder)
+        if run["summary"].get("status") != 0:
+            return None
+        for key in sorted(self.asked[case["name"]][1]):
+            if math.isnan(number_of(run, key)) and math.isnan(strength_of(run, key)[1]):
+                return f"summary.json has no number '{key}'"
+        return None
+
+    def folder(self, case, seed):
+        if seed is None:
+            return os.path.join(self.out, "runs", case["name"])
+        text = toml_value(seed)
+        plain = re.sub(r"[^\w.-]+", "_", text).strip("_")
+        if plain != text:  # another seed may look alike
+            plain += "-" + hashlib.sha256(text.encode()).hexdigest()[:6]
+        return os.path.join(self.out, "runs", f"{case['name']}@{plain}")  # no case has @ in its name
+
+    def run(self, case, seed):
+        folder = self.folder(case, seed)
+        for place in (os.path.dirname(folder), folder):
+            if os.path.islink(place):  # what it leads to is not the study's
+                return case, seed, f"{place}: is a link, which leads out of the folder; remove it, or use another -o DIR"
+        program = os.path.join(self.bins, case["program"])
+        key, marker = key_of(case, seed, self.seed_key, program), os.path.join(folder, "study.key")
+        if text_of(marker) == f"{key} {digest_of(folder)}":
+            return case, seed, None
+        if self.stopped:
+            return case, seed, "not started"
+        if os.path.isfile(marker):  # of other settings, or damaged: must not vouch for what is about to be overwritten
+            os.remove(marker)
+        begun = os.path.join(folder, "study.begun")
+        goes_on = text_of(begun) == key and os.path.isfile(os.path.join(folder, "checkpoint.h5"))
+        command = self.command(case, seed) + ["-o", folder, "--quiet", "--threads", "1"]
+        process, errors = self.start(command + ["--resume" if goes_on else "--force"], begun, key)
+        if goes_on and process.returncode == 2 and not self.stopped:  # a checkpoint that cannot be used
+            process, errors = self.start(command + ["--force"], begun, key)
+        if process.returncode == 2:
+            self.refused[case["name"], str(seed)] = one_line(errors.strip())
+        if process.returncode in (0, 3):  # unstable is a result: the table says so
+            write_whole(marker, f"{key} {digest_of(folder)}")
+            os.remove(begun)
+            return case, seed, None
+        return case, seed, errors.strip() or f"ended with status {process.returncode}"
+
+    def start(self, command, begun, key):
+        """Runs a command; its folder tells by `begun` whose checkpoint it holds."""
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+        process.begun = time.monotonic()
+        self.running.add(process)
+        _, errors = process.communicate()
+        self.running.discard(process)
+        if os.path.isdir(os.path.dirname(begun)):
+            write_whole(begun, key)
+        return process, errors
+
+    def stop(self):
+        self.stopped = True
+        for process in list(self.running):
+            process.send_signal(signal.SIGTERM)  # SIGINT is ignored by what was started in the background of a script
+
+

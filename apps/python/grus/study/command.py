@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Error against run time: runs a scene over lists of settings, several seeds each, side by side on the cores given, and
+compares with a reference: work-precision tables, plots, Pareto front, order, recommended settings. Or compares a list of
+cases: a table, plots with scatter bands, checks of claims. All in report.html. Runs that are done are not repeated."""
+import argparse
+import json
+import os
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor, as_completed
+
+from grus._version import __version__
+from grus.files.folders import Folder, clear_results
+from grus.files.texts import one_line
+from grus.results import read_run
+from grus.runs import interrupts, programs
+from grus.runs.cases import Refused
+from grus.runs.command import Lacking, duration_text, status_of
+from grus.runs.runner import Runner
+from grus.study import precision
+from grus.study.reader import read_study, wanted
+
+
+def run_all(runner, cases, workers, quiet):
+    jobs = list({(c["name"], str(s)): (c, s) for c in cases for s in c["seeds"]}.values())  # settings that two studies share run once
+    start, failures, done = time.time(), [], 0
+    with ThreadPoolExecutor(workers) as pool:
+        futures = [pool.submit(runner.run, c, s) for c, s in jobs]
+        try:
+            for future in as_completed(futures):
+                case, seed, failure = future.result()
+                done += 1
+                if not failure and not runner.stopped:
+                    lacking = runner.lacking(case, runner.folder(case, seed))
+                    if lacking:  # the first run tells: no need to wait for the others
+                        runner.stop()
+                        raise Lacking(f"{case['label']}: {lacking}; what has run is kept")
+                if failure:
+                    failures.append((case, seed, failure))
+                if not quiet:
+                    left = (time.time() - start) / done * (len(jobs) - done)
+                    print(f"{done}/{len(jobs)}  {case['label']}{'' if seed is None else f' seed {seed}'}"
+                          f"{'  FAILED: ' + failure if failure else ''}  ETA {duration_text(left)}", flush=True)
+        except interrupts.OutOfTime:
+            runner.stop()
+            raise
+        except KeyboardInterrupt:
+            runner.stop()
+            print("interrupted: finished runs are kept; the same command goes on", file=sys.stderr)
+            return None, time.time() - start
+    return failures, time.time() - start
+
+
+def judged(entry, runner, lost):
+    """The runs of a [[precision]] that are there, and what they say; None where nothing is left to compare."""
+    c = entry["reference_case"]
+    found = {k["name"]: {str(s): read_run(runner.folder(k, s)) for s in k["seeds"] if (k["name"], str(s)) not in lost}
+             for k in [k for _, k in entry["rows"]] + ([c] if c else [])}
+    # Runs that failed are left out; where seeds are compared one by one, the others of their seed too.
+    paired = c is not None and entry.get("paired", True)
+    common_seeds = set.intersection(*(set(r) for r in found.values() if r)) if paired and any(found.values()) else None
+    kept = {name: [r for seed, r in by_seed.items() if not paired or seed in (common_seeds or ())] for name, by_seed in found.items()}
+    rows = [(s, kept[k["name"]]) for s, k in entry["rows"] if kept[k["name"]]]
+    if not rows or (c and not kept[c["name"]]):
+        return None
+    return entry, precision.judge(entry, rows, kept[c["name"]] if c else None, entry["folder"])
+
+
+def work(args):
+    study, common, cases = read_study(args.scene)
+    runs_of = cases + [c for e in study["precision"] + study["sweep"] for c in [row[1] for row in e["rows"]] + ([e["reference_case"]] if e.get("reference_case") else [])]
+    distinct = {c["name"]: c for c in runs_of}
+    out = args.out or os.path.splitext(os.path.basename(args.scene))[0]
+    workers = args.threads or len(os.sched_getaffinity(0))
+    runner = Runner(out, common.get("seed_key", "packing.seed"), programs.folder(), wanted(study, common, cases))
+    with ThreadPoolExecutor(workers) as pool:
+        try:
+            for refusal in pool.map(runner.refusal, distinct.values()):
+                if refusal:
+                    raise Refused(f"{args.scene}: {refusal}")
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            runner.stop()
+            raise
+    if args.check:
+        for c in distinct.values():
+            print(c["name"], c["seeds"], os.path.relpath(c["scene"]), json.dumps(c["set"], default=str))
+        print(f"{len({(c['name'], str(s)) for c in runs_of for s in c['seeds']})} runs")
+        return 0
+    with Folder(out):
+        os.makedirs(os.path.join(out, "runs"), exist_ok=True)
+        failures, wall = run_all(runner, runs_of, workers, args.quiet)
+        if failures is None:
+            return 130
+        for case, seed, text in failures:
+            print(one_line(f"grus-study: {case['label']}{'' if seed is None else f', seed {seed}'}: {text}"), file=sys.stderr)
+        if any(case is c for case, _, _ in failures for c in cases):
+            return 1  # claims and plots need all their cases
+        from grus.study import report
+        clear_results(out, ("report.html", "study.txt", "study.csv", "precision.csv", "sweep.csv"))
+        runs = {c["name"]: [read_run(runner.folder(c, s)) for s in c["seeds"]] for c in cases}
+        lost = {(case["name"], str(seed)) for case, seed, _ in failures}
+        studies = []
+        for e in study["precision"]:
+            result = judged(e, runner, lost)
+            if result:
+                studies.append(result)
+            else:
+                print(f"grus-study: {one_line(e['name'])}: no run is left to compare", file=sys.stderr)
+        sweeps = [(e, [(v, {str(s): read_run(runner.folder(c, s)) for s in c["seeds"] if (c["name"], str(s)) not in lost}) for v, c in e["rows"]]) for e in study["sweep"]]
+        sweeps = [(e, [row for row in rows if row[1]]) for e, rows in sweeps]
+        passed = report.write(study, common, cases, runs, studies, [s for s in sweeps if s[1]], out, wall, workers)
+        print(f"report: {os.path.join(out, 'report.html')}")
+        return 1 if failures or (args.strict and not passed) else 0
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="grus-study", description=__doc__)
+    parser.add_argument("scene", metavar="STUDY.toml")
+    parser.add_argument("-o", metavar="DIR", dest="out", help="results folder (default: the study's name)")
+    parser.add_argument("--threads", type=int, default=0, help="cores to use; each run takes one (default: all cores given)")
+    parser.add_argument("--check", action="store_true", help="check every case, list the runs and stop")
+    parser.add_argument("--quiet", action="store_true")
+    parser.add_argument("--strict", action="store_true", help="exit with 1 if a check of the study fails")
+    parser.add_argument("--version", action="version", version=f"grus-study {__version__}")
+    interrupts.add_options(parser)
+    args = parser.parse_args()
+    if args.threads < 0:
+        parser.error("--threads: at least 1")
+    return status_of("grus-study", args, work, "interrupted")  # where no run is under way
+
