@@ -184,8 +184,8 @@ py::tuple read_parts(const std::string& path) {
 
 /// Errors are those of grus/errors.py: what reads results raises them without this module.
 void raise_as_python(const py::module_& errors) {
-  static const py::handle input_error = errors.attr("InputError").inc_ref();
-  static const py::handle unstable = errors.attr("Unstable").inc_ref();
+  static const py::handle input_error = py::object(errors.attr("InputError")).release();
+  static const py::handle unstable = py::object(errors.attr("Unstable")).release();
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);

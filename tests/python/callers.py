@@ -171,9 +171,9 @@ def case_names(tmp):
 def case_types(tmp):
     """Told to type checkers: the mark, and a type of every argument and answer that is public."""
     need(os.path.exists(os.path.join(os.path.dirname(grus.__file__), "py.typed")), "no py.typed")
-    import grus.precice
+    from grus import precice
     public = [grus.load, grus.run]
-    for cls in (grus.RveSet, grus.Rve, grus.Results, grus.precice.MicroSimulation):
+    for cls in (grus.RveSet, grus.Rve, grus.Results, precice.MicroSimulation):
         public += [m.fget if isinstance(m, property) else m for name, m in vars(cls).items()
                    if (inspect.isfunction(m) or isinstance(m, property)) and (not name.startswith("_") or name in ("__init__", "__getitem__"))]
     for f in public:

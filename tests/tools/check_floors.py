@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""The tree's guard rails: includes only go down, files stay short, no lost words."""
+"""The tree's guard rails: includes and imports only go down, files stay short, no lost words."""
+import ast
 import os
 import re
 import sys
@@ -8,6 +9,10 @@ import sys
 root = sys.argv[1]
 floor = {"dem/base": 0, "dem/kernel": 1, "dem/shape": 1, "dem/state": 2, "dem/contact": 3, "dem/bond": 3, "dem/fracture": 4, "dem/motion": 4, "dem/rve": 5, "dem/packing": 6, "dem/io": 6, "dem/rves": 7,
          "fem": 10, "coupling": 20, "apps/scene": 30, "apps/library/grus": 31, "apps/run": 31, "apps/bvp/scene": 31, "apps/rve": 32, "apps/bvp": 32, "apps/python": 33}
+# Rooms of the package grus: its modules and sub-packages, "" its public names.
+package = "apps/python/grus"
+python_floor = {"_core": 0, "_version": 0, "errors": 0, "asked": 1, "files": 1, "figures": 2, "results": 2, "runs": 3, "rves": 3,
+                "calibrate": 4, "report": 4, "study": 4, "": 5, "precice": 6}
 faults = []
 
 
@@ -40,6 +45,76 @@ for top in ("dem", "fem", "coupling", "apps", "tests"):
                     faults.append(f"{path}: includes {target} of a room beside it")
                 elif path.startswith("fem/") and target.startswith("dem/"):
                     faults.append(f"{path}: fem must not know dem")
+
+
+def python_file(folder, dotted):
+    """The file of the tree that a module's name stands for, seen from a folder; None of what is from elsewhere."""
+    for base in (folder, "apps/python"):
+        path = os.path.join(base, *dotted.split("."))
+        for file in (path + ".py", os.path.join(path, "__init__.py"), path + ".pyi"):
+            if os.path.isfile(os.path.join(root, file)):
+                return os.path.normpath(file)
+    return None
+
+
+def imported(path):
+    """Files of the tree that a Python file imports, wherever in it."""
+    folder = os.path.dirname(path)
+    with open(os.path.join(root, path)) as f:
+        tree = ast.parse(f.read())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (python_file(folder, name.name) for name in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            if node.level:
+                faults.append(f"{path}: a relative import; name the package")
+            else:
+                for name in node.names:  # a module of a package, or a name in a module
+                    yield python_file(folder, f"{node.module}.{name.name}") or python_file(folder, node.module)
+
+
+def python_room(path):
+    """Of a file of the package; None of others."""
+    inside = os.path.relpath(path, package)
+    return None if inside.startswith("..") else os.path.splitext(inside.split(os.sep)[0])[0].removesuffix("__init__")
+
+
+def circle_from(path, imports, way, done):
+    """A way of imports that comes back to where it was, or None."""
+    if path in way:
+        return way[way.index(path):] + [path]
+    if path in done:
+        return None
+    done.add(path)
+    ways = (circle_from(target, imports, way + [path], done) for target in sorted(imports.get(path, ())))
+    return next(filter(None, ways), None)
+
+
+imports = {}
+for top in ("apps", "docs", "tests"):
+    for folder, _, names in os.walk(os.path.join(root, top)):
+        for path in (os.path.relpath(os.path.join(folder, name), root) for name in names if name.endswith(".py")):
+            imports[path] = {target for target in imported(path) if target not in (None, path)}
+for path, targets in sorted(imports.items()):
+    mine = python_room(path)
+    if mine is None:
+        continue
+    if mine not in python_floor:
+        faults.append(f"{path}: in no room of the package")
+        continue
+    for target in sorted(targets):
+        theirs = python_room(target)
+        if theirs not in python_floor:
+            faults.append(f"{path}: imports {target}, which is in no room of the package")
+        elif theirs != mine and python_floor[theirs] > python_floor[mine]:
+            faults.append(f"{path}: imports {target}, which is above it")
+        elif theirs != mine and python_floor[theirs] == python_floor[mine]:
+            faults.append(f"{path}: imports {target} of a room beside it")
+done = set()
+for path in sorted(imports):
+    circle = circle_from(path, imports, [], done)
+    if circle:
+        faults.append("a circle of imports: " + " -> ".join(circle))
 for f in faults:
     print(f)
 print(f"floors: {len(faults)} faults")
