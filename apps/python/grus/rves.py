@@ -39,7 +39,8 @@ class RveSet:
     def __init__(self, scene: Path, n: int = 1, *, threads: int | None = None, set: Iterable[str] = (),
                  variant: ArrayLike | None = None, comm: Any = None, **response: Any) -> None:
         changes, self._file = changes_of(set), path_of("scene", scene)
-        n, threads = whole_number("n", n, 0), _core.usable_cores() if threads is None else whole_number("threads", threads, 1)
+        n = whole_number("n", n, 0)
+        team = _core.usable_cores() if threads is None else whole_number("threads", threads, 1)
         text = settings_text(response)
         start = np.zeros(n, int) if variant is None else np.asarray(variant)
         if start.shape != (n,) or start.dtype.kind not in "iu" or (n and start.min() < 0):
@@ -53,7 +54,7 @@ class RveSet:
         mine = self._together(lambda: {v: self._cells.prepare(v) for v in range(rank, most + 1, ranks)})
         made = {v: state for part in (comm.allgather(mine) if comm is not None else [mine]) for v, state in part.items()}
         self._set = self._together(
-            lambda: _core.Set(self._cells, [made[v] for v in range(most + 1)], start.tolist(), text, threads))
+            lambda: _core.Set(self._cells, [made[v] for v in range(most + 1)], start.tolist(), text, team))
 
     def __repr__(self) -> str:
         ranks = f", rank {self._comm.rank} of {self._comm.size}" if self._comm is not None else ""

@@ -48,7 +48,7 @@ class Result:
     misfit: np.ndarray  # (fitted - data) / standard deviation of data and noise
     history: list = field(default_factory=list)  # (points so far, x, sd)
     surface: object = None
-    noise: np.ndarray = None  # (m, m): covariance of data, seeds and fit at x
+    noise: np.ndarray | None = None  # (m, m): covariance of data, seeds and fit at x
 
 
 def quadratic(x, centre):

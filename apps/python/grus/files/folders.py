@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Results folders: marked as Grus's, locked while they are written, cleared of what an earlier run has left."""
+from __future__ import annotations
+
 import fcntl
 import os
+from typing import IO, Iterable
 
 MARKER = ".grus"  # in folders that Grus has made; the lock
 
 
-def clear_results(out, names):
+def clear_results(out: str, names: Iterable[str]) -> None:
     """Takes away what an earlier study or calibration in this folder has left of `names`, and its plots: the one that follows may
     write fewer. Runs stay, and so does what is not Grus's."""
     plots = os.path.join(out, "plots")
@@ -16,7 +19,7 @@ def clear_results(out, names):
             os.remove(path)
 
 
-def note_result(folder, name):
+def note_result(folder: str, name: str) -> None:
     """Notes in a folder's marker that a file of this name is Grus's, as the C++ programs do: --force clears it. A folder without a marker
     stays as it is."""
     try:
@@ -35,10 +38,11 @@ class InUse(Exception):
 class Folder:
     """A results folder: made, marked as Grus's, and locked against a second program, as the C++ programs do."""
 
-    def __init__(self, path):
-        self.path, self.file = path, None
+    def __init__(self, path: str) -> None:
+        self.path = path
+        self.file: IO[str]
 
-    def __enter__(self):
+    def __enter__(self) -> Folder:
         mark = os.path.join(self.path, MARKER)
         if os.path.exists(self.path):
             if not os.path.isdir(self.path):
@@ -57,7 +61,7 @@ class Folder:
             raise InUse(f"{self.path}: another run is writing to this folder; use another -o DIR") from None
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.file.close()
 
 

@@ -1,18 +1,21 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Texts: those of files that people bring, in whatever encoding; and those that people are told."""
+from __future__ import annotations
+
 import tomllib
+from typing import Any
 
 
 class BadData(ValueError):
     """A file that cannot be read, or could be read in two ways; its text is one line."""
 
 
-def encoding_of(raw):
+def encoding_of(raw: bytes) -> str:
     """UTF-16 where its mark says so, else UTF-8 with or without its own."""
     return "utf-16" if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
 
 
-def text_of(path):
+def text_of(path: str) -> str:
     """The file's text: UTF-8 or UTF-16 with or without its mark, or else a Windows code page."""
     try:
         with open(path, "rb") as f:
@@ -30,19 +33,19 @@ def text_of(path):
     raise BadData(f"cannot read {path}: not a text file")
 
 
-def toml_of(path):
+def toml_of(path: str) -> dict[str, Any]:
     """A TOML file, UTF-8 or UTF-16, with or without a byte order mark. Raises OSError and ValueError."""
     with open(path, "rb") as f:
         raw = f.read()
     return tomllib.loads(raw.decode(encoding_of(raw)))
 
 
-def one_line(text):
+def one_line(text: object) -> str:
     """Text without line ends or other control characters: a message is one line."""
     return "".join(c if c.isprintable() else " " for c in str(text))
 
 
-def text_table(head, rows):
+def text_table(head: list, rows: list) -> str:
     """Columns side by side, a line each row."""
     widths = [max(len(str(r[k])) for r in [head] + rows) for k in range(len(head))]
     return "\n".join("  ".join(str(v).ljust(w) for v, w in zip(r, widths)).rstrip() for r in [head] + rows) + "\n"

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Files written whole: aside, and renamed."""
+from __future__ import annotations
+
 import contextlib
 import csv
 import io
@@ -7,14 +9,14 @@ import math
 import os
 
 
-def open_anew(path):
+def open_anew(path: str) -> int:
     """A file that nobody else has: what lies there under its name, a link to elsewhere included, makes room first."""
     with contextlib.suppress(FileNotFoundError):
         os.unlink(path)
     return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
 
 
-def write_whole(path, content):
+def write_whole(path: str, content: str | bytes) -> None:
     """Text or bytes, written aside and renamed."""
     data = content.encode() if isinstance(content, str) else content
     try:
@@ -27,7 +29,7 @@ def write_whole(path, content):
         raise
 
 
-def write_csv(path, rows):
+def write_csv(path: str, rows: list[list]) -> None:
     """A number that there is not is an empty field."""
     text = io.StringIO()
     lacks = lambda v: isinstance(v, float) and math.isnan(v)
