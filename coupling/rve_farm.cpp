@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "dem/base/clock.hpp"
-#include "dem/base/error.hpp"
+#include "dem/base/fault.hpp"
 #include "dem/io/archive.hpp"
 
 namespace grus::coupling {
@@ -175,12 +175,9 @@ std::string RveFarm::answer(int rank) {
   --owed_[static_cast<std::size_t>(rank)];
   std::string bytes = receive(comm_, rank, answer_tag);
   received_ += bytes.size();
-  const char kind = bytes.empty() ? 'f' : bytes.front();
-  bytes.erase(0, 1);
-  if (kind == 'i') throw dem::InputError(bytes);
-  if (kind == 'u') throw dem::Unstable(bytes);
-  if (kind == 'f') throw std::runtime_error(fmt::format("rank {}: {}", rank, bytes));
-  return bytes;
+  if (bytes.empty()) bytes = dem::Fault{dem::Fault::Kind::memory, "out of memory"}.bytes();  // none left to say so
+  if (bytes.front() != 'a') rethrow(on_rank(rank, dem::Fault::of(bytes)));
+  return bytes.substr(1);
 }
 
 /// A slot that was put somewhere lives there from now on.
@@ -335,7 +332,7 @@ void RveFarm::rebalance() {
 
 void serve(MPI_Comm comm, const std::shared_ptr<const dem::Model>& model, const dem::ResponseOptions& options,
            int threads) {
-  // Whatever fails here is an answer: rank 0 waits for one. The first letter says what it is.
+  // Whatever fails here is an answer: rank 0 waits for one. It begins with an a, or it is a fault's bytes.
   std::optional<dem::RveHost> host;
   while (true) {
     std::string reply;
@@ -344,12 +341,8 @@ void serve(MPI_Comm comm, const std::shared_ptr<const dem::Model>& model, const 
       if (is_stop(bytes)) return;
       if (!host) host.emplace(model, options, threads);
       reply = std::string("a").append(handle(*host, bytes));  // g++ 12 takes "a" + ... for an overlap
-    } catch (const dem::InputError& e) {
-      reply = std::string("i") + e.what();
-    } catch (const dem::Unstable& e) {
-      reply = std::string("u") + e.what();
-    } catch (const std::exception& e) {
-      reply = std::string("f") + e.what();
+    } catch (...) {
+      reply = dem::caught().bytes();
     }
     send(comm, 0, answer_tag, reply);
   }

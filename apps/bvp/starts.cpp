@@ -10,6 +10,7 @@
 #include "apps/run/same_scene.hpp"
 #include "apps/scene/prepare_sample.hpp"
 #include "dem/base/clock.hpp"
+#include "dem/base/fault.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/io/checkpoint.hpp"
 
@@ -27,10 +28,9 @@ struct Base {
   dem::State state;
 };
 
-/// What becomes of one start. Of an error: a letter for its kind, and what it says; `told`: of its preparation, in
-/// JSON.
+/// What becomes of one start. `fault`: the bytes of a dem::Fault; `told`: of its preparation, in JSON.
 struct Made {
-  std::string bytes, error, told;
+  std::string bytes, fault, told;
 };
 
 /// Rank 0 gets what the others have made.
@@ -38,7 +38,7 @@ void gather(const Ranks& ranks, const std::vector<std::size_t>& which, const std
             std::vector<Made>& made) {
   for (const std::size_t k : which) {
     const int from = owner[k];
-    for (std::string* text : {&made[k].error, &made[k].told, &made[k].bytes}) {
+    for (std::string* text : {&made[k].fault, &made[k].told, &made[k].bytes}) {
       int size = static_cast<int>(text->size());
       if (ranks.rank == from && from != 0) {
         MPI_Send(&size, 1, MPI_INT, 0, 0, MPI_COMM_WORLD);
@@ -51,12 +51,6 @@ void gather(const Ranks& ranks, const std::vector<std::size_t>& which, const std
       }
     }
   }
-}
-
-[[noreturn]] void rethrow(const std::string& error) {
-  if (error[0] == 'i') throw InputError(error.substr(1));
-  if (error[0] == 'u') throw dem::Unstable(error.substr(1));
-  throw std::runtime_error(error.substr(1));
 }
 
 /// Whose states a file holds.
@@ -127,7 +121,7 @@ public:
     while (!left.empty()) {
       const std::vector<std::size_t> now = next(left, each);
       const dem::Clock clock;
-      std::string fault;
+      dem::Fault fault;
       work(now, left.size());
       each = clock.wall();
       int stops = stopped_;
@@ -136,20 +130,17 @@ public:
       std::erase_if(left, [&](std::size_t k) { return std::find(now.begin(), now.end(), k) != now.end(); });
       if (ranks_.rank == 0) {
         for (const std::size_t k : now)
-          if (fault.empty()) fault = made_[k].error;
+          if (!fault) fault = on_rank(owner_[k], dem::Fault::of(made_[k].fault));
         const bool due = clock_.wall() - saved > file_.interval || stops != 0 || (written && left.empty());
-        if (fault.empty() && due && !file_.path.empty()) {
-          try {
+        if (!fault && due && !file_.path.empty())
+          fault = dem::fault_in([&] {
             write(file_, about(scene_, starts_), made_);
             written = true, saved = clock_.wall();
-          } catch (const std::exception& e) {
-            fault = std::string("f") + e.what();
-          }
-        }
+          });
       }
-      int end = stops != 0 || !fault.empty() ? 1 : 0;
+      int end = stops != 0 || fault ? 1 : 0;
       MPI_Bcast(&end, 1, MPI_INT, 0, MPI_COMM_WORLD);
-      if (ranks_.rank == 0 && !fault.empty()) rethrow(fault);
+      if (ranks_.rank == 0) rethrow(fault);
       if (stops != 0)
         throw dem::Interrupted(
             file_.path.empty() ? "interrupted while unit cells were prepared; nothing to go on from yet"
@@ -166,17 +157,13 @@ public:
 private:
   /// What is still to be made, on all ranks alike.
   std::vector<std::size_t> begin() {
-    std::string fault;
-    if (ranks_.rank == 0) try {
-        read(file_, about(scene_, starts_), made_);
-      } catch (const InputError& e) {
-        fault = e.what();
-      }
+    dem::Fault fault;
+    if (ranks_.rank == 0) fault = dem::fault_in([&] { read(file_, about(scene_, starts_), made_); });
     std::vector<std::uint8_t> have(starts_.size() + 1, 0);
     for (std::size_t k = 0; k < starts_.size(); ++k) have[k] = made_[k].bytes.empty() ? 0 : 1;
-    have.back() = fault.empty() ? 0 : 1;
+    have.back() = fault ? 1 : 0;
     MPI_Bcast(have.data(), static_cast<int>(have.size()), MPI_BYTE, 0, MPI_COMM_WORLD);
-    if (!fault.empty()) throw InputError(fault);
+    rethrow(fault);
     std::vector<std::size_t> left;
     for (std::size_t k = 0; k < starts_.size() && have.back() == 0; ++k)
       if (have[k] == 0) left.push_back(k);
@@ -208,8 +195,8 @@ private:
       attempt(fresh[i], faults[i], packing_, [&] { base.state = prepare_base(base.cell, alone, stage); });
     });
     for (const Made& m : faults)
-      if (!m.error.empty()) {
-        made_[mine.front()].error = m.error;
+      if (!m.fault.empty()) {
+        made_[mine.front()].fault = m.fault;
         return;
       }
     each(mine.size(), left, [&](std::size_t i, dem::Team& alone, const StageWatch& stage) {
@@ -248,18 +235,11 @@ private:
   template <class F>
   void attempt(std::size_t packing, Made& made, std::atomic<double>& taken, F&& part) {
     const dem::Clock clock;
-    const std::string place = fmt::format("{}: ", scene_.unit_cells[packing].file);
-    try {
-      part();
-    } catch (const dem::Interrupted&) {
+    const dem::Fault fault = dem::fault_in(part);
+    if (fault.kind == dem::Fault::Kind::interrupted)
       stopped_ = 1;
-    } catch (const InputError& e) {
-      made.error = std::string("i") + e.what();
-    } catch (const dem::Unstable& e) {
-      made.error = "u" + place + e.what();
-    } catch (const std::exception& e) {
-      made.error = "f" + place + e.what();
-    }
+    else
+      made.fault = at(fmt::format("{}: ", scene_.unit_cells[packing].file), fault).bytes();
     taken += clock.wall();
   }
 

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// An error that crosses a rank as bytes is thrown as what it was, and says where it was where that helps.
+#include <catch2/catch_test_macros.hpp>
+#include <catch2/matchers/catch_matchers.hpp>
+#include <catch2/matchers/catch_matchers_exception.hpp>
+#include <new>
+#include <stdexcept>
+
+#include "dem/base/error.hpp"
+#include "dem/base/fault.hpp"
+#include "dem/base/watch.hpp"
+
+using namespace grus::dem;
+using Catch::Matchers::Message;
+
+namespace {
+
+/// What `thrown` has become after a way from rank to rank.
+template <class E>
+Fault carried(E thrown) {
+  return Fault::of(fault_in([&] { throw thrown; }).bytes());
+}
+
+}  // namespace
+
+TEST_CASE("a fault is thrown as what it was") {
+  CHECK_THROWS_MATCHES(rethrow(carried(InputError("scene.toml:3:1: no"))), InputError, Message("scene.toml:3:1: no"));
+  CHECK_THROWS_MATCHES(rethrow(carried(std::invalid_argument("no node"))), InputError, Message("no node"));
+  CHECK_THROWS_MATCHES(rethrow(carried(Unstable("too fast"))), Unstable, Message("too fast"));
+  CHECK_THROWS_MATCHES(rethrow(carried(Interrupted("stopped"))), Interrupted, Message("stopped"));
+  CHECK_THROWS_AS(rethrow(carried(std::bad_alloc())), std::bad_alloc);
+  const Fault other = carried(std::logic_error("disk full\nand more"));
+  CHECK(other.kind == Fault::Kind::other);
+  CHECK_THROWS_MATCHES(rethrow(other), std::runtime_error, Message("disk full\nand more"));
+  CHECK(fault_in([] { throw 3; }).kind == Fault::Kind::other);
+}
+
+TEST_CASE("no fault is no bytes, and throws nothing") {
+  const Fault none = fault_in([] {});
+  CHECK_FALSE(none);
+  CHECK(none.bytes().empty());
+  CHECK_FALSE(Fault::of(""));
+  CHECK_NOTHROW(rethrow(none));
+  CHECK_FALSE(at("place: ", none));
+  CHECK(at("place: ", none).text.empty());
+  CHECK_FALSE(on_rank(2, none));
+}
+
+TEST_CASE("input errors name their own place; the place of others stands before them") {
+  CHECK(at("cell.toml: ", carried(InputError("scene.toml: no"))).text == "scene.toml: no");
+  CHECK(at("cell.toml: ", carried(Unstable("too fast"))).text == "cell.toml: too fast");
+}
+
+TEST_CASE("a fault of the machine names its rank, others do not") {
+  CHECK(on_rank(3, carried(std::runtime_error("disk full"))).text == "rank 3: disk full");
+  CHECK(on_rank(0, carried(std::runtime_error("disk full"))).text == "disk full");
+  CHECK(on_rank(3, carried(Unstable("too fast"))).text == "too fast");
+  CHECK_THROWS_MATCHES(rethrow(on_rank(1, carried(std::bad_alloc()))), std::runtime_error,
+                       Message("rank 1: out of memory"));
+  CHECK_THROWS_AS(rethrow(on_rank(0, carried(std::bad_alloc()))), std::bad_alloc);
+}
