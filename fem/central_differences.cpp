@@ -6,7 +6,13 @@
 
 namespace grus::fem {
 
-CentralDifferences::CentralDifferences(Problem::Impl& impl, Material& m) : p(impl), material(m) {
+CentralDifferences::CentralDifferences(Problem::Impl& impl, Material& m)
+    : p(impl),
+      material(m),
+      velocity(p.keep_at_nodes("velocity")),
+      last_load(p.keep_at_nodes("last load")),
+      last_internal(p.keep_at_nodes("last internal")),
+      now_internal(p.keep_at_nodes("now internal")) {
   for (std::int32_t c = 0; c < p.cells; ++c)
     for (int q = 0; q < p.nq; ++q) volumes.push_back(p.local(c, q).dv);
   fixed.assign(p.u->array().size(), 0);
@@ -67,7 +73,7 @@ void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
   const double mean_dt = s.last_dt == 0 ? 0.5 * s.dt : 0.5 * (s.last_dt + s.dt);
   const auto in = p.internal->array(), ex = p.external->array();
   const auto owned = static_cast<std::size_t>(p.owned_nodes());
-  std::vector<double>&v = p.velocity, &load = p.last_load, &before = p.last_internal;
+  std::vector<double>&v = velocity, &load = last_load, &before = last_internal;
   auto target = [&](const Prescribed& c) {
     return (p.factor(c.boundary, s.next) - p.factor(c.boundary, s.time)) * c.value / s.dt;
   };
@@ -92,7 +98,7 @@ void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
   for (std::size_t n = 0; n < owned; ++n) {
     const std::size_t begin = n * p.width(), end = begin + p.width();
     double drag = 0;  // N s/m: along the departure, not by components, which would not be objective
-    const auto departure = [&](std::size_t i) { return s.drift > 0 ? v[i] - s.drift * p.drift[i] : v[i]; };
+    const auto departure = [&](std::size_t i) { return s.drift > 0 ? v[i] - s.drift * (*drift)[i] : v[i]; };
     if (s.damping > 0) {
       double force2 = 0, speed2 = 0;
       for (std::size_t i = begin; i < end; ++i) {
@@ -108,7 +114,7 @@ void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
       const double held = drag * departure(i);
       const double at_instant = turn(i, v[i] + mean_dt * (ex[i] - in[i] - held) / mass[n], ex[i]);
       sums[5] += held * at_instant * mean_dt;
-      if (s.memory > 0) p.drift[i] += (v[i] - p.drift[i]) / s.memory;
+      if (s.memory > 0) (*drift)[i] += (v[i] - (*drift)[i]) / s.memory;
     }
   }
   for (const auto& c : p.prescribed)
@@ -127,12 +133,12 @@ void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
 
 void CentralDifferences::keep() {
   p.commit();
-  p.now_internal.assign(p.internal->array().begin(), p.internal->array().end());
+  now_internal.assign(p.internal->array().begin(), p.internal->array().end());
 }
 
 void CentralDifferences::go_on(double last_dt) {
-  std::copy(p.now_internal.begin(), p.now_internal.end(), p.internal->mutable_array().begin());
-  for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = last_dt * p.velocity[i];
+  std::copy(now_internal.begin(), now_internal.end(), p.internal->mutable_array().begin());
+  for (std::size_t i = 0; i < moved.size(); ++i) moved[i] = last_dt * velocity[i];
 }
 
 }  // namespace grus::fem

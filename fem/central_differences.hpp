@@ -53,7 +53,11 @@ struct CentralDifferences {
   std::vector<double> mass, volumes;  // of owned and ghost nodes (kg); of points (m^3)
   std::vector<std::int8_t> fixed;     // components
   std::vector<double> moved;          // components, by the last step (m)
-  double viscous = 0;                 // taken by bulk viscosity in the last step (J); the solver's own
+  std::vector<double>& velocity;      // owned and ghost components (m/s), half a step behind
+  /// Forces from outside and inside a step ago, and inside now, bulk viscosity included (N).
+  std::vector<double>&last_load, &last_internal, &now_internal;
+  std::vector<double>* drift = nullptr;  // running mean of the velocity, for those who keep one
+  double viscous = 0;                    // taken by bulk viscosity in the last step (J); the solver's own
   std::string reason;
 
   CentralDifferences(Problem::Impl& p, Material& material);

@@ -69,12 +69,6 @@ struct Integrator {
 
 }  // namespace
 
-void allocate_dynamics(Problem& problem) {
-  Problem::Impl& p = problem.impl();
-  for (auto* nodal : {&p.velocity, &p.last_load, &p.last_internal, &p.now_internal})
-    nodal->assign(p.u->array().size(), 0.0);
-}
-
 double stable_step(Problem& problem, const std::vector<double>& density) {
   const Problem::Impl& p = problem.impl();
   double largest = 0, all = 0;
@@ -105,7 +99,7 @@ bool begin(Integrator& run, Problem::Impl& p, const DynamicsReport& start) {
   }
   if (!run.respond(0, true)) return false;
   p.commit();
-  p.last_internal.assign(p.internal->array().begin(), p.internal->array().end());
+  run.run.last_internal.assign(p.internal->array().begin(), p.internal->array().end());
   return true;
 }
 
@@ -130,7 +124,6 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
     return result;
   };
   Integrator run(p, material, density, o);
-  if (p.velocity.empty()) allocate_dynamics(problem);
   if (!begin(run, p, start)) return failed("the initial state: " + run.run.reason);
   auto next_report = [&] {
     return o.output_interval > 0 ? o.output_interval * (std::floor(now.time / o.output_interval * (1 + 1e-12)) + 1)

@@ -40,9 +40,6 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
                               const std::function<bool(const DynamicsReport&)>& observer,
                               const DynamicsReport& start = {});
 
-/// Room for nodal velocities in the problem's snapshot; call before Problem::restore of a dynamic run.
-void allocate_dynamics(Problem& problem);
-
 /// Largest step (s) with which central differences are stable: 2 / the largest eigenfrequency of any single element,
 /// which bounds that of the mesh. Uses the present tangents.
 double stable_step(Problem& problem, const std::vector<double>& density);

@@ -48,15 +48,18 @@ struct Relaxation {
   Problem::Impl& p;
   const ExplicitStaticsOptions& o;
   CentralDifferences run;
+  std::vector<double>& density;          // of the cells, scaled (kg/m^3)
   std::vector<std::uint8_t> applied_at;  // owned nodes, now
 
   Relaxation(Problem::Impl& impl, Material& m, const ExplicitStaticsOptions& options)
-      : p(impl), o(options), run(impl, m) {}
+      : p(impl), o(options), run(impl, m), density(impl.keep_of_cells("scaled density")) {
+    run.drift = &impl.keep_at_nodes("drift");
+  }
 
   /// Nodal masses by the elements' scaled densities.
   void weigh() {
     run.set_mass([&](std::int32_t c) {
-      return cell_mass(p, c, [&](std::size_t) { return p.scaled_density[static_cast<std::size_t>(c)]; });
+      return cell_mass(p, c, [&](std::size_t) { return density[static_cast<std::size_t>(c)]; });
     });
   }
 
@@ -68,17 +71,16 @@ struct Relaxation {
     for (std::int32_t c = 0; c < p.cells; ++c) {
       double& rho = wanted[static_cast<std::size_t>(c)];
       rho = largest_eigenvalue(p, c, [](std::size_t) { return 1.0; }) * (1 + o.damping) / (4 * o.safety * o.safety);
-      largest = std::max({largest, rho, p.scaled_density[static_cast<std::size_t>(c)]});
+      largest = std::max({largest, rho, density[static_cast<std::size_t>(c)]});
     }
     double all = 0;
     MPI_Allreduce(&largest, &all, 1, MPI_DOUBLE, MPI_MAX, p.comm);
-    for (std::size_t c = 0; c < wanted.size(); ++c)
-      p.scaled_density[c] = std::max({p.scaled_density[c], wanted[c], least_mass * all});
+    for (std::size_t c = 0; c < wanted.size(); ++c) density[c] = std::max({density[c], wanted[c], least_mass * all});
     const std::vector<double> before = run.mass;
     weigh();
     double gained = 0;
     for (std::size_t i = 0; i < static_cast<std::size_t>(p.owned_nodes()) * p.width() && !before.empty(); ++i)
-      gained += 0.5 * (run.mass[i / p.width()] - before[i / p.width()]) * p.velocity[i] * p.velocity[i];
+      gained += 0.5 * (run.mass[i / p.width()] - before[i / p.width()]) * run.velocity[i] * run.velocity[i];
     return sum_over_ranks(p.comm, gained);
   }
 
@@ -135,13 +137,6 @@ std::string cannot_hold(const ExplicitStaticsReport& now) {
 
 }  // namespace
 
-void allocate_explicit_statics(Problem& problem) {
-  allocate_dynamics(problem);
-  Problem::Impl& p = problem.impl();
-  p.scaled_density.assign(static_cast<std::size_t>(p.cells), 0.0);
-  p.drift.assign(p.velocity.size(), 0.0);
-}
-
 double crossing_steps(Problem& problem, const ExplicitStaticsOptions& o) {
   const Problem::Impl& p = problem.impl();
   double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {INFINITY, INFINITY, INFINITY}, volume = 0;  // high: of -x
@@ -171,7 +166,7 @@ bool begin(Relaxation& relax, Problem::Impl& p, bool resumed) {
   if (!relax.run.respond(0, true)) return false;
   p.commit();
   relax.scale_masses();
-  p.last_internal.assign(p.internal->array().begin(), p.internal->array().end());
+  relax.run.last_internal.assign(p.internal->array().begin(), p.internal->array().end());
   return true;
 }
 
@@ -210,7 +205,6 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
     result.failure = std::move(why);
     return result;
   };
-  if (p.scaled_density.empty()) allocate_explicit_statics(problem);
   Relaxation relax(p, material, o);
   CentralDifferences& run = relax.run;
   const double crossing = crossing_steps(problem, o), cap = 1 / (o.crossings * crossing);

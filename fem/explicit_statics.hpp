@@ -52,9 +52,6 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
                                              const std::function<bool(const ExplicitStaticsReport&)>& observer,
                                              const ExplicitStaticsReport& start = {});
 
-/// Room for nodal velocities and scaled masses in the problem's snapshot; call before Problem::restore of such a run.
-void allocate_explicit_statics(Problem& problem);
-
 /// Steps that a wave needs to cross the mesh, at the common step of all elements.
 double crossing_steps(Problem& problem, const ExplicitStaticsOptions& options);
 

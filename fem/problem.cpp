@@ -228,33 +228,26 @@ MacroFields Problem::gather_fields() const {
 
 namespace {
 
-/// What a problem keeps at nodes besides the displacement.
-std::array<std::vector<double>*, 6> nodal_state(Problem::Impl& p) {
-  return {&p.velocity, &p.last_load, &p.last_internal, &p.now_internal, &p.drift, &p.previous_u};
-}
-
 /// Owners tell ghosts: solvers keep what they have at owned nodes only, and a cell tells of all of its own.
 void share_nodal_state(Problem::Impl& p) {
   Problem::Impl::Vector column(p.space->dofmap()->index_map, p.components);
-  for (auto* nodal : nodal_state(p)) {
-    if (nodal->empty()) continue;
-    std::copy(nodal->begin(), nodal->end(), column.mutable_array().begin());
+  for (auto& [name, nodal] : p.at_nodes) {
+    std::copy(nodal.begin(), nodal.end(), column.mutable_array().begin());
     column.scatter_fwd();
-    std::copy(column.array().begin(), column.array().end(), nodal->begin());
+    std::copy(column.array().begin(), column.array().end(), nodal.begin());
   }
 }
 
 /// Calls `each(value)` for all that a cell keeps, in one order for saving and restoring.
 template <class F>
 void cell_state(Problem::Impl& p, std::int32_t c, F&& each) {
-  auto u = p.committed_u->mutable_array();
-  for (const auto node : p.cell_nodes(c))
-    for (std::size_t k = 0; k < p.width(); ++k) each(u[p.width() * static_cast<std::size_t>(node) + k]);
-  for (auto* nodal : nodal_state(p))
+  const auto at_its_nodes = [&](auto&& column) {
     for (const auto node : p.cell_nodes(c))
-      for (std::size_t k = 0; k < p.width() && !nodal->empty(); ++k)
-        each((*nodal)[p.width() * static_cast<std::size_t>(node) + k]);
-  if (!p.scaled_density.empty()) each(p.scaled_density[static_cast<std::size_t>(c)]);
+      for (std::size_t k = 0; k < p.width(); ++k) each(column[p.width() * static_cast<std::size_t>(node) + k]);
+  };
+  at_its_nodes(p.committed_u->mutable_array());
+  for (auto& [name, column] : p.at_nodes) at_its_nodes(column);
+  for (auto& [name, column] : p.of_cells) each(column[static_cast<std::size_t>(c)]);
   for (std::size_t i = p.point(c, 0); i < p.point(c + 1, 0); ++i) {
     for (std::size_t k = 0; k < 9; ++k) each(p.committed_F[9 * i + k]);
     for (std::size_t k = 0; k < 6; ++k) each(p.committed_stress[6 * i + k]);
@@ -264,22 +257,37 @@ void cell_state(Problem::Impl& p, std::int32_t c, F&& each) {
 
 }  // namespace
 
-std::vector<double> Problem::snapshot() const {
+std::vector<double>& Problem::Impl::keep_at_nodes(const std::string& name) {
+  return at_nodes.try_emplace(name, u->array().size(), 0.0).first->second;
+}
+
+std::vector<double>& Problem::Impl::keep_of_cells(const std::string& name) {
+  return of_cells.try_emplace(name, static_cast<std::size_t>(cells), 0.0).first->second;
+}
+
+Snapshot Problem::snapshot() const {
+  Snapshot all;
+  for (const auto& [name, column] : impl_->at_nodes) all.at_nodes.push_back(name);
+  for (const auto& [name, column] : impl_->of_cells) all.of_cells.push_back(name);
   std::vector<double> owned;
   impl_->committed_u->scatter_fwd();
   share_nodal_state(*impl_);
   for (std::int32_t c = 0; c < impl_->cells; ++c) cell_state(*impl_, c, [&](const double& v) { owned.push_back(v); });
-  return gather_cells(owned);
+  all.values = gather_cells(owned);
+  return all;
 }
 
-void Problem::restore(const std::vector<double>& snapshot) {
+void Problem::restore(const Snapshot& snapshot) {
+  for (const std::string& name : snapshot.at_nodes) impl_->keep_at_nodes(name);
+  for (const std::string& name : snapshot.of_cells) impl_->keep_of_cells(name);
   std::size_t width = 0;
   if (impl_->cells > 0) cell_state(*impl_, 0, [&](const double&) { ++width; });
   const auto total = static_cast<std::size_t>(compat::topology(*impl_->mesh).index_map(impl_->dim)->size_global());
-  if (!all_true(impl_->comm, impl_->cells == 0 || snapshot.size() == total * width))
+  if (!all_true(impl_->comm, impl_->cells == 0 || snapshot.values.size() == total * width))
     throw std::invalid_argument("the snapshot is of another mesh or element");
   for (std::int32_t c = 0; c < impl_->cells; ++c) {
-    const double* from = snapshot.data() + width * static_cast<std::size_t>(compat::original_cell(*impl_->mesh, c));
+    const double* from =
+        snapshot.values.data() + width * static_cast<std::size_t>(compat::original_cell(*impl_->mesh, c));
     cell_state(*impl_, c, [&](double& v) { v = *from++; });
   }
   impl_->back_to_committed();

@@ -65,6 +65,13 @@ struct MacroFields {
   CellKind kind = CellKind::hexahedron;
 };
 
+/// All that decides how a problem goes on, of every cell in the mesh's original numbering: displacement, F, stress and
+/// tangent, and the columns that a solver keeps, which are named.
+struct Snapshot {
+  std::vector<std::string> at_nodes, of_cells;  // names of those columns
+  std::vector<double> values;
+};
+
 class Problem {
 public:
   /// Throws std::invalid_argument, one line, for what cannot be. `body_force` (N/m^3) grows with time.
@@ -117,10 +124,10 @@ public:
   /// one.
   std::span<const double> deformation() const;
 
-  /// All that decides how the problem goes on, of every cell and point, gathered on rank 0 in original numbering; and
-  /// back (given on every rank). Throws std::invalid_argument where the sizes are not this problem's.
-  std::vector<double> snapshot() const;
-  void restore(const std::vector<double>& snapshot);
+  /// Gathered on rank 0; and back (given on every rank). Throws std::invalid_argument where the sizes are not this
+  /// problem's.
+  Snapshot snapshot() const;
+  void restore(const Snapshot& snapshot);
 
   struct Impl;  // fem only
   Impl& impl() { return *impl_; }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <map>
 #include <stdexcept>
 
 #include "fem/dolfinx_compat.hpp"
@@ -63,12 +64,8 @@ struct Problem::Impl {
   /// (fem/mean_dilatation.cpp).
   std::vector<double> stretch, committed_stretch;
   std::vector<double> stress, tangent, committed_stress, committed_tangent;
-  /// Dynamics only, of owned and ghost components: velocity, half a step behind; forces from outside and inside a step
-  /// ago, and inside now, bulk viscosity included (N).
-  std::vector<double> velocity, last_load, last_internal, now_internal;
-  std::vector<double> previous_u;                         // statics only: committed before the last increment
-  std::vector<double> scaled_density;                     // explicit statics only: of the cells (kg/m^3)
-  std::vector<double> drift;                              // explicit statics only: running mean of the velocity
+  /// Columns that a solver keeps from step to step, by name: of owned and ghost nodes by components, and of cells.
+  std::map<std::string, std::vector<double>> at_nodes, of_cells;
   std::vector<Prescribed> prescribed;                     // owned and ghost, each component once
   std::vector<std::vector<std::int32_t>> boundary_nodes;  // owned nodes of each boundary
   std::vector<LoadedFacet> loaded;
@@ -79,6 +76,10 @@ struct Problem::Impl {
   Impl(MPI_Comm comm, const BoxMesh& box, const Discretisation& d, std::vector<BoundaryCondition> boundaries,
        std::function<Point(const Point&)> body_force);
   Impl(MPI_Comm comm, const MshMesh& msh, const Discretisation& d, std::vector<BoundaryCondition> boundaries);
+
+  /// A solver's own column, zero when it is first asked for; snapshots keep it.
+  std::vector<double>& keep_at_nodes(const std::string& name);
+  std::vector<double>& keep_of_cells(const std::string& name);
 
   std::int32_t owned_nodes() const { return space->dofmap()->index_map->size_local(); }
   std::size_t size() const { return static_cast<std::size_t>(cells) * static_cast<std::size_t>(nq); }

@@ -23,10 +23,11 @@ struct Newton {
   double last_size = 0;                 // of the load factor, in the last increment; 0: nothing to go by
   MacroEnergy energy;                   // since the start
   std::vector<double> volumes;          // of points (m^3)
+  std::vector<double>& previous_u;      // committed before the last increment (m), owned and ghost components
   std::vector<double> last_outside;  // forces from outside when the last increment was accepted (N), owned components
 
   Newton(Problem::Impl& problem, Material& m, const StaticsOptions& options)
-      : p(problem), material(m), o(options), linear(problem) {
+      : p(problem), material(m), o(options), linear(problem), previous_u(p.keep_at_nodes("previous u")) {
     fixed.assign(p.width() * static_cast<std::size_t>(p.owned_nodes()), 0);
     for (const auto& c : p.prescribed)
       if (static_cast<std::size_t>(c.dof) < fixed.size()) fixed[static_cast<std::size_t>(c.dof)] = 1;
@@ -155,7 +156,7 @@ struct Newton {
   std::vector<double> as_before(double size) const {
     std::vector<double> dx(fixed.size());
     for (std::size_t i = 0; i < dx.size(); ++i)
-      dx[i] = (p.committed_u->array()[i] - p.previous_u[i]) * (size / last_size);
+      dx[i] = (p.committed_u->array()[i] - previous_u[i]) * (size / last_size);
     return dx;
   }
 
@@ -175,7 +176,7 @@ struct Newton {
     last_outside = now;
     energy.external += sum_over_ranks(p.comm, done);
     energy.work += p.work_since_commit();
-    p.previous_u.assign(p.committed_u->array().begin(), p.committed_u->array().end());
+    previous_u.assign(p.committed_u->array().begin(), p.committed_u->array().end());
     last_size = size;
     commit();
     energy.internal = sum_over_ranks(p.comm, material.energy(volumes));
@@ -276,8 +277,6 @@ struct Newton {
 
 }  // namespace
 
-void allocate_statics(Problem& problem) { problem.impl().previous_u.assign(problem.impl().u->array().size(), 0.0); }
-
 StaticsResult solve_statics(Problem& problem, Material& material, const StaticsOptions& o,
                             const std::function<bool(const IncrementReport&)>& observer, const StaticsStart& start) {
   Problem::Impl& p = problem.impl();
@@ -288,7 +287,6 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
   double size = start.next_size > 0 ? start.next_size : asked;
   int cutbacks = 0, number = start.increments;
   result.load_factor = start.load_factor;
-  if (p.previous_u.empty()) allocate_statics(problem);
   if (number == 0) {  // stress and tangent of the start: an empty increment
     if (!newton.evaluate(0)) {
       result.failure = "the initial state: " + newton.reason;

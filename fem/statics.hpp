@@ -57,7 +57,4 @@ StaticsResult solve_statics(Problem& problem, Material& material, const StaticsO
                             const std::function<bool(const IncrementReport&)>& observer,
                             const StaticsStart& start = {});
 
-/// Room for the last increment's start in the problem's snapshot; call before Problem::restore of such a run.
-void allocate_statics(Problem& problem);
-
 }  // namespace grus::fem

@@ -151,7 +151,6 @@ void BvpRun::solve(Course& c) {
   fem::Problem& problem = *setup_.problem;
   const auto due = [&] { return c.due(scene_.checkpoint_interval); };
   if (scene_.dynamics) {
-    fem::allocate_dynamics(problem);
     fem::DynamicsOptions with = *scene_.dynamics;
     with.stop = due;
     const auto row = [&](const fem::DynamicsReport& r) { return after(c, r, r.time); };
@@ -159,7 +158,6 @@ void BvpRun::solve(Course& c) {
               return fem::solve_dynamics(problem, *material_, density_, with, row, from);
             }).time;
   } else if (scene_.explicit_statics) {
-    fem::allocate_explicit_statics(problem);
     fem::ExplicitStaticsOptions with = *scene_.explicit_statics;
     with.stop = due;
     const auto row = [&](const fem::ExplicitStaticsReport& r) { return after(c, r, r.load_factor); };
@@ -167,7 +165,6 @@ void BvpRun::solve(Course& c) {
               return fem::solve_explicit_statics(problem, *material_, with, row, from);
             }).load_factor;
   } else {
-    fem::allocate_statics(problem);
     const auto start = begin<fem::StaticsStart>();
     const auto row = [&](const fem::IncrementReport& r) { return after(c, r, r.load_factor); };
     const auto result = fem::solve_statics(problem, *material_, scene_.solve, row, start);
@@ -229,9 +226,11 @@ void BvpRun::save(Course& c, const Report& report) {
   auto pack = [](const std::vector<double>& v) {
     return std::string(reinterpret_cast<const char*>(v.data()), v.size() * sizeof(double));
   };
+  const fem::Snapshot macro = setup_.problem->snapshot();
+  about["columns"] = {macro.at_nodes, macro.of_cells};
   dem::write_checkpoint(result_file(options_.directory, "checkpoint.h5"), about.dump(), [&](const dem::TakePart& take) {
     take(output_->history().text());
-    take(pack(setup_.problem->snapshot()));
+    take(pack(macro.values));
     for (const auto& r : regions_) take(r.save());
     if (rves_) rves_->save(take);
   });
@@ -267,7 +266,8 @@ nlohmann::json BvpRun::resume() {
     return v;
   };
   try {
-    setup_.problem->restore(unpack(kept.parts[1]));
+    const auto columns = about.at("columns").get<std::array<std::vector<std::string>, 2>>();
+    setup_.problem->restore({columns[0], columns[1], unpack(kept.parts[1])});
     for (std::size_t r = 0; r < regions_.size(); ++r) regions_[r].load(kept.parts[2 + r]);
     kept.parts.erase(kept.parts.begin() + 1, kept.parts.begin() + 2 + static_cast<std::ptrdiff_t>(regions_.size()));
     const std::string history = std::move(kept.parts.front());

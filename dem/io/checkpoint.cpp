@@ -21,7 +21,7 @@ namespace grus::dem {
 namespace {
 
 /// Raised with every change of the archive's fields; the sizes tell another layout of the same fields.
-constexpr std::uint64_t format_version = 25;
+constexpr std::uint64_t format_version = 26;
 constexpr std::uint64_t layout =
     sizeof(Motion) + 1000 * sizeof(Contact) + 1000000 * sizeof(CohesiveSpring) + 1000000000ULL * sizeof(Pair);
 

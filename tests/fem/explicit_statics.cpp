@@ -332,7 +332,7 @@ TEST_CASE("a block of grains: the explicit answer is Newton's, and it goes on fr
 
   // Stopped after some steps, saved, and gone on with by another set of the same.
   std::string bytes;
-  std::vector<double> snapshot;
+  fem::Snapshot snapshot;
   ExplicitStaticsReport at;
   {
     const auto stopped = block();
@@ -348,7 +348,6 @@ TEST_CASE("a block of grains: the explicit answer is Newton's, and it goes on fr
   coupling::RveFarm farm4(MPI_COMM_SELF, sand.model, with.response, 2);
   coupling::RveMaterial again(farm4, {sand.state}, std::vector<std::size_t>(part->owned_points(), 0), with);
   fem::Material rest = again.material();
-  fem::allocate_explicit_statics(*part);
   part->restore(snapshot);
   rest.load(bytes);
   const auto end = fem::solve_explicit_statics(*part, rest, o, go_on, at);
