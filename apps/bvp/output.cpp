@@ -286,6 +286,8 @@ nlohmann::json BvpOutput::devices(const nlohmann::json& row) const {
   auto put = [&](const char* name, double joule) { all[name] = done > 0 ? joule / done : 0; };
   put("local_damping_of_cells", of_rves(&dem::Facts::local_damping));
   const auto& cells = scene_.unit_cells;
+  if (std::any_of(cells.begin(), cells.end(), [](const auto& c) { return c.bonded(); }))
+    put("bond_damping_of_cells", of_rves(&dem::Facts::bond_damping));
   if (std::any_of(cells.begin(), cells.end(), [](const auto& c) { return c.model.numerics.scaled_below > 0; }))
     put("scaled_inertia_of_cells", of_rves(&dem::Facts::scaled_inertia));
   if (scene_.explicit_statics) {

@@ -55,7 +55,8 @@ Facts facts_of(const Model& model, const State& s, double haste) {
   Facts f;
   f.energy_error = std::abs(told_energy_error(s, stored_energy(model, s)));
   f.work = s.ledger.work, f.haste = haste;
-  f.local_damping = s.ledger.local_damping, f.scaled_inertia = s.ledger.inertia;
+  f.local_damping = s.ledger.local_damping, f.bond_damping = s.ledger.bond_damping;
+  f.scaled_inertia = s.ledger.inertia;
   f.unexplained = s.ledger.unexplained;
   f.lost_mass = s.ledger.fines.mass;
   f.mass = f.lost_mass + total_mass(s.grains);

@@ -68,6 +68,7 @@ struct Facts {
   double work = 0, unexplained = 0;  // J, of the ledger
   double haste = 0;                  // J, of the work: the price of the cell's own rate; steady cells
   double local_damping = 0;          // J, of what is dissipated: by a device
+  double bond_damping = 0;           // J, the same: by the dashpots of face bonds
   double scaled_inertia = 0;         // J, put in at births
   std::uint64_t grains = 0, breakages = 0, steps = 0;
   std::uint64_t bonds = 0, bonds_broken = 0;  // of faces; where the material has such bonds
