@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // An error that crosses a rank as bytes is thrown as what it was, and says where it was where that helps.
-#include <catch2/catch_test_macros.hpp>
-#include <catch2/matchers/catch_matchers.hpp>
-#include <catch2/matchers/catch_matchers_exception.hpp>
+#if __has_include(<catch2/catch_all.hpp>)
+#include <catch2/catch_all.hpp>
+#else
+#include <catch2/catch.hpp>
+#endif
+
 #include <new>
 #include <stdexcept>
 
@@ -11,7 +14,6 @@
 #include "dem/base/watch.hpp"
 
 using namespace grus::dem;
-using Catch::Matchers::Message;
 
 namespace {
 
@@ -21,17 +23,28 @@ Fault carried(E thrown) {
   return Fault::of(fault_in([&] { throw thrown; }).bytes());
 }
 
+/// What E says that is thrown for the fault; another exception goes on.
+template <class E>
+std::string thrown(const Fault& fault) {
+  try {
+    rethrow(fault);
+  } catch (const E& e) {
+    return e.what();
+  }
+  return "nothing is thrown";
+}
+
 }  // namespace
 
 TEST_CASE("a fault is thrown as what it was") {
-  CHECK_THROWS_MATCHES(rethrow(carried(InputError("scene.toml:3:1: no"))), InputError, Message("scene.toml:3:1: no"));
-  CHECK_THROWS_MATCHES(rethrow(carried(std::invalid_argument("no node"))), InputError, Message("no node"));
-  CHECK_THROWS_MATCHES(rethrow(carried(Unstable("too fast"))), Unstable, Message("too fast"));
-  CHECK_THROWS_MATCHES(rethrow(carried(Interrupted("stopped"))), Interrupted, Message("stopped"));
+  CHECK(thrown<InputError>(carried(InputError("scene.toml:3:1: no"))) == "scene.toml:3:1: no");
+  CHECK(thrown<InputError>(carried(std::invalid_argument("no node"))) == "no node");
+  CHECK(thrown<Unstable>(carried(Unstable("too fast"))) == "too fast");
+  CHECK(thrown<Interrupted>(carried(Interrupted("stopped"))) == "stopped");
   CHECK_THROWS_AS(rethrow(carried(std::bad_alloc())), std::bad_alloc);
   const Fault other = carried(std::logic_error("disk full\nand more"));
   CHECK(other.kind == Fault::Kind::other);
-  CHECK_THROWS_MATCHES(rethrow(other), std::runtime_error, Message("disk full\nand more"));
+  CHECK(thrown<std::runtime_error>(other) == "disk full\nand more");
   CHECK(fault_in([] { throw 3; }).kind == Fault::Kind::other);
 }
 
@@ -55,7 +68,6 @@ TEST_CASE("a fault of the machine names its rank, others do not") {
   CHECK(on_rank(3, carried(std::runtime_error("disk full"))).text == "rank 3: disk full");
   CHECK(on_rank(0, carried(std::runtime_error("disk full"))).text == "disk full");
   CHECK(on_rank(3, carried(Unstable("too fast"))).text == "too fast");
-  CHECK_THROWS_MATCHES(rethrow(on_rank(1, carried(std::bad_alloc()))), std::runtime_error,
-                       Message("rank 1: out of memory"));
+  CHECK(thrown<std::runtime_error>(on_rank(1, carried(std::bad_alloc()))) == "rank 1: out of memory");
   CHECK_THROWS_AS(rethrow(on_rank(0, carried(std::bad_alloc()))), std::bad_alloc);
 }
