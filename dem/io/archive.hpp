@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 
 #include "dem/base/error.hpp"
 #include "dem/rve/state.hpp"
@@ -79,6 +80,33 @@ private:
     return n;
   }
   std::string_view bytes_;
+};
+
+/// What is walked, in its order: kinds of fields and the sizes of their rows, as a number. Another one tells bytes of
+/// another layout.
+class Layout {
+public:
+  template <class T>
+  void plain(const T&) {
+    add('p', sizeof(T));
+  }
+  template <class T>
+  void column(const std::vector<T>&) {
+    add('c', sizeof(T));
+  }
+  template <class T>
+  void optional(const std::optional<T>&) {
+    add('o', sizeof(T));
+  }
+  void text(const std::string&) { add('t', 1); }
+  std::uint64_t number() const { return number_; }
+
+private:
+  void add(char kind, std::size_t size) {
+    for (const std::uint64_t v : {std::uint64_t(static_cast<unsigned char>(kind)), std::uint64_t(size)})
+      number_ = (number_ ^ v) * 0x100000001b3ULL;  // FNV-1a
+  }
+  std::uint64_t number_ = 0xcbf29ce484222325ULL;
 };
 
 template <class A, class C>
@@ -194,6 +222,15 @@ void archive(A& a, S& s) {
     a.plain(*v);
   a.plain(s.servo);
   a.plain(s.resting);
+}
+
+/// Of every field of a state, a wall's among them.
+inline std::uint64_t layout_of_states() {
+  State one;
+  one.boundary.walls.resize(1);
+  Layout layout;
+  archive(layout, std::as_const(one));
+  return layout.number();
 }
 
 inline std::string bytes_of(const State& state) {

@@ -13,17 +13,15 @@
 
 #include "dem/base/checksum.hpp"
 #include "dem/base/error.hpp"
+#include "dem/io/archive.hpp"
 #include "dem/io/hdf5_image.hpp"
 #include "dem/io/whole_file.hpp"
-#include "dem/rve/state.hpp"
 
 namespace grus::dem {
 namespace {
 
-/// Raised with every change of the archive's fields; the sizes tell another layout of the same fields.
+/// Raised where fields change their meaning, or what is kept beside the states; `layout_of_states` tells other fields.
 constexpr std::uint64_t format_version = 26;
-constexpr std::uint64_t layout =
-    sizeof(Motion) + 1000 * sizeof(Contact) + 1000000 * sizeof(CohesiveSpring) + 1000000000ULL * sizeof(Pair);
 
 /// True where the last eight bytes of a file are the checksum of all before: HDF5 does not mind them, and leaves gaps
 /// that no checksum of its datasets would reach.
@@ -99,7 +97,7 @@ void write_checkpoint(const std::string& path, const std::string& about,
                       const std::function<void(const TakePart&)>& parts) {
   std::string image = hdf5_image([&](hid_t file) {
     std::vector<std::uint64_t> offsets{0};
-    const std::vector<std::uint64_t> head{format_version, layout};
+    const std::vector<std::uint64_t> head{format_version, layout_of_states()};
     Growing packed(file, "parts");
     parts([&](const std::string& part) {
       packed.append(part);
@@ -129,7 +127,7 @@ Checkpoint read_checkpoint(const std::string& path) {
   if (head[0] != format_version)
     refuse(fmt::format("checkpoint of format {}, this version reads {}: run again from the start", head[0],
                        format_version));
-  if (head[1] != layout)
+  if (head[1] != layout_of_states())
     refuse("checkpoint of a build with another data layout: resume with the program that wrote it");
   if (!sealed(path)) refuse("checkpoint is damaged: its checksum does not match");
   if (!read(file.id, "about", H5T_NATIVE_UINT8, room, c.about) ||
