@@ -79,7 +79,7 @@ TEST_CASE("masses give every element the same critical step, and no element that
   std::vector<double> before;
   bool falls = false, grows = false;
   const auto result = fem::solve_explicit_statics(problem, m, o, [&](const ExplicitStaticsReport&) {
-    const auto& rho = problem.impl().scaled_density;
+    const auto& rho = problem.impl().of_cells.at("scaled density");
     for (std::size_t c = 0; c < before.size(); ++c)
       falls = falls || rho[c] < before[c], grows = grows || rho[c] > before[c];
     before = rho;
@@ -95,9 +95,9 @@ TEST_CASE("masses give every element the same critical step, and no element that
   bool softened = false, lost = false;
   REQUIRE(fem::solve_explicit_statics(pulled, soft, o, [&](const ExplicitStaticsReport&) {
             auto& impl = pulled.impl();
-            if (first.empty()) first = impl.scaled_density;
+            if (first.empty()) first = impl.of_cells.at("scaled density");
             for (std::int32_t c = 0; c < impl.cells; ++c) {
-              const double held = impl.scaled_density[static_cast<std::size_t>(c)];
+              const double held = impl.of_cells.at("scaled density")[static_cast<std::size_t>(c)];
               const double wanted = fem::largest_eigenvalue(impl, c, [](std::size_t) { return 1.0; }) *
                                     (1 + o.damping) / (4 * o.safety * o.safety);
               softened = softened || wanted < 0.95 * held;
@@ -120,7 +120,7 @@ TEST_CASE("masses give every element the same critical step, and no element that
   REQUIRE(q.strain_sweep());
   REQUIRE(probe.respond({q.deformation, q.stress, q.tangent}));
   for (std::int32_t c = 0; c < p.cells; ++c) {
-    const double rho = p.scaled_density[static_cast<std::size_t>(c)];
+    const double rho = p.of_cells.at("scaled density")[static_cast<std::size_t>(c)];
     CHECK(2 / std::sqrt(fem::largest_eigenvalue(q, c, [&](std::size_t) { return rho; })) ==
           Approx(std::sqrt(1 + o.damping) / o.safety).epsilon(1e-9));
   }
