@@ -4,8 +4,8 @@
 #include <fstream>
 #include <sstream>
 
-#include "apps/bvp/points.hpp"
 #include "apps/bvp/hopkinson.hpp"
+#include "apps/bvp/points.hpp"
 #include "tests/apps/scratch.hpp"
 #include "tests/helpers.hpp"
 
