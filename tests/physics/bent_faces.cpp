@@ -242,6 +242,29 @@ TEST_CASE("what is pressed rubs by its pressure, whatever has given way") {
   CHECK(work == Approx(dissipated(f.bond) + rubbed(f.bond) + energy(f.bond)).epsilon(2e-3));
 }
 
+TEST_CASE("a face that holds more than G A where it gives way takes what friction does not go on bearing") {
+  // Under the pressure p it gives way at c + tan phi p; then friction f bears mu p of it: the rest of what the spring
+  // held is taken, be it more than G A, less, or nothing.
+  constexpr double pressed = 1e-2, p = E0 * pressed;
+  for (const double friction : {0.0, 0.6, 0.75, 0.9}) {
+    BondModel model = cohesive(1e6, 4e3);
+    model.friction = friction;
+    Face f = pentagon(model);
+    const double bears = model.cohesion + model.tan_phi * p, goes_on = std::min(friction * p, bears), kt = f.bond.kt;
+    REQUIRE(0.5 * bears * bears / kt > model.energy_2);
+    Path start = Path::Zero(), end = Path::Zero();
+    start[2] = end[2] = -pressed, end[0] = 1.02 * bears / kt;
+    double work = 0.5 * f.bond.kn * f.bond.area * pressed * pressed;
+    work += work_along(f, start, end, 2000);
+    CAPTURE(friction);
+    REQUIRE(broken(f.bond));
+    const double taken = dissipated(f.bond) / f.bond.area, expected = 0.5 * (bears * bears - goes_on * goes_on) / kt;
+    CHECK(taken == Approx(expected).epsilon(4e-3).margin(2e-3 * model.energy_2));  // two steps beyond the strength
+    CHECK((taken > model.energy_2) == (friction < 0.7));
+    CHECK(work == Approx(dissipated(f.bond) + rubbed(f.bond) + energy(f.bond)).epsilon(2e-3));
+  }
+}
+
 TEST_CASE("a face that bends keeps the stiffness of what is pressed, at any damage") {
   Face f = pentagon(cohesive(1e6, 4e3));
   Path way = Path::Zero();
