@@ -12,7 +12,8 @@ inline constexpr double E0 = 1e9, density = 2000;
 inline Model rock(const BondModel& bond, double friction = 0) {
   Model model;
   Material m = solid(E0, 0, density, friction), rigid;
-  m.name = "rock", m.normal_stiffness = E0, m.shear_ratio = bond.ratio, m.bond = bond;
+  m.name = "rock", m.bond = bond;
+  m.contact = Foundation::Of{.modulus = E0, .shear_ratio = bond.ratio};
   rigid.youngs_modulus = INFINITY, rigid.friction = NAN;
   model.law = Foundation{};
   model.materials = {m, rigid};

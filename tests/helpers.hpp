@@ -39,7 +39,7 @@ inline Model model_of(const Material& material) {
 inline Model linear_model(double kn, double ratio, double density, double friction) {
   Model model;
   Material m = solid(60e9, 0.2, density, friction);
-  m.normal_stiffness = kn, m.shear_ratio = ratio;
+  m.contact = LinearSpring::Of{.stiffness = kn, .shear_ratio = ratio};
   Material rigid;
   rigid.youngs_modulus = INFINITY, rigid.friction = NAN;
   model.law = LinearSpring{};

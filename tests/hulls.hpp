@@ -13,9 +13,9 @@ inline constexpr double modulus = 1e6;  // Pa/m
 inline Model hull_model(double friction = 0, double c = modulus, double restitution = 1) {
   Model model;
   Material m = solid(60e9, 0, 1, friction, restitution), rigid;
-  m.name = "rock", m.normal_stiffness = c, m.shear_ratio = 0.5;
+  m.name = "rock", m.contact = Foundation::Of{.given = c, .shear_ratio = 0.5};
   rigid.youngs_modulus = INFINITY, rigid.friction = NAN;
-  model.law = Foundation{true};
+  model.law = Foundation{};
   model.materials = {m, rigid};
   make_pair_laws(model);
   return model;

@@ -169,6 +169,7 @@ std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& st
                            "time_step_s",  "steps",           "energy_unexplained_J"})
     c.emplace_back(name);
   for (const char* ij : components) c.push_back(fmt::format("fabric_{}", ij));
+  if (dem::attracts(scene.model.law)) c.emplace_back("adhesion_J");
   if (scene.model.reshapes()) c.emplace_back("reshape_J");
   if (scene.model.numerics.scaled_below > 0) c.emplace_back("inertia_J");
   if (scene.model.has_balls())
@@ -291,6 +292,7 @@ std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const de
                          l.unexplained});
   const dem::Vec6 fabric = dem::to_voigt(m.fabric);
   for (int k = 0; k < 6; ++k) row.push_back(fabric[k]);
+  if (dem::attracts(scene.model.law)) row.push_back(l.adhesion);
   if (scene.model.reshapes()) row.push_back(l.reshape);
   if (scene.model.numerics.scaled_below > 0) row.push_back(l.inertia);
   if (scene.model.has_balls()) add_crushing(scene, s, m, row);

@@ -17,8 +17,7 @@ namespace {
 /// Why the time step falls while a test goes on; empty: it stays.
 std::string falling_step(const dem::Model& model) {
   if (model.numerics.time_step > 0) return "";
-  return fmt::format("the time step falls as contacts form{}{}",
-                     std::holds_alternative<dem::LinearSpring>(model.law) ? "" : " and stiffen",
+  return fmt::format("the time step falls as contacts form{}{}", dem::stiffens(model.law) ? " and stiffen" : "",
                      model.breakable() ? ", and as grains break" : "");
 }
 

@@ -126,6 +126,7 @@ nlohmann::json RveRun::summary() const {
                         {"angular_momentum_kg_m2_s", vector(f.angular_momentum)}};
   }
   summary["energy"] = ledger_json(state_, now_);
+  if (dem::attracts(scene_.model.law)) summary["energy"]["adhesion_J"] = state_.ledger.adhesion;
   summary["errors"] = course_.errors.json(state_);
   const auto device = [&](const char* name, double joule) {
     if (joule != 0) summary["errors"][name] = joule / dem::energy_scale(state_.ledger, now_.kinetic + now_.elastic);

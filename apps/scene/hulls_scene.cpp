@@ -149,7 +149,7 @@ void put_hulls(const dem::Packing& packing, const std::vector<dem::UnitHull>& hu
 
 void check_hulls(const Table& t, const RveScene& scene) {
   const auto& kinds = scene.state.grains.kind;
-  const bool by_overlap = std::holds_alternative<dem::Foundation>(scene.model.law);
+  const bool by_overlap = dem::of_hulls(scene.model.law);
   const auto hulls = std::count(kinds.begin(), kinds.end(), dem::ShapeKind::hull);
   if (!scene.of_hulls() && !by_overlap) return;
   if (!scene.of_hulls())

@@ -178,14 +178,17 @@ std::optional<Elasticity> read_overlap(Table& t, dem::Material& m, std::optional
   if (given && *given != now)
     t.fail("foundation", "either all materials of a scene tell their stiffness per area, or all tell a modulus");
   given = now;
+  dem::Foundation::Of own;
+  double& told = now ? own.given : own.modulus;
   if (by_bond)
-    m.normal_stiffness = m.bond->stiffness;
+    told = m.bond->stiffness;
   else if (now)
-    m.normal_stiffness = t.number("foundation", dimension::foundation, positive);
+    told = t.number("foundation", dimension::foundation, positive);
   else
-    m.normal_stiffness = t.number("youngs_modulus", dimension::pressure, positive);
-  if (!by_bond && !now) elasticity = {m.normal_stiffness, m.poissons_ratio};
-  m.shear_ratio = t.number_or("shear_ratio", m.bond ? m.bond->ratio : 2.0 / 7, dimension::none, not_negative);
+    told = t.number("youngs_modulus", dimension::pressure, positive);
+  if (!by_bond && !now) elasticity = {told, m.poissons_ratio};
+  own.shear_ratio = t.number_or("shear_ratio", m.bond ? m.bond->ratio : 2.0 / 7, dimension::none, not_negative);
+  m.contact = own;
   return elasticity;
 }
 
@@ -212,9 +215,13 @@ void read_model(Table& scene, dem::Model& model, bool unit_cell) {
       m.friction = t.number_or("friction", 0, dimension::none, not_negative);
       elasticity = read_overlap(t, m, foundation);
     } else {
-      m.normal_stiffness = kind == "linear" ? t.number("normal_stiffness", dimension::stiffness, positive)
-                                            : 4 * t.number("contact_modulus", dimension::pressure, positive);
-      m.shear_ratio = t.number_or("shear_ratio", 2.0 / 7, dimension::none, not_negative);
+      dem::LinearSpring::Of own;
+      if (kind == "linear")
+        own.stiffness = t.number("normal_stiffness", dimension::stiffness, positive);
+      else
+        own.modulus = t.number("contact_modulus", dimension::pressure, positive);
+      own.shear_ratio = t.number_or("shear_ratio", 2.0 / 7, dimension::none, not_negative);
+      m.contact = own;
       m.youngs_modulus = t.number_or("youngs_modulus", 60e9, dimension::pressure, positive);
     }
     if (kind != "overlap") m.friction = t.number_or("friction", 0, dimension::none, not_negative);
@@ -239,9 +246,9 @@ void read_model(Table& scene, dem::Model& model, bool unit_cell) {
   if (model.materials.empty()) scene.fail("material", "needs at least one [material.NAME] table");
   if (model.materials.size() > 200) scene.fail("material", "at most 200 materials");
   if (law == "overlap") {
-    model.law = dem::Foundation{*foundation};
+    model.law = dem::Foundation{};
   } else if (law != "hertz-mindlin") {
-    model.law = dem::LinearSpring{law == "linear-modulus"};
+    model.law = dem::LinearSpring{};
     // Force over the square of Hertz's contact radius does not depend on the force here: it breaks at none or never.
     for (const auto& m : model.materials)
       if (m.fracture && std::any_of(m.fracture->criteria.begin(), m.fracture->criteria.end(), needs_hertz))

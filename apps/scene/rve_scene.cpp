@@ -212,9 +212,10 @@ void read_output(Table& t, RveScene& scene) {
   o->finish();
 }
 
-/// Larger grains that stand for smaller ones are as strong as those.
+/// Larger grains that stand for smaller ones are as strong as those, and press alike.
 void scale_strengths(RveScene& scene) {
   for (auto& m : scene.model.materials) {
+    dem::scale(scene.model.law, m.contact, scene.scale);
     if (!m.fracture) continue;
     if (auto* scatter = std::get_if<dem::Scatter>(&m.fracture->strength_law))
       scatter->reference_diameter *= scene.scale;

@@ -277,6 +277,7 @@ void read_sample(Table& t, RveScene& scene) {
   if (held != scene.model.materials.end())
     refuse_shapes(t, scene, fmt::format("material.{}.rotation = false", held->name));
   if (dem::cylinder(boundary)) refuse_shapes(t, scene, "a cylinder");
+  if (dem::attracts(scene.model.law)) refuse_shapes(t, scene, "a contact law with attraction");
   refuse_unsplit(t, scene);
   refuse_unbonded(t, scene);
   tell_unused(scene, own);

@@ -9,6 +9,20 @@
 namespace grus::dem {
 namespace {
 
+/// What the kernels ask of the law, seldom: a pair begins to touch; what springs do not hold of one that parts.
+template <class Law>
+void begin_touch(const void* context, std::size_t k, double effective_radius) {
+  const TileWork& s = *static_cast<const TileWork*>(context);
+  Contact c = s.contacts.contact[k];
+  begin_contact<Law>(s.pairs[s.contacts.law[k]], effective_radius, 1, c, s.energy);
+  s.contacts.contact.set(k, c);
+}
+template <class Law>
+void part_touch(const void* context, std::size_t k) {
+  const TileWork& s = *static_cast<const TileWork*>(context);
+  part_from<Law>(s.contacts.contact[k], s.energy);
+}
+
 /// The columns as the kernel wants them; laws, images and walls as rows.
 ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains,
                     const Boundary& boundary, double dt, bool shown, Contacts& c) {
@@ -18,9 +32,7 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const PairLaw& p = pairs[k];
     double* row = &c.law_rows[k * law_columns];
-    row[law_youngs] = p.youngs;
     row[law_dashpot] = p.dashpot;
-    row[law_stiffness] = p.normal_stiffness;
     row[law_shear_ratio] = p.friction > 0 ? p.shear_ratio : 1, row[law_friction] = p.friction;
     row[law_rolling] = p.rolling;
     pass.friction = pass.friction || p.friction > 0, pass.dashpot = pass.dashpot || p.dashpot > 0;
@@ -82,8 +94,10 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
   pass.shape = reinterpret_cast<const double*>(grains.shape.data());
   static_assert(sizeof(Frame) == 96 && sizeof(PolyEllipsoid) == 48);
   pass.elsewhere = reinterpret_cast<double*>(c.load.data()), pass.grains = static_cast<std::uint32_t>(grains.size());
-  const auto* linear = std::get_if<LinearSpring>(&law);
-  pass.hertz = !linear, pass.by_modulus = linear && linear->by_modulus;
+  if (h.reaches) pass.reach = h.reach.data();
+  std::visit([&]<class Law>(
+                 const Law&) { pass.kernel = Law::kernel, pass.begin = begin_touch<Law>, pass.part = part_touch<Law>; },
+             law);
   return pass;
 }
 
@@ -104,6 +118,7 @@ void ContactPass::tile(std::size_t t, Load* room) const {
   ContactRows rows = rows_;
   rows.load = reinterpret_cast<double*>(load), rows.first = static_cast<std::uint32_t>(first);
   const TileWork work{law_, pairs_, grains_, boundary_, contacts_, rows, load, first, contacts_.energy[t]};
+  rows.context = &work;
   for (const Bin bin : pass_order) {
     const std::size_t begin = contacts_.tile[bin][t], end = contacts_.tile[bin][t + 1];
     if (begin != end) pair_kind(bin).pass(work, begin, end);
@@ -140,6 +155,7 @@ BlockEnergy flush(Contacts& contacts) {
     sum.springs += e.springs;
     sum.viscous += e.viscous;
     sum.work += e.work;
+    sum.adhesion += e.adhesion;
     e = {};
   }
   return sum;
@@ -148,6 +164,7 @@ BlockEnergy flush(Contacts& contacts) {
 void book(const BlockEnergy& contacts, Ledger& l) {
   l.friction += contacts.friction, l.unexplained += contacts.springs - contacts.friction;
   l.damping += contacts.viscous, l.work += contacts.work;
+  l.adhesion += contacts.adhesion;
   l.most_friction = std::max(l.most_friction, l.friction), l.most_damping = std::max(l.most_damping, l.damping);
 }
 

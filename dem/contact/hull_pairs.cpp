@@ -56,7 +56,7 @@ Press advance(const TileWork& s, std::size_t k, const Overlap& o, double modulus
   const Vec3 n = o.force / force, before = touch.normal;
   if (c.stiffness == 0) c.radius = modulus;
   c.stiffness = c.radius * area;
-  const Elastic elastic{c.radius * force, c.stiffness, c.radius * o.energy};
+  const Elastic elastic{c.radius * force, c.stiffness, c.radius * o.energy, c.stiffness};
   const double vn = m.velocity.dot(n);
   const double viscous = advance_dashpot(p, m.mass, elastic, vn, s.dt(), c, s.energy);
   Press out{c.radius * o.force, viscous * n, 0};
@@ -81,13 +81,11 @@ bool presses(const Overlap& o) { return o.volume > 0 && o.force.squaredNorm() > 
 
 }  // namespace
 
-double foundation_of(const Foundation& law, const PairLaw& p, const Grains& g, Index a, Index b) {
-  return law.given ? p.normal_stiffness : p.normal_stiffness / (depth_of(g, a) + depth_of(g, b));
+double foundation_of(const PairLaw& p, const Grains& g, Index a, Index b) {
+  return own<Foundation>(p).over(depth_of(g, a) + depth_of(g, b));
 }
 
-double foundation_of(const Foundation& law, const PairLaw& p, const Grains& g, Index a) {
-  return law.given ? p.normal_stiffness : p.normal_stiffness / depth_of(g, a);
-}
+double foundation_of(const PairLaw& p, const Grains& g, Index a) { return own<Foundation>(p).over(depth_of(g, a)); }
 
 Overlap overlap_of_pair(const Grains& g, const Cell& cell, const Pair& pair, const Vec3& search) {
   const Mat3 &axes = g.frame[pair.a].axes, back = axes.transpose();
@@ -110,7 +108,6 @@ Overlap overlap_at_wall(const Grains& g, const Wall& wall, Index i) {
 
 void hulls(const TileWork& s, std::size_t begin, std::size_t end) {
   Contacts& contacts = s.contacts;
-  const Foundation& law = std::get<Foundation>(s.law);
   const Cell& cell = s.boundary.cell;
   for (std::size_t k = begin; k < end; ++k) {
     const Pair& pair = contacts.pair[k];
@@ -131,7 +128,7 @@ void hulls(const TileWork& s, std::size_t begin, std::size_t end) {
     const Vec3 n = o.force.normalized();
     const Meeting m{b.velocity + b.spin.cross(arm_b) + drag - a.velocity - a.spin.cross(o.middle),
                     n.dot(b.spin - a.spin), 0.5 * n.dot(a.spin + b.spin), 1 / (a.inverse_mass + b.inverse_mass)};
-    const Press press = advance(s, k, o, foundation_of(law, s.pairs[pair.law], s.grains, pair.a, pair.b), m);
+    const Press press = advance(s, k, o, foundation_of(s.pairs[pair.law], s.grains, pair.a, pair.b), m);
     const Vec3 force = press.elastic + press.rest;
     const Vec3 moment = contacts.contact.radius[k] * o.moment + press.moment * n;  // about the mass centre of a
     if (contacts.spots) contacts.spot[k] = {o.middle, moment - o.middle.cross(press.elastic)};
@@ -146,7 +143,6 @@ void hulls(const TileWork& s, std::size_t begin, std::size_t end) {
 
 void hulls_at_walls(const TileWork& s, std::size_t begin, std::size_t end) {
   Contacts& contacts = s.contacts;
-  const Foundation& law = std::get<Foundation>(s.law);
   for (std::size_t k = begin; k < end; ++k) {
     const Pair& pair = contacts.pair[k];
     const Motion& a = s.grains.motion[pair.a];
@@ -159,7 +155,7 @@ void hulls_at_walls(const TileWork& s, std::size_t begin, std::size_t end) {
     const Vec3 n = o.force.normalized();
     const Meeting m{wall.velocity - a.velocity - a.spin.cross(o.middle), -n.dot(a.spin), 0.5 * n.dot(a.spin),
                     1 / a.inverse_mass};
-    const Press press = advance(s, k, o, foundation_of(law, s.pairs[pair.law], s.grains, pair.a), m);
+    const Press press = advance(s, k, o, foundation_of(s.pairs[pair.law], s.grains, pair.a), m);
     const Vec3 force = press.elastic + press.rest;
     const Vec3 moment = contacts.contact.radius[k] * o.moment + press.moment * n;
     if (contacts.spots) contacts.spot[k] = {o.middle, moment - o.middle.cross(press.elastic)};

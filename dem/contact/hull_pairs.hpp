@@ -20,7 +20,7 @@ Overlap overlap_of_pair(const Grains& grains, const Cell& cell, const Pair& pair
 Overlap overlap_at_wall(const Grains& grains, const Wall& wall, Index grain);
 
 /// Modulus (Pa/m) of the foundation between two hulls, and of one against a wall.
-double foundation_of(const Foundation& law, const PairLaw& p, const Grains& grains, Index a, Index b);
-double foundation_of(const Foundation& law, const PairLaw& p, const Grains& grains, Index a);
+double foundation_of(const PairLaw& p, const Grains& grains, Index a, Index b);
+double foundation_of(const PairLaw& p, const Grains& grains, Index a);
 
 }  // namespace grus::dem

@@ -11,8 +11,10 @@ double restitution_of(const ContactLaw& law, double dashpot) {
     if (x <= 0) return 0.0;
     return std::visit(
         [&](const auto& l) {
-          const Elastic e = l(1.0, x);
-          return -std::max(e.force + dashpot * std::sqrt(e.normal_stiffness) * v, 0.0);
+          Contact c;
+          c.stiffness = 1;
+          const Elastic e = l(c, x);
+          return -std::max(e.force + dashpot * std::sqrt(e.grip) * v, 0.0);
         },
         law);
   };
@@ -51,6 +53,80 @@ double dashpot_for(const ContactLaw& law, double restitution) {
     ((known ? mid < near : too_bouncy(mid) > 0) ? low : high) = mid;
   }
   return 0.5 * (low + high);
+}
+
+void mix(const ContactLaw& law, const Solid& a, const LawConstants& of_a, const Solid& b, const LawConstants& of_b,
+         PairLaw& p) {
+  std::visit(
+      [&]<class Law>(const Law&) { p.own = Law::mix(partner<Law>(a, of_a), partner<Law>(b, of_b), p.shear_ratio); },
+      law);
+}
+
+double force_at(const ContactLaw& law, const PairLaw& p, double effective_radius, double overlap) {
+  return std::visit(
+      [&]<class Law>(const Law& l) {
+        if constexpr (Law::of_hulls) return static_cast<double>(INFINITY);
+        Contact c;
+        Law::begin(own<Law>(p), effective_radius, 1, c);
+        return l(c, overlap).force;
+      },
+      law);
+}
+
+double reach_of(const ContactLaw& law, std::span<const PairLaw> pairs, double largest_radius) {
+  return std::visit(
+      [&]<class Law>(const Law&) {
+        double reach = 0;
+        if constexpr (Law::attracts)
+          for (const PairLaw& p : pairs) {
+            Contact c;
+            Law::begin(own<Law>(p), largest_radius, 1, c);
+            reach = std::max(reach, c.reach);
+          }
+        return reach;
+      },
+      law);
+}
+
+double hardest_impact(const ContactLaw& law, const PairLaw& p, const Impact& impact) {
+  return std::visit([&]<class Law>(const Law&) { return Law::hardest_impact(own<Law>(p), impact); }, law);
+}
+
+double stiffness_between(const ContactLaw& law, const Solid& solid, const LawConstants& of, double radius) {
+  return std::visit(
+      [&]<class Law>(const Law&) { return Law::stiffness_between(solid, partner<Law>(solid, of).own, radius); }, law);
+}
+
+double energy_of_strain(const ContactLaw& law, const Solid& solid, const LawConstants& of, double volume) {
+  return std::visit(
+      [&]<class Law>(const Law&) { return Law::energy_of_strain(solid, partner<Law>(solid, of).own, volume); }, law);
+}
+
+void scale(const ContactLaw& law, LawConstants& of, double factor) {
+  std::visit(
+      [&]<class Law>(const Law&) {
+        if (auto* found = std::get_if<typename Law::Of>(&of)) Law::scale(*found, factor);
+      },
+      law);
+}
+
+bool attracts(const ContactLaw& law) {
+  return std::visit([]<class Law>(const Law&) { return Law::attracts; }, law);
+}
+bool of_hulls(const ContactLaw& law) {
+  return std::visit([]<class Law>(const Law&) { return Law::of_hulls; }, law);
+}
+bool stiffens(const ContactLaw& law) {
+  return std::visit([]<class Law>(const Law&) { return Law::stiffens; }, law);
+}
+
+double reduced_modulus(const PairLaw& p) {
+  return std::visit(
+      []<class Own>(const Own& own) {
+        if constexpr (requires { own.youngs; }) return own.youngs;
+        return 0.0;
+      },
+      p.own);
 }
 
 }  // namespace grus::dem

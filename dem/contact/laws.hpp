@@ -1,74 +1,57 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Contact laws as values with a call operator; each sees one contact and nothing else.
+// Contact laws as values with a call operator; each sees one contact and nothing else. A law answers for itself: all
+// that other rooms do with a contact asks here, and none asks which law it is. What a law must have is in law.hpp and
+// in the three below; a new one is its file, a name in each of the three lists here, and its row in the kernels.
 #pragma once
 
 #include <algorithm>
+#include <span>
 #include <variant>
 
-#include "dem/state/contacts.hpp"
+#include "dem/contact/foundation.hpp"
+#include "dem/contact/hertz_mindlin.hpp"
+#include "dem/contact/linear_spring.hpp"
 
 namespace grus::dem {
 
+template <class... Laws>
+struct LawList {
+  using Any = std::variant<Laws...>;
+  using Of = std::variant<typename Laws::Of...>;
+  using Pair = std::variant<typename Laws::Pair...>;
+};
+using AllLaws = LawList<HertzMindlin, LinearSpring, Foundation>;
+
+using ContactLaw = AllLaws::Any;
+using LawConstants = AllLaws::Of;  // of a material
+
 /// Constants of a pair of materials (or grain and wall).
 struct PairLaw {
-  double youngs = 0;       // E* = [(1-nu1^2)/E1 + (1-nu2^2)/E2]^-1 (Pa)
-  double shear_ratio = 0;  // tangential / normal tangent stiffness; Hertz-Mindlin: 4 G*/E*
+  double shear_ratio = 0;  // shear stiffness / grip; Hertz-Mindlin: 4 G*/E*
   double friction = 0;
   double rolling = 0;  // largest rolling couple / (normal force x effective radius); 0 where nothing slides
-  double dashpot = 0;  // coefficient c in c sqrt(m* S_n), S_n the tangent normal stiffness
-  // Linear law (N/m); by modulus: of an effective radius of 1 m (Pa); of hulls: modulus of elasticity (Pa), or of the
-  // foundation (Pa/m).
-  double normal_stiffness = 0;
+  double dashpot = 0;  // coefficient c in c sqrt(m* grip)
+  AllLaws::Pair own;   // the law's
 };
 
-/// Elastic response of a contact at an overlap.
-struct Elastic {
-  double force, normal_stiffness, energy;  // N, tangent N/m, J
-};
+/// The constants of `Law`: of a pair or a material; as good as none where they are of another law.
+template <class Law>
+typename Law::Pair own(const PairLaw& p) {
+  const auto* found = std::get_if<typename Law::Pair>(&p.own);
+  return found ? *found : typename Law::Pair{};
+}
+template <class Law>
+Partner<typename Law::Of> partner(const Solid& solid, const LawConstants& of) {
+  const auto* found = std::get_if<typename Law::Of>(&of);
+  return {solid, found ? *found : typename Law::Of{}};
+}
 
-/// F = k overlap^1.5, k = 4/3 E* sqrt(R_e) with R_e frozen at contact birth.
-struct HertzMindlin {
-  Elastic operator()(double stiffness, double overlap) const {
-    const double ks = stiffness * std::sqrt(overlap);
-    return {ks * overlap, 1.5 * ks, 0.4 * ks * overlap * overlap};
-  }
-  double stiffness_at_birth(const PairLaw& p, double effective_radius) const {
-    return 4.0 / 3 * p.youngs * std::sqrt(effective_radius);
-  }
-};
-
-/// F = k overlap; k from the materials, or by their modulus K as 2 K D1 D2 / (D1 + D2) = 4 K R_e, frozen at birth.
-struct LinearSpring {
-  bool by_modulus = false;
-
-  Elastic operator()(double stiffness, double overlap) const {
-    return {stiffness * overlap, stiffness, 0.5 * stiffness * overlap * overlap};
-  }
-  double stiffness_at_birth(const PairLaw& p, double effective_radius) const {
-    return by_modulus ? p.normal_stiffness * effective_radius : p.normal_stiffness;
-  }
-};
-
-/// Hulls: the gradient of the potential of their overlap (shape/overlap.hpp). The contact's `radius` keeps the modulus
-/// of the foundation (Pa/m), its `stiffness` is that times the area of contact, as it is now; `overlap` what makes the
-/// force with it. The modulus is given, or a modulus of elasticity (Pa) over the hulls' depths.
-struct Foundation {
-  bool given = false;
-
-  Elastic operator()(double stiffness, double overlap) const {
-    return {stiffness * overlap, stiffness, 0.5 * stiffness * overlap * overlap};
-  }
-  double stiffness_at_birth(const PairLaw& p, double) const { return p.normal_stiffness; }
-};
-
-using ContactLaw = std::variant<HertzMindlin, LinearSpring, Foundation>;
-
-/// Force of the dashpot along n (N), at the approach speed -vn; no attraction.
+/// Force of the dashpot along n (N), at the approach speed -vn; no attraction beyond what parts the contact.
 [[gnu::always_inline]] inline double advance_dashpot(const PairLaw& p, double effective_mass, const Elastic& elastic,
                                                      double vn, double dt, Contact& c, BlockEnergy& e) {
   if (!(p.dashpot > 0)) return 0;
   const double viscous =
-      std::max(-p.dashpot * std::sqrt(effective_mass * elastic.normal_stiffness) * vn, -elastic.force);
+      std::max(-p.dashpot * std::sqrt(effective_mass * elastic.grip) * vn, -(elastic.force + elastic.pull_off));
   e.viscous -= 0.5 * (c.viscous + viscous) * vn * dt;
   c.viscous = viscous;
   return viscous;
@@ -114,19 +97,32 @@ template <class Law>
                                                    Touch& touch, const Vec3& n, double overlap, const Vec3& v,
                                                    double twist, double dt, BlockEnergy& e,
                                                    const Vec3& rolling = Vec3::Zero()) {
-  const Elastic elastic = law(c.stiffness, overlap);
+  const Elastic elastic = law(c, overlap);
   const double vn = v.dot(n);
   const double normal_force = elastic.force + advance_dashpot(p, effective_mass, elastic, vn, dt, c, e);
   touch.normal = n, touch.overlap = overlap;
   if (p.friction == 0) return touch.force = normal_force * n;
-  const double kt = p.shear_ratio * elastic.normal_stiffness;
+  const double kt = p.shear_ratio * elastic.grip, borne = elastic.bears(normal_force);
   advance_spring(c.spring, c.compliance, turned_spring(c.spring, n, twist * dt), dt * (v - vn * n), kt,
-                 p.friction * normal_force, e);
+                 p.friction * borne, e);
   if (p.rolling > 0)
     advance_spring(c.roll, c.compliance, turned_spring(c.roll, n, twist * dt),
-                   dt * c.radius * (rolling - n.dot(rolling) * n), kt, p.rolling * normal_force, e);
+                   dt * c.radius * (rolling - n.dot(rolling) * n), kt, p.rolling * borne, e);
   c.compliance = 1 / kt;
   return touch.force = normal_force * n + c.spring;
+}
+
+/// A pair begins to touch. `ellipse`: of contacts that are no circles, shape/common_normal.hpp.
+template <class Law>
+void begin_contact(const PairLaw& p, double effective_radius, double ellipse, Contact& c, BlockEnergy& e) {
+  Law::begin(own<Law>(p), effective_radius, ellipse, c);
+  if constexpr (Law::attracts) e.adhesion += Law::snap_on(c);
+}
+
+/// What a parting contact takes beside what its springs hold (J).
+template <class Law>
+void part_from(const Contact& c, BlockEnergy& e) {
+  if constexpr (Law::attracts) e.adhesion += Law::snap_off(c);
 }
 
 /// Books what a parting contact still holds, and forgets it.
@@ -136,22 +132,57 @@ inline void part_contact(Contact& c, Touch& touch, BlockEnergy& e) {
   touch.overlap = 0, touch.force.setZero();
 }
 
-/// Elastic energy of a contact, normal and tangential (J).
+/// Elastic energy of a contact, normal and tangential (J); with attraction that of the surfaces too, 0 where they part.
 template <class Law>
 inline double elastic_energy(const Law& law, const Contact& c, const Touch& touch) {
   if (c.stiffness == 0) return 0;
-  if constexpr (std::is_same_v<Law, Foundation>) return touch.held + shear_energy(c);
-  return law(c.stiffness, touch.overlap).energy + shear_energy(c);
+  if constexpr (Law::of_hulls) return touch.held + shear_energy(c);
+  return law(c, touch.overlap).energy + shear_energy(c);
+}
+
+/// Response of touching contact k.
+inline Elastic elastic_response(const ContactLaw& law, const Contacts& contacts, std::size_t k) {
+  return std::visit([&](const auto& l) { return l(contacts.contact[k], contacts.touch[k].overlap); }, law);
 }
 
 /// Elastic part of the normal force of touching contact k (N).
 inline double elastic_force(const ContactLaw& law, const Contacts& contacts, std::size_t k) {
-  return std::visit([&](const auto& l) { return l(contacts.contact[k].stiffness, contacts.touch[k].overlap).force; },
-                    law);
+  return elastic_response(law, contacts, k).force;
 }
 
+/// Fills p.own and p.shear_ratio from two materials.
+void mix(const ContactLaw& law, const Solid& a, const LawConstants& of_a, const Solid& b, const LawConstants& of_b,
+         PairLaw& p);
+
+/// Normal force at an overlap (N); infinite of hulls, of which overlap and radius do not tell it.
+double force_at(const ContactLaw& law, const PairLaw& p, double effective_radius, double overlap);
+
+/// Largest separation at which a contact may still hold (m); 0 without attraction.
+double reach_of(const ContactLaw& law, std::span<const PairLaw> pairs, double largest_radius);
+
+/// Largest stiffness of the hardest impact (N/m).
+double hardest_impact(const ContactLaw& law, const PairLaw& p, const Impact& impact);
+
+/// Stiffness of a contact between two balls of a material (N/m), as a scale.
+double stiffness_between(const ContactLaw& law, const Solid& solid, const LawConstants& of, double radius);
+
+/// Elastic energy of a grain at a strain of 1 (J), as a scale.
+double energy_of_strain(const ContactLaw& law, const Solid& solid, const LawConstants& of, double volume);
+
+/// The constants with which grains that are larger by `factor` behave alike.
+void scale(const ContactLaw& law, LawConstants& of, double factor);
+
+/// Whether contacts attract, are those of hulls, stiffen as they are pressed.
+bool attracts(const ContactLaw& law);
+bool of_hulls(const ContactLaw& law);
+bool stiffens(const ContactLaw& law);
+
+/// E* of a pair (Pa); 0 where the law does not ask for it.
+double reduced_modulus(const PairLaw& p);
+
 /// Dashpot coefficient that makes the measured restitution of a head-on impact equal `restitution`, the force being
-/// cut at zero attraction. The textbook value without the cut gives 0.472 for 0.4 (Hertz).
+/// cut at zero attraction, of surfaces that do not attract. The textbook value without the cut gives 0.472 for 0.4
+/// (Hertz).
 double dashpot_for(const ContactLaw& law, double restitution);
 
 /// Restitution that an impact shows with a dashpot coefficient (numerical integration, dimensionless).

@@ -46,7 +46,7 @@ void make_rows(std::size_t tiles, NeighbourRoom& room, Contacts& contacts) {
   }
   contacts.begin[bin_count] = total;
   contacts.pair.resize(total);
-  contacts.contact.rolls = room.contact.rolls;
+  contacts.contact.keep_as(room.contact);
   for_each_contact_column(contacts.contact, [&](auto& column) { column.resize(total + overrun); });
   if (contacts.spots) contacts.spot.resize(total);
   contacts.touch.resize(total + overrun), contacts.active.resize(total + overrun);

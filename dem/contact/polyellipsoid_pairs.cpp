@@ -16,11 +16,9 @@ inline void apart(Contacts& contacts, std::size_t k, BlockEnergy& e) {
   contacts.contact.set(k, c);
 }
 
-template <class Law>
-void begin_contact(const Law& law, const PairLaw& p, double radius, double volume_radius, double ellipse, Contact& c) {
-  c.radius = std::clamp(radius, 0.1 * volume_radius, 4 * volume_radius);
-  c.stiffness = law.stiffness_at_birth(p, c.radius);
-  if constexpr (std::is_same_v<Law, HertzMindlin>) c.stiffness *= ellipse;
+/// The curvature at a sharp place says little of how the grain gives way there.
+double clamped(double radius, double volume_radius) {
+  return std::clamp(radius, 0.1 * volume_radius, 4 * volume_radius);
 }
 
 /// One pair of shapes, whatever has become of it; see ContactRows::solve.
@@ -54,8 +52,9 @@ bool solve_pair(const void* context, std::size_t k, double* found_row) {
     const ContactCurvature curvature = contact_curvature(shapes, found.normal);
     const double ra = s.grains.extent[pair.a].equivalent_radius, rb = s.grains.extent[pair.b].equivalent_radius;
     Contact c = contacts.contact[k];
-    const auto born = [&](const auto& law) {
-      begin_contact(law, s.pairs[pair.law], curvature.radius, ra * rb / (ra + rb), curvature.ellipse_factor, c);
+    const double radius = clamped(curvature.radius, ra * rb / (ra + rb));
+    const auto born = [&]<class Law>(const Law&) {
+      begin_contact<Law>(s.pairs[pair.law], radius, curvature.ellipse_factor, c, e);
     };
     std::visit(born, s.law);
     contacts.contact.set(k, c);
@@ -89,7 +88,8 @@ void at_walls(const Law& law, const TileWork& s, std::size_t begin, std::size_t 
     Contact c = contacts.contact[k];
     if (c.stiffness == 0) {
       const ContactCurvature curvature = plane_curvature(s.grains.shape[pair.a], d);
-      begin_contact(law, p, curvature.radius, s.grains.extent[pair.a].equivalent_radius, curvature.ellipse_factor, c);
+      const double radius = clamped(curvature.radius, s.grains.extent[pair.a].equivalent_radius);
+      begin_contact<Law>(p, radius, curvature.ellipse_factor, c, e);
     }
     const Vec3 v = wall.velocity - a.velocity - a.spin.cross(arm);
     const Vec3 force =

@@ -114,7 +114,7 @@ void archive_contacts(A& a, C& c) {
   a.plain(c.begin);
   for (auto& starts : c.tile) a.column(starts);
   for (auto& starts : c.apart) a.column(starts);
-  a.plain(c.contact.rolls);
+  a.plain(c.contact.rolls), a.plain(c.contact.reaches);
   for_each_contact_column(c.contact, [&](auto& column) { a.column(column); });
   a.column(c.pair);
   a.column(c.touch);
@@ -160,10 +160,10 @@ void archive_hulls(A& a, P& shared) {
 template <class A, class L>
 void archive_ledger(A& a, L& l) {
   for (auto* v :
-       {&l.work,         &l.friction,      &l.damping,       &l.local_damping, &l.bond_damping, &l.fracture,
-        &l.split,        &l.split_added,   &l.reshape,       &l.inertia,       &l.unexplained,  &l.most_friction,
-        &l.most_damping, &l.most_fracture, &l.most_work,     &l.bond_friction, &l.handed,       &l.start,
-        &l.floor,        &l.fracture_area, &l.residual_force})
+       {&l.work,         &l.friction,      &l.damping,        &l.local_damping, &l.bond_damping, &l.fracture,
+        &l.split,        &l.split_added,   &l.reshape,        &l.inertia,       &l.unexplained,  &l.most_friction,
+        &l.most_damping, &l.most_fracture, &l.most_work,      &l.bond_friction, &l.handed,       &l.start,
+        &l.floor,        &l.fracture_area, &l.residual_force, &l.adhesion})
     a.plain(*v);
   for (auto* v : {&l.breakages, &l.bonds_broken}) a.plain(*v);
   a.plain(l.fines.mass);

@@ -32,9 +32,15 @@ struct alignas(64) Chunk {
   std::size_t first[chunk / width];                       // pair of each kept group
   unsigned touching[chunk / width];
   int count[chunk / width];
+  double pull[chunk], borne[chunk];  // of laws that attract: what parts the contact; what friction counts as normal
 
   /// Where the energies of kept group g are summed, in a call that began at pair `begin`.
   int place(int g, std::size_t begin) const { return static_cast<int>((first[g] - begin) / width % (group / width)); }
+};
+
+/// What a law makes of an overlap: force and stiffness of the area, and of laws that attract the force that parts it.
+struct Pressed {
+  Real force, grip, pull;
 };
 
 GRUS_INLINE Real at(const double* column) {
@@ -52,6 +58,7 @@ GRUS_INLINE double part(const ContactRows& s, std::size_t k) {
   }
   const double held = 0.5 * s.compliance[k] * size2;
   s.spring_x[k] = s.spring_y[k] = s.spring_z[k] = s.compliance[k] = s.viscous[k] = s.stiffness[k] = s.radius[k] = 0;
+  if (s.reach) s.reach[k] = 0;
   return held;
 }
 

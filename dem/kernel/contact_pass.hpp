@@ -8,6 +8,9 @@
 
 namespace grus::dem {
 
+/// How normal forces follow from overlaps in the kernels; each a row of contact_stages.hpp.
+enum class KernelLaw { hertz, linear };
+
 /// Rows of doubles, in the layout of the columns of the same names (state/grains.hpp, state/contacts.hpp).
 struct ContactRows {
   const double* motion;         // 12: position radius | velocity 1/m | spin 1/I
@@ -26,13 +29,18 @@ struct ContactRows {
   double* load;  // 8: force, 0 | torque, 0; added to. Rows of the grains of the tile at hand, that of `first` first
   double* elsewhere;  // the same of targets from `grains` on
   std::uint32_t grains, first;
-  bool hertz, friction, dashpot, rolling;  // what any of the laws needs; rolling only with friction
-  bool by_modulus;                         // the linear law's stiffness goes with the effective radius
+  KernelLaw kernel;
+  bool friction, dashpot, rolling;  // what any pair needs; rolling only with friction
 
   // Histories, a value a pair; as a and b readable beyond the end.
   double *spring_x, *spring_y, *spring_z, *compliance, *viscous;
   double *stiffness, *radius;        // written when a contact begins or parts
   double *roll_x, *roll_y, *roll_z;  // nullptr: rolling meets no resistance
+  double* reach;                     // nullptr: no attraction
+
+  // The law's word on pair k of spheres: it begins to touch, with what its stiffness follows from; it parts.
+  void (*begin)(const void* context, std::size_t k, double effective_radius);
+  void (*part)(const void* context, std::size_t k);
 
   // Poly-ellipsoids only.
   const double* frame;  // 12: octant origin, axes column by column
@@ -43,7 +51,7 @@ struct ContactRows {
   const void* context;
 };
 
-enum LawRow { law_youngs, law_shear_ratio, law_friction, law_dashpot, law_stiffness, law_rolling, law_columns = 8 };
+enum LawRow { law_shear_ratio, law_friction, law_dashpot, law_rolling, law_columns = 8 };
 
 /// Dissipation, and force x velocity of a moving cell or wall, over the pairs of this call. What friction takes is
 /// known from what slides; `springs` is the same from the other side, the springs' work less the change of what they

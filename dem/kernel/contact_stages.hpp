@@ -11,9 +11,25 @@ namespace {
 // Roots take long, and a processor looks only some hundred operations ahead: each loop below ends in one, so that many
 // are under way together.
 
+struct HertzRow {
+  static constexpr bool attracts = false;
+  GRUS_INLINE static Pressed press(const ContactRows& s, std::size_t k, Real depth) {
+    const Real ks = at(s.stiffness + k) * root(depth);
+    return {ks * depth, Real(1.5) * ks, Real(0.0)};
+  }
+};
+
+struct LinearRow {
+  static constexpr bool attracts = false;
+  GRUS_INLINE static Pressed press(const ContactRows& s, std::size_t k, Real depth) {
+    const Real stiffness = at(s.stiffness + k);
+    return {stiffness * depth, stiffness, Real(0.0)};
+  }
+};
+
 /// Velocity of b against a where they touch, how far they turn about the normal, and what overlap and masses decide:
 /// elastic force, tangential stiffness, dashpot.
-template <Kind kind, bool hertz, bool friction, bool dashpot>
+template <Kind kind, class Law, bool friction, bool dashpot>
 GRUS_STAGE void meet(const ContactRows& s, int kept, Chunk& c) {
   const Real one(1.0), half_step(0.5 * s.dt);
   for (int g = 0; g < kept; ++g) {
@@ -56,19 +72,19 @@ GRUS_STAGE void meet(const ContactRows& s, int kept, Chunk& c) {
     store(v.y, c.vy + o);
     store(v.z, c.vz + o);
 
-    const Real depth = select(on, at(c.overlap + o), one), stiffness = at(s.stiffness + k);
-    const Real ks = hertz ? stiffness * root(depth) : stiffness, normal_stiffness = hertz ? Real(1.5) * ks : stiffness;
-    store(ks * depth, c.elastic + o);
+    const Pressed pressed = Law::press(s, k, select(on, at(c.overlap + o), one));
+    store(pressed.force, c.elastic + o);
+    if constexpr (Law::attracts) store(pressed.pull, c.pull + o);
     if constexpr (friction) {
-      const Real kt = select(on, constant(s, law_shear_ratio, k) * normal_stiffness, one);
+      const Real kt = select(on, constant(s, law_shear_ratio, k) * pressed.grip, one);
       store(kt, c.kt + o), store(one / kt, c.compliance + o);
     }
-    if constexpr (dashpot) store(constant(s, law_dashpot, k) * root(normal_stiffness / lightness), c.dashpot + o);
+    if constexpr (dashpot) store(constant(s, law_dashpot, k) * root(pressed.grip / lightness), c.dashpot + o);
   }
 }
 
 /// Dashpot force; spring turned with the contact and stretched by the slip, and its Coulomb limit.
-template <bool friction, bool dashpot, bool rolling>
+template <bool attracts, bool friction, bool dashpot, bool rolling>
 GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk& c, Sums& sums) {
   const Real dt(s.dt), half(0.5), zero(0.0), one(1.0);
   for (int g = 0; g < kept; ++g) {
@@ -79,11 +95,13 @@ GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk&
     const Real vn = dot(v, n), elastic = at(c.elastic + o);
     Real normal = elastic, viscous(0.0);
     if constexpr (dashpot) {
-      viscous = larger(zero - at(c.dashpot + o) * vn, zero - elastic);  // no attraction
+      const Real least = attracts ? elastic + at(c.pull + o) : elastic;
+      viscous = larger(zero - at(c.dashpot + o) * vn, zero - least);  // no attraction beyond what parts it
       sums.spent[h] = sums.spent[h] + kept_lanes(on, (at(s.viscous + k) + viscous) * vn);
       normal = elastic + viscous;
     }
     store(normal, c.normal + o);
+    if constexpr (attracts) store(fused(Real(2.0), at(c.pull + o), normal), c.borne + o);
     if constexpr (friction) {
       const Real3 sliding = less_fused(v, vn, n);
       store(sliding.x, c.vx + o);
@@ -117,7 +135,8 @@ GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk&
       store(now.x, c.sx + o);
       store(now.y, c.sy + o);
       store(now.z, c.sz + o);
-      const Real limit = constant(s, law_friction, c.first[g]) * at(c.normal + o), now2 = dot(now, now);
+      const Real limit = constant(s, law_friction, c.first[g]) * at((attracts ? c.borne : c.normal) + o),
+                 now2 = dot(now, now);
       const Mask slides = less(limit * limit, now2);
       const Real reached = root(now2), cut = select(slides, limit / reached, one), size = at(c.size + o),
                  size2 = size * size;
@@ -199,10 +218,10 @@ GRUS_STAGE void hand_out(const ContactRows& s, std::size_t first, int kept, Chun
 
 /// The stage before all others: which pairs of [first, last) touch, their normals, overlaps and levers; how many groups
 /// are kept. Overlaps of touching pairs are positive.
-template <Kind kind>
+template <Kind kind, bool attracts>
 int find_touching(const ContactRows& s, std::size_t first, std::size_t last, Chunk& c, double& parted);
 
-template <Kind kind, bool hertz, bool friction, bool dashpot, bool rolling = false>
+template <Kind kind, class Law, bool friction, bool dashpot, bool rolling = false>
 PassEnergy run(const ContactRows& s, std::size_t first, std::size_t last) {
   Sums sums;
   for (int h = 0; h < group / width; ++h) sums.lost[h] = sums.slid[h] = sums.spent[h] = sums.power[h] = Real(0.0);
@@ -210,10 +229,11 @@ PassEnergy run(const ContactRows& s, std::size_t first, std::size_t last) {
   double parted = 0;
   Chunk c;
   for (std::size_t start = first; start < last; start += chunk) {
-    const int kept = find_touching<kind>(s, start, last - start < chunk ? last : start + chunk, c, parted);
-    meet<kind, hertz, friction, dashpot>(s, kept, c);
-    resist<friction, dashpot, rolling>(s, first, kept, c, sums);
-    if constexpr (rolling) roll<kind>(s, first, kept, c, sums);
+    const int kept =
+        find_touching<kind, Law::attracts>(s, start, last - start < chunk ? last : start + chunk, c, parted);
+    meet<kind, Law, friction, dashpot>(s, kept, c);
+    resist<Law::attracts, friction, dashpot, rolling>(s, first, kept, c, sums);
+    if constexpr (rolling) roll<kind, Law::attracts>(s, first, kept, c, sums);
     hand_out<kind, friction, dashpot, rolling>(s, first, kept, c, sums);
   }
   for (int h = 0; h < group / width; ++h) {
@@ -233,19 +253,25 @@ PassEnergy run(const ContactRows& s, std::size_t first, std::size_t last) {
   return e;
 }
 
-template <Kind kind, bool hertz>
+template <Kind kind, class Law>
 PassEnergy choose(const ContactRows& s, std::size_t first, std::size_t last) {
   if (s.rolling)
-    return s.dashpot ? run<kind, hertz, true, true, true>(s, first, last)
-                     : run<kind, hertz, true, false, true>(s, first, last);
+    return s.dashpot ? run<kind, Law, true, true, true>(s, first, last)
+                     : run<kind, Law, true, false, true>(s, first, last);
   if (s.friction)
-    return s.dashpot ? run<kind, hertz, true, true>(s, first, last) : run<kind, hertz, true, false>(s, first, last);
-  return s.dashpot ? run<kind, hertz, false, true>(s, first, last) : run<kind, hertz, false, false>(s, first, last);
+    return s.dashpot ? run<kind, Law, true, true>(s, first, last) : run<kind, Law, true, false>(s, first, last);
+  return s.dashpot ? run<kind, Law, false, true>(s, first, last) : run<kind, Law, false, false>(s, first, last);
 }
 
 template <Kind kind>
 PassEnergy choose(const ContactRows& s, std::size_t first, std::size_t last) {
-  return s.hertz ? choose<kind, true>(s, first, last) : choose<kind, false>(s, first, last);
+  switch (s.kernel) {
+    case KernelLaw::linear:
+      return choose<kind, LinearRow>(s, first, last);
+    case KernelLaw::hertz:
+      break;
+  }
+  return choose<kind, HertzRow>(s, first, last);
 }
 
 }  // namespace

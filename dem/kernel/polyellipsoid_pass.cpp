@@ -91,7 +91,7 @@ GRUS_INLINE void put_columns(Chunk& c, int o, const Real3& n, Real overlap, cons
   store(arm_b.z, c.arm_bz + o);
 }
 
-template <Kind kind>
+template <Kind kind, bool attracts>
 [[gnu::noinline]] int find_touching(const ContactRows& s, std::size_t first, std::size_t last, Chunk& c, double&) {
   int kept = 0;
   for (std::size_t k = first; k < last; k += width) {

@@ -10,7 +10,7 @@ namespace {
 
 /// The rolling spring, as the other one: turned with the contact, stretched by what the grains roll on each other by
 /// the effective radius, up to its own limit.
-template <Kind kind>
+template <Kind kind, bool attracts>
 GRUS_STAGE void roll(const ContactRows& s, std::size_t first, int kept, Chunk& c, Sums& sums) {
   const Real dt(s.dt), half(0.5), zero(0.0), one(1.0);
   for (int g = 0; g < kept; ++g) {
@@ -35,7 +35,8 @@ GRUS_STAGE void roll(const ContactRows& s, std::size_t first, int kept, Chunk& c
     const Real turned2 = dot(old, old), lost = smaller((size2 - turned2) / larger(turned2, Real(1e-290)), one);
     const Real keep = fused(lost, less_fused(half, Real(0.125), lost), one), grown = kt * before;
     Real3 now = less_fused((keep * smaller(one, grown)) * old, kt * dt, v);
-    const Real limit = constant(s, law_rolling, k) * at(c.normal + o), now2 = dot(now, now), reached = root(now2);
+    const Real limit = constant(s, law_rolling, k) * at((attracts ? c.borne : c.normal) + o), now2 = dot(now, now),
+               reached = root(now2);
     const Mask gives = less(limit * limit, now2);
     const Real cut = select(gives, limit / reached, one), held = before * size2;
     const Real shed = held - smaller(held * grown, size2 * after);

@@ -10,21 +10,16 @@ namespace {
 template <Kind kind>
 [[gnu::noinline]] static void begin(const ContactRows& s, std::size_t p) {
   const double ra = s.motion[12 * std::size_t{s.a[p]} + 3];
-  const double* law = s.laws + std::size_t{s.law[p]} * law_columns;
   double r = ra;
   if constexpr (kind == Kind::spheres) {
     const double rb = s.motion[12 * std::size_t{s.b[p]} + 3];
     r = ra * rb / (ra + rb);
   }
-  s.radius[p] = r;
-  if (s.hertz)
-    s.stiffness[p] = 4.0 / 3 * law[law_youngs] * __builtin_sqrt(r);
-  else
-    s.stiffness[p] = s.by_modulus ? law[law_stiffness] * r : law[law_stiffness];
+  s.begin(s.context, p, r);
 }
 
 /// Which pairs touch. Groups without any are left out, unless somebody looks.
-template <Kind kind>
+template <Kind kind, bool attracts>
 [[gnu::noinline]] int find_touching(const ContactRows& s, std::size_t first, std::size_t last, Chunk& c,
                                     double& parted) {
   int kept = 0;
@@ -54,7 +49,7 @@ template <Kind kind>
         gap = select(round, ra + away - radius, gap);
       }
       d = Real(-1.0) * d;
-      touching = bits(less(Real(0.0), gap));
+      touching = bits(less(attracts ? Real(-1.0) * at(s.reach + k) : Real(0.0), gap));
     } else {
       Real3 xb;
       load4(s.motion, ib, 12, xb.x, xb.y, xb.z, rb);
@@ -66,7 +61,9 @@ template <Kind kind>
         d = d + offset;
       }
       gap = dot(d, d);
-      touching = bits(less(gap, (ra + rb) * (ra + rb)));
+      Real end = ra + rb;
+      if constexpr (attracts) end = end + at(s.reach + k);  // of what touches
+      touching = bits(less(gap, end * end));
     }
     touching &= (1u << count) - 1;
     const unsigned before = flags(s.active + k) & ((1u << count) - 1);
@@ -78,6 +75,7 @@ template <Kind kind>
       }
       for (unsigned m = before & ~touching; m; m &= m - 1) {
         const std::size_t p = k + static_cast<std::size_t>(__builtin_ctz(m));
+        if constexpr (attracts) s.part(s.context, p);
         parted += part(s, p);
         s.active[p] = 0;
       }
@@ -95,7 +93,8 @@ template <Kind kind>
       d = inverse * d, gap = ra + rb - distance;
     }
     // A pair can touch by less than the round-off of its distance: never let its overlap be 0 or less.
-    const Real overlap = select(mask_of(touching), larger(gap, Real(1e-30)), gap);
+    Real overlap = gap;
+    if constexpr (!attracts) overlap = select(mask_of(touching), larger(gap, Real(1e-30)), gap);
     store(d.x, c.nx + o);
     store(d.y, c.ny + o);
     store(d.z, c.nz + o);

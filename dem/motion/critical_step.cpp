@@ -51,7 +51,7 @@ template <class Law>
 Stiffness stiffness_of(const Law& law, const PairLaw& p, const Contact& c, double overlap) {
   Stiffness s;
   if (c.stiffness <= 0) return s;
-  s.normal = law(c.stiffness, overlap).normal_stiffness;
+  s.normal = law(c, overlap).grip;
   s.tangential = p.friction > 0 ? p.shear_ratio * s.normal : 0;
   s.rolling = p.rolling > 0 ? s.tangential * c.radius * c.radius : 0;
   return s;
@@ -87,8 +87,7 @@ Stiffnesses stiffnesses(const ContactLaw& law, std::span<const PairLaw> pairs, c
       if (pair_kind(bin).rolls)
         for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c)
           if (k[c].normal > 0)
-            k[c].rolling +=
-                l(contacts.contact[c].stiffness, contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
+            k[c].rolling += l(contacts.contact[c], contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
   };
   std::visit(fill, law);
   place_hulls(g, boundary, contacts, all);
@@ -201,23 +200,13 @@ std::vector<double> cheap_bounds(const Grains& g, const Contacts& contacts, cons
 /// The same for the hardest impact that a grain's speed allows, against another of its material or a wall.
 double impact_bound(const ContactLaw& law, const PairLaw& p, const Grains& g, std::size_t i, bool walled,
                     double speed) {
-  // Against a wall all of the grain's mass and radius count, against a grain half.
-  const double radius = g.extent[i].equivalent_radius * (walled ? 2 : 1), mass = (walled ? 1 : 0.5) * g.mass[i];
-  double stiffness;
-  if (const auto* foundation = std::get_if<Foundation>(&law)) {
+  // Against a wall all of the grain's mass counts, against a grain half.
+  Impact impact{(walled ? 1 : 0.5) * g.mass[i], g.extent[i].equivalent_radius, speed, walled};
+  if (g.kind[i] == ShapeKind::hull) {
     const HullRow& hull = g.hulls->row[g.hull[i]];
-    const double surface = 3 * hull.volume / hull.depth;  // Cauchy: its mean shadow is a quarter
-    const double modulus = foundation->given ? p.normal_stiffness : p.normal_stiffness / hull.depth;
-    stiffness = (walled || foundation->given ? 1 : 0.5) * modulus * 0.25 * surface;
-  } else if (const auto* linear = std::get_if<LinearSpring>(&law)) {
-    stiffness = linear->stiffness_at_birth(p, g.extent[i].equivalent_radius);  // against something much larger
-  } else {
-    const double e = p.youngs > 0 ? p.youngs : 1;
-    const double depth =
-        std::max(std::pow(15 * mass * speed * speed / (16 * std::sqrt(0.5 * radius) * e), 0.4), 1e-4 * radius);
-    stiffness = 2 * e * std::sqrt(0.5 * radius * depth);
+    impact.surface = 3 * hull.volume / hull.depth, impact.depth = hull.depth;
   }
-  return 2 * stiffness * g.motion[i].inverse_mass;
+  return 2 * hardest_impact(law, p, impact) * g.motion[i].inverse_mass;
 }
 
 /// Blocks of a grain's 6 x 6 stiffness: sum of w J^T K J, J = [1, -arm x].

@@ -209,7 +209,7 @@ void check_contacts(const Model& model, const State& s) {
   const std::size_t rows = s.resting ? total : total + overrun;
   for_each_contact_column(
       c.contact, [&](const auto& column) { need(column.size() == rows && finite(column), "columns of contacts"); });
-  need(c.contact.rolls == model.rolls(), "columns of contacts");
+  need(c.contact.rolls == model.rolls() && c.contact.reaches == attracts(model.law), "columns of contacts");
   if (s.resting) {
     need(c.resting_normal.size() == (g.shape.empty() ? 0 : total) && finite(c.resting_normal), "columns of contacts");
   } else {
@@ -270,10 +270,11 @@ void check_bonds(const State& s) {
 
 void check_course(const Model& model, const State& s) {
   const Ledger& l = s.ledger;
-  need(finite({l.work,        l.friction,      l.damping,        l.local_damping, l.bond_damping,  l.bond_friction,
-               l.fracture,    l.handed,        l.split,          l.split_added,   l.reshape,       l.inertia,
-               l.unexplained, l.most_friction, l.most_damping,   l.most_fracture, l.most_work,     l.start,
-               l.floor,       l.fracture_area, l.residual_force, l.fines.mass,    l.fines.kinetic, l.fines.volume}) &&
+  need(finite({l.adhesion,      l.work,           l.friction,   l.damping,       l.local_damping,
+               l.bond_damping,  l.bond_friction,  l.fracture,   l.handed,        l.split,
+               l.split_added,   l.reshape,        l.inertia,    l.unexplained,   l.most_friction,
+               l.most_damping,  l.most_fracture,  l.most_work,  l.start,         l.floor,
+               l.fracture_area, l.residual_force, l.fines.mass, l.fines.kinetic, l.fines.volume}) &&
            l.fines.momentum.allFinite() && l.fines.angular_momentum.allFinite(),
        "the ledger");
   for (const FinesClass& c : l.fines.classes) need(finite({c.dimension, c.smallest, c.mass}), "the fines");

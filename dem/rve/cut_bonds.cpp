@@ -116,7 +116,7 @@ void join_pieces(const Model& model, const Pieces& pieces, std::span<const std::
     s.at_b = g.orientation[b].conjugate() * (moments.centre - g.motion[b].position);
     s.rest = g.orientation[b].conjugate() * g.orientation[a];
     const PairLaw& p = model.pairs[g.material[a] * (model.materials.size() + 1)];
-    s.kn = foundation_of(std::get<Foundation>(model.law), p, g, a, b);
+    s.kn = foundation_of(p, g, a, b);
     s.kt = (p.shear_ratio > 0 ? p.shear_ratio : 1) * s.kn;
     s.tension = s.cohesion = INFINITY, s.tan_phi = 0, s.friction = material.friction;
     s.energy_1 = s.energy_2 = how.energy;

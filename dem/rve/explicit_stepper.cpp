@@ -57,6 +57,14 @@ std::vector<Index> put_in_order(State& state) {
   return order;
 }
 
+/// A pair that holds beyond touch must not fall from a list: its skin is no less than the furthest (m).
+double contact_reach(const Model& model, const State& state) {
+  if (!attracts(model.law)) return 0;
+  double largest = 0;
+  for (const Extent& e : state.grains.extent) largest = std::max(largest, e.equivalent_radius);
+  return 1.01 * reach_of(model.law, model.pairs, largest);
+}
+
 /// The list has run out. A wider skin where lists take much of the time, a narrower one where little; by counts of
 /// steps, so that no clock decides: a list costs some fifteen steps, to mend one some two.
 void rebuild(const Model& model, State& state, ListState found, bool indexed, Team& team) {
@@ -68,6 +76,7 @@ void rebuild(const Model& model, State& state, ListState found, bool indexed, Te
   const bool ran_out = !state.reference.stale;  // not broken bonds, which ask for a list at once
   if (ran_out && lasted < 8 * cost) state.skin = std::min(1.25 * state.skin, 2 * usual);
   if (ran_out && lasted > 40 * cost) state.skin = std::max(0.8 * state.skin, 0.5 * usual);
+  state.skin = std::max(state.skin, contact_reach(model, state));
   state.listed_at = state.steps;
   const std::vector<Index> order = put_in_order(state);
   reduce_cell(state, model.numerics.reduce_cell_at);
@@ -149,13 +158,10 @@ void check_speeds(const State& state) {
 /// wall gives to a grain is a contact of few steps, in which the trapezoid of its work is coarse (J).
 double energy_floor(const Model& model, const State& state) {
   const Grains& g = state.grains;
-  const auto* linear = std::get_if<LinearSpring>(&model.law);
   double whole = 0;
   for (std::size_t i = 0; i < g.size(); ++i) {
     const Material& m = model.materials[g.material[i]];
-    const double v = g.extent[i].volume;
-    const double area_law = linear && !linear->by_modulus ? std::pow(v, 2.0 / 3) : v;
-    whole += (linear ? m.normal_stiffness : m.youngs_modulus) * area_law;
+    whole += energy_of_strain(model.law, m.solid(), m.contact, g.extent[i].volume);
   }
   double fastest = 0;
   for (const Wall& wall : state.boundary.walls) fastest = std::max(fastest, wall.velocity.squaredNorm());
@@ -196,11 +202,11 @@ void make_ready(const Model& model, State& state, Team& team) {
   double mean_radius = 0;
   for (const Extent& e : g.extent) mean_radius += e.equivalent_radius;
   state.mean_radius = mean_radius / static_cast<double>(std::max<std::size_t>(g.size(), 1));
-  state.skin = model.numerics.skin * state.mean_radius;
+  state.skin = std::max(model.numerics.skin * state.mean_radius, contact_reach(model, state));
   state.listed_at = state.steps, state.sorted = g.size();
   refuse_small_cell(g, state.boundary.cell, state.skin);
   note_bonded(state);
-  state.contacts.contact.keep_rolls(model.rolls());
+  state.contacts.contact.keep(model.rolls(), attracts(model.law));
   build_contacts(g, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team);
   if (std::none_of(model.pairs.begin(), model.pairs.end(), [](const PairLaw& p) { return p.friction > 0; })) {
     ContactColumns& c =

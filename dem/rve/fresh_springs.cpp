@@ -76,8 +76,8 @@ double add_springs(const Model& model, State& state, const ParentMotion& parent,
       force -= push * normal;
       state.ledger.residual_force += push;
     }
-    const double stiffest =
-        options.stiffness_ratio * model.pairs[g.material[plus] * (model.materials.size() + 1)].youngs * radius;
+    const double stiffest = options.stiffness_ratio *
+                            reduced_modulus(model.pairs[g.material[plus] * (model.materials.size() + 1)]) * radius;
     const double softest_peak = 2 * energy / (options.max_opening * radius);
     CohesiveSpring s;
     s.ends = {static_cast<Index>(minus), static_cast<Index>(plus), {}};

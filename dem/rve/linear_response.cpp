@@ -94,16 +94,17 @@ Network network_of(const Model& model, const State& s, bool all_slip, LinearResp
     if (c.stiffness <= 0) continue;
     const Touch& touch = s.contacts.touch[k];
     const PairLaw& law = model.pairs[s.contacts.pair[k].law];
-    const Elastic elastic = std::visit([&](const auto& l) { return l(c.stiffness, touch.overlap); }, model.law);
-    const bool slides = law.friction > 0 && c.spring.norm() >= law.friction * elastic.force * (1 - 1e-6);
+    const Elastic elastic = elastic_response(model.law, s.contacts, k);
+    const double borne = elastic.bears(elastic.force);
+    const bool slides = law.friction > 0 && c.spring.norm() >= law.friction * borne * (1 - 1e-6);
     if (slides) net.sliding += elastic.force;
-    const double kt = law.friction > 0 && !(slides && all_slip) ? law.shear_ratio * elastic.normal_stiffness : 0;
+    const double kt = law.friction > 0 && !(slides && all_slip) ? law.shear_ratio * elastic.grip : 0;
     net.link[k] = out.links.size();
     const Mat3 along = touch.normal * touch.normal.transpose(), across = Mat3::Identity() - along;
     net.spring.push_back(spring_between(s, k, (elastic.normal_stiffness - kt) * along + kt * Mat3::Identity()));
     if (s.contacts.contact.rolls) {
-      const bool gives = law.rolling == 0 || (all_slip && c.roll.norm() >= law.rolling * elastic.force * (1 - 1e-6));
-      const double held = gives ? 0 : law.shear_ratio * elastic.normal_stiffness * c.radius;  // roll by turn (N)
+      const bool gives = law.rolling == 0 || (all_slip && c.roll.norm() >= law.rolling * borne * (1 - 1e-6));
+      const double held = gives ? 0 : law.shear_ratio * elastic.grip * c.radius;  // roll by turn (N)
       net.spring.back().turn = held * c.radius * across;
       net.roll.push_back(held * across);
       out.rolls.push_back({c.roll, law.rolling, {}});
@@ -209,7 +210,7 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
 }  // namespace
 
 std::unique_ptr<const LinearResponse> linear_response(const Model& model, const State& state, double share) {
-  if (state.bonds.size() > 0 || !state.boundary.cell.periodic()) return nullptr;
+  if (state.bonds.size() > 0 || !state.boundary.cell.periodic() || attracts(model.law)) return nullptr;
   return respond(model, state, share);
 }
 

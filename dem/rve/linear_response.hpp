@@ -57,7 +57,7 @@ struct LinearResponse {
 };
 
 /// Null where the state is not elastic to begin with: contacts at their Coulomb limit that carry more than `share`, or
-/// springs.
+/// springs; and where contacts attract, since it foretells of none that snaps on or off.
 std::unique_ptr<const LinearResponse> linear_response(const Model& model, const State& state, double share);
 
 /// The tangent alone, of any state: contacts at their Coulomb limit without k_t, grains free to move and turn (Pa).

@@ -142,7 +142,6 @@ Mat3 displacement_gradient(const State& state, const Loading& loading, const Mat
 }
 
 double unbearable_pressure(const Model& model, double radius) {
-  if (std::holds_alternative<Foundation>(model.law)) return INFINITY;
   constexpr double margin = 2, neighbours = 14;
   constexpr double no_voids =
       0.5;  // of a radius: overlap of all contacts that leaves none, from the loosest packing on
@@ -151,12 +150,7 @@ double unbearable_pressure(const Model& model, double radius) {
   for (std::size_t a = 0; a < model.materials.size(); ++a)
     for (std::size_t b = 0; b < model.materials.size(); ++b)
       if (std::isfinite(model.materials[a].youngs_modulus + model.materials[b].youngs_modulus))
-        force = std::max(force, std::visit(
-                                    [&](const auto& law) {
-                                      const PairLaw& p = model.pairs[a * model.materials.size() + b];
-                                      return law(law.stiffness_at_birth(p, radius), overlap).force;
-                                    },
-                                    model.law));
+        force = std::max(force, force_at(model.law, model.pairs[a * model.materials.size() + b], radius, overlap));
   return margin * neighbours * force / (4 * pi * radius * radius);  // force x radius x contacts a grain / (3 V)
 }
 

@@ -315,11 +315,10 @@ Mat6 contact_stiffness_tangent(const Model& model, const State& s) {
     const Contact c = s.contacts.contact[k];
     if (c.stiffness <= 0) continue;
     const PairLaw& p = model.pairs[s.contacts.pair[k].law];
-    const Elastic elastic =
-        std::visit([&](const auto& law) { return law(c.stiffness, s.contacts.touch[k].overlap); }, model.law);
-    const double normal_force = elastic.force + c.viscous;
-    const bool slides = c.spring.norm() >= p.friction * normal_force * (1 - 1e-9);
-    const double kt = p.friction > 0 && !slides ? p.shear_ratio * elastic.normal_stiffness : 0;
+    const Elastic elastic = elastic_response(model.law, s.contacts, k);
+    const double borne = elastic.bears(elastic.force + c.viscous);
+    const bool slides = c.spring.norm() >= p.friction * borne * (1 - 1e-9);
+    const double kt = p.friction > 0 && !slides ? p.shear_ratio * elastic.grip : 0;
     const Vec3 l = branch(s, k), &n = s.contacts.touch[k].normal;
     const auto b = displacement_of_strain(l);
     const Mat3 stiffness = (elastic.normal_stiffness - kt) * n * n.transpose() + kt * Mat3::Identity();

@@ -57,27 +57,9 @@ void make_pair_laws(Model& model) {
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = 0; j < n; ++j) {
       const Material &a = model.materials[i], &b = model.materials[j];
-      auto compliance = [](const Material& m) {
-        return std::isinf(m.youngs_modulus) ? 0.0 : (1 - m.poissons_ratio * m.poissons_ratio) / m.youngs_modulus;
-      };
-      auto shear_compliance = [](const Material& m) {
-        return std::isinf(m.youngs_modulus) ? 0.0
-                                            : (2 - m.poissons_ratio) * 2 * (1 + m.poissons_ratio) / m.youngs_modulus;
-      };
       PairLaw& p = model.pairs[i * n + j];
-      const bool rigid_a = std::isinf(a.youngs_modulus), rigid_b = std::isinf(b.youngs_modulus);
       p.dashpot = dashpot(restitution_of_pair(a, b));
-      if (std::holds_alternative<HertzMindlin>(model.law)) {
-        const double c = compliance(a) + compliance(b), s = shear_compliance(a) + shear_compliance(b);
-        if (c > 0) p.youngs = 1 / c, p.shear_ratio = 4 * c / s;
-      } else {
-        const Material& soft = rigid_a ? b : a;
-        const double ka = a.normal_stiffness, kb = b.normal_stiffness;
-        // Of a foundation half of the way is in each: they are in series.
-        const double both = std::holds_alternative<Foundation>(model.law) ? 2 * ka * kb / (ka + kb) : 0.5 * (ka + kb);
-        p.normal_stiffness = rigid_a || rigid_b ? soft.normal_stiffness : both;
-        p.shear_ratio = rigid_a || rigid_b ? soft.shear_ratio : 0.5 * (a.shear_ratio + b.shear_ratio);
-      }
+      mix(model.law, a.solid(), a.contact, b.solid(), b.contact, p);
     }
 }
 

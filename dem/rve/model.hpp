@@ -35,12 +35,12 @@ struct Material {
   double rolling_friction = 0;  // of the effective radius
   double restitution = 1;       // normal
   double damping = 0;           // local, non-viscous; of this material's grains
-  double normal_stiffness = 0;  // linear law, N/m; by modulus: 4 x modulus, Pa
-  double shear_ratio = 0;       // linear law, tangential / normal
+  LawConstants contact;         // what the contact law asks beside the solid; of a rigid one nothing
   bool turns = true;            // false: spheres of it keep their orientation
   std::optional<FractureModel> fracture;
   std::optional<BondModel> bond;
 
+  Solid solid() const { return {youngs_modulus, poissons_ratio}; }
   const Balls* balls() const { return fracture ? std::get_if<Balls>(&fracture->splitter) : nullptr; }
   bool swells() const { return balls() && balls()->swells; }
 };

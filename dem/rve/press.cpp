@@ -27,10 +27,7 @@ Felt felt_by(const Model& model, const State& s, std::size_t wall) {
   for (std::size_t k = s.contacts.begin[first_wall]; k < s.contacts.size(); ++k) {
     const Pair& pair = s.contacts.pair[k];
     if (pair.b != wall || !s.contacts.contact.touching(k)) continue;
-    const Contact c = s.contacts.contact[k];
-    const double stiffness =
-        std::visit([&](const auto& law) { return law(c.stiffness, s.contacts.touch[k].overlap); }, model.law)
-            .normal_stiffness;
+    const double stiffness = elastic_response(model.law, s.contacts, k).grip;
     const Motion& grain = s.grains.motion[pair.a];
     const Vec3 arm = contact_arm(s.grains, s.contacts, k, false);
     felt.force -= s.contacts.touch[k].force.dot(n);

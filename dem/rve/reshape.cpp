@@ -19,20 +19,14 @@ double half_work(const Model& model, const Contacts& contacts, const std::vector
   return work;
 }
 
-/// Of a contact between two such balls (N/m).
-double stiffness_of(const Model& model, const Material& material, double radius) {
-  const auto* linear = std::get_if<LinearSpring>(&model.law);
-  if (!linear) return 2 * radius * material.youngs_modulus;
-  return linear->by_modulus ? 0.5 * radius * material.normal_stiffness : material.normal_stiffness;
-}
-
 /// The shape that fragment i has next; none: it stays.
 std::optional<PolyEllipsoid> next_of(const Model& model, const State& state, std::size_t i, double duration) {
   const Grains& g = state.grains;
   const Material& material = model.materials[g.material[i]];
   if (g.generation[i] == 0) return std::nullopt;
   if (material.fracture->transition) return next_shape(g.shape[i], *material.fracture->transition, duration);
-  const double stiffness = stiffness_of(model, material, g.extent[i].equivalent_radius);
+  const double stiffness =
+      stiffness_between(model.law, material.solid(), material.contact, g.extent[i].equivalent_radius);
   const auto radius = next_radius(g, i, material.density, stiffness, duration);
   if (!radius || mean_pressure(model.law, g, state.contacts, i) > state.grain_pressure) return std::nullopt;
   return PolyEllipsoid::sphere(*radius);

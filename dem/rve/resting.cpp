@@ -16,7 +16,7 @@ Contacts touching(const Contacts& c, bool bodies) {
   for (std::size_t k = 0; k < c.size(); ++k) count += c.contact.touching(k);
   kept.pair.reserve(count);
   if (bodies) kept.resting_normal.reserve(count);
-  kept.contact.rolls = c.contact.rolls;
+  kept.contact.keep_as(c.contact);
   for_each_contact_column(kept.contact, [&](auto& column) { column.resize(count); });
   for (std::size_t bin = 0; bin < bin_count; ++bin) {
     kept.begin[bin] = kept.pair.size();

@@ -34,22 +34,26 @@ inline bool crosses(const Pair& p) { return (p.image[0] | p.image[1] | p.image[2
 /// What a contact remembers. Touching when stiffness > 0.
 struct Contact {
   Vec3 spring = Vec3::Zero();  // tangential elastic force on b (N)
-  double stiffness = 0;      // Hertz: F = stiffness overlap^1.5; linear: F = stiffness overlap. Frozen at contact birth
-  double compliance = 0;     // 1 / tangential stiffness (m/N) of the step before; 0: no spring yet
-  double viscous = 0;        // viscous part of the normal force (N)
-  double radius = 0;         // effective radius (m), frozen at contact birth
-  Vec3 roll = Vec3::Zero();  // rolling spring (N): the couple on b is radius x roll; of the spring's compliance
+  double stiffness = 0;        // > 0, frozen at contact birth; the law says of what: Hertz N/m^1.5, linear N/m
+  double compliance = 0;       // 1 / tangential stiffness (m/N) of the step before; 0: no spring yet
+  double viscous = 0;          // viscous part of the normal force (N)
+  double radius = 0;           // effective radius (m), frozen at contact birth
+  Vec3 roll = Vec3::Zero();    // rolling spring (N): the couple on b is radius x roll; of the spring's compliance
+  double reach = 0;            // separation at which it parts (m), > 0 with attraction; frozen at contact birth
 };
 
 /// The same of many contacts, column by column: the kernels read and write as many in a row as a register holds.
 struct ContactColumns {
   std::vector<double> spring_x, spring_y, spring_z, stiffness, compliance, viscous, radius;
   std::vector<double> roll_x, roll_y, roll_z;  // empty unless `rolls`
+  std::vector<double> reach;                   // empty unless `reaches`
   bool rolls = false;                          // rolling meets resistance
+  bool reaches = false;                        // contacts hold beyond touch
 
   Contact operator[](std::size_t k) const {
     Contact c{{spring_x[k], spring_y[k], spring_z[k]}, stiffness[k], compliance[k], viscous[k], radius[k]};
     if (rolls) c.roll = {roll_x[k], roll_y[k], roll_z[k]};
+    if (reaches) c.reach = reach[k];
     return c;
   }
   void set(std::size_t k, const Contact& c) {
@@ -61,13 +65,18 @@ struct ContactColumns {
     viscous[k] = c.viscous;
     radius[k] = c.radius;
     if (rolls) roll_x[k] = c.roll.x(), roll_y[k] = c.roll.y(), roll_z[k] = c.roll.z();
+    if (reaches) reach[k] = c.reach;
   }
-  /// Rolling springs are kept from now on, or no longer; new ones hold nothing.
-  void keep_rolls(bool kept) {
-    rolls = kept;
-    for (auto* column : {&roll_x, &roll_y, &roll_z})
-      kept ? column->resize(stiffness.size(), 0.0) : std::vector<double>().swap(*column);
+  /// Rolling springs are kept from now on, or no longer; new ones hold nothing. So are reaches.
+  void keep(bool rolling, bool reaching) {
+    rolls = rolling, reaches = reaching;
+    const auto kept = [&](std::vector<double>& column, bool is) {
+      is ? column.resize(stiffness.size(), 0.0) : std::vector<double>().swap(column);
+    };
+    for (auto* column : {&roll_x, &roll_y, &roll_z}) kept(*column, rolls);
+    kept(reach, reaches);
   }
+  void keep_as(const ContactColumns& other) { rolls = other.rolls, reaches = other.reaches; }
   bool touching(std::size_t k) const { return stiffness[k] > 0; }
 };
 
@@ -82,13 +91,14 @@ void for_each_contact_column(C& c, F&& f) {
   f(c.viscous);
   f(c.radius);
   if (c.rolls) f(c.roll_x), f(c.roll_y), f(c.roll_z);
+  if (c.reaches) f(c.reach);
 }
 
 /// What a contact shows: of the last step of a run, and of steps that test for breakage. Steps in between leave it out
 /// for spheres.
 struct alignas(64) Touch {
   Vec3 normal = Vec3::Zero();  // unit, from a to b; the search direction while apart
-  double overlap = 0;          // m, > 0 touching
+  double overlap = 0;          // m, > 0 touching; with attraction from minus the contact's reach on
   Vec3 force = Vec3::Zero();   // on b (N); -force on a
   double held = 0;             // of hulls: energy of the overlap (J)
 };
@@ -114,9 +124,9 @@ inline double shear_energy(const Contact& c) {
 
 /// Work and dissipation of one tile since the last flush (J). `friction`: the limit times plastic slip or roll, what a
 /// spring sheds as its stiffness changes, what a parting one holds. `springs`: their work less the change of what they
-/// hold, the same if the law is right.
+/// hold, the same if the law is right. `adhesion`: what contacts with attraction take as they snap on and off.
 struct BlockEnergy {
-  double friction = 0, springs = 0, viscous = 0, work = 0;
+  double friction = 0, springs = 0, viscous = 0, work = 0, adhesion = 0;
 };
 
 /// Grains are cut into tiles of consecutive indices, pairs belong to the tile of their grain a. A tile's pairs are one

@@ -51,6 +51,7 @@ struct Ledger {
   double local_damping = 0;  // of it: by the grains' local damping, a device that no contact knows
   double bond_damping = 0;   // of it: by the dashpots of face bonds
   double bond_friction = 0;  // of friction: by what has given way of face bonds
+  double adhesion = 0;       // contacts with attraction that snap on and off
   double fracture = 0;       // softening of bonds, as they take it: never falls
   double handed = 0;         // held by the pressed part of broken bonds, and by no contact that goes on with them
   double split =
@@ -70,7 +71,7 @@ struct Ledger {
   Fines fines;
   SplitStatistics splits;
 
-  double spent() const { return friction + damping + fracture + handed + split + fines.kinetic; }
+  double spent() const { return friction + damping + adhesion + fracture + handed + split + fines.kinetic; }
 };
 
 /// By bonds, whatever way (J).

@@ -162,7 +162,8 @@ TEST_CASE("error estimates are of the last row and of the worst, and each is wha
   double share[2];
   for (int k = 0; k < 2; ++k) {
     const double radius = r + 1e-6 * k, depth = 1e-6 * (1 + k);
-    share[k] = 2 * 4.0 / 3 * model.pairs[1].youngs * std::sqrt(radius) * std::pow(depth, 1.5) * (radius - 0.5 * depth);
+    share[k] = 2 * 4.0 / 3 * reduced_modulus(model.pairs[1]) * std::sqrt(radius) * std::pow(depth, 1.5) *
+               (radius - 0.5 * depth);
   }
   const double mean = 0.5 * (share[0] + share[1]), deviation = (share[1] - share[0]) / std::sqrt(2.0);  // n - 1 = 1
   CHECK(survey(model, two, team).pressure_scatter == Approx(deviation / std::sqrt(2.0) / mean).epsilon(1e-9));

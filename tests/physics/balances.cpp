@@ -25,7 +25,7 @@ struct Dragged {
 Dragged drag(const PairLaw& pair, double load, double sway, int steps, double way) {
   const HertzMindlin law;
   Contact c;
-  c.radius = R / 2, c.stiffness = law.stiffness_at_birth(pair, c.radius);
+  law.begin(own<HertzMindlin>(pair), R / 2, 1, c);
   Touch touch;
   Dragged out;
   const double dt = 1e-7;
@@ -45,7 +45,7 @@ Dragged drag(const PairLaw& pair, double load, double sway, int steps, double wa
 
 PairLaw sticky(double friction) {
   PairLaw p;
-  p.youngs = 30e9, p.shear_ratio = 0.8, p.friction = friction;
+  p.own = HertzMindlin::Pair{30e9}, p.shear_ratio = 0.8, p.friction = friction;
   return p;
 }
 
@@ -99,7 +99,7 @@ TEST_CASE(
   PairLaw pair = sticky(0.3);
   const HertzMindlin law;
   Contact c;
-  c.radius = R / 2, c.stiffness = law.stiffness_at_birth(pair, c.radius);
+  law.begin(own<HertzMindlin>(pair), R / 2, 1, c);
   Touch touch;
   BlockEnergy first, later;
   auto slide = [&](BlockEnergy& e) {
@@ -107,7 +107,7 @@ TEST_CASE(
       advance_contact(law, pair, 1e-6, c, touch, Vec3(0, 0, 1), 1e-3 * R, Vec3(2, 1, 0), 0, 1e-7, e);
   };
   slide(first), slide(later);
-  const double limit = 0.3 * law(c.stiffness, 1e-3 * R).force, way = std::sqrt(5.0) * 100 * 1e-7;
+  const double limit = 0.3 * law(c, 1e-3 * R).force, way = std::sqrt(5.0) * 100 * 1e-7;
   CHECK(later.friction == Approx(limit * way).epsilon(1e-12));
   CHECK(later.springs == Approx(limit * way).epsilon(1e-12));
 }

@@ -69,7 +69,7 @@ BondModel tough_rock(double toughness) {
 
 Model recorded(const BondModel& b) {
   Model model = rock(b, 0.3);
-  model.materials[0].normal_stiffness = b.stiffness;
+  model.materials[0].contact = Foundation::Of{.modulus = b.stiffness, .shear_ratio = b.ratio};
   make_pair_laws(model);
   model.records_bonds = true;
   return model;

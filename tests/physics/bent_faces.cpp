@@ -315,8 +315,8 @@ TEST_CASE("two cells bent apart over one face: G A is taken, and nothing is made
     b.stiffness = 2e12, b.stiffness_given = true, b.energy_2 = b.energy_1, b.friction = 0.3;
     const double side = 1e-2, speed = 4;  // m, rad/s
     Model model = rock(b, 0.3);
-    model.materials[0].normal_stiffness = b.stiffness;
-    model.law = Foundation{true}, model.numerics.time_step = 5e-7;
+    model.materials[0].contact = Foundation::Of{.given = b.stiffness, .shear_ratio = b.ratio};
+    model.law = Foundation{}, model.numerics.time_step = 5e-7;
     make_pair_laws(model);
     Team team(1);
     VoronoiCells cells;

@@ -102,7 +102,7 @@ TEST_CASE("half of all bonds break in an impact: energy is told, momentum stays,
   for (const double friction : {0.0, 0.5}) {
     b.friction = friction, b.damping = 0.2 * friction;
     Model model = rock(b, friction);
-    model.materials[0].normal_stiffness = b.stiffness;
+    model.materials[0].contact = Foundation::Of{.modulus = b.stiffness, .shear_ratio = b.ratio};
     make_pair_laws(model);
     const auto run = [&](int threads) {
       Team team(threads);

@@ -28,7 +28,7 @@ Model breakable(bool springs) {
 State squeezed(const Model& model, const std::vector<int>& axes, double force) {
   State s;
   add(s, PolyEllipsoid::sphere(R), Vec3::Zero(), 2650);
-  const double stiffness = 4.0 / 3 * model.pairs[1].youngs * std::sqrt(R),
+  const double stiffness = 4.0 / 3 * reduced_modulus(model.pairs[1]) * std::sqrt(R),
                overlap = std::pow(force / stiffness, 2.0 / 3);
   for (int k : axes)
     for (int side : {-1, 1}) {

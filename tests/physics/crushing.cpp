@@ -16,9 +16,9 @@ constexpr double R = 1e-3;
 TEST_CASE("linear by modulus: k = 2 K D1 D2 / (D1 + D2), against a wall 2 K D") {
   Material m = solid(60e9, 0.2, 2650);
   const double K = 300e6;
-  m.normal_stiffness = 4 * K, m.shear_ratio = 0.25;
+  m.contact = LinearSpring::Of{.modulus = K, .shear_ratio = 0.25};
   Model model = model_of(m);
-  model.law = LinearSpring{true};
+  model.law = LinearSpring{};
   make_pair_laws(model);
   State s;
   const double d1 = 2e-3, d2 = 3e-3, overlap = 1e-6;
@@ -38,8 +38,8 @@ TEST_CASE("grains that do not turn slide by Coulomb's law with no spin, and thei
   for (const bool turns : {false, true}) {
     State s;
     add_floor(s);
-    const double sag =
-        std::pow(4.0 / 3 * pi * R * R * R * 2650 * 9.81 / (4.0 / 3 * model.pairs[1].youngs * std::sqrt(R)), 2.0 / 3);
+    const double sag = std::pow(
+        4.0 / 3 * pi * R * R * R * 2650 * 9.81 / (4.0 / 3 * reduced_modulus(model.pairs[1]) * std::sqrt(R)), 2.0 / 3);
     set_grain(s.grains, 0,
               {.shape = PolyEllipsoid::sphere(R),
                .position = Vec3(0, 0, R - sag),

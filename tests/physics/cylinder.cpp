@@ -36,7 +36,7 @@ TEST_CASE("a cylinder pushes towards its axis with the force of the overlap, wha
     add(s, PolyEllipsoid::sphere(R), Vec3(0.01, 0.02, 0.01) + (radius - R + overlap) * out, 2650);
     Team team(1);
     prepare(model, s, team);
-    const double force = 4.0 / 3 * model.pairs[1].youngs * std::sqrt(R) * std::pow(overlap, 1.5);
+    const double force = 4.0 / 3 * reduced_modulus(model.pairs[1]) * std::sqrt(R) * std::pow(overlap, 1.5);
     CHECK((s.grains.force[0] + force * out).norm() < 1e-6 * force);
     CHECK(s.boundary.walls[2].distance(s.grains.motion[0].position) == Approx(R - overlap).epsilon(1e-9));
   }
@@ -72,7 +72,7 @@ TEST_CASE("volume, axial and radial stress of a sample in a cylinder") {
   Team team(1);
   prepare(model, s, team);
   CHECK(bulk_volume(s.boundary) == Approx(pi * radius * radius * height).epsilon(1e-12));
-  const double force = 4.0 / 3 * model.pairs[1].youngs * std::sqrt(R) * std::pow(overlap, 1.5);
+  const double force = 4.0 / 3 * reduced_modulus(model.pairs[1]) * std::sqrt(R) * std::pow(overlap, 1.5);
   const Measurement m = measure(model, s);
   CHECK(m.wall_stress(2, 2) == Approx(-n * force / (pi * radius * radius)).epsilon(1e-6));
   for (const int k : {0, 1})

@@ -80,7 +80,7 @@ TEST_CASE("a pair that turns as one body keeps its tangential spring: turned wit
   }
   // The plain form, for poly-ellipsoids at walls: a turn of 0.1 rad in one step is not a loss.
   PairLaw law;
-  law.youngs = 30e9, law.shear_ratio = 0.8, law.friction = 10;
+  law.own = HertzMindlin::Pair{30e9}, law.shear_ratio = 0.8, law.friction = 10;
   Contact c;
   c.stiffness = 1e9, c.radius = R, c.compliance = 1 / (0.8 * 1.5 * 1e9 * std::sqrt(1e-6)), c.spring = Vec3(0.3, 0.4, 0);
   Touch touch;

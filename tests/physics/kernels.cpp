@@ -53,7 +53,8 @@ void make(Case& c, bool periodic, bool shapes, bool friction, bool dashpot, bool
   soft = hard;
   soft.youngs_modulus = 20e9, soft.friction = friction ? 0.5 : 0;
   hard.rolling_friction = rolling, soft.rolling_friction = 1.5 * rolling;
-  hard.normal_stiffness = 2e6, hard.shear_ratio = 0.8, soft.normal_stiffness = 1e6, soft.shear_ratio = 0.8;
+  hard.contact = LinearSpring::Of{.stiffness = 2e6, .shear_ratio = 0.8};
+  soft.contact = LinearSpring::Of{.stiffness = 1e6, .shear_ratio = 0.8};
   model.materials = {hard, soft};
   if (!hertz) model.law = LinearSpring{};
   model.numerics.time_step = 3e-8;

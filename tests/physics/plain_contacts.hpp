@@ -61,9 +61,7 @@ inline Plain plain_pass(const Model& model, const State& state, double dt) {
     }
     std::visit(
         [&]<class L>(const L& l) {
-          if (c.stiffness == 0)
-            c.radius = radius,
-            c.stiffness = l.stiffness_at_birth(law, radius) * (std::is_same_v<L, HertzMindlin> ? ellipse : 1);
+          if (c.stiffness == 0) begin_contact<L>(law, radius, ellipse, c, out.energy);
           const Vec3 vb =
               wall ? Vec3(Vec3::Zero()) : Vec3(g.motion[pair.b].velocity + g.motion[pair.b].spin.cross(arm_b));
           const Vec3 wb = wall ? Vec3(Vec3::Zero()) : g.motion[pair.b].spin;

@@ -11,15 +11,15 @@ using namespace grus::dem::test;
 
 namespace {
 
-struct Impact {
+struct Bounce {
   double depth = 0, force = 0, time = 0, restitution = 0;
 };
 
 /// Head-on, from first touch; the duration by the steps in contact, the peak by the largest overlap.
-Impact collide(const Model& model, State s, double speed) {
+Bounce collide(const Model& model, State s, double speed) {
   Team team(1);
   prepare(model, s, team);
-  Impact r;
+  Bounce r;
   const double before = s.grains.motion[0].velocity.norm();
   for (int k = 0; k < 100000; ++k) {
     run_steps(model, s, 1, team);
@@ -61,7 +61,7 @@ TEST_CASE("Chung & Ooi 1: elastic normal impact of two spheres") {
                         Row{20e9, 0.25, 2500, 368.304e-6, 7.10824e3, 54.2010e-6}}) {
     Model model = model_of(solid(r.E, r.nu, r.density));
     model.numerics.time_step = r.time / 500;
-    const Impact i = collide(model, two_spheres(0.01, r.density, 10), 10);
+    const Bounce i = collide(model, two_spheres(0.01, r.density, 10), 10);
     CHECK(i.depth == Approx(r.depth).epsilon(3e-4));
     CHECK(i.force == Approx(r.force).epsilon(5e-4));
     CHECK(i.time == Approx(r.time).epsilon(4e-3));  // counted in steps of 1/500
@@ -77,7 +77,7 @@ TEST_CASE("Chung & Ooi 2: elastic normal impact on a rigid wall") {
                         Row{40e9, 0.35, 1800, 52.1233e-6, 7.23268e3, 767.066e-6}}) {
     Model model = model_of(solid(r.E, r.nu, r.density));
     model.numerics.time_step = r.time / 500;
-    const Impact i = collide(model, sphere_on_wall(0.1, r.density, Vec3(0, 0, -0.2)), 0.2);
+    const Bounce i = collide(model, sphere_on_wall(0.1, r.density, Vec3(0, 0, -0.2)), 0.2);
     CHECK(i.depth == Approx(r.depth).epsilon(3e-4));
     CHECK(i.force == Approx(r.force).epsilon(5e-4));
     CHECK(i.time == Approx(r.time).epsilon(4e-3));
@@ -144,7 +144,7 @@ TEST_CASE("pole impact of ellipsoids on a plane: the elliptic Hertz contact, exa
     shape.plus = shape.minus = 1e-3 * r.axes;
     Model model = model_of(solid(60e9, 0.17, 2650));
     model.numerics.time_step = r.time / 1000;
-    const Impact i = collide(model, sphere_on_wall(shape.plus.z(), 2650, Vec3(0, 0, -1), &shape), 1);
+    const Bounce i = collide(model, sphere_on_wall(shape.plus.z(), 2650, Vec3(0, 0, -1), &shape), 1);
     CHECK(i.depth == Approx(r.depth).epsilon(5e-3));
     CHECK(i.force == Approx(r.force).epsilon(5e-3));
     CHECK(i.time == Approx(r.time).epsilon(7e-3));
