@@ -5,11 +5,22 @@ import os
 import re
 
 # What other programs include, from the user's side inwards.
-HEADERS = [("Cells from scene files", ["apps/library/grus/scene.hpp", "apps/scene/unit_cells.hpp", "apps/scene/prepare_sample.hpp"]),
-           ("Cells as a material", ["apps/library/grus/rve.hpp", "dem/rves/rve_set.hpp", "dem/rve/rve.hpp", "dem/rve/loading.hpp", "dem/rve/measure.hpp"]),
-           ("Samples of your own", ["dem/rve/model.hpp", "dem/rve/state.hpp", "dem/rve/step.hpp", "dem/packing/packing.hpp", "dem/contact/laws.hpp", "dem/fracture/fracture_model.hpp", "dem/fracture/criteria.hpp"]),
-           ("Finite elements", ["fem/material.hpp", "fem/mesh.hpp", "fem/problem.hpp", "fem/statics.hpp", "fem/dynamics.hpp", "fem/explicit_statics.hpp"]),
-           ("Both together", ["coupling/rve_farm.hpp", "coupling/rve_material.hpp", "coupling/deferral.hpp", "coupling/tangents.hpp"])]
+HEADERS = [("Cells from scene files",
+            ["apps/library/grus/scene.hpp", "apps/scene/unit_cells.hpp", "apps/scene/prepare_sample.hpp"]),
+           ("Cells as a material", [
+               "apps/library/grus/rve.hpp", "dem/rves/rve_set.hpp", "dem/rve/rve.hpp", "dem/rve/loading.hpp",
+               "dem/rve/measure.hpp"
+           ]),
+           ("Samples of your own", [
+               "dem/rve/model.hpp", "dem/rve/state.hpp", "dem/rve/step.hpp", "dem/packing/packing.hpp",
+               "dem/contact/laws.hpp", "dem/fracture/fracture_model.hpp", "dem/fracture/criteria.hpp"
+           ]),
+           ("Finite elements", [
+               "fem/material.hpp", "fem/mesh.hpp", "fem/problem.hpp", "fem/statics.hpp", "fem/dynamics.hpp",
+               "fem/explicit_statics.hpp"
+           ]),
+           ("Both together",
+            ["coupling/rve_farm.hpp", "coupling/rve_material.hpp", "coupling/deferral.hpp", "coupling/tangents.hpp"])]
 
 
 def header(text):
@@ -31,7 +42,12 @@ def header(text):
 
 
 def cpp(source):
-    text = ["# C++", "", "Installed headers, from their own comments; [how to link them](library.md). SI units; stress tension-positive, Voigt order xx yy zz yz xz xy with engineering shear.", ""]
+    text = [
+        "# C++", "",
+        "Installed headers, from their own comments; [how to link them](library.md). SI units; stress "
+        "tension-positive, Voigt order xx yy zz yz xz xy with engineering shear.",
+        ""
+    ]
     for title, paths in HEADERS:
         text += [f"## {title}", ""]
         for path in paths:
@@ -44,7 +60,8 @@ def cpp(source):
 
 def signature(node):
     call = ast.unparse(node.args)
-    return f"{node.name}({re.sub('^self(, )?', '', call)})" + (f" -> {ast.unparse(node.returns)}" if node.returns else "")
+    return f"{node.name}({re.sub('^self(, )?', '', call)})" + (f" -> {ast.unparse(node.returns)}"
+                                                               if node.returns else "")
 
 
 def functions(nodes, mark):
@@ -62,9 +79,14 @@ def functions(nodes, mark):
 
 def python(source):
     folder = os.path.join(source, "apps", "python", "grus")
-    text = ["# Python", "", "From the docstrings; `python3 -m pydoc grus` shows the same. [How to get it](library.md#python).", "", "```text",
-            ast.get_docstring(ast.parse(open(os.path.join(folder, "__init__.py")).read())), "```", ""]
+    text = [
+        "# Python", "",
+        "From the docstrings; `python3 -m pydoc grus` shows the same. [How to get it](library.md#python).", "",
+        "```text",
+        ast.get_docstring(ast.parse(open(os.path.join(folder, "__init__.py")).read())), "```", ""
+    ]
     for name in ("rves", "results", "runs/run"):
         tree = ast.parse(open(os.path.join(folder, name + ".py")).read())
-        text += [f"## grus.{name.replace('/', '.')}", "", ast.get_docstring(tree) or "", ""] + functions(tree.body, "###")
+        text += [f"## grus.{name.replace('/', '.')}", "",
+                 ast.get_docstring(tree) or "", ""] + functions(tree.body, "###")
     return "\n".join(text)

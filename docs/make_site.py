@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """The documents as a site that can be searched: make_site.py BUILD OUT (cmake --build build --target docs)
 
-README and docs/ as they are, a page of all keys from apps/scene/keys.txt (the table that the reader of scenes holds itself to), a gallery of the shipped scenes, the interfaces
-from their own comments. Needs mkdocs and its theme material.
+README and docs/ as they are, a page of all keys from apps/scene/keys.txt (the table that the reader of scenes holds
+itself to), a gallery of the shipped scenes, the interfaces from their own comments. Needs mkdocs and its theme
+material.
 """
 import glob
 import json
@@ -16,17 +17,29 @@ import sys
 import api_pages
 
 source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-NAV = [("Start", [("Grus", "index.md"), ("From a sieve curve to a pile", "tutorial.md"), ("Coming from other programs", "coming.md"), ("What it does", "features.md"), ("Shipped scenes", "shipped.md"), ("Gallery", "gallery.md")]),
-       ("Use", [("Scenes", "scenes.md"), ("All keys", "keys.md"), ("Results", "results.md"), ("Macro problems", "macro.md"), ("Calibration", "calibration.md"), ("On a cluster", "cluster.md"), ("Python and C++", "library.md"), ("Extreme cases", "stability.md")]),
-       ("Theory", [("Physics", "physics.md"), ("Fracture", "physics/fracture.md"), ("Fourteen balls", "physics/fourteen.md"), ("Bonded polyhedra", "bonded.md"), ("Cleavage", "cleavage.md")]),
-       ("Validation", [("Verification", "verification.md"), ("Zhang et al. (2015)", "validation/zhang2015.md"), ("Ciantia et al. (2015)", "validation/ciantia2015.md"), ("Galindo-Torres et al. (2012)", "validation/galindo2012.md"),
-                       ("Saleme Ruiz (2016)", "validation/saleme2016.md"), ("Error against run time", "studies/README.md"), ("Benchmarks", "benchmarks.md")]),
-       ("Problems", [(name.replace("_", " "), f"problems/{name}.md") for name in ("biaxial_plane_strain", "oedometer_block", "pile_tip", "shpb_bars", "strip_footing", "triaxial", "triaxial_block")]),
+NAV = [("Start", [("Grus", "index.md"), ("From a sieve curve to a pile", "tutorial.md"),
+                  ("Coming from other programs", "coming.md"), ("What it does", "features.md"),
+                  ("Shipped scenes", "shipped.md"), ("Gallery", "gallery.md")]),
+       ("Use", [("Scenes", "scenes.md"), ("All keys", "keys.md"), ("Results", "results.md"),
+                ("Macro problems", "macro.md"), ("Calibration", "calibration.md"), ("On a cluster", "cluster.md"),
+                ("Python and C++", "library.md"), ("Extreme cases", "stability.md")]),
+       ("Theory", [("Physics", "physics.md"), ("Fracture", "physics/fracture.md"),
+                   ("Fourteen balls", "physics/fourteen.md"), ("Bonded polyhedra", "bonded.md"),
+                   ("Cleavage", "cleavage.md")]),
+       ("Validation", [("Verification", "verification.md"), ("Zhang et al. (2015)", "validation/zhang2015.md"),
+                       ("Ciantia et al. (2015)", "validation/ciantia2015.md"),
+                       ("Galindo-Torres et al. (2012)", "validation/galindo2012.md"),
+                       ("Saleme Ruiz (2016)", "validation/saleme2016.md"),
+                       ("Error against run time", "studies/README.md"), ("Benchmarks", "benchmarks.md")]),
+       ("Problems", [(name.replace("_", " "), f"problems/{name}.md")
+                     for name in ("biaxial_plane_strain", "oedometer_block", "pile_tip", "shpb_bars", "strip_footing",
+                                  "triaxial", "triaxial_block")]),
        ("Code", [("C++", "api_cpp.md"), ("Python", "api_python.md"), ("Architecture", "architecture.md")])]
 
 
 def with_links(text, page, at):
-    """Links of a page that was `page` below the source and is now `at` below the site: to pages as they lie there; to what is no page, the text alone."""
+    """Links of a page that was `page` below the source and is now `at` below the site: to pages as they lie there; to
+    what is no page, the text alone."""
     def link(match):
         mark, words, target = match.groups()
         path, hash_sign, part = target.partition("#")
@@ -35,7 +48,9 @@ def with_links(text, page, at):
         found = os.path.normpath(os.path.join(os.path.dirname(page), path))
         if found == "README.md":
             found = "docs/index.md"
-        if not found.startswith("docs/") or not (found == "docs/index.md" or os.path.isfile(os.path.join(source, found))) or not found.endswith((".md", ".png")):
+        if not found.startswith("docs/") or not (found == "docs/index.md"
+                                                 or os.path.isfile(os.path.join(source, found))) or not found.endswith(
+                                                     (".md", ".png")):
             return words if not mark else ""
         return f"{mark}[{words}]({os.path.relpath(found[5:], os.path.dirname(at) or '.')}{hash_sign}{part})"
     return re.sub(r"(!?)\[([^\]\n]*)\]\(([^)\s]+)\)", link, text)
@@ -43,9 +58,12 @@ def with_links(text, page, at):
 
 def keys():
     """Tables of keys, one for each table of a scene, each once."""
-    text = ["# All keys", "", "This page is made from the table that the reader of scenes holds every key against which it reads. "
-            "`grus-rve --keys [TEXT]` prints the same; `--schema` is for editors. "
-            "A number is SI; a text may carry a unit (`\"60 GPa\"`, `\"300 µm\"`, `\"10 ksi\"`).", ""]
+    text = [
+        "# All keys", "",
+        "This page is made from the table that the reader of scenes holds every key against which it reads. "
+        "`grus-rve --keys [TEXT]` prints the same; `--schema` is for editors. "
+        "A number is SI; a text may carry a unit (`\"60 GPa\"`, `\"300 µm\"`, `\"10 ksi\"`).", ""
+    ]
     cell = lambda fact: fact.lstrip("~").replace("|", ", ").replace("<", "&lt;")
     with open(os.path.join(source, "apps", "scene", "keys.txt")) as f:
         rows = [line.rstrip("\n").split(" | ") for line in f]
@@ -57,7 +75,8 @@ def keys():
         table, _, key = path.rpartition(".")
         kind = cell(words) if words else kind + (f" ({unit})" if unit not in ("", "number") else "")
         shown = f"`{example.replace('|', ' ')}`" if example else ""
-        tables.setdefault(table, []).append(f"| `{key}` | {cell(meaning)} | {kind} | {cell(limits)} | {cell(fallback)} | {shown} |")
+        tables.setdefault(
+            table, []).append(f"| `{key}` | {cell(meaning)} | {kind} | {cell(limits)} | {cell(fallback)} | {shown} |")
     for table in sorted(tables):
         name = f"[[{table[:-2]}]]" if table.endswith("[]") else f"[{table}]" if table else "top level"
         text += ["", f"## `{name}`", "", heads.get(table.removesuffix("[]"), ""), "",
@@ -71,15 +90,22 @@ def with_titles(text):
 
 
 def gallery():
-    text = ["# Gallery", "", "Each shipped scene, what it is and what to look at, and its picture where it has one.", ""]
+    text = [
+        "# Gallery", "", "Each shipped scene, what it is and what to look at, and its picture where it has one.", ""
+    ]
     for path in sorted(glob.glob(os.path.join(source, "apps", "scenes", "*.toml"))):
         stem = os.path.basename(path)[:-5]
         scene = open(path).read()
         title = re.search(r'^title = "(.*)"', scene, re.M)
         head = " ".join(line.lstrip("# ") for line in scene.split("\n\n")[0].splitlines() if line.startswith("#"))
-        pictures = [p for p in (f"images/{stem}.png", f"problems/images/{stem}.png", f"problems/images/{stem}_field.png") if os.path.exists(os.path.join(source, "docs", p))]
+        pictures = [
+            p for p in (f"images/{stem}.png", f"problems/images/{stem}.png", f"problems/images/{stem}_field.png")
+            if os.path.exists(os.path.join(source, "docs", p))
+        ]
         program = "grus-bvp" if re.search(r"^\[mesh\]", scene, re.M) else "grus-rve"
-        text += [f"## {title[1] if title else stem}", "", head, "", f"    {program} apps/scenes/{stem}.toml", ""] + [f"![{stem}]({p})" for p in pictures] + ["", f"<details markdown=\"1\"><summary>{stem}.toml</summary>\n\n```toml\n{scene}```\n\n</details>", ""]
+        text += [f"## {title[1] if title else stem}", "", head, "", f"    {program} apps/scenes/{stem}.toml", ""] + [
+            f"![{stem}]({p})" for p in pictures
+        ] + ["", f"<details markdown=\"1\"><summary>{stem}.toml</summary>\n\n```toml\n{scene}```\n\n</details>", ""]
     return "\n".join(text)
 
 
@@ -94,15 +120,22 @@ def main(build, out):
         at = os.path.relpath(path, pages)
         text = with_titles(with_links(open(path).read(), "docs/" + at, at))
         open(path, "w").write(text)
-    for name, text in (("index.md", with_links(open(os.path.join(source, "README.md")).read(), "README.md", "index.md")), ("keys.md", keys()), ("gallery.md", gallery()), ("api_cpp.md", api_pages.cpp(source)), ("api_python.md", api_pages.python(source))):
+    for name, text in (
+            ("index.md", with_links(open(os.path.join(source, "README.md")).read(), "README.md", "index.md")),
+            ("keys.md", keys()), ("gallery.md", gallery()), ("api_cpp.md", api_pages.cpp(source)),
+            ("api_python.md", api_pages.python(source))):
         open(os.path.join(pages, name), "w").write(text)
     missing = [page for _, entries in NAV for _, page in entries if not os.path.exists(os.path.join(pages, page))]
     if missing:
         sys.exit(f"docs: no {', '.join(missing)}")
-    theme = {"name": "material", "font": False, "features": ["navigation.top", "search.highlight"]}  # nothing from elsewhere
+    theme = {"name": "material", "font": False, "features": ["navigation.top",
+                                                             "search.highlight"]}  # nothing from elsewhere
     extensions = ["tables", "md_in_html", "toc", {"pymdownx.highlight": {"use_pygments": True}}, "pymdownx.superfences"]
-    config = {"site_name": "Grus", "docs_dir": pages, "site_dir": os.path.abspath(out), "theme": theme, "use_directory_urls": False,
-              "plugins": ["search"], "markdown_extensions": extensions, "nav": [{section: [{title: page} for title, page in entries]} for section, entries in NAV]}
+    config = {
+        "site_name": "Grus", "docs_dir": pages, "site_dir": os.path.abspath(out), "theme": theme,
+        "use_directory_urls": False, "plugins": ["search"], "markdown_extensions": extensions,
+        "nav": [{section: [{title: page} for title, page in entries]} for section, entries in NAV]
+    }
     path = os.path.join(build, "mkdocs.yml")
     with open(path, "w") as f:
         json.dump(config, f)  # JSON is YAML

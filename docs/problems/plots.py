@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Plots of the shipped macro problems: plots.py RESULTS, a folder with the runs that each page names; draws what is there."""
+"""Plots of the shipped macro problems: plots.py RESULTS, a folder with the runs that each page names; draws what is
+there."""
 import csv
 import math
 import os
@@ -9,7 +10,7 @@ import sys
 import matplotlib
 
 matplotlib.use("Agg")
-import matplotlib.pyplot as plt
+import matplotlib.pyplot as plt  # noqa: E402
 
 results = sys.argv[1]
 images = os.path.join(os.path.dirname(os.path.abspath(__file__)), "images")
@@ -50,7 +51,8 @@ def oedometer(a, b):
 
 def triaxial(a, b):
     drawn = False
-    for name, label in (("tri5b", "5 MPa, grains break"), ("tri5h", "5 MPa, grains hold"), ("tri1b", "100 kPa, grains break"), ("tri1h", "100 kPa, grains hold")):
+    for name, label in (("tri5b", "5 MPa, grains break"), ("tri5h", "5 MPa, grains hold"),
+                        ("tri1b", "100 kPa, grains break"), ("tri1h", "100 kPa, grains hold")):
         t = table(name, "history.csv")
         if not t:
             continue
@@ -63,7 +65,8 @@ def triaxial(a, b):
 
 def biaxial(a, b):
     drawn = False
-    for name, label in (("bi3", "packing 3"), ("bi4", "packing 4"), ("bi5", "packing 5"), ("bi12", "packing 3, 12 x 24 elements")):
+    for name, label in (("bi3", "packing 3"), ("bi4", "packing 4"), ("bi5", "packing 5"),
+                        ("bi12", "packing 3, 12 x 24 elements")):
         t = table(name, "history.csv")
         if not t:
             continue
@@ -113,7 +116,9 @@ def middle_layer(x, corners):
     quads = []
     for k in kept:
         near = sorted(corners[k], key=lambda node: x[node, 1])[:4]
-        quads.append(sorted((x[node][[0, 2]] for node in near), key=lambda p: math.atan2(p[1] - centre[k, 2], p[0] - centre[k, 0])))
+        quads.append(
+            sorted((x[node][[0, 2]] for node in near),
+                   key=lambda p: math.atan2(p[1] - centre[k, 2], p[0] - centre[k, 0])))
     return quads, kept
 
 
@@ -155,16 +160,21 @@ def bars(a, b):
     a.plot(micro, [-1e6 * e for e in t["probe_transmitted_strain_yy"]], label="transmission bar")
     b.plot([100 * e for e in h["strain_3wave"]], [s / 1e6 for s in h["stress_3wave_Pa"]], label="three waves")
     b.plot([100 * e for e in h["strain_1wave"]], [s / 1e6 for s in h["stress_1wave_Pa"]], label="one wave")
-    b.plot([100 * e for e in h["specimen_strain"]], [s / 1e6 for s in h["specimen_stress_Pa"]], label="the specimen's grains")
+    b.plot([100 * e for e in h["specimen_strain"]], [s / 1e6 for s in h["specimen_stress_Pa"]],
+           label="the specimen's grains")
     if alone:
-        b.plot([100 * e for e in alone["axial_strain"]], [s / 1e6 for s in alone["axial_stress_Pa"]], "--", label="one RVE alone, 500 /s")
+        b.plot([100 * e for e in alone["axial_strain"]], [s / 1e6 for s in alone["axial_stress_Pa"]], "--",
+               label="one RVE alone, 500 /s")
     return True
 
 
 page("oedometer_block", ("axial strain (%)", "stress (MPa)"), ("axial strain (%)", "breakages"), oedometer)
-page("triaxial", ("axial strain (%)", "q / p, means of the specimen"), ("axial strain (%)", "volume strain (%, contraction +)"), triaxial)
-page("biaxial_plane_strain", ("axial strain (%)", "axial stress (kPa)"), ("axial strain (%)", "volume strain (%, contraction +)"), biaxial)
-page("triaxial_block", ("axial strain (%)", "axial stress (kPa)"), ("axial strain (%)", "volume strain (%, contraction +)"), block)
+page("triaxial", ("axial strain (%)", "q / p, means of the specimen"),
+     ("axial strain (%)", "volume strain (%, contraction +)"), triaxial)
+page("biaxial_plane_strain", ("axial strain (%)", "axial stress (kPa)"),
+     ("axial strain (%)", "volume strain (%, contraction +)"), biaxial)
+page("triaxial_block", ("axial strain (%)", "axial stress (kPa)"),
+     ("axial strain (%)", "volume strain (%, contraction +)"), block)
 page("strip_footing", ("settlement (mm)", "footing pressure (MPa)"), ("settlement (mm)", "breakages"), footing)
 page("pile_tip", ("tip displacement (mm)", "head force / area (MPa)"), ("tip displacement (mm)", "breakages"), pile)
 field("biaxial_field", "bi3", 20, "void_ratio", "void ratio")

@@ -4,14 +4,15 @@
 
   peers.py GRUS_BENCH GRUS_RVE [--out results.csv] [--repeats 5] [--only spheres|cell|shapes] [--sizes 1000,10000,50000]
 
-spheres   dense Hertz-Mindlin spheres in a box of walls, the top one coming down at 500/s. The loop's wall time is what each
-          program says of it; the loop's CPU time is a whole run less a run without those steps, for all alike; the whole
-          program's are those of its process, with its default output. Stress: of the sample when the loop ends.
-cell      a periodic cell that Yade packs at 1 MPa, then ten increments of 1e-3, each relaxed to an unbalanced force of 1e-3.
+spheres   dense Hertz-Mindlin spheres in a box of walls, the top one coming down at 500/s. The loop's wall time is what
+          each program says of it; the loop's CPU time is a whole run less a run without those steps, for all alike; the
+          whole program's are those of its process, with its default output. Stress: of the sample when the loop ends.
+cell      a periodic cell that Yade packs at 1 MPa, then ten increments of 1e-3, each relaxed to an unbalanced force of
+          1e-3.
 shapes    216 superquadrics of LIGGGHTS (a build that has them: LIGGGHTS_SUPERQUADRIC=path), beside poly-ellipsoids.
 
-All figures are medians. Peers that are not installed are left out and named (Debian: liggghts, lammps, yade). `noise`: how much of the
-core other programs had."""
+All figures are medians. Peers that are not installed are left out and named (Debian: liggghts, lammps, yade). `noise`:
+how much of the core other programs had."""
 import argparse
 import csv
 import json
@@ -39,7 +40,8 @@ class Run:
         busy = self.busy(core)
         with open(os.path.join(folder, "printed"), "w+") as out:
             start = time.monotonic()
-            process = subprocess.Popen(["taskset", "-c", core] + command, cwd=folder, stdout=out, stderr=subprocess.STDOUT, env=dict(os.environ, OMP_NUM_THREADS="1", DISPLAY=""))
+            process = subprocess.Popen(["taskset", "-c", core] + command, cwd=folder, stdout=out,
+                                       stderr=subprocess.STDOUT, env=dict(os.environ, OMP_NUM_THREADS="1", DISPLAY=""))
             _, status, used = os.wait4(process.pid, 0)
             self.wall = time.monotonic() - start
             process.returncode = os.waitstatus_to_exitcode(status)
@@ -92,7 +94,8 @@ def yade(packing, steps, folder, tools):
 
 def spheres(tools, table):
     codes = [("Grus, loop alone", grus_loop), ("Grus", grus_program)]
-    codes += [(name, yade if program == "yade" else molecular(program)) for name, program in PEERS.items() if name in tools.there]
+    codes += [(name, yade if program == "yade" else molecular(program)) for name, program in PEERS.items()
+              if name in tools.there]
     for grains in tools.sizes:
         steps = STEPS.get(grains, max(100, 20000000 // grains))
         with tempfile.TemporaryDirectory() as folder:
@@ -110,8 +113,11 @@ def spheres(tools, table):
             loop_of = {name: median([loop for _, _, loop, _ in rows]) for name, rows in runs.items() if name != "Grus"}
             for name, rows in runs.items():
                 wholes = [r for _, r, _, _ in rows]
-                line = {"work": f"dense spheres {grains}", "who": name, "program wall s": median(r.wall for r in wholes), "program CPU s": median(r.cpu for r in wholes),
-                        "MB": median(r.megabytes for r in wholes), "noise": max(r.noise for r in wholes)}
+                line = {
+                    "work": f"dense spheres {grains}", "who": name, "program wall s": median(r.wall for r in wholes),
+                    "program CPU s": median(r.cpu for r in wholes), "MB": median(r.megabytes for r in wholes),
+                    "noise": max(r.noise for r in wholes)
+                }
                 if name != "Grus":
                     line["stress MPa"] = median([s for _, _, _, s in rows]) / 1e6
                     line["million grain-steps/s"] = work / loop_of[name]
@@ -129,15 +135,25 @@ def cell(tools, table):
         with tempfile.TemporaryDirectory() as folder:
             decks.yade_cell(grains, folder)
             yades = [Run(["yade", "-n", "-x", "-j1", "run.py"], folder) for _ in range(tools.repeats)]
-            ours = [Run([tools.bench, "--cell", os.path.join(folder, "cell.txt"), "10"], folder) for _ in range(tools.repeats)]
+            ours = [
+                Run([tools.bench, "--cell", os.path.join(folder, "cell.txt"), "10"], folder)
+                for _ in range(tools.repeats)
+            ]
             yade_ms = median([r.number(r"RESULT (\S+)") for r in yades])
             name = f"increment of 1e-3, Yade's cell of {grains}"
-            table({"work": name, "who": "Yade", "ms": yade_ms, "steps": yades[0].number(r"STEPS (\S+)"), "stress MPa": yades[0].number(r"STRESS (\S+)") / 1e6})
+            table({
+                "work": name, "who": "Yade", "ms": yade_ms, "steps": yades[0].number(r"STEPS (\S+)"),
+                "stress MPa": yades[0].number(r"STRESS (\S+)") / 1e6
+            })
             for safety in re.findall(r"safety=(\S+)", ours[0].text):
                 def of(key):
                     return [float(re.search(rf"safety={safety} .*{key}=(\S+)", r.text)[1]) for r in ours]
-                table({"work": name, "who": f"Grus, safety {safety}", "ms": median(of("ms")), "steps": of("steps")[0], "stress MPa": of("stress")[0] / 1e6, "error": of("error")[0],
-                       "Grus is, loop": yade_ms / median(of("ms"))})
+
+                table({
+                    "work": name, "who": f"Grus, safety {safety}", "ms": median(of("ms")), "steps": of("steps")[0],
+                    "stress MPa": of("stress")[0] / 1e6, "error": of("error")[0],
+                    "Grus is, loop": yade_ms / median(of("ms"))
+                })
 
 
 def shapes(tools, table):
@@ -146,20 +162,29 @@ def shapes(tools, table):
     speed = median([r.number(r"psps=(\S+)") for r in ours]) / 1e6
     table({"work": "dense bodies", "who": "Grus, poly-ellipsoids", "million grain-steps/s": speed})
     if not program:
-        return print("superquadrics are left out: Debian's liggghts is built without them (LIGGGHTS_SUPERQUADRIC=a build that has them)")
+        return print(
+            "superquadrics are left out: Debian's liggghts is built without them (LIGGGHTS_SUPERQUADRIC=a build that "
+            "has them)"
+        )
     with tempfile.TemporaryDirectory() as folder:
         decks.superquadrics(6, folder)
         runs = [Run([program, "-in", "run.in", "-var", "more", "1000"], folder) for _ in range(tools.repeats)]
         theirs = median([216 * 1000 / r.number(r"Loop time of (\S+) on") for r in runs]) / 1e6
-        table({"work": "dense bodies", "who": "LIGGGHTS, superquadrics", "million grain-steps/s": theirs, "Grus is, loop": speed / theirs})
+        table({
+            "work": "dense bodies", "who": "LIGGGHTS, superquadrics", "million grain-steps/s": theirs,
+            "Grus is, loop": speed / theirs
+        })
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("bench"), parser.add_argument("rve"), parser.add_argument("--out"), parser.add_argument("--repeats", type=int, default=5)
-    parser.add_argument("--only", choices=["spheres", "cell", "shapes"]), parser.add_argument("--sizes", default="1000,10000,50000")
+    parser.add_argument("bench"), parser.add_argument("rve"), parser.add_argument("--out"), parser.add_argument(
+        "--repeats", type=int, default=5)
+    parser.add_argument("--only", choices=["spheres", "cell",
+                                           "shapes"]), parser.add_argument("--sizes", default="1000,10000,50000")
     tools = parser.parse_args()
-    tools.bench, tools.rve, tools.sizes = os.path.abspath(tools.bench), os.path.abspath(tools.rve), [int(n) for n in tools.sizes.split(",")]
+    tools.bench, tools.rve, tools.sizes = os.path.abspath(tools.bench), os.path.abspath(
+        tools.rve), [int(n) for n in tools.sizes.split(",")]
     tools.there = [name for name, program in PEERS.items() if shutil.which(program)]
     for name in PEERS:
         if name not in tools.there:

@@ -76,11 +76,13 @@ class Run:
 
     def stopped(self, *words):
         """Ended with status 3, one line that says why, and results kept."""
-        return self.exit == 3 and self.error.count("\n") == 0 and all(w in self.error for w in words) and os.path.exists(self.folder + "/history.csv") and self.finite
+        return self.exit == 3 and self.error.count("\n") == 0 and all(
+            w in self.error for w in words) and os.path.exists(self.folder + "/history.csv") and self.finite
 
     def refused(self, *words):
         """Refused with one line; nothing created."""
-        return self.exit == 2 and self.error.count("\n") == 0 and all(w in self.error for w in words) and not os.path.exists(self.folder)
+        return self.exit == 2 and self.error.count("\n") == 0 and all(
+            w in self.error for w in words) and not os.path.exists(self.folder)
 
 
 def material(youngs=60e9, density=2650, poisson=0.25, extra=""):
@@ -88,12 +90,15 @@ def material(youngs=60e9, density=2650, poisson=0.25, extra=""):
 
 
 def sphere(radius, position, velocity=(0, 0, 0), name="m", spin=(0, 0, 0)):
-    return (f"[[grain]]\nshape = \"sphere\"\nradius = {radius!r}\nposition = {list(map(float, position))}\nvelocity = {list(map(float, velocity))}\n"
-            f"spin = {list(map(float, spin))}\nmaterial = \"{name}\"\n")
+    return (
+        f"[[grain]]\nshape = \"sphere\"\nradius = {radius!r}\nposition = {list(map(float, position))}\n"
+        f"velocity = {list(map(float, velocity))}\n"
+        f"spin = {list(map(float, spin))}\nmaterial = \"{name}\"\n")
 
 
 def free(duration, rows=20):
-    return f"[boundary]\nkind = \"open\"\n[loading]\nkind = \"free\"\nduration = {duration!r}\n[output]\nhistory_interval = \"{duration / rows!r} s\"\n"
+    return (f"[boundary]\nkind = \"open\"\n[loading]\nkind = \"free\"\nduration = {duration!r}\n[output]\n"
+            f"history_interval = \"{duration / rows!r} s\"\n")
 
 
 def contact_time(radius, youngs, poisson, density, speed):
@@ -108,17 +113,23 @@ def collision(radius=0.01, youngs=60e9, poisson=0.25, density=2500, speed=2.0, e
     t = contact_time(radius, youngs, poisson, density, speed)
     gap = 0.2 * speed * t
     z = radius + gap / 2
-    return (material(youngs, density, poisson, extra) + sphere(radius, (0, 0, -z), (0, 0, speed / 2)) + sphere(radius, (0, 0, z), (0, 0, -speed / 2)) +
-            free(4 * t) + tail)
+    return (material(youngs, density, poisson, extra) + sphere(radius, (0, 0, -z), (0, 0, speed / 2)) +
+            sphere(radius, (0, 0, z), (0, 0, -speed / 2)) + free(4 * t) + tail)
 
 
-def cell(extra="", packing_seed=3, loading="", count=120, box=0.003, youngs=60e9, pressure=1e6, numerics="", fracture=""):
+def cell(extra="", packing_seed=3, loading="", count=120, box=0.003, youngs=60e9, pressure=1e6, numerics="",
+         fracture=""):
     """A periodic cell of some 120 grains of 0.2 to 0.4 mm, brought to a pressure."""
-    return (material(youngs, 2650, 0.17, "friction = 0.5\nrestitution = 0.5\ndamping = 0.2\n" + extra) + fracture +
-            f"[packing]\nkind = \"random\"\nbox = [{box!r}, {box!r}, {box!r}]\nradius = {{ distribution = \"uniform\", min = 0.0002, max = 0.0004 }}\n"
-            f"solid_fraction = 0.56\nseed = {packing_seed}\n[boundary]\nkind = \"periodic\"\n"
-            f"[preparation]\npressure = {pressure!r}\nfriction = 0.2\ninertial_number = 5e-3\n{loading}\n[numerics]\nmax_overlap = 0.5\n{numerics}\n")
+    return (
+        material(youngs, 2650, 0.17, "friction = 0.5\nrestitution = 0.5\ndamping = 0.2\n" + extra) + fracture +
+        f"[packing]\nkind = \"random\"\nbox = [{box!r}, {box!r}, {box!r}]\n"
+        f"radius = {{ distribution = \"uniform\", min = 0.0002, max = 0.0004 }}\n"
+        f"solid_fraction = 0.56\nseed = {packing_seed}\n[boundary]\nkind = \"periodic\"\n"
+        f"[preparation]\npressure = {pressure!r}\nfriction = 0.2\ninertial_number = 5e-3\n{loading}\n[numerics]\n"
+        f"max_overlap = 0.5\n{numerics}\n"
+    )
 
 
 def uniaxial(strain, rate, rows=50):
-    return f"[loading]\nkind = \"uniaxial-strain\"\naxis = \"z\"\nstrain_rate = {rate!r}\nfinal_strain = {strain!r}\n[output]\nhistory_interval = {strain / rows!r}\n"
+    return (f"[loading]\nkind = \"uniaxial-strain\"\naxis = \"z\"\nstrain_rate = {rate!r}\nfinal_strain = {strain!r}\n"
+            f"[output]\nhistory_interval = {strain / rows!r}\n")

@@ -8,7 +8,6 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import bench
-
 import cells  # noqa: F401  registers its cases, as do the others
 import contacts  # noqa: F401
 import grains  # noqa: F401
@@ -19,7 +18,10 @@ which, bench.binaries = sys.argv[1], os.path.abspath(sys.argv[2])
 write = sys.argv[sys.argv.index("--write") + 1] if "--write" in sys.argv else None
 names = [a for a in sys.argv[3:] if a not in ("--write", write)]
 fem = os.path.exists(os.path.join(bench.binaries, "grus-bvp"))
-chosen = [c for c in bench.cases if (which == "all" or c["slow"] == (which == "slow")) and (not names or c["name"] in names) and (fem or c["run"].__module__ != "macro")]
+chosen = [
+    c for c in bench.cases if (which == "all" or c["slow"] == (which == "slow")) and (
+        not names or c["name"] in names) and (fem or c["run"].__module__ != "macro")
+]
 
 
 def judge(c):
@@ -41,7 +43,10 @@ if write:
         f.write(head.rstrip("\n") + "\n\n| | case | must hold | measured | |\n|---|---|---|---|---|\n")
         for k, (c, (measured, passed)) in enumerate(zip(chosen, results)):
             text = measured.replace("|", "/")
-            f.write(f"| {k + 1} | {c['title']}{' (slow set)' if c['slow'] else ''} | {c['holds']} | {text} | {'pass' if passed else '**FAIL**'} |\n")
+            f.write(
+                f"| {k + 1} | {c['title']}{' (slow set)' if c['slow'] else ''} | {c['holds']} | {text} | "
+                f"{'pass' if passed else '**FAIL**'} |\n"
+            )
     os.replace(write + ".new", write)
 failed = sum(not passed for _, passed in results)
 print(f"extreme: {len(results)} cases, {failed} failed")

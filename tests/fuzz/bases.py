@@ -36,8 +36,10 @@ fracture_every = 10
 max_energy_error = 0.05
 max_overlap = 0.9
 """
-QUASI_STATIC = "strain_per_step = 1e-4\ninertial_number = 1e-2\nunbalanced_force = 1e-1\nstress_change = 1e-1\nwindow = 50\nmax_hold = 2000\n"
-UNIAXIAL = "[loading]\nkind = \"uniaxial-strain\"\naxis = \"z\"\nstrain_rate = \"2000 1/s\"\nfinal_strain = 0.01\ngravity = [0, 0, -9.81]\n"
+QUASI_STATIC = ("strain_per_step = 1e-4\ninertial_number = 1e-2\nunbalanced_force = 1e-1\nstress_change = 1e-1\n"
+                "window = 50\nmax_hold = 2000\n")
+UNIAXIAL = ("[loading]\nkind = \"uniaxial-strain\"\naxis = \"z\"\nstrain_rate = \"2000 1/s\"\nfinal_strain = 0.01\n"
+            "gravity = [0, 0, -9.81]\n")
 PERIODIC = """[packing]
 kind = "random"
 box = ["1.6 mm", "1.6 mm", "1.6 mm"]
@@ -53,12 +55,19 @@ pressure = "1 MPa"
 friction = 0.2
 """ + QUASI_STATIC
 LOADINGS = {
-    "triaxial": 'kind = "triaxial"\naxis = "z"\nstrain_rate = "2000 1/s"\nconfining_pressure = "1 MPa"\nfinal_strain = 0.01\n',
+    "triaxial": 'kind = "triaxial"\naxis = "z"\nstrain_rate = "2000 1/s"\nconfining_pressure = "1 MPa"\n'
+                'final_strain = 0.01\n',
     "oedometric": 'kind = "oedometric-stress"\nfinal_stress = "5 MPa"\nstrain_rate = "2000 1/s"\nmax_strain = 0.01\n',
     "isotropic": 'kind = "isotropic-stress"\npressure = "2 MPa"\nstrain_rate = "500 1/s"\nduration = "10 us"\n',
-    "gradient": 'kind = "velocity-gradient"\nvelocity_gradient = [[0, 0, 500], [0, 0, 0], [0, 0, -100]]\nduration = "10 us"\n'}
+    "gradient": 'kind = "velocity-gradient"\nvelocity_gradient = [[0, 0, 500], [0, 0, 0], [0, 0, -100]]\n'
+                'duration = "10 us"\n'
+}
 
-RVE = {name: f'title = "{name}"\n' + MATERIAL + FRACTURE + PERIODIC + "[loading]\n" + text + NUMERICS + "[output]\nframes = 2\n" for name, text in LOADINGS.items()}
+RVE = {
+    name:
+    f'title = "{name}"\n' + MATERIAL + FRACTURE + PERIODIC + "[loading]\n" + text + NUMERICS + "[output]\nframes = 2\n"
+    for name, text in LOADINGS.items()
+}
 RVE.update(hull_bases.RVE)
 RVE["walls"] = 'title = "walls"\nseed = 3\n' + MATERIAL + FRACTURE + """[packing]
 kind = "random"
@@ -111,7 +120,8 @@ safety = 0.3
 [output]
 history_interval = 0.002
 """
-RVE["two"] = MATERIAL.replace('contact = "hertz-mindlin"', 'contact = "linear"\nnormal_stiffness = "1e6 N/m"\nshear_ratio = 0.28') + """[[grain]]
+RVE["two"] = MATERIAL.replace('contact = "hertz-mindlin"',
+                              'contact = "linear"\nnormal_stiffness = "1e6 N/m"\nshear_ratio = 0.28') + """[[grain]]
 radius = "1 mm"
 position = [0, 0, 0]
 velocity = [1, 0, 0]
@@ -136,7 +146,8 @@ max_time_step = "1 us"
 history_interval = "2 us"
 frames = 2
 """
-PACKING = "# x y z r\n" + "".join(f"{x * 0.6e-3 + 0.3e-3:g} {y * 0.6e-3 + 0.3e-3:g} {z * 0.6e-3 + 0.3e-3:g} 3e-4\n" for x in range(3) for y in range(3) for z in range(3))
+PACKING = "# x y z r\n" + "".join(f"{x * 0.6e-3 + 0.3e-3:g} {y * 0.6e-3 + 0.3e-3:g} {z * 0.6e-3 + 0.3e-3:g} 3e-4\n"
+                                  for x in range(3) for y in range(3) for z in range(3))
 
 CELL = MATERIAL + FRACTURE + """[packing]
 kind = "simple-cubic"

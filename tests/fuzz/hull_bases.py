@@ -81,12 +81,21 @@ max_energy_error = 0.5
 frames = 1
 """
 BAR = ROCK + COHESIVE + "[packing]\nkind = \"voronoi\"\nbox = [\"12 mm\", \"3 mm\", \"4 mm\"]\ncells = 40\n"
-RVE["beam"] = BAR + ("[[clamp]]\nwhere = \"x=min\"\n[[clamp]]\nwhere = \"x=max\"\nvelocity = [0.1, 0.02, 0]\n[[load]]\nwhere = \"z=max\"\nforce = [0, 0, \"-3 N\"]\nramp = \"10 us\"\n"
-                     "[loading]\nkind = \"free\"\nduration = \"50 us\"\n")
-RVE["rollers"] = BAR.replace("weibull = 6\n", "weibull = 6\nbetween = \"3 MPa\"\n").replace("cells = 40", "cells = 30\ngrains = \"clusters\"\nclusters = 3") + (
-    "[loading]\nkind = \"rollers\"\naxis = \"z\"\nspan = \"x\"\nouter = \"10 mm\"\ninner = \"4 mm\"\nradius = \"1 mm\"\nspeed = \"2 m/s\"\nfriction = 0.1\nfinal_displacement = \"0.1 mm\"\n[output]\nbursts = \"1 us\"\n")
-RVE["plates"] = ROCK + COHESIVE + ("[packing]\nkind = \"voronoi\"\nbox = [\"4 mm\", \"4 mm\", \"4 mm\"]\ncells = 30\n[boundary]\nkind = \"walls\"\nbonded = \"normal\"\n[loading]\nkind = \"constant-p\"\naxis = \"z\"\n"
-                                           "pressure = \"5 MPa\"\nconsolidation = \"20 us\"\nstrain_rate = 20\nfinal_strain = 0.001\n")
+RVE["beam"] = BAR + (
+    "[[clamp]]\nwhere = \"x=min\"\n[[clamp]]\nwhere = \"x=max\"\nvelocity = [0.1, 0.02, 0]\n[[load]]\n"
+    "where = \"z=max\"\nforce = [0, 0, \"-3 N\"]\nramp = \"10 us\"\n"
+    "[loading]\nkind = \"free\"\nduration = \"50 us\"\n")
+RVE["rollers"] = BAR.replace("weibull = 6\n", "weibull = 6\nbetween = \"3 MPa\"\n").replace(
+    "cells = 40", "cells = 30\ngrains = \"clusters\"\nclusters = 3"
+) + (
+    "[loading]\nkind = \"rollers\"\naxis = \"z\"\nspan = \"x\"\nouter = \"10 mm\"\ninner = \"4 mm\"\n"
+    "radius = \"1 mm\"\nspeed = \"2 m/s\"\nfriction = 0.1\nfinal_displacement = \"0.1 mm\"\n[output]\n"
+    "bursts = \"1 us\"\n"
+)
+RVE["plates"] = ROCK + COHESIVE + (
+    "[packing]\nkind = \"voronoi\"\nbox = [\"4 mm\", \"4 mm\", \"4 mm\"]\ncells = 30\n[boundary]\nkind = \"walls\"\n"
+    "bonded = \"normal\"\n[loading]\nkind = \"constant-p\"\naxis = \"z\"\n"
+    "pressure = \"5 MPa\"\nconsolidation = \"20 us\"\nstrain_rate = 20\nfinal_strain = 0.001\n")
 RVE["blocks"] = """[material.rock]
 density = 2500.0
 contact = "overlap"

@@ -4,9 +4,9 @@
 
 With "today" the seed is another each day; it is told, and the same number draws the same files again.
 
-Each kind of file is a module with draw(rng, folder, binaries) -> Case: it writes one file in a way that people write such files,
-and says what numbers it means. A case is read as these numbers, or it is refused in one line that names the file; never anything
-else. What must be read (`must_read`) may not be refused, what must be refused may not be read.
+Each kind of file is a module with draw(rng, folder, binaries) -> Case: it writes one file in a way that people write
+such files, and says what numbers it means. A case is read as these numbers, or it is refused in one line that names the
+file; never anything else. What must be read (`must_read`) may not be refused, what must be refused may not be read.
 A new kind: a module with draw, and its name in KINDS."""
 import datetime
 import importlib

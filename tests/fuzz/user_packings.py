@@ -38,7 +38,8 @@ class Case:
     def read(self):
         scene, out = os.path.join(self.folder, "packing.toml"), os.path.join(self.folder, "out")
         shutil.rmtree(out, ignore_errors=True)
-        r = subprocess.run([os.path.join(self.binaries, "grus-rve"), scene, "-o", out, "--quiet", "--threads", "1"], capture_output=True, text=True, timeout=60)
+        r = subprocess.run([os.path.join(self.binaries, "grus-rve"), scene, "-o", out, "--quiet", "--threads", "1"],
+                           capture_output=True, text=True, timeout=60)
         if r.returncode == 2:
             return ("refused", r.stderr) if not os.path.exists(out) else ("left a folder", r.stderr)
         if r.returncode != 0:
@@ -51,7 +52,8 @@ class Case:
 
 
 def draw(rng, folder, binaries):
-    grains = [(x + 0.01 * rng.random(), y, z, 0.3 + 0.15 * rng.random()) for x in (0.6, 1.7, 2.8) for y in (0.6, 1.7, 2.8) for z in (0.7, 1.8)]
+    grains = [(x + 0.01 * rng.random(), y, z, 0.3 + 0.15 * rng.random()) for x in (0.6, 1.7, 2.8)
+              for y in (0.6, 1.7, 2.8) for z in (0.7, 1.8)]
     grains = [tuple(1e-3 * v for v in g) for g in rng.sample(grains, rng.randint(3, len(grains)))]
     did = rng.sample(HARMLESS, rng.randint(1, 3)) + ([next(spoil)] if rng.random() < 0.5 else [])
     if "order" in did:

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""What a calibration does with runs and data that are not as they should be: grains that do not break, values that are refused,
-bounds, bad fits, files that change, Ctrl-C. calibrate_rim.py BIN"""
+"""What a calibration does with runs and data that are not as they should be: grains that do not break, values that are
+refused, bounds, bad fits, files that change, Ctrl-C. calibrate_rim.py BIN"""
 import json
 import os
 import shutil
@@ -31,20 +31,28 @@ def need(condition, message):
 
 
 def censored():
-    """Strengths of which some are only known to be larger: Kaplan and Meier by hand; without any, the places are (k - 1/2) / n."""
+    """Strengths of which some are only known to be larger: Kaplan and Meier by hand; without any, the places are (k -
+    1/2) / n."""
     values, shares = places([3.0, 1.0, 2.0, 4.0], [])
-    need(np.allclose(values, [1, 2, 3, 4]) and np.allclose(shares, [0.125, 0.375, 0.625, 0.875]), f"places of a whole sample {shares}")
+    need(
+        np.allclose(values, [1, 2, 3, 4]) and np.allclose(shares, [0.125, 0.375, 0.625, 0.875]),
+        f"places of a whole sample {shares}")
     # 1 of 4; then 2.5 leaves the three that are left; 3 is one of two, 4 the last: steps 1/4, 3/8, 3/8.
     values, shares = places([1.0, 3.0, 4.0], [2.5])
-    need(np.allclose(shares, [0.125, 0.25 + 0.1875, 0.625 + 0.1875]), f"places beside one that is larger than 2.5: {shares}")
-    need(np.allclose(quantiles([1.0, 2.0], [9.0, 9.0], [0.125, 0.375, 0.6, 0.9]), [1, 2, 9, 9]), "half of the grains never broke")
-    # Weibull grains of modulus 3 in tests that end at the same load, a third of them before they break: the quantiles below that stay.
+    need(np.allclose(shares, [0.125, 0.25 + 0.1875, 0.625 + 0.1875]),
+         f"places beside one that is larger than 2.5: {shares}")
+    need(np.allclose(quantiles([1.0, 2.0], [9.0, 9.0], [0.125, 0.375, 0.6, 0.9]), [1, 2, 9, 9]),
+         "half of the grains never broke")
+    # Weibull grains of modulus 3 in tests that end at the same load, a third of them before they break: the quantiles
+    # below that stay.
     rng = np.random.default_rng(3)
     strengths = rng.weibull(3.0, 400)
     end = np.quantile(strengths, 2 / 3)
     found = quantiles(strengths[strengths <= end], np.full((strengths > end).sum(), end), [0.1, 0.3, 0.5])
     exact = (-np.log(1 - np.array([0.1, 0.3, 0.5]))) ** (1 / 3)
-    need(np.allclose(found, np.quantile(strengths, [0.1, 0.3, 0.5]), rtol=0.02) and np.allclose(found, exact, rtol=0.1), f"quantiles of a cut sample {found}, {exact}")
+    need(
+        np.allclose(found, np.quantile(strengths, [0.1, 0.3, 0.5]), rtol=0.02) and np.allclose(found, exact, rtol=0.1),
+        f"quantiles of a cut sample {found}, {exact}")
 
 
 def verdicts():
@@ -52,19 +60,27 @@ def verdicts():
     from types import SimpleNamespace
     result = SimpleNamespace(x=np.array([0.5, 0.0, 1.0]), covariance=1e-4 * np.eye(3))
     words = regression.verdicts(result, ["a", "b", "c"])
-    need(words[0] == "identified" and "at its lower bound" in words[1] and "at its upper bound" in words[2], f"verdicts at bounds: {words}")
+    need(words[0] == "identified" and "at its lower bound" in words[1] and "at its upper bound" in words[2],
+         f"verdicts at bounds: {words}")
     words = regression.verdicts(result, ["a", "b", "c"], {"grains": 7.9})
-    need(not any("identified" == w for w in words) and words[0] == "doubtful; the fit is 7.9 deviations off 'grains'", f"verdicts of a bad fit: {words}")
+    need(not any("identified" == w for w in words) and words[0] == "doubtful; the fit is 7.9 deviations off 'grains'",
+         f"verdicts of a bad fit: {words}")
 
 
 def unbroken(folder):
     """A target of strengths counts grains that did not break, a peak in the last row is told."""
     with open(os.path.join(folder, "s.csv"), "w") as f:
         f.write("value (Pa)\n10\n20\n30\n40\n")
-    t = Target({"name": "s", "kind": "quantiles", "data": "s.csv", "quantity": "results.peak_before_breakage_Pa"}, folder)
-    run = lambda broke, most: {"columns": {}, "grading": {}, "summary": {"results": {"peak_axial_stress_Pa": most, **({"peak_before_breakage_Pa": broke} if broke else {})}}}  # noqa: E731
+    t = Target({"name": "s", "kind": "quantiles", "data": "s.csv", "quantity": "results.peak_before_breakage_Pa"},
+               folder)
+    run = lambda broke, most: {
+        "columns": {}, "grading": {},
+        "summary": {"results": {"peak_axial_stress_Pa": most, **({"peak_before_breakage_Pa": broke} if broke else {})}}
+    }  # noqa: E731
     values, between, n = t.answer([run(10.0, 12.0), run(20.0, 25.0), run(None, 35.0), run(None, 35.0)])
-    need(np.allclose(values, [10, 20, 35, 35]) and t.told["stronger_than"] == 2 and n == 4 and np.isfinite(between).all(), f"two grains that did not break: {values} {t.told}")
+    need(
+        np.allclose(values, [10, 20, 35, 35]) and t.told["stronger_than"] == 2 and n == 4
+        and np.isfinite(between).all(), f"two grains that did not break: {values} {t.told}")
     t = Target({"name": "p", "kind": "peak", "quantity": "q", "value": 1.0}, folder)
     history = lambda q: {"columns": {"q": q}, "grading": {}, "summary": {}}  # noqa: E731
     t.answer([history([1, 3, 2]), history([1, 2, 3])])
@@ -83,9 +99,9 @@ def installation(folder, command, rve):
     return programs
 
 
-
 def refused_inside(tmp):
-    """A value inside the ranges that the program refuses is a failed point and not the end; bounds may differ in their units."""
+    """A value inside the ranges that the program refuses is a failed point and not the end; bounds may differ in their
+    units."""
     path = os.path.join(tmp, "box.toml")
     with open(path, "w") as f:
         f.write(f"""[calibrate]
@@ -103,23 +119,29 @@ targets = [ {{ name = "end", kind = "value", quantity = "axial_stress_Pa", value
 case "$*" in *--columns*) ;; *youngs_modulus=*0.05[0-9]*) echo "scene: youngs_modulus: refused" >&2; exit 2;; esac
 exec {os.path.join(binaries, 'grus-rve')} "$@"
 """)
-    r = subprocess.run([os.path.join(fake, "grus-calibrate"), path, "-o", os.path.join(tmp, "box")], capture_output=True, text=True, timeout=280)
+    r = subprocess.run([os.path.join(fake, "grus-calibrate"), path, "-o",
+                        os.path.join(tmp, "box")], capture_output=True, text=True, timeout=280)
     need(r.returncode == 0, f"a value that is refused inside the ranges: exit {r.returncode}: {r.stderr}")
     if r.returncode == 0:
         with open(os.path.join(tmp, "box", "calibration.json")) as f:
             found = json.load(f)
-        need(0 < found["refused_points"] < found["points"] and "refused" in found["refusal"], f"{found['refused_points']} of {found['points']} points refused")
+        need(0 < found["refused_points"] < found["points"] and "refused" in found["refusal"],
+             f"{found['refused_points']} of {found['points']} points refused")
         need("points were refused" in r.stdout, f"not told: {r.stdout}")
-        need(0.03 <= found["parameters"][0]["value"] <= 0.12 and found["parameters"][0]["unit"] == "TPa", f"bounds in two units: {found['parameters']}")
+        need(0.03 <= found["parameters"][0]["value"] <= 0.12 and found["parameters"][0]["unit"] == "TPa",
+             f"bounds in two units: {found['parameters']}")
 
 
 def interrupted_check(tmp):
     """Ctrl-C while the cases of a study are checked: at once, one line, 130."""
     path = os.path.join(tmp, "slow.toml")
     with open(path, "w") as f:
-        f.write(f'[study]\nscene = "{os.path.join(scenes, "single_grain.toml")}"\n' + "".join(f'[[case]]\nname = "c{k}"\n' for k in range(4)))
+        f.write(f'[study]\nscene = "{os.path.join(scenes, "single_grain.toml")}"\n' +
+                "".join(f'[[case]]\nname = "c{k}"\n' for k in range(4)))
     slow = installation(os.path.join(tmp, "slow"), "grus-study", f"#!/bin/sh\ntouch {tmp}/begun\nexec sleep 60\n")
-    process = subprocess.Popen([os.path.join(slow, "grus-study"), path, "-o", os.path.join(tmp, "slow_out")], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    process = subprocess.Popen([os.path.join(slow, "grus-study"), path, "-o",
+                                os.path.join(tmp, "slow_out")], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                               text=True, start_new_session=True)
     for _ in range(600):
         time.sleep(0.05)
         if os.path.exists(os.path.join(tmp, "begun")):
@@ -127,7 +149,8 @@ def interrupted_check(tmp):
     start = time.time()
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=50)
-    need(process.returncode == 130 and errors.count("\n") == 1 and time.time() - start < 10, f"Ctrl-C in a check: exit {process.returncode} after {time.time() - start:.0f} s: {errors!r}")
+    need(process.returncode == 130 and errors.count("\n") == 1 and time.time() - start < 10,
+         f"Ctrl-C in a check: exit {process.returncode} after {time.time() - start:.0f} s: {errors!r}")
 
 
 def hashed(tmp):
@@ -151,7 +174,10 @@ def hashed(tmp):
     write("unread.txt", "2")
     need(key() == first, "a file that no run reads has changed the key")
     runner = Runner("out", "packing.seed", "bin", {})
-    folders = [runner.folder({"name": n}, s) for n, s in (("a", None), ("a", 1), ("a_s1", None), ("a-s1", None), ("a", "1"), ("a", "1/2"), ("a", "1_2"), ("a", [1, 2]))]
+    folders = [
+        runner.folder({"name": n}, s) for n, s in (("a", None), ("a", 1), ("a_s1", None), ("a-s1", None), ("a", "1"),
+                                                   ("a", "1/2"), ("a", "1_2"), ("a", [1, 2]))
+    ]
     need(len(set(folders)) == len(folders), f"runs that share a folder: {folders}")
 
 

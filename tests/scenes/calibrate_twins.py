@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""grus-calibrate on twins: data that the program itself has made with known values. calibrate_twins.py smooth|triaxial BIN"""
+"""grus-calibrate on twins: data that the program itself has made with known values. calibrate_twins.py smooth|triaxial
+BIN"""
 import csv
 import json
 import math
@@ -70,7 +71,8 @@ def need(condition, message):
 
 
 def rows_of(scene, out, *settings):
-    r = subprocess.run([os.path.join(binaries, "grus-rve"), scene, "-o", out, "--quiet"] + [a for s in settings for a in ("--set", s)], capture_output=True, text=True)
+    r = subprocess.run([os.path.join(binaries, "grus-rve"), scene, "-o", out, "--quiet"] +
+                       [a for s in settings for a in ("--set", s)], capture_output=True, text=True)
     need(r.returncode == 0, r.stderr)
     with open(os.path.join(out, "history.csv"), newline="") as f:
         return [{k: float(v) if v else math.nan for k, v in row.items()} for row in csv.DictReader(f)]
@@ -85,7 +87,8 @@ def calibrated(tmp, text):
     path, out = os.path.join(tmp, "calibration.toml"), os.path.join(tmp, "out")
     with open(path, "w") as f:
         f.write(text)
-    r = subprocess.run([os.path.join(binaries, "grus-calibrate"), path, "-o", out, "--quiet"], capture_output=True, text=True)
+    r = subprocess.run([os.path.join(binaries, "grus-calibrate"), path, "-o", out, "--quiet"], capture_output=True,
+                       text=True)
     need(r.returncode == 0, f"grus-calibrate: exit {r.returncode} {r.stderr}")
     print(r.stdout.strip())
     with open(os.path.join(out, "calibration.json")) as f:
@@ -114,7 +117,9 @@ targets = [
   { name = "shear", data = "stress_xz_Pa.csv", x = "time_s", y = "stress_xz_Pa", error = 100 } ]
 """)
     for key, truth in (("youngs_modulus", 400.0), ("poissons_ratio", 0.2)):
-        need(abs(found[key]["value"] / truth - 1) < 0.005 and found[key]["verdict"] == "identified", f"{key}: {found[key]['value']} of {truth}, {found[key]['verdict']}")
+        need(
+            abs(found[key]["value"] / truth - 1) < 0.005 and found[key]["verdict"] == "identified",
+            f"{key}: {found[key]['value']} of {truth}, {found[key]['verdict']}")
 
 
 def triaxial(tmp):
@@ -124,9 +129,11 @@ def triaxial(tmp):
         f.write(TRIAXIAL)
     specimens = [rows_of(scene, os.path.join(tmp, f"data{seed}"), f"packing.seed={seed}") for seed in (11, 12, 13)]
     for quantity in ("axial_stress_Pa", "void_ratio"):
-        means = [(s, sum(min(rows, key=lambda r: abs(r["axial_strain"] - s))[quantity] for rows in specimens) / 3) for s in (0.004 * k for k in range(1, 13))]
+        means = [(s, sum(min(rows, key=lambda r: abs(r["axial_strain"] - s))[quantity] for rows in specimens) / 3)
+                 for s in (0.004 * k for k in range(1, 13))]
         data(os.path.join(tmp, quantity + ".csv"), "axial_strain", quantity, means)
-    found = calibrated(tmp, """[calibrate]
+    found = calibrated(
+        tmp, """[calibrate]
 scene = "triaxial.toml"
 budget = 200
 seeds = [1, 2, 3, 4, 5, 6, 7, 8]
@@ -134,13 +141,16 @@ parameters = [
   { key = "material.sand.youngs_modulus", min = "100 MPa", max = "1600 MPa", scale = "log" },
   { key = "material.sand.friction", min = 0.1, max = 0.8 } ]
 targets = [
-  { name = "stress", data = "axial_stress_Pa.csv", x = "axial_strain", y = "axial_stress_Pa", error = 2e3, specimens = 3 },
+  { name = "stress", data = "axial_stress_Pa.csv", x = "axial_strain", y = "axial_stress_Pa", error = 2e3, \
+specimens = 3 },
   { name = "void ratio", data = "void_ratio.csv", x = "axial_strain", y = "void_ratio", error = 1e-3, specimens = 3 } ]
 """)
-    for key, truth, place in (("youngs_modulus", 400.0, lambda v: math.log(v / 100) / math.log(16)), ("friction", 0.35, lambda v: (v - 0.1) / 0.7)):
+    for key, truth, place in (("youngs_modulus", 400.0, lambda v: math.log(v / 100) / math.log(16)),
+                              ("friction", 0.35, lambda v: (v - 0.1) / 0.7)):
         p = found[key]
         off = abs(place(p["value"]) - place(truth))
-        need(p["verdict"] == "identified" and off < 2 * p["sd_of_range"] and off < 0.1, f"{key}: {p['value']} +- {p['sd']} of {truth}, {p['verdict']}")
+        need(p["verdict"] == "identified" and off < 2 * p["sd_of_range"] and off < 0.1,
+             f"{key}: {p['value']} +- {p['sd']} of {truth}, {p['verdict']}")
 
 
 with tempfile.TemporaryDirectory() as tmp:

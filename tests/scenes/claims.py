@@ -7,4 +7,7 @@ import sys
 import tempfile
 
 with tempfile.TemporaryDirectory() as folder:
-    sys.exit(subprocess.run([os.path.join(sys.argv[2], "grus-study"), sys.argv[1], "-o", os.path.join(folder, "study"), "--strict"]).returncode)
+    sys.exit(
+        subprocess.run(
+            [os.path.join(sys.argv[2], "grus-study"), sys.argv[1], "-o",
+             os.path.join(folder, "study"), "--strict"]).returncode)

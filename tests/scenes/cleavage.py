@@ -23,42 +23,57 @@ def numbers(out):
 
 
 def crush(tmp):
-    """Angular grains in an oedometer cleave the same on one thread and two; masses and energies are kept; tougher ones hold."""
+    """Angular grains in an oedometer cleave the same on one thread and two; masses and energies are kept; tougher ones
+    hold."""
     texts, last = [], {}
-    for name, threads, more in (("one", "1", []), ("two", "2", []), ("tough", "2", ["material.sand.fracture.toughness=1e6"])):
+    for name, threads, more in (("one", "1", []), ("two", "2", []),
+                                ("tough", "2", ["material.sand.fracture.toughness=1e6"])):
         out = os.path.join(tmp, "crush" + name)
-        r = run(rve, os.path.join(shipped, "angular_crush.toml"), "-o", out, "--quiet", "--threads", threads, *settings(SMALL + more))
+        r = run(rve, os.path.join(shipped, "angular_crush.toml"), "-o", out, "--quiet", "--threads", threads,
+                *settings(SMALL + more))
         need(r.returncode == 0, f"crush {name}: {r.stderr}")
         texts.append(open(os.path.join(out, "history.csv")).read())
         rows, told = numbers(out), json.load(open(os.path.join(out, "summary.json")))
         last[name] = rows[-1]
-        need(max(abs(x["energy_error"]) for x in rows) < 2e-3, f"crush {name}: energy error {max(abs(x['energy_error']) for x in rows)}")
+        need(
+            max(abs(x["energy_error"]) for x in rows) < 2e-3,
+            f"crush {name}: energy error {max(abs(x['energy_error']) for x in rows)}")
         need(abs(told["mass"]["lost_kg"]) < 1e-12 * told["mass"]["start_kg"], f"crush {name}: {told['mass']}")
-        need(rows[-1]["grains"] == rows[0]["grains"] + rows[-1]["breakages"], f"crush {name}: grains are not what cuts made")
+        need(rows[-1]["grains"] == rows[0]["grains"] + rows[-1]["breakages"],
+             f"crush {name}: grains are not what cuts made")
     need(texts[0] == texts[1], "crush: one thread and two differ")
     need(last["one"]["breakages"] >= 5 and last["one"]["fracture_J"] > 0, f"crush: {last['one']['breakages']} cuts")
-    need(last["tough"]["breakages"] == 0 and last["tough"]["axial_stress_Pa"] > last["one"]["axial_stress_Pa"], "crush: tough grains cleave, or bear less")
+    need(last["tough"]["breakages"] == 0 and last["tough"]["axial_stress_Pa"] > last["one"]["axial_stress_Pa"],
+         "crush: tough grains cleave, or bear less")
 
 
 def gate(tmp):
     """Only grains whose mean stress is tensile enough may cleave: none does in compression."""
     out = os.path.join(tmp, "gate")
-    r = run(rve, os.path.join(shipped, "angular_crush.toml"), "-o", out, "--quiet", "--threads", "2", *settings(SMALL + ["material.sand.fracture.hydrostatic_gate=0.0"]))
+    r = run(rve, os.path.join(shipped, "angular_crush.toml"), "-o", out, "--quiet", "--threads", "2",
+            *settings(SMALL + ["material.sand.fracture.hydrostatic_gate=0.0"]))
     need(r.returncode == 0, f"gate: {r.stderr}")
     need(numbers(out)[-1]["breakages"] == 0, f"gate: {numbers(out)[-1]['breakages']} cuts")
 
 
 def disc(tmp):
-    """Crystals of a disc are cut the more, the less tough they are against the bonds between them; the disc bears less."""
+    """Crystals of a disc are cut the more, the less tough they are against the bonds between them; the disc bears
+    less."""
     cuts, peak = [], []
     for toughness in (0.05e6, 0.1e6, 1e6):
         out = os.path.join(tmp, f"disc{toughness}")
-        r = run(rve, os.path.join(shipped, "polycrystal_disc.toml"), "-o", out, "--quiet", "--threads", "2",
-                *settings([f"material.rock.fracture.toughness={toughness}", "packing.cells=150", "loading.strain_rate=4", "loading.final_strain=0.0012", "output.frames=0"]))
+        r = run(
+            rve, os.path.join(shipped, "polycrystal_disc.toml"), "-o", out, "--quiet", "--threads", "2",
+            *settings([
+                f"material.rock.fracture.toughness={toughness}", "packing.cells=150", "loading.strain_rate=4",
+                "loading.final_strain=0.0012", "output.frames=0"
+            ]))
         need(r.returncode == 0, f"disc {toughness}: {r.stderr}")
         rows = numbers(out)
         cuts.append(rows[-1]["breakages"]), peak.append(max(x["nominal_stress_Pa"] for x in rows))
-        need(max(abs(x["energy_error"]) for x in rows) < 5e-3, f"disc {toughness}: energy error {max(abs(x['energy_error']) for x in rows)}")
+        need(
+            max(abs(x["energy_error"]) for x in rows) < 5e-3,
+            f"disc {toughness}: energy error {max(abs(x['energy_error']) for x in rows)}")
     need(cuts[0] > cuts[1] > 20 and cuts[2] == 0, f"disc: cuts {cuts}")
     need(peak[0] < peak[1] < peak[2], f"disc: nominal tensions {peak}")
 
@@ -71,26 +86,32 @@ def block(tmp):
     with open(scene, "w") as f:
         f.write(text.replace("8 mm", "5.5 mm"))
     out = os.path.join(tmp, "crush_block")
-    r = run(bvp, os.path.join(shipped, "rock_block.toml"), "-o", out, "--quiet", "--threads", "2", "--set", f"rve.scene='{scene}'", "--set", "boundary.0.displacement=['free', 'free', '-1.6 mm']",
-            "--set", "solve.increments=8", timeout=300)
+    r = run(bvp, os.path.join(shipped, "rock_block.toml"), "-o", out, "--quiet", "--threads", "2", "--set",
+            f"rve.scene='{scene}'", "--set", "boundary.0.displacement=['free', 'free', '-1.6 mm']", "--set",
+            "solve.increments=8", timeout=300)
     need(r.returncode == 0, f"block: {r.stderr}")
     rows = numbers(out)
-    need(rows[-1]["breakages"] > 0 and rows[-1]["mean_stress_zz_Pa"] < -1e6, f"block: {rows[-1]['breakages']} cuts at {rows[-1]['mean_stress_zz_Pa']}")
+    need(rows[-1]["breakages"] > 0 and rows[-1]["mean_stress_zz_Pa"] < -1e6,
+         f"block: {rows[-1]['breakages']} cuts at {rows[-1]['mean_stress_zz_Pa']}")
 
 
 def thesis(tmp):
-    """Saleme (2016): its study can run; a beam cracks from below between the inner rollers; prisms that lie flush on each other land."""
+    """Saleme (2016): its study can run; a beam cracks from below between the inner rollers; prisms that lie flush on
+    each other land."""
     r = run(scene_tools.program(binaries, "grus-study"), os.path.join(shipped, "saleme2016", "all.toml"), "--check")
     need(r.returncode == 0, f"study: {r.stderr}")
     out = os.path.join(tmp, "bending")
     r = run(rve, os.path.join(shipped, "saleme2016", "bending.toml"), "-o", out, "--quiet", "--set", "output.frames=0")
     need(r.returncode == 0, f"bending: {r.stderr}")
     bursts = json.load(open(os.path.join(out, "summary.json")))["bursts"]
-    need(bursts["first"]["y_m"] < 1e-3 and 5.5e-3 < bursts["first"]["x_m"] < 14.5e-3 and bursts["last"]["y_m"] > 2.4e-3, f"bending: {bursts['first']}, {bursts['last']}")
+    need(bursts["first"]["y_m"] < 1e-3 and 5.5e-3 < bursts["first"]["x_m"] < 14.5e-3 and bursts["last"]["y_m"] > 2.4e-3,
+         f"bending: {bursts['first']}, {bursts['last']}")
     out = os.path.join(tmp, "stack")
-    r = run(rve, os.path.join(shipped, "saleme2016", "drop.toml"), "-o", out, "--quiet", *settings(["packing.box=[1.1e-3, 1.3e-3, 3e-3]", "loading.duration=0.11", "output.frames=0"]))
+    r = run(rve, os.path.join(shipped, "saleme2016", "drop.toml"), "-o", out, "--quiet",
+            *settings(["packing.box=[1.1e-3, 1.3e-3, 3e-3]", "loading.duration=0.11", "output.frames=0"]))
     need(r.returncode == 0, f"stack: {r.stderr}")
-    need(max(abs(x["energy_error"]) for x in numbers(out)) < 0.02 and numbers(out)[-1]["damping_J"] > 0, "stack: energy")
+    need(
+        max(abs(x["energy_error"]) for x in numbers(out)) < 0.02 and numbers(out)[-1]["damping_J"] > 0, "stack: energy")
 
 
 with tempfile.TemporaryDirectory() as folder:

@@ -13,7 +13,7 @@ import tempfile
 import time
 
 import scene_tools
-from scene_tools import faults, history, need, run, without_wall
+from scene_tools import faults, need, run, without_wall
 
 bvp = scene_tools.program(os.path.abspath(sys.argv[1]), "grus-bvp")
 summary = lambda folder: json.load(open(os.path.join(folder, "summary.json")))

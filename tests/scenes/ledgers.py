@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Where the energy of bonds goes in whole runs, what devices take of it, and a run that is killed while it softens: ledgers.py BIN"""
+"""Where the energy of bonds goes in whole runs, what devices take of it, and a run that is killed while it softens:
+ledgers.py BIN"""
 import os
 import re
 import signal
@@ -33,60 +34,82 @@ def devices(tmp):
     # A stress wave at first, so that devices have something to take; both kinds, of different sizes.
     for name, speed, damping, dashpots, most in (("slow", 0.015, 0.1, 0.02, 0.05), ("fast", 3, 0.7, 0.3, 1)):
         time_of = f"loading.duration={15e-6 / speed}"
-        rows, told = test(tmp, name, TENSION, *SMALL, f"clamp.1.velocity=[0, 0, {speed}]", time_of, f"material.rock.damping={damping}", f"material.rock.bond.damping={dashpots}")
+        rows, told = test(tmp, name, TENSION, *SMALL, f"clamp.1.velocity=[0, 0, {speed}]", time_of,
+                          f"material.rock.damping={damping}", f"material.rock.bond.damping={dashpots}")
         peak = max(range(len(rows)), key=lambda k: rows[k]["nominal_stress_Pa"])
         at, errors = rows[peak], told["errors"]
         need(10 < peak < len(rows) - 10, f"{name}: the peak is row {peak}")
         bonds, grains = at["bond_damping_J"] / at["work_J"], (at["damping_J"] - at["bond_damping_J"]) / at["work_J"]
         kinetic = max(x["kinetic_J"] for x in rows[1:peak + 1]) / at["work_J"]
-        need(min(bonds, grains, kinetic) > 0 and abs(bonds / grains - 1) > 0.05, f"{name}: nothing to tell apart: {bonds}, {grains}")
-        for key, expected in (("local_damping_before_peak", grains), ("bond_damping_before_peak", bonds), ("devices_before_peak", grains + bonds), ("kinetic_before_peak", kinetic),
+        need(
+            min(bonds, grains, kinetic) > 0 and abs(bonds / grains - 1) > 0.05,
+            f"{name}: nothing to tell apart: {bonds}, {grains}")
+        for key, expected in (("local_damping_before_peak", grains), ("bond_damping_before_peak", bonds),
+                              ("devices_before_peak", grains + bonds), ("kinetic_before_peak", kinetic),
                               ("bond_damping", rows[-1]["bond_damping_J"] / rows[-1]["work_J"])):
             need(abs(errors[key] / expected - 1) < 1e-6, f"{name}: {key} {errors[key]}, by the rows {expected}")
         noted = [n for n in told.get("notes", []) if "before the peak" in n]
-        need((grains + bonds > 0.05) == (most == 1) and len(noted) == (most == 1), f"{name}: {grains + bonds} taken, notes {noted}")
+        need((grains + bonds > 0.05) == (most == 1) and len(noted) == (most == 1),
+             f"{name}: {grains + bonds} taken, notes {noted}")
     # A cell that is drawn has no stress above 0: all of the run.
     drawn = "loading={kind='velocity-gradient', velocity_gradient=[[0, 0, 0], [0, 0, 0], [0, 0, 50]], duration=1e-4}"
     rows, told = test(tmp, "drawn", os.path.join(shipped, "rock_beam_cell.toml"), drawn)
     need(max(x["axial_stress_Pa"] for x in rows) <= 0 < rows[-1]["bond_damping_J"], f"drawn: {rows[-1]}")
-    need(abs(told["errors"]["devices_before_peak"] * rows[-1]["work_J"] / rows[-1]["bond_damping_J"] - 1) < 1e-6, f"drawn: {told['errors']}, {rows[-1]['bond_damping_J'] / rows[-1]['work_J']} taken")
+    need(
+        abs(told["errors"]["devices_before_peak"] * rows[-1]["work_J"] / rows[-1]["bond_damping_J"] - 1) < 1e-6,
+        f"drawn: {told['errors']}, {rows[-1]['bond_damping_J'] / rows[-1]['work_J']} taken")
 
 
 def kinds(tmp):
-    """Of each kind of bond: what it has taken never falls, the ledger closes, and what broke has taken what is known otherwise."""
+    """Of each kind of bond: what it has taken never falls, the ledger closes, and what broke has taken what is known
+    otherwise."""
     bond = "material.rock.bond={{modulus='20 GPa', poissons_ratio=0.2, {0}}}"
     slow = (*SMALL, "numerics.safety=0.2", "loading.duration=3.5e-4")
-    whole = ("material.rock.bond.tension=1e12", "material.rock.bond.cohesion=1e12", "material.rock.bond.fracture_energy=1e20")
+    whole = ("material.rock.bond.tension=1e12", "material.rock.bond.cohesion=1e12",
+             "material.rock.bond.fracture_energy=1e20")
     runs = {
         "cohesive": test(tmp, "cohesive", TENSION, *SMALL),
-        "parallel": test(tmp, "parallel", TENSION, *slow, bond.format("criterion='parallel', tension='6 MPa', shear='18 MPa'")),
+        "parallel": test(tmp, "parallel", TENSION, *slow,
+                         bond.format("criterion='parallel', tension='6 MPa', shear='18 MPa'")),
         "strain-sum": test(tmp, "strain", TENSION, *slow, bond.format("criterion='strain-sum', strain=3e-4")),
         # A single crystal between two clamps, cut across: its halves are held by the fresh faces.
-        "cleavage": test(tmp, "cleavage", TENSION, *slow, "numerics.safety=0.1", "packing.cells=1", "packing.box=[6e-3, 6e-3, 1e-3]", "loading.duration=4e-5", "output.bursts=", *whole,
-                         "material.rock.fracture={model='cleavage', toughness='0.1 MPa m^0.5', flaw='0.1 mm', planes=[[0, 0, 1]], crystal={axis=[0, 0, 1], angles=['0 deg']}, max_generations=1}"),
-        "springs": test(tmp, "springs", os.path.join(shipped, "single_grain.toml"), "output.frames=0", "loading.final_strain=0.1"),
+        "cleavage": test(
+            tmp, "cleavage", TENSION, *slow, "numerics.safety=0.1", "packing.cells=1", "packing.box=[6e-3, 6e-3, 1e-3]",
+            "loading.duration=4e-5", "output.bursts=", *whole,
+            "material.rock.fracture={model='cleavage', toughness='0.1 MPa m^0.5', flaw='0.1 mm', planes=[[0, 0, 1]], "
+            "crystal={axis=[0, 0, 1], angles=['0 deg']}, max_generations=1}"),
+        "springs": test(tmp, "springs", os.path.join(shipped, "single_grain.toml"), "output.frames=0",
+                        "loading.final_strain=0.1"),
     }
     for name, (rows, told) in runs.items():
         taken = [x["fracture_J"] for x in rows]
-        need(taken[-1] > 0 and all(b >= a for a, b in zip(taken, taken[1:])), f"{name}: what fracture has taken falls: {taken[-1]}")
+        need(taken[-1] > 0 and all(b >= a for a, b in zip(taken, taken[1:])),
+             f"{name}: what fracture has taken falls: {taken[-1]}")
         need(rows[-1]["bonds_broken"] > 0, f"{name}: nothing has broken")
         worst = max(abs(x["energy_error"]) for x in rows)
         need(worst < 0.01, f"{name}: energy error {worst}")
-    for name in ("parallel", "strain-sum"):  # brittle: half of the work until then was held, and most of it is taken as they part
+    for name in ("parallel",
+                 "strain-sum"):  # brittle: half of the work until then was held, and most of it is taken as they part
         rows = runs[name][0]
-        need(rows[-1]["fracture_J"] > 0.3 * rows[-1]["work_J"], f"{name}: {rows[-1]['fracture_J']} J of {rows[-1]['work_J']}")
+        need(rows[-1]["fracture_J"] > 0.3 * rows[-1]["work_J"],
+             f"{name}: {rows[-1]['fracture_J']} J of {rows[-1]['work_J']}")
     rows, told = runs["cohesive"]  # nearly all of the work: what has parted, and some damage beside it
     area = told["energy"]["fracture_area_m2"]
     need(rows[-1]["fracture_J"] > 15 * area > 15 * 30e-6, f"cohesive: {rows[-1]['fracture_J']} J, G A {15 * area}")
-    need(abs(runs["cleavage"][0][-1]["fracture_J"] / (0.1e6**2 * (1 - 0.2**2) / 20e9 * 36e-6) - 1) < 1e-6, f"cleavage: {runs['cleavage'][0][-1]['fracture_J']} J")
+    need(
+        abs(runs["cleavage"][0][-1]["fracture_J"] / (0.1e6**2 * (1 - 0.2**2) / 20e9 * 36e-6) - 1) < 1e-6,
+        f"cleavage: {runs['cleavage'][0][-1]['fracture_J']} J")
     energy = runs["springs"][1]["energy"]
     grain = (1.77e6)**2 * (1 - 0.17**2) / 60e9 * energy["fracture_area_m2"]
-    need(abs((energy["fracture_J"] + energy["fracture_left_in_springs_J"]) / grain - 1) < 1e-6, f"springs: {energy}, G A {grain}")
+    need(
+        abs((energy["fracture_J"] + energy["fracture_left_in_springs_J"]) / grain - 1) < 1e-6,
+        f"springs: {energy}, G A {grain}")
 
 
 def killed(tmp):
     """Killed while it softens and gone on with: the same bits as a run that nobody disturbed, errors and bursts too."""
-    settings = ("packing.cells=128", "output.frames=0", "numerics.safety=0.3", "output.checkpoint_interval=0.02", "clamp.1.velocity=[0, 0, 0.06]", "loading.duration=2.5e-4")
+    settings = ("packing.cells=128", "output.frames=0", "numerics.safety=0.3", "output.checkpoint_interval=0.02",
+                "clamp.1.velocity=[0, 0, 0.06]", "loading.duration=2.5e-4")
     begin = time.monotonic()
     rows, exact = test(tmp, "whole", TENSION, *settings)
     took = time.monotonic() - begin
@@ -96,7 +119,8 @@ def killed(tmp):
         return
     for part in (0.5, 0.7, 0.4, 0.6, 0.3, 0.8):  # of the time that it takes, for which a busy machine is no clock
         out = os.path.join(tmp, f"killed{part}")
-        with subprocess.Popen(command(TENSION, out, *settings), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as p:
+        with subprocess.Popen(command(TENSION, out, *settings), stdout=subprocess.DEVNULL,
+                              stderr=subprocess.DEVNULL) as p:
             time.sleep(part * took)
             p.send_signal(signal.SIGKILL)
         if p.returncode != -signal.SIGKILL or not os.path.exists(os.path.join(out, "checkpoint.h5")):

@@ -24,12 +24,16 @@ import hull_bases  # noqa: E402
 
 def rows():
     for line in open(os.path.join(shipped, "..", "scene", "keys.txt")):
-        yield dict(zip(("path", "type", "unit", "range", "fallback", "words", "example", "meaning"), line.rstrip("\n").split(" | ")))
+        yield dict(
+            zip(("path", "type", "unit", "range", "fallback", "words", "example", "meaning"),
+                line.rstrip("\n").split(" | ")))
 
 
 def scenes():
     """(program, name, table) of what is shipped and of what the fuzzer starts from."""
-    for path in sorted(glob.glob(os.path.join(shipped, "**", "*.toml"), recursive=True) + glob.glob(os.path.join(here, "macro", "*.toml"))):
+    for path in sorted(
+            glob.glob(os.path.join(shipped, "**", "*.toml"), recursive=True) +
+            glob.glob(os.path.join(here, "macro", "*.toml"))):
         with open(path, "rb") as f:
             table = tomllib.load(f)
         if not {"study", "calibrate", "precision", "case"} & table.keys():
@@ -48,7 +52,8 @@ def part(schema, path):
         for one in schema.get("anyOf", [schema]):
             if one.get("type") in ("object", "array"):
                 schema = one
-        schema = schema["additionalProperties"] if word == "*" else schema["items"] if word == "[]" else schema["properties"][word]
+        schema = schema[
+            "additionalProperties"] if word == "*" else schema["items"] if word == "[]" else schema["properties"][word]
     return schema
 
 
@@ -81,7 +86,9 @@ def schemas():
         program = "rve" if any(k["path"] == row["path"] for k in listed["rve"]) else "bvp"
         if row["example"] and program in known:
             value = tomllib.loads("v = " + row["example"])["v"]
-            wrong = [e.message for e in jsonschema.Draft7Validator(part(known[program], row["path"])).iter_errors(value)]
+            wrong = [
+                e.message for e in jsonschema.Draft7Validator(part(known[program], row["path"])).iter_errors(value)
+            ]
             need(not wrong, f"{row['path']}: the example {row['example']} does not fit its own row: {wrong}")
 
 
@@ -90,19 +97,25 @@ listed = {}
 
 def keys():
     table = list(rows())
-    need(len({r["path"] for r in table}) == len(table) > 300 and all(r["meaning"] for r in table), "keys.txt: rows twice, or without a meaning")
-    need(all(r["example"] or "table" in r["type"] for r in table), f"without an example: {[r['path'] for r in table if not r['example'] and 'table' not in r['type']]}")
+    need(
+        len({r["path"] for r in table}) == len(table) > 300 and all(r["meaning"] for r in table),
+        "keys.txt: rows twice, or without a meaning")
+    need(all(r["example"] or "table" in r["type"] for r in table),
+         f"without an example: {[r['path'] for r in table if not r['example'] and 'table' not in r['type']]}")
     told = ""
     for program, path in programs.items():
         r = run(path, "--keys")
         need(r.returncode == 0, f"--keys: {r.stderr}")
         told += r.stdout
-        listed[program] = [row for row in table if re.search(r"^\[*" + re.escape(row["path"]) + r"\]*$", r.stdout, re.M)]
+        listed[program] = [
+            row for row in table if re.search(r"^\[*" + re.escape(row["path"]) + r"\]*$", r.stdout, re.M)
+        ]
     if "bvp" in programs:
         missing = [row["path"] for row in table if not any(row in found for found in listed.values())]
         need(not missing, f"--keys leaves out {missing}")
     r = run(programs["rve"], "--keys", "weibull")
-    need(r.returncode == 0 and "fracture.weibull.modulus" in r.stdout and "packing" not in r.stdout, f"--keys weibull: {r.stdout}")
+    need(r.returncode == 0 and "fracture.weibull.modulus" in r.stdout and "packing" not in r.stdout,
+         f"--keys weibull: {r.stdout}")
     r = run(programs["rve"], "--keys", "no such thing")
     need(r.returncode == 2 and r.stderr.count("\n") == 1, f"--keys of nothing: {r.returncode} {r.stderr!r}")
     r = run(programs["rve"], "--help")
@@ -114,21 +127,31 @@ def new(tmp):
         return subprocess.run(command, cwd=tmp, capture_output=True, text=True, timeout=300)
     for kind in ("shpb", "oedometer", "triaxial", "single-grain"):
         r = go(programs["rve"], "--new", kind)
-        need(r.returncode == 0 and open(os.path.join(tmp, kind + ".toml")).read() == open(os.path.join(shipped, "new", kind + ".toml")).read(), f"--new {kind}: {r.stderr}")
-        need("compression-positive" in open(os.path.join(tmp, kind + ".toml")).read().split("title")[0], f"--new {kind}: its head does not tell signs")
+        need(
+            r.returncode == 0 and open(os.path.join(tmp, kind + ".toml")).read() == open(
+                os.path.join(shipped, "new", kind + ".toml")).read(), f"--new {kind}: {r.stderr}")
+        need("compression-positive" in open(os.path.join(tmp, kind + ".toml")).read().split("title")[0],
+             f"--new {kind}: its head does not tell signs")
         r = go(programs["rve"], kind + ".toml", "--check")
-        need(r.returncode == 0 and re.search("run time (about|at least about) ", r.stdout), f"--new {kind}: --check: {r.stdout} {r.stderr}")
+        need(r.returncode == 0 and re.search("run time (about|at least about) ", r.stdout),
+             f"--new {kind}: --check: {r.stdout} {r.stderr}")
     r = go(programs["rve"], "--new", "shpb")
-    need(r.returncode == 2 and "is there already" in r.stderr and r.stderr.count("\n") == 1, f"--new twice: {r.returncode} {r.stderr!r}")
+    need(r.returncode == 2 and "is there already" in r.stderr and r.stderr.count("\n") == 1,
+         f"--new twice: {r.returncode} {r.stderr!r}")
     r = go(programs["rve"], "--new", "shpb", "other.toml")
     need(r.returncode == 0 and os.path.exists(os.path.join(tmp, "other.toml")), f"--new with a name: {r.stderr}")
-    need(go(programs["rve"], "--new", "nothing").returncode == 2 and go(programs["rve"]).returncode == 2, "--new of no kind, or no scene at all")
+    need(
+        go(programs["rve"], "--new", "nothing").returncode == 2 and go(programs["rve"]).returncode == 2,
+        "--new of no kind, or no scene at all")
     for kind in ("oedometer", "single-grain"):
         r = go(programs["rve"], kind + ".toml", "--quiet")
-        need(r.returncode == 0 and float(history(os.path.join(tmp, kind))[-1]["breakages"]) > 3, f"--new {kind}: {r.stderr}")
+        need(r.returncode == 0 and float(history(os.path.join(tmp, kind))[-1]["breakages"]) > 3,
+             f"--new {kind}: {r.stderr}")
     r = go(os.path.join(binaries, "grus-report"), "oedometer", "single-grain")
     page = open(os.path.join(tmp, "oedometer", "report.html")).read()
-    need(r.returncode == 0 and page.count("image/svg+xml") >= 12 and 'alt="Single grains' in page and "Void ratio against" in page and "Gradings, first and last" in page, f"report: {r.stderr}")
+    need(
+        r.returncode == 0 and page.count("image/svg+xml") >= 12 and 'alt="Single grains' in page
+        and "Void ratio against" in page and "Gradings, first and last" in page, f"report: {r.stderr}")
 
 
 with tempfile.TemporaryDirectory() as folder:

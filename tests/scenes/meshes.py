@@ -72,8 +72,8 @@ def taken(tmp, what, text, *notes, force=FORCE, reaction="top", **how):
             f"{what}: exit {r.returncode} {r.stderr.strip()}, {found} N, by hand {force} N")
     checked = run(bvp, os.path.join(tmp, "m.toml"), "--check").stdout
     notes = ("mesh.file is read in metres, as mesh.unit is not given: it measures 2 x ", *notes)
-    for where, said in (("run", r.stdout.count("note: ")), ("--check", checked.count("note: ")), ("summary",
-            len(summary.get("notes", [])))):
+    for where, said in (("run", r.stdout.count("note: ")), ("--check", checked.count("note: ")),
+                        ("summary", len(summary.get("notes", [])))):
         need(said == len(notes), f"{what}: {said} notes in {where}, not {len(notes)}: {r.stdout}")
     for note in notes:
         need(note in r.stdout and note in checked and note in str(summary.get("notes")),

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""The README as a user takes it: its scene, and every command line that it prints: readme.py scene|demo|dem-only BUILD"""
+"""The README as a user takes it: its scene, and every command line that it prints: readme.py scene|demo|dem-only
+BUILD"""
 import json
 import os
 import re
@@ -24,22 +25,31 @@ KNOWN = {SCENE: "scene", "ctest --test-dir build -L validation": "scene", SITE: 
 
 
 def shell(command, cwd, **environment):
-    return subprocess.run(["bash", "-c", command], cwd=cwd, capture_output=True, text=True, timeout=1500, env={**os.environ, **environment})
+    return subprocess.run(["bash", "-c", command], cwd=cwd, capture_output=True, text=True, timeout=1500,
+                          env={**os.environ, **environment})
 
 
 def scene(tmp):
     blocks = re.findall(r"```sh\n(.*?)```", readme, re.S)
     printed = {line.split("#")[0].strip() for block in blocks for line in block.splitlines() if line.strip()}
-    printed |= {c for c in re.findall(r"`([^`\n]+)`", readme) if re.match(r"(\./|build/|[A-Z_]+=\S+ |ctest |cmake |mpirun |grus-\w+ +[-\w./]+\.toml)", c) and " " in c}
-    need(printed == set(KNOWN), f"commands that the README prints and this test does not run, or the other way round: {printed ^ set(KNOWN)}")
+    printed |= {
+        c for c in re.findall(r"`([^`\n]+)`", readme)
+        if re.match(r"(\./|build/|[A-Z_]+=\S+ |ctest |cmake |mpirun |grus-\w+ +[-\w./]+\.toml)", c) and " " in c
+    }
+    need(printed == set(KNOWN),
+         f"commands that the README prints and this test does not run, or the other way round: {printed ^ set(KNOWN)}")
     text = re.search(r"```toml\n(.*?)```", readme, re.S).group(1)
-    need(text == open(os.path.join(source, "apps", "scenes", "sand_box.toml")).read(), "the README's scene is not apps/scenes/sand_box.toml")
+    need(text == open(os.path.join(source, "apps", "scenes", "sand_box.toml")).read(),
+         "the README's scene is not apps/scenes/sand_box.toml")
     os.symlink(build, os.path.join(tmp, "build"))
     open(os.path.join(tmp, "scene.toml"), "w").write(text)
     r = shell(SCENE, tmp)
     need(r.returncode == 0 and r.stderr == "", f"the README's scene: exit {r.returncode} {r.stderr}")
     last = history(os.path.join(tmp, "scene"))[-1]
-    need(abs(float(last["axial_strain"]) - 0.16) < 1e-9 and float(last["breakages"]) > 500 and abs(float(last["energy_error"])) < 0.01, f"the README's scene ends at {last['axial_strain']}, {last['breakages']} breakages")
+    need(
+        abs(float(last["axial_strain"]) - 0.16) < 1e-9 and float(last["breakages"]) > 500
+        and abs(float(last["energy_error"])) < 0.01,
+        f"the README's scene ends at {last['axial_strain']}, {last['breakages']} breakages")
     need(os.path.getsize(os.path.join(tmp, "scene", "report.html")) > 50000, "no report")
     rows = history(os.path.join(tmp, "scene"))
     facts = [f"crushes {rows[0]['grains']} grains", f"stress is {float(last['axial_stress_Pa']) / 1e6:.0f} MPa",
@@ -63,7 +73,8 @@ def demo(tmp):
 
 def dem_only(tmp):
     r = shell(DEM, source)
-    need(r.returncode == 0 and "100% tests passed" in r.stdout, f"{DEM}: exit {r.returncode} {r.stdout[-1500:]} {r.stderr[-500:]}")
+    need(r.returncode == 0 and "100% tests passed" in r.stdout,
+         f"{DEM}: exit {r.returncode} {r.stdout[-1500:]} {r.stderr[-500:]}")
     need(not os.path.exists(os.path.join(source, "build-dem", "bin", "grus-bvp")), "the DEM alone has built grus-bvp")
 
 

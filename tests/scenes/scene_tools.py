@@ -66,10 +66,11 @@ def program(binaries, name):
 
 
 def kill_at_random(command_of, ready, times, draw, within):
-    """Starts command_of(k) and kills it, with all that it has started, at a random instant less than `within` seconds after `ready()`;
-    k = 0, 1, ... How often it was killed before its end."""
+    """Starts command_of(k) and kills it, with all that it has started, at a random instant less than `within` seconds
+    after `ready()`; k = 0, 1, ... How often it was killed before its end."""
     for k in range(times):
-        p = subprocess.Popen(command_of(k), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+        p = subprocess.Popen(command_of(k), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                             start_new_session=True)
         begin = time.time()
         while p.poll() is None and not ready() and time.time() - begin < 300:
             time.sleep(0.005)
@@ -106,7 +107,8 @@ def wait_for_session(leader, timeout=120):
 
 
 def interrupt_when(process, ready, sent, timeout=300):
-    """Sends a signal once `ready()` and waits for all that the process, a session's leader, has started; False where it ended before."""
+    """Sends a signal once `ready()` and waits for all that the process, a session's leader, has started; False where it
+    ended before."""
     begin = time.time()
     while process.poll() is None and time.time() - begin < timeout:
         if ready():

@@ -47,9 +47,12 @@ faults = 0
 def history(folder, name, scale):
     scene = os.path.join(folder, name + ".toml")
     with open(scene, "w") as f:
-        f.write(SCENE.format(scale=scale, limit=1.2e-3 * scale, diameter=0.04 * scale, height=0.03 * scale, rate=24 / scale, inertia=4.4e-3 * scale))
+        f.write(
+            SCENE.format(scale=scale, limit=1.2e-3 * scale, diameter=0.04 * scale, height=0.03 * scale, rate=24 / scale,
+                         inertia=4.4e-3 * scale))
     out = os.path.join(folder, name)
-    done = subprocess.run([os.path.join(binaries, "grus-rve"), scene, "-o", out, "--threads", "1", "--quiet"], capture_output=True, text=True, timeout=280)
+    done = subprocess.run([os.path.join(binaries, "grus-rve"), scene, "-o", out, "--threads", "1", "--quiet"],
+                          capture_output=True, text=True, timeout=280)
     if done.returncode:
         sys.exit(f"FAULT {name}: {done.stderr}")
     with open(os.path.join(out, "history.csv")) as f:
@@ -58,9 +61,13 @@ def history(folder, name, scale):
 
 with tempfile.TemporaryDirectory() as folder:
     one, two = (history(folder, f"times{scale}", scale) for scale in (1, 2))
-    # Factors of two are exact, and draws the same: until twenty grains have broken, chaos has not raised what round-off differs by.
+    # Factors of two are exact, and draws the same: until twenty grains have broken, chaos has not raised what round-off
+    # differs by.
     rows = next(k for k, row in enumerate(one) if row["breakages"] >= 20) + 1
-    print(f"{rows} rows to {one[rows - 1]['breakages']:.0f} events, the first in row {next(k for k, row in enumerate(one) if row['breakages'] > 0)}")
+    print(
+        f"{rows} rows to {one[rows - 1]['breakages']:.0f} events, the first in row "
+        f"{next(k for k, row in enumerate(one) if row['breakages'] > 0)}"
+    )
     for k in ("axial_strain", "axial_stress_Pa", "void_ratio_all", "k0", "inertial_number", "breakages", "grains"):
         for row in range(1, rows):
             if abs(one[row][k] - two[row][k]) > 1e-6 * abs(one[row][k]):
@@ -74,7 +81,8 @@ with tempfile.TemporaryDirectory() as folder:
     with open(os.path.join(folder, "times2", "summary.json")) as f:
         told = json.load(f)["errors"]
     last = two[-1]
-    if abs(told["scaled_inertia"] - last["inertia_J"] / last["work_J"]) > 1e-6 or not 0 < told["local_damping"] < last["damping_J"] / last["work_J"] * (1 + 1e-6):
+    if abs(told["scaled_inertia"] - last["inertia_J"] /
+           last["work_J"]) > 1e-6 or not 0 < told["local_damping"] < last["damping_J"] / last["work_J"] * (1 + 1e-6):
         faults += 1
         print(f"FAULT devices {told}, work {last['work_J']}, inertia {last['inertia_J']}, damping {last['damping_J']}")
 print("similar:", faults, "faults")

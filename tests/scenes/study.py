@@ -28,7 +28,8 @@ def need(condition, message):
 
 
 def study(*arguments):
-    return subprocess.run([os.path.join(binaries, "grus-study"), *arguments], capture_output=True, text=True, timeout=280)
+    return subprocess.run([os.path.join(binaries, "grus-study"), *arguments], capture_output=True, text=True,
+                          timeout=280)
 
 
 # The strength of a grain doubles with compressive_strength: F = 2 pi R^2 s / 3, the peak before anything breaks.
@@ -80,11 +81,16 @@ with tempfile.TemporaryDirectory() as tmp:
     need(r.returncode == 0, f"exit {r.returncode}: {r.stderr}")
     text = open(os.path.join(out, "study.txt")).read()
     lines = text.splitlines()
-    for claim, verdict in (("twice the strength", "holds"), ("a false claim", "DOES NOT HOLD"), ("the whole grain", "holds")):
-        need(any(verdict in x and claim in x and x.startswith(verdict) for x in lines), f"{claim}: not '{verdict}' in\n{text}")
-    # pi s / 6 over the square of the height: Hoek and Brown's force between platens. Ten steps may pass between two tests.
+    for claim, verdict in (("twice the strength", "holds"), ("a false claim", "DOES NOT HOLD"),
+                           ("the whole grain", "holds")):
+        need(any(verdict in x and claim in x and x.startswith(verdict) for x in lines),
+             f"{claim}: not '{verdict}' in\n{text}")
+    # pi s / 6 over the square of the height: Hoek and Brown's force between platens. Ten steps may pass between two
+    # tests.
     weak = json.load(open(os.path.join(out, "runs", "weak@10", "summary.json")))["results"]
-    need(0.97 < weak["peak_before_breakage_Pa"] / (math.pi * 275e6 / 6) <= 1.001 and weak["peak_before_breakage_Pa"] <= weak["peak_axial_stress_Pa"], f"strength of a grain {weak}")
+    need(
+        0.97 < weak["peak_before_breakage_Pa"] / (math.pi * 275e6 / 6) <= 1.001
+        and weak["peak_before_breakage_Pa"] <= weak["peak_axial_stress_Pa"], f"strength of a grain {weak}")
     need("never broken" in text, "the unbreakable grain is not called so")
     need(os.path.getsize(os.path.join(out, "report.html")) > 20000, "report without plots")
     summary = os.path.join(out, "runs", "weak@10", "summary.json")
@@ -108,13 +114,15 @@ with tempfile.TemporaryDirectory() as tmp:
             open(of(name), "w").write(damage)
         failure = runner.run(cases[0], 10)[2]
         good = not failure and os.path.exists(of(name)) and len(open(of(name)).read()) > 0.9 * len(whole[name])
-        need(good and "sigma" not in open(of(name)).read(), f"{name} was {str(damage)[:40]!r} and is not done again: {failure}")
+        need(good and "sigma" not in open(of(name)).read(),
+             f"{name} was {str(damage)[:40]!r} and is not done again: {failure}")
     outside, run = os.path.join(tmp, "outside"), os.path.join(out, "runs", "weak@10")
     os.rename(run, outside)
     os.symlink(outside, run)
     os.remove(of("summary.json"))
     failure = runner.run(cases[0], 10)[2] or ""
-    need("is a link" in failure and not os.path.exists(os.path.join(outside, "summary.json")), f"a run that is a link: {failure}")
+    need("is a link" in failure and not os.path.exists(os.path.join(outside, "summary.json")),
+         f"a run that is a link: {failure}")
     os.remove(run)
     os.rename(outside, run)
     r = study(path, "-o", out, "--quiet")
@@ -125,24 +133,34 @@ with tempfile.TemporaryDirectory() as tmp:
     open(path, "w").write(TEXT.replace("0.06", "0.05"))
     study(path, "-o", out, "--quiet")
     need(os.stat(summary).st_mtime_ns != before, "a run whose settings changed was not repeated")
-    for bad, expected in (("[study]\nscen = 1\n", "unknown key 'scen'"), ("title = 'no cases'\n", "at least one [[case]]"), ("not toml", "s.toml"),
-                          ("[study]\nscene='x.toml'\n[[case]]\nname='a'\n", "no such scene"), (TEXT.replace('reference = "weak"', 'reference = "wek"'), "'wek'")):
+    for bad, expected in (("[study]\nscen = 1\n", "unknown key 'scen'"),
+                          ("title = 'no cases'\n", "at least one [[case]]"), ("not toml", "s.toml"),
+                          ("[study]\nscene='x.toml'\n[[case]]\nname='a'\n", "no such scene"),
+                          (TEXT.replace('reference = "weak"', 'reference = "wek"'), "'wek'")):
         open(path, "w").write(bad)
         r = study(path, "-o", os.path.join(tmp, "bad"))
-        need(r.returncode == 2 and expected in r.stderr and r.stderr.count("\n") == 1 and not os.path.exists(os.path.join(tmp, "bad")), f"{expected}: exit {r.returncode}: {r.stderr!r}")
+        need(
+            r.returncode == 2 and expected in r.stderr and r.stderr.count("\n") == 1
+            and not os.path.exists(os.path.join(tmp, "bad")), f"{expected}: exit {r.returncode}: {r.stderr!r}")
 
 # Power law: exact points give the exponent with no error; scattered ones cover it.
 slope, error = precision.power_law([(x, 3 * x ** 8.25) for x in (1.4, 1.5, 1.6, 1.7)])
 need(abs(slope - 8.25) < 1e-9 and error < 1e-9, f"power law {slope} +- {error}")
-slope, error = precision.power_law([(x, 3 * x ** 2 * math.exp(0.05 * (-1) ** k)) for k, x in enumerate((1, 2, 3, 4, 5, 6))])
+slope, error = precision.power_law([(x, 3 * x**2 * math.exp(0.05 * (-1)**k)) for k, x in enumerate((1, 2, 3, 4, 5, 6))])
 need(abs(slope - 2) < 3 * error and 0 < error < 0.1, f"scattered power law {slope} +- {error}")
 need(abs(precision.position({"axial_strain": [0, 0.1, 0.2], "y": [0, 1, 4]}, "y", 0.15) - 2.5) < 1e-12, "interpolation")
-need(math.isnan(precision.position({"axial_strain": [0, 0.1], "y": [0, 1]}, "y", 0.15)), "a strain that was not reached")
+need(math.isnan(precision.position({"axial_strain": [0, 0.1], "y": [0, 1]}, "y", 0.15)),
+     "a strain that was not reached")
+
 
 def made_up(value, cpu, energy=0.0):
     """A run that ended with this value, at this cost."""
-    return {"columns": {"axial_strain": [0.0, 1.0], "y": [0.0, value]},
-            "summary": {"status": 0, "errors": {"worst_energy_error": energy}, "counts": {}, "seconds": {"cpu": cpu, "loading_wall": cpu}}}
+    return {
+        "columns": {"axial_strain": [0.0, 1.0], "y": [0.0, value]}, "summary": {
+            "status": 0, "errors": {"worst_energy_error": energy}, "counts": {},
+            "seconds": {"cpu": cpu, "loading_wall": cpu}
+        }
+    }
 
 
 # A made-up scheme of order 2, y = 1 + 3 h^2 at a cost of 1 / h: the order, the front and the recommendations are known.
@@ -161,12 +179,16 @@ result = precision.judge(entry, noisy, None, ".")
 need(abs(result["order"][0] - 2) < 1e-9, f"order under scatter {result['order']}")
 need(all(r["interval"] > 0.04 for r in result["rows"]), "intervals of three seeds")
 need(result["recommended"][0.01] is None, "a recommendation that forgets the interval")  # 5 % of scatter
-# Student's quantiles from tables, and the interval's coverage of the truth: 95 % within what 4,000 draws allow (3 sigma).
+# Student's quantiles from tables, and the interval's coverage of the truth: 95 % within what 4,000 draws allow (3
+# sigma).
 for freedom, quantile in ((1, 12.7062), (2, 4.30265), (4, 2.77645), (9, 2.26216), (30, 2.04227)):
-    need(abs(precision.student(0.95, freedom) / quantile - 1) < 1e-5, f"t({freedom}) = {precision.student(0.95, freedom)}")
+    need(
+        abs(precision.student(0.95, freedom) / quantile - 1) < 1e-5,
+        f"t({freedom}) = {precision.student(0.95, freedom)}")
 draw = random.Random(7)
 t4 = precision.student(0.95, 4)
-precision_student, precision.student = precision.student, lambda c, f: t4 if f == 4 else precision_student(c, f)  # 4,000 quadratures are slow
+precision_student, precision.student = precision.student, lambda c, f: t4 if f == 4 else precision_student(
+    c, f)  # 4,000 quadratures are slow
 covered = 0
 for _ in range(4000):
     m, half = precision.interval([draw.gauss(3.0, 2.0) for _ in range(5)])
@@ -178,22 +200,28 @@ need(abs(off - 1) < 1e-12 and half < 1e-12, f"paired difference {off} +- {half}"
 need(precision.difference([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], False)[1] > 1, "unpaired difference without an interval")
 columns = {"x": [0, 1, 2], "y": [0, 4, 2]}
 for how, expected in (("peak", 4), ("last", 2), ("area", 5), ("at", 3)):
-    need(abs(precision.measured(columns, {"quantity": "y", "over": "x", "measure": how, "at": 1.5}) - expected) < 1e-12, f"measure {how}")
+    need(
+        abs(precision.measured(columns, {"quantity": "y", "over": "x", "measure": how, "at": 1.5}) - expected) < 1e-12,
+        f"measure {how}")
 
 with tempfile.TemporaryDirectory() as tmp:
     path, out = os.path.join(tmp, "p.toml"), os.path.join(tmp, "out")
-    text = open(os.path.join(scenes, "studies", "elastic_collision.toml")).read().replace('"two_spheres.toml"', f'"{os.path.abspath(scenes)}/studies/two_spheres.toml"')
+    text = open(os.path.join(scenes, "studies", "elastic_collision.toml")).read().replace(
+        '"two_spheres.toml"', f'"{os.path.abspath(scenes)}/studies/two_spheres.toml"')
     open(path, "w").write(text)
     r = study(path, "-o", out, "--quiet")
     lines = open(os.path.join(out, "study.txt")).read().splitlines() if r.returncode == 0 else [r.stderr]
     orders = [float(x.split(": ")[1].split()[0]) for x in lines if x.startswith("observed order")]
     need(len(orders) == 2 and 1.5 < orders[0] < 2.4, f"leapfrog's order in a collision: {orders} {lines[:1]}")
     need(len(open(os.path.join(out, "precision.csv")).read().splitlines()) == 15, "precision.csv: 14 rows")
-    for bad, expected in ((text.replace('"g1_z_m"', '"no_such_column"'), "no_such_column"), (text.replace('measure = "last"', 'measure = "best"'), "'best'"),
-                          (text.replace("vary = {", "varies = {"), "unknown key 'varies'"), (text.replace('[0.5, 0.25, 0.125', '0.5 #'), "")):
+    for bad, expected in ((text.replace('"g1_z_m"', '"no_such_column"'), "no_such_column"),
+                          (text.replace('measure = "last"', 'measure = "best"'), "'best'"),
+                          (text.replace("vary = {", "varies = {"), "unknown key 'varies'"),
+                          (text.replace('[0.5, 0.25, 0.125', '0.5 #'), "")):
         open(path, "w").write(bad)
         r = study(path, "-o", os.path.join(tmp, "bad"), "--quiet")
-        need(r.returncode == 2 and expected in r.stderr and r.stderr.count("\n") == 1, f"{expected}: exit {r.returncode}: {r.stderr!r}")
+        need(r.returncode == 2 and expected in r.stderr and r.stderr.count("\n") == 1,
+             f"{expected}: exit {r.returncode}: {r.stderr!r}")
 # A sweep: the strength of a grain goes with the key, whichever value is first; changes carry their sign.
 SWEEP = TEXT[:TEXT.index("[[case]]")].replace("seeds = [10, 12]", "seeds = [10, 20]") + """
 [[sweep]]
@@ -214,19 +242,34 @@ with tempfile.TemporaryDirectory() as tmp:
     open(path, "w").write(SWEEP)
     r = study(path, "-o", out, "--quiet")
     need(r.returncode == 0, f"sweep: exit {r.returncode}: {r.stderr}")
-    rows = [line.split(",") for line in open(os.path.join(out, "sweep.csv")).read().splitlines()] if r.returncode == 0 else []
+    rows = [line.split(",")
+            for line in open(os.path.join(out, "sweep.csv")).read().splitlines()] if r.returncode == 0 else []
     need(len(rows) == 7 and rows[0][:4] == ["sweep", "key", "value", "position"], f"sweep.csv: {rows}")
-    need(len(rows) == 7 and abs(float(rows[2][7]) + 0.5) < 0.03 and float(rows[1][7]) == 0, f"half the strength changes the peak by {rows[2][7]}")
-    need(len(rows) == 7 and "not reached" in rows[6][10] and "not reached" not in rows[4][10], f"a strain of 0.2 in a run to 0.06: {rows[-1]}")
-    need(len(rows) == 7 and f"{100 * float(rows[2][7]):+.2g} %" in open(os.path.join(out, "study.txt")).read(), "no signed change in study.txt")
-    need(os.path.getsize(os.path.join(out, "plots", "sweep_0.png")) > 5000 and os.path.getsize(os.path.join(out, "plots", "sweep_1.png")) > 5000, "sweep without plots")
-    for bad, expected in ((SWEEP.replace("key = \"material.sand.damping\"", ""), "needs 'key'"), (SWEEP.replace("at = [0.002, 0.2]", ""), "needs 'at'"), (SWEEP.replace("[0.0, 0.4]", "[0.0]"), "sweep"),
-                          (SWEEP.replace("results.peak_axial", "results.peek_axial"), "peek_axial"), (SWEEP.replace("sand.damping", "sand.dumping"), "dumping")):
+    need(
+        len(rows) == 7 and abs(float(rows[2][7]) + 0.5) < 0.03 and float(rows[1][7]) == 0,
+        f"half the strength changes the peak by {rows[2][7]}")
+    need(
+        len(rows) == 7 and "not reached" in rows[6][10] and "not reached" not in rows[4][10],
+        f"a strain of 0.2 in a run to 0.06: {rows[-1]}")
+    need(
+        len(rows) == 7 and f"{100 * float(rows[2][7]):+.2g} %" in open(os.path.join(out, "study.txt")).read(),
+        "no signed change in study.txt")
+    need(
+        os.path.getsize(os.path.join(out, "plots", "sweep_0.png")) > 5000
+        and os.path.getsize(os.path.join(out, "plots", "sweep_1.png")) > 5000, "sweep without plots")
+    for bad, expected in ((SWEEP.replace("key = \"material.sand.damping\"", ""), "needs 'key'"),
+                          (SWEEP.replace("at = [0.002, 0.2]", ""), "needs 'at'"),
+                          (SWEEP.replace("[0.0, 0.4]", "[0.0]"), "sweep"),
+                          (SWEEP.replace("results.peak_axial", "results.peek_axial"), "peek_axial"),
+                          (SWEEP.replace("sand.damping", "sand.dumping"), "dumping")):
         open(path, "w").write(bad)
         r = study(path, "-o", os.path.join(tmp, "bad"), "--quiet")
-        need(r.returncode in (1, 2) and expected in r.stderr and r.stderr.count("\n") == 1, f"{expected}: exit {r.returncode}: {r.stderr!r}")
-# Grains that did not break have no strength, but one that is larger than what they bore: counted, never an end nor a value.
-STRENGTH = TEXT[:TEXT.index("[[table]]")].replace("at = [0.01]", 'at = [0.01]\nquantities = ["results.peak_before_breakage_Pa"]') + """
+        need(r.returncode in (1, 2) and expected in r.stderr and r.stderr.count("\n") == 1,
+             f"{expected}: exit {r.returncode}: {r.stderr!r}")
+# Grains that did not break have no strength, but one that is larger than what they bore: counted, never an end nor a
+# value.
+STRENGTH = TEXT[:TEXT.index("[[table]]")].replace("at = [0.01]",
+                                                  'at = [0.01]\nquantities = ["results.peak_before_breakage_Pa"]') + """
 [[check]]
 claim = "whole against weak"
 greater = ["whole", "weak"]
@@ -255,30 +298,50 @@ with tempfile.TemporaryDirectory() as tmp:
     if r.returncode == 0:
         read = lambda name: [line.split(",") for line in open(os.path.join(out, name)).read().splitlines()]
         bore = json.load(open(os.path.join(out, "runs", "whole@10", "summary.json")))["results"]["peak_axial_stress_Pa"]
-        text, (head, *rows), (_, *swept) = open(os.path.join(out, "study.txt")).read(), read("study.csv"), read("sweep.csv")
+        text, (head, *rows), (_, *swept) = open(os.path.join(out,
+                                                             "study.txt")).read(), read("study.csv"), read("sweep.csv")
         weak, _, whole = [dict(zip(head, row)) for row in rows]
         mean, least, unbroken = [f"{k}_results.peak_before_breakage_Pa" for k in ("mean", "at_least", "not_broken")]
-        need(0.97 < float(weak[mean + "_at_0.01"]) / (math.pi * 275e6 / 6) <= 1.001 and weak[unbroken] == "0", f"grains that break: {weak}")
+        need(0.97 < float(weak[mean + "_at_0.01"]) / (math.pi * 275e6 / 6) <= 1.001 and weak[unbroken] == "0",
+             f"grains that break: {weak}")
         need(whole[mean + "_at_0.01"] == "" and whole[unbroken] == "2", f"grains that do not: {whole}")
-        need(abs(float(whole[least]) / bore - 1) < 1e-9 and f"> {bore:.4g} (2 of 2 not broken)" in text, f"{bore} in {whole}\n{text}")
-        claims = {claim: line for line in text.splitlines() for claim in ("whole against weak", "weak against whole", "  near ") if claim in line}
+        need(
+            abs(float(whole[least]) / bore - 1) < 1e-9 and f"> {bore:.4g} (2 of 2 not broken)" in text,
+            f"{bore} in {whole}\n{text}")
+        claims = {
+            claim: line for line in text.splitlines()
+            for claim in ("whole against weak", "weak against whole", "  near ") if claim in line
+        }
         verdicts = {claim.strip(): line.split("  ")[0] for claim, line in claims.items()}
-        need(verdicts == {"whole against weak": "holds", "weak against whole": "DOES NOT HOLD", "near": "DOES NOT HOLD"}, f"{verdicts} of {claims}")
+        need(
+            verdicts == {"whole against weak": "holds", "weak against whole": "DOES NOT HOLD", "near": "DOES NOT HOLD"},
+            f"{verdicts} of {claims}")
         need("2 of 4 values are not there: 2 grains did not break" in claims["  near "], f"{claims['  near ']}")
-        need(swept[1][4] == swept[1][7] == "" and "2 of 2 not broken: at least" in swept[1][10] and float(swept[0][4]) > 0, f"sweep.csv: {swept}")
+        need(
+            swept[1][4] == swept[1][7] == "" and "2 of 2 not broken: at least" in swept[1][10]
+            and float(swept[0][4]) > 0, f"sweep.csv: {swept}")
 # What is not known is not near: the last of the values is not reached.
 run_to = lambda strain: {"columns": {"axial_strain": [0.0, strain], "y": [0.0, 10 * strain]}, "summary": {}}
 near = {"claim": "c", "case": "a", "quantity": "y", "at": [0.1], "near": 1.0, "tolerance": 0.01}
-need(report.check_of(near, {"a": [run_to(0.1), run_to(0.2)]})[0] and not report.check_of(near, {"a": [run_to(0.1), run_to(0.05)]})[0],
-     "a strain that was not reached counts as near")
+need(
+    report.check_of(near, {"a": [run_to(0.1), run_to(0.2)]})[0]
+    and not report.check_of(near, {"a": [run_to(0.1), run_to(0.05)]})[0],
+    "a strain that was not reached counts as near")
 # Seed by seed: what the seeds share drops out of a change, and not out of a mean.
-rows = sweep.judge({"quantity": "y", "at": 1.0}, [(k, {s: made_up(10.0 * s + 3 * k, 1.0) for s in (1, 2, 3)}) for k in (1, 2)])
-need(abs(rows[1]["change"] - 3 / 23) < 1e-12 and rows[1]["change_interval"] < 1e-12 and rows[1]["interval"] > 20, f"changes seed by seed: {rows[1]}")
+rows = sweep.judge({"quantity": "y", "at": 1.0},
+                   [(k, {s: made_up(10.0 * s + 3 * k, 1.0) for s in (1, 2, 3)}) for k in (1, 2)])
+need(
+    abs(rows[1]["change"] - 3 / 23) < 1e-12 and rows[1]["change_interval"] < 1e-12 and rows[1]["interval"] > 20,
+    f"changes seed by seed: {rows[1]}")
 # A seed that is a list, of changes of a unit cell, joins those that a setting makes; any other takes its place.
 runner = Runner(".", "rve.set", "bin", {})
 case = {"program": "grus-bvp", "scene": "x.toml", "set": {"rve.set": ["numerics.safety=0.5"]}}
-need(runner.command(case, ["packing.seed=2"])[-1] == 'rve.set=["numerics.safety=0.5", "packing.seed=2"]', f"seeds that are lists: {runner.command(case, ['packing.seed=2'])}")
-need(runner.command(dict(case, set={"rve.set": 1}), 2)[-1] == "rve.set=2" and case["set"]["rve.set"] == ["numerics.safety=0.5"], "seeds that are numbers")
+need(
+    runner.command(case, ["packing.seed=2"])[-1] == 'rve.set=["numerics.safety=0.5", "packing.seed=2"]',
+    f"seeds that are lists: {runner.command(case, ['packing.seed=2'])}")
+need(
+    runner.command(dict(case, set={"rve.set": 1}), 2)[-1] == "rve.set=2"
+    and case["set"]["rve.set"] == ["numerics.safety=0.5"], "seeds that are numbers")
 for path in glob.glob(os.path.join(scenes, "*", "*.toml")):
     if "\n[study]" in open(path).read():
         try:

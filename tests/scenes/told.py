@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""What a run of grus-rve tells of itself is so: strengths, stresses held and ended at, what a preparation made, energy; told.py BIN"""
+"""What a run of grus-rve tells of itself is so: strengths, stresses held and ended at, what a preparation made, energy;
+told.py BIN"""
 import json
 import os
 import re
@@ -31,7 +32,8 @@ solid_fraction = {fraction}
 [boundary]
 kind = "periodic"
 """
-STIFF = SAND.format(modulus="10 GPa", restitution=0.9, box="8 mm", low="0.8 mm", high="1.2 mm", fraction=0.53) + '[preparation]\npressure = "1 MPa"\nfriction = 0.2\n'
+STIFF = SAND.format(modulus="10 GPa", restitution=0.9, box="8 mm", low="0.8 mm", high="1.2 mm",
+                    fraction=0.53) + '[preparation]\npressure = "1 MPa"\nfriction = 0.2\n'
 TRIAXIAL = STIFF + '[loading]\nkind = "triaxial"\nconfining_pressure = "1 MPa"\nstrain_rate = 20\nfinal_strain = 0.05\n'
 SOFT = SAND.format(modulus="1 GPa", restitution=0.5, box="5 mm", low="0.4 mm", high="0.6 mm", fraction=0.56)
 BALLS = """
@@ -86,13 +88,15 @@ def strengths(tmp):
     results = whole["results"]
     need(whole["counts"]["breakages"] == 0 and "peak_before_breakage_Pa" not in results, f"a whole grain: {results}")
     rows = [float(x["axial_stress_Pa"]) for x in history(out)]
-    need(results["peak_axial_stress_is_last"] and abs(results["final_axial_stress_Pa"] / rows[-1] - 1) < 1e-9, f"a whole grain's last row: {results}")
+    need(results["peak_axial_stress_is_last"] and abs(results["final_axial_stress_Pa"] / rows[-1] - 1) < 1e-9,
+         f"a whole grain's last row: {results}")
     need("final_void_ratio" not in results, "a void ratio without a volume")
     broken, _, out = test(tmp, "broken", scene, "--set", "loading.final_strain=0.1", "--set", "output.frames=0")
     rows = [float(x["axial_stress_Pa"]) for x in history(out)]
     intact = max(p for p, x in zip(rows, history(out)) if float(x["breakages"]) == 0)
     results = broken["results"]
-    need(broken["counts"]["breakages"] > 0 and abs(results["peak_before_breakage_Pa"] / intact - 1) < 1e-9, f"a broken grain: {results}, {intact}")
+    need(broken["counts"]["breakages"] > 0 and abs(results["peak_before_breakage_Pa"] / intact - 1) < 1e-9,
+         f"a broken grain: {results}, {intact}")
     need(results["peak_axial_stress_is_last"] == (max(rows) == rows[-1]), "a broken grain's peak and last row")
 
 
@@ -102,7 +106,9 @@ def lateral(tmp):
     told = s["errors"]["lateral_stress"]
     rows = history(out)[1:]
     off = [max(abs(-float(x[f"stress_{k}_Pa"]) / 1e6 - 1) for k in ("xx", "yy")) for x in rows]
-    need(abs(told["mean"] - sum(off) / len(off)) < 1e-6 and abs(told["worst"] - max(off)) < 1e-6, f"held: told {told}, rows {sum(off) / len(off)}")
+    need(
+        abs(told["mean"] - sum(off) / len(off)) < 1e-6 and abs(told["worst"] - max(off)) < 1e-6,
+        f"held: told {told}, rows {sum(off) / len(off)}")
     need(max(abs(float(x["lateral_stress_error"]) - o) for x, o in zip(rows, off)) < 1e-6, "held: another column")
     need(told["mean"] < 0.01 and "lateral stress" not in said, f"held at 20/s: {told} {said}")
     walls = TRIAXIAL.replace('"periodic"', '"walls"').replace('[preparation]\npressure = "1 MPa"\nfriction = 0.2\n', "")
@@ -110,13 +116,18 @@ def lateral(tmp):
     told, rows = s["errors"]["lateral_stress"], history(out)
     late = rows[len(rows) // 4:]  # the walls have found the sample
     off = [abs(-float(x[f"wall_stress_{k}_Pa"]) / 1e6 - 1) for x in late for k in ("xx", "yy")]
-    need(told["mean"] < 0.01 and max(off) < 0.005 and "lateral stress" not in said, f"held between walls at 50/s: {told}, then {max(off)} {said}")
-    s, said, out = test(tmp, "fast", walls.replace("= 20\n", "= 100\n").replace("final_strain = 0.05", "final_strain = 0.01"), "--set", "output.history_interval=0.001")
-    need(s["errors"]["lateral_stress"]["mean"] > 0.01 and any("lateral stress" in n for n in s["notes"]) and "note: the lateral stress" in said,
-         f"too fast: {s['errors']} {said}")
+    need(told["mean"] < 0.01 and max(off) < 0.005 and "lateral stress" not in said,
+         f"held between walls at 50/s: {told}, then {max(off)} {said}")
+    s, said, out = test(tmp, "fast",
+                        walls.replace("= 20\n", "= 100\n").replace("final_strain = 0.05", "final_strain = 0.01"),
+                        "--set", "output.history_interval=0.001")
+    need(
+        s["errors"]["lateral_stress"]["mean"] > 0.01 and any("lateral stress" in n for n in s["notes"])
+        and "note: the lateral stress" in said, f"too fast: {s['errors']} {said}")
     if report:
         r = run(report, out)
-        need(r.returncode == 0 and "the lateral stress was off" in open(os.path.join(out, "report.html")).read(), f"report: {r.stderr}")
+        need(r.returncode == 0 and "the lateral stress was off" in open(os.path.join(out, "report.html")).read(),
+             f"report: {r.stderr}")
 
 
 def preparation(tmp):
@@ -127,13 +138,17 @@ def preparation(tmp):
     s, said, out = test(tmp, "prepared", TRIAXIAL, "--set", "output.checkpoint_interval=0.01")
     first = float(history(out)[0]["void_ratio"])
     p = s["preparation"]
-    need(abs(p["packed_void_ratio"] - (1 / 0.53 - 1)) < 0.01 and abs(p["void_ratio"] - first) < 1e-6 and abs(s["sample"]["void_ratio"] - first) < 1e-6,
-         f"prepared: {p} {s['sample']} {first}")
+    need(
+        abs(p["packed_void_ratio"] - (1 / 0.53 - 1)) < 0.01 and abs(p["void_ratio"] - first) < 1e-6
+        and abs(s["sample"]["void_ratio"] - first) < 1e-6, f"prepared: {p} {s['sample']} {first}")
     need(max(abs(got / 1e6 - 1) for got in p["stress_Pa"]) <= 0.03 and "note: preparation:" in said, f"prepared: {p}")
-    resumed = run(rve, os.path.join(tmp, "prepared.toml"), "-o", out, "--resume", "--quiet", "--threads", "1", "--set", "output.checkpoint_interval=0.01")
+    resumed = run(rve, os.path.join(tmp, "prepared.toml"), "-o", out, "--resume", "--quiet", "--threads", "1", "--set",
+                  "output.checkpoint_interval=0.01")
     again = json.load(open(os.path.join(out, "summary.json")))
-    need(again["seconds"]["cpu"] > 0.7 * s["seconds"]["cpu"], f"CPU time of both parts: {again['seconds']}, {s['seconds']}")
-    need(resumed.returncode == 0 and all(again.get(k) == s.get(k) for k in ("notes", "preparation", "sample")), f"resumed: {again.get('notes')}")
+    need(again["seconds"]["cpu"] > 0.7 * s["seconds"]["cpu"],
+         f"CPU time of both parts: {again['seconds']}, {s['seconds']}")
+    need(resumed.returncode == 0 and all(again.get(k) == s.get(k) for k in ("notes", "preparation", "sample")),
+         f"resumed: {again.get('notes')}")
 
 
 def pressed(tmp):
@@ -194,15 +209,24 @@ def cells(tmp):
 
 def ends(tmp):
     """A final stress is met within a step, and the time that is left is told from the stress; also when interrupted."""
-    for name, more, box in (("by_strain", "strain_rate = 20\n", "periodic"), ("by_stress", 'strain_rate = 100\ncontrol = "stress"\nstress_rate = "200 MPa/s"\n', "periodic"),
-                            ("between_walls", "strain_rate = 20\n", "walls")):
-        scene = SOFT.replace('"periodic"', f'"{box}"').replace("0.56", "0.53") + f'[loading]\nkind = "oedometric-stress"\nfinal_stress = "2 MPa"\n{more}'
+    for name, more, box in (
+            ("by_strain", "strain_rate = 20\n", "periodic"),
+            ("by_stress", 'strain_rate = 100\ncontrol = "stress"\nstress_rate = "200 MPa/s"\n', "periodic"),
+            ("between_walls", "strain_rate = 20\n", "walls")):
+        scene = SOFT.replace('"periodic"', f'"{box}"').replace(
+            "0.56", "0.53") + f'[loading]\nkind = "oedometric-stress"\nfinal_stress = "2 MPa"\n{more}'
         s, said, out = test(tmp, name, scene)
         final = s["results"]["final_axial_stress_Pa"] / 2e6 - 1
         need(0 <= final < 0.005, f"{name}: ends {100 * final:.2f} % above what is asked")
         rows = [float(x["axial_stress_Pa"]) for x in history(out)]
-        need(max(rows[:-1]) < 2e6 <= rows[-1] and abs(rows[-1] / s["results"]["final_axial_stress_Pa"] - 1) < 1e-9, f"{name}: another last row")
-    command = [rve, os.path.join(tmp, "by_strain.toml"), "-o", os.path.join(tmp, "part"), "--quiet", "--threads", "1", "--set", "output.checkpoint_interval=0.02"]
+        need(
+            max(rows[:-1]) < 2e6 <= rows[-1] and abs(rows[-1] / s["results"]["final_axial_stress_Pa"] - 1) < 1e-9,
+            f"{name}: another last row")
+    command = [
+        rve,
+        os.path.join(tmp, "by_strain.toml"), "-o",
+        os.path.join(tmp, "part"), "--quiet", "--threads", "1", "--set", "output.checkpoint_interval=0.02"
+    ]
     for k in range(4):  # interrupted anywhere
         p = subprocess.Popen(command + (["--resume"] if k else []))
         time.sleep(0.3)
@@ -211,7 +235,8 @@ def ends(tmp):
             break
     need(p.returncode == 0 or run(*command, "--resume").returncode == 0, "interrupted: does not end")
     whole, part = (json.load(open(os.path.join(tmp, d, "summary.json"))) for d in ("by_strain", "part"))
-    need(whole["counts"] == part["counts"] and whole["results"] == part["results"], f"interrupted: {whole['counts']} {part['counts']}")
+    need(whole["counts"] == part["counts"] and whole["results"] == part["results"],
+         f"interrupted: {whole['counts']} {part['counts']}")
 
 
 def energy(tmp):
@@ -220,7 +245,9 @@ def energy(tmp):
     worst = s["errors"]["worst_energy_error"]
     need(worst < 1e-3, f"drop: energy error {worst}")
     rows = history(out)
-    need(max(float(x["work_J"]) for x in rows) > 10 * min(abs(float(x["work_J"])) for x in rows[20:]), "drop: it does not bounce")
+    need(
+        max(float(x["work_J"]) for x in rows) > 10 * min(abs(float(x["work_J"])) for x in rows[20:]),
+        "drop: it does not bounce")
 
 
 NEWTON = ("last_correction", "last_worst_unbalanced_force", "last_worst_stress_change")
@@ -264,12 +291,15 @@ history_interval = "0.05 us"
 
 
 def cut(tmp):
-    """A bar that dead loads tear apart is looked at from its first step on: half a kick is no error, and its balance closes."""
+    """A bar that dead loads tear apart is looked at from its first step on: half a kick is no error, and its balance
+    closes."""
     for name, ramp in (("cut", ""), ("cut_ramp", 'ramp = "5 us"')):
         s, said, out = test(tmp, name, CUT.replace("RAMP", ramp))
         rows = history(out)
         first, last = rows[1], rows[-1]
-        need(float(first["work_J"]) < 1e-6 * float(last["work_J"]) and int(float(first["steps"])) < 3, f"{name}: it is not looked at from its first step on")
+        need(
+            float(first["work_J"]) < 1e-6 * float(last["work_J"]) and int(float(first["steps"])) < 3,
+            f"{name}: it is not looked at from its first step on")
         need(float(last["bonds_broken"]) > 20, f"{name}: {last['bonds_broken']} bonds broken")
         taken = sum(float(last[k]) for k in ("kinetic_J", "elastic_J", "fracture_J", "damping_J", "friction_J"))
         need(abs(taken / float(last["work_J"]) - 1) < 0.02, f"{name}: {taken} J of {last['work_J']}")
@@ -291,8 +321,10 @@ def cut(tmp):
 
 
 def left(tmp):
-    """What is told of the time that is left of a test that a stress ends, in steps: within a factor of two from the half on."""
-    for name, more in (("left_stress", 'strain_rate = 100\ncontrol = "stress"\nstress_rate = "200 MPa/s"\n'), ("left_strain", "strain_rate = 20\n")):
+    """What is told of the time that is left of a test that a stress ends, in steps: within a factor of two from the
+    half on."""
+    for name, more in (("left_stress", 'strain_rate = 100\ncontrol = "stress"\nstress_rate = "200 MPa/s"\n'),
+                       ("left_strain", "strain_rate = 20\n")):
         scene = SOFT.replace("0.56", "0.53") + f'[loading]\nkind = "oedometric-stress"\nfinal_stress = "2 MPa"\n{more}'
         log = os.path.join(tmp, name + ".log")
         _, _, out = test(tmp, name, scene, "--log", log)
@@ -309,11 +341,13 @@ def left(tmp):
 
 
 def dynamic(tmp):
-    """The steps that --check tells of bars around a specimen, whose elements differ by 30 in size, are those of the run."""
+    """The steps that --check tells of bars around a specimen, whose elements differ by 30 in size, are those of the
+    run."""
     bvp = scene_tools.program(os.path.abspath(sys.argv[1]), "grus-bvp")
     if not bvp:
         return
-    scene, short = os.path.join(shipped, "shpb_bars.toml"), ["--set", 'solve.duration="20 us"', "--set", "output.frames=0"]
+    scene, short = os.path.join(shipped,
+                                "shpb_bars.toml"), ["--set", 'solve.duration="20 us"', "--set", "output.frames=0"]
     r = run(bvp, scene, "--check", *short)
     told = re.search(r"([\d.e+]+) steps, ", r.stdout)
     out = os.path.join(tmp, "bars")

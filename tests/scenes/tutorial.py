@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""docs/tutorial.md as a user takes it: its files are written, its commands run, one after the other: tutorial.py BUILD"""
+"""docs/tutorial.md as a user takes it: its files are written, its commands run, one after the other: tutorial.py
+BUILD"""
 import csv
 import json
 import os
@@ -37,7 +38,9 @@ with tempfile.TemporaryDirectory() as folder:
             need(name != "", f"a block without a name: {block[:40]}")
             open(os.path.join(folder, name), "w").write(block)
     at = lambda *parts: os.path.join(folder, *parts)
-    need(open(at("pile.geo")).read() == open(os.path.join(source, "meshes", "pile.geo")).read(), "meshes/pile.geo is another mesh than the tutorial's")
+    need(
+        open(at("pile.geo")).read() == open(os.path.join(source, "meshes", "pile.geo")).read(),
+        "meshes/pile.geo is another mesh than the tutorial's")
     count = lambda path: re.search(r"\$Nodes\n\d+ (\d+)", open(path).read())[1]
     need(count(at("pile.msh")) == count(os.path.join(source, "meshes", "pile.msh")), "meshes/pile.msh has other nodes")
     for name in ("sand", "cell", "pile"):
@@ -49,14 +52,21 @@ with tempfile.TemporaryDirectory() as folder:
         passing.setdefault(float(row["strain"]), []).append((float(row["diameter_m"]), float(row["passing"])))
     share = lambda strain: max(p for d, p in passing[strain] if d <= 0.5e-3)
     first, last = min(passing), max(passing)
-    need(abs(share(first) - 0.55) < 0.06 and share(last) > share(first) + 0.02, f"passing 0.5 mm: {share(first)}, then {share(last)}")
+    need(
+        abs(share(first) - 0.55) < 0.06 and share(last) > share(first) + 0.02,
+        f"passing 0.5 mm: {share(first)}, then {share(last)}")
     told = [float(x) for x in re.search(r"It says (\d+) MPa ± (\d+)", text).groups()]
     found = json.load(open(at("strength", "calibration.json")))["parameters"][0]
-    need(found["verdict"] == "identified" and abs(found["value"] - told[0]) < 0.1 * told[1] and abs(found["sd"] - told[1]) < 0.2 * told[1], f"the page says {told} MPa, the program {found}")
+    need(
+        found["verdict"] == "identified" and abs(found["value"] - told[0]) < 0.1 * told[1]
+        and abs(found["sd"] - told[1]) < 0.2 * told[1], f"the page says {told} MPa, the program {found}")
     need(f"compressive_strength={told[0]:g} MPa" in text, "the cell's strength is not the calibrated one")
     rows = history(at("pile"))
     force = [-float(r["reaction_head_y_N"]) for r in rows]
-    need(abs(float(rows[-1]["moved_head_y_m"]) + 6e-3) < 1e-9 and force[-1] > 1.3 * abs(force[0]) and float(rows[-1]["breakages"]) > 0, f"the pile: {force[0]} N to {force[-1]} N, {rows[-1]['breakages']} breakages")
+    need(
+        abs(float(rows[-1]["moved_head_y_m"]) + 6e-3) < 1e-9 and force[-1] > 1.3 * abs(force[0])
+        and float(rows[-1]["breakages"]) > 0,
+        f"the pile: {force[0]} N to {force[-1]} N, {rows[-1]['breakages']} breakages")
     need(os.path.getsize(at("report.html")) > 200000 and os.path.exists(at("sand", "report.html")), "no report")
 print(f"tutorial: {len(faults)} faults")
 sys.exit(1 if faults else 0)

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""The site of documents builds, holds what it says, and can be searched; the programs have man pages: check_documents.py BUILD"""
+"""The site of documents builds, holds what it says, and can be searched; the programs have man pages:
+check_documents.py BUILD"""
 import glob
 import html
 import json
@@ -41,7 +42,8 @@ class Page(HTMLParser):
         if tag == "a" and a.get("href"):
             self.links.append(a["href"])
         self.loads += [a[k] for k in ("src", "data-src") if a.get(k)]
-        if tag == "link" and a.get("rel") in ("stylesheet", "icon", "shortcut icon", "preload", "modulepreload") and a.get("href"):
+        if tag == "link" and a.get("rel") in ("stylesheet", "icon", "shortcut icon", "preload",
+                                              "modulepreload") and a.get("href"):
             self.loads.append(a["href"])
 
     def handle_endtag(self, tag):
@@ -54,8 +56,8 @@ class Page(HTMLParser):
 
 
 def check_pages(sources, site):
-    """Each fenced block of a page is a code block with the same text; links, anchors, scripts and pictures are there; nothing is
-    loaded from elsewhere."""
+    """Each fenced block of a page is a code block with the same text; links, anchors, scripts and pictures are there;
+    nothing is loaded from elsewhere."""
     parsed = {}
     for path in glob.glob(os.path.join(site, "**", "*.html"), recursive=True):
         with open(path) as f:
@@ -107,38 +109,62 @@ for program in ("rve", "bvp", "report", "study", "calibrate"):
     if shutil.which("help2man") is None:
         break
     page = open(path).read() if os.path.exists(path) else ""
-    need(".SH NAME" in page and "--help" in page.replace("\\", "") and len(page) > 500, f"no man page of grus-{program}")
+    need(".SH NAME" in page and "--help" in page.replace("\\", "") and len(page) > 500,
+         f"no man page of grus-{program}")
 with tempfile.TemporaryDirectory() as folder:
-    if shutil.which("mkdocs") is None or "material" not in subprocess.run(["/usr/bin/python3", "-c", "from mkdocs.utils import get_theme_names; print(*get_theme_names())"],
-                                                                             capture_output=True, text=True).stdout.split():
-        print("documents: without mkdocs and its theme material, the site was not built (./bootstrap test installs them)")
+    if shutil.which("mkdocs") is None or "material" not in subprocess.run(
+        ["/usr/bin/python3", "-c", "from mkdocs.utils import get_theme_names; print(*get_theme_names())"],
+            capture_output=True, text=True).stdout.split():
+        print(
+            "documents: without mkdocs and its theme material, the site was not built (./bootstrap test installs them)")
         sys.exit(1 if faults else 77)
     site = os.path.join(folder, "site")
-    r = subprocess.run(["/usr/bin/python3", os.path.join(source, "docs", "make_site.py"), os.path.join(folder, "pages"), site], capture_output=True, text=True)
+    r = subprocess.run(
+        ["/usr/bin/python3",
+         os.path.join(source, "docs", "make_site.py"),
+         os.path.join(folder, "pages"), site], capture_output=True, text=True)
     need(r.returncode == 0, f"the site: exit {r.returncode} {r.stdout[-300:]} {r.stderr[-600:]}")
     if r.returncode == 0:
         read = lambda name: open(os.path.join(site, name)).read()
         rows = [line.split(" | ") for line in open(os.path.join(source, "apps", "scene", "keys.txt"))]
         page = read("keys.html")
-        lacking = [k for k, kind, *_ in rows if kind not in ("table", "tables") and f"<code>{k.rpartition('.')[2]}</code>" not in page]
+        lacking = [
+            k for k, kind, *_ in rows
+            if kind not in ("table", "tables") and f"<code>{k.rpartition('.')[2]}</code>" not in page
+        ]
         need(lacking == [] and len(rows) > 300, f"the page of keys lacks {lacking}")
         need("rolling_friction" in page and "Coulomb" in page, "the page of keys has no meanings")
-        need(all(name in read("gallery.html") for name in ("biaxial_plane_strain.toml", "sand_box.toml", "pile_tip.toml")), "scenes that the gallery lacks")
-        need("advance(std::span" in re.sub(r"<[^>]+>|&lt;", lambda m: "<" if m[0] == "&lt;" else "", read("api_cpp.html")), "the C++ page has no RveSet")
-        need("RveSet" in read("api_python.html") and "Raises InputError" in read("api_python.html"), "the Python page has no RveSet")
-        found = {d["location"].partition("#")[0] for d in json.load(open(os.path.join(site, "search", "search_index.json")))["docs"] if "hoek" in (d["text"] + d["title"]).lower()}
+        need(
+            all(name in read("gallery.html")
+                for name in ("biaxial_plane_strain.toml", "sand_box.toml", "pile_tip.toml")),
+            "scenes that the gallery lacks")
+        need(
+            "advance(std::span" in re.sub(r"<[^>]+>|&lt;", lambda m: "<" if m[0] == "&lt;" else "",
+                                          read("api_cpp.html")), "the C++ page has no RveSet")
+        need("RveSet" in read("api_python.html") and "Raises InputError" in read("api_python.html"),
+             "the Python page has no RveSet")
+        found = {
+            d["location"].partition("#")[0]
+            for d in json.load(open(os.path.join(site, "search", "search_index.json")))["docs"]
+            if "hoek" in (d["text"] + d["title"]).lower()
+        }
         need({"keys.html", "tutorial.html"} <= found, f"a search for Hoek-Brown finds {sorted(found)}")
         check_pages(os.path.join(folder, "pages", "docs"), site)
         headings = re.findall(r"<h2[^>]*><code>(.*?)</code>", page)
-        need(len(headings) == len(set(headings)) > 20, f"tables of keys that occur twice: {[h for h in headings if headings.count(h) > 1]}")
+        need(
+            len(headings) == len(set(headings)) > 20,
+            f"tables of keys that occur twice: {[h for h in headings if headings.count(h) > 1]}")
         for k in (r[0] for r in rows if r[1] not in ("table", "tables")):
             table, _, key = k.rpartition(".")
             name = html.escape(f"[[{table[:-2]}]]" if table.endswith("[]") else f"[{table}]" if table else "top level")
             part = page.partition(f"<code>{name}</code>")[2].partition("<h2")[0]
-            need(part.count(f"<td><code>{key}</code></td>") == 1, f"the page of keys has {k} {part.count(f'<td><code>{key}</code></td>')} times in its table")
+            need(
+                part.count(f"<td><code>{key}</code></td>") == 1,
+                f"the page of keys has {k} {part.count(f'<td><code>{key}</code></td>')} times in its table")
         pages = [f for f in os.listdir(site) if f.endswith(".html")]
         home = read("index.html")
-        need(all(p in home for p in pages if p not in ("index.html", "404.html", "search.html")), "pages that are not one click from the first")
+        need(all(p in home for p in pages if p not in ("index.html", "404.html", "search.html")),
+             "pages that are not one click from the first")
 for fault in faults:
     print("FAULT", fault)
 print(f"documents: {len(faults)} faults")

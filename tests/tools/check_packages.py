@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Makes the Debian packages of a build, unpacks them beside each other, and uses what is in them: check_packages.py BUILD full|dem"""
+"""Makes the Debian packages of a build, unpacks them beside each other, and uses what is in them: check_packages.py
+BUILD full|dem"""
 import glob
 import os
 import re
@@ -11,7 +12,8 @@ import tempfile
 
 build, kind = os.path.abspath(sys.argv[1]), sys.argv[2]
 source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-# What lintian looks at in seconds; in libgrus-dev it takes the static libraries apart, so that package is asked here alone.
+# What lintian looks at in seconds; in libgrus-dev it takes the static libraries apart, so that package is asked here
+# alone.
 LINTED = ("grus", "python3-grus")
 faults = []
 
@@ -30,24 +32,40 @@ def need(condition, message):
 
 
 with tempfile.TemporaryDirectory() as tmp:
-    need('COMPRESSION_TYPE "xz"' in open(os.path.join(build, "CPackConfig.cmake")).read(), "compressed as not every Debian reads it")
-    pack = ("cpack", "-G", "DEB", "--config", os.path.join(build, "CPackConfig.cmake"), "-B", tmp, "-D", "CPACK_DEBIAN_COMPRESSION_TYPE=gzip")  # faster
-    nobody = {**os.environ, "DEBFULLNAME": "", "DEBEMAIL": "", "GIT_DIR": os.path.join(tmp, "no"), "GIT_CONFIG_GLOBAL": "/dev/null", "GIT_CONFIG_NOSYSTEM": "1"}
+    need('COMPRESSION_TYPE "xz"' in open(os.path.join(build, "CPackConfig.cmake")).read(),
+         "compressed as not every Debian reads it")
+    pack = ("cpack", "-G", "DEB", "--config", os.path.join(build, "CPackConfig.cmake"), "-B", tmp, "-D",
+            "CPACK_DEBIAN_COMPRESSION_TYPE=gzip")  # faster
+    nobody = {
+        **os.environ, "DEBFULLNAME": "", "DEBEMAIL": "", "GIT_DIR": os.path.join(tmp, "no"),
+        "GIT_CONFIG_GLOBAL": "/dev/null", "GIT_CONFIG_NOSYSTEM": "1"
+    }
     r = subprocess.run(pack, cwd=tmp, capture_output=True, text=True, env=nobody)
-    need(r.returncode != 0 and "DEBEMAIL=" in r.stderr and not glob.glob(os.path.join(tmp, "*.deb")), f"packages made by nobody: {r.returncode} {r.stderr!r}")
+    need(r.returncode != 0 and "DEBEMAIL=" in r.stderr and not glob.glob(os.path.join(tmp, "*.deb")),
+         f"packages made by nobody: {r.returncode} {r.stderr!r}")
     run(*pack, cwd=tmp, DEBFULLNAME="", DEBEMAIL="Ada Tester <ada@lab.org>")
     packages = {os.path.basename(p).split("_")[0]: p for p in glob.glob(os.path.join(tmp, "*.deb"))}
     need(set(packages) == {"grus", "libgrus-dev", "python3-grus"}, f"packages {sorted(packages)}")
     depends = {name: run("dpkg-deb", "-f", path, "Depends", cwd=tmp) for name, path in packages.items()}
     need("libhdf5" in depends["grus"] and "python3-numpy" in depends["grus"], f"grus depends on {depends['grus']}")
     need(("libdolfinx" in depends["grus"]) == (kind == "full"), f"grus depends on {depends['grus']}")
-    need("grus (= " in depends["python3-grus"] and "python3-numpy" in depends["python3-grus"], f"python3-grus depends on {depends['python3-grus']}")
+    need("grus (= " in depends["python3-grus"] and "python3-numpy" in depends["python3-grus"],
+         f"python3-grus depends on {depends['python3-grus']}")
     need("libeigen3-dev" in depends["libgrus-dev"], f"libgrus-dev depends on {depends['libgrus-dev']}")
-    files = {name: {line.split()[-1].lstrip(".") for line in run("dpkg-deb", "-c", path, cwd=tmp).splitlines()} for name, path in packages.items()}
+    files = {
+        name: {line.split()[-1].lstrip(".") for line in run("dpkg-deb", "-c", path, cwd=tmp).splitlines()}
+        for name, path in packages.items()
+    }
     site = "/usr/lib/python3/dist-packages"
-    core = next((path for path in sorted(files["python3-grus"]) if re.fullmatch(rf"{site}/grus/_core\..*\.so", path)), "no compiled core")
-    for name, mine in {"grus": ["/usr/bin/grus-rve", "/usr/bin/grus-study", "/usr/share/grus/scenes/sand_rve.toml", f"{site}/grus/__init__.py", f"{site}/grus/report/command.py"], "libgrus-dev": ["/usr/include/grus/rve.hpp", "/usr/lib/cmake/grus/grusConfig.cmake"],
-                       "python3-grus": [core]}.items():
+    core = next((path for path in sorted(files["python3-grus"]) if re.fullmatch(rf"{site}/grus/_core\..*\.so", path)),
+                "no compiled core")
+    for name, mine in {
+            "grus": [
+                "/usr/bin/grus-rve", "/usr/bin/grus-study", "/usr/share/grus/scenes/sand_rve.toml",
+                f"{site}/grus/__init__.py", f"{site}/grus/report/command.py"
+            ], "libgrus-dev": ["/usr/include/grus/rve.hpp", "/usr/lib/cmake/grus/grusConfig.cmake"],
+            "python3-grus": [core]
+    }.items():
         for path in mine:
             need([n for n, all_of_it in files.items() if path in all_of_it] == [name], f"{path} is not in {name} alone")
     programs = {"grus-rve", "grus-study", "grus-calibrate", "grus-report"} | ({"grus-bvp"} if kind == "full" else set())
@@ -57,12 +75,14 @@ with tempfile.TemporaryDirectory() as tmp:
         told = run("dpkg-deb", "-f", path, "Maintainer", "Description", "Section", cwd=tmp)
         need("Maintainer: Ada Tester <ada@lab.org>\n" in told and "Section: " in told, f"{name}: {told}")
         need(len([line for line in told.splitlines() if line.startswith(" ")]) > 3, f"{name}: no description")
-        need({f"/usr/share/doc/{name}/{text}" for text in ("copyright", "changelog.gz")} <= files[name], f"{name}: no copyright or changelog")
+        need({f"/usr/share/doc/{name}/{text}" for text in ("copyright", "changelog.gz")} <= files[name],
+             f"{name}: no copyright or changelog")
     if shutil.which("help2man"):
         pages = {f"/usr/share/man/man1/{program}.1.gz" for program in programs}
         need(pages <= files["grus"], f"no manual: {sorted(pages - files['grus'])}")
     if shutil.which("lintian"):
-        r = subprocess.run(["lintian", "--allow-root", "--fail-on", "error", *(packages[name] for name in LINTED)], capture_output=True, text=True, timeout=300)
+        r = subprocess.run(["lintian", "--allow-root", "--fail-on", "error", *(packages[name] for name in LINTED)],
+                           capture_output=True, text=True, timeout=300)
         need(r.returncode == 0 and "E: " not in r.stdout, f"lintian: {r.stdout}{r.stderr}")
     root = os.path.join(tmp, "root")
     for path in packages.values():
@@ -72,14 +92,22 @@ with tempfile.TemporaryDirectory() as tmp:
             with open(os.path.join(folder, name), "rb") as f:
                 need(source.encode() not in f.read(), f"{name} names {source}, where it was built")
     scenes = os.path.join(root, "usr", "share", "grus", "scenes")
-    run(os.path.join(root, "usr", "bin", "grus-rve"), os.path.join(scenes, "sand_box.toml"), "--set", "loading.final_strain=0.001", "-o", "out", "--quiet", cwd=tmp)
+    run(os.path.join(root, "usr", "bin", "grus-rve"), os.path.join(scenes, "sand_box.toml"), "--set",
+        "loading.final_strain=0.001", "-o", "out", "--quiet", cwd=tmp)
     run(os.path.join(root, "usr", "bin", "grus-report"), "out", cwd=tmp)
     with open(os.path.join(tmp, "study.toml"), "w") as f:
-        f.write(f"[study]\nscene = {os.path.join(scenes, 'sand_box.toml')!r}\nset = {{ 'loading.final_strain' = 0.001 }}\nat = [0.001]\n[[case]]\nname = 'a'\n")
-    os.symlink(os.path.join(root, "usr", "bin", "grus-study"), os.path.join(tmp, "mine"))  # as people link programs into a folder of their own
+        f.write(
+            f"[study]\nscene = {os.path.join(scenes, 'sand_box.toml')!r}\nset = {{ 'loading.final_strain' = 0.001 }}\n"
+            "at = [0.001]\n[[case]]\nname = 'a'\n"
+        )
+    os.symlink(os.path.join(root, "usr", "bin", "grus-study"),
+               os.path.join(tmp, "mine"))  # as people link programs into a folder of their own
     run(os.path.join(tmp, "mine"), "study.toml", "--quiet", cwd=tmp)
-    said = run(sys.executable, "-c", f"import grus, numpy; print(grus.__file__, grus.Rve({scenes + '/sand_rve.toml'!r}).advance(numpy.eye(3))[0][2] < 0, len(grus.load('out')))", cwd=tmp,
-               PYTHONPATH=os.path.join(root, "usr", "lib", "python3", "dist-packages"))
+    said = run(
+        sys.executable, "-c",
+        f"import grus, numpy; print(grus.__file__, grus.Rve({scenes + '/sand_rve.toml'!r}).advance(numpy.eye(3))[0][2] "
+        "< 0, len(grus.load('out')))",
+        cwd=tmp, PYTHONPATH=os.path.join(root, "usr", "lib", "python3", "dist-packages"))
     need(said.startswith(root) and " True " in said, f"the package's grus says {said}")
 print(f"packages: {len(faults)} faults")
 sys.exit(1 if faults else 0)

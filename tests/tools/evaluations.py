@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """What an evaluation of an RVE took in grus-bvp runs (output.costs = true).   evaluations.py DIR ...
 
-Means over all evaluations of a run: wall time on its rank, DEM steps, and which parts of it the tangent and the messages of rank 0 are."""
+Means over all evaluations of a run: wall time on its rank, DEM steps, and which parts of it the tangent and the
+messages of rank 0 are."""
 import csv
 import json
 import os
@@ -16,4 +17,7 @@ for folder in sys.argv[1:]:
     steps = sum(int(r["steps"]) for r in rows)
     whole, n = total + told, len(rows)
     grains = json.load(open(os.path.join(folder, "summary.json")))["counts"]["grains_a_point"]
-    print(f"| {os.path.basename(os.path.normpath(folder))}, {grains:g} grains a point | {n} | {steps / n:.0f} | {1e3 * total / n:.2f} | {tangent / whole:.1%} | {told / whole:.2%} | {(total - tangent) / whole:.1%} |")
+    print(
+        f"| {os.path.basename(os.path.normpath(folder))}, {grains:g} grains a point | {n} | {steps / n:.0f} | "
+        f"{1e3 * total / n:.2f} | {tangent / whole:.1%} | {told / whole:.2%} | {(total - tangent) / whole:.1%} |"
+    )

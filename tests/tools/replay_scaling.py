@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Replays the recorded costs of a grus-bvp run (output.costs = true) on P = 1 ... 4096 ranks of one thread.
 
-replay_scaling.py DIR. Every sweep ends with its slowest rank. RVEs stay where they are while the fullest rank, by what they
-cost last time, is within a tenth of the mean, and are moved as coupling/rve_farm.cpp moves them otherwise: what a sweep
-will cost is not known beforehand. The macro solver's own time is serial. Messages are not counted."""
+replay_scaling.py DIR. Every sweep ends with its slowest rank. RVEs stay where they are while the fullest rank, by what
+they cost last time, is within a tenth of the mean, and are moved as coupling/rve_farm.cpp moves them otherwise: what a
+sweep will cost is not known beforehand. The macro solver's own time is serial. Messages are not counted."""
 import collections
 import csv
 import json
@@ -19,7 +19,10 @@ seconds = json.load(open(os.path.join(folder, "summary.json")))["seconds"]
 serial = (seconds["solve_wall"] - seconds["rve_sweeps_wall"]) / len(sweeps)
 total = sum(s for tasks in sweeps.values() for _, s in tasks)
 slots = max(len(t) for t in sweeps.values())
-print(f"{len(sweeps)} sweeps of up to {slots} RVEs, {total:.1f} s in RVEs, {1e3 * serial:.2f} ms a sweep in the macro solver")
+print(
+    f"{len(sweeps)} sweeps of up to {slots} RVEs, {total:.1f} s in RVEs, {1e3 * serial:.2f} ms a sweep in the macro "
+    "solver"
+)
 print("| ranks | time (s) | speed-up | efficiency | without the macro solver |")
 print("|---|---|---|---|---|")
 
@@ -60,7 +63,13 @@ def replay(ranks):
 one = total + serial * len(sweeps)
 for ranks in (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096):
     time, pure = replay(ranks)
-    print(f"| {ranks} | {time:.2f} | {one / time:.1f} | {100 * one / time / ranks:.1f} % | {100 * total / pure / ranks:.1f} % |")
+    print(
+        f"| {ranks} | {time:.2f} | {one / time:.1f} | {100 * one / time / ranks:.1f} % | "
+        f"{100 * total / pure / ranks:.1f} % |"
+    )
     if ranks > 2 * slots:
-        print(f"| … 4096 | {time:.2f} | {one / time:.1f} | {100 * one / time / 4096:.2f} % | one RVE a rank from here on |")
+        print(
+            f"| … 4096 | {time:.2f} | {one / time:.1f} | {100 * one / time / 4096:.2f} % | one RVE a rank from here on "
+            "|"
+        )
         break

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Grains as the material of your own DOLFINx program: a block of 2 x 2 x 2 hexahedra, pushed down and sideways, by Newton at finite strain.
+"""Grains as the material of your own DOLFINx program: a block of 2 x 2 x 2 hexahedra, pushed down and sideways, by
+Newton at finite strain.
 
-python3 block_dolfinx.py, or mpirun -n 2 python3 block_dolfinx.py; DOLFINx 0.5 and 0.9. The same problem as block.toml of grus-bvp.
+python3 block_dolfinx.py, or mpirun -n 2 python3 block_dolfinx.py; DOLFINx 0.5 and 0.9. The same problem as block.toml
+of grus-bvp.
 """
 import os
 import sys
@@ -26,10 +28,16 @@ cells = np.arange(block.topology.index_map(3).size_local, dtype=np.int32)
 if new:
     import basix.ufl
     V = fem.functionspace(block, ("Lagrange", 1, (3,)))
-    spaces = [fem.functionspace(block, basix.ufl.quadrature_element("hexahedron", value_shape=shape, degree=2)) for shape in ((6,), (36,))]
+    spaces = [
+        fem.functionspace(block, basix.ufl.quadrature_element("hexahedron", value_shape=shape, degree=2))
+        for shape in ((6, ), (36, ))
+    ]
 else:
     V = fem.VectorFunctionSpace(block, ("Lagrange", 1))
-    spaces = [fem.FunctionSpace(block, ufl.VectorElement("Quadrature", ufl.hexahedron, 2, dim=size, quad_scheme="default")) for size in (6, 36)]
+    spaces = [
+        fem.FunctionSpace(block, ufl.VectorElement("Quadrature", ufl.hexahedron, 2, dim=size, quad_scheme="default"))
+        for size in (6, 36)
+    ]
 u, S, C = fem.Function(V), fem.Function(spaces[0]), fem.Function(spaces[1])
 points, _ = basix.make_quadrature(basix.CellType.hexahedron, 2)
 for space in spaces:  # rows of their arrays are (cell, point) where dofs count up
@@ -75,8 +83,8 @@ held_top = [held(axis, top, push[axis]) for axis in range(3)]
 bcs = [bc for bc, _ in held_top] + [held(axis, bottom, zero)[0] for axis in range(3)]
 bcs += [held(1, lambda p: np.isclose(p[1], 0) | np.isclose(p[1], 0.02), zero)[0]]
 
-rves = grus.RveSet(os.path.join(here, "../../scenes/sand_rve.toml"), n, threads=1, comm=comm, set=["material.sand.fracture="],
-                   tangent="network", unbalanced_force=1e-3, stress_change=1e-3)
+rves = grus.RveSet(os.path.join(here, "../../scenes/sand_rve.toml"), n, threads=1, comm=comm,
+                   set=["material.sand.fracture="], tangent="network", unbalanced_force=1e-3, stress_change=1e-3)
 F_old = np.tile(np.eye(3), (n, 1, 1))
 
 
@@ -132,6 +140,9 @@ for increment in range(int(os.environ.get("INCREMENTS", 2))):
     sums = [comm.allreduce(forces.array_r[[d for d in np.unique(dofs) if d < owned]].sum()) for _, dofs in held_top]
     rows.append(sums)
     if comm.rank == 0:
-        print(f"{iterations} iterations, reaction of the top {sums[0]:.6g} {sums[1]:.6g} {sums[2]:.6g} N, {rves.distinct} RVEs on rank 0", flush=True)
+        print(
+            f"{iterations} iterations, reaction of the top {sums[0]:.6g} {sums[1]:.6g} {sums[2]:.6g} N, "
+            f"{rves.distinct} RVEs on rank 0",
+            flush=True)
 if len(sys.argv) > 1 and comm.rank == 0:
     np.savetxt(sys.argv[1], rows)

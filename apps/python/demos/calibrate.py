@@ -15,8 +15,10 @@ scene = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../scenes/s
 
 # %% The model: axial stress (MPa) of a cell after 0.2 and 0.4 % of uniaxial strain.
 def curve(modulus_gpa, seed=1):
-    rve = grus.Rve(scene, set=["material.sand.fracture=", f"material.sand.youngs_modulus={modulus_gpa} GPa", f"packing.seed={seed}"],
-                   unbalanced_force=1e-4, stress_change=1e-4)
+    rve = grus.Rve(
+        scene,
+        set=["material.sand.fracture=", f"material.sand.youngs_modulus={modulus_gpa} GPa",
+             f"packing.seed={seed}"], unbalanced_force=1e-4, stress_change=1e-4)
     axial = []
     for _ in range(2):
         stress, _ = rve.advance(np.diag([1, 1, 1 - 2e-3]))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""A cell of crushable sand along a path: uniaxial compression, then shear at constant volume. python3 path.py [PICTURE]"""
+"""A cell of crushable sand along a path: uniaxial compression, then shear at constant volume. python3 path.py
+[PICTURE]"""
 import os
 import sys
 

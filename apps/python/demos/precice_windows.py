@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""What preCICE's Micro Manager does with grus.precice.MicroSimulation, by hand: three time windows, each iterated twice.
+"""What preCICE's Micro Manager does with grus.precice.MicroSimulation, by hand: three time windows, each iterated
+twice.
 
 GRUS_SCENE=../../scenes/sand_rve.toml python3 precice_windows.py
 """

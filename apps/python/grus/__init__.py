@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Grus from Python: cells of breakable grains as the material of your own finite elements, runs of scenes, and their results.
+"""Grus from Python: cells of breakable grains as the material of your own finite elements, runs of scenes, and their
+results.
 
     import grus
 
@@ -11,9 +12,9 @@
     run["axial_stress_Pa"], run.summary["status"]
     old = grus.load("results/shpb")
 
-SI units; tensors are tension-positive, Voigt order xx yy zz yz xz xy with engineering shear. Scalars with `axial_` or `pressure` in
-their name are compression-positive. Errors are one line each: `InputError` (a ValueError) says what to change, `Unstable` (a
-RuntimeError) what went wrong and where; what raised one can be used afterwards.
+SI units; tensors are tension-positive, Voigt order xx yy zz yz xz xy with engineering shear. Scalars with `axial_` or
+`pressure` in their name are compression-positive. Errors are one line each: `InputError` (a ValueError) says what to
+change, `Unstable` (a RuntimeError) what went wrong and where; what raised one can be used afterwards.
 """
 from grus._version import __version__
 
@@ -26,7 +27,8 @@ if TYPE_CHECKING:
 
 __all__ = ["InputError", "Results", "Rve", "RveSet", "Unstable", "__version__", "load", "run"]
 
-# Each is loaded when it is first asked for: the commands need no compiled core, and nothing that takes a second to load.
+# Each is loaded when it is first asked for: the commands need no compiled core, and nothing that takes a second to
+# load.
 _HOMES = {"InputError": "errors", "Unstable": "errors", "Results": "results", "load": "results", "run": "runs.run",
           "Rve": "rves", "RveSet": "rves"}
 

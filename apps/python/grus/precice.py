@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""preCICE's Micro Manager with RVEs of Grus: "micro_file_name": "grus.precice" in its configuration; GRUS_SCENE names the cell's
-scene file (rve.toml). Read: deformation-gradient-1, -2, -3, the rows of F. Written: stress-normal (xx yy zz), stress-shear (yz xz xy)
-in Pa, tangent-1 to tangent-12, the tangent's rows by halves (Pa), and the scalars breakages and void-ratio. Adaptivity may compare
-any of them."""
+"""preCICE's Micro Manager with RVEs of Grus: "micro_file_name": "grus.precice" in its configuration; GRUS_SCENE names
+the cell's scene file (rve.toml). Read: deformation-gradient-1, -2, -3, the rows of F. Written: stress-normal (xx yy
+zz), stress-shear (yz xz xy) in Pa, tangent-1 to tangent-12, the tangent's rows by halves (Pa), and the scalars
+breakages and void-ratio. Adaptivity may compare any of them."""
 from __future__ import annotations
 
 import os
@@ -26,12 +26,12 @@ class MicroSimulation:
         return f"<grus.precice.MicroSimulation {self._id}: {self._rve!r}>"
 
     def initialize(self) -> None:
-        """Nothing to tell: cells begin alike, so there is nothing to compare yet. The manager ends where it is told a name that its
-        adaptivity has not asked for, and does not say which it has."""
+        """Nothing to tell: cells begin alike, so there is nothing to compare yet. The manager ends where it is told a
+        name that its adaptivity has not asked for, and does not say which it has."""
 
     def solve(self, macro_data: Mapping[str, Any], dt: float) -> dict[str, Any]:
-        """To the macro side's F, from where the last one ended. Raises InputError for what is no F, Unstable as Rve.advance: the
-        manager counts the point as crashed then."""
+        """To the macro side's F, from where the last one ended. Raises InputError for what is no F, Unstable as
+        Rve.advance: the manager counts the point as crashed then."""
         F = np.array([self._row(macro_data, f"deformation-gradient-{row}") for row in (1, 2, 3)])
         stress, tangent = self._rve.advance(F @ np.linalg.inv(self._F))
         assert tangent is not None
@@ -68,5 +68,6 @@ class MicroSimulation:
             raise Lacking("macro data (read_data_names of the manager's configuration)", name, macro_data)
         row = np.asarray(macro_data[name], dtype=float)
         if row.shape != (3,):
-            raise grus.InputError(f"{name}: shape {row.shape}, expected three numbers, a row of F: a vector of a 3D mesh")
+            raise grus.InputError(
+                f"{name}: shape {row.shape}, expected three numbers, a row of F: a vector of a 3D mesh")
         return row

@@ -56,8 +56,8 @@ def read_summary(folder: str, hook: Callable[[dict], Any] | None = None) -> dict
 
 
 def read_grading(folder: str, files: Any = None) -> dict[float, list[dict[str, float]]]:
-    """States of grading.csv, if the scene asked for it: strain -> rows by size class. `files`: what summary.json lists of the run's files,
-    None where it lists none."""
+    """States of grading.csv, if the scene asked for it: strain -> rows by size class. `files`: what summary.json lists
+    of the run's files, None where it lists none."""
     path = os.path.join(folder, "grading.csv")
     if not os.path.isfile(path) or (isinstance(files, list) and "grading.csv" not in files):
         return {}

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import grus._core as _core
-from grus.asked import (Array, Named, changes_of, communicator, increments_of, path_of, room_in, settings_text, state_bytes,
-                        whole_number)
+from grus.asked import (Array, Named, changes_of, communicator, increments_of, path_of, room_in, settings_text,
+                        state_bytes, whole_number)
 from grus.errors import InputError, Unstable
 
 T = TypeVar("T")
@@ -21,19 +21,22 @@ Path = str | os.PathLike[str]
 class RveSet:
     """RVEs of n Gauss points, each with a committed state and one of the last `advance`.
 
-    Points with the same history share one RVE (the same bits as without), so a set costs what its points do differently.
+    Points with the same history share one RVE (the same bits as without), so a set costs what its points do
+    differently.
 
     scene      a cell's scene file: periodic, with its [preparation]
     n          points of this rank
     threads    over which points are spread; default: all cores of this process
     set        "KEY=VALUE" changes of the scene, as --set of grus-rve
     variant    (n,) integers: point i starts from packing.seed + variant[i]; default: all from the scene's packing
-    comm       an mpi4py communicator: cells are prepared once for all ranks, an error on one is raised on all, files are one
-    response   as in [rve] of grus-bvp: tangent = "automatic" (that of the contacts' stiffness) | "contact-stiffness" | "network" |
-               "perturbation", strain_per_step, inertial_number, unbalanced_force, stress_change, pressure_floor, window, max_hold
+    comm       an mpi4py communicator: cells are prepared once for all ranks, an error on one is raised on all, files
+               are one
+    response   as in [rve] of grus-bvp: tangent = "automatic" (that of the contacts' stiffness) | "contact-stiffness" |
+               "network" | "perturbation", strain_per_step, inertial_number, unbalanced_force, stress_change,
+               pressure_floor, window, max_hold
 
-    Raises InputError (a ValueError) for a scene that cannot be used, with file, line and key; Unstable (a RuntimeError) where the
-    preparation does not come to rest.
+    Raises InputError (a ValueError) for a scene that cannot be used, with file, line and key; Unstable (a RuntimeError)
+    where the preparation does not come to rest.
     """
 
     def __init__(self, scene: Path, n: int = 1, *, threads: int | None = None, set: Iterable[str] = (),
@@ -52,7 +55,9 @@ class RveSet:
         self._cells = self._together(lambda: _core.Cells(self._file, changes, most + 1))
         rank, ranks = (comm.rank, comm.size) if comm is not None else (0, 1)
         mine = self._together(lambda: {v: self._cells.prepare(v) for v in range(rank, most + 1, ranks)})
-        made = {v: state for part in (comm.allgather(mine) if comm is not None else [mine]) for v, state in part.items()}
+        made = {
+            v: state for part in (comm.allgather(mine) if comm is not None else [mine]) for v, state in part.items()
+        }
         self._set = self._together(
             lambda: _core.Set(self._cells, [made[v] for v in range(most + 1)], start.tolist(), text, team))
 
@@ -82,16 +87,17 @@ class RveSet:
                 tangent: Array | bool | None = None) -> tuple[Array, Array | None]:
         """Takes every point from its committed state through an increment of deformation, to rest.
 
-        dF         (n, 3, 3): F_new F_old^-1 since the last commit; det > 0; taken to 6e-11. Any order in memory; points may
-                   be counted by several axes, (cells, points, 3, 3), or all be in one row
+        dF         (n, 3, 3): F_new F_old^-1 since the last commit; det > 0; taken to 6e-11. Any order in memory; points
+                   may be counted by several axes, (cells, points, 3, 3), or all be in one row
         stress     where the Cauchy stress (Pa) is written: float64, (n, 6), or one row of n * 6 such as the array of a
                    quadrature function; in C order; default: a new array
         tangent    the same for d(stress)/d(strain) (Pa), (n, 6, 6) or one row of n * 36; False: none
 
-        Returns both as views, (n, 6) and (n, 6, 6) or None. Raises InputError for what is no increment, and for an array of
-        another shape, kind or order; Unstable, which names the point, where its grains do not come to rest or are pressed into
-        each other (numerics.max_overlap), and at once where it stretches by more than 10 or less than 0.1: nothing has been
-        written then, and a smaller increment may be tried. Ctrl-C stops it as well, and leaves the committed states.
+        Returns both as views, (n, 6) and (n, 6, 6) or None. Raises InputError for what is no increment, and for an
+        array of another shape, kind or order; Unstable, which names the point, where its grains do not come to rest or
+        are pressed into each other (numerics.max_overlap), and at once where it stretches by more than 10 or less than
+        0.1: nothing has been written then, and a smaller increment may be tried. Ctrl-C stops it as well, and leaves
+        the committed states.
         """
         n = self._n
 
@@ -138,19 +144,21 @@ class RveSet:
         return self._cells.materials
 
     def facts(self) -> dict[str, NDArray]:
-        """Of the committed states, one number a point: grains, breakages, steps, void_ratio, work_J, energy_error (of the RVE's
-        own balance), mass_kg, mass_lost_kg."""
+        """Of the committed states, one number a point: grains, breakages, steps, void_ratio, work_J, energy_error (of
+        the RVE's own balance), mass_kg, mass_lost_kg."""
         return Named("facts of an RVE", self._set.facts())
 
     def grains(self, i: int) -> dict[str, NDArray]:
-        """Grains of point i, committed; read-only views of one snapshot: id, position (m, 3; never wrapped), velocity, spin,
-        orientation (quaternion x y z w), force (N), radius (m, of the sphere of equal volume), volume, mass, material; where grains
-        break generation (splits since the start) and utilisation (of the strength; NaN: not tested yet)."""
+        """Grains of point i, committed; read-only views of one snapshot: id, position (m, 3; never wrapped), velocity,
+        spin, orientation (quaternion x y z w), force (N), radius (m, of the sphere of equal volume), volume, mass,
+        material; where grains break generation (splits since the start) and utilisation (of the strength; NaN: not
+        tested yet)."""
         return Named("grains of an RVE", self._set.grains(self._index(i)))
 
     def contacts(self, i: int) -> dict[str, NDArray]:
-        """Touching contacts of point i, committed: a, b (rows of grains), normal (from a to b), overlap (m), force on b (N), branch
-        (m, from centre to centre, images included). The stress is -sum(force branch^T) / det(cell), symmetrised, without bonds."""
+        """Touching contacts of point i, committed: a, b (rows of grains), normal (from a to b), overlap (m), force on b
+        (N), branch (m, from centre to centre, images included). The stress is -sum(force branch^T) / det(cell),
+        symmetrised, without bonds."""
         return Named("contacts of an RVE", self._set.contacts(self._index(i)))
 
     def cell(self, i: int) -> Array:
@@ -168,8 +176,8 @@ class RveSet:
         return self._set.bytes(self._index(i))
 
     def set_state(self, i: int, state: bytes) -> None:
-        """Puts point i where a state was taken. What has advanced and is not committed is dropped, for all points. Raises
-        InputError for bytes that are damaged or of another scene."""
+        """Puts point i where a state was taken. What has advanced and is not committed is dropped, for all points.
+        Raises InputError for bytes that are damaged or of another scene."""
         self._set.restore(self._index(i), state_bytes(state))
 
     def _about(self) -> dict[str, Any]:
@@ -177,8 +185,8 @@ class RveSet:
         return {"program": "grus.RveSet", "points": points, "kin": self._cells.kin}
 
     def save(self, path: Path) -> None:
-        """Writes all committed states, of all ranks, into one file (HDF5, with a checksum), whole or not at all. Raises InputError
-        for what is no path, RuntimeError where the file cannot be written."""
+        """Writes all committed states, of all ranks, into one file (HDF5, with a checksum), whole or not at all. Raises
+        InputError for what is no path, RuntimeError where the file cannot be written."""
         file = self._together(lambda: path_of("path", path))
         comm, parts = self._comm, self._set.parts()
         rank, ranks = (comm.rank, comm.size) if comm is not None else (0, 1)
@@ -204,7 +212,8 @@ class RveSet:
         self._together(send)
 
     def load(self, path: Path) -> None:
-        """Goes on from a file of `save`, with the same scene, points and ranks. Raises InputError otherwise; nothing is lost then."""
+        """Goes on from a file of `save`, with the same scene, points and ranks. Raises InputError otherwise; nothing is
+        lost then."""
         file = self._together(lambda: path_of("path", path))
         comm = self._comm
         expected = self._about()
@@ -215,7 +224,8 @@ class RveSet:
             if about.get("program") != "grus.RveSet":
                 raise InputError(f"{file}: not written by RveSet.save")
             if about["points"] != expected["points"]:
-                raise InputError(f"{file}: of {about['points']} points on {len(about['points'])} ranks, here {expected['points']}")
+                raise InputError(
+                    f"{file}: of {about['points']} points on {len(about['points'])} ranks, here {expected['points']}")
             if about["kin"] != expected["kin"]:
                 raise InputError(f"{file}: of another scene or other settings")
             ends = np.cumsum([0] + about["parts"])
@@ -238,7 +248,8 @@ class Rve:
                 f"void ratio {facts['void_ratio']:.3g}>")
 
     def advance(self, dF: ArrayLike, tangent: bool = True) -> tuple[Array, Array | None]:
-        """Cauchy stress (6,) and tangent (6, 6) (Pa) after dF (3, 3) = F_new F_old^-1 since the last commit; see RveSet.advance."""
+        """Cauchy stress (6,) and tangent (6, 6) (Pa) after dF (3, 3) = F_new F_old^-1 since the last commit; see
+        RveSet.advance."""
         stress, stiffness = self._rves.advance(dF, tangent=tangent)
         return stress[0], None if stiffness is None else stiffness[0]
 

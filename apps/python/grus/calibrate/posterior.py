@@ -16,8 +16,9 @@ def sampler():
 
 
 def posterior(result, data, seed=1):
-    """Draws (n, p) in [0, 1]^p, and how many independent ones they are worth. Even before; errors of data and runs normal
-    with the covariance that the result knows (of seeds, of the fit), no weights. Same draws for the same seed."""
+    """Draws (n, p) in [0, 1]^p, and how many independent ones they are worth. Even before; errors of data and runs
+    normal with the covariance that the result knows (of seeds, of the fit), no weights. Same draws for the same
+    seed."""
     emcee = sampler()
     p = len(result.x)
     # What is known exactly would leave nothing possible: a millionth of the largest error.
@@ -47,6 +48,7 @@ def table(draws, parameters):
     """Per parameter: median and the bounds of the middle 68 and 95 %, in its own unit."""
     rows = []
     for k, p in enumerate(parameters):
-        low2, low, middle, high, high2 = (p.number(u) for u in np.quantile(draws[:, k], [0.025, 0.16, 0.5, 0.84, 0.975]))
+        low2, low, middle, high, high2 = (p.number(u)
+                                          for u in np.quantile(draws[:, k], [0.025, 0.16, 0.5, 0.84, 0.975]))
         rows.append({"key": p.key, "median": middle, "middle_68": [low, high], "middle_95": [low2, high2]})
     return rows

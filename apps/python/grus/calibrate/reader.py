@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Reads a calibration: parameters with their ranges and scales, targets with their data, and the runs that they need."""
+"""Reads a calibration: parameters with their ranges and scales, targets with their data, and the runs that they
+need."""
 import hashlib
 import json
 import math
@@ -61,7 +62,8 @@ def read_calibration(path):
     whole = read_checked(path, schema.fault)
     table, folder = whole["calibrate"], os.path.dirname(os.path.abspath(path))
     parameters = [Parameter(f"{path}: parameter {p['key']}", p) for p in table["parameters"]]
-    for kind, names in (("parameters", [p.name for p in parameters]), ("targets", [t["name"] for t in table["targets"]])):
+    for kind, names in (("parameters", [p.name for p in parameters]),
+                        ("targets", [t["name"] for t in table["targets"]])):
         if len(set(names)) < len(names):
             raise Refused(f"{path}: two {kind} share a name; give 'name'")
     targets, runs = [], {}
@@ -83,7 +85,10 @@ def read_calibration(path):
         base = scene_of(where, t.get("scene", table.get("scene")), folder)
         settings, seeds = {**table.get("set", {}), **t.get("set", {})}, t.get("seeds", table.get("seeds", [None]))
         name = hashlib.sha256(json.dumps([base["scene"], settings, seeds], sort_keys=True).encode()).hexdigest()[:8]
-        runs.setdefault(name, {**base, "name": name, "label": os.path.basename(base["scene"]), "set": settings, "seeds": seeds, "targets": []})["targets"].append(target)
+        runs.setdefault(name, {
+            **base, "name": name, "label": os.path.basename(base["scene"]), "set": settings, "seeds": seeds,
+            "targets": []
+        })["targets"].append(target)
         target.run = name
         targets.append(target)
     return whole, table, parameters, targets, list(runs.values())

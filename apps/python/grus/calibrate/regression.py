@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Parameters from noisy runs by batch regression: a Sobol design, then batches in a box that shrinks about the best point so
-far; every component of the answer is fitted by a weighted quadratic over all runs, and the fit is minimised within bounds.
-Noise averages, batches fill the cores, and the fit says what the data cannot tell. Parameters are in [0, 1]^p here."""
+"""Parameters from noisy runs by batch regression: a Sobol design, then batches in a box that shrinks about the best
+point so far; every component of the answer is fitted by a weighted quadratic over all runs, and the fit is minimised
+within bounds. Noise averages, batches fill the cores, and the fit says what the data cannot tell. Parameters are in [0,
+1]^p here."""
 import math
 from dataclasses import dataclass, field
 
@@ -10,7 +11,8 @@ from scipy import stats
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-SHRINK, LEAST_BOX = 0.65, (0.02, 0.1)  # of the box's half width from batch to batch; where it stops: at two standard deviations between these
+SHRINK, LEAST_BOX = 0.65, (
+    0.02, 0.1)  # of the box's half width from batch to batch; where it stops: at two standard deviations between these
 PRIOR = 12.0  # 1 / variance of what is known before: even over the range
 FAILED = 0.1  # weight of a run that became unstable
 IDENTIFIED, WEAK = 0.1, 0.15  # standard deviation, of the range
@@ -20,8 +22,8 @@ TOO_FAR = 3  # standard deviations, rms over a target's points
 
 @dataclass
 class Answer:
-    """What a point gave: `values` (m), NaN where a run has nothing to say; `between` (m, m): covariance of the values of one
-    seed's run from seed to seed; `seeds` (m): how many each is the mean of; `failed`: a run became unstable."""
+    """What a point gave: `values` (m), NaN where a run has nothing to say; `between` (m, m): covariance of the values
+    of one seed's run from seed to seed; `seeds` (m): how many each is the mean of; `failed`: a run became unstable."""
     values: np.ndarray
     between: np.ndarray
     seeds: np.ndarray
@@ -70,7 +72,8 @@ class Surface:
         normal = a.T @ (weight[:, None] * a) + np.diag(bend)
         self.inverse = np.linalg.pinv(normal, hermitian=True)
         self.coefficients = self.inverse @ (a.T @ (weight[:, None] * y))
-        self.spread = self.inverse @ (a.T @ (weight[:, None] ** 2 * a)) @ self.inverse  # of the coefficients, per variance
+        self.spread = self.inverse @ (
+            a.T @ (weight[:, None]**2 * a)) @ self.inverse  # of the coefficients, per variance
         rest = y - a @ self.coefficients
         free = weight.sum() - np.trace(self.inverse @ (a.T @ (weight[:, None] * a)))
         self.noise = (weight[:, None] * rest).T @ rest / max(free, 1.0)  # covariance about the surface
@@ -140,13 +143,16 @@ def best_of(surface, starts, low, high, data, sd):
     def jacobian(x):
         return scale[:, None] * surface.slope(x)
 
-    found = [least_squares(residual, np.clip(s, low + 1e-9, high - 1e-9), jacobian, bounds=(low, high), xtol=1e-12, ftol=1e-12, gtol=1e-12) for s in starts]
+    found = [
+        least_squares(residual, np.clip(s, low + 1e-9, high - 1e-9), jacobian, bounds=(low, high), xtol=1e-12,
+                      ftol=1e-12, gtol=1e-12) for s in starts
+    ]
     return min(found, key=lambda r: r.cost).x
 
 
 def few(mean_run, common, seeds, points):
-    """What a variance that few seeds have told is widened by: two deviations are to hold 95 % all the same (Student). What
-    seeds have in common at all points is told by them alone, what each point draws anew by all points together."""
+    """What a variance that few seeds have told is widened by: two deviations are to hold 95 % all the same (Student).
+    What seeds have in common at all points is told by them alone, what each point draws anew by all points together."""
     if seeds < 2:
         return 1.0
     share = min(1.0, np.trace(common) / max(np.trace(mean_run), 1e-300))
@@ -155,8 +161,9 @@ def few(mean_run, common, seeds, points):
 
 
 def uncertainty(surface, x, data, one_run, mean_run, seeds, points):
-    """Covariance of the parameters, the sensitivities' singular values and directions, covariance of data and runs. Sandwich of the weighted fit with the whole
-    covariance of data and runs; slopes that noise alone would show tell nothing; the range is known before."""
+    """Covariance of the parameters, the sensitivities' singular values and directions, covariance of data and runs.
+    Sandwich of the weighted fit with the whole covariance of data and runs; slopes that noise alone would show tell
+    nothing; the range is known before."""
     share = np.divide(1.0, data.specimens, out=np.zeros_like(data.specimens), where=data.specimens > 0)
     # What seeds have in common at all points does not show about the surface, and no number of points averages it.
     values, vectors = np.linalg.eigh(mean_run - surface.noise)
@@ -208,7 +215,8 @@ def calibrate(evaluate, p, data, points, batch=None, seed=1, told=None):
         x = best_of(surface, starts, box_low, box_high, data, sd)
         surface = Surface(tried, y, weights_of(tried, failed, x, smaller(half, known)), x)
         x = best_of(surface, [x], box_low, box_high, data, sd)
-        covariance, singular, directions, noise = uncertainty(surface, x, data, one_run, mean_run, float(np.median(answers[0].seeds)), len(tried))
+        covariance, singular, directions, noise = uncertainty(surface, x, data, one_run, mean_run,
+                                                              float(np.median(answers[0].seeds)), len(tried))
         history.append((len(tried), x, np.sqrt(np.diag(covariance))))
         misfit = (surface.at(x) - data.values) / np.sqrt(np.maximum(np.diag(noise), 1e-300))
         result = Result(x, covariance, singular, directions, surface.at(x), misfit, history, surface, noise)
@@ -220,8 +228,8 @@ def calibrate(evaluate, p, data, points, batch=None, seed=1, told=None):
 
 
 def verdicts(result, names, off=None):
-    """One text a parameter: identified, weak, or not identified, and with what it can be exchanged. One at its bound, or of a fit
-    that is far from data (`off`: deviations by target), is never identified."""
+    """One text a parameter: identified, weak, or not identified, and with what it can be exchanged. One at its bound,
+    or of a fit that is far from data (`off`: deviations by target), is never identified."""
     sd = np.sqrt(np.diag(result.covariance))
     values, vectors = np.linalg.eigh(result.covariance)
     texts = []
@@ -231,7 +239,8 @@ def verdicts(result, names, off=None):
             texts.append("identified")
             continue
         direction = vectors[:, int(np.argmax(values * vectors[k] ** 2))]
-        others = [(names[i], direction[i] / direction[k]) for i in range(len(names)) if i != k and abs(direction[i]) > 0.3 * abs(direction[k]) and abs(direction[i]) > 0.3]
+        others = [(names[i], direction[i] / direction[k]) for i in range(len(names))
+                  if i != k and abs(direction[i]) > 0.3 * abs(direction[k]) and abs(direction[i]) > 0.3]
         text = "doubtful" if sd[k] <= IDENTIFIED else "weak" if sd[k] <= WEAK else "not identified"
         if bound:
             text = f"not identified: at its {bound} bound"

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""What a calibration is to meet: a curve, a sieve grading, the quantiles of a number of grains, a value, a peak, a yield point.
-Each turns the runs of one parameter point (one a seed) into numbers beside the data."""
+"""What a calibration is to meet: a curve, a sieve grading, the quantiles of a number of grains, a value, a peak, a
+yield point. Each turns the runs of one parameter point (one a seed) into numbers beside the data."""
 import math
 import os
 
@@ -100,7 +100,9 @@ class Target:
         if self.kind == "curve":
             return along(c[t["x"]], c[t["y"]], self.x, self.log)
         if self.kind == "yield":
-            return np.array([kink(c[t.get("x", "axial_stress_Pa")], c[t.get("y", "void_ratio")], t.get("x_scale", "log") == "log")])
+            return np.array(
+                [kink(c[t.get("x", "axial_stress_Pa")], c[t.get("y", "void_ratio")],
+                      t.get("x_scale", "log") == "log")])
         if self.kind == "grading":
             return self.passing(run)
         if self.kind == "peak":
@@ -118,11 +120,16 @@ class Target:
         if not states:
             return np.full(len(self.x), math.nan)
         at = self.table["at_stress"] if "at_stress" in self.table else None
-        strain = along(run["columns"]["axial_stress_Pa"], run["columns"]["axial_strain"], [at])[0] if at is not None else self.table["at"]
+        strain = along(run["columns"]["axial_stress_Pa"], run["columns"]["axial_strain"],
+                       [at])[0] if at is not None else self.table["at"]
         strains = np.array([s for s, _ in states])
         if not strains[0] - 1e-9 <= strain <= strains[-1] + 1e-9:
             return np.full(len(self.x), math.nan)
-        curves = [np.interp(np.log(self.x), *zip(*sorted((math.log(r["diameter_m"]), r["passing"]) for r in rows if r["diameter_m"] > 0))) for _, rows in states]
+        curves = [
+            np.interp(np.log(self.x),
+                      *zip(*sorted((math.log(r["diameter_m"]), r["passing"]) for r in rows if r["diameter_m"] > 0)))
+            for _, rows in states
+        ]
         return np.array([np.interp(strain, strains, [curve[k] for curve in curves]) for k in range(len(self.x))])
 
     def answer(self, runs):

@@ -10,8 +10,8 @@ MARKER = ".grus"  # in folders that Grus has made; the lock
 
 
 def clear_results(out: str, names: Iterable[str]) -> None:
-    """Takes away what an earlier study or calibration in this folder has left of `names`, and its plots: the one that follows may
-    write fewer. Runs stay, and so does what is not Grus's."""
+    """Takes away what an earlier study or calibration in this folder has left of `names`, and its plots: the one that
+    follows may write fewer. Runs stay, and so does what is not Grus's."""
     plots = os.path.join(out, "plots")
     pictures = [os.path.join(plots, n) for n in os.listdir(plots) if n.endswith(".png")] if os.path.isdir(plots) else []
     for path in [os.path.join(out, n) for n in names] + pictures:
@@ -20,8 +20,8 @@ def clear_results(out: str, names: Iterable[str]) -> None:
 
 
 def note_result(folder: str, name: str) -> None:
-    """Notes in a folder's marker that a file of this name is Grus's, as the C++ programs do: --force clears it. A folder without a marker
-    stays as it is."""
+    """Notes in a folder's marker that a file of this name is Grus's, as the C++ programs do: --force clears it. A
+    folder without a marker stays as it is."""
     try:
         mark = os.open(os.path.join(folder, MARKER), os.O_RDWR | os.O_APPEND | os.O_NOFOLLOW | os.O_CLOEXEC)
     except OSError:
@@ -51,7 +51,8 @@ class Folder:
                 raise InUse(f"{self.path}: folder is not empty and was not made by Grus; use another -o DIR")
         try:
             os.makedirs(self.path, exist_ok=True)
-            self.file = os.fdopen(os.open(mark, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666), "a")
+            self.file = os.fdopen(
+                os.open(mark, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666), "a")
         except OSError as e:
             raise InUse(f"{self.path}: cannot write: {e.strerror}") from None
         try:
@@ -63,5 +64,3 @@ class Folder:
 
     def __exit__(self, *_: object) -> None:
         self.file.close()
-
-

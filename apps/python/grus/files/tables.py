@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Reads tables that people bring: CSV files of a spreadsheet or an instrument. A table is read as the numbers that its author
-meant, in SI, or it is refused in one line with file, line and column.
+"""Reads tables that people bring: CSV files of a spreadsheet or an instrument. A table is read as the numbers that its
+author meant, in SI, or it is refused in one line with file, line and column.
 
-Separator: tab, semicolon, comma or spaces. Decimal mark: point, or comma where the comma does not part the columns. The first
-line holds the names of the columns; a name may carry a unit, "strength [MPa]", "passing (%)", "time / ms"."""
+Separator: tab, semicolon, comma or spaces. Decimal mark: point, or comma where the comma does not part the columns. The
+first line holds the names of the columns; a name may carry a unit, "strength [MPa]", "passing (%)", "time / ms"."""
 import csv
 import difflib
 import math
@@ -12,12 +12,17 @@ import typing
 
 from grus.files.texts import BadData, text_of
 
-UNITS = {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12, "N/mm2": 1e6, "N/mm^2": 1e6, "bar": 1e5, "%": 0.01, "-": 1.0, "1": 1.0,
-         "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9,
-         "s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "min": 60.0, "h": 3600.0,
-         "N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6, "kg": 1.0, "g": 1e-3, "J": 1.0, "mJ": 1e-3, "kJ": 1e3, "1/s": 1.0}
-KINDS = {"Pa": "Pa kPa MPa GPa TPa N/mm2 N/mm^2 bar".split(), "m": "m cm mm um µm μm nm".split(), "s": "s ms us µs μs min h".split(),
-         "N": "N mN kN MN".split(), "kg": "kg g".split(), "J": "J mJ kJ".split(), "1_s": ["1/s"], "1": ["%", "-", "1"]}
+UNITS = {
+    "Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12, "N/mm2": 1e6, "N/mm^2": 1e6, "bar": 1e5, "%": 0.01,
+    "-": 1.0, "1": 1.0, "m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9, "s": 1.0,
+    "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "min": 60.0, "h": 3600.0, "N": 1.0, "mN": 1e-3, "kN": 1e3,
+    "MN": 1e6, "kg": 1.0, "g": 1e-3, "J": 1.0, "mJ": 1e-3, "kJ": 1e3, "1/s": 1.0
+}
+KINDS = {
+    "Pa": "Pa kPa MPa GPa TPa N/mm2 N/mm^2 bar".split(), "m": "m cm mm um µm μm nm".split(),
+    "s": "s ms us µs μs min h".split(), "N": "N mN kN MN".split(), "kg": "kg g".split(), "J": "J mJ kJ".split(),
+    "1_s": ["1/s"], "1": ["%", "-", "1"]
+}
 AFTER_UNDERSCORE = [u for u in UNITS if u not in ("1", "-", "min")]  # these are numbers and the least of something
 OTHER_NAMES = {"error": ["error", "errors", "err", "std", "stdev", "std_dev", "stddev", "sd", "sem", "uncertainty",
                          "deviation", "standard_deviation", "standard_error"]}
@@ -27,7 +32,8 @@ COMMA_NUMBER = re.compile(r"[-+]?(\d+,?\d*|,\d+)([eE][-+]?\d+)?")
 
 
 def lines_of(path):
-    """(number, text) of the lines that are neither empty nor a comment, and the separator if a line "sep=;" names it."""
+    """(number, text) of the lines that are neither empty nor a comment, and the separator if a line "sep=;" names
+    it."""
     found, told = [], None
     for number, line in enumerate(text_of(path).splitlines(), 1):
         plain = line.strip()
@@ -108,7 +114,8 @@ class Table:
             if len(row) != len(head):
                 hint = ("; where ',' is the decimal mark, ';' must part the columns"
                         if len(row) > len(head) and "," in dict(lines)[number] else "")
-                raise BadData(f"{path}:{number}: {len(row)} values under {len(head)} name{'s' if len(head) != 1 else ''}{hint}")
+                raise BadData(
+                    f"{path}:{number}: {len(row)} values under {len(head)} name{'s' if len(head) != 1 else ''}{hint}")
         if all(is_number(h) or is_number(h, True) for h in head):
             raise BadData(f"{path}:{self.head_line}: the columns have no names: put a line of names first")
         self.head = [h.strip("'\" ") for h in head]

@@ -23,7 +23,8 @@ def along(c):
 
 
 def pushed(c):
-    """(boundary, component, displacement, reaction) of what pushes; sides that give way to a pressure move against theirs."""
+    """(boundary, component, displacement, reaction) of what pushes; sides that give way to a pressure move against
+    theirs."""
     found = []
     for key in [k for k in c if k.startswith("moved_") and k.endswith("_m")]:
         name, component = key[6:-4], key[-3]
@@ -37,8 +38,10 @@ def pushed(c):
 def reaction(ax, name, curves):
     for boundary, component, way, force in curves:
         sense = math.copysign(1, max(way, key=abs))
-        ax.plot([1e3 * sense * v for v in way], [sense * v for v in force], marker="o" if len(way) < 80 else None, ms=3, label=f"{boundary}, {component}")
-    ax.set(xlabel="displacement of the boundary (mm)", ylabel="reaction, along the displacement (N)", title=f"{name}: reaction and displacement")
+        ax.plot([1e3 * sense * v for v in way], [sense * v for v in force], marker="o" if len(way) < 80 else None, ms=3,
+                label=f"{boundary}, {component}")
+    ax.set(xlabel="displacement of the boundary (mm)", ylabel="reaction, along the displacement (N)",
+           title=f"{name}: reaction and displacement")
     legend(ax)
 
 
@@ -46,7 +49,8 @@ def stress(ax, name, c):
     x, label = along(c)
     head = "grains_stress" if "grains_stress_xx_Pa" in c else "mean_stress"
     for k in ("xx", "yy", "zz"):
-        ax.plot(x, [-v / 1e6 for v in c[f"{head}_{k}_Pa"]], marker="o" if len(x) < 80 else None, ms=3, label=f"stress {k}")
+        ax.plot(x, [-v / 1e6 for v in c[f"{head}_{k}_Pa"]], marker="o" if len(x) < 80 else None, ms=3,
+                label=f"stress {k}")
     where = "of the grains" if head.startswith("grains") else "mean"
     ax.set(xlabel=label, ylabel="stress (MPa)", title=f"{name}: stress, {where} (compression positive)")
     legend(ax)
@@ -57,7 +61,8 @@ def energies(ax, name, c):
     for k in ("external", "internal", "kinetic", "viscous", "damped", "scaled"):
         if f"macro_{k}_J" in c:
             ax.plot(x, c[f"macro_{k}_J"], label=k)
-    ax.set(xlabel=label, ylabel="energy (J)", title=f"{name}: macro energy, largest error {100 * max(map(abs, c['energy_error'][1:] or [0])):.2f} %")
+    ax.set(xlabel=label, ylabel="energy (J)",
+           title=f"{name}: macro energy, largest error {100 * max(map(abs, c['energy_error'][1:] or [0])):.2f} %")
     legend(ax)
 
 
@@ -82,7 +87,10 @@ def convergence(ax, name, c):
 
 def balance(ax, name, c):
     x, label = along(c)
-    shown = {k: positive(c[k])[1:] for k in ("unbalanced_macro_force", "kinetic_over_internal", "energy_error", "inertial_number", "worst_rve_energy_error") if k in c}
+    shown = {
+        k: positive(c[k])[1:] for k in ("unbalanced_macro_force", "kinetic_over_internal", "energy_error",
+                                        "inertial_number", "worst_rve_energy_error") if k in c
+    }
     for k, v in shown.items():
         ax.plot(x[1:], v, label=k.replace("_", " "))
     decades(ax, shown.values())
@@ -99,12 +107,15 @@ def of_run(run):
     plots.append(figure(lambda ax: stress(ax, name, c)))
     if not dynamic(c) and "p_Pa" in c and len(c["p_Pa"]) > 1:
         def path(ax):
-            ax.plot([v / 1e6 for v in c["p_Pa"]], [v / 1e6 for v in c["q_Pa"]], marker="o" if len(c["p_Pa"]) < 80 else None, ms=3)
+            ax.plot([v / 1e6 for v in c["p_Pa"]], [v / 1e6 for v in c["q_Pa"]],
+                    marker="o" if len(c["p_Pa"]) < 80 else None, ms=3)
             ax.set(xlabel="mean pressure p (MPa)", ylabel="deviator q (MPa)", title=f"{name}: stress path of the means")
         plots.append(figure(path))
 
         def volume(ax):
-            ax.plot(along(c)[0], [100 * v for v in c["strain_volumetric"]], marker="o" if len(c["p_Pa"]) < 80 else None, ms=3)
+            ax.plot(
+                along(c)[0], [100 * v for v in c["strain_volumetric"]], marker="o" if len(c["p_Pa"]) < 80 else None,
+                ms=3)
             ax.set(xlabel=along(c)[1], ylabel="volume strain (%, compression)", title=f"{name}: volume strain")
         plots.append(figure(volume))
     if c["breakages"][-1] > 0 or c.get("bonds_broken", [0])[-1] > 0:

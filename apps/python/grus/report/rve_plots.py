@@ -7,7 +7,8 @@ import os
 from grus.figures import counts, decades, figure, legend, plain, plt, positive
 from grus.report import pictures
 
-# What is stored and what is dissipated, each once: bond_J is in elastic_J, bond_damping_J in damping_J; reshape_J is put in.
+# What is stored and what is dissipated, each once: bond_J is in elastic_J, bond_damping_J in damping_J; reshape_J is
+# put in.
 ENERGIES = ("elastic_J", "kinetic_J", "friction_J", "damping_J", "fracture_J", "handed_J", "split_J")
 
 
@@ -52,7 +53,8 @@ def stress_plot(title, runs, nominal):
     def draw(ax):
         for name, c, _ in runs:
             ax.plot(c["axial_strain"], [v / 1e6 for v in c["axial_stress_Pa"]], label=name)
-        ax.set(xlabel="axial strain (compression)", ylabel="force over the square of the height (MPa)" if nominal else "axial stress (MPa)", title=title)
+        ax.set(xlabel="axial strain (compression)",
+               ylabel="force over the square of the height (MPa)" if nominal else "axial stress (MPa)", title=title)
         legend(ax)
     return figure(draw)
 
@@ -68,15 +70,19 @@ def overlays(runs):
     if grains:
         plots.append(stress_plot("Single grains between platens", grains, True))
     boxes = [r for r in samples if loading(r).get("kind") != "rollers" and any(v > 0 for v in r[1]["void_ratio"])]
-    compressed = [r for r in boxes if loading(r).get("kind") in ("uniaxial-strain", "oedometric-stress", "isotropic-stress")]
+    compressed = [
+        r for r in boxes if loading(r).get("kind") in ("uniaxial-strain", "oedometric-stress", "isotropic-stress")
+    ]
     sheared = [r for r in boxes if loading(r).get("kind") in ("triaxial", "constant-p", "velocity-gradient")]
     if compressed:
         def void(ax):
             for name, c, _ in compressed:
-                rows = [(p / 1e6, e) for p, e in zip(c["mean_pressure_Pa"], c["void_ratio"]) if p > 1e-4 * max(c["mean_pressure_Pa"])]
+                rows = [(p / 1e6, e) for p, e in zip(c["mean_pressure_Pa"], c["void_ratio"])
+                        if p > 1e-4 * max(c["mean_pressure_Pa"])]
                 ax.semilogx(*zip(*rows), label=name) if rows else None
             plain(ax.xaxis)
-            ax.set(xlabel="mean pressure (MPa)", ylabel="void ratio", title="Void ratio against the logarithm of pressure")
+            ax.set(xlabel="mean pressure (MPa)", ylabel="void ratio",
+                   title="Void ratio against the logarithm of pressure")
             legend(ax)
         plots.append(figure(void))
 
@@ -84,8 +90,10 @@ def overlays(runs):
             for r in compressed:
                 if loading(r).get("kind") != "isotropic-stress":
                     p = r[1]["mean_pressure_Pa"]
-                    ax.plot(r[1]["axial_strain"], [v if q > 0.01 * max(p) else math.nan for v, q in zip(lateral(r), p)], label=r[0])
-            ax.set(xlabel="axial strain (compression)", ylabel="K0, lateral over axial stress", title="Stress at rest", ylim=(0, None))
+                    ax.plot(r[1]["axial_strain"], [v if q > 0.01 * max(p) else math.nan for v, q in zip(lateral(r), p)],
+                            label=r[0])
+            ax.set(xlabel="axial strain (compression)", ylabel="K0, lateral over axial stress", title="Stress at rest",
+                   ylim=(0, None))
             legend(ax)
         if any(loading(r).get("kind") != "isotropic-stress" for r in compressed):
             plots.append(figure(at_rest))
@@ -93,7 +101,8 @@ def overlays(runs):
         def path(ax):
             for name, c, _ in sheared:
                 ax.plot([v / 1e6 for v in c["mean_pressure_Pa"]], [v / 1e6 for v in deviator(c)], label=name)
-            ax.set(xlabel="mean pressure p (MPa)", ylabel="deviator q (MPa)", title="Stress path", xlim=(0, None), ylim=(0, None))
+            ax.set(xlabel="mean pressure p (MPa)", ylabel="deviator q (MPa)", title="Stress path", xlim=(0, None),
+                   ylim=(0, None))
             legend(ax)
         plots.append(figure(path))
     if sheared:
@@ -113,17 +122,22 @@ def gradings(ax, runs):
     for k, (name, _, summary) in enumerate(runs):
         states = list(summary["grading"].items())
         for (strain, rows), style in ((states[0], ":"), (states[-1], "-"))[2 - min(2, len(states)):]:
-            ax.semilogx([1e3 * r["diameter_m"] for r in rows], [100 * r["passing"] for r in rows], style, color=f"C{k % 10}", label=f"{name}, strain {strain:.3g}")
+            ax.semilogx([1e3 * r["diameter_m"] for r in rows], [100 * r["passing"] for r in rows], style,
+                        color=f"C{k % 10}", label=f"{name}, strain {strain:.3g}")
     plain(ax.xaxis)
-    ax.set(xlabel="equivalent diameter (mm)", ylabel="passing by mass (%)", title="Gradings, first and last state (fines included)", ylim=(0, 100))
+    ax.set(xlabel="equivalent diameter (mm)", ylabel="passing by mass (%)",
+           title="Gradings, first and last state (fines included)", ylim=(0, 100))
     legend(ax)
 
 
 def grading_states(ax, name, states):
     for k, (strain, rows) in enumerate(states.items()):
-        ax.semilogx([1e3 * r["diameter_m"] for r in rows], [100 * r["passing"] for r in rows], color=plt.cm.viridis(k / max(1, len(states) - 1)), label=f"strain {strain:.3g}")
+        ax.semilogx([1e3 * r["diameter_m"] for r in rows], [100 * r["passing"] for r in rows],
+                    color=plt.cm.viridis(k / max(1,
+                                                 len(states) - 1)), label=f"strain {strain:.3g}")
     plain(ax.xaxis)
-    ax.set(xlabel="equivalent diameter (mm)", ylabel="passing by mass (%)", title=f"{name}: grading, fines included", ylim=(0, 100))
+    ax.set(xlabel="equivalent diameter (mm)", ylabel="passing by mass (%)", title=f"{name}: grading, fines included",
+           ylim=(0, 100))
     legend(ax)
 
 
@@ -170,7 +184,10 @@ def breakage(ax, run):
 
 def trust(ax, run):
     c, (x, label) = run[1], along(run)
-    shown = {"|energy error|": c["energy_error"], "unbalanced force": c["unbalanced_force"], "inertial number": c["inertial_number"]}
+    shown = {
+        "|energy error|": c["energy_error"], "unbalanced force": c["unbalanced_force"],
+        "inertial number": c["inertial_number"]
+    }
     for name, values in shown.items():
         if any(values[1:]):
             ax.plot(x[1:], positive(values[1:]), label=name)
@@ -185,7 +202,8 @@ def damage(ax, run):
     if "nominal_stress_Pa" in c:
         x, label = [1e3 * v for v in c["displacement_m"]], "displacement (mm)"
     ax.plot(x, [v / 1e6 for v in c.get("nominal_stress_Pa", c["axial_stress_Pa"])], "k", label="stress")
-    ax.set(xlabel=label, ylabel="nominal stress (MPa)" if "nominal_stress_Pa" in c else "axial stress (MPa)", title=f"{run[0]}: load and damage")
+    ax.set(xlabel=label, ylabel="nominal stress (MPa)" if "nominal_stress_Pa" in c else "axial stress (MPa)",
+           title=f"{run[0]}: load and damage")
     other = ax.twinx()
     other.plot(x, c["bonds_broken"], "C3", label="bonds broken (right)")
     other.plot(x, c["fragments"], "C0", label="fragments (right)")

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""What the system asks of a tool: SIGINT, SIGTERM and SIGHUP stop it, SIGUSR1 and SIGUSR2 are handed on to its runs. Those
-that it was started with as ignored (nohup) stay ignored."""
+"""What the system asks of a tool: SIGINT, SIGTERM and SIGHUP stop it, SIGUSR1 and SIGUSR2 are handed on to its runs.
+Those that it was started with as ignored (nohup) stay ignored."""
 import errno
 import os
 import re
@@ -38,7 +38,8 @@ def raise_again():
 
 
 def hand_on(processes):
-    """SIGUSR1 and SIGUSR2 reach what runs: a checkpoint is written there. What has just begun may not hear them yet: it would die."""
+    """SIGUSR1 and SIGUSR2 reach what runs: a checkpoint is written there. What has just begun may not hear them yet: it
+    would die."""
     def to_all(number, _):
         for process in list(processes):
             if time.monotonic() - getattr(process, "begun", float("inf")) > 2:
@@ -101,5 +102,6 @@ def log_to(path):
 
 
 def add_options(parser):
-    parser.add_argument("--max-time", metavar="DURATION", type=duration, help='stop after this time, e.g. "2 h": exit status 75; the same command goes on')
+    parser.add_argument("--max-time", metavar="DURATION", type=duration,
+                        help='stop after this time, e.g. "2 h": exit status 75; the same command goes on')
     parser.add_argument("--log", metavar="FILE", help="add what is said to the end of FILE, each line with the time")

@@ -21,8 +21,8 @@ def texts_in(value):
 
 
 def files_read(scene, settings):
-    """Every file that a run of the scene may read: the scene, and what a text in it or in the settings names beside it: meshes,
-    packings, hulls, tables, and scenes of unit cells with the files that these name."""
+    """Every file that a run of the scene may read: the scene, and what a text in it or in the settings names beside it:
+    meshes, packings, hulls, tables, and scenes of unit cells with the files that these name."""
     found, ahead = [], [(os.path.abspath(scene), settings)]
     while ahead:
         path, more = ahead.pop()

@@ -10,7 +10,8 @@ from grus.errors import InputError
 
 
 def beside() -> str | None:
-    """The folder of the programs that this package belongs to: bin/ of the build or the installation that it lies in."""
+    """The folder of the programs that this package belongs to: bin/ of the build or the installation that it lies
+    in."""
     folder = os.path.dirname(os.path.realpath(__file__))
     while folder != os.path.dirname(folder):
         folder = os.path.dirname(folder)

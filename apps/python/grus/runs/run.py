@@ -18,7 +18,8 @@ from grus.runs.programs import found, program_of
 
 
 def _stop(process: subprocess.Popen, by_mpirun: bool) -> None:
-    """Asks a run to stop. mpirun would kill its ranks a second after it has asked them, too soon for a checkpoint: they are asked themselves."""
+    """Asks a run to stop. mpirun would kill its ranks a second after it has asked them, too soon for a checkpoint: they
+    are asked themselves."""
     ranks = []
     if by_mpirun:
         try:
@@ -44,7 +45,8 @@ def run(scene: Path, set: Iterable[str] = (), *, out: Path | None = None, thread
     check      raise Unstable where the run ends unstable; else its results are returned, with status 3
     force      overwrite the results in `out`
 
-    Raises InputError for a scene that cannot run, Unstable, KeyboardInterrupt (the run writes its checkpoint first), RuntimeError.
+    Raises InputError for a scene that cannot run, Unstable, KeyboardInterrupt (the run writes its checkpoint first),
+    RuntimeError.
     """
     scene, set = path_of("scene", scene), changes_of(set)
     threads = None if threads is None else whole_number("threads", threads, 1)
@@ -67,7 +69,8 @@ def run(scene: Path, set: Iterable[str] = (), *, out: Path | None = None, thread
     command += [text for change in set for text in ("--set", change)]
     if ranks > 1:
         command = ["mpirun", "-n", str(ranks)] + command
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                               start_new_session=True)
     try:
         _, errors = process.communicate()
     except KeyboardInterrupt:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Runs cases of a study or a calibration, each on one core, and keeps what is done: a run is repeated only where its scene, its
-settings or the program have changed."""
+"""Runs cases of a study or a calibration, each on one core, and keeps what is done: a run is repeated only where its
+scene, its settings or the program have changed."""
 import hashlib
 import math
 import os
@@ -30,11 +30,14 @@ class Runner:
         settings = dict(case["set"])
         if seed is not None:
             before = settings.get(self.seed_key)
-            settings[self.seed_key] = before + seed if isinstance(before, list) and isinstance(seed, list) else seed  # changes of a unit cell: both
-        return [os.path.join(self.bins, case["program"]), case["scene"]] + [a for k, v in settings.items() for a in ("--set", f"{k}={toml_value(v)}")]
+            settings[self.seed_key] = before + seed if isinstance(before, list) and isinstance(
+                seed, list) else seed  # changes of a unit cell: both
+        return [os.path.join(self.bins, case["program"]), case["scene"]
+                ] + [a for k, v in settings.items() for a in ("--set", f"{k}={toml_value(v)}")]
 
     def refusal(self, case):
-        """Why the program would refuse a case, or what it does not write that is asked of it; None: nothing is wrong."""
+        """Why the program would refuse a case, or what it does not write that is asked of it; None: nothing is
+        wrong."""
         for seed in case["seeds"]:
             if self.stopped:
                 return None
@@ -76,7 +79,8 @@ class Runner:
         folder = self.folder(case, seed)
         for place in (os.path.dirname(folder), folder):
             if os.path.islink(place):  # what it leads to is not the study's
-                return case, seed, f"{place}: is a link, which leads out of the folder; remove it, or use another -o DIR"
+                return case, seed, (f"{place}: is a link, which leads out of the folder; remove it, or use another -o "
+                                    "DIR")
         program = os.path.join(self.bins, case["program"])
         key, marker = key_of(case, seed, self.seed_key, program), os.path.join(folder, "study.key")
         if text_of(marker) == f"{key} {digest_of(folder)}":
@@ -101,7 +105,8 @@ class Runner:
 
     def start(self, command, begun, key):
         """Runs a command; its folder tells by `begun` whose checkpoint it holds."""
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                   start_new_session=True)
         process.begun = time.monotonic()
         self.running.add(process)
         _, errors = process.communicate()
@@ -114,5 +119,3 @@ class Runner:
         self.stopped = True
         for process in list(self.running):
             process.send_signal(signal.SIGTERM)  # SIGINT is ignored by what was started in the background of a script
-
-

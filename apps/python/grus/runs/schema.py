@@ -2,7 +2,8 @@
 """What files of commands may hold: kinds of values, and the first fault in one line."""
 import jsonschema
 
-WORD = {"type": "string", "pattern": r"^[A-Za-z0-9_+=-][A-Za-z0-9_.+=-]{0,79}$"}  # becomes the name of a folder or a file
+WORD = {"type": "string",
+        "pattern": r"^[A-Za-z0-9_+=-][A-Za-z0-9_.+=-]{0,79}$"}  # becomes the name of a folder or a file
 TEXT = {"type": "string", "maxLength": 1000}
 NUMBER = {"type": "number"}
 POSITIVE = {"type": "number", "exclusiveMinimum": 0}
@@ -27,7 +28,8 @@ def fault(data, of):
     faults = list(jsonschema.Draft7Validator(of).iter_errors(data))
     if not faults:
         return None
-    misspelt = [f for f in faults if f.validator == "additionalProperties"]  # tells more than the key that is then missing
+    misspelt = [f for f in faults
+                if f.validator == "additionalProperties"]  # tells more than the key that is then missing
     found = jsonschema.exceptions.best_match(misspelt or faults)
     place = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in found.absolute_path).lstrip(".")
     if found.validator == "additionalProperties":

@@ -3,7 +3,7 @@
 from grus.runs import interrupts
 
 interrupts.end_at_once("grus-study")
-from grus.study.command import main  # noqa: E402
 from grus.runs.command import end  # noqa: E402
+from grus.study.command import main  # noqa: E402
 
 end(main())

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Error against run time: runs a scene over lists of settings, several seeds each, side by side on the cores given, and
-compares with a reference: work-precision tables, plots, Pareto front, order, recommended settings. Or compares a list of
-cases: a table, plots with scatter bands, checks of claims. All in report.html. Runs that are done are not repeated."""
+compares with a reference: work-precision tables, plots, Pareto front, order, recommended settings. Or compares a list
+of cases: a table, plots with scatter bands, checks of claims. All in report.html. Runs that are done are not
+repeated."""
 import argparse
 import json
 import os
@@ -22,7 +23,8 @@ from grus.study.reader import read_study, wanted
 
 
 def run_all(runner, cases, workers, quiet):
-    jobs = list({(c["name"], str(s)): (c, s) for c in cases for s in c["seeds"]}.values())  # settings that two studies share run once
+    jobs = list({(c["name"], str(s)): (c, s) for c in cases
+                 for s in c["seeds"]}.values())  # settings that two studies share run once
     start, failures, done = time.time(), [], 0
     with ThreadPoolExecutor(workers) as pool:
         futures = [pool.submit(runner.run, c, s) for c, s in jobs]
@@ -59,7 +61,10 @@ def judged(entry, runner, lost):
     # Runs that failed are left out; where seeds are compared one by one, the others of their seed too.
     paired = c is not None and entry.get("paired", True)
     common_seeds = set.intersection(*(set(r) for r in found.values() if r)) if paired and any(found.values()) else None
-    kept = {name: [r for seed, r in by_seed.items() if not paired or seed in (common_seeds or ())] for name, by_seed in found.items()}
+    kept = {
+        name: [r for seed, r in by_seed.items() if not paired or seed in (common_seeds or ())]
+        for name, by_seed in found.items()
+    }
     rows = [(s, kept[k["name"]]) for s, k in entry["rows"] if kept[k["name"]]]
     if not rows or (c and not kept[c["name"]]):
         return None
@@ -68,7 +73,10 @@ def judged(entry, runner, lost):
 
 def work(args):
     study, common, cases = read_study(args.scene)
-    runs_of = cases + [c for e in study["precision"] + study["sweep"] for c in [row[1] for row in e["rows"]] + ([e["reference_case"]] if e.get("reference_case") else [])]
+    runs_of = cases + [
+        c for e in study["precision"] + study["sweep"]
+        for c in [row[1] for row in e["rows"]] + ([e["reference_case"]] if e.get("reference_case") else [])
+    ]
     distinct = {c["name"]: c for c in runs_of}
     out = args.out or os.path.splitext(os.path.basename(args.scene))[0]
     workers = args.threads or len(os.sched_getaffinity(0))
@@ -93,7 +101,8 @@ def work(args):
         if failures is None:
             return 130
         for case, seed, text in failures:
-            print(one_line(f"grus-study: {case['label']}{'' if seed is None else f', seed {seed}'}: {text}"), file=sys.stderr)
+            print(one_line(f"grus-study: {case['label']}{'' if seed is None else f', seed {seed}'}: {text}"),
+                  file=sys.stderr)
         if any(case is c for case, _, _ in failures for c in cases):
             return 1  # claims and plots need all their cases
         from grus.study import report
@@ -107,7 +116,9 @@ def work(args):
                 studies.append(result)
             else:
                 print(f"grus-study: {one_line(e['name'])}: no run is left to compare", file=sys.stderr)
-        sweeps = [(e, [(v, {str(s): read_run(runner.folder(c, s)) for s in c["seeds"] if (c["name"], str(s)) not in lost}) for v, c in e["rows"]]) for e in study["sweep"]]
+        sweeps = [(e, [(v,
+                        {str(s): read_run(runner.folder(c, s)) for s in c["seeds"] if (c["name"], str(s)) not in lost})
+                       for v, c in e["rows"]]) for e in study["sweep"]]
         sweeps = [(e, [row for row in rows if row[1]]) for e, rows in sweeps]
         passed = report.write(study, common, cases, runs, studies, [s for s in sweeps if s[1]], out, wall, workers)
         print(f"report: {os.path.join(out, 'report.html')}")
@@ -118,7 +129,8 @@ def main():
     parser = argparse.ArgumentParser(prog="grus-study", description=__doc__)
     parser.add_argument("scene", metavar="STUDY.toml")
     parser.add_argument("-o", metavar="DIR", dest="out", help="results folder (default: the study's name)")
-    parser.add_argument("--threads", type=int, default=0, help="cores to use; each run takes one (default: all cores given)")
+    parser.add_argument("--threads", type=int, default=0,
+                        help="cores to use; each run takes one (default: all cores given)")
     parser.add_argument("--check", action="store_true", help="check every case, list the runs and stop")
     parser.add_argument("--quiet", action="store_true")
     parser.add_argument("--strict", action="store_true", help="exit with 1 if a check of the study fails")
@@ -128,4 +140,3 @@ def main():
     if args.threads < 0:
         parser.error("--threads: at least 1")
     return status_of("grus-study", args, work, "interrupted")  # where no run is under way
-

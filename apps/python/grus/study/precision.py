@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Error against run time: what settings cost, how far their results are from a reference, and what the scatter over seeds
-leaves open. Numbers only; precision_report.py writes them."""
+"""Error against run time: what settings cost, how far their results are from a reference, and what the scatter over
+seeds leaves open. Numbers only; precision_report.py writes them."""
 import itertools
 import math
 import os
@@ -144,24 +144,33 @@ def energy_error(run):
 def judge(entry, table, reference_runs, folder):
     """Rows of a study: `table` is a list of (settings, runs by seed). Errors are relative to the reference."""
     paired = reference_runs is not None and entry.get("paired", True)
-    reference = [measured(r["columns"], entry) for r in reference_runs] if reference_runs is not None else [known_reference(entry, folder)]
+    reference = [measured(r["columns"], entry)
+                 for r in reference_runs] if reference_runs is not None else [known_reference(entry, folder)]
     scale = entry.get("scale", abs(mean(reference)) or 1.0)
     rows = []
     for values, runs in table:
         found = [measured(r["columns"], entry) for r in runs]
         off, half = difference(found, reference, paired)
         costs = [cost(r) for r in runs]
-        row = {"settings": values, "value": mean(found), "error": abs(off) / scale, "signed": off / scale, "interval": half / scale,
-               "scatter": interval(found)[1] / scale, "seeds": len(runs), "energy": max(energy_error(r) for r in runs),
-               "status": ",".join(sorted({str(r["summary"]["status"]) for r in runs}))}
+        row = {
+            "settings": values, "value": mean(found), "error": abs(off) / scale, "signed": off / scale,
+            "interval": half / scale, "scatter": interval(found)[1] / scale, "seeds": len(runs),
+            "energy": max(energy_error(r) for r in runs),
+            "status": ",".join(sorted({str(r["summary"]["status"]) for r in runs}))
+        }
         for name in costs[0]:
             row[name] = mean([c[name] for c in costs])
         if math.isnan(row["error"]):
             row["error"], row["status"] = math.inf, row["status"] + " (not reached)"
         rows.append(row)
-    result = {"rows": rows, "reference": mean(reference), "front": pareto([(r["cpu"], bound(r)) for r in rows]), "recommended": recommended(rows), "order": None}
+    result = {
+        "rows": rows, "reference": mean(reference), "front": pareto([(r["cpu"], bound(r)) for r in rows]),
+        "recommended": recommended(rows), "order": None
+    }
     keys = list(entry["vary"])
     if len(keys) == 1 and entry.get("order", True) and all(isinstance(v, (int, float)) for v in entry["vary"][keys[0]]):
-        clear = [r for r in rows if math.isfinite(r["error"]) and (math.isnan(r["interval"]) or r["error"] > r["interval"])]
+        clear = [
+            r for r in rows if math.isfinite(r["error"]) and (math.isnan(r["interval"]) or r["error"] > r["interval"])
+        ]
         result["order"] = power_law([(r["settings"][keys[0]], r["error"]) for r in clear])
     return result

@@ -17,8 +17,11 @@ def read_study(path):
     cases = []
     for c in study.get("case", []):
         where = f"{path}: case {c['name']}"
-        cases.append({"name": c["name"], "label": c.get("label", c["name"]), **scene_of(where, c.get("scene", common.get("scene")), folder),
-                      "set": {**common.get("set", {}), **c.get("set", {})}, "seeds": c.get("seeds", common.get("seeds", [None]))})
+        cases.append({
+            "name": c["name"], "label": c.get("label", c["name"]), **scene_of(where, c.get(
+                "scene", common.get("scene")), folder), "set": {**common.get("set", {}), **c.get("set", {})},
+            "seeds": c.get("seeds", common.get("seeds", [None]))
+        })
     entries = [e for k, p in enumerate(study.get("precision", [])) for e in read_precision(path, k, p, common, folder)]
     sweeps = [read_sweep(path, s, common, folder) for s in study.get("sweep", [])]
     if not cases and not entries and not sweeps:
@@ -36,7 +39,8 @@ def read_study(path):
             raise Refused(f"{path}: plot '{t['name']}': needs 'y'")
     for kind in ("plot", "check", "table", "fit"):
         for t in study.get(kind, []):
-            used = list(t.get("cases", [])) + ([t["reference"]] if "reference" in t else []) + list(t.get("greater", []))
+            used = list(t.get("cases", [])) + ([t["reference"]] if "reference" in t else []) + list(t.get(
+                "greater", []))
             for name in used + ([t["case"]] if "case" in t else []):
                 if name not in names:
                     raise Refused(f"{path}: {kind} '{t.get('name', t.get('claim', '?'))}': no case is called '{name}'")
@@ -45,7 +49,8 @@ def read_study(path):
 
 
 def read_precision(path, k, table, common, folder):
-    """Entries of one [[precision]]: one for each position of `at`. Each carries its cases: the settings, then the reference."""
+    """Entries of one [[precision]]: one for each position of `at`. Each carries its cases: the settings, then the
+    reference."""
     where = f"{path}: precision {table.get('name', k)}"
     how = table.get("measure", "at")
     if how == "at" and "at" not in table:
@@ -75,7 +80,10 @@ def read_precision(path, k, table, common, folder):
 
 def shared_by_cases(where, table, common, folder):
     """What all cases of a table run, and the settings that they have in common."""
-    base = {**scene_of(where, table.get("scene", common.get("scene")), folder), "seeds": table.get("seeds", common.get("seeds", [None]))}
+    base = {
+        **scene_of(where, table.get("scene", common.get("scene")), folder), "seeds": table.get(
+            "seeds", common.get("seeds", [None]))
+    }
     return base, {**common.get("set", {}), **table.get("set", {})}
 
 

@@ -1,18 +1,21 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""[[sweep]] of a study: a quantity against a key of the scene, with what the seeds leave open: table, sweep.csv, plot."""
+"""[[sweep]] of a study: a quantity against a key of the scene, with what the seeds leave open: table, sweep.csv,
+plot."""
 import html
 import math
 import os
 
-from grus.figures import logarithmic, picture, plt
-from grus.figures import table as html_table
+from grus.figures import logarithmic, picture, plt, table as html_table
 from grus.files.texts import text_table
 from grus.files.writing import write_csv
 from grus.runs.censored import strength_of
 from grus.study import precision
 from grus.study.precision_report import describe, percent, short
 
-COLUMNS = ["sweep", "key", "value", "position", "mean", "interval", "sd", "change", "change_interval", "seeds", "status", "cpu_s"]
+COLUMNS = [
+    "sweep", "key", "value", "position", "mean", "interval", "sd", "change", "change_interval", "seeds", "status",
+    "cpu_s"
+]
 
 
 def found(run, entry):
@@ -24,8 +27,9 @@ def found(run, entry):
 
 
 def judge(entry, table):
-    """Rows of a sweep: `table` is a list of (value of the key, {seed: run}). Changes are signed, relative to the first value's mean;
-    seed by seed where both have the same seeds. Where grains did not break there is a lower bound, not a mean."""
+    """Rows of a sweep: `table` is a list of (value of the key, {seed: run}). Changes are signed, relative to the first
+    value's mean; seed by seed where both have the same seeds. Where grains did not break there is a lower bound, not a
+    mean."""
     rows, first = [], None
     for value, runs in table:
         by_seed = {seed: found(run, entry) for seed, run in runs.items()}
@@ -67,7 +71,8 @@ def plot(entry, judged):
         x, names = numbers(rows)
         scale = entry.get("scale", 1.0)
         bars = [0 if math.isnan(r["interval"]) else scale * r["interval"] for r in rows]
-        ax.errorbar(x, [scale * r["mean"] for r in rows], yerr=bars, fmt="o-", ms=4, lw=1.2, capsize=3, color=f"C{k}", label=place(part))
+        ax.errorbar(x, [scale * r["mean"] for r in rows], yerr=bars, fmt="o-", ms=4, lw=1.2, capsize=3, color=f"C{k}",
+                    label=place(part))
         for position, r in zip(x, rows):
             ax.plot([position] * len(r["found"]), [scale * v for v in r["found"]], ".", ms=3, color=f"C{k}", alpha=0.5)
             beyond = [scale * v for v in r["larger"]]
@@ -105,7 +110,8 @@ def write(sweeps, out):
                              percent(r["change_interval"]), r["seeds"], r["status"], f"{r['cpu_s']:.3g}"])
                 lines.append([entry["name"], entry["key"], r["value"], place(part)] + [r[c] for c in COLUMNS[4:]])
         text += f"\n{entry['name']}\n" + text_table(head, rows)
-        body += f"<h2>{html.escape(entry['name'])}</h2>" + html_table(head, rows) + picture(plot(entry, judged), out, f"sweep_{number}")
+        body += f"<h2>{html.escape(entry['name'])}</h2>" + html_table(head, rows) + picture(
+            plot(entry, judged), out, f"sweep_{number}")
     write_csv(os.path.join(out, "sweep.csv"), [COLUMNS] + lines)
     return text, body
 
