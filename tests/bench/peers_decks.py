@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""What peers.py has each program do: input files of one problem, as that program's manual would write them for speed."""
+"""What peers.py has each program do: input files of one problem, as that program's manual would write them for
+speed."""
 import math
 import os
 import random
@@ -52,7 +53,8 @@ time_step = {DT}
 def data(grains, size, columns):
     low, high = -0.1 * size, 1.1 * size
     head = f"packing\n\n{len(grains)} atoms\n1 atom types\n\n" + "".join(f"{low} {high} {k}lo {k}hi\n" for k in "xyz")
-    return head + f"\nAtoms{columns}\n\n" + "".join(f"{i + 1} 1 {2 * r} 2650 {x} {y} {z}\n" for i, (x, y, z, r) in enumerate(grains))
+    return head + f"\nAtoms{columns}\n\n" + "".join(f"{i + 1} 1 {2 * r} 2650 {x} {y} {z}\n"
+                                                    for i, (x, y, z, r) in enumerate(grains))
 
 
 def plate(name, size, axis, at):
@@ -62,7 +64,8 @@ def plate(name, size, axis, at):
         rows = [list(c) for c in corners]
         for row in rows:
             row.insert(axis, at)
-        text += " facet normal 0 0 1\n  outer loop\n" + "".join(f"   vertex {x} {y} {z}\n" for x, y, z in rows) + "  endloop\n endfacet\n"
+        text += " facet normal 0 0 1\n  outer loop\n" + "".join(f"   vertex {x} {y} {z}\n"
+                                                                for x, y, z in rows) + "  endloop\n endfacet\n"
     return text + f"endsolid {name}\n"
 
 
@@ -109,8 +112,11 @@ def liggghts(packing, folder):
     write(folder, "data.in", data(grains, size, ""))
     write(folder, "top.stl", plate("top", size, 2, size))
     law = "model hertz tangential history"
-    planes = "".join(f"fix p{k} all wall/gran {law} primitive type 1 {plane} {at * size}\n" for k, (plane, at) in enumerate(SIDES))
-    write(folder, "run.in", f"""{opening("granular", "read_data data.in", 60e9, law, DT)}fix top all mesh/surface/stress file top.stl type 1
+    planes = "".join(f"fix p{k} all wall/gran {law} primitive type 1 {plane} {at * size}\n"
+                     for k, (plane, at) in enumerate(SIDES))
+    write(
+        folder, "run.in",
+        f"""{opening("granular", "read_data data.in", 60e9, law, DT)}fix top all mesh/surface/stress file top.stl type 1
 fix w all wall/gran {law} mesh n_meshes 1 meshes top
 fix mv all move/mesh mesh top linear 0. 0. {-RATE * size}
 {planes}compute st all stress/atom pair
@@ -122,7 +128,8 @@ def lammps(packing, folder):
     write(folder, "data.in", data(grains, size, " # sphere"))
     law = "hertz/material 60e9 0.5 0.17 tangential mindlin NULL 1.0 0.5 damping tsuji"
     planes = "".join(f"fix p{k} all wall/gran granular {law} {plane} {low} {high}\n"
-                     for k, (plane, low, high) in enumerate((("xplane", 0, size), ("yplane", 0, size), ("zplane", 0, "NULL"))))
+                     for k, (plane, low, high) in enumerate((("xplane", 0, size), ("yplane", 0, size),
+                                                             ("zplane", 0, "NULL"))))
     write(folder, "run.in", f"""atom_style sphere
 atom_modify map array
 boundary f f f
@@ -145,7 +152,8 @@ fix wt all wall/gran/region granular {law} region top
 
 def yade(packing, steps, folder):
     """With its automatic Verlet distance, as its manual advises for speed."""
-    write(folder, "run.py", f"""
+    write(
+        folder, "run.py", f"""
 import time
 from yade import utils
 lines = open({packing!r}).read().split(chr(10))
@@ -154,9 +162,12 @@ m = O.materials.append(FrictMat(young=60e9, poisson=0.17, frictionAngle=atan(0.5
 for l in lines[1:n + 1]:
     x, y, z, r = map(float, l.split())
     O.bodies.append(utils.sphere((x, y, z), r, material=m))
-walls = [O.bodies.append(utils.wall(at, axis=k, sense=s, material=m)) for k in range(3) for s, at in ((1, 0.), (-1, size))]
-O.engines = [ForceResetter(), InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Wall_Aabb()], verletDist=-0.1, targetInterv=-1),
-  InteractionLoop([Ig2_Sphere_Sphere_ScGeom(), Ig2_Wall_Sphere_ScGeom()], [Ip2_FrictMat_FrictMat_MindlinPhys(en=0.5)], [Law2_ScGeom_MindlinPhys_Mindlin()]),
+walls = [O.bodies.append(utils.wall(at, axis=k, sense=s, material=m))
+         for k in range(3) for s, at in ((1, 0.), (-1, size))]
+O.engines = [ForceResetter(), InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Wall_Aabb()], verletDist=-0.1,
+  targetInterv=-1),
+  InteractionLoop([Ig2_Sphere_Sphere_ScGeom(), Ig2_Wall_Sphere_ScGeom()],
+  [Ip2_FrictMat_FrictMat_MindlinPhys(en=0.5)], [Law2_ScGeom_MindlinPhys_Mindlin()]),
   NewtonIntegrator(damping=0)]
 O.dt = {DT}
 O.bodies[walls[-1]].state.vel = (0, 0, -{RATE} * size)
@@ -173,19 +184,27 @@ print('STRESS', sum / size ** 3)
 
 
 def yade_cell(grains, folder):
-    """Packs without friction to 1 MPa, writes the cell, then ten increments as a FEM x DEM run takes them, and rests after each."""
-    write(folder, "run.py", f"""
+    """Packs without friction to 1 MPa, writes the cell, then ten increments as a FEM x DEM run takes them, and rests
+    after each."""
+    write(
+        folder, "run.py", f"""
 import os, statistics
 from yade import pack, utils
 m = O.materials.append(FrictMat(young=60e9, poisson=0.17, frictionAngle=0.0, density=2650))
 r = 3e-4; size = ({grains} * 4 / 3. * pi * r ** 3 * 1.25 / 0.30) ** (1 / 3.)
 O.periodic = True; O.cell.hSize = Matrix3(size, 0, 0, 0, size, 0, 0, 0, size)
 sp = pack.SpherePack()
-sp.makeCloud((0, 0, 0), (size, size, size), rMean=r, rRelFuzz=0.5, num={grains}, periodic=True, seed=1); sp.toSimulation(material=m)
-O.engines = [ForceResetter(), InsertionSortCollider([Bo1_Sphere_Aabb()], verletDist=-0.1, targetInterv=-1, allowBiggerThanPeriod=True),
-  InteractionLoop([Ig2_Sphere_Sphere_ScGeom()], [Ip2_FrictMat_FrictMat_MindlinPhys()], [Law2_ScGeom_MindlinPhys_Mindlin()]),
-  GlobalStiffnessTimeStepper(timeStepUpdateInterval=10, timestepSafetyCoefficient=0.5, defaultDt=.3 * utils.PWaveTimeStep(), maxDt=20 * utils.PWaveTimeStep()),
-  PeriTriaxController(dynCell=True, goal=(-1e6,) * 3, stressMask=7, relStressTol=1e-3, maxUnbalanced=1e-3, maxStrainRate=(200., 200., 200.), doneHook='O.pause()', globUpdate=1,
+sp.makeCloud((0, 0, 0), (size, size, size), rMean=r, rRelFuzz=0.5, num={grains}, periodic=True, seed=1)
+sp.toSimulation(material=m)
+O.engines = [ForceResetter(), InsertionSortCollider([Bo1_Sphere_Aabb()], verletDist=-0.1, targetInterv=-1,
+  allowBiggerThanPeriod=True),
+  InteractionLoop([Ig2_Sphere_Sphere_ScGeom()], [Ip2_FrictMat_FrictMat_MindlinPhys()],
+  [Law2_ScGeom_MindlinPhys_Mindlin()]),
+  GlobalStiffnessTimeStepper(timeStepUpdateInterval=10, timestepSafetyCoefficient=0.5,
+  defaultDt=.3 * utils.PWaveTimeStep(), maxDt=20 * utils.PWaveTimeStep()),
+  PeriTriaxController(dynCell=True, goal=(-1e6,) * 3, stressMask=7, relStressTol=1e-3,
+  maxUnbalanced=1e-3, maxStrainRate=(200., 200., 200.),
+  doneHook='O.pause()', globUpdate=1,
     mass=0.5 * {grains} * 2650 * 4 / 3. * pi * r ** 3),
   NewtonIntegrator(damping=0.2)]
 O.dt = .3 * utils.PWaveTimeStep()
@@ -220,13 +239,16 @@ def superquadrics(along, folder):
     dense = (along ** 3 * 8 * axes[0] * axes[1] * axes[2] * 0.75 / 0.62) ** (1 / 3)
     low, high, law = -0.2 * size, 1.2 * size, "model hertz tangential history surface superquadric"
     draw = random.Random(1)
-    text = opening("superquadric", f"region reg block {low} {high} {low} {high} {low} {high} units box\ncreate_box 1 reg", 6e9, law, step)
+    text = opening("superquadric",
+                   f"region reg block {low} {high} {low} {high} {low} {high} units box\ncreate_box 1 reg", 6e9, law,
+                   step)
     places = [(x, y, z) for x in range(along) for y in range(along) for z in range(along)]
     for i, place in enumerate(places):
         x, y, z = ((c + 0.5) * size / along for c in place)
         q = [draw.gauss(0, 1) for _ in range(4)]
         length = math.sqrt(sum(c * c for c in q))
-        text += f"create_atoms 1 single {x} {y} {z}\nset atom {i + 1} shape {axes[0]} {axes[1]} {axes[2]} blockiness 3.0 2.0 density 2650 quat {q[0] / length} {q[1] / length} {q[2] / length} {360 * draw.random()}\n"
+        text += (f"create_atoms 1 single {x} {y} {z}\nset atom {i + 1} shape {axes[0]} {axes[1]} {axes[2]} blockiness "
+                 f"3.0 2.0 density 2650 quat {q[0] / length} {q[1] / length} {q[2] / length} {360 * draw.random()}\n")
     names = [f"{axis}{side}" for axis in "xyz" for side in "lh"]
     speed = 0.5 * (size - dense) / (prepared * step)
     for k, name in enumerate(names):
@@ -237,5 +259,8 @@ def superquadrics(along, folder):
         way = [0.0, 0.0, 0.0]
         way[k // 2] = -speed if k % 2 else speed
         text += f"fix mv{name} all move/mesh mesh m{name} linear {way[0]} {way[1]} {way[2]}\n"
-    text += f"fix integ all nve/superquadric integration_scheme 1\nfix visc all viscous 1e-3\nthermo 1000\nrun {prepared}\n" + "".join(f"unfix mv{n}\n" for n in names)
-    write(folder, "run.in", text + f"run 500\nfix mvt all move/mesh mesh mzh linear 0. 0. {-RATE * dense}\nrun {WARM}\nrun ${{more}}\n")
+    text += ("fix integ all nve/superquadric integration_scheme 1\nfix visc all viscous 1e-3\nthermo 1000\n"
+             f"run {prepared}\n") + "".join(
+        f"unfix mv{n}\n" for n in names)
+    write(folder, "run.in",
+          text + f"run 500\nfix mvt all move/mesh mesh mzh linear 0. 0. {-RATE * dense}\nrun {WARM}\nrun ${{more}}\n")

@@ -23,13 +23,23 @@ sanitized = "--sanitized" in sys.argv
 keep = sys.argv[sys.argv.index("--keep") + 1] if "--keep" in sys.argv else None
 fem = os.path.exists(os.path.join(binaries, "grus-bvp"))
 # MPI leaks what it never needed to free; a thing too large to be had is an error of ours, not of the sanitizer.
-os.environ.update(ASAN_OPTIONS="detect_leaks=0:allocator_may_return_null=1", UBSAN_OPTIONS="print_stacktrace=1:halt_on_error=1")
+os.environ.update(ASAN_OPTIONS="detect_leaks=0:allocator_may_return_null=1",
+                  UBSAN_OPTIONS="print_stacktrace=1:halt_on_error=1")
 ENOUGH, END = (20, 60) if sanitized else (4, 6)  # s until a run is asked to stop, and that it then may take
-STRANGE = [0, -1, 1, 3, -0.0, 1e-320, 1e-30, 1e30, 1e300, float("nan"), float("inf"), 2 ** 63 - 1, -2 ** 63, 10 ** 6, 0.999999, "", " ", "nan", "inf GPa", "1e999 m", "60 GPa", "1 mm", "-1 mm", "1 m/s",
-           "0x10 m", "1 m^1e9", "1 m^^2", "5 %", "max", "free", "日本 🪨", "a\nb", "\x07", "x" * 5000, "../../../../etc/passwd", "/dev/zero", "/dev/stdin", ".", "../../escaped", "{0}%s%n$", True, [], [[]], {},
-           {"a": 1}, [1], [1, 2, 3], [0, 0, 0], ["free", "free", "free"], [[0, 1], [0, 2]], ["x", 1, True]]
-WORDS = ["walls", "periodic", "open", "random", "hcp", "simple-cubic", "file", "uniaxial-strain", "triaxial", "velocity-gradient", "platens", "free", "density", "linear", "aligned", "x", "axisymmetric",
-         "plane-strain", "3d", "tetrahedron", "triangle", "quasi-newton", "perturbation", "elastic", "explicit-dynamic", "quasi-static", "z=max", "y>0", "x=max and y=max"]
+STRANGE = [
+    0, -1, 1, 3, -0.0, 1e-320, 1e-30, 1e30, 1e300,
+    float("nan"),
+    float("inf"), 2**63 - 1, -2**63, 10**6, 0.999999, "", " ", "nan", "inf GPa", "1e999 m", "60 GPa", "1 mm", "-1 mm",
+    "1 m/s", "0x10 m", "1 m^1e9", "1 m^^2", "5 %", "max", "free", "日本 🪨", "a\nb", "\x07", "x" * 5000,
+    "../../../../etc/passwd", "/dev/zero", "/dev/stdin", ".", "../../escaped", "{0}%s%n$", True, [], [[]], {}, {"a": 1},
+    [1], [1, 2, 3], [0, 0, 0], ["free", "free", "free"], [[0, 1], [0, 2]], ["x", 1, True]
+]
+WORDS = [
+    "walls", "periodic", "open", "random", "hcp", "simple-cubic", "file", "uniaxial-strain", "triaxial",
+    "velocity-gradient", "platens", "free", "density", "linear", "aligned", "x", "axisymmetric", "plane-strain", "3d",
+    "tetrahedron", "triangle", "quasi-newton", "perturbation", "elastic", "explicit-dynamic", "quasi-static", "z=max",
+    "y>0", "x=max and y=max"
+]
 
 
 def dumped(value):
@@ -52,7 +62,10 @@ def key_text(key):
 
 def toml(table, path=()):
     """Tables as headings, so that messages have lines to name."""
-    nested = {k: v for k, v in table.items() if isinstance(v, dict) or (isinstance(v, list) and v and all(isinstance(x, dict) for x in v))}
+    nested = {
+        k: v for k, v in table.items()
+        if isinstance(v, dict) or (isinstance(v, list) and v and all(isinstance(x, dict) for x in v))
+    }
     text = "".join(f"{key_text(k)} = {dumped(v)}\n" for k, v in table.items() if k not in nested)
     for k, v in nested.items():
         name = ".".join([*path, key_text(k)])
@@ -125,7 +138,8 @@ def mutate_numbers(draw, data):
     parts = re.split(rb"([-+]?[0-9][-+0-9.eE]*)", data)
     for _ in range(draw.choice([1, 1, 2, 4])):
         k = draw.randrange(1, len(parts), 2) if len(parts) > 2 else 0
-        parts[k] = draw.choice([b"0", b"-1", b"999999999", b"99999999999999999999", b"1e308", b"nan", b"x", b"", b"7", b"1e-320", b"2"])
+        parts[k] = draw.choice(
+            [b"0", b"-1", b"999999999", b"99999999999999999999", b"1e308", b"nan", b"x", b"", b"7", b"1e-320", b"2"])
     return b"".join(parts)
 
 
@@ -141,7 +155,8 @@ def prepared(kind, work):
     write("cell.toml", bases.CELL), write("pack.txt", bases.PACKING), write("mesh.msh", bases.MESH)
 
 
-KINDS = ["rve"] * 9 + ["packing"] * 2 + ["study"] * 2 + ["checkpoint"] * 3 + ["report"] + (["bvp"] * 5 + ["cell", "mesh", "mesh", "mesh", "checkpoint_bvp"] if fem else [])
+KINDS = ["rve"] * 9 + ["packing"] * 2 + ["study"] * 2 + ["checkpoint"] * 3 + ["report"] + (
+    ["bvp"] * 5 + ["cell", "mesh", "mesh", "mesh", "checkpoint_bvp"] if fem else [])
 whole = {}    # checkpoints of runs that ended well
 results_of = {}  # files of such a run
 
@@ -150,7 +165,10 @@ def a_checkpoint(program, scene):
     with tempfile.TemporaryDirectory() as work:
         prepared("", work)
         out = os.path.join(work, "out")
-        r = subprocess.run([os.path.join(binaries, program), scene, "-o", out, "--quiet", "--threads", "1", "--set", "output.checkpoint_interval=\"1e-9 s\""], cwd=work, capture_output=True, text=True)
+        r = subprocess.run([
+            os.path.join(binaries, program), scene, "-o", out, "--quiet", "--threads", "1", "--set",
+            "output.checkpoint_interval=\"1e-9 s\""
+        ], cwd=work, capture_output=True, text=True)
         assert r.returncode == 0, r.stderr
         for name in ("history.csv", "summary.json", "grading.csv"):
             if os.path.exists(os.path.join(out, name)):
@@ -166,7 +184,8 @@ def limits():
 
 
 def listing(folder):
-    return sorted(os.path.relpath(os.path.join(d, f), folder) for d, subs, files in os.walk(folder) for f in subs + files)
+    return sorted(
+        os.path.relpath(os.path.join(d, f), folder) for d, subs, files in os.walk(folder) for f in subs + files)
 
 
 def one(number):
@@ -178,15 +197,23 @@ def one(number):
     os.makedirs(work)
     prepared(kind, work)
     target, program, scene = {
-        "rve": lambda: (draw.choice([n + ".toml" for n in bases.RVE]), "grus-rve", None), "bvp": lambda: (draw.choice([n + ".toml" for n in bases.BVP]), "grus-bvp", None),
-        "cell": lambda: ("cell.toml", "grus-bvp", "block.toml"), "study": lambda: (draw.choice(["study_cases.toml", "study_precision.toml", "two.toml"]), "grus-study", None),
-        "packing": lambda: ("pack.txt", "grus-rve", "file.toml"), "mesh": lambda: ("mesh.msh", "grus-bvp", "plate.toml"),
-        "report": lambda: ("run/" + draw.choice(["history.csv", "history.csv", "summary.json", "grading.csv"]), "grus-report", "run"), "checkpoint": lambda: ("out/checkpoint.h5", "grus-rve", "walls.toml"), "checkpoint_bvp": lambda: ("out/checkpoint.h5", "grus-bvp", "plate.toml")}[kind]()
+        "rve": lambda: (draw.choice([n + ".toml" for n in bases.RVE]), "grus-rve", None),
+        "bvp": lambda: (draw.choice([n + ".toml" for n in bases.BVP]), "grus-bvp", None),
+        "cell": lambda: ("cell.toml", "grus-bvp", "block.toml"),
+        "study": lambda: (draw.choice(["study_cases.toml", "study_precision.toml", "two.toml"]), "grus-study", None),
+        "packing": lambda: ("pack.txt", "grus-rve", "file.toml"),
+        "mesh": lambda: ("mesh.msh", "grus-bvp", "plate.toml"),
+        "report": lambda: ("run/" + draw.choice(["history.csv", "history.csv", "summary.json", "grading.csv"]),
+                           "grus-report", "run"),
+        "checkpoint": lambda: ("out/checkpoint.h5", "grus-rve", "walls.toml"),
+        "checkpoint_bvp": lambda: ("out/checkpoint.h5", "grus-bvp", "plate.toml")
+    }[kind]()
     scene = scene or ("study_cases.toml" if target == "two.toml" and program == "grus-study" else target)
     path = os.path.join(work, target)
     if kind.startswith("checkpoint"):
         os.mkdir(os.path.join(work, "out"))
-        new = mutate_bytes(draw, whole[kind]) if draw.random() < 0.9 else draw.choice([b"", b"\x89HDF\r\n\x1a\n", whole[kind][:len(whole[kind]) // 2]])
+        new = mutate_bytes(draw, whole[kind]) if draw.random() < 0.9 else draw.choice(
+            [b"", b"\x89HDF\r\n\x1a\n", whole[kind][:len(whole[kind]) // 2]])
     elif kind == "report":
         os.mkdir(os.path.join(work, "run"))
         for name, data in results_of.items():
@@ -199,7 +226,8 @@ def one(number):
     else:
         data = open(path, "rb").read()
         how = draw.random()
-        new = mutate_gently(draw, data.decode()) if how < 0.35 else mutate_tree(draw, data.decode()) if how < 0.8 else mutate_bytes(draw, data)
+        new = mutate_gently(draw, data.decode()) if how < 0.35 else mutate_tree(
+            draw, data.decode()) if how < 0.8 else mutate_bytes(draw, data)
     open(path, "wb").write(new)
     command = [os.path.join(binaries, program), scene, "-o", "out"]
     if kind != "report":
@@ -208,7 +236,8 @@ def one(number):
     if kind.startswith("checkpoint"):
         command += ["--resume", "--set", "output.checkpoint_interval=\"1e-9 s\""]
     before, outside = listing(work), listing(outer)
-    process = subprocess.Popen(command, cwd=work, stdout=subprocess.PIPE, stderr=subprocess.PIPE, stdin=subprocess.DEVNULL, preexec_fn=limits, start_new_session=True)
+    process = subprocess.Popen(command, cwd=work, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                               stdin=subprocess.DEVNULL, preexec_fn=limits, start_new_session=True)
     wrong = []
     try:
         _, errors = process.communicate(timeout=ENOUGH)
@@ -229,7 +258,8 @@ def one(number):
     code = process.returncode
     if kind in ("report", "study") and code == -signal.SIGINT and not errors:
         code = 130  # Ctrl-C reached it before Python had begun
-    if code not in (0, 2, 3, 130) and not wrong and not (code == 1 and ("out of memory" in errors or "cannot" in errors or "status" in errors or kind == "study")):
+    excused = code == 1 and ("out of memory" in errors or "cannot" in errors or "status" in errors or kind == "study")
+    if code not in (0, 2, 3, 130) and not wrong and not excused:
         wrong.append(f"exit {code}")
     if "Traceback" in errors or "Sanitizer" in errors or "runtime error" in errors:
         wrong.append("traceback or sanitizer")
@@ -242,7 +272,8 @@ def one(number):
     if wrong and keep:
         shutil.copytree(outer, os.path.join(keep, f"{seed}_{number}"), dirs_exist_ok=True)
     shutil.rmtree(outer, ignore_errors=True)
-    return (f"case {number} ({kind}, {target}): {', '.join(wrong)}: {' '.join(command)}: {errors[:400]!r}" if wrong else None), code
+    return (f"case {number} ({kind}, {target}): {', '.join(wrong)}: {' '.join(command)}: {errors[:400]!r}"
+            if wrong else None), code
 
 
 begin = time.time()

@@ -3,16 +3,23 @@
 import itertools
 import os
 
-WAYS = ("semicolon", "tab", "spaces", "decimal comma", "byte order mark", "utf-16", "windows", "sep line", "unit in brackets", "unit after slash",
-        "percent", "columns turned round", "more columns", "quoted", "comments", "empty lines", "trailing separator", "no names", "misspelt name",
-        "capitals", "value missing", "one value too many", "thousands", "word for a value", "rows twice", "negative", "unknown unit")
+WAYS = ("semicolon", "tab", "spaces", "decimal comma", "byte order mark", "utf-16", "windows", "sep line",
+        "unit in brackets", "unit after slash", "percent", "columns turned round", "more columns", "quoted", "comments",
+        "empty lines", "trailing separator", "no names", "misspelt name", "capitals", "value missing",
+        "one value too many", "thousands", "word for a value", "rows twice", "negative", "unknown unit")
 STYLES = WAYS[:17]
-FAULTS = ("no names", "misspelt name", "capitals", "value missing", "one value too many", "word for a value", "unknown unit")
+FAULTS = ("no names", "misspelt name", "capitals", "value missing", "one value too many", "word for a value",
+          "unknown unit")
 spoil = itertools.cycle(FAULTS)  # in turn
-TARGETS = {"curve": (("axial_strain", "axial_stress_Pa"), {"kind": "curve", "x": "axial_strain", "y": "axial_stress_Pa"}),
-           "grading": (("diameter_m", "passing"), {"kind": "grading", "at": 0.1}),
-           "quantiles": (("value",), {"kind": "quantiles", "quantity": "results.peak_before_breakage_Pa"})}
-UNITS = {"axial_stress_Pa": (("MPa", 1e6), ("kPa", 1e3), ("GPa", 1e9)), "diameter_m": (("mm", 1e-3), ("µm", 1e-6)), "value": (("MPa", 1e6), ("N/mm2", 1e6))}
+TARGETS = {
+    "curve": (("axial_strain", "axial_stress_Pa"), {"kind": "curve", "x": "axial_strain", "y": "axial_stress_Pa"}),
+    "grading": (("diameter_m", "passing"), {"kind": "grading", "at": 0.1}),
+    "quantiles": (("value", ), {"kind": "quantiles", "quantity": "results.peak_before_breakage_Pa"})
+}
+UNITS = {
+    "axial_stress_Pa": (("MPa", 1e6), ("kPa", 1e3), ("GPa", 1e9)), "diameter_m": (("mm", 1e-3), ("µm", 1e-6)),
+    "value": (("MPa", 1e6), ("N/mm2", 1e6))
+}
 
 
 class Case:
@@ -55,11 +62,14 @@ def draw(rng, folder, _binaries):
         rows[-1] = [-v for v in rows[-1]]
     heads, scales = list(names), [1.0] * len(names)
     for k, name in enumerate(names):
-        choice = rng.choice(UNITS.get(name, (("%", 0.01),) if name in ("axial_strain", "passing") and "percent" in way else ((None, 1.0),)))
+        choice = rng.choice(
+            UNITS.get(name, (("%", 0.01), ) if name in ("axial_strain", "passing") and "percent" in way else
+                      ((None, 1.0), )))
         if choice[0] and way & {"unit in brackets", "unit after slash", "percent"}:
             base = name.rsplit("_", 1)[0] if rng.random() < 0.5 and name.endswith(("_Pa", "_m")) else name
             scales[k] = choice[1]
-            heads[k] = f"{base} / {choice[0]}" if "unit after slash" in way else f"{base} [{choice[0]}]" if rng.random() < 0.5 else f"{base} ({choice[0]})"
+            heads[k] = f"{base} / {choice[0]}" if "unit after slash" in way else f"{base} [{choice[0]}]" if rng.random(
+            ) < 0.5 else f"{base} ({choice[0]})"
     if "unknown unit" in way:
         heads[-1] = f"{names[-1]} [psi]"
     if "misspelt name" in way:
@@ -67,7 +77,9 @@ def draw(rng, folder, _binaries):
     if "capitals" in way:
         heads[-1] = heads[-1].upper()
     separator = ";" if "semicolon" in way else "\t" if "tab" in way else "  " if "spaces" in way else ","
-    if separator == "  " and (way & {"unit in brackets", "unit after slash", "percent", "quoted", "unknown unit", "trailing separator"} or len(names) == 1):
+    if separator == "  " and (
+            way & {"unit in brackets", "unit after slash", "percent", "quoted", "unknown unit", "trailing separator"}
+            or len(names) == 1):
         separator, _ = ",", way.discard("spaces")
     comma = "decimal comma" in way
     columns = list(zip(heads, rows, scales))
@@ -114,7 +126,8 @@ def draw(rng, folder, _binaries):
     if "sep line" in way and separator in ";,":
         body.insert(0, f"sep={separator}")
     whole = ("\r\n" if rng.random() < 0.5 else "\n").join(body) + "\n"
-    encoding = "utf-16" if "utf-16" in way else "utf-8-sig" if "byte order mark" in way else "cp1252" if "windows" in way else "utf-8"
+    encodings = {"utf-16": "utf-16", "byte order mark": "utf-8-sig", "windows": "cp1252"}
+    encoding = next((encodings[w] for w in encodings if w in way), "utf-8")
     path = os.path.join(folder, "measured.csv")
     with open(path, "wb") as f:
         f.write(whole.encode(encoding))
@@ -126,4 +139,5 @@ def draw(rng, folder, _binaries):
     else:
         means = list(rows[0]) + list(rows[1])
     did = [w for w in did if w in way or w == "thousands"]
-    return Case(path, table, did, means, not doubtful, bool(way & set(FAULTS)) and not ("no names" in way and "thousands" in way))
+    return Case(path, table, did, means, not doubtful,
+                bool(way & set(FAULTS)) and not ("no names" in way and "thousands" in way))

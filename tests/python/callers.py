@@ -20,6 +20,7 @@ sys.path[:0] = [os.path.join(build, "python"), os.path.join(source, "tests", "sc
 import numpy as np  # noqa: E402
 
 import grus  # noqa: E402
+
 from scene_tools import faults, need  # noqa: E402
 
 SAND = os.path.join(source, "apps", "scenes", "sand_rve.toml")
@@ -48,10 +49,12 @@ def case_arguments(tmp):
     right, stiff = (a.copy() for a in rves.advance(dF))
     need(len(set(right[:, 2])) == 4 and right[3, 2] < right[0, 2] < 0, f"four points, {right[:, 2]} Pa along z")
     # Every layout that says the same numbers in the same places gives the same bits.
-    for name, same in {"Fortran order": np.asfortranarray(dF), "with gaps": np.repeat(dF, 2, axis=0)[::2],
-                       "points by two axes": dF.reshape(2, 2, 3, 3), "a row": dF.reshape(-1), "rows of nine": dF.reshape(4, 9),
-                       "a list": dF.tolist(), "the other byte order": dF.astype(">f8"),
-                       "backwards": np.ascontiguousarray(dF[::-1])[::-1], "long double": dF.astype(np.longdouble)}.items():
+    for name, same in {
+            "Fortran order": np.asfortranarray(dF), "with gaps": np.repeat(dF, 2, axis=0)[::2],
+            "points by two axes": dF.reshape(2, 2, 3, 3), "a row": dF.reshape(-1), "rows of nine": dF.reshape(4, 9),
+            "a list": dF.tolist(), "the other byte order": dF.astype(">f8"),
+            "backwards": np.ascontiguousarray(dF[::-1])[::-1], "long double": dF.astype(np.longdouble)
+    }.items():
         need((rves.advance(same, tangent=False)[0] == right).all(), f"dF {name} is read as something else")
     for shape in ((4, 6), (24,), (2, 2, 6), (2, 12)):
         room = np.full(shape, 7.0)
@@ -132,11 +135,13 @@ def case_arguments(tmp):
 
 def case_names(tmp):
     rves = grus.RveSet(SAND, 2, threads=1, set=WHOLE)
-    run = grus.run(os.path.join(source, "apps", "scenes", "sand_box.toml"), ["loading.final_strain=0.002", "output.gradings=1"],
-                   out=os.path.join(tmp, "out"))
+    run = grus.run(os.path.join(source, "apps", "scenes", "sand_box.toml"),
+                   ["loading.final_strain=0.002", "output.gradings=1"], out=os.path.join(tmp, "out"))
     need(repr(rves) == f"<grus.RveSet of {SAND}: 2 points, 1 RVEs>", repr(rves))
     rve = grus.Rve(SAND, set=WHOLE)
-    need(repr(rve).startswith(f"<grus.Rve of {SAND}: {rve.facts()['grains']} grains, 0 breakages, void ratio 0."), repr(rve))
+    need(
+        repr(rve).startswith(f"<grus.Rve of {SAND}: {rve.facts()['grains']} grains, 0 breakages, void ratio 0."),
+        repr(rve))
     rows = len(run["axial_strain"])
     need(repr(run) == f"<grus.Results of {tmp}/out: {rows} rows of {len(run)} columns, finished>", repr(run))
     for name in grus.__all__:
@@ -148,7 +153,9 @@ def case_names(tmp):
         try:
             work()
         except KeyError as e:
-            need(all(w in str(e) for w in words) and "\n" not in str(e) and str(e)[0] != '"', f"'{e}' does not say {words}")
+            need(
+                all(w in str(e) for w in words) and "\n" not in str(e) and str(e)[0] != '"',
+                f"'{e}' does not say {words}")
         else:
             need(False, f"found: {words}")
 
@@ -163,9 +170,11 @@ def case_names(tmp):
     lacks(["facts", "did you mean 'void_ratio'"], lambda: rves.facts()["void"])
     lacks(["facts", "did you mean 'breakages'"], lambda: rve.facts()["breakage"])
     lacks(["scene", "did you mean 'material'"], lambda: rves.scene["materials"])
-    need("axial" not in run and run.get("axial") is None and dict(rves.facts()).keys() == rves.facts().keys(), "is still a mapping")
+    need("axial" not in run and run.get("axial") is None and dict(rves.facts()).keys() == rves.facts().keys(),
+         "is still a mapping")
     again = pickle.loads(pickle.dumps(rves.facts()))
-    need((again["grains"] == rves.facts()["grains"]).all() and copy.copy(again).keys() == again.keys(), "facts cannot be kept")
+    need((again["grains"] == rves.facts()["grains"]).all() and copy.copy(again).keys() == again.keys(),
+         "facts cannot be kept")
 
 
 def case_types(tmp):
@@ -174,11 +183,16 @@ def case_types(tmp):
     from grus import precice
     public = [grus.load, grus.run]
     for cls in (grus.RveSet, grus.Rve, grus.Results, precice.MicroSimulation):
-        public += [m.fget if isinstance(m, property) else m for name, m in vars(cls).items()
-                   if (inspect.isfunction(m) or isinstance(m, property)) and (not name.startswith("_") or name in ("__init__", "__getitem__"))]
+        public += [
+            m.fget if isinstance(m, property) else m for name, m in vars(cls).items()
+            if (inspect.isfunction(m) or isinstance(m, property)) and (
+                not name.startswith("_") or name in ("__init__", "__getitem__"))
+        ]
     for f in public:
         told = inspect.signature(f)
-        lacking = [p.name for p in told.parameters.values() if p.name != "self" and p.annotation is inspect.Parameter.empty]
+        lacking = [
+            p.name for p in told.parameters.values() if p.name != "self" and p.annotation is inspect.Parameter.empty
+        ]
         lacking += ["its answer"] if told.return_annotation is inspect.Signature.empty else []
         need(lacking == [], f"{f.__qualname__}: no types of {lacking}")
     need(len(public) > 30, f"{len(public)} public functions")
@@ -186,10 +200,21 @@ def case_types(tmp):
     for cls in (grus._core.Cells, grus._core.Set):
         for name in vars(cls):
             need(name.startswith("_") or f"def {name}(" in stub, f"_core.pyi lacks {cls.__name__}.{name}")
+    text = subprocess.run([sys.executable, "-m", "pydoc", "grus.rves", "grus.results", "grus"], capture_output=True,
+                          text=True, env={**os.environ, "PYTHONPATH": os.path.join(build, "python")}).stdout
+    for word in ("RveSet", "tension-positive", "F_new F_old^-1", "(n, 6, 6)", "Unstable", "summary.json",
+                 "--set of grus-rve"):
+        need(word in text, f"pydoc does not say {word}")
+    for cls in (grus.RveSet, grus.Rve, grus.Results):
+        for name, member in vars(cls).items():
+            need(
+                name.startswith("_") or isinstance(member, (property, )) and member.__doc__
+                or getattr(member, "__doc__", None), f"{cls.__name__}.{name} has no docstring")
 
 
 def case_interrupts(tmp):
-    """Ctrl-C stops one long advance of one cell, with one thread and with two, and a preparation; what was there stands."""
+    """Ctrl-C stops one long advance of one cell, with one thread and with two, and a preparation; what was there
+    stands."""
     program = f"""import sys, time, grus, numpy as np
 what, threads = sys.argv[1], int(sys.argv[2])
 def told(work):
@@ -200,7 +225,8 @@ def told(work):
     except KeyboardInterrupt:
         return time.perf_counter() - begin
 if what == "preparation":
-    took = told(lambda: grus.Rve({SAND!r}, set=["preparation.unbalanced_force=1e-14", "preparation.max_hold=100000000"]))
+    took = told(lambda: grus.Rve({SAND!r}, set=["preparation.unbalanced_force=1e-14",
+                                            "preparation.max_hold=100000000"]))
     print("stopped", took < 3)
 else:
     rves = grus.RveSet({SAND!r}, 2, threads=threads, set={WHOLE!r})
@@ -210,8 +236,9 @@ else:
     print("stopped", took < 3, (rves.advance(dF)[0] == before).all())
 """
     for what, threads in (("advance", 1), ("advance", 2), ("preparation", 1)):
-        p = subprocess.Popen([sys.executable, "-c", program, what, str(threads)], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-                             text=True, env={**os.environ, "PYTHONPATH": os.path.join(build, "python")})
+        p = subprocess.Popen([sys.executable, "-c", program, what, str(threads)], stdout=subprocess.PIPE,
+                             stderr=subprocess.PIPE, text=True,
+                             env={**os.environ, "PYTHONPATH": os.path.join(build, "python")})
         p.stdout.readline()
         time.sleep(0.3)
         p.send_signal(signal.SIGINT)
@@ -239,7 +266,8 @@ class Manager:
             if told is None or data is None:
                 continue
             if not set(told) <= set(self.data):
-                raise Exception("The initialize() method needs to return data which is required for the adaptivity calculation.")
+                raise Exception(
+                    "The initialize() method needs to return data which is required for the adaptivity calculation.")
             for name in self.micro_names:
                 self.data[name][k] = told[name]
 
@@ -258,7 +286,8 @@ class Manager:
             self.data[name] = [row[name] for row in rows]
         stands = self.similar(1e-9) if self.asked else list(range(len(rows)))
         for k, j in enumerate(stands):
-            if self.asked and self.sims[k] is None and j == k:  # woken: a new one, in the state of the one that stood for it
+            if self.asked and self.sims[
+                    k] is None and j == k:  # woken: a new one, in the state of the one that stood for it
                 self.sims[k] = type(self.sims[self.stood[k]])(k)
                 self.sims[k].set_state(pickle.loads(pickle.dumps(self.sims[self.stood[k]].get_state())))
             if j != k:
@@ -284,8 +313,10 @@ def case_precice(tmp):
     from grus.precice import MicroSimulation
     F = np.tile(np.eye(3), (3, 1, 1))
     answers, active = {}, {}
-    for name, data in {"none": None, "macro": ["deformation-gradient-3"], "both": ["deformation-gradient-3", "void-ratio"],
-                       "stress": ["deformation-gradient-3", "stress-normal", "breakages"]}.items():
+    for name, data in {
+            "none": None, "macro": ["deformation-gradient-3"], "both": ["deformation-gradient-3", "void-ratio"],
+            "stress": ["deformation-gradient-3", "stress-normal", "breakages"]
+    }.items():
         manager = Manager(MicroSimulation, 3, data)
         F[:, 2, 2] = 1 - 1e-3
         first, few = manager.window(F, 2)
@@ -298,13 +329,17 @@ def case_precice(tmp):
     rve.advance(np.diag([1, 1, 1 - 1e-3])), rve.commit()
     right = rve.advance(np.diag([1, 1, (1 - 3e-3) / (1 - 1e-3)]))[0]
     for name, told in answers.items():
-        need((told[5]["stress-normal"] == right[:3]).all(), f"adaptivity {name}: {told[5]['stress-normal']} Pa, the cell alone {right[:3]}")
-        need((told[3]["stress-normal"] == answers["none"][3]["stress-normal"]).all(), f"adaptivity {name} changes an answer")
+        need((told[5]["stress-normal"] == right[:3]).all(),
+             f"adaptivity {name}: {told[5]['stress-normal']} Pa, the cell alone {right[:3]}")
+        need((told[3]["stress-normal"] == answers["none"][3]["stress-normal"]).all(),
+             f"adaptivity {name} changes an answer")
     sim = MicroSimulation(7)
     need(sim.initialize() is None and repr(sim).startswith("<grus.precice.MicroSimulation 7: <grus.Rve of "), repr(sim))
     refused(["deformation-gradient-2", "read_data_names"],
-            lambda: sim.solve({"deformation-gradient-1": [1, 0, 0], "deformation-gradient": [0, 1, 0]}, 1.0), grus.asked.Lacking)
-    refused(["deformation-gradient-1", "(2,)", "3D"], lambda: sim.solve({f"deformation-gradient-{r}": [1, 0] for r in (1, 2, 3)}, 1.0))
+            lambda: sim.solve({"deformation-gradient-1": [1, 0, 0], "deformation-gradient": [0, 1, 0]}, 1.0),
+            grus.asked.Lacking)
+    refused(["deformation-gradient-1", "(2,)", "3D"],
+            lambda: sim.solve({f"deformation-gradient-{r}": [1, 0] for r in (1, 2, 3)}, 1.0))
 
 
 with tempfile.TemporaryDirectory() as tmp:

@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Every key of a scene changes a result: keys.py BIN
 
-keys.toml: scenes, and rows of a key with another value. A run with the other value must end otherwise than the run without: another history, other files, another
-ending. Keys that the readers of scenes know, and keys that the records of the runs show, must be in a row.
+keys.toml: scenes, and rows of a key with another value. A run with the other value must end otherwise than the run
+without: another history, other files, another ending. Keys that the readers of scenes know, and keys that the records
+of the runs show, must be in a row.
 """
 import glob
 import json
@@ -28,7 +29,10 @@ with open(os.path.join(here, "keys.toml"), "rb") as f:
 KINDS = ("rve", "bvp") if fem else ("rve",)
 SCENES = {name: (kind, scene) for kind in KINDS for name, scene in DATA[kind].items()}
 FUZZ = {"PACKING": bases.PACKING, "MESH": bases.MESH, **bases.RVE, **hull_bases.RVE, **bases.BVP}
-PIECES = {**DATA["pieces"], "rock": hull_bases.ROCK, "cohesive": hull_bases.COHESIVE, **{f"fuzz.{name}": text for name, text in FUZZ.items()}}
+PIECES = {
+    **DATA["pieces"], "rock": hull_bases.ROCK, "cohesive": hull_bases.COHESIVE,
+    **{f"fuzz.{name}": text for name, text in FUZZ.items()}
+}
 ELSEWHERE = DATA["elsewhere"]
 
 
@@ -39,20 +43,24 @@ def text_of(pieces):
 
 def rows():
     """(scene, key, other value, companions...)"""
-    return [(scene, f"{table}.{key}" if table else key, *rest) for scene, tables in DATA["rows"].items() if scene in SCENES
-            for table, keys in tables.items() for key, *rest in keys]
+    return [(scene, f"{table}.{key}" if table else key, *rest) for scene, tables in DATA["rows"].items()
+            if scene in SCENES for table, keys in tables.items() for key, *rest in keys]
 
 
 def outcome(folder, result):
     """What a run leaves, but for clocks: ending, files, tables."""
-    left = {"exit": result.returncode, "error": re.sub(r"time [0-9.e+-]+", "", result.stderr)[-200:] if result.returncode else ""}
+    left = {
+        "exit": result.returncode,
+        "error": re.sub(r"time [0-9.e+-]+", "", result.stderr)[-200:] if result.returncode else ""
+    }
     for path in sorted(glob.glob(os.path.join(folder, "**"), recursive=True)):
         name = os.path.relpath(path, folder)
         if name.endswith((".csv", ".series")):
             text = open(path).read()
             if name == "history.csv" and "wall_s" in text.split("\n", 1)[0].split(","):
                 at = text.split("\n", 1)[0].split(",").index("wall_s")
-                text = "\n".join(",".join(v for k, v in enumerate(line.split(",")) if k != at) for line in text.split("\n"))
+                text = "\n".join(",".join(v for k, v in enumerate(line.split(",")) if k != at)
+                                 for line in text.split("\n"))
             left[name] = "there" if name == "costs.csv" else text
         elif not name.endswith((".json", ".h5")):
             left[name] = "there"
@@ -77,14 +85,18 @@ def general(path):
 
 
 def main(tmp):
-    for name, pieces in {**DATA["files"], **{f"{name}.toml": scene["of"] for name, (_, scene) in SCENES.items()}}.items():
+    for name, pieces in {**DATA["files"],
+                         **{f"{name}.toml": scene["of"] for name, (_, scene) in SCENES.items()}}.items():
         with open(os.path.join(tmp, name), "w") as f:
             f.write(text_of(pieces))
 
     def run(scene, *sets):
         folder, (kind, about) = os.path.join(tempfile.mkdtemp(dir=tmp), "out"), SCENES[scene]
         changes = dict(s.split("=", 1) for s in (*about.get("set", []), *sets))  # of two of a key the last holds
-        command = [os.path.join(binaries, f"grus-{kind}"), os.path.join(tmp, scene + ".toml"), "-o", folder, "--quiet", "--threads", "1"]
+        command = [
+            os.path.join(binaries, f"grus-{kind}"),
+            os.path.join(tmp, scene + ".toml"), "-o", folder, "--quiet", "--threads", "1"
+        ]
         command += [a for key, value in changes.items() for a in ("--set", f"{key}={value}")]
         try:
             return outcome(folder, subprocess.run(command, capture_output=True, text=True, timeout=120))
@@ -107,11 +119,18 @@ def main(tmp):
     covered = {general(row[1]) for row in table} | set(ELSEWHERE)
     for scene in scenes:
         for path in paths(plain[scene].get("record", {}).get("scene", {})):
-            need(general(path) in covered or general(path).rsplit(".", 1)[0] in covered, f"{path} (scene {scene}) is in no row of the table")
+            need(
+                general(path) in covered or general(path).rsplit(".", 1)[0] in covered,
+                f"{path} (scene {scene}) is in no row of the table")
     words = {part for key in covered for part in key.split(".")}
-    files = [p for room in ["scene"] + (["bvp/scene"] if fem else []) for p in glob.glob(os.path.join(here, "..", "..", "apps", room, "*_scene.cpp"))]
+    files = [
+        p for room in ["scene"] + (["bvp/scene"] if fem else [])
+        for p in glob.glob(os.path.join(here, "..", "..", "apps", room, "*_scene.cpp"))
+    ]
     readers = "".join(open(p).read() for p in files)
-    for key in sorted(set(re.findall(r"\b(?:number|number_or|integer_or|flag_or|text|text_or|choice|choice_or|numbers|numbers_or|free_numbers|pairs|texts_or_none|matrix)\(\"([a-z_0-9]+)\"", readers))):
+    asked = (r"\b(?:number|number_or|integer_or|flag_or|text|text_or|choice|choice_or|numbers|numbers_or|free_numbers|"
+             r"pairs|texts_or_none|matrix)\(\"([a-z_0-9]+)\"")
+    for key in sorted(set(re.findall(asked, readers))):
         need(key in words, f"{key}, which a reader asks for, is in no row of the table")
     print(f"{len(table)} keys and values")
 

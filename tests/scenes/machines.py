@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""What machines do to runs: signals, time limits, logs, links where files are to be, checkpoints that somebody has changed: machines.py stops|ranks|links|checkpoints BIN"""
+"""What machines do to runs: signals, time limits, logs, links where files are to be, checkpoints that somebody has
+changed: machines.py stops|ranks|links|checkpoints BIN"""
 import os
 import pty
 import random
@@ -13,6 +14,7 @@ import tempfile
 import time
 
 import scene_tools
+from checkpoint_bytes import Kept, draw_change, seal
 from scene_tools import faults, need, run, summary, without_wall, write
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "fuzz"))
@@ -72,7 +74,8 @@ def stops(tmp):
     lasts = time.time() - begin
     # nohup: SIGHUP is not heard; SIGUSR1 and SIGUSR2 leave a checkpoint of that moment, and the run goes on.
     out = os.path.join(tmp, "nohup")
-    p = subprocess.Popen([rve, scene, "-o", out, "--threads", "1"], stdout=subprocess.PIPE, text=True, preexec_fn=ignoring(signal.SIGHUP))
+    p = subprocess.Popen([rve, scene, "-o", out, "--threads", "1"], stdout=subprocess.PIPE, text=True,
+                         preexec_fn=ignoring(signal.SIGHUP))
     wait_for(lambda: os.path.exists(os.path.join(out, "history.csv")), p)
     checkpoint = os.path.join(out, "checkpoint.h5")
     for sent in (signal.SIGUSR1, signal.SIGUSR2):
@@ -82,32 +85,43 @@ def stops(tmp):
         p.send_signal(sent)
         wait_for(lambda: os.path.exists(checkpoint), p)
     said = p.communicate()[0]
-    need(p.returncode == 0 and said.count("checkpoint written at t = ") == 2, f"nohup and two wishes: exit {p.returncode} {said!r}")
+    need(p.returncode == 0 and said.count("checkpoint written at t = ") == 2,
+         f"nohup and two wishes: exit {p.returncode} {said!r}")
     need(read(out, "history.csv") == read(whole, "history.csv"), "a checkpoint on the way has changed the rows")
     progress = [line for line in said.splitlines() if "ETA" in line]
     need(progress and all(STAMP.match(line) for line in progress), f"progress without the time: {progress[:3]}")
     # From that checkpoint: the same rows.
     r = run(rve, scene, "-o", out, "--quiet", "--threads", "1", "--resume")
-    need(r.returncode == 0 and read(out, "history.csv") == read(whole, "history.csv"), f"from the checkpoint that was asked for: {r.returncode} {r.stderr!r}")
-    # A limit of time: over before it is, with status, checkpoint and summary; the log goes on where it was, quiet or not.
+    need(r.returncode == 0 and read(out, "history.csv") == read(whole, "history.csv"),
+         f"from the checkpoint that was asked for: {r.returncode} {r.stderr!r}")
+    # A limit of time: over before it is, with status, checkpoint and summary; the log goes on where it was, quiet or
+    # not.
     limit, out, log = 0.6 * lasts, os.path.join(tmp, "limit"), os.path.join(tmp, "limit", "run.log")
     for k in range(20):
         begin = time.time()
-        r = run(rve, scene, "-o", out, "--quiet", "--threads", "1", "--max-time", f"{limit:.3f} s", "--log", log, *(["--resume"] if k else []))
+        r = run(rve, scene, "-o", out, "--quiet", "--threads", "1", "--max-time", f"{limit:.3f} s", "--log", log,
+                *(["--resume"] if k else []))
         took = time.time() - begin  # a busy machine takes its time to start a process
         if r.returncode != 75:
             break
-        need(took < limit + 1 and r.stderr == "" and summary(out)["status"] == 75 and "--resume" in summary(out)["ending"] and os.path.exists(os.path.join(out, "checkpoint.h5")),
-             f"limit {k}: {took:.2f} s of {limit:.2f} {r.stderr!r}")
+        need(
+            took < limit + 1 and r.stderr == "" and summary(out)["status"] == 75
+            and "--resume" in summary(out)["ending"] and os.path.exists(os.path.join(out, "checkpoint.h5")),
+            f"limit {k}: {took:.2f} s of {limit:.2f} {r.stderr!r}")
     need(r.returncode == 0 and k > 0, f"after {k} parts: exit {r.returncode} {r.stderr!r}")
     need(read(out, "history.csv") == read(whole, "history.csv"), "rows differ after stops by the clock")
     lines = read(log).decode().splitlines()
-    need(all(STAMP.match(line) for line in lines) and sum("out of time" in line for line in lines) == k and "finished" in lines[-1], f"log: {lines[-3:]}")
+    need(
+        all(STAMP.match(line) for line in lines) and sum("out of time" in line for line in lines) == k
+        and "finished" in lines[-1], f"log: {lines[-3:]}")
     for wrong in ("2 m", "-1 s", "0", "soon"):
         r = run(rve, scene, "-o", os.path.join(tmp, "no"), "--max-time", wrong)
-        need(r.returncode == 2 and r.stderr.startswith("--max-time: ") and r.stderr.count("\n") == 1, f"--max-time {wrong}: exit {r.returncode} {r.stderr!r}")
+        need(r.returncode == 2 and r.stderr.startswith("--max-time: ") and r.stderr.count("\n") == 1,
+             f"--max-time {wrong}: exit {r.returncode} {r.stderr!r}")
     r = run(rve, scene, "-o", os.path.join(tmp, "no"), "--log", os.path.join(tmp, "nowhere", "x"))
-    need(r.returncode == 2 and "--log" in r.stderr and r.stderr.count("\n") == 1 and not os.path.exists(os.path.join(tmp, "no")), f"a log that cannot be: {r.stderr!r}")
+    need(
+        r.returncode == 2 and "--log" in r.stderr and r.stderr.count("\n") == 1
+        and not os.path.exists(os.path.join(tmp, "no")), f"a log that cannot be: {r.stderr!r}")
     # A log goes on where it ended; a file that is none, such as those that the run reads, is left as it is.
     log, lengths, no = os.path.join(tmp, "own.log"), [], os.path.join(tmp, "no")
     for _ in range(2):
@@ -128,7 +142,9 @@ def stops(tmp):
     # A terminal: one live line; under mpirun, which gives its ranks one whatever it writes to: lines.
     for environment, live in (({}, True), ({"OMPI_COMM_WORLD_SIZE": "2"}, False)):
         leader, follower = pty.openpty()
-        p = subprocess.Popen([rve, scene, "-o", whole, "--force", "--threads", "1", "--set", "loading.final_strain=0.03"], stdout=follower, env={**os.environ, "TERM": "xterm", **environment})
+        p = subprocess.Popen(
+            [rve, scene, "-o", whole, "--force", "--threads", "1", "--set", "loading.final_strain=0.03"],
+            stdout=follower, env={**os.environ, "TERM": "xterm", **environment})
         os.close(follower)
         seen = b""
         while True:
@@ -137,20 +153,37 @@ def stops(tmp):
             except OSError:
                 break
             seen += some
-        need(p.wait() == 0 and (b"\033[K" in seen) == live and (STAMP.match(seen.decode().splitlines()[4]) is not None) != live, f"{environment}: {seen[-300:]!r}")
+        need(
+            p.wait() == 0 and (b"\033[K" in seen) == live
+            and (STAMP.match(seen.decode().splitlines()[4]) is not None) != live, f"{environment}: {seen[-300:]!r}")
     # A study: SIGTERM and a limit are heard, runs that were stopped go on from their checkpoints.
-    write(tmp, '[study]\nscene = "scene.toml"\nquantities = ["kinetic_J"]\nat = [0.0]\n[[case]]\nname = "a"\nset = { "loading.final_strain" = 0.075 }\n', "study.toml")
-    need(run(rve, scene, "-o", whole, "--quiet", "--threads", "1", "--force", "--set", "loading.final_strain=0.075").returncode == 0, "the longer run")
+    write(
+        tmp,
+        '[study]\nscene = "scene.toml"\nquantities = ["kinetic_J"]\nat = [0.0]\n[[case]]\nname = "a"\n'
+        'set = { "loading.final_strain" = 0.075 }\n',
+        "study.toml")
+    need(
+        run(rve, scene, "-o", whole, "--quiet", "--threads", "1", "--force", "--set",
+            "loading.final_strain=0.075").returncode == 0, "the longer run")
     out, begin = os.path.join(tmp, "study"), time.time()
     need(run(study, os.path.join(tmp, "study.toml"), "--check").returncode == 0, "--check of a study")
     limit, begin = time.time() - begin + lasts, time.time()
-    r = run(study, os.path.join(tmp, "study.toml"), "-o", out, "--threads", "1", "--max-time", f"{limit:.3f} s", "--log", os.path.join(tmp, "study.log"))
+    r = run(study, os.path.join(tmp, "study.toml"), "-o", out, "--threads", "1", "--max-time", f"{limit:.3f} s",
+            "--log", os.path.join(tmp, "study.log"))
     stopped = summary(os.path.join(out, "runs", "a"))
-    need(r.returncode == 75 and r.stderr.count("\n") == 1 and stopped["status"] == 130 and time.time() - begin < limit + 2, f"a study's limit: exit {r.returncode} {r.stderr!r} after {time.time() - begin:.1f} s")
+    need(
+        r.returncode == 75 and r.stderr.count("\n") == 1 and stopped["status"] == 130
+        and time.time() - begin < limit + 2,
+        f"a study's limit: exit {r.returncode} {r.stderr!r} after {time.time() - begin:.1f} s")
     r = run(study, os.path.join(tmp, "study.toml"), "-o", out, "--threads", "1")
-    need(r.returncode == 0 and read(out, "runs", "a", "history.csv") == read(whole, "history.csv"), f"a study that goes on: exit {r.returncode} {r.stderr!r}")
-    need(summary(os.path.join(out, "runs", "a"))["seconds"]["loading_wall"] > stopped["seconds"]["loading_wall"], "a run of a study began anew instead of going on")
-    need("out of time" in read(tmp, "study.log").decode() and all(STAMP.match(line) for line in read(tmp, "study.log").decode().splitlines()), "log of a study")
+    need(r.returncode == 0 and read(out, "runs", "a", "history.csv") == read(whole, "history.csv"),
+         f"a study that goes on: exit {r.returncode} {r.stderr!r}")
+    need(
+        summary(os.path.join(out, "runs", "a"))["seconds"]["loading_wall"] > stopped["seconds"]["loading_wall"],
+        "a run of a study began anew instead of going on")
+    need(
+        "out of time" in read(tmp, "study.log").decode()
+        and all(STAMP.match(line) for line in read(tmp, "study.log").decode().splitlines()), "log of a study")
 
 
 BLOCK = """[mesh]
@@ -176,8 +209,13 @@ def ranks(tmp):
     """The same under mpirun, of a macro problem."""
     if not bvp:
         return
-    write(tmp, ROWS[:ROWS.index("[packing]")] + '[packing]\nkind = "simple-cubic"\nradius = { distribution = "constant", mean = "0.3 mm" }\nlayers = [4, 4, 4]\n[boundary]\nkind = "periodic"\n'
-          '[preparation]\npressure = "1 MPa"\n[loading]\nkind = "uniaxial-strain"\nstrain_rate = 500.0\nfinal_strain = 0.02\n', "cell.toml")
+    write(
+        tmp, ROWS[:ROWS.index("[packing]")] +
+        '[packing]\nkind = "simple-cubic"\nradius = { distribution = "constant", mean = "0.3 mm" }\n'
+        'layers = [4, 4, 4]\n[boundary]\nkind = "periodic"\n'
+        '[preparation]\npressure = "1 MPa"\n[loading]\nkind = "uniaxial-strain"\nstrain_rate = 500.0\n'
+        'final_strain = 0.02\n',
+        "cell.toml")
     scene, whole, out = write(tmp, BLOCK, "block.toml"), os.path.join(tmp, "whole"), os.path.join(tmp, "out")
     # A log that the first rank cannot open ends all of them.
     r = run("mpirun", "-n", "2", bvp, scene, "-o", out, "--log", scene, timeout=60)
@@ -187,7 +225,8 @@ def ranks(tmp):
     need(r.returncode == 0, f"the whole run: {r.stderr!r}")
     checkpoint = os.path.join(out, "checkpoint.h5")
     with open(os.path.join(tmp, "said"), "w") as said:
-        p = subprocess.Popen(["mpirun", "-n", "2", bvp, scene, "-o", out, "--threads", "1"], stdout=said, stderr=subprocess.STDOUT, start_new_session=True)
+        p = subprocess.Popen(["mpirun", "-n", "2", bvp, scene, "-o", out, "--threads", "1"], stdout=said,
+                             stderr=subprocess.STDOUT, start_new_session=True)
         wait_for(lambda: os.path.exists(os.path.join(out, ".grus")), p)
         p.send_signal(signal.SIGUSR1)  # mpirun hands it on
         wait_for(lambda: os.path.exists(checkpoint), p)
@@ -199,105 +238,60 @@ def ranks(tmp):
     text = read(tmp, "said").decode()
     need("\033" not in text and "\r" not in text, f"escape codes in mpirun's output: {text[-200:]!r}")
     for k in range(30):
-        r = run("mpirun", "-n", "2", bvp, scene, "-o", out, "--quiet", "--threads", "1", "--resume", "--max-time", "4 s")
+        r = run("mpirun", "-n", "2", bvp, scene, "-o", out, "--quiet", "--threads", "1", "--resume", "--max-time",
+                "4 s")
         if r.returncode != 75:
             break
         need(summary(out)["status"] == 75, f"summary: {summary(out)['status']}")
-    need(r.returncode == 0 and without_wall(out) == without_wall(whole), f"after {k} stops: exit {r.returncode} {r.stderr[-300:]!r}")
+    need(r.returncode == 0 and without_wall(out) == without_wall(whole),
+         f"after {k} stops: exit {r.returncode} {r.stderr[-300:]!r}")
 
 
 def links(tmp):
     """What is written aside, appended to or locked is a file of the folder's own: a link put there leads nowhere."""
-    scene, victim = write(tmp, ROWS.replace("final_strain = 0.045", "final_strain = 0.002")), write(tmp, "precious", "victim")
+    scene, victim = write(tmp, ROWS.replace("final_strain = 0.045",
+                                            "final_strain = 0.002")), write(tmp, "precious", "victim")
     need(run(rve, scene, "-o", os.path.join(tmp, "out"), "--quiet").returncode == 0, "the first run")
     out = os.path.join(tmp, "out")
     for name in ("summary.json.new", "history.csv.new", "checkpoint.h5.new"):
         for link in (os.symlink, os.link):
             link(victim, os.path.join(out, name))
             r = run(rve, scene, "-o", out, "--quiet", "--force", "--set", "output.checkpoint_interval=1e-9")
-            need(r.returncode == 0 and read(victim) == b"precious" and not os.path.lexists(os.path.join(out, name)), f"{name}, {link.__name__}: exit {r.returncode} {r.stderr!r} {read(victim)[:20]!r}")
+            need(r.returncode == 0 and read(victim) == b"precious" and not os.path.lexists(os.path.join(out, name)),
+                 f"{name}, {link.__name__}: exit {r.returncode} {r.stderr!r} {read(victim)[:20]!r}")
     # A folder of frames that has become a link.
     framed, other = os.path.join(tmp, "framed"), tempfile.mkdtemp(dir=tmp)
-    frames = [rve, scene, "-o", framed, "--quiet", "--set", "output.frames=2", "--set", "output.checkpoint_interval=1e-9"]
+    frames = [
+        rve, scene, "-o", framed, "--quiet", "--set", "output.frames=2", "--set", "output.checkpoint_interval=1e-9"
+    ]
     need(run(*frames).returncode == 0, "a run with frames")
     shutil.rmtree(os.path.join(framed, "grains"))
     os.symlink(other, os.path.join(framed, "grains"))
     for how in ("--force", "--resume"):
         r = run(*frames, how)
-        need(r.returncode == 2 and "grains: is a link" in r.stderr and os.listdir(other) == [], f"grains is a link, {how}: exit {r.returncode} {r.stderr!r} {os.listdir(other)}")
+        need(r.returncode == 2 and "grains: is a link" in r.stderr and os.listdir(other) == [],
+             f"grains is a link, {how}: exit {r.returncode} {r.stderr!r} {os.listdir(other)}")
     for program, arguments in ((rve, ("--force",)), (study, ())):
         for target in (victim, os.path.join(tmp, "made")):
             marked = tempfile.mkdtemp(dir=tmp)
             os.symlink(target, os.path.join(marked, ".grus"))
-            source = scene if program == rve else write(tmp, '[study]\nscene = "scene.toml"\nquantities = ["kinetic_J"]\nat = [0.0]\n[[case]]\nname = "a"\n', "study.toml")
+            source = scene if program == rve else write(
+                tmp, '[study]\nscene = "scene.toml"\nquantities = ["kinetic_J"]\nat = [0.0]\n[[case]]\nname = "a"\n',
+                "study.toml")
             r = run(program, source, "-o", marked, "--quiet", *arguments)
-            need(r.returncode in (1, 2) and r.stderr.count("\n") == 1 and os.listdir(marked) == [".grus"] and not os.path.exists(os.path.join(tmp, "made")), f"a lock that is a link: exit {r.returncode} {r.stderr!r}")
+            need(
+                r.returncode in (1, 2) and r.stderr.count("\n") == 1 and os.listdir(marked) == [".grus"]
+                and not os.path.exists(os.path.join(tmp, "made")),
+                f"a lock that is a link: exit {r.returncode} {r.stderr!r}")
     need(read(victim) == b"precious", "the lock was followed")
     # The Python tools write the same way.
     sys.path.insert(0, os.path.join(binaries, "..", "python"))
     from grus.files.writing import write_csv
     os.symlink(victim, os.path.join(tmp, "table.csv.new"))
     write_csv(os.path.join(tmp, "table.csv"), [["a"], [1]])
-    need(read(victim) == b"precious" and read(tmp, "table.csv") == b"a\n1\n", "grus.files.writing.write_whole follows a link")
-
-
-BASIS, BLOCK_BYTES = 0xcbf29ce484222325, 1 << 14
-
-
-def seal(data, h=BASIS):
-    """FNV-1a, as dem/base/checksum.hpp has it, of data that follow what h is of."""
-    prime, end = 0x100000001b3, 1 << 64
-    for part in re.split(b"(\0{64,})", data):
-        if part[:64] == bytes(64):  # most of a file is empty: a power of the prime
-            h = h * pow(prime, len(part), end) % end
-            continue
-        for c in part:
-            h = (h ^ c) * prime % end
-    return h
-
-
-class Kept:
-    """A checkpoint whose parts can be changed, and sealed again."""
-
-    def __init__(self, path):
-        import h5py
-        self.image = read(path)[:-8]
-        with h5py.File(path, "r") as f:
-            self.size = f["parts"].shape[0]
-            self.offsets = [int(x) for x in f["offsets"]]
-            self.at = [f["parts"].id.get_chunk_info(k).byte_offset for k in range(f["parts"].id.get_num_chunks())]
-            self.about, self.about_size = f["about"].id.get_offset(), f["about"].shape[0]
-        self.seals = [BASIS]  # of what lies before each block
-        for k in range(0, len(self.image), BLOCK_BYTES):
-            self.seals.append(seal(self.image[k:k + BLOCK_BYTES], self.seals[-1]))
-        need(self.seals[-1].to_bytes(8, "little") == read(path)[-8:], "the seal is another")
-
-    def place(self, byte):
-        return self.at[byte >> 18] + (byte & 0x3ffff)
-
-    def changed(self, byte, value, about=False):
-        image = bytearray(self.image)
-        places = [self.about + byte + k if about else self.place(byte + k) for k in range(len(value))]
-        for place, v in zip(places, value):
-            image[place] = v
-        block = min(places, default=0) // BLOCK_BYTES  # what lies before is as it was
-        return bytes(image) + seal(bytes(image[block * BLOCK_BYTES:]), self.seals[block]).to_bytes(8, "little")
-
-
-def draw_change(kept, draw):
-    """What is written where: bits, counts, indices, numbers; in what the file tells of itself now and then."""
-    if draw.random() < 0.08:
-        return draw.randrange(kept.about_size - 1), bytes([draw.randrange(32, 127)]), True
-    part = draw.choice([0, 0, 0, 1]) if len(kept.offsets) > 2 else 0
-    low, high = kept.offsets[part], kept.offsets[part + 1]
-    if draw.random() < 0.3:
-        low, high = kept.offsets[0], kept.offsets[-1]
-    byte = low + 4 * draw.randrange(max(1, (high - low - 8) // 4))
-    old = kept.image[kept.place(byte)]
-    values = [draw.randbytes(8), b"\xff" * 8, bytes(8), (1 << draw.randrange(64)).to_bytes(8, "little"), b"\0\0\0\0\0\0\xf8\x7f", b"\xff\xff\xff\x7f", b"\xff\xff\xff\xff",
-              bytes([old ^ (1 << draw.randrange(8))]), (draw.randrange(5000)).to_bytes(4, "little"), b"\0\0\0\0\0\0\xf0\x3f", b"\x9c\x75\x00\x88\x3c\xe4\x37\x7e"]
-    value = draw.choice(values)
-    return byte, value[:high - byte] if byte + len(value) > high else value, False
+    need(
+        read(victim) == b"precious" and read(tmp, "table.csv") == b"a\n1\n",
+        "grus.files.writing.write_whole follows a link")
 
 
 def lines_of(folder):
@@ -306,18 +300,26 @@ def lines_of(folder):
 
 
 def checkpoints(tmp):
-    """Values in real checkpoints are changed and the file is sealed again: refused in one line, or a run that ends; no crash, no hang. And a file that claims to be huge takes no memory."""
+    """Values in real checkpoints are changed and the file is sealed again: refused in one line, or a run that ends; no
+    crash, no hang. And a file that claims to be huge takes no memory."""
     import bases
-    scenes = {"crushing": bases.RVE["walls"], "periodic": bases.RVE["triaxial"], "bonded": bases.RVE["beam"], "cleaving": bases.RVE["cleaving"]}
+    scenes = {
+        "crushing": bases.RVE["walls"], "periodic": bases.RVE["triaxial"], "bonded": bases.RVE["beam"],
+        "cleaving": bases.RVE["cleaving"]
+    }
     write(tmp, bases.PACKING, "pack.txt")
     write(tmp, bases.CELL, "cell.toml")
-    explicit = BLOCK[:BLOCK.index("[solve]")].replace("strain_per_step = 1e-7\n", "") + '[solve]\nkind = "explicit-quasi-static"\n[output]\nframes = 0\n'
-    newton = BLOCK.replace("strain_per_step = 1e-7", "strain_per_step = 1e-5\nadaptivity = { share = 1e-4, error = 0.01 }").replace("increments = 20", "increments = 4")
+    explicit = BLOCK[:BLOCK.index("[solve]")].replace(
+        "strain_per_step = 1e-7\n", "") + '[solve]\nkind = "explicit-quasi-static"\n[output]\nframes = 0\n'
+    newton = BLOCK.replace("strain_per_step = 1e-7",
+                           "strain_per_step = 1e-5\nadaptivity = { share = 1e-4, error = 0.01 }").replace(
+                               "increments = 20", "increments = 4")
     macro = {"newton": newton, "explicit": explicit} if bvp else {}
     draw, outcomes, count, whole = random.Random(20), {}, 0, {}
     for name, text in {**scenes, **macro}.items():
         program, scene, out = (bvp if name in macro else rve), write(tmp, text, name + ".toml"), os.path.join(tmp, name)
-        interval = {"newton": 1e-9, "explicit": 0.004}.get(name, 0.02)  # s: each run writes one, none writes all the time
+        interval = {"newton": 1e-9, "explicit": 0.004}.get(name,
+                                                           0.02)  # s: each run writes one, none writes all the time
         settings = ["--set", f"output.checkpoint_interval={interval}", "--threads", "1", "--quiet"]
         p = subprocess.Popen([program, scene, "-o", out, *settings], stderr=subprocess.PIPE, text=True)
         rows = 6 if name == "cleaving" else 0  # late: what was cloven is there, and little is left to run
@@ -325,7 +327,8 @@ def checkpoints(tmp):
             time.sleep(0.001)
         p.send_signal(signal.SIGTERM)
         errors = p.communicate()[1]
-        need(p.returncode in (0, 130) and os.path.exists(os.path.join(out, "checkpoint.h5")), f"{name}: no checkpoint: exit {p.returncode} {errors!r}")
+        need(p.returncode in (0, 130) and os.path.exists(os.path.join(out, "checkpoint.h5")),
+             f"{name}: no checkpoint: exit {p.returncode} {errors!r}")
         kept, real = Kept(os.path.join(out, "checkpoint.h5")), read(out, "checkpoint.h5")
         whole[name] = real
         for k in range(6 if name in macro else 21):
@@ -333,7 +336,8 @@ def checkpoints(tmp):
             with open(os.path.join(out, "checkpoint.h5"), "wb") as f:
                 f.write(kept.changed(byte, value, about) if k else real)
             try:
-                r = subprocess.run([program, scene, "-o", out, "--resume", *settings], capture_output=True, text=True, timeout=20)
+                r = subprocess.run([program, scene, "-o", out, "--resume", *settings], capture_output=True, text=True,
+                                   timeout=20)
             except subprocess.TimeoutExpired:
                 need(False, f"{name} {k}: {value!r} at {byte}: hangs")
                 continue
@@ -342,7 +346,11 @@ def checkpoints(tmp):
                 continue
             outcomes[r.returncode] = outcomes.get(r.returncode, 0) + 1
             count += 1
-            need(r.returncode in (0, 2, 3) and r.stderr.count("\n") == (r.returncode != 0), f"{name} {k}: {value!r} at {byte}{' of what it tells' if about else ''}: exit {r.returncode} {r.stderr[-300:]!r}")
+            need(
+                r.returncode in (0, 2, 3) and r.stderr.count("\n") == (r.returncode != 0),
+                f"{name} {k}: {value!r} at {byte}{' of what it tells' if about else ''}: exit {r.returncode} "
+                f"{r.stderr[-300:]!r}"
+            )
     need(count >= 80 and outcomes.get(2, 0) > count / 4, f"{count} changes: {outcomes}")
     print(f"{count} changed checkpoints, by exit status: {outcomes}")
     # Columns of 2 GB in a file of some kB.
@@ -358,15 +366,20 @@ def checkpoints(tmp):
         with h5py.File(path, "w") as f:
             for name, kind in (("head", "u8"), ("about", "u1"), ("offsets", "u8"), ("parts", "u1")):
                 if name == column:
-                    f.create_dataset(name, shape=(1 << (31 if kind == "u1" else 28),), dtype=kind, chunks=(1 << 16,), compression="gzip", fillvalue=0)
+                    f.create_dataset(name, shape=(1 << (31 if kind == "u1" else 28), ), dtype=kind, chunks=(1 << 16, ),
+                                     compression="gzip", fillvalue=0)
                 else:
                     f.create_dataset(name, data=head if name == "head" else np.zeros(2, kind))
         data = read(path)
         with open(path, "wb") as f:
             f.write(data + seal(data).to_bytes(8, "little"))
-        limited = ["/usr/bin/env", "bash", "-c", 'ulimit -v 1500000; exec "$@"', "x", rve, os.path.join(tmp, "crushing.toml"), "-o", out, "--resume", *settings]
+        limited = [
+            "/usr/bin/env", "bash", "-c", 'ulimit -v 1500000; exec "$@"', "x", rve,
+            os.path.join(tmp, "crushing.toml"), "-o", out, "--resume", *settings
+        ]
         r = subprocess.run(limited, capture_output=True, text=True, timeout=20)
-        need(r.returncode == 2 and r.stderr.count("\n") == 1, f"a huge column {column} in {len(data)} bytes: exit {r.returncode} {r.stderr!r}")
+        need(r.returncode == 2 and r.stderr.count("\n") == 1,
+             f"a huge column {column} in {len(data)} bytes: exit {r.returncode} {r.stderr!r}")
 
 
 with tempfile.TemporaryDirectory() as tmp:

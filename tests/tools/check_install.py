@@ -12,7 +12,8 @@ build, kind = os.path.abspath(sys.argv[1]), sys.argv[2]
 
 source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 page = open(os.path.join(source, "docs", "library.md")).read()
-PUBLIC = ["grus/rve.hpp", "grus/scene.hpp"] + [f"dem/rve/{name}.hpp" for name in ("model", "state", "rve", "measure", "step")]
+PUBLIC = ["grus/rve.hpp", "grus/scene.hpp"
+          ] + [f"dem/rve/{name}.hpp" for name in ("model", "state", "rve", "measure", "step")]
 CMAKE, CLIENT = (re.search(rf"```{kind_of_block}\n(.*?)```", page, re.S).group(1) for kind_of_block in ("cmake", "cpp"))
 SAID = re.search(r"says `(.*?)`", page).group(1)
 COMMANDS = ["grus-study", "grus-calibrate", "grus-report"]
@@ -28,7 +29,9 @@ int main() {
   model.materials = {m};
   make_pair_laws(model);
   State s;
-  for (int i = 0; i < 2; ++i) set_grain(s.grains, i, {.shape = PolyEllipsoid::sphere(1e-3), .position = Vec3(i * 1.99e-3, 0, 0), .density = 2650});
+  for (int i = 0; i < 2; ++i)
+    set_grain(s.grains, i,
+              {.shape = PolyEllipsoid::sphere(1e-3), .position = Vec3(i * 1.99e-3, 0, 0), .density = 2650});
   Team team(2);
   prepare(model, s, team);
   std::printf("%.6g\\n", s.grains.force[1].x());
@@ -39,8 +42,10 @@ SCENE = """#include <cstdio>
 #include "grus/scene.hpp"
 int main() {
   std::FILE* f = std::fopen("two.toml", "w");
-  std::fputs("[material.sand]\\ndensity = 2650\\nyoungs_modulus = \\"60 GPa\\"\\npoissons_ratio = 0.17\\n[boundary]\\nkind = \\"open\\"\\n"
-             "[[grain]]\\nradius = \\"1 mm\\"\\nposition = [0, 0, 0]\\n[[grain]]\\nradius = \\"1 mm\\"\\nposition = [0.0019, 0, 0]\\n"
+  std::fputs("[material.sand]\\ndensity = 2650\\nyoungs_modulus = \\"60 GPa\\"\\npoissons_ratio = 0.17\\n"
+             "[boundary]\\nkind = \\"open\\"\\n"
+             "[[grain]]\\nradius = \\"1 mm\\"\\nposition = [0, 0, 0]\\n"
+             "[[grain]]\\nradius = \\"1 mm\\"\\nposition = [0.0019, 0, 0]\\n"
              "[loading]\\nkind = \\"free\\"\\nduration = 1e-6\\n", f);
   std::fclose(f);
   grus::app::RveScene scene = grus::app::read_rve_scene("two.toml", {"material.sand.youngs_modulus=30e9"});
@@ -58,7 +63,8 @@ int main() {
   const fem::Session session;
   fem::BoundaryCondition low, high;
   low.name = "low", low.where = [](const fem::Point& x) { return x[2] < 1e-9; }, low.displacement = {0.0, 0.0, 0.0};
-  high.name = "high", high.where = [](const fem::Point& x) { return x[2] > 1 - 1e-9; }, high.displacement = {0.0, 0.0, -1e-3};
+  high.name = "high", high.where = [](const fem::Point& x) { return x[2] > 1 - 1e-9; };
+  high.displacement = {0.0, 0.0, -1e-3};
   fem::Problem problem(MPI_COMM_WORLD, fem::BoxMesh{}, {}, {low, high});
   fem::Material m = fem::elastic_material(problem.owned_points(), 1e9, 0);
   fem::solve_statics(problem, m, {.increments = 1}, [](const fem::IncrementReport&) { return true; });
@@ -75,13 +81,14 @@ def run(*command, cwd, **environment):
 
 
 def python_package(tmp):
-    """It is installed where Python looks, be that another folder for each prefix; else the line told is what Python needs. The
-    commands find it in each, and need no compiled core: without it cells alone are lacking."""
+    """It is installed where Python looks, be that another folder for each prefix; else the line told is what Python
+    needs. The commands find it in each, and need no compiled core: without it cells alone are lacking."""
     python = "/usr/bin/python3"
     looks = run(python, "-c", "import sys; print('\\n'.join(p for p in sys.path if p))", cwd=tmp).split()
     for prefix in ("/usr/local", "/usr", os.path.join(tmp, "elsewhere")):
         stage = os.path.join(tmp, "stage" + prefix.replace("/", "_"))
-        told = run("cmake", "--install", build, "--prefix", prefix, "--component", "Unspecified", cwd=tmp, DESTDIR=stage)
+        told = run("cmake", "--install", build, "--prefix", prefix, "--component", "Unspecified", cwd=tmp,
+                   DESTDIR=stage)
         line = re.search(r"export PYTHONPATH=(\S+)", told)
         if (line is not None) != prefix.startswith(tmp):
             sys.exit(f"FAULT --prefix {prefix}: {told}")
@@ -94,12 +101,14 @@ def python_package(tmp):
         found = run(python, "-c", "import grus; grus.load, grus.run; print(grus.__file__)", cwd=tmp, PYTHONPATH=path)
         if not found.startswith(stage + prefix + "/"):
             sys.exit(f"FAULT --prefix {prefix}: Python finds grus at {found}")
-        r = subprocess.run([python, "-c", "import grus; grus.Rve"], cwd=tmp, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": path})
+        r = subprocess.run([python, "-c", "import grus; grus.Rve"], cwd=tmp, capture_output=True, text=True,
+                           env={**os.environ, "PYTHONPATH": path})
         if r.returncode != 1 or not r.stderr.endswith("No module named 'grus._core': " + WITHOUT_CORE + "\n"):
             sys.exit(f"FAULT --prefix {prefix}: cells without a compiled core: {r.stderr}")
         if glob.glob(os.path.join(build, "python", "grus", "_core.*.so")):
             run("cmake", "--install", build, "--prefix", prefix, "--component", "python", cwd=tmp, DESTDIR=stage)
-            run(python, "-c", "import grus, grus.precice; grus.Rve, grus.precice.MicroSimulation", cwd=tmp, PYTHONPATH=path)
+            run(python, "-c", "import grus, grus.precice; grus.Rve, grus.precice.MicroSimulation", cwd=tmp,
+                PYTHONPATH=path)
 
 
 def built(installed, folder, cmake):
@@ -112,10 +121,12 @@ with tempfile.TemporaryDirectory() as tmp:
     installed = os.path.join(tmp, "installed")
     run("cmake", "--install", build, "--prefix", installed, cwd=tmp)
     HERTZ = 4 / 3 * 60e9 / (2 * (1 - 0.17 ** 2)) * (0.5e-3) ** 0.5 * (0.01e-3) ** 1.5
-    clients = [("grus::grus", CLIENT, lambda out: out == SAID + "\n"), ("grus::grus", DEM, lambda out: abs(float(out) / HERTZ - 1) < 1e-5),
+    clients = [("grus::grus", CLIENT, lambda out: out == SAID + "\n"),
+               ("grus::grus", DEM, lambda out: abs(float(out) / HERTZ - 1) < 1e-5),
                ("grus::grus", SCENE, lambda out: out.split() == ["2", "3e+10"])]
     if kind == "full":
-        clients.append(("grus::coupling", MACRO, lambda out: abs(float(out.split()[0]) / -1e6 - 1) < 2e-3 and out.split()[1] == "2"))
+        clients.append(("grus::coupling", MACRO,
+                        lambda out: abs(float(out.split()[0]) / -1e6 - 1) < 2e-3 and out.split()[1] == "2"))
     # The page's client by the page's text; the others, and every public header in a file of its own, in one project.
     page_client, rest = os.path.join(tmp, "page"), os.path.join(tmp, "rest")
     for folder in (page_client, rest):
@@ -128,7 +139,8 @@ with tempfile.TemporaryDirectory() as tmp:
         cmake += f"add_executable(client{k} main{k}.cpp)\ntarget_link_libraries(client{k} PRIVATE {target})\n"
     for number, header in enumerate(PUBLIC):
         open(os.path.join(rest, f"h{number}.cpp"), "w").write(f"#include <{header}>\n")
-    cmake += f"add_library(alone OBJECT {' '.join(f'h{k}.cpp' for k in range(len(PUBLIC)))})\ntarget_compile_options(alone PRIVATE -fsyntax-only)\ntarget_link_libraries(alone PRIVATE grus::grus)\n"
+    cmake += (f"add_library(alone OBJECT {' '.join(f'h{k}.cpp' for k in range(len(PUBLIC)))})\n"
+              "target_compile_options(alone PRIVATE -fsyntax-only)\ntarget_link_libraries(alone PRIVATE grus::grus)\n")
     built(installed, rest, cmake)
     for k, (target, _, right) in enumerate(clients):
         client = os.path.join(rest, "b", f"client{k}") if k else os.path.join(page_client, "b", "client")

@@ -1,13 +1,15 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""How the C++ is written: check_style.py format|clang|tidy SOURCE BUILD [--write]
+"""How the C++ and the Python are written: check_style.py format|clang|tidy|python SOURCE BUILD [--write]
 
-format  every file is as .clang-format wants it
+format  every C++ file is as .clang-format wants it
 clang   clang++ compiles everything that the build compiles, with its warnings, all of them errors
 tidy    .clang-tidy has nothing to say of the product
+python  flake8 and isort have nothing to say, mypy nothing of the package grus (python_style.cfg)
 
-The last two look at what has changed since it was last seen clean (seen_by_*.txt beside this file: digests; for clang of a file with all
-of the project that it includes, for tidy of a file and the header of its name). --write keeps what was clean.
+clang and tidy look at what has changed since it was last seen clean (seen_by_*.txt beside this file: digests; for clang
+of a file with all of the project that it includes, for tidy of a file and the header of its name). --write keeps what
+was clean.
 """
 import concurrent.futures
 import hashlib
@@ -23,11 +25,11 @@ here = os.path.dirname(os.path.abspath(__file__))
 cores = len(os.sched_getaffinity(0))
 
 
-def sources(root):
+def sources(root, endings=(".hpp", ".cpp")):
     found = []
-    for top in ("dem", "fem", "coupling", "apps", "tests"):
+    for top in ("dem", "fem", "coupling", "apps", "docs", "tests"):
         for folder, _, names in os.walk(os.path.join(root, top)):
-            found += [os.path.relpath(os.path.join(folder, n), root) for n in names if n.endswith((".hpp", ".cpp"))]
+            found += [os.path.relpath(os.path.join(folder, n), root) for n in names if n.endswith(endings)]
     return sorted(found)
 
 
@@ -47,6 +49,17 @@ def format_faults(root):
     files = [os.path.join(root, f) for f in sources(root)]
     done = subprocess.run(["clang-format", "--dry-run", "--Werror", *files], capture_output=True, text=True, cwd=root)
     return [line for line in done.stderr.split("\n") if "error:" in line] or ([done.stderr] if done.returncode else [])
+
+
+def python_faults(root, build):
+    """Of the package as the build has it: only there it knows its version."""
+    files, settings = [os.path.join(root, f) for f in sources(root, ".py")], os.path.join(here, "python_style.cfg")
+    calls = [(["flake8", "--config", settings, *files], root),
+             (["isort", "--settings-file", settings, "--check-only", *files], root),
+             (["mypy", "--config-file", settings, "--cache-dir",
+               os.path.join(build, "mypy"), "-p", "grus"], os.path.join(build, "python"))]
+    done = [subprocess.run(call, capture_output=True, text=True, cwd=folder) for call, folder in calls]
+    return [line for d in done if d.returncode for line in (d.stdout + d.stderr).splitlines()]
 
 
 GCC_ONLY = ("-Wno-maybe-uninitialized", "-fno-tree-slp-vectorize", "-Wno-uninitialized")
@@ -117,17 +130,24 @@ def tidy_faults(root, build, write):
         json.dump(list(entries.values()), f)
 
     def look_at(file):
-        done = subprocess.run(["clang-tidy", "-p", scratch.name, "--quiet", os.path.join(root, file)], capture_output=True, text=True)
+        done = subprocess.run(["clang-tidy", "-p", scratch.name, "--quiet",
+                               os.path.join(root, file)], capture_output=True, text=True)
         return [done.stdout.strip() or done.stderr.strip()] if done.returncode else []
     settings = open(os.path.join(root, ".clang-tidy")).read()
-    digests = {file: digest(root, [f for f in (file, file[:-4] + ".hpp") if os.path.exists(os.path.join(root, f))], settings) for file in entries}
+    digests = {
+        file: digest(root, [f for f in (file, file[:-4] + ".hpp") if os.path.exists(os.path.join(root, f))], settings)
+        for file in entries
+    }
     return unless_seen(root, "tidy", digests, look_at, write)
 
 
 def main():
     what, root, build = sys.argv[1:4]
     root, build, write = os.path.abspath(root), os.path.abspath(build), "--write" in sys.argv
-    faults = format_faults(root) if what == "format" else {"clang": clang_faults, "tidy": tidy_faults}[what](root, build, write)
+    if what in ("clang", "tidy"):
+        faults = {"clang": clang_faults, "tidy": tidy_faults}[what](root, build, write)
+    else:
+        faults = python_faults(root, build) if what == "python" else format_faults(root)
     for fault in faults:
         print(fault)
     print(f"{what}: {len(faults)} faults")

@@ -1,11 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Small faults put into formulas, to see whether a test notices: mutants.py [--places] [--work DIR] [--jobs N] [--report FILE] [NAME...]
+"""Small faults put into formulas, to see whether a test notices: mutants.py [--places] [--work DIR] [--jobs N]
+[--report FILE] [NAME...]
 
-The table beside this file says where: a place in a file, what stands there, what shall stand there instead. All faults are built in at
-once, behind a variable of the environment (GRUS_MUTANT) that chooses one; 0 or nothing is the program as it is. Each fault is run against
-the tests it names, then against all others, until one fails: then it is dead. Exit 0 if all that are not marked equivalent are dead but for
-one in twenty, and all that are marked `from = "review"` are dead.
+The table beside this file says where: a place in a file, what stands there, what shall stand there instead. All faults
+are built in at once, behind a variable of the environment (GRUS_MUTANT) that chooses one; 0 or nothing is the program
+as it is. Each fault is run against the tests it names, then against all others, until one fails: then it is dead. Exit
+0 if all that are not marked equivalent are dead but for one in twenty, and all that are marked `from = "review"` are
+dead.
 """
 import argparse
 import concurrent.futures
@@ -28,8 +30,13 @@ inline const int chosen = std::getenv("GRUS_MUTANT") ? std::atoi(std::getenv("GR
 #define GRUS_MUTANT_IS(k) __builtin_expect(grus_mutants::chosen == (k), 0)
 """
 # Fast first: the order in which a fault meets the tests that it does not name.
-TESTS = ["shapes", "hulls", "overlaps", "contacts", "grading", "sharing", "material_rules", "numbers", "bars", "bonds", "face_bonds", "bonded_cells", "supports", "cell_packings", "hull_contacts", "balances", "breakage", "techniques", "small_rules", "histories", "steady", "rolling", "resting", "bits", "single_contacts", "linear_response", "lists", "stiffness",
-         "dynamics", "geometry", "elements", "explicit_statics", "devices", "farm", "kernels", "motion", "coupling", "solid", "rve", "fourteen", "crushing", "cylinder"]
+TESTS = [
+    "shapes", "hulls", "overlaps", "contacts", "grading", "sharing", "material_rules", "numbers", "bars", "bonds",
+    "face_bonds", "bonded_cells", "supports", "cell_packings", "hull_contacts", "balances", "breakage", "techniques",
+    "small_rules", "histories", "steady", "rolling", "resting", "bits", "single_contacts", "linear_response", "lists",
+    "stiffness", "dynamics", "geometry", "elements", "explicit_statics", "devices", "farm", "kernels", "motion",
+    "coupling", "solid", "rve", "fourteen", "crushing", "cylinder"
+]
 
 
 def refuse(message):
@@ -54,7 +61,8 @@ def places_of(text, old):
 
 
 def with_faults(table):
-    """Texts of the files that hold faults. Places in a file are replaced from the back; those of the same text share a place."""
+    """Texts of the files that hold faults. Places in a file are replaced from the back; those of the same text share a
+    place."""
     spans, changed = {}, {}
     for number, m in enumerate(table, 1):
         for place in m["places"]:
@@ -98,13 +106,18 @@ def renew(path, data):
 
 def prepare(table, work):
     source, build = os.path.join(work, "source"), os.path.join(work, "build")
-    files = subprocess.run(["git", "-C", root, "ls-files"], capture_output=True, text=True, check=True).stdout.split("\n")
+    files = subprocess.run(["git", "-C", root, "ls-files"], capture_output=True, text=True,
+                           check=True).stdout.split("\n")
     changed = with_faults(table)
     for name in filter(None, files):
-        renew(os.path.join(source, name), changed[name].encode() if name in changed else open(os.path.join(root, name), "rb").read())
+        renew(os.path.join(source, name),
+              changed[name].encode() if name in changed else open(os.path.join(root, name), "rb").read())
     header = os.path.join(work, "mutant.hpp")
     renew(header, HEADER.encode())
-    subprocess.run(["cmake", "--compile-no-warning-as-error", "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_CXX_FLAGS=-include {header}"], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run([
+        "cmake", "--compile-no-warning-as-error", "-S", source, "-B", build, "-G", "Ninja",
+        "-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_CXX_FLAGS=-include {header}"
+    ], check=True, stdout=subprocess.DEVNULL)
     if subprocess.run(["cmake", "--build", build]).returncode:
         refuse("the faults do not compile")
     return build
@@ -112,11 +125,13 @@ def prepare(table, work):
 
 def run(build, test, number, timeout):
     """True where the test passes. A fault that makes a test hang is found by its time."""
-    environment = dict(os.environ, GRUS_MUTANT=str(number), OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_btl="^tcp", OMP_NUM_THREADS="1",
+    environment = dict(os.environ, GRUS_MUTANT=str(number), OMPI_ALLOW_RUN_AS_ROOT="1",
+                       OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_btl="^tcp", OMP_NUM_THREADS="1",
                        OPENBLAS_NUM_THREADS="1", OMPI_MCA_hwloc_base_binding_policy="none")
     with tempfile.TemporaryDirectory() as folder:
         try:
-            return subprocess.run([os.path.join(build, "tests", "test_" + test), "--abort"], cwd=folder, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            return subprocess.run([os.path.join(build, "tests", "test_" + test), "--abort"], cwd=folder,
+                                  env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                                   timeout=timeout).returncode == 0
         except subprocess.TimeoutExpired:
             return False
@@ -124,7 +139,8 @@ def run(build, test, number, timeout):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--work", help="folder to build in; kept, so that a second run builds less (default: a scratch folder)")
+    parser.add_argument("--work",
+                        help="folder to build in; kept, so that a second run builds less (default: a scratch folder)")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--report", help="file for a table of all faults")
     parser.add_argument("--places", action="store_true", help="only see that every place is found")
@@ -140,7 +156,10 @@ def main():
     scratch = None if options.work else tempfile.TemporaryDirectory()
     build = prepare(table, os.path.abspath(options.work or scratch.name))
     tests = [t for t in TESTS if os.path.exists(os.path.join(build, "tests", "test_" + t))]
-    missed = {os.path.basename(p)[5:] for p in glob.glob(os.path.join(build, "tests", "test_*")) if os.access(p, os.X_OK) and os.path.isfile(p)} - set(TESTS)
+    missed = {
+        os.path.basename(p)[5:]
+        for p in glob.glob(os.path.join(build, "tests", "test_*")) if os.access(p, os.X_OK) and os.path.isfile(p)
+    } - set(TESTS)
     tests += sorted(missed)
     usual = {}
     for test in tests:
@@ -164,17 +183,23 @@ def main():
         for done in concurrent.futures.as_completed(waiting):
             m = waiting[done]
             found[m["name"]] = killer = done.result()
-            print(f"[{len(found)}/{len(chosen)}] {m['name']}: {'dead by ' + killer if killer else 'LIVES' + (', equivalent: ' + m['equivalent'] if 'equivalent' in m else '')}", flush=True)
+            lives = "LIVES" + (f", equivalent: {m['equivalent']}" if "equivalent" in m else "")
+            print(f"[{len(found)}/{len(chosen)}] {m['name']}: {'dead by ' + killer if killer else lives}", flush=True)
     real = [m for _, m in chosen if "equivalent" not in m]
     alive = [m for m in real if found[m["name"]] is None]
     for m in (m for _, m in chosen if "equivalent" in m and found[m["name"]]):
         print(f"marked equivalent, but dead: {m['name']} by {found[m['name']]}")
-    print(f"{len(real) - len(alive)} of {len(real)} dead ({100 * (1 - len(alive) / max(1, len(real))):.1f} %)" + ("; alive: " + ", ".join(m["name"] for m in alive) if alive else ""))
+    print(f"{len(real) - len(alive)} of {len(real)} dead ({100 * (1 - len(alive) / max(1, len(real))):.1f} %)" +
+          ("; alive: " + ", ".join(m["name"] for m in alive) if alive else ""))
     if options.report:
         with open(options.report, "w") as f:
             f.write("| room | fault | found by |\n|---|---|---|\n")
             for _, m in chosen:
-                f.write(f"| {m['places'][0]['file']} | {m['name']} | {found[m['name']] or ('equivalent: ' + m['equivalent'] if 'equivalent' in m else '**lives**')} |\n")
+                f.write(
+                    f"| {m['places'][0]['file']} | {m['name']} | "
+                    f"{found[m['name']] or ('equivalent: ' + m['equivalent'] if 'equivalent' in m else '**lives**')} "
+                    "|\n"
+                )
     sys.exit(1 if any(m.get("from") == "review" for m in alive) or len(alive) > 0.05 * len(real) else 0)
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Figures of a report: vector pictures with a text that says what they show, legends beside the curves, axes that fit."""
+"""Figures of a report: vector pictures with a text that says what they show, legends beside the curves, axes that
+fit."""
 import base64
 import html
 import io
@@ -16,9 +17,12 @@ from matplotlib.ticker import MaxNLocator  # noqa: E402
 
 from grus.files.writing import write_whole  # noqa: E402
 
-STYLE = """body{font:15px/1.5 sans-serif;max-width:1460px;margin:2em auto;padding:0 1em;color:#222}table{border-collapse:collapse;margin:1em 0}.wide{overflow-x:auto}
-td,th{border:1px solid #ccc;padding:.3em .8em;text-align:left;white-space:nowrap}th{background:#f2f0ea}pre{background:#f7f7f7;padding:1em;overflow:auto}
-.plots{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,560px),1fr));gap:.6em}figure{margin:0;cursor:zoom-in}figure img{width:100%}
+STYLE = """body{font:15px/1.5 sans-serif;max-width:1460px;margin:2em auto;padding:0 1em;color:#222}
+table{border-collapse:collapse;margin:1em 0}.wide{overflow-x:auto}
+td,th{border:1px solid #ccc;padding:.3em .8em;text-align:left;white-space:nowrap}
+th{background:#f2f0ea}pre{background:#f7f7f7;padding:1em;overflow:auto}
+.plots{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,560px),1fr));gap:.6em}
+figure{margin:0;cursor:zoom-in}figure img{width:100%}
 figure.large{grid-column:1/-1;cursor:zoom-out}"""
 ZOOM = "<script>document.querySelectorAll('figure').forEach(f=>f.onclick=()=>f.classList.toggle('large'))</script>"
 
@@ -30,10 +34,12 @@ def figure(draw, width=7.4, height=4.2):
     if ax.axison:
         ax.grid(alpha=0.3)
     data = io.BytesIO()
-    fig.savefig(data, format="svg", bbox_inches="tight", dpi=160, metadata={"Date": None})  # dpi: of what is painted, not drawn
+    fig.savefig(data, format="svg", bbox_inches="tight", dpi=160,
+                metadata={"Date": None})  # dpi: of what is painted, not drawn
     text = alt_text(fig.axes)
     plt.close(fig)
-    return f'<figure><img alt="{html.escape(text, quote=True)}" src="data:image/svg+xml;base64,{base64.b64encode(data.getvalue()).decode()}"></figure>'
+    return (f'<figure><img alt="{html.escape(text, quote=True)}" '
+            f'src="data:image/svg+xml;base64,{base64.b64encode(data.getvalue()).decode()}"></figure>')
 
 
 def picture(fig, out, name):
@@ -44,7 +50,8 @@ def picture(fig, out, name):
     text = alt_text(fig.axes)
     plt.close(fig)
     write_whole(os.path.join(out, "plots", name + ".png"), buffer.getvalue())
-    return f'<img alt="{html.escape(text, quote=True)}" src="data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}">'
+    return (f'<img alt="{html.escape(text, quote=True)}" '
+            f'src="data:image/png;base64,{base64.b64encode(buffer.getvalue()).decode()}">')
 
 
 def alt_text(axes):
@@ -56,8 +63,10 @@ def alt_text(axes):
     names = [label for ax in axes for label in ax.get_legend_handles_labels()[1]]
     if names:
         parts.append("curves: " + ", ".join(dict.fromkeys(names)))
-    ends = [f"{line.get_label()} from {line.get_ydata()[0]:.4g} to {line.get_ydata()[-1]:.4g}" for line in first.get_lines()
-            if len(line.get_ydata()) > 1 and not str(line.get_label()).startswith("_")][:4]
+    ends = [
+        f"{line.get_label()} from {line.get_ydata()[0]:.4g} to {line.get_ydata()[-1]:.4g}"
+        for line in first.get_lines() if len(line.get_ydata()) > 1 and not str(line.get_label()).startswith("_")
+    ][:4]
     return "; ".join(parts + ends)
 
 
@@ -65,7 +74,8 @@ def legend(*axes, size=8):
     """One legend of all axes, to the right of the plot, where it covers nothing."""
     found = [pair for ax in axes for pair in zip(*ax.get_legend_handles_labels())]
     if found:
-        axes[0].legend(*zip(*found), fontsize=size, loc="upper left", bbox_to_anchor=(1.16 if len(axes) > 1 else 1.01, 1), borderaxespad=0, frameon=False)
+        axes[0].legend(*zip(*found), fontsize=size, loc="upper left",
+                       bbox_to_anchor=(1.16 if len(axes) > 1 else 1.01, 1), borderaxespad=0, frameon=False)
 
 
 def counts(axis):
@@ -74,7 +84,8 @@ def counts(axis):
 
 
 def plain(axis):
-    """Plain numbers on a logarithmic axis of a plot: mathematics is off there, texts are the user's. Between powers of ten 2 and 5 where there is room."""
+    """Plain numbers on a logarithmic axis of a plot: mathematics is off there, texts are the user's. Between powers of
+    ten 2 and 5 where there is room."""
     def minor(v, _):
         low, high = sorted(axis.get_view_interval())
         return f"{v:g}" if low > 0 and high < 30 * low and f"{v:e}"[0] in "25" else ""

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Fits scene keys to measured data: curves, sieve gradings, strengths of single grains. Tells each value with its standard
-deviation, and which the data do not fix. Runs that are done are not repeated: the same command goes on."""
+"""Fits scene keys to measured data: curves, sieve gradings, strengths of single grains. Tells each value with its
+standard deviation, and which the data do not fix. Runs that are done are not repeated: the same command goes on."""
 import argparse
 import json
 import math
@@ -59,13 +59,15 @@ class Evaluation:
             return
         done = self.points + part
         left = (time.time() - self.start) / done * (self.budget - done)
-        print(f"\r{done:.1f} of {self.budget} points  ETA {duration_text(max(0.0, left))}   ", end="", file=sys.stderr, flush=True)
+        print(f"\r{done:.1f} of {self.budget} points  ETA {duration_text(max(0.0, left))}   ", end="", file=sys.stderr,
+              flush=True)
 
     def answer(self, x, cases):
         if any((c["name"], str(s)) in self.runner.refused for c in cases for s in c["seeds"]):
             values = np.full(sum(len(t.values) for t in self.targets), math.nan)
             self.rows.append({"x": list(x), "values": values, "failed": True, "refused": True, "told": []})
-            seeds = np.concatenate([np.full(len(t.values), float(len(c["seeds"]))) for t in self.targets for c in cases[:1]])
+            seeds = np.concatenate(
+                [np.full(len(t.values), float(len(c["seeds"]))) for t in self.targets for c in cases[:1]])
             return regression.Answer(values, np.zeros((len(values), len(values))), seeds, True)
         found = {c["name"].split("_")[0]: [read_run(self.runner.folder(c, s)) for s in c["seeds"]] for c in cases}
         failed = any(r["summary"].get("status") != 0 for runs in found.values() for r in runs)
@@ -75,8 +77,12 @@ class Evaluation:
         for part, covariance, _ in parts:
             between[at:at + len(part), at:at + len(part)] = covariance
             at += len(part)
-        self.rows.append({"x": list(x), "values": values, "failed": failed, "refused": False, "told": [dict(t.told) for t in self.targets]})
-        return regression.Answer(values, between, np.concatenate([np.full(len(v), float(n)) for v, _, n in parts]), failed)
+        self.rows.append({
+            "x": list(x), "values": values, "failed": failed, "refused": False,
+            "told": [dict(t.told) for t in self.targets]
+        })
+        return regression.Answer(values, between, np.concatenate([np.full(len(v), float(n)) for v, _, n in parts]),
+                                 failed)
 
 
 def data_of(targets):
@@ -91,37 +97,59 @@ def record(result, table, parameters, targets, evaluation, checked):
     for t in targets:
         part = result.misfit[at:at + len(t.values)]
         told = [r["told"][len(of_targets)] for r in evaluation.rows if r["told"]]
-        of_targets.append({"name": t.name, "kind": t.kind, "points": len(t.values), "rms_in_standard_deviations": float(np.sqrt(np.mean(part**2))),
-                           **{key: sum(row[key] for row in told) for key in ("runs", "stronger_than", "still_rising")}})
+        of_targets.append({
+            "name": t.name, "kind": t.kind, "points": len(t.values),
+            "rms_in_standard_deviations": float(np.sqrt(np.mean(part**2))),
+            **{key: sum(row[key] for row in told) for key in ("runs", "stronger_than", "still_rising")}
+        })
         at += len(t.values)
-    off = {t["name"]: t["rms_in_standard_deviations"] for t in of_targets if t["rms_in_standard_deviations"] > regression.TOO_FAR}
+    off = {
+        t["name"]: t["rms_in_standard_deviations"] for t in of_targets
+        if t["rms_in_standard_deviations"] > regression.TOO_FAR
+    }
     refused = sum(r["refused"] for r in evaluation.rows)
-    return {"method": table.get("method", "regression"), "points": evaluation.points, "failed_points": sum(r["failed"] for r in evaluation.rows), "refused_points": refused,
-            "refusal": next(iter(evaluation.runner.refused.values()), None),
-            "parameters": [{"key": p.key, "name": p.name, "value": p.number(u), "sd": p.deviation(u, s), "unit": p.unit, "scale": "log" if p.log else "linear", "sd_of_range": float(s),
-                            "verdict": v} for p, u, s, v in zip(parameters, result.x, sd, regression.verdicts(result, [p.name for p in parameters], off))],
-            "correlation": correlation.tolist(), "singular_values": result.singular_values.tolist(), "directions": result.directions.tolist(), "targets": of_targets,
-            "by_points": [{"points": n, "values": [p.number(u) for p, u in zip(parameters, x)], "sd_of_range": s.tolist()} for n, x, s in result.history], "checked_by_runs": checked}
+    verdicts = regression.verdicts(result, [p.name for p in parameters], off)
+    return {
+        "method": table.get("method", "regression"), "points": evaluation.points,
+        "failed_points": sum(r["failed"] for r in evaluation.rows), "refused_points": refused,
+        "refusal": next(iter(evaluation.runner.refused.values()), None), "parameters": [{
+            "key": p.key, "name": p.name, "value": p.number(u), "sd": p.deviation(u, s), "unit": p.unit,
+            "scale": "log" if p.log else "linear", "sd_of_range": float(s), "verdict": v
+        } for p, u, s, v in zip(parameters, result.x, sd, verdicts)],
+        "correlation": correlation.tolist(), "singular_values": result.singular_values.tolist(),
+        "directions": result.directions.tolist(), "targets": of_targets,
+        "by_points": [{"points": n, "values": [p.number(u) for p, u in zip(parameters, x)], "sd_of_range": s.tolist()}
+                      for n, x, s in result.history], "checked_by_runs": checked
+    }
 
 
 def check_by_runs(evaluation, result, data, parameters):
     """Runs at the best point and one standard deviation to either side of it in each parameter: sums of squares."""
     sd = np.sqrt(np.diag(result.covariance))
-    points = [result.x] + [np.clip(result.x + side * s * np.eye(len(sd))[k], 0, 1) for k, s in enumerate(sd) for side in (-1, 1)]
+    points = [result.x] + [
+        np.clip(result.x + side * s * np.eye(len(sd))[k], 0, 1) for k, s in enumerate(sd) for side in (-1, 1)
+    ]
     evaluation.budget += len(points)
     answers = evaluation(points)
     y = regression.filled(answers)
     scale = data.weight / data.error**2
     cost = (scale * (y - data.values) ** 2).sum(axis=1)
-    return {"best": float(cost[0]), "values": y[0].tolist(),
-            "sides": [{"name": p.name, "at": [p.number(points[1 + 2 * k][k]), p.number(points[2 + 2 * k][k])], "sum_of_squares": [float(cost[1 + 2 * k]), float(cost[2 + 2 * k])]} for k, p in enumerate(parameters)]}
+    return {
+        "best": float(cost[0]), "values": y[0].tolist(), "sides": [{
+            "name": p.name, "at": [p.number(points[1 + 2 * k][k]),
+                                   p.number(points[2 + 2 * k][k])],
+            "sum_of_squares": [float(cost[1 + 2 * k]), float(cost[2 + 2 * k])]
+        } for k, p in enumerate(parameters)]
+    }
 
 
 def write_tables(out, parameters, targets, evaluation, data):
     names = [f"{t.name}[{k}]" if len(t.values) > 1 else t.name for t in targets for k in range(len(t.values))]
-    rows = [[p.name for p in parameters] + ["failed"] + names, ["data"] + [""] * (len(parameters) - 1) + [""] + [f"{v:.9g}" for v in data.values]]
+    rows = [[p.name for p in parameters] + ["failed"] + names,
+            ["data"] + [""] * (len(parameters) - 1) + [""] + [f"{v:.9g}" for v in data.values]]
     for row in evaluation.rows:
-        rows.append([f"{p.number(u):.9g}" for p, u in zip(parameters, row["x"])] + [int(row["failed"])] + ["" if math.isnan(v) else f"{v:.9g}" for v in row["values"]])
+        rows.append([f"{p.number(u):.9g}" for p, u in zip(parameters, row["x"])] + [int(row["failed"])] +
+                    ["" if math.isnan(v) else f"{v:.9g}" for v in row["values"]])
     write_csv(os.path.join(out, "calibration.csv"), rows)
 
 
@@ -136,7 +164,10 @@ def best_scene(run, parameters, x):
     lines = []
 
     def put(path, t):
-        own = {k: v for k, v in t.items() if not isinstance(v, dict) and not (isinstance(v, list) and v and isinstance(v[0], dict))}
+        own = {
+            k: v for k, v in t.items()
+            if not isinstance(v, dict) and not (isinstance(v, list) and v and isinstance(v[0], dict))
+        }
         if path and (own or not t):
             lines.append(f"[{path}]")
         lines.extend(f"{k} = {toml_value(v)}" for k, v in own.items() if v != "")
@@ -173,7 +204,10 @@ def work(args):
     points = max(1, table.get("budget", 90) // seeds)
     sides = 2 * len(parameters) + 1 if table.get("check", True) else 0
     if table.get("method", "regression") == "regression" and points - sides < len(parameters) + 2:
-        raise Refused(f"{args.scene}: calibrate.budget: {points} points of {seeds} seeds; {len(parameters)} parameters need at least {(sides + len(parameters) + 2) * seeds} runs")
+        raise Refused(
+            f"{args.scene}: calibrate.budget: {points} points of {seeds} seeds; {len(parameters)} parameters need at "
+            f"least {(sides + len(parameters) + 2) * seeds} runs"
+        )
     if table.get("posterior"):
         posterior.sampler()
     if args.check:
@@ -190,13 +224,15 @@ def work(args):
 
         def told(result):
             if not args.quiet:
-                found = "  ".join(f"{p.name} {p.text(u, s)}" for p, u, s in zip(parameters, result.x, np.sqrt(np.diag(result.covariance))))
+                found = "  ".join(f"{p.name} {p.text(u, s)}"
+                                  for p, u, s in zip(parameters, result.x, np.sqrt(np.diag(result.covariance))))
                 print(f"{result.history[-1][0]} points: {found}", flush=True)
 
         if table.get("method", "regression") == "pounders":
             result = pounders(evaluation, len(parameters), data, points - sides, told)
         else:
-            result = regression.calibrate(evaluation, len(parameters), data, points - sides, table.get("batch"), told=told)
+            result = regression.calibrate(evaluation, len(parameters), data, points - sides, table.get("batch"),
+                                          told=told)
         checked = check_by_runs(evaluation, result, data, parameters) if sides else None
         clear_results(out, ("report.html", "calibration.csv", "calibration.json", "posterior.csv"))
         write_tables(out, parameters, targets, evaluation, data)
@@ -204,18 +240,26 @@ def work(args):
         draws = None
         if table.get("posterior"):
             draws, worth = posterior.posterior(result, data)
-            summary["posterior"] = {"draws": len(draws), "independent": round(worth), "parameters": posterior.table(draws, parameters)}
-            write_csv(os.path.join(out, "posterior.csv"), [[p.name for p in parameters]] + [[f"{p.number(u):.6g}" for p, u in zip(parameters, x)] for x in draws[::10]])
+            summary["posterior"] = {
+                "draws": len(draws), "independent": round(worth), "parameters": posterior.table(draws, parameters)
+            }
+            write_csv(os.path.join(out, "posterior.csv"),
+                      [[p.name for p in parameters]] + [[f"{p.number(u):.6g}" for p, u in zip(parameters, x)]
+                                                        for x in draws[::10]])
         write_whole(os.path.join(out, "calibration.json"), json.dumps(summary, indent=2) + "\n")
         for run in runs:
-            name = "best.toml" if len(runs) == 1 else f"best_{os.path.splitext(os.path.basename(run['scene']))[0]}_{run['name']}.toml"
+            name = "best.toml" if len(
+                runs) == 1 else f"best_{os.path.splitext(os.path.basename(run['scene']))[0]}_{run['name']}.toml"
             write_whole(os.path.join(out, name), best_scene(run, parameters, result.x))
         if len(runs) > 1:
             write_whole(os.path.join(out, "best.toml"), best_scene(runs[0], parameters, result.x))
         from grus.calibrate import report
         report.write(whole.get("title", "Calibration"), out, summary, parameters, targets, evaluation, result, draws)
         for p in summary["parameters"]:
-            print(f"{p['key']} = {p['value']:.5g}{' ' + p['unit'] if p['unit'] else ''} (sd {p['sd']:.2g}): {p['verdict']}")
+            print(
+                f"{p['key']} = {p['value']:.5g}{' ' + p['unit'] if p['unit'] else ''} (sd {p['sd']:.2g}): "
+                f"{p['verdict']}"
+            )
         for line in report.said_of_runs(summary):
             print(line)
         print(f"report: {os.path.join(out, 'report.html')}")
@@ -226,7 +270,8 @@ def main():
     parser = argparse.ArgumentParser(prog="grus-calibrate", description=__doc__)
     parser.add_argument("scene", metavar="CALIBRATION.toml")
     parser.add_argument("-o", metavar="DIR", dest="out", help="results folder (default: the file's name)")
-    parser.add_argument("--threads", "--jobs", type=int, default=0, help="cores to use; each run takes one (default: all cores given)")
+    parser.add_argument("--threads", "--jobs", type=int, default=0,
+                        help="cores to use; each run takes one (default: all cores given)")
     parser.add_argument("--check", action="store_true", help="check all, say what would run and stop")
     parser.add_argument("--resume", action="store_true", help="as without: runs that are done are never repeated")
     parser.add_argument("--quiet", action="store_true")
@@ -236,4 +281,3 @@ def main():
     if args.threads < 0:
         parser.error("--threads: at least 1")
     return status_of("grus-calibrate", args, work, "interrupted: finished runs are kept; the same command goes on")
-

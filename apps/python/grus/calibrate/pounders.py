@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Calibration by TAO's POUNDERS, for what is smooth: it builds models of the single residuals, one point after the other."""
+"""Calibration by TAO's POUNDERS, for what is smooth: it builds models of the single residuals, one point after the
+other."""
 import numpy as np
 
 from grus.calibrate import regression
@@ -31,7 +32,8 @@ def pounders(evaluate, p, data, points, told):
     options["tao_pounders_delta"] = 0.2
     tao.setFromOptions()
     tao.setResidual(residual, f)
-    tao.setVariableBounds((PETSc.Vec().createWithArray(np.zeros(p), comm=PETSc.COMM_SELF), PETSc.Vec().createWithArray(np.ones(p), comm=PETSc.COMM_SELF)))
+    tao.setVariableBounds((PETSc.Vec().createWithArray(np.zeros(p), comm=PETSc.COMM_SELF),
+                           PETSc.Vec().createWithArray(np.ones(p), comm=PETSc.COMM_SELF)))
     tao.setMaximumFunctionEvaluations(points)
     tao.setTolerances(1e-12, 1e-12, 0)
     tao.solve(x)
@@ -40,10 +42,14 @@ def pounders(evaluate, p, data, points, told):
     centre = np.array(tried[best])
     away = np.abs(np.array(tried) - centre).max(axis=1)
     near = np.sort(away)[min(len(away) - 1, (p + 1) * (p + 2) // 2 + 1)]
-    surface = regression.Surface(np.array(tried), y, regression.weights_of(np.array(tried), np.array([a.failed for a in answers]), centre, max(near, 1e-6)), centre)
+    surface = regression.Surface(
+        np.array(tried), y,
+        regression.weights_of(np.array(tried), np.array([a.failed for a in answers]), centre, max(near, 1e-6)), centre)
     one, mean = regression.between_seeds(answers)
-    covariance, singular, directions, noise = regression.uncertainty(surface, centre, data, one, mean, float(np.median(answers[0].seeds)), 1)
+    seeds = float(np.median(answers[0].seeds))
+    covariance, singular, directions, noise = regression.uncertainty(surface, centre, data, one, mean, seeds, 1)
     misfit = (y[best] - data.values) / np.sqrt(np.maximum(np.diag(noise), 1e-300))
-    result = regression.Result(centre, covariance, singular, directions, y[best], misfit, [(len(tried), centre, np.sqrt(np.diag(covariance)))], surface, noise)
+    result = regression.Result(centre, covariance, singular, directions, y[best], misfit,
+                               [(len(tried), centre, np.sqrt(np.diag(covariance)))], surface, noise)
     told(result)
     return result

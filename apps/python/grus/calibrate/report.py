@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""report.html of a calibration: values, what the data fix, the targets with data and fit, sd by the number of points."""
+"""report.html of a calibration: values, what the data fix, the targets with data and fit, sd by the number of
+points."""
 import html
 import os
 
 import numpy as np
 
 from grus.calibrate.regression import TOO_FAR
-from grus.figures import picture, plain, plt
-from grus.figures import table as html_table
+from grus.figures import picture, plain, plt, table as html_table
 from grus.files.writing import write_whole
 
 
@@ -24,7 +24,8 @@ def target_plot(target, values, fit, checked):
         plain(ax.xaxis)
     t = target.table
     label = {"grading": ("diameter (m)", "passing"), "quantiles": ("share of grains", t.get("quantity", ""))}
-    ax.set(xlabel=label.get(target.kind, (t.get("x", ""), ""))[0], ylabel=label.get(target.kind, ("", t.get("y", t.get("quantity", ""))))[1], title=target.name)
+    ax.set(xlabel=label.get(target.kind, (t.get("x", ""), ""))[0],
+           ylabel=label.get(target.kind, ("", t.get("y", t.get("quantity", ""))))[1], title=target.name)
     ax.legend(fontsize=8)
     return fig
 
@@ -59,44 +60,66 @@ def said_of_runs(summary):
     lines = []
     for t in summary["targets"]:
         if t["rms_in_standard_deviations"] > TOO_FAR:
-            lines.append(f"{t['name']}: the fit is {t['rms_in_standard_deviations']:.1f} standard deviations off the data: the model, the ranges or the data are not right")
+            lines.append(
+                f"{t['name']}: the fit is {t['rms_in_standard_deviations']:.1f} standard deviations off the data: the "
+                "model, the ranges or the data are not right"
+            )
         if t["stronger_than"]:
-            lines.append(f"{t['name']}: {t['stronger_than']} of {t['runs']} grains did not break: each counts as stronger than the largest stress it bore")
+            lines.append(
+                f"{t['name']}: {t['stronger_than']} of {t['runs']} grains did not break: each counts as stronger than "
+                "the largest stress it bore"
+            )
         if t["still_rising"]:
-            lines.append(f"{t['name']}: in {t['still_rising']} of {t['runs']} runs the peak is the last row: the test ends before its peak, raise loading.final_strain")
+            lines.append(
+                f"{t['name']}: in {t['still_rising']} of {t['runs']} runs the peak is the last row: the test ends "
+                "before its peak, raise loading.final_strain"
+            )
     if summary["refused_points"]:
-        lines.append(f"{summary['refused_points']} of {summary['points']} points were refused and count as failed: {summary['refusal']}")
+        lines.append(
+            f"{summary['refused_points']} of {summary['points']} points were refused and count as failed: "
+            f"{summary['refusal']}"
+        )
     return lines
 
 
 def write(title, out, summary, parameters, targets, evaluation, result, draws=None):
     body = html_table(["parameter", "value", "sd, of range", "verdict"],
-                      [[p.key, p.text(u, s["sd_of_range"]), f"{100 * s['sd_of_range']:.1f} %", s["verdict"]] for p, u, s in zip(parameters, result.x, summary["parameters"])])
-    body += "<p>" + html.escape(f"{summary['points']} points, {summary['failed_points']} of them with a run that became unstable. A value is identified where its standard deviation is below 10 % of "
-                                "its range, weak to 15 %; beyond, the data say little more than the range did.") + "</p>"
+                      [[p.key, p.text(u, s["sd_of_range"]), f"{100 * s['sd_of_range']:.1f} %", s["verdict"]]
+                       for p, u, s in zip(parameters, result.x, summary["parameters"])])
+    body += "<p>" + html.escape(
+        f"{summary['points']} points, {summary['failed_points']} of them with a run that became unstable. A value is "
+        "identified where its standard deviation is below 10 % of "
+        "its range, weak to 15 %; beyond, the data say little more than the range did.") + "</p>"
     body += "".join(f"<p><strong>{html.escape(line)}</strong></p>" for line in said_of_runs(summary))
     names = [p.name for p in parameters]
-    body += "<h2>Correlations</h2>" + html_table([""] + names, [[n] + [f"{c:+.2f}" for c in row] for n, row in zip(names, summary["correlation"])])
+    body += "<h2>Correlations</h2>" + html_table([""] + names, [[n] + [f"{c:+.2f}" for c in row]
+                                                                for n, row in zip(names, summary["correlation"])])
     if summary["checked_by_runs"]:
         c = summary["checked_by_runs"]
         body += "<h2>Runs one standard deviation to either side</h2>" + html_table(
-            ["parameter", "below", "sum of squares", "above", "sum of squares"],
-            [[s["name"], f"{s['at'][0]:.4g}", f"{s['sum_of_squares'][0]:.4g}", f"{s['at'][1]:.4g}", f"{s['sum_of_squares'][1]:.4g}"] for s in c["sides"]])
+            ["parameter", "below", "sum of squares", "above", "sum of squares"], [[
+                s["name"], f"{s['at'][0]:.4g}", f"{s['sum_of_squares'][0]:.4g}", f"{s['at'][1]:.4g}",
+                f"{s['sum_of_squares'][1]:.4g}"
+            ] for s in c["sides"]])
         body += f"<p>At the best point {c['best']:.4g}.</p>"
     if draws is not None:
         body += "<h2>Posterior on the fitted surface</h2>" + html_table(
             ["parameter", "median", "middle 68 %", "middle 95 %"],
-            [[q["key"], f"{q['median']:.4g}"] + [f"{q[m][0]:.4g} … {q[m][1]:.4g}" for m in ("middle_68", "middle_95")] for q in summary["posterior"]["parameters"]])
+            [[q["key"], f"{q['median']:.4g}"] + [f"{q[m][0]:.4g} … {q[m][1]:.4g}" for m in ("middle_68", "middle_95")]
+             for q in summary["posterior"]["parameters"]])
         body += picture(posterior_plot(draws, parameters), out, "posterior")
-    body += "<h2>Targets</h2>" + html_table(["target", "kind", "points", "misfit (rms, in standard deviations)"],
-                                            [[t["name"], t["kind"], t["points"], f"{t['rms_in_standard_deviations']:.2f}"] for t in summary["targets"]])
+    body += "<h2>Targets</h2>" + html_table(
+        ["target", "kind", "points", "misfit (rms, in standard deviations)"],
+        [[t["name"], t["kind"], t["points"], f"{t['rms_in_standard_deviations']:.2f}"] for t in summary["targets"]])
     at = 0
     checked = summary["checked_by_runs"]["values"] if summary["checked_by_runs"] else None
     for k, t in enumerate(targets):
         part = slice(at, at + len(t.values))
         at = part.stop
         if len(t.values) > 1:
-            body += picture(target_plot(t, [r["values"][part] for r in evaluation.rows], result.fitted[part], checked[part] if checked else None), out, f"target_{k}")
+            body += picture(
+                target_plot(t, [r["values"][part] for r in evaluation.rows], result.fitted[part],
+                            checked[part] if checked else None), out, f"target_{k}")
     fig, ax = plt.subplots(figsize=(6, 4))
     for k, name in enumerate(names):
         ax.plot([n for n, _, _ in result.history], [100 * s[k] for _, _, s in result.history], "o-", ms=3, label=name)
@@ -111,7 +134,9 @@ def write(title, out, summary, parameters, targets, evaluation, result, draws=No
     fig.colorbar(image, ax=ax)
     body += picture(fig, out, "correlation")
     page = f"""<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(title)}</title>
-<style>body{{font:15px/1.5 sans-serif;max-width:1200px;margin:2em auto;padding:0 1em;color:#222}}table{{border-collapse:collapse;margin:1em 0}}
-td,th{{border:1px solid #ccc;padding:.3em .8em;text-align:left}}th{{background:#f2f0ea}}img{{max-width:100%;margin:.3em}}</style>
+<style>body{{font:15px/1.5 sans-serif;max-width:1200px;margin:2em auto;padding:0 1em;color:#222}}
+table{{border-collapse:collapse;margin:1em 0}}
+td,th{{border:1px solid #ccc;padding:.3em .8em;text-align:left}}
+th{{background:#f2f0ea}}img{{max-width:100%;margin:.3em}}</style>
 <h1>{html.escape(title)}</h1>{body}</html>"""
     write_whole(os.path.join(out, "report.html"), page)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""grus-report DIR [DIR...] [-o FILE]: one self-contained report.html with tables, plots and pictures from result folders."""
+"""grus-report DIR [DIR...] [-o FILE]: one self-contained report.html with tables, plots and pictures from result
+folders."""
 import argparse
 import csv
 import html
@@ -34,11 +35,15 @@ def facts(run):
         load, stress = max(map(abs, c[f"mean_strain_{axis}"])), -min(c[f"mean_stress_{axis}_Pa"])
         error, wall = max(map(abs, c["energy_error"][1:] or c["energy_error"])), seconds.get("solve_wall", math.nan)
     else:
-        load, stress = max(map(abs, c["axial_strain"])), max(c.get("nominal_stress_Pa", c.get("q_Pa", c["axial_stress_Pa"])))
+        load, stress = max(map(abs,
+                               c["axial_strain"])), max(c.get("nominal_stress_Pa", c.get("q_Pa", c["axial_stress_Pa"])))
         error, wall = max(map(abs, c["energy_error"])), seconds.get("loading_wall", math.nan)
     steps = counts.get("steps", counts.get("dem_steps", math.nan))
-    return {"run": name, "ending": s.get("ending", ""), "load": f"{load:.3f} strain", "stress": f"{stress / 1e6 + 0.0:.4g} MPa", "broken": broken(c),
-            "energy error": f"{100 * error:.2f} %", "wall": f"{wall:.1f} s", "steps": f"{steps:.3g}"}
+    return {
+        "run": name, "ending": s.get("ending",
+                                     ""), "load": f"{load:.3f} strain", "stress": f"{stress / 1e6 + 0.0:.4g} MPa",
+        "broken": broken(c), "energy error": f"{100 * error:.2f} %", "wall": f"{wall:.1f} s", "steps": f"{steps:.3g}"
+    }
 
 
 def broken(c):
@@ -49,9 +54,11 @@ def broken(c):
     return ", ".join(texts)
 
 
-RVE_COLUMNS = ("time_s", "axial_strain", "axial_stress_Pa", "grains", "breakages", "void_ratio", "energy_error", "unbalanced_force", "inertial_number",
-               "elastic_J", "kinetic_J", "friction_J", "damping_J", "fracture_J", "split_J", "work_J")
-BVP_COLUMNS = ("increment", "time_s", "newton_iterations", "residual", "breakages", "worst_rve_energy_error", *(f"mean_{q}" for ij in ("xx", "yy", "zz") for q in (f"strain_{ij}", f"stress_{ij}_Pa")))
+RVE_COLUMNS = ("time_s", "axial_strain", "axial_stress_Pa", "grains", "breakages", "void_ratio", "energy_error",
+               "unbalanced_force", "inertial_number", "elastic_J", "kinetic_J", "friction_J", "damping_J", "fracture_J",
+               "split_J", "work_J")
+BVP_COLUMNS = ("increment", "time_s", "newton_iterations", "residual", "breakages", "worst_rve_energy_error",
+               *(f"mean_{q}" for ij in ("xx", "yy", "zz") for q in (f"strain_{ij}", f"stress_{ij}_Pa")))
 
 
 def read_result(folder):
@@ -59,8 +66,9 @@ def read_result(folder):
     if not os.path.isdir(folder):
         raise ValueError(f"{folder}: no such folder")
     if not os.path.exists(os.path.join(folder, "history.csv")):
-        raise ValueError(f"{folder}: no history.csv in it: name a results folder of grus-rve or grus-bvp"
-                         + ("; this one is of a study, which has its own report.html" if os.path.isdir(os.path.join(folder, "runs")) else ""))
+        raise ValueError(f"{folder}: no history.csv in it: name a results folder of grus-rve or grus-bvp" +
+                         ("; this one is of a study, which has its own report.html" if os.path.
+                          isdir(os.path.join(folder, "runs")) else ""))
     columns = read_history(folder)
     path = os.path.join(folder, "summary.json")
     summary = {"ending": "no summary.json: it runs still, or was killed"}
@@ -107,7 +115,10 @@ def main():
 
 def write(runs, args):
     rve, bvp = [r for r in runs if not is_bvp(r)], [r for r in runs if is_bvp(r)]
-    section = lambda title, plots: f"<h2>{html.escape(title)}</h2><div class=\"plots\">{''.join(plots)}</div>" if plots else ""
+
+    def section(title, plots):
+        return f"<h2>{html.escape(title)}</h2><div class=\"plots\">{''.join(plots)}</div>" if plots else ""
+
     body = section("Side by side", rve_plots.overlays(rve)) if rve else ""
     for run in bvp:
         body += section(run[0], bvp_plots.of_run(run))
@@ -119,11 +130,17 @@ def write(runs, args):
     head = list(rows[0])
     rows = [list(r.values()) for r in rows]
     print(text_table(head, rows), end="")
-    scenes = "".join(f"<details><summary>{html.escape(n)}: {html.escape(str(s.get('title', '')))}</summary><pre>{html.escape(json.dumps(s, indent=1))}</pre></details>"
-                     for n, _, s in runs)
-    notes = [f"<li>{html.escape(name)}: {html.escape(str(note))}</li>" for name, _, s in runs for note in (s.get("notes") if isinstance(s.get("notes"), list) else [])]
+    scenes = "".join(
+        f"<details><summary>{html.escape(n)}: "
+        f"{html.escape(str(s.get('title', '')))}</summary><pre>{html.escape(json.dumps(s, indent=1))}</pre></details>"
+        for n, _, s in runs)
+    notes = [
+        f"<li>{html.escape(name)}: {html.escape(str(note))}</li>" for name, _, s in runs
+        for note in (s.get("notes") if isinstance(s.get("notes"), list) else [])
+    ]
     told = f"<h2>Notes</h2><ul>{''.join(notes)}</ul>" if notes else ""
-    page = f"""<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>Grus report</title>
+    page = f"""<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width">
+<title>Grus report</title>
 <style>{STYLE}</style>
 <h1>Grus report</h1>{table(head, rows)}{told}{body}<h2>Scenes and figures of each run</h2>{scenes}{ZOOM}</html>"""
     path = args.o or os.path.join(args.folders[0], "report.html")
@@ -137,4 +154,3 @@ def write(runs, args):
         raise CannotWrite(f"{path}: cannot write: {e.strerror}") from None
     print(f"report: {path}")
     return 0
-

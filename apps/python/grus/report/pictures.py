@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Pictures of the last frame without ParaView: grains by generation, fragment or size, and the macro mesh by a field."""
+"""Pictures of the last frame without ParaView: grains by generation, fragment or size, and the macro mesh by a
+field."""
 import glob
 import os
 
@@ -25,8 +26,10 @@ def last_frame(folder, what):
     try:
         with h5py.File(files[-1], "r") as f:
             grid = f["VTKHDF"]
-            return {**{k: grid[k][:] for k in ("Points", "Connectivity", "Offsets", "Types")},
-                    **{group: {k: v[:] for k, v in grid[group].items()} if group in grid else {} for group in ("CellData", "PointData")}}
+            found = {k: grid[k][:] for k in ("Points", "Connectivity", "Offsets", "Types")}
+            for group in ("CellData", "PointData"):
+                found[group] = {k: v[:] for k, v in grid[group].items()} if group in grid else {}
+            return found
     except (OSError, KeyError) as e:
         raise ValueError(f"{files[-1]}: not a frame of Grus ({e})") from None
 
@@ -40,7 +43,8 @@ def view(azimuth=-60, elevation=22):
 
 
 def corner_normals(points, corners, smooth):
-    """Outward unit normals (n, 3, 3) at the corners of triangles: of the surface where it is smooth, of the faces otherwise."""
+    """Outward unit normals (n, 3, 3) at the corners of triangles: of the surface where it is smooth, of the faces
+    otherwise."""
     x = points[corners]
     face = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
     normal = np.repeat(face[:, None], 3, axis=1)
@@ -51,7 +55,8 @@ def corner_normals(points, corners, smooth):
 
 
 def painted(triangles, normals, owner, colours, turn, pixels=720):
-    """Image (RGBA) of triangles (n, 3, 3) with normals at their corners, each of an owner with a colour: the nearest in each pixel, lit from the upper left, outlines drawn."""
+    """Image (RGBA) of triangles (n, 3, 3) with normals at their corners, each of an owner with a colour: the nearest in
+    each pixel, lit from the upper left, outlines drawn."""
     seen = triangles @ turn.T
     front = np.cross(seen[:, 1] - seen[:, 0], seen[:, 2] - seen[:, 0])[:, 2] > 0
     seen, owner = seen[front], owner[front]
@@ -64,7 +69,8 @@ def painted(triangles, normals, owner, colours, turn, pixels=720):
     lit = np.zeros(width * height, np.float32)
     edge = np.linalg.norm(at - np.roll(at, 1, axis=1), axis=2).max(1)
     at, depth = at.astype(np.float32), depth.astype(np.float32)
-    cuts = np.unique(np.ceil(1.25 ** np.arange(np.ceil(np.log(max(edge.max(), 1) / 0.75) / np.log(1.25)) + 2))).astype(int)
+    cuts = np.unique(np.ceil(1.25**np.arange(np.ceil(np.log(max(edge.max(), 1) / 0.75) / np.log(1.25)) +
+                                             2))).astype(int)
     level = np.searchsorted(cuts, edge / 0.75)  # points on a triangle lie nearer than a pixel
     for cut in cuts[np.unique(level)]:
         mine = np.flatnonzero(cuts[level] == cut)
@@ -108,7 +114,10 @@ def coloured(frame):
     if generation.max() > 0:
         most = generation.max()
         palette = np.vstack([[0.87, 0.80, 0.66, 1], plt.cm.plasma(np.linspace(0.15, 0.95, most))])
-        return ids, palette[generation], "by generation", [("whole grains" if k == 0 else f"broken {k} time{'s' if k > 1 else ''}", palette[k]) for k in range(most + 1) if (generation == k).any()]
+        return ids, palette[generation], "by generation", [
+            ("whole grains" if k == 0 else f"broken {k} time{'s' if k > 1 else ''}", palette[k])
+            for k in range(most + 1) if (generation == k).any()
+        ]
     radius = 1e3 * fields["radius"][first]
     norm = plt.Normalize(radius.min(), radius.max() if np.ptp(radius) > 1e-3 * radius.max() else 1.5 * radius.max())
     return ids, plt.cm.cividis(norm(radius)), "by size", (plt.cm.cividis, norm, "equivalent radius (mm)")
@@ -129,8 +138,11 @@ def grains(folder, name):
     ids, colours, how, key = coloured(frame)
     owner = np.searchsorted(ids, frame["CellData"]["id"].astype(int))
     size = np.ptp(triangles.reshape(-1, 3), axis=0)
-    flat = int(np.argmin(size)) if size.min() < 0.25 * np.sort(size)[1] else None  # a plate or a prism is seen along its short side
-    turn = {None: view(), 0: np.roll(np.eye(3), -1, axis=0), 1: np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), 2: np.eye(3)}[flat]
+    flat = int(np.argmin(
+        size)) if size.min() < 0.25 * np.sort(size)[1] else None  # a plate or a prism is seen along its short side
+    turn = {
+        None: view(), 0: np.roll(np.eye(3), -1, axis=0), 1: np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), 2: np.eye(3)
+    }[flat]
     normals = corner_normals(frame["Points"].astype(float), corners, "sphericity" not in frame["CellData"])
     image = painted(triangles.astype(float), normals, owner, colours, turn)
 
@@ -190,7 +202,8 @@ def macro(folder, name):
     owner = np.array([k for k, _ in faces])
     outlines = [1e3 * place[corners, :2] for _, corners in faces]
     fields = {"shear strain": (shear(points, moved, cells), "magma_r")}
-    for key, label, colours in (("void_ratio", "void ratio", "viridis"), ("broken_fraction", "broken grains, share", "inferno_r")):
+    for key, label, colours in (("void_ratio", "void ratio", "viridis"),
+                                ("broken_fraction", "broken grains, share", "inferno_r")):
         values = frame["CellData"].get(key)
         if values is not None and np.isfinite(values).any() and np.nanmax(values) > 0:
             fields[label] = (values, colours)
@@ -198,7 +211,8 @@ def macro(folder, name):
     def drawn(label, values, colours):
         def draw(ax):
             shown = np.ma.masked_invalid(np.asarray(values, float)[owner])
-            painting = PolyCollection(outlines, array=shown, cmap=plt.get_cmap(colours).with_extremes(bad="0.85"), edgecolors=(0, 0, 0, 0.35), linewidths=0.3)
+            painting = PolyCollection(outlines, array=shown, cmap=plt.get_cmap(colours).with_extremes(bad="0.85"),
+                                      edgecolors=(0, 0, 0, 0.35), linewidths=0.3)
             ax.add_collection(painting)
             ax.set_aspect("equal")
             ax.autoscale_view()

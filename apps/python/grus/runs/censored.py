@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Quantiles of a sample of which some members are only known to be larger than something: grains that did not break in a test.
-Kaplan and Meier (1958), the middle of each step of the distribution; without such members the places are (k - 1/2) / n.
-And the numbers of a run that may be of that kind."""
+"""Quantiles of a sample of which some members are only known to be larger than something: grains that did not break in
+a test. Kaplan and Meier (1958), the middle of each step of the distribution; without such members the places are (k -
+1/2) / n. And the numbers of a run that may be of that kind."""
 import math
 
 import numpy as np
@@ -17,7 +17,8 @@ def number_of(run, quantity):
     value = run["summary"]
     for part in quantity.split("."):
         if not isinstance(value, dict) or part not in value:
-            value = run["summary"].get("results", {}).get(quantity) if isinstance(run["summary"].get("results"), dict) else None
+            results = run["summary"].get("results")
+            value = results.get(quantity) if isinstance(results, dict) else None
             break
         value = value[part]
     return float(value) if isinstance(value, (int, float)) else math.nan

@@ -1,18 +1,16 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Tables, plots and checks of a study. Quantities are columns of history.csv at an axial strain, or keys of summary.json."""
+"""Tables, plots and checks of a study. Quantities are columns of history.csv at an axial strain, or keys of
+summary.json."""
 import html
 import math
 import os
 
-from grus.figures import STYLE, logarithmic, picture, plain, plt
-from grus.figures import table as html_table
+from grus.figures import STYLE, logarithmic, picture, plain, plt, table as html_table
 from grus.files.texts import text_table
 from grus.files.writing import write_csv, write_whole
 from grus.runs.censored import BOUNDS, mean_of, strength_of
-from grus.study import precision_report
-from grus.study import sweep as sweep_report
-from grus.study.precision import cost, deviation, energy_error, mean, power_law
-from grus.study.precision import position as at
+from grus.study import precision_report, sweep as sweep_report
+from grus.study.precision import cost, deviation, energy_error, mean, position as at, power_law
 
 
 def of_summary(run, path):
@@ -42,25 +40,29 @@ def band(x_grid, runs, column, scale):
     rows = [[scale * at(r["columns"], column, x) for x in x_grid] for r in runs]
     keep = [k for k in range(len(x_grid)) if all(not math.isnan(r[k]) for r in rows)]
     x = [x_grid[k] for k in keep]
-    return x, [mean([r[k] for r in rows]) for k in keep], [min(r[k] for r in rows) for k in keep], [max(r[k] for r in rows) for k in keep]
+    return x, [mean([r[k] for r in rows]) for k in keep], [min(r[k] for r in rows)
+                                                           for k in keep], [max(r[k] for r in rows) for k in keep]
 
 
 def history_plot(ax, plot, labels, runs):
     for c in plot.get("corridor", []):
         x = [p[0] for p in c["points"]]
-        ax.fill_between(x, [p[1] for p in c["points"]], [p[2] for p in c["points"]], color="0.8", label=c["label"], zorder=0)
+        ax.fill_between(x, [p[1] for p in c["points"]], [p[2] for p in c["points"]], color="0.8", label=c["label"],
+                        zorder=0)
     scale, column = plot.get("scale", 1.0), plot["y"]
     for name in plot["cases"]:
         if "x" in plot:
             color = None
             for r in runs[name]:  # seeds in one colour
-                line, = ax.plot([v * plot.get("x_scale", 1.0) for v in r["columns"][plot["x"]]], [scale * v for v in r["columns"][column]], lw=1.2, color=color,
+                line, = ax.plot([v * plot.get("x_scale", 1.0) for v in r["columns"][plot["x"]]],
+                                [scale * v for v in r["columns"][column]], lw=1.2, color=color,
                                 label=labels[name] if r is runs[name][0] else None)
                 color = line.get_color()
             continue
         last = max(max(r["columns"]["axial_strain"]) for r in runs[name])
         x, middle, low, high = band([last * k / 200 for k in range(201)], runs[name], column, scale)
-        line, = ax.plot(x, middle, lw=1.5, label=f"{labels[name]} ({len(runs[name])} seed{'s' if len(runs[name]) > 1 else ''})")
+        line, = ax.plot(x, middle, lw=1.5,
+                        label=f"{labels[name]} ({len(runs[name])} seed{'s' if len(runs[name]) > 1 else ''})")
         if len(runs[name]) > 1:
             ax.fill_between(x, low, high, color=line.get_color(), alpha=0.25)
     logarithmic(ax, plot)
@@ -75,10 +77,14 @@ def grading_plot(ax, plot, labels, runs):
         states = runs[name][0]["grading"]
         for k, (strain, rows) in enumerate(states.items()):
             total = sum(r["mass_kg"] for r in rows)
-            y = [100 * r["passing"] for r in rows] if plot.get("passing", True) else [100 * r["mass_kg"] / total if total > 0 else math.nan for r in rows]
-            ax.semilogx([1e3 * r["diameter_m"] for r in rows], y, color=plt.cm.viridis(k / max(1, len(states) - 1)), label=f"{labels[name]}, strain {strain:.2f}")
+            y = [100 * r["passing"] for r in rows] if plot.get(
+                "passing", True) else [100 * r["mass_kg"] / total if total > 0 else math.nan for r in rows]
+            ax.semilogx([1e3 * r["diameter_m"] for r in rows], y, color=plt.cm.viridis(k / max(1,
+                                                                                               len(states) - 1)),
+                        label=f"{labels[name]}, strain {strain:.2f}")
     plain(ax.xaxis)
-    ax.set(xlabel="equivalent diameter (mm)", ylabel="passing by mass (%)" if plot.get("passing", True) else "mass in class (%)")
+    ax.set(xlabel="equivalent diameter (mm)",
+           ylabel="passing by mass (%)" if plot.get("passing", True) else "mass in class (%)")
     ax.legend(fontsize=7)
 
 
@@ -116,7 +122,8 @@ def law_plot(fit, labels, runs):
     """Every run as a point, the fitted and the expected power law through the middle of each strain's points."""
     fig, ax = plt.subplots(figsize=(7, 4.6))
     for k, strain in enumerate(fit["at"]):
-        points = [(of_summary(r, fit["x"]), at(r["columns"], fit["quantity"], strain)) for name in fit["cases"] for r in runs[name]]
+        points = [(of_summary(r, fit["x"]), at(r["columns"], fit["quantity"], strain)) for name in fit["cases"]
+                  for r in runs[name]]
         points = sorted(p for p in points if p[0] > 0 and p[1] > 0)
         law = power_law(points)
         if law is None:
@@ -127,7 +134,8 @@ def law_plot(fit, labels, runs):
         ax.loglog([p[0] for p in points], [p[1] for p in points], "o", ms=4, color=f"C{k}", label=f"strain {strain:g}")
         ax.loglog(x, [my * (v / mx) ** exponent for v in x], color=f"C{k}", lw=1.2, label=f"exponent {exponent:.2f}")
         if "expected" in fit:
-            ax.loglog(x, [my * (v / mx) ** fit["expected"] for v in x], color=f"C{k}", lw=1, ls="--", label=f"expected {fit['expected']:g}" if k == 0 else None)
+            ax.loglog(x, [my * (v / mx)**fit["expected"] for v in x], color=f"C{k}", lw=1, ls="--",
+                      label=f"expected {fit['expected']:g}" if k == 0 else None)
     plain(ax.xaxis), plain(ax.yaxis)
     ax.set(xlabel=fit["x"], ylabel=fit["quantity"], title=fit["name"])
     ax.legend(fontsize=8)
@@ -145,7 +153,8 @@ def sweep_result(run, reference):
     a, b = [[at(r["columns"], "axial_stress_Pa", x) for x in grid] for r in (run, reference)]
     norm = math.sqrt(sum(y * y for y in b))
     off = math.sqrt(sum((x - y) ** 2 for x, y in zip(a, b))) / norm if norm > 0 else math.nan
-    return f"{'good, same result' if off < 0.05 else 'good, slightly different' if off < 0.2 else 'broken, different path'} ({100 * off:.1f} %)"
+    word = "good, same result" if off < 0.05 else "good, slightly different" if off < 0.2 else "broken, different path"
+    return f"{word} ({100 * off:.1f} %)"
 
 
 def write(study, common, cases, runs, studies, sweeps, out, wall, workers):
@@ -168,14 +177,22 @@ def write(study, common, cases, runs, studies, sweeps, out, wall, workers):
                 least.update({q: list(mean_of(pairs)[1:])} if q in BOUNDS else {})
         status = sorted({str(x["summary"]["status"]) for x in r})
         last = lambda name: mean([x["columns"][name][-1] if name in x["columns"] else math.nan for x in r])
-        tail = [last("grains"), last("breakages"), 100 * max(energy_error(x) for x in r), mean([x["summary"]["counts"].get("steps", x["summary"]["counts"].get("dem_steps", 0)) for x in r]),
-                mean([cost(x)["cpu"] for x in r])]
-        rows.append([c["label"], len(r), ",".join(status)] + cells + [f"{tail[0]:.0f}", f"{tail[1]:.0f}", f"{tail[2]:.2f}", f"{tail[3]:.3g}", f"{tail[4]:.1f}"])
+        tail = [
+            last("grains"),
+            last("breakages"), 100 * max(energy_error(x) for x in r),
+            mean([x["summary"]["counts"].get("steps", x["summary"]["counts"].get("dem_steps", 0)) for x in r]),
+            mean([cost(x)["cpu"] for x in r])
+        ]
+        rows.append([c["label"], len(r), ",".join(status)] + cells +
+                    [f"{tail[0]:.0f}", f"{tail[1]:.0f}", f"{tail[2]:.2f}", f"{tail[3]:.3g}", f"{tail[4]:.1f}"])
         plain.append([c["name"], len(r), ",".join(status)] + numbers + tail + [x for q in censored for x in least[q]])
-    write_csv(os.path.join(out, "study.csv"), [["case", "seeds", "status"] + [f"{k}_{q}_at_{e:g}" for q in quantities for e in strains for k in ("mean", "sd")] +
-                                               ["grains", "breakages", "worst_energy_error_percent", "steps", "cpu_s"] +
-                                               [f"{k}_{q}" for q in censored for k in ("at_least", "not_broken")]] + plain)
-    text = study.get("title", "Study") + f"\n{wall:.0f} s on {workers} cores\n" + ("\n" + text_table(head, rows) if rows else "")
+    write_csv(os.path.join(out, "study.csv"),
+              [["case", "seeds", "status"] +
+               [f"{k}_{q}_at_{e:g}" for q in quantities for e in strains
+                for k in ("mean", "sd")] + ["grains", "breakages", "worst_energy_error_percent", "steps", "cpu_s"] +
+               [f"{k}_{q}" for q in censored for k in ("at_least", "not_broken")]] + plain)
+    text = study.get("title",
+                     "Study") + f"\n{wall:.0f} s on {workers} cores\n" + ("\n" + text_table(head, rows) if rows else "")
     body = html_table(head, rows) if rows else ""
     if studies:
         added = precision_report.write(studies, out)
@@ -190,17 +207,22 @@ def write(study, common, cases, runs, studies, sweeps, out, wall, workers):
         for name in t["cases"]:
             r = runs[name][0]
             steps = r["columns"]["time_step_s"]
-            sweep.append([labels[name], f"{min(steps):.2g} … {max(steps):.2g}", f"{max(r['columns']['axial_stress_Pa']) / 1e6:.3g}",
-                          f"{r['columns']['breakages'][-1]:.0f}", sweep_result(r, reference)])
+            sweep.append([
+                labels[name], f"{min(steps):.2g} … {max(steps):.2g}",
+                f"{max(r['columns']['axial_stress_Pa']) / 1e6:.3g}", f"{r['columns']['breakages'][-1]:.0f}",
+                sweep_result(r, reference)
+            ])
         head_t = [t.get("title", t["name"]), "time steps used (s)", "peak stress (MPa)", "breakages", "result"]
         text += "\n" + text_table(head_t, sweep)
         body += html_table(head_t, sweep)
 
     fits = []
     for fit in study.get("fit", []):
-        body += picture(law_plot(fit, labels, runs), out, "fit_" + "".join(c if c.isalnum() else "_" for c in fit["name"])[:40])
+        body += picture(law_plot(fit, labels, runs), out,
+                        "fit_" + "".join(c if c.isalnum() else "_" for c in fit["name"])[:40])
         for strain in fit["at"]:
-            points = [(of_summary(r, fit["x"]), at(r["columns"], fit["quantity"], strain)) for name in fit["cases"] for r in runs[name]]
+            points = [(of_summary(r, fit["x"]), at(r["columns"], fit["quantity"], strain)) for name in fit["cases"]
+                      for r in runs[name]]
             known = [p for p in points if not any(map(math.isnan, p))]
             law, lost = power_law(known), len(points) - len(known)
             text_of = f"{law[0]:.2f} ± {law[1]:.2f}" if law else "fewer than two places"
@@ -226,7 +248,8 @@ def write(study, common, cases, runs, studies, sweeps, out, wall, workers):
         ax.set_title(plot.get("title", plot["name"]), fontsize=10)
         body += picture(fig, out, plot["name"])
     write_whole(os.path.join(out, "study.txt"), text)
-    page = f"""<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(study.get('title', 'Study'))}</title>
+    page = f"""<!doctype html><html lang="en"><meta charset="utf-8">
+<title>{html.escape(study.get('title', 'Study'))}</title>
 <style>{STYLE}img{{max-width:100%;margin:.3em}}</style>
 <h1>{html.escape(study.get('title', 'Study'))}</h1>{body}</html>"""
     write_whole(os.path.join(out, "report.html"), page)

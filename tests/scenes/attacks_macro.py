@@ -1,0 +1,142 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""What breaks grus-bvp under attack: attacks_macro.py BIN"""
+import math
+import os
+import resource
+import signal
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+
+from attack_tools import MATERIAL, UNIAXIAL, bvp, interrupted, limited, refused
+from scene_tools import faults, need, run, summary, write
+
+ELASTIC = (
+    "[mesh]\nbox = { size = [0.01, 0.1], cells = [1, 20] }\ndimension = \"axisymmetric\"\n[[region]]\nwhere = \"y<1\"\n"
+    "material = \"elastic\"\nyoungs_modulus = \"200 GPa\"\n"
+    "poissons_ratio = 0.3\ndensity = 7800\n[[boundary]]\nwhere = \"x=min\"\ndisplacement = [0, \"free\"]\n")
+BAR = ELASTIC + (
+    "[[boundary]]\nwhere = \"y=min\"\npressure = \"100 MPa\"\nhistory = \"constant\"\n[[probe]]\nname = \"a\"\n"
+    "at = [0.005, 0.03]\n[[probe]]\nname = \"b\"\nat = [0.005, 0.07]\n"
+    "[hopkinson]\nincident_gauge = \"a\"\ntransmitted_gauge = \"b\"\nincident_distance = 0.02\n"
+    "transmitted_distance = 0.02\nbar_modulus = \"200 GPa\"\nbar_density = 7800\nbar_area = 3.14e-4\n"
+    "specimen_length = 0.01\nspecimen_area = 3.14e-4\n[solve]\nkind = \"explicit-dynamic\"\nduration = \"40 us\"\n")
+CELL = (
+    "[packing]\nkind = \"simple-cubic\"\nradius = { distribution = \"constant\", mean = \"0.3 mm\" }\n"
+    "layers = [3, 3, 3]\n[boundary]\nkind = \"periodic\"\n"
+    "[preparation]\npressure = \"1 MPa\"\n")
+
+
+def macro(tmp):
+    """grus-bvp: bars without grains, locking, meshes that lie about their size, cells whose scene has a mistake."""
+    if not bvp:
+        return
+    out = os.path.join(tmp, "bar")
+    r = run(bvp, write(tmp, BAR), "-o", out, "--quiet")
+    need(r.returncode == 0 and r.stderr == "", f"a bar without grains: exit {r.returncode} {r.stderr!r}")
+    need("specimen_strain" not in open(os.path.join(out, "hopkinson.csv")).readline() and summary(out)["status"] == 0,
+         "hopkinson.csv of a bar without grains")
+    need("yy" in run(bvp, write(tmp, BAR), "-o", out, "--force").stdout,
+         "progress of a two-dimensional run shows the hoop")
+    squeeze = ("[[boundary]]\nwhere = \"y=max\"\ndisplacement = [\"free\", \"-0.01 mm\"]\n[[boundary]]\n"
+               "where = \"y=min\"\ndisplacement = [\"free\", 0]\n[solve]\nkind = \"quasi-static\"\nincrements = 1\n")
+    for nu, order, said in ((0.49, 1, True), (0.49, 2, False), (0.3, 1, False)):
+        r = run(
+            bvp,
+            write(tmp, (ELASTIC + squeeze).replace("poissons_ratio = 0.3", f"poissons_ratio = {nu}") +
+                  f"[element]\norder = {order}\n"), "--check")
+        need(r.returncode == 0 and ("lock" in r.stdout and "element.order = 2" in r.stdout) == said,
+             f"locking at {nu}, order {order}: {r.stdout!r}")
+    begin = time.time()
+    mesh = write(tmp, "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 999999999 1 9\n2 1 0 999999999\n", "huge.msh")
+    scene = (ELASTIC + squeeze).replace('box = { size = [0.01, 0.1], cells = [1, 20] }', f'file = "{mesh}"')
+    out = os.path.join(tmp, "mesh")
+    r = subprocess.run([bvp, write(tmp, scene), "-o", out], capture_output=True, text=True,
+                       preexec_fn=limited(resource.RLIMIT_AS, 2 << 30), timeout=60)
+    need(r.returncode == 2 and "more than the file can hold" in r.stderr and time.time() - begin < 10,
+         f"a mesh of 999999999 nodes in 60 bytes: exit {r.returncode} {r.stderr!r}")
+    write(tmp, "root:secret:0:0\n", "huge.msh")
+    r = run(bvp, write(tmp, scene), "-o", out)
+    need(r.returncode == 2 and "secret" not in r.stderr and r.stderr.count("\n") == 1,
+         f"a file that is no mesh is quoted: {r.stderr!r}")
+    # Cells: mistakes in parts of their scene that are not used here show all the same.
+    block = (
+        "[mesh]\nbox = { size = [0.01, 0.01, 0.01], cells = [1, 1, 1] }\n[rve]\nscene = \"cell.toml\"\n[[boundary]]\n"
+        "where = \"z=max\"\ndisplacement = [0, 0, \"-0.02 mm\"]\n"
+        "[[boundary]]\nwhere = \"z=min\"\ndisplacement = [0, 0, 0]\n[solve]\nkind = \"quasi-static\"\nincrements = 1\n"
+        "tolerance = 1e-9\n[output]\nframes = 100000\n"
+    )
+    for bad, word in (("[loading]\nkind = \"uniaxial-strain\"\nstrain_rat = 1.0\n", "strain_rat"),
+                      ("[output]\nframs = 2\n", "frams"), ("[loading]\nkind = \"uniaxial\"\n", "uniaxial-strain")):
+        write(tmp, MATERIAL + CELL + bad, "cell.toml")
+        refused(tmp, block, "cell.toml", word, program=bvp)
+    write(tmp, MATERIAL + CELL + UNIAXIAL, "cell.toml")
+    r = run(bvp, write(tmp, block), "--check")
+    need(
+        r.returncode == 0 and "residual to 0.001" in r.stdout and "not to solve.tolerance" in r.stdout
+        and "output.frames = 100000" in r.stdout, f"what binds is not said: {r.stdout!r} {r.stderr!r}")
+    out = os.path.join(tmp, "block")
+    r = run(bvp, write(tmp, block.replace("frames = 100000", "frames = 1")), "-o", out, "--quiet")
+    errors = summary(out)["errors"] if r.returncode == 0 else {}
+    need(
+        errors.get("residual_floor") == 1e-3 and 0 <= errors.get("hill_mandel", -1) < 0.2,
+        f"errors: {errors} {r.stderr!r}")
+    # Cells of a frame without grains have no void ratio: NaN (a small data set is stored as it is).
+    half = block.replace("cells = [1, 1, 1]", "cells = [1, 1, 2]").replace(
+        "frames = 100000", "frames = 1"
+    ) + "[[region]]\nwhere = \"z<0.005\"\nmaterial = \"elastic\"\nyoungs_modulus = \"1 GPa\"\npoissons_ratio = 0.2\n"
+    out = os.path.join(tmp, "half")
+    r = run(bvp, write(tmp, half), "-o", out, "--quiet")
+    frame = open(os.path.join(out, "macro", "macro_00000.hdf"), "rb").read() if r.returncode == 0 else b""
+    need(
+        frame.count(struct.pack("<f", math.nan)) == 3,
+        f"void ratio, broken fraction and grains of an elastic cell: {frame.count(struct.pack('<f', math.nan))} NaN "
+        f"{r.stderr}"
+    )
+    # A full disk: one line, the status told where there is room for it.
+    out = os.path.join(tmp, "full")
+    tight = {
+        "preexec_fn": limited(resource.RLIMIT_FSIZE, 25000), "env": dict(os.environ, PMIX_MCA_gds="hash",
+                                                                         OMPI_MCA_btl="self")
+    }  # MPI's own files stay small
+    r = subprocess.run([bvp, write(tmp, half), "-o", out, "--quiet", "--set", "output.checkpoint_interval=1e-9"],
+                       capture_output=True, text=True, timeout=60, **tight)
+    # Here what is prepared is too large already: nothing has run that could be told of.
+    need(
+        r.returncode == 1 and "cannot write" in r.stderr and r.stderr.count("\n") == 1
+        and not any(f.endswith(".new") for f in os.listdir(out)), f"full disk: exit {r.returncode} {r.stderr!r}")
+    # Ranks share the cores of the node.
+    out = os.path.join(tmp, "ranks")
+    r = run("mpirun", "-n", "2", bvp, write(tmp, block.replace("frames = 100000", "frames = 0")), "-o", out, "--quiet")
+    need(
+        r.returncode == 0 and summary(out)["threads"] == max(1,
+                                                             len(os.sched_getaffinity(0)) // 2)
+        and summary(out)["ranks"] == 2, f"threads of two ranks: {r.stderr}")
+    # Interrupted while the cells are prepared: heard, and what is prepared is kept.
+    write(
+        tmp, MATERIAL + CELL.replace("layers = [3, 3, 3]", "layers = [14, 14, 14]").replace(
+            "[preparation]", "[preparation]\ninertial_number = 1e-7"), "cell.toml")
+    out = os.path.join(tmp, "slow")
+    code, said, err = interrupted(tmp, "unit cells", [bvp, write(tmp, block), "-o", out], "unit cells", signal.SIGINT,
+                                  20)
+    need(
+        code == 130 and "unit cells" in err and err.count("\n") == 1
+        and sorted(os.listdir(out)) == [".grus", "preparation.h5"], f"interrupted unit cells: exit {code} {err!r}")
+    write(tmp, MATERIAL + CELL, "cell.toml")
+    # Increments that are cut are told, but not to who asked for quiet; the hint says more increments, not smaller ones.
+    wild = block.replace("-0.02 mm", "-9 mm").replace("increments = 1", "increments = 1\nmax_cutbacks = 1")
+    loud, quiet = (run(bvp, write(tmp, wild), "-o", os.path.join(tmp, f"wild{k}"), *more, timeout=300)
+                   for k, more in enumerate(((), ("--quiet", ))))
+    need("cutback" in loud.stdout, f"a cutback is not told: {loud.stdout!r}")
+    need(
+        loud.returncode == quiet.returncode == 3 and "more solve.increments" in quiet.stderr and quiet.stdout == ""
+        and quiet.stderr.count("\n") == 1, f"quiet: {quiet.returncode} {quiet.stdout!r} {quiet.stderr!r}")
+
+
+with tempfile.TemporaryDirectory() as tmp:
+    macro(tmp)
+print(f"attacks macro: {len(faults)} faults")
+sys.exit(1 if faults else 0)
