@@ -14,7 +14,8 @@ binaries = os.path.abspath(sys.argv[1])
 sys.path.insert(0, os.path.join(binaries, "..", "python"))
 from grus.runs.cases import Refused  # noqa: E402
 from grus.runs.runner import Runner  # noqa: E402
-from grus.study import precision, report, sweep  # noqa: E402
+from grus.study import numbers, statistics  # noqa: E402
+from grus.study.kinds import check, precision, sweep  # noqa: E402
 from grus.study.reader import read_study  # noqa: E402
 
 faults = []
@@ -144,12 +145,13 @@ with tempfile.TemporaryDirectory() as tmp:
             and not os.path.exists(os.path.join(tmp, "bad")), f"{expected}: exit {r.returncode}: {r.stderr!r}")
 
 # Power law: exact points give the exponent with no error; scattered ones cover it.
-slope, error = precision.power_law([(x, 3 * x ** 8.25) for x in (1.4, 1.5, 1.6, 1.7)])
+slope, error = statistics.power_law([(x, 3 * x ** 8.25) for x in (1.4, 1.5, 1.6, 1.7)])
 need(abs(slope - 8.25) < 1e-9 and error < 1e-9, f"power law {slope} +- {error}")
-slope, error = precision.power_law([(x, 3 * x**2 * math.exp(0.05 * (-1)**k)) for k, x in enumerate((1, 2, 3, 4, 5, 6))])
+scattered = [(x, 3 * x**2 * math.exp(0.05 * (-1)**k)) for k, x in enumerate((1, 2, 3, 4, 5, 6))]
+slope, error = statistics.power_law(scattered)
 need(abs(slope - 2) < 3 * error and 0 < error < 0.1, f"scattered power law {slope} +- {error}")
-need(abs(precision.position({"axial_strain": [0, 0.1, 0.2], "y": [0, 1, 4]}, "y", 0.15) - 2.5) < 1e-12, "interpolation")
-need(math.isnan(precision.position({"axial_strain": [0, 0.1], "y": [0, 1]}, "y", 0.15)),
+need(abs(numbers.position({"axial_strain": [0, 0.1, 0.2], "y": [0, 1, 4]}, "y", 0.15) - 2.5) < 1e-12, "interpolation")
+need(math.isnan(numbers.position({"axial_strain": [0, 0.1], "y": [0, 1]}, "y", 0.15)),
      "a strain that was not reached")
 
 
@@ -183,25 +185,25 @@ need(result["recommended"][0.01] is None, "a recommendation that forgets the int
 # sigma).
 for freedom, quantile in ((1, 12.7062), (2, 4.30265), (4, 2.77645), (9, 2.26216), (30, 2.04227)):
     need(
-        abs(precision.student(0.95, freedom) / quantile - 1) < 1e-5,
-        f"t({freedom}) = {precision.student(0.95, freedom)}")
+        abs(statistics.student(0.95, freedom) / quantile - 1) < 1e-5,
+        f"t({freedom}) = {statistics.student(0.95, freedom)}")
 draw = random.Random(7)
-t4 = precision.student(0.95, 4)
-precision_student, precision.student = precision.student, lambda c, f: t4 if f == 4 else precision_student(
-    c, f)  # 4,000 quadratures are slow
+t4 = statistics.student(0.95, 4)
+student = statistics.student
+statistics.student = lambda c, f: t4 if f == 4 else student(c, f)  # 4,000 quadratures are slow
 covered = 0
 for _ in range(4000):
-    m, half = precision.interval([draw.gauss(3.0, 2.0) for _ in range(5)])
+    m, half = statistics.interval([draw.gauss(3.0, 2.0) for _ in range(5)])
     covered += abs(m - 3.0) <= half
 need(abs(covered / 4000 - 0.95) < 3 * math.sqrt(0.95 * 0.05 / 4000), f"95 % interval covers {covered / 40:.1f} %")
 # Paired by seed: what seeds share drops out.
-off, half = precision.difference([11.0, 21.0, 31.0, 41.0, 51.0], [10.0, 20.0, 30.0, 40.0, 50.0], True)
+off, half = statistics.difference([11.0, 21.0, 31.0, 41.0, 51.0], [10.0, 20.0, 30.0, 40.0, 50.0], True)
 need(abs(off - 1) < 1e-12 and half < 1e-12, f"paired difference {off} +- {half}")
-need(precision.difference([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], False)[1] > 1, "unpaired difference without an interval")
+need(statistics.difference([1.0, 2.0, 3.0], [1.0, 2.0, 3.0], False)[1] > 1, "unpaired difference without an interval")
 columns = {"x": [0, 1, 2], "y": [0, 4, 2]}
 for how, expected in (("peak", 4), ("last", 2), ("area", 5), ("at", 3)):
     need(
-        abs(precision.measured(columns, {"quantity": "y", "over": "x", "measure": how, "at": 1.5}) - expected) < 1e-12,
+        abs(numbers.measured(columns, {"quantity": "y", "over": "x", "measure": how, "at": 1.5}) - expected) < 1e-12,
         f"measure {how}")
 
 with tempfile.TemporaryDirectory() as tmp:
@@ -324,8 +326,8 @@ with tempfile.TemporaryDirectory() as tmp:
 run_to = lambda strain: {"columns": {"axial_strain": [0.0, strain], "y": [0.0, 10 * strain]}, "summary": {}}
 near = {"claim": "c", "case": "a", "quantity": "y", "at": [0.1], "near": 1.0, "tolerance": 0.01}
 need(
-    report.check_of(near, {"a": [run_to(0.1), run_to(0.2)]})[0]
-    and not report.check_of(near, {"a": [run_to(0.1), run_to(0.05)]})[0],
+    check.check_of(near, {"a": [run_to(0.1), run_to(0.2)]})[0]
+    and not check.check_of(near, {"a": [run_to(0.1), run_to(0.05)]})[0],
     "a strain that was not reached counts as near")
 # Seed by seed: what the seeds share drops out of a change, and not out of a mean.
 rows = sweep.judge({"quantity": "y", "at": 1.0},

@@ -12,7 +12,7 @@ sys.path.insert(0, os.path.join(sys.argv[1], "..", "python"))
 from grus.calibrate.targets import Target  # noqa: E402
 from grus.files.tables import Table, read_columns  # noqa: E402
 from grus.files.texts import BadData  # noqa: E402
-from grus.study.precision import known_reference  # noqa: E402
+from grus.study.kinds.precision import known_reference  # noqa: E402
 
 STRENGTH, faults = "results.peak_before_breakage_Pa", []
 

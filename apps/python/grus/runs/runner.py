@@ -19,7 +19,7 @@ from grus.runs.kept import digest_of, key_of, text_of
 
 
 class Runner:
-    """Runs cases; `asked` tells what columns and keys each must have (grus.study.reader.wanted)."""
+    """Runs cases; `asked` tells what columns and keys each must have (Study.wanted of grus.study.reader)."""
 
     def __init__(self, out, seed_key, bins, asked):
         self.out, self.seed_key, self.bins, self.asked = out, seed_key, bins, asked

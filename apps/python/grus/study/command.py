@@ -13,13 +13,13 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from grus._version import __version__
 from grus.files.folders import Folder, clear_results
 from grus.files.texts import one_line
-from grus.results import read_run
 from grus.runs import interrupts, programs
 from grus.runs.cases import Refused
 from grus.runs.command import Lacking, duration_text, status_of
 from grus.runs.runner import Runner
-from grus.study import precision
-from grus.study.reader import read_study, wanted
+from grus.study import report
+from grus.study.reader import read_study
+from grus.study.tables import Done
 
 
 def run_all(runner, cases, workers, quiet):
@@ -53,74 +53,44 @@ def run_all(runner, cases, workers, quiet):
     return failures, time.time() - start
 
 
-def judged(entry, runner, lost):
-    """The runs of a [[precision]] that are there, and what they say; None where nothing is left to compare."""
-    c = entry["reference_case"]
-    found = {k["name"]: {str(s): read_run(runner.folder(k, s)) for s in k["seeds"] if (k["name"], str(s)) not in lost}
-             for k in [k for _, k in entry["rows"]] + ([c] if c else [])}
-    # Runs that failed are left out; where seeds are compared one by one, the others of their seed too.
-    paired = c is not None and entry.get("paired", True)
-    common_seeds = set.intersection(*(set(r) for r in found.values() if r)) if paired and any(found.values()) else None
-    kept = {
-        name: [r for seed, r in by_seed.items() if not paired or seed in (common_seeds or ())]
-        for name, by_seed in found.items()
-    }
-    rows = [(s, kept[k["name"]]) for s, k in entry["rows"] if kept[k["name"]]]
-    if not rows or (c and not kept[c["name"]]):
-        return None
-    return entry, precision.judge(entry, rows, kept[c["name"]] if c else None, entry["folder"])
-
-
-def work(args):
-    study, common, cases = read_study(args.scene)
-    runs_of = cases + [
-        c for e in study["precision"] + study["sweep"]
-        for c in [row[1] for row in e["rows"]] + ([e["reference_case"]] if e.get("reference_case") else [])
-    ]
-    distinct = {c["name"]: c for c in runs_of}
-    out = args.out or os.path.splitext(os.path.basename(args.scene))[0]
-    workers = args.threads or len(os.sched_getaffinity(0))
-    runner = Runner(out, common.get("seed_key", "packing.seed"), programs.folder(), wanted(study, common, cases))
+def refuse_early(study, path, runner, workers):
+    """Asks the programs of every case before any of them runs."""
     with ThreadPoolExecutor(workers) as pool:
         try:
-            for refusal in pool.map(runner.refusal, distinct.values()):
+            for refusal in pool.map(runner.refusal, {c["name"]: c for c in study.cases()}.values()):
                 if refusal:
-                    raise Refused(f"{args.scene}: {refusal}")
+                    raise Refused(f"{path}: {refusal}")
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             runner.stop()
             raise
+
+
+def work(args):
+    study = read_study(args.scene)
+    cases = study.cases()
+    out = args.out or os.path.splitext(os.path.basename(args.scene))[0]
+    workers = args.threads or len(os.sched_getaffinity(0))
+    runner = Runner(out, study.common.get("seed_key", "packing.seed"), programs.folder(), study.wanted())
+    refuse_early(study, args.scene, runner, workers)
     if args.check:
-        for c in distinct.values():
+        for c in {c["name"]: c for c in cases}.values():
             print(c["name"], c["seeds"], os.path.relpath(c["scene"]), json.dumps(c["set"], default=str))
-        print(f"{len({(c['name'], str(s)) for c in runs_of for s in c['seeds']})} runs")
+        print(f"{len({(c['name'], str(s)) for c in cases for s in c['seeds']})} runs")
         return 0
     with Folder(out):
         os.makedirs(os.path.join(out, "runs"), exist_ok=True)
-        failures, wall = run_all(runner, runs_of, workers, args.quiet)
+        failures, wall = run_all(runner, cases, workers, args.quiet)
         if failures is None:
             return 130
         for case, seed, text in failures:
             print(one_line(f"grus-study: {case['label']}{'' if seed is None else f', seed {seed}'}: {text}"),
                   file=sys.stderr)
-        if any(case is c for case, _, _ in failures for c in cases):
+        if any(case is c for case, _, _ in failures for c in study.named):
             return 1  # claims and plots need all their cases
-        from grus.study import report
         clear_results(out, ("report.html", "study.txt", "study.csv", "precision.csv", "sweep.csv"))
-        runs = {c["name"]: [read_run(runner.folder(c, s)) for s in c["seeds"]] for c in cases}
-        lost = {(case["name"], str(seed)) for case, seed, _ in failures}
-        studies = []
-        for e in study["precision"]:
-            result = judged(e, runner, lost)
-            if result:
-                studies.append(result)
-            else:
-                print(f"grus-study: {one_line(e['name'])}: no run is left to compare", file=sys.stderr)
-        sweeps = [(e, [(v,
-                        {str(s): read_run(runner.folder(c, s)) for s in c["seeds"] if (c["name"], str(s)) not in lost})
-                       for v, c in e["rows"]]) for e in study["sweep"]]
-        sweeps = [(e, [row for row in rows if row[1]]) for e, rows in sweeps]
-        passed = report.write(study, common, cases, runs, studies, [s for s in sweeps if s[1]], out, wall, workers)
+        done = Done(out, study.common, runner, study.named, {(case["name"], str(seed)) for case, seed, _ in failures})
+        passed = report.write(study, done, f"{wall:.0f} s on {workers} cores")
         print(f"report: {os.path.join(out, 'report.html')}")
         return 1 if failures or (args.strict and not passed) else 0
 

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""[[sweep]] of a study: a quantity against a key of the scene, with what the seeds leave open: table, sweep.csv,
-plot."""
+"""[[sweep]]: a quantity against a key of the scene, with what the seeds leave open: table, sweep.csv, plot."""
 import html
 import math
 import os
@@ -8,14 +7,48 @@ import os
 from grus.figures import logarithmic, picture, plt, table as html_table
 from grus.files.texts import text_table
 from grus.files.writing import write_csv
+from grus.runs.cases import Refused
 from grus.runs.censored import strength_of
-from grus.study import precision
-from grus.study.precision_report import describe, percent, short
+from grus.runs.schema import AT, MEASURE, NUMBER, SEEDS, SETTINGS, TEXT, tables
+from grus.study.numbers import cost, measured
+from grus.study.statistics import deviation, interval, mean
+from grus.study.tables import Shown, shared_by_cases, unnamed_case
+from grus.study.words import describe, percent, short
 
-COLUMNS = [
-    "sweep", "key", "value", "position", "mean", "interval", "sd", "change", "change_interval", "seeds", "status",
-    "cpu_s"
-]
+NAME = "sweep"
+SCHEMA = tables({
+    "name": TEXT, "scene": TEXT, "set": SETTINGS, "seeds": SEEDS, "key": TEXT, "quantity": TEXT, "measure": MEASURE,
+    "values": {"type": "array", "minItems": 2}, "at": AT, "over": TEXT, "scale": NUMBER, "log": {"type": "boolean"},
+    "log_x": {"type": "boolean"}, "xlabel": TEXT, "ylabel": TEXT
+}, ("name", "key", "values", "quantity"))
+COLUMNS = ["sweep", "key", "value", "position", "mean", "interval", "sd", "change", "change_interval", "seeds",
+           "status", "cpu_s"]
+
+
+def read(given, reading):
+    return [read_one(table, reading) for table in given]
+
+
+def read_one(table, reading):
+    """A [[sweep]] with a case for each value of its key."""
+    where = f"{reading.path}: sweep {table['name']}"
+    if "." not in table["quantity"] and table.get("measure", "at") == "at" and "at" not in table:
+        raise Refused(f"{where}: needs 'at', or a measure (peak, last, area), or a quantity of summary.json")
+    base, fixed = shared_by_cases(where, table, reading)
+    return {**table, "rows": [(v, unnamed_case(base, fixed, {table["key"]: v})) for v in table["values"]]}
+
+
+def cases(entry):
+    return [case for _, case in entry["rows"]]
+
+
+def asks(entry, _common):
+    if "." in entry["quantity"]:
+        return [(case["name"], set(), {entry["quantity"]}) for case in cases(entry)]
+    columns = {entry["quantity"]}
+    if entry.get("measure", "at") in ("at", "area"):
+        columns.add(entry.get("over", "axial_strain"))
+    return [(case["name"], columns, set()) for case in cases(entry)]
 
 
 def found(run, entry):
@@ -23,7 +56,7 @@ def found(run, entry):
     above the bound."""
     if "." in entry["quantity"]:
         return strength_of(run, entry["quantity"])
-    return precision.measured(run["columns"], entry), math.nan
+    return measured(run["columns"], entry), math.nan
 
 
 def judge(entry, table):
@@ -35,24 +68,24 @@ def judge(entry, table):
         by_seed = {seed: found(run, entry) for seed, run in runs.items()}
         reached = {seed: v for seed, (v, _) in by_seed.items() if not math.isnan(v)}
         larger = [bound for v, bound in by_seed.values() if math.isnan(v) and not math.isnan(bound)]
-        least = precision.mean(list(reached.values()) + larger)
+        least = mean(list(reached.values()) + larger)
         lost = len(by_seed) - len(reached) - len(larger)
         known = reached if not larger else {}
         first = known if first is None else first
         common = sorted(set(known) & set(first))
-        base = precision.mean(list(first.values()))
-        middle, half = precision.interval(list(known.values()))
-        off, open_ = precision.interval([known[s] - first[s] for s in common])
+        base = mean(list(first.values()))
+        middle, half = interval(list(known.values()))
+        off, open_ = interval([known[s] - first[s] for s in common])
         scale = abs(base) or 1.0
         status = ",".join(sorted({str(r["summary"]["status"]) for r in runs.values()}))
         status += f" ({lost} not reached)" if lost else ""
         status += f" ({len(larger)} of {len(by_seed)} not broken: at least {least:.4g})" if larger else ""
         rows.append({"value": value, "mean": middle, "interval": half, "found": list(reached.values()),
                      "larger": larger, "least": least, "change": off / scale,
-                     "sd": precision.deviation(list(known.values())) if known else math.nan,
+                     "sd": deviation(list(known.values())) if known else math.nan,
                      "change_interval": open_ / scale if len(common) > 1 else math.nan,
                      "seeds": len(reached), "status": status,
-                     "cpu_s": precision.mean([precision.cost(r)["cpu"] for r in runs.values()])})
+                     "cpu_s": mean([cost(r)["cpu"] for r in runs.values()])})
     return rows
 
 
@@ -94,27 +127,31 @@ def parts(entry):
     return [{**entry, "at": at} for at in entry["at"]] if isinstance(entry.get("at"), list) else [entry]
 
 
-def write(sweeps, out):
-    """sweeps: (entry, [(value, {seed: run})]) pairs. Text and HTML of all; sweep.csv and a plot each."""
-    text = body = ""
-    lines = []
-    for number, (entry, table) in enumerate(sweeps):
-        judged = [(part, judge(part, table)) for part in parts(entry)]
-        head = [entry["key"], "where", "mean", "95 % interval", "change", "its interval", "seeds", "status", "CPU s"]
-        rows = []
-        for part, values in judged:
-            for r in values:
-                middle = f"> {r['least']:.6g}" if r["larger"] else f"{r['mean']:.6g}"
-                half = "-" if math.isnan(r["interval"]) else f"{r['interval']:.3g}"
-                rows.append([short(r["value"]), place(part), middle, half, signed(r["change"]),
-                             percent(r["change_interval"]), r["seeds"], r["status"], f"{r['cpu_s']:.3g}"])
-                lines.append([entry["name"], entry["key"], r["value"], place(part)] + [r[c] for c in COLUMNS[4:]])
-        text += f"\n{entry['name']}\n" + text_table(head, rows)
-        body += f"<h2>{html.escape(entry['name'])}</h2>" + html_table(head, rows) + picture(
-            plot(entry, judged), out, f"sweep_{number}")
-    write_csv(os.path.join(out, "sweep.csv"), [COLUMNS] + lines)
-    return text, body
-
-
 def signed(x):
     return "-" if math.isnan(x) else f"{100 * x:+.2g} %"
+
+
+def show(entries, done):
+    sweeps = []
+    for entry in entries:
+        table = [(value, done.by_seed(case)) for value, case in entry["rows"]]
+        table = [(value, runs) for value, runs in table if runs]
+        if table:
+            sweeps.append((entry, [(part, judge(part, table)) for part in parts(entry)]))
+    if not sweeps:
+        return Shown()
+    text, body, lines = "", "", []
+    for number, (entry, judged) in enumerate(sweeps):
+        head = [entry["key"], "where", "mean", "95 % interval", "change", "its interval", "seeds", "status", "CPU s"]
+        rows = []
+        for part, r in ((part, r) for part, values in judged for r in values):
+            middle = f"> {r['least']:.6g}" if r["larger"] else f"{r['mean']:.6g}"
+            half = "-" if math.isnan(r["interval"]) else f"{r['interval']:.3g}"
+            rows.append([short(r["value"]), place(part), middle, half, signed(r["change"]),
+                         percent(r["change_interval"]), r["seeds"], r["status"], f"{r['cpu_s']:.3g}"])
+            lines.append([entry["name"], entry["key"], r["value"], place(part), *(r[c] for c in COLUMNS[4:])])
+        text += f"\n{entry['name']}\n" + text_table(head, rows)
+        body += f"<h2>{html.escape(entry['name'])}</h2>" + html_table(head, rows)
+        body += picture(plot(entry, judged), done.out, f"sweep_{number}")
+    write_csv(os.path.join(done.out, "sweep.csv"), [COLUMNS, *lines])
+    return Shown(text, body)

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""[[check]]: a claim, held against what the runs say."""
+import math
+
+from grus.figures import table as html_table
+from grus.files.texts import text_table
+from grus.runs.cases import Refused
+from grus.runs.censored import mean_of
+from grus.runs.schema import NAMES, NUMBER, POSITIVE, STRAINS, TEXT, tables
+from grus.study.numbers import found
+from grus.study.statistics import mean
+from grus.study.tables import Shown, asked
+
+NAME = "check"
+SCHEMA = tables({
+    "claim": TEXT, "greater": {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2},
+    "factor": NUMBER, "at": STRAINS, "case": TEXT, "cases": NAMES, "near": {"type": "number", "not": {"const": 0}},
+    "tolerance": POSITIVE, "between": {"type": "array", "items": NUMBER, "minItems": 2, "maxItems": 2},
+    "below": NUMBER, "quantity": TEXT
+}, ("claim",))
+
+
+def read(given, reading):
+    for t in given:
+        where = f"{reading.path}: check '{t['claim']}'"
+        if ("greater" in t) == ("case" in t or "cases" in t):
+            raise Refused(f"{where}: needs either greater, or case or cases")
+        if "greater" not in t and not ("below" in t or "between" in t or ("near" in t and "tolerance" in t)):
+            raise Refused(f"{where}: needs near with tolerance, between or below")
+        reading.named(where, [*t.get("cases", []), *t.get("greater", []), *([t["case"]] if "case" in t else [])])
+    return given
+
+
+def cases(_entry):
+    return []
+
+
+def asks(entry, _common):
+    return [asked(name, entry.get("quantity", "axial_stress_Pa"))
+            for name in entry.get("greater", entry.get("cases", [entry.get("case")]))]
+
+
+def check_of(check, runs):
+    """(passed, text) of a claim."""
+    quantity = check.get("quantity", "axial_stress_Pa")
+    if "greater" in check:
+        high, low = check["greater"]
+        texts, ok = [], True
+        for strain in check.get("at", [None]):
+            _, a, beyond = mean_of(found(runs[high], quantity, strain))  # here a lower bound is enough
+            b, _, unbroken = mean_of(found(runs[low], quantity, strain))
+            ok = ok and a > check.get("factor", 1.0) * b
+            where = "" if strain is None else f" at {strain:g}"
+            texts.append(f"{'> ' if beyond else ''}{a:.4g} / {b:.4g} = {a / b if b else math.inf:.3g}{where}" +
+                         (f" ({beyond + unbroken} not broken)" if beyond + unbroken else ""))
+        return ok, f"{high} / {low}: " + "; ".join(texts)
+    pairs = [x for name in check.get("cases", [check.get("case")]) for strain in check.get("at", [None])
+             for x in found(runs[name], quantity, strain)]
+    v = [x for x, _ in pairs if not math.isnan(x)]
+    if len(v) < len(pairs):  # what is not known cannot hold
+        unbroken = mean_of(pairs)[2]
+        why = f": {unbroken} grains did not break" if unbroken else ""
+        return False, f"{len(pairs) - len(v)} of {len(pairs)} values are not there{why}"
+    if "near" in check:
+        worst = max(abs(x / check["near"] - 1) for x in v)
+        return worst <= check["tolerance"], f"{mean(v):.5g} against {check['near']:g}: {100 * worst:.2f} % off at worst"
+    if "between" in check:
+        low, high = check["between"]
+        return all(low <= x <= high for x in v), f"{min(v):.4g} … {max(v):.4g}, asked {low:g} … {high:g}"
+    return all(abs(x) <= check["below"] for x in v), f"at most {max(map(abs, v)):.3g}, asked {check['below']:g}"
+
+
+def show(entries, done):
+    passed, rows = True, []
+    for check in entries:
+        ok, detail = check_of(check, done.runs)
+        passed = passed and ok
+        rows.append(["holds" if ok else "DOES NOT HOLD", check["claim"], detail])
+    if not rows:
+        return Shown()
+    head = ["", "claim", "measured"]
+    return Shown("\n" + text_table(head, rows), "<h2>Claims</h2>" + html_table(head, rows), passed)
