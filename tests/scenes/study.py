@@ -108,7 +108,7 @@ with tempfile.TemporaryDirectory() as tmp:
     rows = whole["history.csv"]
     damages += [("history.csv", t) for t in (None, "", rows[:len(rows) // 2], rows[:rows.rindex("\n", 0, -1) + 1],
                                              rows.replace("axial_stress_Pa", "sigma"), rows[:rows.index("\n") + 1])]
-    runner, (_, _, cases) = Runner(out, "numerics.fracture_every", binaries, {}), read_study(path)
+    runner, cases = Runner(out, "numerics.fracture_every", binaries, {}), read_study(path).named
     for name, damage in damages:
         os.remove(of(name))
         if damage is not None:
