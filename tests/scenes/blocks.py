@@ -20,6 +20,7 @@ COMMAND = re.compile(r"\s*(\./|build|cmake|ctest|mpirun|srun|python3|gmsh|grus-)
 ELSEWHERE = {("README.md", "sh"): "scenes/readme.py", ("README.md", "toml"): "scenes/readme.py",
              ("docs/library.md", "cmake"): "tools/check_install.py",
              ("docs/library.md", "cpp"): "tools/check_install.py",
+             ("docs/extending.md", None): "scenes/extending.py",
              ("docs/tutorial.md", None): "scenes/tutorial.py"}
 # What a table of a page lacks to be a whole scene.
 LOADING = '[loading]\nkind = "platens"\naxis = "y"\nstrain_rate = "1 /s"\nfinal_strain = 0.0018\n'
