@@ -34,8 +34,8 @@ NAV = [("Start", [("Grus", "index.md"), ("From a sieve curve to a pile", "tutori
        ("Problems", [(name.replace("_", " "), f"problems/{name}.md")
                      for name in ("biaxial_plane_strain", "oedometer_block", "pile_tip", "shpb_bars", "strip_footing",
                                   "triaxial", "triaxial_block")]),
-       ("Code", [("C++", "api_cpp.md"), ("Python", "api_python.md"), ("Architecture", "architecture.md"), ("Extending", "extending.md"),
-                ("What is deliberate", "deliberate.md")])]
+       ("Code", [("C++", "api_cpp.md"), ("Python", "api_python.md"), ("Architecture", "architecture.md"),
+                ("Extending", "extending.md"), ("What is deliberate", "deliberate.md")])]
 
 
 def with_links(text, page, at):

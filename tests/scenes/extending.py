@@ -15,7 +15,8 @@ from scene_tools import faults, need
 
 build = os.path.abspath(sys.argv[1])
 source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
-page = open(os.path.join(source, "docs", "extending.md")).read()
+PAGE = "docs/extending.md"
+page = open(os.path.join(source, PAGE)).read()
 
 
 def run(command, folder):
@@ -48,35 +49,40 @@ def apply(tree, patch):
     with open(path, "w") as f:
         f.write(patch)
     done = run(["patch", "-p1", "--fuzz=0", "--no-backup-if-mismatch", "-i", path], tree)
-    need(done.returncode == 0, f"docs/extending.md: a patch does not apply: {done.stdout[-300:]} {done.stderr[-200:]}")
+    need(done.returncode == 0, f"{PAGE}: a patch does not apply: {done.stdout[-300:]} {done.stderr[-200:]}")
     return re.findall(r"^\+\+\+ b/(\S+)", patch, re.M) if done.returncode == 0 else []
 
 
+def check_program(title, part, tree, name, program):
+    """Built against the changed headers and the library as it is; it must print what the page says."""
+    with open(name + ".cpp", "w") as f:
+        f.write(program)
+    call = known["dem/base/tensor.cpp"]
+    flags = [w for k, w in enumerate(call) if w.startswith(("-std", "-D")) or "-isystem" in call[max(k - 1, 0):k + 1]]
+    library = os.path.join(build, "dem", "libgrus_dem.a")
+    done = run(["c++", "-Wall", "-Wextra", *flags, "-I", tree, name + ".cpp", library, "-lfmt", "-o", name], tree)
+    need(done.returncode == 0 and done.stderr == "", f"{PAGE}: {title}: its program: {done.stderr[:600]}")
+    if done.returncode == 0:
+        done = run([name], tree)
+        told = re.findall(r"It prints `([^`]+)`", part)
+        need(done.returncode == 0, f"{PAGE}: {title}: its program ends with {done.returncode}: {done.stdout}")
+        need(done.stdout.strip() in told, f"{PAGE}: {title}: its program prints {done.stdout!r}, the page {told}")
+
+
+known = calls()
 with tempfile.TemporaryDirectory() as tmp:
-    tree, known = os.path.join(tmp, "tree"), calls()
+    tree = os.path.join(tmp, "tree")
     for room in ("dem", "fem", "coupling", "apps", "tests"):
         shutil.copytree(os.path.join(source, room), os.path.join(tree, room))
     for part in re.split(r"^## ", page, flags=re.M)[1:]:
         title = part.split("\n")[0]
         touched = [file for patch in re.findall(r"```diff\n(.*?)```", part, re.S) for file in apply(tree, patch)]
-        need(touched, f"docs/extending.md: {title}: no patch")
+        need(touched, f"{PAGE}: {title}: no patch")
         for file in touched:
             if file.endswith(".cpp") and file in known:
                 done = compile_there(tree, known[file])
-                need(done.returncode == 0, f"docs/extending.md: {title}: {file}: {done.stderr[:600]}")
+                need(done.returncode == 0, f"{PAGE}: {title}: {file}: {done.stderr[:600]}")
         for number, program in enumerate(re.findall(r"```cpp\n(.*?)```", part, re.S)):
-            name = os.path.join(tmp, f"program{number}")
-            with open(name + ".cpp", "w") as f:
-                f.write(program)
-            flags = [w for w in known["dem/base/tensor.cpp"] if w.startswith(("-std", "-D", "-isystem"))]
-            places = [known["dem/base/tensor.cpp"][k + 1] for k, w in enumerate(known["dem/base/tensor.cpp"]) if w == "-isystem"]
-            done = run(["c++", "-Wall", "-Wextra", *[w for w in flags if w != "-isystem"], *[x for p in places for x in ("-isystem", p)],
-                        "-I", tree, name + ".cpp", os.path.join(build, "dem", "libgrus_dem.a"), "-lfmt", "-o", name], tmp)
-            need(done.returncode == 0 and done.stderr == "", f"docs/extending.md: {title}: its program: {done.stderr[:600]}")
-            if done.returncode == 0:
-                done = run([name], tmp)
-                told = re.findall(r"It prints `([^`]+)`", part)
-                need(done.returncode == 0, f"docs/extending.md: {title}: its program ends with {done.returncode}: {done.stdout}")
-                need(done.stdout.strip() in told, f"docs/extending.md: {title}: its program prints {done.stdout!r}, the page {told}")
+            check_program(title, part, tree, os.path.join(tmp, f"program{number}"), program)
 print(f"extending: {len(faults)} faults")
 sys.exit(1 if faults else 0)
