@@ -40,7 +40,7 @@ def scaling(tmp):
     for youngs in (1e6, 1e8, 1e10, 1e12):
         r = Run(tmp, lattice(youngs, uniaxial(0.01, 0.4e-3 * math.sqrt(youngs))))
         found[youngs] = (r.last("axial_stress_Pa") / youngs, r.last("time_step_s") * math.sqrt(youngs),
-                         r.energy) if r.exit == 0 else (math.nan, ) * 3
+                         r.energy) if r.exit == 0 else (math.nan,) * 3
     base = found[1e10]
     off = max(abs(v[k] / base[k] - 1) for v in found.values() for k in (0, 1))
     return (f"{off:.0e}; energy {max(v[2] for v in found.values()):.0e}", off < 1e-6

@@ -14,7 +14,7 @@ spoil = itertools.cycle(FAULTS)  # in turn
 TARGETS = {
     "curve": (("axial_strain", "axial_stress_Pa"), {"kind": "curve", "x": "axial_strain", "y": "axial_stress_Pa"}),
     "grading": (("diameter_m", "passing"), {"kind": "grading", "at": 0.1}),
-    "quantiles": (("value", ), {"kind": "quantiles", "quantity": "results.peak_before_breakage_Pa"})
+    "quantiles": (("value",), {"kind": "quantiles", "quantity": "results.peak_before_breakage_Pa"})
 }
 UNITS = {
     "axial_stress_Pa": (("MPa", 1e6), ("kPa", 1e3), ("GPa", 1e9)), "diameter_m": (("mm", 1e-3), ("µm", 1e-6)),
@@ -63,8 +63,8 @@ def draw(rng, folder, _binaries):
     heads, scales = list(names), [1.0] * len(names)
     for k, name in enumerate(names):
         choice = rng.choice(
-            UNITS.get(name, (("%", 0.01), ) if name in ("axial_strain", "passing") and "percent" in way else
-                      ((None, 1.0), )))
+            UNITS.get(name, (("%", 0.01),) if name in ("axial_strain", "passing") and "percent" in way else
+                      ((None, 1.0),)))
         if choice[0] and way & {"unit in brackets", "unit after slash", "percent"}:
             base = name.rsplit("_", 1)[0] if rng.random() < 0.5 and name.endswith(("_Pa", "_m")) else name
             scales[k] = choice[1]

@@ -208,7 +208,7 @@ def case_types(tmp):
     for cls in (grus.RveSet, grus.Rve, grus.Results):
         for name, member in vars(cls).items():
             need(
-                name.startswith("_") or isinstance(member, (property, )) and member.__doc__
+                name.startswith("_") or isinstance(member, (property,)) and member.__doc__
                 or getattr(member, "__doc__", None), f"{cls.__name__}.{name} has no docstring")
 
 

@@ -87,7 +87,7 @@ def case_set(tmp):
     c, s = np.cos(0.3), np.sin(0.3)
     R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
     turned, _ = alone.advance(R)
-    T = lambda v: np.array([[v[0], v[5], v[4]], [v[5], v[1], v[3]], [v[4], v[3], v[2]]])  # noqa: E731
+    T = lambda v: np.array([[v[0], v[5], v[4]], [v[5], v[1], v[3]], [v[4], v[3], v[2]]])
     need(np.abs(T(turned) - R @ T(one) @ R.T).max() < 2e-3 * np.abs(one).max(), "the stress has not turned")
     alone.set_state(state)
     need(alone.facts()["work_J"] == work, "a state that is put back has another work")

@@ -129,7 +129,7 @@ def macro(tmp):
     # Increments that are cut are told, but not to who asked for quiet; the hint says more increments, not smaller ones.
     wild = block.replace("-0.02 mm", "-9 mm").replace("increments = 1", "increments = 1\nmax_cutbacks = 1")
     loud, quiet = (run(bvp, write(tmp, wild), "-o", os.path.join(tmp, f"wild{k}"), *more, timeout=300)
-                   for k, more in enumerate(((), ("--quiet", ))))
+                   for k, more in enumerate(((), ("--quiet",))))
     need("cutback" in loud.stdout, f"a cutback is not told: {loud.stdout!r}")
     need(
         loud.returncode == quiet.returncode == 3 and "more solve.increments" in quiet.stderr and quiet.stdout == ""

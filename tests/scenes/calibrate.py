@@ -305,7 +305,7 @@ def commands(tmp):
         need(r.returncode == 0, f"{name}: {r.stderr}")
     for d, when in kept.items():
         need(os.stat(os.path.join(out, "runs", d, "history.csv")).st_mtime_ns == when, f"run {d} was done again")
-    read = lambda name: open(os.path.join(tmp, name, "calibration.json")).read()  # noqa: E731
+    read = lambda name: open(os.path.join(tmp, name, "calibration.json")).read()
     need(read("killed") == read("one"), "one core and two, with a kill between, differ")
     found = json.loads(read("one"))
     # Two rows at the peak are 2.5 % of stress apart: it rises as strain^1.5.

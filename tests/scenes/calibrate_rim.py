@@ -76,13 +76,13 @@ def unbroken(folder):
     run = lambda broke, most: {
         "columns": {}, "grading": {},
         "summary": {"results": {"peak_axial_stress_Pa": most, **({"peak_before_breakage_Pa": broke} if broke else {})}}
-    }  # noqa: E731
+    }
     values, between, n = t.answer([run(10.0, 12.0), run(20.0, 25.0), run(None, 35.0), run(None, 35.0)])
     need(
         np.allclose(values, [10, 20, 35, 35]) and t.told["stronger_than"] == 2 and n == 4
         and np.isfinite(between).all(), f"two grains that did not break: {values} {t.told}")
     t = Target({"name": "p", "kind": "peak", "quantity": "q", "value": 1.0}, folder)
-    history = lambda q: {"columns": {"q": q}, "grading": {}, "summary": {}}  # noqa: E731
+    history = lambda q: {"columns": {"q": q}, "grading": {}, "summary": {}}
     t.answer([history([1, 3, 2]), history([1, 2, 3])])
     need(t.told["still_rising"] == 1, f"a peak that is the last row: {t.told}")
 
@@ -157,14 +157,14 @@ def hashed(tmp):
     """The key of a run changes with every file that the run reads, and with nothing else."""
     from grus.runs.kept import key_of
     from grus.runs.runner import Runner
-    write = lambda name, text: open(os.path.join(tmp, name), "w").write(text)  # noqa: E731
+    write = lambda name, text: open(os.path.join(tmp, name), "w").write(text)
     write("scene.toml", '[mesh]\nfile = "m.msh"\n[rve]\nscene = "cell.toml"\n')
     write("cell.toml", '[packing]\npath = "p.txt"\n'), write("other.toml", '[packing]\npath = "q.txt"\n')
     for name in ("m.msh", "p.txt", "q.txt", "unread.txt", "program"):
         write(name, "1")
     case = {"scene": os.path.join(tmp, "scene.toml"), "set": {"rve.scene": "other.toml", "rve.set": ["x.path=r.txt"]}}
     write("r.txt", "1")
-    key = lambda: key_of(case, 1, "packing.seed", os.path.join(tmp, "program"))  # noqa: E731
+    key = lambda: key_of(case, 1, "packing.seed", os.path.join(tmp, "program"))
     first = key()
     for name in ("scene.toml", "cell.toml", "other.toml", "m.msh", "p.txt", "q.txt", "r.txt", "program"):
         before = open(os.path.join(tmp, name)).read()

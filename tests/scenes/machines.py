@@ -366,7 +366,7 @@ def checkpoints(tmp):
         with h5py.File(path, "w") as f:
             for name, kind in (("head", "u8"), ("about", "u1"), ("offsets", "u8"), ("parts", "u1")):
                 if name == column:
-                    f.create_dataset(name, shape=(1 << (31 if kind == "u1" else 28), ), dtype=kind, chunks=(1 << 16, ),
+                    f.create_dataset(name, shape=(1 << (31 if kind == "u1" else 28),), dtype=kind, chunks=(1 << 16,),
                                      compression="gzip", fillvalue=0)
                 else:
                     f.create_dataset(name, data=head if name == "head" else np.zeros(2, kind))

@@ -30,7 +30,7 @@ if new:
     V = fem.functionspace(block, ("Lagrange", 1, (3,)))
     spaces = [
         fem.functionspace(block, basix.ufl.quadrature_element("hexahedron", value_shape=shape, degree=2))
-        for shape in ((6, ), (36, ))
+        for shape in ((6,), (36,))
     ]
 else:
     V = fem.VectorFunctionSpace(block, ("Lagrange", 1))

@@ -86,7 +86,7 @@ class Evaluation:
 
 
 def data_of(targets):
-    join = lambda k: np.concatenate([getattr(t, k) for t in targets])  # noqa: E731
+    join = lambda k: np.concatenate([getattr(t, k) for t in targets])
     return regression.Data(join("values"), join("error"), join("weight"), join("specimens"))
 
 

@@ -20,12 +20,12 @@ CALIBRATION = table(
                 }, "batch": {"type": "integer", "minimum": 2}, "scene": TEXT, "set": SETTINGS, "seeds": SEEDS,
                 "seed_key": TEXT, "check": {"type": "boolean"}, "posterior": {"type": "boolean"}, "parameters": {
                     **tables(PARAMETER, ("key", "min", "max")), "minItems": 1, "maxItems": 12
-                }, "targets": {**tables(TARGET, ("name", )), "minItems": 1}
+                }, "targets": {**tables(TARGET, ("name",)), "minItems": 1}
             }, ("parameters", "targets"))
-    }, ("calibrate", ))
+    }, ("calibrate",))
 NEEDS = {
     "curve": ("data", "x", "y"), "grading": ("data", "at"), "quantiles": ("data", "quantity"),
-    "value": ("quantity", "value"), "peak": ("quantity", "value"), "yield": ("value", )
+    "value": ("quantity", "value"), "peak": ("quantity", "value"), "yield": ("value",)
 }
 
 
