@@ -119,3 +119,11 @@ def decades(ax, series):
 def table(head, rows):
     cells = lambda tag, row: "<tr>" + "".join(f"<{tag}>{html.escape(str(v))}</{tag}>" for v in row) + "</tr>"
     return '<div class="wide"><table>' + cells("th", head) + "".join(cells("td", r) for r in rows) + "</table></div>"
+
+
+def page(title, body, style="img{max-width:100%;margin:.3em}", script=""):
+    """A whole page that needs no other file."""
+    head = ('<meta charset="utf-8"><meta name="viewport" content="width=device-width">\n'
+            f'<title>{html.escape(title)}</title>')
+    return (f'<!doctype html><html lang="en">{head}\n<style>{STYLE}{style}</style>\n'
+            f"<h1>{html.escape(title)}</h1>{body}{script}</html>")

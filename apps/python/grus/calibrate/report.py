@@ -7,7 +7,7 @@ import os
 import numpy as np
 
 from grus.calibrate.regression import TOO_FAR
-from grus.figures import picture, plain, plt, table as html_table
+from grus.figures import page, picture, plain, plt, table as html_table
 from grus.files.writing import write_whole
 
 
@@ -82,61 +82,84 @@ def said_of_runs(summary):
     return lines
 
 
-def write(title, out, summary, parameters, targets, evaluation, result, draws=None):
-    body = html_table(["parameter", "value", "sd, of range", "verdict"],
-                      [[p.key, p.text(u, s["sd_of_range"]), f"{100 * s['sd_of_range']:.1f} %", s["verdict"]]
-                       for p, u, s in zip(parameters, result.x, summary["parameters"])])
-    body += "<p>" + html.escape(
-        f"{summary['points']} points, {summary['failed_points']} of them with a run that became unstable. A value is "
-        "identified where its standard deviation is below 10 % of "
-        "its range, weak to 15 %; beyond, the data say little more than the range did.") + "</p>"
-    body += "".join(f"<p><strong>{html.escape(line)}</strong></p>" for line in said_of_runs(summary))
-    names = [p.name for p in parameters]
-    body += "<h2>Correlations</h2>" + html_table([""] + names, [[n] + [f"{c:+.2f}" for c in row]
-                                                                for n, row in zip(names, summary["correlation"])])
-    if summary["checked_by_runs"]:
-        c = summary["checked_by_runs"]
-        body += "<h2>Runs one standard deviation to either side</h2>" + html_table(
-            ["parameter", "below", "sum of squares", "above", "sum of squares"], [[
-                s["name"], f"{s['at'][0]:.4g}", f"{s['sum_of_squares'][0]:.4g}", f"{s['at'][1]:.4g}",
-                f"{s['sum_of_squares'][1]:.4g}"
-            ] for s in c["sides"]])
-        body += f"<p>At the best point {c['best']:.4g}.</p>"
-    if draws is not None:
-        body += "<h2>Posterior on the fitted surface</h2>" + html_table(
-            ["parameter", "median", "middle 68 %", "middle 95 %"],
-            [[q["key"], f"{q['median']:.4g}"] + [f"{q[m][0]:.4g} … {q[m][1]:.4g}" for m in ("middle_68", "middle_95")]
-             for q in summary["posterior"]["parameters"]])
-        body += picture(posterior_plot(draws, parameters), out, "posterior")
-    body += "<h2>Targets</h2>" + html_table(
-        ["target", "kind", "points", "misfit (rms, in standard deviations)"],
-        [[t["name"], t["kind"], t["points"], f"{t['rms_in_standard_deviations']:.2f}"] for t in summary["targets"]])
-    at = 0
-    checked = summary["checked_by_runs"]["values"] if summary["checked_by_runs"] else None
+def values_table(summary, parameters, result):
+    rows = [[p.key, p.text(u, s["sd_of_range"]), f"{100 * s['sd_of_range']:.1f} %", s["verdict"]]
+            for p, u, s in zip(parameters, result.x, summary["parameters"])]
+    told = (f"{summary['points']} points, {summary['failed_points']} of them with a run that became unstable. A value "
+            "is identified where its standard deviation is below 10 % of its range, weak to 15 %; beyond, the data say "
+            "little more than the range did.")
+    said = "".join(f"<p><strong>{html.escape(line)}</strong></p>" for line in said_of_runs(summary))
+    return html_table(["parameter", "value", "sd, of range", "verdict"], rows) + f"<p>{html.escape(told)}</p>" + said
+
+
+def correlations(summary, names):
+    rows = [[n] + [f"{c:+.2f}" for c in row] for n, row in zip(names, summary["correlation"])]
+    return "<h2>Correlations</h2>" + html_table([""] + names, rows)
+
+
+def neighbours(checked):
+    """What runs beside the best point gave."""
+    head = ["parameter", "below", "sum of squares", "above", "sum of squares"]
+    rows = [[s["name"], *(f"{v:.4g}" for pair in zip(s["at"], s["sum_of_squares"]) for v in pair)]
+            for s in checked["sides"]]
+    return ("<h2>Runs one standard deviation to either side</h2>" + html_table(head, rows)
+            + f"<p>At the best point {checked['best']:.4g}.</p>")
+
+
+def posterior_table(found):
+    rows = [[q["key"], f"{q['median']:.4g}"] + [f"{q[m][0]:.4g} … {q[m][1]:.4g}" for m in ("middle_68", "middle_95")]
+            for q in found]
+    head = ["parameter", "median", "middle 68 %", "middle 95 %"]
+    return "<h2>Posterior on the fitted surface</h2>" + html_table(head, rows)
+
+
+def misfits(targets):
+    rows = [[t["name"], t["kind"], t["points"], f"{t['rms_in_standard_deviations']:.2f}"] for t in targets]
+    return "<h2>Targets</h2>" + html_table(["target", "kind", "points", "misfit (rms, in standard deviations)"], rows)
+
+
+def target_plots(out, targets, rows, fitted, checked):
+    """Of each target with more than one point: data, fit, and all that was tried. `fitted`, `checked`: of all
+    targets."""
+    at, body = 0, ""
     for k, t in enumerate(targets):
         part = slice(at, at + len(t.values))
         at = part.stop
         if len(t.values) > 1:
-            body += picture(
-                target_plot(t, [r["values"][part] for r in evaluation.rows], result.fitted[part],
-                            checked[part] if checked else None), out, f"target_{k}")
+            tried = [r["values"][part] for r in rows]
+            fig = target_plot(t, tried, fitted[part], checked[part] if checked else None)
+            body += picture(fig, out, f"target_{k}")
+    return body
+
+
+def deviations_plot(history, names):
     fig, ax = plt.subplots(figsize=(6, 4))
     for k, name in enumerate(names):
-        ax.plot([n for n, _, _ in result.history], [100 * s[k] for _, _, s in result.history], "o-", ms=3, label=name)
+        ax.plot([n for n, _, _ in history], [100 * s[k] for _, _, s in history], "o-", ms=3, label=name)
     ax.axhline(10, color="0.6", ls=":")
     ax.set(xlabel="points", ylabel="standard deviation (% of range)", title="What more runs bring")
     ax.legend(fontsize=8)
-    body += picture(fig, out, "sd_by_points")
+    return fig
+
+
+def correlation_plot(correlation, names):
     fig, ax = plt.subplots(figsize=(4.5, 4))
-    image = ax.imshow(np.array(summary["correlation"]), vmin=-1, vmax=1, cmap="RdBu")
+    image = ax.imshow(np.array(correlation), vmin=-1, vmax=1, cmap="RdBu")
     ax.set_xticks(range(len(names)), names, rotation=45, ha="right", fontsize=8)
     ax.set_yticks(range(len(names)), names, fontsize=8)
     fig.colorbar(image, ax=ax)
-    body += picture(fig, out, "correlation")
-    page = f"""<!doctype html><html lang="en"><meta charset="utf-8"><title>{html.escape(title)}</title>
-<style>body{{font:15px/1.5 sans-serif;max-width:1200px;margin:2em auto;padding:0 1em;color:#222}}
-table{{border-collapse:collapse;margin:1em 0}}
-td,th{{border:1px solid #ccc;padding:.3em .8em;text-align:left}}
-th{{background:#f2f0ea}}img{{max-width:100%;margin:.3em}}</style>
-<h1>{html.escape(title)}</h1>{body}</html>"""
-    write_whole(os.path.join(out, "report.html"), page)
+    return fig
+
+
+def write(title, out, summary, parameters, targets, evaluation, result, draws=None):
+    names, checked = [p.name for p in parameters], summary["checked_by_runs"]
+    body = values_table(summary, parameters, result) + correlations(summary, names)
+    body += neighbours(checked) if checked else ""
+    if draws is not None:
+        body += posterior_table(summary["posterior"]["parameters"])
+        body += picture(posterior_plot(draws, parameters), out, "posterior")
+    body += misfits(summary["targets"])
+    body += target_plots(out, targets, evaluation.rows, result.fitted, checked["values"] if checked else None)
+    body += picture(deviations_plot(result.history, names), out, "sd_by_points")
+    body += picture(correlation_plot(summary["correlation"], names), out, "correlation")
+    write_whole(os.path.join(out, "report.html"), page(title, body))

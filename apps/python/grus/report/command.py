@@ -10,7 +10,7 @@ import os
 import sys
 
 from grus._version import __version__
-from grus.figures import STYLE, ZOOM, table
+from grus.figures import ZOOM, page, table
 from grus.files.folders import note_result
 from grus.files.texts import one_line, text_table
 from grus.files.writing import write_whole
@@ -113,43 +113,46 @@ def main():
         return 1
 
 
-def write(runs, args):
+def section(title, plots):
+    return f"<h2>{html.escape(title)}</h2><div class=\"plots\">{''.join(plots)}</div>" if plots else ""
+
+
+def plots_of(runs):
+    """What runs have in common, then each alone: of macro problems first."""
     rve, bvp = [r for r in runs if not is_bvp(r)], [r for r in runs if is_bvp(r)]
-
-    def section(title, plots):
-        return f"<h2>{html.escape(title)}</h2><div class=\"plots\">{''.join(plots)}</div>" if plots else ""
-
     body = section("Side by side", rve_plots.overlays(rve)) if rve else ""
-    for run in bvp:
-        body += section(run[0], bvp_plots.of_run(run))
-    for run in rve:
-        body += section(run[0], rve_plots.of_run(run))
-    for _, _, summary in runs:
-        summary.pop("grading"), summary.pop("folder")
+    body += "".join(section(run[0], bvp_plots.of_run(run)) for run in bvp)
+    return body + "".join(section(run[0], rve_plots.of_run(run)) for run in rve)
+
+
+def notes_of(runs):
+    told = [(name, note) for name, _, s in runs if isinstance(s.get("notes"), list) for note in s["notes"]]
+    items = "".join(f"<li>{html.escape(name)}: {html.escape(str(note))}</li>" for name, note in told)
+    return f"<h2>Notes</h2><ul>{items}</ul>" if told else ""
+
+
+def scenes_of(runs):
+    """summary.json of each run, to be unfolded; without what the report has read beside it."""
+    body = "<h2>Scenes and figures of each run</h2>"
+    for name, _, s in runs:
+        told = json.dumps({key: v for key, v in s.items() if key not in ("grading", "folder")}, indent=1)
+        head = f"{html.escape(name)}: {html.escape(str(s.get('title', '')))}"
+        body += f"<details><summary>{head}</summary><pre>{html.escape(told)}</pre></details>"
+    return body
+
+
+def write(runs, args):
     rows = [facts(r) for r in runs]
-    head = list(rows[0])
-    rows = [list(r.values()) for r in rows]
+    head, rows = list(rows[0]), [list(r.values()) for r in rows]
+    body = table(head, rows) + notes_of(runs) + plots_of(runs) + scenes_of(runs)
     print(text_table(head, rows), end="")
-    scenes = "".join(
-        f"<details><summary>{html.escape(n)}: "
-        f"{html.escape(str(s.get('title', '')))}</summary><pre>{html.escape(json.dumps(s, indent=1))}</pre></details>"
-        for n, _, s in runs)
-    notes = [
-        f"<li>{html.escape(name)}: {html.escape(str(note))}</li>" for name, _, s in runs
-        for note in (s.get("notes") if isinstance(s.get("notes"), list) else [])
-    ]
-    told = f"<h2>Notes</h2><ul>{''.join(notes)}</ul>" if notes else ""
-    page = f"""<!doctype html><html lang="en"><meta charset="utf-8"><meta name="viewport" content="width=device-width">
-<title>Grus report</title>
-<style>{STYLE}</style>
-<h1>Grus report</h1>{table(head, rows)}{told}{body}<h2>Scenes and figures of each run</h2>{scenes}{ZOOM}</html>"""
     path = args.o or os.path.join(args.folders[0], "report.html")
     if os.path.isdir(path):
         raise CannotWrite(f"{path}: cannot write: is a folder")
     if not args.o:
         note_result(args.folders[0], "report.html")
     try:
-        write_whole(path, page)
+        write_whole(path, page("Grus report", body, style="", script=ZOOM))
     except OSError as e:
         raise CannotWrite(f"{path}: cannot write: {e.strerror}") from None
     print(f"report: {path}")
