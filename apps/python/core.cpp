@@ -188,7 +188,7 @@ void raise_as_python(const py::module_& errors) {
   static const py::handle unstable = py::object(errors.attr("Unstable")).release();
   py::register_exception_translator([](std::exception_ptr thrown) {
     try {
-      if (thrown) std::rethrow_exception(thrown);
+      if (thrown) std::rethrow_exception(std::move(thrown));
     } catch (const dem::InputError& e) {
       PyErr_SetString(input_error.ptr(), e.what());
     } catch (const dem::Unstable& e) {
