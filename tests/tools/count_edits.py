@@ -56,7 +56,7 @@ def main():
         return
     with open(os.path.join(root, "docs", "architecture.md")) as f:
         holds = counted in f.read()
-    print("count_edits: the page holds the table" if holds else f"docs/architecture.md does not hold this table:\n{counted}")
+    print("count_edits: the page holds the table" if holds else f"docs/architecture.md lacks this table:\n{counted}")
     sys.exit(0 if holds else 1)
 
 
