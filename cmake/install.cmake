@@ -8,8 +8,8 @@ set(public_dem
   contact/deepest_contact.hpp
   contact/laws.hpp contact/neighbours.hpp fracture/cleavage.hpp fracture/criteria.hpp fracture/fracture_model.hpp fracture/splitter.hpp
   kernel/sweep.hpp motion/integrate.hpp packing/cells.hpp packing/packing.hpp packing/voronoi.hpp
-  rve/linear_response.hpp rve/loading.hpp rve/measure.hpp rve/model.hpp rve/rve.hpp rve/state.hpp rve/step.hpp
-  rve/stepper.hpp rves/rve_host.hpp rves/rve_set.hpp rves/sharing.hpp shape/hull_store.hpp shape/polyellipsoid.hpp
+  rve/loading.hpp rve/measure.hpp rve/model.hpp rve/rve.hpp rve/state.hpp rve/step.hpp
+  rve/stepper.hpp rves/driver_options.hpp rves/host.hpp rves/rve_set.hpp shape/hull_store.hpp shape/polyellipsoid.hpp
   shape/polyhedron.hpp state/bonds.hpp state/boundary.hpp state/contacts.hpp state/grains.hpp state/ledger.hpp)
 function(grus_headers room)
   foreach(header IN LISTS ARGN)
@@ -24,7 +24,8 @@ install(FILES ${PROJECT_SOURCE_DIR}/apps/library/grus/rve.hpp ${PROJECT_SOURCE_D
 install(TARGETS grus_dem grus_scene grus_library EXPORT grusTargets ARCHIVE COMPONENT dev)
 if(GRUS_FEM)
   grus_headers(fem dynamics.hpp explicit_statics.hpp macro_energy.hpp material.hpp mesh.hpp problem.hpp session.hpp statics.hpp)
-  grus_headers(coupling deferral.hpp rank_loads.hpp rve_farm.hpp rve_material.hpp tangents.hpp)
+  grus_headers(coupling rank_loads.hpp rve_farm.hpp rve_material.hpp)
+  grus_headers(dem rve/linear_response.hpp rves/deferral.hpp rves/driver.hpp rves/driver_book.hpp rves/rve_host.hpp rves/sharing.hpp rves/tangents.hpp)
   install(TARGETS grus_fem grus_coupling EXPORT grusTargets ARCHIVE COMPONENT dev)
 endif()
 install(EXPORT grusTargets NAMESPACE grus:: DESTINATION lib/cmake/grus COMPONENT dev)

@@ -110,9 +110,7 @@ std::string handle(dem::RveHost& host, const std::string& bytes) {
     case Command::put: {
       std::string state;
       in.text(state);
-      dem::HostedRve rve = dem::HostedRve::from(state);
-      host.check(rve);
-      host.put(slots[0], std::move(rve));
+      host.put(slots[0], state, 1);
       break;
     }
     case Command::copy:
@@ -129,13 +127,11 @@ std::string handle(dem::RveHost& host, const std::string& bytes) {
       break;
     }
     case Command::commit:
-      host.commit(slots);
-      [[fallthrough]];
     case Command::facts:
-      for (const auto slot : slots) out.plain(host.facts(slot));
+      for (const dem::Facts& f : c == Command::commit ? host.commit(slots) : host.facts(slots)) out.plain(f);
       break;
     case Command::fetch:
-      out.text(host.hosted(slots[0]).bytes());
+      out.text(host.fetch(slots[0]));
       break;
   }
   return out.take();
@@ -192,19 +188,17 @@ void RveFarm::put(std::uint64_t slot, const dem::State& state, double cost) {
     host_.put(slot, {.state = state});
     settle(slot, 0, cost);
   } else {
-    put_bytes(slot, dem::HostedRve{.state = state}.bytes(), cost);
+    put(slot, dem::HostedRve{.state = state}.bytes(), cost);
   }
 }
 
-void RveFarm::put_bytes(std::uint64_t slot, const std::string& state, double cost) {
+void RveFarm::put(std::uint64_t slot, const std::string& state, double cost) {
   place(loads_.idlest(), slot, state, cost);
 }
 
 void RveFarm::place(int rank, std::uint64_t slot, const std::string& state, double cost) {
   if (rank == 0) {
-    dem::HostedRve rve = dem::HostedRve::from(state);
-    host_.check(rve);
-    host_.put(slot, std::move(rve));
+    host_.put(slot, state, cost);
     return settle(slot, rank, cost);
   }
   Saver s;
@@ -233,7 +227,7 @@ void RveFarm::drop(std::uint64_t slot) {
   answer(rank);
 }
 
-std::vector<dem::Outcome> RveFarm::advance(const std::vector<dem::Task>& tasks) {
+std::vector<dem::Outcome> RveFarm::advance(const std::vector<dem::Task>& tasks, const dem::Watch& watch) {
   std::vector<std::vector<std::size_t>> of(static_cast<std::size_t>(ranks_));
   std::vector<double> telling(static_cast<std::size_t>(ranks_), 0);
   for (std::size_t i = 0; i < tasks.size(); ++i)
@@ -253,7 +247,7 @@ std::vector<dem::Outcome> RveFarm::advance(const std::vector<dem::Task>& tasks) 
   std::vector<dem::Outcome> outcomes(tasks.size());
   std::vector<dem::Task> own;
   for (const auto i : of[0]) own.push_back(tasks[i]);
-  auto done = host_.advance(own);
+  auto done = host_.advance(own, watch);
   for (std::size_t k = 0; k < own.size(); ++k) outcomes[of[0][k]] = std::move(done[k]);
   for (int r = 1; r < ranks_; ++r) {
     if (of[static_cast<std::size_t>(r)].empty()) continue;
@@ -290,8 +284,8 @@ std::vector<dem::Facts> RveFarm::told(bool commit, const std::vector<std::uint64
   }
   std::vector<std::uint64_t> own;
   for (const auto i : of[0]) own.push_back(slots[i]);
-  if (commit) host_.commit(own);
-  for (const auto i : of[0]) all[i] = host_.facts(slots[i]);
+  const std::vector<dem::Facts> here = commit ? host_.commit(own) : host_.facts(own);
+  for (std::size_t k = 0; k < own.size(); ++k) all[of[0][k]] = here[k];
   for (int r = 1; r < ranks_; ++r) {
     if (of[static_cast<std::size_t>(r)].empty()) continue;
     const std::string bytes = answer(r);
@@ -303,7 +297,7 @@ std::vector<dem::Facts> RveFarm::told(bool commit, const std::vector<std::uint64
 
 std::string RveFarm::fetch(std::uint64_t slot) {
   const int rank = homes_.at(slot).rank;
-  if (rank == 0) return host_.hosted(slot).bytes();
+  if (rank == 0) return host_.fetch(slot);
   ask(rank, request(Command::fetch, {slot}));
   const std::string bytes = answer(rank);
   Loader in(bytes);

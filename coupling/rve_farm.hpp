@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// RVEs on all ranks, as seen from rank 0, which owns the macro problem and gives out the work. Decisions are taken in
-// one place and RVEs do not see each other: results do not depend on the number of ranks.
+// The host of many ranks: RVEs on all of them, as seen from rank 0, which owns the macro problem and gives out the
+// work. Decisions are taken in one place and RVEs do not see each other: results do not depend on the number of ranks.
 #pragma once
 
 #include <mpi.h>
@@ -24,11 +24,12 @@ public:
 
   /// A new slot on the rank with the least to do; `cost` (s) is what it is expected to take.
   void put(std::uint64_t slot, const dem::State& state, double cost);
-  void put_bytes(std::uint64_t slot, const std::string& state, double cost);
+  void put(std::uint64_t slot, const std::string& state, double cost);  // bytes of a dem::HostedRve
   /// A copy of a committed state as a new slot.
   void copy(std::uint64_t from, std::uint64_t to);
   void drop(std::uint64_t slot);
-  std::vector<dem::Outcome> advance(const std::vector<dem::Task>& tasks);
+  /// The watch is asked while RVEs of this rank advance.
+  std::vector<dem::Outcome> advance(const std::vector<dem::Task>& tasks, const dem::Watch& watch = {});
   /// Commits the slots' last advance and tells what they have become.
   std::vector<dem::Facts> commit(const std::vector<std::uint64_t>& slots);
   std::vector<dem::Facts> facts(const std::vector<std::uint64_t>& slots);
@@ -69,6 +70,7 @@ private:
   std::uint64_t moved_ = 0, sweeps_ = 0, sent_ = 0, received_ = 0;
   std::optional<std::string> costs_;
 };
+static_assert(dem::Host<RveFarm>);
 
 /// What ranks above 0 do until the farm is gone.
 void serve(MPI_Comm comm, const std::shared_ptr<const dem::Model>& model, const dem::ResponseOptions& options,

@@ -8,8 +8,8 @@ import re
 HEADERS = [("Cells from scene files",
             ["apps/library/grus/scene.hpp", "apps/scene/unit_cells.hpp", "apps/scene/prepare_sample.hpp"]),
            ("Cells as a material", [
-               "apps/library/grus/rve.hpp", "dem/rves/rve_set.hpp", "dem/rve/rve.hpp", "dem/rve/loading.hpp",
-               "dem/rve/measure.hpp"
+               "apps/library/grus/rve.hpp", "dem/rves/rve_set.hpp", "dem/rves/driver_options.hpp",
+               "dem/rves/host.hpp", "dem/rve/rve.hpp", "dem/rve/loading.hpp", "dem/rve/measure.hpp"
            ]),
            ("Samples of your own", [
                "dem/rve/model.hpp", "dem/rve/state.hpp", "dem/rve/step.hpp", "dem/packing/packing.hpp",
@@ -19,8 +19,10 @@ HEADERS = [("Cells from scene files",
                "fem/material.hpp", "fem/mesh.hpp", "fem/problem.hpp", "fem/statics.hpp", "fem/dynamics.hpp",
                "fem/explicit_statics.hpp"
            ]),
-           ("Both together",
-            ["coupling/rve_farm.hpp", "coupling/rve_material.hpp", "coupling/deferral.hpp", "coupling/tangents.hpp"])]
+           ("Both together", [
+               "coupling/rve_farm.hpp", "coupling/rve_material.hpp", "dem/rves/driver.hpp", "dem/rves/driver_book.hpp",
+               "dem/rves/deferral.hpp", "dem/rves/sharing.hpp", "dem/rves/tangents.hpp"
+           ])]
 
 
 def header(text):

@@ -74,8 +74,9 @@ class Set {
 public:
   Set(const Cells& cells, const std::vector<py::bytes>& prepared, const std::vector<std::size_t>& start,
       const std::string& response, int threads)
-      : set_(std::make_shared<dem::Model>(cells.first().model), states(prepared), start,
-             app::response_of_text(response, "RveSet", cells.first()), threads, cells.kin()) {}
+      : options_(app::options_of_text(response, "RveSet", cells.first())),
+        set_(std::make_shared<dem::Model>(cells.first().model), states(prepared), start, options_, threads,
+             cells.kin()) {}
 
   void advance(const Numbers& deformation, Numbers stress, const std::optional<Numbers>& tangent) {
     const Use use(busy_);
@@ -107,6 +108,33 @@ public:
     py::dict d;
     d["grains"] = grains, d["breakages"] = breakages, d["steps"] = steps, d["void_ratio"] = void_ratio;
     d["work_J"] = work, d["energy_error"] = energy, d["mass_kg"] = mass, d["mass_lost_kg"] = lost;
+    return d;
+  }
+
+  /// By the names of grus-bvp's summary.json.
+  py::dict report() const {
+    const Use use(busy_);
+    const dem::SweepReport& r = set_.report();
+    py::dict d, errors;
+    d["asked"] = r.asked, d["advanced"] = r.advanced, d["deferred"] = r.deferred, d["elastic"] = r.elastic;
+    d["similar"] = r.similar, d["replayed"] = r.replayed, d["retried_in_parts"] = r.retried, d["distinct"] = r.distinct;
+    d["dem_steps"] = r.dem_steps;
+    d["worst_unbalanced_force"] = r.worst_unbalanced, d["worst_stress_change"] = r.worst_stress_change;
+    const auto told = [&](const char* device, const char* tolerance, double value, const dem::MeasuredError& by,
+                          const char* measured) {
+      py::dict e;
+      e[tolerance] = value, e[measured] = by.count, e["worst"] = by.worst, e["mean"] = by.mean();
+      errors[device] = e;
+      return e;
+    };
+    if (options_.error > 0)
+      told("deferral", "tolerance", options_.error, r.deferral, "measured")["least_trust"] = r.least_trust;
+    if (options_.response.elastic >= 0)
+      told("elastic", "tolerance_force_share", options_.response.elastic, r.linear, "measured");
+    if (options_.share > 0)
+      told("sharing", "tolerance_strain", options_.share, r.sharing, "measured_at_replays")["largest_correction"] =
+          r.correction;
+    d["errors"] = errors;
     return d;
   }
 
@@ -166,6 +194,7 @@ private:
     return std::make_shared<const dem::State>(set_.state(point));
   }
 
+  dem::RveOptions options_;
   dem::RveSet set_;
   mutable std::atomic<bool> busy_{false};
 };
@@ -220,6 +249,7 @@ PYBIND11_MODULE(_core, m) {
       .def("advance", &Set::advance)
       .def("commit", &Set::commit)
       .def("facts", &Set::facts)
+      .def("report", &Set::report)
       .def("grains", &Set::grains)
       .def("contacts", &Set::contacts)
       .def("cell", &Set::cell)

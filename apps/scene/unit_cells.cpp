@@ -22,8 +22,9 @@ std::vector<RveScene> read_unit_cells(const std::string& file, std::vector<std::
   return cells;
 }
 
-dem::ResponseOptions read_response(Table& t) {
-  dem::ResponseOptions response;
+dem::RveOptions read_rve_options(Table& t) {
+  dem::RveOptions options;
+  dem::ResponseOptions& response = options.response;
   response.quasi_static = read_quasi_static(t);
   using Kind = dem::TangentKind;
   const std::map<std::string, Kind> kinds{
@@ -37,7 +38,15 @@ dem::ResponseOptions read_response(Table& t) {
     response.perturbation = t.number_or("perturbation", response.perturbation, dimension::none, {1e-8, 0.01});
     response.central = t.flag_or("perturbation_central", false);
   }
-  return response;
+  options.exact_sharing = t.flag_or("exact_sharing", true);
+  if (auto a = t.table_if("adaptivity")) {
+    options.share = a->number_or("share", 0, dimension::none, {0, 0.1});
+    options.error = a->number_or("error", 0, dimension::none, {0, 0.5});
+    if (a->has("elastic")) response.elastic = a->number("elastic", dimension::none, {0, 0.5});
+    if (options.share > 0 && !options.exact_sharing) a->fail("share", "needs exact_sharing");
+    a->finish();
+  }
+  return options;
 }
 
 void default_floor(dem::ResponseOptions& response, const RveScene& cell) {
@@ -45,7 +54,7 @@ void default_floor(dem::ResponseOptions& response, const RveScene& cell) {
     response.quasi_static.pressure_floor = 0.5 * cell.preparation->pressure;
 }
 
-dem::ResponseOptions response_of_text(const std::string& text, const std::string& place, const RveScene& cell) {
+dem::RveOptions options_of_text(const std::string& text, const std::string& place, const RveScene& cell) {
   toml::table parsed;
   try {
     parsed = toml::parse(text);
@@ -54,16 +63,16 @@ dem::ResponseOptions response_of_text(const std::string& text, const std::string
   }
   nlohmann::json record;
   Table t(parsed, place, "rve", record);  // what [rve] of a problem may say
-  dem::ResponseOptions response = read_response(t);
+  dem::RveOptions options = read_rve_options(t);
   t.finish();
   using Kind = dem::TangentKind;
-  if (response.tangent == Kind::elastic || response.tangent == Kind::quasi_newton)
+  if (options.response.tangent == Kind::elastic || options.response.tangent == Kind::quasi_newton)
     throw InputError(
         fmt::format("{}: tangent: \"elastic\" and \"quasi-newton\" are kept by the solver, not by the "
                     "cells: keep what the first advance returns",
                     place));
-  default_floor(response, cell);
-  return response;
+  default_floor(options.response, cell);
+  return options;
 }
 
 std::uint64_t kin_of(const RveScene& cell) {
@@ -75,7 +84,7 @@ std::uint64_t kin_of(const RveScene& cell) {
 dem::RveSet open_rves(const std::string& file, const std::vector<std::string>& overrides, std::size_t points,
                       int threads, const std::string& response) {
   RveScene cell = read_unit_cell(file, overrides);
-  const dem::ResponseOptions options = response_of_text(response, "response", cell);
+  const dem::RveOptions options = options_of_text(response, "response", cell);
   dem::Team alone(1);
   const dem::State prepared = prepare_sample(cell, alone);
   const std::vector<std::size_t> start(points, 0);

@@ -105,6 +105,12 @@ void RveHost::put(std::uint64_t slot, HostedRve hosted) {
   s.tried = hosted.barred;
 }
 
+void RveHost::put(std::uint64_t slot, const std::string& state, double) {
+  HostedRve rve = HostedRve::from(state);
+  check(rve);
+  put(slot, std::move(rve));
+}
+
 HostedRve RveHost::hosted(std::uint64_t slot) const {
   const Slot& s = slots_.at(slot);
   return {s.rve->committed(), s.pending, s.tried && !s.linear, s.rve->steady(), s.remainder, s.facts};
@@ -248,7 +254,7 @@ std::vector<Outcome> RveHost::advance(const std::vector<Task>& tasks, const Watc
   return outcomes;
 }
 
-void RveHost::commit(std::uint64_t slot) {
+void RveHost::commit_one(std::uint64_t slot) {
   Slot& s = slots_.at(slot);
   if (s.by_linear) {
     s.pending = s.trial;
@@ -260,9 +266,17 @@ void RveHost::commit(std::uint64_t slot) {
   s.tried = s.rve->committed().ledger.breakages != broken;  // while grains break there is no elastic range to look for
 }
 
-void RveHost::commit(const std::vector<std::uint64_t>& slots) {
-  for (const std::uint64_t slot : slots) commit(slot);
+std::vector<Facts> RveHost::commit(const std::vector<std::uint64_t>& slots) {
+  for (const std::uint64_t slot : slots) commit_one(slot);
   give_back_holes();
+  return facts(slots);
+}
+
+std::vector<Facts> RveHost::facts(const std::vector<std::uint64_t>& slots) const {
+  std::vector<Facts> all;
+  all.reserve(slots.size());
+  for (const std::uint64_t slot : slots) all.push_back(facts(slot));
+  return all;
 }
 
 Facts RveHost::facts(std::uint64_t slot) const {

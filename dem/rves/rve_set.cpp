@@ -10,19 +10,63 @@
 #include "dem/base/error.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/rves/alike.hpp"
+#include "dem/rves/driver.hpp"
+#include "dem/rves/rve_host.hpp"
 
 namespace grus::dem {
 
-RveSet::RveSet(std::shared_ptr<const Model> model, const std::vector<State>& prepared,
-               std::span<const std::size_t> start, const ResponseOptions& options, int threads, std::uint64_t kin)
-    : host_(std::move(model), options, threads),
-      sharp_(options.tangent == TangentKind::network),
-      kin_(kin),
-      sharing_(begin_sharing(start, true, 0)) {
+struct RveSet::Inside {
+  RveHost host;
+  Driver<RveHost> driver;
+  std::uint64_t kin;   // of states that it takes: of the same scene, left out alike
+  bool fresh = false;  // an advance that may be committed
+
+  Inside(std::shared_ptr<const Model> model, const std::vector<State>& prepared, std::span<const std::size_t> start,
+         const RveOptions& options, int threads, std::uint64_t number)
+      : host(std::move(model), options.response, threads),
+        driver(
+            host, [&](std::size_t v) { return HostedRve{.state = prepared.at(v)}.bytes(); }, prepared.size(), start,
+            options),
+        kin(number ^ (options.error > 0 ? 1u : 0u) ^ (options.share > 0 ? 2u : 0u)) {}
+
+  bool deferring() const { return driver.book().options.error > 0; }
+  std::string sealed(const std::string& bytes) const;
+  std::string opened(const std::string& bytes) const;
+  void alone() const;
+};
+
+namespace {
+
+RveOptions to_rest(RveOptions options) {
+  options.pace = Pace::relaxed;
+  return options;
+}
+
+const std::vector<State>& periodic(const std::vector<State>& prepared) {
   for (const State& s : prepared)
     if (!s.boundary.cell.periodic()) throw InputError("an RVE is a periodic cell: boundary.kind = \"periodic\"");
-  for (const auto& [slot, leader] : sharing_.leader) host_.put(slot, {.state = prepared.at(start[leader])});
+  return prepared;
 }
+
+}  // namespace
+
+RveSet::RveSet(std::shared_ptr<const Model> model, const std::vector<State>& prepared,
+               std::span<const std::size_t> start, const RveOptions& options, int threads, std::uint64_t kin)
+    : in_(std::make_unique<Inside>(std::move(model), periodic(prepared), start, to_rest(options), threads, kin)) {}
+
+RveSet::RveSet(std::shared_ptr<const Model> model, const std::vector<State>& prepared,
+               std::span<const std::size_t> start, const ResponseOptions& options, int threads, std::uint64_t kin)
+    : RveSet(std::move(model), prepared, start, RveOptions{.response = options}, threads, kin) {}
+
+RveSet::RveSet(RveSet&&) noexcept = default;
+RveSet& RveSet::operator=(RveSet&&) noexcept = default;
+RveSet::~RveSet() = default;
+
+std::size_t RveSet::size() const { return in_->driver.points(); }
+std::size_t RveSet::distinct() const { return in_->driver.book().sharing.leader.size(); }
+Facts RveSet::facts(std::size_t point) const { return in_->driver.facts(point); }
+State RveSet::state(std::size_t point) const { return in_->host.state(in_->driver.slot(point)); }
+const SweepReport& RveSet::report() const { return in_->driver.book().report; }
 
 void RveSet::advance(std::span<const double> deformation, std::span<double> stress, std::span<double> tangent,
                      const Watch& watch) {
@@ -30,9 +74,7 @@ void RveSet::advance(std::span<const double> deformation, std::span<double> stre
   if (deformation.size() != 9 * n || stress.size() != 6 * n || (!tangent.empty() && tangent.size() != 36 * n))
     throw InputError(fmt::format("{} points need 9, 6 and 36 (or no) numbers each; given {}, {} and {} in all", n,
                                  deformation.size(), stress.size(), tangent.size()));
-  response_.clear();
-  std::vector<Mat3> increment(n);
-  Alike alike;
+  in_->fresh = false;
   for (std::size_t i = 0; i < n; ++i) {
     const Mat3 f = snapped(deformation.subspan(9 * i, 9));
     if (!f.allFinite()) throw InputError(fmt::format("deformation of point {}: not a finite number", i));
@@ -41,123 +83,93 @@ void RveSet::advance(std::span<const double> deformation, std::span<double> stre
           fmt::format("deformation of point {}: det F = {:.4g}; an increment has det F > 0, and is "
                       "F_new F_old^-1, not a strain",
                       i, f.determinant()));
-    increment[i] = alike(f);
   }
-  increment_ = std::move(increment);
-  plan_ = plan(sharing_, increment_);
-  for (const auto& copy : plan_.copy) host_.copy(copy.from, copy.to);
-  std::vector<Task> tasks;
-  for (const auto& job : plan_.job)
-    tasks.push_back({job.slot, {job.increment}, 0, Pace::relaxed, !tangent.empty(), sharp_});
-  std::vector<Response> responses;
-  for (Outcome& outcome : host_.advance(tasks, watch)) responses.push_back(std::move(outcome.response));
-  for (std::size_t k = 0; k < responses.size(); ++k)
-    if (!responses[k].stable)
-      throw Unstable(fmt::format("RVE of point {}: {}", plan_.job[k].leader, responses[k].failure));
+  Driver<RveHost>& driver = in_->driver;
+  if (!driver.respond(deformation, 0, !tangent.empty(), watch)) throw Unstable(driver.book().reason);
   for (std::size_t i = 0; i < n; ++i) {
-    const Response& r = responses[plan_.of[i]];
+    const Answer& r = driver.answer(i);
     const Vec6 voigt = to_voigt(r.stress);
     std::copy_n(voigt.data(), 6, stress.data() + 6 * i);
     if (!tangent.empty()) Eigen::Map<Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(tangent.data() + 36 * i) = r.tangent;
   }
-  response_ = std::move(responses);
+  in_->fresh = true;
 }
 
 const Response& RveSet::response(std::size_t point) const {
-  if (response_.empty()) throw std::logic_error("no advance since the last commit");
-  return response_[plan_.of.at(point)];
+  if (!in_->fresh) throw std::logic_error("no advance since the last commit");
+  return in_->driver.response(point);
 }
 
 void RveSet::commit() {
-  if (response_.empty()) throw std::logic_error("nothing to commit: advance comes first");
-  std::vector<std::uint64_t> slots;
-  for (const auto& job : plan_.job) slots.push_back(job.slot);
-  host_.commit(slots);
-  for (const std::uint64_t slot : dem::commit(sharing_, plan_, increment_)) host_.drop(slot);
-  response_.clear();
+  if (!in_->fresh) throw std::logic_error("nothing to commit: advance comes first");
+  in_->fresh = false;
+  in_->driver.commit();
 }
 
-/// Copies that an advance without commit has made.
-void RveSet::forget() {
-  for (const auto& [slot, copies] : sharing_.copies)
-    for (const std::uint64_t copy : copies) host_.drop(copy), sharing_.leader.erase(copy);
-  sharing_.copies.clear();
-  response_.clear();
-}
-
-std::string RveSet::sealed(const std::string& bytes) const {
+std::string RveSet::Inside::sealed(const std::string& bytes) const {
   Saver a;
-  a.plain(kin_);
+  a.plain(kin);
   a.plain(checksum(bytes));
   return a.take() + bytes;
 }
 
-std::string RveSet::opened(const std::string& bytes) const {
-  std::uint64_t kin = 0, seal = 0;
+std::string RveSet::Inside::opened(const std::string& bytes) const {
+  std::uint64_t theirs = 0, seal = 0;
   Loader a(bytes);
-  a.plain(kin), a.plain(seal);
-  if (kin != kin_) throw InputError("state of another scene, other settings or another version");
-  std::string inner = bytes.substr(sizeof kin + sizeof seal);
+  a.plain(theirs), a.plain(seal);
+  if (theirs != kin) throw InputError("state of another scene, other settings or another version");
+  std::string inner = bytes.substr(sizeof theirs + sizeof seal);
   if (checksum(inner) != seal) throw InputError("state is damaged: its checksum does not match");
   return inner;
 }
 
+void RveSet::Inside::alone() const {
+  if (driver.book().options.share > 0)
+    throw InputError("with similar sharing a point is no state alone: save and load all of them");
+}
+
 std::string RveSet::bytes(std::size_t point) const {
-  return sealed(host_.hosted(sharing_.point.at(point).slot).bytes());
+  in_->alone();
+  const std::uint64_t slot = in_->driver.slot(point);
+  if (!in_->deferring()) return in_->sealed(in_->host.fetch(slot));
+  Saver a;
+  archive_memory(a, in_->driver.book().slots.at(slot).memory);
+  a.text(in_->host.fetch(slot));
+  return in_->sealed(a.take());
 }
 
 void RveSet::restore(std::size_t point, const std::string& bytes) {
-  Sharing::Point& mine = sharing_.point.at(point);
-  HostedRve rve = HostedRve::from(opened(bytes));
-  host_.check(rve);
-  forget();
-  const std::uint64_t old = mine.slot;
-  const std::size_t n = size();
-  std::size_t other = point;  // that goes on with the old RVE; the next one, as a rule
-  for (std::size_t k = 1; k < n && other == point; ++k)
-    if (sharing_.point[(point + k) % n].slot == old) other = (point + k) % n;
-  if (other != point) {
-    if (sharing_.leader.at(old) == point) sharing_.leader[old] = other;
-    mine.slot = sharing_.next_slot++;
+  in_->alone();
+  std::string state = in_->opened(bytes);
+  Memory memory;
+  if (in_->deferring()) {
+    const std::string both = std::move(state);
+    Loader a(both);
+    archive_memory(a, memory);
+    a.text(state);
   }
-  sharing_.leader[mine.slot] = point;
-  host_.put(mine.slot, std::move(rve));
+  in_->driver.replace(point, state, memory);
+  in_->fresh = false;
 }
 
 void RveSet::save(const std::function<void(const std::string&)>& take) const {
-  Saver a;
-  a.column(sharing_.point), a.plain(sharing_.next_slot);
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> leaders;
-  for (const auto& [slot, leader] : sharing_.leader)
-    if (sharing_.point[leader].slot == slot) leaders.emplace_back(slot, leader);
-  a.column(leaders);
-  take(sealed(a.take()));
-  for (const auto& [slot, leader] : leaders) take(bytes(leader));
+  in_->driver.save([&](const std::string& part) { take(in_->sealed(part)); });
 }
 
 void RveSet::load(const std::vector<std::string>& parts) {
   if (parts.empty()) throw InputError("no states");
-  const std::string inner = opened(parts[0]);
-  Loader a(inner);
-  Sharing sharing;
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> leaders;
-  a.column(sharing.point), a.plain(sharing.next_slot), a.column(leaders);
-  if (sharing.point.size() != size())
-    throw InputError(fmt::format("states of {} points, where there are {}", sharing.point.size(), size()));
-  if (parts.size() != leaders.size() + 1) throw InputError("states are cut short");
-  std::vector<HostedRve> rves;
-  for (std::size_t k = 0; k < leaders.size(); ++k)
-    rves.push_back(HostedRve::from(opened(parts[k + 1]))), host_.check(rves.back());
-  std::map<std::uint64_t, std::size_t> leads;
-  for (const auto& [slot, leader] : leaders) leads[slot] = leader;
-  check_sharing(sharing, leads, SIZE_MAX);
-  forget();
-  for (const auto& [slot, leader] : sharing_.leader) host_.drop(slot);
-  for (std::size_t k = 0; k < leaders.size(); ++k) {
-    sharing.leader[leaders[k].first] = leaders[k].second;
-    host_.put(leaders[k].first, std::move(rves[k]));
+  const std::string book = in_->opened(parts[0]);
+  std::vector<std::string> states;
+  for (std::size_t k = 1; k < parts.size(); ++k) {  // all of them before any is dropped
+    states.push_back(in_->opened(parts[k]));
+    in_->host.check(HostedRve::from(states.back()));
   }
-  sharing_ = std::move(sharing);
+  try {
+    in_->driver.load(book, states);
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("states: {}", e.what()));
+  }
+  in_->fresh = false;
 }
 
 }  // namespace grus::dem

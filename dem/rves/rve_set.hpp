@@ -3,23 +3,31 @@
 // What other people's solvers see of the grains (grus/rve.hpp, and grus.RveSet in Python).
 #pragma once
 
+#include <functional>
+#include <memory>
 #include <span>
 #include <string>
 
-#include "dem/rves/rve_host.hpp"
-#include "dem/rves/sharing.hpp"
+#include "dem/rves/driver_options.hpp"
 
 namespace grus::dem {
 
 class RveSet {
 public:
   /// Point i starts from `prepared[start[i]]`; points of one history have one RVE between them (the same bits as
-  /// without, dem/rves/sharing.hpp). `kin` is a number of the scene's: states of another one are refused.
+  /// without, dem/rves/sharing.hpp). What else may be left out, similar sharing and deferral, the options say; their
+  /// pace is not read: every increment is taken to rest. `kin` is a number of the scene's: states of another one are
+  /// refused.
+  RveSet(std::shared_ptr<const Model> model, const std::vector<State>& prepared, std::span<const std::size_t> start,
+         const RveOptions& options, int threads, std::uint64_t kin = 0);
   RveSet(std::shared_ptr<const Model> model, const std::vector<State>& prepared, std::span<const std::size_t> start,
          const ResponseOptions& options, int threads, std::uint64_t kin = 0);
+  RveSet(RveSet&&) noexcept;
+  RveSet& operator=(RveSet&&) noexcept;
+  ~RveSet();
 
-  std::size_t size() const { return sharing_.point.size(); }
-  std::size_t distinct() const { return sharing_.leader.size(); }
+  std::size_t size() const;
+  std::size_t distinct() const;  // RVEs
 
   /// Takes every point from its committed state through F_new F_old^-1: `deformation` 9 a point, row by row, taken to
   /// 6e-11 (dem/rves/alike.hpp); det F > 0. Out: Cauchy stress (Pa, tension-positive, Voigt xx yy zz yz xz xy), 6 a
@@ -33,14 +41,18 @@ public:
   /// Makes the last advance the committed states. Throws std::logic_error where there is none.
   void commit();
 
-  /// What became of a point in the last advance that is not committed yet; std::logic_error where there is none.
+  /// What became of a point's RVE in the last advance that is not committed yet; std::logic_error where there is none.
+  /// Where the RVE was not asked, or is another point's, stress and tangent are what is foretold for the RVE.
   const Response& response(std::size_t point) const;
-  /// Of the committed state.
-  Facts facts(std::size_t point) const { return host_.facts(sharing_.point.at(point).slot); }
-  State state(std::size_t point) const { return host_.state(sharing_.point.at(point).slot); }
+  /// Of the committed state of the point's RVE: with similar sharing or deferral that of a similar point, and where it
+  /// last was.
+  Facts facts(std::size_t point) const;
+  State state(std::size_t point) const;
+  /// How often RVEs were asked, what was answered without DEM, and the errors that were measured of such answers.
+  const SweepReport& report() const;
 
   /// The committed state, with a checksum; and back, which drops an advance that is not committed. Throws InputError
-  /// for bytes that are damaged or of another scene.
+  /// for bytes that are damaged or of another scene, and with similar sharing, where a point is no state alone.
   std::string bytes(std::size_t point) const;
   void restore(std::size_t point, const std::string& bytes);
 
@@ -49,17 +61,8 @@ public:
   void load(const std::vector<std::string>& parts);
 
 private:
-  void forget();
-  std::string sealed(const std::string& bytes) const;
-  std::string opened(const std::string& bytes) const;
-
-  RveHost host_;
-  bool sharp_;  // the network's tangent
-  std::uint64_t kin_;
-  Sharing sharing_;
-  SharingPlan plan_;
-  std::vector<Mat3> increment_;
-  std::vector<Response> response_;  // of the plan's jobs; empty: no advance to commit
+  struct Inside;
+  std::unique_ptr<Inside> in_;
 };
 
 }  // namespace grus::dem

@@ -160,6 +160,11 @@ void undo(Sharing& s, const SharingPlan::Replay& replay) {
   s.leader.erase(replay.slot);
 }
 
+void undo(Sharing& s, const SharingPlan::Copy& copy) {
+  std::erase(s.copies[copy.from], copy.to);
+  s.leader.erase(copy.to);
+}
+
 std::vector<std::uint64_t> commit(Sharing& s, const SharingPlan& plan, std::span<const Mat3> increment) {
   std::set<std::uint64_t> in_use;
   for (const SharingPlan::Job& job : plan.job) s.leader[job.slot] = job.leader, in_use.insert(job.slot);

@@ -70,6 +70,9 @@ SharingPlan plan_parted(const Sharing& sharing, std::span<const Mat3> increment)
 /// The replay could not be done: the point stays where it was.
 void undo(Sharing& sharing, const SharingPlan::Replay& replay);
 
+/// The copy could not be made: the next plan asks for another one.
+void undo(Sharing& sharing, const SharingPlan::Copy& copy);
+
 /// The points go on with the jobs of the plan. Returns the slots that nobody needs any more, which are forgotten.
 std::vector<std::uint64_t> commit(Sharing& sharing, const SharingPlan& plan, std::span<const Mat3> increment);
 

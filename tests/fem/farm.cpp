@@ -59,7 +59,7 @@ TEST_CASE("what fails on another rank fails here, in the same words, and the far
   on_rank_0([](coupling::RveFarm& farm, int ranks) {
     farm.put(0, standard().state, 1);  // here
     // Bytes that are no state: refused where they arrive.
-    CHECK_THROWS_AS(farm.put_bytes(1, "no state at all", 1), InputError);
+    CHECK_THROWS_AS(farm.put(1, "no state at all", 1), InputError);
     farm.put(1, standard().state, 1);
     const std::string good = farm.fetch(1);
     // Rank 1 is asked to commit, and rank 0 fails before it listens: nothing to commit here.

@@ -210,3 +210,115 @@ TEST_CASE("the watch stops an advance within RVEs, on all threads") {
     CHECK(answer(rves, {1e-3, 2e-3}).stress == before.stress);
   }
 }
+
+namespace {
+
+/// The same cells with and without what may be left out, and the largest difference of their stresses along z,
+/// relative.
+struct Both {
+  RveSet plain, less;
+  double apart = 0;
+
+  Both(std::size_t points, RveOptions with) : plain(made(points, rest({}))), less(made(points, rest(with))) {}
+  static RveOptions rest(RveOptions o) {
+    o.response = {.quasi_static = quick().quasi_static, .elastic = o.response.elastic};
+    o.response.quasi_static.unbalanced_force = o.response.quasi_static.stress_change = 1e-6;
+    return o;
+  }
+  static RveSet made(std::size_t points, const RveOptions& o) {
+    const Cubic c = cubic();
+    return {c.model, {c.state}, std::vector<std::size_t>(points, 0), o, 1, 7};
+  }
+  void go(const std::vector<double>& strains) {
+    const Answer a = answer(plain, strains), b = answer(less, strains);
+    for (std::size_t k = 2; k < a.stress.size(); k += 6)
+      apart = std::max(apart, std::abs(b.stress[k] / a.stress[k] - 1));
+    plain.commit(), less.commit();
+  }
+};
+
+// What is left of two cells, each at rest to 1e-6 of its forces, by several increments.
+constexpr double at_rest = 1e-5;
+
+}  // namespace
+
+TEST_CASE("similar sharing in a set: fewer RVEs, other stresses, off by what is told once the points part") {
+  RveOptions with;
+  with.share = 2e-3;
+  Both p(2, with);
+  p.go({5e-3, 6e-3});
+  CHECK((p.plain.distinct() == 2 && p.less.distinct() == 1));
+  CHECK(p.less.report().similar == 1);
+  CHECK(p.less.report().correction > 0.1);
+  REQUIRE(p.apart > 1e-3);
+  p.go({5e-3, 1e-2});
+  CHECK(p.less.distinct() == 2);
+  REQUIRE((p.less.report().replayed == 1 && p.less.report().sharing.count == 1));
+  CHECK(p.less.report().sharing.worst == Approx(p.apart).epsilon(1e-2));
+  CHECK_THROWS_AS(p.less.bytes(0), InputError);
+  CHECK_THROWS_AS(p.less.restore(0, p.plain.bytes(0)), InputError);
+}
+
+TEST_CASE("deferral in a set: less DEM, other stresses, within what is told once the RVE has gone to its place") {
+  RveOptions with;
+  with.error = 0.4;
+  Both p(1, with);
+  p.go({5e-3});
+  for (int k = 0; k < 12; ++k) p.go({4e-4});
+  const std::string waiting = p.less.bytes(0);
+  p.go({1e-2});  // the last one that waited is measured
+  const SweepReport& report = p.less.report();
+  CHECK((report.deferred > 6 && report.deferral.count > 1));
+  CHECK(p.plain.report().advanced == 14);
+  CHECK(report.advanced < 9);
+  REQUIRE(p.apart > 2 * at_rest);
+  CHECK(p.apart < report.deferral.worst + at_rest);
+  CHECK(report.deferral.worst < with.error);
+  // A state knows that its RVE waits: from it the same answer.
+  const Answer ahead = answer(p.less, {1e-3});
+  RveSet other = Both::made(1, Both::rest(with));
+  other.restore(0, waiting);
+  answer(other, {1e-2});
+  other.commit();
+  CHECK(answer(other, {1e-3}).stress == ahead.stress);
+  std::string said;
+  try {
+    other.restore(0, p.plain.bytes(0));
+  } catch (const InputError& e) {
+    said = e.what();
+  }
+  CHECK(said.find("other settings") != std::string::npos);
+}
+
+TEST_CASE("elastic answers in a set: less DEM, other stresses, within what is told once the grains catch up") {
+  RveOptions with;
+  with.response.elastic = 0.3;
+  Both p(1, with);
+  p.go({5e-3});
+  for (int k = 0; k < 12; ++k) p.go({4e-4});
+  p.go({1e-2});
+  const SweepReport& report = p.less.report();
+  CHECK((report.elastic > 3 && report.linear.count > 0));
+  CHECK(report.advanced < 12);
+  REQUIRE(p.apart > 2 * at_rest);
+  CHECK(p.apart < report.linear.worst + at_rest);
+}
+
+TEST_CASE("a set that leaves work out is saved with what it knows, and goes on with the same bits") {
+  RveOptions with;
+  with.share = 2e-3, with.error = 0.4;
+  Both p(3, with);
+  p.go({5e-3, 6e-3, 2e-2});
+  p.go({4e-4, 4e-4, 4e-4});
+  std::vector<std::string> parts;
+  p.less.save([&](const std::string& part) { parts.push_back(part); });
+  RveSet other = Both::made(3, Both::rest(with));
+  other.load(parts);
+  for (const auto& strains : {std::vector{4e-4, 4e-4, 1e-2}, std::vector{1e-3, 8e-3, 1e-3}}) {
+    CHECK(answer(other, strains).stress == answer(p.less, strains).stress);
+    other.commit(), p.less.commit();
+  }
+  CHECK(p.less.report().replayed == 1);
+  CHECK(other.report().sharing.worst == p.less.report().sharing.worst);
+  CHECK_THROWS_AS(p.plain.load(parts), InputError);
+}

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// The rules of RveMaterial, by made-up responses: when an RVE is not asked, and what two responses say of noise.
+// The rules of the driver of RVEs, by made-up responses: when an RVE is not asked, and what two responses say of noise.
 #if __has_include(<catch2/catch_all.hpp>)
 #include <catch2/catch_all.hpp>
 using Catch::Approx;
@@ -7,13 +7,10 @@ using Catch::Approx;
 #include <catch2/catch.hpp>
 #endif
 
-#include "coupling/deferral.hpp"
-#include "coupling/tangents.hpp"
+#include "dem/rves/deferral.hpp"
+#include "dem/rves/tangents.hpp"
 
-using namespace grus;
-using namespace grus::coupling;
-using dem::Mat3;
-using dem::Mat6;
+using namespace grus::dem;
 
 namespace {
 
@@ -23,8 +20,8 @@ Mat3 stretched(double strain) {
   return f;
 }
 
-dem::Response response(double stress, double stiffness) {
-  dem::Response r;
+Response response(double stress, double stiffness) {
+  Response r;
   r.stress = stress * Mat3::Identity();
   r.tangent = stiffness * Mat6::Identity();
   r.stable = true;
@@ -49,7 +46,7 @@ TEST_CASE("an RVE is put off while its tangent foretells less than the tolerance
   CHECK_FALSE(d.foretells(m, stretched(0.41 * limit)));
   CHECK(told(m, stretched(0.1)).beyond == Mat3(stretched(0.1) * m.pending));
   // A turn changes nothing.
-  const Mat3 turn = Eigen::AngleAxisd(0.5, dem::Vec3::UnitX()).toRotationMatrix();
+  const Mat3 turn = Eigen::AngleAxisd(0.5, Vec3::UnitX()).toRotationMatrix();
   CHECK(d.foretells(m, turn * stretched(0.39 * limit)));
   // No stress counts as smaller than the floor.
   Memory loose;
@@ -66,7 +63,7 @@ TEST_CASE("an answer of the same increment foretells from where it was given, an
   const double limit = 0.05 * std::sqrt(3.0) * 5e6 / 2e8;
   CHECK(d.foretells(m, stretched(0.99 * limit) * stretched(0.1)));
   CHECK_FALSE(d.foretells(m, stretched(1.01 * limit) * stretched(0.1)));
-  const dem::Response* done = commit(m, stretched(0.5 * limit) * stretched(0.1), true, response(1, 1));
+  const Response* done = commit(m, stretched(0.5 * limit) * stretched(0.1), true, response(1, 1));
   REQUIRE(done);
   CHECK(done->stress(0, 0) == -5e6);
   CHECK(m.stress(0, 0) == -5e6);
@@ -78,7 +75,7 @@ TEST_CASE("a bad prediction costs trust, a good one gives it back") {
   Memory m;
   commit(m, Mat3::Identity(), false, response(-1e6, 1e8));
   m.pending = stretched(-1e-3);  // predicted: zz -1.1e6
-  dem::Response r = response(-1e6, 1e8);
+  Response r = response(-1e6, 1e8);
   const double error = d.caught_up(m, r);
   CHECK(error == Approx(1e5 / (std::sqrt(3.0) * 1e6)).epsilon(1e-12));
   CHECK(m.trust == Approx(0.9 * 0.05 / error).epsilon(1e-12));
@@ -120,8 +117,8 @@ TEST_CASE("kept tangents: the first one as it is, or improved to meet the last s
   const Sweep first{{Mat3::Identity()}, {{Mat3::Zero(), 1e8 * Mat6::Identity(), 0}}};
   Sweep second{{stretched(1e-3)}, {{Mat3::Zero(), 3e8 * Mat6::Identity(), 0}}};
   second.answer[0].stress(2, 2) = 2e5;
-  const std::vector<std::pair<dem::TangentKind, double>> kinds{
-      {dem::TangentKind::elastic, 1e8}, {dem::TangentKind::quasi_newton, 2e8}, {dem::TangentKind::network, 3e8}};
+  const std::vector<std::pair<TangentKind, double>> kinds{
+      {TangentKind::elastic, 1e8}, {TangentKind::quasi_newton, 2e8}, {TangentKind::network, 3e8}};
   for (const auto& [kind, expected] : kinds) {
     std::vector<Mat6> kept;
     Sweep a = first, b = second;

@@ -18,20 +18,12 @@ void read_rve(Table t, BvpScene& scene) {
   if (file.is_relative()) file = std::filesystem::path(scene.file).parent_path() / file;
   if (!std::filesystem::is_regular_file(file))
     t.fail("scene", fmt::format("\"{}\": no such scene file", t.text("scene")));
+  if (t.has("adaptivity") && scene.is_explicit())
+    t.fail("adaptivity",
+           "sharing and deferral are for \"quasi-static\": in explicit runs an RVE does not go back to where another "
+           "has been; leave the key out");
+  scene.rve = read_rve_options(t);
   dem::ResponseOptions& response = scene.rve.response;
-  response = read_response(t);
-  scene.rve.exact_sharing = t.flag_or("exact_sharing", true);
-  if (auto a = t.table_if("adaptivity")) {
-    if (scene.is_explicit())
-      t.fail("adaptivity",
-             "sharing and deferral are for \"quasi-static\": in explicit runs an RVE does not go back to where another "
-             "has been; leave the key out");
-    scene.rve.share = a->number_or("share", 0, dimension::none, {0, 0.1});
-    scene.rve.error = a->number_or("error", 0, dimension::none, {0, 0.5});
-    if (a->has("elastic")) response.elastic = a->number("elastic", dimension::none, {0, 0.5});
-    if (scene.rve.share > 0 && !scene.rve.exact_sharing) a->fail("share", "needs exact_sharing");
-    a->finish();
-  }
   using dem::Pace;
   if (scene.dynamics) scene.rve.pace = Pace::real_time;
   if (scene.explicit_statics) scene.rve.pace = Pace::steady;

@@ -92,19 +92,25 @@ def whole_number(name: str, value: Any, least: int) -> int:
 def value_text(name: str, value: Any) -> str:
     """A key's value as scenes write it."""
     value = value.item() if isinstance(value, np.generic) else value
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(_assignments(value, name + '.'))} }}"
     if isinstance(value, (str, bool)):
         return json.dumps(value)
     if isinstance(value, (int, float)):
         return repr(value)
-    raise InputError(f"{name}: expected a number, a text or True or False, given {kind(value)}")
+    raise InputError(f"{name}: expected a number, a text, True or False, or a dict of them, given {kind(value)}")
 
 
-def settings_text(settings: dict[str, Any]) -> str:
-    """Keyword arguments as a table of a scene."""
+def _assignments(settings: Mapping[str, Any], above: str = "") -> list[str]:
     for name in settings:
-        if not name.isidentifier() or not name.isascii():
-            raise InputError(f"unknown key {name!r}")
-    return "\n".join(f"{name} = {value_text(name, value)}" for name, value in settings.items())
+        if not isinstance(name, str) or not name.isidentifier() or not name.isascii():
+            raise InputError(f"unknown key {above}{name!r}" if above else f"unknown key {name!r}")
+    return [f"{name} = {value_text(above + name, value)}" for name, value in settings.items()]
+
+
+def settings_text(settings: Mapping[str, Any]) -> str:
+    """Keyword arguments as a table of a scene; a dict as a table in it."""
+    return "\n".join(_assignments(settings))
 
 
 def _fits(shape: tuple[int, ...], n: int, form: tuple[int, ...]) -> bool:

@@ -33,7 +33,11 @@ class RveSet:
                are one
     response   as in [rve] of grus-bvp: tangent = "automatic" (that of the contacts' stiffness) | "contact-stiffness" |
                "network" | "perturbation", strain_per_step, inertial_number, unbalanced_force, stress_change,
-               pressure_floor, window, max_hold
+               pressure_floor, window, max_hold, exact_sharing; adaptivity = {"share": s, "error": e, "elastic": x},
+               each off where it is absent: points whose deformation gradients have always been closer than s ride on
+               one RVE; an RVE is not asked while its last answer foretells its stress within e of it; it answers
+               linearly while contact forces stay within x. `report` tells what they save and the errors that were
+               measured
 
     Raises InputError (a ValueError) for a scene that cannot be used, with file, line and key; Unstable (a RuntimeError)
     where the preparation does not come to rest.
@@ -148,6 +152,18 @@ class RveSet:
         the RVE's own balance), mass_kg, mass_lost_kg."""
         return Named("facts of an RVE", self._set.facts())
 
+    def report(self) -> dict[str, Any]:
+        """What the RVEs of this rank have been asked since the start, under the names of grus-bvp's summary.json:
+        answers to points (asked), advances of RVEs by DEM (advanced) or instead by their last tangent (deferred) or
+        linearly (elastic), points that heard another one's RVE (similar), RVEs taken along a point's own path
+        (replayed), increments that needed parts (retried_in_parts), RVEs now (distinct), dem_steps; of the last commit
+        worst_unbalanced_force, worst_stress_change. "errors" has for each device that is on its tolerance, how often
+        its error was measured, the worst and the mean, relative to the stress: deferral when an RVE that was put off
+        has gone to its place, elastic when the grains have caught up, sharing at replays, with the largest correction
+        that a similar point was given; least_trust: the share of the tolerance that bad foretelling has left."""
+        found = self._set.report()
+        return Named("report of a set", found | {"errors": Named("errors of devices that are on", found["errors"])})
+
     def grains(self, i: int) -> dict[str, NDArray]:
         """Grains of point i, committed; read-only views of one snapshot: id, position (m, 3; never wrapped), velocity,
         spin, orientation (quaternion x y z w), force (N), radius (m, of the sphere of equal volume), volume, mass,
@@ -172,7 +188,8 @@ class RveSet:
         return point
 
     def get_state(self, i: int) -> bytes:
-        """The committed state of point i, some kB a grain; the same scene, version and machine take it back."""
+        """The committed state of point i, some kB a grain; the same scene, version and machine take it back, in a set
+        with the same devices. Raises InputError with similar sharing, where a point is no state alone: use save."""
         return self._set.bytes(self._index(i))
 
     def set_state(self, i: int, state: bytes) -> None:
@@ -256,6 +273,10 @@ class Rve:
     def commit(self) -> None:
         """Makes the last advance the committed state."""
         self._rves.commit()
+
+    def report(self) -> dict[str, Any]:
+        """As RveSet.report."""
+        return self._rves.report()
 
     def facts(self) -> dict[str, Any]:
         """Numbers of RveSet.facts."""

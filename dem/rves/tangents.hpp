@@ -6,20 +6,20 @@
 #include <span>
 #include <vector>
 
-#include "dem/rves/rve_host.hpp"
+#include "dem/rves/host.hpp"
 
-namespace grus::coupling {
+namespace grus::dem {
 
 /// What one point hears.
 struct Answer {
-  dem::Mat3 stress = dem::Mat3::Zero();
-  dem::Mat6 tangent = dem::Mat6::Zero();
+  Mat3 stress = Mat3::Zero();
+  Mat6 tangent = Mat6::Zero();
   std::size_t breakages = 0;
 };
 
 /// A response: what the points were told, and what they heard. Empty: there was none in this increment.
 struct Sweep {
-  std::vector<dem::Mat3> deformation;
+  std::vector<Mat3> deformation;
   std::vector<Answer> answer;
 };
 
@@ -37,6 +37,6 @@ struct NoiseMeter {
 
 /// Tangents that do not follow the RVEs' own: those of the first response (elastic), improved by Broyden's update
 /// (quasi-Newton). Other kinds are left as they are.
-void choose_tangents(dem::TangentKind kind, const Sweep& before, Sweep& now, std::vector<dem::Mat6>& kept);
+void choose_tangents(TangentKind kind, const Sweep& before, Sweep& now, std::vector<Mat6>& kept);
 
-}  // namespace grus::coupling
+}  // namespace grus::dem

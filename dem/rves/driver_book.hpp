@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What a driver of RVEs keeps between responses, and its rules that ask no host.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "dem/rves/deferral.hpp"
+#include "dem/rves/driver_options.hpp"
+#include "dem/rves/sharing.hpp"
+#include "dem/rves/tangents.hpp"
+
+namespace grus::dem {
+
+struct DriverBook {
+  /// An RVE, what it last said and what is known of it.
+  struct Slot {
+    Memory memory;
+    Facts facts;
+  };
+  /// One increment of one slot in this response.
+  struct Job {
+    std::uint64_t slot;
+    std::size_t leader;
+    Mat3 increment;  // since the last commit
+    bool deferred = false;
+    Response response;  // by DEM, or by a tangent
+  };
+
+  RveOptions options;
+  Deferral deferral;
+  std::size_t variants = 0;  // of the prepared states
+  Sharing sharing;
+  std::map<std::uint64_t, Slot> slots;
+  std::vector<Mat3> stress;  // of the points, as committed; similar sharing only
+  SharingPlan plan;
+  std::vector<Job> jobs;  // of the plan
+  Sweep now, before;      // this response, and the one before it in the same increment
+  NoiseMeter noise;
+  int sharp = 0;                   // increments that will have the network's tangent
+  std::vector<Mat6> kept_tangent;  // elastic, quasi-Newton
+  SweepReport report;
+  std::string reason;  // why the last response failed
+};
+
+DriverBook begin_book(std::span<const std::size_t> start, std::size_t variants, const RveOptions& options);
+
+inline bool relaxed(const DriverBook& b) { return b.options.pace == Pace::relaxed; }
+/// Whether the network's tangent is asked for.
+inline bool sharp(const DriverBook& b) { return b.options.response.tangent == TangentKind::network || b.sharp > 0; }
+
+/// What the points are told (9 a point, row by row), taken to a grid; alike where grains will do the same.
+void take_increments(DriverBook& book, std::span<const double> deformation);
+
+/// What an RVE has done goes into the report.
+void count_outcome(SweepReport& report, const Outcome& outcome);
+
+/// What last said foretells, instead of DEM; false: the RVE must be asked.
+bool defer(const DriverBook& book, DriverBook::Job& job);
+
+/// Every job has its response: what each point hears, or the reason why there is none. True: all answers are there.
+bool conclude(DriverBook& book);
+
+/// The increment is committed: returns slots of which the RVE's own last advance is to be.
+std::vector<std::uint64_t> commit_jobs(DriverBook& book);
+
+/// The points go on with their jobs; returns slots that nobody needs any more.
+std::vector<std::uint64_t> end_increment(DriverBook& book);
+
+/// Copies that the increment has made, which is not committed: forgotten, with its answers.
+std::vector<std::uint64_t> forget_increment(DriverBook& book);
+
+/// The next five increments have the network's tangent; false: they had it, or another kind was chosen.
+bool sharpen(DriverBook& book);
+
+/// Relative error of the stress of the last response: what the RVEs' own equilibrium leaves, or, measured, how far two
+/// successive iterations disagree (tangents.hpp). At most max_noise.
+double noise(DriverBook& book);
+constexpr double max_noise = 0.03;
+
+/// Slots whose RVEs are points', without copies of an increment that is not committed.
+std::vector<std::uint64_t> lasting(const DriverBook& book);
+
+/// All that decides how the points go on, but the states; and back, for a book that was begun alike. Throws InputError
+/// for bytes that no book of as many points has left.
+std::string book_bytes(const DriverBook& book);
+DriverBook book_of(const DriverBook& own, const std::string& bytes);
+
+/// A memory as bytes; and one of a file that no run can have left is refused (InputError).
+template <class A>
+void archive_memory(A& a, auto& memory) {
+  a.plain(memory.heard);
+  a.plain(memory.pending);
+  a.plain(memory.stress);
+  a.plain(memory.tangent);
+  a.plain(memory.trust);
+}
+void check_memory(const Memory& memory);
+
+}  // namespace grus::dem
