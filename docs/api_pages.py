@@ -12,6 +12,8 @@ HEADERS = [("Cells from scene files",
                "dem/rves/host.hpp", "dem/rve/rve.hpp", "dem/rve/loading.hpp", "dem/rve/measure.hpp"
            ]),
            ("Samples of your own", [
+               "apps/library/grus/sample.hpp", "dem/sample/recipe.hpp", "dem/sample/make.hpp", "dem/sample/prepare.hpp",
+               "dem/sample/programme.hpp", "dem/sample/gauge.hpp", "dem/sample/network.hpp",
                "dem/rve/model.hpp", "dem/rve/state.hpp", "dem/rve/step.hpp", "dem/packing/packing.hpp",
                "dem/contact/laws.hpp", "dem/fracture/fracture_model.hpp", "dem/fracture/criteria.hpp"
            ]),

@@ -21,6 +21,7 @@ NAV = [("Start", [("Grus", "index.md"), ("From a sieve curve to a pile", "tutori
                   ("Coming from other programs", "coming.md"), ("What it does", "features.md"),
                   ("Shipped scenes", "shipped.md"), ("Gallery", "gallery.md")]),
        ("Use", [("Scenes", "scenes.md"), ("All keys", "keys.md"), ("Results", "results.md"),
+                ("All columns", "columns.md"),
                 ("Macro problems", "macro.md"), ("Calibration", "calibration.md"), ("On a cluster", "cluster.md"),
                 ("Python and C++", "library.md"), ("Extreme cases", "stability.md")]),
        ("Theory", [("Physics", "physics.md"), ("Fracture", "physics/fracture.md"),
@@ -85,6 +86,28 @@ def keys():
     return "\n".join(text) + "\n"
 
 
+def columns():
+    """Tables of the columns of history.csv, one for each condition under which they are there."""
+    text = ["# Columns of history.csv", "", "By what asks for them; this page is made from the tables that write them. "
+            "`--columns` prints those of a scene, in their order. More is told of them with the [results](results.md)."]
+    for program in ("rve", "bvp"):
+        with open(os.path.join(source, "apps", program, "columns.cpp")) as f:
+            code = f.read()
+        told = {name: phrase for phrase, name in re.findall(r"^/// (.*)\.\nbool (\w+)\(", code, re.M)}
+        rows = re.findall(r'\{"([^"]+)",\s*"([^"]*)",\s*((?:"[^"]*"\s*)+),\s*(\w+),', code)
+        if len(rows) != len(re.findall(r'^    \{"', code, re.M)):
+            sys.exit(f"make_site: a row of apps/{program}/columns.cpp is not read")
+        text += ["", f"## grus-{program}"]
+        for when in dict.fromkeys(row[3] for row in rows):
+            text += ["", f"### {told[when]}", "", "| column | unit | is |", "|---|---|---|"]
+            for name, unit, doc, _ in (row for row in rows if row[3] == when):
+                families = {"{}_N": "wall0_fx_N, wall0_fy_N, …", "{}": "g0_x_m, g0_y_m, …"}
+                shown = families.get(name, name.replace("{}", "*"))
+                meaning = "".join(re.findall(r'"([^"]*)"', doc))
+                text.append(f"| `{shown}` | {unit} | {meaning} |")
+    return "\n".join(text) + "\n"
+
+
 def with_titles(text):
     """Fences that name a file, as Python-Markdown takes them."""
     return re.sub(r"^```(\w+) ([\w./-]+)$", r'```\1 title="\2"', text, flags=re.M)
@@ -123,7 +146,8 @@ def main(build, out):
         open(path, "w").write(text)
     for name, text in (
             ("index.md", with_links(open(os.path.join(source, "README.md")).read(), "README.md", "index.md")),
-            ("keys.md", keys()), ("gallery.md", gallery()), ("api_cpp.md", api_pages.cpp(source)),
+            ("keys.md", keys()), ("columns.md", columns()), ("gallery.md", gallery()),
+            ("api_cpp.md", api_pages.cpp(source)),
             ("api_python.md", api_pages.python(source))):
         open(os.path.join(pages, name), "w").write(text)
     missing = [page for _, entries in NAV for _, page in entries if not os.path.exists(os.path.join(pages, page))]

@@ -46,7 +46,7 @@ dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene) {
   const auto about = nlohmann::json::parse(kept.about, nullptr, false);
   if (about.is_discarded() || about.value("program", "") != "grus-bvp" || kept.parts.size() < 2 + scene.regions.size())
     throw InputError(path + ": not a checkpoint of grus-bvp");
-  const nlohmann::json cell = scene.has_rve ? scene.unit_cells[0].record : nlohmann::json();
+  const nlohmann::json cell = scene.has_rve ? *scene.unit_cells[0].record : nlohmann::json();
   refuse_changes(path, about.value("scene", nlohmann::json()), scene.record);
   refuse_changes(path, about.value("unit_cell", nlohmann::json()), cell, "unit cell");
   return kept;
@@ -219,7 +219,7 @@ void BvpRun::save(Course& c, const Report& report) {
   nlohmann::json about = app::save(report);
   about["program"] = "grus-bvp";
   about["scene"] = scene_.record;
-  if (scene_.has_rve) about["unit_cell"] = scene_.unit_cells[0].record;
+  if (scene_.has_rve) about["unit_cell"] = *scene_.unit_cells[0].record;
   about["output"] = output_->state();
   about["wall"] = elapsed_ + c.clock.wall() - c.ready;
   about["cpu"] = elapsed_cpu_ + cpu_seconds(), about["sweeps_wall"] = elapsed_sweeps_ + (rves_ ? rves_->seconds() : 0);

@@ -10,7 +10,6 @@
 #include "apps/bvp/on_all_ranks.hpp"
 #include "apps/bvp/starts.hpp"
 #include "apps/run/folder.hpp"
-#include "apps/scene/preparation_scene.hpp"
 #include "apps/scene/prepare_sample.hpp"
 #include "dem/io/whole_file.hpp"
 
@@ -42,7 +41,11 @@ std::string setup_text(const BvpScene& scene, const BvpSetup& setup, const Optio
   const bool made = !setup.states.empty();
   for (const auto& state : setup.states)
     grains += static_cast<double>(state.grains.size()) / static_cast<double>(setup.states.size());
-  for (const auto& u : scene.unit_cells) grains += made ? 0 : u.grains() / scene.variants;
+  for (std::size_t k = 0; !made && k < scene.unit_cells.size(); ++k) {
+    const auto& sample = scene.samples[k];
+    grains += (sample ? static_cast<double>(sample->state.grains.size()) : scene.unit_cells[k].recipe.count()) /
+              scene.variants;
+  }
   std::string length = fmt::format("increments {}", scene.solve.increments);
   if (scene.dynamics) length = fmt::format("duration {:.3g} s", scene.dynamics->duration);
   if (scene.explicit_statics)
@@ -76,7 +79,9 @@ std::string setup_text(const BvpScene& scene, const BvpSetup& setup, const Optio
 void check_starts(const BvpScene& scene, const std::vector<Start>& starts) {
   for (const Start& s : starts) {
     const double pressure = (s.stress[0] + s.stress[1] + s.stress[2]) / 3;
-    const std::string fault = s.stressed ? unbearable(scene.unit_cells[s.packing], pressure) : "";
+    const std::string fault =
+        s.stressed ? dem::unbearable(scene.unit_cells[s.packing].model, scene.unit_cells[s.packing].recipe, pressure)
+                   : "";
     if (!fault.empty()) throw InputError(fmt::format("{}: initial_stress: {}", scene.file, fault));
   }
 }

@@ -37,42 +37,15 @@ std::vector<double> numbers_of(const nlohmann::json& texts) {
 }
 
 bool bonded(const BvpScene& scene) {
-  return scene.has_rve && !scene.unit_cells.empty() && scene.unit_cells[0].bonded();
+  return scene.has_rve && !scene.samples.empty() && scene.samples[0] && scene.samples[0]->bonded();
 }
 
 }  // namespace
 
 std::vector<std::string> bvp_columns(const BvpScene& scene, const fem::Problem& problem, const Probes& probes) {
-  std::vector<std::string> columns{"increment", "time_s", "newton_iterations", "cutbacks", "residual"};
-  for (const auto& b : problem.boundaries())
-    for (char k : {'x', 'y', 'z'}) columns.push_back(fmt::format("reaction_{}_{}_N", b.name, k));
-  for (const char* name :
-       {"mean_strain_zz", "mean_stress_zz_Pa", "rves", "rves_advanced", "dem_steps", "breakages", "wall_s"})
-    columns.emplace_back(name);
-  for (const char* ij : components)
-    if (std::string(ij) != "zz")
-      columns.push_back(fmt::format("mean_strain_{}", ij)), columns.push_back(fmt::format("mean_stress_{}_Pa", ij));
-  for (const char* name : {"correction", "rve_noise", "volume_m3", "worst_unbalanced_force", "worst_stress_change",
-                           "worst_rve_energy_error", "mass_lost_fraction", "macro_work_J", "rve_work_J",
-                           "rves_distinct", "rves_deferred", "energy_unexplained_J", "p_Pa", "q_Pa",
-                           "strain_volumetric", "unbalanced_macro_force", "kinetic_over_internal", "energy_error"})
-    columns.emplace_back(name);
-  if (bonded(scene)) columns.emplace_back("bonds_broken");
-  for (const auto& b : problem.boundaries())
-    for (char k : {'x', 'y', 'z'}) columns.push_back(fmt::format("moved_{}_{}_m", b.name, k));
-  if (scene.is_explicit()) columns.emplace_back("macro_kinetic_J");
-  for (const char* name : {"macro_internal_J", "macro_external_J"}) columns.emplace_back(name);
-  if (scene.is_explicit())
-    for (const char* name : {"macro_viscous_J", "macro_energy_error"}) columns.emplace_back(name);
-  if (scene.explicit_statics)
-    for (const char* name : {"macro_damped_J", "macro_scaled_J", "largest_unbalanced_macro_force", "cells_haste_J",
-                             "inertial_number", "load_rate", "rate_governor", "rves_given_up"})
-      columns.emplace_back(name);
-  if (!scene.regions.empty() && scene.has_rve)
-    for (const char* what : {"strain_{}", "stress_{}_Pa"})
-      for (const char* ij : components) columns.push_back("grains_" + fmt::format(fmt::runtime(what), ij));
-  for (auto& name : probes.columns()) columns.push_back(std::move(name));
-  return columns;
+  std::vector<std::string> names = names_of(macro_columns({scene, problem, bonded(scene)}));
+  for (auto& name : probes.columns()) names.push_back(std::move(name));
+  return names;
 }
 
 BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points,
@@ -83,7 +56,8 @@ BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem&
       points_(points),
       states_(states),
       rves_(rves),
-      probes_(directory_, scene, problem, points, states, rves) {
+      probes_(directory_, scene, problem, points, states, rves),
+      columns_(macro_columns({scene, problem, bonded(scene)})) {
   for (const auto group : points.group) grains_.push_back(group == 0);
   history_.emplace(result_file(directory_, "history.csv"), bvp_columns(scene, problem, probes_));
 }
@@ -126,56 +100,48 @@ void BvpOutput::add(const fem::ExplicitStaticsReport& r, double wall) {
 
 double BvpOutput::of_rves(dem::Facts::Number energy) const { return rves_ ? rves_->total(energy, points_.volume) : 0; }
 
-void BvpOutput::add(const Row& r) {
-  const auto strain = problem_.mean_strain(), stress = problem_.mean_stress();
-  const coupling::SweepReport report = rves_ ? rves_->report() : coupling::SweepReport{};
-  std::vector<double> row{r.increment, r.time, r.iterations, r.cutbacks, r.residual};
-  for (std::size_t b = 0; b < problem_.boundaries().size(); ++b)
-    for (double v : problem_.reaction(b)) row.push_back(v);
-  const std::size_t axis = scene_.flat() ? 1 : 2;  // in two dimensions z is across the plane, or the hoop
-  strain_ = strain[axis], stress_ = stress[axis];
-  breakages_ = rves_ ? static_cast<double>(rves_->count(&dem::Facts::breakages)) : 0;
-  bonds_broken_ = rves_ ? static_cast<double>(rves_->count(&dem::Facts::bonds_broken)) : 0;
-  double error = 0, mass = 0, lost = 0;
-  for (std::size_t i = 0; rves_ && i < rves_->points(); ++i) {
-    const dem::Facts& f = rves_->facts(i);
-    error = std::max(error, f.energy_error);
-    lost += f.lost_mass;
-    mass += f.mass;
+/// What the problem's means and the cells have for a row.
+void BvpOutput::read_off(MacroRow& r) {
+  r.strain = problem_.mean_strain(), r.stress = problem_.mean_stress();
+  for (std::size_t b = 0; b < problem_.boundaries().size(); ++b) {
+    for (const double v : problem_.reaction(b)) r.reaction.push_back(v);
+    for (const double v : problem_.mean_displacement(b)) r.moved.push_back(v);
   }
-  worst_energy_ = std::max(worst_energy_, error);
-  const double points = rves_ ? static_cast<double>(rves_->points()) : 0;
-  row.insert(row.end(), {strain[2], stress[2], points, static_cast<double>(report.advanced),
-                         static_cast<double>(report.dem_steps), breakages_, r.wall});
-  for (std::size_t k = 0; k < 6; ++k)
-    if (k != 2) row.push_back(strain[k]), row.push_back(stress[k]);
-  row.insert(row.end(), {r.correction, r.noise, problem_.current_volume(), report.worst_unbalanced,
-                         report.worst_stress_change, error, mass > 0 ? lost / mass : 0, macro_work_,
-                         of_rves(&dem::Facts::work), static_cast<double>(report.distinct),
-                         static_cast<double>(report.deferred), of_rves(&dem::Facts::unexplained)});
-  const auto carried = rves_ ? problem_.mean_stress(grains_) : stress;  // of the grains, where there are any
-  const double p = -(carried[0] + carried[1] + carried[2]) / 3;
+  r.volume = problem_.current_volume(), r.macro_work = macro_work_;
+  r.grains_strain = r.strain, r.grains_stress = r.stress;
+  if (rves_) {
+    r.sweep = rves_->report(), r.rves = static_cast<double>(rves_->points());
+    r.breakages = static_cast<double>(rves_->count(&dem::Facts::breakages));
+    r.bonds_broken = static_cast<double>(rves_->count(&dem::Facts::bonds_broken));
+    double mass = 0, lost = 0;
+    for (std::size_t i = 0; i < rves_->points(); ++i) {
+      const dem::Facts& f = rves_->facts(i);
+      r.worst_energy_error = std::max(r.worst_energy_error, f.energy_error);
+      lost += f.lost_mass;
+      mass += f.mass;
+    }
+    r.mass_lost = mass > 0 ? lost / mass : 0;
+    r.work = of_rves(&dem::Facts::work), r.unexplained = of_rves(&dem::Facts::unexplained);
+    r.haste = of_rves(&dem::Facts::haste);
+    r.grains_strain = problem_.mean_strain(grains_), r.grains_stress = problem_.mean_stress(grains_);
+  }
+  const auto& carried = r.grains_stress;
+  r.p = -(carried[0] + carried[1] + carried[2]) / 3;
   double q2 = 0;  // 3/2 of the deviator's square
   for (std::size_t k = 0; k < 6; ++k)
-    q2 += k < 3 ? 1.5 * (carried[k] + p) * (carried[k] + p) : 3 * carried[k] * carried[k];
+    q2 += k < 3 ? 1.5 * (carried[k] + r.p) * (carried[k] + r.p) : 3 * carried[k] * carried[k];
+  r.q = std::sqrt(q2);
   const auto volume = problem_.volumes(rves_ ? grains_ : std::vector<std::uint8_t>{});
-  row.insert(row.end(),
-             {p, std::sqrt(q2), 1 - volume[1] / volume[0], r.residual, r.kinetic_over_internal, r.energy_error});
-  if (bonded(scene_)) row.push_back(bonds_broken_);
-  for (std::size_t b = 0; b < problem_.boundaries().size(); ++b)
-    for (double v : problem_.mean_displacement(b)) row.push_back(v);
-  const fem::MacroEnergy& e = *r.energy;
-  if (scene_.is_explicit())
-    row.insert(row.end(), {e.kinetic, e.internal, e.external, e.viscous, e.error()});
-  else
-    row.insert(row.end(), {e.internal, e.external});
-  if (const auto* x = r.explicit_statics)
-    row.insert(row.end(),
-               {x->energy.damped, x->energy.scaled, x->largest_unbalanced, of_rves(&dem::Facts::haste),
-                x->inertial_number, x->rate, static_cast<double>(x->governor), static_cast<double>(report.given_up)});
-  if (!scene_.regions.empty() && rves_)
-    for (const auto& mean : {problem_.mean_strain(grains_), problem_.mean_stress(grains_)})
-      row.insert(row.end(), mean.begin(), mean.end());
+  r.volumetric = 1 - volume[1] / volume[0];
+}
+
+void BvpOutput::add(MacroRow r) {
+  read_off(r);
+  const std::size_t axis = scene_.flat() ? 1 : 2;  // in two dimensions z is across the plane, or the hoop
+  strain_ = r.strain[axis], stress_ = r.stress[axis];
+  breakages_ = r.breakages, bonds_broken_ = r.bonds_broken;
+  worst_energy_ = std::max(worst_energy_, r.worst_energy_error);
+  std::vector<double> row = values_of(columns_, r);
   const std::vector<double> probed = probes_.row();
   row.insert(row.end(), probed.begin(), probed.end());
   history_->add(row);
@@ -286,8 +252,7 @@ nlohmann::json BvpOutput::devices(const nlohmann::json& row) const {
   auto put = [&](const char* name, double joule) { all[name] = done > 0 ? joule / done : 0; };
   put("local_damping_of_cells", of_rves(&dem::Facts::local_damping));
   const auto& cells = scene_.unit_cells;
-  if (std::any_of(cells.begin(), cells.end(), [](const auto& c) { return c.bonded(); }))
-    put("bond_damping_of_cells", of_rves(&dem::Facts::bond_damping));
+  if (bonded(scene_)) put("bond_damping_of_cells", of_rves(&dem::Facts::bond_damping));
   if (std::any_of(cells.begin(), cells.end(), [](const auto& c) { return c.model.numerics.scaled_below > 0; }))
     put("scaled_inertia_of_cells", of_rves(&dem::Facts::scaled_inertia));
   if (scene_.explicit_statics) {
@@ -300,7 +265,7 @@ nlohmann::json BvpOutput::devices(const nlohmann::json& row) const {
 /// What the cells have done and how well.
 void BvpOutput::add_cells(nlohmann::json& summary, const BvpEnding& e) const {
   const coupling::SweepReport& r = rves_->report();
-  summary["unit_cell"] = scene_.unit_cells[0].record;
+  summary["unit_cell"] = *scene_.unit_cells[0].record;
   summary["seed"] = scene_.unit_cells[0].model.seed;
   auto& counts = summary["counts"];
   counts["grains_a_point"] = states_[points_.start[0]].grains.size();

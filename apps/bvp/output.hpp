@@ -2,6 +2,7 @@
 // Results of grus-bvp: history.csv, macro frames, summary.json.
 #pragma once
 
+#include "apps/bvp/columns.hpp"
 #include "apps/bvp/probes.hpp"
 #include "apps/run/command.hpp"
 
@@ -45,14 +46,8 @@ public:
 
 private:
   void add_cells(nlohmann::json& summary, const BvpEnding& ending) const;
-  /// Columns that quasi-static and dynamic runs fill with their own.
-  struct Row {
-    double increment = 0, time = 0, iterations = 0, cutbacks = 0, residual = 0, correction = 0, noise = 0, wall = 0;
-    double kinetic_over_internal = 0, energy_error = 0;
-    const fem::MacroEnergy* energy = nullptr;  // always there
-    const fem::ExplicitStaticsReport* explicit_statics = nullptr;
-  };
-  void add(const Row& row);
+  void read_off(MacroRow& row);
+  void add(MacroRow row);
   void frame(double time);
   double work_error() const;
   nlohmann::json devices(const nlohmann::json& row) const;
@@ -67,6 +62,7 @@ private:
   const std::vector<dem::State>& states_;
   coupling::RveMaterial* rves_;  // null: no grains anywhere
   Probes probes_;
+  std::vector<MacroColumn> columns_;
   std::vector<std::uint8_t> grains_;  // points that have an RVE
   std::optional<History> history_;
   std::vector<std::pair<std::string, double>> series_;

@@ -2,7 +2,7 @@
 // Where each kind of macro run stands, as JSON with exact numbers, for checkpoints; and back.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "fem/explicit_statics.hpp"
 #include "fem/statics.hpp"

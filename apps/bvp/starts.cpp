@@ -22,12 +22,6 @@ struct Ranks {
   Ranks() { MPI_Comm_rank(MPI_COMM_WORLD, &rank), MPI_Comm_size(MPI_COMM_WORLD, &count); }
 };
 
-/// A sample that starts of one packing go on from.
-struct Base {
-  RveScene cell;
-  dem::State state;
-};
-
 /// What becomes of one start. `fault`: the bytes of a dem::Fault; `told`: of its preparation, in JSON.
 struct Made {
   std::string bytes, fault, told;
@@ -56,7 +50,7 @@ void gather(const Ranks& ranks, const std::vector<std::size_t>& which, const std
 /// Whose states a file holds.
 nlohmann::json about(const BvpScene& scene, const std::vector<Start>& starts) {
   nlohmann::json of = {{"program", "grus-bvp preparation"}, {"scene", scene.record}};
-  if (!scene.unit_cells.empty()) of["unit_cell"] = scene.unit_cells[0].record;
+  if (!scene.unit_cells.empty()) of["unit_cell"] = *scene.unit_cells[0].record;
   for (const Start& s : starts)
     of["starts"].push_back(
         fmt::format("{} {} {:a} {:a} {:a}", s.packing, s.stressed, s.stress[0], s.stress[1], s.stress[2]));
@@ -190,9 +184,10 @@ private:
     }
     std::vector<Made> faults(fresh.size());
     each(fresh.size(), left, [&](std::size_t i, dem::Team& alone, const StageWatch& stage) {
-      Base& base = bases_.at(fresh[i]);
-      base.cell = scene_.unit_cells[fresh[i]];
-      attempt(fresh[i], faults[i], packing_, [&] { base.state = prepare_base(base.cell, alone, stage); });
+      const std::size_t k = fresh[i];
+      const auto& made = scene_.samples[k];
+      attempt(k, faults[i], packing_,
+              [&] { bases_.at(k) = prepare_base(scene_.unit_cells[k], made ? &*made : nullptr, alone, stage); });
     });
     for (const Made& m : faults)
       if (!m.fault.empty()) {
@@ -202,12 +197,14 @@ private:
     each(mine.size(), left, [&](std::size_t i, dem::Team& alone, const StageWatch& stage) {
       const Start& start = starts_[mine[i]];
       const Base& base = bases_.at(start.packing);
+      const RveScene& cell = scene_.unit_cells[start.packing];
       std::optional<dem::Vec3> stresses;
       if (start.stressed) stresses.emplace(start.stress[0], start.stress[1], start.stress[2]);
       Made& made = made_[mine[i]];
       attempt(start.packing, made, stress_, [&] {
-        const dem::State state = start_from(base.state, base.cell, alone, stage, stresses);
-        made.told = tell_preparation(base.cell, state, stresses).dump();
+        const dem::State state =
+            dem::start_from(base.state, cell.model, cell.recipe.preparation, alone, stage, stresses);
+        made.told = tell_preparation(cell, base.packed_void_ratio, state, stresses).dump();
         made.bytes = dem::bytes_of(state);
         ++done_;
       });

@@ -6,13 +6,16 @@
 #include <pybind11/stl.h>
 
 #include <atomic>
+#include <nlohmann/json.hpp>
 
+#include "apps/python/recipes.hpp"
 #include "apps/python/views.hpp"
 #include "apps/run/cores.hpp"
 #include "apps/scene/prepare_sample.hpp"
 #include "apps/scene/unit_cells.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/io/checkpoint.hpp"
+#include "dem/rve/state_hash.hpp"
 #include "dem/rves/rve_set.hpp"
 
 namespace grus::python {
@@ -41,9 +44,19 @@ auto at_work(F&& work) {
 class Cells {
 public:
   Cells(const std::string& scene, const std::vector<std::string>& overrides, int variants)
-      : cells_(app::read_unit_cells(scene, overrides, variants)) {}
+      : cells_(app::read_unit_cells(scene, overrides, variants)) {
+    make();
+  }
+  /// Without a scene file; the v-th has seed + v.
+  Cells(const py::dict& asked, const std::string& name, int variants) {
+    for (int v = 0; v < variants; ++v) {
+      cells_.push_back(scene_of(asked, name));
+      cells_.back().model.seed += static_cast<std::uint64_t>(v);
+    }
+    make();
+  }
 
-  std::string record() const { return cells_[0].record.dump(); }
+  std::string record() const { return cells_[0].record->dump(); }
   std::vector<std::string> notes() const { return cells_[0].notes; }
   std::vector<std::string> materials() const {
     std::vector<std::string> names;
@@ -54,9 +67,12 @@ public:
   py::bytes prepare(std::size_t variant) const {
     return at_work([&] {
       dem::Team alone(1);
-      app::RveScene cell = cells_.at(variant);
+      const app::RveScene& cell = cells_.at(variant);
+      const auto& made = samples_.at(variant);
+      const auto watch = [](double d, const char*) { return go_on(d); };
       try {
-        return dem::bytes_of(app::prepare_sample(cell, alone, [](double d, const char*) { return go_on(d); }));
+        app::Base base = app::prepare_base(cell, made ? &*made : nullptr, alone, watch);
+        return dem::bytes_of(dem::start_from(std::move(base.state), cell.model, cell.recipe.preparation, alone, watch));
       } catch (const dem::Unstable& e) {
         throw dem::Unstable(cells_[0].file + ": " + e.what());
       }
@@ -67,7 +83,13 @@ public:
   std::uint64_t kin() const { return app::kin_of(cells_[0]); }
 
 private:
+  void make() {
+    for (auto& cell : cells_)
+      if (const auto& sample = samples_.emplace_back(app::made_at_once(cell))) app::settle(cell, *sample);
+  }
+
   std::vector<app::RveScene> cells_;
+  std::vector<std::optional<dem::Sample>> samples_;  // random packings are made when they are prepared
 };
 
 class Set {
@@ -236,8 +258,14 @@ PYBIND11_MODULE(_core, m) {
   m.def("usable_cores", &grus::app::usable_cores);
   m.def("write_parts", &write_parts);
   m.def("read_parts", &read_parts);
+  m.def("grains_of", [](const std::string& state) {
+    return grains_of(std::make_shared<const grus::dem::State>(grus::dem::state_of(state)));
+  });
+  m.def("hash_of", [](const std::string& state) { return grus::dem::hash(grus::dem::state_of(state)); });
+  m.def("contacts_of", [](const std::string& state) { return contacts_of(grus::dem::state_of(state)); });
   py::class_<Cells>(m, "Cells")
       .def(py::init<const std::string&, const std::vector<std::string>&, int>())
+      .def(py::init<const py::dict&, const std::string&, int>())
       .def("prepare", &Cells::prepare)
       .def_property_readonly("record", &Cells::record)
       .def_property_readonly("notes", &Cells::notes)

@@ -2,9 +2,12 @@
 // What the commands say of scenes without running one: --new, --keys, --schema.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
+
+namespace CLI {
+class App;
+}
 
 namespace grus::app {
 

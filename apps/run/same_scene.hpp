@@ -2,7 +2,7 @@
 // Whether a run that is resumed is of the scene that its checkpoint was made of.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 namespace grus::app {

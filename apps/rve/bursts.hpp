@@ -2,6 +2,8 @@
 // What a run of bonded cells has to tell at its end.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "apps/scene/rve_scene.hpp"
 
 namespace grus::app {

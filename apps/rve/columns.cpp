@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
+// The table of columns of grus-rve: docs/make_site.py makes their page from it.
 #include "apps/rve/columns.hpp"
 
 #include <fmt/format.h>
@@ -6,318 +7,250 @@
 #include <algorithm>
 #include <array>
 
-#include "dem/bond/supports.hpp"
+#include "dem/bond/bonds.hpp"
 #include "dem/rve/crushing.hpp"
-#include "dem/rve/grading.hpp"
-#include "dem/rve/hand_over.hpp"
 #include "dem/rve/servo.hpp"
 #include "dem/rve/step.hpp"
+#include "dem/sample/gauge.hpp"
 
 namespace grus::app {
 namespace {
 
-const char* const components[6] = {"xx", "yy", "zz", "yz", "xz", "xy"};
-constexpr std::size_t most_listed = 16;
+using K = std::size_t;
 
-bool box_of_walls(const dem::State& s) { return !s.boundary.cell.periodic() && dem::bulk_volume(s.boundary) > 0; }
-
-/// The stress of the sample, from its walls where it has any (Pa, tension-positive).
-const dem::Mat3& sample_stress(const dem::State& s, const dem::Measurement& m) {
-  return box_of_walls(s) ? m.wall_stress : m.stress;
+template <class T>
+double number(T x) {
+  return static_cast<double>(x);
 }
 
-dem::Vec3 wall_force(const dem::State& s, std::size_t wall) {
-  dem::Vec3 force = dem::Vec3::Zero();
-  for (std::size_t k = s.contacts.begin[dem::first_wall]; k < s.contacts.size(); ++k)
-    if (s.contacts.pair[k].b == wall) force += s.contacts.touch[k].force;
-  return force + dem::support_force(s.bonds, wall);
+/// In every test.
+bool always(const Told&) { return true; }
+/// With a contact law with attraction.
+bool attracts(const Told& k) { return dem::attracts(k.scene.model.law); }
+/// With a shape transition, or fragments that swell.
+bool reshapes(const Told& k) { return k.scene.model.reshapes(); }
+/// With scaled inertia.
+bool scales(const Told& k) { return k.scene.model.numerics.scaled_below > 0; }
+/// With fourteen balls.
+bool balls(const Told& k) { return k.scene.model.has_balls(); }
+/// With `output.grading`.
+bool graded(const Told& k) { return k.scene.output.grading; }
+/// With `output.grading`, of hulls.
+bool rounded(const Told& k) { return k.scene.output.grading && k.scene.recipe.of_hulls(); }
+/// With `output.split_statistics`.
+bool splits(const Told& k) { return k.scene.model.split_statistics; }
+/// Of bonded cells.
+bool bonded(const Told& k) { return k.sample.bonded(); }
+/// Where bonds have `damping`.
+bool dashpots(const Told& k) { return !k.sample.state.bonds.dashpot.empty(); }
+/// Of cells between platens, under rollers, or with a clamp that moves.
+bool gauged(const Told& k) { return k.scene.test.gauge.has_value(); }
+/// Where dead loads alone move the cells.
+bool dead_loads(const Told& k) { return dem::dead_loaded(k.scene.test, k.sample.state); }
+/// At a constant mean stress.
+bool constant_p(const Told& k) { return k.scene.test.kind == dem::TestKind::constant_p; }
+/// Where a stress is held against an axis that is driven.
+bool holds(const Told& k) { return k.scene.test.loading.holds; }
+/// In a box or cylinder of walls.
+bool boxed(const Told& k) { return dem::box_of_walls(k.sample.state); }
+/// With other walls.
+bool walled(const Told& k) { return !boxed(k); }
+/// In a box of walls, or between platens.
+bool faced(const Told& k) { return dem::has_faces(k.scene.test, k.sample.state); }
+/// With `[[grain]]`.
+bool listed(const Told& k) { return k.scene.listed_grains() > 0; }
+
+std::vector<std::string> components(const Told&) { return {"xx", "yy", "zz", "yz", "xz", "xy"}; }
+std::vector<std::string> axes(const Told&) { return {"xx", "yy", "zz"}; }
+
+std::vector<std::string> walls(const Told& k) {
+  std::vector<std::string> names;
+  for (std::size_t w = 0; w < k.sample.state.boundary.walls.size(); ++w)
+    for (const char* axis : {"x", "y", "z"}) names.push_back(fmt::format("wall{}_f{}", w, axis));
+  return names;
 }
 
-/// Compression-positive stress (Pa) on the fixed and on the moving face along the test's axis: walls of a box, or
-/// platens (force over the square of the initial height).
-std::array<double, 2> face_stresses(const RveScene& scene, const dem::State& s) {
-  const int axis = scene.test.axis;
-  double area = 0;
-  if (scene.test.kind == "platens")
-    area = std::pow((scene.state.boundary.walls[1].point - scene.state.boundary.walls[0].point)[axis], 2);
-  std::array<std::size_t, 2> face{};
-  for (std::size_t w = 0; w < s.boundary.walls.size(); ++w)
-    for (std::size_t side = 0; side < 2; ++side)
-      if (s.boundary.walls[w].normal[axis] == (side ? -1 : 1)) face[side] = w;
-  if (area == 0)
-    area = dem::bulk_volume(s.boundary) / (s.boundary.walls[face[1]].point - s.boundary.walls[face[0]].point)[axis];
-  return {-wall_force(s, face[0])[axis] / area, wall_force(s, face[1])[axis] / area};
+constexpr const char* of_a_grain[] = {"x_m",      "y_m",      "z_m",  "vx_m_s", "vy_m_s", "vz_m_s", "wx_rad_s",
+                                      "wy_rad_s", "wz_rad_s", "fx_N", "fy_N",   "fz_N",   "tx_N_m", "ty_N_m",
+                                      "tz_N_m",   "qw",       "qx",   "qy",     "qz"};
+
+std::vector<std::string> grains(const Told& k) {
+  std::vector<std::string> names;
+  for (std::size_t g = 0; g < listed_of(k.scene); ++g)
+    for (const char* name : of_a_grain) names.push_back(fmt::format("g{}_{}", g, name));
+  return names;
 }
 
-void add_bonds(const dem::State& s, std::vector<double>& row) {
-  const dem::Fragments fragments = dem::fragments_of(s);
+/// Listed grains keep their ids until they break; then their columns are empty (NaN).
+double motion_of(const Row& r, std::size_t k) {
+  const std::size_t part = k % std::size(of_a_grain);
+  const auto at = r.grain(k / std::size(of_a_grain));
+  if (!at) return NAN;
+  const dem::Grains& g = r.state.grains;
+  const dem::Motion& m = g.motion[*at];
+  const dem::Quat& q = g.orientation[*at];
+  if (part >= 15) return std::array{q.w(), q.x(), q.y(), q.z()}[part - 15];
+  const dem::Vec3* rows[] = {&m.position, &m.velocity, &m.spin, &g.force[*at], &g.torque[*at]};
+  return (*rows[part / 3])[static_cast<int>(part % 3)];
+}
+
+std::size_t damaged(const dem::State& s) {
   const auto& bonds = s.bonds.face.row;
-  const auto damaged = std::count_if(bonds.begin(), bonds.end(), [](const dem::FaceBond& b) { return b.onset > 0; });
-  row.insert(row.end(), {static_cast<double>(bonds.size()), static_cast<double>(damaged),
-                         static_cast<double>(fragments.size.size()), static_cast<double>(fragments.size.front()),
-                         dem::stored_energy(s.bonds), s.ledger.bond_friction, s.ledger.handed});
+  return static_cast<std::size_t>(
+      std::count_if(bonds.begin(), bonds.end(), [](const dem::FaceBond& b) { return b.onset > 0; }));
 }
 
-bool gauged(const RveScene& scene) { return scene.cells && scene.cells->gauge; }
-
-double load_of(const RveScene::Gauge& gauge, const dem::State& s) {
-  double load = 0;
-  for (const auto& [wall, weight] : gauge.walls) load += weight * wall_force(s, wall).dot(gauge.along);
-  return load;
-}
-
-/// Load, way and stress of what moves: all along its motion.
-void add_gauge(const RveScene& scene, const dem::State& s, std::vector<double>& row) {
-  const RveScene::Gauge& gauge = *scene.cells->gauge;
-  const double load = load_of(gauge, s);
-  const dem::Vec3 way = s.boundary.walls[gauge.moving].point - scene.state.boundary.walls[gauge.moving].point;
-  row.insert(row.end(), {load, way.dot(gauge.along), load * gauge.stress_per_load});
-}
-
-/// A dead load has no wall to tell its way.
-bool loaded(const RveScene& scene) { return !gauged(scene) && !scene.state.bonds.load.empty(); }
-
-/// How dead loads pull: along their sum, or along the first of them where they hold each other.
-struct Pull {
-  dem::Vec3 along = dem::Vec3::Zero();
-  bool balanced = false;
-
-  explicit Pull(const dem::Bonds& bonds) {
-    double all = 0;
-    for (const dem::DeadLoad& load : bonds.load) along += load.force, all += load.force.norm();
-    balanced = along.norm() < 1e-6 * all;
-    along = (balanced ? bonds.load.front().force : along).normalized();
-  }
-  /// Its part in the force of all: of loads that hold each other each half counts once.
-  double part(const dem::DeadLoad& load, const dem::Vec3& force) const {
-    const double f = force.dot(along);
-    return !balanced ? f : load.force.dot(along) < 0 ? -0.5 * f : 0.5 * f;
-  }
-  double of(const dem::Bonds& bonds, dem::Vec3 dem::DeadLoad::*force) const {
-    double sum = 0;
-    for (const dem::DeadLoad& load : bonds.load) sum += part(load, load.*force);
-    return sum;
-  }
+const std::vector<ColumnEntry<Row, Told>> table{
+    {"time_s", "s", "since the test began", always, [](const Row& r, K) { return r.state.time; }},
+    {"strain_{}", "", "of the box or cell since the test began, tension-positive (of a gradient the component itself)",
+     always, [](const Row& r, K k) { return dem::to_voigt(r.gradient)[static_cast<int>(k)]; }, components},
+    {"stress_{}_Pa", "Pa", "Love-Weber stress, tension-positive", always,
+     [](const Row& r, K k) { return dem::to_voigt(r.measured.stress)[static_cast<int>(k)]; }, components},
+    {"axial_strain", "", "compression along the test's axis, of the box or cell, or of the gap between platens", always,
+     [](const Row& r, K) { return dem::axial_strain(r.scene.test, r.first, r.state, r.initial_cell); }},
+    {"axial_stress_Pa", "Pa", "compression-positive: walls and platens by their force, cells by Love-Weber", always,
+     [](const Row& r, K) { return dem::axial_stress(r.scene.test, r.first, r.state, r.measured); }},
+    {"mean_pressure_Pa", "Pa", "mean of the Love-Weber stress, compression-positive", always,
+     [](const Row& r, K) { return r.pressure(); }},
+    {"void_ratio", "", "volume of voids over that of grains", always,
+     [](const Row& r, K) { return r.measured.void_ratio; }},
+    {"coordination", "", "touching contacts a grain, walls included", always,
+     [](const Row& r, K) { return r.measured.coordination; }},
+    {"grains", "", "how many there are", always, [](const Row& r, K) { return number(r.state.grains.size()); }},
+    {"breakages", "", "grains broken since the test began", always,
+     [](const Row& r, K) { return number(r.ledger().breakages); }},
+    {"bonds_broken", "", "bonds broken since the test began", always,
+     [](const Row& r, K) { return number(r.ledger().bonds_broken); }},
+    {"mass_kg", "kg", "of the grains", always, [](const Row& r, K) { return dem::total_mass(r.state.grains); }},
+    {"mass_lost_kg", "kg", "taken away as fines", always, [](const Row& r, K) { return r.ledger().fines.mass; }},
+    {"inertial_number", "", "rate x mean diameter x sqrt(density / pressure)", always,
+     [](const Row& r, K) { return dem::inertial_number(r.state, r.scene.test.strain_rate, r.pressure()); }},
+    {"unbalanced_force", "", "mean resultant on a grain over mean contact force", always,
+     [](const Row& r, K) { return r.measured.unbalanced_force; }},
+    {"kinetic_J", "J", "kinetic energy", always, [](const Row& r, K) { return r.measured.kinetic; }},
+    {"elastic_J", "J", "held by contacts and bonds", always, [](const Row& r, K) { return r.measured.elastic; }},
+    {"friction_J", "J", "dissipated by friction", always, [](const Row& r, K) { return r.ledger().friction; }},
+    {"damping_J", "J", "dissipated by dashpots of contacts and local damping", always,
+     [](const Row& r, K) { return r.ledger().damping; }},
+    {"fracture_J", "J", "taken by fresh surfaces and bonds that soften", always,
+     [](const Row& r, K) { return r.ledger().fracture; }},
+    {"work_J", "J", "of walls, cell, loads and gravity on the grains", always,
+     [](const Row& r, K) { return r.ledger().work; }},
+    {"energy_error", "", "what the balance of energy lacks, over the energy exchanged", always,
+     [](const Row& r, K) { return dem::told_energy_error(r.state, r.measured.kinetic + r.measured.elastic); }},
+    {"split_J", "J", "taken by splits: elastic energy of lost contacts, kinetic energy of fines", always,
+     [](const Row& r, K) { return r.ledger().split + r.ledger().fines.kinetic; }},
+    {"solid_fraction", "", "volume of grains over that of the sample", always,
+     [](const Row& r, K) { return r.measured.solid_fraction; }},
+    {"time_step_s", "s", "time step", always, [](const Row& r, K) { return r.state.dt; }},
+    {"steps", "", "time steps since the test began", always, [](const Row& r, K) { return number(r.state.steps); }},
+    {"energy_unexplained_J", "J", "part of the energy error that springs, splits and spins lost for no known reason",
+     always, [](const Row& r, K) { return r.ledger().unexplained; }},
+    {"fabric_{}", "", "mean of n n over contacts", always,
+     [](const Row& r, K k) { return dem::to_voigt(r.measured.fabric)[static_cast<int>(k)]; }, components},
+    {"adhesion_J", "J", "taken and given by attraction as contacts snap on and off", attracts,
+     [](const Row& r, K) { return r.ledger().adhesion; }},
+    {"reshape_J", "J", "spin x change of inertia x spin of fragments that change their shape", reshapes,
+     [](const Row& r, K) { return r.ledger().reshape; }},
+    {"inertia_J", "J", "kinetic energy put in by births with scaled inertia", scales,
+     [](const Row& r, K) { return r.ledger().inertia; }},
+    {"void_ratio_all", "", "the same with fines counted as grains", balls,
+     [](const Row& r, K) {
+       return r.measured.volume > 0 ? r.measured.volume / dem::whole_solid(r.scene.model, r.state) - 1 : NAN;
+     }},
+    {"k0", "", "mean lateral over axial stress", balls,
+     [](const Row& r, K) { return dem::lateral_ratio(r.sample_stress().diagonal(), r.scene.test.axis); }},
+    {"overlap_share_10", "", "share of contacts deeper than a tenth of the smaller radius", balls,
+     [](const Row& r, K) { return dem::share_deeper(r.state, 0.1); }},
+    {"overlap_share_30", "", "share of contacts deeper than three tenths of the smaller radius", balls,
+     [](const Row& r, K) { return dem::share_deeper(r.state, 0.3); }},
+    {"d10_m", "m", "diameter that a tenth of the mass passes", graded,
+     [](const Row& r, K) { return r.grading().diameter(0.1); }},
+    {"d50_m", "m", "diameter that half of the mass passes", graded,
+     [](const Row& r, K) { return r.grading().diameter(0.5); }},
+    {"d90_m", "m", "diameter that nine tenths of the mass pass", graded,
+     [](const Row& r, K) { return r.grading().diameter(0.9); }},
+    {"breakage_einav", "", "Einav's breakage", graded,
+     [](const Row& r, K) { return dem::einav_breakage(r.grading_at_first(), r.grading()); }},
+    {"breakage_hardin", "", "Hardin's relative breakage", graded,
+     [](const Row& r, K) { return dem::hardin_breakage(r.grading_at_first(), r.grading()); }},
+    {"fractal_dimension", "", "of the grading", graded,
+     [](const Row& r, K) { return r.grading().fractal_dimension(); }},
+    {"fines_fraction", "", "share of the mass that is fines", graded,
+     [](const Row& r, K) { return r.grading().fines_fraction(); }},
+    {"zingg_equant", "", "share of the mass in Zingg's class of equant grains", graded,
+     [](const Row& r, K) { return r.zingg().equant; }},
+    {"zingg_disc", "", "of discs", graded, [](const Row& r, K) { return r.zingg().disc; }},
+    {"zingg_rod", "", "of rods", graded, [](const Row& r, K) { return r.zingg().rod; }},
+    {"zingg_blade", "", "of blades", graded, [](const Row& r, K) { return r.zingg().blade; }},
+    {"elongation", "", "mean of intermediate over longest axis, by mass", graded,
+     [](const Row& r, K) { return r.zingg().elongation; }},
+    {"flatness", "", "mean of shortest over intermediate axis, by mass", graded,
+     [](const Row& r, K) { return r.zingg().flatness; }},
+    {"sphericity", "", "of hulls, mean by mass", rounded, [](const Row& r, K) { return r.roundness().sphericity; }},
+    {"angularity", "", "of hulls, mean by mass", rounded, [](const Row& r, K) { return r.roundness().angularity; }},
+    {"split_contacts", "", "contacts that parents had at splits, summed", splits,
+     [](const Row& r, K) { return number(r.ledger().splits.contacts); }},
+    {"split_contacts_kept", "", "of these kept by the pieces", splits,
+     [](const Row& r, K) { return number(r.ledger().splits.contacts_kept); }},
+    {"split_force_N", "N", "normal force of the parents' contacts at splits, summed", splits,
+     [](const Row& r, K) { return r.ledger().splits.force; }},
+    {"split_force_kept_N", "N", "of this kept by the pieces", splits,
+     [](const Row& r, K) { return r.ledger().splits.force_kept; }},
+    {"split_instants", "", "breakage tests in which grains split", splits,
+     [](const Row& r, K) { return number(r.ledger().splits.instants); }},
+    {"split_pressure_jump", "", "relative jumps of the sample's pressure there, summed", splits,
+     [](const Row& r, K) { return r.ledger().splits.pressure_jump; }},
+    {"bonds", "", "bonds that are left", bonded, [](const Row& r, K) { return number(r.state.bonds.face.row.size()); }},
+    {"bonds_damaged", "", "of these such that have begun to soften", bonded,
+     [](const Row& r, K) { return number(damaged(r.state)); }},
+    {"fragments", "", "groups of cells that bonds hold together, and cells alone", bonded,
+     [](const Row& r, K) { return number(r.fragments().size.size()); }},
+    {"largest_fragment", "", "cells of the largest", bonded,
+     [](const Row& r, K) { return number(r.fragments().size.front()); }},
+    {"bond_J", "J", "held by bonds, part of elastic_J", bonded,
+     [](const Row& r, K) { return dem::stored_energy(r.state.bonds); }},
+    {"bond_friction_J", "J", "rubbed by what has given way of faces, part of friction_J", bonded,
+     [](const Row& r, K) { return r.ledger().bond_friction; }},
+    {"handed_J", "J", "held by the pressed part of bonds that broke, and by no contact after them", bonded,
+     [](const Row& r, K) { return r.ledger().handed; }},
+    {"bond_damping_J", "J", "dissipated by dashpots of bonds, part of damping_J", dashpots,
+     [](const Row& r, K) { return r.ledger().bond_damping; }},
+    {"load_N", "N", "of platens, rollers or a moving clamp, along their motion", gauged,
+     [](const Row& r, K) { return r.load(); }},
+    {"displacement_m", "m", "way of what moves", gauged,
+     [](const Row& r, K) { return dem::way_of(*r.scene.test.gauge, r.first, r.state); }},
+    {"nominal_stress_Pa", "Pa",
+     "load over the section; of a disc across its axis 2 P / (pi D t); of a beam the fibre's", gauged,
+     [](const Row& r, K) { return r.load() * r.scene.test.gauge->stress_per_load; }},
+    {"load_N", "N", "of dead loads, along their sum", dead_loads,
+     [](const Row& r, K) { return *dem::dead_load(r.scene.test, r.state); }},
+    {"displacement_m", "m", "way on which dead loads work", dead_loads,
+     [](const Row& r, K) { return dem::dead_way(r.first, r.state); }},
+    {"p_Pa", "Pa", "mean stress, compression-positive", constant_p,
+     [](const Row& r, K) { return dem::mean_pressure(r.sample_stress()); }},
+    {"q_Pa", "Pa", "sqrt(3/2) of the deviator's norm", constant_p,
+     [](const Row& r, K) { return std::sqrt(1.5) * dem::deviator(r.sample_stress()); }},
+    {"strain_volumetric", "", "compression-positive", constant_p, [](const Row& r, K) { return -r.strain().trace(); }},
+    {"strain_deviatoric", "", "sqrt(2/3) of the deviator's norm", constant_p,
+     [](const Row& r, K) { return std::sqrt(2.0 / 3) * dem::deviator(r.strain()); }},
+    {"lateral_stress_error", "", "how far the stresses that are held are off what is asked", holds,
+     [](const Row& r, K) { return dem::stress_error(r.state, r.scene.test.loading, r.measured); }},
+    {"wall_stress_{}_Pa", "Pa", "force over area of the walls of a box, tension-positive", boxed,
+     [](const Row& r, K k) { return r.measured.wall_stress(static_cast<int>(k), static_cast<int>(k)); }, axes},
+    {"{}_N", "N", "force on each wall", walled,
+     [](const Row& r, K k) { return r.wall_force(k / 3)[static_cast<int>(k % 3)]; }, walls},
+    {"stress_front_Pa", "Pa", "on the moving face along the test's axis, compression-positive", faced,
+     [](const Row& r, K) { return r.face_stresses()[1]; }},
+    {"stress_back_Pa", "Pa", "on the fixed face", faced, [](const Row& r, K) { return r.face_stresses()[0]; }},
+    {"{}", "",
+     "of each listed grain, of 16 at most: position, velocity, spin, force, torque and orientation; empty once it "
+     "has broken",
+     listed, motion_of, grains},
 };
 
-/// Force of the dead loads, and the way on which it does their work: of where they hold, by their shares.
-void add_loads(const RveScene& scene, const dem::State& s, std::vector<double>& row) {
-  const Pull pull(s.bonds);
-  const double whole = pull.of(s.bonds, &dem::DeadLoad::force);
-  double way = 0;
-  for (std::size_t k = 0; k < s.bonds.load.size(); ++k) {
-    const dem::DeadLoad& load = s.bonds.load[k];
-    way += load.force.dot(pull.along) / whole * (load.point - scene.state.bonds.load[k].point).dot(pull.along);
-  }
-  row.insert(row.end(), {pull.of(s.bonds, &dem::DeadLoad::felt), way});
-}
-
-bool damps_bonds(const RveScene& scene) { return !scene.state.bonds.dashpot.empty(); }
-
-double deviator(const dem::Mat3& m) { return (m - m.trace() / 3 * dem::Mat3::Identity()).norm(); }
-
-/// p, q, and the strains that go with them, compression-positive.
-void add_invariants(const dem::Mat3& stress, const dem::Mat3& gradient, std::vector<double>& row) {
-  const dem::Mat3 strain = 0.5 * (gradient + gradient.transpose());
-  row.insert(row.end(), {dem::mean_pressure(stress), std::sqrt(1.5) * deviator(stress), -strain.trace(),
-                         std::sqrt(2.0 / 3) * deviator(strain)});
-}
-
-bool has_faces(const RveScene& scene, const dem::State& s) { return box_of_walls(s) || scene.test.kind == "platens"; }
-
 }  // namespace
 
-double axial_stress(const RveScene& scene, const dem::State& s, const dem::Measurement& m) {
-  if (!has_faces(scene, s)) return -m.stress(scene.test.axis, scene.test.axis);
-  const auto [back, front] = face_stresses(scene, s);
-  return 0.5 * (back + front);
-}
-
-double axial_stress(const RveScene& scene, const dem::State& s) {
-  dem::Measurement m;
-  if (!has_faces(scene, s)) m.stress = dem::love_weber(s, dem::bulk_volume(s.boundary));
-  return axial_stress(scene, s, m);
-}
-
-bool has_stress(const RveScene& scene, const dem::State& s) {
-  return tells_stress(scene) || has_faces(scene, s) || dem::bulk_volume(s.boundary) > 0;
-}
-
-std::optional<double> dead_load(const RveScene& scene, const dem::State& s) {
-  if (!loaded(scene)) return {};
-  return Pull(s.bonds).of(s.bonds, &dem::DeadLoad::felt);
-}
-
-bool tells_stress(const RveScene& scene) { return gauged(scene) || scene.test.kind == "constant-p"; }
-
-double test_stress(const RveScene& scene, const dem::State& s, const dem::Measurement& m) {
-  if (gauged(scene)) return load_of(*scene.cells->gauge, s) * scene.cells->gauge->stress_per_load;
-  return scene.test.kind == "constant-p" ? std::sqrt(1.5) * deviator(sample_stress(s, m)) : 0;
-}
-
-std::vector<std::string> rve_columns(const RveScene& scene, const dem::State& state) {
-  std::vector<std::string> c{"time_s"};
-  for (const char* ij : components) c.push_back(fmt::format("strain_{}", ij));
-  for (const char* ij : components) c.push_back(fmt::format("stress_{}_Pa", ij));
-  for (const char* name : {"axial_strain", "axial_stress_Pa", "mean_pressure_Pa",
-                           "void_ratio",   "coordination",    "grains",
-                           "breakages",    "bonds_broken",    "mass_kg",
-                           "mass_lost_kg", "inertial_number", "unbalanced_force",
-                           "kinetic_J",    "elastic_J",       "friction_J",
-                           "damping_J",    "fracture_J",      "work_J",
-                           "energy_error", "split_J",         "solid_fraction",
-                           "time_step_s",  "steps",           "energy_unexplained_J"})
-    c.emplace_back(name);
-  for (const char* ij : components) c.push_back(fmt::format("fabric_{}", ij));
-  if (dem::attracts(scene.model.law)) c.emplace_back("adhesion_J");
-  if (scene.model.reshapes()) c.emplace_back("reshape_J");
-  if (scene.model.numerics.scaled_below > 0) c.emplace_back("inertia_J");
-  if (scene.model.has_balls())
-    for (const char* name : {"void_ratio_all", "k0", "overlap_share_10", "overlap_share_30"}) c.emplace_back(name);
-  if (scene.output.grading)
-    for (const char* name :
-         {"d10_m", "d50_m", "d90_m", "breakage_einav", "breakage_hardin", "fractal_dimension", "fines_fraction",
-          "zingg_equant", "zingg_disc", "zingg_rod", "zingg_blade", "elongation", "flatness"})
-      c.emplace_back(name);
-  if (scene.output.grading && scene.of_hulls())
-    for (const char* name : {"sphericity", "angularity"}) c.emplace_back(name);
-  if (scene.model.split_statistics)
-    for (const char* name : {"split_contacts", "split_contacts_kept", "split_force_N", "split_force_kept_N",
-                             "split_instants", "split_pressure_jump"})
-      c.emplace_back(name);
-  if (scene.bonded())
-    for (const char* name :
-         {"bonds", "bonds_damaged", "fragments", "largest_fragment", "bond_J", "bond_friction_J", "handed_J"})
-      c.emplace_back(name);
-  if (damps_bonds(scene)) c.emplace_back("bond_damping_J");
-  if (gauged(scene))
-    for (const char* name : {"load_N", "displacement_m", "nominal_stress_Pa"}) c.emplace_back(name);
-  if (loaded(scene))
-    for (const char* name : {"load_N", "displacement_m"}) c.emplace_back(name);
-  if (scene.test.kind == "constant-p")
-    for (const char* name : {"p_Pa", "q_Pa", "strain_volumetric", "strain_deviatoric"}) c.emplace_back(name);
-  if (scene.test.loading.holds) c.emplace_back("lateral_stress_error");
-  if (box_of_walls(state))
-    for (int k = 0; k < 3; ++k) c.push_back(fmt::format("wall_stress_{}_Pa", components[k]));
-  else
-    for (std::size_t w = 0; w < state.boundary.walls.size(); ++w)
-      for (const char* k : {"x", "y", "z"}) c.push_back(fmt::format("wall{}_f{}_N", w, k));
-  if (has_faces(scene, state)) c.insert(c.end(), {"stress_front_Pa", "stress_back_Pa"});
-  for (std::size_t g = 0; g < std::min(scene.listed_grains, most_listed); ++g)
-    for (const char* name : {"x_m", "y_m", "z_m", "vx_m_s", "vy_m_s", "vz_m_s", "wx_rad_s", "wy_rad_s", "wz_rad_s",
-                             "fx_N", "fy_N", "fz_N", "tx_N_m", "ty_N_m", "tz_N_m", "qw", "qx", "qy", "qz"})
-      c.push_back(fmt::format("g{}_{}", g, name));
-  return c;
-}
-
-namespace {
-
-void add_listed_grains(const RveScene& scene, const dem::State& s, std::vector<double>& row) {
-  for (std::size_t g = 0; g < std::min(scene.listed_grains, most_listed); ++g) {
-    // Listed grains keep their ids until they break; then their columns are empty (NaN).
-    const auto found = std::find(s.grains.id.begin(), s.grains.id.end(), g);
-    const bool there = found != s.grains.id.end();
-    const std::size_t i = there ? static_cast<std::size_t>(found - s.grains.id.begin()) : 0;
-    const dem::Motion& p = s.grains.motion[i];
-    const dem::Quat& q = s.grains.orientation[i];
-    for (const auto& v : {p.position, p.velocity, p.spin, s.grains.force[i], s.grains.torque[i]})
-      for (int k = 0; k < 3; ++k) row.push_back(there ? v[k] : NAN);
-    for (double v : {q.w(), q.x(), q.y(), q.z()}) row.push_back(there ? v : NAN);
-  }
-}
-
-void add_grading(const RveScene& scene, const dem::State& s, std::vector<double>& row) {
-  const dem::Grading first(scene.state, scene.scale), now(s, scene.scale);
-  const dem::Zingg z = dem::zingg(s.grains);
-  row.insert(row.end(), {now.diameter(0.1), now.diameter(0.5), now.diameter(0.9), dem::einav_breakage(first, now),
-                         dem::hardin_breakage(first, now), now.fractal_dimension(), now.fines_fraction(), z.equant,
-                         z.disc, z.rod, z.blade, z.elongation, z.flatness});
-  if (!scene.of_hulls()) return;
-  const dem::Roundness round = dem::roundness(s.grains);
-  row.insert(row.end(), {round.sphericity, round.angularity});
-}
-
-void add_crushing(const RveScene& scene, const dem::State& s, const dem::Measurement& m, std::vector<double>& row) {
-  row.insert(row.end(), {m.volume > 0 ? m.volume / dem::whole_solid(scene.model, s) - 1 : NAN,
-                         dem::lateral_ratio(sample_stress(s, m).diagonal(), scene.test.axis), dem::share_deeper(s, 0.1),
-                         dem::share_deeper(s, 0.3)});
-}
-
-void add_split_statistics(const dem::SplitStatistics& p, std::vector<double>& row) {
-  row.insert(row.end(), {static_cast<double>(p.contacts), static_cast<double>(p.contacts_kept), p.force, p.force_kept,
-                         static_cast<double>(p.instants), p.pressure_jump});
-}
-
-}  // namespace
-
-double axial_strain(const RveScene& scene, const dem::State& s, const dem::Mat3& initial_cell) {
-  const int axis = scene.test.axis;
-  if (scene.test.kind != "platens") return -dem::displacement_gradient(s, scene.test.loading, initial_cell)(axis, axis);
-  const auto gap = [axis](const std::vector<dem::Wall>& w) { return (w[1].point - w[0].point)[axis]; };
-  return 1 - gap(s.boundary.walls) / gap(scene.state.boundary.walls);
-}
-
-std::vector<double> rve_row(const RveScene& scene, const dem::State& s, const dem::Measurement& m,
-                            const dem::Mat3& initial_cell) {
-  const dem::Mat3 gradient = dem::displacement_gradient(s, scene.test.loading, initial_cell);
-  std::vector<double> row{s.time};
-  const dem::Vec6 strain = dem::to_voigt(gradient), stress = dem::to_voigt(m.stress);
-  for (int k = 0; k < 6; ++k) row.push_back(strain[k]);
-  for (int k = 0; k < 6; ++k) row.push_back(stress[k]);
-  const double stored = m.kinetic + m.elastic, pressure = dem::mean_pressure(m.stress);
-  const dem::Ledger& l = s.ledger;
-  row.insert(row.end(), {axial_strain(scene, s, initial_cell),
-                         axial_stress(scene, s, m),
-                         pressure,
-                         m.void_ratio,
-                         m.coordination,
-                         static_cast<double>(s.grains.size()),
-                         static_cast<double>(l.breakages),
-                         static_cast<double>(l.bonds_broken),
-                         dem::total_mass(s.grains),
-                         l.fines.mass,
-                         dem::inertial_number(s, scene.test.strain_rate, pressure),
-                         m.unbalanced_force,
-                         m.kinetic,
-                         m.elastic,
-                         l.friction,
-                         l.damping,
-                         l.fracture,
-                         l.work,
-                         dem::told_energy_error(s, stored),
-                         l.split + l.fines.kinetic,
-                         m.solid_fraction,
-                         s.dt,
-                         static_cast<double>(s.steps),
-                         l.unexplained});
-  const dem::Vec6 fabric = dem::to_voigt(m.fabric);
-  for (int k = 0; k < 6; ++k) row.push_back(fabric[k]);
-  if (dem::attracts(scene.model.law)) row.push_back(l.adhesion);
-  if (scene.model.reshapes()) row.push_back(l.reshape);
-  if (scene.model.numerics.scaled_below > 0) row.push_back(l.inertia);
-  if (scene.model.has_balls()) add_crushing(scene, s, m, row);
-  if (scene.output.grading) add_grading(scene, s, row);
-  if (scene.model.split_statistics) add_split_statistics(l.splits, row);
-  if (scene.bonded()) add_bonds(s, row);
-  if (damps_bonds(scene)) row.push_back(l.bond_damping);
-  if (gauged(scene)) add_gauge(scene, s, row);
-  if (loaded(scene)) add_loads(scene, s, row);
-  if (scene.test.kind == "constant-p") add_invariants(sample_stress(s, m), gradient, row);
-  if (scene.test.loading.holds) row.push_back(dem::stress_error(s, scene.test.loading, m));
-  if (box_of_walls(s)) {
-    for (int k = 0; k < 3; ++k) row.push_back(m.wall_stress(k, k));
-  } else {
-    for (std::size_t w = 0; w < s.boundary.walls.size(); ++w) {
-      const dem::Vec3 f = wall_force(s, w);
-      row.insert(row.end(), {f.x(), f.y(), f.z()});
-    }
-  }
-  if (has_faces(scene, s)) {
-    const auto [back, front] = face_stresses(scene, s);
-    row.insert(row.end(), {front, back});
-  }
-  add_listed_grains(scene, s, row);
-  return row;
-}
+std::vector<Column<Row>> rve_columns(const Told& told) { return columns_of(table, told); }
 
 }  // namespace grus::app

@@ -2,6 +2,7 @@
 #include "apps/rve/error_estimates.hpp"
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "dem/rve/step.hpp"
 

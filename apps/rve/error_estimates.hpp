@@ -2,7 +2,7 @@
 // What a run of grus-rve knows of its own error; "errors" of summary.json.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 
 #include "dem/rve/servo.hpp"
 

@@ -4,8 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "apps/run/command.hpp"
 #include "apps/run/folder.hpp"
 #include "apps/scene/rve_scene.hpp"
@@ -23,8 +21,10 @@ public:
         every_(count_ > 1 ? duration / (count_ - 1) : duration),
         contacts_(output.contacts),
         wrapped_(output.wrapped) {}
-  nlohmann::json series() const { return series_; }
-  void restore(const nlohmann::json& series) { series_ = series.get<decltype(series_)>(); }
+  /// Files of frames and their times (s).
+  using Series = std::vector<std::pair<std::string, double>>;
+  const Series& series() const { return series_; }
+  void restore(Series series) { series_ = std::move(series); }
   void write_if_due(const dem::State& state) {
     if (static_cast<int>(series_.size()) < count_ &&
         state.time >= every_ * static_cast<double>(series_.size()) * (1 - 1e-9))
@@ -37,7 +37,6 @@ public:
   }
 
 private:
-  using Series = std::vector<std::pair<std::string, double>>;
   static std::string frame(const char* what, std::size_t number) {
     return fmt::format("{0}/{0}_{1:05}.hdf", what, number);
   }

@@ -15,10 +15,10 @@ constexpr double span = 8;  // of the first smallest grain over the smallest cla
 
 }  // namespace
 
-GradingStates::GradingStates(const std::string& directory, const RveScene& scene)
+GradingStates::GradingStates(const std::string& directory, const RveScene& scene, const dem::State& start)
     : directory_(directory), scene_(scene) {
   if (scene.output.gradings == 0) return;
-  const dem::Grading first(scene.state);
+  const dem::Grading first(start);
   largest_ = first.largest() * (1 + 1e-9), smallest_ = first.smallest() / span;
   text_ = "time_s,strain,diameter_m,passing,grains,mass_kg,coordination,elongation,flatness,generation\n";
 }

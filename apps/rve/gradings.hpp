@@ -10,8 +10,8 @@ namespace grus::app {
 
 class GradingStates {
 public:
-  /// Nothing is written unless the scene's output.gradings asks for states.
-  GradingStates(const std::string& directory, const RveScene& scene);
+  /// `start`: the sample as it was made. Nothing is written unless the scene's output.gradings asks for states.
+  GradingStates(const std::string& directory, const RveScene& scene, const dem::State& start);
   void write_if_due(const dem::State& state);
   /// The state in which a test ends before its time: the stress is reached, or it is unstable.
   void write_last(const dem::State& state);

@@ -6,7 +6,6 @@
 #include "apps/rve/columns.hpp"
 #include "apps/rve/rve_run.hpp"
 #include "apps/scene/prepare_sample.hpp"
-#include "apps/scene/sample_scene.hpp"
 #include "dem/rve/step.hpp"
 
 using namespace grus;
@@ -68,13 +67,32 @@ void refuse_endless(const RveScene& scene, const dem::State& s) {
                     scene.file, s.dt, steps, scene.test.duration));
 }
 
+/// The sample, where the scene has not had it at once.
+dem::Sample sample_of(RveScene& scene, std::optional<dem::Sample> made, dem::Team& team, const StageWatch& watch) {
+  if (made) return std::move(*made);
+  dem::Sample sample = dem::make(scene.model, scene.recipe, team, dem::stage_of(watch, "packing"));
+  settle(scene, sample);
+  return sample;
+}
+
+/// Brought to where its test begins, and what there is to tell of that.
+Begun prepare_sample(RveScene& scene, const dem::Sample& sample, dem::Team& team, const StageWatch& watch) {
+  Base base = prepare_base(scene, &sample, team, watch);
+  Begun begun{dem::start_from(std::move(base.state), scene.model, scene.recipe.preparation, team, watch), {}};
+  begun.prepared = tell_preparation(scene, base.packed_void_ratio, begun.state);
+  if (const std::string note = note_of_preparations({begun.prepared}); !note.empty()) scene.notes.push_back(note);
+  return begun;
+}
+
 /// --check: what a run would be like, from a piece of the sample where that is large.
-int check(const Options& options, RveScene& scene, dem::Team& team) {
-  const double all = scene.grains();
-  const bool piece = make_smaller(scene);
+int check(const Options& options, RveScene& scene, std::optional<dem::Sample> made, dem::Team& team) {
+  const double all = scene.recipe.count();
+  const std::optional<dem::Recipe> piece = dem::piece_of(scene.recipe);
+  if (piece) scene.recipe = *piece;
   Progress progress(options);
-  dem::State state =
-      prepare_sample(scene, team, [&](double done, const char* what) { return progress.watch(done, what); });
+  const auto watch = [&](double done, const char* what) { return progress.watch(done, what); };
+  const dem::Sample sample = sample_of(scene, std::move(made), team, watch);
+  dem::State state = prepare_sample(scene, sample, team, watch).state;
   dem::begin_loading(scene.model, state, scene.test.loading);
   refuse_endless(scene, state);
   dem::State probe = state;
@@ -96,38 +114,41 @@ void keep_sizes(dem::Grains& g) {
   dem::drop(g.angular_momentum), dem::drop(g.force), dem::drop(g.torque);
 }
 
-/// The state in which the test begins; nothing but the sample where a run is resumed: its gradings are asked for.
-dem::State begin(const Options& options, RveScene& scene, dem::Team& team) {
-  Progress progress(options);
-  auto watch = [&](double done, const char* what) { return progress.watch(done, what); };
-  if (options.resume) {
-    make_sample(scene, team, [&](double done) { return watch(done, "packing"); });
-    return {};
-  }
-  dem::State state = prepare_sample(scene, team, watch);
-  dem::begin_loading(scene.model, state, scene.test.loading);
-  refuse_endless(scene, state);
-  return state;
+/// The columns of a scene; of a random packing they hang on its walls alone.
+int tell_columns(const RveScene& scene, std::optional<dem::Sample> made) {
+  if (!made) made.emplace().state.boundary = dem::boundary_of(scene.recipe);
+  for (const auto& name : names_of(rve_columns({scene, *made}))) fmt::print("{}\n", name);
+  return finished;
 }
 
 int run(const Options& options) {
   const Clock clock;
   RveScene scene = read_rve_scene(options.scene, options.overrides);
-  if (options.columns) {
-    for (const auto& name : rve_columns(scene, scene.state)) fmt::print("{}\n", name);
-    return finished;
-  }
+  std::optional<dem::Sample> made = made_at_once(scene);
+  if (made) settle(scene, *made);
+  if (options.columns) return tell_columns(scene, std::move(made));
   dem::Team team(options.threads);
-  if (options.check) return check(options, scene, team);
+  if (options.check) return check(options, scene, std::move(made), team);
   dem::Checkpoint kept;
   if (options.resume) kept = find_checkpoint(options, scene);
   check_folder(options);
-  dem::State state = begin(options, scene, team);
-  keep_sizes(scene.state.grains);
-  const Folder made(options);
+  dem::Sample sample;
+  Begun begun;
+  {
+    Progress progress(options);
+    const auto watch = [&](double done, const char* what) { return progress.watch(done, what); };
+    sample = sample_of(scene, std::move(made), team, watch);
+    if (!options.resume) {
+      begun = prepare_sample(scene, sample, team, watch);
+      dem::begin_loading(scene.model, begun.state, scene.test.loading);
+      refuse_endless(scene, begun.state);
+    }
+  }
+  keep_sizes(sample.state.grains);
+  const Folder folder(options);
   if (options.speaks() && !options.resume)
-    say(options, setup_text(scene, state, static_cast<double>(state.grains.size()), 0));
-  return RveRun(options, scene, team, std::move(state), kept, clock, clock.wall()).go();
+    say(options, setup_text(scene, begun.state, static_cast<double>(begun.state.grains.size()), 0));
+  return RveRun(options, scene, sample, team, std::move(begun), kept, clock, clock.wall()).go();
 }
 
 }  // namespace

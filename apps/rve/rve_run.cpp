@@ -8,13 +8,13 @@
 #include "apps/run/folder.hpp"
 #include "apps/run/same_scene.hpp"
 #include "apps/rve/bursts.hpp"
-#include "apps/rve/columns.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/io/whole_file.hpp"
 #include "dem/rve/check_state.hpp"
 #include "dem/rve/crushing.hpp"
 #include "dem/rve/hand_over.hpp"
 #include "dem/rve/step.hpp"
+#include "dem/sample/gauge.hpp"
 
 namespace grus::app {
 namespace {
@@ -22,9 +22,9 @@ namespace {
 std::string checkpoint_of(const Options& options) { return options.directory + "/checkpoint.h5"; }
 
 /// The stress that the test itself tells, where there is one.
-const char* stress_name(const RveScene& scene) {
-  if (!tells_stress(scene)) return "stress";
-  return scene.test.kind == "constant-p" ? "q" : "nominal stress";
+const char* stress_name(const dem::Programme& test) {
+  if (!dem::tells_stress(test)) return "stress";
+  return test.kind == dem::TestKind::constant_p ? "q" : "nominal stress";
 }
 
 double in_mpa(double stress) { return stress / 1e6 + 0.0; }  // 0 rather than -0
@@ -37,22 +37,24 @@ dem::Checkpoint find_checkpoint(const Options& options, const RveScene& scene) {
   const nlohmann::json about = nlohmann::json::parse(kept.about, nullptr, false);
   if (!about.is_object() || about.value("program", "") != "grus-rve" || kept.parts.size() != 4)
     throw InputError(path + ": not a checkpoint of grus-rve");
-  refuse_changes(path, about.value("scene", nlohmann::json()), scene.record);
+  refuse_changes(path, about.value("scene", nlohmann::json()), *scene.record);
   return kept;
 }
 
-RveRun::RveRun(const Options& options, RveScene& scene, dem::Team& team, dem::State state, const dem::Checkpoint& kept,
-               const Clock& clock, double ready)
+RveRun::RveRun(const Options& options, RveScene& scene, const dem::Sample& sample, dem::Team& team, Begun begun,
+               const dem::Checkpoint& kept, const Clock& clock, double ready)
     : options_(options),
       scene_(scene),
+      sample_(sample),
       team_(team),
       clock_(clock),
       ready_(ready),
-      state_(std::move(state)),
-      history_(result_file(options.directory, "history.csv"),
-               rve_columns(scene, options.resume ? scene.state : state_)),
+      state_(std::move(begun.state)),
+      prepared_(std::move(begun.prepared)),
+      columns_(rve_columns({scene, sample})),
+      history_(result_file(options.directory, "history.csv"), names_of(columns_)),
       frames_(options, scene.output, scene.test.duration),
-      gradings_(options.directory, scene),
+      gradings_(options.directory, scene, sample.state),
       progress_(options),
       limit_(options.started, options.max_time) {
   course_.initial_cell = state_.boundary.cell.began(), course_.initial_size = scene.test.loading.initial_size;
@@ -73,8 +75,8 @@ void RveRun::take_up(const dem::Checkpoint& kept) {
     Course::archive(loader, course_);
     history_.restore(kept.parts[2], about.at("rows"));
     gradings_.restore(kept.parts[3], about.at("gradings"));
-    frames_.restore(about.at("frames"));
-    scene_.prepared = about.at("prepared");
+    frames_.restore(about.at("frames").get<GrainFrames::Series>());
+    prepared_ = about.at("prepared");
     scene_.notes = about.at("notes").get<std::vector<std::string>>();
     check_course(loader.at_end());
   } catch (const InputError& e) {
@@ -106,7 +108,7 @@ void RveRun::save_checkpoint() {
   dem::Saver saver;
   course_.cpu = earlier_cpu_ + cpu_seconds();
   Course::archive(saver, course_);
-  const nlohmann::json about{{"program", "grus-rve"},          {"scene", scene_.record},  {"prepared", scene_.prepared},
+  const nlohmann::json about{{"program", "grus-rve"},          {"scene", *scene_.record}, {"prepared", prepared_},
                              {"notes", scene_.notes},          {"rows", history_.rows()}, {"frames", frames_.series()},
                              {"gradings", gradings_.written()}};
   dem::write_checkpoint(result_file(options_.directory, "checkpoint.h5"), about.dump(), [&](const dem::TakePart& take) {
@@ -142,7 +144,7 @@ double RveRun::done() const {
 
 /// Grains and bonds, of which there are.
 std::string RveRun::broken(const char* between) const {
-  const bool bonded = scene_.bonded() || state_.ledger.bonds_broken > 0;
+  const bool bonded = sample_.bonded() || state_.ledger.bonds_broken > 0;
   std::string bonds = fmt::format("{} bonds", state_.ledger.bonds_broken);
   if (bonded && state_.ledger.breakages == 0) return bonds;
   return fmt::format("{} grains", state_.ledger.breakages) + (bonded ? between + bonds : "");
@@ -150,18 +152,18 @@ std::string RveRun::broken(const char* between) const {
 
 /// What loads the grains now, as far as there is something to tell: "  stress 1.2 MPa", "  load 250 N".
 std::string RveRun::load_text() const {
-  if (has_stress(scene_, state_)) return fmt::format("  stress {:.3g} MPa", in_mpa(shown_));
-  if (const auto load = dead_load(scene_, state_)) return fmt::format("  load {:.4g} N", *load);
+  if (dem::has_stress(scene_.test, state_)) return fmt::format("  stress {:.3g} MPa", in_mpa(shown_));
+  if (const auto load = dem::dead_load(scene_.test, state_)) return fmt::format("  load {:.4g} N", *load);
   return "";
 }
 
 /// The same of the whole test.
 std::string RveRun::peak_text() const {
-  if (const auto load = dead_load(scene_, state_); load && !has_stress(scene_, state_))
+  if (const auto load = dem::dead_load(scene_.test, state_); load && !dem::has_stress(scene_.test, state_))
     return fmt::format(", load {:.4g} N", *load);
-  if (!has_stress(scene_, state_)) return "";
-  const bool own = tells_stress(scene_);
-  return fmt::format(", peak {} {:.4g} MPa{}", stress_name(scene_), in_mpa(own ? course_.reading : course_.peak),
+  if (!dem::has_stress(scene_.test, state_)) return "";
+  const bool own = dem::tells_stress(scene_.test);
+  return fmt::format(", peak {} {:.4g} MPa{}", stress_name(scene_.test), in_mpa(own ? course_.reading : course_.peak),
                      state_.ledger.breakages > 0 && !own
                          ? fmt::format(" ({:.4g} before the first breakage)", in_mpa(course_.intact))
                          : "");
@@ -171,15 +173,18 @@ std::string RveRun::peak_text() const {
 void RveRun::show() {
   course_.wall = earlier_ + clock_.wall() - ready_;
   progress_.show(
-      done(), fmt::format("t {:.4g} s  strain {:.4f}{}  grains {}  broken {}  energy error "
-                          "{:.2f} %  {:.3g} steps/s",
-                          state_.time, std::round(1e4 * axial_strain(scene_, state_, course_.initial_cell)) / 1e4 + 0.0,
-                          load_text(), state_.grains.size(), broken(", "), 100 * error_,
-                          static_cast<double>(state_.steps) / course_.wall));
+      done(),
+      fmt::format(
+          "t {:.4g} s  strain {:.4f}{}  grains {}  broken {}  energy error "
+          "{:.2f} %  {:.3g} steps/s",
+          state_.time,
+          std::round(1e4 * dem::axial_strain(scene_.test, sample_.state, state_, course_.initial_cell)) / 1e4 + 0.0,
+          load_text(), state_.grains.size(), broken(", "), 100 * error_,
+          static_cast<double>(state_.steps) / course_.wall));
 }
 
 void RveRun::write_row() {
-  history_.add(rve_row(scene_, state_, now_, course_.initial_cell));
+  history_.add(values_of(columns_, Row(scene_, sample_, state_, now_, course_.initial_cell)));
   frames_.write_if_due(state_);
   gradings_.write_if_due(state_);
 }
@@ -189,15 +194,15 @@ dem::Landing RveRun::landing() const {
   if (!scene_.test.final_stress) return {};
   const double asked = *scene_.test.final_stress;
   if (course_.axial < 0.5 * asked && course_.axial + 4 * (course_.axial - course_.before) < asked) return {};
-  return {.left = [&, asked](const dem::State& s) { return asked - axial_stress(scene_, s); },
+  return {.left = [&, asked](const dem::State& s) { return asked - dem::axial_stress(scene_.test, sample_.state, s); },
           .near = 0.2 * asked,
           .axis = scene_.test.axis};
 }
 
 /// What is shown until the next row.
 void RveRun::read_off() {
-  axial_ = axial_stress(scene_, state_, now_);
-  shown_ = tells_stress(scene_) ? test_stress(scene_, state_, now_) : axial_;
+  axial_ = dem::axial_stress(scene_.test, sample_.state, state_, now_);
+  shown_ = dem::tells_stress(scene_.test) ? dem::test_stress(scene_.test, state_, now_) : axial_;
   error_ = dem::told_energy_error(state_, now_.kinetic + now_.elastic);
 }
 
@@ -214,14 +219,14 @@ bool RveRun::go_to_row(std::uint64_t row, double until) {
       course_.before = course_.axial, course_.axial = axial_;
       course_.peak_is_last = axial_ >= course_.peak, course_.peak = std::max(course_.peak, axial_);
       if (state_.ledger.breakages == 0) course_.intact = course_.peak;
-      const double reading = test_stress(scene_, state_, now_);
+      const double reading = dem::test_stress(scene_.test, state_, now_);
       course_.reading_is_last = reading >= course_.reading, course_.reading = std::max(course_.reading, reading);
       if (course_.overfull < 0 && scene_.model.has_balls() && now_.volume > 0 &&
           dem::whole_solid(scene_.model, state_) > now_.volume)
         course_.overfull = std::max(0.0, axial_);
       course_.errors.add(state_, scene_.test.loading, now_);
       course_.errors.before_peak.add(state_.ledger, now_.kinetic, now_.kinetic + now_.elastic,
-                                     tells_stress(scene_) ? course_.reading_is_last : course_.peak_is_last);
+                                     dem::tells_stress(scene_.test) ? course_.reading_is_last : course_.peak_is_last);
       course_.row = row;
       show();
       history_.save(2);
@@ -244,7 +249,7 @@ void RveRun::march() {
   dem::check_sanity(scene_.model, state_);
   if (!options_.resume) {
     write_row();
-    course_.axial = course_.before = axial_stress(scene_, state_, now_);
+    course_.axial = course_.before = dem::axial_stress(scene_.test, sample_.state, state_, now_);
     course_.intact = std::max(0.0, course_.axial);
   }
   read_off();
@@ -272,8 +277,8 @@ void RveRun::finish() {
   progress_.finish(fmt::format(
       "{}: t {:.5g} s{}, {} -> {} grains, {} broken, mass lost {:.2f} %, worst energy error {:.2f} %, {} steps in {} "
       "({})",
-      status_ == finished ? "finished" : how, state_.time, peak_text(), scene_.state.grains.size(),
-      state_.grains.size(), broken(" and "), 100 * state_.ledger.fines.mass / dem::total_mass(scene_.state.grains),
+      status_ == finished ? "finished" : how, state_.time, peak_text(), sample_.state.grains.size(),
+      state_.grains.size(), broken(" and "), 100 * state_.ledger.fines.mass / dem::total_mass(sample_.state.grains),
       100 * course_.errors.energy.worst, state_.steps, duration_text(earlier_ + end_ - ready_), options_.directory));
   const auto all = notes();
   for (std::size_t k = scene_.notes.size(); k < all.size(); ++k) progress_.note("  note: " + all[k]);

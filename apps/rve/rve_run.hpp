@@ -2,25 +2,35 @@
 // The run of one DEM test: rows, frames, checkpoints, where to go on from, and the summary.
 #pragma once
 
+#include <nlohmann/json.hpp>
+
 #include "apps/run/command.hpp"
+#include "apps/rve/columns.hpp"
 #include "apps/rve/error_estimates.hpp"
 #include "apps/rve/frames.hpp"
 #include "apps/rve/gradings.hpp"
 #include "apps/scene/rve_scene.hpp"
 #include "dem/io/checkpoint.hpp"
 #include "dem/rve/measure.hpp"
+#include "dem/sample/make.hpp"
 
 namespace grus::app {
 
 /// The checkpoint of a run of this scene. Throws InputError where there is none, or one of another scene.
 dem::Checkpoint find_checkpoint(const Options& options, const RveScene& scene);
 
+/// The state in which a test begins, and what its preparation tells (null: there is none).
+struct Begun {
+  dem::State state;
+  nlohmann::json prepared;
+};
+
 class RveRun {
 public:
-  /// `state`: in which the test begins; `kept`: to go on from, if the run is resumed. What is given by reference must
-  /// outlive the run. `ready`: s of wall time that the preparation has taken.
-  RveRun(const Options& options, RveScene& scene, dem::Team& team, dem::State state, const dem::Checkpoint& kept,
-         const Clock& clock, double ready);
+  /// `sample`: as it was made; `begun`: the state in which the test begins; `kept`: to go on from, if the run is
+  /// resumed. What is given by reference must outlive the run. `ready`: s of wall time that the preparation has taken.
+  RveRun(const Options& options, RveScene& scene, const dem::Sample& sample, dem::Team& team, Begun begun,
+         const dem::Checkpoint& kept, const Clock& clock, double ready);
 
   /// To the end, to a fault or to an interruption; returns the exit status.
   int go();
@@ -76,11 +86,14 @@ private:
 
   const Options& options_;
   RveScene& scene_;
+  const dem::Sample& sample_;
   dem::Team& team_;
   const Clock& clock_;
   double ready_;
   dem::State state_;
-  dem::Survey now_;  // of the last row
+  nlohmann::json prepared_;  // what the preparation was asked and has reached; null: there is none
+  dem::Survey now_;          // of the last row
+  std::vector<Column<Row>> columns_;
   History history_;
   GrainFrames frames_;
   GradingStates gradings_;

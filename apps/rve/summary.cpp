@@ -5,12 +5,12 @@
 #include <filesystem>
 
 #include "apps/rve/bursts.hpp"
-#include "apps/rve/columns.hpp"
 #include "apps/rve/rve_run.hpp"
 #include "dem/bond/cohesive.hpp"
 #include "dem/rve/grading.hpp"
 #include "dem/rve/hand_over.hpp"
 #include "dem/rve/step.hpp"
+#include "dem/sample/gauge.hpp"
 
 namespace grus::app {
 namespace {
@@ -66,7 +66,7 @@ std::vector<std::string> RveRun::notes() const {
               "strain_rate, go on to a larger final_strain, or take more grains"
             : "raise the strain_rate that bounds the search, or take longer"));
   if (const double share = before_peak(course_.errors.before_peak, state_.ledger, now_).devices();
-      scene_.bonded() && share > most_devices)
+      sample_.bonded() && share > most_devices)
     all.push_back(fmt::format(
         "local damping and the dashpots of bonds took {:.2g} % of the work before the peak, which is partly "
         "theirs: lower material.NAME.damping and material.NAME.bond.damping, or load more slowly",
@@ -83,12 +83,12 @@ nlohmann::json RveRun::summary() const {
   summary["title"] = scene_.title;
   if (const auto all = notes(); !all.empty()) summary["notes"] = all;
   summary["scene_file"] = std::filesystem::path(scene_.file).filename().string();
-  summary["scene"] = scene_.record;
+  summary["scene"] = *scene_.record;
   summary["status"] = status_;
   summary["ending"] = ending_;
   summary["seed"] = scene_.model.seed;
   summary["threads"] = options_.threads;
-  summary["counts"] = {{"grains_start", scene_.state.grains.size()},
+  summary["counts"] = {{"grains_start", sample_.state.grains.size()},
                        {"grains", state_.grains.size()},
                        {"breakages", state_.ledger.breakages},
                        {"bonds_broken", state_.ledger.bonds_broken},
@@ -99,19 +99,19 @@ nlohmann::json RveRun::summary() const {
     summary["sample"] = {{"bulk_density_kg_m3", course_.mass / bulk},
                          {"solid_fraction", course_.solid / bulk},
                          {"void_ratio", bulk / course_.solid - 1}};
-  if (!scene_.prepared.is_null()) summary["preparation"] = scene_.prepared;
-  summary["mass"] = {{"start_kg", dem::total_mass(scene_.state.grains)},
+  if (!prepared_.is_null()) summary["preparation"] = prepared_;
+  summary["mass"] = {{"start_kg", dem::total_mass(sample_.state.grains)},
                      {"grains_kg", dem::total_mass(state_.grains)},
                      {"lost_kg", state_.ledger.fines.mass}};
-  if (scene_.of_hulls()) {
+  if (scene_.recipe.of_hulls()) {
     const dem::Roundness round = dem::roundness(state_.grains);
     summary["shape"] = {{"sphericity", round.sphericity}, {"angularity", round.angularity}};
   }
-  if (scene_.cells) {
-    const dem::BondedFaces& f = scene_.cells->faces;
+  if (sample_.cells) {
+    const dem::BondedFaces& f = *sample_.cells;
     const auto fragments = dem::fragments_of(state_).size;
     summary["counts"]["fragments"] = fragments.size();
-    summary["cells"] = {{"cells", scene_.state.grains.size()},
+    summary["cells"] = {{"cells", sample_.state.grains.size()},
                         {"bonds_start", f.bonds},
                         {"unbonded_faces", f.unbonded},
                         {"too_coarse_for_energy", f.coarse},
@@ -133,23 +133,23 @@ nlohmann::json RveRun::summary() const {
   };
   device("local_damping", state_.ledger.local_damping), device("bond_damping", state_.ledger.bond_damping);
   device("scaled_inertia", state_.ledger.inertia);
-  if (scene_.bonded()) {
+  if (sample_.bonded()) {
     const BeforePeak p = before_peak(course_.errors.before_peak, state_.ledger, now_);
     summary["errors"]["local_damping_before_peak"] = p.share(p.local_damping);
     summary["errors"]["bond_damping_before_peak"] = p.share(p.bond_damping);
     summary["errors"]["devices_before_peak"] = p.devices();
     summary["errors"]["kinetic_before_peak"] = p.share(p.kinetic);
   }
-  summary["errors"]["packing_overlap"] = scene_.packing_overlap;
+  summary["errors"]["packing_overlap"] = sample_.packing_overlap;
   nlohmann::json& results = summary["results"];
   results = {{"final_time_s", state_.time}};
-  if (has_stress(scene_, state_)) {
+  if (dem::has_stress(scene_.test, state_)) {
     results["peak_axial_stress_Pa"] = course_.peak, results["peak_axial_stress_is_last"] = course_.peak_is_last;
     results["final_axial_stress_Pa"] = course_.axial;
   }
-  if (const auto load = dead_load(scene_, state_)) results["final_load_N"] = *load;
+  if (const auto load = dem::dead_load(scene_.test, state_)) results["final_load_N"] = *load;
   if (now_.volume > 0) results["final_void_ratio"] = now_.void_ratio;
-  if (tells_stress(scene_))
+  if (dem::tells_stress(scene_.test))
     results["peak_stress_Pa"] = course_.reading, results["peak_stress_is_last"] = course_.reading_is_last;
   if (scene_.output.bursts > 0) summary["bursts"] = bursts_json(scene_, state_);
   // A strength is what a grain broke at; one that did not is stronger than the peak.

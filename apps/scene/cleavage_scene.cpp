@@ -62,7 +62,7 @@ dem::Crystal read_crystal(Table& t) {
 
 }  // namespace
 
-void read_cleavage(Table& t, const std::optional<Elasticity>& elasticity, dem::FractureModel& f) {
+void read_cleavage(Table& t, const std::optional<dem::Elasticity>& elasticity, dem::FractureModel& f) {
   std::optional<double> energy;
   if (t.has("toughness")) {
     dem::Cleavage c;

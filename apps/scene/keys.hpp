@@ -3,7 +3,7 @@
 // what is said of a key - in --keys, in the schema, in the documents - is what is read.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 

@@ -138,7 +138,8 @@ void read_limit(Table& t, int rest, dem::Limit& limit) {
   limit.rest = static_cast<int>(t.integer_or("rest", rest, 0, 1000000));
 }
 
-dem::FractureModel read_fracture(Table t, const dem::Material& material, const std::optional<Elasticity>& elasticity) {
+dem::FractureModel read_fracture(Table t, const dem::Material& material,
+                                 const std::optional<dem::Elasticity>& elasticity) {
   const std::string model =
       t.choice("model", {"polyellipsoid-split", "apollonian-14", "bonded", "cleavage", "peridynamics"});
   if (model == "bonded" || model == "peridynamics")
@@ -169,8 +170,8 @@ dem::FractureModel read_fracture(Table t, const dem::Material& material, const s
 }
 
 /// What hulls press with, and the bonds of their faces: contacts of matching cells are as stiff as the bonds were.
-std::optional<Elasticity> read_overlap(Table& t, dem::Material& m, std::optional<bool>& given) {
-  std::optional<Elasticity> elasticity;
+std::optional<dem::Elasticity> read_overlap(Table& t, dem::Material& m, std::optional<bool>& given) {
+  std::optional<dem::Elasticity> elasticity;
   if (auto b = t.table_if("bond")) m.bond = read_bond(*b, m.friction, elasticity);
   if (t.has("foundation") && t.has("youngs_modulus")) t.fail("foundation", "needs either foundation or youngs_modulus");
   const bool by_bond = m.bond && !t.has("youngs_modulus") && !t.has("foundation");
@@ -207,7 +208,7 @@ void read_model(Table& scene, dem::Model& model, bool unit_cell) {
         t.choice_or("contact", "hertz-mindlin", {"hertz-mindlin", "linear", "linear-modulus", "overlap"});
     if (!law.empty() && law != kind) t.fail("contact", "all materials of a scene share one contact law");
     law = kind;
-    std::optional<Elasticity> elasticity;
+    std::optional<dem::Elasticity> elasticity;
     m.poissons_ratio = t.number_or("poissons_ratio", 0.25, dimension::none, {0, 0.5, false, true});
     if (kind == "hertz-mindlin") {
       m.youngs_modulus = t.number("youngs_modulus", dimension::pressure, positive);
@@ -260,9 +261,7 @@ void read_model(Table& scene, dem::Model& model, bool unit_cell) {
   }
 
   dem::Numerics& n = model.numerics;
-  // Unit cells are quasi-static: the share of the step that costs them no error (docs/studies/cell_step.txt), less
-  // where grains break, whose energy closes worse.
-  if (unit_cell) n.safety = model.breakable() ? 0.5 : 0.7;
+  if (unit_cell) n.safety = unit_cell_safety(model);
   if (auto t = scene.table_if("numerics")) {
     n.safety = t->number_or("safety", n.safety, dimension::none, {0, 1, true});
     n.time_step = t->number_or("time_step", 0, dimension::time, not_negative);

@@ -6,9 +6,7 @@
 
 #include <filesystem>
 
-#include "apps/scene/hulls_scene.hpp"
 #include "apps/scene/mixture_scene.hpp"
-#include "apps/scene/sample_scene.hpp"
 #include "apps/scene/voronoi_scene.hpp"
 
 namespace grus::app {
@@ -72,13 +70,13 @@ dem::RadiusDistribution times(dem::RadiusDistribution d, double scale) {
 
 constexpr double most_grains = 5e6;
 
-std::optional<PendingPacking::Hulls> read_hulls(Table& packing) {
+std::optional<dem::RandomHulls> read_hulls(Table& packing) {
   auto t = packing.table_if("hulls");
   if (!t) return {};
   const int rounds = static_cast<int>(t->integer_or("relax", 5, 0, 1000));
   const Vec3 aspect = read_aspect(*t);
   t->finish();
-  return PendingPacking::Hulls{rounds, aspect};
+  return dem::RandomHulls{rounds, aspect};
 }
 
 }  // namespace
@@ -101,11 +99,7 @@ std::uint8_t material_of(Table& t, const dem::Model& model, const std::string& n
 }
 
 void check_mass(const Table& t, const dem::Material& material, double radius, const std::string& key) {
-  const double mass = material.density * 4 * dem::pi / 3 * radius * radius * radius, inertia = mass * radius * radius;
-  if (!(mass > 1e-290) || !(inertia > 1e-290) || !(inertia < 1e290) || !(mass < 1e290))
-    t.fail(key, fmt::format(
-                    "a grain of radius {:.3g} m and density {:.3g} kg/m^3 has a mass of {:.3g} kg: out of all bounds",
-                    radius, material.density, mass));
+  if (const std::string why = dem::unthinkable_mass(material, radius); !why.empty()) t.fail(key, why);
 }
 
 namespace {
@@ -130,22 +124,20 @@ std::string read_target(Table& t, double& solid_fraction) {
   return "relative_density";
 }
 
-/// A random packing: made later.
-PendingPacking read_random(Table& t, const RveScene& scene, dem::Container container, bool turned,
-                           std::uint8_t material, const Vec3& box) {
-  PendingPacking p;
-  p.box = box;
-  p.container = container;
+dem::RandomPacking read_random(Table& t, const RveScene& scene, bool turned, std::uint8_t material) {
+  dem::RandomPacking p;
+  dem::Recipe of = {.bounds = scene.recipe.bounds, .box = scene.recipe.box};
   p.turned = turned;
-  p.parts = read_parts(t, scene, container, material);
+  p.parts = read_parts(t, scene, material);
   p.radius = times(read_radius(t), scene.scale);
   const std::string target = read_target(t, p.solid_fraction);
   if (p.solid_fraction > 0.74)
     t.fail(target, fmt::format("a solid fraction of {:g}: not even a lattice of spheres is denser than 0.74",
                                p.solid_fraction));
   p.count = static_cast<std::size_t>(t.integer_or("count", 0, 0, 20000000));
-  if (!(p.grains() < most_grains)) t.fail("box", "more than five million grains; check box and radius");
-  if (!(2 * p.radius.mean < box.minCoeff()))
+  of.grains = p;
+  if (!(of.count() < most_grains)) t.fail("box", "more than five million grains; check box and radius");
+  if (!(2 * p.radius.mean < of.box.minCoeff()))
     t.fail("box", fmt::format("a grain of the mean radius, {:.3g} m, does not fit in", p.radius.mean));
   for (const auto& part : p.parts) check_mass(t, scene.model.materials[part.material], p.radius.mean, "radius");
   p.hulls = read_hulls(t);
@@ -154,7 +146,7 @@ PendingPacking read_random(Table& t, const RveScene& scene, dem::Container conta
 }
 
 /// hcp or simple-cubic, as many layers as are asked for or fit the box.
-dem::Packing read_lattice(Table& t, const std::string& kind, bool periodic, const Vec3& box) {
+dem::Lattice read_lattice(Table& t, const std::string& kind, bool periodic, const Vec3& box) {
   const auto radius = read_radius(t);
   if (radius.kind != "constant")
     t.fail("radius", fmt::format("distribution = \"{}\": the grains of a lattice have one radius; use \"constant\"",
@@ -180,13 +172,19 @@ dem::Packing read_lattice(Table& t, const std::string& kind, bool periodic, cons
   if (!(asked[0] * asked[1] * asked[2] < most_grains))
     t.fail(t.has("layers") ? "layers" : "box", "more than five million grains; check box, layers and radius");
   const std::array<int, 3> layers{static_cast<int>(asked[0]), static_cast<int>(asked[1]), static_cast<int>(asked[2])};
-  dem::Packing packing = kind == "hcp" ? dem::hexagonal_close(r, layers) : dem::simple_cubic(r, layers);
-  if (periodic && kind == "hcp") {
-    if (layers[1] % 2 || layers[2] % 2)
-      t.fail("layers", "a periodic hcp packing needs even numbers of rows and layers");
-    packing.box = Vec3(2 * r * layers[0], std::sqrt(3.0) * r * layers[1], std::sqrt(8.0 / 3) * r * layers[2]);
+  if (periodic && kind == "hcp" && (layers[1] % 2 || layers[2] % 2))
+    t.fail("layers", "a periodic hcp packing needs even numbers of rows and layers");
+  return {.hexagonal = kind == "hcp", .radius = r, .layers = layers};
+}
+
+dem::Spheres read_file(Table& t, const RveScene& scene) {
+  std::filesystem::path file = t.text("path");
+  if (file.is_relative()) file = std::filesystem::path(scene.file).parent_path() / file;
+  try {
+    return {dem::read_packing(file.string(), scene.recipe.box, !scene.recipe.periodic()).spheres};
+  } catch (const InputError& e) {
+    t.fail("path", e.what());
   }
-  return packing;
 }
 
 }  // namespace
@@ -195,97 +193,50 @@ void check_cylinder(const Table& t, const dem::Vec3& box) {
   if (box[0] != box[1]) t.fail("box", "of a cylinder expected [diameter, diameter, height]");
 }
 
-void read_packing(Table t, RveScene& scene, bool round, Vec3& box) {
+void read_packing(Table t, RveScene& scene) {
   const std::string kind = t.choice("kind", {"random", "hcp", "simple-cubic", "file", "voronoi", "prisms"});
-  const bool periodic = scene.state.boundary.cell.periodic();
+  dem::Recipe& recipe = scene.recipe;
+  const bool round = recipe.bounds == dem::Bounds::cylinder;
   if (t.has("box")) {
-    box = vector3(t.numbers("box", 3, dimension::length));
-    if (!(box.minCoeff() > 0)) t.fail("box", "all three sides must be above 0");
+    recipe.box = vector3(t.numbers("box", 3, dimension::length));
+    if (!(recipe.box.minCoeff() > 0)) t.fail("box", "all three sides must be above 0");
   }
   scene.model.seed = static_cast<std::uint64_t>(t.integer_or("seed", static_cast<long>(scene.model.seed), 0, 1L << 62));
   const std::string name = t.text_or("material", scene.model.materials.front().name);
   const auto material = material_of(t, scene.model, name);
   if (kind == "voronoi" || kind == "prisms") {
     if (scene.scale != 1) t.fail("kind", "loading.scale is for random packings");
-    if (kind == "voronoi")
-      read_voronoi(t, scene, material, box);
-    else
-      read_prisms(t, scene, material, box);
+    (kind == "voronoi" ? read_voronoi : read_prisms)(t, scene, material);
     t.finish();
     return;
   }
   const bool turned = t.choice_or("orientation", "random", {"random", "aligned"}) == "random";
   if (kind == "random") {
-    if (box.isZero()) t.fail("", "packing.box is missing");
-    if (round) check_cylinder(t, box);
-    auto container = periodic ? dem::Container::periodic : dem::Container::box;
-    if (round) container = dem::Container::cylinder;
-    scene.pending = read_random(t, scene, container, turned, material, box);
+    if (recipe.box.isZero()) t.fail("", "packing.box is missing");
+    if (round) check_cylinder(t, recipe.box);
+    recipe.grains = read_random(t, scene, turned, material);
     t.finish();
     return;
   }
   if (round && kind != "file") t.fail("kind", "a cylinder takes \"random\" or \"file\"");
   if (scene.scale != 1) t.fail("kind", "loading.scale is for random packings");
-  dem::Packing packing;
-  if (kind == "file") {
-    std::filesystem::path file = t.text("path");
-    if (file.is_relative()) file = std::filesystem::path(scene.file).parent_path() / file;
-    try {
-      packing = dem::read_packing(file.string(), box, !periodic);
-    } catch (const InputError& e) {
-      t.fail("path", e.what());
-    }
-  } else {
-    packing = read_lattice(t, kind, periodic, box);
-    box = packing.box;
-  }
   double smallest = INFINITY, largest = 0;
-  for (const auto& sphere : packing.spheres)
-    smallest = std::min(smallest, sphere.radius), largest = std::max(largest, sphere.radius);
+  if (kind == "file") {
+    dem::Spheres s = read_file(t, scene);
+    s.material = material, s.turned = turned;
+    for (const auto& sphere : s.spheres)
+      smallest = std::min(smallest, sphere.radius), largest = std::max(largest, sphere.radius);
+    recipe.grains = std::move(s);
+  } else {
+    dem::Lattice l = read_lattice(t, kind, recipe.periodic(), recipe.box);
+    l.material = material, l.turned = turned;
+    smallest = largest = l.radius;
+    recipe.box = dem::box_of(l, recipe.periodic());
+    recipe.grains = l;
+  }
   for (const double r : {smallest, largest})
     check_mass(t, scene.model.materials[material], r, kind == "file" ? "path" : "radius");
-  put_grains(packing, {{material}}, turned, scene);
   t.finish();
-}
-
-void make_sample(RveScene& scene, dem::Team& team, const dem::Watch& watch) {
-  if (!scene.pending) return;
-  const PendingPacking& p = *scene.pending;
-  std::vector<dem::UnitHull> hulls;
-  std::vector<double> reach;
-  if (p.hulls) hulls = dem::random_hulls(p.hulls->rounds, p.hulls->aspect, scene.model.seed, team);
-  for (const dem::UnitHull& hull : hulls) reach.push_back(hull.reach);
-  if (!p.hulls) reach = reaches(p.parts);
-  try {
-    const dem::Packing packing = dem::random_packing(p.box, p.radius, p.solid_fraction, p.count, p.container,
-                                                     scene.model.seed, team, watch, reach);
-    if (p.hulls)
-      put_hulls(packing, hulls, p.parts[0].material, p.turned, scene);
-    else
-      put_grains(packing, p.parts, p.turned, scene);
-  } catch (const InputError& e) {
-    throw InputError(fmt::format("{}: {}", p.place, e.what()));
-  }
-  scene.pending.reset();
-}
-
-bool make_smaller(RveScene& scene) {
-  constexpr double enough = 1000;
-  dem::Boundary& boundary = scene.state.boundary;
-  const bool box = boundary.cell.periodic() || (!boundary.walls.empty() && !boundary.walls[0].name.empty());
-  if (!scene.pending || !box || scene.pending->grains() <= 1.5 * enough) return false;
-  PendingPacking& p = *scene.pending;
-  const double scale = std::max(std::cbrt(enough / p.grains()), 3 * p.radius.mean / p.box.minCoeff());
-  if (scale >= 1) return false;
-  p.box *= scale, p.count = 0;
-  boundary.cell.vectors *= scale;
-  for (auto& wall : boundary.walls) wall.point *= scale, wall.radius *= scale;
-  return true;
-}
-
-double PendingPacking::grains() const {
-  const double each = 4 * dem::pi / 3 * radius.mean_cube();
-  return count > 0 ? static_cast<double>(count) : solid_fraction * volume() / each;
 }
 
 }  // namespace grus::app

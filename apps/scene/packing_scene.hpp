@@ -20,8 +20,7 @@ void check_cylinder(const Table& table, const dem::Vec3& box);
 /// Refuses grains whose mass or inertia no number holds.
 void check_mass(const Table& table, const dem::Material& material, double radius, const std::string& key);
 
-/// Reads the table; lattices and files are made at once, random packings are left pending. `box` is given, or found
-/// here.
-void read_packing(Table table, RveScene& scene, bool round, dem::Vec3& box);
+/// Reads the table into the recipe: what its grains are, and the box, where it is told or follows.
+void read_packing(Table table, RveScene& scene);
 
 }  // namespace grus::app

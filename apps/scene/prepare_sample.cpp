@@ -5,10 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <nlohmann/json.hpp>
 
-#include "apps/scene/sample_scene.hpp"
 #include "dem/rve/measure.hpp"
-#include "dem/rve/step.hpp"
 
 namespace grus::app {
 namespace {
@@ -50,63 +49,58 @@ struct Preparations {
   }
 };
 
-dem::Watch stage_of(const StageWatch& watch, const char* what) {
-  return watch ? dem::Watch([&watch, what](double done) { return watch(done, what); }) : dem::Watch();
-}
-
-/// The model while a sample is compressed: the friction of `materials`, and enough damping to come to rest.
-dem::Model compressing(dem::Model model) {
-  dem::renew_friction(model);
-  if (std::all_of(model.damping.begin(), model.damping.end(), [](double d) { return d == 0; }))
-    dem::set_damping(model, 0.3);
-  return model;
-}
+double void_ratio_of(const dem::State& s) { return dem::bulk_volume(s.boundary) / dem::solid_volume(s.grains) - 1; }
 
 }  // namespace
 
-dem::State prepare_base(RveScene& scene, dem::Team& team, const StageWatch& watch) {
-  make_sample(scene, team, stage_of(watch, "packing"));
-  dem::State state = scene.state;
-  if (!scene.preparation) return state;
-  dem::Model model = scene.model;  // the friction of the preparation, not of the test
-  for (auto& m : model.materials)
-    if (std::isfinite(m.youngs_modulus)) m.friction = scene.preparation->friction;
-  model = compressing(std::move(model));
-  dem::prepare(model, state, team);
-  dem::compress_isotropically(model, scene.preparation->quasi_static, state, scene.preparation->pressure, team,
-                              stage_of(watch, "preparation"));
-  return state;
+std::optional<dem::Sample> made_at_once(const RveScene& scene) {
+  if (scene.recipe.random()) return {};
+  dem::Team alone(1);
+  return dem::make(scene.model, scene.recipe, alone);
 }
 
-dem::State start_from(dem::State state, const RveScene& scene, dem::Team& team, const StageWatch& watch,
-                      const std::optional<dem::Vec3>& stresses) {
-  if (scene.preparation) {
-    if (stresses) {
-      const dem::Model model = compressing(scene.model);
-      dem::prepare(model, state, team);
-      dem::compress(model, scene.preparation->quasi_static, state, *stresses, team, stage_of(watch, "preparation"));
-    }
-    state.time = 0;
-    state.steps = 0;
-    state.ledger = {};
-    state.grain_steps = 0;
-  }
-  dem::prepare(scene.model, state, team);
-  return state;
+void settle_rows(RveScene& scene) {
+  Output& out = scene.output;
+  if (out.history_strain > 0)
+    out.history_interval = out.history_strain / std::abs(scene.test.strain_rate);
+  else if (out.history_interval == 0)
+    out.history_interval = scene.test.duration / 200;
+  if (!out.place_of_history.empty() && scene.test.duration / out.history_interval > 1e6)
+    dem::refuse(out.place_of_history, "more than a million rows; ask for fewer");
+  const double rows = std::ceil(scene.test.duration / out.history_interval * (1 - 1e-9)) + 1;
+  if (std::max(out.frames, out.gradings) > rows)
+    scene.notes.push_back(
+        fmt::format("output: {} {} are asked for, but one is written with a row of history.csv at most, of which there "
+                    "are {:.0f}; shorten history_interval for more",
+                    std::max(out.frames, out.gradings), out.frames > rows ? "frames" : "gradings", rows));
 }
 
-nlohmann::json tell_preparation(const RveScene& cell, const dem::State& state,
+void settle(RveScene& scene, const dem::Sample& sample) {
+  scene.notes.insert(scene.notes.end(), sample.notes.begin(), sample.notes.end());
+  scene.test = dem::fitted(std::move(scene.test), sample);
+  if (scene.test.kind == dem::TestKind::platens) settle_rows(scene);
+  if (scene.output.bursts > 0 && !sample.bonded()) dem::refuse(scene.output.place_of_bursts, no_bonded_cells);
+}
+
+Base prepare_base(const RveScene& scene, const dem::Sample* made, dem::Team& team, const StageWatch& watch) {
+  Base base;
+  base.state = made ? made->state : dem::make(scene.model, scene.recipe, team, dem::stage_of(watch, "packing")).state;
+  base.packed_void_ratio = void_ratio_of(base.state);
+  base.state = dem::compressed(std::move(base.state), scene.model, scene.recipe.preparation, team, watch);
+  return base;
+}
+
+nlohmann::json tell_preparation(const RveScene& scene, double packed_void_ratio, const dem::State& state,
                                 const std::optional<dem::Vec3>& stresses) {
-  if (!cell.preparation) return {};
-  const dem::Measurement m = dem::measure(cell.model, state);
-  const dem::Vec3 asked = stresses.value_or(dem::Vec3::Constant(cell.preparation->pressure)),
-                  got = -m.stress.diagonal();
-  const double packed = dem::bulk_volume(cell.state.boundary) / dem::solid_volume(cell.state.grains) - 1;
+  const auto& preparation = scene.recipe.preparation;
+  if (!preparation) return {};
+  const dem::Measurement m = dem::measure(scene.model, state);
+  const dem::Vec3 asked = stresses.value_or(dem::Vec3::Constant(preparation->pressure)), got = -m.stress.diagonal();
   // Cells of a rock leave no voids from the start: what is below 0 is their strain, or round-off.
   return {{"asked_stress_Pa", {asked.x(), asked.y(), asked.z()}},
           {"stress_Pa", {got.x(), got.y(), got.z()}},
           {"worst_stress_error", (got.array() / asked.array() - 1).abs().maxCoeff()},
-          {"packed_void_ratio", std::max(0.0, packed)},
+          {"packed_void_ratio", std::max(0.0, packed_void_ratio)},
           {"void_ratio", std::max(0.0, m.void_ratio)}};
 }
 
@@ -133,12 +127,9 @@ nlohmann::json sum_of_preparations(const std::vector<nlohmann::json>& told) {
           {"worst_stress_error", all.worst}};
 }
 
-dem::State prepare_sample(RveScene& scene, dem::Team& team, const StageWatch& watch,
-                          const std::optional<dem::Vec3>& stresses) {
-  dem::State state = start_from(prepare_base(scene, team, watch), scene, team, watch, stresses);
-  scene.prepared = tell_preparation(scene, state, stresses);
-  if (const std::string note = note_of_preparations({scene.prepared}); !note.empty()) scene.notes.push_back(note);
-  return state;
+dem::State prepare_sample(const RveScene& scene, dem::Team& team, const StageWatch& watch) {
+  Base base = prepare_base(scene, nullptr, team, watch);
+  return dem::start_from(std::move(base.state), scene.model, scene.recipe.preparation, team, watch);
 }
 
 }  // namespace grus::app

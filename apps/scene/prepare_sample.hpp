@@ -1,27 +1,39 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// From a scene's grains to a state in which the test begins.
+// From a scene to the state in which its test begins, and what is told of that.
 #pragma once
 
 #include "apps/scene/rve_scene.hpp"
+#include "dem/sample/prepare.hpp"
 
 namespace grus::app {
 
-/// How far each stage of making a sample is; `what` names it. False: stop.
-using StageWatch = std::function<bool(double done, const char* what)>;
+using dem::StageWatch;
 
-/// Makes a packing that is pending, with neighbour list, forces and time step, and brings it under the pressure of the
-/// scene's preparation, if it has one. Throws InputError where the packing cannot be, Unstable where the pressure is
-/// not reached, Interrupted.
-dem::State prepare_base(RveScene& scene, dem::Team& team, const StageWatch& watch = {});
+inline constexpr const char* no_bonded_cells = "the scene has no cells with bonds";
 
-/// From there to the state in which the test begins: with the grains' own friction to `stresses` along the axes (Pa,
-/// compression-positive), if any are given; the clock and the ledger start at zero. Throws as prepare_base does.
-dem::State start_from(dem::State base, const RveScene& scene, dem::Team& team, const StageWatch& watch = {},
-                      const std::optional<dem::Vec3>& stresses = {});
+/// The sample of a scene but for a random packing, which takes its time (none). Throws as dem::make does.
+std::optional<dem::Sample> made_at_once(const RveScene& scene);
 
-/// What the preparation has made of the packing: stresses asked and reached, void ratios before and after. `cell`: the
-/// scene with its packing made; null where it has no preparation.
-nlohmann::json tell_preparation(const RveScene& cell, const dem::State& state,
+/// Interval of rows in s, and what is wrong with it or lacks for it, once the duration of the test is known.
+void settle_rows(RveScene& scene);
+
+/// What only the sample tells: its notes, what reads the load, the times of a test between platens. Throws InputError
+/// where output is asked for that there cannot be.
+void settle(RveScene& scene, const dem::Sample& sample);
+
+/// A sample as packed, and under the pressure of the scene's preparation.
+struct Base {
+  double packed_void_ratio = 0;
+  dem::State state;
+};
+
+/// `made`: the sample, where it is there already. Throws InputError where the packing cannot be, Unstable where the
+/// pressure is not reached, Interrupted.
+Base prepare_base(const RveScene& scene, const dem::Sample* made, dem::Team& team, const StageWatch& watch = {});
+
+/// What the preparation has made of the packing: stresses asked and reached, void ratios before and after; null where
+/// the scene has no preparation.
+nlohmann::json tell_preparation(const RveScene& scene, double packed_void_ratio, const dem::State& state,
                                 const std::optional<dem::Vec3>& stresses = {});
 
 /// A note where void ratios, which nobody asked for, have changed in any of these; empty: in none.
@@ -30,8 +42,7 @@ std::string note_of_preparations(const std::vector<nlohmann::json>& told);
 /// Of several: how many, least and largest void ratios and pressures, the worst error of a stress; null: none is told.
 nlohmann::json sum_of_preparations(const std::vector<nlohmann::json>& told);
 
-/// Both stages, told in scene.prepared and scene.notes.
-dem::State prepare_sample(RveScene& scene, dem::Team& team, const StageWatch& watch = {},
-                          const std::optional<dem::Vec3>& stresses = {});
+/// The state in which the test of a scene begins: read, made, prepared. Throws as the above.
+dem::State prepare_sample(const RveScene& scene, dem::Team& team, const StageWatch& watch = {});
 
 }  // namespace grus::app

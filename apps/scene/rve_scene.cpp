@@ -8,32 +8,49 @@
 #include <map>
 
 #include "apps/scene/preparation_scene.hpp"
+#include "apps/scene/prepare_sample.hpp"
 #include "apps/scene/sample_scene.hpp"
 #include "apps/scene/supports_scene.hpp"
-#include "dem/rve/measure.hpp"
 
 namespace grus::app {
 namespace {
 
-const std::vector<std::string> kinds{"uniaxial-strain", "oedometric-stress", "isotropic-stress",
-                                     "triaxial",        "constant-p",        "velocity-gradient",
-                                     "platens",         "rollers",           "free"};
+using dem::Programme;
+using Kind = dem::TestKind;
 
-void needs_box(const Table& t, const RveScene& scene) {
-  const dem::Boundary& boundary = scene.state.boundary;
-  if (dem::cylinder(boundary) && scene.test.kind != "uniaxial-strain" && scene.test.kind != "oedometric-stress")
-    t.fail("kind", fmt::format("\"{}\" cannot be in a cylinder, whose wall stays; use \"uniaxial-strain\" or "
-                               "\"oedometric-stress\"",
-                               scene.test.kind));
-  if (boundary.cell.periodic() || (!boundary.walls.empty() && !boundary.walls[0].name.empty())) return;
-  t.fail("kind", fmt::format("\"{}\" needs boundary.kind = \"walls\" or \"periodic\"", scene.test.kind));
+const std::vector<std::pair<std::string, Kind>> kinds{{"uniaxial-strain", Kind::uniaxial_strain},
+                                                      {"oedometric-stress", Kind::oedometric_stress},
+                                                      {"isotropic-stress", Kind::isotropic_stress},
+                                                      {"triaxial", Kind::triaxial},
+                                                      {"constant-p", Kind::constant_p},
+                                                      {"velocity-gradient", Kind::velocity_gradient},
+                                                      {"platens", Kind::platens},
+                                                      {"rollers", Kind::rollers},
+                                                      {"free", Kind::free}};
+
+Kind read_kind(Table& t) {
+  std::vector<std::string> names;
+  for (const auto& [name, kind] : kinds) names.push_back(name);
+  const std::string asked = t.choice("kind", names);
+  return std::find_if(kinds.begin(), kinds.end(), [&](const auto& k) { return k.first == asked; })->second;
 }
 
-void read_axis(Table& t, TestProgram& test) { test.axis = t.choice_or("axis", "z", {"x", "y", "z"})[0] - 'x'; }
+void needs_box(const Table& t, const RveScene& scene) {
+  const Kind kind = scene.test.kind;
+  const auto named = std::find_if(kinds.begin(), kinds.end(), [&](const auto& k) { return k.second == kind; });
+  if (scene.recipe.in_cylinder() && kind != Kind::uniaxial_strain && kind != Kind::oedometric_stress)
+    t.fail("kind", fmt::format("\"{}\" cannot be in a cylinder, whose wall stays; use \"uniaxial-strain\" or "
+                               "\"oedometric-stress\"",
+                               named->first));
+  if (scene.recipe.bounds == dem::Bounds::open)
+    t.fail("kind", fmt::format("\"{}\" needs boundary.kind = \"walls\" or \"periodic\"", named->first));
+}
 
-dem::AxisControl& loaded_axis(TestProgram& test) { return test.loading.axes[static_cast<std::size_t>(test.axis)]; }
+void read_axis(Table& t, Programme& test) { test.axis = t.choice_or("axis", "z", {"x", "y", "z"})[0] - 'x'; }
 
-void read_uniaxial_strain(Table& t, TestProgram& test) {
+dem::AxisControl& loaded_axis(Programme& test) { return test.loading.axes[static_cast<std::size_t>(test.axis)]; }
+
+void read_uniaxial_strain(Table& t, Programme& test) {
   read_axis(t, test);
   test.strain_rate = t.number("strain_rate", dimension::rate, any);
   if (test.strain_rate == 0) t.fail("strain_rate", "must not be 0");
@@ -42,7 +59,7 @@ void read_uniaxial_strain(Table& t, TestProgram& test) {
   loaded_axis(test).strain_rate = -test.strain_rate;
 }
 
-void read_oedometric_stress(Table& t, TestProgram& test) {
+void read_oedometric_stress(Table& t, Programme& test) {
   read_axis(t, test);
   test.strain_rate = t.number("strain_rate", dimension::rate, positive);
   test.final_stress = t.number("final_stress", dimension::pressure, positive);
@@ -58,14 +75,14 @@ void read_oedometric_stress(Table& t, TestProgram& test) {
   loaded_axis(test) = {.stress = 0, .max_rate = test.strain_rate, .stress_rate = -rate};
 }
 
-void read_isotropic_stress(Table& t, TestProgram& test) {
+void read_isotropic_stress(Table& t, Programme& test) {
   test.strain_rate = t.number("strain_rate", dimension::rate, positive);
   const double pressure = t.number("pressure", dimension::pressure, positive);
   test.duration = t.number("duration", dimension::time, positive);
   for (auto& axis : test.loading.axes) axis = {0, -pressure, test.strain_rate};
 }
 
-void read_triaxial(Table& t, TestProgram& test) {
+void read_triaxial(Table& t, Programme& test) {
   read_axis(t, test);
   test.strain_rate = t.number("strain_rate", dimension::rate, positive);
   const double pressure = t.number("confining_pressure", dimension::pressure, positive);
@@ -76,7 +93,7 @@ void read_triaxial(Table& t, TestProgram& test) {
 }
 
 /// True triaxial: one axis is compressed (or, at a negative rate, drawn), the two others keep the mean stress.
-void read_constant_p(Table& t, TestProgram& test) {
+void read_constant_p(Table& t, Programme& test) {
   read_axis(t, test);
   test.strain_rate = t.number("strain_rate", dimension::rate, any);
   if (test.strain_rate == 0) t.fail("strain_rate", "must not be 0");
@@ -91,7 +108,7 @@ void read_constant_p(Table& t, TestProgram& test) {
 }
 
 void read_velocity_gradient(Table& t, RveScene& scene) {
-  if (!scene.state.boundary.cell.periodic()) t.fail("kind", "\"velocity-gradient\" needs boundary.kind = \"periodic\"");
+  if (!scene.recipe.periodic()) t.fail("kind", "\"velocity-gradient\" needs boundary.kind = \"periodic\"");
   const auto m = t.matrix("velocity_gradient", dimension::rate);
   dem::Mat3 gradient;
   for (int i = 0; i < 3; ++i)
@@ -101,62 +118,26 @@ void read_velocity_gradient(Table& t, RveScene& scene) {
   scene.test.loading.velocity_gradient = gradient;
 }
 
-/// Section that platens press on; of a disc across its axis pi D t / 2, which makes it the tension in its middle.
-double nominal_area(const RveScene::Cells& cells, int axis) {
-  const dem::Vec3& box = cells.box;
-  if (!cells.round) return box.prod() / box[axis];
-  return axis == 2 ? 0.25 * dem::pi * box.x() * box.x() : 0.5 * dem::pi * box.x() * box.z();
-}
-
-/// The mean of both.
-void measure_platens(RveScene& scene, int axis) {
-  RveScene::Gauge gauge{{{0, 0.5}, {1, -0.5}}, -dem::Vec3::Unit(axis), 1, 1 / nominal_area(*scene.cells, axis)};
-  scene.cells->gauge = gauge;
-}
-
-void read_platens(Table& t, RveScene& scene) {
-  TestProgram& test = scene.test;
-  auto& walls = scene.state.boundary.walls;
-  if (scene.state.boundary.cell.periodic() || !walls.empty())
-    t.fail("kind", "\"platens\" makes its own two walls; leave out [boundary] and [[wall]]");
-  read_axis(t, test);
-  const double friction = t.number_or("friction", NAN, dimension::none, not_negative);
-  dem::Team alone(1);
-  make_sample(scene, alone, {});  // the platens touch it
-  add_platens(t, scene, test.axis, 0, friction);
-  const double height = walls[1].point[test.axis] - walls[0].point[test.axis];
-  const bool by_speed = t.has("speed");
-  if (by_speed == t.has("strain_rate")) t.fail("", "needs either speed or strain_rate");
-  const double speed = by_speed ? t.number("speed", dimension::speed, positive)
-                                : height * t.number("strain_rate", dimension::rate, positive);
-  walls[1].velocity[test.axis] = -speed;
-  if (scene.cells) measure_platens(scene, test.axis);
-  test.strain_rate = speed / height;
-  test.duration = t.number("final_strain", dimension::none, {0, 0.95, true, true}) / test.strain_rate;
-}
-
 void read_loading(Table t, RveScene& scene) {
-  TestProgram& test = scene.test;
-  test.kind = t.choice("kind", kinds);
+  Programme& test = scene.test;
+  test.kind = read_kind(t);
   t.number_or("scale", 1, dimension::none, {1e-6, 1e6});  // read before the sample
-  const std::map<std::string, void (*)(Table&, TestProgram&)> of_a_box{{"uniaxial-strain", read_uniaxial_strain},
-                                                                       {"oedometric-stress", read_oedometric_stress},
-                                                                       {"isotropic-stress", read_isotropic_stress},
-                                                                       {"triaxial", read_triaxial},
-                                                                       {"constant-p", read_constant_p}};
+  const std::map<Kind, void (*)(Table&, Programme&)> of_a_box{{Kind::uniaxial_strain, read_uniaxial_strain},
+                                                              {Kind::oedometric_stress, read_oedometric_stress},
+                                                              {Kind::isotropic_stress, read_isotropic_stress},
+                                                              {Kind::triaxial, read_triaxial},
+                                                              {Kind::constant_p, read_constant_p}};
+  const std::map<Kind, void (*)(Table&, RveScene&)> of_its_own{
+      {Kind::velocity_gradient, read_velocity_gradient}, {Kind::platens, read_platens}, {Kind::rollers, read_rollers}};
   if (const auto read = of_a_box.find(test.kind); read != of_a_box.end()) {
     needs_box(t, scene);
     test.loading.driven = true;
     read->second(t, test);
-    if (dem::cylinder(scene.state.boundary) && test.axis != 2) t.fail("axis", "of a cylinder is \"z\"");
-  } else if (test.kind == "velocity-gradient") {
-    read_velocity_gradient(t, scene);
-  } else if (test.kind == "platens") {
-    read_platens(t, scene);
-  } else if (test.kind == "rollers") {
-    read_rollers(t, scene);
-  } else {
+    if (scene.recipe.in_cylinder() && test.axis != 2) t.fail("axis", "of a cylinder is \"z\"");
+  } else if (test.kind == Kind::free) {
     test.duration = t.number("duration", dimension::time, positive);
+  } else {
+    of_its_own.at(test.kind)(t, scene);
   }
   const auto g = t.numbers_or("gravity", {0, 0, 0}, dimension::acceleration);
   scene.model.motion.gravity = {g[0], g[1], g[2]};
@@ -165,51 +146,47 @@ void read_loading(Table t, RveScene& scene) {
   t.finish();
 }
 
-void read_output(Table& t, RveScene& scene) {
-  Output& out = scene.output;
-  out.history_interval = scene.test.duration / 200;
-  auto o = t.table_if("output");
-  if (!o) return;
-  if (o->has("history_interval")) {
-    // In strain where the test has a rate; a text with a unit of time, or a test without a rate, in seconds.
-    const double rate = std::abs(scene.test.strain_rate);
-    bool in_time = rate == 0;
-    double value = 0;
-    try {
-      value = o->number("history_interval", dimension::none, positive);
-    } catch (const InputError&) {
-      value = o->number("history_interval", dimension::time, positive);
-      in_time = true;
-    }
-    out.history_interval = in_time ? value : value / rate;
-    if (scene.test.duration / out.history_interval > 1e6)
-      o->fail("history_interval", "more than a million rows; ask for fewer");
+/// In strain where the test has a rate; a text with a unit of time, or a test without a rate, in seconds.
+void read_interval(Table& t, const Programme& test, Output& out) {
+  bool in_time = test.strain_rate == 0 && test.kind != Kind::platens;
+  double value = 0;
+  try {
+    value = t.number("history_interval", dimension::none, positive);
+  } catch (const InputError&) {
+    value = t.number("history_interval", dimension::time, positive);
+    in_time = true;
   }
-  scene.model.split_statistics = o->flag_or("split_statistics", false);
+  (in_time ? out.history_interval : out.history_strain) = value;
+  out.place_of_history = t.place("history_interval");
+}
+
+void read_output_table(Table& t, RveScene& scene) {
+  Output& out = scene.output;
+  if (t.has("history_interval")) read_interval(t, scene.test, out);
+  scene.model.split_statistics = t.flag_or("split_statistics", false);
   if (scene.model.split_statistics && !scene.model.breakable())
-    o->fail("split_statistics", "is of grains that break, of which there are none: give a material fracture");
-  out.grading = o->flag_or("grading", false);
-  if (o->has("bursts")) {
-    if (!scene.bonded()) o->fail("bursts", "the scene has no cells with bonds");
-    out.bursts = o->number("bursts", dimension::time, positive);
+    t.fail("split_statistics", "is of grains that break, of which there are none: give a material fracture");
+  out.grading = t.flag_or("grading", false);
+  if (t.has("bursts")) {
+    const auto* cells = dem::material_of_cells(scene.recipe);
+    if (!cells || !scene.model.materials[*cells].bond) t.fail("bursts", no_bonded_cells);
+    out.bursts = t.number("bursts", dimension::time, positive), out.place_of_bursts = t.place("bursts");
     scene.model.records_bonds = true;
   }
-  out.gradings = static_cast<int>(o->integer_or("gradings", 0, 0, 1000));
-  out.frames = static_cast<int>(o->integer_or("frames", 0, 0, 100000));
-  out.contacts = o->flag_or("contacts", false);
-  out.wrapped = o->flag_or("wrapped", false);
+  out.gradings = static_cast<int>(t.integer_or("gradings", 0, 0, 1000));
+  out.frames = static_cast<int>(t.integer_or("frames", 0, 0, 100000));
+  out.contacts = t.flag_or("contacts", false);
+  out.wrapped = t.flag_or("wrapped", false);
   for (const char* key : {"contacts", "wrapped"})
-    if (o->flag_or(key, false) && out.frames == 0)
-      o->fail(key, "is of frames, of which none are asked for: give frames");
-  if (out.wrapped && !scene.state.boundary.cell.periodic()) o->fail("wrapped", "needs boundary.kind = \"periodic\"");
-  const double rows = std::ceil(scene.test.duration / out.history_interval * (1 - 1e-9)) + 1;
-  if (std::max(out.frames, out.gradings) > rows)
-    scene.notes.push_back(
-        fmt::format("output: {} {} are asked for, but one is written with a row of history.csv at most, of which there "
-                    "are {:.0f}; shorten history_interval for more",
-                    std::max(out.frames, out.gradings), out.frames > rows ? "frames" : "gradings", rows));
-  out.checkpoint_interval = o->number_or("checkpoint_interval", out.checkpoint_interval, dimension::time, positive);
-  o->finish();
+    if (t.flag_or(key, false) && out.frames == 0) t.fail(key, "is of frames, of which none are asked for: give frames");
+  if (out.wrapped && !scene.recipe.periodic()) t.fail("wrapped", "needs boundary.kind = \"periodic\"");
+  out.checkpoint_interval = t.number_or("checkpoint_interval", out.checkpoint_interval, dimension::time, positive);
+  t.finish();
+}
+
+void read_output(Table& t, RveScene& scene) {
+  if (auto o = t.table_if("output")) read_output_table(*o, scene);
+  if (scene.test.kind != Kind::platens) settle_rows(scene);
 }
 
 /// Larger grains that stand for smaller ones are as strong as those, and press alike.
@@ -227,7 +204,9 @@ RveScene read(const std::string& file, const std::vector<std::string>& overrides
   RveScene scene;
   scene.file = file;
   const toml::table parsed = parse_scene(file, overrides);
-  Table t(parsed, file, "", scene.record);
+  const auto record = std::make_shared<nlohmann::json>();
+  scene.record = record;
+  Table t(parsed, file, "", *record);
   scene.title = t.text_or("title", std::filesystem::path(file).stem().string());
   // Listed grains are verification cases: some hundred steps an impact. Packings need stability, not each collision's
   // shape.
@@ -236,11 +215,10 @@ RveScene read(const std::string& file, const std::vector<std::string>& overrides
   read_model(t, scene.model, unit_cell);
   if (auto loading = t.table_if("loading")) scene.scale = loading->number_or("scale", 1, dimension::none, {1e-6, 1e6});
   scale_strengths(scene);
-  read_sample(t, scene);
+  read_sample(t, *record, scene);
   read_supports(t, scene);
   if (unit_cell) {
-    if (!scene.state.boundary.cell.periodic())
-      t.fail("boundary", "the unit cell of a boundary-value problem must be periodic");
+    if (!scene.recipe.periodic()) t.fail("boundary", "the unit cell of a boundary-value problem must be periodic");
     RveScene alone = scene;  // the standalone test: read, so that its mistakes show, but not used here
     if (t.has("loading")) read_loading(t.table("loading"), alone);
     if (t.has("loading") || t.has("output")) read_output(t, alone);
@@ -252,7 +230,7 @@ RveScene read(const std::string& file, const std::vector<std::string>& overrides
   dem::make_pair_laws(scene.model);
   read_preparation(t, scene);
   t.finish();
-  scene.model.motion.turn_spheres = scene.listed_grains > 0 || scene.model.breakable();
+  scene.model.motion.turn_spheres = scene.listed_grains() > 0 || scene.model.breakable();
   return scene;
 }
 

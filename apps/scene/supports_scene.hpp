@@ -10,9 +10,13 @@ namespace grus::app {
 void read_supports(Table& scene_table, RveScene& scene);
 
 /// [boundary] bonded: cells are glued to the walls of their box.
-void glue_to_walls(Table& boundary, RveScene& scene);
+void read_glue(Table& boundary, RveScene& scene);
 
-/// [loading] kind = "rollers".
+/// Neither bounds nor walls nor clamps: platens and rollers bring their own.
+bool open_and_free(const RveScene& scene);
+
+/// [loading] kind = "platens", "rollers".
+void read_platens(Table& table, RveScene& scene);
 void read_rollers(Table& table, RveScene& scene);
 
 }  // namespace grus::app

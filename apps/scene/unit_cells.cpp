@@ -50,8 +50,8 @@ dem::RveOptions read_rve_options(Table& t) {
 }
 
 void default_floor(dem::ResponseOptions& response, const RveScene& cell) {
-  if (response.quasi_static.pressure_floor == 0 && cell.preparation)
-    response.quasi_static.pressure_floor = 0.5 * cell.preparation->pressure;
+  if (response.quasi_static.pressure_floor == 0 && cell.recipe.preparation)
+    response.quasi_static.pressure_floor = 0.5 * cell.recipe.preparation->pressure;
 }
 
 dem::RveOptions options_of_text(const std::string& text, const std::string& place, const RveScene& cell) {
@@ -76,14 +76,14 @@ dem::RveOptions options_of_text(const std::string& text, const std::string& plac
 }
 
 std::uint64_t kin_of(const RveScene& cell) {
-  nlohmann::json scene = cell.record;
+  nlohmann::json scene = *cell.record;
   if (scene.contains("packing")) scene["packing"].erase("seed");
   return dem::checksum(scene.dump());
 }
 
 dem::RveSet open_rves(const std::string& file, const std::vector<std::string>& overrides, std::size_t points,
                       int threads, const std::string& response) {
-  RveScene cell = read_unit_cell(file, overrides);
+  const RveScene cell = read_unit_cell(file, overrides);
   const dem::RveOptions options = options_of_text(response, "response", cell);
   dem::Team alone(1);
   const dem::State prepared = prepare_sample(cell, alone);

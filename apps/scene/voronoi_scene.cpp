@@ -7,10 +7,6 @@
 #include <algorithm>
 
 #include "apps/scene/packing_scene.hpp"
-#include "apps/scene/sample_scene.hpp"
-#include "dem/packing/cells.hpp"
-#include "dem/packing/clusters.hpp"
-#include "dem/packing/prisms.hpp"
 
 namespace grus::app {
 namespace {
@@ -93,95 +89,74 @@ std::size_t read_count(Table& t, const dem::CellSpace& space, const Vec3& box) {
   return std::max<std::size_t>(1, static_cast<std::size_t>(count));
 }
 
-void put_cells(const dem::VoronoiCells& cells, std::uint8_t material, const Vec3& box, bool round, RveScene& scene) {
-  const dem::BondedFaces faces = dem::add_cells(scene.model, cells, material, scene.state);
-  scene.cells = RveScene::Cells{faces, box, round};
-  if (faces.coarse > 0)
-    scene.notes.push_back(
-        fmt::format("{} of {} bonds are too coarse for their fracture_energy: their strength is lowered so that they "
-                    "take no more than that; use smaller cells, or a larger energy",
-                    faces.coarse, faces.bonds));
-}
-
 /// Grains of a packing of its own, each filled with cells.
-void fill_parents(Table& t, RveScene& scene, std::uint8_t material, Vec3& box) {
+void read_filled(Table& t, RveScene& scene, std::uint8_t material) {
   if (t.choice_or("grains", "clusters", {"one", "clusters"}) == "one")
     t.fail("grains", "\"one\" has no parents; leave them out, or ask for \"clusters\"");
-  if (!box.isZero()) t.fail("box", "is that of packing.parents");
-  const auto count = static_cast<std::size_t>(t.integer_or("cells", 20, 1, 10000));
-  const int rounds = static_cast<int>(t.integer_or("relax", 5, 0, 1000));
+  if (!scene.recipe.box.isZero()) t.fail("box", "is that of packing.parents");
+  dem::FilledGrains filled;
+  filled.cells = static_cast<std::size_t>(t.integer_or("cells", 20, 1, 10000));
+  filled.rounds = static_cast<int>(t.integer_or("relax", 5, 0, 1000));
+  filled.material = material, filled.place = t.place("cells");
   RveScene parents;
-  parents.file = scene.file, parents.model = scene.model, parents.state.boundary = scene.state.boundary;
-  read_packing(t.table("parents"), parents, false, box);
-  if (parents.cells) t.fail("parents", "are spheres or poly-ellipsoids");
-  if (parents.grains() * static_cast<double>(count) > most_cells) t.fail("cells", "more than half a million cells");
+  parents.file = scene.file, parents.model = scene.model;
+  if (scene.recipe.periodic()) parents.recipe.bounds = dem::Bounds::periodic;
+  read_packing(t.table("parents"), parents);
+  if (parents.recipe.of_cells()) t.fail("parents", "are spheres or poly-ellipsoids");
+  if (parents.recipe.count() * static_cast<double>(filled.cells) > most_cells)
+    t.fail("cells", "more than half a million cells");
   scene.model.seed = parents.model.seed;
-  dem::Team team(1);
-  make_sample(parents, team, {});
-  if (scene.state.boundary.cell.periodic()) scene.state.boundary.cell.vectors = dem::Mat3(box.asDiagonal());
-  try {
-    put_cells(dem::fill_grains(parents.state.grains, count, rounds, scene.model.seed, team), material, box, false,
-              scene);
-  } catch (const InputError& e) {
-    t.fail("cells", e.what());
-  }
+  scene.recipe.box = parents.recipe.box;
+  if (auto* random = std::get_if<dem::RandomPacking>(&parents.recipe.grains)) filled.parents = std::move(*random);
+  if (const auto* lattice = std::get_if<dem::Lattice>(&parents.recipe.grains)) filled.parents = *lattice;
+  if (auto* spheres = std::get_if<dem::Spheres>(&parents.recipe.grains)) filled.parents = std::move(*spheres);
+  scene.recipe.grains = std::move(filled);
 }
 
 }  // namespace
 
-void read_voronoi(Table& t, RveScene& scene, std::uint8_t material, Vec3& box) {
-  const bool periodic = scene.state.boundary.cell.periodic();
-  if (t.has("parents")) return fill_parents(t, scene, material, box);
-  dem::CellSpace space = read_space(t, periodic, box);
-  space.extruded = t.flag_or("extruded", false);
-  const std::size_t count = read_count(t, space, box);
+void read_voronoi(Table& t, RveScene& scene, std::uint8_t material) {
+  const bool periodic = scene.recipe.periodic();
+  if (t.has("parents")) return read_filled(t, scene, material);
+  Vec3& box = scene.recipe.box;
+  dem::Tessellation cells;
+  cells.space = read_space(t, periodic, box);
+  cells.space->extruded = t.flag_or("extruded", false);
+  cells.round = t.has("cylinder");
+  cells.cells = read_count(t, *cells.space, box);
+  const double count = static_cast<double>(cells.cells);
   if (periodic) {
-    const double per_cell = space.extruded ? std::sqrt(box.x() * box.y() / static_cast<double>(count))
-                                           : std::cbrt(box.prod() / static_cast<double>(count));
-    for (int k = 0; k < (space.extruded ? 2 : 3); ++k)
+    const double per_cell =
+        cells.space->extruded ? std::sqrt(box.x() * box.y() / count) : std::cbrt(box.prod() / count);
+    for (int k = 0; k < (cells.space->extruded ? 2 : 3); ++k)
       if (box[k] < 3.99 * per_cell)
-        t.fail("box", fmt::format("a periodic box needs four cells a side; {} make {:.2g} along {}", count,
+        t.fail("box", fmt::format("a periodic box needs four cells a side; {} make {:.2g} along {}", cells.cells,
                                   box[k] / per_cell, "xyz"[k]));
-    scene.state.boundary.cell.vectors = dem::Mat3(box.asDiagonal());
   }
-  const int rounds = static_cast<int>(t.integer_or("relax", 5, 0, 1000));
-  check_mass(t, scene.model.materials[material], std::cbrt(space.volume() / static_cast<double>(count)) / 2, "cells");
-  std::size_t clusters = 0;
+  cells.rounds = static_cast<int>(t.integer_or("relax", 5, 0, 1000));
+  check_mass(t, scene.model.materials[material], std::cbrt(cells.space->volume() / count) / 2, "cells");
   if (t.choice_or("grains", "one", {"one", "clusters"}) == "clusters")
-    clusters = static_cast<std::size_t>(t.integer_or("clusters", 2, 2, static_cast<long>(count)));
-  dem::Team team(1);
-  try {
-    dem::VoronoiCells cells = dem::voronoi_packing(space, count, rounds, scene.model.seed, team);
-    if (clusters > 0) dem::deal_to_clusters(space, clusters, scene.model.seed, team, cells);
-    put_cells(cells, material, box, t.has("cylinder"), scene);
-  } catch (const InputError& e) {
-    t.fail("cells", e.what());
-  }
+    cells.clusters = static_cast<std::size_t>(t.integer_or("clusters", 2, 2, static_cast<long>(cells.cells)));
+  cells.material = material, cells.place = t.place("cells");
+  scene.recipe.grains = std::move(cells);
 }
 
-void read_prisms(Table& t, RveScene& scene, std::uint8_t material, Vec3& box) {
-  if (scene.state.boundary.cell.periodic()) t.fail("kind", "prisms are not for a periodic cell");
+void read_prisms(Table& t, RveScene& scene, std::uint8_t material) {
+  Vec3& box = scene.recipe.box;
+  if (scene.recipe.periodic()) t.fail("kind", "prisms are not for a periodic cell");
   auto cylinder = t.table_if("cylinder");
   if (cylinder && !box.isZero()) t.fail("cylinder", "prisms fill either a box or a cylinder");
   if (cylinder) box = read_cylinder(*cylinder);
   if (box.isZero()) t.fail("", "packing.box or cylinder is missing");
-  const double side = t.number("side", dimension::length, positive);
-  const double thickness = t.number("thickness", dimension::length, positive);
-  const double gap = t.number_or("gap", 0, dimension::length, {0, 0.5 * side, false, true});
-  if (!(box.prod() / (side * side * thickness) < most_cells)) t.fail("side", "more than some hundred thousand prisms");
-  check_mass(t, scene.model.materials[material], std::cbrt(side * side * thickness) / 2, "side");
-  try {
-    const dem::VoronoiCells cells = dem::hexagonal_prisms(box, side, thickness, gap, cylinder.has_value());
-    Vec3 taken = box;  // of a box, by whole prisms
-    if (!cylinder) {
-      taken.setZero();
-      for (const dem::Polyhedron& p : cells.body)
-        for (const Vec3& v : p.vertex) taken = taken.cwiseMax(v);
-    }
-    put_cells(cells, material, taken, cylinder.has_value(), scene);
-  } catch (const InputError& e) {
-    t.fail("side", e.what());
-  }
+  dem::Prisms prisms;
+  prisms.side = t.number("side", dimension::length, positive);
+  prisms.thickness = t.number("thickness", dimension::length, positive);
+  prisms.gap = t.number_or("gap", 0, dimension::length, {0, 0.5 * prisms.side, false, true});
+  const double each = prisms.side * prisms.side * prisms.thickness;
+  if (!(box.prod() / each < most_cells)) t.fail("side", "more than some hundred thousand prisms");
+  check_mass(t, scene.model.materials[material], std::cbrt(each) / 2, "side");
+  prisms.round = cylinder.has_value(), prisms.material = material, prisms.place = t.place("side");
+  scene.recipe.grains = std::move(prisms);
 }
 
 }  // namespace grus::app

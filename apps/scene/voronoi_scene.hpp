@@ -6,8 +6,8 @@
 
 namespace grus::app {
 
-/// Makes the cells at once. `box` is given, or found here.
-void read_voronoi(Table& table, RveScene& scene, std::uint8_t material, dem::Vec3& box);
-void read_prisms(Table& table, RveScene& scene, std::uint8_t material, dem::Vec3& box);
+/// The recipe's box is given, or found here.
+void read_voronoi(Table& table, RveScene& scene, std::uint8_t material);
+void read_prisms(Table& table, RveScene& scene, std::uint8_t material);
 
 }  // namespace grus::app

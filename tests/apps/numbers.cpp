@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Numbers that users read or write: units, defaults, error estimates, gradings over a test.
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <stdexcept>
 
 #include "apps/rve/error_estimates.hpp"
 #include "apps/rve/gradings.hpp"
 #include "apps/scene/rve_scene.hpp"
-#include "apps/scene/sample_scene.hpp"
 #include "apps/scene/units.hpp"
 #include "dem/base/text_file.hpp"
 #include "dem/contact/forces.hpp"
 #include "dem/packing/packing.hpp"
 #include "dem/rve/loading.hpp"
+#include "dem/sample/make.hpp"
 #include "tests/apps/scratch.hpp"
 #include "tests/helpers.hpp"
 
@@ -210,10 +211,11 @@ TEST_CASE(
          "[boundary]\nkind = \"open\"\n[loading]\nkind = \"free\"\nduration = 0.3\n[output]\ngradings = 4\n";
   const RveScene scene = read_rve_scene(file, {});
   const Model model = scene.model;
-  State s = scene.state;
   Team team(1);
+  State s = dem::make(model, scene.recipe, team).state;
+  const State start = s;
   prepare(model, s, team);
-  GradingStates states(scratch.path, scene);
+  GradingStates states(scratch.path, scene, start);
   for (int k = 0; k <= 30; ++k) s.time = 0.01 * k, states.write_if_due(s);
   CHECK(states.written() == 4);
   const auto rows = rows_of(scratch.path + "/grading.csv");
@@ -260,11 +262,10 @@ kind = "periodic"
 kind = "free"
 duration = "1 us"
 )";
-  RveScene scene = read_rve_scene(file, {});
+  const RveScene scene = read_rve_scene(file, {});
   Team team(2);
-  make_sample(scene, team, {});
-  const dem::Grains& g = scene.state.grains;
-  dem::update_frames(scene.state.grains);
+  State made = dem::make(scene.model, scene.recipe, team).state;
+  const dem::Grains& g = made.grains;
   double solid = 0, mass = 0;
   std::size_t coal = 0;
   Vec3 axes = Vec3::Zero();
@@ -286,8 +287,8 @@ duration = "1 us"
   CHECK(solid == Approx(0.5 * 64e-9).epsilon(1e-9));
   CHECK(axes.norm() < 3 * std::sqrt(static_cast<double>(coal)));  // directions of no preference: a random walk
   Team one(1);
-  dem::prepare(scene.model, scene.state, one);
-  for (const auto& touch : scene.state.contacts.touch) CHECK(touch.overlap < 1e-9);
+  dem::prepare(scene.model, made, one);
+  for (const auto& touch : made.contacts.touch) CHECK(touch.overlap < 1e-9);
 }
 
 TEST_CASE("a text file is the same text whatever mark and encoding its editor has given it") {

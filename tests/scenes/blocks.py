@@ -93,7 +93,9 @@ def python(page, folder, block):
         shutil.copy(scene, folder)
     write(folder, "block.py", block)
     said = shell(f"PYTHONPATH={build}/python /usr/bin/python3 block.py", folder)
-    expected = re.search(r"says `(.*?)`", open(os.path.join(source, page)).read())
+    text = open(os.path.join(source, page)).read()
+    after = text[text.index(block) + len(block):]
+    expected = re.match(r"```\n\nIt says `(.*?)`", after) or re.search(r"says `(.*?)`", text)
     need(expected is None or said == expected[1] + "\n", f"{page}: its block of Python says {said!r}")
 
 

@@ -9,15 +9,15 @@ import sys
 root = sys.argv[1]
 floor = {
     "dem/base": 0, "dem/kernel": 1, "dem/shape": 1, "dem/state": 2, "dem/contact": 3, "dem/bond": 3, "dem/fracture": 4,
-    "dem/motion": 4, "dem/rve": 5, "dem/packing": 6, "dem/io": 6, "dem/rves": 7, "fem": 10, "coupling": 20,
-    "apps/scene": 30, "apps/library/grus": 31, "apps/run": 31, "apps/bvp/scene": 31, "apps/rve": 32, "apps/bvp": 32,
-    "apps/python": 33
+    "dem/motion": 4, "dem/rve": 5, "dem/packing": 6, "dem/io": 6, "dem/rves": 7, "dem/sample": 7, "fem": 10,
+    "coupling": 20, "apps/scene": 30, "apps/library/grus": 31, "apps/run": 31, "apps/bvp/scene": 31, "apps/rve": 32,
+    "apps/bvp": 32, "apps/python": 33
 }
 # Rooms of the package grus: its modules and sub-packages, "" its public names.
 package = "apps/python/grus"
 python_floor = {
-    "_core": 0, "_version": 0, "errors": 0, "asked": 1, "files": 1, "figures": 2, "results": 2, "runs": 3, "rves": 3,
-    "calibrate": 4, "report": 4, "study": 4, "": 5, "precice": 6
+    "_core": 0, "_version": 0, "errors": 0, "asked": 1, "files": 1, "figures": 2, "results": 2, "samples": 2, "runs": 3,
+    "rves": 3, "calibrate": 4, "report": 4, "study": 4, "": 5, "precice": 6
 }
 faults = []
 

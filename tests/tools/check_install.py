@@ -12,10 +12,12 @@ build, kind = os.path.abspath(sys.argv[1]), sys.argv[2]
 
 source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 page = open(os.path.join(source, "docs", "library.md")).read()
-PUBLIC = ["grus/rve.hpp", "grus/scene.hpp"
+PUBLIC = ["grus/rve.hpp", "grus/sample.hpp", "grus/scene.hpp"
           ] + [f"dem/rve/{name}.hpp" for name in ("model", "state", "rve", "measure", "step")]
 CMAKE, CLIENT = (re.search(rf"```{kind_of_block}\n(.*?)```", page, re.S).group(1) for kind_of_block in ("cmake", "cpp"))
 SAID = re.search(r"says `(.*?)`", page).group(1)
+SAMPLE, SAID_OF_SAMPLE = re.search(r"```cpp\n(#include <grus/sample.hpp>.*?)```\n\nIt says `(.*?)`", page,
+                                   re.S).groups()
 COMMANDS = ["grus-study", "grus-calibrate", "grus-report"]
 WITHOUT_CORE = "cells in Python need Debian's python3-grus, or a build where python3-dev and pybind11-dev are there"
 # Two spheres pushed together by 1 % of a radius: Hertz's force is the closed form.

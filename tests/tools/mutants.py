@@ -31,9 +31,10 @@ inline const int chosen = std::getenv("GRUS_MUTANT") ? std::atoi(std::getenv("GR
 """
 # Fast first: the order in which a fault meets the tests that it does not name.
 TESTS = [
-    "shapes", "hulls", "overlaps", "contacts", "grading", "sharing", "material_rules", "driver", "rve_set", "numbers",
-    "bars", "bonds", "face_bonds", "bonded_cells", "supports", "cell_packings", "hull_contacts", "balances",
-    "breakage", "techniques", "small_rules", "histories", "steady", "rolling", "resting", "bits", "single_contacts",
+    "samples", "recipes", "shapes", "hulls", "overlaps", "contacts", "grading", "sharing", "material_rules", "driver",
+    "rve_set", "numbers", "bars", "bonds", "face_bonds", "bonded_cells", "supports", "cell_packings", "hull_contacts",
+    "balances", "breakage", "techniques", "small_rules", "histories", "steady", "rolling", "resting", "bits",
+    "single_contacts",
     "linear_response", "lists", "stiffness", "dynamics", "geometry", "elements", "explicit_statics", "devices", "farm",
     "kernels", "motion", "coupling", "solid", "rve", "fourteen", "crushing", "cylinder"
 ]

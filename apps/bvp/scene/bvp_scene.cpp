@@ -36,6 +36,8 @@ void read_rve(Table t, BvpScene& scene) {
   const std::vector<std::string> changes = t.texts_or_none("set");
   t.finish();
   scene.unit_cells = read_unit_cells(file.string(), changes, scene.variants);
+  for (RveScene& cell : scene.unit_cells)
+    if (const auto& sample = scene.samples.emplace_back(made_at_once(cell))) settle(cell, *sample);
   if (scene.dynamics && scene.unit_cells[0].model.numerics.scaled_below > 0)
     t.fail("scene", "numerics.inertia of the cell is for quasi-static runs: waves would see it");
   default_floor(response, scene.unit_cells[0]);
@@ -185,7 +187,7 @@ void read_ground(Table t, BvpScene& scene) {
 
 /// What moves or presses at once would strike the mesh like a hammer.
 void check_eased(const Table& t, const BvpScene& scene) {
-  const bool stressed = scene.ground || (scene.has_rve && scene.unit_cells[0].preparation) ||
+  const bool stressed = scene.ground || (scene.has_rve && scene.unit_cells[0].recipe.preparation) ||
                         std::any_of(scene.regions.begin(), scene.regions.end(),
                                     [](const Region& r) { return r.initial_stress.has_value(); });
   for (const auto& b : scene.boundaries) {
@@ -238,7 +240,7 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
   if (auto o = t.table_if("output")) read_output(*o, scene);
   if (auto h = t.table_if("hopkinson")) read_hopkinson(*h, scene);
   if (t.has("rve") || scene.regions.empty()) read_rve(t.table("rve"), scene);
-  if (scene.ground && scene.has_rve && !scene.unit_cells[0].preparation)
+  if (scene.ground && scene.has_rve && !scene.unit_cells[0].recipe.preparation)
     t.fail("initial_stress",
            fmt::format("the cells of {} have no [preparation] to start from", scene.unit_cells[0].file));
   if (scene.explicit_statics) check_eased(t, scene);

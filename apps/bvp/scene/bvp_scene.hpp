@@ -2,9 +2,10 @@
 // A scene of grus-bvp: tables -> option structs of fem and dem.
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <variant>
 
-#include "apps/scene/rve_scene.hpp"
+#include "apps/scene/prepare_sample.hpp"
 #include "coupling/rve_material.hpp"
 #include "fem/dynamics.hpp"
 #include "fem/explicit_statics.hpp"
@@ -64,7 +65,8 @@ struct BvpScene {
   std::optional<double>
       damping;       // local, of the grains in the run; empty: that of their material, or none in explicit runs
   int variants = 1;  // different packings, dealt to the Gauss points in turn
-  std::vector<RveScene> unit_cells;  // one for each variant
+  std::vector<RveScene> unit_cells;                 // one for each variant
+  std::vector<std::optional<dem::Sample>> samples;  // of these; random packings are made later
   int frames = 0;
   bool costs = false;                // costs.csv: what every RVE cost in every sweep
   double checkpoint_interval = 300;  // s of wall time; an interrupted run writes one in any case

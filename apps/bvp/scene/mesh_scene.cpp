@@ -133,8 +133,8 @@ void note_size(BvpScene& scene) {
   double longest = 0, grain = 0;
   for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, scene.high[k] - scene.low[k]);
   if (scene.has_rve) {
-    const RveScene& cell = scene.unit_cells[0];
-    grain = cell.pending ? 2 * cell.pending->radius.mean : dem::mean_diameter(cell.state.grains);
+    const auto* random = std::get_if<dem::RandomPacking>(&scene.unit_cells[0].recipe.grains);
+    grain = random ? 2 * random->radius.mean : dem::mean_diameter(scene.samples[0]->state.grains);
   }
   if (longest > far)
     scene.notes.push_back(fmt::format("the mesh measures {}: in metres? (mesh.unit of a file)", scene.extent()));

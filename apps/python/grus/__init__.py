@@ -12,6 +12,10 @@ results.
     run["axial_stress_Pa"], run.summary["status"]
     old = grus.load("results/shpb")
 
+    sand = grus.Material(density=2650, youngs_modulus=60e9, friction=0.5, restitution=0.7)    # no scene file
+    cell = grus.Sample(sand, grus.RandomPacking(radius=0.2e-3, solid_fraction=0.6), box=[4e-3] * 3, pressure=1e6)
+    rves = grus.RveSet(cell, n=512)
+
 SI units; tensors are tension-positive, Voigt order xx yy zz yz xz xy with engineering shear. Scalars with `axial_` or
 `pressure` in their name are compression-positive. Errors are one line each: `InputError` (a ValueError) says what to
 change, `Unstable` (a RuntimeError) what went wrong and where; what raised one can be used afterwards.
@@ -24,13 +28,17 @@ if TYPE_CHECKING:
     from grus.results import Results, load
     from grus.runs.run import run
     from grus.rves import Rve, RveSet
+    from grus.samples import Bond, Grain, Lattice, Material, RandomPacking, Sample, Spheres, Voronoi
 
-__all__ = ["InputError", "Results", "Rve", "RveSet", "Unstable", "__version__", "load", "run"]
+__all__ = ["Bond", "Grain", "InputError", "Lattice", "Material", "RandomPacking", "Results", "Rve", "RveSet", "Sample",
+           "Spheres", "Unstable", "Voronoi", "__version__", "load", "run"]
 
 # Each is loaded when it is first asked for: the commands need no compiled core, and nothing that takes a second to
 # load.
 _HOMES = {"InputError": "errors", "Unstable": "errors", "Results": "results", "load": "results", "run": "runs.run",
           "Rve": "rves", "RveSet": "rves"}
+_HOMES |= dict.fromkeys(
+    ["Bond", "Grain", "Lattice", "Material", "RandomPacking", "Sample", "Spheres", "Voronoi"], "samples")
 
 
 def __getattr__(name: str) -> object:

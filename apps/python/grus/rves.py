@@ -13,6 +13,7 @@ import grus._core as _core
 from grus.asked import (Array, Named, changes_of, communicator, increments_of, path_of, room_in, settings_text,
                         state_bytes, whole_number)
 from grus.errors import InputError, Unstable
+from grus.samples import Sample
 
 T = TypeVar("T")
 Path = str | os.PathLike[str]
@@ -24,7 +25,7 @@ class RveSet:
     Points with the same history share one RVE (the same bits as without), so a set costs what its points do
     differently.
 
-    scene      a cell's scene file: periodic, with its [preparation]
+    scene      a cell's scene file: periodic, with its [preparation]; or a Sample
     n          points of this rank
     threads    over which points are spread; default: all cores of this process
     set        "KEY=VALUE" changes of the scene, as --set of grus-rve
@@ -43,9 +44,12 @@ class RveSet:
     where the preparation does not come to rest.
     """
 
-    def __init__(self, scene: Path, n: int = 1, *, threads: int | None = None, set: Iterable[str] = (),
+    def __init__(self, scene: Path | Sample, n: int = 1, *, threads: int | None = None, set: Iterable[str] = (),
                  variant: ArrayLike | None = None, comm: Any = None, **response: Any) -> None:
-        changes, self._file = changes_of(set), path_of("scene", scene)
+        changes = changes_of(set)
+        if isinstance(scene, Sample) and changes:
+            raise InputError("set: is of scene files; a Sample is asked for otherwise")
+        self._file = "Sample" if isinstance(scene, Sample) else path_of("scene", scene)
         n = whole_number("n", n, 0)
         team = _core.usable_cores() if threads is None else whole_number("threads", threads, 1)
         text = settings_text(response)
@@ -56,7 +60,8 @@ class RveSet:
         most = int(start.max()) if n else 0
         if comm is not None:
             most = max(comm.allgather(most))
-        self._cells = self._together(lambda: _core.Cells(self._file, changes, most + 1))
+        self._cells = self._together(lambda: scene._variants(most + 1) if isinstance(scene, Sample) else
+                                     _core.Cells(self._file, changes, most + 1))
         rank, ranks = (comm.rank, comm.size) if comm is not None else (0, 1)
         mine = self._together(lambda: {v: self._cells.prepare(v) for v in range(rank, most + 1, ranks)})
         made = {
@@ -256,7 +261,7 @@ class RveSet:
 class Rve:
     """One RVE: a set of one point, without the first axis everywhere."""
 
-    def __init__(self, scene: Path, *, set: Iterable[str] = (), **response: Any) -> None:
+    def __init__(self, scene: Path | Sample, *, set: Iterable[str] = (), **response: Any) -> None:
         self._rves = RveSet(scene, 1, threads=1, set=set, **response)
 
     def __repr__(self) -> str:

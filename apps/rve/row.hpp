@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What a row of history.csv is read of. What several columns ask for is found when the first of them asks.
+#pragma once
+
+#include "apps/scene/rve_scene.hpp"
+#include "dem/rve/grading.hpp"
+#include "dem/rve/hand_over.hpp"
+#include "dem/rve/measure.hpp"
+#include "dem/sample/make.hpp"
+
+namespace grus::app {
+
+/// A value that is found once, when it is asked for.
+template <class T>
+class Once {
+public:
+  template <class F>
+  const T& operator()(F&& find) {
+    if (!value_) value_.emplace(find());
+    return *value_;
+  }
+
+private:
+  std::optional<T> value_;
+};
+
+class Row {
+public:
+  /// `initial_cell`: edges of a periodic cell in which the test began. What is given must outlive the row.
+  Row(const RveScene& scene, const dem::Sample& sample, const dem::State& state, const dem::Measurement& measured,
+      const dem::Mat3& initial_cell);
+
+  const RveScene& scene;
+  const dem::State &first, &state;  // as the sample was made, and now
+  const dem::Measurement& measured;
+  const dem::Mat3 gradient;  // displacement gradient F - 1
+  const dem::Mat3& initial_cell;
+
+  const dem::Ledger& ledger() const { return state.ledger; }
+  double pressure() const { return dem::mean_pressure(measured.stress); }
+  dem::Mat3 strain() const { return 0.5 * (gradient + gradient.transpose()); }
+  const dem::Mat3& sample_stress() const;
+
+  const dem::Grading& grading_at_first() const;
+  const dem::Grading& grading() const;
+  const dem::Zingg& zingg() const;
+  const dem::Roundness& roundness() const;
+  const dem::Fragments& fragments() const;
+  const dem::Vec3& wall_force(std::size_t wall) const;     // N
+  const std::array<double, 2>& face_stresses() const;      // Pa, of the fixed and of the moving face
+  double load() const;                                     // N, of the gauge
+  std::optional<std::size_t> grain(std::size_t id) const;  // where it is; none: it has broken
+
+private:
+  mutable Once<dem::Grading> first_grading_, grading_;
+  mutable Once<dem::Zingg> zingg_;
+  mutable Once<dem::Roundness> roundness_;
+  mutable Once<dem::Fragments> fragments_;
+  mutable Once<std::vector<dem::Vec3>> wall_forces_;
+  mutable Once<std::array<double, 2>> faces_;
+  mutable Once<double> load_;
+  mutable Once<std::vector<std::optional<std::size_t>>> grains_;
+};
+
+/// Listed grains whose motion a history tells, at most.
+inline constexpr std::size_t most_listed = 16;
+inline std::size_t listed_of(const RveScene& scene) { return std::min(scene.listed_grains(), most_listed); }
+
+}  // namespace grus::app

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/sample/grains.hpp"
+
+#include <fmt/format.h>
+
+#include "dem/packing/clusters.hpp"
+#include "dem/sample/spheres.hpp"
+
+namespace grus::dem {
+namespace {
+
+/// Vertices or box of a hull become a row of the grains' hulls; its axes are turned into the orientation.
+void add_listed_hull(const ListedGrain& grain, HullStore& store, GrainSpec& spec, std::vector<std::string>& notes) {
+  try {
+    Polyhedron body;
+    if (!grain.vertices) {
+      body = box_between(-0.5 * grain.box, 0.5 * grain.box);
+    } else {
+      body = hull_of(*grain.vertices);
+      if (body.vertex.size() < grain.vertices->size())
+        notes.push_back(fmt::format("{}: {} of {} vertices are no corners of the convex hull and are left out",
+                                    grain.place, grain.vertices->size() - body.vertex.size(), grain.vertices->size()));
+    }
+    HullPlace place;
+    spec.hull = add_hull(store, body, place);
+    spec.orientation = spec.orientation * place.axes;
+  } catch (const InputError& e) {
+    refuse(grain.place, e.what());
+  }
+}
+
+void put(const Listed& grains, const Model& model, const Recipe&, Team&, const Watch&, Sample& sample) {
+  Grains& g = sample.state.grains;
+  const auto store = std::make_shared<HullStore>();  // one for all: a copy for each hull would make thousands slow
+  for (const ListedGrain& grain : grains) {
+    GrainSpec spec = grain.spec;
+    const Material& material = model.materials[spec.material];
+    spec.density = material.density, spec.turns = material.turns;
+    if (grain.hull()) {
+      add_listed_hull(grain, *store, spec, sample.notes);
+      g.hulls = store;
+      if (const std::string why = unthinkable_mass(material, store->row[*spec.hull].bounding_radius); !why.empty())
+        refuse(grain.place_of_size, why);
+    } else {
+      spec.inertia = model.numerics.inertia_factor(equivalent_radius(spec.shape));
+    }
+    set_grain(g, g.size(), spec);
+  }
+}
+
+void put(const RandomPacking& p, const Model& model, const Recipe& recipe, Team& team, const Watch& watch,
+         Sample& sample) {
+  put_random(p, model, recipe, team, watch, sample.state.grains, sample.packing_overlap);
+}
+
+void put(const Lattice& l, const Model& model, const Recipe&, Team&, const Watch&, Sample& sample) {
+  put_lattice(l, model, sample.state.grains);
+}
+
+void put(const Spheres& s, const Model& model, const Recipe&, Team&, const Watch&, Sample& sample) {
+  put_spheres(s.spheres, {{s.material}}, s.turned, model, sample.state.grains);
+}
+
+void put_cells(const Model& model, const VoronoiCells& cells, std::uint8_t material, Sample& sample) {
+  const BondedFaces& faces = sample.cells.emplace(add_cells(model, cells, material, sample.state));
+  if (faces.coarse > 0)
+    sample.notes.push_back(
+        fmt::format("{} of {} bonds are too coarse for their fracture_energy: their strength is lowered so that they "
+                    "take no more than that; use smaller cells, or a larger energy",
+                    faces.coarse, faces.bonds));
+}
+
+void put(const Tessellation& t, const Model& model, const Recipe& recipe, Team& team, const Watch&, Sample& sample) {
+  const CellSpace space = t.space ? *t.space : (recipe.periodic() ? periodic_space(recipe.box) : box_space(recipe.box));
+  try {
+    VoronoiCells cells = voronoi_packing(space, t.cells, t.rounds, model.seed, team);
+    if (t.clusters > 0) deal_to_clusters(space, t.clusters, model.seed, team, cells);
+    put_cells(model, cells, t.material, sample);
+  } catch (const InputError& e) {
+    refuse(t.place, e.what());
+  }
+}
+
+void put(const Prisms& p, const Model& model, const Recipe& recipe, Team&, const Watch&, Sample& sample) {
+  const VoronoiCells cells = prisms_of(p, recipe.box);
+  try {
+    put_cells(model, cells, p.material, sample);
+  } catch (const InputError& e) {
+    refuse(p.place, e.what());
+  }
+}
+
+void put(const FilledGrains& f, const Model& model, const Recipe& recipe, Team& team, const Watch& watch,
+         Sample& sample) {
+  Sample parents;
+  std::visit([&](const auto& p) { put(p, model, recipe, team, watch, parents); }, f.parents);
+  try {
+    put_cells(model, fill_grains(parents.state.grains, f.cells, f.rounds, model.seed, team), f.material, sample);
+  } catch (const InputError& e) {
+    refuse(f.place, e.what());
+  }
+}
+
+}  // namespace
+
+void put_grains(const Model& model, const Recipe& recipe, Team& team, const Watch& watch, Sample& sample) {
+  std::visit([&](const auto& grains) { put(grains, model, recipe, team, watch, sample); }, recipe.grains);
+}
+
+}  // namespace grus::dem

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What a sample is made of: plain data, SI units. `make` (make.hpp) turns it into grains, walls and bonds.
+#pragma once
+
+#include <variant>
+
+#include "dem/base/error.hpp"
+#include "dem/packing/packing.hpp"
+#include "dem/packing/voronoi.hpp"
+#include "dem/rve/rve.hpp"
+
+namespace grus::dem {
+
+/// Who asked for something, for what is told of it: file, line and key of a scene, or nothing.
+using Place = std::string;
+
+/// What bounds the grains: nothing, six walls, an upright cylinder with two plates, or a periodic cell.
+enum class Bounds : std::uint8_t { open, walls, cylinder, periodic };
+
+/// What grains of a mixture are made of, and how they are shaped: axes of an ellipsoid of the sphere's volume,
+/// relative.
+struct Part {
+  std::uint8_t material = 0;
+  double share = 1;
+  Vec3 aspect = Vec3::Ones();
+};
+
+/// Grains are cells of a relaxed Voronoi mesh, each in the sphere that holds it.
+struct RandomHulls {
+  int rounds = 5;              // of relaxation
+  Vec3 aspect = Vec3::Ones();  // lengths along three axes
+};
+
+/// Spheres at random, grown until they fit; hulls or ellipsoids in them.
+struct RandomPacking {
+  RadiusDistribution radius;
+  double solid_fraction = 0;
+  std::size_t count = 0;  // 0: as many as fill the fraction
+  bool turned = true;     // orientations at random
+  std::vector<Part> parts = std::vector<Part>(1);
+  std::optional<RandomHulls> hulls = {};  // of the first part's material
+  Place place = {};
+};
+
+/// Equal spheres in contact; the box just holds them.
+struct Lattice {
+  bool hexagonal = true;  // else simple cubic
+  double radius = 0;      // m
+  std::array<int, 3> layers{1, 1, 1};
+  std::uint8_t material = 0;
+  bool turned = true;
+};
+
+/// Spheres at given places.
+struct Spheres {
+  std::vector<Sphere> spheres;
+  std::uint8_t material = 0;
+  bool turned = true;
+};
+
+/// Grains one by one. Density and turning are those of the material.
+struct ListedGrain {
+  GrainSpec spec;                                  // of a hull: `position` is of its mass centre
+  std::optional<std::vector<Vec3>> vertices = {};  // of a convex hull (m)
+  Vec3 box = Vec3::Zero();                         // of a block (m); zero: none
+  Place place = {}, place_of_size = {};
+
+  bool hull() const { return vertices || !box.isZero(); }
+};
+
+/// Voronoi cells that fill a space, bonded where they share a face and their material has bonds.
+struct Tessellation {
+  std::optional<CellSpace> space = {};  // none: the box
+  bool round = false;                   // the space is a cylinder along z
+  std::size_t cells = 1;
+  int rounds = 5;            // of relaxation
+  std::size_t clusters = 0;  // that cells are dealt to; 0: all are one
+  std::uint8_t material = 0;
+  Place place = {};
+};
+
+/// Hexagonal prisms on their lattice, as many as the box takes.
+struct Prisms {
+  double side = 0, thickness = 0, gap = 0;  // m
+  bool round = false;                       // those within the cylinder along z that touches the box
+  std::uint8_t material = 0;
+  Place place = {};
+};
+
+/// Grains of a packing, each filled with cells.
+struct FilledGrains {
+  std::variant<RandomPacking, Lattice, Spheres> parents;
+  std::size_t cells = 20;
+  int rounds = 5;
+  std::uint8_t material = 0;
+  Place place = {};
+};
+
+/// A wall of its own, beside those of the bounds.
+struct OwnWall {
+  Wall wall = {};
+  Place place = {}, place_of_normal = {};
+};
+
+/// The cells' end in a direction, glued to a rigid plane that moves.
+struct Clamp {
+  Vec3 outward;
+  Vec3 velocity = Vec3::Zero();  // m/s
+  bool slides = false;           // free to shear and twist
+  std::uint8_t material = 0;
+  Place place = {};
+};
+
+/// A dead load on the cells' end in a direction.
+struct EndLoad {
+  Vec3 outward;
+  Vec3 force = Vec3::Zero();  // N
+  double ramp = 0;            // s, until it is whole
+  Place place = {};
+};
+
+/// Cells are glued to the walls of their box.
+struct Glue {
+  bool slides = false;
+  Place place = {};
+};
+
+/// Two rigid plates that touch the grains; the upper one moves towards the lower, by a speed (m/s) or by a rate of
+/// strain of their distance (1/s).
+struct Platens {
+  int axis = 2;
+  double pace = 0;
+  bool by_speed = true;
+  std::uint8_t material = 0;
+};
+
+/// Rollers along the third axis that touch a box of cells: two below, `outer` apart, one or two above, `inner` apart,
+/// which move down.
+struct Rollers {
+  int axis = 2, span = 0;
+  double outer = 0, inner = 0, radius = 0, speed = 0;  // m, m, m, m/s
+  std::uint8_t material = 0;
+  Place place_of_outer = {}, place_of_inner = {};
+};
+
+struct Supports {
+  std::optional<Glue> glue = {};
+  std::vector<Clamp> clamps = {};
+  std::vector<EndLoad> loads = {};
+  std::variant<std::monostate, Platens, Rollers> press = {};
+};
+
+/// A periodic sample is compressed before its test begins.
+struct Preparation {
+  double pressure = 0;  // Pa
+  double friction = 0;  // between grains meanwhile
+  QuasiStatic quasi_static = {};
+};
+
+using Listed = std::vector<ListedGrain>;
+
+struct Recipe {
+  Bounds bounds = Bounds::open;
+  Vec3 box = Vec3::Zero();         // m, corner at the origin; of a cylinder [diameter, diameter, height]
+  std::uint8_t wall_material = 0;  // of the bounds
+  std::variant<Listed, RandomPacking, Lattice, Spheres, Tessellation, Prisms, FilledGrains> grains = {};
+  std::vector<OwnWall> walls = {};
+  Supports supports = {};
+  std::optional<Preparation> preparation = {};
+
+  bool periodic() const { return bounds == Bounds::periodic; }
+  bool random() const { return std::holds_alternative<RandomPacking>(grains); }  // takes its time to be made
+  const Listed* listed() const { return std::get_if<Listed>(&grains); }
+  bool of_cells() const;  // tessellation, prisms or filled grains
+  bool of_hulls() const;  // some grain is one
+  bool in_cylinder() const;
+  /// How many grains, about: cells may be merged, random packings round.
+  double count() const;
+};
+
+/// The material of cells; null: there are none.
+const std::uint8_t* material_of_cells(const Recipe& recipe);
+
+/// Cells fill an upright cylinder.
+bool cells_are_round(const Recipe& recipe);
+
+/// The box that a lattice makes (m).
+Vec3 box_of(const Lattice& lattice, bool periodic);
+
+/// Prisms in a box (m). Throws InputError where not one fits.
+VoronoiCells prisms_of(const Prisms& prisms, const Vec3& box);
+
+/// The box that cells fill (m): of prisms what whole ones take.
+Vec3 box_of_cells(const Recipe& recipe);
+
+/// A piece of a random packing in its bounds, of a thousand grains: enough to tell the time step and the cost of a
+/// grain. None where the sample is not larger.
+std::optional<Recipe> piece_of(const Recipe& recipe);
+
+/// Why a grain of this radius has no mass or inertia that a number holds; empty: it has.
+std::string unthinkable_mass(const Material& material, double radius);
+
+/// Throws InputError: the place, if there is one, and why.
+[[noreturn]] void refuse(const Place& place, const std::string& why);
+
+}  // namespace grus::dem

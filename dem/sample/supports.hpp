@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What holds and loads a sample of cells: glued walls, clamps, dead loads, rollers.
+#pragma once
+
+#include "dem/sample/make.hpp"
+
+namespace grus::dem {
+
+/// Glues the cells to the walls of their box.
+void glue_to_walls(const Model& model, const Glue& glue, const Recipe& recipe, Sample& sample);
+
+/// Clamps, and dead loads; the last clamp that moves reads the load.
+void put_supports(const Model& model, const Supports& supports, Sample& sample);
+
+/// Rollers that touch the cells, and what reads their load: the fibre stress of a beam.
+void put_rollers(const Rollers& rollers, const Recipe& recipe, Sample& sample);
+
+/// A note where few cells between plane faces are stiffer along an axis than the `modulus` of their bonds, which is
+/// that of many.
+void note_stiffness(const Model& model, int axis, Sample& sample);
+
+}  // namespace grus::dem

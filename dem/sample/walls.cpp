@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/sample/walls.hpp"
+
+#include <fmt/format.h>
+
+#include "dem/state/shape_kinds.hpp"
+
+namespace grus::dem {
+namespace {
+
+/// The last wall against those before it and against the grains: each would press on what is behind it.
+void check_wall(const OwnWall& own, const std::vector<Wall>& walls, const Grains& g, bool grains_too) {
+  const Wall& last = walls.back();
+  if (last.round()) return;
+  double size = 0;
+  for (const auto& extent : g.extent) size = std::max(size, extent.equivalent_radius);
+  for (std::size_t k = 0; k + 1 < walls.size(); ++k) {
+    if (walls[k].round()) continue;
+    const double along = walls[k].normal.dot(last.normal), ahead = last.normal.dot(walls[k].point - last.point);
+    if (along > 1 - 1e-9 && std::abs(ahead) <= 1e-9 * size)
+      refuse(own.place,
+             fmt::format("this wall is where wall {} is: together they would be twice as stiff; leave one out", k));
+    if (along < -1 + 1e-9 && ahead < 0)
+      refuse(own.place_of_normal,
+             fmt::format("no place is on the inner side of both this wall and wall {}: turn one of them", k));
+  }
+  for (std::size_t i = 0; grains_too && i < g.size(); ++i)
+    if (last.normal.dot(g.motion[i].position - last.point) < 0)
+      refuse(own.place_of_normal,
+             fmt::format("grain {} is behind this wall: its normal points to where grains may be", i));
+}
+
+void put_box(const Vec3& box, std::uint8_t material, Boundary& boundary) {
+  for (int k = 0; k < 3; ++k)
+    for (int side = 0; side < 2; ++side) {
+      Wall wall;
+      wall.point = wall.normal = Vec3::Zero();
+      wall.normal[k] = side ? -1 : 1;
+      if (side) wall.point[k] = box[k];
+      wall.material = material;
+      wall.name = fmt::format("{}{}", "xyz"[k], side ? "max" : "min");
+      boundary.walls.push_back(wall);
+    }
+}
+
+/// Two plates, and a cylinder of the box's width about its middle.
+void put_cylinder(const Vec3& box, std::uint8_t material, Boundary& boundary) {
+  for (int side = 0; side < 2; ++side)
+    boundary.walls.push_back({.point = Vec3(0, 0, side ? box[2] : 0),
+                              .normal = Vec3(0, 0, side ? -1 : 1),
+                              .material = material,
+                              .name = side ? "zmax" : "zmin"});
+  boundary.walls.push_back({.point = Vec3(0.5 * box[0], 0.5 * box[0], 0),
+                            .normal = Vec3::Zero(),
+                            .material = material,
+                            .name = "cylinder",
+                            .axis = Vec3::UnitZ(),
+                            .radius = 0.5 * box[0]});
+}
+
+/// Section that platens press on; of a disc across its axis pi D t / 2, which makes it the tension in its middle.
+double nominal_area(const Vec3& box, bool round, int axis) {
+  if (!round) return box.prod() / box[axis];
+  return axis == 2 ? 0.25 * pi * box.x() * box.x() : 0.5 * pi * box.x() * box.z();
+}
+
+}  // namespace
+
+void put_own_walls(const Recipe& recipe, Sample& sample) {
+  for (const OwnWall& own : recipe.walls) {
+    sample.state.boundary.walls.push_back(own.wall);
+    check_wall(own, sample.state.boundary.walls, sample.state.grains, !recipe.random());
+  }
+}
+
+void put_bounds(const Recipe& recipe, Boundary& boundary) {
+  if (recipe.bounds == Bounds::walls) put_box(recipe.box, recipe.wall_material, boundary);
+  if (recipe.bounds == Bounds::cylinder) put_cylinder(recipe.box, recipe.wall_material, boundary);
+}
+
+void put_platens(const Platens& platens, double low, double high, Boundary& boundary) {
+  for (int side = 0; side < 2; ++side) {
+    Wall wall;
+    wall.point = wall.normal = wall.velocity = Vec3::Zero();
+    wall.normal[platens.axis] = side ? -1 : 1;
+    wall.point[platens.axis] = side ? high : low;
+    if (side) wall.velocity[platens.axis] = -(platens.by_speed ? platens.pace : (high - low) * platens.pace);
+    wall.material = platens.material;
+    wall.name = side ? "top" : "bottom";
+    boundary.walls.push_back(wall);
+  }
+}
+
+void put_platens(const Platens& platens, const Recipe& recipe, Sample& sample) {
+  const Grains& g = sample.state.grains;
+  const int axis = platens.axis;
+  double low = INFINITY, high = -INFINITY;
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    const Vec3 up = Vec3::Unit(axis);
+    const double x = g.motion[i].position[axis];
+    high = std::max(high, x + surface_arm(g, i, up)[axis]);
+    low = std::min(low, x + surface_arm(g, i, -up)[axis]);
+  }
+  put_platens(platens, low, high, sample.state.boundary);
+  if (recipe.of_cells())
+    sample.gauge = Gauge{{{0, 0.5}, {1, -0.5}},
+                         -Vec3::Unit(axis),
+                         1,
+                         1 / nominal_area(box_of_cells(recipe), cells_are_round(recipe), axis)};
+}
+
+}  // namespace grus::dem
