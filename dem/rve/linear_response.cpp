@@ -97,7 +97,7 @@ Network network_of(const Model& model, const State& s, bool all_slip, LinearResp
     const Elastic elastic = elastic_response(model.law, s.contacts, k);
     const double borne = elastic.bears(elastic.force);
     const bool slides = law.friction > 0 && c.spring.norm() >= law.friction * borne * (1 - 1e-6);
-    if (slides) net.sliding += elastic.force;
+    if (slides) net.sliding += std::abs(elastic.force);
     const double kt = law.friction > 0 && !(slides && all_slip) ? law.shear_ratio * elastic.grip : 0;
     net.link[k] = out.links.size();
     const Mat3 along = touch.normal * touch.normal.transpose(), across = Mat3::Identity() - along;
@@ -111,7 +111,7 @@ Network network_of(const Model& model, const State& s, bool all_slip, LinearResp
     }
     net.stiffest = std::max(net.stiffest, elastic.normal_stiffness);
     out.links.push_back({touch.normal, c.spring, elastic.force, law.friction, {}});
-    out.total_force += elastic.force;
+    out.total_force += std::abs(elastic.force);
   }
   for_each_bond(s.bonds, [&](const auto& bond) {
     const auto& e = bond.ends;
