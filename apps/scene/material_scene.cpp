@@ -2,6 +2,7 @@
 // [material.*] and [numerics].
 #include "apps/scene/cleavage_scene.hpp"
 #include "apps/scene/hulls_scene.hpp"
+#include "apps/scene/jkr_scene.hpp"
 #include "apps/scene/reader.hpp"
 #include "dem/fracture/apollonian.hpp"
 #include "dem/fracture/split_polyellipsoid.hpp"
@@ -205,13 +206,15 @@ void read_model(Table& scene, dem::Model& model, bool unit_cell) {
     m.name = name;
     m.density = t.number("density", dimension::density, positive);
     const std::string kind =
-        t.choice_or("contact", "hertz-mindlin", {"hertz-mindlin", "linear", "linear-modulus", "overlap"});
+        t.choice_or("contact", "hertz-mindlin", {"hertz-mindlin", "jkr", "linear", "linear-modulus", "overlap"});
     if (!law.empty() && law != kind) t.fail("contact", "all materials of a scene share one contact law");
     law = kind;
     std::optional<dem::Elasticity> elasticity;
     m.poissons_ratio = t.number_or("poissons_ratio", 0.25, dimension::none, {0, 0.5, false, true});
     if (kind == "hertz-mindlin") {
       m.youngs_modulus = t.number("youngs_modulus", dimension::pressure, positive);
+    } else if (kind == "jkr") {
+      read_jkr(t, m);
     } else if (kind == "overlap") {
       m.friction = t.number_or("friction", 0, dimension::none, not_negative);
       elasticity = read_overlap(t, m, foundation);
@@ -248,6 +251,8 @@ void read_model(Table& scene, dem::Model& model, bool unit_cell) {
   if (model.materials.size() > 200) scene.fail("material", "at most 200 materials");
   if (law == "overlap") {
     model.law = dem::Foundation{};
+  } else if (law == "jkr") {
+    model.law = dem::Jkr{};
   } else if (law != "hertz-mindlin") {
     model.law = dem::LinearSpring{};
     // Force over the square of Hertz's contact radius does not depend on the force here: it breaks at none or never.

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 
+#include "apps/scene/jkr_scene.hpp"
 #include "apps/scene/mixture_scene.hpp"
 #include "apps/scene/voronoi_scene.hpp"
 
@@ -100,6 +101,7 @@ std::uint8_t material_of(Table& t, const dem::Model& model, const std::string& n
 
 void check_mass(const Table& t, const dem::Material& material, double radius, const std::string& key) {
   if (const std::string why = dem::unthinkable_mass(material, radius); !why.empty()) t.fail(key, why);
+  refuse_sunk(t, material, radius, key);
 }
 
 namespace {

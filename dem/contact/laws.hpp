@@ -10,6 +10,7 @@
 
 #include "dem/contact/foundation.hpp"
 #include "dem/contact/hertz_mindlin.hpp"
+#include "dem/contact/jkr.hpp"
 #include "dem/contact/linear_spring.hpp"
 
 namespace grus::dem {
@@ -20,7 +21,7 @@ struct LawList {
   using Of = std::variant<typename Laws::Of...>;
   using Pair = std::variant<typename Laws::Pair...>;
 };
-using AllLaws = LawList<HertzMindlin, LinearSpring, Foundation>;
+using AllLaws = LawList<HertzMindlin, LinearSpring, Foundation, Jkr>;
 
 using ContactLaw = AllLaws::Any;
 using LawConstants = AllLaws::Of;  // of a material

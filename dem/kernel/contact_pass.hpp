@@ -9,7 +9,7 @@
 namespace grus::dem {
 
 /// How normal forces follow from overlaps in the kernels; each a row of contact_stages.hpp.
-enum class KernelLaw { hertz, linear };
+enum class KernelLaw { hertz, linear, jkr };
 
 /// Rows of doubles, in the layout of the columns of the same names (state/grains.hpp, state/contacts.hpp).
 struct ContactRows {

@@ -3,6 +3,7 @@
 // each instruction set.
 #pragma once
 
+#include "dem/kernel/jkr_row.hpp"
 #include "dem/kernel/rolling_stage.hpp"
 
 namespace grus::dem {
@@ -268,6 +269,9 @@ PassEnergy choose(const ContactRows& s, std::size_t first, std::size_t last) {
   switch (s.kernel) {
     case KernelLaw::linear:
       return choose<kind, LinearRow>(s, first, last);
+    case KernelLaw::jkr:
+      if constexpr (kind != Kind::shaped) return choose<kind, JkrRow>(s, first, last);
+      break;
     case KernelLaw::hertz:
       break;
   }

@@ -55,8 +55,11 @@ inline Plain plain_pass(const Model& model, const State& state, double dt) {
       const ContactCurvature curvature = contact_curvature(shapes, found.normal);
       radius = curvature.radius, ellipse = curvature.ellipse_factor;
     }
-    if (!(overlap > 0)) {
-      if (c.stiffness > 0) part_contact(c, touch, out.energy);
+    if (!(overlap > -c.reach)) {
+      if (c.stiffness > 0) {
+        std::visit([&]<class L>(const L&) { part_from<L>(c, out.energy); }, model.law);
+        part_contact(c, touch, out.energy);
+      }
       continue;
     }
     std::visit(
