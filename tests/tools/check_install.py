@@ -125,7 +125,8 @@ with tempfile.TemporaryDirectory() as tmp:
     HERTZ = 4 / 3 * 60e9 / (2 * (1 - 0.17 ** 2)) * (0.5e-3) ** 0.5 * (0.01e-3) ** 1.5
     clients = [("grus::grus", CLIENT, lambda out: out == SAID + "\n"),
                ("grus::grus", DEM, lambda out: abs(float(out) / HERTZ - 1) < 1e-5),
-               ("grus::grus", SCENE, lambda out: out.split() == ["2", "3e+10"])]
+               ("grus::grus", SCENE, lambda out: out.split() == ["2", "3e+10"]),
+               ("grus::grus", SAMPLE, lambda out: out == SAID_OF_SAMPLE + "\n")]
     if kind == "full":
         clients.append(("grus::coupling", MACRO,
                         lambda out: abs(float(out.split()[0]) / -1e6 - 1) < 2e-3 and out.split()[1] == "2"))
