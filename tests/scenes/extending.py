@@ -78,7 +78,9 @@ with tempfile.TemporaryDirectory() as tmp:
         title = part.split("\n")[0]
         touched = [file for patch in re.findall(r"```diff\n(.*?)```", part, re.S) for file in apply(tree, patch)]
         need(touched, f"{PAGE}: {title}: no patch")
-        for file in touched:
+        compiled = re.findall(r"`([^`]+\.cpp)`", "".join(re.findall(r"The test compiles [^.]*\.cpp`[^:]*", part)))
+        for file in touched + compiled:
+            need(file in known or file not in compiled, f"{PAGE}: {title}: the build does not know {file}")
             if file.endswith(".cpp") and file in known:
                 done = compile_there(tree, known[file])
                 need(done.returncode == 0, f"{PAGE}: {title}: {file}: {done.stderr[:600]}")

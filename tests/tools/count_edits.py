@@ -18,6 +18,7 @@ ADDITIONS = [
     ("clamps, dead loads, rollers, a constant mean stress, glued walls", ["2a45027"]),
     ("cleavage: a criterion and a splitter of hulls, their fresh faces", ["4600648"]),
     ("resistance to rolling, and mixtures", ["267f957"]),
+    ("JKR: a contact law with attraction, the first through its seam", ["514d0a2"]),
 ]
 PRODUCT = re.compile(r"(apps|coupling|dem|fem)/.*(\.cpp|\.hpp|\.py|keys\.txt|CMakeLists\.txt)$")
 
