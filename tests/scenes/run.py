@@ -91,16 +91,20 @@ def shipped_scenes(tmp):
     peak = max(r["wall1_fz_N"] for r in grain if r["breakages"] == 0)
     need(0.97 * 51.8 < peak < 1.01 * 51.8, f"single grain breaks at {peak} N, 2 pi R^2 strength / 3 = 51.8 N")
     out = os.path.join(tmp, "cohesive_powder")
-    r = run(rve, os.path.join(shipped, "cohesive_powder.toml"), "-o", out, "--set", "loading.final_strain=0.012", "--set", "output.frames=0")
+    r = run(rve, os.path.join(shipped, "cohesive_powder.toml"), "-o", out, "--set", "loading.final_strain=0.012",
+            "--set", "output.frames=0")
     need(r.returncode == 0, f"cohesive_powder: exit {r.returncode}: {r.stderr}")
     drawn = [{k: float(v) for k, v in x.items()} for x in history(out)]
     # Rumpf: contacts x solid fraction / pi x pull-off / d^2, were all contacts to part at once; some two fifths of it.
     rumpf = drawn[0]["coordination"] * drawn[0]["solid_fraction"] / 3.14159 * 1.5 * 3.14159 * 0.05 * 25e-6 / 1e-8
     strength = max(x["stress_zz_Pa"] for x in drawn)
     need(0.25 * rumpf < strength < 0.6 * rumpf, f"cohesive_powder: strength {strength} Pa, Rumpf has {rumpf}")
-    need(drawn[-1]["stress_zz_Pa"] < 0.9 * strength, f"cohesive_powder: {drawn[-1]['stress_zz_Pa']} Pa are left of {strength}")
-    need(drawn[-1]["adhesion_J"] > 0 and abs(drawn[-1]["energy_error"]) < 2e-3, f"cohesive_powder: energy error {drawn[-1]['energy_error']}")
-    need(abs(drawn[-1]["energy_unexplained_J"]) < 5e-3 * drawn[-1]["friction_J"], f"cohesive_powder: {drawn[-1]['energy_unexplained_J']} J unexplained")
+    need(drawn[-1]["stress_zz_Pa"] < 0.9 * strength,
+         f"cohesive_powder: {drawn[-1]['stress_zz_Pa']} Pa are left of {strength}")
+    need(drawn[-1]["adhesion_J"] > 0 and abs(drawn[-1]["energy_error"]) < 2e-3,
+         f"cohesive_powder: energy error {drawn[-1]['energy_error']}")
+    need(abs(drawn[-1]["energy_unexplained_J"]) < 5e-3 * drawn[-1]["friction_J"],
+         f"cohesive_powder: {drawn[-1]['energy_unexplained_J']} J unexplained")
     for path in sorted(glob.glob(os.path.join(shipped, "zhang2015", "*.toml"))):
         is_study = "[study]" in open(path).read()
         r = run(program("grus-study") if is_study else rve, path, "--check")
