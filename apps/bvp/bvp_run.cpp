@@ -210,6 +210,7 @@ BvpEnding BvpRun::go(double ready, const Clock& clock) {
   }
   ending.wall = clock.wall();
   c.progress.finish(output_->closing(ending));
+  for (const std::string& note : output_->notes()) c.progress.note("  note: " + note);
   return ending;
 }
 

@@ -16,8 +16,6 @@
 namespace grus::app {
 namespace {
 
-const char* const components[6] = {"xx", "yy", "zz", "yz", "xz", "xy"};
-
 int vtk_type(fem::CellKind kind) {
   constexpr std::array types{5, 9, 10, 12};  // in the order of CellKind
   return types[static_cast<std::size_t>(kind)];
@@ -215,6 +213,18 @@ std::string BvpOutput::closing(const BvpEnding& e) const {
       duration_text(e.earlier + e.wall), directory_, bonds_text(", broken bonds "));
 }
 
+std::vector<std::string> BvpOutput::notes() const {
+  const auto& columns = history_->columns();
+  const auto at = std::find(columns.begin(), columns.end(), "energy_error");
+  if (at == columns.end() || history_->last().empty()) return {};
+  const double error = history_->last()[static_cast<std::size_t>(at - columns.begin())];
+  if (!(std::abs(error) > most_energy_error)) return {};
+  return {
+      fmt::format("the macro balance of energy is off by {:.2g} % (energy_error): stress and strain of the rows are "
+                  "too far apart for it; take {}",
+                  100 * error, scene_.is_explicit() ? "shorter steps (solve)" : "more solve.increments")};
+}
+
 nlohmann::json BvpOutput::state() const {
   return {{"rows", history_->rows()},
           {"last_row", exact(history_->last())},
@@ -300,7 +310,9 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   history_->save();
   nlohmann::json summary = provenance();
   summary["title"] = scene_.title;
-  if (!scene_.notes.empty()) summary["notes"] = scene_.notes;
+  std::vector<std::string> told = scene_.notes;
+  for (const std::string& note : notes()) told.push_back(note);
+  if (!told.empty()) summary["notes"] = told;
   summary["scene_file"] = std::filesystem::path(scene_.file).filename().string();
   summary["scene"] = scene_.record;
   summary["status"] = e.status;

@@ -24,6 +24,9 @@ struct BvpEnding {
 /// Columns of history.csv.
 std::vector<std::string> bvp_columns(const BvpScene& scene, const fem::Problem& problem, const Probes& probes);
 
+/// A macro balance of energy that is off by more than this is told of.
+inline constexpr double most_energy_error = 0.05;
+
 class BvpOutput {
 public:
   BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points,
@@ -37,6 +40,8 @@ public:
 
   /// Where things stand, for the progress line.
   std::string line(std::uint64_t sweeps) const;
+  /// What the run has shown, beside the scene's notes.
+  std::vector<std::string> notes() const;
   std::string closing(const BvpEnding& ending) const;
 
   /// Everything that a resumed run needs to go on writing as if it had never stopped; and back.

@@ -18,17 +18,20 @@ struct Estimate {
   }
 };
 
-/// What devices of no rock took until the largest stress so far, and how far the test was from rest (J).
+/// What devices of no rock took until the largest stress so far, of either sign, and how far the test was from rest
+/// (J).
 struct BeforePeak {
   double local_damping = 0, bond_damping = 0;  // until then
   double kinetic = 0;                          // the largest of the rows until then
   double scale = 0;                            // what was exchanged until then: see dem::energy_scale
   double most_kinetic = 0;                     // of all rows so far
+  double largest = 0;                          // of the stress, of either sign (Pa)
 
-  /// A row; `peak`: it has the largest stress so far. `kinetic`, `stored`: now (J).
-  void add(const dem::Ledger& ledger, double kinetic_now, double stored, bool peak) {
+  /// A row: the stress that the test tells (Pa), the kinetic energy and all that is stored (J), now.
+  void add(const dem::Ledger& ledger, double stress, double kinetic_now, double stored) {
     most_kinetic = std::max(most_kinetic, kinetic_now);
-    if (!peak) return;
+    if (std::abs(stress) < largest) return;
+    largest = std::abs(stress);
     local_damping = ledger.local_damping, bond_damping = ledger.bond_damping, kinetic = most_kinetic;
     scale = dem::energy_scale(ledger, stored);
   }

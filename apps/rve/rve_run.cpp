@@ -218,15 +218,16 @@ bool RveRun::go_to_row(std::uint64_t row, double until) {
       read_off();
       course_.before = course_.axial, course_.axial = axial_;
       course_.peak_is_last = axial_ >= course_.peak, course_.peak = std::max(course_.peak, axial_);
-      if (state_.ledger.breakages == 0) course_.intact = course_.peak;
       const double reading = dem::test_stress(scene_.test, state_, now_);
       course_.reading_is_last = reading >= course_.reading, course_.reading = std::max(course_.reading, reading);
+      if (state_.ledger.breakages == 0) course_.intact = course_.peak > 0 ? course_.peak : course_.reading;
+      if (row == 1 && state_.ledger.breakages > 0) course_.broke_unseen = true;
       if (course_.overfull < 0 && scene_.model.has_balls() && now_.volume > 0 &&
           dem::whole_solid(scene_.model, state_) > now_.volume)
         course_.overfull = std::max(0.0, axial_);
       course_.errors.add(state_, scene_.test.loading, now_);
-      course_.errors.before_peak.add(state_.ledger, now_.kinetic, now_.kinetic + now_.elastic,
-                                     dem::tells_stress(scene_.test) ? course_.reading_is_last : course_.peak_is_last);
+      course_.errors.before_peak.add(state_.ledger, dem::tells_stress(scene_.test) ? reading : axial_, now_.kinetic,
+                                     now_.kinetic + now_.elastic);
       course_.row = row;
       show();
       history_.save(2);

@@ -45,6 +45,7 @@ private:
     double peak = 0, intact = 0;                         // peak, before the first breakage: of the axial stress (Pa)
     double reading = 0;                                  // largest stress that the test itself tells, of cells (Pa)
     bool peak_is_last = false, reading_is_last = false;  // the last row's: it might have gone on
+    bool broke_unseen = false;                           // a grain broke before the first row
     double axial = 0, before = 0;                        // Pa, axial stress of the last row and of the one before
     double bulk = 0, solid = 0, mass = 0;                // m^3, m^3, kg, in which the test begins
     double overfull =
@@ -57,7 +58,7 @@ private:
       a.plain(c.initial_size);
       a.plain(c.row);
       a.plain(c.peak), a.plain(c.intact), a.plain(c.reading);
-      a.plain(c.peak_is_last), a.plain(c.reading_is_last);
+      a.plain(c.peak_is_last), a.plain(c.reading_is_last), a.plain(c.broke_unseen);
       a.plain(c.axial), a.plain(c.before);
       a.plain(c.bulk), a.plain(c.solid), a.plain(c.mass);
       a.plain(c.wall), a.plain(c.cpu);
@@ -80,6 +81,7 @@ private:
   dem::Landing landing() const;
   bool go_to_row(std::uint64_t row, double until);
   void march();
+  bool has_peak() const;
   std::vector<std::string> notes() const;
   nlohmann::json summary() const;
   void finish();

@@ -40,12 +40,6 @@ nlohmann::json ledger_json(const dem::State& s, const dem::Measurement& m) {
           {"energy_error", dem::told_energy_error(s, m.kinetic + m.elastic)}};
 }
 
-/// Where no stress was above 0, as in a cell that is drawn, all of the run is before the peak.
-BeforePeak before_peak(BeforePeak p, const dem::Ledger& ledger, const dem::Measurement& m) {
-  if (p.scale == 0) p.add(ledger, m.kinetic, m.kinetic + m.elastic, true);
-  return p;
-}
-
 }  // namespace
 
 /// The scene's, and what the run has shown.
@@ -65,18 +59,24 @@ std::vector<std::string> RveRun::notes() const {
             ? "walls had yet to find the sample, or it is loaded faster than its boundary can answer; lower "
               "strain_rate, go on to a larger final_strain, or take more grains"
             : "raise the strain_rate that bounds the search, or take longer"));
-  if (const double share = before_peak(course_.errors.before_peak, state_.ledger, now_).devices();
-      sample_.bonded() && share > most_devices)
+  if (const double share = course_.errors.before_peak.devices(); has_peak() && share > most_devices)
     all.push_back(fmt::format(
         "local damping and the dashpots of bonds took {:.2g} % of the work before the peak, which is partly "
         "theirs: lower material.NAME.damping and material.NAME.bond.damping, or load more slowly",
         100 * share));
-  if (state_.ledger.breakages > 0 && course_.intact == 0)
+  if (course_.broke_unseen && course_.intact == 0)
     all.push_back(
         "the first grain broke before the first row of history.csv: peak_before_breakage_Pa is not known; shorten "
         "output.history_interval");
+  if (status_ == finished && state_.steps > 0 && !dem::exchanged(state_))
+    all.push_back(
+        "the run is shorter than 20 steps: its energy error is not known, and is told as 0; go on for longer, or lower "
+        "numerics.time_step");
   return all;
 }
+
+/// Of cells that something but dead loads alone loads: those have no stress that is told.
+bool RveRun::has_peak() const { return sample_.bonded() && !dem::dead_loaded(scene_.test, sample_.state); }
 
 nlohmann::json RveRun::summary() const {
   nlohmann::json summary = provenance();
@@ -133,8 +133,8 @@ nlohmann::json RveRun::summary() const {
   };
   device("local_damping", state_.ledger.local_damping), device("bond_damping", state_.ledger.bond_damping);
   device("scaled_inertia", state_.ledger.inertia);
-  if (sample_.bonded()) {
-    const BeforePeak p = before_peak(course_.errors.before_peak, state_.ledger, now_);
+  if (has_peak()) {
+    const BeforePeak& p = course_.errors.before_peak;
     summary["errors"]["local_damping_before_peak"] = p.share(p.local_damping);
     summary["errors"]["bond_damping_before_peak"] = p.share(p.bond_damping);
     summary["errors"]["devices_before_peak"] = p.devices();

@@ -140,7 +140,7 @@ Vec3 rub(FaceBond& s, const Opening& o, double pressing, const Vec3& before, dou
   if (breaks) {
     const double borne = whole * reach.norm();
     stretch = borne > limit ? Vec3(limit / borne * reach) : reach;
-    s.spent -= 0.5 * whole * stretch.squaredNorm();
+    s.spent = std::max(0.0, s.spent - 0.5 * whole * stretch.squaredNorm());  // round-off, where friction bears all
   } else {
     if (s.damage > damage_before && damage_before > 0) {  // the same force, shared by more
       const double less = (1 / damage_before - 1 / s.damage) / whole;

@@ -99,6 +99,17 @@ double told_energy_error(const State& state, double stored) {
   return exchanged(state) ? energy_error(state.ledger, stored) : 0;
 }
 
+namespace {
+
+/// What makes steps shorter: where the step is held, safety does nothing.
+std::string knob(const Model& model) {
+  const Numerics& n = model.numerics;
+  return n.time_step > 0 ? fmt::format("numerics.time_step (now {:g} s)", n.time_step)
+                         : fmt::format("numerics.safety (now {:g})", n.safety);
+}
+
+}  // namespace
+
 void check_sanity(const Model& model, const State& state) {
   check_sanity(model, state, stored_energy(model, state), deepest_contact(state.grains, state.contacts));
 }
@@ -109,7 +120,7 @@ void check_sanity(const Model& model, const State& state, double stored, const D
         "energy is not finite at the start: some size, stiffness, density or speed of the scene is out of all bounds");
   if (!std::isfinite(stored))
     throw Unstable(
-        fmt::format("energy is not finite at t = {:.6g} s (step {}): lower numerics.safety", state.time, state.steps));
+        fmt::format("energy is not finite at t = {:.6g} s (step {}): lower {}", state.time, state.steps, knob(model)));
   if (deepest.ratio > model.overlap_limit()) {
     const Pair& p = state.contacts.pair[deepest.pair];
     const bool wall = deepest.pair >= state.contacts.begin[first_wall];
@@ -123,9 +134,8 @@ void check_sanity(const Model& model, const State& state, double stored, const D
   const double scale = energy_scale(l, stored);
   auto refuse = [&](const char* what, double joules, double share = least_dissipation_error) {
     if (joules > share * scale)
-      throw Unstable(
-          fmt::format("{} by {:.3g} J ({:.2g} of the work) at t = {:.6g} s: lower numerics.safety (now {:g})", what,
-                      joules, joules / scale, state.time, model.numerics.safety));
+      throw Unstable(fmt::format("{} by {:.3g} J ({:.2g} of the work) at t = {:.6g} s: lower {}", what, joules,
+                                 joules / scale, state.time, knob(model)));
   };
   if (std::isfinite(model.numerics.max_energy_error)) {
     refuse("the energy taken by friction has fallen", l.most_friction - l.friction);
@@ -136,9 +146,8 @@ void check_sanity(const Model& model, const State& state, double stored, const D
   }
   const double error = told_energy_error(state, stored);
   if (std::abs(error) > model.numerics.max_energy_error)
-    throw Unstable(
-        fmt::format("energy error is {:.1f} % at t = {:.6g} s (limit {:.0f} %): lower numerics.safety (now {:g})",
-                    100 * error, state.time, 100 * model.numerics.max_energy_error, model.numerics.safety));
+    throw Unstable(fmt::format("energy error is {:.1f} % at t = {:.6g} s (limit {:.0f} %): lower {}", 100 * error,
+                               state.time, 100 * model.numerics.max_energy_error, knob(model)));
 }
 
 }  // namespace grus::dem

@@ -64,10 +64,10 @@ void put(const Spheres& s, const Model& model, const Recipe&, Team&, const Watch
 void put_cells(const Model& model, const VoronoiCells& cells, std::uint8_t material, Sample& sample) {
   const BondedFaces& faces = sample.cells.emplace(add_cells(model, cells, material, sample.state));
   if (faces.coarse > 0)
-    sample.notes.push_back(
-        fmt::format("{} of {} bonds are too coarse for their fracture_energy: their strength is lowered so that they "
-                    "take no more than that; use smaller cells, or a larger energy",
-                    faces.coarse, faces.bonds));
+    sample.notes.push_back(fmt::format(
+        "{} of {} bonds are too coarse for their energies: their tension or cohesion is lowered so that they "
+        "can soften; use smaller cells, a larger fracture_energy or shear_energy, or less cohesion",
+        faces.coarse, faces.bonds));
 }
 
 void put(const Tessellation& t, const Model& model, const Recipe& recipe, Team& team, const Watch&, Sample& sample) {
