@@ -220,9 +220,9 @@ std::vector<std::string> BvpOutput::notes() const {
   const double error = history_->last()[static_cast<std::size_t>(at - columns.begin())];
   if (!(std::abs(error) > most_energy_error)) return {};
   return {
-      fmt::format("the macro balance of energy is off by {:.2g} % (energy_error): stress and strain of the rows are "
-                  "too far apart for it; take {}",
-                  100 * error, scene_.is_explicit() ? "shorter steps (solve)" : "more solve.increments")};
+      fmt::format("the macro balance of energy is off by {:.2g} % (energy_error): stresses change too "
+                      "much within a step; take {}",
+                      100 * error, scene_.is_explicit() ? "shorter steps (solve)" : "more solve.increments")};
 }
 
 nlohmann::json BvpOutput::state() const {
