@@ -148,6 +148,16 @@ std::vector<Vec3> random_seeds(const CellSpace& space, std::size_t count, std::u
   return seeds;
 }
 
+/// Seeds of a drawn-out mesh lie in the plane across its middle: in a long body the round-off of a centre would grow
+/// from round to round until cells end on each other.
+void to_one_plane(const CellSpace& space, std::vector<Vec3>& centre) {
+  constexpr double round_off = 1e-12;  // of the height
+  const Bounds b = bounds_of(space);
+  const double middle = 0.5 * (b.low.z() + b.high.z()), off = round_off * (b.high.z() - b.low.z());
+  for (Vec3& x : centre)
+    if (std::abs(x.z() - middle) > off) x.z() = middle;
+}
+
 }  // namespace
 
 double CellSpace::volume() const { return body.empty() ? periodic.prod() : moments_of(body).volume; }
@@ -199,6 +209,7 @@ VoronoiCells voronoi_packing(const CellSpace& space, std::size_t count, int roun
   for (int round = 0; round < rounds; ++round) {
     std::vector<Vec3> centre;
     for (const Polyhedron& body : cells.body) centre.push_back(moments_of(body).centre);
+    if (space.extruded) to_one_plane(space, centre);
     for (Vec3& x : centre)
       for (int k = 0; k < 3; ++k)
         if (space.body.empty()) x[k] -= space.periodic[k] * std::floor(x[k] / space.periodic[k]);

@@ -122,6 +122,20 @@ TEST_CASE(
   for (const FaceBond& bond : s.bonds.face.row) CHECK(cells.cluster[bond.ends.a] == cells.cluster[bond.ends.b]);
 }
 
+TEST_CASE("a mesh that is drawn out is prisms, however long the body is against its cells") {
+  Team team(2);
+  for (const double length : {1.0, 10.0, 60.0, 400.0}) {  // of bodies whose cells are 1.4 wide
+    CellSpace space = box_space(Vec3(10, 10, length));
+    space.extruded = true;
+    const VoronoiCells cells = voronoi_packing(space, 50, 20, 3, team);
+    CAPTURE(length);
+    REQUIRE(cells.body.size() == 50);
+    for (const Polyhedron& body : cells.body)
+      for (const Vec3& x : body.vertex) REQUIRE(std::min(std::abs(x.z()), std::abs(x.z() - length)) < 1e-9 * length);
+    CHECK(volume_of(cells) == Approx(100 * length).epsilon(1e-9));
+  }
+}
+
 TEST_CASE("bonds between clusters are weaker as asked, in energy by the square, or not there") {
   Team team(1);
   const CellSpace space = periodic_space(Vec3(4, 4, 4));
