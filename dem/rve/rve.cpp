@@ -18,9 +18,15 @@
 namespace grus::dem {
 namespace {
 
+/// What the inertial number goes by; without a floor a cell that is drawn goes by its tension.
 double pressure_of(const QuasiStatic& o, const State& s) {
-  return std::max({mean_pressure(love_weber(s, s.boundary.cell.volume())), o.pressure_floor, 1e-9});
+  const double p = mean_pressure(love_weber(s, s.boundary.cell.volume()));
+  return std::max({o.pressure_floor > 0 ? p : std::abs(p), o.pressure_floor, 1e-9});
 }
+
+/// More steps than any increment takes: the cell has no stress that tells how fast it may be strained.
+constexpr double endless = 1e8;
+constexpr std::uint64_t patience = 20000;  // steps in which stress may yet grow
 
 }  // namespace
 
@@ -81,7 +87,12 @@ Response deform(const Model& model, const QuasiStatic& o, State& state, const In
     // Rate from the target inertial number: I = rate d sqrt(rho / p).
     const double per_rate = inertial_number(state, 1, pressure_of(o, state));
     const double step = std::min(o.strain_per_step, o.inertial_number / std::max(per_rate, 1e-300) * state.dt);
-    const auto remaining = static_cast<std::uint64_t>(std::ceil(std::max(1.0, strain * (1 - done) / step)));
+    const double to_go = std::ceil(std::max(1.0, strain * (1 - done) / step));
+    if (to_go > endless && state.steps - first > patience)
+      throw Unstable(
+          "the cell holds next to no stress, by which it would be strained for ever: give pressure_floor (Pa), or load "
+          "it first");
+    const auto remaining = static_cast<std::uint64_t>(std::min(to_go, 1e18));
     const std::uint64_t chunk = std::min({remaining, std::uint64_t{100}, state.next_estimate - state.steps});
     const double piece = (1 - done) * static_cast<double>(chunk) / static_cast<double>(remaining);
     set_cell_rate(state, cell.of_began((target - start) * (piece / (static_cast<double>(chunk) * state.dt))));

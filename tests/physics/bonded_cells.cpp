@@ -8,6 +8,7 @@
 #include "dem/rve/hand_over.hpp"
 #include "dem/rve/linear_response.hpp"
 #include "dem/rve/measure.hpp"
+#include "dem/rve/rve.hpp"
 #include "dem/rve/state_hash.hpp"
 #include "tests/bonded.hpp"
 
@@ -237,6 +238,38 @@ State two_cubes(const Model& model) {
 }
 
 }  // namespace
+
+TEST_CASE(
+    "an RVE of bonded cells that nothing has loaded is drawn as it is pressed; what would take for ever says so") {
+  Team team(1);
+  auto model = std::make_shared<Model>(rock(elastic(1)));
+  set_damping(*model, 0.3);
+  State s = periodic_cells(*model, 64, 5, 1, team);
+  prepare(*model, s, team);
+  QuasiStatic o;
+  o.unbalanced_force = o.stress_change = 1e-3;
+  double stress[2];
+  for (const double sign : {-1.0, 1.0}) {
+    Rve rve(model, o, s);
+    State room;
+    Increment to;
+    to.deformation(2, 2) = 1 + sign * 1e-5;
+    const Response r = rve.advance(to, room);
+    REQUIRE(r.stable);
+    stress[sign < 0 ? 0 : 1] = r.stress(2, 2);
+    CHECK(r.steps < 20000);
+  }
+  CHECK(stress[1] == Approx(E0 * 1e-5).epsilon(0.01));  // the patch
+  CHECK(stress[1] == Approx(-stress[0]).epsilon(0.005));
+  o.inertial_number = 1e-12;  // so slow that it never gets there
+  Rve slow(model, o, s);
+  State room;
+  Increment to;
+  to.deformation(2, 2) = 1 + 1e-3;
+  const Response r = slow.advance(to, room);
+  CHECK_FALSE(r.stable);
+  CHECK(r.failure.find("pressure_floor") != std::string::npos);
+}
 
 TEST_CASE("a dashpot of zeta lets opening, twist and bending die as zeta of critical, and what it takes is told") {
   Team team(1);
