@@ -221,8 +221,8 @@ std::vector<std::string> BvpOutput::notes() const {
   if (!(std::abs(error) > most_energy_error)) return {};
   return {
       fmt::format("the macro balance of energy is off by {:.2g} % (energy_error): stresses change too "
-                      "much within a step; take {}",
-                      100 * error, scene_.is_explicit() ? "shorter steps (solve)" : "more solve.increments")};
+                  "much within a step; take {}",
+                  100 * error, scene_.is_explicit() ? "shorter steps (solve)" : "more solve.increments")};
 }
 
 nlohmann::json BvpOutput::state() const {
