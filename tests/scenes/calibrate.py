@@ -122,74 +122,6 @@ def regressions():
     need(abs(result.x[0] - 0.5) < 0.01, f"beside failures: {result.x}")
 
 
-def have_emcee():
-    try:
-        import emcee  # noqa: F401
-    except ImportError:
-        print("no emcee: the posterior is not tried")
-        return False
-    return True
-
-
-def posteriors():
-    """Draws on a surface that is a plane: a normal of known covariance; where its range ends, one cut off."""
-    if not have_emcee():
-        return
-    from types import SimpleNamespace
-
-    from grus.calibrate.posterior import posterior
-    slope = np.array([[2.0, 1.0], [0.5, -1.0], [1.0, 0.0]])
-    noise = 0.03**2 * np.array([[1.0, 0.5, 0.0], [0.5, 1.0, 0.0], [0.0, 0.0, 2.0]])
-    known = np.linalg.inv(slope.T @ np.linalg.solve(noise, slope))
-    for truth in (np.array([0.4, 0.6]), np.array([0.0, 0.6])):
-        surface = SimpleNamespace(at=lambda x: slope @ x)
-        result = SimpleNamespace(x=truth, covariance=known, surface=surface, noise=noise)
-        data = regression.Data(slope @ truth, np.zeros(3), np.ones(3), np.zeros(3))
-        draws, worth = posterior(result, data)
-        need(worth > 500, f"{worth} independent draws of {len(draws)}")
-        need((draws == posterior(result, data)[0]).all(), "the same seed draws anew")
-        sd, four = np.sqrt(np.diag(known)), 4 / math.sqrt(worth)  # four deviations of a mean of so many
-        if truth[0] > 0:
-            need((np.abs(draws.mean(0) - truth) < four * sd).all(), f"mean {draws.mean(0)} instead of {truth}")
-            need(
-                np.abs(np.cov(draws.T) / np.outer(sd, sd) - known / np.outer(sd, sd)).max() < 1.5 * four,
-                f"covariance {np.cov(draws.T)} instead of {known}")
-        else:  # half a normal in the first: mean sqrt(2 / pi)
-            need(draws.min() >= 0, "draws beyond the range")
-            need(
-                abs(draws[:, 0].mean() / sd[0] - math.sqrt(2 / math.pi)) < four,
-                f"at a bound: mean {draws[:, 0].mean() / sd[0]} deviations")
-
-
-def have_petsc4py():
-    try:
-        import petsc4py  # noqa: F401
-    except ImportError:
-        print("no petsc4py: POUNDERS is not tried")
-        return False
-    return True
-
-
-def smooth():
-    """POUNDERS where nothing is drawn: all back to 0.5 %."""
-    if not have_petsc4py():
-        return
-    from grus.calibrate.pounders import pounders
-    truth, calls = np.array([0.37, 0.62, 0.55]), []
-
-    def evaluate(points):
-        calls.extend(points)
-        return [regression.Answer(model(x), np.zeros((POINTS + 2, POINTS + 2)), np.ones(POINTS + 2)) for x in points]
-
-    data = regression.Data(model(truth), np.full(POINTS + 2, 0.001), np.ones(POINTS + 2), np.zeros(POINTS + 2))
-    result = pounders(evaluate, 3, data, 40, lambda r: None)
-    need(np.abs(result.x / truth - 1).max() < 0.005, f"POUNDERS: {result.x} instead of {truth}")
-    need(
-        len(calls) <= 41 and all((0 <= x).all() and (x <= 1).all() for x in calls),
-        f"POUNDERS asked {len(calls)} times")
-    need((np.sqrt(np.diag(result.covariance)) < 0.02).all(), f"POUNDERS: sd {np.sqrt(np.diag(result.covariance))}")
-
-
 def targets():
     x = np.array([0.0, 1, 2, 1.5, 3, 4])
     need(np.allclose(along(x, 10 * x, [0.5, 2.5, 4]), [5, 25, 40]), "along a staircase")
@@ -316,8 +248,6 @@ def commands(tmp):
     # Every key that says how to fit changes the result; the runs are there already.
     for key, change in (("batch", ("budget = 32", "budget = 32\nbatch = 5")),
                         ("check", ("budget = 32", "budget = 32\ncheck = false")),
-                        ("method", ("budget = 32", 'budget = 32\nmethod = "pounders"')),
-                        ("posterior", ("budget = 32", "budget = 32\nposterior = true")),
                         ("error", ("error = 1e5 }}},\n", "error = 1e7 }}},\n")),
                         ("weight", ("error = 1e5 }}},\n", "error = 1e5, weight = 50 }}},\n")),
                         ("scale", (', scale = "log"', ""))):
@@ -326,22 +256,9 @@ def commands(tmp):
         need(text != TWIN.format(scene=scene, peak=max(stress)), f"{key}: nothing changed")
         with open(other, "w") as f:
             f.write(text)
-        if (key == "method" and not have_petsc4py()) or (key == "posterior" and not have_emcee()):
-            continue
         r = command(other, "-o", os.path.join(tmp, "killed"), "--quiet")
         need(r.returncode == 0 and read("killed") != read("one"),
              f"{key}: exit {r.returncode}, or the same result: {r.stderr}")
-        if key == "posterior" and r.returncode == 0:
-            for p, q in zip(
-                    json.loads(read("killed"))["parameters"],
-                    json.loads(read("killed"))["posterior"]["parameters"]):
-                need(p["key"] == q["key"] and q["middle_95"][0] < p["value"] < q["middle_95"][1],
-                     f"posterior beside the value: {q}, {p}")
-            need(len(open(os.path.join(tmp, "killed", "posterior.csv")).readlines()) > 1000, "no draws")
-        if key == "method" and r.returncode == 0:  # a real run is not smooth: near is enough
-            need(
-                abs(json.loads(read("killed"))["parameters"][0]["value"] / 60 - 1) < 0.05,
-                f"POUNDERS: {read('killed')}")
     # The scene that it leaves runs as it is.
     r = subprocess.run([
         os.path.join(binaries, "grus-rve"),
@@ -371,8 +288,6 @@ def commands(tmp):
 
 
 regressions()
-posteriors()
-smooth()
 targets()
 with tempfile.TemporaryDirectory() as folder:
     kinds(folder)

@@ -32,6 +32,7 @@ def need(condition, message):
     if not condition:
         faults.append(message)
         print("FAULT", message)
+    return bool(condition)
 
 
 def history(folder):

@@ -5,9 +5,9 @@
 
 The table beside this file says where: a place in a file, what stands there, what shall stand there instead. All faults
 are built in at once, behind a variable of the environment (GRUS_MUTANT) that chooses one; 0 or nothing is the program
-as it is. Each fault is run against the tests it names, then against all others, until one fails: then it is dead. Exit
-0 if all that are not marked equivalent are dead but for one in twenty, and all that are marked `from = "review"` are
-dead.
+as it is. Each fault is run against the tests it names, then against all others, until one fails: then it is dead; those
+of Python files against the tests that they name alone. Exit 0 if all that are not marked equivalent are dead but for
+one in twenty, and all that are marked `from = "review"` are dead.
 """
 import argparse
 import concurrent.futures
@@ -19,6 +19,8 @@ import sys
 import tempfile
 import time
 import tomllib
+
+import python_faults
 
 here = os.path.dirname(os.path.abspath(__file__))
 root = os.path.normpath(os.path.join(here, "..", ".."))
@@ -52,7 +54,13 @@ def read_table(path):
         refuse(f"{path}: a name is given twice: {sorted(n for n in names if names.count(n) > 1)[0]}")
     for m in table:
         m["places"] = m.get("places") or [{k: m[k] for k in ("file", "old", "new", "type", "nth") if k in m}]
+        if of_python(m) and not m.get("tests"):
+            refuse(f"{path}: {m['name']}: names no test")
     return table
+
+
+def of_python(m):
+    return m["places"][0]["file"].endswith(".py")
 
 
 def places_of(text, old):
@@ -63,6 +71,8 @@ def places_of(text, old):
 
 def cannot_stand(text, span, place):
     """Why a text cannot be put behind a choice; None where it can. The compiler alone is sure, but takes long."""
+    if place["file"].endswith(".py"):
+        return python_faults.cannot_stand(text, span)
     old, new = place["old"].strip(), place["new"].strip()
     if any(t.count(a) != t.count(b) for t in (old, new) for a, b in ("()", "[]", "{}")):
         return "brackets do not close"
@@ -101,6 +111,10 @@ def with_faults(table):
                 refuse(f"{path}: {text[a[0]:a[1]]!r} and {text[b[0]:b[1]]!r} overlap")
         for span in ordered:
             old = text[span[0]:span[1]]
+            if path.endswith(".py"):
+                faults = [(number, place["new"]) for number, place in places[span]]
+                text = text[:span[0]] + python_faults.behind_choice(text, span, faults) + text[span[1]:]
+                continue
             statement = old.rstrip().endswith((";", "}"))
             new = f"{{ {old} }}" if statement else f"({old})"
             for number, place in places[span]:
@@ -112,6 +126,10 @@ def with_faults(table):
                 else:
                     new = f"(GRUS_MUTANT_IS({number}) ? ({place['new']}) : {new})"
             text = text[:span[0]] + new + text[span[1]:]
+        if path.endswith(".py"):
+            text = python_faults.with_choice(text)
+            if python_faults.tree(text) is None:
+                refuse(f"{path}: is no Python with its faults")
         changed[path] = text
     return changed
 
@@ -123,11 +141,12 @@ def renew(path, data):
         open(path, "wb").write(data)
 
 
-def prepare(table, work):
+def prepare(table, work, python_alone):
+    """Builds in all faults; for faults of Python alone those, and programs without tests."""
     source, build = os.path.join(work, "source"), os.path.join(work, "build")
     files = subprocess.run(["git", "-C", root, "ls-files"], capture_output=True, text=True,
                            check=True).stdout.split("\n")
-    changed = with_faults(table)
+    changed = {name: text for name, text in with_faults(table).items() if name.endswith(".py") or not python_alone}
     for name in filter(None, files):
         renew(os.path.join(source, name),
               changed[name].encode() if name in changed else open(os.path.join(root, name), "rb").read())
@@ -135,9 +154,9 @@ def prepare(table, work):
     renew(header, HEADER.encode())
     subprocess.run([
         "cmake", "--compile-no-warning-as-error", "-S", source, "-B", build, "-G", "Ninja",
-        "-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_CXX_FLAGS=-include {header}"
+        "-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_CXX_FLAGS={'' if python_alone else f'-include {header}'}"
     ], check=True, stdout=subprocess.DEVNULL)
-    if subprocess.run(["cmake", "--build", build]).returncode:
+    if subprocess.run(["cmake", "--build", build, *(["--target", "programs"] if python_alone else [])]).returncode:
         refuse("the faults do not compile")
     return build
 
@@ -174,15 +193,17 @@ def main():
     if options.places:
         print(f"mutants: the places of {len(table)} faults stand in {len(with_faults(table))} files")
         return
+    chosen = [(k, m) for k, m in enumerate(table, 1) if not options.names or m["name"] in options.names]
+    python_alone = all(of_python(m) for _, m in chosen)
     scratch = None if options.work else tempfile.TemporaryDirectory()
-    build = prepare(table, os.path.abspath(options.work or scratch.name))
+    build = prepare(table, os.path.abspath(options.work or scratch.name), python_alone)
     tests = [t for t in TESTS if os.path.exists(os.path.join(build, "tests", "test_" + t))]
     missed = {
         os.path.basename(p)[5:]
         for p in glob.glob(os.path.join(build, "tests", "test_*")) if os.access(p, os.X_OK) and os.path.isfile(p)
     } - set(TESTS)
-    tests += sorted(missed)
-    asked = {t for m in table if not options.names or m["name"] in options.names for t in m.get("tests", "").split()}
+    tests = [] if python_alone else tests + sorted(missed)
+    asked = {t for _, m in chosen for t in m.get("tests", "").split()}
     scenes = sorted(asked - set(tests))
     usual = {}
     for test in tests + scenes:
@@ -194,12 +215,11 @@ def main():
 
     def judge(number, m):
         named = m.get("tests", "").split()
-        for test in named + [t for t in tests if t not in named]:
+        for test in named + [t for t in tests if t not in named and not of_python(m)]:
             if not run(build, test, number, 10 + 4 * usual[test] * options.jobs):
                 return test
         return None
 
-    chosen = [(k, m) for k, m in enumerate(table, 1) if not options.names or m["name"] in options.names]
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         found = {}
         waiting = {pool.submit(judge, k, m): m for k, m in chosen}

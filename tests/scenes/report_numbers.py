@@ -1,0 +1,367 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""What grus-report draws and tells of results, number by number: by hand, and against strains and bodies that are
+known. report_numbers.py BIN"""
+import json
+import math
+import os
+import sys
+import tempfile
+
+import h5py
+import numpy as np
+
+sys.path.insert(0, os.path.join(sys.argv[1], "..", "python"))
+from grus import figures  # noqa: E402
+from grus.figures import plt  # noqa: E402
+from grus.report import bvp_plots, command, pictures, rve_plots  # noqa: E402
+
+import made_up  # noqa: E402
+from scene_tools import faults, need  # noqa: E402
+
+
+def near(found, wanted, what, tolerance=1e-12, floor=1e-12):
+    made_up.near(found, wanted, what, tolerance, floor)
+
+
+def drawn(draw, *arguments):
+    """Label -> (x, y) of the curves of what draw(ax, ...) draws, the axes' texts, and all axes."""
+    fig, ax = plt.subplots()
+    draw(ax, *arguments)
+    curves = {line.get_label(): (line.get_xdata(), line.get_ydata()) for a in fig.axes for line in a.get_lines()}
+    texts = [t for a in fig.axes for t in (a.get_title(), a.get_xlabel(), a.get_ylabel()) if t]
+    plt.close(fig)
+    return curves, texts, fig
+
+
+def drawn_of(plots):
+    """The same of what makes several figures, in their order: figure(draw) is what they end in."""
+    found = []
+
+    def figure(draw, **_):
+        found.append(drawn(draw))
+        return "<figure>"
+    modules, before = (bvp_plots, rve_plots), figures.figure
+    for module in modules:
+        module.figure = figure
+    try:
+        plots()
+    finally:
+        for module in modules:
+            module.figure = before
+    return found
+
+
+def sample():
+    """Columns of a grus-rve run: a stretch along z, with made-up energies."""
+    e = np.array([0.0, 0.1, 0.2])
+    c = {"axial_strain": e, "time_s": 2 * e, "strain_xx": 0.5 * e, "strain_yy": 0.25 * e, "strain_zz": -e,
+         "axial_stress_Pa": 1e7 * e, "mean_pressure_Pa": 5e6 * e, "void_ratio": 0.7 - e, "grains": 10 + 20 * e,
+         "breakages": 20 * e, "energy_error": -0.1 * e, "unbalanced_force": 0.01 + e, "inertial_number": 0 * e,
+         "work_J": 10 * e, "elastic_J": 6 * e, "kinetic_J": 0 * e, "friction_J": 3 * e, "damping_J": -e,
+         "fracture_J": 2 * e, "bond_J": 5 * e, "split_J": e}
+    stress = {"xx": -2.0, "yy": -4.0, "zz": -9.0, "yz": 1.0, "xz": -2.0, "xy": 3.0}
+    return {k: list(v) for k, v in {**c, **{f"stress_{k}_Pa": 1e6 * v * e for k, v in stress.items()}}.items()}, stress
+
+
+def samples():
+    c, stress = sample()
+    e = np.array(c["axial_strain"])
+    summary = {"scene": {"loading": {"kind": "triaxial", "axis": "z"}}, "folder": "nowhere"}
+    run = ("name", c, summary)
+    tensor = np.array([[-2, 3, -2], [3, -4, 1], [-2, 1, -9.0]]) * 1e6
+    deviator = tensor - np.trace(tensor) / 3 * np.eye(3)
+    near(rve_plots.deviator(c), np.sqrt(1.5 * (deviator**2).sum()) * e, "deviator")
+    near(rve_plots.volume(c), [1 - np.linalg.det(np.diag([1 + 0.5 * x, 1 + 0.25 * x, 1 - x])) for x in e], "volume")
+    near(rve_plots.lateral(run), [math.nan, 3 / 9, 3 / 9], "lateral over axial stress")
+    near(rve_plots.lateral(("n", c, {"scene": {"loading": {"axis": "x"}}})), [math.nan, 6.5 / 2, 6.5 / 2], "along x")
+    near(rve_plots.along(run)[0], e, "against the strain")
+    still = ("still", {**c, "axial_strain": [0.0] * 3}, summary)
+    need(rve_plots.along(still) == (c["time_s"], "time (s)"), "without a strain against the time")
+    need(rve_plots.stacked(c) == ["elastic_J", "friction_J", "fracture_J", "split_J"], f"{rve_plots.stacked(c)}")
+    fig, ax = plt.subplots()
+    rve_plots.energy(ax, run)
+    tops = [area.get_paths()[0].vertices[:, 1].max() for area in ax.collections]
+    near(tops, [1.2, 1.8, 2.2, 2.4], "the stack of energies")
+    near(ax.get_lines()[0].get_ydata(), c["work_J"], "work in")
+    plt.close(fig)
+    curves, texts, _ = drawn(rve_plots.trust, run)
+    need(set(curves) == {"|energy error|", "unbalanced force"}, f"what is 0 is drawn: {set(curves)}")
+    near(curves["|energy error|"][1], [0.01, 0.02], "energy error, from the second row")
+    curves, texts, _ = drawn(rve_plots.breakage, run)
+    near([curves[k][1] for k in ("grains", "breakages", "void ratio (right)")],
+         [c["grains"], c["breakages"], c["void_ratio"]], "breakage")
+    grain = ("n", c, {"scene": {"loading": {"kind": "platens"}}})
+    need("void ratio (right)" not in drawn(rve_plots.breakage, grain)[0], "a void ratio of one grain")
+    bonded = {**c, "bonds": [5.0] * 3, "bonds_broken": [0.0, 1.0, 4.0], "fragments": [1.0, 1.0, 3.0]}
+    curves, texts, _ = drawn(rve_plots.damage, ("n", bonded, summary))
+    near([curves["stress"][1], curves["bonds broken (right)"][1], curves["fragments (right)"][1]],
+         [10 * e, bonded["bonds_broken"], bonded["fragments"]], "damage")
+    disc = {**bonded, "nominal_stress_Pa": [0.0, 3e6, 1e6], "displacement_m": [0.0, 1e-3, 2e-3]}
+    curves, texts, _ = drawn(rve_plots.damage, ("n", disc, summary))
+    near(curves["stress"], [[0, 1, 2], [0, 3, 1]], "a load over a way")
+    curves, _, _ = drawn(rve_plots.bursts, "n", [3.0, 1.0, 2.0, 2.0])
+    near(list(curves.values())[0], [[1, 2, 2, 3], [1, 0.75, 0.5, 0.25]], "bursts at least as large")
+    rows = lambda p: [{"diameter_m": d, "passing": x, "grains": g, "coordination": 4.0, "generation": 1.0,
+                       "elongation": 0.8, "flatness": 0.6} for d, x, g in zip((1e-3, 2e-3), (p, 1.0), (0, 7))]
+    states = {0.0: rows(0.1), 0.1: rows(0.2), 0.2: rows(0.3)}
+    curves, _, _ = drawn(rve_plots.gradings, [("n", c, {"grading": states})])
+    need({k: v[1].tolist() if hasattr(v[1], "tolist") else list(v[1]) for k, v in curves.items()} ==
+         {"n, strain 0": [10, 100], "n, strain 0.2": [30, 100]}, f"gradings, first and last: {curves}")
+    curves, _, _ = drawn(rve_plots.grading_states, "n", states)
+    near([v for v in curves.values()], [[[1, 2], [100 * p, 100]] for p in (0.1, 0.2, 0.3)], "all gradings", floor=1e-9)
+    curves, _, _ = drawn(rve_plots.by_size, "n", states)
+    need({k: (list(x), list(y)) for k, (x, y) in curves.items()} ==
+         {"coordination": ([2], [4]), "generation": ([2], [1]), "elongation × 10": ([2], [8]),
+          "flatness × 10": ([2], [6])}, f"means by size: {curves}")
+    titles = lambda runs: [texts[0] for _, texts, _ in drawn_of(lambda: rve_plots.overlays(runs))]
+    of = lambda kind, **more: ("r", {**c, **more}, {"scene": {"loading": {"kind": kind}}})
+    void = "Void ratio against the logarithm of pressure"
+    strain = "Stress and strain (compression positive)"
+    for runs, wanted in (([of("triaxial")], [strain, "Stress path", "Volume strain"]),
+                         ([of("uniaxial-strain")], [strain, void, "Stress at rest"]),
+                         ([of("isotropic-stress")], [strain, void]), ([of("rollers")], [strain]), ([still], []),
+                         ([of("platens")], ["Single grains between platens"]),
+                         ([of("platens", bonds=[1])], [strain])):
+        need(titles(runs) == wanted, f"plots of {runs[0][2]}: {titles(runs)}")
+    sheared = drawn_of(lambda: rve_plots.overlays([of("triaxial")]))
+    near(sheared[0][0]["r"], [e, 10 * e], "stress and strain")
+    near(sheared[1][0]["r"], [5 * e, np.array(rve_plots.deviator(c)) / 1e6], "stress path")
+    near(sheared[2][0]["r"], [e, 100 * np.array(rve_plots.volume(c))], "volume strain")
+    pressed = drawn_of(lambda: rve_plots.overlays([of("uniaxial-strain")]))
+    near(pressed[1][0]["r"], [5 * e[1:], (0.7 - e)[1:]], "void ratio where there is a pressure")
+    near(pressed[2][0]["r"], [e, [math.nan, 1 / 3, 1 / 3]], "stress at rest")
+
+
+def problem(**more):
+    """Columns of a grus-bvp run: pushed by the top, against a side that gives way."""
+    e = np.array([0.0, 0.01, 0.03])
+    c = {"increment": [0, 1, 2], "time_s": e, "newton_iterations": [0, 3, 4], "residual": [0.0, 1e-4, -1e-3],
+         "breakages": [0.0, 0.0, 5.0], "energy_error": [9.0, 0.01, -0.02], "worst_rve_energy_error": [0.0, 1e-3, 2e-3],
+         "moved_top_z_m": -1e-3 * e, "reaction_top_z_N": [-1.0, -500.0, -900.0], "moved_side_x_m": 1e-4 * e,
+         "reaction_side_x_N": -300 * e, "moved_small_y_m": 1e-4 * e, "reaction_small_y_N": 1e2 * e,
+         "moved_fixed_x_m": 0 * e, "reaction_fixed_x_N": 1e3 + e}
+    for k, strain, stress in (("xx", 0.02, -1e6), ("yy", 0.0, -2e6), ("zz", -0.01, -5e6)):
+        c |= {f"mean_strain_{k}": strain * e / 0.03, f"mean_stress_{k}_Pa": stress * e / 0.03}
+    return {k: list(v) for k, v in (c | more).items()}
+
+
+def problems():
+    c = problem()
+    need(bvp_plots.loaded_axis(c) == "zz", "the axis whose stress changes most")
+    near(bvp_plots.along(c)[0], [0, 0.01 / 3, 0.01], "the mean strain along it")
+    dynamic = problem(macro_kinetic_J=[0, 1, 2])
+    near(bvp_plots.along(dynamic)[0], [0, 1e4, 3e4], "microseconds")
+    need(bvp_plots.dynamic(dynamic) and not bvp_plots.dynamic(problem(macro_kinetic_J=[0], load_rate=[0])), "dynamics")
+    found = bvp_plots.pushed(c)
+    need([p[:2] for p in found] == [("top", "z")], f"what pushes: {[p[:2] for p in found]}")
+    near(found[0][2:], [c["moved_top_z_m"], c["reaction_top_z_N"]], "its way and its force")
+    for name, force, wanted in (("small", 50.0, ["top", "small"]), ("small", 40.0, ["top"]), ("side", 8e3, ["top"]),
+                                ("top", 500.0, ["top"])):
+        way = {"small": "y", "side": "x", "top": "z"}[name]  # a twentieth of the largest; against its way; too late
+        force = [0.0, -force, 0.0] if name == "side" else [force, 0.0, -900.0] if name == "top" else [0.0, 0.0, force]
+        shown = bvp_plots.pushed(problem(**{f"reaction_{name}_{way}_N": force}))
+        need([p[0] for p in shown] == wanted, f"{name} pushes by {force}: {[p[0] for p in shown]}")
+    both = bvp_plots.pushed(problem(reaction_small_y_N=[0.0, 100.0, 2000.0]))
+    need([p[0] for p in both] == ["small", "top"], f"the strongest first: {both}")
+    need(bvp_plots.pushed({}) == [], "nothing pushes")
+    curves, texts, _ = drawn(bvp_plots.reaction, "n", found)
+    near(curves["top, z"], [[0, 0.01, 0.03], [1, 500, 900]], "reaction along the way")
+    curves, texts, _ = drawn(bvp_plots.stress, "n", c)
+    near(curves["stress zz"], [bvp_plots.along(c)[0], [0, 5 / 3, 5]], "stress")
+    own = problem(**{f"grains_stress_{k}_Pa": [0.0, -1e6, -7e6] for k in ("xx", "yy", "zz")})
+    near(drawn(bvp_plots.stress, "n", own)[0]["stress xx"][1], [0, 1, 7], "stress of the grains")
+    curves, texts, _ = drawn(bvp_plots.energies, "n", {**dynamic, "macro_external_J": [0, 3, 5]})
+    near([curves["external"][1], curves["kinetic"][1]], [[0, 3, 5], [0, 1, 2]], "macro energies")
+    need("largest error 2.00 %" in texts[0], f"energies: {texts[0]}")
+    probe = {**dynamic, "probe_a_strain_zz": [0.0, -1e-6, -4e-6], "probe_a_strain_xx": [0.0, 1.0, 1.0]}
+    curves, texts, _ = drawn(bvp_plots.gauges, "n", probe)
+    need(set(curves) == {"a"} and list(curves["a"][1]) == [0, 1, 4], f"gauges: {curves}")
+    fig, ax = plt.subplots()
+    bvp_plots.convergence(ax, "n", c)
+    need([p.get_height() for p in ax.patches] == [0, 3, 4], "Newton iterations")
+    near(fig.axes[1].get_lines()[0].get_ydata(), [math.nan, 1e-4, 1e-3], "residuals")
+    plt.close(fig)
+    curves, _, _ = drawn(bvp_plots.balance, "n", c)
+    near([curves["energy error"], curves["worst rve energy error"]],
+         [[bvp_plots.along(c)[0][1:], v] for v in ([0.01, 0.02], [1e-3, 2e-3])], "trust, from the second row")
+    more = problem(p_Pa=[0.0, 1e6, 3e6], q_Pa=[0.0, 2e6, 5e6], strain_volumetric=[0.0, 0.01, 0.02])
+    shown = drawn_of(lambda: bvp_plots.of_run(("n", more, {"folder": "nowhere"})))
+    titles = [texts[0] for _, texts, _ in shown]
+    need(titles == ["n: reaction and displacement", "n: stress, mean (compression positive)",
+                    "n: stress path of the means", "n: volume strain", "n: breakage", "n: convergence",
+                    "n: how far to trust it"], f"plots of a macro problem: {titles}")
+    near([list(shown[2][0].values())[0], list(shown[3][0].values())[0]],
+         [[[0, 1, 3], [0, 2, 5]], [bvp_plots.along(c)[0], [0, 1, 2]]], "stress path, volume strain")
+    near(shown[4][0]["breakages"][1], [0, 0, 5], "breakages")
+    moving = {**probe, "macro_external_J": [0, 3, 5], "breakages": [0.0] * 3, "bonds_broken": [0, 1, 2],
+              "p_Pa": more["p_Pa"], "q_Pa": more["q_Pa"]}
+    shown = drawn_of(lambda: bvp_plots.of_run(("n", moving, {"folder": "nowhere"})))
+    need([texts[0].split(": ")[1].split(",")[0] for _, texts, _ in shown] ==
+         ["reaction and displacement", "stress", "breakage", "macro energy", "probes", "how far to trust it"],
+         f"plots of a dynamic problem: {[texts[0] for _, texts, _ in shown]}")
+    need(list(shown[2][0]) == ["bonds broken"], f"breakage of bonds alone: {list(shown[2][0])}")
+
+
+def bodies():
+    """Pictures: what is outside, what strains, where it is lit and seen."""
+    cube = np.array([[x, y, z] for z in (0, 1, 2) for y in (0, 1) for x in (0, 1)], float)
+    order = np.array([0, 1, 3, 2, 4, 5, 7, 6])  # of a hexahedron, VTK's
+    faces = pictures.outside([order, order + 4], [12, 12])
+    need(len(faces) == 10 and not any(set(map(int, f)) == {4, 5, 6, 7} for _, f in faces)
+         and [k for k, _ in faces].count(0) == 5, f"{len(faces)} faces of two hexahedra")
+    for cell, corners in faces:
+        x = cube[corners]
+        out = np.cross(x[1] - x[0], x[2] - x[0]) @ (x.mean(0) - cube[order + 4 * cell].mean(0))
+        need(out > 0, f"face {corners} looks inside")
+    tetrahedron = pictures.outside([np.array([0, 1, 2, 4])], [10])
+    for _, corners in tetrahedron:
+        x = cube[corners]
+        need(np.cross(x[1] - x[0], x[2] - x[0]) @ (x.mean(0) - cube[[0, 1, 2, 4]].mean(0)) > 0, "a tetrahedron's face")
+    need(len(tetrahedron) == 4 and len(pictures.outside([[0, 1, 2], [0, 1, 3, 2]], [5, 9])) == 2, "kinds of cells")
+    gradient = np.array([[0.1, 0.3, 0.0], [0.0, -0.2, 0.05], [0.1, 0.0, 0.02]])
+    green = 0.5 * ((np.eye(3) + gradient).T @ (np.eye(3) + gradient) - np.eye(3))
+    green -= np.trace(green) / 3 * np.eye(3)
+    near(pictures.shear(cube, cube @ gradient.T + 7, [order, order + 4]), [math.sqrt(2 / 3 * (green**2).sum())] * 2,
+         "shear strain", 1e-9)
+    c, s = math.cos(0.7), math.sin(0.7)
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    near(pictures.shear(cube, cube @ (turn - np.eye(3)).T, [order]), [0], "of a turn", floor=1e-12)
+    view = pictures.view(30, 40)
+    near(view @ view.T, np.eye(3), "a turned view")
+    a, e = np.radians([30, 40])
+    near(view[2], [math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)], "towards who looks")
+    need(np.linalg.det(view) > 0.99 and abs(view[0, 2]) < 1e-12 and view[1, 2] > 0, "the way up")
+    octahedron = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1.0]])
+    corners = np.array([[i, 2 + j, 4 + k] if (i + j + k) % 2 == 0 else [2 + j, i, 4 + k]
+                        for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    signs = np.array([octahedron[f].sum(0) for f in corners]) / math.sqrt(3)
+    near(pictures.corner_normals(octahedron, corners, False), np.repeat(signs[:, None], 3, 1), "normals of faces")
+    near(pictures.corner_normals(octahedron, corners, True), octahedron[corners], "normals of a smooth surface")
+    # Two squares over one another, seen from above: the upper one hides the lower, each is lit as it lies.
+    square = lambda z, half: [[[-half, -half, z], [half, -half, z], [half, half, z]],
+                              [[-half, -half, z], [half, half, z], [-half, half, z]]]
+    triangles = np.array(square(0.0, 1.0) + square(1.0, 0.5))
+    normals, owner = np.zeros((4, 3, 3)) + [0, 0, 1], np.array([0, 0, 1, 1])
+    colours = np.array([[1.0, 0, 0, 1], [0, 1.0, 0, 1]])
+    for turned, upper in ((np.arange(4), 1), (np.array([2, 3, 0, 1]), 1)):
+        image = pictures.painted(triangles[turned], normals[turned], owner[turned], colours, np.eye(3), pixels=101)
+        middle, rim = image[len(image) // 2, len(image) // 2], image[len(image) // 2, len(image) // 8]
+        light = 0.35 + 0.65 * 0.77
+        near(middle, [0, light, 0, 1], "the square above", 1e-3)
+        near(rim, [light, 0, 0, 1], "the square below", 1e-3)
+    need(image[0, 0, 3] == 0 and (image[..., 3] > 0).mean() > 0.7, "beside both")
+    turned = np.concatenate([triangles[:2], triangles[2:, ::-1]])
+    back = pictures.painted(turned, normals, owner, colours, np.eye(3), 101)
+    near(back[len(back) // 2, len(back) // 2], [light, 0, 0, 1], "a square that looks away", 1e-3)
+    frame = {"id": np.array([4, 4, 9, 9, 7, 7]), "radius": 1e-3 * np.array([1, 1, 3, 3, 2, 2.0])}
+    ids, found, how, (_, norm, label) = pictures.coloured({"CellData": frame})
+    need(list(ids) == [4, 7, 9] and how == "by size" and (norm.vmin, norm.vmax) == (1, 3), f"{ids} {how}")
+    ids, found, how, key = pictures.coloured({"CellData": {**frame, "generation": np.array([0, 0, 2, 2, 0, 0])}})
+    need(how == "by generation" and [text for text, _ in key] == ["whole grains", "broken 2 times"]
+         and (found[0] == found[1]).all() and (found[2] == key[1][1]).all(), f"{how} {key}")
+    many = {"id": np.arange(42), "radius": np.ones(42), "fragment": np.array([0] * 20 + [1] * 20 + [2, 3])}
+    ids, found, how, key = pictures.coloured({"CellData": many})
+    need(how.startswith("by fragment") and (found[40:] == (0.6, 0.6, 0.6, 1)).all() and (found[0] != found[20]).any(),
+         "fragments")
+
+
+def frames(folder):
+    """The last of the frames is drawn, displaced, with the fields that it has."""
+    os.makedirs(os.path.join(folder, "macro"))
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2, 1, 0]], float)
+    for number, stretch in ((0, 0.0), (1, 0.5)):
+        with h5py.File(os.path.join(folder, "macro", f"macro_{number:05d}.hdf"), "w") as f:
+            grid = f.create_group("VTKHDF")
+            grid["Points"], grid["Connectivity"] = points, np.array([0, 1, 2, 3, 1, 4, 5, 2])
+            grid["Offsets"], grid["Types"] = np.array([0, 4, 8]), np.array([9, 9])
+            grid["CellData/void_ratio"] = np.array([0.5, 0.6])
+            grid["CellData/broken_fraction"] = np.zeros(2)
+            grid["PointData/displacement_m"] = points * [stretch, 0, 0]
+    for draw, values, name in zip(pictures.macro(folder, "n"), ([2 / 3 * 0.625] * 2, [0.5, 0.6]), ("shear", "void")):
+        fig, ax = plt.subplots()
+        draw(ax)
+        near(ax.collections[0].get_array(), values, f"{name} of the mesh", 1e-9)
+        near(ax.collections[0].get_paths()[1].vertices[:4, 0], [1500, 3000, 3000, 1500], "a displaced cell in mm")
+        plt.close(fig)
+    need(len(pictures.macro(folder, "n")) == 2 and pictures.macro("nowhere", "n") == []
+         and pictures.grains(folder, "n") is None, "fields that say something")
+    with open(os.path.join(folder, "bursts.csv"), "w") as f:
+        f.write("bonds,time_s\n3,1\n0,2\n5,3\n")
+    need(rve_plots.burst_sizes(folder) == [3, 5] and rve_plots.burst_sizes("nowhere") == [], "bursts.csv")
+
+
+def tables(folder):
+    """What the table tells of a run, and which folders are none."""
+    c, _ = sample()
+    summary = {"ending": "finished", "counts": {"steps": 12345}, "seconds": {"loading_wall": 2.34}}
+    told = command.facts(("n", c, summary))
+    need(told == {"run": "n", "ending": "finished", "load": "0.200 strain", "stress": "2 MPa", "broken": "4 grains",
+                  "energy error": "2.00 %", "wall": "2.3 s", "steps": "1.23e+04"}, f"{told}")
+    told = command.facts(("n", {**c, "nominal_stress_Pa": [0, 3e6, 1e6]}, summary))
+    need(told["stress"] == "3 MPa", "nominal stress")
+    told = command.facts(("n", problem(), {"counts": {"dem_steps": 7}, "seconds": {"solve_wall": 1.0}}))
+    need((told["load"], told["stress"], told["energy error"], told["wall"], told["steps"]) ==
+         ("0.010 strain", "5 MPa", "2.00 %", "1.0 s", "7"), f"{told}")
+    of = lambda **more: command.broken({"breakages": [0.0, 3.0], **more})
+    need([of(), of(bonds=[9], bonds_broken=[0, 4]), of(breakages=[0.0], bonds=[9], bonds_broken=[0, 4]),
+          of(breakages=[0.0]), of(breakages=[0.0], bonds=[9], bonds_broken=[0]), of(bonds_broken=[2])] ==
+         ["3 grains", "3 grains, 4 bonds", "4 bonds", "0 grains", "0 bonds", "3 grains, 2 bonds"], "what has broken")
+    for columns, kind in ((c, "rve"), (problem(), "bvp")):
+        place = os.path.join(folder, kind)
+        os.makedirs(place)
+        names = list({**dict.fromkeys(command.RVE_COLUMNS if kind == "rve" else command.BVP_COLUMNS), **columns})
+        with open(os.path.join(place, "history.csv"), "w") as f:
+            f.write(",".join(names) + "\n" + "".join(
+                ",".join(str(columns.get(n, [0] * 3)[k]) for n in names) + "\n" for k in range(3)))
+        with open(os.path.join(place, "summary.json"), "w") as f:
+            json.dump({**summary, "title": "T", "notes": ["a <note>"]}, f)
+    made_up.unpainted()
+    page = os.path.join(folder, "page.html")
+    status, said, errors = made_up.command(command.main, os.path.join(folder, "rve"), os.path.join(folder, "bvp"),
+                                           "-o", page)
+    need(status == 0 and said.splitlines()[-1] == f"report: {page}", f"exit {status} {said} {errors}")
+    with open(page) as f:
+        text = f.read()
+    need(text.index("Side by side") < text.index("<h2>bvp") < text.index("<h2>rve") and "rve: a &lt;note&gt;" in text
+         and text.count("<details>") == 2, "the order of a report, notes, scenes")
+    for name, words in (("nowhere", "no such folder"), (".", "no history.csv")):
+        status, said, errors = made_up.command(command.main, os.path.join(folder, name))
+        need(status == 2 and words in errors and errors.count("\n") == 1, f"{name}: exit {status} {errors}")
+    with open(os.path.join(folder, "rve", "history.csv"), "a") as f:
+        f.write("1,2\n")
+    status, said, errors = made_up.command(command.main, os.path.join(folder, "rve"))
+    need(status == 2 and "line 5 has 2 values" in errors, f"a damaged history: exit {status} {errors}")
+
+
+def axes():
+    """Axes and texts that all figures share."""
+    near(figures.positive([1.0, -2.0, 0.0]), [1, 2, math.nan], "for a logarithmic axis")
+    fig, ax = plt.subplots()
+    figures.decades(ax, [[3e-4, 0.0], [0.02, math.inf, math.nan]])
+    need(ax.get_yscale() == "log", "decades")
+    near(ax.get_ylim(), [1e-4, 0.1], "limits by decades")
+    figures.decades(ax, [[1e-30, 5.0]])
+    near(ax.get_ylim(), [1e-11, 10], "twelve decades at most", 1e-9, 0)
+    ax.cla()
+    figures.logarithmic(ax, {"log_x": True})
+    need((ax.get_xscale(), ax.get_yscale()) == ("log", "linear"), "the axis that is asked for")
+    ax.cla()
+    ax.plot([0, 1], [2, 5], label="a"), ax.plot([0, 1], [0, 0], label="_hidden")
+    ax.set(title="T", xlabel="x", ylabel="y")
+    need(figures.alt_text([ax]) == "T; y against x; curves: a; a from 2 to 5", f"{figures.alt_text([ax])}")
+    plt.close(fig)
+    cells = "<tr><th>a&lt;</th></tr><tr><td>1</td></tr>"
+    need(figures.table(["a<"], [[1]]) == f'<div class="wide"><table>{cells}</table></div>'
+         and "<title>a &amp; b</title>" in figures.page("a & b", ""), "texts of pages")
+
+
+samples()
+problems()
+bodies()
+axes()
+with tempfile.TemporaryDirectory() as tmp:
+    frames(os.path.join(tmp, "frames"))
+    tables(tmp)
+print(f"report_numbers: {len(faults)} faults")
+sys.exit(bool(faults))
