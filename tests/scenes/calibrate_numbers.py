@@ -169,6 +169,11 @@ def fits():
     need(np.abs(result.misfit).max() < 0.05 and len({tuple(r) for a in asked for r in a}) == 30, "misfit, other points")
     need(len(regression.calibrate(evaluate, 2, data, 9, batch=3).history) == 2
          and [len(a) for a in asked[4:]] == [8, 1], f"a batch that is asked for: {[len(a) for a in asked[4:]]}")
+    asked.clear()
+    flat = lambda points: asked.append(points) or [regression.Answer(np.ones(1), np.zeros((1, 1)), np.ones(1))
+                                                   for _ in points]
+    regression.calibrate(flat, 5, regression.Data(*np.ones((4, 1))), 50)
+    need([len(a) for a in asked] == [23, 12, 12, 3], f"batches of five parameters: {[len(a) for a in asked]}")
     off = regression.Data(np.array([1.6, 0.4, 0.8]), np.array([0.01, 0.01, 0.04]), np.full(3, 1e-9), np.zeros(3))
     shifted = lambda points: [regression.Answer(np.append(a.values, 1.0), np.zeros((3, 3)), np.ones(3))
                               for a in evaluate(points)]

@@ -69,7 +69,7 @@ COLUMNS = {"axial_strain": [0.0, 0.5, 1.0], "breakages": [0.0, 1.0, 3.0], "grain
 
 def flat(numbers):
     if isinstance(numbers, (list, tuple)):
-        return np.concatenate([flat(v) for v in numbers])
+        return np.concatenate([np.empty(0), *map(flat, numbers)])
     return np.ravel(np.asarray(numbers, float))
 
 
@@ -109,6 +109,17 @@ def unpainted():
     """Figures are made and not painted, which takes most of the time of a report."""
     from matplotlib.figure import Figure
     Figure.savefig = lambda figure, file, **_: file.write(b"")
+
+
+def drawn(draw, *arguments):
+    """Label -> (x, y) of the curves of what draw(ax, ...) draws, the axes' texts, and all axes."""
+    import matplotlib.pyplot as plt
+    fig, ax = plt.subplots()
+    draw(ax, *arguments)
+    curves = {line.get_label(): (line.get_xdata(), line.get_ydata()) for a in fig.axes for line in a.get_lines()}
+    texts = [t for a in fig.axes for t in (a.get_title(), a.get_xlabel(), a.get_ylabel()) if t]
+    plt.close(fig)
+    return curves, texts, fig
 
 
 def calls(programs):

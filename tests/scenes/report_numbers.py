@@ -1,37 +1,26 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""What grus-report draws and tells of results, number by number: by hand, and against strains and bodies that are
-known. report_numbers.py BIN"""
+"""What grus-report draws and tells of results, number by number, by hand: report_numbers.py BIN"""
 import json
 import math
 import os
 import sys
 import tempfile
 
-import h5py
 import numpy as np
 
 sys.path.insert(0, os.path.join(sys.argv[1], "..", "python"))
 from grus import figures  # noqa: E402
 from grus.figures import plt  # noqa: E402
-from grus.report import bvp_plots, command, pictures, rve_plots  # noqa: E402
+from grus.report import bvp_plots, command, rve_plots  # noqa: E402
 
 import made_up  # noqa: E402
+from made_up import drawn  # noqa: E402
 from scene_tools import faults, need  # noqa: E402
 
 
 def near(found, wanted, what, tolerance=1e-12, floor=1e-12):
     made_up.near(found, wanted, what, tolerance, floor)
-
-
-def drawn(draw, *arguments):
-    """Label -> (x, y) of the curves of what draw(ax, ...) draws, the axes' texts, and all axes."""
-    fig, ax = plt.subplots()
-    draw(ax, *arguments)
-    curves = {line.get_label(): (line.get_xdata(), line.get_ydata()) for a in fig.axes for line in a.get_lines()}
-    texts = [t for a in fig.axes for t in (a.get_title(), a.get_xlabel(), a.get_ylabel()) if t]
-    plt.close(fig)
-    return curves, texts, fig
 
 
 def drawn_of(plots):
@@ -131,6 +120,16 @@ def samples():
     pressed = drawn_of(lambda: rve_plots.overlays([of("uniaxial-strain")]))
     near(pressed[1][0]["r"], [5 * e[1:], (0.7 - e)[1:]], "void ratio where there is a pressure")
     near(pressed[2][0]["r"], [e, [math.nan, 1 / 3, 1 / 3]], "stress at rest")
+    pressed = drawn_of(lambda: rve_plots.overlays([of("uniaxial-strain", mean_pressure_Pa=[1.0, 5e3, 1e6])]))
+    near(pressed[1][0]["r"], [[0.005, 1], [0.6, 0.5]], "void ratio above 1e-4 of the largest pressure", 1e-9)
+    near(pressed[2][0]["r"][1], [math.nan, math.nan, 1 / 3], "stress at rest above a hundredth of it")
+    graded = ("n", c, {**summary, "grading": {0.1: rows(0.2)}})
+    shown = [texts[0] for _, texts, _ in drawn_of(lambda: rve_plots.of_run(graded))]
+    need(shown == ["n: where the work went", "n: breakage", "n: grading, fines included",
+                   "n: means by size, last state", "n: how far to trust it"], f"plots of a run: {shown}")
+    shown = [texts[0] for _, texts, _ in drawn_of(lambda: rve_plots.of_run(("n", {**bonded, "breakages": [0] * 3},
+                                                                            summary)))]
+    need(shown == ["n: where the work went", "n: load and damage", "n: how far to trust it"], f"of bonds: {shown}")
 
 
 def problem(**more):
@@ -194,6 +193,9 @@ def problems():
     near([list(shown[2][0].values())[0], list(shown[3][0].values())[0]],
          [[[0, 1, 3], [0, 2, 5]], [bvp_plots.along(c)[0], [0, 1, 2]]], "stress path, volume strain")
     near(shown[4][0]["breakages"][1], [0, 0, 5], "breakages")
+    calm = {**c, "breakages": [0.0] * 3}
+    shown = [texts[0] for _, texts, _ in drawn_of(lambda: bvp_plots.of_run(("n", calm, {"folder": "nowhere"})))]
+    need(not any("breakage" in s or "stress path" in s for s in shown), f"where nothing breaks: {shown}")
     moving = {**probe, "macro_external_J": [0, 3, 5], "breakages": [0.0] * 3, "bonds_broken": [0, 1, 2],
               "p_Pa": more["p_Pa"], "q_Pa": more["q_Pa"]}
     shown = drawn_of(lambda: bvp_plots.of_run(("n", moving, {"folder": "nowhere"})))
@@ -201,94 +203,6 @@ def problems():
          ["reaction and displacement", "stress", "breakage", "macro energy", "probes", "how far to trust it"],
          f"plots of a dynamic problem: {[texts[0] for _, texts, _ in shown]}")
     need(list(shown[2][0]) == ["bonds broken"], f"breakage of bonds alone: {list(shown[2][0])}")
-
-
-def bodies():
-    """Pictures: what is outside, what strains, where it is lit and seen."""
-    cube = np.array([[x, y, z] for z in (0, 1, 2) for y in (0, 1) for x in (0, 1)], float)
-    order = np.array([0, 1, 3, 2, 4, 5, 7, 6])  # of a hexahedron, VTK's
-    faces = pictures.outside([order, order + 4], [12, 12])
-    need(len(faces) == 10 and not any(set(map(int, f)) == {4, 5, 6, 7} for _, f in faces)
-         and [k for k, _ in faces].count(0) == 5, f"{len(faces)} faces of two hexahedra")
-    for cell, corners in faces:
-        x = cube[corners]
-        out = np.cross(x[1] - x[0], x[2] - x[0]) @ (x.mean(0) - cube[order + 4 * cell].mean(0))
-        need(out > 0, f"face {corners} looks inside")
-    tetrahedron = pictures.outside([np.array([0, 1, 2, 4])], [10])
-    for _, corners in tetrahedron:
-        x = cube[corners]
-        need(np.cross(x[1] - x[0], x[2] - x[0]) @ (x.mean(0) - cube[[0, 1, 2, 4]].mean(0)) > 0, "a tetrahedron's face")
-    need(len(tetrahedron) == 4 and len(pictures.outside([[0, 1, 2], [0, 1, 3, 2]], [5, 9])) == 2, "kinds of cells")
-    gradient = np.array([[0.1, 0.3, 0.0], [0.0, -0.2, 0.05], [0.1, 0.0, 0.02]])
-    green = 0.5 * ((np.eye(3) + gradient).T @ (np.eye(3) + gradient) - np.eye(3))
-    green -= np.trace(green) / 3 * np.eye(3)
-    near(pictures.shear(cube, cube @ gradient.T + 7, [order, order + 4]), [math.sqrt(2 / 3 * (green**2).sum())] * 2,
-         "shear strain", 1e-9)
-    c, s = math.cos(0.7), math.sin(0.7)
-    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-    near(pictures.shear(cube, cube @ (turn - np.eye(3)).T, [order]), [0], "of a turn", floor=1e-12)
-    view = pictures.view(30, 40)
-    near(view @ view.T, np.eye(3), "a turned view")
-    a, e = np.radians([30, 40])
-    near(view[2], [math.cos(e) * math.cos(a), math.cos(e) * math.sin(a), math.sin(e)], "towards who looks")
-    need(np.linalg.det(view) > 0.99 and abs(view[0, 2]) < 1e-12 and view[1, 2] > 0, "the way up")
-    octahedron = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1.0]])
-    corners = np.array([[i, 2 + j, 4 + k] if (i + j + k) % 2 == 0 else [2 + j, i, 4 + k]
-                        for i in (0, 1) for j in (0, 1) for k in (0, 1)])
-    signs = np.array([octahedron[f].sum(0) for f in corners]) / math.sqrt(3)
-    near(pictures.corner_normals(octahedron, corners, False), np.repeat(signs[:, None], 3, 1), "normals of faces")
-    near(pictures.corner_normals(octahedron, corners, True), octahedron[corners], "normals of a smooth surface")
-    # Two squares over one another, seen from above: the upper one hides the lower, each is lit as it lies.
-    square = lambda z, half: [[[-half, -half, z], [half, -half, z], [half, half, z]],
-                              [[-half, -half, z], [half, half, z], [-half, half, z]]]
-    triangles = np.array(square(0.0, 1.0) + square(1.0, 0.5))
-    normals, owner = np.zeros((4, 3, 3)) + [0, 0, 1], np.array([0, 0, 1, 1])
-    colours = np.array([[1.0, 0, 0, 1], [0, 1.0, 0, 1]])
-    for turned, upper in ((np.arange(4), 1), (np.array([2, 3, 0, 1]), 1)):
-        image = pictures.painted(triangles[turned], normals[turned], owner[turned], colours, np.eye(3), pixels=101)
-        middle, rim = image[len(image) // 2, len(image) // 2], image[len(image) // 2, len(image) // 8]
-        light = 0.35 + 0.65 * 0.77
-        near(middle, [0, light, 0, 1], "the square above", 1e-3)
-        near(rim, [light, 0, 0, 1], "the square below", 1e-3)
-    need(image[0, 0, 3] == 0 and (image[..., 3] > 0).mean() > 0.7, "beside both")
-    turned = np.concatenate([triangles[:2], triangles[2:, ::-1]])
-    back = pictures.painted(turned, normals, owner, colours, np.eye(3), 101)
-    near(back[len(back) // 2, len(back) // 2], [light, 0, 0, 1], "a square that looks away", 1e-3)
-    frame = {"id": np.array([4, 4, 9, 9, 7, 7]), "radius": 1e-3 * np.array([1, 1, 3, 3, 2, 2.0])}
-    ids, found, how, (_, norm, label) = pictures.coloured({"CellData": frame})
-    need(list(ids) == [4, 7, 9] and how == "by size" and (norm.vmin, norm.vmax) == (1, 3), f"{ids} {how}")
-    ids, found, how, key = pictures.coloured({"CellData": {**frame, "generation": np.array([0, 0, 2, 2, 0, 0])}})
-    need(how == "by generation" and [text for text, _ in key] == ["whole grains", "broken 2 times"]
-         and (found[0] == found[1]).all() and (found[2] == key[1][1]).all(), f"{how} {key}")
-    many = {"id": np.arange(42), "radius": np.ones(42), "fragment": np.array([0] * 20 + [1] * 20 + [2, 3])}
-    ids, found, how, key = pictures.coloured({"CellData": many})
-    need(how.startswith("by fragment") and (found[40:] == (0.6, 0.6, 0.6, 1)).all() and (found[0] != found[20]).any(),
-         "fragments")
-
-
-def frames(folder):
-    """The last of the frames is drawn, displaced, with the fields that it has."""
-    os.makedirs(os.path.join(folder, "macro"))
-    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2, 1, 0]], float)
-    for number, stretch in ((0, 0.0), (1, 0.5)):
-        with h5py.File(os.path.join(folder, "macro", f"macro_{number:05d}.hdf"), "w") as f:
-            grid = f.create_group("VTKHDF")
-            grid["Points"], grid["Connectivity"] = points, np.array([0, 1, 2, 3, 1, 4, 5, 2])
-            grid["Offsets"], grid["Types"] = np.array([0, 4, 8]), np.array([9, 9])
-            grid["CellData/void_ratio"] = np.array([0.5, 0.6])
-            grid["CellData/broken_fraction"] = np.zeros(2)
-            grid["PointData/displacement_m"] = points * [stretch, 0, 0]
-    for draw, values, name in zip(pictures.macro(folder, "n"), ([2 / 3 * 0.625] * 2, [0.5, 0.6]), ("shear", "void")):
-        fig, ax = plt.subplots()
-        draw(ax)
-        near(ax.collections[0].get_array(), values, f"{name} of the mesh", 1e-9)
-        near(ax.collections[0].get_paths()[1].vertices[:4, 0], [1500, 3000, 3000, 1500], "a displaced cell in mm")
-        plt.close(fig)
-    need(len(pictures.macro(folder, "n")) == 2 and pictures.macro("nowhere", "n") == []
-         and pictures.grains(folder, "n") is None, "fields that say something")
-    with open(os.path.join(folder, "bursts.csv"), "w") as f:
-        f.write("bonds,time_s\n3,1\n0,2\n5,3\n")
-    need(rve_plots.burst_sizes(folder) == [3, 5] and rve_plots.burst_sizes("nowhere") == [], "bursts.csv")
 
 
 def tables(folder):
@@ -316,6 +230,13 @@ def tables(folder):
                 ",".join(str(columns.get(n, [0] * 3)[k]) for n in names) + "\n" for k in range(3)))
         with open(os.path.join(place, "summary.json"), "w") as f:
             json.dump({**summary, "title": "T", "notes": ["a <note>"]}, f)
+    with open(os.path.join(folder, "rve", "grading.csv"), "w") as f:
+        f.write("strain,diameter_m,passing\n0.1,1e-3,1\n")
+    name, columns, found = command.read_result(os.path.join(folder, "rve"))
+    need(name == "rve" and columns["work_J"] == c["work_J"] and found["folder"].endswith("rve") and found["grading"] ==
+         {0.1: [{"strain": 0.1, "diameter_m": 1e-3, "passing": 1.0}]}, f"a folder that is read: {found}")
+    need(command.read_result(os.path.join(folder, "bvp"))[2]["grading"] == {}, "a macro problem with a grading")
+    os.remove(os.path.join(folder, "rve", "grading.csv"))
     made_up.unpainted()
     page = os.path.join(folder, "page.html")
     status, said, errors = made_up.command(command.main, os.path.join(folder, "rve"), os.path.join(folder, "bvp"),
@@ -358,10 +279,8 @@ def axes():
 
 samples()
 problems()
-bodies()
 axes()
 with tempfile.TemporaryDirectory() as tmp:
-    frames(os.path.join(tmp, "frames"))
     tables(tmp)
 print(f"report_numbers: {len(faults)} faults")
 sys.exit(bool(faults))
