@@ -278,8 +278,8 @@ namespace {
 double tension_across(std::uint64_t seed, Team& team) {
   constexpr double diameter = 40, thickness = 1, load = 1e-4 * E0 * diameter * thickness;
   Model model = rock(elastic(0.4));
-  set_damping(model, 0.5);
-  model.numerics.safety = 0.7;
+  set_damping(model, 0.6);
+  model.numerics.safety = 0.9;
   CellSpace space = cylinder_space(diameter, thickness);
   space.extruded = true;
   State s;
@@ -293,7 +293,7 @@ double tension_across(std::uint64_t seed, Team& team) {
     add_load(pressed, Vec3(0, -side * load, 0), 0, s);
   }
   prepare(model, s, team);
-  run_for(model, s, 1, team);  // ten times across by the slower wave
+  run_for(model, s, 0.4, team);  // four times across by the slower wave: at rest to 1e-10 of what is held
   CHECK(stored_energy(model, s) - stored_energy(s.bonds) < 1e-6 * stored_energy(s.bonds));
   double sum = 0, volume = 0;
   const auto inside = [&](Index i) {
