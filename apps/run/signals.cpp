@@ -62,7 +62,7 @@ void checkpoint_written() { wanted = 0; }
 double duration_of(const std::string& key, const std::string& text) {
   double seconds = 0;
   try {
-    seconds = parse_quantity(text, dimension::time);
+    seconds = parse_quantity(text, dimension::time).value;
   } catch (const std::invalid_argument& e) {
     throw dem::InputError(fmt::format("{}: {} (a time such as \"90 min\", \"2 h\" or \"3600 s\")", key, e.what()));
   }

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include <scene_keys_text.hpp>  // made by CMake
+#include "dem/base/tensor.hpp"
 
 namespace grus::app {
 namespace {
@@ -65,6 +66,18 @@ const Key* find(const std::string& path) {
   const auto& keys = scene_keys();
   const auto at = std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.path == path; });
   return at == keys.end() ? nullptr : &*at;
+}
+
+/// Bounds of an angle as people write them: "0 <= x <= 1.53938" is "0 deg <= x <= 88.2 deg".
+std::string in_degrees(const std::string& range) {
+  std::string text;
+  for (const std::string& word : split(range, " ")) {
+    char* end = nullptr;
+    const double radians = std::strtod(word.c_str(), &end);
+    if (!text.empty()) text += " ";
+    text += end == word.c_str() || *end != '\0' ? word : fmt::format("{:.3g} deg", radians * 180 / dem::pi);
+  }
+  return text;
 }
 
 /// What of a row is not as read; empty: nothing.
@@ -135,7 +148,7 @@ std::string keys_listing(const std::string& program, const std::string& part) {
     const auto plain = [](const std::string& fact) { return depends(fact) ? fact.substr(1) : fact; };
     std::string facts = k.words.empty() ? k.type : plain(k.words);
     if (!k.unit.empty() && k.unit != "number") facts += " (" + k.unit + ")";
-    if (!k.range.empty()) facts += ", " + plain(k.range);
+    if (!k.range.empty()) facts += ", " + (k.unit == "angle" ? in_degrees(k.range) : plain(k.range));
     if (!k.fallback.empty()) facts += "; default " + plain(k.fallback);
     text += fmt::format("{}\n    {}\n    {}\n", k.path, k.meaning, facts);
     if (!k.example.empty()) text += fmt::format("    {} = {}\n", k.path.substr(k.path.rfind('.') + 1), k.example);

@@ -65,14 +65,15 @@ const toml::node& Table::node(const std::string& key) {
 
 double Table::quantity(const toml::node& value, const std::string& key, const Dimension& dimension,
                        const Range& range) const {
-  double v = 0;
+  Quantity read;
+  const double& v = read.value;
   if (const auto* i = value.as_integer())
-    v = static_cast<double>(i->get());
+    read.value = static_cast<double>(i->get());
   else if (const auto* f = value.as_floating_point())
-    v = f->get();
+    read.value = f->get();
   else if (const auto* s = value.as_string()) {
     try {
-      v = parse_quantity(s->get(), dimension);
+      read = parse_quantity(s->get(), dimension);
     } catch (const std::invalid_argument& e) {
       const char* hint = key.ends_with("friction") ? " (friction is tan of the angle: 0.577 for 30 deg)" : "";
       fail_at(value.source(), key, fmt::format("\"{}\": {}{}", s->get(), e.what(), hint));
@@ -83,10 +84,12 @@ double Table::quantity(const toml::node& value, const std::string& key, const Di
   if (!std::isfinite(v)) fail_at(value.source(), key, "must be finite");
   if (v < range.low || (range.open_low && v == range.low))
     fail_at(value.source(), key,
-            fmt::format("{}: must be {} {:g}", shown(value), range.open_low ? "above" : "at least", range.low));
+            fmt::format("{}: must be {} {}", shown(value), range.open_low ? "above" : "at least",
+                        bound_text(range.low, read, dimension)));
   if (v > range.high || (range.open_high && v == range.high))
     fail_at(value.source(), key,
-            fmt::format("{}: must be {} {:g}", shown(value), range.open_high ? "below" : "at most", range.high));
+            fmt::format("{}: must be {} {}", shown(value), range.open_high ? "below" : "at most",
+                        bound_text(range.high, read, dimension)));
   return v;
 }
 

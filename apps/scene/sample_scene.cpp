@@ -4,11 +4,13 @@
 #include "apps/scene/reader.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <set>
 
 #include "apps/scene/hulls_scene.hpp"
 #include "apps/scene/packing_scene.hpp"
+#include "apps/scene/speeds.hpp"
 #include "apps/scene/supports_scene.hpp"
 
 namespace grus::app {
@@ -37,6 +39,16 @@ std::uint8_t rigid_material(const Table& at, dem::Model& model, double friction)
   return static_cast<std::uint8_t>(model.materials.size() - 1);
 }
 
+void tell_uneven(std::span<const double> sides, std::vector<std::string>& notes) {
+  constexpr double uneven = 1000;
+  const auto [least, most] = std::minmax_element(sides.begin(), sides.end());
+  if (*least > 0 && *most >= uneven * *least)
+    notes.push_back(
+        fmt::format("the sides of the box, {:g} m, differ by a factor of {:.3g}: has each the unit that is "
+                    "meant?",
+                    fmt::join(sides, " m, "), *most / *least));
+}
+
 namespace {
 
 dem::ListedGrain read_grain(Table t, const dem::Model& model) {
@@ -60,7 +72,7 @@ dem::ListedGrain read_grain(Table t, const dem::Model& model) {
     for (const double r : {least, most}) check_mass(t, material, r, "semi_axes");
   }
   spec.position = vector3(t.numbers("position", 3, dimension::length));
-  spec.velocity = vector3(t.numbers_or("velocity", {0, 0, 0}, dimension::speed));
+  spec.velocity = read_velocity(t, model);
   spec.spin = vector3(t.numbers_or("spin", {0, 0, 0}, dimension::rate));
   if (!material.turns && !spec.spin.isZero())
     t.fail("spin", fmt::format("material.{}.rotation = false: its grains do not turn", material.name));
@@ -94,7 +106,7 @@ void read_wall(Table t, RveScene& scene) {
   dem::OwnWall own{.place = t.place(""), .place_of_normal = t.place("normal")};
   dem::Wall& wall = own.wall;
   wall.point = vector3(t.numbers("point", 3, dimension::length));
-  wall.velocity = vector3(t.numbers_or("velocity", {0, 0, 0}, dimension::speed));
+  wall.velocity = read_velocity(t, scene.model);
   (t.choice_or("shape", "plane", {"plane", "cylinder"}) == "plane" ? read_plane : read_round)(t, wall);
   const auto round = [](const dem::OwnWall& other) { return other.wall.round(); };
   const auto& others = scene.recipe.walls;
@@ -239,6 +251,7 @@ void read_sample(Table& t, const nlohmann::json& record, RveScene& scene) {
   refuse_unsplit(t, scene);
   refuse_unbonded(t, scene);
   tell_unused(scene, record, own);
+  tell_uneven({recipe.box.data(), 3}, scene.notes);
   check_hulls(t, scene);
   check_places(t, scene);
 }

@@ -2,6 +2,8 @@
 // What is there at the start: grains, walls, cell.
 #pragma once
 
+#include <span>
+
 #include "apps/scene/rve_scene.hpp"
 
 namespace grus::app {
@@ -12,5 +14,8 @@ void read_sample(Table& table, const nlohmann::json& record, RveScene& scene);
 
 /// A rigid material for walls; its friction replaces that of the grains unless NaN.
 std::uint8_t rigid_material(const Table& at, dem::Model& model, double friction);
+
+/// A note where sides of a box differ by a factor of a thousand: one in another unit is a slip that nothing refuses.
+void tell_uneven(std::span<const double> sides, std::vector<std::string>& notes);
 
 }  // namespace grus::app

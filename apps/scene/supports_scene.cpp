@@ -6,6 +6,7 @@
 
 #include "apps/scene/packing_scene.hpp"
 #include "apps/scene/sample_scene.hpp"
+#include "apps/scene/speeds.hpp"
 
 namespace grus::app {
 namespace {
@@ -37,7 +38,7 @@ void read_clamp(Table t, RveScene& scene) {
   if (!holds_on(scene)) t.fail("", "needs [material.NAME.bond], by which cells hold on");
   for (const dem::Clamp& other : clamps)
     if (other.outward == clamp.outward) t.fail("where", "is clamped twice");
-  clamp.velocity = vector3(t.numbers_or("velocity", {0, 0, 0}, dimension::speed));
+  clamp.velocity = read_velocity(t, scene.model);
   clamp.material = rigid_material(t, scene.model, NAN);
   clamp.slides = t.flag_or("slides", false);
   clamps.push_back(clamp);
@@ -86,6 +87,7 @@ void read_platens(Table& t, RveScene& scene) {
   if (platens.by_speed == t.has("strain_rate")) t.fail("", "needs either speed or strain_rate");
   platens.pace = platens.by_speed ? t.number("speed", dimension::speed, positive)
                                   : t.number("strain_rate", dimension::rate, positive);
+  if (platens.by_speed) refuse_fast(t, "speed", platens.pace, scene.model);
   scene.test.final_strain = t.number("final_strain", dimension::none, {0, 0.95, true, true});
   scene.recipe.supports.press = platens;
 }
@@ -102,7 +104,12 @@ void read_rollers(Table& t, RveScene& scene) {
   r.outer = t.number("outer", dimension::length, {0, box[r.span], true, true});
   r.inner = t.number_or("inner", 0, dimension::length, {0, r.outer, false, true});
   r.radius = t.number("radius", dimension::length, positive);
+  for (const auto& [key, apart] : {std::pair{"outer", r.outer}, {"inner", r.inner}})
+    if (apart > 0 && 2 * r.radius >= apart)
+      t.fail("radius", fmt::format("{:g} m: two rollers that are {} = {:g} m apart would overlap; at most half of that",
+                                   r.radius, key, apart));
   r.speed = t.number("speed", dimension::speed, positive);
+  refuse_fast(t, "speed", r.speed, scene.model);
   r.material = rigid_material(t, scene.model, t.number_or("friction", 0, dimension::none, not_negative));
   r.place_of_outer = t.place("outer"), r.place_of_inner = t.place("inner");
   scene.test.duration = t.number("final_displacement", dimension::length, positive) / r.speed;

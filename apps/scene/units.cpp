@@ -33,7 +33,7 @@ const std::map<std::string, Unit>& plain_units() {
       {"psi", {6894.757293168361, dimension::pressure}},  // lbf/in^2 = 0.45359237 * 9.80665 / 0.0254^2
       {"ksi", {6894757.293168361, dimension::pressure}},
       {"Hz", {1, dimension::rate}},
-      {"J", {1, {2, 1, -2, "energy"}}},
+      {"J", {1, {2, 1, -2, "energy", "J"}}},
       {"rad", {1, dimension::angle}},
       {"deg", {0.017453292519943295, dimension::angle}},
       {"%", {0.01, dimension::none}},
@@ -161,7 +161,7 @@ std::string closest(const std::string& word, const std::vector<std::string>& can
   return best;
 }
 
-double parse_quantity(const std::string& text, const Dimension& expected) {
+Quantity parse_quantity(const std::string& text, const Dimension& expected) {
   std::size_t used = 0;
   double value = 0;
   const char* begin = text.data() + std::min(text.find_first_not_of(' '), text.size());
@@ -172,7 +172,7 @@ double parse_quantity(const std::string& text, const Dimension& expected) {
     throw std::invalid_argument(fmt::format("expected a {}, a number with or without a unit", expected.name));
   used = static_cast<std::size_t>(end - text.data());
   while (used < text.size() && text[used] == ' ') ++used;
-  if (used == text.size()) return value;
+  if (used == text.size()) return {value};
   if (text[used] == ',') throw std::invalid_argument("write a decimal point, not a comma");
   const Unit unit = parse_unit(text.substr(used));
   const auto& d = unit.dimension;
@@ -183,7 +183,15 @@ double parse_quantity(const std::string& text, const Dimension& expected) {
   if (pure && differs(d.radian, expected.radian))  // spins may be in rad/s or 1/s
     throw std::invalid_argument(expected.radian == 0 ? "is an angle where a number is expected"
                                                      : fmt::format("'{}' is no unit of an angle", text.substr(used)));
-  return value * unit.factor;
+  return {value * unit.factor, text.substr(used), unit.factor};
+}
+
+std::string bound_text(double bound, const Quantity& of, const Dimension& dimension) {
+  if (bound == 0) return "0";
+  if (!of.unit.empty()) return fmt::format("{:g} {}", bound / of.factor, of.unit);
+  const char* space = *dimension.unit ? " " : "";
+  const std::string si = fmt::format("{:g}{}{}", bound, space, dimension.unit);
+  return dimension.radian == 1 ? fmt::format("{} ({:g} deg)", si, bound / unit_of("deg").factor) : si;
 }
 
 }  // namespace grus::app

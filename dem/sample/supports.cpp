@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "dem/rve/hand_over.hpp"
+
 namespace grus::dem {
 namespace {
 
@@ -60,7 +62,8 @@ void put_supports(const Model& model, const Supports& supports, Sample& sample) 
 
 void note_stiffness(const Model& model, int axis, Sample& sample) {
   const auto& bond = model.materials[sample.state.grains.material[0]].bond;
-  const double more = bond ? stiffer_than_endless(sample.state, *bond, axis) - 1 : 0;
+  const bool network = bond && sample.cells->bonds > 0 && fragments_of(sample.state).size.size() == 1;
+  const double more = network ? stiffer_than_endless(sample.state, *bond, axis) - 1 : 0;
   if (std::abs(more) < least_stiffer) return;
   sample.notes.push_back(
       fmt::format("along {} these cells are some {:.0f} % {} than bond.modulus, which is that of many cells: next to a "

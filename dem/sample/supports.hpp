@@ -16,7 +16,7 @@ void put_supports(const Model& model, const Supports& supports, Sample& sample);
 void put_rollers(const Rollers& rollers, const Recipe& recipe, Sample& sample);
 
 /// A note where few cells between plane faces are stiffer along an axis than the `modulus` of their bonds, which is
-/// that of many.
+/// that of many. Cells that bonds do not make one body, and one cell alone, are no network: nothing is told of them.
 void note_stiffness(const Model& model, int axis, Sample& sample);
 
 }  // namespace grus::dem

@@ -83,8 +83,20 @@ TEST_CASE("a quantity is its number in SI units, with prefixes above and under t
                        Row{"3 m/\u00b5s", dimension::speed, 3e6},
                        Row{"250", dimension::pressure, 250}}) {
     INFO(r.text);
-    CHECK(parse_quantity(r.text, r.dimension) == Approx(r.value).epsilon(1e-12));
+    CHECK(parse_quantity(r.text, r.dimension).value == Approx(r.value).epsilon(1e-12));
   }
+  // A bound is told in the unit of the number that it bounds.
+  const auto bound = [](double si, const char* text, const Dimension& d) {
+    return bound_text(si, parse_quantity(text, d), d);
+  };
+  CHECK(bound(0.49 * pi, "89.9 deg", dimension::angle) == "88.2 deg");
+  CHECK(bound(0.49 * pi, "1.57", dimension::angle) == "1.53938 rad (88.2 deg)");
+  CHECK(bound(3e-4, "0.2 mm", dimension::length) == "0.3 mm");
+  CHECK(bound(3e-4, "0.0002", dimension::length) == "0.0003 m");
+  CHECK(bound(6e7, "70 MPa", dimension::pressure) == "60 MPa");
+  CHECK(bound(0.5, "60 %", dimension::none) == "50 %");
+  CHECK(bound(0.5, "0.6", dimension::none) == "0.5");
+  CHECK(bound(0, "-1 deg", dimension::angle) == "0");
   CHECK_THROWS_AS(parse_quantity("3 mm", dimension::time), std::invalid_argument);
   CHECK_THROWS_AS(parse_quantity("3 g/cm^2", dimension::density), std::invalid_argument);
   CHECK_THROWS_AS(parse_quantity("3 parsec", dimension::length), std::invalid_argument);

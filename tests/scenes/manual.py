@@ -13,7 +13,7 @@ import tomllib
 
 import jsonschema
 
-from scene_tools import faults, here, history, need, run, shipped
+from scene_tools import column, faults, here, history, need, run, shipped
 
 binaries = os.path.abspath(sys.argv[1])
 programs = {name: path for name in ("rve", "bvp") if os.path.exists(path := os.path.join(binaries, "grus-" + name))}
@@ -125,7 +125,7 @@ def keys():
 def new(tmp):
     def go(*command):
         return subprocess.run(command, cwd=tmp, capture_output=True, text=True, timeout=300)
-    for kind in ("shpb", "oedometer", "triaxial", "single-grain"):
+    for kind in ("shpb", "oedometer", "triaxial", "single-grain", "bonded"):
         r = go(programs["rve"], "--new", kind)
         need(
             r.returncode == 0 and open(os.path.join(tmp, kind + ".toml")).read() == open(
@@ -147,6 +147,12 @@ def new(tmp):
         r = go(programs["rve"], kind + ".toml", "--quiet")
         need(r.returncode == 0 and float(history(os.path.join(tmp, kind))[-1]["breakages"]) > 3,
              f"--new {kind}: {r.stderr}")
+    r = go(programs["rve"], "bonded.toml", "--quiet")
+    need(r.returncode == 0, f"--new bonded: {r.stderr}")
+    if r.returncode == 0:
+        stress = column(os.path.join(tmp, "bonded"), "nominal_stress_Pa")
+        need(column(os.path.join(tmp, "bonded"), "bonds_broken")[-1] > 50 and stress[-1] < 0.8 * max(stress),
+             f"--new bonded: a peak of {max(stress)} Pa, {stress[-1]} at the end")
     r = go(os.path.join(binaries, "grus-report"), "oedometer", "single-grain")
     page = open(os.path.join(tmp, "oedometer", "report.html")).read()
     need(
@@ -154,9 +160,21 @@ def new(tmp):
         and "Void ratio against" in page and "Gradings, first and last" in page, f"report: {r.stderr}")
 
 
+def uneven():
+    """A side of a box in another unit than the others' is told; sides that differ less are not."""
+    for program, scene, key in (("rve", "new/bonded.toml", "packing.box"), ("bvp", "rock_block.toml", "mesh.box.size")):
+        for side, told in (("5 m", True), ("4.9 m", False)):
+            if program in programs:
+                r = run(programs[program], os.path.join(shipped, scene), "--check", "--threads", "1", "--set",
+                        f'{key}=["5 mm", "5 mm", "{side}"]')
+                need(r.returncode == 0 and ("differ by a factor of 1e+03: has each the unit" in r.stdout) == told,
+                     f"{key} of 5 mm and {side}: {r.stdout} {r.stderr}")
+
+
 with tempfile.TemporaryDirectory() as folder:
     keys()
     schemas()
     new(folder)
+    uneven()
 print(f"manual: {len(faults)} faults")
 sys.exit(1 if faults else 0)

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "apps/scene/sample_scene.hpp"
 #include "dem/rve/measure.hpp"
 
 namespace grus::app {
@@ -44,6 +45,7 @@ void read_box(Table box, BvpScene& scene) {
                                               : std::vector<std::string>{"hexahedron", "tetrahedron"};
   mesh.hexahedron = box.choice_or("cell", kinds[0], kinds) == kinds[0];
   box.finish();
+  tell_uneven({mesh.size.data(), flat ? 2u : 3u}, scene.notes);
   scene.low = {0, 0, 0}, scene.high = mesh.size;
   if (flat) scene.high[2] = 0;
   for (std::size_t k = 0; k < (flat ? 2 : 3); ++k)
@@ -259,7 +261,7 @@ std::function<bool(const fem::Point&)> parse_where(const std::string& text, cons
     else if (value == "max")
       plane.at = high[plane.axis];
     else
-      plane.at = parse_quantity(value, dimension::length);
+      plane.at = parse_quantity(value, dimension::length).value;
     plane.tolerance = 1e-8 * (high[0] - low[0] + high[1] - low[1] + high[2] - low[2]);
     planes.push_back(plane);
     if (joint == std::string::npos) break;
