@@ -8,6 +8,7 @@ material.
 """
 import glob
 import json
+import math
 import os
 import re
 import shutil
@@ -21,7 +22,7 @@ NAV = [("Start", [("Grus", "index.md"), ("From a sieve curve to a pile", "tutori
                   ("Coming from other programs", "coming.md"), ("What it does", "features.md"),
                   ("Shipped scenes", "shipped.md"), ("Gallery", "gallery.md")]),
        ("Use", [("Scenes", "scenes.md"), ("All keys", "keys.md"), ("Results", "results.md"),
-                ("All columns", "columns.md"),
+                ("All columns", "columns.md"), ("All keys of summary.json", "summary_keys.md"),
                 ("Macro problems", "macro.md"), ("Calibration", "calibration.md"), ("On a cluster", "cluster.md"),
                 ("Python and C++", "library.md"), ("Extreme cases", "stability.md")]),
        ("Theory", [("Physics", "physics.md"), ("Fracture", "physics/fracture.md"),
@@ -75,6 +76,8 @@ def keys():
             heads[path.removesuffix("[]")] = meaning
             continue
         table, _, key = path.rpartition(".")
+        if unit == "angle":
+            limits = re.sub(r"\d[\d.]*", lambda rad: f"{math.degrees(float(rad[0])):.3g}°", limits)
         kind = cell(words) if words else kind + (f" ({unit})" if unit not in ("", "number") else "")
         shown = f"`{example.replace('|', ' ')}`" if example else ""
         tables.setdefault(
@@ -105,6 +108,19 @@ def columns():
                 shown = families.get(name, name.replace("{}", "*"))
                 meaning = "".join(re.findall(r'"([^"]*)"', doc))
                 text.append(f"| `{shown}` | {unit} | {meaning} |")
+    return "\n".join(text) + "\n"
+
+
+def summary_keys():
+    """Tables of the keys of summary.json, by program."""
+    text = ["# Keys of summary.json", "", "Those of which there is something to tell are there. This page is made from "
+            "the table that the tests hold every run against, and `grus-study --check` every quantity; `*` stands for "
+            "all that is below. More is told of them with the [results](results.md)."]
+    with open(os.path.join(source, "apps", "python", "grus", "files", "summary_keys.txt")) as f:
+        rows = [[part.strip() for part in line.split("|")] for line in f]
+    for program, head in (("both", "Of both programs"), ("rve", "grus-rve"), ("bvp", "grus-bvp")):
+        text += ["", f"## {head}", "", "| key | unit | is |", "|---|---|---|"]
+        text += [f"| `{path}` | {unit} | {meaning} |" for of, path, unit, meaning in rows if of == program]
     return "\n".join(text) + "\n"
 
 
@@ -146,7 +162,8 @@ def main(build, out):
         open(path, "w").write(text)
     for name, text in (
             ("index.md", with_links(open(os.path.join(source, "README.md")).read(), "README.md", "index.md")),
-            ("keys.md", keys()), ("columns.md", columns()), ("gallery.md", gallery()),
+            ("keys.md", keys()), ("columns.md", columns()), ("summary_keys.md", summary_keys()),
+            ("gallery.md", gallery()),
             ("api_cpp.md", api_pages.cpp(source)),
             ("api_python.md", api_pages.python(source))):
         open(os.path.join(pages, name), "w").write(text)

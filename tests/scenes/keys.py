@@ -21,6 +21,9 @@ from scene_tools import faults, here, need
 binaries = os.path.abspath(sys.argv[1])
 fem = os.path.exists(os.path.join(binaries, "grus-bvp"))
 sys.path.insert(0, os.path.join(here, "..", "fuzz"))
+sys.path.insert(0, os.path.join(binaries, "..", "python"))
+from grus.files import summary_keys  # noqa: E402
+
 import bases  # noqa: E402
 import hull_bases  # noqa: E402
 
@@ -80,6 +83,15 @@ def paths(record, at=""):
             yield path
 
 
+def summary_paths(summary, at=""):
+    """Dotted keys of what summary.json tells; lists are values."""
+    for key, value in summary.items():
+        if isinstance(value, dict) and value and key not in ("scene", "unit_cell", "last_row"):
+            yield from summary_paths(value, f"{at}{key}.")
+        else:
+            yield f"{at}{key}" + ("." if key in ("scene", "unit_cell", "last_row") else "")
+
+
 def general(path):
     return re.sub(r"\.\d+\b", "", re.sub(r"^material\.\w+", "material.*", path))
 
@@ -122,6 +134,10 @@ def main(tmp):
             need(
                 general(path) in covered or general(path).rsplit(".", 1)[0] in covered,
                 f"{path} (scene {scene}) is in no row of the table")
+    for scene, left in [*plain.items(), *((row[0], other) for row, other in zip(table, others))]:
+        for path in summary_paths(left.get("record", {})):
+            need(summary_keys.known(path, SCENES[scene][0]),
+                 f"summary.json of {scene} has {path}, which summary_keys.txt lacks")
     words = {part for key in covered for part in key.split(".")}
     files = [
         p for room in ["scene"] + (["bvp/scene"] if fem else [])

@@ -262,12 +262,25 @@ with tempfile.TemporaryDirectory() as tmp:
     for bad, expected in ((SWEEP.replace("key = \"material.sand.damping\"", ""), "needs 'key'"),
                           (SWEEP.replace("at = [0.002, 0.2]", ""), "needs 'at'"),
                           (SWEEP.replace("[0.0, 0.4]", "[0.0]"), "sweep"),
-                          (SWEEP.replace("results.peak_axial", "results.peek_axial"), "peek_axial"),
                           (SWEEP.replace("sand.damping", "sand.dumping"), "dumping")):
         open(path, "w").write(bad)
         r = study(path, "-o", os.path.join(tmp, "bad"), "--quiet")
         need(r.returncode in (1, 2) and expected in r.stderr and r.stderr.count("\n") == 1,
              f"{expected}: exit {r.returncode}: {r.stderr!r}")
+    # What is misspelt is told before anything runs, with the place and what may have been meant.
+    for old, new, expected in (
+            ("results.peak_axial", "results.peek_axial",
+             "summary.json will have no key 'results.peek_axial_stress_Pa' (did you mean "
+             "'results.peak_axial_stress_Pa'?)"),
+            ('quantity = "axial_stress_Pa"', 'quantity = "axial_stres_Pa"',
+             "history.csv will have no column 'axial_stres_Pa' (did you mean 'axial_stress_Pa'?)")):
+        bad = SWEEP.replace(old, new)
+        open(path, "w").write(bad)
+        line = next(k for k, text in enumerate(bad.splitlines(), 1) if text.startswith("quantity") and new in text)
+        r = study(path, "--check", "-o", os.path.join(tmp, "misspelt"))
+        need(r.returncode == 2 and f"{path}:{line}: sweep.quantity: " in r.stderr and expected in r.stderr
+             and r.stderr.count("\n") == 1, f"{new}: exit {r.returncode}: {r.stderr!r}")
+        need(not os.path.exists(os.path.join(tmp, "misspelt")), f"{new}: something has run")
 # Grains that did not break have no strength, but one that is larger than what they bore: counted, never an end nor a
 # value.
 STRENGTH = TEXT[:TEXT.index("[[table]]")].replace("at = [0.01]",

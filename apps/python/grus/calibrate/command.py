@@ -192,14 +192,15 @@ def work(args):
     for corner in (0.0, 0.5, 1.0):
         for run in runs:
             case = case_at(run, parameters, [corner] * len(parameters))
-            runner.asked[case["name"]] = (set().union(*(t.columns() for t in run["targets"])), set())
+            runner.asked[case["name"]] = (set().union(*(t.columns() for t in run["targets"])),
+                                          set().union(*(t.keys() for t in run["targets"])))
             try:
                 refusal = runner.refusal(case)
             except KeyboardInterrupt:
                 runner.stop()
                 raise
             if refusal:
-                raise Refused(f"{args.scene}: {refusal}")
+                raise Refused(refusal.told(args.scene))
     seeds = max(len(r["seeds"]) for r in runs)
     points = max(1, table.get("budget", 90) // seeds)
     sides = 2 * len(parameters) + 1 if table.get("check", True) else 0

@@ -94,6 +94,10 @@ class Target:
             return {"axial_strain", "axial_stress_Pa"}
         return {q for q in (t["quantity"],) if "." not in q} | ({"axial_strain"} if "at" in t else set())
 
+    def keys(self):
+        """Of summary.json that it needs."""
+        return {q for q in (self.table.get("quantity", ""),) if "." in q}
+
     def of_run(self, run):
         """Its numbers of one run (not of quantiles)."""
         c, t = run["columns"], self.table

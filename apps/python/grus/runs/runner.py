@@ -8,7 +8,9 @@ import re
 import signal
 import subprocess
 import time
+from typing import NamedTuple
 
+from grus.files.summary_keys import keys_of, known
 from grus.files.texts import one_line
 from grus.files.writing import write_whole
 from grus.results import read_run
@@ -16,6 +18,17 @@ from grus.runs import interrupts
 from grus.runs.cases import toml_value
 from grus.runs.censored import number_of, strength_of
 from grus.runs.kept import digest_of, key_of, text_of
+from grus.runs.places import hint, place_of
+
+
+class Refusal(NamedTuple):
+    """Why a case cannot run; the name that is not there, if that is why."""
+    text: str
+    name: str | None = None
+
+    def told(self, path):
+        """In one line that names the file, and where it asks for that name."""
+        return f"{place_of(path, self.name) if self.name else path}: {self.text}"
 
 
 class Runner:
@@ -36,8 +49,8 @@ class Runner:
                 ] + [a for k, v in settings.items() for a in ("--set", f"{k}={toml_value(v)}")]
 
     def refusal(self, case):
-        """Why the program would refuse a case, or what it does not write that is asked of it; None: nothing is
-        wrong."""
+        """Why the program would refuse a case, or what it does not write that is asked of it (Refusal); None: nothing
+        is wrong."""
         for seed in case["seeds"]:
             if self.stopped:
                 return None
@@ -45,16 +58,23 @@ class Runner:
                 process = subprocess.Popen(self.command(case, seed) + ["--columns"], stdout=subprocess.PIPE,
                                            stderr=subprocess.PIPE, text=True, start_new_session=True)
             except (OSError, ValueError) as e:  # no such program here, or a text that no command can hold
-                return f"{case['label']}: {e}"
+                return Refusal(f"{case['label']}: {e}")
             self.running.add(process)
             columns, errors = process.communicate()
             self.running.discard(process)
             if process.returncode != 0:
-                return f"{case['label']}: {errors.strip()}"
+                return Refusal(f"{case['label']}: {errors.strip()}")
             if self.stopped:
                 return None
-        missing = sorted(self.asked[case["name"]][0] - set(columns.split()))
-        return f"{case['label']}: history.csv will have no column '{missing[0]}'" if missing else None
+        asked_columns, asked_keys = self.asked[case["name"]]
+        for name in sorted(asked_columns - set(columns.split())):
+            near = hint(name, columns.split())
+            return Refusal(f"{case['label']}: history.csv will have no column '{name}'{near}", name)
+        program = case["program"].removeprefix("grus-")
+        for key in sorted(key for key in asked_keys if not known(key, program)):
+            near = hint(key, keys_of(program))
+            return Refusal(f"{case['label']}: summary.json will have no key '{key}'{near}", key)
+        return None
 
     def lacking(self, case, folder):
         """A key of summary.json that is asked of a case and is not there; a run that was stopped may have none."""

@@ -59,7 +59,7 @@ def refuse_early(study, path, runner, workers):
         try:
             for refusal in pool.map(runner.refusal, {c["name"]: c for c in study.cases()}.values()):
                 if refusal:
-                    raise Refused(f"{path}: {refusal}")
+                    raise Refused(refusal.told(path))
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             runner.stop()
