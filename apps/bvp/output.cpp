@@ -291,7 +291,8 @@ void BvpOutput::add_cells(nlohmann::json& summary, const BvpEnding& e) const {
   if (scene_.explicit_statics) counts["rves_given_up"] = r.given_up;
   const auto told = [&](const char* device, const char* tolerance, double value, const coupling::MeasuredError& by,
                         const char* measured) {
-    errors[device] = {{tolerance, value}, {measured, by.count}, {"worst", by.worst}, {"mean", by.mean()}};
+    const auto known = [&](double error) { return by.count > 0 ? nlohmann::json(error) : nlohmann::json(nullptr); };
+    errors[device] = {{tolerance, value}, {measured, by.count}, {"worst", known(by.worst)}, {"mean", known(by.mean())}};
   };
   if (scene_.rve.error > 0) {
     told("deferral", "tolerance", scene_.rve.error, r.deferral, "measured");

@@ -145,7 +145,8 @@ public:
     const auto told = [&](const char* device, const char* tolerance, double value, const dem::MeasuredError& by,
                           const char* measured) {
       py::dict e;
-      e[tolerance] = value, e[measured] = by.count, e["worst"] = by.worst, e["mean"] = by.mean();
+      const auto known = [&](double error) { return by.count > 0 ? py::object(py::float_(error)) : py::none(); };
+      e[tolerance] = value, e[measured] = by.count, e["worst"] = known(by.worst), e["mean"] = known(by.mean());
       errors[device] = e;
       return e;
     };

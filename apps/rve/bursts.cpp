@@ -10,22 +10,33 @@
 
 namespace grus::app {
 
-std::string bursts_text(const RveScene& scene, const dem::State& state) {
+namespace {
+
+std::vector<dem::Burst> bursts(const RveScene& scene, const dem::State& state, double until) {
+  const std::vector<dem::BrokenBond>& all = state.bonds.broken;  // in order of time
+  const auto later = std::upper_bound(all.begin(), all.end(), until,
+                                      [](double time, const dem::BrokenBond& b) { return time < b.time; });
+  return dem::bursts_of({all.begin(), later}, scene.output.bursts);
+}
+
+}  // namespace
+
+std::string bursts_text(const RveScene& scene, const dem::State& state, double until) {
   std::string text = "time_s,bonds,energy_J,area_m2,x_m,y_m,z_m\n";
-  for (const dem::Burst& b : dem::bursts_of(state.bonds.broken, scene.output.bursts))
+  for (const dem::Burst& b : bursts(scene, state, until))
     text += fmt::format("{:.10g},{},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g}\n", b.time, b.bonds, b.energy, b.area,
                         b.middle.x(), b.middle.y(), b.middle.z());
   return text;
 }
 
-nlohmann::json bursts_json(const RveScene& scene, const dem::State& state) {
-  const auto bursts = dem::bursts_of(state.bonds.broken, scene.output.bursts);
-  const dem::PowerLaw law = dem::fit_power_law(bursts);
+nlohmann::json bursts_json(const RveScene& scene, const dem::State& state, double until) {
+  const auto all = bursts(scene, state, until);
+  const dem::PowerLaw law = dem::fit_power_law(all);
   std::size_t largest = 0;
-  for (const dem::Burst& b : bursts) largest = std::max(largest, b.bonds);
+  for (const dem::Burst& b : all) largest = std::max(largest, b.bonds);
   const auto number = [](double x) { return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(nullptr); };
   nlohmann::json told{{"window_s", scene.output.bursts},
-                      {"count", bursts.size()},
+                      {"count", all.size()},
                       {"largest", largest},
                       {"exponent", number(law.exponent)},
                       {"exponent_error", number(law.error)}};
@@ -33,7 +44,7 @@ nlohmann::json bursts_json(const RveScene& scene, const dem::State& state) {
     return nlohmann::json{
         {"time_s", b.time}, {"bonds", b.bonds}, {"x_m", b.middle.x()}, {"y_m", b.middle.y()}, {"z_m", b.middle.z()}};
   };
-  if (!bursts.empty()) told["first"] = place(bursts.front()), told["last"] = place(bursts.back());
+  if (!all.empty()) told["first"] = place(all.front()), told["last"] = place(all.back());
   return told;
 }
 

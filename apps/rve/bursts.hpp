@@ -8,10 +8,10 @@
 
 namespace grus::app {
 
-/// Bursts of broken bonds so far, a line each: bursts.csv.
-std::string bursts_text(const RveScene& scene, const dem::State& state);
+/// Bursts of broken bonds until a time (s), a line each: bursts.csv.
+std::string bursts_text(const RveScene& scene, const dem::State& state, double until);
 
 /// Their number, largest size and exponent: of summary.json.
-nlohmann::json bursts_json(const RveScene& scene, const dem::State& state);
+nlohmann::json bursts_json(const RveScene& scene, const dem::State& state, double until);
 
 }  // namespace grus::app

@@ -43,6 +43,9 @@ struct BeforePeak {
 /// Devices that take more than this of the work before the peak are told of: the peak is partly theirs.
 inline constexpr double most_devices = 0.05;
 
+/// Splits that put in more than this of the work are told of.
+inline constexpr double most_split = 0.05;
+
 /// A stress that is off by more than this, on average over the rows, is told of.
 inline constexpr double most_stress_error = 0.01;
 

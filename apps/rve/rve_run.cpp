@@ -260,13 +260,18 @@ void RveRun::march() {
   }
 }
 
+/// What is told is good until then: of a run that became unstable until its last row.
+double RveRun::good_until() const {
+  return status_ == unstable ? static_cast<double>(course_.row) * scene_.output.history_interval : state_.time;
+}
+
 void RveRun::finish() {
   end_ = clock_.wall();
   try {
     history_.save();
     if (status_ == finished || status_ == unstable) frames_.write_last(state_), gradings_.write_last(state_);
     if (scene_.output.bursts > 0)
-      dem::write_whole(result_file(options_.directory, "bursts.csv"), bursts_text(scene_, state_));
+      dem::write_whole(result_file(options_.directory, "bursts.csv"), bursts_text(scene_, state_, good_until()));
     const std::string last = result_file(options_.directory, "summary.json");
     nlohmann::json told = summary();
     told["files"] = result_files(options_.directory);

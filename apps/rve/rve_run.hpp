@@ -82,6 +82,8 @@ private:
   bool go_to_row(std::uint64_t row, double until);
   void march();
   bool has_peak() const;
+  double split_share() const;
+  double good_until() const;
   std::vector<std::string> notes() const;
   nlohmann::json summary() const;
   void finish();

@@ -64,6 +64,11 @@ std::vector<std::string> RveRun::notes() const {
         "local damping and the dashpots of bonds took {:.2g} % of the work before the peak, which is partly "
         "theirs: lower material.NAME.damping and material.NAME.bond.damping, or load more slowly",
         100 * share));
+  if (const double share = split_share(); share > most_split)
+    all.push_back(
+        fmt::format("splits put {:.2g} % of the work into the sample (split_J): bonds of fresh faces begin with what "
+                    "the plane bore, which a rigid grain has not held; it is the model's, not the loads'",
+                    100 * share));
   if (course_.broke_unseen && course_.intact == 0)
     all.push_back(
         "the first grain broke before the first row of history.csv: peak_before_breakage_Pa is not known; shorten "
@@ -73,6 +78,12 @@ std::vector<std::string> RveRun::notes() const {
         "the run is shorter than 20 steps: its energy error is not known, and is told as 0; go on for longer, or lower "
         "numerics.time_step");
   return all;
+}
+
+/// Energy that splits put in on balance, of what was exchanged; 0 where they took.
+double RveRun::split_share() const {
+  const double scale = dem::energy_scale(state_.ledger, now_.kinetic + now_.elastic);
+  return scale > 0 ? std::max(0.0, -state_.ledger.split / scale) : 0;
 }
 
 /// Of cells that something but dead loads alone loads: those have no stress that is told.
@@ -133,6 +144,7 @@ nlohmann::json RveRun::summary() const {
   };
   device("local_damping", state_.ledger.local_damping), device("bond_damping", state_.ledger.bond_damping);
   device("scaled_inertia", state_.ledger.inertia);
+  if (const double share = split_share(); share > 0) summary["errors"]["put_in_by_splits"] = share;
   if (has_peak()) {
     const BeforePeak& p = course_.errors.before_peak;
     summary["errors"]["local_damping_before_peak"] = p.share(p.local_damping);
@@ -151,7 +163,7 @@ nlohmann::json RveRun::summary() const {
   if (now_.volume > 0) results["final_void_ratio"] = now_.void_ratio;
   if (dem::tells_stress(scene_.test))
     results["peak_stress_Pa"] = course_.reading, results["peak_stress_is_last"] = course_.reading_is_last;
-  if (scene_.output.bursts > 0) summary["bursts"] = bursts_json(scene_, state_);
+  if (scene_.output.bursts > 0) summary["bursts"] = bursts_json(scene_, state_, good_until());
   // A strength is what a grain broke at; one that did not is stronger than the peak.
   if (state_.ledger.breakages > 0) results["peak_before_breakage_Pa"] = course_.intact;
   summary["seconds"] = {

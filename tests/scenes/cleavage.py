@@ -78,6 +78,34 @@ def disc(tmp):
     need(peak[0] < peak[1] < peak[2], f"disc: nominal tensions {peak}")
 
 
+def fresh_faces(tmp):
+    """What fresh faces put in is told beyond a twentieth of the work; bursts end where a run goes bad."""
+    few = ["output.frames=0", "packing.cells=12", "loading.strain_rate=8", "loading.final_strain=4e-4",
+           "material.rock.fracture.fracture_energy=20"]
+    for toughness, noted in ((0.02e6, True), (1e6, False)):
+        out = os.path.join(tmp, f"few{toughness}")
+        r = run(rve, os.path.join(shipped, "polycrystal_disc.toml"), "-o", out, "--threads", "1",
+                *settings([*few, f"material.rock.fracture.toughness={toughness}"]))
+        told = json.load(open(os.path.join(out, "summary.json")))
+        put, work = -told["energy"]["split_elastic_J"], told["energy"]["work_J"]
+        share = told["errors"].get("put_in_by_splits", 0)
+        need(r.returncode == 0 and (put > 0.05 * work) == noted and 0.8 * put <= share * work <= 1.01 * put,
+             f"fresh faces, {toughness}: {put} of {work} J, told {share} {r.stderr}")
+        need(all(("splits put" in text) == noted for text in (r.stdout, str(told.get("notes")))),
+             f"fresh faces, {toughness}: {r.stdout} {told.get('notes')}")
+    out = os.path.join(tmp, "bad")
+    r = run(rve, os.path.join(shipped, "polycrystal_disc.toml"), "-o", out, "--quiet", "--threads", "1",
+            *settings(["output.frames=0", "packing.cells=80", "loading.strain_rate=8",
+                       "numerics.max_energy_error=1e-3", "output.history_interval=1e-5", 'output.bursts="1 us"']))
+    told, rows = json.load(open(os.path.join(out, "summary.json"))), numbers(out)
+    with open(os.path.join(out, "bursts.csv")) as f:
+        bursts = [int(line.split(",")[1]) for line in f.readlines()[1:]]
+    listed = sum(bursts)
+    need(r.returncode == 3 and listed == rows[-1]["bonds_broken"] < told["counts"]["bonds_broken"],
+         f"bursts of a bad end: {listed}, {rows[-1]['bonds_broken']} in the last row, {told['counts']} {r.stderr}")
+    need(told["bursts"]["count"] == len(bursts), f"bursts of a bad end: {told['bursts']}")
+
+
 def block(tmp):
     """The same grains are crushed at the points of a block, with a trial state and a committed one."""
     scene = os.path.join(tmp, "crush_cell.toml")
@@ -119,6 +147,7 @@ with tempfile.TemporaryDirectory() as folder:
     crush(folder)
     gate(folder)
     disc(folder)
+    fresh_faces(folder)
     if bvp:
         block(folder)
 print("cleavage:", len(faults), "faults")
