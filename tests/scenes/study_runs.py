@@ -102,10 +102,14 @@ def runs_again(tmp, programs):
     made_up.calls(programs)
     asked("an unstable run", ["--force"], {**case, "set": {"unstable": [1]}})
     asked("an unstable run that is kept", [], {**case, "set": {"unstable": [1]}})
-    need(fresh().refusal({**case, "set": {"a": 9.0, "refused_from": 5}}) == "C: scene: a: too large"
+    need(fresh().refusal({**case, "set": {"a": 9.0, "refused_from": 5}}).text == "C: scene: a: too large"
          and fresh().refusal(case) is None, "what the program refuses before anything runs")
     lacks = Runner(out, "seed", programs, {"c": ({"void_ratio", "none"}, {"results.peak_axial_stress_Pa"})})
-    need(lacks.refusal(case) == "C: history.csv will have no column 'none'", f"{lacks.refusal(case)}")
+    need(lacks.refusal(case) == ("C: history.csv will have no column 'none'", "none"), f"{lacks.refusal(case)}")
+    key = "results.peek_axial_stress_Pa"
+    misspelt = Runner(out, "seed", programs, {"c": (set(), {key})})
+    need(misspelt.refusal(case) == (f"C: summary.json will have no key '{key}' (did you mean "
+                                    "'results.peak_axial_stress_Pa'?)", key), f"{misspelt.refusal(case)}")
     need(lacks.lacking(case, folder) is None, "a run that was unstable lacks nothing")
     need(fresh().run(case, 1)[2] is None and lacks.lacking(case, folder) is None, "a key that is there is lacking")
     lacks.asked["c"][1].add("results.none")
@@ -251,9 +255,14 @@ quantity = "results.peak_axial_stress_Pa"
     status, said, errors = made_up.command(main, whole, "-o", out, "--quiet")
     need(status == 0 and [line["status"] for line in rows_of(out, "precision.csv")] == ["0,3"] * 4,
          f"a run that is unstable is a result: exit {status} {errors}")
-    lacking = write(tmp, "lacking.toml", other.replace("results.peak_axial", "results.peek_axial"))
+    lacking = write(tmp, "lacking.toml", other.replace("results.peak_axial_stress_Pa", "errors.sought_stress.mean"))
     status, said, errors = made_up.command(main, lacking, "-o", out, "--quiet")
-    need(status == 1 and "no number 'results.peek_axial_stress_Pa'" in errors, f"exit {status} {errors}")
+    need(status == 1 and "no number 'errors.sought_stress.mean'" in errors, f"exit {status} {errors}")
+    misspelt = write(tmp, "misspelt.toml", other.replace("results.peak_axial", "results.peek_axial"))
+    status, said, errors = made_up.command(main, misspelt, "-o", os.path.join(tmp, "none"), "--quiet")
+    place = next(n for n, line in enumerate(open(misspelt), 1) if "results.peek" in line)
+    need(status == 2 and errors.count("\n") == 1 and f"{misspelt}:{place}: " in errors
+         and "no key 'results.peek_axial_stress_Pa' (did you mean 'results.peak" in errors, f"exit {status} {errors}")
     refused = write(tmp, "refused.toml", other.replace("fails = [2]", "refused_from = 150.0"))
     status, said, errors = made_up.command(main, refused, "-o", os.path.join(tmp, "none"), "--quiet")
     need(status == 2 and "scene: a: too large" in errors and not os.path.exists(os.path.join(tmp, "none")),
