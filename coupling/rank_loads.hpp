@@ -13,7 +13,7 @@ namespace grus::coupling {
 /// rank; of equal ones to the lowest.
 std::vector<int> balance(const std::vector<double>& costs, int ranks);
 
-/// What ranks have to do (s), and which has least: each asked and changed in log(ranks).
+/// The work that each rank has to do (s), and which has least: each asked and changed in log(ranks).
 class Loads {
 public:
   explicit Loads(int ranks);

@@ -72,7 +72,7 @@ private:
 };
 static_assert(dem::Host<RveFarm>);
 
-/// What ranks above 0 do until the farm is gone.
+/// Ranks above 0 do this until the farm is gone.
 void serve(MPI_Comm comm, const std::shared_ptr<const dem::Model>& model, const dem::ResponseOptions& options,
            int threads);
 

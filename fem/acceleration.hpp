@@ -43,7 +43,7 @@ public:
     last_g_ = g, again_ = true;
     return out;
   }
-  /// What was really done of it.
+  /// Hears what was really done of it.
   void moved(const std::vector<double>& step, double part) {
     last_move_ = step;
     for (double& v : last_move_) v *= part;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Whether a cell can be integrated over at all.
+// Whether an element can be integrated over at all.
 #pragma once
 
 #include <span>
@@ -9,8 +9,8 @@
 
 namespace grus::fem {
 
-/// What is wrong with a cell, nodes in Gmsh's order; empty if nothing. Flat: its volume at some corner is below 1e-10
-/// of the cube of its longest edge there. Folded: the volumes at its corners differ in sign.
+/// The fault of an element, nodes in Gmsh's order; empty if nothing. Flat: its volume at some corner is below
+/// 1e-10 of the cube of its longest edge there. Folded: the volumes at its corners differ in sign.
 std::string cell_fault(CellKind kind, std::span<const Point> nodes);
 
 }  // namespace grus::fem

@@ -7,7 +7,7 @@
 
 namespace grus::fem {
 
-/// Lumped mass of a cell's nodes: diagonal of the consistent mass, scaled to the cell's mass (Hinton, Rock,
+/// Lumped mass of an element's nodes: diagonal of the consistent mass, scaled to the element's mass (Hinton, Rock,
 /// Zienkiewicz). `density(point)`, kg/m^3.
 template <class Density>
 Eigen::VectorXd cell_mass(const Problem::Impl& p, std::int32_t c, Density&& density) {
@@ -22,7 +22,7 @@ Eigen::VectorXd cell_mass(const Problem::Impl& p, std::int32_t c, Density&& dens
   return diagonal * (mass / diagonal.sum());
 }
 
-/// Largest eigenvalue (1/s^2) of one cell's stiffness against its lumped mass.
+/// Largest eigenvalue (1/s^2) of one element's stiffness against its lumped mass.
 template <class Density>
 double largest_eigenvalue(const Problem::Impl& p, std::int32_t c, Density&& density) {
   Problem::Impl::Matrix k;
@@ -62,7 +62,7 @@ struct CentralDifferences {
 
   CentralDifferences(Problem::Impl& p, Material& material);
 
-  /// Sums `of(cell)`, masses of a cell's nodes, into `mass`.
+  /// Sums `of(element)`, masses of an element's nodes, into `mass`.
   void set_mass(const std::function<Eigen::VectorXd(std::int32_t)>& of);
   /// Stress at the present displacement, committed, and the internal forces; before those are assembled `also()` may
   /// add to the stress.

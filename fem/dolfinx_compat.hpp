@@ -68,7 +68,7 @@ inline std::shared_ptr<Mesh> make_box(MPI_Comm comm, const std::array<double, 3>
 #endif
 }
 
-/// From arrays on rank 0: coordinates (dimension a node) and corners of the cells in basix order.
+/// From arrays on rank 0: coordinates (dimension a node) and corners of the elements in basix order.
 inline std::shared_ptr<Mesh> make_mesh(MPI_Comm comm, const std::vector<double>& x, std::vector<std::int64_t> cells,
                                        CellKind kind) {
   using namespace dolfinx;
@@ -142,7 +142,7 @@ inline std::shared_ptr<Space> make_space(const std::shared_ptr<Mesh>& mesh, cons
 #endif
 }
 
-/// Points (n x dim, flat) and weights on the reference cell or facet.
+/// Points (n x dim, flat) and weights on the reference element or facet.
 inline std::array<std::vector<double>, 2> quadrature(basix::cell::type cell, int degree) {
 #if DOLFINX_VERSION_MINOR >= 9
   return basix::quadrature::make_quadrature<double>(basix::quadrature::type::Default, cell,

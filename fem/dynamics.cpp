@@ -27,7 +27,7 @@ struct Integrator {
   const std::vector<double>& density;
   const DynamicsOptions& o;
   CentralDifferences run;
-  std::vector<double> lengths, viscous;  // of cells (m); of points (Pa)
+  std::vector<double> lengths, viscous;  // of elements (m); of points (Pa)
 
   Integrator(Problem::Impl& impl, Material& m, const std::vector<double>& rho, const DynamicsOptions& options)
       : p(impl), density(rho), o(options), run(impl, m), viscous(impl.size(), 0) {

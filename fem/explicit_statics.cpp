@@ -48,7 +48,7 @@ struct Relaxation {
   Problem::Impl& p;
   const ExplicitStaticsOptions& o;
   CentralDifferences run;
-  std::vector<double>& density;          // of the cells, scaled (kg/m^3)
+  std::vector<double>& density;          // of the elements, scaled (kg/m^3)
   std::vector<std::uint8_t> applied_at;  // owned nodes, now
 
   Relaxation(Problem::Impl& impl, Material& m, const ExplicitStaticsOptions& options)
@@ -170,7 +170,7 @@ bool begin(Relaxation& relax, Problem::Impl& p, bool resumed) {
   return true;
 }
 
-/// The unbalanced force's mean, note of its largest, and how hastily the cells are driven, for the governor.
+/// The unbalanced force's mean, note of its largest, and how hastily the RVEs are driven, for the governor.
 double watch_balance(Relaxation& relax, const Material& material, ExplicitStaticsReport& now) {
   const auto [mean, largest] = relax.unbalanced(now.load_factor);
   now.sums[0] += mean;

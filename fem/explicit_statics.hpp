@@ -21,7 +21,7 @@ struct ExplicitStaticsOptions {
   std::function<bool()> stop;  // asked after every step; true: the run ends there, to be gone on with; empty: never
 };
 
-/// What limits the rate of loading.
+/// The limit that rules the rate of loading.
 enum class Governor : int { none, balance, kinetic, inertial_number };
 
 /// All that the solver goes on with; between steps.

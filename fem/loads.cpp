@@ -133,7 +133,7 @@ void Problem::Impl::find_boundaries() {
   }
 }
 
-/// One side of the reference cell, with a quadrature rule on it.
+/// One side of the reference element, with a quadrature rule on it.
 struct Problem::Impl::Side {
   std::size_t number;
   Eigen::Vector3d e1, e2;  // edges of the reference facet

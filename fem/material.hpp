@@ -36,8 +36,8 @@ struct Material {
   std::function<void()> commit;                  // the last response becomes the committed state
   std::function<std::string()> save;             // bytes of the committed state, for a checkpoint
   std::function<void(const std::string&)> load;  // throws std::invalid_argument for bytes of another problem
-  /// What the committed state holds and has spent of the work done on it since the start (J), the points having these
-  /// reference volumes (m^3): from the state, not from the work of the stresses.
+  /// The energy that the committed state holds and has spent of the work done on it since the start (J), the points
+  /// having these reference volumes (m^3): from the state, not from the work of the stresses.
   std::function<double(std::span<const double>)> energy;
   /// Relative error of the stress, below which no residual can go; the same on all ranks.
   std::function<double()> noise = [] { return 0.0; };

@@ -94,13 +94,13 @@ Material material_of(std::shared_ptr<Kept<T>> state, std::function<bool(const Po
           }};
 }
 
-/// Of an elastic point: F since the start, and energy (J per m^3 of the reference configuration).
+/// An elastic point: F since the start, and energy (J per m^3 of the reference configuration).
 struct ElasticPoint {
   Mat3 f = Mat3::Identity();
   double energy = 0;
 };
 
-/// Of a J2 point; plastic strain in the frame of the body before it turned; energy held and spent (J/m^3).
+/// A J2 point; plastic strain in the frame of the body before it turned; energy held and spent (J/m^3).
 struct PlasticPoint {
   Mat3 f = Mat3::Identity();
   Vec6 plastic = Vec6::Zero();

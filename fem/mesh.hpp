@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What a mesh is made from: a box or rectangle, or a Gmsh file with tags.
+// Sources of a mesh: a box or rectangle, or a Gmsh file with tags.
 #pragma once
 
 #include <array>
@@ -28,16 +28,16 @@ struct BoxMesh {
       map;  // moves nodes before anything is built (distorted meshes of tests); may be empty
 };
 
-/// A first-order Gmsh mesh. Cells are those of the highest dimension, all of one kind, nodes in Gmsh's order.
+/// A first-order Gmsh mesh. Elements are those of the highest dimension, all of one kind, nodes in Gmsh's order.
 struct MshMesh {
   CellKind kind = CellKind::hexahedron;
   std::vector<Point> nodes;                                         // m
-  std::vector<std::int64_t> cells;                                  // corners(kind) a cell, indices of nodes
-  std::vector<int> cell_tags;                                       // physical group of each cell; 0: none
+  std::vector<std::int64_t> cells;                                  // corners(kind) an element, indices of nodes
+  std::vector<int> cell_tags;                                       // physical group of each element; 0: none
   std::map<std::vector<std::int64_t>, std::vector<int>> facets;     // sorted corners -> physical groups
   std::map<std::string, std::vector<int>> facet_names, cell_names;  // physical groups of each name: one, or several
-  std::map<int, std::string> idle_facets;                           // of a group: those that bound no cell from outside
-  std::vector<std::string> notes;                                   // what a user should know of it, one line each
+  std::map<int, std::string> idle_facets;  // of a group: those that bound no element from outside
+  std::vector<std::string> notes;          // what a user should know of it, one line each
 };
 
 /// Reads an ASCII .msh file, format 2.2 or 4.1. Throws std::invalid_argument, one line, with what is wrong where.

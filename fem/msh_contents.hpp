@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What stands in a .msh file, as its sections say it, in whatever order they come.
+// The contents of a .msh file, as its sections say them, in whatever order they come.
 #pragma once
 
 #include <stdexcept>
@@ -30,19 +30,19 @@ struct MshContents {
   std::map<std::pair<int, int>, std::vector<int>> groups;         // dimension and entity -> physical groups
 };
 
-/// A side of a cell: its corners, sorted, -1 where it has fewer than four.
+/// A side of an element: its corners, sorted, -1 where it has fewer than four.
 struct CellSide {
   std::array<std::int64_t, 4> corner{-1, -1, -1, -1};
   std::size_t cell = 0;
 };
 
-/// Of all cells, sorted by their corners: the same side of two cells stands twice.
+/// The sides of all elements, sorted by their corners: a side that two elements share stands twice.
 std::vector<CellSide> sides_of(const MshMesh& mesh);
 
 /// Throws std::invalid_argument for what is no mesh.
 MshMesh mesh_of(const MshContents& contents);
 
-/// Where the mesh is not one body: parts, nodes in one place, nodes on the sides of cells that do not have them.
+/// Where the mesh is not one body: parts, nodes in one place, nodes on the sides of elements that do not have them.
 /// `number`: what the file calls the mesh's nodes.
 std::vector<std::string> openings(const MshMesh& mesh, const std::vector<CellSide>& sides,
                                   const std::vector<long long>& number);

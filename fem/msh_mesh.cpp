@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// From what stands in a .msh file to cells, outer facets and their groups.
+// From what stands in a .msh file to elements, outer facets and their groups.
 #include <algorithm>
 #include <cmath>
 
@@ -77,7 +77,7 @@ private:
 
   void check(const MshElement& e) {
     if (kind_ && kind_ != e.type)
-      fail(std::string("mixes ") + kind_->name + " and " + e.type->name + " cells; one kind is needed");
+      fail(std::string("mixes ") + kind_->name + " and " + e.type->name + " elements; one kind is needed");
     kind_ = e.type;
     mesh_.kind = static_cast<CellKind>(e.type->code - 2);  // 2 to 5: in the order of CellKind
     std::vector<Point> corner;
@@ -89,12 +89,12 @@ private:
 
   [[noreturn]] void in_two(const std::string& cells, int a, int b) const {
     fail(cells + " in the physical groups " + group(top_, a) + " and " + group(top_, b) +
-         "; a cell belongs to one (leave it out of the other)");
+         "; an element belongs to one (leave it out of the other)");
   }
 
-  /// Format 2.2 lists a cell once for each of its groups.
+  /// Format 2.2 lists an element once for each of its groups.
   void take_cells() {
-    used_.assign(file_.node.size(), -1);  // nodes of no cell are left out
+    used_.assign(file_.node.size(), -1);  // nodes of no element are left out
     std::map<Corners, std::pair<std::size_t, const MshElement*>> known;
     std::size_t twice = 0;
     for (const auto& e : file_.element) {
@@ -111,7 +111,7 @@ private:
         int& other = mesh_.cell_tags[at->second.first];
         if (other != 0 && tag != 0 && other != tag)
           in_two("elements " + std::to_string(at->second.second->number) + " and " + std::to_string(e.number) +
-                     " are one cell,",
+                     " are one element,",
                  other, tag);
         other = std::max(other, tag), ++twice;
         continue;
@@ -128,7 +128,7 @@ private:
       }
     }
     if (twice > 0)
-      mesh_.notes.push_back(std::to_string(twice) + " of the cells stand in the file again; each is taken once");
+      mesh_.notes.push_back(std::to_string(twice) + " of the elements stand in the file again; each is taken once");
   }
 
   void check_plane() const {
@@ -139,19 +139,19 @@ private:
       if (std::abs(p[2]) > 1e-9 * size) fail("a two-dimensional mesh must lie in the plane z = 0");
   }
 
-  /// Cells that overlap in a fan would share a side.
+  /// Elements that overlap in a fan would share a side.
   void check_sides() const {
     for (std::size_t k = 2; k < sides_.size(); ++k)
       if (sides_[k].corner == sides_[k - 2].corner) {
         std::string list;
         for (const auto n : sides_[k].corner)
           if (n >= 0) list.append(" ").append(std::to_string(number_[static_cast<std::size_t>(n)]));
-        fail("more than two cells share the side with nodes" + list + ": they overlap");
+        fail("more than two elements share the side with nodes" + list + ": they overlap");
       }
   }
 
   void take_facets() {
-    std::map<int, std::array<std::size_t, 3>> found;  // of each group: outside, inside, of no cell
+    std::map<int, std::array<std::size_t, 3>> found;  // of each group: outside, inside, of no element
     for (const auto& e : file_.element) {
       if (e.type->dimension != top_ - 1) continue;
       const auto in = groups(e);
@@ -170,9 +170,9 @@ private:
     }
     for (const auto& [tag, n] : found) {
       std::string text;
-      if (n[1] > 0) text = std::to_string(n[1]) + " lie between two cells";
+      if (n[1] > 0) text = std::to_string(n[1]) + " lie between two elements";
       if (n[2] > 0)
-        text.append(text.empty() ? "" : ", ").append(std::to_string(n[2])).append(" are the side of no cell");
+        text.append(text.empty() ? "" : ", ").append(std::to_string(n[2])).append(" are the side of no element");
       if (!text.empty())
         mesh_.idle_facets[tag] = "of the " + std::to_string(n[0] + n[1] + n[2]) + " elements of physical group " +
                                  group(top_ - 1, tag) + " " + text + ": nothing acts there";

@@ -159,7 +159,8 @@ std::vector<std::string> openings(const MshMesh& mesh, const std::vector<CellSid
                     " nodes lie where another one lies (the first: " + std::to_string(number[pairs[0][0]]) + " and " +
                     std::to_string(number[pairs[0][1]]) + "): nothing holds them together");
   if (const auto nodes = hanging(mesh, sides, low); !nodes.empty())
-    notes.push_back(std::to_string(nodes.size()) + " nodes lie on sides of cells that do not have them (the first: " +
+    notes.push_back(std::to_string(nodes.size()) +
+                    " nodes lie on sides of elements that do not have them (the first: " +
                     std::to_string(number[nodes[0]]) + "): nothing holds them there");
   return notes;
 }

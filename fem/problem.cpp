@@ -165,7 +165,7 @@ std::vector<double> Problem::gather_cells(const std::vector<double>& owned) cons
   MPI_Comm_rank(impl_->comm, &rank);
   MPI_Comm_size(impl_->comm, &size);
   const std::size_t width = impl_->cells > 0 ? owned.size() / static_cast<std::size_t>(impl_->cells) : 0;
-  std::vector<double> packed;  // original cell, values
+  std::vector<double> packed;  // original element, values
   for (std::int32_t c = 0; c < impl_->cells; ++c) {
     packed.push_back(static_cast<double>(compat::original_cell(*impl_->mesh, c)));
     packed.insert(packed.end(), owned.begin() + static_cast<std::ptrdiff_t>(width * static_cast<std::size_t>(c)),
@@ -190,7 +190,7 @@ std::vector<double> Problem::gather_cells(const std::vector<double>& owned) cons
 MacroFields Problem::gather_fields() const {
   const auto& order = reference_cell(impl_->kind).vtk;
   const int dim = impl_->dim;
-  // Every cell brings its own corners: coordinates, displacement, stress. Order-2 nodes are not shown.
+  // Every element brings its own corners: coordinates, displacement, stress. Order-2 nodes are not shown.
   std::vector<double> owned;
   const auto u = impl_->committed_u->array();
   const auto x = impl_->mesh->geometry().x();
@@ -228,7 +228,7 @@ MacroFields Problem::gather_fields() const {
 
 namespace {
 
-/// Owners tell ghosts: solvers keep what they have at owned nodes only, and a cell tells of all of its own.
+/// Owners tell ghosts: solvers keep what they have at owned nodes only, and an element tells of all of its own.
 void share_nodal_state(Problem::Impl& p) {
   Problem::Impl::Vector column(p.space->dofmap()->index_map, p.components);
   for (auto& [name, nodal] : p.at_nodes) {
@@ -238,7 +238,7 @@ void share_nodal_state(Problem::Impl& p) {
   }
 }
 
-/// Calls `each(value)` for all that a cell keeps, in one order for saving and restoring.
+/// Calls `each(value)` for all that an element keeps, in one order for saving and restoring.
 template <class F>
 void cell_state(Problem::Impl& p, std::int32_t c, F&& each) {
   const auto at_its_nodes = [&](auto&& column) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// A boundary-value problem of solid mechanics: mesh, boundaries, and three sweeps over the owned cells (strain,
+// A boundary-value problem of solid mechanics: mesh, boundaries, and three sweeps over the owned elements (strain,
 // material, assembly). Large strain by F on the reference mesh, which never moves. DOLFINx stays inside.
 #pragma once
 
@@ -18,8 +18,8 @@
 
 namespace grus::fem {
 
-/// What two-dimensional cells stand for. Points always deform in three dimensions: plane strain has F_zz = 1;
-/// axisymmetric has x the radius, y the axis and z the hoop, F_zz = 1 + u_x / x.
+/// The bodies that two-dimensional elements stand for. Points always deform in three dimensions: plane strain has F_zz
+/// = 1; axisymmetric has x the radius, y the axis and z the hoop, F_zz = 1 + u_x / x.
 enum class Kinematics { solid, plane_strain, axisymmetric };
 
 /// Elements as they are; with mean dilatation (quadrilaterals, hexahedra of order 1: they do not lock where the volume
@@ -61,12 +61,12 @@ struct BoundaryCondition {
 struct MacroFields {
   std::vector<Point> nodes, displacement;        // of the mesh's vertices
   std::vector<std::vector<std::int64_t>> cells;  // vertices in VTK order
-  std::vector<std::array<double, 6>> stress;     // mean of each cell
+  std::vector<std::array<double, 6>> stress;     // mean of each element
   CellKind kind = CellKind::hexahedron;
 };
 
-/// All that decides how a problem goes on, of every cell in the mesh's original numbering: displacement, F, stress and
-/// tangent, and the columns that a solver keeps, which are named.
+/// All that decides how a problem goes on, of every element in the mesh's original numbering: displacement, F, stress
+/// and tangent, and the columns that a solver keeps, which are named.
 struct Snapshot {
   std::vector<std::string> at_nodes, of_cells;  // names of those columns
   std::vector<double> values;
@@ -83,14 +83,14 @@ public:
   Problem(const Problem&) = delete;
   Problem& operator=(const Problem&) = delete;
 
-  /// Gauss points of the owned cells; their number over all ranks; and the first point's global key: points are
-  /// numbered original cell * points per cell + q, whatever the ranks.
+  /// Gauss points of the owned elements; their number over all ranks; and the first point's global key: points are
+  /// numbered original element * points per element + q, whatever the ranks.
   std::size_t owned_points() const;
   std::int64_t global_points() const;
   std::int64_t point_key(std::size_t point) const;
   int points_per_cell() const;
   Point point_position(std::size_t point) const;  // in the reference mesh (m)
-  int cell_tag(std::size_t point) const;          // physical group of its cell; 0: none
+  int cell_tag(std::size_t point) const;          // physical group of its element; 0: none
   double point_volume(std::size_t point) const;   // m^3 of the reference configuration
   MPI_Comm comm() const;
 
@@ -99,8 +99,8 @@ public:
   void set_gravity(const Point& gravity, const std::vector<double>& density);
 
   const std::vector<BoundaryCondition>& boundaries() const;
-  /// What holds the nodes of a boundary condition (N), summed over ranks: internal force less weight; a shared node
-  /// counts in each.
+  /// The force that holds the nodes of a boundary condition (N), summed over ranks: internal force less weight; a
+  /// shared node counts in each.
   Point reaction(std::size_t boundary) const;
   /// Volume averages over the current configuration (Voigt; strain: small part of F - 1), of all points or of those in
   /// `some`.
@@ -116,7 +116,7 @@ public:
   std::array<double, 2> error_norms(const std::function<Point(const Point&)>& exact,
                                     const std::function<std::array<double, 9>(const Point&)>& gradient) const;
   MacroFields gather_fields() const;
-  /// Values for each owned cell, gathered on rank 0 by original cell number.
+  /// Values for each owned element, gathered on rank 0 by original element number.
   std::vector<double> gather_cells(const std::vector<double>& owned_values) const;
   /// Committed stress of the owned points, (n, 6).
   std::span<const double> stress() const;

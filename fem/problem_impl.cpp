@@ -141,7 +141,7 @@ void Problem::Impl::local(std::int32_t cell, int q, const Tables& t, double shar
   out.jacobian = j;
   out.depth = dim == 2 ? discretisation.thickness : 1;
   if (turned) out.depth = 2 * M_PI * out.at[0];
-  out.dv = share * out.depth * std::abs(j.determinant());  // cells may be left-handed
+  out.dv = share * out.depth * std::abs(j.determinant());  // elements may be left-handed
   out.gradient.resize(nodes, 3);
   out.value.resize(nodes);
   out.hoop.resize(nodes);

@@ -32,7 +32,7 @@ struct LoadedFacet {
   std::size_t side, boundary;
 };
 
-/// Corners of the reference cell, and the facets by their corners, in basix order.
+/// Corners of the reference element, and the facets by their corners, in basix order.
 struct ReferenceCell {
   std::vector<std::array<double, 3>> corners;
   std::vector<std::vector<int>> facets;
@@ -64,14 +64,14 @@ struct Problem::Impl {
   /// (fem/mean_dilatation.cpp).
   std::vector<double> stretch, committed_stretch;
   std::vector<double> stress, tangent, committed_stress, committed_tangent;
-  /// Columns that a solver keeps from step to step, by name: of owned and ghost nodes by components, and of cells.
+  /// Columns that a solver keeps from step to step, by name: of owned and ghost nodes by components, and of elements.
   std::map<std::string, std::vector<double>> at_nodes, of_cells;
   std::vector<Prescribed> prescribed;                     // owned and ghost, each component once
   std::vector<std::vector<std::int32_t>> boundary_nodes;  // owned nodes of each boundary
   std::vector<LoadedFacet> loaded;
   std::vector<std::vector<std::int32_t>> loaded_nodes;  // owned nodes of each boundary's loaded facets
   std::map<std::vector<std::int64_t>, std::vector<int>> facet_tags;
-  std::vector<int> cell_tags;  // by original cell; empty: none
+  std::vector<int> cell_tags;  // by original element; empty: none
 
   Impl(MPI_Comm comm, const BoxMesh& box, const Discretisation& d, std::vector<BoundaryCondition> boundaries,
        std::function<Point(const Point&)> body_force);
@@ -88,8 +88,8 @@ struct Problem::Impl {
   std::size_t width() const { return static_cast<std::size_t>(components); }
   double factor(std::size_t boundary, double time) const { return boundaries[boundary].history.at(time); }
 
-  /// Gradients of the basis against reference coordinates, and the measure, at a point of a cell. In two dimensions the
-  /// third gradient component is zero; axisymmetric nodes have their hoop part N / x.
+  /// Gradients of the basis against reference coordinates, and the measure, at a point of an element. In two dimensions
+  /// the third gradient component is zero; axisymmetric nodes have their hoop part N / x.
   struct Local {
     Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> gradient;
     Eigen::VectorXd value, hoop;
@@ -131,15 +131,15 @@ struct Problem::Impl {
                               const Eigen::Vector3d& area);
   void assemble_external(double time);
   void assemble_tangent(Mat a) const;
-  /// What the material is told: F, or F with the element's mean dilatation. In plane strain only the plane is
-  /// stretched.
+  /// The deformation that the material is told: F, or F with the element's mean dilatation. In plane strain only the
+  /// plane is stretched.
   Eigen::Matrix3d told(const std::vector<double>& f, const std::vector<double>& by, std::size_t point) const;
   /// Fills `by` from F.
   void mean_dilatation(const std::vector<double>& f, std::vector<double>& by) const;
   /// Directions that a mean dilatation stretches: 2 in plane strain, or 3.
   int stretched() const { return discretisation.kinematics == Kinematics::plane_strain ? 2 : 3; }
 
-  /// Stiffness of one cell, (nodes * components)^2.
+  /// Stiffness of one element, (nodes * components)^2.
   using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   void cell_tangent(std::int32_t cell, Matrix& k) const;
 
@@ -152,7 +152,7 @@ private:
     double volume = 0;
   };
   void present(std::int32_t cell, int q, Present& out) const;
-  /// Volume-weighted mean of `trace` over a cell.
+  /// Volume-weighted mean of `trace` over an element.
   Eigen::VectorXd mean_trace(std::int32_t cell) const;
   void add_mean_dilatation(std::int32_t cell, Matrix& k) const;
   void build();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Private to fem: how the inner nodes of a second-order Lagrange cell follow those on corners and edges.
+// Private to fem: how the inner nodes of a second-order Lagrange element follow those on corners and edges.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ struct Ties {
   std::vector<std::vector<double>> weights;  // of each node inside: of each that is kept
 };
 
-/// `nodes`: of the reference cell [0, 1]^dim, (count, dim).
+/// `nodes`: of the reference element [0, 1]^dim, (count, dim).
 Ties serendipity_ties(std::span<const double> nodes, std::size_t dim);
 
 /// Tables of basis functions, rows of `nodes` values: the kept ones take the tied ones' share, which become zero.

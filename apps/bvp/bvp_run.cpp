@@ -35,7 +35,7 @@ struct BvpRun::Course {
 
 namespace {
 
-/// Of an increment that --max-time does not leave the time to end.
+/// An increment that --max-time does not leave the time to end.
 struct OutOfTime {};
 
 }  // namespace

@@ -15,7 +15,7 @@ struct BvpSetup {
   BvpPoints points;
   std::vector<dem::State> states;  // of the points' starts
   nlohmann::json prepared;         // what the preparation has made of them; null: there is none
-  double density = 0;              // of the packed cells (kg/m^3), where the stress of the ground asks for it
+  double density = 0;              // of the packed RVEs (kg/m^3), where the stress of the ground asks for it
 };
 
 std::string checkpoint_of(const Options& options);

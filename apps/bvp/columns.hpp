@@ -7,27 +7,27 @@
 
 namespace grus::app {
 
-/// What says which columns there are.
+/// The facts that say which columns there are.
 struct MacroTold {
   const BvpScene& scene;
   const fem::Problem& problem;
-  bool bonded;  // cells have bonds
+  bool bonded;  // RVEs have bonds
 };
 
-/// What a row is read of, worked out once.
+/// All that a row is read of, worked out once.
 struct MacroRow {
-  // Of the solver's report: columns that quasi-static and dynamic runs fill with their own.
+  // From the solver's report: columns that quasi-static and dynamic runs fill with their own.
   double increment = 0, time = 0, iterations = 0, cutbacks = 0, residual = 0, correction = 0, noise = 0, wall = 0;
   double kinetic_over_internal = 0, energy_error = 0;
   const fem::MacroEnergy* energy = nullptr;  // always there
   const fem::ExplicitStaticsReport* explicit_statics = nullptr;
-  // Of the problem: means over its volume, tension-positive; by boundary in turn three components.
+  // From the problem: means over its volume, tension-positive; by boundary in turn three components.
   std::vector<double> reaction = {}, moved = {};           // N, m
   std::array<double, 6> strain{}, stress{};                // Pa
   std::array<double, 6> grains_strain{}, grains_stress{};  // Pa; over the points with grains
   double volume = 0, p = 0, q = 0, volumetric = 0;         // m^3, Pa, Pa
   double macro_work = 0;                                   // J
-  // Of the cells; 0 without.
+  // From the RVEs; 0 without.
   coupling::SweepReport sweep = {};
   double rves = 0, breakages = 0, bonds_broken = 0, worst_energy_error = 0, mass_lost = 0;
   double work = 0, unexplained = 0, haste = 0;  // J, of all points, by the volumes that they stand for

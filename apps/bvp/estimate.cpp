@@ -14,8 +14,8 @@ namespace {
 
 constexpr double sweeps = 5;  // of an increment: Newton's usual four iterations, and its first answer
 
-/// What the cells must take: the largest displacement that a boundary prescribes over the mesh's length along it, or
-/// the largest change of a load over the cells' stiffness.
+/// What the RVEs must take: the largest displacement that a boundary prescribes over the mesh's length along it, or
+/// the largest change of a load over the RVEs' stiffness.
 dem::Vec3 mean_strain(const BvpScene& scene, const dem::Mat6& stiffness) {
   dem::Vec3 strain = dem::Vec3::Zero();
   for (const auto& b : scene.boundaries) {
@@ -62,7 +62,7 @@ RunEstimate estimate_run(const BvpScene& scene, const BvpSetup& setup, const std
   if (scene.dynamics) steps = dynamic_steps(scene, setup, stiffness, state);
   if (const auto& e = scene.explicit_statics) steps = e->crossings * fem::crossing_steps(*setup.problem, *e);
   steps = std::max(1.0, std::ceil(steps));
-  // Cells in real time take as long whatever they strain by; what elastic regions leave them of it is not known.
+  // RVEs in real time take as long whatever they strain by; what elastic regions leave them of it is not known.
   const bool still = scene.dynamics || (scene.explicit_statics && !scene.regions.empty());
   const dem::Vec3 part = still ? dem::Vec3(dem::Vec3::Zero()) : dem::Vec3(mean_strain(scene, stiffness) / steps);
   dem::Task task;
@@ -87,7 +87,7 @@ RunEstimate estimate_run(const BvpScene& scene, const BvpSetup& setup, const std
                                  scene.solve.increments, sweeps, rves, one);
   found.least = scene.is_explicit();
   found.rest = "more where grains break or increments are cut";
-  if (scene.dynamics) found.rest = "the time step falls as cells stiffen, and grains that break take longer";
+  if (scene.dynamics) found.rest = "the time step falls as RVEs stiffen, and grains that break take longer";
   if (scene.explicit_statics)
     found.rest = "the rate is lowered wherever its limits are met, and grains that break take longer";
   return found;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What --check says of a macro run's time, from one RVE that is taken as the run would take it.
+// The time of a macro run, as --check tells it: from one RVE that is taken as the run would take it.
 #pragma once
 
 #include "apps/bvp/bvp_run.hpp"
@@ -14,8 +14,8 @@ struct RunEstimate {
   std::string text, rest;
 };
 
-/// Of `workers` threads on all ranks; the first of the prepared states is taken. Throws Unstable where the RVE does not
-/// get there.
+/// The time of a run by `workers` threads on all ranks; the first of the prepared states is taken. Throws Unstable
+/// where the RVE does not get there.
 RunEstimate estimate_run(const BvpScene& scene, const BvpSetup& setup, const std::shared_ptr<const dem::Model>& model,
                          int workers);
 

@@ -54,7 +54,8 @@ std::string setup_text(const BvpScene& scene, const BvpSetup& setup, const Optio
   const int bytes =
       scene.is_explicit() ? 5000 : 8000;  // a grain, measured: trial states, and a checkpoint in the making
   std::string text = fmt::format(
-      "{}\n  mesh {}   cells {}   Gauss points {}   with grains {} ({}{:.0f} grains each, {} packings)   {}   memory "
+      "{}\n  mesh {}   elements {}   Gauss points {}   with grains {} ({}{:.0f} grains each, {} packings)   {}   "
+      "memory "
       "up to "
       "{:.3g} "
       "MB   ranks {} x threads {}",
@@ -64,7 +65,7 @@ std::string setup_text(const BvpScene& scene, const BvpSetup& setup, const Optio
   if (const auto& e = scene.explicit_statics)
     text += fmt::format(
         "\n  limits of the rate: unbalanced force {:g} of what is applied, kinetic energy {:g} of internal, inertial "
-        "number of the cells {}; local damping {:g}, safety {:g}",
+        "number of the RVEs {}; local damping {:g}, safety {:g}",
         e->balance, e->kinetic, e->inertial_number > 0 ? fmt::format("{:g}", e->inertial_number) : "their own",
         e->damping, e->safety);
   if (!scene.is_explicit())
@@ -75,7 +76,7 @@ std::string setup_text(const BvpScene& scene, const BvpSetup& setup, const Optio
   return text;
 }
 
-/// Ground that weighs more than its cells can bear is refused before any of them is prepared.
+/// Ground that weighs more than its RVEs can bear is refused before any of them is prepared.
 void check_starts(const BvpScene& scene, const std::vector<Start>& starts) {
   for (const Start& s : starts) {
     const double pressure = (s.stress[0] + s.stress[1] + s.stress[2]) / 3;
@@ -86,13 +87,13 @@ void check_starts(const BvpScene& scene, const std::vector<Start>& starts) {
   }
 }
 
-/// Problem, points and the states that their cells start from, on rank 0; the states' starts on all.
+/// Problem, points and the states that their RVEs start from, on rank 0; the states' starts on all.
 std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Session& session, BvpSetup& setup,
                           dem::Checkpoint& kept) {
   const bool leads = session.rank() == 0;
   std::vector<Start> starts;
   on_all_ranks(session, [&] {
-    if (!scene.ground || !scene.has_rve || options.columns) return;  // the weight of the ground is that of its cells
+    if (!scene.ground || !scene.has_rve || options.columns) return;  // the weight of the ground is that of its RVEs
     const auto packed = prepare_starts(scene, {Start{}}, options.threads, {}).states;
     if (leads) setup.density = dem::total_mass(packed[0].grains) / packed[0].boundary.cell.volume();
   });
@@ -187,7 +188,7 @@ void tell_times(const BvpScene& scene, const Options& options, const BvpSetup& s
              run.rest);
 }
 
-/// What the preparation has made of the cells' packings: in notes and results.
+/// What the preparation has made of the RVEs' packings: in notes and results.
 void tell_preparations(BvpScene& scene, const Options& options, const std::vector<nlohmann::json>& told,
                        BvpSetup& setup) {
   setup.prepared = sum_of_preparations(told);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What all ranks do at once and may fail in on any of them.
+// Work that all ranks do at once, and that may fail on any of them.
 #pragma once
 
 #include "dem/base/fault.hpp"

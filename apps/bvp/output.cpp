@@ -98,7 +98,7 @@ void BvpOutput::add(const fem::ExplicitStaticsReport& r, double wall) {
 
 double BvpOutput::of_rves(dem::Facts::Number energy) const { return rves_ ? rves_->total(energy, points_.volume) : 0; }
 
-/// What the problem's means and the cells have for a row.
+/// What the problem's means and the RVEs have for a row.
 void BvpOutput::read_off(MacroRow& r) {
   r.strain = problem_.mean_strain(), r.stress = problem_.mean_stress();
   for (std::size_t b = 0; b < problem_.boundaries().size(); ++b) {
@@ -272,7 +272,7 @@ nlohmann::json BvpOutput::devices(const nlohmann::json& row) const {
   return all;
 }
 
-/// What the cells have done and how well.
+/// What the RVEs have done and how well.
 void BvpOutput::add_cells(nlohmann::json& summary, const BvpEnding& e) const {
   const coupling::SweepReport& r = rves_->report();
   summary["unit_cell"] = *scene_.unit_cells[0].record;

@@ -14,8 +14,8 @@ struct BvpEnding {
   std::string text;
   double time = 0;                                // load factor or s
   double preparation = 0, wall = 0, earlier = 0;  // s of wall time: of this part, and what earlier parts took to solve
-  double cpu = 0, sweeps_wall = 0;                // s of all parts: of rank 0, and of the cells' answers
-  nlohmann::json prepared;                        // what the preparation has made of the cells; null: there is none
+  double cpu = 0, sweeps_wall = 0;                // s of all parts: of rank 0, and of the RVEs' answers
+  nlohmann::json prepared;                        // what the preparation has made of the RVEs; null: there is none
   std::uint64_t migrated = 0;                     // RVEs moved between ranks
 
   double solve_wall() const { return earlier + wall - preparation; }
@@ -40,7 +40,7 @@ public:
 
   /// Where things stand, for the progress line.
   std::string line(std::uint64_t sweeps) const;
-  /// What the run has shown, beside the scene's notes.
+  /// Notes of what the run has shown, beside the scene's.
   std::vector<std::string> notes() const;
   std::string closing(const BvpEnding& ending) const;
 

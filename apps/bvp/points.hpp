@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What stands at each Gauss point of a macro problem: an RVE of grains or an elastic solid.
+// The Gauss points of a macro problem: an RVE of grains stands at each, or an elastic solid.
 #pragma once
 
 #include "apps/bvp/scene/bvp_scene.hpp"
@@ -7,7 +7,7 @@
 
 namespace grus::app {
 
-/// What a cell starts from: a packing, as prepared or brought to a stress.
+/// The start of an RVE: a packing, as prepared or brought to a stress.
 struct Start {
   std::size_t packing = 0;
   bool stressed = false;
@@ -22,7 +22,8 @@ struct StressClass {
   double deviation = 0;  // largest of a member's stress from it, relative to the member's
 };
 
-/// Of sorted starts, so that no member deviates by more than the tolerance; those of one depth line are in proportion.
+/// Classes of sorted starts, of which no member deviates by more than the tolerance; those of one depth line are in
+/// proportion.
 /// Where a class has one member it is that, bit by bit.
 std::vector<StressClass> stress_classes(const std::vector<Start>& starts, double tolerance);
 
@@ -36,12 +37,12 @@ struct BvpPoints {
   std::vector<double> volume;       // m^3 of each point with grains
 };
 
-/// Of a problem on one rank; `density`: bulk density of the cells (kg/m^3), for the stress of the ground. Throws
-/// InputError where grains are needed and the scene has none, or the other way round.
+/// The points of a problem on one rank; `density`: bulk density of the RVEs (kg/m^3), for the stress of the ground.
+/// Throws InputError where grains are needed and the scene has none, or the other way round.
 BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double density = 0);
 
-/// Void ratio, breakages a starting grain, and grains: of each cell three values, means over those of its points that
-/// have an RVE; NaN where none has. `facts(k)`: of the k-th point with grains.
+/// Void ratio, breakages a starting grain, and grains: of each element three values, means over those of its points
+/// that have an RVE; NaN where none has. `facts(k)`: of the k-th point with grains.
 std::vector<double> cell_means(const std::vector<std::size_t>& rve_of, std::size_t points_per_cell,
                                const std::function<const dem::Facts&(std::size_t)>& facts);
 

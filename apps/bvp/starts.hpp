@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// The states that the cells of a macro problem start from: made by all ranks, kept in a file while that takes long.
+// The states that the RVEs of a macro problem start from: made by all ranks, kept in a file while that takes long.
 #pragma once
 
 #include "apps/bvp/points.hpp"
@@ -14,7 +14,7 @@ struct StartsFile {
   std::function<void()> before_it = [] {};  // the first write
 };
 
-/// What it has taken on this rank, all in all (s of one thread).
+/// The time that preparation has taken on this rank, all in all (s of one thread).
 struct StartTimes {
   double packing = 0, stress = 0;  // to pack and compress; from there to the stresses
 };

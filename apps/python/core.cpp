@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What Python cannot do itself: scenes, cells and sets of RVEs. Arguments are checked and explained in grus/rves.py.
+// What Python cannot do itself: scenes, unit cells and sets of RVEs. Arguments are checked and explained in
+// grus/rves.py.
 #include <fmt/format.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>

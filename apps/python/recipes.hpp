@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What grus/samples.py asks for, as the description of a cell.
+// The description of a unit cell that grus/samples.py asks for.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -8,7 +8,8 @@
 
 namespace grus::python {
 
-/// Of a dict of plain values, all there and of their types (samples.py sees to that); `name`: what errors call it.
+/// The scene that a dict of plain values asks for, all there and of their types (samples.py sees to that); `name`: what
+/// errors call it.
 app::RveScene scene_of(const pybind11::dict& asked, const std::string& name);
 
 }  // namespace grus::python

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What the commands say of scenes without running one: --new, --keys, --schema.
+// Answers of the commands about scenes, without running one: --new, --keys, --schema.
 #pragma once
 
 #include <optional>
@@ -11,7 +11,7 @@ class App;
 
 namespace grus::app {
 
-/// What was asked for.
+/// The options that ask for them.
 struct About {
   std::optional<std::string> keys;  // those that hold this text
   std::string kind;                 // of a new scene

@@ -10,7 +10,7 @@
 
 namespace grus::app {
 
-/// Of a family (components, walls, grains) the k-th is asked for by its number.
+/// A column, or a family of them (components, walls, grains), whose k-th is asked for by its number.
 template <class Row>
 struct Column {
   std::string name;  // with its unit
@@ -53,7 +53,7 @@ std::vector<std::string> names_of(const std::vector<Column<Row>>& columns) {
   return names;
 }
 
-/// What a row has in each of them.
+/// The values of a row, one for each column.
 template <class Row>
 std::vector<double> values_of(const std::vector<Column<Row>>& columns, const Row& row) {
   std::vector<double> values;

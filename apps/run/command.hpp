@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What every command shares: options, results folder, progress line, interruption, exit status.
+// Shared by all commands: options, results folder, progress line, interruption, exit status.
 #pragma once
 
 #include <functional>
@@ -27,7 +27,7 @@ struct Options {
 
 inline constexpr int finished = 0, failed = 1, refused = 2, unstable = 3, out_of_time = 75, interrupted = 130;
 
-/// What a run says: on the terminal unless it is to be quiet, and in its log. `text`: lines without the last line end.
+/// Says it on the terminal, unless the run is to be quiet, and in its log. `text`: lines without the last line end.
 void say(const Options& options, const std::string& text);
 /// One line on standard error, and in the log.
 void say_fault(const Options& options, const std::string& text);
@@ -80,7 +80,7 @@ public:
   void add(const std::vector<double>& row);
   /// Brings the file up to date if the last time is longer ago than `seconds`: whole at first, then at its end.
   void save(double seconds = 0);
-  /// What was kept of an earlier part of the run.
+  /// Goes on from what was kept of an earlier part of the run.
   void restore(const std::string& text, std::size_t rows, const std::vector<double>& last = {});
   const std::string& text() const { return text_; }
   const std::vector<std::string>& columns() const { return columns_; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What the system asks of a run, and how long it may last.
+// Signals that the system sends to a run, and how long the run may last.
 #pragma once
 
 #include <string>

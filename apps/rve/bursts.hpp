@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What a run of bonded cells has to tell at its end.
+// Bursts of broken bonds, told at the end of a run of bonded Voronoi cells.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -39,13 +39,13 @@ bool graded(const Told& k) { return k.scene.output.grading; }
 bool rounded(const Told& k) { return k.scene.output.grading && k.scene.recipe.of_hulls(); }
 /// With `output.split_statistics`.
 bool splits(const Told& k) { return k.scene.model.split_statistics; }
-/// Of bonded cells.
+/// Bonded Voronoi cells.
 bool bonded(const Told& k) { return k.sample.bonded(); }
 /// Where bonds have `damping`.
 bool dashpots(const Told& k) { return !k.sample.state.bonds.dashpot.empty(); }
-/// Of cells between platens, under rollers, or with a clamp that moves.
+/// Voronoi cells between platens, under rollers, or with a clamp that moves.
 bool gauged(const Told& k) { return k.scene.test.gauge.has_value(); }
-/// Where dead loads alone move the cells.
+/// Where dead loads alone move the Voronoi cells.
 bool dead_loads(const Told& k) { return dem::dead_loaded(k.scene.test, k.sample.state); }
 /// At a constant mean stress.
 bool constant_p(const Told& k) { return k.scene.test.kind == dem::TestKind::constant_p; }
@@ -204,9 +204,9 @@ const std::vector<ColumnEntry<Row, Told>> table{
     {"bonds", "", "bonds that are left", bonded, [](const Row& r, K) { return number(r.state.bonds.face.row.size()); }},
     {"bonds_damaged", "", "of these such that have begun to soften", bonded,
      [](const Row& r, K) { return number(damaged(r.state)); }},
-    {"fragments", "", "groups of cells that bonds hold together, and cells alone", bonded,
+    {"fragments", "", "groups of Voronoi cells that bonds hold together, and cells alone", bonded,
      [](const Row& r, K) { return number(r.fragments().size.size()); }},
-    {"largest_fragment", "", "cells of the largest", bonded,
+    {"largest_fragment", "", "Voronoi cells of the largest", bonded,
      [](const Row& r, K) { return number(r.fragments().size.front()); }},
     {"bond_J", "J", "held by bonds, part of elastic_J", bonded,
      [](const Row& r, K) { return dem::stored_energy(r.state.bonds); }},

@@ -7,7 +7,7 @@
 
 namespace grus::app {
 
-/// What says which columns there are.
+/// The facts that say which columns there are.
 struct Told {
   const RveScene& scene;
   const dem::Sample& sample;

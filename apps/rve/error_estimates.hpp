@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What a run of grus-rve knows of its own error; "errors" of summary.json.
+// A run of grus-rve knows this of its own error: "errors" of summary.json.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -18,8 +18,8 @@ struct Estimate {
   }
 };
 
-/// What devices of no rock took until the largest stress so far, of either sign, and how far the test was from rest
-/// (J).
+/// Energy that devices of no rock took until the largest stress so far, of either sign, and how far the test was from
+/// rest (J).
 struct BeforePeak {
   double local_damping = 0, bond_damping = 0;  // until then
   double kinetic = 0;                          // the largest of the rows until then
@@ -35,7 +35,7 @@ struct BeforePeak {
     local_damping = ledger.local_damping, bond_damping = ledger.bond_damping, kinetic = most_kinetic;
     scale = dem::energy_scale(ledger, stored);
   }
-  /// Of what was exchanged (0 before any row).
+  /// The share of what was exchanged (0 before any row).
   double share(double joule) const { return scale > 0 ? joule / scale : 0; }
   double devices() const { return share(local_damping + bond_damping); }
 };

@@ -108,7 +108,8 @@ int check(const Options& options, RveScene& scene, std::optional<dem::Sample> ma
   return finished;
 }
 
-/// Of the sample as it was, sizes and masses are asked for later: the rest need not stand beside the run's own state.
+/// Drops all of the sample as it was but sizes and masses, which are asked for later: the rest need not stand beside
+/// the run's own state.
 void keep_sizes(dem::Grains& g) {
   dem::drop(g.orientation), dem::drop(g.inertia), dem::drop(g.frame);
   dem::drop(g.angular_momentum), dem::drop(g.force), dem::drop(g.torque);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What a row of history.csv is read of. What several columns ask for is found when the first of them asks.
+// A row of history.csv and what its columns are read of. Facts of several columns are found when the first of them
+// asks.
 #pragma once
 
 #include "apps/scene/rve_scene.hpp"

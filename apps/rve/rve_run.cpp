@@ -169,7 +169,7 @@ std::string RveRun::peak_text() const {
                          : "");
 }
 
-/// Of a moment between rows: stress and error are the last row's.
+/// Shows a moment between rows: stress and error are the last row's.
 void RveRun::show() {
   course_.wall = earlier_ + clock_.wall() - ready_;
   progress_.show(

@@ -36,14 +36,14 @@ public:
   int go();
 
 private:
-  /// What a run carries besides its state.
+  /// All that a run carries besides its state.
   struct Course {
     dem::Mat3 initial_cell = dem::Mat3::Zero();
     dem::Vec3 initial_size = dem::Vec3::Zero();
     std::uint64_t row = 0;
-    double wall = 0, cpu = 0;                            // s, of all parts so far
-    double peak = 0, intact = 0;                         // peak, before the first breakage: of the axial stress (Pa)
-    double reading = 0;                                  // largest stress that the test itself tells, of cells (Pa)
+    double wall = 0, cpu = 0;     // s, of all parts so far
+    double peak = 0, intact = 0;  // peak, before the first breakage: of the axial stress (Pa)
+    double reading = 0;           // largest stress that the test itself tells, of Voronoi cells (Pa)
     bool peak_is_last = false, reading_is_last = false;  // the last row's: it might have gone on
     bool broke_unseen = false;                           // a grain broke before the first row
     double axial = 0, before = 0;                        // Pa, axial stress of the last row and of the one before

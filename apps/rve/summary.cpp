@@ -86,7 +86,7 @@ double RveRun::split_share() const {
   return scale > 0 ? std::max(0.0, -state_.ledger.split / scale) : 0;
 }
 
-/// Of cells that something but dead loads alone loads: those have no stress that is told.
+/// Bonded Voronoi cells have a peak unless dead loads alone load them, whose stress is not told.
 bool RveRun::has_peak() const { return sample_.bonded() && !dem::dead_loaded(scene_.test, sample_.state); }
 
 nlohmann::json RveRun::summary() const {

@@ -11,7 +11,7 @@ namespace {
 
 using dem::Vec3;
 
-/// Of families of planes, one each or one for all; the smallest is the material's.
+/// Reads toughnesses of families of planes, one each or one for all; the smallest is the material's.
 void read_planes(Table& t, dem::Cleavage& c) {
   std::vector<double> toughness;
   const std::size_t given = t.length("toughness");

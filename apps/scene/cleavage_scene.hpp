@@ -6,7 +6,8 @@
 
 namespace grus::app {
 
-/// What it has beside criteria and limits of all models: toughness, planes, crystals, and the bond of a fresh face.
+/// Reads what cleavage has beside criteria and limits of all models: toughness, planes, crystals, the bond of a fresh
+/// face.
 void read_cleavage(Table& table, const std::optional<dem::Elasticity>& elasticity, dem::FractureModel& model);
 
 }  // namespace grus::app

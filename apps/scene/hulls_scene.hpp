@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Hulls of a scene: [[grain]] shape = "hull", the bonds between cells.
+// Hulls of a scene: [[grain]] shape = "hull", the bonds between Voronoi cells.
 #pragma once
 
 #include "apps/scene/rve_scene.hpp"

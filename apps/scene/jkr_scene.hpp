@@ -7,7 +7,7 @@
 
 namespace grus::app {
 
-/// What the law asks of a material. Refuses grains that break: it presses spheres alone.
+/// Reads what the law asks of a material. Refuses grains that break: it presses spheres alone.
 void read_jkr(Table& table, dem::Material& material);
 
 /// Refuses grains that attraction alone would press so deep into each other that their circles of contact are no longer

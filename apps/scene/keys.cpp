@@ -34,9 +34,9 @@ std::vector<Key> parsed() {
   std::vector<Key> keys;
   for (const std::string& line : split(keys_text, "\n")) {
     if (line.empty()) continue;
-    const auto cell = split(line, " | ");
-    if (cell.size() != 8) throw std::logic_error("keys.txt: not eight cells: " + line);
-    keys.push_back({cell[0], cell[1], cell[2], cell[3], cell[4], cell[5], cell[6], cell[7]});
+    const auto field = split(line, " | ");
+    if (field.size() != 8) throw std::logic_error("keys.txt: not eight fields: " + line);
+    keys.push_back({field[0], field[1], field[2], field[3], field[4], field[5], field[6], field[7]});
   }
   return keys;
 }

@@ -170,7 +170,8 @@ dem::FractureModel read_fracture(Table t, const dem::Material& material,
   return f;
 }
 
-/// What hulls press with, and the bonds of their faces: contacts of matching cells are as stiff as the bonds were.
+/// What hulls press with, and the bonds of their faces: contacts of matching Voronoi cells are as stiff as the bonds
+/// were.
 std::optional<dem::Elasticity> read_overlap(Table& t, dem::Material& m, std::optional<bool>& given) {
   std::optional<dem::Elasticity> elasticity;
   if (auto b = t.table_if("bond")) m.bond = read_bond(*b, m.friction, elasticity);

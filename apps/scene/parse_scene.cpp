@@ -12,7 +12,7 @@
 namespace grus::app {
 namespace {
 
-/// Of a key that is to be left out and is not there: no scene knows its name.
+/// Refuses a key that is to be left out and is not there, where no scene knows its name.
 void refuse_unknown(const std::string& entry, const std::string& key) {
   std::set<std::string> names;
   for (const Key& known : scene_keys()) {

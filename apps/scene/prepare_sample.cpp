@@ -96,7 +96,7 @@ nlohmann::json tell_preparation(const RveScene& scene, double packed_void_ratio,
   if (!preparation) return {};
   const dem::Measurement m = dem::measure(scene.model, state);
   const dem::Vec3 asked = stresses.value_or(dem::Vec3::Constant(preparation->pressure)), got = -m.stress.diagonal();
-  // Cells of a rock leave no voids from the start: what is below 0 is their strain, or round-off.
+  // Voronoi cells of a rock leave no voids from the start: what is below 0 is their strain, or round-off.
   return {{"asked_stress_Pa", {asked.x(), asked.y(), asked.z()}},
           {"stress_Pa", {got.x(), got.y(), got.z()}},
           {"worst_stress_error", (got.array() / asked.array() - 1).abs().maxCoeff()},

@@ -9,7 +9,7 @@ namespace grus::app {
 
 using dem::StageWatch;
 
-inline constexpr const char* no_bonded_cells = "the scene has no cells with bonds";
+inline constexpr const char* no_bonded_cells = "the scene has no Voronoi cells with bonds";
 
 /// The sample of a scene but for a random packing, which takes its time (none). Throws as dem::make does.
 std::optional<dem::Sample> made_at_once(const RveScene& scene);
@@ -17,8 +17,8 @@ std::optional<dem::Sample> made_at_once(const RveScene& scene);
 /// Interval of rows in s, and what is wrong with it or lacks for it, once the duration of the test is known.
 void settle_rows(RveScene& scene);
 
-/// What only the sample tells: its notes, what reads the load, the times of a test between platens. Throws InputError
-/// where output is asked for that there cannot be.
+/// Puts into the scene what only the sample tells: its notes, what reads the load, the times of a test between platens.
+/// Throws InputError where output is asked for that there cannot be.
 void settle(RveScene& scene, const dem::Sample& sample);
 
 /// A sample as packed, and under the pressure of the scene's preparation.
@@ -31,7 +31,7 @@ struct Base {
 /// pressure is not reached, Interrupted.
 Base prepare_base(const RveScene& scene, const dem::Sample* made, dem::Team& team, const StageWatch& watch = {});
 
-/// What the preparation has made of the packing: stresses asked and reached, void ratios before and after; null where
+/// The packing as the preparation has made it: stresses asked and reached, void ratios before and after; null where
 /// the scene has no preparation.
 nlohmann::json tell_preparation(const RveScene& scene, double packed_void_ratio, const dem::State& state,
                                 const std::optional<dem::Vec3>& stresses = {});
@@ -39,7 +39,8 @@ nlohmann::json tell_preparation(const RveScene& scene, double packed_void_ratio,
 /// A note where void ratios, which nobody asked for, have changed in any of these; empty: in none.
 std::string note_of_preparations(const std::vector<nlohmann::json>& told);
 
-/// Of several: how many, least and largest void ratios and pressures, the worst error of a stress; null: none is told.
+/// Several preparations in one: how many, least and largest void ratios and pressures, the worst error of a stress;
+/// null: none is told.
 nlohmann::json sum_of_preparations(const std::vector<nlohmann::json>& told);
 
 /// The state in which the test of a scene begins: read, made, prepared. Throws as the above.

@@ -135,14 +135,14 @@ void refuse_shapes(const Table& t, const RveScene& scene, const std::string& why
                                      why, m.name));
 }
 
-/// Bonds are made between packed cells and between the parts of a grain that cleaves; elsewhere nobody would read the
-/// table.
+/// Bonds are made between packed Voronoi cells and between the parts of a grain that cleaves; elsewhere nobody would
+/// read the table.
 void refuse_unbonded(const Table& t, const RveScene& scene) {
   if (scene.recipe.of_cells()) return;
   for (const auto& m : scene.model.materials)
     if (m.bond && !(m.fracture && std::holds_alternative<dem::Cut>(m.fracture->splitter)))
       t.fail("material",
-             fmt::format("{}.bond: bonds are made between the cells of packing.kind \"voronoi\" or \"prisms\"; "
+             fmt::format("{}.bond: bonds are made between the Voronoi cells of packing.kind \"voronoi\" or \"prisms\"; "
                          "nothing is bonded here: leave the table out",
                          m.name));
 }
@@ -190,7 +190,7 @@ void check_places(const Table& t, const RveScene& scene) {
   }
 }
 
-/// [boundary], but for its box and what it asks of cells.
+/// [boundary], but for its box and what it asks of Voronoi cells.
 dem::Bounds read_bounds(Table& b, double& friction, std::string& material) {
   const std::string kind = b.choice("kind", {"walls", "cylinder", "periodic", "open"});
   if (kind == "periodic") return dem::Bounds::periodic;

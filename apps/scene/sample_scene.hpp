@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What is there at the start: grains, walls, cell.
+// Grains, walls and periodic cell, as they are at the start.
 #pragma once
 
 #include <span>

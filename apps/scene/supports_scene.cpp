@@ -22,10 +22,10 @@ Vec3 direction_of(Table& t) {
 }
 
 void needs_cells(const Table& t, const RveScene& scene) {
-  if (!scene.recipe.of_cells()) t.fail("", "needs cells to hold on to: packing.kind = \"voronoi\"");
+  if (!scene.recipe.of_cells()) t.fail("", "needs Voronoi cells to hold on to: packing.kind = \"voronoi\"");
 }
 
-/// One cell alone has no bond, and yet holds on to what it is glued to.
+/// One Voronoi cell alone has no bond, and yet holds on to what it is glued to.
 bool holds_on(const RveScene& scene) {
   const auto* cells = dem::material_of_cells(scene.recipe);
   return cells && scene.model.materials[*cells].bond;
@@ -35,7 +35,7 @@ void read_clamp(Table t, RveScene& scene) {
   auto& clamps = scene.recipe.supports.clamps;
   dem::Clamp clamp{.outward = direction_of(t), .place = t.place("where")};
   needs_cells(t, scene);
-  if (!holds_on(scene)) t.fail("", "needs [material.NAME.bond], by which cells hold on");
+  if (!holds_on(scene)) t.fail("", "needs [material.NAME.bond], by which Voronoi cells hold on");
   for (const dem::Clamp& other : clamps)
     if (other.outward == clamp.outward) t.fail("where", "is clamped twice");
   clamp.velocity = read_velocity(t, scene.model);
@@ -95,7 +95,7 @@ void read_platens(Table& t, RveScene& scene) {
 void read_rollers(Table& t, RveScene& scene) {
   if (!open_and_free(scene)) t.fail("kind", "\"rollers\" makes its own; leave out [boundary] and [[wall]]");
   if (!scene.recipe.of_cells() || dem::cells_are_round(scene.recipe))
-    t.fail("kind", "\"rollers\" bends a box of cells: packing.kind = \"voronoi\"");
+    t.fail("kind", "\"rollers\" bends a box of Voronoi cells: packing.kind = \"voronoi\"");
   dem::Rollers r;
   scene.test.axis = r.axis = t.choice_or("axis", "z", {"x", "y", "z"})[0] - 'x';
   r.span = t.choice_or("span", "x", {"x", "y", "z"})[0] - 'x';

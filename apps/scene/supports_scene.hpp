@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What holds and loads a sample of cells: [[clamp]], [[load]], glued walls, rollers.
+// Supports and loads of a sample of Voronoi cells: [[clamp]], [[load]], glued walls, rollers.
 #pragma once
 
 #include "apps/scene/rve_scene.hpp"
@@ -9,7 +9,7 @@ namespace grus::app {
 /// [[clamp]] and [[load]].
 void read_supports(Table& scene_table, RveScene& scene);
 
-/// [boundary] bonded: cells are glued to the walls of their box.
+/// [boundary] bonded: Voronoi cells are glued to the walls of their box.
 void read_glue(Table& boundary, RveScene& scene);
 
 /// Neither bounds nor walls nor clamps: platens and rollers bring their own.

@@ -69,7 +69,7 @@ dem::RveOptions options_of_text(const std::string& text, const std::string& plac
   if (options.response.tangent == Kind::elastic || options.response.tangent == Kind::quasi_newton)
     throw InputError(
         fmt::format("{}: tangent: \"elastic\" and \"quasi-newton\" are kept by the solver, not by the "
-                    "cells: keep what the first advance returns",
+                    "RVEs: keep what the first advance returns",
                     place));
   default_floor(options.response, cell);
   return options;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// The cells of Gauss points: packings that differ by their seeds, and how they respond.
+// The unit cells of Gauss points: packings that differ by their seeds, and how they respond.
 #pragma once
 
 #include "apps/scene/rve_scene.hpp"
@@ -7,24 +7,24 @@
 
 namespace grus::app {
 
-/// Cells of one file, `variants` of them: the v-th has packing.seed + v.
+/// Unit cells of one file, `variants` of them: the v-th has packing.seed + v.
 std::vector<RveScene> read_unit_cells(const std::string& file, std::vector<std::string> overrides, int variants);
 
 /// Quasi-static keys, `tangent`, `perturbation`, `perturbation_central`, `exact_sharing` and the table `adaptivity` of
 /// a table (of [rve], or what a program gives).
 dem::RveOptions read_rve_options(Table& table);
 
-/// Below the pressure it was prepared at, a cell is a loose heap: tolerances are then against half that pressure.
+/// Below the pressure it was prepared at, an RVE is a loose heap: tolerances are then against half that pressure.
 void default_floor(dem::ResponseOptions& response, const RveScene& cell);
 
-/// What responses are made with, and what may be left out, by a program: lines KEY = VALUE, as in [rve]. Throws
+/// Options of responses, and of what may be left out, that a program gives: lines KEY = VALUE, as in [rve]. Throws
 /// InputError that begins with `place`.
 dem::RveOptions options_of_text(const std::string& text, const std::string& place, const RveScene& cell);
 
-/// A number that scenes share whose cells can take each other's states: they differ in packing.seed at most.
+/// A number that scenes share whose RVEs can take each other's states: they differ in packing.seed at most.
 std::uint64_t kin_of(const RveScene& cell);
 
-/// RVEs of `points` points, from a cell's scene file: read, prepared and ready. `response` as for options_of_text.
+/// RVEs of `points` points, from a unit cell's scene file: read, prepared and ready. `response` as for options_of_text.
 /// Throws InputError with file, line and key; Unstable where the preparation does not come to rest.
 dem::RveSet open_rves(const std::string& file, const std::vector<std::string>& overrides, std::size_t points,
                       int threads = 1, const std::string& response = "");

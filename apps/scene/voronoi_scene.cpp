@@ -65,7 +65,7 @@ dem::CellSpace read_ellipsoid_outline(Table& packing, Table& t, Vec3& box) {
 dem::CellSpace read_space(Table& t, bool periodic, Vec3& box) {
   for (const char* outline : {"cylinder", "prism", "polyellipsoid"}) {
     if (!t.has(outline)) continue;
-    if (!box.isZero()) t.fail(outline, fmt::format("cells fill either a box or a {}", outline));
+    if (!box.isZero()) t.fail(outline, fmt::format("Voronoi cells fill either a box or a {}", outline));
     if (periodic) t.fail(outline, "a periodic cell is a box");
     box.setConstant(NAN);  // until it is found
   }
@@ -85,11 +85,11 @@ std::size_t read_count(Table& t, const dem::CellSpace& space, const Vec3& box) {
     const double size = t.number("cell_size", dimension::length, {0, box.minCoeff(), true});
     if (space.extruded) count = std::round(space.volume() / (size * size * box.z()));
   }
-  if (!(count <= most_cells)) t.fail("cell_size", "more than half a million cells; check box and cell_size");
+  if (!(count <= most_cells)) t.fail("cell_size", "more than half a million Voronoi cells; check box and cell_size");
   return std::max<std::size_t>(1, static_cast<std::size_t>(count));
 }
 
-/// Grains of a packing of its own, each filled with cells.
+/// Grains of a packing of its own, each filled with Voronoi cells.
 void read_filled(Table& t, RveScene& scene, std::uint8_t material) {
   if (t.choice_or("grains", "clusters", {"one", "clusters"}) == "one")
     t.fail("grains", "\"one\" has no parents; leave them out, or ask for \"clusters\"");
@@ -104,7 +104,7 @@ void read_filled(Table& t, RveScene& scene, std::uint8_t material) {
   read_packing(t.table("parents"), parents);
   if (parents.recipe.of_cells()) t.fail("parents", "are spheres or poly-ellipsoids");
   if (parents.recipe.count() * static_cast<double>(filled.cells) > most_cells)
-    t.fail("cells", "more than half a million cells");
+    t.fail("cells", "more than half a million Voronoi cells");
   scene.model.seed = parents.model.seed;
   scene.recipe.box = parents.recipe.box;
   if (auto* random = std::get_if<dem::RandomPacking>(&parents.recipe.grains)) filled.parents = std::move(*random);
@@ -130,8 +130,8 @@ void read_voronoi(Table& t, RveScene& scene, std::uint8_t material) {
         cells.space->extruded ? std::sqrt(box.x() * box.y() / count) : std::cbrt(box.prod() / count);
     for (int k = 0; k < (cells.space->extruded ? 2 : 3); ++k)
       if (box[k] < 3.99 * per_cell)
-        t.fail("box", fmt::format("a periodic box needs four cells a side; {} make {:.2g} along {}", cells.cells,
-                                  box[k] / per_cell, "xyz"[k]));
+        t.fail("box", fmt::format("a periodic box needs four Voronoi cells a side; {} make {:.2g} along {}",
+                                  cells.cells, box[k] / per_cell, "xyz"[k]));
   }
   cells.rounds = static_cast<int>(t.integer_or("relax", 5, 0, 1000));
   check_mass(t, scene.model.materials[material], std::cbrt(cells.space->volume() / count) / 2, "cells");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Packings of cells: [packing] kind = "voronoi", "prisms".
+// Packings of Voronoi cells: [packing] kind = "voronoi", "prisms".
 #pragma once
 
 #include "apps/scene/rve_scene.hpp"

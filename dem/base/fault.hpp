@@ -20,7 +20,7 @@ struct Fault {
 /// The exception that is being handled. std::invalid_argument, with which fem refuses its input, is input too.
 Fault caught();
 
-/// What `part` throws, or no fault.
+/// The fault that `part` throws, or none.
 template <class F>
 Fault fault_in(F&& part) {
   try {
@@ -34,7 +34,7 @@ Fault fault_in(F&& part) {
 /// `place` before the text; input errors name their own place.
 Fault at(const std::string& place, Fault fault);
 
-/// What a fault of the machine on rank `rank` > 0 says there, with the rank; what the user or the physics has done is
+/// A fault of the machine on rank `rank` > 0, told with the rank; what the user or the physics has done is
 /// the same on any rank.
 Fault on_rank(int rank, Fault fault);
 

@@ -12,7 +12,7 @@ class Habit {
 public:
   bool helped() const { return helped_; }
 
-  /// What a run over n indices took (s).
+  /// Notes what a run over n indices took (s).
   void note(double seconds, double n) {
     time_ += seconds, work_ += n;
     if (++runs_ < (helped_ ? 64 : 16) && time_ < longest_look) return;

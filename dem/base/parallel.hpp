@@ -105,7 +105,7 @@ private:
   void* context_ = nullptr;
   std::size_t n_ = 0;
   alignas(64) std::atomic<std::uint64_t> round_{0};
-  /// Of each worker, 4 x round and how far its piece of that round is.
+  /// Each worker's state: 4 x round, and how far its piece of that round is.
   struct alignas(64) Seat {
     static constexpr std::uint64_t open = 0, taken = 1, done = 2;
     std::atomic<std::uint64_t> state{done};

@@ -51,7 +51,7 @@ Pull go_on(const Grains& g, const Cell& cell, Row& row, const FaceOutline& outli
   return p;
 }
 
-/// Of bonds of one kind: what they give back is not made good by what others take.
+/// Books what bonds of one kind have taken: what they give back is not made good by what others take.
 void book_fracture(double taken, Ledger& ledger) {
   ledger.fracture += taken, ledger.most_fracture += std::max(taken, 0.0);
 }
@@ -121,7 +121,7 @@ void drop_dashpots(const BondColumn<CohesiveSpring>&, std::vector<FaceDashpot>&)
 
 void keep_outlines(const Grains&, const BondColumn<CohesiveSpring>&, FaceOutlines&) {}
 
-/// Of those that have begun to soften in this step.
+/// Keeps the outlines of faces that have begun to soften in this step.
 void keep_outlines(const Grains& g, const BondColumn<FaceBond>& column, FaceOutlines& outlines) {
   const BondTiles& t = column.tiles;
   outlines.of.resize(column.row.size());
@@ -137,7 +137,7 @@ void keep_outlines(const Grains& g, const BondColumn<FaceBond>& column, FaceOutl
 
 void drop_outlines(const BondColumn<CohesiveSpring>&, FaceOutlines&) {}
 
-/// Of bonds that are about to go.
+/// Drops the outlines of bonds that are about to go.
 void drop_outlines(const BondColumn<FaceBond>& column, FaceOutlines& outlines) {
   if (outlines.of.empty()) return;
   outlines.of.resize(column.row.size());

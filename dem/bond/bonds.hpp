@@ -27,7 +27,8 @@ struct BondFrame {
   Vec3 x_a, x_b;      // centres of mass (m)
 };
 
-/// Where to find the corners of a bond's face, which only one that softens asks for: kept, or made from the cells.
+/// Where to find the corners of a bond's face, which only one that softens asks for: kept, or made from the Voronoi
+/// cells.
 struct FaceOutline {
   const Grains* grains = nullptr;
   std::span<const Eigen::Vector2d> kept = {};

@@ -33,7 +33,7 @@ inline double energy(const CohesiveSpring& s) {
   return k > 0 ? 0.5 * s.force.squaredNorm() / k : 0;
 }
 
-/// What it holds before it has been evaluated for the first time (J).
+/// Energy that a spring holds before it has been evaluated for the first time (J).
 inline double energy_at_birth(const CohesiveSpring& s) { return 0.5 * s.peak / s.onset * s.preload.squaredNorm(); }
 
 Pull pull(CohesiveSpring& s, const BondFrame& at, const FaceOutline& outline);

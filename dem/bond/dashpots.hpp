@@ -7,7 +7,7 @@
 
 namespace grus::dem {
 
-/// Of a bond between two grains; `fraction` of critical.
+/// The dashpot of a bond between two grains; `fraction` of critical.
 FaceDashpot dashpot_of(const FaceBond& bond, const Grains& grains, double fraction);
 
 /// Adds the dashpot's force and couple to the bond's. `dt`: since the last call (s). Returns what it has taken (J).

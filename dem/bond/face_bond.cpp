@@ -209,7 +209,7 @@ Opening opening_of(const FaceBond& s, const BondFrame& at, const Mat3& face, con
   return opened(s, at, face, axes.transpose() * to_b - face.transpose() * s.at_a);
 }
 
-/// Of any turn, from that of small ones.
+/// The couple at any turn, from that of small ones.
 Vec3 couple_of(const Resistance& r, const Opening& o) { return o.real * r.couple + o.half.cross(r.couple); }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Bonds of shared faces: an elastic foundation between two cells that gives way by one of three criteria
+// Bonds of shared faces: an elastic foundation between two Voronoi cells that gives way by one of three criteria
 // (Galindo-Torres et al. 2012, made total and given an energy).
 //   cohesive    softens from sigma_t, s = c + tan phi <-sigma> to nothing; takes exactly G A, whatever the mix of
 //               opening and shear
@@ -20,7 +20,7 @@ inline double dissipated(const FaceBond& s) { return s.spent; }
 inline double rubbed(const FaceBond& s) { return s.rubbed; }
 inline double energy(const FaceBond& s) { return s.held; }
 
-/// Of a damaged face that is partly pressed: without what a shift does to the couple.
+/// The stiffness now; that of a damaged face that is partly pressed leaves out what a shift does to the couple.
 BondStiffness stiffness(const FaceBond& s, const BondFrame& at, const FaceOutline& outline);
 BondStiffness stiffest(const FaceBond& s, const Quat& a);
 
@@ -36,7 +36,7 @@ Pull pull_of_plate(FaceBond& s, const BondFrame& at);
 /// that it is broken at once (false).
 bool bear(FaceBond& s, const Vec3& force, const Vec3& couple, const FaceOutline& outline);
 
-/// What a broken bond leaves to a contact.
+/// A broken bond as it is handed over to a contact.
 Handed handed_by(const FaceBond& s);
 
 /// Largest tension that lets a bond soften at all: beyond it, it would give less energy back than it holds (Pa).

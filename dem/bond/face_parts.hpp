@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What of a face is open and what is pressed, once its two sides no longer meet: the sides are planes, so the opening
+// The open and the pressed part of a face, once its two sides no longer meet: the sides are planes, so the opening
 // is linear over the face, and the line where it is zero parts the polygon. Exact for the polygon.
 #pragma once
 
@@ -23,7 +23,7 @@ struct OpeningSums {
   double sum = 0;
   Eigen::Vector2d first = Eigen::Vector2d::Zero();
 
-  /// Of the opening's square (m^4).
+  /// The sum of the opening's square (m^4).
   double square(const FaceOpening& o) const { return o.shift * sum + o.slope.dot(first); }
   OpeningSums operator-(const OpeningSums& o) const { return {sum - o.sum, first - o.first}; }
 };

@@ -11,11 +11,12 @@ namespace grus::dem {
 /// One end of a bond, on a face (global frame) of grain a: where it is, its axes and its moments.
 FaceBond bond_at(const Grains& grains, Index a, const FaceMoments& face, const Vec3& normal);
 
-/// The polygon of a bond's face, about `at_a` along e1 and e2: where the faces of both cells meet. `walled`: b is a
-/// wall, and has none.
+/// The polygon of a bond's face, about `at_a` along e1 and e2: where the faces of both Voronoi cells meet. `walled`: b
+/// is a wall, and has none.
 FlatPolygon polygon_of(const Grains& grains, const FaceBond& bond, bool walled);
 
-/// The same of two cells about its own middle: that of a bond which bears something from birth is a little beside it.
+/// The same of two Voronoi cells about its own middle: that of a bond which bears something from birth is a little
+/// beside it.
 FlatPolygon outline_of(const Grains& grains, const FaceBond& bond);
 
 /// Area (m^2), and second moments against turns about e1 and e2 (m^4).
@@ -23,8 +24,8 @@ struct FaceSize {
   double area, i1, i2;
 };
 
-/// What a part of the face carries of a force (N) and a couple about the middle of the whole (N m), in the axes e1, e2,
-/// normal: tractions are linear over the face. The couple is about the middle of the whole, too.
+/// The share that a part of the face carries of a force (N) and a couple about the middle of the whole (N m), in the
+/// axes e1, e2, normal: tractions are linear over the face. The couple is about the middle of the whole, too.
 struct FaceWrench {
   Vec3 force, couple;
 };

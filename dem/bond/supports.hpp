@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What holds and loads cells from outside: bonds with walls, which move as they are told, and dead loads.
+// Supports and loads of Voronoi cells from outside: bonds with walls, which move as they are told, and dead loads.
 #pragma once
 
 #include "dem/bond/bonds.hpp"
@@ -19,7 +19,7 @@ double support_forces(Grains& grains, const Boundary& boundary, Bonds& bonds, Le
 /// The same power at the forces that the rows have.
 double support_power(const Boundary& boundary, const Bonds& bonds);
 
-/// Of bonds on a wall (N).
+/// The force of bonds on a wall (N).
 Vec3 support_force(const Bonds& bonds, std::size_t wall);
 
 }  // namespace grus::dem

@@ -19,7 +19,7 @@ struct Ball {
 /// Three on the equator, three in its gaps, two at the poles, six between.
 const std::array<Ball, 14>& fourteen_balls();
 
-/// Of the mother's volume.
+/// The share of the mother's volume that the balls keep.
 double kept_volume();
 
 /// Radius of the smallest, of the mother's.

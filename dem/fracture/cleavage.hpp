@@ -28,7 +28,7 @@ struct Cleft {
 };
 
 struct Cleavage {
-  /// Of a crystal.
+  /// A plane of a crystal.
   struct Plane {
     Vec3 normal;       // unit, crystal frame
     double toughness;  // Pa m^1/2
@@ -51,7 +51,7 @@ struct Cleavage {
   /// an estimate by its stress, no plane.
   Cleft worst(const LoadedHull& grain, double factor) const;
 
-  /// Of a grain that nobody can cut: it may break at any time.
+  /// How near a grain is to its cleft, 1 at it. A grain that is no hull, which nobody can cut, may break at any time.
   template <class G>
   double utilisation(const G& grain, double factor) const {
     if constexpr (std::is_same_v<G, LoadedHull>)

@@ -136,7 +136,7 @@ struct ContactStrength {
   }
 };
 
-/// Of the contacts of a grain, that of the largest force; none where nothing touches.
+/// The contact of a grain that bears the largest force; none where nothing touches.
 struct LargestContact {
   double force = 0;  // N
   std::optional<Index> at = std::nullopt;
@@ -157,7 +157,7 @@ Vec3 load_direction(const GrainUnderLoad auto& grain) {
 
 using Criterion = std::variant<HoekBrown, ContactTension, ContactStrength, Cleavage>;
 
-/// What the criteria of a material say of a grain: the largest utilisation, and which of them it fails.
+/// The verdict of a material's criteria on a grain: the largest utilisation, and which of them it fails.
 struct Verdict {
   double utilisation = 0;
   std::size_t by = 0;  // the first that the grain fails, if it does

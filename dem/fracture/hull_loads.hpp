@@ -11,7 +11,7 @@ namespace grus::dem {
 /// Fills the lists of what is bonded to each grain.
 void index_bonds(std::size_t grains, const Bonds& bonds, GrainBonds& by_grain);
 
-/// What acts on a part of a grain's surface.
+/// A load on a part of a grain's surface.
 struct HullLoad {
   Vec3 at;               // from the mass centre (m, global)
   Vec3 force, couple;    // on the grain; the couple about `at`
@@ -79,16 +79,16 @@ public:
   /// Axes of a frame fixed in the grain, in global ones.
   Mat3 axes() const { return grains_.orientation[i_].toRotationMatrix(); }
 
-  /// Of the crystal, if it has one (Grains::crystal).
+  /// The axes of the crystal, if the grain has one (Grains::crystal).
   Mat3 crystal_axes() const;
 
   /// Half of its width along a unit vector (global) from the mass centre on, beyond it (m).
   double reach(const Vec3& along) const;
 
-  /// Of the plane normal . x = offset, x from the mass centre (unit normal, global).
+  /// The load across the plane normal . x = offset, x from the mass centre (unit normal, global).
   PlaneLoad across_plane(const Vec3& normal, double offset) const;
 
-  /// What the loads fail to add up to: force (N) of what the grain's motion says.
+  /// The force (N) that the loads lack, or have too much, beside what the grain's motion says.
   Vec3 imbalance() const;
 
 private:

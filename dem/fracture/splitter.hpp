@@ -74,7 +74,7 @@ using Splitter = std::variant<Halves, Balls, Cut>;
 /// Whether a splitter can do anything with a grain's shape.
 bool can_split(const Splitter& splitter, const Grains& grains, std::size_t i);
 
-/// What it makes of it; random draws by (seed, id).
+/// The pieces that a splitter makes of a grain; random draws by (seed, id).
 Pieces pieces_of(const Splitter& splitter, const Grains& grains, std::size_t i, const Wanted& wanted,
                  std::uint64_t seed);
 

@@ -82,8 +82,8 @@ private:
   std::string_view bytes_;
 };
 
-/// What is walked, in its order: kinds of fields and the sizes of their rows, as a number. Another one tells bytes of
-/// another layout.
+/// A number of all fields that are walked, in their order, by kind and size of their rows. Another number tells bytes
+/// of another layout.
 class Layout {
 public:
   template <class T>
@@ -142,7 +142,7 @@ void archive_contacts(A& a, C& c) {
   a.column(c.energy);
 }
 
-/// What states share is with each of them: a checkpoint needs nothing else.
+/// Archives what states share with each of them: a checkpoint needs nothing else.
 template <class A, class P>
 void archive_hulls(A& a, P& shared) {
   HullStore store = shared ? *shared : HullStore{};
@@ -224,7 +224,7 @@ void archive(A& a, S& s) {
   a.plain(s.resting);
 }
 
-/// Of every field of a state, a wall's among them.
+/// The layout of every field of a state, a wall's among them.
 inline std::uint64_t layout_of_states() {
   State one;
   one.boundary.walls.resize(1);

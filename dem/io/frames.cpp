@@ -44,7 +44,7 @@ Triangulation unit_sphere(int n) {
   return t;
 }
 
-/// Of one grain's surface, by the grain's own points.
+/// One grain's surface, by the grain's own points.
 using Triangles = std::vector<std::array<int, 3>>;
 
 void add_point(const Vec3& x, VtkGrid& grid) {

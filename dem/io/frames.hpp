@@ -8,9 +8,10 @@
 
 namespace grus::dem {
 
-/// One frame: triangulated surfaces (512 triangles a grain, fewer of more than 2,000) and the outline of cell or box as
-/// lines; cell fields id, radius, speed, velocity, generation, material, coordination and mean pressure of the grain
-/// (Pa, compression-positive), NaN on the outline. `wrapped`: grains with their centres in the periodic cell.
+/// One frame: triangulated surfaces (512 triangles a grain, fewer of more than 2,000) and the outline of periodic cell
+/// or box as lines; fields of VTK cells id, radius, speed, velocity, generation, material, coordination and mean
+/// pressure of the grain (Pa, compression-positive), NaN on the outline. `wrapped`: grains with their centres in the
+/// periodic cell.
 void write_grains(const std::string& path, const State& state, bool wrapped = false);
 
 /// The contact network: a line for each touching pair, between the centres of two grains (of a wall: to the contact),

@@ -9,7 +9,7 @@
 
 namespace grus::dem {
 
-/// A field of `components` values for each point or cell.
+/// A field of `components` values for each point or VTK cell.
 struct VtkField {
   int components = 1;
   std::vector<float> values;
@@ -17,7 +17,7 @@ struct VtkField {
 
 struct VtkGrid {
   std::vector<float> points;                        // x y z
-  std::vector<std::int64_t> connectivity, offsets;  // offsets: cells + 1
+  std::vector<std::int64_t> connectivity, offsets;  // offsets: VTK cells + 1
   std::vector<std::uint8_t> types;                  // VTK cell types
   std::map<std::string, VtkField> point_fields, cell_fields;
 };

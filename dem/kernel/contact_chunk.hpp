@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What the stages of a contact pass hand on, `chunk` pairs at a time. Only for the files that are built once for each
-// instruction set.
+// Chunks that the stages of a contact pass hand on, `chunk` pairs at a time. Only for the files that are built once for
+// each instruction set.
 #pragma once
 
 #include "dem/kernel/contact_pass.hpp"
@@ -20,7 +20,7 @@ enum class Kind {
 constexpr int group = 8;   // contacts whose energies are summed apart: the same sums for any width
 constexpr int chunk = 64;  // pairs that go through the stages together: short chains of operations, many at a time
 
-/// What a chunk hands from stage to stage; columns of `chunk` values, in the order of the kept groups.
+/// A chunk, as it goes from stage to stage; columns of `chunk` values, in the order of the kept groups.
 struct alignas(64) Chunk {
   double nx[chunk], ny[chunk], nz[chunk], overlap[chunk], la[chunk], lb[chunk];  // normal; levers of spheres
   double arm_ax[chunk], arm_ay[chunk], arm_az[chunk], arm_bx[chunk], arm_by[chunk], arm_bz[chunk];  // of other shapes
@@ -38,7 +38,8 @@ struct alignas(64) Chunk {
   int place(int g, std::size_t begin) const { return static_cast<int>((first[g] - begin) / width % (group / width)); }
 };
 
-/// What a law makes of an overlap: force and stiffness of the area, and of laws that attract the force that parts it.
+/// The answer of a law to an overlap: force and stiffness of the area, and of laws that attract the force that parts
+/// it.
 struct Pressed {
   Real force, grip, pull;
 };

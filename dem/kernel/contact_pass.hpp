@@ -69,7 +69,7 @@ PairLoop sphere_walls();
 PairLoop polyellipsoid_pairs();
 int lanes();
 
-/// What is compiled for the width that lanes() tells.
+/// The one that is compiled for the width that lanes() tells.
 template <class T>
 T of_width(T one, T four, T eight) {
   if (lanes() == 8) return eight;

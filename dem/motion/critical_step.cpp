@@ -19,7 +19,8 @@ struct Stiffness {
                        // where flat faces meet
 };
 
-/// Of all contacts; `arm`: of hulls where each acts, from the mass centres of a and b (m), empty without hulls.
+/// The stiffnesses of all contacts; `arm`: where each contact of hulls acts, from the mass centres of a and b (m),
+/// empty without hulls.
 struct Stiffnesses {
   std::vector<Stiffness> of;
   std::vector<std::array<Vec3, 2>> arm;
@@ -155,7 +156,7 @@ double lever_bound(const Grains& g, std::size_t i) {
          0.375 * (p.plus - p.minus).norm();
 }
 
-/// Of a grain, from contacts alone: stiffness against shifts, and no less than its largest against turns.
+/// How contacts alone resist a grain: stiffness against shifts, and no less than its largest against turns.
 struct Resistance {
   double diagonal[3] = {}, beside[3] = {}, turn = 0;
 

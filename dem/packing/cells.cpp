@@ -14,7 +14,7 @@ namespace grus::dem {
 namespace {
 
 constexpr double least_face = 1e-6;  // of the squared distance of the seeds
-constexpr double least_depth = 0.1;  // of a cell's size: a random seed may be as near to a wall as it likes
+constexpr double least_depth = 0.1;  // of a Voronoi cell's size: a random seed may be as near to a wall as it likes
 
 /// Strengths of one bond: drawn about the material's, of which it has a share, and no more than its energy lets it
 /// soften. A weaker bond gives way at as much smaller openings: energies go with the square.
@@ -94,7 +94,7 @@ BondedFaces add_cells(const Model& model, const VoronoiCells& cells, std::uint8_
       if (face.tag < 0) continue;
       const auto& partner = cells.partner[i][static_cast<std::size_t>(face.tag)];
       if (partner.cell == i)
-        throw InputError("a cell meets its own image: more cells, or a larger periodic box, are needed");
+        throw InputError("a Voronoi cell meets its own image: more cells, or a larger periodic box, are needed");
       if (partner.cell < i) continue;
       const std::size_t j = partner.cell;
       const bool apart = !cells.cluster.empty() && cells.cluster[i] != cells.cluster[j];

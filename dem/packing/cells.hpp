@@ -10,7 +10,7 @@
 
 namespace grus::dem {
 
-/// A face of a cell on the outside of all.
+/// A face of a Voronoi cell on the outside of all.
 struct OuterFace {
   Index grain;
   FaceMoments face;
@@ -18,16 +18,16 @@ struct OuterFace {
   double depth;  // of the seed (m)
 };
 
-/// What became of the faces that cells share.
+/// Counts of what became of the faces that Voronoi cells share.
 struct BondedFaces {
   std::size_t bonds = 0;
-  std::size_t unbonded = 0;  // smaller than 1e-6 of the cells' distance squared
+  std::size_t unbonded = 0;  // smaller than 1e-6 of the Voronoi cells' distance squared
   std::size_t coarse = 0;    // too far apart for the energy: of less tension than asked for
   std::vector<OuterFace> outer;
 };
 
-/// Puts cells into the state as hulls of a material, at rest, and bonds of its kind on the faces they share (none
-/// without a bond model). The faces' numbers are those of the cells. Throws InputError.
+/// Puts Voronoi cells into the state as hulls of a material, at rest, and bonds of its kind on the faces they share
+/// (none without a bond model). The faces' numbers are those of the cells. Throws InputError.
 BondedFaces add_cells(const Model& model, const VoronoiCells& cells, std::uint8_t material, State& state);
 
 /// Those that look along a unit vector and lie furthest out along it, in one plane; `offset`: where (m).
@@ -37,9 +37,9 @@ std::vector<OuterFace> faces_towards(std::span<const OuterFace> outer, const Vec
 /// homogeneous strain goes on to the wall. `slides`: without shear and twist.
 void glue(const Model& model, std::span<const OuterFace> faces, Index wall, bool slides, State& state);
 
-/// Young's modulus of cells along an axis, sides free, over that of an endless network of the same bonds: next to a
-/// plane face cells line up with it, so that few cells across are stiffer. Both as if all cells moved with one strain:
-/// of that the ratio is true to some hundredths (docs/bonded.md). 1 where bonds have no modulus, or one length.
+/// Young's modulus of Voronoi cells along an axis, sides free, over that of an endless network of the same bonds: next
+/// to a plane face cells line up with it, so that few cells across are stiffer. Both as if all cells moved with one
+/// strain: of that the ratio is true to some hundredths (docs/bonded.md). 1 where bonds have no modulus, or one length.
 double stiffer_than_endless(const State& state, const BondModel& model, int axis);
 
 /// A dead load (N) on faces, alike on every square metre, whole after a time `ramp` (s).

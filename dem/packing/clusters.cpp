@@ -6,7 +6,7 @@ namespace {
 
 constexpr int rounds_of_clusters = 5;
 
-/// The cells of one grain go behind those of the others.
+/// The Voronoi cells of one grain go behind those of the others.
 void append(VoronoiCells part, const Mat3& axes, const Vec3& origin, Index cluster, VoronoiCells& all) {
   const auto first = static_cast<Index>(all.seed.size());
   for (std::size_t i = 0; i < part.seed.size(); ++i) {

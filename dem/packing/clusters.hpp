@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Grains made of cells.
+// Grains made of Voronoi cells.
 #pragma once
 
 #include "dem/packing/voronoi.hpp"
@@ -7,11 +7,11 @@
 
 namespace grus::dem {
 
-/// Fills every grain with `count` cells, which are its cluster; grains become polyhedra of their volume. Throws
+/// Fills every grain with `count` Voronoi cells, which are its cluster; grains become polyhedra of their volume. Throws
 /// InputError.
 VoronoiCells fill_grains(const Grains& parents, std::size_t count, int rounds, std::uint64_t seed, Team& team);
 
-/// Deals the cells of a space to `count` clusters: each goes to the nearest of so many relaxed seeds.
+/// Deals the Voronoi cells of a space to `count` clusters: each goes to the nearest of so many relaxed seeds.
 void deal_to_clusters(const CellSpace& space, std::size_t count, std::uint64_t seed, Team& team, VoronoiCells& cells);
 
 }  // namespace grus::dem

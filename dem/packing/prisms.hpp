@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Hexagonal prisms on their lattice (Saleme 2016): cells that meet in a plane mesh of triangles of centres.
+// Hexagonal prisms on their lattice (Saleme 2016): grains that meet in a plane mesh of triangles of centres.
 #pragma once
 
 #include "dem/packing/voronoi.hpp"

@@ -18,7 +18,7 @@ constexpr double margin = 1e-4,
 
 constexpr double typical = 0.64;  // of equal spheres, far from walls
 
-/// Of spheres that no scaling of the radii by less than this makes fill the fraction the draw is another one's.
+/// Radii are scaled by no more than this to fill the fraction; where more is needed the draw is another one.
 constexpr double most_scaled = 0.02;
 
 /// Spheres as drawn, thrown in at random, and the part of the box that is solid in them.

@@ -16,7 +16,7 @@ struct UnitHull {
 inline constexpr std::size_t random_hull_shapes = 216;
 
 /// Up to `random_hull_shapes` of them. `rounds` of relaxation: the more, the rounder; `aspect`: lengths along three
-/// axes that all cells are stretched by. Cells of more faces or corners than a hull may have are left out.
+/// axes that all Voronoi cells are stretched by. Cells of more faces or corners than a hull may have are left out.
 std::vector<UnitHull> random_hulls(int rounds, const Vec3& aspect, std::uint64_t seed, Team& team);
 
 }  // namespace grus::dem

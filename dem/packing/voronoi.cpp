@@ -10,8 +10,8 @@ namespace grus::dem {
 namespace {
 
 constexpr int cylinder_sides = 48;
-constexpr double least_volume = 0.1;  // of the mean; a tiny cell rules the time step
-constexpr double flush = 1e-12;       // of the cell size: in the plane
+constexpr double least_volume = 0.1;  // of the mean; a tiny Voronoi cell rules the time step
+constexpr double flush = 1e-12;       // of the Voronoi cell size: in the plane
 
 struct Bounds {
   Vec3 low, high;
@@ -30,7 +30,7 @@ bool inside(const CellSpace& space, const Vec3& x) {
                      [&](const auto& f) { return f.normal.dot(x) < f.offset; });
 }
 
-/// Seeds by the cells of a coarse grid; an edge holds one seed or so.
+/// Seeds by the boxes of a coarse grid; an edge holds one seed or so.
 struct Grid {
   Bounds bounds;
   Eigen::Array3i count = Eigen::Array3i::Ones();
@@ -67,7 +67,7 @@ struct Grid {
     return static_cast<std::size_t>((at[2] * count[1] + at[1]) * count[0] + at[0]);
   }
 
-  /// Calls f(seed, image) for all that are exactly `ring` cells of the grid away from `at`. False: there are none, nor
+  /// Calls f(seed, image) for all that are exactly `ring` boxes of the grid away from `at`. False: there are none, nor
   /// further out.
   template <class F>
   bool over_ring(const Eigen::Array3i& at, int ring, F&& f) const {
@@ -137,7 +137,7 @@ std::vector<Vec3> random_seeds(const CellSpace& space, std::size_t count, std::u
   const Bounds b = bounds_of(space);
   std::vector<Vec3> seeds;
   for (std::uint64_t tried = 0; seeds.size() < count; ++tried) {
-    if (tried > 1000 * (count + 100)) throw InputError("the space has no room for cells");
+    if (tried > 1000 * (count + 100)) throw InputError("the space has no room for Voronoi cells");
     Vec3 x;
     for (int k = 0; k < 3; ++k) {
       const double share = random_uniform(seed, tried, Purpose::position, static_cast<std::uint64_t>(k));
@@ -149,7 +149,7 @@ std::vector<Vec3> random_seeds(const CellSpace& space, std::size_t count, std::u
 }
 
 /// Seeds of a drawn-out mesh lie in the plane across its middle: in a long body the round-off of a centre would grow
-/// from round to round until cells end on each other.
+/// from round to round until Voronoi cells end on each other.
 void to_one_plane(const CellSpace& space, std::vector<Vec3>& centre) {
   constexpr double round_off = 1e-12;  // of the height
   const Bounds b = bounds_of(space);

@@ -12,7 +12,7 @@
 
 namespace grus::dem {
 
-/// What cells fill: a convex body, or a periodic box with its corner at the origin.
+/// A space that Voronoi cells fill: a convex body, or a periodic box with its corner at the origin.
 struct CellSpace {
   Polyhedron body;         // empty of a periodic box
   Vec3 periodic{0, 0, 0};  // m
@@ -38,16 +38,16 @@ struct VoronoiCells {
     std::array<std::int16_t, 3> image{};
   };
   std::vector<Vec3> seed;
-  std::vector<Polyhedron> body;               // tag of a face: row of `partner` of its cell, or the container's
-  std::vector<std::vector<Partner>> partner;  // of each cell
-  std::vector<Index> cluster;                 // of each cell; empty: all are one
+  std::vector<Polyhedron> body;               // tag of a face: row of `partner` of its Voronoi cell, or the container's
+  std::vector<std::vector<Partner>> partner;  // of each Voronoi cell
+  std::vector<Index> cluster;                 // of each Voronoi cell; empty: all are one
 };
 
-/// Cells of all seeds, the same on any number of threads.
+/// Voronoi cells of all seeds, the same on any number of threads.
 VoronoiCells voronoi(const CellSpace& space, std::vector<Vec3> seeds, Team& team);
 
-/// `count` random seeds, moved `rounds` times to their cells' centres (Lloyd); cells below a tenth of the mean volume
-/// are merged away. Throws InputError where the space is too narrow.
+/// `count` random seeds, moved `rounds` times to their Voronoi cells' centres (Lloyd); cells below a tenth of the mean
+/// volume are merged away. Throws InputError where the space is too narrow.
 VoronoiCells voronoi_packing(const CellSpace& space, std::size_t count, int rounds, std::uint64_t seed, Team& team);
 
 }  // namespace grus::dem

@@ -9,7 +9,7 @@
 
 namespace grus::dem {
 
-/// What has broken in one window of time.
+/// All that has broken in one window of time.
 struct Burst {
   double time = 0;  // s, start of the window
   std::size_t bonds = 0;

@@ -17,7 +17,7 @@ void need(bool good, const char* what) {
   if (!good) throw InputError(fmt::format("checkpoint is damaged: {}", what));
 }
 
-/// Of rows that hold doubles and nothing else.
+/// All numbers are finite, of rows that hold doubles and nothing else.
 template <class Row>
 bool finite(const std::vector<Row>& column) {
   constexpr std::size_t width =

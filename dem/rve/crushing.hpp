@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What a sample is that loses fines to its voids and presses its fragments deep into one another.
+// Measures of a sample that loses fines to its voids and presses its fragments deep into one another.
 #pragma once
 
 #include "dem/rve/model.hpp"
@@ -14,7 +14,7 @@ double whole_solid(const Model& model, const State& state);
 /// K0 and its like: mean of the two lateral stresses over that along the axis; NaN without it.
 double lateral_ratio(const Vec3& stresses, int axis);
 
-/// Of touching contacts, the share whose overlap is beyond this part of the smaller equivalent radius.
+/// The share of touching contacts whose overlap is beyond this part of the smaller equivalent radius.
 double share_deeper(const State& state, double part);
 
 }  // namespace grus::dem

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What becomes of the bonds of a hull that is cut in two, and the bond that its halves get.
+// Bonds of a hull that is cut in two go to its halves, which get one between them.
 #pragma once
 
 #include <span>

@@ -54,14 +54,14 @@ struct Zingg {
 };
 Zingg zingg(const Grains& grains);
 
-/// Of a hull (shape/hull_measures.hpp), and mass means over grains that all are hulls.
+/// How round a hull is (shape/hull_measures.hpp), or hulls are in the mean, by mass.
 struct Roundness {
   double sphericity = 0, angularity = 0;
 };
 Roundness roundness(const Grains& grains, std::size_t i);
 Roundness roundness(const Grains& grains);
 
-/// What the grains of one size class are like.
+/// The grains of one size class: how many, and what they are like.
 struct SizeClass {
   double upper = 0;  // m
   std::size_t grains = 0;

@@ -17,7 +17,8 @@ void note_bonded(State& state);
 /// After it: contacts go on with what broken bonds have left.
 void take_over(State& state);
 
-/// Groups of cells that bonds hold together, those without bonds alone: sizes, largest first, and each grain's group.
+/// Groups of Voronoi cells that bonds hold together, those without bonds alone: sizes, largest first, and each grain's
+/// group.
 struct Fragments {
   std::vector<std::size_t> size;
   std::vector<Index> of;

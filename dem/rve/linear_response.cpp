@@ -59,7 +59,7 @@ struct Spring {
     return of_strain + of_b * moved.middleRows<6>(static_cast<Eigen::Index>(6 * b)) +
            of_a * moved.middleRows<6>(static_cast<Eigen::Index>(6 * a));
   }
-  /// Of b against a (rad).
+  /// How b turns against a (rad).
   Strain turning(const Eigen::MatrixXd& moved) const {
     return moved.middleRows<3>(static_cast<Eigen::Index>(6 * b + 3)) -
            moved.middleRows<3>(static_cast<Eigen::Index>(6 * a + 3));

@@ -17,7 +17,7 @@ struct LinearResponse {
     double force, friction;              // normal force (N)
     Eigen::Matrix<double, 3, 6> change;  // of the force on b, N; compression is along +normal
   };
-  /// What rolling springs add to a link.
+  /// The part of rolling springs in a link.
   struct Roll {
     Vec3 spring;  // N
     double friction;

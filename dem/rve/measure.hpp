@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What a state says of the material: stress, density, fabric, quality of equilibrium.
+// Measures of the material that a state is: stress, density, fabric, quality of equilibrium.
 #pragma once
 
 #include "dem/base/parallel.hpp"
@@ -23,7 +23,7 @@ struct Measurement {
 
 Measurement measure(const Model& model, const State& state);
 
-/// What a row of results asks besides, all of it in one pass over the contacts and one over the grains.
+/// Measures that a row of results asks for besides, all in one pass over the contacts and one over the grains.
 struct Survey : Measurement {
   DeepestContact deepest;
   /// Standard error of the mean pressure of this sample, relative to it, if its grains were independent draws: each

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What never changes in a run; shared by all RVEs of a scene.
+// The model: all that never changes in a run; shared by all RVEs of a scene.
 #pragma once
 
 #include <string>
@@ -11,12 +11,12 @@
 
 namespace grus::dem {
 
-/// Bonds of the faces that cells of a material share.
+/// Bonds of the faces that Voronoi cells of a material share.
 struct BondModel {
   double stiffness = 0;  // modulus of the network (Pa); given: per area (Pa/m)
   bool stiffness_given = false;
   double ratio = 1;   // shear / normal
-  double length = 0;  // m, of all bonds alike; 0: the distance of the cells' seeds
+  double length = 0;  // m, of all bonds alike; 0: the distance of the Voronoi cells' seeds
   FaceCriterion criterion = FaceCriterion::cohesive;
   double tension = INFINITY, cohesion = INFINITY;  // Pa; strain-sum: strain, and angle (rad)
   double tan_phi = 0, friction = 0;
@@ -112,7 +112,7 @@ struct Model {
 /// friction wins unless it is NaN.
 void make_pair_laws(Model& model);
 
-/// Of pairs that are there: their friction and the damping alone, once these have changed in the materials.
+/// Renews the friction of the pairs and the damping alone, once these have changed in the materials.
 void renew_friction(Model& model);
 
 /// The same local damping for the grains of all materials.

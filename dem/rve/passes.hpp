@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What a scene adds to a step beyond contacts and motion, as a short list: empty where the scene names nothing. A new
-// pass is a row in passes.cpp; the step loop knows none by name.
+// Passes that a scene adds to a step beyond contacts and motion, as a short list: empty where the scene names nothing.
+// A new pass is a row in passes.cpp; the step loop knows none by name.
 #pragma once
 
 #include <array>

@@ -15,7 +15,7 @@ struct Growth {
   double amount;
 };
 
-/// What a step of transition leaves for its second half, and columns that are kept from step to step.
+/// Growth that a step of transition leaves for its second half, and columns that are kept from step to step.
 struct Reshaping {
   std::vector<Growth> growths;
   std::vector<std::uint8_t> held;

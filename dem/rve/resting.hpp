@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// A cell that waits for its next increment, reduced to what has to be kept: the motions of its grains and the histories
+// An RVE that waits for its next increment, reduced to what has to be kept: the motions of its grains and the histories
 // of contacts that touch. Lists, forces and what follows from the shapes are made again when it wakes: some 0.3 kB a
-// grain instead of 1.1. Cells on whose bits a resumed run depends rest at every commit, whether saved or not.
+// grain instead of 1.1. RVEs on whose bits a resumed run depends rest at every commit, whether saved or not.
 #pragma once
 
 #include "dem/base/parallel.hpp"
@@ -10,7 +10,7 @@
 
 namespace grus::dem {
 
-/// The state reduced, beside it as it is: what is not kept is never copied, so that many cells leave no holes in
+/// The state reduced, beside it as it is: what is not kept is never copied, so that many RVEs leave no holes in
 /// memory.
 State resting_copy(State& state);
 

@@ -41,9 +41,9 @@ struct Response {
   std::string failure;         // why it is not stable
 };
 
-/// What a cell that is carried without rest (dem/rve/steady.hpp) keeps besides its state.
+/// An RVE that is carried without rest (dem/rve/steady.hpp) keeps this besides its state.
 struct Steady {
-  Mat3 turn = Mat3::Identity();          // of the cell since the start, which its state has not been given
+  Mat3 turn = Mat3::Identity();          // of the periodic cell since the start, which its state has not been given
   Mat3 stress = Mat3::Zero();            // when it last advanced, without dashpots, in the frame of the state (Pa)
   Mat3 viscous = Mat3::Zero();           // of the dashpots then (Pa)
   double work = 0, haste = 0;            // J, of its ledger then; work of the dashpots' stress

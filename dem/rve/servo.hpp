@@ -10,8 +10,8 @@ namespace grus::dem {
 /// Steps between corrections, at most.
 inline constexpr std::uint64_t servo_steps = 25;
 
-/// What each axis is told to do at a time. Of a constant mean stress all axes seek it at first, in proportion to time;
-/// then the two that are not driven seek what the driven one leaves of three times the mean.
+/// The orders of the three axes at a time. Where a mean stress is held all axes seek it at first, in proportion to
+/// time; then the two that are not driven seek what the driven one leaves of three times the mean.
 std::array<AxisControl, 3> controls(const Loading& loading, const Vec3& stress, double time);
 
 /// Stress that an axis seeks (Pa, tension-positive).

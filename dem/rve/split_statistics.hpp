@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What splits cost: contacts and force that the parents had and the halves kept, and the jump of the sample's pressure.
+// The cost of splits: contacts and force that the parents had and the halves kept, and the jump of the sample's
+// pressure.
 #pragma once
 
 #include <span>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What changes in a run, as values: a copy is a snapshot, and nothing else needs to be rolled back.
+// The state: all that changes in a run, as values. A copy is a snapshot, and nothing else needs to be rolled back.
 #pragma once
 
 #include "dem/contact/neighbours.hpp"
@@ -9,7 +9,7 @@
 
 namespace grus::dem {
 
-/// What the servo of a test that holds a stress has learned.
+/// The servo of a test that holds a stress has learned this.
 struct Servo {
   Vec3 drift = Vec3::Zero();      // 1/s, by axis: strain rate that keeps the stress where it is
   Vec3 stiffness = Vec3::Zero();  // Pa, by axis, of all contacts,

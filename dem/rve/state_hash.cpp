@@ -28,7 +28,7 @@ std::uint64_t hash(const State& s) {
     for (const double v : {b.peak, b.onset, b.rupture, b.reached}) add(&v, sizeof v);
     add(b.force.data(), sizeof b.force);
   }
-  // Of face bonds what changes: the rest follows from the cells.
+  // What changes of face bonds: the rest follows from the grains.
   for (const FaceBond& b : s.bonds.face.row) {
     add(&b.ends, 2 * sizeof(Index));
     add(b.ends.image.data(), 6);

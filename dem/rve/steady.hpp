@@ -6,7 +6,7 @@
 
 namespace grus::dem {
 
-/// Advances a cell along F = R U: along U for as long as its keys want (strain_per_step, inertial_number), a DEM step
+/// Advances an RVE along F = R U: along U for as long as its keys want (strain_per_step, inertial_number), a DEM step
 /// at least, free of anybody else's time. That time follows the largest of the recent increments, not this one: the
 /// rate is in proportion to the increment, and what the grains answer to its sign is damping, not a jump. R is kept in
 /// `steady.turn` and the state stays in its own frame: objective exactly, and nothing is turned. Tells the Love-Weber

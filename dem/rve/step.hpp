@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What is done to a state between runs of steps, and asked of it.
+// Runs of steps; what is done to a state between them, and asked of it.
 #pragma once
 
 #include "dem/contact/deepest_contact.hpp"

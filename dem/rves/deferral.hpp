@@ -9,7 +9,7 @@
 
 namespace grus::dem {
 
-/// What an RVE has last said by DEM.
+/// The last answer of an RVE by DEM.
 struct Memory {
   bool heard = false;               // it has answered at least once
   Mat3 pending = Mat3::Identity();  // deformation since it last advanced
@@ -23,7 +23,7 @@ struct Memory {
   std::optional<Trial> trial;  // the last answer of this increment, not committed
 };
 
-/// What it last said, in this increment or at the last commit, and the deformation since, up to an increment.
+/// Its last answer, in this increment or at the last commit, and the deformation since, up to an increment.
 struct Told {
   const Mat3& stress;
   const Mat6& tangent;

@@ -52,7 +52,7 @@ public:
     for (const std::uint64_t slot : end_increment(book_)) host_.drop(slot);
   }
 
-  /// Of the last response that was true, not committed: what a point hears, and what its RVE has done.
+  /// The answer that a point hears of the last true response, not committed; and what its RVE has done.
   const Answer& answer(std::size_t point) const { return book_.now.answer[point]; }
   const Response& response(std::size_t point) const { return book_.jobs.at(book_.plan.of.at(point)).response; }
 

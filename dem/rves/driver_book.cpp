@@ -143,7 +143,7 @@ std::vector<std::uint64_t> lasting(const DriverBook& b) {
 
 namespace {
 
-/// Of a book apart from its slots.
+/// Archives a book apart from its slots.
 template <class A>
 void archive_points(A& a, auto& b) {
   a.column(b.sharing.point), a.plain(b.sharing.next_slot);

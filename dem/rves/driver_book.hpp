@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What a driver of RVEs keeps between responses, and its rules that ask no host.
+// The book that a driver of RVEs keeps between responses, and its rules that ask no host.
 #pragma once
 
 #include <span>
@@ -49,13 +49,13 @@ inline bool relaxed(const DriverBook& b) { return b.options.pace == Pace::relaxe
 /// Whether the network's tangent is asked for.
 inline bool sharp(const DriverBook& b) { return b.options.response.tangent == TangentKind::network || b.sharp > 0; }
 
-/// What the points are told (9 a point, row by row), taken to a grid; alike where grains will do the same.
+/// Takes the points' increments (9 a point, row by row), put on a grid; alike where grains will do the same.
 void take_increments(DriverBook& book, std::span<const double> deformation);
 
-/// What an RVE has done goes into the report.
+/// Adds what an RVE has done to the report.
 void count_outcome(SweepReport& report, const Outcome& outcome);
 
-/// What last said foretells, instead of DEM; false: the RVE must be asked.
+/// Foretells the answer from the last one, instead of DEM; false: the RVE must be asked.
 bool defer(const DriverBook& book, DriverBook::Job& job);
 
 /// Every job has its response: what each point hears, or the reason why there is none. True: all answers are there.

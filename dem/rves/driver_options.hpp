@@ -8,7 +8,7 @@
 
 namespace grus::dem {
 
-/// What may be left out. With everything off every point advances an RVE of its own at every response.
+/// Work that may be left out. With everything off every point advances an RVE of its own at every response.
 struct RveOptions {
   ResponseOptions response;
   Pace pace = Pace::relaxed;

@@ -28,7 +28,7 @@ enum class Pace : std::uint8_t {
   steady      // by its own rate, without rest; no way back
 };
 
-/// What becomes of an RVE that cannot go on, where there is no way back.
+/// The fate of an RVE that cannot go on, where there is no way back.
 enum class OnFailure : std::uint8_t { stop, elastic };
 
 /// How responses are made; the same on all ranks.
@@ -61,7 +61,7 @@ struct Outcome {
       -1;  // of an earlier linear answer, relative to the stress, now that the grains have caught up; below 0: none
 };
 
-/// What is known of a committed state where it does not live.
+/// Facts of a committed state that are known where it does not live.
 struct Facts {
   double energy_error = 0, mass = 0, lost_mass = 0, void_ratio = 0;
   double work = 0, unexplained = 0;  // J, of the ledger

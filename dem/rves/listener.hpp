@@ -25,7 +25,7 @@ public:
 
   bool calling() const { return watch_ && std::this_thread::get_id() == caller_; }
   bool stopped() const { return stopped_; }
-  /// What long work within a task calls: throws Interrupted where it is to stop. Empty where nobody watches.
+  /// Long work within a task calls it: throws Interrupted where it is to stop. Empty where nobody watches.
   const std::function<void()>& told() const { return told_; }
 
   void next_task() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What a tangent says of a deformation.
+// Predictions of a tangent for a deformation.
 #pragma once
 
 #include "dem/base/tensor.hpp"

@@ -12,7 +12,8 @@
 
 namespace grus::dem {
 
-/// What answers instead of grains that could not go on: their last stress and stiffness, carried along.
+/// The remainder of grains that could not go on, which answers for them: their last stress and stiffness, carried
+/// along.
 struct Remainder {
   Mat3 stress = Mat3::Zero();   // Pa, in space
   Mat6 tangent = Mat6::Zero();  // Pa

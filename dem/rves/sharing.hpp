@@ -28,7 +28,7 @@ struct Sharing {
   double tolerance = 0;  // similar sharing: largest difference of deformation gradients, over the history; 0: off
 };
 
-/// What a response needs. Copies come first, then replays, then jobs.
+/// The needs of a response. Copies come first, then replays, then jobs.
 struct SharingPlan {
   struct Job {
     std::uint64_t slot;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What the answers of two responses of one increment tell of each other: the noise of the material, and tangents that
-// are kept from iteration to iteration.
+// Two answers of one increment tell of each other: the noise of the material, and tangents that are kept from iteration
+// to iteration.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@
 
 namespace grus::dem {
 
-/// What one point hears.
+/// The answer that one point hears.
 struct Answer {
   Mat3 stress = Mat3::Zero();
   Mat6 tangent = Mat6::Zero();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What a test reads of its sample: forces of walls, load and way, axial stress and strain. `first`: the state of the
-// sample as it was made; `now`: the one that is read. Stresses are compression-positive (Pa).
+// Readings that a test takes of its sample: forces of walls, load and way, axial stress and strain. `first`: the state
+// of the sample as it was made; `now`: the one that is read. Stresses are compression-positive (Pa).
 #pragma once
 
 #include "dem/rve/measure.hpp"
@@ -8,7 +8,7 @@
 
 namespace grus::dem {
 
-/// Of contacts and bonds on it (N).
+/// The force of contacts and bonds on a wall (N).
 Vec3 wall_force(const State& now, std::size_t wall);
 
 /// The grains are in a box or cylinder of walls.
@@ -17,7 +17,7 @@ bool box_of_walls(const State& now);
 /// The stress of the sample, from its walls where it has any (Pa, tension-positive).
 const Mat3& sample_stress(const State& now, const Measurement& measured);
 
-/// Of a box, or between platens.
+/// The test is in a box or between platens, which have a fixed and a moving face.
 bool has_faces(const Programme& test, const State& now);
 
 /// Stress on the fixed and on the moving face along the test's axis: walls of a box, or platens (force over the square
@@ -32,8 +32,8 @@ double axial_stress(const Programme& test, const State& first, const State& now)
 /// Compression along the test's axis: of the box or cell, or of the gap between platens.
 double axial_strain(const Programme& test, const State& first, const State& now, const Mat3& initial_cell);
 
-/// Whether the test has a stress of its own, and it: nominal stress of a load on cells, q at a constant mean stress (0
-/// without).
+/// Whether the test has a stress of its own, and it: nominal stress of a load on Voronoi cells, q at a constant mean
+/// stress (0 without).
 bool tells_stress(const Programme& test);
 double test_stress(const Programme& test, const State& now, const Measurement& measured);
 
@@ -47,7 +47,7 @@ double way_of(const Gauge& gauge, const State& first, const State& now);
 /// Dead loads move the grains, and no gauge tells of it.
 bool dead_loaded(const Programme& test, const State& first);
 
-/// What dead loads pull with along their sum (N), or along the first of them where they hold each other: of such each
+/// The pull of dead loads along their sum (N), or along the first of them where they hold each other: of such each
 /// half counts once. Empty: there are none, or something else moves the grains.
 std::optional<double> dead_load(const Programme& test, const State& now);
 

@@ -66,7 +66,7 @@ void put_cells(const Model& model, const VoronoiCells& cells, std::uint8_t mater
   if (faces.coarse > 0)
     sample.notes.push_back(fmt::format(
         "{} of {} bonds are too coarse for their energies: their tension or cohesion is lowered so that they "
-        "can soften; use smaller cells, a larger fracture_energy or shear_energy, or less cohesion",
+        "can soften; use smaller Voronoi cells, a larger fracture_energy or shear_energy, or less cohesion",
         faces.coarse, faces.bonds));
 }
 

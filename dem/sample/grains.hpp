@@ -6,7 +6,7 @@
 
 namespace grus::dem {
 
-/// Puts them into the sample, whose cell is there, with the bonds of cells. Throws as `make` does.
+/// Puts them into the sample, whose periodic cell is there, with the bonds of Voronoi cells. Throws as `make` does.
 void put_grains(const Model& model, const Recipe& recipe, Team& team, const Watch& watch, Sample& sample);
 
 }  // namespace grus::dem

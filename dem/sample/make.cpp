@@ -34,7 +34,7 @@ void check_materials(const Model& model, const Recipe& recipe) {
   if (const auto* rollers = std::get_if<Rollers>(&recipe.supports.press)) check(rollers->material);
 }
 
-/// Of a cell or walls: they have a size, and what holds cells has cells to hold.
+/// A periodic cell and walls have a size; what holds Voronoi cells has some to hold.
 void check_bounds(const Model& model, const Recipe& recipe) {
   if ((recipe.bounds != Bounds::open || recipe.random()) && !(recipe.box.minCoeff() > 0))
     throw InputError("recipe.box: all three sides must be above 0");
@@ -42,9 +42,9 @@ void check_bounds(const Model& model, const Recipe& recipe) {
   const auto* cells = material_of_cells(recipe);
   const bool rollers = std::holds_alternative<Rollers>(s.press);
   if (!cells && (s.glue || !s.clamps.empty() || !s.loads.empty() || rollers))
-    throw InputError("recipe.supports: only cells can be held");
+    throw InputError("recipe.supports: only Voronoi cells can be held");
   if (cells && (s.glue || !s.clamps.empty()) && !model.materials[*cells].bond)
-    throw InputError("recipe.supports: the cells' material has no bond, by which they hold on");
+    throw InputError("recipe.supports: the Voronoi cells' material has no bond, by which they hold on");
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Recipe -> sample: grains, walls, cell and bonds, before any force is known.
+// Recipe -> sample: grains, walls, periodic cell and bonds, before any force is known.
 #pragma once
 
 #include "dem/packing/cells.hpp"
@@ -12,7 +12,7 @@ struct Sample {
   State state;                 // at rest; `prepare` (rve/step.hpp) finds its contacts and time step
   double packing_overlap = 0;  // deepest, of spheres as they were packed, over the smaller radius
   std::optional<BondedFaces> cells = {};
-  std::optional<Gauge> gauge = {};  // of what presses or pulls at cells
+  std::optional<Gauge> gauge = {};  // of what presses or pulls at Voronoi cells
   std::vector<std::string> notes;   // what whoever asked for it should know
 
   bool bonded() const { return cells && cells->bonds > 0; }

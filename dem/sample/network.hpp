@@ -4,17 +4,17 @@
 
 namespace grus::dem {
 
-/// Of a solid: modulus (Pa) and Poisson's ratio.
+/// A solid's modulus (Pa) and Poisson's ratio.
 struct Elasticity {
   double modulus, poissons_ratio;
 };
 
-/// Of the springs of cells' faces: normal stiffness times the distance of the cells (Pa), and shear over normal.
+/// Springs of the faces of Voronoi cells: normal stiffness times the distance of the cells (Pa), and shear over normal.
 struct Network {
   double stiffness, ratio;
 };
 
-/// Poisson's ratios that rigid cells with springs of faces show: from 0 to this.
+/// Poisson's ratios that rigid Voronoi cells with springs of faces show: from 0 to this.
 inline constexpr double most_poisson = 0.26;
 
 /// The network that shows an elasticity, and the elasticity that a network shows: those of many relaxed Voronoi cells

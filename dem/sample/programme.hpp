@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What a test does with its sample, and when it ends: plain data.
+// The programme of a test: what it does with its sample, and when it ends. Plain data.
 #pragma once
 
 #include <optional>
@@ -21,7 +21,7 @@ enum class TestKind : std::uint8_t {
   free
 };
 
-/// What tells the load of a test on cells.
+/// The gauge that tells the load of a test on Voronoi cells.
 struct Gauge {
   std::vector<std::pair<std::size_t, double>> walls;  // and their weights
   Vec3 along = Vec3::Zero();                          // unit, of the motion

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What a sample is made of: plain data, SI units. `make` (make.hpp) turns it into grains, walls and bonds.
+// The recipe of a sample: plain data, SI units. `make` (make.hpp) turns it into grains, walls and bonds.
 #pragma once
 
 #include <variant>
@@ -14,10 +14,10 @@ namespace grus::dem {
 /// Who asked for something, for what is told of it: file, line and key of a scene, or nothing.
 using Place = std::string;
 
-/// What bounds the grains: nothing, six walls, an upright cylinder with two plates, or a periodic cell.
+/// The bounds of the grains: nothing, six walls, an upright cylinder with two plates, or a periodic cell.
 enum class Bounds : std::uint8_t { open, walls, cylinder, periodic };
 
-/// What grains of a mixture are made of, and how they are shaped: axes of an ellipsoid of the sphere's volume,
+/// A part of a mixture: the material of its grains and their shape, axes of an ellipsoid of the sphere's volume,
 /// relative.
 struct Part {
   std::uint8_t material = 0;
@@ -25,7 +25,7 @@ struct Part {
   Vec3 aspect = Vec3::Ones();
 };
 
-/// Grains are cells of a relaxed Voronoi mesh, each in the sphere that holds it.
+/// Grains are Voronoi cells of a relaxed mesh, each in the sphere that holds it.
 struct RandomHulls {
   int rounds = 5;              // of relaxation
   Vec3 aspect = Vec3::Ones();  // lengths along three axes
@@ -74,7 +74,7 @@ struct Tessellation {
   bool round = false;                   // the space is a cylinder along z
   std::size_t cells = 1;
   int rounds = 5;            // of relaxation
-  std::size_t clusters = 0;  // that cells are dealt to; 0: all are one
+  std::size_t clusters = 0;  // that Voronoi cells are dealt to; 0: all are one
   std::uint8_t material = 0;
   Place place = {};
 };
@@ -87,7 +87,7 @@ struct Prisms {
   Place place = {};
 };
 
-/// Grains of a packing, each filled with cells.
+/// Grains of a packing, each filled with Voronoi cells.
 struct FilledGrains {
   std::variant<RandomPacking, Lattice, Spheres> parents;
   std::size_t cells = 20;
@@ -102,7 +102,7 @@ struct OwnWall {
   Place place = {}, place_of_normal = {};
 };
 
-/// The cells' end in a direction, glued to a rigid plane that moves.
+/// The Voronoi cells' end in a direction, glued to a rigid plane that moves.
 struct Clamp {
   Vec3 outward;
   Vec3 velocity = Vec3::Zero();  // m/s
@@ -111,7 +111,7 @@ struct Clamp {
   Place place = {};
 };
 
-/// A dead load on the cells' end in a direction.
+/// A dead load on the Voronoi cells' end in a direction.
 struct EndLoad {
   Vec3 outward;
   Vec3 force = Vec3::Zero();  // N
@@ -119,7 +119,7 @@ struct EndLoad {
   Place place = {};
 };
 
-/// Cells are glued to the walls of their box.
+/// Voronoi cells are glued to the walls of their box.
 struct Glue {
   bool slides = false;
   Place place = {};
@@ -134,8 +134,8 @@ struct Platens {
   std::uint8_t material = 0;
 };
 
-/// Rollers along the third axis that touch a box of cells: two below, `outer` apart, one or two above, `inner` apart,
-/// which move down.
+/// Rollers along the third axis that touch a box of Voronoi cells: two below, `outer` apart, one or two above, `inner`
+/// apart, which move down.
 struct Rollers {
   int axis = 2, span = 0;
   double outer = 0, inner = 0, radius = 0, speed = 0;  // m, m, m, m/s
@@ -174,14 +174,14 @@ struct Recipe {
   bool of_cells() const;  // tessellation, prisms or filled grains
   bool of_hulls() const;  // some grain is one
   bool in_cylinder() const;
-  /// How many grains, about: cells may be merged, random packings round.
+  /// How many grains, about: Voronoi cells may be merged, random packings round.
   double count() const;
 };
 
-/// The material of cells; null: there are none.
+/// The material of Voronoi cells; null: there are none.
 const std::uint8_t* material_of_cells(const Recipe& recipe);
 
-/// Cells fill an upright cylinder.
+/// Voronoi cells fill an upright cylinder.
 bool cells_are_round(const Recipe& recipe);
 
 /// The box that a lattice makes (m).
@@ -190,7 +190,7 @@ Vec3 box_of(const Lattice& lattice, bool periodic);
 /// Prisms in a box (m). Throws InputError where not one fits.
 VoronoiCells prisms_of(const Prisms& prisms, const Vec3& box);
 
-/// The box that cells fill (m): of prisms what whole ones take.
+/// The box that Voronoi cells fill (m): of prisms what whole ones take.
 Vec3 box_of_cells(const Recipe& recipe);
 
 /// A piece of a random packing in its bounds, of a thousand grains: enough to tell the time step and the cost of a

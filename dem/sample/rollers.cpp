@@ -21,8 +21,8 @@ Index add_roller(Grains& grains, double radius, double length, int axis, const V
   return row;
 }
 
-/// Where along an axis, counted outwards from the cells, the middle of a roller at `place` across it touches them
-/// first; -infinity where it meets none.
+/// Where along an axis, counted outwards from the Voronoi cells, the middle of a roller at `place` across it touches
+/// them first; -infinity where it meets none.
 double touching(const Grains& g, double place, double radius, int span, const Vec3& outward) {
   double at = -INFINITY;
   const auto round = [&](double x, double height) {  // a circle about its middle over a point
@@ -67,7 +67,7 @@ void put_rollers(const Rollers& r, const Recipe& recipe, Sample& sample) {
       wall.point[r.span] += apart * (0.5 * (count - 1) - k);
       const double height = touching(grains, wall.point[r.span], r.radius, r.span, -towards);
       if (!std::isfinite(height))
-        refuse(top ? r.place_of_inner : r.place_of_outer, "a roller there would miss the cells");
+        refuse(top ? r.place_of_inner : r.place_of_outer, "a roller there would miss the Voronoi cells");
       wall.point[r.axis] = top ? height : -height;
       if (top) wall.velocity = r.speed * gauge.along;
       wall.axis = Vec3::Unit(third), wall.roller = r.radius, wall.hull = hull, wall.material = r.material;

@@ -12,7 +12,7 @@ constexpr double least_stiffer = 0.02;  // a mesh differs by as much from anothe
 
 std::vector<OuterFace> end_of(const Sample& sample, const Vec3& outward, const Place& place, double& offset) {
   auto faces = faces_towards(sample.cells->outer, outward, offset);
-  if (faces.empty()) refuse(place, "the cells have no flat end there");
+  if (faces.empty()) refuse(place, "the Voronoi cells have no flat end there");
   return faces;
 }
 
@@ -42,7 +42,7 @@ void glue_to_walls(const Model& model, const Glue& how, const Recipe& recipe, Sa
     const auto faces = faces_towards(sample.cells->outer, outward, offset);
     const double gap = walls[w].point.dot(outward) - offset;
     if (faces.empty() || std::abs(gap) > 1e-6 * box_of_cells(recipe).maxCoeff())
-      refuse(how.place, fmt::format("no cell touches the wall {}", walls[w].name));
+      refuse(how.place, fmt::format("no Voronoi cell touches the wall {}", walls[w].name));
     glue(model, faces, static_cast<Index>(w), how.slides, sample.state);
   }
 }
@@ -65,11 +65,11 @@ void note_stiffness(const Model& model, int axis, Sample& sample) {
   const bool network = bond && sample.cells->bonds > 0 && fragments_of(sample.state).size.size() == 1;
   const double more = network ? stiffer_than_endless(sample.state, *bond, axis) - 1 : 0;
   if (std::abs(more) < least_stiffer) return;
-  sample.notes.push_back(
-      fmt::format("along {} these cells are some {:.0f} % {} than bond.modulus, which is that of many cells: next to a "
-                  "plane face they "
-                  "line up with it (docs/bonded.md); take more cells, or calibrate modulus with these",
-                  "xyz"[axis], 100 * std::abs(more), more > 0 ? "stiffer" : "softer"));
+  sample.notes.push_back(fmt::format(
+      "along {} these Voronoi cells are some {:.0f} % {} than bond.modulus, which is that of many cells: next to a "
+      "plane face they "
+      "line up with it (docs/bonded.md); take more cells, or calibrate modulus with these",
+      "xyz"[axis], 100 * std::abs(more), more > 0 ? "stiffer" : "softer"));
 }
 
 }  // namespace grus::dem

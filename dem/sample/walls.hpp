@@ -16,7 +16,7 @@ void put_bounds(const Recipe& recipe, Boundary& boundary);
 /// Two plates from `low` to `high` along their axis; the upper one moves.
 void put_platens(const Platens& platens, double low, double high, Boundary& boundary);
 
-/// The same, touching the grains; what reads the load of cells between them.
+/// The same, touching the grains; what reads the load of Voronoi cells between them.
 void put_platens(const Platens& platens, const Recipe& recipe, Sample& sample);
 
 }  // namespace grus::dem

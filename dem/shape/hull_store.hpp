@@ -33,12 +33,12 @@ struct HullView {
   int room, space, edges;
 };
 
-/// What follows from a hull's shape.
+/// A row of what follows from a hull's shape.
 struct HullRow {
   std::uint32_t vertex, plane, begin, loop, column, edge;  // where its own begin
   std::uint32_t vertices, faces, edges;
-  double volume;                        // m^3
-  double depth;                         // 3 volume / surface: half the distance of two matching cells' seeds (m)
+  double volume;  // m^3
+  double depth;   // 3 volume / surface: half the distance of two matching Voronoi cells' seeds (m)
   double bounding_radius, least_width;  // m
   PrincipalFrame principal;             // moments per unit mass; axes: the identity
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What two convex hulls do to each other where they overlap. K = A and B; x_c its centre; i, j the planes of A and B
-// below which x_c is least deep; phi = depth below i + depth below j. The potential is U = c V phi(x_c) / 2, the
+// The forces of two convex hulls on each other where they overlap. K = A and B; x_c its centre; i, j the planes of A
+// and B below which x_c is least deep; phi = depth below i + depth below j. The potential is U = c V phi(x_c) / 2, the
 // foundation's modulus c in Pa/m: force and moment are its exact gradient, so nothing is lost; two parallel faces feel
 // c A overlap, and resist rocking by c I.
 #pragma once

@@ -10,7 +10,7 @@
 
 namespace grus::dem {
 
-/// What all kinds have: the two grains, and the number of cell vectors added to b.
+/// The ends of a bond of any kind: the two grains, and the number of cell vectors added to b.
 struct BondEnds {
   Index a, b;
   std::array<std::int16_t, 3> image{};
@@ -35,9 +35,9 @@ struct CohesiveSpring {
 /// Where a face bond gives way.
 enum class FaceCriterion : std::uint8_t { cohesive, strain_sum, parallel };
 
-/// The face that two cells share, as an elastic foundation: opening w and small turn theta of b against a since the
-/// bond was made, stiffness per area against opening and shear, moments of the face against turns. All vectors of the
-/// face are in the geometry frame of a; e1, e2 and the normal are its principal axes.
+/// The face that two Voronoi cells share, as an elastic foundation: opening w and small turn theta of b against a since
+/// the bond was made, stiffness per area against opening and shear, moments of the face against turns. All vectors of
+/// the face are in the geometry frame of a; e1, e2 and the normal are its principal axes.
 struct FaceBond {
   static constexpr bool keeps_whole = false;
 
@@ -63,7 +63,7 @@ struct FaceBond {
                                   // the area's radius of gyration
 };
 
-/// What resists the velocity of a face bond's opening and turn.
+/// A dashpot that resists the velocity of a face bond's opening and turn.
 struct FaceDashpot {
   double normal = 0, shear = 0;  // N s/m
   Vec3 turn = Vec3::Zero();      // about e1, e2 and the normal (N m s)
@@ -120,7 +120,7 @@ struct BondTiles {
 };
 
 /// The corners of the faces that have begun to soften, about their middles along e1 and e2 (m); they follow from the
-/// cells, so nothing but speed hangs on whether one is here.
+/// Voronoi cells, so nothing but speed hangs on whether one is here.
 struct FaceOutlines {
   struct Range {
     Index first = 0, corners = 0;
@@ -158,7 +158,7 @@ struct Bonds {
   void clear();
 };
 
-/// What is bonded to each grain, by grain; room that tests reuse.
+/// The bonds of each grain, by grain; room that tests reuse.
 struct GrainBonds {
   enum class End : std::uint8_t { a, b, wall, load };
   struct Entry {

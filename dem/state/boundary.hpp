@@ -39,7 +39,7 @@ struct Cell {
   bool periodic() const { return !vectors.col(0).isZero(0); }  // however the edges lie: any of them may have no x
   /// The edges that it began with, where they are now (m).
   Mat3 began() const { return whole.isIdentity(0) ? vectors : Mat3(vectors * whole); }
-  /// What is told of the edges that it began with (edges, a rate of them), of the present ones.
+  /// Edges, or a rate of them, told of those that the cell began with, as of the present ones.
   Mat3 of_began(const Mat3& edges) const { return whole.isIdentity(0) ? edges : Mat3(edges * whole.inverse()); }
   double volume() const { return std::abs(vectors.determinant()); }
   double height() const;  // least distance between opposite faces (m)

@@ -10,11 +10,11 @@
 
 namespace grus::dem {
 
-/// What a grain's shape is; a row of `shape_functions` (shape_kinds.hpp), and of the table of pairs
+/// The kind of a grain's shape; a row of `shape_functions` (shape_kinds.hpp), and of the table of pairs
 /// (contact/pair_kinds.hpp).
 enum class ShapeKind : std::uint8_t { polyellipsoid, sphere, hull };
 
-/// What every room may know of a grain's size without asking its shape. The bounding radius is motion.radius, the
+/// A grain's size, as every room may know it without asking its shape. The bounding radius is motion.radius, the
 /// centre of mass motion.position.
 struct Extent {
   double volume;             // m^3
@@ -22,7 +22,7 @@ struct Extent {
   double least_width;        // m
 };
 
-/// What the contact loops read of a grain; global frame, SI.
+/// The motion of a grain, which the contact loops read; global frame, SI.
 struct Motion {
   Vec3 position;
   double radius;  // of the sphere, or of the bounding sphere about the centre of mass

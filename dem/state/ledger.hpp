@@ -77,9 +77,9 @@ struct Ledger {
 /// By bonds, whatever way (J).
 inline double taken_by_bonds(const Ledger& l) { return l.fracture + l.bond_friction + l.handed; }
 
-/// What energies are judged against: the largest work so far, stored or held at the start, of the floor at least (J).
-/// Work that was given back counts as exchanged: a ball that has bounced is back where nothing is stored and the work
-/// of gravity is 0. A peak, not a sum of all that went to and fro: noise that lasts must not hide a fault.
+/// The scale that energies are judged against: the largest work so far, stored or held at the start, of the floor at
+/// least (J). Work that was given back counts as exchanged: a ball that has bounced is back where nothing is stored and
+/// the work of gravity is 0. A peak, not a sum of all that went to and fro: noise that lasts must not hide a fault.
 inline double energy_scale(const Ledger& l, double stored) {
   return std::max({l.most_work, std::abs(l.work), std::abs(stored), std::abs(l.start), l.floor});
 }

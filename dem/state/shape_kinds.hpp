@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What rooms ask of a shape beyond its columns, by kind: a new kind is a row here.
+// Questions that rooms ask of a shape beyond its columns, by kind: a new kind is a row here.
 #pragma once
 
 #include "dem/state/grains.hpp"
@@ -17,7 +17,7 @@ struct ShapeFunctions {
   /// A point of the surface for each direction of the geometry frame (m): pictures are drawn with them. `frame`:
   /// frame_of.
   Vec3 (*drawn)(const Grains& grains, std::size_t i, const Frame& frame, const Vec3& direction);
-  /// What it costs to move a grain, where a touching pair of spheres costs 15 (dealing tiles to threads).
+  /// The cost of moving a grain, where a touching pair of spheres costs 15 (dealing tiles to threads).
   std::uint64_t cost;
 };
 

@@ -48,7 +48,7 @@ double list_nanoseconds(const Sample& sample);
 /// Bytes of a prepared sample's state.
 double bytes_of(const Sample& sample);
 
-/// Of some steps after a warm-up.
+/// What some steps after a warm-up took and made.
 struct Timed {
   double seconds = 0, contacts = 0;  // a grain
   double stress = 0;                 // Pa, compressive along z: pairs of grains alone, over the volume at the start
@@ -56,7 +56,7 @@ struct Timed {
 };
 Timed time_steps(const Sample& sample, std::uint64_t steps, int threads, std::uint64_t warm);
 double seconds_of_steps(const Sample& sample, std::uint64_t steps, int threads, std::uint64_t warm);
-/// Of the time of those steps: what making neighbour lists took.
+/// The share of the time of those steps that making neighbour lists took.
 double share_of_lists(const Sample& sample, Timed& run);
 /// ns a touching pair in the contact pass alone.
 double contact_nanoseconds(Sample& sample);

@@ -88,11 +88,12 @@ def refused(tmp, what, text, expected, **how):
 
 def meshes(tmp):
     taken(tmp, "as it is", msh2())
-    refused(tmp, "a cell in two groups", msh2(cells=CELLS + [("other", (1, 2, 5, 4))]),
-            'elements 7 and 9 are one cell, in the physical groups "rock" and "other"')
+    refused(tmp, "an element in two groups", msh2(cells=CELLS + [("other", (1, 2, 5, 4))]),
+            'elements 7 and 9 are one element, in the physical groups "rock" and "other"')
     refused(tmp, "the same, 4.1", msh4({1: [1], 2: [1], 3: [2], 4: [3], 5: [4], 6: [10, 11]}),
             'in the physical groups "rock" and "other"')
-    taken(tmp, "a cell twice", msh2(cells=CELLS + [("rock", (5, 4, 1, 2))]), "1 of the cells stand in the file again")
+    taken(tmp, "an element twice", msh2(cells=CELLS + [("rock", (5, 4, 1, 2))]),
+          "1 of the elements stand in the file again")
     whole = {1: [1], 2: [1], 3: [2], 4: [3], 5: [4], 6: [10]}
     taken(tmp, "4.1", msh4(whole))
     taken(tmp, "negative tags", msh4({**whole, 2: [-1], 3: [-2], 6: [-10]}))
@@ -104,7 +105,7 @@ def meshes(tmp):
     text = msh2(facets=two).replace('1 3 "left"', '1 3 "bottom"')
     taken(tmp, "one name, two groups", text, reaction="bottom", force=2e3, sides=('"right"',),
             top_does='pressure = "1 kPa"')
-    # Two bodies; a body that hangs on a node in a side; a tagged line between two cells.
+    # Two bodies; a body that hangs on a node in a side; a tagged line between two elements.
     apart = {**NODES, 7: (1, 0), 8: (1, 1)}
     parted = dict(nodes=apart, facets=[(g, tuple({2: 7, 5: 8}.get(k, k) for k in n)) if 3 in n or 6 in n else (g, n)
             for g, n in FACETS], cells=[CELLS[0], ("rock", (7, 3, 6, 8))])
@@ -114,12 +115,12 @@ def meshes(tmp):
     hung = {**NODES, 7: (1, 0.5)}
     taken(tmp, "a hanging node", msh2(nodes=hung, facets=FACETS, cells=[("rock", (1, 2, 5)), ("rock", (1, 5, 4)),
             ("rock", (2, 3, 7)), ("rock", (3, 6, 7)), ("rock", (6, 5, 7))]),
-          "1 nodes lie on sides of cells that do not have them (the first: 7)", force=None)
+          "1 nodes lie on sides of elements that do not have them (the first: 7)", force=None)
     taken(tmp, "a line inside", msh2(facets=FACETS + [("top", (2, 5))]),
-            'boundary[1]: of the 3 elements of physical group "top" 1 lie between two cells: nothing acts there')
-    refused(tmp, "three cells at one side", msh2(nodes={**NODES, 7: (1.5, 2)}, cells=[("rock", (1, 2, 5)), ("rock", (1,
-            5, 4)), ("rock", (2, 3, 5)), ("rock", (2, 6, 5)), ("rock", (3, 6, 5))]),
-            "more than two cells share the side with nodes")
+            'boundary[1]: of the 3 elements of physical group "top" 1 lie between two elements: nothing acts there')
+    refused(tmp, "three elements at one side", msh2(nodes={**NODES, 7: (1.5, 2)}, cells=[("rock", (1, 2, 5)),
+            ("rock", (1, 5, 4)), ("rock", (2, 3, 5)), ("rock", (2, 6, 5)), ("rock", (3, 6, 5))]),
+            "more than two elements share the side with nodes")
     refused(tmp, "no format", msh2().split("$EndMeshFormat\n")[1], "before $MeshFormat")
     refused(tmp, "a node that is not there", msh2(cells=[CELLS[0], ("rock", (2, 3, 6, 77))]),
             "element 8 (quadrilateral) names node 77, which is not there")
@@ -134,7 +135,7 @@ def sizes(tmp):
         with open(os.path.join(tmp, "m.toml")) as f:
             scene = write(tmp, f.read().replace('file = "m.msh"\n', f'file = "m.msh"\n{unit}\n'))
         said = run(bvp, scene, "--check").stdout
-        need(f"mesh {sides}   cells 2" in said, f"{sides} {unit}: {said}")
+        need(f"mesh {sides}   elements 2" in said, f"{sides} {unit}: {said}")
         need((f"measures {sides}: in metres?" in said) == asked, f"{sides} {unit}: {said}")
         need((f"mesh.unit is not given: it measures {sides}" in said) == (not unit), f"{sides} {unit}: {said}")
     with open(os.path.join(tmp, "m.msh"), "w", encoding="utf-8-sig") as f:

@@ -120,7 +120,7 @@ def few_cells(tmp):
         held = 0.5 * 10e9 * (last["displacement_m"] / (size[2] * 1e-3))**2 * size[0] * size[1] * size[2] * 1e-9
         stiffer = (last["bond_J"] if cells > 1 else last["elastic_J"]) / held
         noted = [
-            re.search(r"along z these cells are some (\d+) % stiffer", n)
+            re.search(r"along z these Voronoi cells are some (\d+) % stiffer", n)
             for n in json.load(open(os.path.join(out, "summary.json"))).get("notes", [])
         ]
         told = [1 + int(n[1]) / 100 for n in noted if n]
@@ -134,7 +134,7 @@ def few_cells(tmp):
                 ELASTIC.replace("poissons_ratio = 0\n", "") + TENSION.format("slides = true\n", 0.3))
     for between in (0, 1):
         r = run(rve, path, "--check", *(["--set", 'material.rock.bond.between="1 GPa"'] if between else []))
-        need(r.returncode == 0 and ("these cells are some" in r.stdout) == between,
+        need(r.returncode == 0 and ("these Voronoi cells are some" in r.stdout) == between,
              f"clusters {'bonded' if between else 'apart'}: {r.stdout} {r.stderr}")
 
 

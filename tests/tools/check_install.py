@@ -19,7 +19,7 @@ SAID = re.search(r"says `(.*?)`", page).group(1)
 SAMPLE, SAID_OF_SAMPLE = re.search(r"```cpp\n(#include <grus/sample.hpp>.*?)```\n\nIt says `(.*?)`", page,
                                    re.S).groups()
 COMMANDS = ["grus-study", "grus-calibrate", "grus-report"]
-WITHOUT_CORE = "cells in Python need Debian's python3-grus, or a build where python3-dev and pybind11-dev are there"
+WITHOUT_CORE = "RVEs in Python need Debian's python3-grus, or a build where python3-dev and pybind11-dev are there"
 # Two spheres pushed together by 1 % of a radius: Hertz's force is the closed form.
 DEM = """#include <cstdio>
 #include "dem/rve/step.hpp"

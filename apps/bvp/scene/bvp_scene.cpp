@@ -39,7 +39,7 @@ void read_rve(Table t, BvpScene& scene) {
   for (RveScene& cell : scene.unit_cells)
     if (const auto& sample = scene.samples.emplace_back(made_at_once(cell))) settle(cell, *sample);
   if (scene.dynamics && scene.unit_cells[0].model.numerics.scaled_below > 0)
-    t.fail("scene", "numerics.inertia of the cell is for quasi-static runs: waves would see it");
+    t.fail("scene", "numerics.inertia of the RVE is for quasi-static runs: waves would see it");
   default_floor(response, scene.unit_cells[0]);
   scene.has_rve = true;
 }
@@ -56,7 +56,7 @@ fem::DynamicsOptions read_dynamics(Table& t) {
   return d;
 }
 
-/// Limits below which no rate of loading gets: cells of grains are never that quiet.
+/// Limits below which no rate of loading gets: RVEs of grains are never that quiet.
 fem::ExplicitStaticsOptions read_explicit_statics(Table& t) {
   fem::ExplicitStaticsOptions e;
   e.balance = t.number_or("balance", e.balance, dimension::none, {1e-4, 0.5});
@@ -242,7 +242,7 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
   if (t.has("rve") || scene.regions.empty()) read_rve(t.table("rve"), scene);
   if (scene.ground && scene.has_rve && !scene.unit_cells[0].recipe.preparation)
     t.fail("initial_stress",
-           fmt::format("the cells of {} have no [preparation] to start from", scene.unit_cells[0].file));
+           fmt::format("the RVEs of {} have no [preparation] to start from", scene.unit_cells[0].file));
   if (scene.explicit_statics) check_eased(t, scene);
   t.finish();
   for (std::size_t r = 0; r < scene.regions.size(); ++r)
@@ -254,7 +254,7 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
                       r, scene.regions[r].poissons_ratio));
   if (scene.solve.tolerance < scene.residual_floor() && scene.record["solve"].contains("tolerance"))
     scene.notes.push_back(
-        fmt::format("the residual is asked to fall to {:.2g}, what the cells' own equilibrium leaves "
+        fmt::format("the residual is asked to fall to {:.2g}, what the RVEs' own equilibrium leaves "
                     "(rve.unbalanced_force, rve.stress_change), not to solve.tolerance = {:.2g}",
                     scene.residual_floor(), scene.solve.tolerance));
   note_size(scene);

@@ -21,9 +21,9 @@ struct Probe {
   bool frames = false, grading = false;
 };
 
-/// Cells that are a solid instead of grains: linear elastic, or with von Mises plasticity.
+/// Elements that are a solid instead of grains: linear elastic, or with von Mises plasticity.
 struct Region {
-  std::function<bool(const fem::Point&)> where;  // of Gauss points; empty: those of cells with one of the tags
+  std::function<bool(const fem::Point&)> where;  // of Gauss points; empty: those of elements with one of the tags
   std::vector<int> tags;
   double youngs_modulus = 0, poissons_ratio = 0, density = 0;
   bool j2 = false;
@@ -50,7 +50,7 @@ struct BvpScene {
   std::string file, title;
   std::variant<fem::BoxMesh, fem::MshMesh> mesh;
   fem::Point low{}, high{};  // extent of the mesh (m)
-  double element = 0;        // mean longest side of its cells (m)
+  double element = 0;        // mean longest side of its elements (m)
   fem::Discretisation discretisation;
   std::vector<fem::BoundaryCondition> boundaries;
   std::vector<Region> regions;
@@ -74,7 +74,7 @@ struct BvpScene {
   nlohmann::json record;
   std::vector<std::string> notes;  // what the user should know before it runs
 
-  /// What no residual can be asked to go below: the equilibrium of the cells themselves; 0 without grains.
+  /// No residual can be asked to go below this: the equilibrium of the RVEs themselves; 0 without grains.
   double residual_floor() const {
     const dem::QuasiStatic& q = rve.response.quasi_static;
     return has_rve && !is_explicit() ? std::max(q.unbalanced_force, q.stress_change) : 0;

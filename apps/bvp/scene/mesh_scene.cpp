@@ -40,7 +40,7 @@ void read_box(Table box, BvpScene& scene) {
     if (!(size[2] > 0)) box.fail("size", "the third side is the thickness, above 0");
     scene.discretisation.thickness = size[2];
   }
-  if (flat && cells.size() == 3 && cells[2] != 1) box.fail("cells", "two dimensions have one cell across");
+  if (flat && cells.size() == 3 && cells[2] != 1) box.fail("cells", "two dimensions have one element across");
   const std::vector<std::string> kinds = flat ? std::vector<std::string>{"quadrilateral", "triangle"}
                                               : std::vector<std::string>{"hexahedron", "tetrahedron"};
   mesh.hexahedron = box.choice_or("cell", kinds[0], kinds) == kinds[0];
@@ -53,7 +53,7 @@ void read_box(Table box, BvpScene& scene) {
   scene.mesh = mesh;
 }
 
-/// Mean of the cells' longest sides along an axis (m).
+/// Mean of the elements' longest sides along an axis (m).
 double element_length(const fem::MshMesh& mesh) {
   const auto width = static_cast<std::size_t>(fem::corners(mesh.kind));
   double sum = 0;
@@ -142,7 +142,7 @@ void note_size(BvpScene& scene) {
     scene.notes.push_back(fmt::format("the mesh measures {}: in metres? (mesh.unit of a file)", scene.extent()));
   else if (grain > scene.element)
     scene.notes.push_back(fmt::format(
-        "the cells' grains, of {:.3g} m, are larger than an element of the mesh, of {:.3g} m, which measures "
+        "the RVEs' grains, of {:.3g} m, are larger than an element of the mesh, of {:.3g} m, which measures "
         "{}: in metres? (mesh.unit of a file, lengths of the unit cell)",
         grain, scene.element, scene.extent()));
 }

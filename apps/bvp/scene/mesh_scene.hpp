@@ -8,7 +8,7 @@
 namespace grus::app {
 
 void read_mesh(Table t, BvpScene& scene);
-/// Notes where a mesh is so large, or so small beside the grains of its cells, that its unit is in doubt; of a scene
+/// Notes where a mesh is so large, or so small beside the grains of its RVEs, that its unit is in doubt; of a scene
 /// that has been read.
 void note_size(BvpScene& scene);
 void read_boundary(Table t, BvpScene& scene, const Dimension& time);

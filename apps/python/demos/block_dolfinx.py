@@ -24,7 +24,7 @@ new = tuple(int(v) for v in dolfinx.__version__.split(".")[:2]) >= (0, 8)
 block = mesh.create_box(comm, [[0, 0, 0], [0.02, 0.02, 0.02]], [2, 2, 2], mesh.CellType.hexahedron)
 cells = np.arange(block.topology.index_map(3).size_local, dtype=np.int32)
 
-# Displacements, and stress and tangent at the quadrature points (eight a cell).
+# Displacements, and stress and tangent at the quadrature points (eight an element).
 if new:
     import basix.ufl
     V = fem.functionspace(block, ("Lagrange", 1, (3,)))
@@ -98,7 +98,7 @@ def summed(vector):
 
 
 def respond():
-    """F at the points, and internal forces. Raises grus.Unstable, on all ranks, where a cell does not get there."""
+    """F at the points, and internal forces. Raises grus.Unstable, on all ranks, where an RVE does not get there."""
     F_new = (deformation.eval(block, cells) if new else deformation.eval(cells)).reshape(n, 3, 3)
     rves.advance(F_new @ np.linalg.inv(F_old), stress=S.x.array[:6 * n], tangent=C.x.array[:36 * n])
     return F_new, summed(petsc.assemble_vector(residual))

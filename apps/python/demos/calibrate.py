@@ -13,7 +13,7 @@ import grus
 scene = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../scenes/sand_rve.toml")
 
 
-# %% The model: axial stress (MPa) of a cell after 0.2 and 0.4 % of uniaxial strain.
+# %% The model: axial stress (MPa) of an RVE after 0.2 and 0.4 % of uniaxial strain.
 def curve(modulus_gpa, seed=1):
     rve = grus.Rve(
         scene,

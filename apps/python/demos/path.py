@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""A cell of crushable sand along a path: uniaxial compression, then shear at constant volume. python3 path.py
+"""An RVE of crushable sand along a path: uniaxial compression, then shear at constant volume. python3 path.py
 [PICTURE]"""
 import os
 import sys

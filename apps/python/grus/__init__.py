@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Grus from Python: cells of breakable grains as the material of your own finite elements, runs of scenes, and their
+"""Grus from Python: RVEs of breakable grains as the material of your own finite elements, runs of scenes, and their
 results.
 
     import grus
@@ -63,6 +63,6 @@ def _advice() -> str:
     files = os.listdir(os.path.dirname(__file__))
     built = ", ".join(f.split(".")[1] for f in files if f.startswith("_core.") and f.endswith(".so"))
     if not built:
-        return "cells in Python need Debian's python3-grus, or a build where python3-dev and pybind11-dev are there"
+        return "RVEs in Python need Debian's python3-grus, or a build where python3-dev and pybind11-dev are there"
     this = f"{sys.executable} is Python {sys.version_info[0]}.{sys.version_info[1]}"
     return f"{this}, Grus is built for {built}: use the Python that it was built with, as a rule /usr/bin/python3"

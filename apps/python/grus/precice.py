@@ -26,7 +26,7 @@ class MicroSimulation:
         return f"<grus.precice.MicroSimulation {self._id}: {self._rve!r}>"
 
     def initialize(self) -> None:
-        """Nothing to tell: cells begin alike, so there is nothing to compare yet. The manager ends where it is told a
+        """Nothing to tell: RVEs begin alike, so there is nothing to compare yet. The manager ends where it is told a
         name that its adaptivity has not asked for, and does not say which it has."""
 
     def solve(self, macro_data: Mapping[str, Any], dt: float) -> dict[str, Any]:
@@ -41,7 +41,7 @@ class MicroSimulation:
         return {"stress-normal": stress[:3], "stress-shear": stress[3:], **halves, **self.output()}
 
     def get_state(self) -> tuple[bytes, np.ndarray]:
-        """The cell and its F; can be pickled, and set in another MicroSimulation of the same scene."""
+        """The RVE and its F; can be pickled, and set in another MicroSimulation of the same scene."""
         return self._rve.get_state(), self._F.copy()
 
     def set_state(self, state: tuple[bytes, np.ndarray]) -> None:

@@ -63,14 +63,14 @@ class Bond:
             _number(f"bond.{key}", plain[key], 0, above=True)
         if plain["poissons_ratio"] > 0.26:
             raise InputError(f"bond.poissons_ratio: {self.poissons_ratio:g}: "
-                             "rigid cells and springs of faces show 0 to 0.26")
+                             "rigid Voronoi cells and springs of faces show 0 to 0.26")
         return plain | {"shear_energy": plain.get("shear_energy", plain["fracture_energy"])}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Material:
-    """What grains are of. Spheres and ellipsoids press by Hertz's law with Young's modulus (Pa); hulls and cells by the
-    modulus of their bond, or by `youngs_modulus`."""
+    """The material of grains. Spheres and ellipsoids press by Hertz's law with Young's modulus (Pa); hulls and Voronoi
+    cells by the modulus of their bond, or by `youngs_modulus`."""
     name: str = "material"
     density: float = 2650  # kg/m^3
     youngs_modulus: float = 60e9
@@ -226,7 +226,7 @@ class Sample:
         self._state = self._cells.prepare(0)
 
     def _variants(self, variants: int) -> Any:
-        """For RveSet: the cells of seeds from this one's on."""
+        """For RveSet: the unit cells of seeds from this one's on."""
         return _core.Cells(self._asked, "Sample", variants)
 
     @property
@@ -267,7 +267,7 @@ def _asked(materials: Any, grains: Any, box: Any, seed: Any, pressure: Any, fric
     else:
         raise InputError("grains: expected RandomPacking, Lattice, Spheres, Voronoi or a list of Grain")
     if (box is None) is not isinstance(grains, Lattice):
-        raise InputError("box: is that of the lattice" if box is not None else "box: needs the edges of the cell")
+        raise InputError("box: is that of the lattice" if box is not None else "box: needs its edges")
     edges = None if box is None else [_number("box", edge, 0, above=True) for edge in _numbers("box", box, 3)]
     asked = {"materials": [m._plain() for m in all_materials], "hulls": hulls, "grains": plain, "box": edges,
              "pressure": None if pressure is None else _number("pressure", pressure, 0, above=True),

@@ -160,7 +160,7 @@ def grains(folder, name):
 
 
 def shear(points, moved, cells):
-    """Deviatoric Green-Lagrange strain of each cell, sqrt(2/3 E':E'), of the gradient that fits its corners best."""
+    """Deviatoric Green-Lagrange strain of each element, sqrt(2/3 E':E'), of the gradient that fits its corners best."""
     found = np.empty(len(cells))
     for k, nodes in enumerate(cells):
         x, u = points[nodes] - points[nodes].mean(0), moved[nodes] - moved[nodes].mean(0)
@@ -172,7 +172,7 @@ def shear(points, moved, cells):
 
 
 def outside(cells, types):
-    """Faces of one cell alone, as (cell, corners); in two dimensions the cells themselves."""
+    """Faces of one element alone, as (element, corners); in two dimensions the elements themselves."""
     seen = {}
     for k, (nodes, kind) in enumerate(zip(cells, types)):
         for face in FACES.get(int(kind), []):

@@ -197,7 +197,7 @@ def trust(ax, run):
 
 
 def damage(ax, run):
-    """Bonded cells: the load, what broke."""
+    """Bonded Voronoi cells: the load, what broke."""
     c, (x, label) = run[1], along(run)
     if "nominal_stress_Pa" in c:
         x, label = [1e3 * v for v in c["displacement_m"]], "displacement (mm)"

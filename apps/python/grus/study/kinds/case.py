@@ -42,7 +42,7 @@ def quantities_of(common):
 
 
 def row_of(case, runs, strains, quantities):
-    """A case's cells as people read them, and as numbers of study.csv."""
+    """A case's row as people read it, and as numbers of study.csv."""
     cells, numbers, least = [], [], {}
     for q in quantities:
         for strain in strains:
