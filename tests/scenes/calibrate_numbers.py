@@ -64,12 +64,13 @@ def answers():
     """What a point without an answer counts as, and what seeds say of each other."""
     answer = lambda values, between=1.0, failed=False: regression.Answer(np.array(values), between * np.eye(2),
                                                                          np.array([4.0, 9.0]), failed)
-    y = regression.filled([answer(v) for v in ([1.0, 10.0], [2.0, 20.0], [3.0, 60.0], [9.0, nan], [-5.0, nan],
-                                               [nan, nan])])
+    y = regression.filled([answer(v) for v in ([1.0, 10.0], [2.0, 20.0], [3.0, 60.0], [9.0, nan], [0.5, nan],
+                                               [-5.0, nan], [nan, nan])])
     near(y[:3], [[1, 10], [2, 20], [3, 60]], "known answers")
+    need(np.median([1, 2, 3, 9, 0.5, -5]) == 1.5, "the middle of the first")
     # Half again as far from the middle as the worst: above beside what is above, below else.
-    near(y[3:, 1], [20 + 60, 20 - 60, 20 - 60], "unknown ones of the second number")
-    near(y[5, 0], 2 - 1.5 * 7, "a point that says nothing")
+    near(y[3:, 1], [20 + 60, 20 - 60, 20 - 60, 20 - 60], "unknown ones of the second number")
+    near(y[6, 0], 1.5 - 1.5 * 7.5, "a point that says nothing")
     one, mean = regression.between_seeds([answer([1.0, 1.0], 2.0), answer([1.0, 1.0], 4.0), answer([1.0, nan], 50.0),
                                           answer([1.0, 1.0], 90.0, True)])
     near(one, [[3, 0], [0, 3]], "covariance from seed to seed")
@@ -234,7 +235,10 @@ def commands(folder):
     write("known.toml", SCENE)
     write("curve.csv", "axial_strain,axial_stress_Pa [Pa]\n" + "".join(f"{e},{y!r}\n" for e, y in zip(strains, data)))
     path, out = write("calibration.toml", CALIBRATION), os.path.join(folder, "out")
+    made_up.calls(programs)
     status, said, errors = made_up.command(main, path, "--check")
+    asked = {line.split("a=")[1].split()[0] for line in made_up.calls(programs)}
+    need(asked == {"80.0", "100.0", "125.0"}, f"what is checked: both ends and the middle: {asked}")
     need(status == 0 and said.splitlines()[:2] == ["a: 80.0 … 125.0 (log)", "b: 0.0 … 100.0"]
          and said.splitlines()[-1] == "18 points, 2 runs each", f"--check: {said} {errors}")
     status, said, errors = made_up.command(main, path, "-o", out, "--threads", "2")

@@ -10,6 +10,7 @@ import signal
 import sys
 import tempfile
 import time
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -256,7 +257,10 @@ quantity = "results.peak_axial_stress_Pa"
     need(status == 0 and [line["status"] for line in rows_of(out, "precision.csv")] == ["0,3"] * 4,
          f"a run that is unstable is a result: exit {status} {errors}")
     lacking = write(tmp, "lacking.toml", other.replace("results.peak_axial_stress_Pa", "errors.sought_stress.mean"))
-    status, said, errors = made_up.command(main, lacking, "-o", out, "--quiet")
+    made_up.calls(programs)
+    status, said, errors = made_up.command(main, lacking, "-o", os.path.join(tmp, "lacks"), "--quiet", "--threads", "1")
+    asked = [line for line in made_up.calls(programs) if "--columns" not in line and "b=" not in line]
+    need(len(asked) <= 2, f"the first run has told, and {len(asked)} are waited for")
     need(status == 1 and "no number 'errors.sought_stress.mean'" in errors, f"exit {status} {errors}")
     misspelt = write(tmp, "misspelt.toml", other.replace("results.peak_axial", "results.peek_axial"))
     status, said, errors = made_up.command(main, misspelt, "-o", os.path.join(tmp, "none"), "--quiet")
@@ -321,6 +325,12 @@ def single_runs(tmp, programs):
 def durations():
     from grus.runs import interrupts
     from grus.runs.command import duration_text
+    heard = []
+    process = lambda name, ago: SimpleNamespace(begun=time.monotonic() - ago,
+                                                send_signal=lambda s: heard.append((name, s)))
+    interrupts.hand_on([process("old", 3), process("new", 1)])
+    os.kill(os.getpid(), signal.SIGUSR1)
+    need(heard == [("old", signal.SIGUSR1)], f"who hears of a wish: {heard}")
     need([interrupts.duration(t) for t in ("2 h", "90min", "5", "3 s", "200 ms")] == [7200, 5400, 5, 3, 0.2],
          "durations that people write")
     need([duration_text(s) for s in (5.4, 119, 121, 7199, 7201)] == ["5 s", "119 s", "2 min", "120 min", "2.0 h"],
