@@ -235,6 +235,8 @@ def commands(folder):
     write("known.toml", SCENE)
     write("curve.csv", "axial_strain,axial_stress_Pa [Pa]\n" + "".join(f"{e},{y!r}\n" for e, y in zip(strains, data)))
     path, out = write("calibration.toml", CALIBRATION), os.path.join(folder, "out")
+    status, said, errors = made_up.command(main, path, "--threads=-1")
+    need(status == 2 and "--threads" in errors, f"--threads=-1: exit {status} {errors}")
     made_up.calls(programs)
     status, said, errors = made_up.command(main, path, "--check")
     asked = {line.split("a=")[1].split()[0] for line in made_up.calls(programs)}

@@ -37,7 +37,7 @@ if of("interrupts"):
     os.kill(os.getppid(), 2)
     time.sleep(60)  # until it is stopped
 if of("seed") in of("fails", []):
-    sys.exit(print("no room", file=sys.stderr) or 1)
+    sys.exit(print(of("says", "no room"), file=sys.stderr) or 1)
 rows, seed = of("rows", 10), of("seed")
 strain = [of("end", 0.2) * k / rows for k in range(rows + 1)]
 stress = [of("a") * e + of("b") * e * e + of("c") * seed for e in strain]

@@ -300,7 +300,8 @@ def sweeps(folder):
     need(row["status"] == "0 (1 of 2 not broken: at least 8)" and row["least"] == 8 and math.isnan(row["mean"])
          and row["larger"] == [10.0] and row["found"] == [6.0], f"{row}")
     need(sweep.numbers([{"value": 1}, {"value": 2.5}]) == ([1, 2.5], None)
-         and sweep.numbers([{"value": True}, {"value": "x"}]) == ([0, 1], ["True", "x"]), "places on the axis")
+         and sweep.numbers([{"value": True}, {"value": 2}]) == ([0, 1], ["True", "2"])
+         and sweep.numbers([{"value": "x"}, {"value": "y"}]) == ([0, 1], ["x", "y"]), "places on the axis")
     need([sweep.signed(0.0312), sweep.signed(-0.5), sweep.signed(math.nan)] == ["+3.1 %", "-50 %", "-"], "signs")
     need([p["at"] for p in sweep.parts({"at": [1, 2]})] == [1, 2] and sweep.parts({"at": 3}) == [{"at": 3}], "parts")
 
@@ -320,6 +321,9 @@ def others(folder):
     plot.history_plot(ax, {"x": "axial_strain", "y": "y", "cases": ["a"], "scale": 10.0, "x_scale": 100.0}, {"a": "A"},
                       {"a": runs[:2]})
     near([(v.get_xdata()[1], v.get_ydata()[1]) for v in ax.get_lines()], [(50, 10), (50, 30)], "curves")
+    first, second = ax.get_lines()
+    need(first.get_label() == "A" and second.get_label().startswith("_") and first.get_color() == second.get_color(),
+         "seeds of a case have one name and one colour")
     ax.cla()
     sieve = {0.1: [{"diameter_m": 1e-3, "passing": 0.25, "mass_kg": 2.0}, {"diameter_m": 2e-3, "passing": 1.0,
                                                                            "mass_kg": 6.0}]}
@@ -334,10 +338,12 @@ def others(folder):
     shown = fit.show([law], SimpleNamespace(runs=of, out=folder))
     need([line.split()[-12:] for line in shown.text.splitlines()[2:]] ==
          [f"l {e} 3.00 ± 0.00 (1 of 4 runs left out) 3".split() for e in ("0.5", "1")], f"{shown.text}")
+    shown = fit.show([{**law, "cases": ["b"], "at": [0.5]}], SimpleNamespace(runs={"b": of["b"][:1]}, out=folder))
+    need("fewer than two places" in shown.text, f"a law through one point: {shown.text}")
     base = made_up.run(axial_stress_Pa=10.0)
     for run, wanted in ((made_up.run(axial_stress_Pa=10.4), "good, same result (4.0 %)"),
                         (made_up.run(axial_stress_Pa=11.5), "good, slightly different (15.0 %)"),
-                        (made_up.run(axial_stress_Pa=5.0), "broken, different path (50.0 %)"),
+                        (made_up.run(axial_stress_Pa=12.5), "broken, different path (25.0 %)"),
                         (made_up.run(3, axial_stress_Pa=10.0), "unstable: unstable"),
                         (made_up.run(axial_stress_Pa=10.0, breakages=[0.0] * 3), "never broken"),
                         (made_up.run(axial_stress_Pa=[0.0, 2.5, 5.0], axial_strain=[0.0, 0.25, 0.5]),

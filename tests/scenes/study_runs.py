@@ -6,6 +6,7 @@ import csv
 import json
 import math
 import os
+import re
 import signal
 import sys
 import tempfile
@@ -98,6 +99,7 @@ def runs_again(tmp, programs):
     runner = fresh()
     need(runner.run({**case, "set": {"fails": [1]}}, 1)[2] == "no room" and not os.path.exists(key)
          and not runner.refused, "a run that fails is kept, or counts as refused")
+    need(runner.run({**case, "set": {"fails": [1], "says": " "}}, 1)[2] == "ended with status 1", "a silent end")
     need(runner.run({**case, "set": {"a": 9.0, "refused_from": 5}}, 1)[2] == "scene: a: too large"
          and runner.refused == {("c", "1"): "scene: a: too large"}, f"refused: {runner.refused}")
     made_up.calls(programs)
@@ -116,7 +118,8 @@ def runs_again(tmp, programs):
     lacks.asked["c"][1].add("results.none")
     need(lacks.lacking(case, folder) == "summary.json has no number 'results.none'", f"{lacks.lacking(case, folder)}")
     made_up.calls(programs)
-    runner.command(case, 5)
+    need(not runner.running and not lacks.running, "what has ended counts as running")
+    need(runner.command({**case, "set": {"seed": ["a=1"]}}, 7)[2:] == ["--set", "seed=7"], "a number beside a list")
     need(runner.command(case, 5)[2:] == ["--set", "graded=1", "--set", "seed=5"]
          and runner.command({**case, "set": {"seed": 8, "x": ""}}, None)[2:] == ["--set", "seed=8", "--set", "x="]
          and runner.command({**case, "set": {"seed": ["a=1"]}}, ["b=2"])[2:] == ["--set", 'seed=["a=1", "b=2"]'],
@@ -271,6 +274,16 @@ quantity = "results.peak_axial_stress_Pa"
     status, said, errors = made_up.command(main, refused, "-o", os.path.join(tmp, "none"), "--quiet")
     need(status == 2 and "scene: a: too large" in errors and not os.path.exists(os.path.join(tmp, "none")),
          f"exit {status} {errors}")
+    log = os.path.join(tmp, "log.txt")
+    for times in (1, 2):
+        status, said, errors = made_up.command(main, path, "--check", "--log", log)
+        with open(log) as f:
+            lines = f.read().splitlines()
+        need(status == 0 and len(lines) == 3 * times and all(re.fullmatch(
+            r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d  .*", line) for line in lines)
+             and [line[21:] for line in lines[-3:]] == said.splitlines(), f"a log: exit {status} {errors} {lines}")
+    status, said, errors = made_up.command(main, path, "--check", "--log", path)
+    need(status == 2 and "is not a log of Grus" in errors, f"a log that is none: exit {status} {errors}")
     for wrong in ("--threads=-1", "--max-time=0", "--max-time=x"):
         status, said, errors = made_up.command(main, path, wrong)
         need(status == 2 and wrong.split("=")[0] in errors, f"{wrong}: {status} {errors}")
