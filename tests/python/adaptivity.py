@@ -65,6 +65,8 @@ need((every.advance(increments(1e-3, 2e-3, 1e-3))[0] == grus.RveSet(SAND, 3, thr
 shared, plain = pair(2, share=1e-3)
 wrong = apart(shared, plain, 2e-3, 2.5e-3)
 need(shared.distinct == 1 and plain.distinct == 2 and wrong > 0, f"{shared.distinct} RVEs, off by {wrong}")
+unknown = shared.report()["errors"]["sharing"]
+need(unknown["measured_at_replays"] == 0 and unknown["worst"] is unknown["mean"] is None, f"never measured: {unknown}")
 refused(["similar sharing", "save"], lambda: shared.get_state(0))
 apart(shared, plain, 1e-3, 4e-3)
 told = shared.report()

@@ -204,6 +204,9 @@ def devices(tmp):
     need(facts["counts"]["rves_advanced"] < 0.7 * facts["counts"]["rves_asked"], f"little left out: {facts['counts']}")
     need(facts["errors"]["sharing"]["tolerance_strain"] == 1e-3 and facts["errors"]["deferral"]["tolerance"] == 0.05,
          "errors are not reported")
+    for device, count in (("sharing", "measured_at_replays"), ("deferral", "measured")):
+        told = facts["errors"][device]
+        need((told[count] > 0) == (told["worst"] is not None) == (told["mean"] is not None), f"{device}: {told}")
     need(
         abs(lazy[-1]["mean_stress_zz_Pa"] / plain[-1]["mean_stress_zz_Pa"] - 1) < 0.15,
         f"{lazy[-1]['mean_stress_zz_Pa']} against {plain[-1]['mean_stress_zz_Pa']}")
