@@ -217,7 +217,11 @@ BvpEnding BvpRun::go(double ready, const Clock& clock) {
 template <class Report>
 void BvpRun::save(Course& c, const Report& report) {
   const Clock writing;
-  nlohmann::json about = app::save(report);
+  nlohmann::json about;
+  if constexpr (std::is_same_v<Report, fem::IncrementReport>)
+    about["standing"] = app::save(start_after(report));
+  else
+    about["standing"] = app::save(report);
   about["program"] = "grus-bvp";
   about["scene"] = scene_.record;
   if (scene_.has_rve) about["unit_cell"] = *scene_.unit_cells[0].record;
@@ -247,7 +251,7 @@ template <class Start>
 Start BvpRun::begin() {
   Start start;
   if (!kept_.parts.empty()) try {
-      app::load(resume(), start);
+      app::load(resume().at("standing"), start);
     } catch (const nlohmann::json::exception&) {
       throw InputError(checkpoint_of(options_) + ": checkpoint is damaged: where the run stands");
     }

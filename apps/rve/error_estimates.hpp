@@ -67,15 +67,6 @@ struct ErrorEstimates {
   /// Over the rows (0 without any).
   double mean_stress_error() const { return stress_rows > 0 ? stress_sum / static_cast<double>(stress_rows) : 0; }
   nlohmann::json json(const dem::State& state) const;
-
-  template <class A, class E>
-  static void archive(A& a, E& e) {
-    for (auto* v : {&e.energy, &e.unbalanced, &e.overlap, &e.wall_minus_cell, &e.pressure_scatter, &e.stress})
-      a.plain(*v);
-    a.plain(e.stress_sum), a.plain(e.stress_rows), a.plain(e.holds);
-    a.plain(e.largest_wall);
-    a.plain(e.before_peak);
-  }
 };
 
 }  // namespace grus::app

@@ -54,17 +54,12 @@ std::string setup_text(const RveScene& scene, const dem::State& s, double grains
   return text;
 }
 
-/// Steps of a grain that no machine of today gets through in months; with few grains a step costs as much as with a
-/// thousand.
-constexpr double most_grain_steps = 1e14;
-
 void refuse_endless(const RveScene& scene, const dem::State& s) {
-  const double steps = scene.test.duration / s.dt;
-  if (!(steps * std::max(1000.0, static_cast<double>(s.grains.size())) < most_grain_steps))
+  if (dem::endless(s, scene.test.duration))
     throw dem::InputError(
         fmt::format("{}: loading: a time step of {:.3g} s would take {:.3g} steps to {:.3g} s: stiffness, density, "
                     "size or speed of the grains, or the rate, is out of all bounds",
-                    scene.file, s.dt, steps, scene.test.duration));
+                    scene.file, s.dt, scene.test.duration / s.dt, scene.test.duration));
 }
 
 /// The sample, where the scene has not had it at once.

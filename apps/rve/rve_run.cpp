@@ -72,7 +72,7 @@ void RveRun::take_up(const dem::Checkpoint& kept) {
     state_ = dem::state_of(kept.parts[0]);
     dem::check_state(scene_.model, state_);
     dem::Loader loader(kept.parts[1]);
-    Course::archive(loader, course_);
+    dem::walk(loader, course_);
     history_.restore(kept.parts[2], about.at("rows"));
     gradings_.restore(kept.parts[3], about.at("gradings"));
     frames_.restore(about.at("frames").get<GrainFrames::Series>());
@@ -107,7 +107,7 @@ void RveRun::save_checkpoint() {
   const Clock writing;
   dem::Saver saver;
   course_.cpu = earlier_cpu_ + cpu_seconds();
-  Course::archive(saver, course_);
+  dem::walk(saver, course_);
   const nlohmann::json about{{"program", "grus-rve"},          {"scene", *scene_.record}, {"prepared", prepared_},
                              {"notes", scene_.notes},          {"rows", history_.rows()}, {"frames", frames_.series()},
                              {"gradings", gradings_.written()}};

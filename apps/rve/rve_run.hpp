@@ -51,20 +51,6 @@ private:
     double overfull =
         -1;  // stress (Pa) at which grains and fines first were more than the sample's volume; below 0: never
     ErrorEstimates errors;
-
-    template <class A>
-    static void archive(A& a, auto& c) {
-      a.plain(c.initial_cell);
-      a.plain(c.initial_size);
-      a.plain(c.row);
-      a.plain(c.peak), a.plain(c.intact), a.plain(c.reading);
-      a.plain(c.peak_is_last), a.plain(c.reading_is_last), a.plain(c.broke_unseen);
-      a.plain(c.axial), a.plain(c.before);
-      a.plain(c.bulk), a.plain(c.solid), a.plain(c.mass);
-      a.plain(c.wall), a.plain(c.cpu);
-      a.plain(c.overfull);
-      ErrorEstimates::archive(a, c.errors);
-    }
   };
 
   void take_up(const dem::Checkpoint& kept);

@@ -14,7 +14,7 @@ template <class Law>
 void begin_touch(const void* context, std::size_t k, double effective_radius) {
   const TileWork& s = *static_cast<const TileWork*>(context);
   Contact c = s.contacts.contact[k];
-  begin_contact<Law>(s.pairs[s.contacts.law[k]], effective_radius, 1, c, s.energy);
+  begin_contact<Law>(s.pairs[s.contacts.plan.law[k]], effective_radius, 1, c, s.energy);
   s.contacts.contact.set(k, c);
 }
 template <class Law>
@@ -28,10 +28,10 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
                     const Boundary& boundary, double dt, bool shown, Contacts& c) {
   static_assert(sizeof(Motion) == 96 && sizeof(Touch) == 64 && sizeof(Load) == 64);
   ContactRows pass{};
-  c.law_rows.assign(pairs.size() * law_columns, 0);
+  c.plan.law_rows.assign(pairs.size() * law_columns, 0);
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const PairLaw& p = pairs[k];
-    double* row = &c.law_rows[k * law_columns];
+    double* row = &c.plan.law_rows[k * law_columns];
     row[law_dashpot] = p.dashpot;
     row[law_shear_ratio] = p.friction > 0 ? p.shear_ratio : 1, row[law_friction] = p.friction;
     row[law_rolling] = p.rolling;
@@ -44,38 +44,38 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
     to[2] = v.z();
   };
   if (periodic) {
-    c.shift_rows.assign(8 * c.images.size(), 0);
-    for (std::size_t k = 0; k < c.images.size(); ++k) {
-      const Vec3 image(c.images[k][0], c.images[k][1], c.images[k][2]);
-      put(&c.shift_rows[8 * k], boundary.cell.vectors * image),
-          put(&c.shift_rows[8 * k + 4], boundary.cell.rate * image);
+    c.plan.shift_rows.assign(8 * c.plan.images.size(), 0);
+    for (std::size_t k = 0; k < c.plan.images.size(); ++k) {
+      const Vec3 image(c.plan.images[k][0], c.plan.images[k][1], c.plan.images[k][2]);
+      put(&c.plan.shift_rows[8 * k], boundary.cell.vectors * image),
+          put(&c.plan.shift_rows[8 * k + 4], boundary.cell.rate * image);
     }
   }
-  c.wall_rows.assign(8 * boundary.walls.size(), 0);
+  c.plan.wall_rows.assign(8 * boundary.walls.size(), 0);
   for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
     const Wall& wall = boundary.walls[w];
-    put(&c.wall_rows[8 * w], wall.normal), put(&c.wall_rows[8 * w + 4], wall.velocity);
-    c.wall_rows[8 * w + 3] = wall.normal.dot(wall.point);
+    put(&c.plan.wall_rows[8 * w], wall.normal), put(&c.plan.wall_rows[8 * w + 4], wall.velocity);
+    c.plan.wall_rows[8 * w + 3] = wall.normal.dot(wall.point);
   }
-  c.round_rows.clear();
+  c.plan.round_rows.clear();
   if (cylinder(boundary)) {
-    c.round_rows.assign(8 * boundary.walls.size(), 0);
+    c.plan.round_rows.assign(8 * boundary.walls.size(), 0);
     for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
       const Wall& wall = boundary.walls[w];
       if (!wall.round()) continue;
-      put(&c.round_rows[8 * w], wall.point), put(&c.round_rows[8 * w + 4], wall.axis);
-      c.round_rows[8 * w + 3] = wall.radius;
+      put(&c.plan.round_rows[8 * w], wall.point), put(&c.plan.round_rows[8 * w + 4], wall.axis);
+      c.plan.round_rows[8 * w + 3] = wall.radius;
     }
   }
   pass.motion = reinterpret_cast<const double*>(grains.motion.data());
-  pass.a = c.a.data();
-  pass.b = c.b.data();
-  pass.law = c.law.data();
-  pass.target = c.target.data();
-  pass.shift = periodic ? c.shift.data() : nullptr, pass.shifts = c.shift_rows.data();
-  pass.walls = c.wall_rows.data();
-  pass.rounds = c.round_rows.empty() ? nullptr : c.round_rows.data();
-  pass.laws = c.law_rows.data();
+  pass.a = c.plan.a.data();
+  pass.b = c.plan.b.data();
+  pass.law = c.plan.law.data();
+  pass.target = c.plan.target.data();
+  pass.shift = periodic ? c.plan.shift.data() : nullptr, pass.shifts = c.plan.shift_rows.data();
+  pass.walls = c.plan.wall_rows.data();
+  pass.rounds = c.plan.round_rows.empty() ? nullptr : c.plan.round_rows.data();
+  pass.laws = c.plan.law_rows.data();
   pass.law_count = pairs.size();
   pass.dt = dt;
   ContactColumns& h = c.contact;
@@ -93,7 +93,8 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
   pass.frame = reinterpret_cast<const double*>(grains.frame.data()),
   pass.shape = reinterpret_cast<const double*>(grains.shape.data());
   static_assert(sizeof(Frame) == 96 && sizeof(PolyEllipsoid) == 48);
-  pass.elsewhere = reinterpret_cast<double*>(c.load.data()), pass.grains = static_cast<std::uint32_t>(grains.size());
+  pass.elsewhere = reinterpret_cast<double*>(c.plan.load.data()),
+  pass.grains = static_cast<std::uint32_t>(grains.size());
   if (h.reaches) pass.reach = h.reach.data();
   std::visit([&]<class Law>(
                  const Law&) { pass.kernel = Law::kernel, pass.begin = begin_touch<Law>, pass.part = part_touch<Law>; },
@@ -114,10 +115,10 @@ ContactPass::ContactPass(const ContactLaw& law, std::span<const PairLaw> pairs, 
 
 void ContactPass::tile(std::size_t t, Load* room) const {
   const std::size_t first = t * tile_size(grains_.size());
-  Load* const load = room ? room : contacts_.load.data() + first;
+  Load* const load = room ? room : contacts_.plan.load.data() + first;
   ContactRows rows = rows_;
   rows.load = reinterpret_cast<double*>(load), rows.first = static_cast<std::uint32_t>(first);
-  const TileWork work{law_, pairs_, grains_, boundary_, contacts_, rows, load, first, contacts_.energy[t]};
+  const TileWork work{law_, pairs_, grains_, boundary_, contacts_, rows, load, first, contacts_.plan.energy[t]};
   rows.context = &work;
   for (const Bin bin : pass_order) {
     const std::size_t begin = contacts_.tile[bin][t], end = contacts_.tile[bin][t + 1];
@@ -146,11 +147,11 @@ double boundary_power(const Boundary& boundary, const Contacts& contacts) {
   return power;
 }
 
-void drop_loads(Contacts& contacts) { std::fill(contacts.load.begin(), contacts.load.end(), Load{}); }
+void drop_loads(Contacts& contacts) { std::fill(contacts.plan.load.begin(), contacts.plan.load.end(), Load{}); }
 
 BlockEnergy flush(Contacts& contacts) {
   BlockEnergy sum;
-  for (auto& e : contacts.energy) {
+  for (auto& e : contacts.plan.energy) {
     sum.friction += e.friction;
     sum.springs += e.springs;
     sum.viscous += e.viscous;

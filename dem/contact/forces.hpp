@@ -14,15 +14,15 @@
 namespace grus::dem {
 
 /// One pass over all near pairs at the present positions and half-step velocities: advances contact histories by dt and
-/// adds forces and torques to contacts.load, which must be clear. Tiles may be taken in any order by any threads.
-/// Dissipation and work of a moving boundary go to contacts.energy, one entry a tile; the work is that of this step's
-/// forces over a whole dt, so that a run books half of `boundary_power` for its first and last instant. `shown`: fills
-/// contacts.touch for every pair.
+/// adds forces and torques to contacts.plan.load, which must be clear. Tiles may be taken in any order by any threads.
+/// Dissipation and work of a moving boundary go to contacts.plan.energy, one entry a tile; the work is that of this
+/// step's forces over a whole dt, so that a run books half of `boundary_power` for its first and last instant. `shown`:
+/// fills contacts.touch for every pair.
 class ContactPass {
 public:
   ContactPass(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary,
               double dt, bool shown, Contacts& contacts);
-  /// `room`: where the tile's grains collect, one row a grain of the tile; their rows of contacts.load unless said
+  /// `room`: where the tile's grains collect, one row a grain of the tile; their rows of contacts.plan.load unless said
   /// otherwise.
   void tile(std::size_t t, Load* room = nullptr) const;
 

@@ -134,8 +134,8 @@ void hulls(const TileWork& s, std::size_t begin, std::size_t end) {
     if (contacts.spots) contacts.spot[k] = {o.middle, moment - o.middle.cross(press.elastic)};
     Load& of_a = s.load[pair.a - s.first];
     of_a.force -= force, of_a.torque -= moment + o.middle.cross(press.rest);
-    const Index target = contacts.target[k];
-    Load& of_b = target < s.grains.size() ? s.load[target - s.first] : contacts.load[target];
+    const Index target = contacts.plan.target[k];
+    Load& of_b = target < s.grains.size() ? s.load[target - s.first] : contacts.plan.load[target];
     of_b.force += force, of_b.torque += moment - shift.cross(press.elastic) + arm_b.cross(press.rest);
     s.energy.work -= s.dt() * force.dot(drag);
   }

@@ -50,19 +50,17 @@ void make_rows(std::size_t tiles, NeighbourRoom& room, Contacts& contacts) {
   for_each_contact_column(contacts.contact, [&](auto& column) { column.resize(total + overrun); });
   if (contacts.spots) contacts.spot.resize(total);
   contacts.touch.resize(total + overrun), contacts.active.resize(total + overrun);
-  for (auto* column : {&contacts.a, &contacts.b, &contacts.law, &contacts.target}) column->resize(total + overrun);
-  for (std::size_t k = total; k < total + overrun; ++k) {
+  for (std::size_t k = total; k < total + overrun; ++k)
     contacts.contact.set(k, {}), contacts.touch[k] = {}, contacts.active[k] = 0;
-    contacts.a[k] = contacts.b[k] = contacts.law[k] = contacts.target[k] = 0;
-  }
-  contacts.tile_work.resize(tiles + 1);
+  make_room(total, contacts.plan);
+  contacts.plan.tile_work.resize(tiles + 1);
 }
 
 }  // namespace
 
 void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team) {
   NeighbourRoom& room = lister.room;
-  const std::size_t grains = lister.grains.size(), tiles = tile_count(grains), size = tile_size(grains);
+  const std::size_t grains = lister.grains.size(), tiles = tile_count(grains);
   make_rows(tiles, room, contacts);
   const int bits = tile_bits(grains);
   team.pieces(tiles, room.work, [&](std::size_t first, std::size_t last, int) {
@@ -71,12 +69,8 @@ void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team)
         const bool on = lister.touched(old), wall = bin >= first_wall;
         const std::size_t k = room.counts[t][2 * static_cast<std::size_t>(bin) + !on]++;
         contacts.pair[k] = pair;
-        contacts.a[k] = pair.a;
-        contacts.b[k] = wall ? 0 : pair.b;
-        contacts.law[k] = pair.law;
         contacts.active[k] = on;
-        contacts.target[k] = pair.b;
-        if (!wall && pair.b >> bits != t) room.crossing[t].push_back(static_cast<Index>(k));
+        plan_pair(pair, k, t, wall, bits, contacts.plan, room.crossing[t]);
         const bool turned = !wall && lister.past.before(pair.a) > lister.past.before(pair.b);
         Contact c = on ? room.contact[old] : Contact{};
         if (turned) c.spring = -c.spring, c.roll = -c.roll;
@@ -87,31 +81,28 @@ void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team)
         if (turned) touch.normal = -touch.normal, touch.force = -touch.force;
         if (pair_kind(bin).near && !on) touch.normal = room.listed_normal[t][normal];
       }
-      weigh_tile(lister.grains, t, t * size, std::min(grains, (t + 1) * size), contacts);
+      weigh_tile(lister.grains, t, contacts);
     }
   });
-  contacts.tile_work[0] = 0;
-  for (std::size_t t = 0; t < tiles; ++t) contacts.tile_work[t + 1] += contacts.tile_work[t];
-  contacts.energy.resize(std::max(contacts.energy.size(), tiles));
-  assign_targets(grains, room.crossing, contacts, room.receivers, room.next);
-  index_images(lister.boundary.cell, contacts);
-  contacts.first.clear();
+  finish_plan(lister.grains, lister.boundary.cell, room.crossing, contacts, room.receivers, room.next);
+  contacts.index.first.clear();
   if (indexed) index_grains(grains, contacts, room.next);
 }
 
 void index_grains(std::size_t grains, Contacts& contacts, std::vector<Index>& next) {
-  contacts.first.assign(grains + 1, 0);
+  contacts.index.first.assign(grains + 1, 0);
   const std::size_t walls = contacts.begin[first_wall];
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    ++contacts.first[contacts.pair[k].a + 1];
-    if (k < walls) ++contacts.first[contacts.pair[k].b + 1];
+    ++contacts.index.first[contacts.pair[k].a + 1];
+    if (k < walls) ++contacts.index.first[contacts.pair[k].b + 1];
   }
-  for (std::size_t i = 0; i < grains; ++i) contacts.first[i + 1] += contacts.first[i];
-  contacts.entry.resize(contacts.first[grains]);
-  next.assign(contacts.first.begin(), contacts.first.end() - 1);
+  for (std::size_t i = 0; i < grains; ++i) contacts.index.first[i + 1] += contacts.index.first[i];
+  contacts.index.entry.resize(contacts.index.first[grains]);
+  next.assign(contacts.index.first.begin(), contacts.index.first.end() - 1);
   for (std::size_t k = 0; k < contacts.size(); ++k)
-    contacts.entry[next[contacts.pair[k].a]++] = static_cast<Index>(2 * k);
-  for (std::size_t k = 0; k < walls; ++k) contacts.entry[next[contacts.pair[k].b]++] = static_cast<Index>(2 * k + 1);
+    contacts.index.entry[next[contacts.pair[k].a]++] = static_cast<Index>(2 * k);
+  for (std::size_t k = 0; k < walls; ++k)
+    contacts.index.entry[next[contacts.pair[k].b]++] = static_cast<Index>(2 * k + 1);
 }
 
 }  // namespace grus::dem

@@ -26,10 +26,10 @@ struct Past {
       std::swap(p, q);
       for (auto& v : image) v = static_cast<std::int16_t>(-v);
     }
-    if (static_cast<std::size_t>(p) + 1 >= lists.first.size()) return none;
-    for (Index e = lists.first[p]; e < lists.first[p + 1]; ++e) {
-      if (lists.entry[e] & 1) break;  // pairs of which p is a come first
-      const Index k = lists.entry[e] >> 1;
+    if (static_cast<std::size_t>(p) + 1 >= lists.index.first.size()) return none;
+    for (Index e = lists.index.first[p]; e < lists.index.first[p + 1]; ++e) {
+      if (lists.index.entry[e] & 1) break;  // pairs of which p is a come first
+      const Index k = lists.index.entry[e] >> 1;
       const Pair& pair = old.pair[k];
       if (pair.b == q && (k >= lists.begin[first_wall]) == wall && (wall || pair.image == image)) return k;
     }

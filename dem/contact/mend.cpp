@@ -53,7 +53,7 @@ void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, 
   for (const Index i : few) room.marked[i] = 1;
   find_candidates_of(few, room.marked, grains, cell, reach, room.few, team);
   const bool split = !origin.empty();  // histories of halves are their parents'; strays keep what pairs they have
-  if (split && contacts.first.empty()) index_grains(before, contacts, room.next);
+  if (split && contacts.index.first.empty()) index_grains(before, contacts, room.next);
   put_aside(grains, contacts, reference);
   begin_tiles(n, room);
   Lister lister{grains,

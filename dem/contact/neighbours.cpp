@@ -85,7 +85,7 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
   renew_candidates(grains, boundary.cell, skin, lasting, room, team);
   const std::size_t n = grains.size(), tiles = tile_count(n), size = tile_size(n);
   const bool same = origin.empty() && reference.position.size() == n && contacts.tile[0].size() == tiles + 1;
-  if (!same && contacts.first.empty()) index_grains(reference.position.size(), contacts, room.next);
+  if (!same && contacts.index.first.empty()) index_grains(reference.position.size(), contacts, room.next);
   put_aside(grains, contacts, reference);
   const auto& candidate = room.candidates.pair;
   const auto& row = room.candidates.row;

@@ -21,10 +21,10 @@ Mat3 motion_virial(const Grains& g, std::size_t i) {
 
 Mat3 grain_stress(const Grains& g, const Contacts& contacts, std::size_t i) {
   Mat3 sum = Mat3::Zero();
-  for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
-    const std::size_t k = contacts.entry[e] >> 1;
+  for (Index e = contacts.index.first[i]; e < contacts.index.first[i + 1]; ++e) {
+    const std::size_t k = contacts.index.entry[e] >> 1;
     if (!contacts.contact.touching(k)) continue;
-    const bool is_b = contacts.entry[e] & 1;
+    const bool is_b = contacts.index.entry[e] & 1;
     // The undeformed surface point goes with the undeformed volume: F = 2 pi R^2 strength / 3 holds at any overlap.
     const Vec3 arm = surface_arm(g, i, is_b ? Vec3(-contacts.touch[k].normal) : contacts.touch[k].normal);
     sum += (is_b ? 1.0 : -1.0) * contacts.touch[k].force * arm.transpose();

@@ -52,19 +52,19 @@ public:
   /// `radius`: of the circle of the area of contact.
   template <class F>
   void each_contact(F&& f) const {
-    for (Index e = contacts_.first[i_]; e < contacts_.first[i_ + 1]; ++e) {
-      const std::size_t k = contacts_.entry[e] >> 1;
+    for (Index e = contacts_.index.first[i_]; e < contacts_.index.first[i_ + 1]; ++e) {
+      const std::size_t k = contacts_.index.entry[e] >> 1;
       const Contact c = contacts_.contact[k];
       if (c.stiffness > 0)
-        f(elastic_force(law_, contacts_, k), std::sqrt(c.stiffness / (pi * c.radius)), contacts_.entry[e]);
+        f(elastic_force(law_, contacts_, k), std::sqrt(c.stiffness / (pi * c.radius)), contacts_.index.entry[e]);
     }
   }
 
   /// Calls f(HullLoad) for all that acts on it.
   template <class F>
   void each_load(F&& f) const {
-    for (Index e = contacts_.first[i_]; e < contacts_.first[i_ + 1]; ++e)
-      if (contacts_.contact.touching(contacts_.entry[e] >> 1)) f(of_contact(contacts_.entry[e]));
+    for (Index e = contacts_.index.first[i_]; e < contacts_.index.first[i_ + 1]; ++e)
+      if (contacts_.contact.touching(contacts_.index.entry[e] >> 1)) f(of_contact(contacts_.index.entry[e]));
     if (by_grain_.first.empty()) return;
     for (Index e = by_grain_.first[i_]; e < by_grain_.first[i_ + 1]; ++e) f(of_bond(by_grain_.entry[e]));
   }

@@ -20,14 +20,14 @@ public:
   double radius() const { return grains_.extent[i_].equivalent_radius; }
   Vec3 arm(Index at) const { return contact_arm(grains_, contacts_, at >> 1, at & 1); }
 
-  /// `at`: an entry of contacts.entry.
+  /// `at`: an entry of contacts.index.entry.
   template <class F>
   void each_contact(F&& f) const {
-    for (Index e = contacts_.first[i_]; e < contacts_.first[i_ + 1]; ++e) {
-      const std::size_t k = contacts_.entry[e] >> 1;
+    for (Index e = contacts_.index.first[i_]; e < contacts_.index.first[i_ + 1]; ++e) {
+      const std::size_t k = contacts_.index.entry[e] >> 1;
       const Contact c = contacts_.contact[k];
       if (c.stiffness <= 0) continue;
-      f(elastic_force(law_, contacts_, k), std::sqrt(c.radius * contacts_.touch[k].overlap), contacts_.entry[e]);
+      f(elastic_force(law_, contacts_, k), std::sqrt(c.radius * contacts_.touch[k].overlap), contacts_.index.entry[e]);
     }
   }
 

@@ -18,8 +18,8 @@ std::optional<double> next_radius(const Grains& g, std::size_t i, double density
 
 double mean_pressure(const ContactLaw& law, const Grains& g, const Contacts& contacts, std::size_t i) {
   double force = 0;
-  for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
-    const std::size_t k = contacts.entry[e] >> 1;
+  for (Index e = contacts.index.first[i]; e < contacts.index.first[i + 1]; ++e) {
+    const std::size_t k = contacts.index.entry[e] >> 1;
     if (contacts.contact.touching(k)) force += elastic_force(law, contacts, k);
   }
   return force * g.extent[i].equivalent_radius / (3 * g.extent[i].volume);

@@ -247,11 +247,11 @@ Mat6 scaled_stiffness(const Grains& g, const Contacts& contacts, const BondsOfGr
   const std::vector<Stiffness>& k = all.of;
   Blocks blocks;
   Mat3 &shift = blocks.shift, &mixed = blocks.mixed, &turn = blocks.turn;
-  for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
-    const std::size_t c = contacts.entry[e] >> 1;
+  for (Index e = contacts.index.first[i]; e < contacts.index.first[i + 1]; ++e) {
+    const std::size_t c = contacts.index.entry[e] >> 1;
     if (k[c].normal == 0) continue;
     const double weight = c < contacts.begin[first_wall] ? 2 : 1, kt = weight * k[c].tangential;
-    const Vec3 outward = (contacts.entry[e] & 1) ? Vec3(-contacts.touch[c].normal) : contacts.touch[c].normal;
+    const Vec3 outward = (contacts.index.entry[e] & 1) ? Vec3(-contacts.touch[c].normal) : contacts.touch[c].normal;
     const Mat3 nn = outward * outward.transpose(), across = Mat3::Identity() - nn;
     if (is_sphere(g, i)) {  // arm = radius x normal: in closed form
       const double radius = g.motion[i].radius;
@@ -259,7 +259,7 @@ Mat6 scaled_stiffness(const Grains& g, const Contacts& contacts, const BondsOfGr
       mixed -= kt * radius * cross_matrix(outward);
       turn += kt * radius * radius * across;
     } else {
-      const Vec3 arm = all.arm.empty() ? surface_arm(g, i, outward) : all.arm[c][contacts.entry[e] & 1];
+      const Vec3 arm = all.arm.empty() ? surface_arm(g, i, outward) : all.arm[c][contacts.index.entry[e] & 1];
       blocks.add(weight, k[c].normal * nn + k[c].tangential * across, arm);
     }
     turn += weight * k[c].rolling * (all.arm.empty() ? across : Mat3(Mat3::Identity()));

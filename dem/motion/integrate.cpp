@@ -15,9 +15,9 @@ SweepPass::SweepPass(Kick kick, Grains& g, Contacts& c, const MotionSettings& s,
       turning_(kick != Kick::close && (s.turn_spheres || !g.frame.empty())),
       rows_{.motion = reinterpret_cast<double*>(g.motion.data()),
             .load = nullptr,
-            .elsewhere = reinterpret_cast<double*>(c.load.data()),
-            .remote = c.remote.data(),
-            .remote_row = c.remote_row.data(),
+            .elsewhere = reinterpret_cast<double*>(c.plan.load.data()),
+            .remote = c.plan.remote.data(),
+            .remote_row = c.plan.remote_row.data(),
             .force = reinterpret_cast<double*>(g.force.data()),
             .torque = reinterpret_cast<double*>(g.torque.data()),
             .angular_momentum = reinterpret_cast<double*>(g.angular_momentum.data()),
@@ -56,7 +56,7 @@ void SweepPass::tile(std::size_t t, Load* room) const {
     total.speed2 = std::max(total.speed2, e.speed2);
   };
   const std::size_t begin = t * tile_size(g.size()), end = std::min(g.size(), begin + tile_size(g.size()));
-  rows.load = reinterpret_cast<double*>(room ? room : contacts_.load.data() + begin),
+  rows.load = reinterpret_cast<double*>(room ? room : contacts_.plan.load.data() + begin),
   rows.first = static_cast<std::uint32_t>(begin);
   const bool all_round = g.frame.empty();
   if (all_round) book(spheres_(rows, kick_, begin, end));

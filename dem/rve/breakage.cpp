@@ -28,7 +28,7 @@ LoadedGrain loaded(const Model& model, const State& state, std::size_t i) {
 
 LoadedHull loaded_hull(const Model& model, const State& state, std::size_t i) {
   const double nu = model.materials[state.grains.material[i]].poissons_ratio;
-  return {model.law, nu, state.grains, state.boundary, state.contacts, state.bonds, state.grain_bonds, i};
+  return {model.law, nu, state.grains, state.boundary, state.contacts, state.bonds, state.break_room.bonds, i};
 }
 
 bool is_hull(const State& state, std::size_t i) { return state.grains.kind[i] == ShapeKind::hull; }
@@ -102,8 +102,8 @@ bool share_contacts(const Model& model, State& state, std::span<const std::size_
   bool shared = false;
   const auto among = [&](Index i) { return std::find(pieces.begin(), pieces.end(), i) != pieces.end(); };
   const auto each_inherited = [&](std::size_t piece, auto&& f) {
-    for (Index e = contacts.first[piece]; e < contacts.first[piece + 1]; ++e) {
-      const Seen seen = seen_from(contacts, contacts.entry[e]);
+    for (Index e = contacts.index.first[piece]; e < contacts.index.first[piece + 1]; ++e) {
+      const Seen seen = seen_from(contacts, contacts.index.entry[e]);
       if (contacts.contact.touching(seen.contact) && (seen.wall || !among(seen.other))) f(seen);
     }
   };
@@ -142,8 +142,8 @@ double energy_of(const Model& model, const State& state, const std::vector<Index
   const Contacts& c = state.contacts;
   double sum = 0;
   for (const Index i : grains)
-    for (Index e = c.first[i]; e < c.first[i + 1]; ++e) {
-      const std::size_t k = c.entry[e] >> 1;
+    for (Index e = c.index.first[i]; e < c.index.first[i + 1]; ++e) {
+      const std::size_t k = c.index.entry[e] >> 1;
       const bool twice = k < c.begin[first_wall] && among[c.pair[k].a] && among[c.pair[k].b];
       const auto held = [&](const auto& law) { return elastic_energy(law, c.contact[k], c.touch[k]); };
       sum += (twice ? 0.5 : 1) * std::visit(held, model.law);
@@ -198,8 +198,8 @@ void draw_strength(const Model& model, Grains& g, std::size_t i) {
 std::vector<Break> find_breaks(const Model& model, State& state, Team& team) {
   enum : std::uint8_t { holds, bonded, fails };
   Grains& g = state.grains;
-  if (!g.hull.empty()) index_bonds(g.size(), state.bonds, state.grain_bonds);
-  auto& room = state.break_room;
+  if (!g.hull.empty()) index_bonds(g.size(), state.bonds, state.break_room.bonds);
+  auto& room = state.break_room.failing;
   room.assign(g.size(), holds);
   for_each_bond(state.bonds, [&](const auto& bond) {
     if (bond.keeps_whole) room[bond.ends.a] = room[bond.ends.b] = bonded;

@@ -8,7 +8,6 @@
 
 #include "dem/base/error.hpp"
 #include "dem/contact/pair_kinds.hpp"
-#include "dem/contact/tiles.hpp"
 
 namespace grus::dem {
 namespace {
@@ -57,9 +56,39 @@ void check_hull(const HullStore& s, const HullRow& r) {
     const std::uint8_t* edge = &s.edge[r.edge + 4 * k];
     need(edge[0] < r.vertices && edge[1] < r.vertices && edge[2] < r.faces && edge[3] < r.faces, "edges of a hull");
   }
-  for (std::size_t v = 0; v < r.vertices; ++v)
-    for (std::size_t k = 0; k < 3; ++k)
-      need(s.column[r.column + k * room + v] == s.vertex[r.vertex + v][static_cast<int>(k)], "columns of a hull");
+  const double* column = &s.column[r.column];
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t v = 0; v < room; ++v)
+      need(*column++ == s.vertex[r.vertex + (v < r.vertices ? v : 0)][static_cast<int>(k)], "columns of a hull");
+  for (std::size_t k = 0; k < 4; ++k)
+    for (std::size_t f = 0; f < space; ++f) {
+      const Plane& p = s.plane[r.plane + (f < r.faces ? f : 0)];
+      const double beyond = k < 3 ? 0 : INFINITY, own = k < 3 ? p.normal[static_cast<int>(k)] : p.offset;
+      need(*column++ == (f < r.faces ? own : beyond), "columns of a hull");
+    }
+  for (std::size_t f = 0; f < r.faces; ++f) {
+    const Plane& p = s.plane[r.plane + f];
+    need(std::abs(p.normal.squaredNorm() - 1) < 1e-9, "planes of a hull");
+    for (std::size_t k = begin[f]; k < begin[f + 1]; ++k)
+      need(std::abs(p.normal.dot(s.vertex[r.vertex + s.loop[r.loop + k]]) - p.offset) < 1e-6 * r.bounding_radius,
+           "planes of a hull");
+  }
+  Polyhedron body;  // what follows from its corners and faces: a hull of no depth would stop time
+  body.vertex.assign(&s.vertex[r.vertex], &s.vertex[r.vertex] + r.vertices);
+  double surface = 0;
+  for (std::size_t f = 0; f < r.faces; ++f) {
+    const Plane& p = s.plane[r.plane + f];
+    body.face.push_back({p.normal, p.offset, 0, {}});
+    for (std::size_t k = begin[f]; k < begin[f + 1]; ++k) body.face.back().loop.push_back(s.loop[r.loop + k]);
+    surface += moments_of(body, body.face.back()).area;
+  }
+  const SolidMoments moments = moments_of(body);
+  const auto is = [](double told, double found) { return std::abs(told - found) < 1e-6 * std::abs(found); };
+  double furthest = 0;
+  for (const Vec3& x : body.vertex) furthest = std::max(furthest, x.norm());
+  need(is(r.volume, moments.volume) && is(r.depth, 3 * moments.volume / surface) && is(r.bounding_radius, furthest) &&
+           r.least_width < 2 * furthest && r.least_width > 1e-6 * furthest,
+       "measures of a hull");
   need(finite({r.volume, r.depth, r.bounding_radius, r.least_width}) && r.volume > 0 && r.depth > 0 &&
            r.bounding_radius > 0 && r.least_width > 0 && r.principal.moments.minCoeff() > 0,
        "measures of a hull");
@@ -144,53 +173,9 @@ void check_values(const Model& model, const State& s) {
   }
 }
 
-/// What a list of pairs entails, made again.
-void check_list(const Model& model, const State& s) {
+void check_reference(const Model& model, const State& s) {
   const Grains& g = s.grains;
-  const Contacts& c = s.contacts;
-  const std::size_t n = g.size(), walls = s.boundary.walls.size(), tiles = tile_count(n), total = c.size();
-  const int bits = tile_bits(n);
-  Contacts again;
-  again.begin = c.begin, again.tile = c.tile, again.pair = c.pair, again.b = c.b, again.target = c.target;
-  again.round = c.round;
-  std::vector<std::vector<Index>> crossing(tiles);
-  for (std::size_t bin = 0; bin < bin_count; ++bin) {
-    const auto& tile = c.tile[bin];
-    need(tile.size() == tiles + 1 && c.apart[bin].size() == tiles && rising(tile) && tile.front() == c.begin[bin] &&
-             tile.back() == c.begin[bin + 1],
-         "tiles of the list");
-    for (std::size_t t = 0; t < tiles; ++t) {
-      need(tile[t] <= c.apart[bin][t] && c.apart[bin][t] <= tile[t + 1], "tiles of the list");
-      for (std::size_t k = tile[t]; k < tile[t + 1]; ++k) {
-        const Pair& p = c.pair[k];
-        need(p.a >> bits == t && c.a[k] == p.a && c.law[k] == p.law && c.b[k] == (bin < first_wall ? p.b : 0),
-             "a pair of the list");
-        need(c.active[k] <= 1, "a pair of the list");
-        again.target[k] = p.b;
-        if (bin < first_wall && p.b >> bits != t) crossing[t].push_back(static_cast<Index>(k));
-      }
-    }
-  }
-  std::vector<Index> receivers, next;
-  assign_targets(n, crossing, again, receivers, next);
-  index_images(s.boundary.cell, again);
-  need(std::equal(c.target.begin(), c.target.begin() + static_cast<std::ptrdiff_t>(total), again.target.begin()) &&
-           c.remote == again.remote && c.remote_row == again.remote_row && c.before == again.before &&
-           c.load.size() == again.load.size(),
-       "rows of the list");
-  need(c.shift == again.shift && c.images == again.images, "images of the list");
-  need(c.tile_work.size() == tiles + 1 && rising(c.tile_work) && c.energy.size() >= tiles && finite(c.energy),
-       "work of the list");
-  for (const auto* column : {&c.taken, &c.done, &c.moved}) {
-    need(column->size() == tiles, "passes of the list");
-    for (const std::uint32_t pass : *column)  // none that is still to come: a thread would wait for it
-      need(static_cast<std::int32_t>(c.round - pass) >= 0, "passes of the list");
-  }
-  for (const Load& load : c.load) need(load.force.isZero(0) && load.torque.isZero(0), "loads of the list");
-  if (!c.first.empty()) {
-    index_grains(n, again, next);
-    need(c.first == again.first && c.entry == again.entry, "contacts of a grain");
-  }
+  const std::size_t n = g.size(), walls = s.boundary.walls.size();
   const NeighbourReference& r = s.reference;
   need(r.position.size() == n && r.orientation.size() == (g.frame.empty() ? 0 : n) &&
            r.radius.size() == (model.swells() ? n : 0) && r.wall_point.size() == walls,
@@ -213,10 +198,10 @@ void check_contacts(const Model& model, const State& s) {
   if (s.resting) {
     need(c.resting_normal.size() == (g.shape.empty() ? 0 : total) && finite(c.resting_normal), "columns of contacts");
   } else {
-    need(c.touch.size() == rows && c.active.size() == rows && c.a.size() == rows && c.b.size() == rows &&
-             c.law.size() == rows && c.target.size() == rows && c.spot.size() == (c.spots ? total : 0) &&
+    need(c.touch.size() == rows && c.active.size() == rows && c.spot.size() == (c.spots ? total : 0) &&
              finite(c.touch) && finite(c.spot),
          "columns of contacts");
+    need(std::all_of(c.active.begin(), c.active.end(), [](std::uint8_t v) { return v <= 1; }), "columns of contacts");
   }
   for (std::size_t bin = 0; bin < bin_count; ++bin)
     for (std::size_t k = c.begin[bin]; k < c.begin[bin + 1]; ++k) {
@@ -297,7 +282,7 @@ void check_state(const Model& model, const State& s) {
   check_sizes(model, s);
   check_values(model, s);
   check_contacts(model, s);
-  if (!s.resting) check_list(model, s);
+  if (!s.resting) check_reference(model, s);
   check_bonds(s);
   check_course(model, s);
 }

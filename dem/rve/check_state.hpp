@@ -8,8 +8,8 @@
 
 namespace grus::dem {
 
-/// Throws InputError, "checkpoint is damaged: ...", for a state that no run of this model can have left. What follows
-/// from the list of pairs is made again and compared. Changes nothing.
+/// Throws InputError, "checkpoint is damaged: ...", for a state that no run of this model can have left. Changes
+/// nothing.
 void check_state(const Model& model, const State& state);
 
 }  // namespace grus::dem

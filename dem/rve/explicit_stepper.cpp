@@ -96,13 +96,13 @@ void force_and_move(const Model& model, State& state, const MotionSettings& sett
   const ContactPass contacts(model.law, model.pairs, state.grains, state.boundary, state.dt, shown, c);
   const SweepPass grains(kick, state.grains, c, settings, bonded, state.dt, state.grain_energy);
   const std::size_t n = state.grains.size(), tiles = tile_count(n), size = tile_size(n), words = tile_words(n);
-  const std::uint32_t round = ++c.round;
-  c.tile_load.resize(size * static_cast<std::size_t>(team.threads()));
-  auto done = [&](std::size_t t) { return std::atomic_ref(c.done[t]).load(std::memory_order_acquire) == round; };
-  auto finish = [&](std::size_t t) { std::atomic_ref(c.done[t]).store(round, std::memory_order_release); };
+  const std::uint32_t round = ++c.plan.round;
+  c.plan.tile_load.resize(size * static_cast<std::size_t>(team.threads()));
+  auto done = [&](std::size_t t) { return std::atomic_ref(c.plan.done[t]).load(std::memory_order_acquire) == round; };
+  auto finish = [&](std::size_t t) { std::atomic_ref(c.plan.done[t]).store(round, std::memory_order_release); };
   auto waits = [&](std::size_t t) {  // for pairs of earlier tiles
     for (std::size_t w = 0; w < words; ++w)
-      for (std::uint64_t wanted = c.before[t * words + w]; wanted; wanted &= wanted - 1)
+      for (std::uint64_t wanted = c.plan.before[t * words + w]; wanted; wanted &= wanted - 1)
         if (!done(64 * w + static_cast<std::size_t>(std::countr_zero(wanted)))) return true;
     return false;
   };
@@ -113,30 +113,30 @@ void force_and_move(const Model& model, State& state, const MotionSettings& sett
   auto move_ready = [&] {  // true: none is left
     bool all = true;
     for (std::size_t t = 0; t < tiles; ++t) {
-      if (std::atomic_ref(c.moved[t]).load(std::memory_order_relaxed) == round) continue;
+      if (std::atomic_ref(c.plan.moved[t]).load(std::memory_order_relaxed) == round) continue;
       if (!done(t) || waits(t))
         all = false;
-      else if (mine(c.moved[t]))
+      else if (mine(c.plan.moved[t]))
         grains.tile(t, nullptr);
     }
     return all;
   };
-  team.pieces(tiles, c.tile_work, [&](std::size_t first, std::size_t last, int rank) {
-    Load* const room = c.tile_load.data() + size * static_cast<std::size_t>(rank);
+  team.pieces(tiles, c.plan.tile_work, [&](std::size_t first, std::size_t last, int rank) {
+    Load* const room = c.plan.tile_load.data() + size * static_cast<std::size_t>(rank);
     for (std::size_t t = first; t < last; ++t) {
-      if (!mine(c.taken[t])) continue;
+      if (!mine(c.plan.taken[t])) continue;
       contacts.tile(t, room);
-      const bool now = !waits(t) && mine(c.moved[t]);  // nobody else claims it before it is done
+      const bool now = !waits(t) && mine(c.plan.moved[t]);  // nobody else claims it before it is done
       const std::size_t begin = t * size, end = std::min(n, begin + size);
       if (!now) {
-        std::copy(room, room + (end - begin), c.load.begin() + static_cast<std::ptrdiff_t>(begin));
+        std::copy(room, room + (end - begin), c.plan.load.begin() + static_cast<std::ptrdiff_t>(begin));
         std::fill(room, room + (end - begin), Load{});
       }
       finish(t);
       if (now) grains.tile(t, room);
     }
     for (std::size_t t = tiles; t-- > 0;)
-      if (mine(c.taken[t])) contacts.tile(t, nullptr), finish(t);
+      if (mine(c.plan.taken[t])) contacts.tile(t, nullptr), finish(t);
     for (int spins = 0; !move_ready(); relax(spins)) {
     }
   });
@@ -241,7 +241,7 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
     book(state);
     state.ledger.most_work = std::max(state.ledger.most_work, std::abs(state.ledger.work));
     state.grain_steps += steps * g.size();
-    if (state.contacts.first.empty()) index_grains(g.size(), state.contacts, state.reference.room.next);
+    if (state.contacts.index.first.empty()) index_grains(g.size(), state.contacts, state.reference.room.next);
   };
   for (std::uint64_t k = 0; k < count; ++k) {
     if (!moving) sweep(Kick::open, g, state.contacts, settings, false, dt, state.grain_energy, team);

@@ -162,10 +162,10 @@ void add_grains(const Model& model, const State& s, const Network& net, LinearRe
     grain.poissons_ratio = material.poissons_ratio, grain.radius = s.grains.extent[i].equivalent_radius;
     grain.stress = grain_stress(s.grains, s.contacts, i);
     grain.change.fill(Mat3::Zero());
-    for (Index e = s.contacts.first[i]; e < s.contacts.first[i + 1]; ++e) {
-      const std::size_t k = s.contacts.entry[e] >> 1;
+    for (Index e = s.contacts.index.first[i]; e < s.contacts.index.first[i + 1]; ++e) {
+      const std::size_t k = s.contacts.index.entry[e] >> 1;
       if (net.link[k] == SIZE_MAX) continue;
-      const bool is_b = s.contacts.entry[e] & 1;
+      const bool is_b = s.contacts.index.entry[e] & 1;
       const Vec3 arm = contact_arm(s.grains, s.contacts, k, is_b);
       for (int v = 0; v < 6; ++v) {
         const Vec3 change = out.links[net.link[k]].change.col(v);

@@ -98,6 +98,13 @@ std::uint64_t steps_to(const Model& model, const State& state, const Loading& lo
 
 }  // namespace
 
+bool endless(const State& state, double duration) {
+  constexpr double most_grain_steps = 1e14;
+  const double least = 1000;  // a step of few grains costs as much as one of so many
+  const double grains = std::max(least, static_cast<double>(state.grains.size()));
+  return !(duration / state.dt * grains < most_grain_steps);
+}
+
 bool load(const Model& model, State& state, const Loading& loading, double end, Team& team, const Watch& watch,
           const Landing& landing) {
   const double begin = state.time;
@@ -110,6 +117,11 @@ bool load(const Model& model, State& state, const Loading& loading, double end, 
     std::uint64_t corrected = 0;
     if (servo) corrected = drive(model, state, loading);
     update_time_step(model, state);
+    if (endless(state, left))
+      throw Unstable(fmt::format(
+          "the time step has fallen to {:.3g} s at t = {:.6g} s: {:.3g} steps to go; some grain, contact or "
+          "bond has become too stiff or too light",
+          state.dt, state.time, left / state.dt));
     const auto due = static_cast<std::uint64_t>(std::ceil(left / state.dt * (1 - 1e-12)));
     std::uint64_t steps = std::min<std::uint64_t>(due, state.next_estimate - state.steps);
     if (loading.velocity_gradient) {

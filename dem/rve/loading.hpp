@@ -43,6 +43,9 @@ struct Landing {
   int axis = 0;
 };
 
+/// True where so long a time (s) takes more steps than a machine of today gets through in months.
+bool endless(const State& state, double duration);
+
 /// Advances to the time `end` (s), exactly, or to where it has landed; servo axes are corrected every few steps. False:
 /// the watch, which is asked every few steps, said to stop; going on later, from the state as it is, to the same end
 /// changes no bit.

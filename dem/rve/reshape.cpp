@@ -66,11 +66,11 @@ void reshape_fragments(const Model& model, State& state, double duration, Reshap
       swollen = std::max(swollen, next.plus.x() - g.shape[i].plus.x());
     else
       furthest = std::max(furthest, furthest_growth(g.shape[i], next));
-    for (Index e = contacts.first[i]; e < contacts.first[i + 1]; ++e) {
-      const std::size_t k = contacts.entry[e] >> 1;
+    for (Index e = contacts.index.first[i]; e < contacts.index.first[i + 1]; ++e) {
+      const std::size_t k = contacts.index.entry[e] >> 1;
       if (!contacts.contact.touching(k)) continue;
       const Vec3& n = contacts.touch[k].normal;
-      const Vec3 outward = contacts.entry[e] & 1 ? Vec3(-n) : n;
+      const Vec3 outward = contacts.index.entry[e] & 1 ? Vec3(-n) : n;
       // At the least overlap the direction does not matter to first order: the overlap grows by the growth along it.
       const Mat3 axes = g.frame.empty() ? Mat3::Identity() : g.frame[i].axes;  // all the same to a sphere
       now.growths.push_back({k, growth(g.shape[i], next, axes.transpose() * outward)});

@@ -40,7 +40,6 @@ void exchange(State& s, State& aside, bool round) {
   std::swap(s.contacts, aside.contacts), std::swap(s.reference, aside.reference);
   std::swap(s.bonds.cohesive.tiles, aside.bonds.cohesive.tiles), std::swap(s.bonds.face.tiles, aside.bonds.face.tiles);
   std::swap(s.grain_energy, aside.grain_energy), std::swap(s.break_room, aside.break_room);
-  std::swap(s.grain_bonds, aside.grain_bonds);
 }
 
 }  // namespace

@@ -11,10 +11,10 @@ namespace {
 template <class F>
 void each_touching(const Model& model, const State& state, std::size_t i, F&& f) {
   const Contacts& c = state.contacts;
-  for (Index e = c.first[i]; e < c.first[i + 1]; ++e) {
-    const std::size_t k = c.entry[e] >> 1;
+  for (Index e = c.index.first[i]; e < c.index.first[i + 1]; ++e) {
+    const std::size_t k = c.index.entry[e] >> 1;
     if (!c.contact.touching(k)) continue;
-    f(k >= c.begin[first_wall], c.entry[e] & 1 ? c.pair[k].a : c.pair[k].b, elastic_force(model.law, c, k));
+    f(k >= c.begin[first_wall], c.index.entry[e] & 1 ? c.pair[k].a : c.pair[k].b, elastic_force(model.law, c, k));
   }
 }
 

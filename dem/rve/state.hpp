@@ -17,6 +17,12 @@ struct Servo {
   double at = 0;                  // s, of the last correction
 };
 
+/// Room of the breakage test.
+struct BreakRoom {
+  std::vector<std::uint8_t> failing;  // by grain
+  GrainBonds bonds;                   // of hulls
+};
+
 struct State {
   Grains grains;
   Contacts contacts;
@@ -24,9 +30,8 @@ struct State {
   Boundary boundary;
   Ledger ledger;
   NeighbourReference reference;
-  std::vector<SweepEnergy> grain_energy;     // one a tile
-  std::vector<std::uint8_t> break_room;      // of the breakage test
-  GrainBonds grain_bonds;                    // the same, of hulls
+  std::vector<SweepEnergy> grain_energy;  // one a tile
+  BreakRoom break_room;
   double time = 0, dt = 0;                   // s
   std::uint64_t steps = 0, grain_steps = 0;  // grain_steps: steps times grains, summed
   std::uint64_t next_estimate = 0,

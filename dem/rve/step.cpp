@@ -143,6 +143,8 @@ void check_sanity(const Model& model, const State& state, double stored, const D
     refuse("the energy taken by fracture has fallen", l.most_fracture - l.fracture, fracture_error);
     refuse("splits have added energy to the contacts", l.split_added);
     refuse("fines have taken a negative kinetic energy", -l.fines.kinetic);
+    refuse("springs, splits and spins have lost or won energy for no known reason", std::abs(l.unexplained),
+           model.numerics.max_energy_error);
   }
   const double error = told_energy_error(state, stored);
   if (std::abs(error) > model.numerics.max_energy_error)

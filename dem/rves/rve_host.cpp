@@ -27,25 +27,16 @@ RveHost::RveHost(std::shared_ptr<const Model> model, const ResponseOptions& opti
 
 std::string HostedRve::bytes() const {
   Saver a;
-  a.plain(pending);
-  a.plain(barred);
-  a.plain(steady);
-  a.optional(remainder);
-  a.optional(facts);
-  archive(a, state);
+  walk(a, *this);
   return a.take();
 }
 
 HostedRve HostedRve::from(const std::string& bytes) {
   HostedRve rve;
   Loader a(bytes);
-  a.plain(rve.pending);
-  a.plain(rve.barred);
-  a.plain(rve.steady);
-  a.optional(rve.remainder);
-  a.optional(rve.facts);
-  archive(a, rve.state);
+  walk(a, rve);
   if (!a.at_end()) throw InputError("checkpoint holds more than an RVE");
+  make_again(rve.state);
   return rve;
 }
 

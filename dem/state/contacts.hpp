@@ -145,22 +145,13 @@ inline std::size_t tile_words(std::size_t grains) { return (tile_count(grains) +
 /// Kernels read whole groups of pairs, and may look beyond the last.
 inline constexpr std::size_t overrun = 8;
 
-struct Contacts {
-  std::array<std::size_t, bin_count + 1> begin{};   // bins are ranges of the columns below
-  std::array<std::vector<Index>, bin_count> tile;   // of each bin: first pair of each tile, and the end
-  std::array<std::vector<Index>, bin_count> apart;  // first pair of each tile that did not touch when the list was made
-  std::vector<Pair>
-      pair;  // in a tile: pairs that touched when the list was made, then the others; each by (a, b, image)
-  ContactColumns contact;
-  std::vector<Touch> touch;
-  std::vector<Spot> spot;  // of `pair`; empty unless `spots`
-  bool spots = false;
-  std::vector<Vec3> resting_normal;  // of `pair`, of bodies; only of a state at rest (rve/resting.hpp)
-  std::vector<Index> a, b, law;  // of `pair`, as the kernels read them (b of a wall: 0); longer by `overrun`, as are
-                                 // the next three, contact and touch
+/// What follows from the pairs of a list and from nothing else (`lay_out` makes it, `entail` makes it again): columns
+/// as the kernels read them, rows of loads, tiles and who has done them. It is copied with its state, since the next
+/// step needs it, but it is in no checkpoint.
+struct Plan {
+  std::vector<Index> a, b, law;  // of `pair` (b of a wall: 0); longer by `overrun`, as is `target`
   std::vector<Index> shift;      // row of `images`; empty without a periodic cell
-  std::vector<std::uint8_t> active;  // touching; kept for spheres
-  std::vector<Index> target;         // row of `load` for b; of walls, the wall
+  std::vector<Index> target;     // row of `load` for b; of walls, the wall
   std::vector<std::array<std::int16_t, 3>> images;
   std::vector<Load> load;  // one a grain, then one for each tile and grain of a later tile that it has pairs with; all
                            // zero between steps
@@ -172,10 +163,30 @@ struct Contacts {
   std::vector<std::uint32_t> taken, done,
       moved;                // of each tile: the pass in which its pairs were begun and done, and its grains moved, last
   std::uint32_t round = 0;  // passes so far
-  std::vector<Index> first, entry;  // of grain i: entry[first[i]..first[i+1]) = 2 * pair + (is b), first those of which
-                                    // it is a; empty until somebody asks (index_grains)
-  std::vector<BlockEnergy> energy;  // one a tile
+  std::vector<BlockEnergy> energy;                                  // one a tile; all zero between steps
   std::vector<double> law_rows, shift_rows, wall_rows, round_rows;  // room for the kernels' tables
+};
+
+/// Pairs by grain: entry[first[i]..first[i+1]) = 2 * pair + (is b) of grain i, first those of which it is a. Empty
+/// until somebody asks (index_grains).
+struct PairIndex {
+  std::vector<Index> first, entry;
+};
+
+struct Contacts {
+  std::array<std::size_t, bin_count + 1> begin{};   // bins are ranges of the columns below
+  std::array<std::vector<Index>, bin_count> tile;   // of each bin: first pair of each tile, and the end
+  std::array<std::vector<Index>, bin_count> apart;  // first pair of each tile that did not touch when the list was made
+  std::vector<Pair>
+      pair;  // in a tile: pairs that touched when the list was made, then the others; each by (a, b, image)
+  ContactColumns contact;  // of `pair`; longer by `overrun`, as are touch and active
+  std::vector<Touch> touch;
+  std::vector<Spot> spot;  // of `pair`; empty unless `spots`
+  bool spots = false;
+  std::vector<Vec3> resting_normal;  // of `pair`, of bodies; only of a state at rest (rve/resting.hpp)
+  std::vector<std::uint8_t> active;  // touching; kept for spheres
+  PairIndex index;
+  Plan plan;
 
   std::size_t size() const { return pair.size(); }
 };
@@ -183,7 +194,7 @@ struct Contacts {
 /// Touching contacts of grain i, walls included.
 inline int coordination(const Contacts& c, std::size_t i) {
   int touching = 0;
-  for (Index e = c.first[i]; e < c.first[i + 1]; ++e) touching += c.contact.touching(c.entry[e] >> 1);
+  for (Index e = c.index.first[i]; e < c.index.first[i + 1]; ++e) touching += c.contact.touching(c.index.entry[e] >> 1);
   return touching;
 }
 

@@ -274,6 +274,11 @@ TEST_CASE("a run whose ledger says what cannot be is stopped, whatever the balan
   CHECK(stopped([&](Ledger& l) { l.split_added = 0.02 * scale; }).find("splits have added") != std::string::npos);
   CHECK(stopped([&](Ledger& l) { l.fines.kinetic = -0.02 * scale; }).find("negative kinetic") != std::string::npos);
   CHECK(stopped([&](Ledger& l) { l.split_added = l.fines.kinetic = 0.005 * scale; }).empty());
+  for (const double sign : {1.0, -1.0}) {
+    const double most = sign * model.numerics.max_energy_error * scale;
+    CHECK(stopped([&](Ledger& l) { l.unexplained = 1.1 * most; }).find("no known reason") != std::string::npos);
+    CHECK(stopped([&](Ledger& l) { l.unexplained = 0.9 * most; }).empty());
+  }
 }
 
 TEST_CASE("round-off is no energy error: a loose cell that is only turned, a grain at rest") {

@@ -49,12 +49,12 @@ State prism(const Model& model, const std::vector<std::pair<Vec3, Vec3>>& loads)
   prepare(model, s, team);
   s.dt = 1e-12;
   run_steps(model, s, 1, team);
-  index_bonds(s.grains.size(), s.bonds, s.grain_bonds);
+  index_bonds(s.grains.size(), s.bonds, s.break_room.bonds);
   return s;
 }
 
 LoadedHull grain(const Model& model, const State& s, std::size_t i) {
-  return {model.law, 0.2, s.grains, s.boundary, s.contacts, s.bonds, s.grain_bonds, i};
+  return {model.law, 0.2, s.grains, s.boundary, s.contacts, s.bonds, s.break_room.bonds, i};
 }
 
 const Cleavage& cleavage_of(const Model& model) { return std::get<Cleavage>(model.materials[0].fracture->criteria[0]); }
@@ -145,7 +145,7 @@ TEST_CASE("contacts and bonds of cells add up to their forces; both sides of a p
     rate(2, 2) = -20, rate(0, 1) = 15;
     set_cell_rate(s, rate);
     run_steps(model, s, 60, team);
-    index_bonds(s.grains.size(), s.bonds, s.grain_bonds);
+    index_bonds(s.grains.size(), s.bonds, s.break_room.bonds);
     double largest = 0;
     for (std::size_t i = 0; i < s.grains.size(); ++i) largest = std::max(largest, grain(model, s, i).largest_force());
     REQUIRE(largest > 0);
@@ -178,7 +178,7 @@ TEST_CASE("a cube pressed between its faces is not sheared on planes along the l
   Team team(1);
   prepare(model, s, team);
   run_steps(model, s, 1, team);
-  index_bonds(1, s.bonds, s.grain_bonds);
+  index_bonds(1, s.bonds, s.break_room.bonds);
   const LoadedHull g = grain(model, s, 0);
   const double load = g.largest_force();
   REQUIRE(load > 1);

@@ -110,9 +110,9 @@ void make(Case& c, bool periodic, bool shapes, bool friction, bool dashpot, bool
 
 /// What grain i has collected, from its own tile and from others.
 Load collected(const Contacts& c, std::size_t i) {
-  Load sum = c.load[i];
-  for (Index e = c.remote[i]; e < c.remote[i + 1]; ++e) {
-    const Load& elsewhere = c.load[c.remote_row[e]];
+  Load sum = c.plan.load[i];
+  for (Index e = c.plan.remote[i]; e < c.plan.remote[i + 1]; ++e) {
+    const Load& elsewhere = c.plan.load[c.plan.remote_row[e]];
     sum.force += elsewhere.force, sum.torque += elsewhere.torque;
   }
   return sum;

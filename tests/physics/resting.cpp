@@ -135,7 +135,7 @@ std::size_t bytes_of_columns(const State& s) {
   auto add = [&](const auto& column) { sum += column.capacity() * sizeof column[0]; };
   for_each_column(s.grains, add);
   for_each_contact_column(s.contacts.contact, add);
-  add(s.contacts.pair), add(s.contacts.resting_normal), add(s.contacts.touch), add(s.contacts.load),
+  add(s.contacts.pair), add(s.contacts.resting_normal), add(s.contacts.touch), add(s.contacts.plan.load),
       add(s.reference.position);
   return sum;
 }
