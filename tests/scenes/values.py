@@ -1,0 +1,93 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Every number that a run tells has a test of its value: values.py BIN
+
+Names of numbers are those that runs show (columns, keys of summaries, fields of frames, other tables) and those that
+stand where the programs write them. Each is held here against something independent (values_*.py), or values.toml says
+which line of which other test does it.
+"""
+import os
+import re
+import sys
+import tempfile
+import tomllib
+
+from scene_tools import faults, here, need
+
+sys.path.insert(0, os.path.join(os.path.abspath(sys.argv[1]), "..", "python"))
+import values_bonded
+import values_cells
+import values_crushing
+import values_grains
+import values_macro
+import values_samples
+import values_steps
+from grus.files import summary_keys
+from values_tools import Values
+
+root = os.path.join(here, "..", "..")
+
+
+def source(*names):
+    with open(os.path.join(root, *names)) as f:
+        return f.read()
+
+
+def written(fem):
+    """Names that stand in the sources that write them: of families (walls, boundaries, parts) what is between."""
+    names = set()
+    for program in ("rve", "bvp") if fem else ("rve",):
+        table = source("apps", program, "columns.cpp").partition("> table{")[2]
+        names |= {f"{program}.columns:{k}" for k in re.findall(r'^    \{"([^"]+)",', table, re.M) if k.strip("{}")}
+        names |= {f"{program}.summary:{k}" for k in summary_keys.keys_of(program)}
+    of = source("dem", "io", "frames.cpp").partition("void write_contacts")
+    for what, text in (("grains", of[0]), ("contacts", of[2])):
+        names |= {f"rve.{what}:{k}" for k in re.findall(r'(?:field\(|fields\[)"(\w+)"', text)}
+    if fem:
+        names |= {f"bvp.macro:{k}" for k in re.findall(r'fields\["(\w+)"\]', source("apps", "bvp", "output.cpp"))}
+        probes = source("apps", "bvp", "probes.cpp")
+        for array in re.findall(r"(?:point_facts|means|grading_facts)\[\] = \{([^}]+)\}", probes):
+            names |= {f"bvp.columns:probe_{{}}_{k}" for k in re.findall(r'"(\w+)"', array)}
+    return names
+
+
+def general(name):
+    """Of walls, grains and boundaries that a scene names one stands for all."""
+    name = re.sub(r"(?<=:wall)\d+|(?<=:g)\d+(?=_)|(?<=:reaction_)\w+(?=_[xyz]_N)|(?<=:moved_)\w+(?=_[xyz]_m)", "{}", name)
+    return re.sub(r"(?<=:probe_)[a-z]+(?=_)", "{}", name)
+
+
+def same_family(family, name):
+    """`{}` is any part of a name, `*` all below it."""
+    return re.fullmatch(re.escape(family).replace(r"\{\}", r"[\w{}]+").replace(r"\.\*", r"(?:\.\w+)*"), name)
+
+
+def main(folder, binaries):
+    fem = os.path.exists(os.path.join(binaries, "grus-bvp"))
+    values = Values(binaries, folder)
+    of_bvp = (values_macro, values_cells, values_steps) if fem else ()
+    for module in (values_grains, values_samples, values_crushing, values_bonded, *of_bvp):
+        module.held(values)
+    with open(os.path.join(here, "values.toml"), "rb") as f:
+        elsewhere = {f"{kind}:{name}": by for kind, names in tomllib.load(f).items() for name, by in names.items()
+                     if fem or not kind.startswith("bvp")}
+    held, told = {general(k) for k in values.held}, {general(k) for k in values.told}
+    for name in sorted(told):
+        need(name in held or name in elsewhere, f"{name}: no test holds its value against anything")
+    inside = written(fem)
+    for name in sorted(inside):
+        need(any(same_family(name, k) for k in held | set(elsewhere)), f"{name}: no run of this test tells it")
+    for name, (file, line) in elsewhere.items():
+        need(name not in held, f"{name}: is held here, too")
+        need(name in told or any(same_family(k, name) for k in inside), f"{name}: nothing tells that")
+        need(len(line) > 12 and line in source("tests", file), f"{name}: tests/{file} has no line {line!r}")
+    for name in held - told:
+        need(False, f"{name}: no run tells what is held")
+    print(f"{len(held)} held here, {len(elsewhere)} elsewhere")
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as place:
+        main(place, os.path.abspath(sys.argv[1]))
+    print(f"values: {len(faults)} faults")
+    sys.exit(1 if faults else 0)
