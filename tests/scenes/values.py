@@ -14,12 +14,13 @@ import tomllib
 
 from scene_tools import faults, here, need
 
-sys.path.insert(0, os.path.join(os.path.abspath(sys.argv[1]), "..", "python"))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(sys.argv[1])), "python"))
 import values_bonded
 import values_cells
 import values_crushing
 import values_grains
 import values_macro
+import values_packings
 import values_samples
 import values_steps
 from grus.files import summary_keys
@@ -66,24 +67,30 @@ def main(folder, binaries):
     fem = os.path.exists(os.path.join(binaries, "grus-bvp"))
     values = Values(binaries, folder)
     of_bvp = (values_macro, values_cells, values_steps) if fem else ()
-    for module in (values_grains, values_samples, values_crushing, values_bonded, *of_bvp):
+    for module in (values_grains, values_samples, values_crushing, values_bonded, values_packings,
+                   *of_bvp):
         module.held(values)
     with open(os.path.join(here, "values.toml"), "rb") as f:
-        elsewhere = {f"{kind}:{name}": by for kind, names in tomllib.load(f).items() for name, by in names.items()
-                     if fem or not kind.startswith("bvp")}
+        tables = tomllib.load(f)
+    names_of = lambda part: {f"{kind}:{name}" for both, names in tables.pop(part).items() for name in names
+                             for kind in ([both] if both[:4] != "both" else [p + both[4:] for p in ("rve", "bvp")])}
+    plain, unheld = names_of("plain"), names_of("unheld")
+    elsewhere = {f"{kind}:{name}": by for kind, names in tables.items() for name, by in names.items()}
+    if not fem:
+        plain, unheld = ({k for k in names if k[:3] != "bvp"} for names in (plain, unheld))
+        elsewhere = {k: by for k, by in elsewhere.items() if k[:3] != "bvp"}
     held, told = {general(k) for k in values.held}, {general(k) for k in values.told}
-    for name in sorted(told):
-        need(name in held or name in elsewhere, f"{name}: no test holds its value against anything")
-    inside = written(fem)
-    for name in sorted(inside):
-        need(any(same_family(name, k) for k in held | set(elsewhere)), f"{name}: no run of this test tells it")
-    for name, (file, line) in elsewhere.items():
+    known, inside = held | plain | unheld | set(elsewhere), written(fem)
+    for name in sorted(told | inside):
+        need(any(same_family(name, k) for k in known), f"{name}: no test holds its value against anything")
+    for name in sorted(unheld | set(elsewhere)):
         need(name not in held, f"{name}: is held here, too")
         need(name in told or any(same_family(k, name) for k in inside), f"{name}: nothing tells that")
+    for name, (file, line) in elsewhere.items():
         need(len(line) > 12 and line in source("tests", file), f"{name}: tests/{file} has no line {line!r}")
     for name in held - told:
         need(False, f"{name}: no run tells what is held")
-    print(f"{len(held)} held here, {len(elsewhere)} elsewhere")
+    print(f"{len(held)} held here, {len(elsewhere)} elsewhere, {len(unheld)} by no test")
 
 
 if __name__ == "__main__":

@@ -104,6 +104,7 @@ def one_face(values):
     values.same("rve.summary:cells.bonds_start", cut["bonds_start"], 1)
     values.same("rve.summary:results.peak_stress_Pa", told["results"]["peak_stress_Pa"],
                 rows["nominal_stress_Pa"].max(), 1e-8)
+    values.same("rve.summary:results.peak_stress_is_last", not told["results"]["peak_stress_is_last"], True)
     burst, about = table(run.path("bursts.csv")), told["bursts"]
     first = rows["time_s"][broken][0]
     expected = {"time_s": first, "bonds": 1, "energy_J": 60 * area, "area_m2": area}

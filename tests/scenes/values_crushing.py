@@ -1,7 +1,10 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Numbers of grains that break, made again from frames and from what else a run has written."""
+import os
+
 import numpy as np
 
+from scene_tools import shipped
 from values_samples import Network
 from values_tools import table
 
@@ -125,6 +128,10 @@ def split(values):
                 np.abs(rows["energy_error"]).max(), 1e-6)
     for name in ("fracture", "friction", "damping"):
         values.same(f"rve.summary:energy.{name}_J", energy[f"{name}_J"], run.last[f"{name}_J"], 1e-6)
+    taken = run.last["split_J"] - energy["split_elastic_J"]
+    values.same("rve.summary:energy.fines_kinetic_J", energy["fines_kinetic_J"], taken, 1e-4)
+    values.same("rve.summary:energy.split_elastic_J", energy["split_elastic_J"], run.last["split_J"] - taken, 1e-4)
+    values.same("rve.summary:results.peak_axial_stress_is_last", not results["peak_axial_stress_is_last"], True)
     classes(values, run, now, volumes)
 
 
@@ -159,13 +166,15 @@ def reshaped(values):
 
 def balls(values):
     """Balls between walls, broken into fourteen."""
-    run = values.run("rve", "balls", SAND + BALLS + BOX, "material.sand.youngs_modulus=0.1 GPa",
+    run = values.run("rve", "balls", SAND + BALLS + BOX, "numerics.inertia.scaled_below=0.3 mm", "material.sand.youngs_modulus=0.1 GPa",
                      "material.sand.fracture.contact_strength.strength=12 MPa",
                      "loading.final_strain=0.2", "output.history_interval=0.02")
     net, last, now = Network(run, -1), run.last, run.frames()[-1].grains()
     first = run.frames()[0].grains()
     wall = net.b < 0
     size, count = np.diag(net.edges), len(net.radius)
+    if last["inertia_J"]:
+        values.balance(run, "inertia_J")
     values.same("rve.columns:coordination", last["coordination"], (2 * (~wall).sum() + wall.sum()) / count)
     begun = 4 / 3 * np.pi * (first["radius"]**3).sum()
     values.same("rve.columns:void_ratio_all", last["void_ratio_all"], net.volume / begun - 1, 1e-4)
@@ -196,6 +205,20 @@ def balls(values):
     values.same("rve.columns:fines_fraction", last["fines_fraction"], fines / (fines + m.sum()), 1e-4)
 
 
+def halves(values):
+    """A grain that bursts between plates: its two contacts, what they bore, and what its halves kept."""
+    with open(os.path.join(shipped, "single_grain.toml")) as f:
+        run = values.run("rve", "halves", f.read(), "loading.final_strain=0.1", "output.frames=0",
+                         "output.split_statistics=true", "output.history_interval=0.0005")
+    c = run.columns
+    at = np.flatnonzero(c["breakages"] == 1)[0]
+    before, after = 0.6e-3**2 * c["axial_stress_Pa"][[at - 1, at]]
+    for name, expected, rtol in (("contacts", 2, 0), ("contacts_kept", 2, 0), ("instants", 1, 0),
+                                 ("force_N", 2 * before, 0.02), ("force_kept_N", 2 * after, 0.02),
+                                 ("pressure_jump", 1 - after / before, 0.1)):
+        values.same(f"rve.columns:split_{name}", c[f"split_{name}"][at], expected, rtol)
+
+
 def held(values):
-    for check in (split, reshaped, balls):
+    for check in (split, reshaped, balls, halves):
         check(values)

@@ -163,6 +163,13 @@ def sheared(values):
     y = np.log(passing[np.searchsorted(d, np.exp(x) * (1 + 1e-6), side="right") - 1])
     values.same("rve.columns:fractal_dimension", last["fractal_dimension"], 3 - np.polyfit(x, y, 1)[0], 1e-3)
     values.balance(run, "work_J", "kinetic_J", "friction_J")
+    values.same("rve.grains:material", np.bincount(net.grains["material"].astype(int), 2650 * net.radius**3),
+                (2650 * net.radius**3).sum() * np.array([3, 1]) / 4, 0.2)  # shares of the volume
+    values.same("rve.summary:energy.energy_error", told["energy"]["energy_error"], last["energy_error"], 1e-6)
+    values.same("rve.summary:errors.pressure_standard_error.worst", errors["pressure_standard_error"]["worst"] >=
+                scatter * (1 - 1e-3), True)
+    values.same("rve.summary:seed", told["seed"], 5)
+    values.same("rve.summary:threads", told["threads"], 1)
 
 
 def held(values):

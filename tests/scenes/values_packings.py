@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""What a packing is asked to be: densities and sizes by closed forms."""
+import numpy as np
+from scipy.stats import norm
+
+PACKED = """
+[material.sand]
+density = 2650
+youngs_modulus = "6 GPa"
+[packing]
+kind = "random"
+box = ["4 mm", "4 mm", "4 mm"]
+{0}
+[boundary]
+kind = "walls"
+[loading]
+kind = "uniaxial-strain"
+strain_rate = 1
+final_strain = 1e-7
+{1}
+[output]
+frames = 1
+grading = true
+"""
+CONSTANT = 'radius = { distribution = "constant", mean = "0.25 mm" }\n'
+
+
+def relative(values):
+    """A relative density between the loosest and the densest void ratio."""
+    run = values.run("rve", "relative", PACKED.format(
+        CONSTANT + "relative_density = 0.3\nvoid_ratio_max = 1.1\nvoid_ratio_min = 0.6", ""))
+    values.same("rve.summary:sample.void_ratio", run.told["sample"]["void_ratio"], 1.1 - 0.3 * 0.5, 0.01)
+
+
+def log_normal(values):
+    """Radii of a cut log-normal distribution, by mass: mean and scatter of their logarithms."""
+    low, middle, high, spread = 0.12, 0.15, 0.25, 0.2
+    text = f'radius = {{ distribution = "log-normal", median = "{middle} mm", spread = {spread}, min = "{low} mm", '
+    run = values.run("rve", "log_normal", PACKED.format(text + f'max = "{high} mm" }}\nsolid_fraction = 0.5', ""))
+    radius = run.frames()[0].grains()["radius"]
+    logs, share = np.log(radius / (middle * 1e-3)), radius**3 / (radius**3).sum()  # by mass
+    a, b = np.log(low / middle) / spread, np.log(high / middle) / spread
+    part = norm.cdf(b) - norm.cdf(a)
+    mean = (norm.pdf(a) - norm.pdf(b)) / part
+    off = spread * np.sqrt(1 + (a * norm.pdf(a) - b * norm.pdf(b)) / part - mean**2)
+    found = (share * logs).sum()
+    scatter = off * np.sqrt((share**2).sum())
+    values.same("rve.grains:radius", found, spread * mean, 0, 3 * scatter)
+    values.same("rve.grains:radius", np.sqrt((share * (logs - found)**2).sum()), off, 0.1)
+
+
+def sieved(values):
+    """Sieves and a scale: grains are that many times larger, gradings are told without the scale."""
+    sieves = 'radius = { distribution = "sieve", passing = [["0.2 mm", 0], ["0.3 mm", 0.4], ["0.5 mm", 1]] }\n'
+    run = values.run("rve", "sieved", PACKED.format(sieves + "void_ratio = 1", "scale = 1.5"))
+    d = 2e3 * run.frames()[0].grains()["radius"]
+    m = d**3
+    # One grain of some 0.6 mm is 2 % of the mass.
+    values.same("rve.grains:radius", m[d < 0.45].sum() / m.sum(), 0.4, 0, 0.06)
+    values.same("rve.grains:radius", [d.min(), d.max()], [0.3, 0.75], 0.06)
+    values.same("rve.columns:d50_m", run.last["d50_m"], 1e-3 * np.exp(
+        np.log(0.3) + (0.5 - 0.4) / 0.6 * np.log(0.5 / 0.3)), 0.06)
+
+
+def held(values):
+    for check in (relative, log_normal, sieved):
+        check(values)
