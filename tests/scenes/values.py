@@ -15,16 +15,17 @@ import tomllib
 from scene_tools import faults, here, need
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(sys.argv[1])), "python"))
-import values_bonded
-import values_cells
-import values_crushing
-import values_grains
-import values_macro
-import values_packings
-import values_samples
-import values_steps
-from grus.files import summary_keys
-from values_tools import Values
+from grus.files import summary_keys  # noqa: E402
+
+import values_bonded  # noqa: E402
+import values_cells  # noqa: E402
+import values_crushing  # noqa: E402
+import values_grains  # noqa: E402
+import values_macro  # noqa: E402
+import values_packings  # noqa: E402
+import values_samples  # noqa: E402
+import values_steps  # noqa: E402
+from values_tools import Values  # noqa: E402
 
 root = os.path.join(here, "..", "..")
 
@@ -54,7 +55,8 @@ def written(fem):
 
 def general(name):
     """Of walls, grains and boundaries that a scene names one stands for all."""
-    name = re.sub(r"(?<=:wall)\d+|(?<=:g)\d+(?=_)|(?<=:reaction_)\w+(?=_[xyz]_N)|(?<=:moved_)\w+(?=_[xyz]_m)", "{}", name)
+    name = re.sub(r"(?<=:wall)\d+|(?<=:g)\d+(?=_)", "{}", name)
+    name = re.sub(r"(?<=:reaction_)\w+(?=_[xyz]_N)|(?<=:moved_)\w+(?=_[xyz]_m)", "{}", name)
     return re.sub(r"(?<=:probe_)[a-z]+(?=_)", "{}", name)
 
 

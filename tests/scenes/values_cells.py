@@ -107,7 +107,8 @@ def square(values):
     values.same("bvp.columns:breakages", last["breakages"], sum(breakages.values()))
     values.same("bvp.columns:mass_lost_fraction", last["mass_lost_fraction"],
                 sum(lost.values()) / sum(whole.values()), 1e-3)
-    values.same("bvp.columns:probe_all_void_ratio", last["probe_all_void_ratio"], np.mean([voids[k] for k in both]), 1e-4)
+    values.same("bvp.columns:probe_all_void_ratio", last["probe_all_void_ratio"], np.mean([voids[k] for k in both]),
+                1e-4)
     values.same("bvp.columns:probe_all_grains", last["probe_all_grains"], sum(grains.values()))
     values.same("bvp.columns:probe_all_breakages", last["probe_all_breakages"], sum(breakages.values()))
     shown = run.frames("macro")[-1].cells
@@ -126,7 +127,8 @@ def square(values):
     values.same("bvp.summary:counts.material_sweeps", counts["material_sweeps"], len(costs["slot"]) / 2)
     for name, expected in (("dem_steps", costs["steps"].sum()), ("rves", 2), ("gauss_points", 2),
                            ("rves_asked", len(costs["slot"])), ("rves_advanced", len(costs["slot"])),
-                           ("rves_distinct", 2), ("grains_a_point", begun["one"]), ("breakages", sum(breakages.values())),
+                           ("rves_distinct", 2), ("grains_a_point", begun["one"]),
+                           ("breakages", sum(breakages.values())),
                            ("newton_iterations", rows["newton_iterations"].sum())):
         values.same(f"bvp.summary:counts.{name}", counts[name], expected)
     values.same("bvp.columns:rves_distinct", rows["rves_distinct"], 2)

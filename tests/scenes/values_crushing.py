@@ -166,22 +166,22 @@ def reshaped(values):
 
 def balls(values):
     """Balls between walls, broken into fourteen."""
-    run = values.run("rve", "balls", SAND + BALLS + BOX, "numerics.inertia.scaled_below=0.3 mm", "material.sand.youngs_modulus=0.1 GPa",
+    run = values.run("rve", "balls", SAND + BALLS + BOX, "numerics.inertia.scaled_below=0.3 mm",
+                     "material.sand.youngs_modulus=0.1 GPa",
                      "material.sand.fracture.contact_strength.strength=12 MPa",
                      "loading.final_strain=0.2", "output.history_interval=0.02")
     net, last, now = Network(run, -1), run.last, run.frames()[-1].grains()
     first = run.frames()[0].grains()
     wall = net.b < 0
     size, count = np.diag(net.edges), len(net.radius)
-    if last["inertia_J"]:
-        values.balance(run, "inertia_J")
+    values.balance(run, "inertia_J")
     values.same("rve.columns:coordination", last["coordination"], (2 * (~wall).sum() + wall.sum()) / count)
     begun = 4 / 3 * np.pi * (first["radius"]**3).sum()
     values.same("rve.columns:void_ratio_all", last["void_ratio_all"], net.volume / begun - 1, 1e-4)
     overlap = net.cells["overlap_m"] / net.smaller
     for share in (10, 30):
-        values.same(f"rve.columns:overlap_share_{share}", last[f"overlap_share_{share}"], (overlap > share / 100).mean(),
-                    1e-6)
+        values.same(f"rve.columns:overlap_share_{share}", last[f"overlap_share_{share}"],
+                    (overlap > share / 100).mean())
     values.same("rve.summary:errors.overlap_to_radius.last", run.told["errors"]["overlap_to_radius"]["last"],
                 overlap.max(), 1e-4)
     stress = []
@@ -200,7 +200,7 @@ def balls(values):
     walls = -(rows["wall_stress_xx_Pa"] + rows["wall_stress_yy_Pa"] + rows["wall_stress_zz_Pa"]) / 3
     values.same("rve.summary:errors.wall_minus_cell_pressure.last",
                 run.told["errors"]["wall_minus_cell_pressure"]["last"], off / walls.max(), 1e-3)
-    d, m = 2 * now["radius"], now["radius"]**3
+    m = now["radius"]**3
     fines = (first["radius"]**3).sum() - m.sum()
     values.same("rve.columns:fines_fraction", last["fines_fraction"], fines / (fines + m.sum()), 1e-4)
 

@@ -121,7 +121,6 @@ def elastic(values):
     values.same("bvp.summary:mesh.high_m", told["mesh"]["high_m"], [10e-3, 12e-3, 14e-3])
 
 
-
 def contraction(values):
     """How fast residuals fall, by those of runs that stop after one iteration and after three."""
     large = ("solve.increments=1", "solve.displacement_tolerance=0.9", "boundary.1.displacement=[2e-3, 1e-3, -2e-3]")
