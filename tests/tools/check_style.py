@@ -7,9 +7,9 @@ clang   clang++ compiles everything that the build compiles, with its warnings, 
 tidy    .clang-tidy has nothing to say of the product
 python  flake8 and isort have nothing to say, mypy nothing of the package grus (python_style.cfg)
 
-clang and tidy look at what has changed since it was last seen clean (seen_by_*.txt beside this file: digests; for clang
-of a file with all of the project that it includes, for tidy of a file and the header of its name). --write keeps what
-was clean.
+clang and tidy look at what has changed since it was last seen clean (seen_by_*.txt beside this file: digests of the
+code without its comments; for clang of a file with all of the project that it includes, for tidy of a file and the
+header of its name). --write keeps what was clean.
 """
 import concurrent.futures
 import hashlib
@@ -81,10 +81,21 @@ def included(root, file, seen):
     return seen
 
 
+TEXT_OR_COMMENT = re.compile(r'R"\((?:.|\n)*?\)"|"(?:\\.|[^"\\\n])*"|//[^\n]*|/\*(?:.|\n)*?\*/')
+
+
+def code_of(text):
+    """Without comments and with one blank for all that is none: neither compiler nor clang-tidy looks at more, but for
+    NOLINT."""
+    kept = TEXT_OR_COMMENT.sub(lambda m: m[0] if m[0][0] in 'R"' or "NOLINT" in m[0] else " ", text)
+    return " ".join(kept.split())
+
+
 def digest(root, files, settings):
     h = hashlib.sha256(settings.encode())
     for name in sorted(files):
-        h.update(name.encode() + b"\0" + open(os.path.join(root, name), "rb").read())
+        with open(os.path.join(root, name)) as f:
+            h.update((name + "\0" + code_of(f.read())).encode())
     return h.hexdigest()[:32]
 
 
