@@ -93,14 +93,16 @@ def columns():
     """Tables of the columns of history.csv, one for each condition under which they are there."""
     text = ["# Columns of history.csv", "", "By what asks for them; this page is made from the tables that write them. "
             "`--columns` prints those of a scene, in their order. More is told of them with the [results](results.md)."]
-    for program in ("rve", "bvp"):
-        with open(os.path.join(source, "apps", program, "columns.cpp")) as f:
+    tables = (("grus-rve", "rve/columns.cpp"), ("grus-bvp", "bvp/columns.cpp"),
+              ("grus-bvp, after probe_NAME_", "bvp/probe_columns.cpp"))
+    for heading, table in tables:
+        with open(os.path.join(source, "apps", table)) as f:
             code = f.read()
         told = {name: phrase for phrase, name in re.findall(r"^/// (.*)\.\nbool (\w+)\(", code, re.M)}
         rows = re.findall(r'\{"([^"]+)",\s*"([^"]*)",\s*((?:"[^"]*"\s*)+),\s*(\w+),', code)
         if len(rows) != len(re.findall(r'^    \{"', code, re.M)):
-            sys.exit(f"make_site: a row of apps/{program}/columns.cpp is not read")
-        text += ["", f"## grus-{program}"]
+            sys.exit(f"make_site: a row of apps/{table} is not read")
+        text += ["", f"## {heading}"]
         for when in dict.fromkeys(row[3] for row in rows):
             text += ["", f"### {told[when]}", "", "| column | unit | is |", "|---|---|---|"]
             for name, unit, doc, _ in (row for row in rows if row[3] == when):

@@ -47,7 +47,7 @@ dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene) {
   if (about.is_discarded() || about.value("program", "") != "grus-bvp" || kept.parts.size() < 2 + scene.regions.size())
     throw InputError(path + ": not a checkpoint of grus-bvp");
   const nlohmann::json cell = scene.has_rve ? *scene.unit_cells[0].record : nlohmann::json();
-  refuse_changes(path, about.value("scene", nlohmann::json()), scene.record);
+  refuse_changes(path, about.value("scene", nlohmann::json()), *scene.record);
   refuse_changes(path, about.value("unit_cell", nlohmann::json()), cell, "unit cell");
   return kept;
 }
@@ -223,7 +223,7 @@ void BvpRun::save(Course& c, const Report& report) {
   else
     about["standing"] = app::save(report);
   about["program"] = "grus-bvp";
-  about["scene"] = scene_.record;
+  about["scene"] = *scene_.record;
   if (scene_.has_rve) about["unit_cell"] = *scene_.unit_cells[0].record;
   about["output"] = output_->state();
   about["wall"] = elapsed_ + c.clock.wall() - c.ready;

@@ -136,7 +136,7 @@ void BvpOutput::read_off(MacroRow& r) {
 void BvpOutput::add(MacroRow r) {
   read_off(r);
   const std::size_t axis = scene_.flat() ? 1 : 2;  // in two dimensions z is across the plane, or the hoop
-  strain_ = r.strain[axis], stress_ = r.stress[axis];
+  strain_ = r.strain[axis], stress_ = r.stress[axis], energy_error_ = r.energy_error;
   breakages_ = r.breakages, bonds_broken_ = r.bonds_broken;
   worst_energy_ = std::max(worst_energy_, r.worst_energy_error);
   std::vector<double> row = values_of(columns_, r);
@@ -214,21 +214,17 @@ std::string BvpOutput::closing(const BvpEnding& e) const {
 }
 
 std::vector<std::string> BvpOutput::notes() const {
-  const auto& columns = history_->columns();
-  const auto at = std::find(columns.begin(), columns.end(), "energy_error");
-  if (at == columns.end() || history_->last().empty()) return {};
-  const double error = history_->last()[static_cast<std::size_t>(at - columns.begin())];
-  if (!(std::abs(error) > most_energy_error)) return {};
+  if (!(std::abs(energy_error_) > most_energy_error)) return {};
   return {
       fmt::format("the macro balance of energy is off by {:.2g} % (energy_error): stresses change too "
                   "much within a step; take {}",
-                  100 * error, scene_.is_explicit() ? "shorter steps (solve)" : "more solve.increments")};
+                  100 * energy_error_, scene_.is_explicit() ? "shorter steps (solve)" : "more solve.increments")};
 }
 
 nlohmann::json BvpOutput::state() const {
   return {{"rows", history_->rows()},
           {"last_row", exact(history_->last())},
-          {"shown", exact({strain_, stress_, breakages_, bonds_broken_})},
+          {"shown", exact({strain_, stress_, breakages_, bonds_broken_, energy_error_})},
           {"series", series_},
           {"probe_series", probes_.series()},
           {"contraction", contraction_},
@@ -245,6 +241,7 @@ void BvpOutput::restore(const nlohmann::json& s, const std::string& history) {
   history_->restore(history, s.at("rows"), numbers_of(s.at("last_row")));
   const std::vector<double> shown = numbers_of(s.at("shown"));
   strain_ = shown.at(0), stress_ = shown.at(1), breakages_ = shown.at(2), bonds_broken_ = shown.at(3);
+  energy_error_ = shown.at(4);
   series_ = s.at("series").get<decltype(series_)>();
   probes_.restore(s.at("probe_series").get<std::vector<decltype(series_)>>());
   contraction_ = s.at("contraction").get<std::vector<double>>();
@@ -315,7 +312,7 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   for (const std::string& note : notes()) told.push_back(note);
   if (!told.empty()) summary["notes"] = told;
   summary["scene_file"] = std::filesystem::path(scene_.file).filename().string();
-  summary["scene"] = scene_.record;
+  summary["scene"] = *scene_.record;
   summary["status"] = e.status;
   summary["ending"] = e.text;
   summary["threads"] = options.threads;

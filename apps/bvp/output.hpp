@@ -2,6 +2,8 @@
 // Results of grus-bvp: history.csv, macro frames, summary.json.
 #pragma once
 
+#include <nlohmann/json.hpp>
+
 #include "apps/bvp/columns.hpp"
 #include "apps/bvp/probes.hpp"
 #include "apps/run/command.hpp"
@@ -73,7 +75,7 @@ private:
   std::vector<std::pair<std::string, double>> series_;
   std::vector<double> contraction_;  // of Newton: logarithms of residual ratios
   double strain_ = 0, stress_ = 0, breakages_ = 0, bonds_broken_ = 0, macro_work_ = 0, material_work_ = 0,
-         worst_residual_ = 0, worst_energy_ = 0;
+         worst_residual_ = 0, worst_energy_ = 0, energy_error_ = 0;  // energy_error_: of the last row
   int iterations_ = 0, cutbacks_ = 0, sweeps_ = 0;
 };
 

@@ -10,15 +10,6 @@
 #include "dem/rve/measure.hpp"
 
 namespace grus::app {
-namespace {
-
-const char* const components[6] = {"xx", "yy", "zz", "yz", "xz", "xy"};
-const char* const point_facts[] = {"void_ratio", "coordination", "grains", "breakages"};
-const char* const means[] = {"void_ratio", "grains", "breakages"};
-const char* const grading_facts[] = {"d10_m", "d50_m", "d90_m", "breakage_einav", "fines_fraction"};
-
-}  // namespace
-
 Probes::Probes(const std::string& directory, const BvpScene& scene, const fem::Problem& problem,
                const BvpPoints& points, const std::vector<dem::State>& states, const coupling::RveMaterial* rves)
     : directory_(directory), scene_(scene), problem_(problem), points_(points), states_(states), rves_(rves) {
@@ -26,7 +17,7 @@ Probes::Probes(const std::string& directory, const BvpScene& scene, const fem::P
     if (probe.where) {
       std::vector<std::uint8_t> some(problem.owned_points());
       for (std::size_t i = 0; i < some.size(); ++i) some[i] = probe.where(problem.point_position(i)) ? 1 : 0;
-      probes_.push_back({&probe, 0, some, {}});
+      probes_.push_back({&probe, 0, some, probe_columns(probe.name, {true, false, false}), {}});
       continue;
     }
     double nearest = INFINITY;
@@ -41,76 +32,63 @@ Probes::Probes(const std::string& directory, const BvpScene& scene, const fem::P
     if ((probe.frames || probe.grading) && points.rve_of[point] == SIZE_MAX)
       throw InputError(fmt::format("{}: probe \"{}\" lies in an elastic region, which has no grains to show",
                                    scene.file, probe.name));
-    probes_.push_back({&probe, point, {}, {}});
+    const bool cell = points.rve_of[point] != SIZE_MAX;
+    probes_.push_back({&probe, point, {}, probe_columns(probe.name, {false, cell, probe.grading}), {}});
   }
 }
 
 std::vector<std::string> Probes::columns() const {
-  std::vector<std::string> c;
-  for (const Found& f : probes_) {
-    const std::string head = "probe_" + f.probe->name + "_";
-    for (const char* ij : components) c.push_back(fmt::format("{}strain_{}", head, ij));
-    for (const char* ij : components) c.push_back(fmt::format("{}stress_{}_Pa", head, ij));
-    if (!f.some.empty()) {
-      for (const char* name : means) c.push_back(head + name);
-      continue;
-    }
-    if (points_.rve_of[f.point] == SIZE_MAX) continue;
-    for (const char* name : point_facts) c.push_back(head + name);
-    if (f.probe->grading)
-      for (const char* name : grading_facts) c.push_back(head + name);
-  }
-  return c;
+  std::vector<std::string> all;
+  for (const Found& f : probes_)
+    for (std::string& name : names_of(f.columns)) all.push_back(std::move(name));
+  return all;
 }
 
-/// Means over the present volume of a place: strain (tensor components), stress; void ratio over its cells; their
-/// grains and breakages.
-std::vector<double> Probes::mean_row(const std::vector<std::uint8_t>& some) const {
-  std::vector<double> row;
-  const auto strain = problem_.mean_strain(some), stress = problem_.mean_stress(some);
-  for (std::size_t k = 0; k < 6; ++k) row.push_back(k < 3 ? strain[k] : 0.5 * strain[k]);
-  row.insert(row.end(), stress.begin(), stress.end());
-  double void_ratio = 0, volume = 0, grains = 0, breakages = 0;
+/// Means over the present volume of a place: strain, stress; void ratio over its cells; their grains and breakages.
+ProbeRow Probes::of_place(const std::vector<std::uint8_t>& some) const {
+  ProbeRow row;
+  row.strain = problem_.mean_strain(some), row.stress = problem_.mean_stress(some);
+  for (std::size_t k = 3; k < 6; ++k) row.strain[k] *= 0.5;
+  double void_ratio = 0, volume = 0;
   for (std::size_t i = 0; i < some.size(); ++i) {
     const std::size_t rve = points_.rve_of[i];
     if (some[i] == 0 || rve == SIZE_MAX) continue;
     const dem::Facts& facts = rves_->facts(rve);
     void_ratio += points_.volume[rve] * facts.void_ratio, volume += points_.volume[rve];
-    grains += static_cast<double>(facts.grains), breakages += static_cast<double>(facts.breakages);
+    row.grains += static_cast<double>(facts.grains), row.breakages += static_cast<double>(facts.breakages);
   }
-  row.insert(row.end(), {volume > 0 ? void_ratio / volume : NAN, grains, breakages});
+  row.void_ratio = volume > 0 ? void_ratio / volume : NAN;
+  return row;
+}
+
+ProbeRow Probes::of_point(std::size_t i, bool grading) const {
+  ProbeRow row;
+  const auto deformation = problem_.deformation().subspan(9 * i, 9);
+  dem::Mat3 gradient;
+  for (int k = 0; k < 9; ++k) gradient(k / 3, k % 3) = deformation[static_cast<std::size_t>(k)] - (k % 4 == 0 ? 1 : 0);
+  const dem::Vec6 strain = dem::to_voigt(0.5 * (gradient + gradient.transpose()));  // tensor components
+  for (std::size_t k = 0; k < 6; ++k)
+    row.strain[k] = strain[static_cast<Eigen::Index>(k)], row.stress[k] = problem_.stress()[6 * i + k];
+  const std::size_t rve = points_.rve_of[i];
+  if (rve == SIZE_MAX) return row;
+  const dem::State s = rves_->committed(rve);
+  const dem::Measurement m = dem::measure(scene_.unit_cells[0].model, s);
+  row.void_ratio = m.void_ratio, row.coordination = m.coordination;
+  row.grains = static_cast<double>(s.grains.size()), row.breakages = static_cast<double>(s.ledger.breakages);
+  if (!grading) return row;
+  const dem::Grading first(states_[points_.start[rve]]), now(s);
+  row.diameter = {now.diameter(0.1), now.diameter(0.5), now.diameter(0.9)};
+  row.einav = dem::einav_breakage(first, now), row.fines = now.fines_fraction();
   return row;
 }
 
 std::vector<double> Probes::row() const {
-  std::vector<double> row;
+  std::vector<double> all;
   for (const Found& f : probes_) {
-    if (!f.some.empty()) {
-      const std::vector<double> means_of = mean_row(f.some);
-      row.insert(row.end(), means_of.begin(), means_of.end());
-      continue;
-    }
-    const std::size_t i = f.point;
-    const auto deformation = problem_.deformation().subspan(9 * i, 9);
-    dem::Mat3 gradient;
-    for (int k = 0; k < 9; ++k)
-      gradient(k / 3, k % 3) = deformation[static_cast<std::size_t>(k)] - (k % 4 == 0 ? 1 : 0);
-    const dem::Vec6 strain = dem::to_voigt(0.5 * (gradient + gradient.transpose()));  // tensor components
-    for (int k = 0; k < 6; ++k) row.push_back(strain[k]);
-    for (std::size_t k = 0; k < 6; ++k) row.push_back(problem_.stress()[6 * i + k]);
-    const std::size_t rve = points_.rve_of[i];
-    if (rve == SIZE_MAX) continue;
-    const dem::State s = rves_->committed(rve);
-    const dem::Model& model = scene_.unit_cells[0].model;
-    const dem::Measurement m = dem::measure(model, s);
-    row.insert(row.end(), {m.void_ratio, m.coordination, static_cast<double>(s.grains.size()),
-                           static_cast<double>(s.ledger.breakages)});
-    if (!f.probe->grading) continue;
-    const dem::Grading first(states_[points_.start[rve]]), now(s);
-    row.insert(row.end(), {now.diameter(0.1), now.diameter(0.5), now.diameter(0.9), dem::einav_breakage(first, now),
-                           now.fines_fraction()});
+    const ProbeRow row = f.some.empty() ? of_point(f.point, f.probe->grading) : of_place(f.some);
+    for (const double v : values_of(f.columns, row)) all.push_back(v);
   }
-  return row;
+  return all;
 }
 
 double Probes::stress(const std::string& name, int component) const {

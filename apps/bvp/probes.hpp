@@ -3,6 +3,7 @@
 #pragma once
 
 #include "apps/bvp/points.hpp"
+#include "apps/bvp/probe_columns.hpp"
 
 namespace grus::app {
 
@@ -23,11 +24,13 @@ public:
   void restore(const std::vector<std::vector<std::pair<std::string, double>>>& series);
 
 private:
-  std::vector<double> mean_row(const std::vector<std::uint8_t>& some) const;
+  ProbeRow of_place(const std::vector<std::uint8_t>& some) const;
+  ProbeRow of_point(std::size_t point, bool grading) const;
   struct Found {
     const Probe* probe;
     std::size_t point;
     std::vector<std::uint8_t> some;  // points of a place; empty: the one above
+    std::vector<ProbeColumn> columns;
     std::vector<std::pair<std::string, double>> series;
   };
 

@@ -49,7 +49,7 @@ void gather(const Ranks& ranks, const std::vector<std::size_t>& which, const std
 
 /// Whose states a file holds.
 nlohmann::json about(const BvpScene& scene, const std::vector<Start>& starts) {
-  nlohmann::json of = {{"program", "grus-bvp preparation"}, {"scene", scene.record}};
+  nlohmann::json of = {{"program", "grus-bvp preparation"}, {"scene", *scene.record}};
   if (!scene.unit_cells.empty()) of["unit_cell"] = *scene.unit_cells[0].record;
   for (const Start& s : starts)
     of["starts"].push_back(

@@ -2,6 +2,8 @@
 // The states that the RVEs of a macro problem start from: made by all ranks, kept in a file while that takes long.
 #pragma once
 
+#include <nlohmann/json.hpp>
+
 #include "apps/bvp/points.hpp"
 
 namespace grus::app {

@@ -212,7 +212,9 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
   BvpScene scene;
   scene.file = file;
   const toml::table parsed = parse_scene(file, overrides);
-  Table t(parsed, file, "", scene.record);
+  const auto record = std::make_shared<nlohmann::json>();
+  scene.record = record;
+  Table t(parsed, file, "", *record);
   scene.title = t.text_or("title", std::filesystem::path(file).stem().string());
   read_mesh(t.table("mesh"), scene);
   if (auto e = t.table_if("element")) {
@@ -252,7 +254,7 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
           fmt::format("region[{}].poissons_ratio = {:g} with element.order = 1: such elements lock, far too stiff in "
                       "bending and shear; element.kind = \"fbar\" or element.order = 2 helps",
                       r, scene.regions[r].poissons_ratio));
-  if (scene.solve.tolerance < scene.residual_floor() && scene.record["solve"].contains("tolerance"))
+  if (scene.solve.tolerance < scene.residual_floor() && record->at("solve").contains("tolerance"))
     scene.notes.push_back(
         fmt::format("the residual is asked to fall to {:.2g}, what the RVEs' own equilibrium leaves "
                     "(rve.unbalanced_force, rve.stress_change), not to solve.tolerance = {:.2g}",

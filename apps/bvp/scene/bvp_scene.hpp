@@ -2,7 +2,9 @@
 // A scene of grus-bvp: tables -> option structs of fem and dem.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <functional>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <variant>
 
 #include "apps/scene/prepare_sample.hpp"
@@ -71,8 +73,8 @@ struct BvpScene {
   bool costs = false;                // costs.csv: what every RVE cost in every sweep
   double checkpoint_interval = 300;  // s of wall time; an interrupted run writes one in any case
   std::vector<Probe> probes;
-  nlohmann::json record;
-  std::vector<std::string> notes;  // what the user should know before it runs
+  std::shared_ptr<const nlohmann::json> record;  // the scene as used, defaults included
+  std::vector<std::string> notes;                // what the user should know before it runs
 
   /// No residual can be asked to go below this: the equilibrium of the RVEs themselves; 0 without grains.
   double residual_floor() const {
