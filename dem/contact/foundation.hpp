@@ -25,9 +25,7 @@ struct Foundation {
   static constexpr KernelLaw kernel = KernelLaw::linear;
   static constexpr bool attracts = false, of_hulls = true, stiffens = true;
 
-  Elastic operator()(const Contact& c, double overlap) const {
-    return {c.stiffness * overlap, c.stiffness, 0.5 * c.stiffness * overlap * overlap, c.stiffness};
-  }
+  Elastic operator()(const Contact& c, double overlap) const { return proportional(c, overlap); }
   static void begin(const Pair&, double, double, Contact&) {}  // the overlap decides: contact/hull_pairs.cpp
   /// Half of the way is in each: they are in series; of a rigid partner the other's.
   static Pair mix(const Partner<Of>& a, const Partner<Of>& b, double& shear_ratio) {

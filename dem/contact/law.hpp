@@ -22,6 +22,11 @@ struct Elastic {
   double bears(double normal_force) const { return normal_force + 2 * pull_off; }
 };
 
+/// Of a law whose force is the contact's stiffness times the overlap.
+inline Elastic proportional(const Contact& c, double overlap) {
+  return {c.stiffness * overlap, c.stiffness, 0.5 * c.stiffness * overlap * overlap, c.stiffness};
+}
+
 /// A material without its contacts.
 struct Solid {
   double youngs_modulus;  // Pa; infinite: rigid

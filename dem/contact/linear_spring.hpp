@@ -20,9 +20,7 @@ struct LinearSpring {
   static constexpr KernelLaw kernel = KernelLaw::linear;
   static constexpr bool attracts = false, of_hulls = false, stiffens = false;
 
-  Elastic operator()(const Contact& c, double overlap) const {
-    return {c.stiffness * overlap, c.stiffness, 0.5 * c.stiffness * overlap * overlap, c.stiffness};
-  }
+  Elastic operator()(const Contact& c, double overlap) const { return proportional(c, overlap); }
   static void begin(const Pair& p, double effective_radius, double, Contact& c) {
     c.radius = effective_radius, c.stiffness = at_radius(p, effective_radius);
   }
