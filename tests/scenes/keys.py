@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Every key of a scene changes a result: keys.py BIN
 
-keys.toml: scenes, and rows of a key with another value. A run with the other value must end otherwise than the run
-without: another history, other files, another ending. Keys that the readers of scenes know, and keys that the records
-of the runs show, must be in a row.
+keys.toml: scenes, and rows of a key with another value. A run with the other value must not be refused, and must end
+otherwise than the run without: another history, other files, another ending. Of companions that a run takes without
+the key the effect is not the key's: then they stand in both. Keys of apps/scene/keys.txt, and keys that the records of
+the runs show, must be in a row, each by its whole path.
 """
 import glob
 import json
@@ -37,6 +38,10 @@ PIECES = {
     **{f"fuzz.{name}": text for name, text in FUZZ.items()}
 }
 ELSEWHERE = DATA["elsewhere"]
+REFUSED = (2, "timeout")
+# Keys that say which others there are.
+CHOICES = ("kind", "model", "criterion", "contact", "distribution", "dimension", "shape", "control", "area", "grains",
+           "rigid", "span")
 
 
 def text_of(pieces):
@@ -96,6 +101,17 @@ def general(path):
     return re.sub(r"\.\d+\b", "", re.sub(r"^material\.\w+", "material.*", path))
 
 
+def larger(value):
+    """Numbers that are a tenth larger; nothing of words."""
+    try:
+        numbers = json.loads(str(value))
+    except ValueError:
+        return None
+    if isinstance(numbers, list) and all(isinstance(x, (int, float)) for x in numbers):
+        return [1.1 * x for x in numbers]
+    return type(numbers)(round(1.1 * numbers, 12)) if type(numbers) in (int, float) else None
+
+
 def main(tmp):
     for name, pieces in {**DATA["files"],
                          **{f"{name}.toml": scene["of"] for name, (_, scene) in SCENES.items()}}.items():
@@ -126,7 +142,15 @@ def main(tmp):
         without = list(pool.map(lambda row: run(row[0], *row[3:]) if len(row) > 3 else plain[row[0]], table))
     strip = lambda o: {k: v for k, v in o.items() if k != "record"}
     for row, other, base in zip(table, others, without):
-        base = base if base["exit"] == 0 else plain[row[0]]
+        need(other["exit"] not in REFUSED, f"{row[0]}: {row[1]} = {row[2]} is refused: {other.get('error')}")
+        if base["exit"] in REFUSED:  # companions that cannot be without the key
+            base = plain[row[0]]
+            if more := larger(row[2]):
+                base = run(row[0], *row[3:], f"{row[1]}={more}")
+                need(base["exit"] not in REFUSED, f"{row[0]}: {row[1]} = {more} is refused: {base.get('error')}")
+            else:  # it says which keys there are, or stands where another stood
+                need(row[1].rpartition(".")[2] in CHOICES or all(c.endswith("=") for c in row[3:]),
+                     f"{row[0]}: {row[1]}: companions {row[3:]} are refused without")
         need(strip(other) != strip(base), f"{row[0]}: {row[1]} = {row[2]} changes nothing")
     covered = {general(row[1]) for row in table} | set(ELSEWHERE)
     for scene in scenes:
@@ -138,16 +162,12 @@ def main(tmp):
         for path in summary_paths(left.get("record", {})):
             need(summary_keys.known(path, SCENES[scene][0]),
                  f"summary.json of {scene} has {path}, which summary_keys.txt lacks")
-    words = {part for key in covered for part in key.split(".")}
-    files = [
-        p for room in ["scene"] + (["bvp/scene"] if fem else [])
-        for p in glob.glob(os.path.join(here, "..", "..", "apps", room, "*_scene.cpp"))
-    ]
-    readers = "".join(open(p).read() for p in files)
-    asked = (r"\b(?:number|number_or|integer_or|flag_or|text|text_or|choice|choice_or|numbers|numbers_or|free_numbers|"
-             r"pairs|texts_or_none|matrix)\(\"([a-z_0-9]+)\"")
-    for key in sorted(set(re.findall(asked, readers))):
-        need(key in words, f"{key}, which a reader asks for, is in no row of the table")
+    with open(os.path.join(here, "..", "..", "apps", "scene", "keys.txt")) as f:
+        known = [[part.strip() for part in line.split("|")] for line in f]
+    for path, kind, *_ in known:
+        if kind in ("table", "tables", "table or tables") or general(path.replace("[]", "")) in covered:
+            continue
+        need(not fem, f"{path} is in no row of the table")
     print(f"{len(table)} keys and values")
 
 
