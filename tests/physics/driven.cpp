@@ -6,6 +6,7 @@
 #include "dem/base/error.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/packing/packing.hpp"
+#include "dem/rve/loading.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/real_time.hpp"
 #include "dem/rve/reduce_cell.hpp"
@@ -328,4 +329,28 @@ TEST_CASE("energy is measured against what was exchanged: a ball that bounces pa
   }
   CHECK(seen > 0);
   CHECK(seen == seen_before);
+}
+
+TEST_CASE("a velocity gradient carries a cell along its exponential, however much of it is done at once") {
+  Model model = sand();
+  model.numerics.time_step = 1e-2;
+  Team team(1);
+  Mat3 stretching, turning;
+  stretching << 0.5, 0.3, -0.2, 0.3, -0.4, 0.1, -0.2, 0.1, 0.2;
+  turning << 0, -0.5, 0.3, 0.5, 0, -0.7, -0.3, 0.7, 0;
+  const auto after = [&](const Mat3& gradient) {
+    State s;
+    for (const double x : {5.0, 15.0}) add(s, PolyEllipsoid::sphere(1), Vec3(x, 10, 10), 2650);
+    s.boundary.cell.vectors = 20 * Mat3::Identity();
+    prepare(model, s, team);
+    Loading loading;
+    loading.driven = true, loading.velocity_gradient = gradient;
+    begin_loading(model, s, loading);
+    load(model, s, loading, 1, team);
+    return Mat3(displacement_gradient(s, loading, 20 * Mat3::Identity()) + Mat3::Identity());
+  };
+  const Eigen::SelfAdjointEigenSolver<Mat3> axes(stretching);
+  const Mat3 &q = axes.eigenvectors(), whole = q * Vec3(axes.eigenvalues().array().exp()).asDiagonal() * q.transpose();
+  CHECK((after(stretching) - whole).norm() < 1e-12);
+  CHECK((after(turning) - rotation_by(Vec3(0.7, 0.3, 0.5)).toRotationMatrix()).norm() < 1e-12);
 }

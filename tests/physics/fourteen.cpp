@@ -346,3 +346,13 @@ TEST_CASE("any criterion with any splitter: fourteen balls by Hoek-Brown, halves
   const Vec3 apart = s.grains.motion[1].position - s.grains.motion[0].position;
   CHECK(std::abs(apart.normalized().z()) < 1e-6);
 }
+
+TEST_CASE("where nothing touches, the poles are along the most compressive stress") {
+  State s;
+  add(s, PolyEllipsoid::sphere(1), Vec3::Zero(), 2650);
+  const Quat turn(0.8, 0.36, 0.48, 0);
+  const Mat3 r = turn.toRotationMatrix(), stress = r * Vec3(0, 1e6, -1e6).asDiagonal() * r.transpose();
+  const Pieces p = grus::dem::pieces_of(Balls{}, s.grains, 0, {stress, std::nullopt, Vec3::Zero()}, 1);
+  for (const std::size_t pole : {12u, 13u})
+    CHECK(std::abs(p.piece[pole].position.normalized().dot(r.col(2))) == Approx(1).epsilon(1e-12));
+}

@@ -3,6 +3,7 @@
 // sorted.
 #include <algorithm>
 
+#include "dem/contact/neighbours.hpp"
 #include "dem/packing/packing.hpp"
 #include "dem/rve/breakage.hpp"
 #include "dem/rve/step.hpp"
@@ -203,4 +204,48 @@ TEST_CASE("putting the grains in order anew changes nothing but their order") {
       REQUIRE((m.spin - o.spin).norm() <= 1e-8 * (1 + m.spin.norm()));
     }
   }
+}
+
+TEST_CASE("a mended list knows how far the walls have gone since it was made: they may come back") {
+  const Model model = model_of(solid(60e9, 0.17, 2650));
+  Team team(1);
+  State s;
+  for (int k = 0; k < 200; ++k) add(s, PolyEllipsoid::sphere(1), Vec3(10.0 * (k % 20), 10.0 * (k / 20), 20), 2650);
+  add_floor(s);
+  prepare(model, s, team);
+  const double skin = s.skin, back = 0.3 * skin;
+  s.boundary.walls[0].point.z() -= back;
+  const std::vector<Index> few{7};
+  for (const double gap : {1.2, 1.4}) {  // of the skin, now; of the wall where the ways began less by 0.3
+    State now = s;
+    now.grains.motion[7].position.z() = 1 - back + gap * skin;
+    mend_contacts(now.grains, now.boundary, now.skin, model.materials.size(), few, {}, now.contacts, now.reference,
+                  team, false);
+    CHECK(listed(now.contacts, true, 7, 0, {}, false) == (gap < 1.3));
+    CHECK(too_near(now) == 0);
+  }
+}
+
+TEST_CASE("the bound of a grain's way holds while the cell stretches by a twentieth") {
+  Model model = model_of(solid(60e9, 0.17, 2650));
+  model.numerics.skin = 1, model.numerics.time_step = 1e-3;
+  Team team(1);
+  State s;
+  for (const double x : {4.0, 16.0}) add(s, PolyEllipsoid::sphere(1), Vec3(x, 10, 10), 2650);
+  s.boundary.cell.vectors = 20 * Mat3::Identity();
+  prepare(model, s, team);
+  Mat3 rate = Mat3::Zero();
+  rate(0, 0) = 20 * 0.05;
+  set_cell_rate(s, rate);
+  s.grains.motion[1].velocity.x() += 0.2;
+  const std::uint64_t lists = s.reference.builds;
+  const auto way = [&] {
+    return (s.grains.motion[1].position - s.boundary.cell.vectors / 20 * s.reference.position[1]).norm();
+  };
+  for (int k = 0; k < 20; ++k) {
+    run_steps(model, s, 50, team);
+    REQUIRE(s.reference.builds == lists);
+    CHECK(s.reference.travelled >= way());
+  }
+  CHECK(way() == Approx(0.2).epsilon(0.01));
 }

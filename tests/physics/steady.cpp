@@ -5,6 +5,7 @@
 
 #include "dem/rve/measure.hpp"
 #include "dem/rve/step.hpp"
+#include "dem/rves/rve_host.hpp"
 #include "tests/fem/sand.hpp"
 
 using namespace grus::dem;
@@ -111,4 +112,26 @@ TEST_CASE("as the inertial number goes to zero the stress goes to that of a cell
   }
   CHECK(off[1] < 0.04);  // 60 grains: sliding is a staircase
   CHECK(off[1] < off[0]);
+}
+
+TEST_CASE("what answers for grains that could not go on works on the volume that it has by now") {
+  ResponseOptions options;
+  options.quasi_static = cell().q;
+  RveHost host(cell().model, options, 1);
+  HostedRve rve{.state = cell().state};
+  const double volume = 2, stress = -3e5;
+  Remainder left;
+  left.stress(2, 2) = stress, left.volume = volume, left.work = 7;
+  rve.remainder = left;
+  host.put(0, std::move(rve));
+  Task task;
+  task.pace = Pace::steady, task.path = {stretch(0, 0, -0.02)};
+  double work = 0;
+  for (int k = 0; k < 5; ++k) {
+    const Outcome out = host.advance({task})[0];
+    CHECK(out.given_up);
+    CHECK(out.response.stress(2, 2) == Approx(stress));
+    work = out.response.work;
+  }
+  CHECK(work - 7 == Approx(stress * volume * (std::pow(0.98, 5) - 1)).epsilon(1e-9));
 }

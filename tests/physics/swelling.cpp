@@ -218,3 +218,34 @@ TEST_CASE("with swelling nothing is lost: a grain that breaks between plates has
   CHECK(solid_volume(s.grains) < (1 + 1e-9) * volume);
   CHECK(std::abs(energy_error(s.ledger, stored_energy(model, s))) < 0.01);
 }
+
+TEST_CASE("a ball between two plates is at the pressure of one arm each") {
+  const Model model = swelling();
+  Team team(1);
+  State s;
+  add_ball(s, Vec3::Zero());
+  add_plates(s, 0.999 * R);
+  begin(model, s, team);
+  const double force = s.contacts.touch[0].force.norm();
+  REQUIRE(force > 0);
+  REQUIRE(s.contacts.size() == 2);
+  const double pressure = 2 * force * R / (4 * pi * R * R * R);
+  CHECK(mean_pressure(model.law, s.grains, s.contacts) == Approx(pressure).epsilon(1e-12));
+  CHECK(mean_pressure(model.law, s.grains, s.contacts, 0) == Approx(pressure).epsilon(1e-12));
+}
+
+TEST_CASE("a ball of scaled inertia swells to the volume of what is solid in it, at the pace of what resists") {
+  State s;
+  add_ball(s, Vec3::Zero());
+  const double mass = s.grains.mass[0], stiffness = 2 * R * modulus;
+  const auto grown = [&](double duration) { return *next_radius(s.grains, 0, density, stiffness, duration); };
+  const double little = 1e-4 * swelling_times * pi * std::sqrt(mass / stiffness);
+  const double plain = grown(little) - R;
+  CHECK(plain == Approx(1e-4 * (1 - std::cbrt(kept_volume())) * whole()).epsilon(1e-9));
+  s.grains.solid_mass = {mass}, s.grains.mass[0] = 9 * mass;
+  CHECK(grown(little) - R == Approx(plain / 3).epsilon(1e-9));
+  s.grains.motion[0].radius = s.grains.extent[0].equivalent_radius = (1 - 1e-6) * whole();
+  CHECK(grown(1) == Approx(whole()).epsilon(1e-12));
+  s.grains.extent[0].equivalent_radius = whole();
+  CHECK_FALSE(next_radius(s.grains, 0, density, stiffness, 1).has_value());
+}

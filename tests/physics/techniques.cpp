@@ -7,6 +7,7 @@
 #include "dem/rve/breakage.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/reshape.hpp"
+#include "dem/rve/split_statistics.hpp"
 #include "tests/helpers.hpp"
 
 using namespace grus::dem;
@@ -281,4 +282,28 @@ TEST_CASE("max_generations and the smallest radius end the breaking; with a shap
   f.limit.smallest_radius = 0.45 * R;  // a ninth of the volume; a split leaves between a half and 1 / (1 + ratio) of it
   CHECK(splits(f) >= 4);
   CHECK(splits(f) <= 10);
+}
+
+TEST_CASE("what a split keeps of a contact's force counts no higher than what there was") {
+  const Model model = model_of(solid(60e9, 0.2, 2650));
+  Team team(1);
+  State s;
+  for (const double x : {0.0, 1.99}) add(s, PolyEllipsoid::sphere(1), Vec3(x, 0, 0), 2650);
+  prepare(model, s, team);
+  const std::vector<std::size_t> first{0};
+  const ParentContacts now = contacts_of(model, s, first);
+  REQUIRE(now.of.at(0).size() == 1);
+  const double force = now.of[0][0].second;
+  CHECK(force == Approx(s.contacts.touch[0].force.norm()).epsilon(1e-12));
+  const std::vector<std::vector<std::size_t>> pieces{first};
+  const std::vector<Index> origin{0, 1};
+  for (const double before : {0.5, 2.0}) {
+    State after = s;
+    ParentContacts had = now;
+    had.of[0][0].second = before * force;
+    count_split(model, after, had, pieces, origin, 2);
+    CHECK(after.ledger.splits.force == Approx(before * force).epsilon(1e-12));
+    CHECK(after.ledger.splits.force_kept == Approx(std::min(before, 1.0) * force).epsilon(1e-12));
+    CHECK(after.ledger.splits.contacts_kept == 1);
+  }
 }

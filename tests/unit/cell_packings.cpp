@@ -290,3 +290,29 @@ TEST_CASE("bursts: windows of time; the exponent of a power law is found within 
     CHECK(std::abs(law.exponent - exponent) < 4 * law.error);
   }
 }
+
+TEST_CASE("two equal grains are not filled alike") {
+  Team team(1);
+  State parents;
+  for (std::size_t i = 0; i < 2; ++i) {
+    GrainSpec grain;
+    grain.shape = PolyEllipsoid::sphere(1), grain.position = Vec3(3 * static_cast<double>(i), 0, 0);
+    grain.density = density;
+    set_grain(parents.grains, i, grain);
+  }
+  const VoronoiCells cells = fill_grains(parents.grains, 12, 0, 7, team);
+  double nearest = INFINITY;
+  for (std::size_t i = 0; i < cells.seed.size(); ++i)
+    for (std::size_t j = 0; j < cells.seed.size(); ++j)
+      if (cells.cluster[i] == 0 && cells.cluster[j] == 1)
+        nearest = std::min(nearest, (cells.seed[i] + Vec3(3, 0, 0) - cells.seed[j]).norm());
+  CHECK(nearest > 1e-3);  // of 12 by 12 pairs in a sphere of radius 1
+}
+
+TEST_CASE("bursts of one and two bonds: exponent and error by hand") {
+  std::vector<Burst> drawn(80, Burst{0, 1});
+  drawn.resize(100, Burst{0, 2});
+  const PowerLaw law = fit_power_law(drawn);  // 2^-e / (1 + 2^-e) of them are two
+  CHECK(law.exponent == Approx(2).epsilon(1e-9));
+  CHECK(law.error == Approx(1 / (std::log(2.0) * std::sqrt(100 * 0.2 * 0.8))).epsilon(1e-9));
+}

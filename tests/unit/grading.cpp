@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Grading, breakage indices and shapes against closed forms.
 #include "dem/rve/grading.hpp"
-#include "tests/helpers.hpp"
+#include "dem/packing/packing.hpp"
+#include "tests/hulls.hpp"
 
 using namespace grus::dem;
 using namespace grus::dem::test;
@@ -130,4 +131,48 @@ TEST_CASE("size classes count every grain once, with its contacts") {
   CHECK(classes[1].coordination == 1);
   CHECK(classes[2].coordination == 0);
   CHECK(classes[2].upper == Approx(5.6).epsilon(1e-12));
+}
+
+TEST_CASE("roundness of a sample is that of its mass") {
+  State s;
+  add_body(s, box_between(Vec3::Constant(-0.5), Vec3::Constant(0.5)), Vec3::Zero(), Quat::Identity());
+  add_body(s, box_between(Vec3(-2, -0.5, -2), Vec3(2, 0.5, 2)), Vec3(9, 0, 0), Quat::Identity());
+  const double mass = 17;
+  const Roundness cube = roundness(s.grains, 0), plate = roundness(s.grains, 1), all = roundness(s.grains);
+  REQUIRE(cube.sphericity > plate.sphericity + 0.1);
+  CHECK(all.sphericity == Approx((cube.sphericity + 16 * plate.sphericity) / mass).epsilon(1e-12));
+  CHECK(all.angularity == Approx((cube.angularity + 16 * plate.angularity) / mass).epsilon(1e-12));
+}
+
+TEST_CASE("a class of a sieve curve: even in log r by mass, so r^-4 by number") {
+  RadiusDistribution d;
+  d.kind = "sieve", d.sieve = {{1, 0}, {2, 0.25}, {3, 1}};
+  const SieveClass first = sieve_class(d, 0), second = sieve_class(d, 1);
+  // Integrals of r^-4 and r^-3 from 1 to 2, and from 2 to 3.
+  CHECK(first.mean == Approx(9.0 / 7).epsilon(1e-12));
+  CHECK(second.mean == Approx(1.5 * (1.0 / 4 - 1.0 / 9) / (1.0 / 8 - 1.0 / 27)).epsilon(1e-12));
+  CHECK(first.number == Approx(0.25 / std::log(2.0) * 7 / 24).epsilon(1e-12));
+  CHECK(d.mean_cube() == Approx(1 / (first.number + second.number)).epsilon(1e-12));
+}
+
+TEST_CASE("a sample whose slope changes in the middle: the fractal dimension is fitted from the 2 % to the 60 % size") {
+  // Mass even in log d below d20, of slope 1.5 above; by the same points as a fit of ln passing over ln d.
+  State s;
+  constexpr int n = 5000;
+  const auto size_at = [](double p) {
+    return p < 0.2 ? std::pow(p / 0.2, 2.0) : 1 + std::log(p / 0.2) / std::log(5.0);  // slopes 1/2, then steep
+  };
+  for (int k = 0; k < n; ++k) {
+    const double d = size_at((k + 0.5) / n);
+    add(s, PolyEllipsoid::sphere(0.5 * d), Vec3(3.0 * k, 0, 0), 1 / (d * d * d));
+  }
+  const double low = std::log(size_at(0.02)), high = std::log(size_at(0.6));
+  double sx = 0, sy = 0, sxx = 0, sxy = 0;
+  constexpr int points = 24;
+  for (int k = 0; k < points; ++k) {
+    const double x = low + (high - low) * k / (points - 1), d = std::exp(x);
+    const double y = std::log(d < 1 ? 0.2 * std::sqrt(d) : 0.2 * std::pow(5.0, d - 1));
+    sx += x, sy += y, sxx += x * x, sxy += x * y;
+  }
+  CHECK(Grading(s).fractal_dimension() == Approx(3 - (points * sxy - sx * sy) / (points * sxx - sx * sx)).margin(5e-3));
 }

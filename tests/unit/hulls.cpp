@@ -172,3 +172,27 @@ TEST_CASE("cells do not depend on the number of threads; Lloyd's rounds even the
   CHECK(least(raw) >= 0.1);  // smaller ones are merged away
   CHECK(least(a) > 0.55);    // 0.63 of the mean for 1,000 cells
 }
+
+TEST_CASE("faces of a box are known by where they look: -1 to -6 are -x, +x, -y, +y, -z, +z") {
+  const Polyhedron box = box_between(Vec3(1, 2, 3), Vec3(2, 4, 6));
+  REQUIRE(box.face.size() == 6);
+  for (const auto& face : box.face) {
+    const auto k = static_cast<Eigen::Index>(-1 - face.tag);
+    const double side = k % 2 ? 1 : -1;
+    CHECK((face.normal - side * Vec3::Unit(k / 2)).norm() < 1e-15);
+    CHECK(face.offset == Approx(side * Vec3(k % 2 ? Vec3(2, 4, 6) : Vec3(1, 2, 3))[k / 2]));
+  }
+}
+
+TEST_CASE("a round of Lloyd's moves each seed to the centre of its cell of the round before") {
+  Team team(1);
+  const CellSpace space = box_space(Vec3(1, 2, 1.5));
+  VoronoiCells before = voronoi_packing(space, 30, 0, 4, team);
+  REQUIRE(before.seed.size() == 30);
+  for (const int rounds : {1, 2, 3}) {
+    const VoronoiCells now = voronoi_packing(space, 30, rounds, 4, team);
+    REQUIRE(now.seed.size() == 30);
+    for (std::size_t i = 0; i < 30; ++i) CHECK((now.seed[i] - moments_of(before.body[i]).centre).norm() < 1e-12);
+    before = now;
+  }
+}
