@@ -101,7 +101,9 @@ void read_filled(Table& t, RveScene& scene, std::uint8_t material) {
   RveScene parents;
   parents.file = scene.file, parents.model = scene.model;
   if (scene.recipe.periodic()) parents.recipe.bounds = dem::Bounds::periodic;
-  read_packing(t.table("parents"), parents);
+  Table of_parents = t.table("parents");
+  if (of_parents.has("material")) of_parents.fail("material", "has no effect here: the pieces have packing.material");
+  read_packing(std::move(of_parents), parents);
   if (parents.recipe.of_cells()) t.fail("parents", "are spheres or poly-ellipsoids");
   if (parents.recipe.count() * static_cast<double>(filled.cells) > most_cells)
     t.fail("cells", "more than half a million Voronoi cells");
