@@ -38,7 +38,7 @@ void refuse_fast(const Table& t, const std::string& key, double speed, const dem
 }
 
 dem::Vec3 read_velocity(Table& t, const dem::Model& model) {
-  const dem::Vec3 velocity = vector3(t.numbers_or("velocity", {0, 0, 0}, dimension::speed));
+  dem::Vec3 velocity = vector3(t.numbers_or("velocity", {0, 0, 0}, dimension::speed));
   refuse_fast(t, "velocity", velocity.norm(), model);
   return velocity;
 }
