@@ -4,6 +4,7 @@
 #include "dem/contact/forces.hpp"
 #include "dem/fracture/split_polyellipsoid.hpp"
 #include "dem/rve/breakage.hpp"
+#include "dem/rve/loading.hpp"
 #include "dem/rve/real_time.hpp"
 #include "dem/rve/reshape.hpp"
 #include "tests/helpers.hpp"
@@ -279,6 +280,19 @@ TEST_CASE("a run whose ledger says what cannot be is stopped, whatever the balan
     CHECK(stopped([&](Ledger& l) { l.unexplained = 1.1 * most; }).find("no known reason") != std::string::npos);
     CHECK(stopped([&](Ledger& l) { l.unexplained = 0.9 * most; }).empty());
   }
+}
+
+TEST_CASE("a time step that leads nowhere stops a run instead of going on for ever") {
+  Model model = model_of(solid(60e9, 0.17, 2650, 0.5, 0.5));
+  State s;
+  add(s, PolyEllipsoid::sphere(R), Vec3::Zero(), 2650, Vec3(1, 0, 0));
+  Team team(1);
+  prepare(model, s, team);
+  CHECK_FALSE(endless(s, 1e9 * s.dt));
+  CHECK(endless(s, 1e12 * s.dt));  // a step costs as much as a thousand grains'
+  CHECK(load(model, s, {}, 10 * s.dt, team));
+  model.numerics.time_step = 1e-9 * s.dt, s.next_estimate = s.steps;
+  CHECK_THROWS_AS(load(model, s, {}, s.time + 1e3 * s.dt, team), Unstable);
 }
 
 TEST_CASE("round-off is no energy error: a loose cell that is only turned, a grain at rest") {
