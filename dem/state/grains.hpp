@@ -70,7 +70,7 @@ struct Grains {
   std::size_t size() const { return motion.size(); }
 };
 
-/// Calls f on every column: copying, hashing and saving use this list, so a new column cannot be forgotten.
+/// Calls f on every column: copying and hashing use this list.
 template <class G, class F>
 void for_each_column(G& g, F&& f) {
   f(g.motion);

@@ -9,6 +9,7 @@
 #include "dem/rve/state_hash.hpp"
 #include "tests/bonded.hpp"
 #include "tests/hulls.hpp"
+#include "tests/loaded_body.hpp"
 
 using namespace grus::dem;
 using namespace grus::dem::test;
@@ -36,25 +37,8 @@ Model cleaving_rock(bool cohesive, std::vector<Cleavage::Plane> planes = {}, con
 }
 
 /// One prism of 4 x 1 x 1 along x, and forces on points of it.
-State prism(const Model& model, const std::vector<std::pair<Vec3, Vec3>>& loads) {
-  State s;
-  add_body(s, box_between(Vec3(-2, -0.5, -0.5), Vec3(2, 0.5, 0.5)), Vec3::Zero(), Quat::Identity());
-  s.grains.mass[0] = 4;
-  for (const auto& [at, force] : loads) {
-    DeadLoad load{0, s.grains.orientation[0].conjugate() * at, force};
-    load.point = at;
-    s.bonds.load.push_back(load);
-  }
-  Team team(1);
-  prepare(model, s, team);
-  s.dt = 1e-12;
-  run_steps(model, s, 1, team);
-  index_bonds(s.grains.size(), s.bonds, s.break_room.bonds);
-  return s;
-}
-
-LoadedHull grain(const Model& model, const State& s, std::size_t i) {
-  return {model.law, 0.2, s.grains, s.boundary, s.contacts, s.bonds, s.break_room.bonds, i};
+State prism(const Model& model, const PointLoads& loads) {
+  return loaded_body(model, box_between(Vec3(-2, -0.5, -0.5), Vec3(2, 0.5, 0.5)), loads);
 }
 
 const Cleavage& cleavage_of(const Model& model) { return std::get<Cleavage>(model.materials[0].fracture->criteria[0]); }
@@ -74,7 +58,7 @@ TEST_CASE("a prism pulled at both ends cleaves at Y sigma sqrt(pi a) = K_Ic, she
                                   {Vec3(-d, 0, 0), Vec3(0, -v, 0)},
                                   {Vec3(0, 0, 0.5), Vec3(0, 0, -9 * strength)},
                                   {Vec3(0, 0, -0.5), Vec3(0, 0, 9 * strength)}});
-    return cleavage_of(model).worst(grain(model, s, 0), 1).utilisation;
+    return cleavage_of(model).worst(loaded_hull(model, s, 0), 1).utilisation;
   };
   CHECK(at(1, 0) == Approx(1).epsilon(1e-9));
   CHECK(at(0, 0.816) == Approx(1).epsilon(1e-6));
@@ -98,7 +82,7 @@ TEST_CASE("tractions of a prism in motion: pulled at one end, bent, twisted, spi
   // Pulled at one end by F: at x the part beyond needs its share of the mass times F / m.
   const State pulled = prism(model, {{Vec3(2, 0, 0), Vec3(8, 0, 0)}});
   for (const double x : {-1.0, 0.0, 1.5}) {
-    const PlaneLoad load = grain(model, pulled, 0).across_plane(Vec3::UnitX(), x);
+    const PlaneLoad load = loaded_hull(model, pulled, 0).across_plane(Vec3::UnitX(), x);
     CHECK(on(load, 0) == Approx(-8 * (2 + x) / 4).epsilon(1e-9));
     CHECK(load.share == Approx(std::min(2 - x, 2 + x) / 4));
     CHECK(load.moment.norm() < 1e-9);
@@ -107,7 +91,7 @@ TEST_CASE("tractions of a prism in motion: pulled at one end, bent, twisted, spi
   const State bent =
       prism(model,
             {{Vec3(0, 0.5, 0), Vec3(0, -6, 0)}, {Vec3(2, -0.5, 0), Vec3(0, 3, 0)}, {Vec3(-2, -0.5, 0), Vec3(0, 3, 0)}});
-  const PlaneLoad mid = grain(model, bent, 0).across_plane(Vec3::UnitX(), 1e-9);
+  const PlaneLoad mid = loaded_hull(model, bent, 0).across_plane(Vec3::UnitX(), 1e-9);
   CHECK(mid.moment.z() == Approx(-6).epsilon(1e-6));
   CHECK(on(mid, 1) == Approx(-3).epsilon(1e-6));
   // Largest tension M h / (2 I) = 6 M, and the shear.
@@ -116,7 +100,7 @@ TEST_CASE("tractions of a prism in motion: pulled at one end, bent, twisted, spi
     std::get<Cleavage>(weak.materials[0].fracture->criteria[0]).toughness = 1e-3;
     std::get<Cleavage>(weak.materials[0].fracture->criteria[0]).planes[0].toughness = 1e-3;
     std::get<Cleavage>(weak.materials[0].fracture->criteria[0]).offsets = {1e-9};
-    return cleavage_of(weak).worst(grain(weak, bent, 0), 1);
+    return cleavage_of(weak).worst(loaded_hull(weak, bent, 0), 1);
   }();
   CHECK(cleft.tension == Approx(36).epsilon(1e-6));
   CHECK(cleft.shear == Approx(3).epsilon(1e-6));
@@ -125,7 +109,7 @@ TEST_CASE("tractions of a prism in motion: pulled at one end, bent, twisted, spi
   spinning.grains.motion[0].spin = Vec3(0, 0, 3);
   spinning.grains.angular_momentum[0] = inertia_tensor(spinning.grains, 0) * Vec3(0, 0, 3);
   for (const double x : {-0.5, 0.0, 1.0})
-    CHECK(on(grain(model, spinning, 0).across_plane(Vec3::UnitX(), x), 0) ==
+    CHECK(on(loaded_hull(model, spinning, 0).across_plane(Vec3::UnitX(), x), 0) ==
           Approx(-9 * (4 - x * x) / 2).epsilon(1e-9));
 }
 
@@ -147,10 +131,11 @@ TEST_CASE("contacts and bonds of cells add up to their forces; both sides of a p
     run_steps(model, s, 60, team);
     index_bonds(s.grains.size(), s.bonds, s.break_room.bonds);
     double largest = 0;
-    for (std::size_t i = 0; i < s.grains.size(); ++i) largest = std::max(largest, grain(model, s, i).largest_force());
+    for (std::size_t i = 0; i < s.grains.size(); ++i)
+      largest = std::max(largest, loaded_hull(model, s, i).largest_force());
     REQUIRE(largest > 0);
     for (std::size_t i = 0; i < s.grains.size(); ++i) {
-      const LoadedHull g = grain(model, s, i);
+      const LoadedHull g = loaded_hull(model, s, i);
       CHECK(g.imbalance().norm() < 1e-11 * largest);
       Vec3 torque = -s.grains.torque[i];
       g.each_load([&](const HullLoad& l) { torque += l.couple + l.at.cross(l.force); });
@@ -179,7 +164,7 @@ TEST_CASE("a cube pressed between its faces is not sheared on planes along the l
   prepare(model, s, team);
   run_steps(model, s, 1, team);
   index_bonds(1, s.bonds, s.break_room.bonds);
-  const LoadedHull g = grain(model, s, 0);
+  const LoadedHull g = loaded_hull(model, s, 0);
   const double load = g.largest_force();
   REQUIRE(load > 1);
   const PlaneLoad along = g.across_plane(Vec3::UnitX(), 0), across_it = g.across_plane(Vec3::UnitZ(), 0);

@@ -8,6 +8,7 @@
 #include "dem/rve/resting.hpp"
 #include "tests/bonded.hpp"
 #include "tests/hulls.hpp"
+#include "tests/loaded_body.hpp"
 
 using namespace grus::dem;
 using namespace grus::dem::test;
@@ -17,7 +18,7 @@ namespace {
 constexpr double flaw = 1e-2, toughness = 2e5;  // m, Pa m^1/2
 const double strength = toughness / std::sqrt(pi * flaw);
 
-using Loads = std::vector<std::pair<Vec3, Vec3>>;  // points of a body, forces on them
+using Loads = PointLoads;
 
 Model cleaving(const Cleavage& c, bool cohesive = false) {
   Model model = rock(elastic(0.4), 0.5);
@@ -36,28 +37,10 @@ Cleavage along(std::vector<Cleavage::Plane> planes = {}) {
   return c;
 }
 
-/// One body under dead loads, its mass centre at the origin.
-State loaded(const Model& model, const Polyhedron& body, const Loads& loads) {
-  State s;
-  add_body(s, body, Vec3::Zero(), Quat::Identity());
-  for (const auto& [at, force] : loads) {
-    DeadLoad load{0, s.grains.orientation[0].conjugate() * at, force};
-    load.point = at;
-    s.bonds.load.push_back(load);
-  }
-  Team team(1);
-  prepare(model, s, team);
-  s.dt = 1e-12;
-  run_steps(model, s, 1, team);
-  index_bonds(s.grains.size(), s.bonds, s.break_room.bonds);
-  return s;
-}
-
 Cleft worst(const Cleavage& c, const Polyhedron& body, const Loads& loads) {
   const Model model = cleaving(c);
-  const State s = loaded(model, body, loads);
-  return std::get<Cleavage>(model.materials[0].fracture->criteria[0])
-      .worst({model.law, 0.2, s.grains, s.boundary, s.contacts, s.bonds, s.break_room.bonds, 0}, 1);
+  const State s = loaded_body(model, body, loads);
+  return std::get<Cleavage>(model.materials[0].fracture->criteria[0]).worst(loaded_hull(model, s, 0), 1);
 }
 
 /// On the faces of the unit cube: normal stresses.
@@ -173,7 +156,7 @@ TEST_CASE("the parts of a cut grain have its crystal in space, and the fresh fac
     REQUIRE(s.grains.size() == 2);
     for (const std::size_t i : {0u, 1u}) CHECK((axes(i) - before).norm() < 1e-12);
 
-    State bar = loaded(model, prism(), {});
+    State bar = loaded_body(model, prism(), {});
     apply_breaks(model, bar, {{0, {Mat3::Zero(), Vec3(0.6, 0.8, 0)}}}, team);
     REQUIRE(bar.grains.size() == 2);
     // Across the bar at a slope of 4 : 3: the square's area over the cosine - its corners lie within the bar.
@@ -188,7 +171,7 @@ TEST_CASE("a dead load stays at its point, on the part that has it") {
   const Loads loads{
       {Vec3(2, 0.25, 0), Vec3(0, 0, -7)}, {Vec3(-2, 0, 0.1), Vec3(0, 3, 0)}, {Vec3(0.4, 0.5, 0), Vec3(1, 0, 0)}};
   for (const double side : {1.0, -1.0}) {
-    State s = loaded(model, prism(), loads);
+    State s = loaded_body(model, prism(), loads);
     apply_breaks(model, s, {{0, {Mat3::Zero(), side * Vec3::UnitX(), Vec3::Zero(), side * 0.3}}}, team);
     REQUIRE(s.grains.size() == 2);
     REQUIRE(s.bonds.load.size() == 3);
