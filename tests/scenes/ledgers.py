@@ -13,6 +13,7 @@ import tempfile
 import time
 
 import h5py
+
 import scene_tools
 from scene_tools import faults, history, need, run, shipped, summary
 
