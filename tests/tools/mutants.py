@@ -69,6 +69,16 @@ def places_of(text, old):
     return [found.span() for found in re.finditer(words, text)]
 
 
+def parts_arguments(expression):
+    """True where a comma stands outside of brackets."""
+    depth = 0
+    for sign in expression:
+        depth += (sign in "([{") - (sign in ")]}")
+        if sign == "," and depth == 0:
+            return True
+    return False
+
+
 def cannot_stand(text, span, place):
     """Why a text cannot be put behind a choice; None where it can. The compiler alone is sure, but takes long."""
     if place["file"].endswith(".py"):
@@ -77,6 +87,8 @@ def cannot_stand(text, span, place):
     if any(t.count(a) != t.count(b) for t in (old, new) for a, b in ("()", "[]", "{}")):
         return "brackets do not close"
     if not old.endswith((";", "}")):
+        if parts_arguments(old):
+            return "a comma parts arguments: take one of them"
         return "a statement ends with ;" if ";" in old else None
     before = text[:span[0]].rstrip()
     if not before.endswith((";", "{", "}", ":", ")", "else")) and "//" not in before.rpartition("\n")[2]:
