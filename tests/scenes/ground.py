@@ -144,6 +144,7 @@ def main(tmp):
     count, worst = greedy([SURCHARGE + density * GRAVITY * d for d in depths], 0.05)
     need(shared["counts"]["starts"] == count < len(depths) / 2,
             f"{shared['counts']['starts']} classes, by hand {count}")
+    need(shared["errors"]["initial_stress"]["tolerance"] == 0.05, "the tolerance that was asked for")
     need(abs(shared["errors"]["initial_stress"]["worst"] - worst) < 1e-3 and worst <= 0.05,
             f"deviation {shared['errors']['initial_stress']}, by hand {worst}")
     need(any("classes" in note for note in shared["notes"]), f"notes {shared['notes']}")

@@ -107,7 +107,8 @@ def lateral(tmp):
     rows = history(out)[1:]
     off = [max(abs(-float(x[f"stress_{k}_Pa"]) / 1e6 - 1) for k in ("xx", "yy")) for x in rows]
     need(
-        abs(told["mean"] - sum(off) / len(off)) < 1e-6 and abs(told["worst"] - max(off)) < 1e-6,
+        abs(told["mean"] - sum(off) / len(off)) < 1e-6 and abs(told["worst"] - max(off)) < 1e-6 and
+        abs(told["last"] - off[-1]) < 1e-6,
         f"held: told {told}, rows {sum(off) / len(off)}")
     need(max(abs(float(x["lateral_stress_error"]) - o) for x, o in zip(rows, off)) < 1e-6, "held: another column")
     need(told["mean"] < 0.01 and "lateral stress" not in said, f"held at 20/s: {told} {said}")

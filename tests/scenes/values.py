@@ -15,6 +15,12 @@ import tomllib
 from scene_tools import faults, here, need
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(sys.argv[1])), "python"))
+import values_cells_alone  # noqa: E402
+import values_devices  # noqa: E402
+import values_faces  # noqa: E402
+import values_increments  # noqa: E402
+import values_splits  # noqa: E402
+
 from grus.files import summary_keys  # noqa: E402
 
 import values_bonded  # noqa: E402
@@ -65,34 +71,40 @@ def same_family(family, name):
     return re.fullmatch(re.escape(family).replace(r"\{\}", r"[\w{}]+").replace(r"\.\*", r"(?:\.\w+)*"), name)
 
 
+def reasons_of(tables):
+    return {f"{kind}:{name}": why for kind, names in tables.items() for name, why in names.items()}
+
+
 def main(folder, binaries):
     fem = os.path.exists(os.path.join(binaries, "grus-bvp"))
     values = Values(binaries, folder)
-    of_bvp = (values_macro, values_cells, values_steps) if fem else ()
-    for module in (values_grains, values_samples, values_crushing, values_bonded, values_packings,
-                   *of_bvp):
+    of_bvp = (values_macro, values_increments, values_cells, values_cells_alone, values_devices, values_steps)
+    for module in (values_grains, values_samples, values_crushing, values_splits, values_bonded, values_faces,
+                   values_packings, *(of_bvp if fem else ())):
         module.held(values)
     with open(os.path.join(here, "values.toml"), "rb") as f:
         tables = tomllib.load(f)
     names_of = lambda part: {f"{kind}:{name}" for both, names in tables.pop(part).items() for name in names
                              for kind in ([both] if both[:4] != "both" else [p + both[4:] for p in ("rve", "bvp")])}
-    plain, unheld = names_of("plain"), names_of("unheld")
-    elsewhere = {f"{kind}:{name}": by for kind, names in tables.items() for name, by in names.items()}
+    plain, argued = names_of("plain"), reasons_of(tables.pop("argued"))
+    elsewhere = reasons_of(tables)
     if not fem:
-        plain, unheld = ({k for k in names if k[:3] != "bvp"} for names in (plain, unheld))
-        elsewhere = {k: by for k, by in elsewhere.items() if k[:3] != "bvp"}
+        plain = {k for k in plain if k[:3] != "bvp"}
+        elsewhere, argued = ({k: by for k, by in of.items() if k[:3] != "bvp"} for of in (elsewhere, argued))
     held, told = {general(k) for k in values.held}, {general(k) for k in values.told}
-    known, inside = held | plain | unheld | set(elsewhere), written(fem)
+    known, inside = held | plain | set(argued) | set(elsewhere), written(fem)
     for name in sorted(told | inside):
         need(any(same_family(name, k) for k in known), f"{name}: no test holds its value against anything")
-    for name in sorted(unheld | set(elsewhere)):
+    for name in sorted(set(argued) | set(elsewhere)):
         need(name not in held, f"{name}: is held here, too")
         need(name in told or any(same_family(k, name) for k in inside), f"{name}: nothing tells that")
     for name, (file, line) in elsewhere.items():
         need(len(line) > 12 and line in source("tests", file), f"{name}: tests/{file} has no line {line!r}")
+    for name, why in argued.items():
+        need(len(why) > 40, f"{name}: why is it not held?")
     for name in held - told:
         need(False, f"{name}: no run tells what is held")
-    print(f"{len(held)} held here, {len(elsewhere)} elsewhere, {len(unheld)} by no test")
+    print(f"{len(held)} held here, {len(elsewhere)} elsewhere, {len(argued)} argued")
 
 
 if __name__ == "__main__":

@@ -200,6 +200,10 @@ def balls(values):
     walls = -(rows["wall_stress_xx_Pa"] + rows["wall_stress_yy_Pa"] + rows["wall_stress_zz_Pa"]) / 3
     values.same("rve.summary:errors.wall_minus_cell_pressure.last",
                 run.told["errors"]["wall_minus_cell_pressure"]["last"], off / walls.max(), 1e-3)
+    bear = walls != 0
+    apart, pressed = np.abs(walls - rows["mean_pressure_Pa"])[bear], np.maximum.accumulate(np.abs(walls))[bear]
+    values.same("rve.summary:errors.wall_minus_cell_pressure.worst",
+                run.told["errors"]["wall_minus_cell_pressure"]["worst"], (apart / pressed).max(), 1e-4)
     m = now["radius"]**3
     fines = (first["radius"]**3).sum() - m.sum()
     values.same("rve.columns:fines_fraction", last["fines_fraction"], fines / (fines + m.sum()), 1e-4)

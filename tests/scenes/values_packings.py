@@ -62,6 +62,67 @@ def sieved(values):
         np.log(0.3) + (0.5 - 0.4) / 0.6 * np.log(0.5 / 0.3)), 0.06)
 
 
+PREPARED = """
+seed = 3
+[material.sand]
+density = 2650
+contact = "linear"
+normal_stiffness = 4e5
+shear_ratio = 0.5
+friction = 0.3
+restitution = 0.5
+damping = 0.2
+[packing]
+kind = "random"
+box = ["2 mm", "2.2 mm", "2.4 mm"]
+radius = { distribution = "uniform", min = "0.2 mm", max = "0.4 mm" }
+solid_fraction = 0.6
+[boundary]
+kind = "periodic"
+"""
+
+
+def overlapping(values):
+    """Grains as they were packed: what the contacts find between them before anything moves."""
+    run = values.run("rve", "overlapping", PREPARED + """
+[loading]
+kind = "free"
+duration = 1e-12
+[numerics]
+time_step = 1e-13
+""")
+    found = run.told["errors"]["overlap_to_radius"]["last"]
+    values.same("rve.summary:errors.packing_overlap", run.told["errors"]["packing_overlap"], found, 1e-3)
+
+
+def sought(values):
+    """A cell that is prepared under a pressure, and seeks another one: by the stresses of the rows."""
+    run = values.run("rve", "sought", PREPARED + """
+[preparation]
+pressure = "1 MPa"
+friction = 0.2
+unbalanced_force = 1e-2
+stress_change = 1e-2
+[loading]
+kind = "isotropic-stress"
+pressure = "1.5 MPa"
+strain_rate = "50 1/s"
+duration = "60 us"
+[output]
+history_interval = "2 us"
+""")
+    prepared, errors = run.told["preparation"], run.told["errors"]["sought_stress"]
+    values.same("rve.summary:preparation.asked_stress_Pa", prepared["asked_stress_Pa"], [1e6] * 3)
+    first = -np.array([run.columns[f"stress_{k}_Pa"][0] for k in ("xx", "yy", "zz")])
+    values.same("rve.summary:preparation.stress_Pa", prepared["stress_Pa"], first, 1e-6)
+    values.same("rve.summary:preparation.worst_stress_error", prepared["worst_stress_error"],
+                np.abs(first / 1e6 - 1).max(), 1e-4)
+    stress = -np.stack([run.columns[f"stress_{k}_Pa"] for k in ("xx", "yy", "zz")])
+    off = np.abs(stress / 1.5e6 - 1).max(0)[1:]  # the first row is not of the test
+    for name, value in (("last", off[-1]), ("mean", off.mean()), ("worst", off.max())):
+        values.same(f"rve.summary:errors.sought_stress.{name}", errors[name], value, 1e-6)
+
+
 def held(values):
-    for check in (relative, log_normal, sieved):
+    for check in (relative, log_normal, sieved, overlapping, sought):
         check(values)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Numbers of explicit runs: a wave, a block at rest, cells under a load that goes on."""
 import numpy as np
+from values_devices import BLOCK as GRAINS, LATTICE
 
 from values_cells import CELL, SQUARE
 from values_macro import BLOCK
@@ -99,6 +100,26 @@ def cells(values):
     values.same("bvp.columns:strain_volumetric", last["strain_volumetric"], 0.6 / 30, 1e-6)
 
 
+def stiffening(values):
+    """A column of lattices of Hertz's spheres, which stiffen as they are pressed: elements that move become heavier,
+    and what that puts in is what their balance has too much without it."""
+    text = GRAINS.replace('"10 mm"], cells = [1, 1, 1]', '"40 mm"], cells = [1, 1, 4]').replace(
+        "unbalanced_force = 2e-2\nstress_change = 2e-2\nwindow = 30\npressure_floor = 1e6\n", "damping = 0.2\n")
+    for where, ways in (("x", (0, "free", "free")), ("y", ("free", 0, "free"))):
+        text += "".join(f'[[boundary]]\nwhere = "{where}={side}"\ndisplacement = {list(ways)}\n'
+                        for side in ("min", "max"))
+    text += "".join(f'[[boundary]]\nwhere = "z={side}"\ndisplacement = ["free", "free", {way}]\n'
+                    for side, way in (("min", 0), ("max", -1e-3)))
+    text += ('[solve]\nkind = "explicit-quasi-static"\ncrossings = 20\nkinetic = 0.3\nbalance = 0.5\n'
+             'max_energy_error = 0.9\n[output]\nhistory_interval = 0.1\n')
+    run = values.run("bvp", "stiffening", text, files=(("cell.toml", LATTICE),))
+    last, devices = run.last, run.told["errors"]["devices"]
+    put = -lack(run, last, "kinetic", "internal", "viscous", "damped")
+    values.same("bvp.columns:macro_scaled_J", last["macro_scaled_J"], put, 0.2)
+    for name, joule in (("scaled_masses", put), ("macro_damping", last["macro_damped_J"])):
+        values.same(f"bvp.summary:errors.devices.{name}", devices[name], joule / last["macro_external_J"], 0.2)
+
+
 def held(values):
-    for check in (wave, resting, cells):
+    for check in (wave, resting, cells, stiffening):
         check(values)
