@@ -1,0 +1,261 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""A calibration at the edges: limits that are met exactly, what its report draws and says, which files it refuses, the
+scene that it leaves. calibrate_edges.py BIN"""
+import contextlib
+import io
+import math
+import os
+import sys
+import tempfile
+import time
+import tomllib
+from types import SimpleNamespace
+
+import numpy as np
+
+sys.path.insert(0, os.path.join(sys.argv[1], "..", "python"))
+from grus.calibrate import command, posterior, reader, regression, report, schema, targets  # noqa: E402
+from grus.figures import plt  # noqa: E402
+from grus.files.texts import BadData  # noqa: E402
+from grus.runs.cases import Refused  # noqa: E402
+
+import made_up  # noqa: E402
+from made_up import near  # noqa: E402
+from scene_tools import faults, need  # noqa: E402
+
+nan = math.nan
+
+
+def refused(work, words, kind=Refused):
+    try:
+        work()
+        need(False, f"accepted: {words}")
+    except kind as e:
+        need(words in str(e) and "\n" not in str(e), f"{e} does not say {words!r}")
+
+
+def verdicts():
+    of = lambda x, sd, **more: regression.verdicts(SimpleNamespace(
+        x=np.array(x), covariance=np.diag(np.array(sd) ** 2)), [f"p{k}" for k in range(len(x))], **more)
+    sd = lambda value: math.sqrt(value**2)  # what a root makes of a limit
+    need(of([0.5, 0.5], [sd(0.1), sd(0.15)]) == ["identified", "weak"], f"deviations at the limits: {of([.5], [.1])}")
+    need(of([1e-3, 1 - 1e-3, 0.5], [0.01] * 3) == ["not identified: at its lower bound",
+                                                   "not identified: at its upper bound", "identified"], "bounds")
+    # A direction counts as an exchange from three tenths of the other's part, and of its own length, on.
+    for part, shown in ((0.29, False), (0.35, True)):
+        line = np.array([1.0, part])
+        covariance = 0.3**2 * np.outer(line, line) / (line @ line) + 1e-8 * np.eye(2)
+        text = regression.verdicts(SimpleNamespace(x=np.full(2, 0.5), covariance=covariance), ["one", "two"])[0]
+        need(("combination with two" in text) == shown, f"{part}: {text}")
+    near(regression.weights_of(np.array([[0.5], [0.6], [2.0]]), np.zeros(3, bool), np.array([0.5]), 0.1), [1, 1, 1e-3],
+         "inside of the box, and far away")
+    few = regression.few(np.zeros((1, 1)), np.zeros((1, 1)), 3, 5)
+    need(1 < few < regression.few(np.eye(1), np.eye(1), 3, 5), "runs that do not scatter")
+    y = regression.filled([regression.Answer(np.array(v), None, None) for v in ([2.0, 4.0], [2.0, nan])])
+    near(y, [[2, 4], [2, 4]], "nothing to be worse than")
+
+
+def parameter(low, high, **more):
+    return reader.Parameter("here", {"key": "material.sand.k", "min": low, "max": high, **more})
+
+
+def best(tmp):
+    """The scene that is left: tables in tables, lists of tables, settings below them, words and nothing."""
+    scene = os.path.join(tmp, "scene.toml")
+    with open(scene, "w") as f:
+        f.write('title = "t"\nlist = [1, 2]\n[material.sand]\nk = 1\nname = "s"\n[empty]\n[[grain]]\nr = 1\n[[grain]]\n'
+                'r = 2\n[loading]\nkind = "x"\ngone = 4\n')
+    run = {"scene": scene, "set": {"grain.1.r": 5, "loading.gone": "", "fresh.deep.key": True, "list.1": 7}}
+    text = command.best_scene(run, [parameter(1, 3), parameter("1 m", "5 m", name="n")], [0.5, 0.25])
+    found = tomllib.loads(text)
+    wanted = {"title": "t", "list": [1, 7], "material": {"sand": {"k": "2.0 m", "name": "s"}}, "empty": {},
+              "grain": [{"r": 1}, {"r": 5}], "loading": {"kind": "x"}, "fresh": {"deep": {"key": True}}}
+    need(found == wanted and text.endswith("\n") and text.count("[[grain]]") == 2 and "[material]" not in text,
+         f"the best scene: {text}")
+    out = SimpleNamespace(rows=[{"x": [0.5], "values": np.array([1.5, nan, 1 / 3]), "failed": True}])
+    both = [SimpleNamespace(name="one", values=[0.0]), SimpleNamespace(name="two", values=[0.0, 0.0])]
+    command.write_tables(tmp, [parameter(1, 3)], both, out, SimpleNamespace(values=np.array([1.0, 2.0, 1 / 7])))
+    with open(os.path.join(tmp, "calibration.csv")) as f:
+        need(f.read().splitlines() == ["k,failed,one,two[0],two[1]", "data,,1,2,0.142857143", "2,1,1.5,,0.333333333"],
+             "calibration.csv")
+    evaluation = command.Evaluation(None, [], [], [], 1, 10, False)
+    for quiet, terminal, shown in ((False, False, ""), (True, True, ""), (False, True, "\r2.5 of 10 points")):
+        evaluation.quiet, stream = quiet, io.StringIO()
+        stream.isatty = lambda terminal=terminal: terminal
+        evaluation.start, evaluation.points = time.time() - 1000, 2
+        with contextlib.redirect_stderr(stream):
+            evaluation.show(0.5)
+        need(stream.getvalue().startswith(shown) and bool(stream.getvalue()) == bool(shown), f"{stream.getvalue()!r}")
+    evaluation.points = 20
+    with contextlib.redirect_stderr(stream):
+        evaluation.show(1.0)
+    need("ETA 0 s" in stream.getvalue(), f"beyond its budget: {stream.getvalue()!r}")
+
+
+CALIBRATION = """[calibrate]
+scene = "{scene}"
+seeds = [3]
+parameters = [ {{ key = "a.k", min = {low}, max = {high} }} ]
+targets = [ {targets} ]
+"""
+
+
+def files(tmp):
+    """Calibrations that are read, and those that are refused in a line."""
+    for name, text in (("scene.toml", ""), ("mesh.toml", "[mesh]\n"), ("d.csv", "x,y\n1,2\n"),
+                       ("g.csv", "diameter_m,passing\n1e-3,0.5\n")):
+        with open(os.path.join(tmp, name), "w") as f:
+            f.write(text)
+
+    def read(*given, scene="scene.toml", low=1, high=2):
+        path = os.path.join(tmp, "c.toml")
+        with open(path, "w") as f:
+            f.write(CALIBRATION.format(scene=scene, low=low, high=high, targets=", ".join(given)))
+        return reader.read_calibration(path)
+    value = '{ name = "v", kind = "value", quantity = "q", value = 1 }'
+    curve = '{ name = "c", data = "d.csv", x = "x", y = "y", set = { z = 1 } }'
+    graded = '{ name = "g", kind = "grading", data = "g.csv", at = "2 MPa", seeds = [4, 5], scene = "mesh.toml" }'
+    _, table, parameters, found, runs = read(value, curve, graded, value.replace('"v"', '"w"'))
+    need([t.name for t in found] == ["v", "c", "g", "w"] and [[t.name for t in r["targets"]] for r in runs] ==
+         [["v", "w"], ["c"], ["g"]], f"who shares runs: {[[t.name for t in r['targets']] for r in runs]}")
+    need([(r["program"], r["seeds"], r["set"], r["label"]) for r in runs] == [
+        ("grus-rve", [3], {}, "scene.toml"), ("grus-rve", [3], {"z": 1}, "scene.toml"),
+        ("grus-bvp", [4, 5], {}, "mesh.toml")], "their scenes, seeds and settings")
+    near(found[2].table["at_stress"], 2e6, "a stress with its unit")
+    case = reader.case_at(runs[1], parameters, [0.5])
+    need(case["set"] == {"z": 1, "a.k": 1.5} and case["name"] == reader.case_at(runs[1], parameters, [0.5])["name"] !=
+         reader.case_at(runs[1], parameters, [0.6])["name"] and case["name"].startswith(runs[1]["name"] + "_"),
+         f"a case: {case['name']}")
+    for given, words in (((value, value), "two targets share a name"),
+                         ((graded.replace("2 MPa", "2 s"),), "neither a strain nor a stress"),
+                         ((graded.replace("2 MPa", "x Pa"),), "neither a strain nor a stress"),
+                         ((value.replace("value = 1", 'value = 1, at = "1 Pa"'),), "a stress is for gradings"),
+                         ((curve.replace("d.csv", "none.csv"),), "none.csv"),
+                         (('{ name = "c", x = "x", y = "y" }',),
+                          "calibrate.targets[0]: c: a target of kind \"curve\" needs 'data'"),
+                         (('{ name = "q", kind = "peak", quantity = "q" }',), "of kind \"peak\" needs 'value'"),
+                         (('{ name = "q", kind = "none" }',), "is none of")):
+        refused(lambda: read(*given), words)
+    refused(lambda: read(value, scene="none.toml"), "no such scene file")
+    refused(lambda: read(value, low='"1 m"', high='"5 Pa"'), "different units")
+    near(read(value, low='"1 kPa"', high='"5 MPa"')[2][0].number(1), 5000, "units of one kind")
+    need(schema.fault({"calibrate": {"parameters": [], "targets": []}}) is not None and
+         set(schema.NEEDS) == set(schema.TARGET["kind"]["enum"]), "what kinds of targets need")
+    near([reader.Parameter.split(None, "w", v)[0] for v in ("+1.5e0 x", " .5 x ", "2. x", "-3 x", 7)],
+         [1.5, 0.5, 2, -3, 7], "numbers with units")
+    for v in ("", "m", "x 1"):
+        refused(lambda v=v: reader.Parameter.split(None, "w", v), "is no number with a unit")
+    refused(lambda: parameter(0, 1, scale="log"), "min above 0")
+    refused(lambda: targets.Target({"name": "g", "kind": "grading", "data": "bad.csv", "at": 0}, tmp), "bad.csv",
+            BadData)
+
+
+def targets_met():
+    """Curves and kinks at their ends."""
+    near(targets.along([0.0, 1.0], [5.0, 7.0], [0.0, 1.0, 1.0 + 1e-9, -1e-9]), [5, 7, nan, nan], "ends of a curve")
+    near(targets.along([0.0, 0.0, 1.0], [5.0, 9.0, 7.0], [0.0]), [5], "the first of two")
+    near(targets.along([0.0, 1.0, 4.0], [1.0, 2.0, 6.0], [2.0], True), [4], "in logarithms, without what has none")
+    near(targets.along([nan, 1.0], [1.0, nan], [1.0]), [nan], "nothing is known")
+    x = np.linspace(0, 1, 5)
+    need(math.isnan(targets.kink(x, x, False)) and targets.kink(np.linspace(0, 1, 6), np.ones(6), False) > 0,
+         "six points at least")
+    text = lambda **table: targets.Target({"name": "t", **table}, ".").describe()
+    need(text(kind="value", quantity="q", value=2.0).startswith("1 value, "), "what was read")
+    key = lambda **table: targets.Target({"name": "t", "value": 1.0, **table}, ".").keys()
+    need(key(kind="value", quantity="a.b") == {"a.b"} and key(kind="peak", quantity="a") == set(), "keys of summaries")
+
+
+def axes(fig):
+    ax = fig.axes[0]
+    return ax, (ax.get_title(), ax.get_xlabel(), ax.get_ylabel(), ax.get_xscale())
+
+
+def drawn():
+    """What the report draws: data with bars, fits, what was tried; draws, deviations, correlations."""
+    of = lambda kind, log=False, **table: SimpleNamespace(
+        name="T", kind=kind, log=log, x=np.array([1.0, 2.0]), values=np.array([3.0, 4.0]), error=np.array([0.5, 1.0]),
+        table=table)
+    for target, wanted in ((of("curve", x="strain", y="stress"), ("T", "strain", "stress", "linear")),
+                           (of("curve", True, x="p", y="e"), ("T", "p", "e", "log")),
+                           (of("grading"), ("T", "diameter (m)", "passing", "log")),
+                           (of("quantiles", quantity="s"), ("T", "share of grains", "s", "linear"))):
+        ax, found = axes(report.target_plot(target, [np.array([1.0, 1.0])], np.array([5.0, 6.0]), np.array([7.0, 8.0])))
+        need(found == wanted, f"axes of a target: {found}")
+        if found[3] == "log":
+            need(ax.xaxis.get_major_formatter()(20.0, 0) == "20", "plain numbers")
+        lines = {line.get_label(): list(line.get_ydata()) for line in ax.get_lines()}
+        need(lines["fit"] == [5, 6] and lines["run at the best point"] == [7, 8] and [1, 1] in lines.values(),
+             f"{lines}")
+        near([s[:, 1] for s in ax.collections[0].get_segments()], [[2.5, 3.5], [3, 5]], "bars of the data")
+    ax, _ = axes(report.target_plot(of("curve"), [], np.array([5.0, 6.0]), None))
+    need([t.get_text() for t in ax.get_legend().get_texts()] == ["fit", "data"], "without a run at the best point")
+    plt.close("all")
+    two = [parameter(0, 10, name="one"), parameter(0, 100, name="two")]
+    draws = np.column_stack([np.linspace(0, 1, 100), np.linspace(1, 0, 100)])
+    fig = report.posterior_plot(draws, two)
+    places = [[fig.axes[2 * i + k] for k in (0, 1)] for i in (0, 1)]
+    cross = places[1][0].get_lines()[0]
+    near((cross.get_xdata()[:2], cross.get_ydata()[:2]), ([0, 100 / 99], [100, 100 - 1000 / 99]), "each tenth draw",
+         1e-9)
+    need(not places[0][1].axison and len(places[0][0].patches) == len(places[1][1].patches) == 40 and
+         [a.get_xlabel() for row in places for a in row] == ["", "", "one", "two"] and
+         [a.get_ylabel() for row in places for a in row] == ["one", "", "two", ""] and
+         list(places[0][0].get_yticks()) == [], "names at the rim")
+    near(places[0][0].get_xlim()[1], 10, "in the parameter's unit", 0.2)
+    ax, found = axes(report.deviations_plot([(5, None, np.array([0.3, 0.2])), (9, None, np.array([0.1, 0.05]))],
+                                            ["one", "two"]))
+    need(found[:3] == ("What more runs bring", "points", "standard deviation (% of range)"), f"{found}")
+    near([line.get_ydata() for line in ax.get_lines()[:2]], [[30, 10], [20, 5]], "deviations")
+    near(ax.get_lines()[2].get_ydata(), [10, 10], "where a value is identified")
+    need([line.get_label() for line in ax.get_lines()[:2]] == ["one", "two"], "whose they are")
+    fig = report.correlation_plot([[1.0, -0.5], [-0.5, 1.0]], ["one", "two"])
+    image = fig.axes[0].images[0]
+    near(image.get_array(), [[1, -0.5], [-0.5, 1]], "correlations")
+    need(image.get_clim() == (-1, 1) and len(fig.axes) == 2 and
+         [t.get_text() for t in fig.axes[0].get_xticklabels()] == ["one", "two"] ==
+         [t.get_text() for t in fig.axes[0].get_yticklabels()], "from -1 to 1")
+    plt.close("all")
+
+
+def said():
+    target = {"name": "t", "kind": "curve", "points": 3, "rms_in_standard_deviations": 3.0, "stronger_than": 0,
+              "runs": 9, "still_rising": 0}
+    need(report.said_of_runs({"targets": [target], "refused_points": 0}) == [], "three deviations are near")
+    p = parameter(0, 10, name="one")
+    summary = {"points": 7, "failed_points": 2, "targets": [target], "refused_points": 0,
+               "parameters": [{"sd_of_range": 0.05, "verdict": "identified", "key": "k", "name": "one"}]}
+    text = report.values_table(summary, [p], SimpleNamespace(x=[0.5], covariance=np.array([[0.0025]])))
+    need("5 ± 0.5" in text and "7 points, 2 of them" in text and "identified" in text and "5 %" in text, f"{text}")
+    need("+0.50" in report.correlations({"correlation": [[1.0, 0.5], [0.5, 1.0]]}, ["a", "b"]), "signs")
+    side = {"name": "a", "at": [1.0, 2.0], "sum_of_squares": [3.0, 4.0]}
+    text = report.neighbours({"best": 1.23456, "sides": [side]})
+    need("<td>a</td><td>1</td><td>3</td><td>2</td><td>4</td>" in text and "1.235" in text, f"{text}")
+    text = report.posterior_table([{"key": "k", "median": 1.0, "middle_68": [2.0, 3.0], "middle_95": [4.0, 5.0]}])
+    need("<td>k</td><td>1</td><td>2 … 3</td><td>4 … 5</td>" in text, f"{text}")
+    need("<td>t</td><td>curve</td><td>3</td><td>3.00</td>" in report.misfits([target]), "misfits")
+    with tempfile.TemporaryDirectory() as out:
+        made = [SimpleNamespace(name=f"t{n}", kind="curve", log=False, values=np.ones(n), x=np.arange(n),
+                                error=np.ones(n), table={}) for n in (2, 1, 3)]
+        shown, before = [], report.target_plot
+        report.target_plot = lambda t, *rest: shown.append((t.name, *rest)) or plt.subplots()[0]
+        body = report.target_plots(out, made, [{"values": np.arange(6.0)}], np.arange(6.0), [10, 11, 12, 13, 14, 15])
+        report.target_plot = before
+        need([(s[0], list(s[1][0]), list(s[2]), list(s[3])) for s in shown] ==
+             [("t2", [0, 1], [0, 1], [10, 11]), ("t3", [3, 4, 5], [3, 4, 5], [13, 14, 15])] and
+             body.count("<img") == 2 and sorted(os.listdir(os.path.join(out, "plots"))) == ["target_0.png",
+                                                                                            "target_2.png"],
+             f"targets of more than one point: {shown}")
+    need(posterior.STEPS > 2 * posterior.REST, "most of the steps are told of")
+
+
+made_up.unpainted()
+verdicts()
+targets_met()
+drawn()
+said()
+for of in (best, files):
+    with tempfile.TemporaryDirectory() as place:
+        of(place)
+print(f"calibrate_edges: {len(faults)} faults")
+sys.exit(1 if faults else 0)
