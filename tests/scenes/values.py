@@ -15,21 +15,20 @@ import tomllib
 from scene_tools import faults, here, need
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(sys.argv[1])), "python"))
-import values_cells_alone  # noqa: E402
-import values_devices  # noqa: E402
-import values_faces  # noqa: E402
-import values_increments  # noqa: E402
-import values_splits  # noqa: E402
-
 from grus.files import summary_keys  # noqa: E402
 
 import values_bonded  # noqa: E402
 import values_cells  # noqa: E402
+import values_cells_alone  # noqa: E402
 import values_crushing  # noqa: E402
+import values_devices  # noqa: E402
+import values_faces  # noqa: E402
 import values_grains  # noqa: E402
+import values_increments  # noqa: E402
 import values_macro  # noqa: E402
 import values_packings  # noqa: E402
 import values_samples  # noqa: E402
+import values_splits  # noqa: E402
 import values_steps  # noqa: E402
 from values_tools import Values  # noqa: E402
 

@@ -2,9 +2,9 @@
 """Numbers of a macro problem's cells against what the same cells show of themselves: their grains and contacts, made
 again from the places of the grains; what grus-rve prepares of the same scene."""
 import numpy as np
-from values_devices import BLOCK, LOAD, WHOLE
 
 from values_cells import CELL, SQUARE
+from values_devices import BLOCK, LOAD, WHOLE
 from values_samples import K
 from values_tools import PARTS, Frame, voigt
 

@@ -2,10 +2,10 @@
 """Numbers of what a macro problem of grains leaves out or adds: by hand counts, by the cells alone, and by loads that
 go back to where they began, so that what was put in is what devices have taken."""
 import numpy as np
-from values_faces import shared_faces
 
 from values_cells import CELL, SQUARE
 from values_crushing import SAND
+from values_faces import shared_faces
 from values_tools import Frame, table
 
 LOAD = "[solve]\nkind = \"quasi-static\"\nincrements = 4\ntolerance = 5e-2\ndisplacement_tolerance = 0.3\n"

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Numbers of explicit runs: a wave, a block at rest, cells under a load that goes on."""
 import numpy as np
-from values_devices import BLOCK as GRAINS, LATTICE
 
 from values_cells import CELL, SQUARE
+from values_devices import BLOCK as GRAINS, LATTICE
 from values_macro import BLOCK
 
 E, RHO, LENGTH = 10e9, 2000.0, 0.4
