@@ -13,6 +13,7 @@
 #include "dem/bond/bonds.hpp"
 #include "dem/bond/supports.hpp"
 #include "dem/contact/forces.hpp"
+#include "dem/contact/way_bound.hpp"
 #include "dem/motion/critical_step.hpp"
 #include "dem/rve/hand_over.hpp"
 #include "dem/rve/passes.hpp"
@@ -229,6 +230,7 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
   const PassList passes = passes_of(model, state);
   const double dt = state.dt;
   Step step{model, state, team, dt};
+  WayBound bound(g, settings.affine, dt);
   bool moving = false;  // positions already opened by the sweep of the step before
   const auto power = [&] {
     return boundary_power(state.boundary, state.contacts) + cell_power(state.boundary.cell, state.bonds) +
@@ -245,8 +247,8 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
   };
   for (std::uint64_t k = 0; k < count; ++k) {
     if (!moving) sweep(Kick::open, g, state.contacts, settings, false, dt, state.grain_energy, team);
-    // The affine motion may stretch the way by a little.
-    state.reference.travelled += 1.1 * dt * take_speed(state.grain_energy);
+    double& way = state.reference.travelled;
+    way += bound.of_step(k, 1.1 * take_speed(state.grain_energy), way);
     move_boundary(state.boundary, dt);
     if (const ListState found = look_at_list(g, state.boundary, state.reference); found != ListState::holds) {
       check_speeds(state);

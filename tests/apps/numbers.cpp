@@ -201,8 +201,15 @@ TEST_CASE("what a row asks of many contacts at once is what each of them says, f
   CHECK(now.solid_fraction == Approx(solid_volume(s.grains) / now.volume).epsilon(1e-12));
   const dem::DeepestContact deepest = dem::deepest_contact(s.grains, s.contacts);
   CHECK((now.deepest.ratio == deepest.ratio && now.deepest.pair == deepest.pair));
-  std::size_t touching = 0;
-  for (std::size_t k = 0; k < s.contacts.size(); ++k) touching += s.contacts.contact.touching(k);
+  std::size_t touching = 0, last = 0;
+  for (std::size_t k = 0; k < s.contacts.size(); ++k)
+    if (s.contacts.contact.touching(k)) ++touching, last = k;
+  for (std::size_t k : {std::size_t{0}, std::size_t{8191}, std::size_t{8192}, last}) {  // sums are of 8,192 contacts
+    while (!s.contacts.contact.touching(k)) ++k;
+    State one_deep = s;
+    one_deep.contacts.touch[k].overlap = 1e-4;
+    CHECK(survey(model, one_deep, two).deepest.pair == k);
+  }
   CHECK(now.contacts == touching);
   CHECK(now.coordination == Approx(2.0 * static_cast<double>(touching) / 5832));
   CHECK(std::abs(now.fabric.trace() - 1) < 1e-12);

@@ -155,6 +155,25 @@ TEST_CASE("a damaged face that is partly open: force and couple are the gradient
   CHECK(mixed > 100);
 }
 
+TEST_CASE("a turn is that of the shorter way: q and -q open a damaged pentagon alike") {
+  for (std::uint64_t n = 0; n < 20; ++n) {
+    Face f = pentagon(cohesive(1e6, 4e3));
+    f.bond.damage = 0.6, f.bond.onset = 1e-3, f.bond.reached = 1e9, f.bond.rupture = 1e12;  // damage stays
+    Path scale;
+    scale << 2e-3, 2e-3, 2e-3, 4e-3, 4e-3, 4e-3;
+    const Path x = drawn(n, 3, scale);
+    const Quat a = Quat::Identity(), q = turn_at(x);
+    const Vec3 x_b = f.bond.at_a + x[0] * Vec3::UnitY() + x[1] * Vec3::UnitZ() + x[2] * Vec3::UnitX() - q * f.bond.at_b;
+    FaceBond one = f.bond, other = f.bond;
+    const Pull p = pull(one, {a, q, Vec3::Zero(), x_b}, f.outline());
+    const Pull r = pull(other, {a, Quat(-q.coeffs()), Vec3::Zero(), x_b}, f.outline());
+    REQUIRE(p.couple.norm() > 0);
+    CHECK((p.force - r.force).norm() <= 1e-12 * p.force.norm());
+    CHECK((p.couple - r.couple).norm() <= 1e-12 * p.couple.norm());
+    CHECK(energy(one) == Approx(energy(other)).epsilon(1e-12));
+  }
+}
+
 TEST_CASE("whatever way a face gives way, alone or mixed, back and forth, softening takes G of its area") {
   const BondModel model = cohesive(1e6, 4e3);
   const auto taken = [&](const Path& way, bool returns) {

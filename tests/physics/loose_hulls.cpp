@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Hulls that nothing bonds, one pass of contacts at a time, by closed forms: across the seam of a strained cell, on
-// moving walls, of two materials, spinning one against one at rest, thick on thin, deep in each other.
+// moving walls, of two materials, spinning one against one at rest, thick on thin, deep in each other; layers of them
+// in a cell that shears.
 #include "dem/contact/forces.hpp"
+#include "dem/rve/measure.hpp"
 #include "tests/hulls.hpp"
 
 using namespace grus::dem;
@@ -207,4 +209,64 @@ TEST_CASE("deep in each other the arm of spin is the body's radius at most") {
   const double radius = std::sqrt(1 + 2 * 0.505 * 0.505);
   CHECK((with - without).norm() < 1.01 * radius * 0.3 * normal);
   CHECK((with - without).norm() > 0.98 * radius * 0.3 * normal);  // the origin is not quite the middle of the rod
+}
+
+namespace {
+
+constexpr double side = 2.1, pressed = 1e-3;  // of the cell across; of a layer in the next (m)
+
+/// Two layers of four unit cubes in a cell that shears along x at `speed` (m/s) of its upper end, the upper layer by so
+/// much aside.
+State layers(const Model& model, double aside, double speed) {
+  State s;
+  for (int layer = 0; layer < 2; ++layer)
+    for (const double x : {0.5, 0.5 + 0.5 * side})
+      for (const double y : {0.5, 0.5 + 0.5 * side})
+        add_body(s, unit_cube(), Vec3(x + layer * aside, y, 0.5 + (1 - pressed) * layer), Quat::Identity());
+  s.boundary.cell.vectors = Vec3(side, side, 2 * (1 - pressed)).asDiagonal();
+  ready(model, s);
+  Mat3 rate = Mat3::Zero();
+  rate(0, 2) = speed;
+  set_cell_rate(s, rate);
+  return s;
+}
+
+}  // namespace
+
+TEST_CASE("layers of bricks in bond slide as the cell shears, and the cell works mu N times the way of its upper end") {
+  constexpr double mu = 0.3, speed = 0.2, way = 0.1;
+  Model model = hull_model(mu);
+  model.numerics.time_step = 1e-4;
+  State s = layers(model, 0.3, speed);
+  for (Inertia& i : s.grains.inertia) i.moments *= 1e9;  // friction above and below turns none of them
+  Team team(1);
+  run_for(model, s, way / speed, team);
+  // Each joint slides by half of it, less what its spring gives way; of both layers' length the joints of both are
+  // bare.
+  const double normal = modulus * pressed * 2 * (side - 4 * (0.5 * side - 1)), spring = mu * pressed / 0.5;
+  CHECK(s.ledger.work == Approx(mu * normal * (way - spring)).epsilon(2e-3));
+  CHECK(s.ledger.friction == Approx(mu * normal * (way - 2 * spring)).epsilon(2e-3));
+  const Measurement m = measure(model, s);
+  CHECK(-m.stress(2, 2) * side * side == Approx(normal).epsilon(1e-3));
+  CHECK(std::abs(energy_error(s.ledger, stored_energy(model, s))) < 1e-3);
+}
+
+TEST_CASE(
+    "columns of cubes that nothing holds turn with the shear: no joint slides, and the cell gets back the pressure") {
+  constexpr double mu = 0.3, speed = 0.5;
+  Model model = hull_model(mu);
+  model.numerics.time_step = 1e-4;
+  State s = layers(model, 0, speed);
+  const double height = 2 * (1 - pressed), first = 8 * 0.5 * modulus * pressed * pressed;
+  Team team(1);
+  for (const double way : {0.02, 0.04, 0.06, 0.12}) {
+    run_for(model, s, way / speed - s.time, team);
+    // A column of whole cubes, turned, is as long as before; the cell's edge along it grows.
+    const double left = std::max(0.0, 1 - 0.5 * std::hypot(height, way));
+    const double held = measure(model, s).elastic;
+    CAPTURE(way);
+    CHECK(held == Approx(first * std::pow(left / pressed, 2)).epsilon(0.02).margin(1e-12));
+    CHECK(s.ledger.work == Approx(held - first + kinetic_energy(s.grains) + s.ledger.friction).margin(2e-3 * first));
+    CHECK(s.ledger.friction < 2e-3 * mu * modulus * pressed * 4 * way);
+  }
 }

@@ -267,3 +267,31 @@ TEST_CASE("what cannot be made is refused with the place of whoever asked for it
   recipe.supports.clamps = {{.outward = Vec3::UnitX()}};
   CHECK_THAT(said(), Catch::Contains("no bond"));
 }
+
+TEST_CASE("a preparation presses until stresses are within a fiftieth at five times the unbalance, then it holds") {
+  Model model = model_of(solid(60e9, 0.2, 2650, 0.1));
+  set_damping(model, 0.3);
+  Team team(2);
+  Recipe recipe;
+  recipe.bounds = Bounds::periodic, recipe.box = Vec3::Constant(8e-3);
+  recipe.grains = RandomPacking{.radius = {.mean = 0.5e-3}, .solid_fraction = 0.6};
+  State s = make(model, recipe, team).state;
+  prepare(model, s, team);
+  const QuasiStatic o;
+  constexpr double pressure = 1e6;
+  std::vector<double> off;
+  std::size_t ready = 0;  // rounds that might have ended it
+  bool holds = false;
+  compress_isotropically(model, o, s, pressure, team, [&](double done) {
+    holds = holds || done >= 0.96;
+    if (holds) return true;
+    const Measurement m = measure(model, s);
+    off.push_back((m.stress.diagonal() / pressure + Vec3::Ones()).cwiseAbs().maxCoeff());
+    ready += off.back() < 0.02 && m.unbalanced_force < 5 * o.unbalanced_force;
+    return true;
+  });
+  REQUIRE((holds && off.size() > 10));
+  CHECK(ready == 1);
+  CHECK(off.back() < 0.02);
+  CHECK(off.back() > 0.01);  // half of it would have taken longer
+}
