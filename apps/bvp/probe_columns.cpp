@@ -22,8 +22,8 @@ std::vector<std::string> components(const Told&) { return {"xx", "yy", "zz", "yz
 std::vector<std::string> shares(const Told&) { return {"10", "50", "90"}; }
 
 const std::vector<ColumnEntry<Row, Told>> table{
-    {"strain_{}", "", "tensor component, of a place its mean over the present volume", always,
-     [](const Row& r, K k) { return r.strain[k]; }, components},
+    {"strain_{}", "", "tensor component, shear half of mean_strain's; of a place its mean over the present volume",
+     always, [](const Row& r, K k) { return r.strain[k]; }, components},
     {"stress_{}_Pa", "Pa", "tension-positive, of a place its mean over the present volume", always,
      [](const Row& r, K k) { return r.stress[k]; }, components},
     {"void_ratio", "", "of the RVE; of a place the mean of its RVEs", grainy,
