@@ -31,7 +31,9 @@ def run(*command, timeout=1800):
 def need(condition, message):
     if not condition:
         faults.append(message)
-        print("FAULT", message)
+        print("FAULT", message, flush=True)
+        if os.environ.get("GRUS_ABORT"):  # as --abort of the other tests
+            os._exit(1)
     return bool(condition)
 
 

@@ -1,13 +1,14 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Small faults put into formulas, to see whether a test notices: mutants.py [--places] [--work DIR] [--jobs N]
-[--report FILE] [NAME...]
+"""Small faults put into formulas, to see whether a test notices: mutants.py [--places] [--named] [--work DIR]
+[--jobs N] [--report FILE] [NAME...]
 
 The table beside this file says where: a place in a file, what stands there, what shall stand there instead. All faults
 are built in at once, behind a variable of the environment (GRUS_MUTANT) that chooses one; 0 or nothing is the program
-as it is. Each fault is run against the tests it names, then against all others, until one fails: then it is dead; those
-of Python files against the tests that they name alone. Exit 0 if all that are not marked equivalent are dead but for
-one in twenty, and all that are marked `from = "review"` are dead.
+as it is. Each fault is run against the tests it names, then against all other test programs, until one fails: then it
+is dead; those of Python files against the tests that they name alone. Tests of whole programs (scenes_values) are named
+by CTest's names. Exit 0 if all that are not marked equivalent are dead but for one in twenty, and all that are marked
+`from = "review"` are dead.
 """
 import argparse
 import concurrent.futures
@@ -30,7 +31,9 @@ namespace grus_mutants {
 inline const int chosen = std::getenv("GRUS_MUTANT") ? std::atoi(std::getenv("GRUS_MUTANT")) : 0;
 }
 #define GRUS_MUTANT_IS(k) __builtin_expect(grus_mutants::chosen == (k), 0)
-"""
+""" + "".join(f'#pragma GCC diagnostic ignored "-W{w}"\n' for w in (
+    "conversion", "sign-conversion", "float-conversion", "sign-compare", "shadow", "parentheses", "unused-variable",
+    "unused-parameter", "unused-but-set-variable", "unused-value", "unused-function", "unused-local-typedefs"))
 # Fast first: the order in which a fault meets the tests that it does not name.
 TESTS = [
     "samples", "recipes", "shapes", "hulls", "overlaps", "contacts", "grading", "sharing", "material_rules", "driver",
@@ -99,11 +102,13 @@ def cannot_stand(text, span, place):
     return None
 
 
-def with_faults(table):
-    """Texts of the files that hold faults. Places in a file are replaced from the back; those of the same text share a
-    place."""
+def with_faults(table, only=None):
+    """Texts of the files that hold faults, of all or of `only` these numbers. Places in a file are replaced from the
+    back; those of the same text share a place."""
     spans, changed = {}, {}
     for number, m in enumerate(table, 1):
+        if only and number not in only:
+            continue
         for place in m["places"]:
             path = place["file"]
             text = open(os.path.join(root, path)).read()
@@ -153,37 +158,51 @@ def renew(path, data):
         open(path, "wb").write(data)
 
 
-def prepare(table, work, python_alone):
-    """Builds in all faults; for faults of Python alone those, and programs without tests."""
-    source, build = os.path.join(work, "source"), os.path.join(work, "build")
+def prepare(table, work, python_alone, tests, only):
+    """Builds in all faults, or `only` these; for faults of Python alone those, and programs without tests. `tests`: of
+    what is built the programs, and these; None: all."""
+    source = os.path.join(work, "source")
+    build = os.path.join(source, "build")  # as deep as that of a tree: the compiler's cache knows what holds no fault
     files = subprocess.run(["git", "-C", root, "ls-files"], capture_output=True, text=True,
                            check=True).stdout.split("\n")
-    changed = {name: text for name, text in with_faults(table).items() if name.endswith(".py") or not python_alone}
+    changed = {name: text for name, text in with_faults(table, only).items()
+               if name.endswith(".py") or not python_alone}
     for name in filter(None, files):
         renew(os.path.join(source, name),
-              changed[name].encode() if name in changed else open(os.path.join(root, name), "rb").read())
-    header = os.path.join(work, "mutant.hpp")
-    renew(header, HEADER.encode())
+              with_header(name, changed[name]) if name in changed else open(os.path.join(root, name), "rb").read())
+    renew(os.path.join(source, "mutant.hpp"), HEADER.encode())
     subprocess.run([
-        "cmake", "--compile-no-warning-as-error", "-S", source, "-B", build, "-G", "Ninja",
-        "-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_CXX_FLAGS={'' if python_alone else f'-include {header}'}"
+        "cmake", "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release"
     ], check=True, stdout=subprocess.DEVNULL)
-    if subprocess.run(["cmake", "--build", build, *(["--target", "programs"] if python_alone else [])]).returncode:
+    if subprocess.run(["cmake", "--build", build, *targets(build, python_alone, tests)]).returncode:
         refuse("the faults do not compile")
     return build
+
+
+def with_header(name, text):
+    """C++ learns which fault is chosen in its first line; what holds no fault is compiled as it always is."""
+    return (text if name.endswith(".py") else f'#include "mutant.hpp"\n{text}').encode()
+
+
+def targets(build, python_alone, tests):
+    if not python_alone and tests is None:
+        return []
+    there = subprocess.run(["ninja", "-C", build, "-t", "targets", "all"], capture_output=True, text=True).stdout
+    programs = {t for t in tests or () if re.search(rf"^test_{re.escape(t)}: phony", there, re.M)}
+    return ["--target", "programs", *sorted(f"test_{t}" for t in programs)]
 
 
 def run(build, test, number, timeout):
     """True where the test passes. A fault that makes a test hang is found by its time."""
     environment = dict(os.environ, GRUS_MUTANT=str(number), OMPI_ALLOW_RUN_AS_ROOT="1",
                        OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_btl="^tcp", OMP_NUM_THREADS="1",
-                       OPENBLAS_NUM_THREADS="1", OMPI_MCA_hwloc_base_binding_policy="none")
+                       OPENBLAS_NUM_THREADS="1", OMPI_MCA_hwloc_base_binding_policy="none", GRUS_ABORT="1")
     program = os.path.join(build, "tests", "test_" + test)
     scene = ["ctest", "--test-dir", build, "-R", f"^{test}$", "--no-tests=error"]  # a whole program's test, by its name
     command = [program, "--abort"] if os.path.exists(program) else scene
     with tempfile.TemporaryDirectory() as folder:
         try:
-            return subprocess.run(command, cwd=folder, env=environment, stdout=subprocess.DEVNULL,
+            return subprocess.run(command, cwd=folder, env=dict(environment, TMPDIR=folder), stdout=subprocess.DEVNULL,
                                   stderr=subprocess.DEVNULL, timeout=timeout).returncode == 0
         except subprocess.TimeoutExpired:
             return False
@@ -196,6 +215,8 @@ def main():
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--report", help="file for a table of all faults")
     parser.add_argument("--places", action="store_true", help="only see that every place is found")
+    parser.add_argument("--named", action="store_true",
+                        help="only against the tests that they name; no other faults and tests are built")
     parser.add_argument("names", nargs="*", help="only these faults")
     options = parser.parse_args()
     table = read_table(os.path.join(here, "mutants.toml"))
@@ -208,14 +229,15 @@ def main():
     chosen = [(k, m) for k, m in enumerate(table, 1) if not options.names or m["name"] in options.names]
     python_alone = all(of_python(m) for _, m in chosen)
     scratch = None if options.work else tempfile.TemporaryDirectory()
-    build = prepare(table, os.path.abspath(options.work or scratch.name), python_alone)
+    asked = {t for _, m in chosen for t in m.get("tests", "").split()}
+    build = prepare(table, os.path.abspath(options.work or scratch.name), python_alone,
+                    *((asked, {k for k, _ in chosen}) if options.named else (None, None)))
     tests = [t for t in TESTS if os.path.exists(os.path.join(build, "tests", "test_" + t))]
     missed = {
         os.path.basename(p)[5:]
         for p in glob.glob(os.path.join(build, "tests", "test_*")) if os.access(p, os.X_OK) and os.path.isfile(p)
     } - set(TESTS)
-    tests = [] if python_alone else tests + sorted(missed)
-    asked = {t for _, m in chosen for t in m.get("tests", "").split()}
+    tests = [] if python_alone or options.named else tests + sorted(missed)
     scenes = sorted(asked - set(tests))
     usual = {}
     for test in tests + scenes:
