@@ -29,7 +29,7 @@ GROUPS = {
     "report": (("report/*.py", "figures.py"),
                ("report_numbers", "report_pages", "report_pictures", "report_frames", "study_pages")),
     "study": (("study/*.py", "study/kinds/*.py", "runs/*.py"),
-              ("study_numbers", "study_edges", "study_pages", "study_runs", "calibrate_rim")),
+              ("study_edges", "study_numbers", "study_pages", "study_runs")),
     "calibrate": (("calibrate/*.py",), ("calibrate_edges", "calibrate_targets", "calibrate_numbers", "calibrate_rim",
                                         "calibrate_posterior", "calibrate_pounders")),
     "rves": (("rves.py", "samples.py"), ("package_logic",)),
