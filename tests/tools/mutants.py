@@ -72,14 +72,23 @@ def places_of(text, old):
     return [found.span() for found in re.finditer(words, text)]
 
 
-def parts_arguments(expression):
-    """True where a comma stands outside of brackets."""
-    depth = 0
+def outside_of_brackets(expression):
+    """The same with nothing in its brackets."""
+    kept, depth = "", 0
     for sign in expression:
-        depth += (sign in "([{") - (sign in ")]}")
-        if sign == "," and depth == 0:
-            return True
-    return False
+        depth -= sign in ")]}"
+        kept += sign if depth == 0 else " "
+        depth += sign in "([{"
+    return kept
+
+
+def binds_otherwise(old, before, after):
+    """True where brackets around an expression would change what is computed: its neighbours bind more strongly."""
+    bare = outside_of_brackets(old)
+    if re.search(r"[-+*/|&]=|(?<![=!<>])=(?!=)", bare):
+        return after[:1] not in (";", ",", ")")
+    sums = re.search(r"[\w)\]] *[-+] ", bare)
+    return bool(sums and (before[-1:] in ("*", "/", "%") or re.search(r"[\w)\]] -$", before) or after[:1] in "*/%"))
 
 
 def cannot_stand(text, span, place):
@@ -90,8 +99,10 @@ def cannot_stand(text, span, place):
     if any(t.count(a) != t.count(b) for t in (old, new) for a, b in ("()", "[]", "{}")):
         return "brackets do not close"
     if not old.endswith((";", "}")):
-        if parts_arguments(old):
+        if "," in outside_of_brackets(old):
             return "a comma parts arguments: take one of them"
+        if binds_otherwise(old, text[:span[0]].rstrip(), text[span[1]:].lstrip()):
+            return "it is no whole expression: what stands beside it binds more strongly"
         return "a statement ends with ;" if ";" in old else None
     before = text[:span[0]].rstrip()
     if not before.endswith((";", "{", "}", ":", ")", "else")) and "//" not in before.rpartition("\n")[2]:
