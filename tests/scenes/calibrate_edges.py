@@ -52,6 +52,12 @@ def verdicts():
          "inside of the box, and far away")
     few = regression.few(np.zeros((1, 1)), np.zeros((1, 1)), 3, 5)
     need(1 < few < regression.few(np.eye(1), np.eye(1), 3, 5), "runs that do not scatter")
+    # Slopes that noise alone would show tell nothing, however large it is: even over the range is what is left.
+    loud = SimpleNamespace(slope=lambda x: np.eye(2), leverage=lambda x: 0.0, noise=np.eye(2),
+                           slope_spread=lambda: 1e3 * np.eye(2))
+    data = regression.Data(np.zeros(2), np.full(2, 0.1), np.ones(2), np.zeros(2))
+    near(regression.uncertainty(loud, np.full(2, 0.5), data, np.zeros((2, 2)), np.zeros((2, 2)), 1e9, 7)[0],
+         np.eye(2) / 12, "a surface of noise", 1e-6)
     y = regression.filled([regression.Answer(np.array(v), None, None) for v in ([2.0, 4.0], [2.0, nan])])
     near(y, [[2, 4], [2, 4]], "nothing to be worse than")
 
@@ -151,6 +157,80 @@ def files(tmp):
             BadData)
 
 
+def asked(tmp):
+    """What is checked before anything runs: how many runs suffice, and what is said of parameters and targets."""
+    hearing = []
+
+    class Runner:
+        def __init__(self, out, seed_key, bins, wanted):
+            self.asked, self.said = wanted, None
+            hearing.append((out, seed_key))
+
+        def refusal(self, case):
+            hearing.append((case["set"], self.asked[case["name"]]))
+            return self.said
+    with open(os.path.join(tmp, "scene.toml"), "w"):
+        pass
+    command.Runner, before, folder = Runner, command.Runner, command.programs.folder
+    command.programs.folder = lambda: "bins"
+
+    def check(more="", targets='{ name = "v", kind = "value", quantity = "q", value = 1 }', seeds="[3]", **options):
+        path = os.path.join(tmp, "asked.toml")
+        with open(path, "w") as f:
+            f.write(CALIBRATION.format(scene="scene.toml", low=1, high=3, targets=targets).replace(
+                "seeds = [3]", f"seeds = {seeds}\n{more}"))
+        hearing.clear()
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            status = command.work(SimpleNamespace(**{"scene": path, "out": None, "threads": 1, "check": True,
+                                                     "quiet": False, **options}))
+        return status, said.getvalue().splitlines()
+    status, lines = check()
+    need((status, lines) == (0, ["a.k: 1.0 … 3.0", "v: value, 1 value, 1 … 1", "90 points, 1 runs each"]), f"{lines}")
+    need(hearing[0] == ("asked", "packing.seed") and [h[0]["a.k"] for h in hearing[1:]] == [1, 2, 3] and
+         hearing[1][1] == ({"q"}, set()), f"who is asked for what: {hearing}")
+    two = '{ name = "v", kind = "value", quantity = "a.b", value = 1 }, { name = "w", kind = "peak", quantity = "q", ' \
+          'value = 2, seeds = [1, 2, 3] }'
+    status, lines = check('seed_key = "s"', two, out="elsewhere/out")
+    need(lines[-1] == "30 points, 4 runs each" and hearing[0] == ("elsewhere/out", "s") and len(hearing) == 7 and
+         hearing[1][1] == (set(), {"a.b"}), f"two scenes: {lines} {hearing}")
+    for more, seeds, least in (("budget = {}", "[3]", 6), ("budget = {}", "[3, 4]", 12),
+                               ("check = false\nbudget = {}", "[3]", 3)):
+        need(check(more.format(least), seeds=seeds)[0] == 0, f"{least} runs suffice")
+        few = (least - 1) // (2 if "," in seeds else 1)
+        refused(lambda: check(more.format(least - 1), seeds=seeds),
+                f"budget: {few} points of {seeds.count(',') + 1} seeds; 1 parameters need at least {least} runs")
+    need(check('method = "pounders"\nbudget = 1')[0] == 0, "one point after the other")
+    command.Runner, command.programs.folder = before, folder
+
+
+def data_at_limits(tmp):
+    """Data that are just allowed: zeros without a logarithm, nothing and all that passes."""
+    def of(text, **table):
+        with open(os.path.join(tmp, "limits.csv"), "w") as f:
+            f.write(text)
+        return targets.Target({"name": "t", "data": "limits.csv", **table}, tmp)
+    near(of("x,y\n0,1\n-1,2\n", x="x", y="y").x, [0, -1], "places at and below 0")
+    near(of("diameter_m,passing\n1e-3,0\n2e-3,1\n", kind="grading", at=0).values, [0, 1], "what passes")
+    near(of("x,y\n1,5\n2,5\n", x="x", y="y").error, [0.1, 0.1], "2 % of what does not change")
+    near(of("x,y\n1,5\n3,9\n", x="x", y="y").error, [0.08, 0.08], "2 % of the range")
+    t = of("x,y\n1,5\n3,9\n", x="x", y="y")
+    need(t.describe().startswith("2 values, x 1 … 3, y 5 … 9"), t.describe())
+    t = of("diameter_m,passing\n1e-3,0\n2e-3,1\n", kind="grading", at=0)
+    need(t.describe() == "2 values, diameter_m 1 … 2 mm, passing 0 … 1" and t.columns() ==
+         {"axial_strain", "axial_stress_Pa"}, t.describe())
+    n = 5
+    runs = [made_up.run(y=1.0 + k) for k in range(n)]
+    value = targets.Target({"name": "t", "kind": "value", "quantity": "y", "value": 1.0}, tmp)
+    near(value.answer(runs[:1])[1], [[0]], "one run does not scatter")
+    near(value.answer(runs)[1], [[2.5]], "five do")
+    states = {0.0: [{"diameter_m": 1e-3, "passing": 0.5}], 0.2: [{"diameter_m": 1e-3, "passing": 0.7}]}
+    graded = made_up.run(grading=states)
+    for at, wanted in ((0.0, 0.5), (0.2, 0.7), (0.2 + 1e-10, 0.7), (-1e-10, 0.5), (0.21, nan), (-0.01, nan)):
+        sieve = of("diameter_m,passing\n1e-3,0.5\n", kind="grading", at=at)
+        near(sieve.answer([graded])[0], [wanted], f"a grading at {at}")
+
+
 def targets_met():
     """Curves and kinks at their ends."""
     near(targets.along([0.0, 1.0], [5.0, 7.0], [0.0, 1.0, 1.0 + 1e-9, -1e-9]), [5, 7, nan, nan], "ends of a curve")
@@ -226,7 +306,8 @@ def said():
     summary = {"points": 7, "failed_points": 2, "targets": [target], "refused_points": 0,
                "parameters": [{"sd_of_range": 0.05, "verdict": "identified", "key": "k", "name": "one"}]}
     text = report.values_table(summary, [p], SimpleNamespace(x=[0.5], covariance=np.array([[0.0025]])))
-    need("5 ± 0.5" in text and "7 points, 2 of them" in text and "identified" in text and "5 %" in text, f"{text}")
+    need("5 ± 0.5" in text and "7 points, 2 of them" in text and "identified" in text and "<td>5.0 %</td>" in text,
+         f"{text}")
     need("+0.50" in report.correlations({"correlation": [[1.0, 0.5], [0.5, 1.0]]}, ["a", "b"]), "signs")
     side = {"name": "a", "at": [1.0, 2.0], "sum_of_squares": [3.0, 4.0]}
     text = report.neighbours({"best": 1.23456, "sides": [side]})
@@ -254,7 +335,7 @@ verdicts()
 targets_met()
 drawn()
 said()
-for of in (best, files):
+for of in (best, files, asked, data_at_limits):
     with tempfile.TemporaryDirectory() as place:
         of(place)
 print(f"calibrate_edges: {len(faults)} faults")

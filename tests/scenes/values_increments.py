@@ -2,6 +2,7 @@
 """Numbers of Newton's increments and of explicit ones: residuals, corrections and cuts by the frames of other runs."""
 import numpy as np
 
+from scene_tools import need
 from values_macro import BLOCK
 
 LARGE = ("solve.increments=1", "solve.displacement_tolerance=0.9", "boundary.2.pressure=0",
@@ -54,6 +55,11 @@ def cuts(values):
         planned = now * (1.5 if cut[-1] == 0 else 1)
     values.same("bvp.columns:cutbacks", run.columns["cutbacks"][:-1], cut)
     values.same("bvp.summary:counts.cutbacks", run.told["counts"]["cutbacks"], sum(cut) + run.last["cutbacks"])
+    run = values.run("bvp", "rests", BLOCK, *LARGE, "solve.tolerance=0.1", "solve.increments=2", "output.frames=0",
+                     "boundary.1.history=[[0, 0], [0.5, 1], [1, 1]]")
+    residual = run.columns["residual"]
+    need(residual[-1] < 0.9 * residual.max(), "the last residual is the worst")
+    values.same("bvp.summary:errors.worst_residual", run.told["errors"]["worst_residual"], residual.max(), 1e-6)
 
 
 def held(values):

@@ -3,6 +3,8 @@
 import numpy as np
 from scipy.stats import norm
 
+from scene_tools import need
+
 PACKED = """
 [material.sand]
 density = 2650
@@ -95,6 +97,26 @@ time_step = 1e-13
     values.same("rve.summary:errors.packing_overlap", run.told["errors"]["packing_overlap"], found, 1e-3)
 
 
+def falling(values):
+    """Grains that fall into a box: the pressure of its walls rises and falls, and their error is of the largest so
+    far."""
+    run = values.run("rve", "falling_in", PREPARED.replace('"periodic"', '"walls"').replace("0.6", "0.5") + """
+[loading]
+kind = "free"
+duration = "0.25 ms"
+gravity = [0, 0, -5e4]
+[output]
+history_interval = "5 us"
+""", "material.sand.damping=0", "material.sand.restitution=0.95")
+    c, told = run.columns, run.told["errors"]["wall_minus_cell_pressure"]
+    walls = -np.mean([c[f"wall_stress_{k}_Pa"] for k in ("xx", "yy", "zz")], 0)
+    bear = walls != 0
+    apart, largest = np.abs(walls - c["mean_pressure_Pa"])[bear], np.maximum.accumulate(np.abs(walls[bear]))
+    need(np.abs(walls[-1]) < 0.9 * largest[-1], "the walls are pressed most at the end")
+    values.same("rve.summary:errors.wall_minus_cell_pressure.last", told["last"], (apart / largest)[-1], 1e-4)
+    values.same("rve.summary:errors.wall_minus_cell_pressure.worst", told["worst"], (apart / largest).max(), 1e-4)
+
+
 def sought(values):
     """A cell that is prepared under a pressure, and seeks another one: by the stresses of the rows."""
     run = values.run("rve", "sought", PREPARED + """
@@ -124,5 +146,5 @@ history_interval = "2 us"
 
 
 def held(values):
-    for check in (relative, log_normal, sieved, overlapping, sought):
+    for check in (relative, log_normal, sieved, overlapping, falling, sought):
         check(values)
