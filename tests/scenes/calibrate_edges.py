@@ -200,6 +200,19 @@ def asked(tmp):
         few = (least - 1) // (2 if "," in seeds else 1)
         refused(lambda: check(more.format(least - 1), seeds=seeds),
                 f"budget: {few} points of {seeds.count(',') + 1} seeds; 1 parameters need at least {least} runs")
+    for stops in (True, False):
+        def refusal(self, case, error=KeyboardInterrupt if stops else OSError):
+            raise error
+        Runner.refusal = refusal
+        Runner.stop = lambda self: hearing.append("stopped")
+        try:
+            check()
+            need(False, "a check that was interrupted goes on")
+        except (KeyboardInterrupt, OSError):
+            need((hearing[-1] == "stopped") == stops, "who is stopped")
+    Runner.refusal = lambda self, case: SimpleNamespace(told=lambda path: f"{path}: no such key")
+    refused(check, "asked.toml: no such key")
+    Runner.refusal = lambda self, case: None
     need(check('method = "pounders"\nbudget = 1')[0] == 0, "one point after the other")
     command.Runner, command.programs.folder = before, folder
 
@@ -224,6 +237,12 @@ def data_at_limits(tmp):
     value = targets.Target({"name": "t", "kind": "value", "quantity": "y", "value": 1.0}, tmp)
     near(value.answer(runs[:1])[1], [[0]], "one run does not scatter")
     near(value.answer(runs)[1], [[2.5]], "five do")
+    key = "results.peak_before_breakage_Pa"
+    grain = lambda v: made_up.run(breakages=[0.0, 0.0, 1.0], results={"peak_before_breakage_Pa": v})
+    strength = of("value (Pa)\n3\n", kind="quantiles", quantity=key)
+    near(strength.answer([grain(1.0), grain(5.0), grain(0.0)])[1], [[6 * np.var([1.0, 5.0, 3.0])]],
+        "two of three are known")
+    near(strength.answer([grain(1.0), grain(0.0), grain(0.0)])[1], [[0]], "one of three")
     states = {0.0: [{"diameter_m": 1e-3, "passing": 0.5}], 0.2: [{"diameter_m": 1e-3, "passing": 0.7}]}
     graded = made_up.run(grading=states)
     for at, wanted in ((0.0, 0.5), (0.2, 0.7), (0.2 + 1e-10, 0.7), (-1e-10, 0.5), (0.21, nan), (-0.01, nan)):

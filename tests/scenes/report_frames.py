@@ -63,6 +63,12 @@ def of_pictures(tmp):
         need(pale.min() > 0.6 and pale[0] > pale[1] > pale[2] and np.ptp(strong) > 0.3, f"colours {pale} {strong}")
         plt.close(fig)
     pictures.painted = before
+    # Light comes from the upper left, and what is turned from it keeps a third.
+    corner = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]])
+    lit = [pictures.painted(corner, np.array([[n] * 3]), np.zeros(1, int), np.ones((1, 4)), np.eye(3), 50)[10, 10, 0]
+           for n in ([-0.4, 0.5, 0.77], [0.4, 0.5, 0.77], [-0.4, -0.5, 0.77], [0.4, -0.5, -0.77])]
+    need(lit[0] > 0.99 and lit[0] > lit[1] + 0.15 and lit[0] > lit[2] + 0.15 and abs(lit[3] - 0.35) < 1e-3,
+        f"light: {lit}")
     of_colours()
     os.makedirs(os.path.join(tmp, "none", "grains"))
     need(pictures.grains(os.path.join(tmp, "none"), "n") is None, "no frames")

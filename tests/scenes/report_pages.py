@@ -174,6 +174,9 @@ def of_problems():
     shown = [p[0] for p in all_of(lambda: bvp_plots.of_run(("n", moving, {"folder": "nowhere"})))]
     need([a["x"] for a in shown[1:]] == ["time (µs)"] * 5 and shown[4]["y"] == "strain zz (µm/m, compression)"
          and shown[4]["legend"] == ["a"], f"of dynamics: {[(a['x'], a['y']) for a in shown]}")
+    aside = {**{k: v for k, v in moving.items() if not k.startswith("probe")}, "probe_a_strain_xx": E}
+    titles = [p[0]["title"] for p in all_of(lambda: bvp_plots.of_run(("n", aside, {"folder": "nowhere"})))]
+    need(not any("probes" in t for t in titles), f"probes that say nothing along the load: {titles}")
     need(shown[2]["legend"] == ["breakages"], f"what has not broken: {shown[2]['legend']}")
     # A boundary that hardly moves one way and goes far the other: its way is that of the largest.
     back = {"moved_top_z_m": [0.0, 1e-5, -2e-4], "reaction_top_z_N": [0.0, -5.0, -9.0]}

@@ -172,6 +172,43 @@ def told():
         need(case.quantities_of({}) == ["axial_stress_Pa"] and shown.text == "", "a study without cases")
 
 
+def schemas():
+    """What a study's tables need: two values to sweep, a key that varies; which of several runs a table tells of."""
+    entry = {"name": "s", "key": "k", "values": [1, 2], "quantity": "y"}
+    need(schema.fault([entry], sweep.SCHEMA) is None and "too short" in schema.fault([{**entry, "values": [1]}],
+                                                                                    sweep.SCHEMA), "values of a sweep")
+    entry = {"name": "p", "vary": {"h": [1]}, "quantity": "y"}
+    need(schema.fault([entry], precision.SCHEMA) is None and schema.fault([{**entry, "vary": {}}], precision.SCHEMA) and
+         schema.fault([{**entry, "vary": {"h": []}}], precision.SCHEMA) and
+         schema.fault([{**entry, "scale": 0}], precision.SCHEMA), "what varies")
+    claim = {"claim": "c", "greater": ["a", "b"]}
+    need(schema.fault([claim], check.SCHEMA) is None and schema.fault([{**claim, "greater": ["a"]}], check.SCHEMA) and
+         schema.fault([{**claim, "greater": ["a"] * 3}], check.SCHEMA) and schema.fault(
+             [{**claim, "between": [1]}], check.SCHEMA) and schema.fault([{**claim, "between": [1] * 3}], check.SCHEMA)
+         and schema.fault([{**claim, "near": 0}], check.SCHEMA) and schema.fault([{**claim, "cases": []}],
+          check.SCHEMA),
+         "claims of two")
+    curve = {"name": "p", "cases": ["a"], "corridor": [{"label": "l", "points": [[0, 1, 2], [1, 2, 3]]}]}
+    need(schema.fault([curve], plot.SCHEMA) is None and schema.fault([{**curve, "y_max": 0}], plot.SCHEMA), "plots")
+    for points in ([[0, 1, 2]], [[0, 1], [1, 2]], [[0, 1, 2, 3], [1, 2, 3, 4]]):
+        curve["corridor"][0]["points"] = points
+        need(schema.fault([curve], plot.SCHEMA), f"a corridor of {points}")
+    need(schema.fault({"w": "a" * 80}, schema.table({"w": schema.WORD})) is None and
+         schema.fault({"w": "a" * 81}, schema.table({"w": schema.WORD})) and
+         schema.fault({"w": ".a"}, schema.table({"w": schema.WORD})) and
+         schema.fault({"w": "a" * 1001}, schema.table({"w": schema.TEXT})) and
+         schema.fault({"w": []}, schema.table({"w": schema.SEEDS})), "words, texts and seeds")
+    first, other = (made_up.run(axial_stress_Pa=v, time_step_s=t) for v, t in ((3e6, [4e-6] * 3), (9e6, [1e-6] * 3)))
+    shown = table.show([{"name": "t", "title": "T", "reference": "a", "cases": ["a"]}],
+                       SimpleNamespace(runs={"a": [first, other]}, labels={"a": "A"}))
+    need(shown.text.splitlines()[-1].split()[:5] == "A 4e-06 … 4e-06 3".split()
+        and shown.text.splitlines()[1].startswith(
+        "T"), f"of several runs the first: {shown.text}")
+    paid = numbers.cost({"summary": {"seconds": {}, "counts": {}}})
+    need(math.isnan(paid.pop("cpu")) and paid == {"wall": 0, "grain_steps": 0, "rves": 0}, f"what nobody told: {paid}")
+    need(math.isnan(numbers.energy_error({"summary": {"errors": {}}})), "an error that nobody told")
+
+
 def texts(tmp):
     """Values as --set takes them, places in files, kinds of faults, times."""
     for value, text in ((True, "true"), (False, "false"), ("a b", '"a b"'), ("", ""), ({"a": 1, "b": ["x", 2.5]},
@@ -243,6 +280,15 @@ def files(tmp):
     need(found == sorted(os.path.join(tmp, n) for n in ("a.toml", "b.toml", "c.csv", "d.txt", "far/p.txt", "m.msh",
                                                         "s.txt")), f"files of a scene: {found}")
     need(kept.files_read(os.path.join(tmp, "bad.toml"), {}) == [os.path.join(tmp, "bad.toml")], "a file that is bad")
+    only = {}
+    for name in ("summary.json", "history.csv", "grading.csv", None):
+        folder = os.path.join(tmp, f"only_{name}")
+        os.makedirs(folder)
+        if name:
+            with open(os.path.join(folder, name), "w") as f:
+                f.write("same")
+        only[name] = kept.digest_of(folder)
+    need(len(set(only.values())) == 4, "which file of a run is there")
     need(kept.text_of(os.path.join(tmp, "none")) is None and kept.text_of(os.path.join(tmp, "d.txt")) == "e.txt",
          "texts of files")
 
@@ -310,7 +356,9 @@ def ends(tmp):
                            (75, "tool: out of time: finished runs are kept; the same command goes on\n")),
                           (ZeroDivisionError("x"), (1, "tool: S: ZeroDivisionError: x (GRUS_DEBUG=1 shows where)\n"))):
         need(status(raises(error)) == wanted, f"{error!r}: {status(raises(error))}")
-    need(status(lambda _: 7) == (7, ""), "a status of its own")
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    need(status(lambda _: 7) == (7, "") and signal.getsignal(signal.SIGTERM) == signal.default_int_handler,
+         "a status of its own; signals are heard")
     os.environ["GRUS_DEBUG"] = "1"
     try:
         status(raises(ZeroDivisionError()))
@@ -340,6 +388,7 @@ def ends(tmp):
 made_up.unpainted()
 limits()
 told()
+schemas()
 times()
 for of in (texts, files, ends):
     with tempfile.TemporaryDirectory() as place:

@@ -12,6 +12,7 @@ import argparse
 import ast
 import copy
 import csv
+import functools
 import glob
 import json
 import os
@@ -153,8 +154,8 @@ def fails(command, environment, timeout=120):
             return True
 
 
-def trial(build, group, draw, count):
-    """How many of the faults that are drawn in a group some test finds."""
+def trial(build, group, draw, count, keep):
+    """How many of the faults that are drawn in a group some test finds; keep(drawn, found) after each."""
     patterns, names = GROUPS[group]
     with tempfile.TemporaryDirectory() as folder:
         copy_of(build, folder)
@@ -166,7 +167,7 @@ def trial(build, group, draw, count):
                 sys.exit(f"{name} fails without any fault")
         faults = draw.sample([(p, *place) for p, text in texts.items() for place in places(ast.parse(text))], count)
         lives = 0
-        for path, way, number in faults:
+        for drawn, (path, way, number) in enumerate(faults, 1):
             changed, about = with_fault(texts[path], way, number)
             with open(path, "w") as f:
                 f.write(changed)
@@ -174,9 +175,9 @@ def trial(build, group, draw, count):
             with open(path, "w") as f:
                 f.write(texts[path])
             lives += by is None
+            keep(drawn, drawn - lives)
             print(f"{'LIVES' if by is None else 'dead by ' + by}: {os.path.relpath(path, package)}:{about}", flush=True)
         print(f"{group}: {count - lives} of {count} found ({100 * (count - lives) / count:.0f} %)", flush=True)
-    return count - lives
 
 
 def keep(group, seed, drawn, found):
@@ -197,13 +198,13 @@ def main():
     parser.add_argument("build", type=os.path.abspath)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=60)
-    parser.add_argument("--record", action="store_true", help="keep the shares in random_faults.csv")
+    parser.add_argument("--record", action="store_true",
+                        help="keep the shares in random_faults.csv, of a trial that is stopped too")
     parser.add_argument("groups", nargs="*", choices=[[], *GROUPS])
     options = parser.parse_intermixed_args()
     for group in options.groups or GROUPS:
-        found = trial(options.build, group, random.Random(f"{group} {options.seed}"), options.count)
-        if options.record:
-            keep(group, options.seed, options.count, found)
+        kept = functools.partial(keep, group, options.seed) if options.record else lambda *_: None
+        trial(options.build, group, random.Random(f"{group} {options.seed}"), options.count, kept)
 
 
 if __name__ == "__main__":
