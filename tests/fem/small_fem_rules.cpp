@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Rules of problems, loads and materials one by one: pressure on a face that is sheared, histories, body forces, whose
+// displacement holds, means of every component, thickness, shapes of elements; materials side by side.
+#include "fem/problem_impl.hpp"
+
+#include "fem/cell_shape.hpp"
+#include "fem/statics.hpp"
+#include "tests/fem/boundaries.hpp"
+#include "tests/helpers.hpp"
+
+namespace grus {  // DOLFINx has a namespace fem, too
+namespace {
+
+using fem::Kinematics;
+using fem::Point;
+using fem::test::plane;
+
+/// A unit block of so many bricks that is deformed to x + H x, loaded by `load` at its far side of x.
+fem::Problem deformed(const Eigen::Matrix3d& h, bool finite, fem::BoundaryCondition load, long cells = 2) {
+  fem::BoundaryCondition all;
+  all.name = "all", all.where = [](const Point&) { return true; }, all.displacement = {0.0, 0.0, 0.0};
+  all.at = [h](const Point& x) {
+    const Eigen::Vector3d u = h * Eigen::Vector3d(x[0], x[1], x[2]);
+    return Point{u[0], u[1], u[2]};
+  };
+  load.name = "load", load.where = [](const Point& x) { return x[0] > 1 - 1e-9; };
+  load.history.points = {{0, 1}};
+  return fem::Problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {cells, cells, cells}, true, {}}, {1, 2, finite},
+                      {load, all});
+}
+
+void solve(fem::Problem& problem, fem::Material m) {
+  fem::StaticsOptions o;
+  o.increments = 1;
+  REQUIRE(fem::solve_statics(problem, m, o, [](const fem::IncrementReport&) { return true; }).converged);
+}
+
+Eigen::Vector3d sum_of(const fem::Problem::Impl& p) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  const auto f = p.external->array();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(p.owned_nodes()) * p.width(); ++i)
+    sum[static_cast<int>(i % p.width())] += f[i];
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("a pressure acts on the cofactors of the deformation, a traction on the face as it was") {
+  Eigen::Matrix3d h;
+  h << 0.1, 0.3, -0.2, 0.05, -0.1, 0.15, 0.4, -0.25, 0.2;
+  fem::BoundaryCondition load;
+  load.pressure = 3, load.traction = Point{0.5, -1, 2};
+  fem::Problem problem = deformed(h, true, load);
+  solve(problem, fem::elastic_material(problem.owned_points(), 1e8, 0.2));
+  problem.impl().assemble_external(1);
+  const Eigen::Matrix3d f = Eigen::Matrix3d::Identity() + h;
+  const Eigen::Vector3d area = f.col(1).cross(f.col(2));  // of the far face, which its two edges span
+  CHECK((sum_of(problem.impl()) - (Eigen::Vector3d(0.5, -1, 2) - 3 * area)).norm() < 1e-12);
+}
+
+TEST_CASE("a history is constant before its first point and beyond its last, and the time itself where it has none") {
+  const fem::LoadHistory h{{{1, 2}, {3, 6}, {4, 5}}};
+  CHECK((h.at(0) == 2 && h.at(1) == 2 && h.at(2) == 4 && h.at(3.5) == 5.5 && h.at(9) == 5));
+  CHECK(fem::LoadHistory{}.at(0.3) == 0.3);
+}
+
+TEST_CASE("a body force grows with time; of two conditions for a component the first holds") {
+  fem::BoundaryCondition far = plane("far", 0, 1, 0, 0.25), also = plane("also", 0, 1, 0, 0.5),
+                         base = plane("base", 0, 0, 0, 0);
+  also.displacement[1] = 0.125;
+  fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 2}, {2, 2, 2}, true, {}}, {1, 2, false}, {far, also, base},
+                       [](const Point& x) {
+                         return Point{0, 0, 3 * x[0]};
+                       });
+  for (const double time : {0.25, 1.0}) {
+    problem.impl().assemble_external(time);
+    CHECK((sum_of(problem.impl()) - Eigen::Vector3d(0, 0, 3 * time)).norm() < 1e-12);  // mean 1.5 over two m^3
+  }
+  std::size_t first = 0;
+  for (const fem::Prescribed& c : problem.impl().prescribed) {
+    CHECK_FALSE((c.boundary == 1 && c.dof % 3 == 0));
+    first += c.boundary == 0;
+  }
+  CHECK(first == 9);
+}
+
+TEST_CASE("means and fields of an evenly strained body are its strain and stress, each component") {
+  const double E = 1e8, nu = 0.3, lambda = E * nu / ((1 + nu) * (1 - 2 * nu)), mu = E / (2 * (1 + nu));
+  Eigen::Matrix3d h;
+  h << 1, 4, -6, 2, -2, 3, 5, -1, 7;
+  h *= 1e-4;
+  fem::Problem problem = deformed(h, false, {});
+  solve(problem, fem::elastic_material(problem.owned_points(), E, nu));
+  const std::array<double, 6> strain = problem.mean_strain(), stress = problem.mean_stress();
+  const auto fields = problem.gather_fields();
+  constexpr int row[6] = {0, 1, 2, 1, 0, 0}, column[6] = {0, 1, 2, 2, 2, 1};
+  for (std::size_t k = 0; k < 6; ++k) {
+    const double e = h(row[k], column[k]) + (k < 3 ? 0 : h(column[k], row[k]));
+    const double s = (k < 3 ? lambda * h.trace() + 2 * mu * e : mu * e);
+    CHECK(strain[k] == Approx(e).epsilon(1e-9));
+    CHECK(stress[k] == Approx(s).epsilon(1e-9));
+    for (const auto& of : fields.stress) CHECK(of[k] == Approx(s).epsilon(1e-9));
+  }
+  const Point moved = problem.mean_displacement(0);  // of the far side: its middle
+  const Eigen::Vector3d middle = h * Eigen::Vector3d(1, 0.5, 0.5);
+  for (std::size_t k = 0; k < 3; ++k)
+    CHECK(moved[k] == Approx(middle[static_cast<int>(k)]).epsilon(1e-9).margin(1e-15));
+}
+
+TEST_CASE("a plate of plane strain bears by its thickness") {
+  double force[2];
+  for (const bool thick : {false, true}) {
+    fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {2, 2, 1}, true, {}},
+                         {1, 2, false, Kinematics::plane_strain, thick ? 0.25 : 1.0},
+                         {plane("base", 1, 0, 1, 0), plane("top", 1, 1, 1, 1e-3), plane("left", 0, 0, 0, 0)});
+    solve(problem, fem::elastic_material(problem.owned_points(), 1e8, 0.2));
+    force[thick] = problem.reaction(1)[1];
+  }
+  CHECK(force[0] == Approx(1e-3 * 1e8 / (1 - 0.04)).epsilon(1e-9));
+  CHECK(force[1] == Approx(0.25 * force[0]).epsilon(1e-12));
+}
+
+TEST_CASE("elements are as good mirrored and however small; flat ones and folded ones are not") {
+  const std::vector<Point> square{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  for (const double size : {1.0, 1e-6})
+    for (const double mirror : {1.0, -1.0}) {
+      std::vector<Point> flat, brick;
+      for (const double z : {0.0, 1.0})
+        for (const Point& x : square) brick.push_back({mirror * size * x[0], size * x[1], size * z});
+      flat.assign(brick.begin(), brick.begin() + 4);
+      CHECK(fem::cell_fault(fem::CellKind::quadrilateral, flat).empty());
+      CHECK(fem::cell_fault(fem::CellKind::hexahedron, brick).empty());
+      std::swap(flat[2], flat[3]);
+      CHECK(fem::cell_fault(fem::CellKind::quadrilateral, flat) == "is folded over itself");
+      for (Point& x : brick) x[2] = 0;
+      CHECK(fem::cell_fault(fem::CellKind::hexahedron, brick) == "is flat");
+    }
+}
+
+TEST_CASE("materials side by side: each point answers by its own, all are committed, the worst of them is told") {
+  const double soft = 1e8, stiff = 3e8;
+  std::vector<fem::Material> parts{fem::elastic_material(2, soft, 0), fem::elastic_material(1, stiff, 0)};
+  parts[0].inertial_number = [] { return 0.2; }, parts[1].inertial_number = [] { return 0.1; };
+  parts[0].noise = [] { return 0.03; }, parts[1].noise = [] { return 0.01; };
+  fem::Material m = fem::composite_material(parts, {0, 1, 0});
+  CHECK((m.inertial_number() == 0.2 && m.noise() == 0.03));
+  std::vector<double> f, stress(18), tangent(108);
+  const double stretch[3] = {1.01, 1.02, 1.03}, volume[3] = {2, 5, 11};
+  for (const double s : stretch) f.insert(f.end(), {s, 0, 0, 0, 1, 0, 0, 0, 1});
+  double held = 0;
+  for (int k = 1; k <= 2; ++k) {  // twice the same increment: from what was committed
+    REQUIRE(m.respond({f, stress, tangent}));
+    m.commit();
+    held = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double young = i == 1 ? stiff : soft, strain = std::pow(stretch[i], k) - 1;
+      CHECK(stress[6 * i] == Approx(young * strain).epsilon(1e-9));
+      CHECK(tangent[36 * i] == Approx(young).epsilon(1e-12));
+      held += 0.5 * young * strain * strain * volume[i];
+    }
+  }
+  CHECK(m.energy(volume) == Approx(held).epsilon(1e-9));
+}
+
+}  // namespace grus
