@@ -5,6 +5,8 @@
 #include "apps/scene/prepare_sample.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/io/checkpoint.hpp"
+#include "dem/packing/clusters.hpp"
+#include "dem/packing/voronoi.hpp"
 #include "dem/rve/state_hash.hpp"
 #include "dem/sample/network.hpp"
 #include "tests/apps/scratch.hpp"
@@ -179,4 +181,18 @@ grains = "clusters"
 clusters = 5
 )",
              bonded, recipe);
+
+  // Which bonds are the weaker ones, by the clusters of the same seed.
+  Team team(1);
+  const CellSpace space = recipe.periodic() ? periodic_space(recipe.box) : box_space(recipe.box);
+  auto cells = voronoi_packing(space, 70, 4, bonded.seed, team);
+  deal_to_clusters(space, 5, bonded.seed, team, cells);
+  const Sample sample = make(bonded, recipe, team);
+  std::size_t weak = 0;
+  for (const FaceBond& b : sample.state.bonds.face.row) {
+    const bool apart = cells.cluster[b.ends.a] != cells.cluster[b.ends.b];
+    CHECK(b.tension == (apart ? 5e6 : 10e6));
+    weak += apart;
+  }
+  CHECK(weak > 20);
 }

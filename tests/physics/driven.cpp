@@ -173,6 +173,15 @@ TEST_CASE("a shear goes on for ever: five times the height of the cell, with the
   CHECK(stress_of(s)(0, 2) > 0.1e6);
 }
 
+TEST_CASE("an axis may follow its stress at an inertial number of 0.03, or at its own rate where that is faster") {
+  State s;
+  for (int k = 0; k < 3; ++k) add(s, PolyEllipsoid::sphere(2e-3), Vec3(k * 5e-3, 0, 0), 2500);
+  const double rate = 0.03 / (4e-3 * std::sqrt(2500 / 1e5));  // I = rate d sqrt(rho / p)
+  CHECK(fastest_rate(s, {.strain_rate = 0, .stress = -1e5, .max_rate = 0.5 * rate}, 1e5) ==
+        Approx(rate).epsilon(1e-12));
+  CHECK(fastest_rate(s, {.strain_rate = 0, .stress = -1e5, .max_rate = 3 * rate}, 1e5) == 3 * rate);
+}
+
 TEST_CASE("a triaxial test holds its lateral stress, in a cell and between walls") {
   const Model model = sand();
   Team team(1);

@@ -192,7 +192,9 @@ TEST_CASE("order in space: bonds, glue, dead loads and what broken bonds left go
   glue(model, std::vector<OuterFace>{{2, moments_of(unit_box(), unit_box().face[4]), -Vec3::UnitZ(), 0.5}}, 0, false,
        s);
   s.bonds.load.push_back({3, Vec3(0.5, 0, 0), Vec3(7, 0, 0)});
-  s.bonds.handed.push_back({{0, 1, {}}, Vec3::Zero(), E0, 1, 1, Vec3::Zero(), 1, 0, 0});
+  const double held = stored_energy(s.bonds);
+  s.bonds.handed.push_back({{0, 1, {}}, Vec3::Zero(), E0, 1, 1, Vec3::Zero(), 1, 0, 0, 2.5});
+  CHECK(stored_energy(s.bonds) == Approx(held + 2.5));  // what its contact will hold: nobody else has it until then
   const std::vector<FaceBond> before = s.bonds.face.row;
   const std::vector<Index> place{2, 0, 3, 1};
   renumber(s.bonds, place);

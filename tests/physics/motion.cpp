@@ -354,6 +354,7 @@ TEST_CASE("the densest packing does not depend on what is asked: one number is t
   const double densest = told(0.6);
   CHECK(densest > 0.5);
   CHECK(told(0.56) == densest);
+  CHECK(told(0.9) == densest);
   for (const double fraction : {0.51, densest}) {
     const Packing p = asked(fraction);
     double solid = 0, worst = 0;

@@ -202,6 +202,23 @@ TEST_CASE("a dead load alone: momentum is force times time, half of it while it 
   }
 }
 
+TEST_CASE("a dead load that grows within few steps works by the trapezoid: kinetic energy but for half a kick's") {
+  Team team(1);
+  Model model = rock(elastic(1));
+  model.numerics.time_step = 1e-5;
+  BondedFaces faces;
+  State s = cube(model, faces, team);
+  const double force = 5e8, steps = 10;  // large, so that ways are far above round-off
+  add_load(end_of(faces, Vec3::UnitX()), Vec3(force, 0, 0), steps * 1e-5, s);  // through the centre: nothing turns
+  prepare(model, s, team);
+  for (double k = 1; k <= steps; ++k) {
+    run_steps(model, s, 1, team);
+    // A step of the leapfrog adds (F + F') / 2 dx + (F'^2 - F^2) dt^2 / 8 m to the kinetic energy.
+    const double felt = force * k / steps, kick = felt * felt * 1e-10 / (8 * s.grains.mass[0]);
+    CHECK(std::abs(s.ledger.work - (kinetic_energy(s.grains) - kick)) < 1e-9 * kinetic_energy(s.grains));
+  }
+}
+
 TEST_CASE(
     "a roller is a hull that does not turn: the force of the pair, along its way, from whatever distance it comes") {
   Team team(1);
