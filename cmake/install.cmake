@@ -7,7 +7,7 @@ set(public_dem
   base/error.hpp base/habit.hpp base/parallel.hpp base/random.hpp base/tensor.hpp base/watch.hpp contact/broad_phase.hpp
   contact/deepest_contact.hpp
   contact/foundation.hpp contact/hertz_mindlin.hpp contact/jkr.hpp contact/law.hpp contact/laws.hpp contact/linear_spring.hpp contact/neighbours.hpp fracture/cleavage.hpp fracture/criteria.hpp fracture/fracture_model.hpp fracture/splitter.hpp
-  kernel/contact_pass.hpp kernel/sweep.hpp motion/integrate.hpp packing/cells.hpp packing/packing.hpp packing/voronoi.hpp
+  kernel/contact_pass.hpp kernel/hull_overlap.hpp kernel/sweep.hpp motion/integrate.hpp packing/cells.hpp packing/packing.hpp packing/voronoi.hpp
   rve/loading.hpp rve/measure.hpp rve/model.hpp rve/rve.hpp rve/state.hpp rve/step.hpp
   rve/stepper.hpp rves/driver_options.hpp rves/host.hpp rves/rve_set.hpp sample/gauge.hpp
   sample/make.hpp sample/network.hpp sample/prepare.hpp sample/programme.hpp sample/recipe.hpp shape/hull_store.hpp shape/polyellipsoid.hpp

@@ -4,25 +4,30 @@
 namespace grus::dem {
 
 HullColumns columns_of(const HullView& h) {
-  return {h.column, h.column + 3 * h.room, h.edge, h.room, h.space, h.vertices, h.faces, h.edges};
+  return {
+      h.column, h.column + 3 * h.room, h.edge, h.rows + 4 * h.space, h.rows, h.at, h.room, h.space, h.vertices, h.faces,
+      h.edges};
 }
 
-HullPose pose_of(const Mat3& turn, const Vec3& shift, const Vec3& search) {
-  HullPose pose;
-  for (Eigen::Index i = 0; i < 3; ++i)
-    for (Eigen::Index j = 0; j < 3; ++j) pose.turn[3 * i + j] = turn(i, j);
-  for (Eigen::Index k = 0; k < 3; ++k) pose.shift[k] = shift[k], pose.search[k] = search[k];
-  pose.flush = flush_share, pose.thin = thin;
-  return pose;
+HullPose pose_of(const Mat3& a, const Mat3& b, const Vec3& shift, const Vec3& search) {
+  return {a.data(), b.data(), shift.data(), search.data(), flush_share, thin, clear_share};
 }
 
-Overlap overlap_of(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& search) {
+Overlap overlap_of(const HullView& a, const HullView& b, const Mat3& axes_a, const Mat3& axes_b, const Vec3& shift,
+                   const Vec3& search, HullGuess* guess) {
   static const HullOverlap find = hull_overlap();
   HullWrench w;
-  const Meets meets = find(columns_of(a), columns_of(b), pose_of(turn, shift, search), w);
-  if (meets == Meets::unsettled) return overlap_by_faces(a, b, turn, shift, search);
+  const Meets meets = find(columns_of(a), columns_of(b), pose_of(axes_a, axes_b, shift, search), guess, w);
+  if (meets == Meets::unsettled) {
+    const Mat3 back = axes_a.transpose();
+    return turned(overlap_by_faces(a, b, back * axes_b, back * shift, back * search), axes_a);
+  }
   if (meets != Meets::overlaps) return {.parted = meets == Meets::parted};
   return {w.volume, w.energy, Vec3(w.force), Vec3(w.moment), Vec3(w.area), Vec3(w.middle), w.polar, false};
+}
+
+Overlap turned(const Overlap& o, const Mat3& axes) {
+  return {o.volume, o.energy, axes * o.force, axes * o.moment, axes * o.area, axes * o.middle, o.polar, o.parted};
 }
 
 }  // namespace grus::dem

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "dem/contact/broad_phase.hpp"
+#include "dem/shape/separation.hpp"
 
 namespace grus::dem {
 namespace {
@@ -15,11 +16,6 @@ Vec3 shift_of(const Grains& g, const Cell& cell, Index a, Index b, const std::ar
   Vec3 r = g.motion[b].position - g.motion[a].position;
   if ((image[0] | image[1] | image[2]) != 0) r += cell.vectors * Vec3(image[0], image[1], image[2]);
   return r;
-}
-
-/// From the frame of A to the global axes.
-Overlap turned(const Overlap& o, const Mat3& axes) {
-  return {o.volume, o.energy, axes * o.force, axes * o.moment, axes * o.area, axes * o.middle, o.polar, o.parted};
 }
 
 /// How two hulls move at the middle of their contact, b against a.
@@ -76,6 +72,16 @@ Press advance(const TileWork& s, std::size_t k, const Overlap& o, double modulus
   return out;
 }
 
+/// Their distance; `normal` as the direction of `separation`, global.
+double distance_of_pair(const Grains& g, const Cell& cell, const Candidate& pair, Vec3& normal) {
+  const Mat3 &axes = g.frame[pair.a].axes, back = axes.transpose();
+  Vec3 direction = back * normal;
+  const double distance = separation(hull_of_grain(g, pair.a), hull_of_grain(g, pair.b), back * g.frame[pair.b].axes,
+                                     back * shift_of(g, cell, pair.a, pair.b, pair.image), direction);
+  normal = axes * direction;
+  return distance;
+}
+
 /// Hulls one in the other press nowhere.
 bool presses(const Overlap& o) { return o.volume > 0 && o.force.squaredNorm() > 0 && o.area.squaredNorm() > 0; }
 
@@ -88,19 +94,15 @@ double foundation_of(const PairLaw& p, const Grains& g, Index a, Index b) {
 double foundation_of(const PairLaw& p, const Grains& g, Index a) { return own<Foundation>(p).over(depth_of(g, a)); }
 
 Overlap overlap_of_pair(const Grains& g, const Cell& cell, const Pair& pair, const Vec3& search) {
-  const Mat3 &axes = g.frame[pair.a].axes, back = axes.transpose();
-  return turned(overlap_of(hull_of_grain(g, pair.a), hull_of_grain(g, pair.b), back * g.frame[pair.b].axes,
-                           back * shift_of(g, cell, pair.a, pair.b, pair.image), back * search),
-                axes);
+  return overlap_of(hull_of_grain(g, pair.a), hull_of_grain(g, pair.b), g.frame[pair.a].axes, g.frame[pair.b].axes,
+                    shift_of(g, cell, pair.a, pair.b, pair.image), search);
 }
 
 Overlap overlap_at_wall(const Grains& g, const Wall& wall, Index i) {
   const Mat3& axes = g.frame[i].axes;
   if (wall.roller > 0) {
     const Vec3 to = wall.point - g.motion[i].position, across = to - wall.axis.dot(to) * wall.axis;
-    const Mat3 back = axes.transpose();
-    return turned(overlap_of(hull_of_grain(g, i), (*g.hulls)[wall.hull], back, back * to, back * across.normalized()),
-                  axes);
+    return overlap_of(hull_of_grain(g, i), (*g.hulls)[wall.hull], axes, Mat3::Identity(), to, across.normalized());
   }
   const Plane plane{axes.transpose() * wall.normal, wall.normal.dot(wall.point - g.motion[i].position)};
   return turned(overlap_with_plane(hull_of_grain(g, i), plane, g.motion[i].radius), axes);
@@ -108,34 +110,40 @@ Overlap overlap_at_wall(const Grains& g, const Wall& wall, Index i) {
 
 void hulls(const TileWork& s, std::size_t begin, std::size_t end) {
   Contacts& contacts = s.contacts;
+  const Grains& g = s.grains;
   const Cell& cell = s.boundary.cell;
   for (std::size_t k = begin; k < end; ++k) {
     const Pair& pair = contacts.pair[k];
-    const Motion &a = s.grains.motion[pair.a], &b = s.grains.motion[pair.b];
+    const Motion &a = g.motion[pair.a], &b = g.motion[pair.b];
     Vec3& search = contacts.touch[k].normal;
-    const Overlap o = overlap_of_pair(s.grains, cell, pair, search);
+    const Vec3 shift = shift_of(g, cell, pair.a, pair.b, pair.image);
+    HullGuesses::Row& known = contacts.guesses.row[k - contacts.begin[hull_hull]];
+    if (known.a != g.hull[pair.a] || known.b != g.hull[pair.b])
+      known.a = g.hull[pair.a], known.b = g.hull[pair.b], known.guess.octets = 0;
+    const Overlap o = overlap_of(hull_of_grain(g, pair.a), hull_of_grain(g, pair.b), g.frame[pair.a].axes,
+                                 g.frame[pair.b].axes, shift, search, &known.guess);
     if (!presses(o)) {
-      if (!o.parted) {  // another direction may part them: far cheaper to find out by in the next step
-        const Candidate c{pair.a, pair.b, pair.image};
-        hulls_near(s.grains, cell, c, 0, search);
-      }
+      // The direction that parts them is far cheaper to find out by in the next step.
+      if (!o.parted) distance_of_pair(g, cell, {pair.a, pair.b, pair.image}, search);
       apart(contacts, k, s.energy);
       continue;
     }
-    const Vec3 shift = shift_of(s.grains, cell, pair.a, pair.b, pair.image), arm_b = o.middle - shift;
+    const Vec3 arm_b = o.middle - shift;
     Vec3 drag = Vec3::Zero();
     if (crosses(pair)) drag = cell.rate * Vec3(pair.image[0], pair.image[1], pair.image[2]);
     const Vec3 n = o.force.normalized();
     const Meeting m{b.velocity + b.spin.cross(arm_b) + drag - a.velocity - a.spin.cross(o.middle),
                     n.dot(b.spin - a.spin), 0.5 * n.dot(a.spin + b.spin), 1 / (a.inverse_mass + b.inverse_mass)};
-    const Press press = advance(s, k, o, foundation_of(s.pairs[pair.law], s.grains, pair.a, pair.b), m);
+    const double modulus =
+        contacts.contact.touching(k) ? contacts.contact.radius[k] : foundation_of(s.pairs[pair.law], g, pair.a, pair.b);
+    const Press press = advance(s, k, o, modulus, m);
     const Vec3 force = press.elastic + press.rest;
     const Vec3 moment = contacts.contact.radius[k] * o.moment + press.moment * n;  // about the mass centre of a
     if (contacts.spots) contacts.spot[k] = {o.middle, moment - o.middle.cross(press.elastic)};
     Load& of_a = s.load[pair.a - s.first];
     of_a.force -= force, of_a.torque -= moment + o.middle.cross(press.rest);
     const Index target = contacts.plan.target[k];
-    Load& of_b = target < s.grains.size() ? s.load[target - s.first] : contacts.plan.load[target];
+    Load& of_b = target < g.size() ? s.load[target - s.first] : contacts.plan.load[target];
     of_b.force += force, of_b.torque += moment - shift.cross(press.elastic) + arm_b.cross(press.rest);
     s.energy.work -= s.dt() * force.dot(drag);
   }
@@ -170,8 +178,9 @@ bool hulls_near(const Grains& g, const Cell& cell, const Candidate& pair, double
   const HullView a = hull_of_grain(g, pair.a), b = hull_of_grain(g, pair.b);
   const Vec3 shift = back * shift_of(g, cell, pair.a, pair.b, pair.image);
   if (normal != Vec3::Zero() && separation_along(a, b, turn, shift, back * normal) > skin) return false;
-  Vec3 direction = Vec3::UnitX();
-  const double gap = face_separation(a, b, turn, shift, direction);
+  Vec3 direction = back * normal;
+  double gap = separation(a, b, turn, shift, direction);
+  if (!(gap > 0)) gap = face_separation(a, b, turn, shift, direction);  // they meet: along what they are least deep
   normal = axes * direction;
   return gap <= skin;
 }

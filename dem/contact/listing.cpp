@@ -11,6 +11,7 @@ void put_aside(const Grains& grains, Contacts& contacts, NeighbourReference& ref
   NeighbourRoom& room = reference.room;
   room.pair.swap(contacts.pair);
   std::swap(room.contact, contacts.contact);
+  room.guesses.row.swap(contacts.guesses.row), room.first_hulls = contacts.begin[hull_hull];
   if (!grains.frame.empty() || !reference.radius.empty()) room.touch.swap(contacts.touch);
 }
 
@@ -49,6 +50,7 @@ void make_rows(std::size_t tiles, NeighbourRoom& room, Contacts& contacts) {
   contacts.contact.keep_as(room.contact);
   for_each_contact_column(contacts.contact, [&](auto& column) { column.resize(total + overrun); });
   if (contacts.spots) contacts.spot.resize(total);
+  contacts.guesses.row.resize(contacts.begin[hull_hull + 1] - contacts.begin[hull_hull]);
   contacts.touch.resize(total + overrun), contacts.active.resize(total + overrun);
   for (std::size_t k = total; k < total + overrun; ++k)
     contacts.contact.set(k, {}), contacts.touch[k] = {}, contacts.active[k] = 0;
@@ -75,6 +77,14 @@ void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team)
         Contact c = on ? room.contact[old] : Contact{};
         if (turned) c.spring = -c.spring, c.roll = -c.roll;
         contacts.contact.set(k, c);
+        if (bin == hull_hull) {
+          HullGuesses::Row& guess = contacts.guesses.row[k - contacts.begin[hull_hull]];
+          const std::size_t before = old - room.first_hulls;
+          if (on && !turned && before < room.guesses.row.size())
+            guess = room.guesses.row[before];
+          else
+            guess.guess.octets = 0;
+        }
         if (!lister.shown && !pair_kind(bin).shown_always) continue;  // what spheres show is of the last observed step
         Touch& touch = contacts.touch[k];
         touch = old != Past::none ? room.touch[old] : Touch{};

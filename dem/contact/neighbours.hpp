@@ -34,6 +34,8 @@ struct NeighbourRoom {
   std::vector<Pair> pair;            // of the list before
   ContactColumns contact;
   std::vector<Touch> touch;
+  HullGuesses guesses;
+  std::size_t first_hulls = 0;  // pair of hulls
   struct Listed {
     Pair pair;
     Index old;  // in the list before

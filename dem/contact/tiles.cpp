@@ -81,6 +81,7 @@ void entail(const Grains& grains, const Cell& cell, Contacts& contacts) {
   contacts.plan = {};
   make_room(contacts.size(), contacts.plan);
   contacts.plan.tile_work.resize(tiles + 1);
+  contacts.guesses.row.assign(contacts.begin[hull_hull + 1] - contacts.begin[hull_hull], {});
   for (std::size_t t = 0; t < tiles; ++t) {
     for (std::size_t bin = 0; bin < bin_count; ++bin)
       for (std::size_t k = contacts.tile[bin][t]; k < contacts.tile[bin][t + 1]; ++k)

@@ -12,6 +12,8 @@ namespace grus::dem {
 template <>
 inline constexpr bool made_again<Plan> = true;  // by entail
 template <>
+inline constexpr bool made_again<HullGuesses> = true;  // by the next step
+template <>
 inline constexpr bool made_again<PairIndex> = true;  // by index_grains
 template <>
 inline constexpr bool made_again<NeighbourRoom> = true;

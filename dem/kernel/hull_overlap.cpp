@@ -1,219 +1,184 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Integrals over the boundary of the overlap: a face's are sums over its edges. Sums are kept in eight parts for every
-// width, so that all give the same bits.
-#include "dem/kernel/hull_edges.hpp"
+// The overlap from what it is made of: a guess that holds, or what has been found anew. Both give the same bits, since
+// all numbers come from here.
+#include "dem/kernel/hull_integrals.hpp"
 
 namespace grus::dem {
 namespace {
 
-constexpr int parts = 8 / width;
+/// The two hulls in the frame of A.
+struct Scene {
+  const HullColumns *a, *b;
+  double turn[9], shift[3];             // of B, axes column by column
+  double side_b[4 * most_faces];        // planes of B in columns, as HullColumns::side
+  double planes[2 * 4 * most_faces];    // rows: those of A, and after `most_faces` of them B's
+  double points[4 * 16 * most_octets];  // rows; see Topology
+  double slack, margin;
+};
 
-GRUS_INLINE double sum_of(const Real (&r)[parts]) {
-  double v[8];
-  for (int k = 0; k < parts; ++k) store(r[k], v + k * width);
-  return ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]));
+GRUS_INLINE void place_planes(Scene& s) {
+  const HullColumns &a = *s.a, &b = *s.b;
+  for (int k = 0; k < 4 * a.space; k += width) {
+    Real x;
+    load(a.plane + k, x), store(x, s.planes + k);
+  }
+  for (int f = 0; f < b.space; f += width) {
+    Real x, y, z, d;
+    load(b.side + f, x), load(b.side + b.space + f, y), load(b.side + 2 * b.space + f, z);
+    load(b.side + 3 * b.space + f, d);
+    const auto to = [&](int k) { return fused(z, s.turn[6 + k], fused(y, s.turn[3 + k], x * Real(s.turn[k]))); };
+    const Real3 n{to(0), to(1), to(2)};
+    d = fused(n.z, s.shift[2], fused(n.y, s.shift[1], fused(n.x, s.shift[0], d)));
+    store(n.x, s.side_b + f), store(n.y, s.side_b + b.space + f), store(n.z, s.side_b + 2 * b.space + f);
+    store(d, s.side_b + 3 * b.space + f);
+    const Quads rows = quads(n.x, n.y, n.z, d);
+    for (int l = 0; l < width; ++l) put(rows, l, s.planes + 4 * (most_faces + f + l));
+  }
 }
 
-/// Eight borders' triangles with a corner of their face.
-struct Triangles {
-  double p[3][8], q[3][8], apex[3][8], n[3][8], twice[8];
-};
-
-GRUS_INLINE void load3(const double (*from)[8], int at, Real3& to) {
-  load(from[0] + at, to.x), load(from[1] + at, to.y), load(from[2] + at, to.z);
-}
-GRUS_INLINE void store3(const Real3& v, double (*to)[8], int at) {
-  store(v.x, to[0] + at), store(v.y, to[1] + at), store(v.z, to[2] + at);
-}
-/// Lanes [at, at + width).
-struct Lane3 {
-  Real3 p, q, apex, n;
-  Real twice;
-  GRUS_INLINE Lane3(const Triangles& t, int at) {
-    load3(t.p, at, p), load3(t.q, at, q), load3(t.apex, at, apex), load3(t.n, at, n), load(t.twice + at, twice);
-  }
-};
-
-struct Sums3 {
-  Real x[parts], y[parts], z[parts];
-  GRUS_INLINE Sums3() {
-    for (int k = 0; k < parts; ++k) x[k] = y[k] = z[k] = Real(0.0);
-  }
-  GRUS_INLINE void add(int k, Real w, const Real3& v) {
-    x[k] = fused(w, v.x, x[k]), y[k] = fused(w, v.y, y[k]), z[k] = fused(w, v.z, z[k]);
-  }
-  GRUS_INLINE void total(double* to, double scale) const {
-    to[0] = scale * sum_of(x), to[1] = scale * sum_of(y), to[2] = scale * sum_of(z);
-  }
-};
-
-struct Sum {
-  Real r[parts];
-  GRUS_INLINE Sum() {
-    for (int k = 0; k < parts; ++k) r[k] = Real(0.0);
-  }
-};
-
-/// Six times the volume, 24 times its first moment, twice the area vector.
-struct Solid {
-  Sum volume;
-  Sums3 first, area;
-};
-
-GRUS_INLINE void add_triangles(const Body& body, Borders& b, const Points& points, const Real3& origin, Triangles* t,
-                               Solid& solid) {
-  for (int k = b.count; k % 8 != 0; ++k) b.from[k] = b.to[k] = b.apex[k] = b.face[k] = 0;
-  for (int at = 0; at < b.count; at += 8)
-    for (int u = 0; u < parts; ++u) {
-      const int k = at + u * width;
-      Real3 p, q, apex, n;
-      Real offset, unused;
-      load4(points.row, b.from + k, 4, p.x, p.y, p.z, unused), load4(points.row, b.to + k, 4, q.x, q.y, q.z, unused);
-      load4(body.plane, b.face + k, 4, n.x, n.y, n.z, offset);
-      load4(points.row, b.apex + k, 4, apex.x, apex.y, apex.z, unused);
-      const Real height = offset - dot(n, origin), twice = dot(n, cross(p - apex, q - apex));
-      p = p - origin, q = q - origin, apex = apex - origin;
-      const Real moved = height * twice;
-      solid.volume.r[u] = solid.volume.r[u] + moved;
-      solid.first.add(u, moved, p + q + apex);
-      solid.area.add(u, twice, n);
-      Triangles& to = t[at / 8];
-      const int lane = u * width;
-      store3(p, to.p, lane), store3(q, to.q, lane), store3(apex, to.apex, lane);
-      store3(n, to.n, lane), store(twice, to.twice + lane);
-    }
-}
-
-/// The plane that `x` is least deep below: its normal and offset.
-GRUS_INLINE void find_shallowest(const HullColumns& h, const double* x, double* plane) {
-  double depth[most_faces];
-  const double* s = h.side;
-  for (int f = 0; f < h.space; f += width) {
+/// Faces whose planes are above x or less than the margin below it, bit by bit.
+GRUS_INLINE std::uint64_t faces_at(const double* side, int space, const double* x, double margin) {
+  std::uint64_t at = 0;
+  for (int f = 0; f < space; f += width) {
     Real nx, ny, nz, d;
-    load(s + f, nx), load(s + h.space + f, ny), load(s + 2 * h.space + f, nz), load(s + 3 * h.space + f, d);
-    store(less_fused(less_fused(less_fused(d, nx, x[0]), ny, x[1]), nz, x[2]), depth + f);
+    load(side + f, nx), load(side + space + f, ny), load(side + 2 * space + f, nz), load(side + 3 * space + f, d);
+    const Real below = less_fused(less_fused(less_fused(d, nx, x[0]), ny, x[1]), nz, x[2]);
+    at |= std::uint64_t{bits(less(below, Real(margin)))} << f;
   }
-  int best = 0;
-  double least = depth[0];
-  for (int f = 1; f < h.faces; ++f) {
-    const bool closer = depth[f] < least;
-    best = closer ? f : best, least = closer ? depth[f] : least;
+  return at;
+}
+
+/// Ends of what is left of the edges. `looks`: false where they do not bound K, or so nearly not that round-off might
+/// say so: a corner of K must be of the planes that it is said to be of, and clearly below all others of the other
+/// hull; an edge must clearly end on both sides of a plane that cuts it.
+template <bool first, bool looks, class Known>
+GRUS_INLINE bool place_points(Scene& s, const Known& k) {
+  const HullColumns& own = first ? *s.a : *s.b;
+  const double* const planes = first ? s.planes + 4 * most_faces : s.planes;
+  const Real slack(first ? s.slack : -s.slack), margin(s.margin), nothing(0.0), whole(1.0);
+  for (int o = first ? 0 : k.octets_a; o < (first ? k.octets_a : k.octets); ++o) {
+    double* const row = s.points + 64 * o;
+    unsigned doubtful = 0;
+    for (int lane = 0; lane < 8; lane += width) {
+      Real3 a, b, n, m;
+      Real unused, in, out;
+      const int at = 8 * o + lane;
+      load4(own.row, k.from + at, 4, a.x, a.y, a.z, unused), load4(own.row, k.to + at, 4, b.x, b.y, b.z, unused);
+      if constexpr (!first) a = turned(a, s.turn, s.shift), b = turned(b, s.turn, s.shift);
+      load4(planes, k.enters + at, 4, n.x, n.y, n.z, in), load4(planes, k.leaves + at, 4, m.x, m.y, m.z, out);
+      in = in + slack, out = out + slack;
+      const Real in0 = dot(n, a) - in, in1 = dot(n, b) - in, out0 = dot(m, a) - out, out1 = dot(m, b) - out;
+      constexpr unsigned lanes = (1u << width) - 1;
+      const unsigned from = unsigned{k.cut_from[o]} >> lane & lanes, to = unsigned{k.cut_to[o]} >> lane & lanes;
+      if constexpr (looks)
+        doubtful |= (bits(less(in0, margin)) | bits(less(nothing - margin, in1))) & from,
+            doubtful |= (bits(less(nothing - margin, out0)) | bits(less(out1, margin))) & to;
+      const Mask cut_from = mask_of(from), cut_to = mask_of(to);
+      const Real t0 = in0 / select(cut_from, in0 - in1, whole), t1 = out0 / select(cut_to, out0 - out1, whole);
+      const Real3 way = b - a, p = fused(t0, way, a), q = fused(t1, way, a);
+      const Quads from_rows = quads(select(cut_from, p.x, a.x), select(cut_from, p.y, a.y), select(cut_from, p.z, a.z),
+                                    nothing),
+                  to_rows =
+                      quads(select(cut_to, q.x, b.x), select(cut_to, q.y, b.y), select(cut_to, q.z, b.z), nothing);
+      for (int l = 0; l < width; ++l)
+        put(from_rows, l, row + 4 * (lane + l)), put(to_rows, l, row + 4 * (8 + lane + l));
+    }
+    if constexpr (looks) {
+      if (doubtful != 0) return false;
+      const double* const side = first ? s.side_b : s.a->side;
+      const int space = first ? s.b->space : s.a->space;
+      const auto holds = [&](unsigned some, unsigned cut, const std::uint8_t* face, const double* x) {
+        for (; some != 0; some &= some - 1) {
+          const int l = __builtin_ctz(some);
+          if (faces_at(side, space, x + 4 * l, s.margin) != std::uint64_t{cut >> l & 1} << face[l]) return false;
+        }
+        return true;
+      };
+      if (!holds(k.new_from[o], k.cut_from[o], k.enters + 8 * o, row) ||
+          !holds(k.new_to[o], k.cut_to[o], k.leaves + 8 * o, row + 32))
+        return false;
+    }
   }
-  for (int k = 0; k < 4; ++k) plane[k] = s[k * h.space + best];
+  return true;
 }
 
-GRUS_INLINE double dot3(const double* a, const double* b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-GRUS_INLINE void cross3(const double* a, const double* b, double* to) {
-  to[0] = a[1] * b[2] - a[2] * b[1], to[1] = a[2] * b[0] - a[0] * b[2], to[2] = a[0] * b[1] - a[1] * b[0];
-}
+/// Integrals over K.
+template <class Known>
+GRUS_INLINE Meets integrate(const Scene& s, const Known& k, const HullPose& pose, HullWrench& out) {
+  double o[3];  // all is about this point of K
+  for (int c = 0; c < 3; ++c) o[c] = s.points[4 * k.border[0][0] + c];
+  Triangles triangles[most_borders / 8 + 1];
+  Solid solid;
+  add_triangles(s.points, s.planes, k, o, triangles, solid);
+  double body[4], surface[4], centre[3], x[3], i[4], j[4];
+  solid.body.total(body), solid.surface.total(surface);
+  const double volume = body[3] / 6, area[3] = {0.5 * surface[0], 0.5 * surface[1], 0.5 * surface[2]};
+  const double area2 = dot3(area, area);
+  if (!(volume > 0 && volume * volume > pose.thin * pose.thin * s.slack * s.slack * area2)) return Meets::apart;
+  const double per_volume = 1 / (24 * volume);
+  for (int c = 0; c < 3; ++c) centre[c] = body[c] * per_volume, x[c] = o[c] + centre[c];
+  find_shallowest(s.a->side, s.a->space, x, i), find_shallowest(s.side_b, s.b->space, x, j);
+  const double slope[3] = {-(i[0] + j[0]), -(i[1] + j[1]), -(i[2] + j[2])};
+  const double level = i[3] + j[3] + dot3(slope, o), depth = level + dot3(slope, centre);
 
-/// Twice the integral of phi = level + slope.x times the normal over B's faces, and 24 times that of x phi with it.
-GRUS_INLINE void press(const Triangles* t, int count, double level, const double* slope, double* force,
-                       double* moment) {
-  const Real3 s{Real(slope[0]), Real(slope[1]), Real(slope[2])};
-  Sums3 forces, moments;
-  for (int at = 0; at < count; at += 8)
-    for (int u = 0; u < parts; ++u) {
-      const Lane3 k(t[at / 8], u * width);
-      const Real3 sum = k.p + k.q + k.apex;
-      const Real sp = dot(s, k.p), sq = dot(s, k.q), so = dot(s, k.apex), ss = sp + sq + so;
-      forces.add(u, k.twice * fused(Real(1.0 / 3.0), ss, Real(level)), k.n);
-      const Real3 first = fused(fused(Real(4.0), Real(level), ss), sum, fused(sp, k.p, fused(sq, k.q, so * k.apex)));
-      moments.add(u, k.twice, cross(first, k.n));
-    }
-  forces.total(force, 1), moments.total(moment, 1);
-}
-
-/// About A's surface within B: six times its first moment along the area vector, and plain; 24 times its second.
-GRUS_INLINE void spread(const Triangles* t, int count, const double* area, double* middle, double* first,
-                        double& second) {
-  const Real3 along{Real(area[0]), Real(area[1]), Real(area[2])};
-  Sums3 weighted, plain;
-  Sum squares;
-  for (int at = 0; at < count; at += 8)
-    for (int u = 0; u < parts; ++u) {
-      const Lane3 k(t[at / 8], u * width);
-      const Real3 sum = k.p + k.q + k.apex;
-      weighted.add(u, k.twice * dot(k.n, along), sum), plain.add(u, k.twice, sum);
-      squares.r[u] = fused(k.twice, dot(sum, sum) + dot(k.p, k.p) + dot(k.q, k.q) + dot(k.apex, k.apex), squares.r[u]);
-    }
-  weighted.total(middle, 1), plain.total(first, 1), second = sum_of(squares.r);
+  Faces faces;
+  add_faces(triangles, k.borders_a, level, slope, area, faces);
+  double press[4], couple[4], weighted[4], first[4], force[3], moment[3], middle[3], of_i[3], at_o[3];
+  faces.force.total(press), faces.moment.total(couple), faces.weighted.total(weighted), faces.plain.total(first);
+  // Over all of K the integrals of phi n and x with phi n are V slope and x_c with it: A's surface tells B's.
+  cross3(centre, i, of_i);
+  for (int c = 0; c < 3; ++c) force[c] = 0.5 * (volume * i[c] + 0.5 * press[c]);
+  cross3(o, force, at_o);
+  for (int c = 0; c < 3; ++c) moment[c] = at_o[c] + 0.5 * (volume * of_i[c] + couple[c] / 24);
+  // A closed surface has no area vector: one hull is in the other.
+  const double per = 1 / (6 * (area2 > 1e-300 ? area2 : 1e-300));
+  for (int c = 0; c < 3; ++c) middle[c] = weighted[c] * per;
+  out.polar = first[3] / 24 - dot3(middle, first) / 3 + 0.5 * surface[3] * dot3(middle, middle);
+  for (int c = 0; c < 3; ++c) middle[c] += o[c];
+  turn3(pose.a, force, out.force), turn3(pose.a, moment, out.moment);
+  turn3(pose.a, area, out.area), turn3(pose.a, middle, out.middle);
+  out.volume = volume, out.energy = 0.5 * volume * depth;
+  return Meets::overlaps;
 }
 
 }  // namespace
 
 namespace GRUS_LANES {
 
-Meets hull_overlap(const HullColumns& ha, const HullColumns& hb, const HullPose& pose, HullWrench& out) {
-  double along_a[most_corners], along_b[most_corners], back[3];
-  const double *n = pose.search, *turn = pose.turn, *shift = pose.shift;
-  for (int k = 0; k < 3; ++k) back[k] = turn[k] * n[0] + turn[3 + k] * n[1] + turn[6 + k] * n[2];
-  const double highest = project(ha, n, 0, 1, along_a), lowest = project(hb, back, dot3(n, shift), -1, along_b);
-  if (highest <= lowest) return Meets::parted;
-  double corner[3][most_corners];
-  for (int v = 0; v < hb.room; v += width) {
-    Real x, y, z;
-    load(hb.corner + v, x), load(hb.corner + hb.room + v, y), load(hb.corner + 2 * hb.room + v, z);
-    for (int k = 0; k < 3; ++k)
-      store(fused(z, turn[3 * k + 2], fused(y, turn[3 * k + 1], fused(x, turn[3 * k], shift[k]))), corner[k] + v);
+Meets hull_overlap(const HullColumns& ha, const HullColumns& hb, const HullPose& pose, HullGuess* guess,
+                   HullWrench& out) {
+  Scene s;
+  Topology k;
+  s.a = &ha, s.b = &hb;
+  const auto see = [&] {
+    turn_back3(pose.a, pose.shift, s.shift);
+    for (int c = 0; c < 3; ++c) turn_back3(pose.a, pose.b + 3 * c, s.turn + 3 * c);
+    const double corner[3] = {ha.corner[0], ha.corner[ha.room], ha.corner[2 * ha.room]};
+    const double size = largest3(corner) + largest3(s.shift);  // the same whatever is looked along
+    s.slack = pose.flush * size, s.margin = pose.clear * size;
+  };
+  const bool guessed = guess != nullptr && guess->octets != 0;
+  if (guessed) {
+    see(), place_planes(s);
+    if (place_points<true, true>(s, *guess) && place_points<false, true>(s, *guess))
+      return integrate(s, *guess, pose, out);
+    guess->octets = 0;
   }
+  double along_a[most_corners], along_b[most_corners], n_a[3], n_b[3];
+  turn_back3(pose.a, pose.search, n_a), turn_back3(pose.b, pose.search, n_b);
+  const double highest = project(ha, n_a, 0, 1, along_a),
+               lowest = project(hb, n_b, dot3(pose.search, pose.shift), -1, along_b);
+  if (highest <= lowest) return Meets::parted;
+  if (!guessed) see();
   Body a, b;
-  a.hull = &ha, a.x = ha.corner, a.y = ha.corner + ha.room, a.z = ha.corner + 2 * ha.room;
-  b.hull = &hb, b.x = corner[0], b.y = corner[1], b.z = corner[2];
-  const double size = highest < 0 ? -highest : highest;
-  const double slack = pose.flush * (size + __builtin_sqrt(dot3(shift, shift)));
-  find_near(a, along_a, lowest - slack, 1), find_near(b, along_b, highest + slack, -1);
-  take_planes(a, b, pose);
-  find_beyond(a, b, slack), find_beyond(b, a, -slack);
-
-  Points points;
-  Borders of_a(a.faces), of_b(b.faces);
-  Lines lines;
-  const int crossings = a.faces * b.faces;
-  for (int k = 0; k < crossings; ++k) lines.from[k] = lines.to[k] = none;
-  keep_edges<true>(a, b, points, of_a, lines), keep_edges<false>(b, a, points, of_b, lines);
-  if (points.count == 0) return Meets::apart;
-  if (!join_lines(lines, b.faces, of_a, of_b)) return Meets::unsettled;
-
-  const double* const o = points.row;  // all that follows is about this point of K
-  const Real3 origin{Real(o[0]), Real(o[1]), Real(o[2])};
-  Triangles triangles_a[most_borders / 8 + 1], triangles_b[most_borders / 8 + 1];
-  Solid solid;
-  add_triangles(b, of_b, points, origin, triangles_b, solid);
-  solid.area = Sums3();
-  add_triangles(a, of_a, points, origin, triangles_a, solid);
-  const double volume = sum_of(solid.volume.r) / 6;
-  solid.area.total(out.area, 0.5);
-  const double area2 = dot3(out.area, out.area);
-  if (!(volume > 0 && volume * volume > pose.thin * pose.thin * slack * slack * area2)) return Meets::apart;
-  double centre[3], x[3], y[3], i[4], j[4], j_body[4];
-  solid.first.total(centre, 1 / (24 * volume));
-  for (int k = 0; k < 3; ++k) x[k] = o[k] + centre[k], y[k] = x[k] - shift[k];
-  find_shallowest(ha, x, i);
-  const double in_b[3] = {turn[0] * y[0] + turn[3] * y[1] + turn[6] * y[2],
-                          turn[1] * y[0] + turn[4] * y[1] + turn[7] * y[2],
-                          turn[2] * y[0] + turn[5] * y[1] + turn[8] * y[2]};
-  find_shallowest(hb, in_b, j_body);
-  for (int k = 0; k < 3; ++k) j[k] = turned(turn + 3 * k, j_body[0], j_body[1], j_body[2]);
-  j[3] = j_body[3] + dot3(j, shift);
-  const double slope[3] = {-(i[0] + j[0]), -(i[1] + j[1]), -(i[2] + j[2])};
-  const double level = i[3] + j[3] + dot3(slope, o), depth = level + dot3(slope, centre);
-
-  double force[3], moment[3], first[3], second, weighted[3], of_j[3];
-  press(triangles_b, of_b.count, level, slope, force, moment);
-  cross3(centre, j, of_j);
-  for (int k = 0; k < 3; ++k) out.force[k] = -0.5 * (0.5 * force[k] + volume * j[k]);
-  cross3(o, out.force, out.moment);
-  for (int k = 0; k < 3; ++k) out.moment[k] -= 0.5 * (moment[k] / 24 + volume * of_j[k]);
-  double flat = 0;
-  spread(triangles_a, of_a.count, out.area, weighted, first, second);
-  for (int k = 0; k < of_a.count; ++k) flat += triangles_a[k / 8].twice[k % 8];
-  double middle[3];
-  for (int k = 0; k < 3; ++k) middle[k] = weighted[k] / (6 * (area2 > 1e-300 ? area2 : 1e-300));
-  out.polar = second / 24 - dot3(middle, first) / 3 + 0.5 * flat * dot3(middle, middle);
-  for (int k = 0; k < 3; ++k) out.middle[k] = o[k] + middle[k];
-  out.volume = volume, out.energy = 0.5 * volume * depth;
-  return Meets::overlaps;
+  a.hull = &ha, b.hull = &hb;
+  find_near(a, along_a, lowest - s.slack, 1), find_near(b, along_b, highest + s.slack, -1);
+  take_planes(a), take_planes(b), turn_planes(b, s.turn, s.shift);
+  if (const Meets meets = find_topology(a, b, s.slack, s.turn, s.shift, k); meets != Meets::overlaps) return meets;
+  if (!guessed) place_planes(s);
+  place_points<true, false>(s, k), place_points<false, false>(s, k);
+  if (guess != nullptr && !keep(k, *guess)) guess->octets = 0;
+  return integrate(s, k, pose, out);
 }
 
 }  // namespace GRUS_LANES

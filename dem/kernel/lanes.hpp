@@ -52,8 +52,8 @@ GRUS_INLINE Real gather(const double* base, const std::uint32_t* at, int stride)
 }
 
 /// Columns 0..3 of `width` rows of four.
-GRUS_INLINE void load4(const double* base, const std::uint32_t* at, std::size_t stride, Real& x, Real& y, Real& z,
-                       Real& w) {
+template <class At>
+GRUS_INLINE void load4(const double* base, const At* at, std::size_t stride, Real& x, Real& y, Real& z, Real& w) {
   auto two = [&](int p, int q) {
     return _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_loadu_pd(base + at[p] * stride)),
                               _mm256_loadu_pd(base + at[q] * stride), 1);
@@ -93,6 +93,13 @@ GRUS_INLINE Rows rows(const Quads& a, const Quads& b) {
     r.row[first + 2] = _mm512_shuffle_f64x2(a.q[k], b.q[k], 0xee);
   }
   return r;
+}
+/// Sums over eight lanes of four numbers, each in one order: ((0 + 1) + (2 + 3)) + ((4 + 5) + (6 + 7)).
+GRUS_INLINE void add_eight(const Real* x, const Real* y, const Real* z, const Real* w, double* to) {
+  const Quads r = quads(*x, *y, *z, *w);
+  const __m512d low = _mm512_add_pd(r.q[0], r.q[1]), high = _mm512_add_pd(r.q[2], r.q[3]);
+  const auto half = [](__m512d of) { return _mm256_add_pd(_mm512_castpd512_pd256(of), _mm512_extractf64x4_pd(of, 1)); };
+  _mm256_storeu_pd(to, _mm256_add_pd(half(low), half(high)));
 }
 GRUS_INLINE void put(const Quads& r, int l, double* to) {  // row l
   const __m512d two = r.q[l / 4 * 2 + l % 2];
@@ -147,8 +154,8 @@ GRUS_INLINE Real gather(const double* base, const std::uint32_t* at, int stride)
   for (int l = 0; l < 4; ++l) x[l] = base[at[l] * static_cast<std::size_t>(stride)];
   return _mm256_loadu_pd(x);
 }
-GRUS_INLINE void load4(const double* base, const std::uint32_t* at, std::size_t stride, Real& x, Real& y, Real& z,
-                       Real& w) {
+template <class At>
+GRUS_INLINE void load4(const double* base, const At* at, std::size_t stride, Real& x, Real& y, Real& z, Real& w) {
   const __m256d r0 = _mm256_loadu_pd(base + at[0] * stride), r1 = _mm256_loadu_pd(base + at[1] * stride);
   const __m256d r2 = _mm256_loadu_pd(base + at[2] * stride), r3 = _mm256_loadu_pd(base + at[3] * stride);
   const __m256d t0 = _mm256_unpacklo_pd(r0, r1), t1 = _mm256_unpackhi_pd(r0, r1);
@@ -172,6 +179,13 @@ GRUS_INLINE Quads quads(Real x, Real y, Real z, Real w) {
   const __m256d u0 = _mm256_unpacklo_pd(z.v, w.v), u1 = _mm256_unpackhi_pd(z.v, w.v);
   return {{_mm256_permute2f128_pd(t0, u0, 0x20), _mm256_permute2f128_pd(t1, u1, 0x20),
            _mm256_permute2f128_pd(t0, u0, 0x31), _mm256_permute2f128_pd(t1, u1, 0x31)}};
+}
+GRUS_INLINE void add_eight(const Real* x, const Real* y, const Real* z, const Real* w, double* to) {
+  const auto four = [&](int k) {
+    const Quads r = quads(x[k], y[k], z[k], w[k]);
+    return _mm256_add_pd(_mm256_add_pd(r.q[0], r.q[1]), _mm256_add_pd(r.q[2], r.q[3]));
+  };
+  _mm256_storeu_pd(to, _mm256_add_pd(four(0), four(1)));
 }
 GRUS_INLINE Rows rows(const Quads& a, const Quads& b) { return {a, b}; }
 GRUS_INLINE void put(const Quads& r, int l, double* to) { _mm256_storeu_pd(to, r.q[l]); }
@@ -219,7 +233,8 @@ GRUS_INLINE void load(const double* from, double& a) { a = *from; }
 GRUS_INLINE double gather(const double* base, const std::uint32_t* at, int stride) {
   return base[at[0] * static_cast<std::size_t>(stride)];
 }
-GRUS_INLINE void load4(const double* base, const std::uint32_t* at, std::size_t stride, double& x, double& y, double& z,
+template <class At>
+GRUS_INLINE void load4(const double* base, const At* at, std::size_t stride, double& x, double& y, double& z,
                        double& w) {
   const double* r = base + at[0] * stride;
   x = r[0];
@@ -235,6 +250,13 @@ struct Rows {
   double row[8];
 };
 GRUS_INLINE Quads quads(double x, double y, double z, double w) { return {{x, y, z, w}}; }
+GRUS_INLINE void add_eight(const Real* x, const Real* y, const Real* z, const Real* w, double* to) {
+  const Real* const of[4] = {x, y, z, w};
+  for (int k = 0; k < 4; ++k) {
+    const double* v = of[k];
+    to[k] = ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]));
+  }
+}
 GRUS_INLINE Rows rows(const Quads& a, const Quads& b) {
   return {{a.q[0], a.q[1], a.q[2], a.q[3], b.q[0], b.q[1], b.q[2], b.q[3]}};
 }

@@ -43,11 +43,13 @@ void check_hull(const HullStore& s, const HullRow& r) {
   };
   need(r.vertices >= 4 && r.vertices <= most_hull_vertices && r.faces >= 4 && r.faces <= most_hull_faces &&
            fits(r.vertex, r.vertices, s.vertex.size()) && fits(r.plane, r.faces, s.plane.size()) &&
-           fits(r.begin, r.faces + 1, s.begin.size()) && fits(r.edge, std::size_t{4} * r.edges, s.edge.size()),
+           fits(r.begin, r.faces + 1, s.begin.size()) && fits(r.edge, std::size_t{4} * r.edges, s.edge.size()) &&
+           fits(std::size_t{3} * r.vertex, std::size_t{3} * r.vertices, s.at.size()) &&
+           r.edges == r.vertices + r.faces - 2,
        "a hull");
   const auto room = static_cast<std::size_t>(in_eights(static_cast<int>(r.vertices)));
   const auto space = static_cast<std::size_t>(in_eights(static_cast<int>(r.faces)));
-  need(fits(r.column, 3 * room + 4 * space, s.column.size()), "columns of a hull");
+  need(fits(r.column, 3 * room + 8 * space + std::size_t{4} * r.vertices, s.column.size()), "columns of a hull");
   const auto* begin = &s.begin[r.begin];
   need(std::is_sorted(begin, begin + r.faces + 1) && begin[0] == 0 && fits(r.loop, begin[r.faces], s.loop.size()),
        "faces of a hull");
@@ -56,16 +58,23 @@ void check_hull(const HullStore& s, const HullRow& r) {
     const std::uint8_t* edge = &s.edge[r.edge + 4 * k];
     need(edge[0] < r.vertices && edge[1] < r.vertices && edge[2] < r.faces && edge[3] < r.faces, "edges of a hull");
   }
+  const std::vector<std::uint64_t> rows = belongings(&s.edge[r.edge], r.edges, r.vertices);
+  need(std::equal(rows.begin(), rows.end(), &s.at[std::size_t{3} * r.vertex]), "edges of a hull");
   const double* column = &s.column[r.column];
   for (std::size_t k = 0; k < 3; ++k)
     for (std::size_t v = 0; v < room; ++v)
       need(*column++ == s.vertex[r.vertex + (v < r.vertices ? v : 0)][static_cast<int>(k)], "columns of a hull");
+  const auto of_plane = [&](std::size_t f, std::size_t k) {
+    if (f >= r.faces) return k < 3 ? 0.0 : std::numeric_limits<double>::infinity();
+    const Plane& p = s.plane[r.plane + f];
+    return k < 3 ? p.normal[static_cast<int>(k)] : p.offset;
+  };
   for (std::size_t k = 0; k < 4; ++k)
-    for (std::size_t f = 0; f < space; ++f) {
-      const Plane& p = s.plane[r.plane + (f < r.faces ? f : 0)];
-      const double beyond = k < 3 ? 0 : INFINITY, own = k < 3 ? p.normal[static_cast<int>(k)] : p.offset;
-      need(*column++ == (f < r.faces ? own : beyond), "columns of a hull");
-    }
+    for (std::size_t f = 0; f < space; ++f) need(*column++ == of_plane(f, k), "columns of a hull");
+  for (std::size_t f = 0; f < space; ++f)
+    for (std::size_t k = 0; k < 4; ++k) need(*column++ == of_plane(f, k), "columns of a hull");
+  for (std::size_t v = 0; v < r.vertices; ++v)
+    for (int k = 0; k < 4; ++k) need(*column++ == (k < 3 ? s.vertex[r.vertex + v][k] : 0), "columns of a hull");
   for (std::size_t f = 0; f < r.faces; ++f) {
     const Plane& p = s.plane[r.plane + f];
     need(std::abs(p.normal.squaredNorm() - 1) < 1e-9, "planes of a hull");

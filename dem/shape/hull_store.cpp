@@ -19,13 +19,21 @@ double width_along(const Polyhedron& body, const Vec3& n) {
 void fill_columns(HullStore& store, const HullRow& row) {
   const std::uint32_t room = static_cast<std::uint32_t>(in_eights(static_cast<int>(row.vertices))),
                       space = static_cast<std::uint32_t>(in_eights(static_cast<int>(row.faces)));
-  store.column.resize(row.column + 3 * room + 4 * space);
+  store.column.resize(row.column + 3 * room + 8 * space + 4 * row.vertices);
   double* to = &store.column[row.column];
   for (Eigen::Index k = 0; k < 3; ++k)
     for (std::uint32_t v = 0; v < room; ++v) *to++ = store.vertex[row.vertex + (v < row.vertices ? v : 0)][k];
   for (Eigen::Index k = 0; k < 3; ++k)
     for (std::uint32_t f = 0; f < space; ++f) *to++ = f < row.faces ? store.plane[row.plane + f].normal[k] : 0;
   for (std::uint32_t f = 0; f < space; ++f) *to++ = f < row.faces ? store.plane[row.plane + f].offset : INFINITY;
+  for (std::uint32_t f = 0; f < space; ++f) {
+    for (Eigen::Index k = 0; k < 3; ++k) *to++ = f < row.faces ? store.plane[row.plane + f].normal[k] : 0;
+    *to++ = f < row.faces ? store.plane[row.plane + f].offset : INFINITY;
+  }
+  for (std::uint32_t v = 0; v < row.vertices; ++v) {
+    for (Eigen::Index k = 0; k < 3; ++k) *to++ = store.vertex[row.vertex + v][k];
+    *to++ = 0;
+  }
 }
 
 /// Every edge once, from the face that runs it upwards.
@@ -46,6 +54,17 @@ void add_edges(HullStore& store, HullRow& row, const Polyhedron& body) {
 }
 
 }  // namespace
+
+std::vector<std::uint64_t> belongings(const std::uint8_t* edge, std::size_t edges, std::size_t vertices) {
+  std::vector<std::uint64_t> rows(3 * vertices);
+  const auto bit = [](std::size_t k) { return std::uint64_t{1} << (k % 64); };
+  for (std::size_t k = 0; k < edges; ++k, edge += 4)
+    for (const int end : {0, 1}) {
+      std::uint64_t* row = &rows[std::size_t{3} * edge[end]];
+      row[0] |= bit(edge[2]) | bit(edge[3]), row[1 + k / 64] |= bit(k);
+    }
+  return rows;
+}
 
 Index add_hull(HullStore& store, const Polyhedron& given, HullPlace& at) {
   if (given.vertex.size() > most_hull_vertices || given.face.size() > most_hull_faces)
@@ -87,6 +106,8 @@ Index add_hull(HullStore& store, const Polyhedron& given, HullPlace& at) {
   row.column = static_cast<std::uint32_t>(store.column.size());
   fill_columns(store, row);
   add_edges(store, row, body);
+  const auto rows = belongings(&store.edge[row.edge], row.edges, row.vertices);
+  store.at.insert(store.at.end(), rows.begin(), rows.end());
   store.row.push_back(row);
   return static_cast<Index>(store.row.size() - 1);
 }

@@ -27,9 +27,11 @@ struct HullView {
   const std::uint8_t* loop;    // vertices, counter-clockwise seen from outside
   int vertices, faces;
   // Once more as the kernel reads them (kernel/hull_overlap.hpp): x, y, z of the vertices, a column of `room` each,
-  // then normals' x, y, z and offsets, a column of `space` each, both in whole eights; rows of 4 by edge.
-  const double* column;
+  // then normals' x, y, z and offsets, a column of `space` each, both in whole eights; rows of 4 by edge, of 3 by
+  // vertex.
+  const double *column, *rows;  // rows: normal, offset by plane, as many as `space`; x, y, z, 0 by vertex
   const std::uint8_t* edge;
+  const std::uint64_t* at;
   int room, space, edges;
 };
 
@@ -50,6 +52,7 @@ struct HullStore {
   std::vector<std::uint8_t> loop;
   std::vector<double> column;      // vertices and planes once more: see HullView
   std::vector<std::uint8_t> edge;  // the same
+  std::vector<std::uint64_t> at;   // the same
   std::vector<HullRow> row;
 
   HullView operator[](Index hull) const {
@@ -62,12 +65,17 @@ struct HullStore {
             vertices,
             faces,
             &column[r.column],
+            &column[r.column + static_cast<std::uint32_t>(3 * in_eights(vertices) + 4 * in_eights(faces))],
             &edge[r.edge],
+            &at[std::size_t{3} * r.vertex],
             in_eights(vertices),
             in_eights(faces),
             static_cast<int>(r.edges)};
   }
 };
+
+/// What the vertices of a hull belong to, from its edges (kernel/hull_overlap.hpp).
+std::vector<std::uint64_t> belongings(const std::uint8_t* edge, std::size_t edges, std::size_t vertices);
 
 /// Where a hull's body frame is in the frame in which it was given: x = axes * x_body + origin.
 struct HullPlace {

@@ -207,21 +207,6 @@ void find_near(Body& body, const double* along, double level, double sign) {
 
 }  // namespace
 
-double separation_along(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& n) {
-  return n.dot(shift + turn * support(b, -(turn.transpose() * n)) - support(a, n));
-}
-
-double face_separation(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, Vec3& direction) {
-  double most = -INFINITY;
-  const auto consider = [&](const Vec3& n) {
-    if (const double s = separation_along(a, b, turn, shift, n); s > most) most = s, direction = n;
-  };
-  if (shift != Vec3::Zero()) consider(shift.normalized());
-  for (int f = 0; f < a.faces; ++f) consider(a.plane[f].normal);
-  for (int f = 0; f < b.faces; ++f) consider(-(turn * b.plane[f].normal));
-  return most;
-}
-
 Overlap overlap_by_faces(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& n) {
   std::array<double, most_hull_vertices> along_a, along_b;
   double highest = -INFINITY, lowest = INFINITY;

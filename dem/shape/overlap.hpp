@@ -25,6 +25,9 @@ struct Overlap {
 /// so much, so that such a face is told once.
 inline constexpr double flush_share = 1e-12;
 
+/// A guess of what an overlap is made of holds where round-off cannot have a say: by this share of the hulls' size.
+inline constexpr double clear_share = 1e-8;
+
 /// Bodies press from a mean depth (volume over area) of so many flush distances on: where the middle of a thinner
 /// overlap lies, round-off says.
 inline constexpr double thin = 16;
@@ -35,12 +38,5 @@ Overlap overlap_by_faces(const HullView& a, const HullView& b, const Mat3& turn,
 
 /// A half space, normal . x <= offset in the frame of A, takes the place of B; `radius` bounds A from its origin (m).
 Overlap overlap_with_plane(const HullView& a, const Plane& wall, double radius);
-
-/// Largest separation along one of the hulls' face normals or the centres' line (m): negative where none parts them.
-/// `direction`: its direction, from A to B.
-double face_separation(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, Vec3& direction);
-
-/// Separation along a direction from A to B (m).
-double separation_along(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& n);
 
 }  // namespace grus::dem

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "dem/base/tensor.hpp"
+#include "dem/kernel/hull_overlap.hpp"
 
 namespace grus::dem {
 
@@ -109,6 +110,16 @@ struct Spot {
   Vec3 couple = Vec3::Zero();  // on b besides the force, about there (N m); -couple on a
 };
 
+/// What the overlaps of hulls were made of in the step before, of which rows of the grains' hulls: they decide no bit
+/// of what is found, so they are in no checkpoint.
+struct HullGuesses {
+  struct Row {
+    Index a, b;
+    HullGuess guess;
+  };
+  std::vector<Row> row;  // of the pairs of hulls
+};
+
 /// Force and torque that a grain collects in a step; a row of the kernels.
 struct alignas(64) Load {
   Vec3 force = Vec3::Zero();
@@ -183,6 +194,7 @@ struct Contacts {
   std::vector<Touch> touch;
   std::vector<Spot> spot;  // of `pair`; empty unless `spots`
   bool spots = false;
+  HullGuesses guesses;
   std::vector<Vec3> resting_normal;  // of `pair`, of bodies; only of a state at rest (rve/resting.hpp)
   std::vector<std::uint8_t> active;  // touching; kept for spheres
   PairIndex index;

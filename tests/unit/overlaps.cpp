@@ -2,6 +2,7 @@
 // The potential of two hulls' overlap: closed forms, differences, a cut of the bodies, and one way of finding it
 // against the other.
 #include "dem/contact/hull_overlaps.hpp"
+#include "dem/shape/separation.hpp"
 #include "tests/hulls.hpp"
 
 using namespace grus::dem;
@@ -26,6 +27,8 @@ double energy_by_cuts(const HullView& a, const HullView& b, const Mat3& turn, co
   for (const Plane& p : planes_b) least = std::min(least, p.offset - p.normal.dot(m.centre));
   return 0.5 * m.volume * (depth_below(a, m.centre, plane) + least);
 }
+
+const Mat3 identity = Mat3::Identity();  // a pose looks at what it is given
 
 double energy_at(const HullView& a, const HullView& b, const Mat3& turn, const Vec3& shift, const Vec3& search) {
   return overlap_of(a, b, turn, shift, search).energy;
@@ -122,7 +125,8 @@ TEST_CASE("the overlap by edges is that by clipped faces") {
     const Vec3 search = n % 3 == 0 ? random_vector(n, 3).normalized() : along;
     const Overlap o = overlap_by_faces(a, b, turn, shift, search);
     HullWrench w;
-    const Meets meets = hull_overlap()(columns_of(a), columns_of(b), pose_of(turn, shift, search), w);
+    const Meets meets =
+        hull_overlap()(columns_of(a), columns_of(b), pose_of(identity, turn, shift, search), nullptr, w);
     unsettled += meets == Meets::unsettled;
     if (meets == Meets::unsettled) continue;
     CHECK((meets == Meets::parted) == o.parted);
@@ -167,8 +171,8 @@ TEST_CASE("where edges meet edges and corners corners exactly, the overlap is th
         const double energy = energy_by_cuts(store[one], store[two], turn, shift);
         worst = std::max(worst, std::abs(found.energy - energy));
         HullWrench w;
-        unsettled += hull_overlap()(columns_of(store[one]), columns_of(store[two]), pose_of(turn, shift, search), w) ==
-                     Meets::unsettled;
+        unsettled += hull_overlap()(columns_of(store[one]), columns_of(store[two]),
+                                    pose_of(identity, turn, shift, search), nullptr, w) == Meets::unsettled;
       }
   CHECK(unsettled > 100);  // these are left to overlap_by_faces
   CHECK(worst < 1e-9);
@@ -254,7 +258,8 @@ TEST_CASE("cubes that lie flush side by side feel the face alone, whichever way 
   for (std::uint64_t n = 0; n < 200; ++n) {
     Vec3 shift = 1e-16 * random_vector(n, 4);
     shift.z() = 1 - 1e-4;
-    for (const auto find : {overlap_of, overlap_by_faces}) {
+    for (const bool by_faces : {false, true}) {
+      const auto find = [&](auto&&... of) { return by_faces ? overlap_by_faces(of...) : overlap_of(of...); };
       const Overlap o = find(cube.view(), cube.view(), Mat3::Identity(), shift, Vec3::UnitZ());
       CHECK(o.volume == Approx(1e-4).epsilon(3e-8));  // in one plane: to 1e-12 of the size
       CHECK((o.force - 1e-4 * Vec3::UnitZ()).norm() < 1e-12);

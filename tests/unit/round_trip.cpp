@@ -19,8 +19,9 @@ namespace {
 /// What a step makes again from the rest, or room that it uses again. Whatever else a struct gains has to be saved.
 template <class T>
 inline constexpr bool room =
-    std::is_same_v<T, Plan> || std::is_same_v<T, PairIndex> || std::is_same_v<T, NeighbourRoom> ||
-    std::is_same_v<T, BondTiles> || std::is_same_v<T, FaceOutlines> || std::is_same_v<T, BreakRoom>;
+    std::is_same_v<T, Plan> || std::is_same_v<T, HullGuesses> || std::is_same_v<T, PairIndex> ||
+    std::is_same_v<T, NeighbourRoom> || std::is_same_v<T, BondTiles> || std::is_same_v<T, FaceOutlines> ||
+    std::is_same_v<T, BreakRoom>;
 
 template <class T>
 inline constexpr bool is_hulls = std::is_same_v<T, std::shared_ptr<const HullStore>>;
