@@ -260,7 +260,7 @@ nlohmann::json BvpOutput::devices(const nlohmann::json& row) const {
   put("local_damping_of_cells", of_rves(&dem::Facts::local_damping));
   const auto& cells = scene_.unit_cells;
   if (bonded(scene_)) put("bond_damping_of_cells", of_rves(&dem::Facts::bond_damping));
-  if (std::any_of(cells.begin(), cells.end(), [](const auto& c) { return c.model.numerics.scaled_below > 0; }))
+  if (std::any_of(cells.begin(), cells.end(), [](const auto& c) { return c.model.numerics.scales_inertia(); }))
     put("scaled_inertia_of_cells", of_rves(&dem::Facts::scaled_inertia));
   if (scene_.explicit_statics) {
     put("haste_of_cells", of_rves(&dem::Facts::haste));

@@ -30,7 +30,11 @@ bool attracts(const Told& k) { return dem::attracts(k.scene.model.law); }
 /// With a shape transition, or fragments that swell.
 bool reshapes(const Told& k) { return k.scene.model.reshapes(); }
 /// With scaled inertia.
-bool scales(const Told& k) { return k.scene.model.numerics.scaled_below > 0; }
+bool scales(const Told& k) { return k.scene.model.numerics.scales_inertia(); }
+/// With inertia by step.
+bool by_step(const Told& k) { return k.scene.model.numerics.inertia_step > 0; }
+/// With `output.critical_grain`.
+bool critical(const Told& k) { return k.scene.output.critical_grain; }
 /// With fourteen balls.
 bool balls(const Told& k) { return k.scene.model.has_balls(); }
 /// With `output.grading`.
@@ -152,8 +156,19 @@ const std::vector<ColumnEntry<Row, Told>> table{
      [](const Row& r, K) { return r.ledger().adhesion; }},
     {"reshape_J", "J", "spin x change of inertia x spin of fragments that change their shape", reshapes,
      [](const Row& r, K) { return r.ledger().reshape; }},
-    {"inertia_J", "J", "kinetic energy put in by births with scaled inertia", scales,
+    {"inertia_J", "J", "kinetic energy put in by births with scaled inertia, and as inertia by step is given", scales,
      [](const Row& r, K) { return r.ledger().inertia; }},
+    {"added_mass", "", "mass that grains were given for the step, over that of the solids", by_step,
+     [](const Row& r, K) { return r.added().mass; }},
+    {"added_moment", "", "the same of their moments of inertia", by_step,
+     [](const Row& r, K) { return r.added().moment; }},
+    {"critical_grain", "", "id of the grain that sets the time step", critical,
+     [](const Row& r, K) { return number(r.critical().id); }},
+    {"critical_diameter_m", "m", "its diameter, of the sphere of equal volume", critical,
+     [](const Row& r, K) { return r.critical().diameter; }},
+    {"critical_width_m", "m", "its least width", critical, [](const Row& r, K) { return r.critical().width; }},
+    {"critical_turning", "", "share of turning in its fastest motion: 0 a shift or an impact, 1 a turn", critical,
+     [](const Row& r, K) { return r.critical().turning; }},
     {"void_ratio_all", "", "the same with fines counted as grains", balls,
      [](const Row& r, K) {
        return r.measured.volume > 0 ? r.measured.volume / dem::whole_solid(r.scene.model, r.state) - 1 : NAN;

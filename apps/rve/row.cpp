@@ -38,6 +38,14 @@ const dem::Fragments& Row::fragments() const {
   return fragments_([&] { return dem::fragments_of(state); });
 }
 
+const dem::AddedInertia& Row::added() const {
+  return added_([&] { return dem::added_inertia(state.grains); });
+}
+
+const dem::CriticalGrain& Row::critical() const {
+  return critical_([&] { return dem::critical_grain(scene.model, state); });
+}
+
 const dem::Vec3& Row::wall_force(std::size_t wall) const {
   return wall_forces_([&] {
     std::vector<dem::Vec3> all;

@@ -4,6 +4,8 @@
 #pragma once
 
 #include "apps/scene/rve_scene.hpp"
+#include "dem/motion/inertia_by_step.hpp"
+#include "dem/rve/critical_grain.hpp"
 #include "dem/rve/grading.hpp"
 #include "dem/rve/hand_over.hpp"
 #include "dem/rve/measure.hpp"
@@ -47,6 +49,8 @@ public:
   const dem::Zingg& zingg() const;
   const dem::Roundness& roundness() const;
   const dem::Fragments& fragments() const;
+  const dem::AddedInertia& added() const;
+  const dem::CriticalGrain& critical() const;
   const dem::Vec3& wall_force(std::size_t wall) const;     // N
   const std::array<double, 2>& face_stresses() const;      // Pa, of the fixed and of the moving face
   double load() const;                                     // N, of the gauge
@@ -57,6 +61,8 @@ private:
   mutable Once<dem::Zingg> zingg_;
   mutable Once<dem::Roundness> roundness_;
   mutable Once<dem::Fragments> fragments_;
+  mutable Once<dem::AddedInertia> added_;
+  mutable Once<dem::CriticalGrain> critical_;
   mutable Once<std::vector<dem::Vec3>> wall_forces_;
   mutable Once<std::array<double, 2>> faces_;
   mutable Once<double> load_;

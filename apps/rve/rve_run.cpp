@@ -228,6 +228,7 @@ bool RveRun::go_to_row(std::uint64_t row, double until) {
       course_.errors.add(state_, scene_.test.loading, now_);
       course_.errors.before_peak.add(state_.ledger, dem::tells_stress(scene_.test) ? reading : axial_, now_.kinetic,
                                      now_.kinetic + now_.elastic);
+      course_.step.add(scene_.model, state_, scene_.test.strain_rate, dem::mean_pressure(now_.stress));
       course_.row = row;
       show();
       history_.save(2);
@@ -252,6 +253,7 @@ void RveRun::march() {
     write_row();
     course_.axial = course_.before = dem::axial_stress(scene_.test, sample_.state, state_, now_);
     course_.intact = std::max(0.0, course_.axial);
+    course_.step.add(scene_.model, state_, scene_.test.strain_rate, dem::mean_pressure(now_.stress));
   }
   read_off();
   for (std::uint64_t row = course_.row + 1; row <= rows; ++row) {

@@ -9,6 +9,7 @@
 #include "apps/rve/error_estimates.hpp"
 #include "apps/rve/frames.hpp"
 #include "apps/rve/gradings.hpp"
+#include "apps/rve/step_told.hpp"
 #include "apps/scene/rve_scene.hpp"
 #include "dem/io/checkpoint.hpp"
 #include "dem/rve/measure.hpp"
@@ -51,6 +52,7 @@ private:
     double overfull =
         -1;  // stress (Pa) at which grains and fines first were more than the sample's volume; below 0: never
     ErrorEstimates errors;
+    StepTold step;
   };
 
   void take_up(const dem::Checkpoint& kept);

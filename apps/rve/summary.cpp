@@ -69,6 +69,7 @@ std::vector<std::string> RveRun::notes() const {
         fmt::format("splits put {:.2g} % of the work into the sample (split_J): bonds of fresh faces begin with what "
                     "the plane bore, which a rigid grain has not held; it is the model's, not the loads'",
                     100 * share));
+  for (std::string& note : course_.step.notes(scene_.model.numerics.inertia_step > 0)) all.push_back(std::move(note));
   if (course_.broke_unseen && course_.intact == 0)
     all.push_back(
         "the first grain broke before the first row of history.csv: peak_before_breakage_Pa is not known; shorten "
@@ -106,6 +107,8 @@ nlohmann::json RveRun::summary() const {
                        {"steps", state_.steps},
                        {"grain_steps", state_.grain_steps},
                        {"history_rows", history_.rows()}};
+  if (scene_.recipe.of_hulls() && scene_.model.breakable())
+    summary["counts"]["planes_dropped"] = state_.ledger.planes_dropped;
   if (const double bulk = course_.bulk; bulk > 0)
     summary["sample"] = {{"bulk_density_kg_m3", course_.mass / bulk},
                          {"solid_fraction", course_.solid / bulk},
@@ -152,6 +155,7 @@ nlohmann::json RveRun::summary() const {
     summary["errors"]["devices_before_peak"] = p.devices();
     summary["errors"]["kinetic_before_peak"] = p.share(p.kinetic);
   }
+  if (scene_.model.numerics.inertia_step > 0) summary["inertia"] = course_.step.json();
   summary["errors"]["packing_overlap"] = sample_.packing_overlap;
   nlohmann::json& results = summary["results"];
   results = {{"final_time_s", state_.time}};

@@ -195,6 +195,19 @@ std::optional<dem::Elasticity> read_overlap(Table& t, dem::Material& m, std::opt
   return elasticity;
 }
 
+/// What of it is given; a step that grains are given inertia for is neither held nor bounded from above.
+void read_inertia(Table& t, dem::Numerics& n) {
+  if (!t.has("scaled_below") && !t.has("step")) t.fail("", "needs scaled_below or step");
+  if (t.has("scaled_below")) n.scaled_below = t.number("scaled_below", dimension::length, positive);
+  if (t.has("step")) {
+    n.inertia_step = t.number("step", dimension::time, positive), n.place_of_step = t.place("step");
+    if (n.time_step > 0) t.fail("step", "is for steps that follow from the grains: leave out numerics.time_step");
+    if (n.max_time_step > 0 && n.max_time_step < n.inertia_step)
+      t.fail("step", fmt::format("{:.4g} s: above numerics.max_time_step, {:.4g} s", n.inertia_step, n.max_time_step));
+  }
+  t.finish();
+}
+
 }  // namespace
 
 void read_model(Table& scene, dem::Model& model, bool unit_cell) {
@@ -276,10 +289,7 @@ void read_model(Table& scene, dem::Model& model, bool unit_cell) {
     n.estimate_every = static_cast<int>(t->integer_or("estimate_every", n.estimate_every, 1, 1000000));
     n.fracture_every = static_cast<int>(t->integer_or("fracture_every", n.fracture_every, 1, 100000));
     n.max_energy_error = t->number_or("max_energy_error", n.max_energy_error, dimension::none, positive);
-    if (auto inertia = t->table_if("inertia")) {
-      n.scaled_below = inertia->number("scaled_below", dimension::length, positive);
-      inertia->finish();
-    }
+    if (auto inertia = t->table_if("inertia")) read_inertia(*inertia, n);
     n.max_overlap = t->number_or("max_overlap", model.overlap_limit(), dimension::none, {0, 10, true});
     t->finish();
   }

@@ -9,6 +9,7 @@
 #include "apps/scene/jkr_scene.hpp"
 #include "apps/scene/mixture_scene.hpp"
 #include "apps/scene/voronoi_scene.hpp"
+#include "dem/packing/random_hulls.hpp"
 
 namespace grus::app {
 namespace {
@@ -74,10 +75,14 @@ constexpr double most_grains = 5e6;
 std::optional<dem::RandomHulls> read_hulls(Table& packing) {
   auto t = packing.table_if("hulls");
   if (!t) return {};
+  const bool balls = t->has("balls");
+  if (balls && t->integer("balls", 1, 1000) != dem::ball_planes)
+    t->fail("balls", "32: the planes of the roundest ball that a hull has room for (64 corners, 40 faces)");
+  if (balls && t->has("relax")) t->fail("relax", "is of angular grains; balls are what they are: leave it out");
   const int rounds = static_cast<int>(t->integer_or("relax", 5, 0, 1000));
   const Vec3 aspect = read_aspect(*t);
   t->finish();
-  return dem::RandomHulls{rounds, aspect};
+  return dem::RandomHulls{rounds, aspect, balls};
 }
 
 }  // namespace

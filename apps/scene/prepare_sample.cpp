@@ -7,10 +7,14 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "apps/scene/speeds.hpp"
 #include "dem/rve/measure.hpp"
 
 namespace grus::app {
 namespace {
+
+/// No step that grains are given the inertia for is longer than so many times a wave takes through one.
+constexpr double most_step_of_wave = 1000;
 
 /// A void ratio that differs by more than this from the packing's is told of.
 constexpr double told_void_ratio = 0.01;
@@ -51,6 +55,20 @@ struct Preparations {
 
 double void_ratio_of(const dem::State& s) { return dem::bulk_volume(s.boundary) / dem::solid_volume(s.grains) - 1; }
 
+/// A step for which next to nothing but added inertia would resist: far beyond what a wave takes through any grain.
+void refuse_long_step(const RveScene& scene, const dem::Grains& grains) {
+  const double step = scene.model.numerics.inertia_step;
+  double largest = 0;
+  for (const dem::Extent& e : grains.extent) largest = std::max(largest, 2 * e.equivalent_radius);
+  const double wave = largest / fastest_wave(scene.model);
+  if (step > most_step_of_wave * wave)
+    dem::refuse(
+        scene.model.numerics.place_of_step,
+        fmt::format("{:.4g} s: {:.2g} times what a wave takes through the largest grain; at {:.2g} times, hardly "
+                    "anything but the added inertia would move: ask for less than {:.2g} s",
+                    step, step / wave, most_step_of_wave, most_step_of_wave * wave));
+}
+
 }  // namespace
 
 std::optional<dem::Sample> made_at_once(const RveScene& scene) {
@@ -76,6 +94,7 @@ void settle_rows(RveScene& scene) {
 }
 
 void settle(RveScene& scene, const dem::Sample& sample) {
+  if (scene.model.numerics.inertia_step > 0) refuse_long_step(scene, sample.state.grains);
   scene.notes.insert(scene.notes.end(), sample.notes.begin(), sample.notes.end());
   scene.test = dem::fitted(std::move(scene.test), sample);
   if (scene.test.kind == dem::TestKind::platens) settle_rows(scene);

@@ -141,7 +141,9 @@ void read_loading(Table t, RveScene& scene) {
   }
   const auto g = t.numbers_or("gravity", {0, 0, 0}, dimension::acceleration);
   scene.model.motion.gravity = {g[0], g[1], g[2]};
-  if (scene.model.numerics.scaled_below > 0 && !scene.model.motion.gravity.isZero())
+  if (scene.model.numerics.inertia_step > 0 && test.kind == Kind::free)
+    t.fail("kind", "\"free\" is of real time: numerics.inertia.step would change what the grains do in it");
+  if (scene.model.numerics.scales_inertia() && !scene.model.motion.gravity.isZero())
     t.fail("gravity", "cannot be with numerics.inertia: what resists motion would weigh, too");
   t.finish();
 }
@@ -174,6 +176,7 @@ void read_output_table(Table& t, RveScene& scene) {
     scene.model.records_bonds = true;
   }
   out.gradings = static_cast<int>(t.integer_or("gradings", 0, 0, 1000));
+  out.critical_grain = t.flag_or("critical_grain", false);
   out.frames = static_cast<int>(t.integer_or("frames", 0, 0, 100000));
   out.contacts = t.flag_or("contacts", false);
   out.wrapped = t.flag_or("wrapped", false);

@@ -23,6 +23,7 @@ struct Output {
   bool contacts = false, wrapped = false;  // beside the frames; grains drawn inside the periodic cell
   int frames = 0, gradings = 0;
   bool grading = false;              // size and shape columns in history.csv
+  bool critical_grain = false;       // columns of the grain that sets the time step
   double checkpoint_interval = 300;  // s of wall time; an interrupted run writes one in any case
 };
 

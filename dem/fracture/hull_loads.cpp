@@ -159,13 +159,13 @@ PlaneLoad LoadedHull::across_plane(const Vec3& normal, double offset) const {
   const Eigen::Vector2d middle = out.moments.first / out.moments.area;
   out.middle = own * (offset * n + middle.x() * e[0] + middle.y() * e[1]);
   // What the part needs to move with the grain, less what it is given from outside.
-  const double density = grains_.mass[i_] / volume, mass = density * part.volume;
+  const double mass = grains_.mass[i_] / volume * part.volume, density = turn_mass(grains_, i_) / volume;
   const Vec3 spin = spin_of(grains_, i_), momentum = grains_.angular_momentum[i_], x = own * part.centre;
   const Vec3 turning = inertia_tensor(grains_, i_).inverse() * (grains_.torque[i_] - spin.cross(momentum));
   const Mat3 second = density * own * part.second * own.transpose();
   const Mat3 inertia = second.trace() * Mat3::Identity() - second;
-  out.force =
-      mass * (grains_.motion[i_].inverse_mass * grains_.force[i_] + turning.cross(x) + spin.cross(spin.cross(x)));
+  out.force = mass * grains_.motion[i_].inverse_mass * grains_.force[i_] +
+              density * part.volume * (turning.cross(x) + spin.cross(spin.cross(x)));
   out.moment = inertia * turning + spin.cross(inertia * spin) + (x - out.middle).cross(out.force);
   each_load([&](const HullLoad& load) {
     const Side side = beyond(load, grains_, normal, offset);

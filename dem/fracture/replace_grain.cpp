@@ -17,7 +17,7 @@ struct MassMoments {
 MassMoments moments_of(const Grains& g, std::size_t i, const Vec3& centre) {
   const double m = solid_mass(g, i);
   const Vec3 x = g.motion[i].position - centre;
-  const Mat3 inertia = (m / g.mass[i]) * inertia_tensor(g, i);
+  const Mat3 inertia = (m / turn_mass(g, i)) * inertia_tensor(g, i);
   return {m, m * x, 0.5 * inertia.trace() * Mat3::Identity() - inertia + m * x * x.transpose()};
 }
 

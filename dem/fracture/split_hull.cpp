@@ -3,6 +3,7 @@
 
 #include <atomic>
 
+#include "dem/shape/fewer_planes.hpp"
 #include "dem/shape/section.hpp"
 
 namespace grus::dem {
@@ -10,10 +11,6 @@ namespace {
 
 /// In the plane, of the hull's size.
 constexpr double flush = 1e-10;
-
-bool fits(const Polyhedron& body) {
-  return body.vertex.size() <= most_hull_vertices && body.face.size() <= most_hull_faces;
-}
 
 }  // namespace
 
@@ -31,10 +28,12 @@ Pieces pieces_of(const Cut&, const Grains& g, std::size_t i, const Wanted& wante
   cut(part[0], n, wanted.offset, hull.faces, flush * size);
   cut(part[1], -n, -wanted.offset, hull.faces, flush * size);
   for (const Polyhedron& body : part)
-    if (body.empty() || !fits(body)) return out;  // no plane through it: it stays whole
+    if (body.empty()) return out;  // no plane through it: it stays whole
   for (const Polyhedron::Face& face : part[0].face)
     if (face.tag == hull.faces) out.face.push_back({0, 1, n, moments_of(part[0], face)});
   for (Polyhedron& body : part) {
+    out.planes_dropped += drop_planes(body, hull.faces);
+    if (!fits(body)) return {{}, q};
     const double room = moments_of(body).volume;
     GrainSpec piece;
     piece.shape = PolyEllipsoid::sphere(std::cbrt(3 * room / (4 * pi)));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Two hulls of one, by a plane: nothing is lost.
+// Two hulls of one, by a plane: nothing is lost but planes of pieces that have too many (shape/fewer_planes.hpp).
 #pragma once
 
 #include "dem/fracture/splitter.hpp"

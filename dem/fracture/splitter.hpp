@@ -47,6 +47,7 @@ struct Pieces {
   std::vector<FreshFace> face = {};
   std::vector<Polyhedron> body = {};  // of hulls, in the parent's geometry frame: they become rows of the grains' hulls
   std::vector<HullPlace> place = {};  // of those rows' frames in the parent's
+  int planes_dropped = 0;             // of hulls that would have had too many
 };
 
 /// Halves of a poly-ellipsoid or a sphere along one of its axes (split_polyellipsoid.hpp).

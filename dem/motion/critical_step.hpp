@@ -2,12 +2,7 @@
 // The largest stable time step, from current contact stiffness, masses and inertia.
 #pragma once
 
-#include <span>
-
-#include "dem/contact/laws.hpp"
-#include "dem/state/bonds.hpp"
-#include "dem/state/boundary.hpp"
-#include "dem/state/grains.hpp"
+#include "dem/motion/grain_stiffness.hpp"
 
 namespace grus::dem {
 
@@ -15,6 +10,7 @@ struct CriticalStep {
   double dt = INFINITY;   // s
   std::size_t grain = 0;  // that sets it
   double max_speed = 0;   // m/s
+  bool outrun = false;    // it moves by a twentieth of its least width in a step of dt
 };
 
 /// 2 / sqrt(largest eigenvalue bound). For grain i the bound is the largest eigenvalue of its mass-scaled 6 x 6
@@ -24,5 +20,12 @@ struct CriticalStep {
 CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs, std::size_t materials,
                            const Grains& grains, const Boundary& boundary, const Contacts& contacts,
                            const Bonds& bonds);
+
+/// The same. `touch_only`: impacts count for grains alone that nothing touches.
+CriticalStep critical_step(const HeldGrains& held, bool touch_only);
+
+/// How much of the fastest motion of the grain that sets the step is turning: 0 a shift or an impact, 1 a turn; NaN
+/// where its speed sets it.
+double share_of_turning(const HeldGrains& held, const CriticalStep& critical);
 
 }  // namespace grus::dem

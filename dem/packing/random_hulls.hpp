@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Angular grains: cells of a periodic Voronoi mesh, each on its own.
+// Angular grains: cells of a periodic Voronoi mesh, each on its own; or balls of planes, round until they break.
 #pragma once
 
 #include "dem/packing/voronoi.hpp"
@@ -18,5 +18,13 @@ inline constexpr std::size_t random_hull_shapes = 216;
 /// Up to `random_hull_shapes` of them. `rounds` of relaxation: the more, the rounder; `aspect`: lengths along three
 /// axes that all Voronoi cells are stretched by. Cells of more faces or corners than a hull may have are left out.
 std::vector<UnitHull> random_hulls(int rounds, const Vec3& aspect, std::uint64_t seed, Team& team);
+
+/// Planes of the ball that a hull's room holds: it has 60 corners, with 80 faces of an icosphere's 42 it would not fit.
+inline constexpr int ball_planes = 32;
+
+/// The body whose 32 planes touch one sphere, along the corners of an icosahedron and of its dual: of all its faces,
+/// pentagons and hexagons, the same distance, 0.951490 of the radius of the sphere of equal volume, is its sphericity;
+/// its corners are 1.129864 of it away. Stretched by `aspect` as above.
+UnitHull ball_of_planes(const Vec3& aspect);
 
 }  // namespace grus::dem

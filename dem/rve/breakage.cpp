@@ -164,6 +164,7 @@ Split split(const Model& model, State& state, const Break& b) {
   Split out;
   out.pieces = pieces_of(fracture.splitter, g, b.grain, b.wanted, model.seed);
   put_bodies(g, b.grain, out.pieces);
+  state.ledger.planes_dropped += static_cast<std::size_t>(out.pieces.planes_dropped);
   if (!out.pieces.face.empty()) cut_bonds(out.pieces, static_cast<Index>(b.grain), static_cast<Index>(g.size()), state);
   for (GrainSpec& piece : out.pieces.piece)
     piece.inertia = model.numerics.inertia_factor(equivalent_radius(piece.shape));

@@ -117,7 +117,7 @@ void check_sizes(const Model& model, const State& s) {
            all(g.frame, whole && bodies),
        "columns of grains");
   need(some(g.strength) && some(g.generation) && some(g.utilisation) && some(g.born) && some(g.solid_mass) &&
-           some(g.hull) && some(g.crystal),
+           some(g.turn_mass) && some(g.hull) && some(g.crystal),
        "columns of grains");
   need(!model.breakable() || (g.strength.size() == n && g.generation.size() == n && g.utilisation.size() == n),
        "columns of breakable grains");
@@ -136,7 +136,7 @@ void check_values(const Model& model, const State& s) {
   const Grains& g = s.grains;
   need(finite(g.motion) && finite(g.orientation) && finite(g.angular_momentum) && finite(g.force) && finite(g.torque) &&
            finite(g.mass) && finite(g.inertia) && finite(g.shape) && finite(g.frame) && finite(g.strength) &&
-           finite(g.extent) && finite(g.solid_mass) && finite(g.crystal),
+           finite(g.extent) && finite(g.solid_mass) && finite(g.turn_mass) && finite(g.crystal),
        "a number of a grain");
   constexpr double light = 3e8;  // m/s
   for (std::size_t i = 0; i < g.size(); ++i) {
@@ -145,6 +145,7 @@ void check_values(const Model& model, const State& s) {
          "size or mass of a grain");
     need(m.velocity.norm() < light && m.spin.norm() * m.radius < light && unit(g.orientation[i]), "motion of a grain");
     const double solid = solid_mass(g, i);
+    need(g.mass[i] > 0.999999 * solid && turn_mass(g, i) > 0.999999 * solid, "mass of a grain");
     const double ratio = solid / (model.materials[g.material[i]].density * 4.18879 * std::pow(m.radius, 3));
     need(solid > 0 && ratio < 1.001e3 && ratio > 1e-9, "size or mass of a grain");
     if (!g.shape.empty()) {

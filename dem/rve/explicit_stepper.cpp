@@ -15,6 +15,7 @@
 #include "dem/contact/forces.hpp"
 #include "dem/contact/way_bound.hpp"
 #include "dem/motion/critical_step.hpp"
+#include "dem/motion/inertia_by_step.hpp"
 #include "dem/rve/hand_over.hpp"
 #include "dem/rve/passes.hpp"
 #include "dem/rve/reduce_cell.hpp"
@@ -80,6 +81,7 @@ void rebuild(const Model& model, State& state, ListState found, bool indexed, Te
   state.skin = std::max(state.skin, contact_reach(model, state));
   state.listed_at = state.steps;
   const std::vector<Index> order = put_in_order(state);
+  free_hulls(state.grains, state.boundary.walls);
   reduce_cell(state, model.numerics.reduce_cell_at);
   note_bonded(state);
   build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), order, state.contacts,
@@ -169,6 +171,21 @@ double energy_floor(const Model& model, const State& state) {
   return 1e-20 * whole + 0.5 * fastest * total_mass(g) / static_cast<double>(std::max<std::size_t>(g.size(), 1));
 }
 
+/// The critical step of grains that have got the inertia for the step that is wanted; `stiffer`: some was short of it.
+CriticalStep step_with_inertia(const Model& model, State& state, bool& stiffer) {
+  const Numerics& numerics = model.numerics;
+  Grains& g = state.grains;
+  const HeldGrains held(model.law, model.pairs, model.materials.size(), g, state.boundary, state.contacts, state.bonds);
+  std::vector<double> floor(g.size());
+  for (std::size_t i = 0; i < g.size(); ++i)
+    floor[i] = numerics.inertia_factor(g.extent[i].equivalent_radius) * solid_mass(g, i);
+  const double omega = 2 * numerics.safety / numerics.inertia_step;
+  const GivenInertia given = give_inertia(held, omega * omega, floor, g);
+  state.ledger.inertia += given.kinetic;
+  stiffer = given.rise > 1 / (0.95 * 0.95);
+  return critical_step(held, true);
+}
+
 void choose_time_step(const Model& model, State& state) {
   if (state.steps < state.next_estimate) return;
   const double before = state.dt;
@@ -177,14 +194,17 @@ void choose_time_step(const Model& model, State& state) {
     state.next_estimate = std::numeric_limits<std::uint64_t>::max();
     return;
   }
-  const CriticalStep critical = critical_step(model.law, model.pairs, model.materials.size(), state.grains,
-                                              state.boundary, state.contacts, state.bonds);
+  bool short_of = false;
+  const CriticalStep critical = model.numerics.inertia_step > 0
+                                    ? step_with_inertia(model, state, short_of)
+                                    : critical_step(model.law, model.pairs, model.materials.size(), state.grains,
+                                                    state.boundary, state.contacts, state.bonds);
   if (!std::isfinite(critical.dt))
     throw Unstable("no finite time step: the grains have no stiffness; give time_step in [numerics]");
   state.dt = model.numerics.safety * critical.dt;
   if (model.numerics.max_time_step > 0) state.dt = std::min(state.dt, model.numerics.max_time_step);
   // At once again while the stiffness grows, often while it changes, seldom while it does not.
-  const bool steady = std::abs(state.dt - before) < 0.05 * before, stiffer = !(state.dt >= 0.95 * before);
+  const bool steady = std::abs(state.dt - before) < 0.05 * before, stiffer = short_of || !(state.dt >= 0.95 * before);
   if (stiffer || before == 0)
     state.estimate_interval = 1;
   else if (!steady)
@@ -219,7 +239,9 @@ void make_ready(const Model& model, State& state, Team& team) {
   sweep(Kick::close, g, state.contacts, settings_of(model, state), false, 0, state.grain_energy, team);
   flush(state.contacts);
   state.next_estimate = state.steps;
+  const double put_in = state.ledger.inertia;
   choose_time_step(model, state);
+  state.ledger.inertia = put_in;  // the start counts with the inertia that it has got
   state.ledger.start = stored_energy(model, state);
   state.ledger.floor = energy_floor(model, state);
 }

@@ -57,6 +57,10 @@ struct Numerics {
   std::optional<double> max_overlap;  // of the smaller equivalent radius; see overlap_limit
   double reduce_cell_at = 1.5;        // a sheared cell is cut anew where its least height then grows by this factor
   double scaled_below = 0;            // diameter (m) below which grains resist motion as if denser
+  double inertia_step = 0;            // s, time step that grains are given the inertia for; 0: they keep their own
+  std::string place_of_step = {};     // of that key, for what is refused
+
+  bool scales_inertia() const { return scaled_below > 0 || inertia_step > 0; }
 
   /// Mass that resists motion over that of the solid: with a density ~ d^-2 all sizes have one m / k and one inertial
   /// number, and the time step does not follow the smallest fragment. Quasi-static motion alone.

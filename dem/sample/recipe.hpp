@@ -25,10 +25,11 @@ struct Part {
   Vec3 aspect = Vec3::Ones();
 };
 
-/// Grains are Voronoi cells of a relaxed mesh, each in the sphere that holds it.
+/// Grains are Voronoi cells of a relaxed mesh, or all balls of planes, each in the sphere that holds it.
 struct RandomHulls {
   int rounds = 5;              // of relaxation
   Vec3 aspect = Vec3::Ones();  // lengths along three axes
+  bool balls = false;          // of 32 planes: round until they break
 };
 
 /// Spheres at random, grown until they fit; hulls or ellipsoids in them.

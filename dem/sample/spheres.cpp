@@ -105,7 +105,10 @@ void put_random(const RandomPacking& p, const Model& model, const Recipe& recipe
   if (recipe.bounds == Bounds::cylinder) container = Container::cylinder;
   std::vector<UnitHull> hulls;
   std::vector<double> reach;
-  if (p.hulls) hulls = random_hulls(p.hulls->rounds, p.hulls->aspect, model.seed, team);
+  if (p.hulls && p.hulls->balls)
+    hulls = {ball_of_planes(p.hulls->aspect)};
+  else if (p.hulls)
+    hulls = random_hulls(p.hulls->rounds, p.hulls->aspect, model.seed, team);
   for (const UnitHull& hull : hulls) reach.push_back(hull.reach);
   if (!p.hulls) reach = reaches(p.parts);
   try {

@@ -112,6 +112,30 @@ Index add_hull(HullStore& store, const Polyhedron& given, HullPlace& at) {
   return static_cast<Index>(store.row.size() - 1);
 }
 
+HullStore only(const HullStore& store, const std::vector<std::uint8_t>& wanted, std::vector<Index>& place) {
+  HullStore kept;
+  place.assign(store.row.size(), 0);
+  const auto take = [](const auto& from, std::uint32_t& at, std::size_t count, auto& to) {
+    const auto first = from.begin() + static_cast<std::ptrdiff_t>(at);
+    at = static_cast<std::uint32_t>(to.size());
+    to.insert(to.end(), first, first + static_cast<std::ptrdiff_t>(count));
+  };
+  for (std::size_t r = 0; r < store.row.size(); ++r) {
+    if (!wanted[r]) continue;
+    place[r] = static_cast<Index>(kept.row.size());
+    HullRow row = store.row[r];
+    const auto room = static_cast<std::size_t>(in_eights(static_cast<int>(row.vertices)));
+    const auto space = static_cast<std::size_t>(in_eights(static_cast<int>(row.faces)));
+    const std::size_t corners = store.begin[row.begin + row.faces];
+    take(store.vertex, row.vertex, row.vertices, kept.vertex), take(store.plane, row.plane, row.faces, kept.plane);
+    take(store.begin, row.begin, row.faces + 1, kept.begin), take(store.loop, row.loop, corners, kept.loop);
+    take(store.column, row.column, 3 * room + 4 * space, kept.column);
+    take(store.edge, row.edge, std::size_t{4} * row.edges, kept.edge);
+    kept.row.push_back(row);
+  }
+  return kept;
+}
+
 Index add_unturned(HullStore& store, const Polyhedron& body) {
   HullPlace place;
   const Index row = add_hull(store, body, place);

@@ -86,6 +86,9 @@ struct HullPlace {
 /// Adds a hull and says where its body frame is. Throws InputError where it has too many vertices or faces.
 Index add_hull(HullStore& store, const Polyhedron& body, HullPlace& place);
 
+/// The rows that are wanted, in their order, and nothing of the others. `place`: by row where it has gone.
+HullStore only(const HullStore& store, const std::vector<std::uint8_t>& wanted, std::vector<Index>& place);
+
 /// The same for the body of a wall, which does not turn: as it stands, about its mass centre.
 Index add_unturned(HullStore& store, const Polyhedron& body);
 

@@ -10,7 +10,7 @@ namespace {
 /// All columns that follow from the hull and the mass.
 void put_hull(Grains& g, std::size_t i, Index hull) {
   const HullRow& row = g.hulls->row[hull];
-  const double radius = std::cbrt(0.75 / pi * row.volume), m = g.mass[i];
+  const double radius = std::cbrt(0.75 / pi * row.volume), m = turn_mass(g, i);
   g.hull[i] = hull;
   g.shape[i] = PolyEllipsoid::sphere(radius);
   g.kind[i] = ShapeKind::hull;
@@ -23,7 +23,7 @@ void put_hull(Grains& g, std::size_t i, Index hull) {
 /// All columns that follow from the shape and the mass.
 void put_shape(Grains& g, std::size_t i, const PolyEllipsoid& shape) {
   const PrincipalFrame principal = principal_frame(shape);
-  const double m = g.mass[i];
+  const double m = turn_mass(g, i);
   g.shape[i] = shape;
   g.kind[i] = shape.is_sphere() ? ShapeKind::sphere : ShapeKind::polyellipsoid;
   g.extent[i] = {volume(shape), equivalent_radius(shape), (shape.plus + shape.minus).minCoeff()};
@@ -37,8 +37,8 @@ void put_shape(Grains& g, std::size_t i, const PolyEllipsoid& shape) {
 void set_grain(Grains& g, std::size_t i, const GrainSpec& spec) {
   if (i == g.size()) {
     for_each_column(g, [&](auto& column) {
-      const std::array<const void*, 8> optional{&g.frame, &g.strength,   &g.generation, &g.utilisation,
-                                                &g.born,  &g.solid_mass, &g.hull,       &g.crystal};
+      const std::array<const void*, 9> optional{&g.frame,      &g.strength, &g.generation, &g.utilisation, &g.born,
+                                                &g.solid_mass, &g.hull,     &g.crystal,    &g.turn_mass};
       const bool may_be_empty = std::find(optional.begin(), optional.end(), &column) != optional.end();
       if (!may_be_empty || !column.empty()) column.emplace_back();
     });
@@ -51,6 +51,7 @@ void set_grain(Grains& g, std::size_t i, const GrainSpec& spec) {
   g.motion[i] = {spec.position, 0, spec.velocity, 1 / m, spec.spin, 0};
   g.orientation[i] = spec.orientation.normalized();
   g.mass[i] = m;
+  if (!g.turn_mass.empty()) g.turn_mass[i] = m;
   if (spec.hull)
     put_hull(g, i, *spec.hull);
   else
@@ -70,6 +71,15 @@ void restore_shape(Grains& g, std::size_t i) {
   else
     put_hull(g, i, g.hull[i]);
   if (!turns) g.motion[i].inverse_inertia = 0;
+}
+
+void set_inertia(Grains& g, std::size_t i, double mass, double turning) {
+  if (g.solid_mass.empty()) g.solid_mass = g.mass;
+  if (g.turn_mass.empty()) g.turn_mass = g.mass;
+  g.angular_momentum[i] *= turning / g.turn_mass[i];
+  g.mass[i] = mass, g.turn_mass[i] = turning;
+  g.motion[i].inverse_mass = 1 / mass;
+  restore_shape(g, i);
 }
 
 void set_shape(Grains& g, std::size_t i, const PolyEllipsoid& shape) {

@@ -50,6 +50,7 @@ struct Grains {
   std::vector<Vec3> angular_momentum, force, torque;
   std::vector<double> mass;        // kg; what resists motion
   std::vector<double> solid_mass;  // kg; empty where that is the same: no inertia is scaled
+  std::vector<double> turn_mass;   // kg; moments are those of a solid of it; empty where that is `mass`
   std::vector<Inertia> inertia;
   std::vector<PolyEllipsoid> shape;  // spheres, too; of a hull the sphere of equal volume
   std::vector<ShapeKind> kind;
@@ -93,6 +94,7 @@ void for_each_column(G& g, F&& f) {
   f(g.solid_mass);
   f(g.hull);
   f(g.crystal);
+  f(g.turn_mass);
 }
 
 /// Empties a column for good: its room goes, too.
@@ -138,6 +140,12 @@ Mat3 inertia_tensor(const Grains& grains, std::size_t i);
 
 /// Density x volume (kg), whatever resists motion.
 inline double solid_mass(const Grains& g, std::size_t i) { return g.solid_mass.empty() ? g.mass[i] : g.solid_mass[i]; }
+
+/// What resists turns (kg): the moments are those of a solid of this mass.
+inline double turn_mass(const Grains& g, std::size_t i) { return g.turn_mass.empty() ? g.mass[i] : g.turn_mass[i]; }
+
+/// Gives grain i other masses (kg), that resist shifts and turns; velocity and spin stay, all that follows is renewed.
+void set_inertia(Grains& grains, std::size_t i, double mass, double turning);
 
 double kinetic_energy(const Grains& grains, std::size_t i);
 double kinetic_energy(const Grains& grains);  // J, translation and rotation

@@ -68,6 +68,7 @@ struct Ledger {
   double fracture_area = 0;   // m^2 of planes made and of bonds broken
   double residual_force = 0;  // N, summed: part of the children's initial forces that springs could not carry
   std::size_t breakages = 0, bonds_broken = 0;
+  std::size_t planes_dropped = 0;  // by pieces of hulls that would have had too many faces or corners
   Fines fines;
   SplitStatistics splits;
 

@@ -34,6 +34,22 @@ void reorder(Grains& g, std::span<const Index> order) {
   });
 }
 
+void free_hulls(Grains& g, std::vector<Wall>& walls) {
+  if (g.hull.empty()) return;
+  const std::size_t rows = g.hulls->row.size();
+  std::vector<std::uint8_t> wanted(rows, 0);
+  for (const Index row : g.hull) wanted[row] = 1;
+  for (const Wall& wall : walls)
+    if (wall.roller > 0) wanted[wall.hull] = 1;
+  const auto live = static_cast<std::size_t>(std::count(wanted.begin(), wanted.end(), 1));
+  if (4 * (rows - live) <= rows) return;
+  std::vector<Index> place;
+  g.hulls = std::make_shared<HullStore>(only(*g.hulls, wanted, place));
+  for (Index& row : g.hull) row = place[row];
+  for (Wall& wall : walls)
+    if (wall.roller > 0) wall.hull = place[wall.hull];
+}
+
 void sort_in_space(Grains& g) { reorder(g, order_in_space(g)); }
 
 }  // namespace grus::dem

@@ -4,6 +4,7 @@
 
 #include <span>
 
+#include "dem/state/boundary.hpp"
 #include "dem/state/grains.hpp"
 
 namespace grus::dem {
@@ -13,6 +14,10 @@ std::vector<Index> order_in_space(const Grains& grains);
 
 /// Puts the grains in that order. Ids stay with their grains; indices held elsewhere (contacts, bonds) do not follow.
 void reorder(Grains& grains, std::span<const Index> order);
+
+/// Hulls of no grain and no roller leave the store once they are more than a quarter of it (2 kB each); the others keep
+/// their order and their numbers. States that share the store keep theirs.
+void free_hulls(Grains& grains, std::vector<Wall>& walls);
 
 /// For new samples: both.
 void sort_in_space(Grains& grains);

@@ -190,7 +190,7 @@ TEST_CASE("faces that soften and break and are handed to contacts") {
   CHECK(s.bonds.broken.size() == s.ledger.bonds_broken);
 }
 
-TEST_CASE("cells that cleave") {
+TEST_CASE("cells that cleave, with inertia by step") {
   const State s = both(rock + R"([material.rock.fracture]
 model = "cleavage"
 toughness = "0.1 MPa m^0.5"
@@ -199,9 +199,11 @@ planes = [[1, 0, 0], [0, 1, 0]]
 offsets = [0, 0.3]
 crystal = { axis = [0, 0, 1], angles = ["0 deg", "30 deg"] }
 max_generations = 2
-)" + disc + numerics,
+)" + disc + numerics + "inertia = { step = \"400 ns\" }\n",
                        1500);
   CHECK(s.ledger.breakages > 3);
+  CHECK(s.grains.turn_mass.size() == s.grains.size());
+  CHECK(s.ledger.inertia != 0);
 }
 
 TEST_CASE("clamped and loaded cells") {

@@ -303,41 +303,6 @@ TEST_CASE("cells that cleave at the seam of a periodic cell, bonded or not: ener
   }
 }
 
-TEST_CASE("a grain cut twenty times, all grains at once, and along a face: masses, and no number is lost") {
-  Team team(2);
-  Model model = cleaving_rock(false);
-  model.materials[0].density = 1;
-  State s;
-  add_body(s, unit_cube(), Vec3::Zero(), Quat::Identity());
-  prepare(model, s, team);
-  for (std::uint64_t k = 0; k < 20; ++k) {
-    const std::size_t i = static_cast<std::size_t>(
-        std::max_element(s.grains.extent.begin(), s.grains.extent.end(),
-                         [](const Extent& a, const Extent& b) { return a.volume < b.volume; }) -
-        s.grains.extent.begin());
-    apply_breaks(model, s, {{i, {Mat3::Zero(), random_vector(k, 1).normalized()}}}, team);
-  }
-  CHECK(s.grains.size() == 21);
-  CHECK(std::abs(total_mass(s.grains) - 1) < 1e-12);
-  std::vector<Break> all;
-  for (std::size_t i = 0; i < 21; ++i) all.push_back({i, {Mat3::Zero(), random_vector(i, 2).normalized()}});
-  apply_breaks(model, s, all, team);
-  CHECK(s.grains.size() == 42);
-  CHECK(std::abs(total_mass(s.grains) - 1) < 1e-12);
-  CHECK(std::isfinite(stored_energy(model, s)));
-  // In a face, and through a corner alone, there is nothing to cut.
-  State cube;
-  add_body(cube, unit_cube(), Vec3::Zero(), Quat::Identity());
-  const FractureModel& f = *model.materials[0].fracture;
-  const auto made = [&](const Vec3& n, double offset) {
-    return grus::dem::pieces_of(f.splitter, cube.grains, 0, {Mat3::Zero(), n, Vec3::Zero(), offset}, 1).piece.size();
-  };
-  CHECK(made(Vec3::UnitX(), 0.5) == 0);
-  CHECK(made(Vec3::Ones().normalized(), 0.5 * std::sqrt(3.0)) == 0);
-  CHECK(made(Vec3::UnitX(), 0.4) == 2);
-  CHECK(made(Vec3(1, 1, 0).normalized(), 0) == 2);  // along edges
-}
-
 TEST_CASE("a softened bond in parts: no part of it gains energy, whatever it has gone through") {
   Team team(1);
   const Model model = rock(cohesive(1e5, 40), 0.5);

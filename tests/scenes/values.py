@@ -25,6 +25,7 @@ import values_devices  # noqa: E402
 import values_faces  # noqa: E402
 import values_grains  # noqa: E402
 import values_increments  # noqa: E402
+import values_inertia  # noqa: E402
 import values_macro  # noqa: E402
 import values_packings  # noqa: E402
 import values_samples  # noqa: E402
@@ -79,7 +80,7 @@ def main(folder, binaries):
     values = Values(binaries, folder)
     of_bvp = (values_macro, values_increments, values_cells, values_cells_alone, values_devices, values_steps)
     for module in (values_grains, values_samples, values_crushing, values_splits, values_bonded, values_faces,
-                   values_packings, *(of_bvp if fem else ())):
+                   values_packings, values_inertia, *(of_bvp if fem else ())):
         module.held(values)
     with open(os.path.join(here, "values.toml"), "rb") as f:
         tables = tomllib.load(f)

@@ -11,6 +11,7 @@
 #include "dem/rve/bursts.hpp"
 #include "dem/shape/hull_measures.hpp"
 #include "tests/bonded.hpp"
+#include "tests/hulls.hpp"
 
 using namespace grus::dem;
 using namespace grus::dem::test;
@@ -246,6 +247,31 @@ TEST_CASE(
   CHECK(relaxed.sphericity > 0.5 * (poisson + best));
   CHECK(random.angularity > 1.2 * relaxed.angularity);
   CHECK(flat.sphericity < relaxed.sphericity - 0.05);
+}
+
+TEST_CASE("a ball of planes: 32 of them touch one sphere, at 60 corners and 90 edges; stretched, its volume stays") {
+  const UnitHull ball = ball_of_planes(Vec3::Ones());
+  CHECK(ball.body.face.size() == 32);
+  CHECK(ball.body.vertex.size() == 60);
+  const Shape shape(ball.body);  // a hull has room for it
+  CHECK(shape.store.row[0].edges == 90);
+  // All faces as far from the centre as the surface is small: V = S d / 3.
+  double corners = 0;
+  for (const auto& face : ball.body.face) {
+    CHECK(std::abs(face.offset - 0.951489973) < 1e-9);
+    CHECK((face.loop.size() == 5 || face.loop.size() == 6));
+    corners += static_cast<double>(face.loop.size());
+  }
+  CHECK(corners == 12 * 5 + 20 * 6);
+  CHECK(std::abs(sphericity(shape.store.row[0]) - 0.951489973) < 1e-9);
+  CHECK(std::abs(moments_of(ball.body).volume - 4 * pi / 3) < 1e-12);
+  CHECK(std::abs(ball.reach - 1.129863637) < 1e-9);
+  for (const Vec3& x : ball.body.vertex) CHECK(std::abs(x.norm() - ball.reach) < 1e-9);
+  const Vec3 moments = shape.store.row[0].principal.moments;  // of a body as symmetric as an icosahedron: one
+  CHECK(moments.maxCoeff() - moments.minCoeff() < 1e-12);
+  const SolidMoments flat = moments_of(ball_of_planes(Vec3(1, 1, 0.5)).body);
+  CHECK(std::abs(flat.volume - 4 * pi / 3) < 1e-12);
+  CHECK(std::abs(flat.second(2, 2) / flat.second(0, 0) - 0.25) < 1e-12);
 }
 
 TEST_CASE("spheres of hulls: reach makes them larger, their solid is what is asked for") {

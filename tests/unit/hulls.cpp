@@ -3,6 +3,10 @@
 #include <random>
 
 #include "dem/base/error.hpp"
+#include "dem/shape/contact_patch.hpp"
+#include "dem/shape/fewer_planes.hpp"
+#include "dem/shape/overlap.hpp"
+#include "dem/state/order.hpp"
 #include "tests/hulls.hpp"
 
 using namespace grus::dem;
@@ -195,4 +199,111 @@ TEST_CASE("a round of Lloyd's moves each seed to the centre of its cell of the r
     for (std::size_t i = 0; i < 30; ++i) CHECK((now.seed[i] - moments_of(before.body[i]).centre).norm() < 1e-12);
     before = now;
   }
+}
+
+TEST_CASE("a body of too many corners loses the plane that adds least, and has volume and mass centre as before") {
+  constexpr int n = 32;
+  std::vector<Vec3> corners;
+  for (int k = 0; k < n; ++k) corners.emplace_back(std::cos(2 * pi / n * k), std::sin(2 * pi / n * k), 0);
+  const auto numbered = [](Polyhedron body) {
+    for (std::size_t f = 0; f < body.face.size(); ++f) body.face[f].tag = static_cast<std::int64_t>(f);
+    return body;
+  };
+  const Polyhedron whole = numbered(prism_over(corners, 0, 1));
+  Polyhedron same = whole;
+  CHECK(fits(whole));
+  CHECK(drop_planes(same, -1) == 0);
+  CHECK(same.vertex.size() == 64);
+  // An upright edge is planed off: 66 corners. Without that face the prism is what it was.
+  Polyhedron planed = whole;
+  const double depth = 1e-3, side = 2 * std::sin(pi / n), outer = 2 * pi / n;
+  cut(planed, Vec3::UnitX(), 1 - depth, 99, 1e-12);
+  REQUIRE(planed.vertex.size() == 66);
+  const SolidMoments before = moments_of(planed);
+  const auto height = [](const Polyhedron& body) {
+    double low = INFINITY, high = -INFINITY;
+    for (const Vec3& x : body.vertex) low = std::min(low, x.z()), high = std::max(high, x.z());
+    return high - low;
+  };
+  for (const bool kept : {false, true}) {
+    Polyhedron body = planed;
+    CHECK(drop_planes(body, kept ? 99 : -1) == 1);
+    CHECK(fits(body));
+    const SolidMoments after = moments_of(body);
+    CHECK(std::abs(after.volume / before.volume - 1) < 1e-12);
+    CHECK((after.centre - before.centre).norm() < 1e-12);
+    CHECK(std::any_of(body.face.begin(), body.face.end(), [](const auto& f) { return f.tag == 99; }) == kept);
+    // Else a side next to it goes, the shortest: a triangle on what is left of it, its angles those between the sides.
+    const double half = depth / std::tan(pi / n), left = side - depth / std::sin(pi / n);
+    const double at_edge = 0.5 * outer, beyond = outer;  // where it meets the planed face, and the next side
+    const double rise = left / (1 / std::tan(at_edge) + 1 / std::tan(beyond));
+    const double added = kept ? 0.5 * left * rise : half * depth;
+    CHECK(height(body) == Approx(std::cbrt(before.volume / (before.volume + added))).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("hulls of no grain leave the store: what is left has the same bytes, rollers keep theirs") {
+  HullStore store;
+  HullPlace at;
+  const VoronoiCells cells = some_cells(40);
+  for (const Polyhedron& body : cells.body) add_hull(store, body, at);
+  State s;
+  s.grains.hulls = std::make_shared<const HullStore>(store);
+  const std::shared_ptr<const HullStore> shared = s.grains.hulls;
+  const std::vector<Index> rows{30, 7, 7, 12, 39};
+  for (const Index row : rows) {
+    GrainSpec spec;
+    spec.hull = row, spec.density = 1;
+    set_grain(s.grains, s.grains.size(), spec);
+  }
+  Wall roller;
+  roller.roller = 1, roller.hull = 20;
+  s.boundary.walls = {roller, Wall{}};
+  free_hulls(s.grains, s.boundary.walls);
+  CHECK(s.grains.hulls->row.size() == 5);
+  CHECK(shared->row.size() == 40);
+  const auto same = [&](Index is, Index was) {
+    const HullView a = (*s.grains.hulls)[is], b = store[was];
+    CHECK((a.vertices == b.vertices && a.faces == b.faces && a.edges == b.edges));
+    const auto equal = [](const auto* x, const auto* y, int count) { CHECK(std::equal(x, x + count, y)); };
+    equal(a.vertex, b.vertex, a.vertices), equal(a.edge, b.edge, 4 * a.edges), equal(a.begin, b.begin, a.faces + 1);
+    equal(a.loop, b.loop, a.begin[a.faces]), equal(a.column, b.column, 3 * a.room + 4 * a.space);
+    for (int f = 0; f < a.faces; ++f)
+      CHECK((a.plane[f].normal == b.plane[f].normal && a.plane[f].offset == b.plane[f].offset));
+    CHECK(s.grains.hulls->row[is].volume == store.row[was].volume);
+  };
+  for (std::size_t i = 0; i < rows.size(); ++i) same(s.grains.hull[i], rows[i]);
+  same(s.boundary.walls[0].hull, 20);
+  // While few are dead, nothing moves.
+  const std::shared_ptr<const HullStore> now = s.grains.hulls;
+  s.grains.hull[0] = s.grains.hull[1];
+  free_hulls(s.grains, s.boundary.walls);
+  CHECK(s.grains.hulls == now);
+}
+
+TEST_CASE("a patch resists turns by its second moments: a cube in a plane by hand, cells in cells by their polar moment") {
+  const double h = 0.1, side = 1.0 / 12 + h / 2 + h / 6, up = 4 * h * h * h / 3;  // the face, and of four sides a strip
+  const Shape cube(unit_cube());
+  const std::vector<Plane> floor{{Vec3::UnitZ(), -0.5 + h}};
+  const Mat3 t = turning_of_patch(cube.view(), floor, Vec3(0, 0, -0.5));
+  CHECK((t - Mat3(Vec3(side + up, side + up, 2 * side).asDiagonal())).norm() < 1e-14);
+  const VoronoiCells cells = some_cells(30);
+  int met = 0;
+  for (std::uint64_t n = 0; n < 200; ++n) {
+    const Shape a(cells.body[n % 30]), b(cells.body[(7 * n + 3) % 30]);
+    const Mat3 turn = rotation_by(random_vector(n, 0)).toRotationMatrix();
+    const Vec3 search = random_vector(n, 1).normalized(), shift = 0.25 * search;
+    const Overlap o = overlap_by_faces(a.view(), b.view(), turn, shift, search);
+    if (!(o.volume > 0)) continue;
+    std::vector<Plane> planes;
+    for (int f = 0; f < b.view().faces; ++f) {
+      const Vec3 normal = turn * b.view().plane[f].normal;
+      planes.push_back({normal, b.view().plane[f].offset + normal.dot(shift)});
+    }
+    const Mat3 patch = turning_of_patch(a.view(), planes, o.middle);
+    CHECK(0.5 * patch.trace() == Approx(o.polar).epsilon(1e-9));
+    CHECK(patch.eigenvalues().real().minCoeff() > 0);
+    ++met;
+  }
+  CHECK(met > 50);
 }

@@ -38,7 +38,7 @@ void read_rve(Table t, BvpScene& scene) {
   scene.unit_cells = read_unit_cells(file.string(), changes, scene.variants);
   for (RveScene& cell : scene.unit_cells)
     if (const auto& sample = scene.samples.emplace_back(made_at_once(cell))) settle(cell, *sample);
-  if (scene.dynamics && scene.unit_cells[0].model.numerics.scaled_below > 0)
+  if (scene.dynamics && scene.unit_cells[0].model.numerics.scales_inertia())
     t.fail("scene", "numerics.inertia of the RVE is for quasi-static runs: waves would see it");
   default_floor(response, scene.unit_cells[0]);
   scene.has_rve = true;

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/rve/step_told.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "dem/motion/inertia_by_step.hpp"
+
+namespace grus::app {
+
+void StepTold::add(const dem::Model& model, const dem::State& s, double rate, double pressure) {
+  if (first == 0) first = least = s.dt;
+  if (s.dt < least) {
+    least = s.dt, least_at = s.time;
+    if (first > told_fall * least) slowest = dem::critical_grain(model, s);
+  }
+  if (model.numerics.inertia_step == 0) return;
+  const dem::AddedInertia added = dem::added_inertia(s.grains);
+  mass.add(added.mass), moment.add(added.moment);
+  heavier = added.heavier, slower = added.slower;
+  if (pressure > 0)
+    inertial_number = std::max(inertial_number, dem::largest_inertial_number(s.grains, std::abs(rate), pressure));
+}
+
+nlohmann::json StepTold::json() const {
+  return {{"added_mass", {{"last", mass.last}, {"worst", mass.worst}}},
+          {"added_moment", {{"last", moment.last}, {"worst", moment.worst}}},
+          {"heavier_grains", heavier},
+          {"slower_grains", slower},
+          {"largest_inertial_number", inertial_number}};
+}
+
+std::vector<std::string> StepTold::notes(bool by_step) const {
+  std::vector<std::string> all;
+  if (first > told_fall * least) {
+    const std::string how = std::isnan(slowest.turning) ? "by its speed"
+                            : slowest.turning > 0.5     ? "by turning"
+                                                        : "by its mass";
+    all.push_back(fmt::format(
+        "the time step has fallen from {:.3g} to {:.3g} s (t = {:.4g} s): grain {}, diameter {:.3g} m, least width "
+        "{:.3g} m, sets it {}{}",
+        first, least, least_at, slowest.id, slowest.diameter, slowest.width, how,
+        by_step ? "" : "; numerics.inertia.step gives such grains the inertia that a longer one needs"));
+  }
+  if (by_step && inertial_number > most_inertial_number)
+    all.push_back(
+        fmt::format("inertia by step: the largest inertial number of a grain was {:.2g}: it resists its motion, too; "
+                    "lower numerics.inertia.step, or load more slowly",
+                    inertial_number));
+  return all;
+}
+
+}  // namespace grus::app

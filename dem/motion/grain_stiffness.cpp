@@ -1,0 +1,313 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/motion/grain_stiffness.hpp"
+
+#include <algorithm>
+
+#include "dem/bond/dashpots.hpp"
+#include "dem/bond/kinds.hpp"
+#include "dem/contact/hull_pairs.hpp"
+#include "dem/shape/contact_patch.hpp"
+#include "dem/state/shape_kinds.hpp"
+
+namespace grus::dem {
+namespace {
+
+/// How much more a contact of hulls resists a further overlap than modulus x area. Its potential is of some degree n in
+/// the overlap, 2 of faces, 3 of an edge, 4 of a corner; volume and area are of n - 1 and n - 2, so the slope of its
+/// force is c x area x |force| / volume: 1 of faces, 1.37 at a cube's corner, 2 at a blunt one.
+double sharpness(const Overlap& o) { return std::max(1.0, o.force.norm() / o.volume); }
+
+/// The planes of a hull or a wall in the frame of A.
+void planes_in(const HullView& b, const Mat3& turn, const Vec3& shift, std::vector<Plane>& planes) {
+  planes.clear();
+  for (int f = 0; f < b.faces; ++f) {
+    const Vec3 normal = turn * b.plane[f].normal;
+    planes.push_back({normal, b.plane[f].offset + normal.dot(shift)});
+  }
+}
+
+/// Hulls: the whole area resists, rocking by its second moments; where it lies is looked up again.
+void place_hulls(const Grains& g, const Boundary& boundary, const Contacts& contacts, Stiffnesses& all) {
+  if (g.hull.empty()) return;
+  std::vector<Stiffness>& k = all.of;
+  all.arm.resize(k.size()), all.turning.resize(k.size(), Mat3::Zero());
+  std::vector<Plane> planes;
+  for (const Bin bin : {hull_hull, hull_wall})
+    for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c) {
+      if (k[c].normal == 0) continue;
+      const Pair& p = contacts.pair[c];
+      const Mat3 &axes = g.frame[p.a].axes, back = axes.transpose();
+      Overlap o;
+      if (bin == hull_hull) {
+        o = overlap_of_pair(g, boundary.cell, p, contacts.touch[c].normal);
+        const Vec3 shift = branch(g, boundary.cell, {p.a, p.b, p.image});
+        all.arm[c] = {o.middle, o.middle - shift};
+        planes_in((*g.hulls)[g.hull[p.b]], back * g.frame[p.b].axes, back * shift, planes);
+      } else {
+        const Wall& wall = boundary.walls[p.b];
+        o = overlap_at_wall(g, wall, p.a);
+        all.arm[c][0] = o.middle;
+        const Vec3 to = wall.point - g.motion[p.a].position;
+        if (wall.roller > 0)
+          planes_in((*g.hulls)[wall.hull], back, back * to, planes);
+        else
+          planes = {{back * wall.normal, wall.normal.dot(to)}};
+      }
+      if (!(o.volume > 0)) continue;
+      const double more = sharpness(o), modulus = contacts.contact.radius[c];
+      k[c].normal *= more, k[c].tangential *= more;
+      k[c].rolling = more * modulus * o.polar;
+      const Mat3 patch = axes * turning_of_patch((*g.hulls)[g.hull[p.a]], planes, back * o.middle) * back;
+      const Vec3& n = contacts.touch[c].normal;
+      const double without = (1 - k[c].tangential / k[c].normal) * n.dot(patch * n);  // of spin about it: friction's
+      all.turning[c] = more * modulus * (patch - without * n * n.transpose());
+    }
+}
+
+template <class Law>
+Stiffness stiffness_of(const Law& law, const PairLaw& p, const Contact& c, double overlap) {
+  Stiffness s;
+  if (c.stiffness <= 0) return s;
+  s.normal = law(c, overlap).grip;
+  s.tangential = p.friction > 0 ? p.shear_ratio * s.normal : 0;
+  s.rolling = p.rolling > 0 ? s.tangential * c.radius * c.radius : 0;
+  return s;
+}
+
+/// Bodies of radii H_A, H_B roll on each other by the parallel sum of both; its trace is at most that of the traces.
+double rolling_path(const Grains& g, const Contacts& contacts, std::size_t k) {
+  const Pair& p = contacts.pair[k];
+  const Vec3& n = contacts.touch[k].normal;
+  const double a = sum_of_radii(g, p.a, n);
+  if (k >= contacts.begin[first_wall]) return a;
+  const double b = sum_of_radii(g, p.b, -n);
+  return a * b / (a + b);
+}
+
+/// Stiffness of every contact.
+Stiffnesses stiffnesses(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& g,
+                        const Boundary& boundary, const Contacts& contacts) {
+  Stiffnesses all;
+  std::vector<Stiffness>& k = all.of;
+  k.resize(contacts.size());
+  const auto fill = [&](const auto& l) {
+    for (std::size_t c = 0; c < contacts.size(); ++c)
+      k[c] = stiffness_of(l, pairs[contacts.pair[c].law], contacts.contact[c], contacts.touch[c].overlap);
+    for (std::size_t bin = 0; bin < bin_count; ++bin)
+      if (pair_kind(bin).rolls)
+        for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c)
+          if (k[c].normal > 0)
+            k[c].rolling += l(contacts.contact[c], contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
+  };
+  std::visit(fill, law);
+  place_hulls(g, boundary, contacts, all);
+  return all;
+}
+
+/// Trace of what bonds do to grain i, scaled by its mass.
+double trace_of(const Grains& g, std::span<const BondsOfGrains::End> ends, std::size_t i) {
+  double sum = 0;
+  for (const auto& [most, arm] : ends)
+    sum += 2 * (most.shift.trace() * g.motion[i].inverse_mass +
+                (most.shift.trace() * arm.squaredNorm() + most.turn.trace()) / g.inertia[i].moments.minCoeff());
+  return sum;
+}
+
+/// How far a normal of grain i's surface passes by its mass centre, at most: of an ellipsoid the difference of its half
+/// axes.
+double lever_bound(const Grains& g, std::size_t i) {
+  switch (g.kind[i]) {
+    case ShapeKind::sphere:
+      return 0;
+    case ShapeKind::hull:
+      return g.motion[i].radius;
+    case ShapeKind::polyellipsoid:
+      break;
+  }
+  const PolyEllipsoid& p = g.shape[i];
+  return std::max(p.plus.maxCoeff(), p.minus.maxCoeff()) - std::min(p.plus.minCoeff(), p.minus.minCoeff()) +
+         0.375 * (p.plus - p.minus).norm();
+}
+
+/// How contacts alone resist a grain: stiffness against shifts, and no less than its largest against turns.
+struct Resistance {
+  double diagonal[3] = {}, beside[3] = {}, turn = 0;
+
+  void add(double weight, const Stiffness& s, const Vec3& n, double arm, double lever) {
+    const double more = weight * (s.normal - s.tangential), all = weight * s.tangential;
+    for (int j = 0; j < 3; ++j) diagonal[j] += all + more * n[j] * n[j], beside[j] += more * n[j] * n[(j + 1) % 3];
+    turn += weight * (s.tangential * arm * arm + std::max(s.normal - s.tangential, 0.0) * lever * lever + s.rolling);
+  }
+  /// Frobenius norm of the stiffness against shifts.
+  double shift() const {
+    double sum = 0;
+    for (int j = 0; j < 3; ++j) sum += diagonal[j] * diagonal[j] + 2 * beside[j] * beside[j];
+    return std::sqrt(sum);
+  }
+};
+
+/// Blocks of a grain's 6 x 6 stiffness: sum of w J^T K J, J = [1, -arm x].
+struct Blocks {
+  Mat3 shift = Mat3::Zero(), mixed = Mat3::Zero(), turn = Mat3::Zero();
+
+  void add(std::span<const BondsOfGrains::End> ends) {
+    for (const auto& end : ends) add(2, end.most.shift, end.arm), turn += 2 * end.most.turn;
+  }
+
+  void add(double weight, const Mat3& stiffness, const Vec3& arm) {
+    const Mat3 lever = cross_matrix(arm), by_turn = stiffness * lever;
+    shift += weight * stiffness;
+    mixed -= weight * by_turn;
+    turn += weight * lever.transpose() * by_turn;
+  }
+};
+
+Mat6 scaled_by_mass(const Grains& g, std::size_t i, const Blocks& blocks) {
+  const double by_mass = std::sqrt(g.motion[i].inverse_mass);
+  Mat3 by_inertia = std::sqrt(g.motion[i].inverse_inertia) * Mat3::Identity();
+  if (!is_sphere(g, i)) {
+    const Mat3 axes = (g.orientation[i] * g.inertia[i].axes).toRotationMatrix();
+    by_inertia = axes * g.inertia[i].moments.cwiseSqrt().cwiseInverse().asDiagonal() * axes.transpose();
+  }
+  Mat6 scaled;
+  scaled.topLeftCorner<3, 3>() = by_mass * by_mass * blocks.shift;
+  scaled.bottomRightCorner<3, 3>() = by_inertia * blocks.turn * by_inertia;
+  scaled.topRightCorner<3, 3>() = by_mass * blocks.mixed * by_inertia;
+  scaled.bottomLeftCorner<3, 3>() = scaled.topRightCorner<3, 3>().transpose();
+  return scaled;
+}
+
+}  // namespace
+
+BondsOfGrains::BondsOfGrains(const Grains& g, const Bonds& bonds)
+    : of(bonds.empty() ? 0 : g.size()), resisting(bonds.dashpot.empty() ? 0 : g.size()) {
+  for (std::size_t k = 0; k < bonds.dashpot.size(); ++k) {
+    const FaceBond& bond = bonds.face.row[k];
+    const BondStiffness most = resistance(bond, bonds.dashpot[k], g.orientation[bond.ends.a]);
+    for (const auto& [i, at] : {std::pair{bond.ends.a, bond.at_a}, std::pair{bond.ends.b, bond.at_b}})
+      resisting[i].push_back({most, g.orientation[i] * at});
+  }
+  for_each_bond(bonds, [&](const auto& bond) {
+    const BondStiffness most = stiffest(bond, g.orientation[bond.ends.a]);
+    for (const auto& [i, at] : {std::pair{bond.ends.a, bond.at_a}, std::pair{bond.ends.b, bond.at_b}})
+      of[i].push_back({most, g.orientation[i] * at});
+  });
+  for (const FaceBond& bond : bonds.wall) {  // which gives way to nothing: half of what two grains feel
+    const BondStiffness most = stiffest(bond, g.orientation[bond.ends.a]);
+    of[bond.ends.a].push_back({{0.5 * most.shift, 0.5 * most.turn}, g.orientation[bond.ends.a] * bond.at_a});
+  }
+}
+
+HeldGrains::HeldGrains(const ContactLaw& law, std::span<const PairLaw> pairs, std::size_t materials, const Grains& g,
+                       const Boundary& boundary, const Contacts& contacts, const Bonds& bonds)
+    : law_(law),
+      pairs_(pairs),
+      materials_(materials),
+      g_(g),
+      boundary_(boundary),
+      contacts_(contacts),
+      contact_(stiffnesses(law, pairs, g, boundary, contacts)),
+      bonds_(g, bonds) {
+  for (const auto& wall : boundary.walls) wall_speed_ = std::max(wall_speed_, wall.velocity.norm());
+  for (const auto& m : g.motion) max_speed_ = std::max(max_speed_, m.velocity.norm());
+}
+
+std::vector<double> HeldGrains::cheap_bounds() const {
+  const std::vector<Stiffness>& k = contact_.of;
+  const std::size_t walls = contacts_.begin[first_wall];
+  std::vector<Resistance> of(g_.size());
+  std::vector<double> lever(g_.frame.empty() ? 0 : g_.size()), bound(g_.size());
+  for (std::size_t i = 0; i < lever.size(); ++i) lever[i] = lever_bound(g_, i);
+  auto add = [&](std::size_t i, double weight, std::size_t c) {
+    of[i].add(weight, k[c], contacts_.touch[c].normal, g_.motion[i].radius, lever.empty() ? 0 : lever[i]);
+  };
+  for (std::size_t c = 0; c < contacts_.size(); ++c) {
+    if (k[c].normal == 0) continue;
+    const Pair& p = contacts_.pair[c];
+    add(p.a, c < walls ? 2 : 1, c);
+    if (c < walls) add(p.b, 2, c);
+  }
+  for (std::size_t i = 0; i < g_.size(); ++i)
+    bound[i] =
+        (1 + 1e-12) * (of[i].shift() * g_.motion[i].inverse_mass + of[i].turn / g_.inertia[i].moments.minCoeff());
+  for (std::size_t i = 0; i < bonds_.of.size(); ++i) bound[i] += trace_of(g_, bonds_.of[i], i);
+  for (std::size_t i = 0; i < bonds_.resisting.size(); ++i)
+    bound[i] = with_dashpots(bound[i], trace_of(g_, bonds_.resisting[i], i));
+  return bound;
+}
+
+Mat6 HeldGrains::stiffness(std::size_t i) const {
+  const std::vector<Stiffness>& k = contact_.of;
+  Blocks blocks;
+  Mat3 &shift = blocks.shift, &mixed = blocks.mixed, &turn = blocks.turn;
+  for (Index e = contacts_.index.first[i]; e < contacts_.index.first[i + 1]; ++e) {
+    const std::size_t c = contacts_.index.entry[e] >> 1;
+    if (k[c].normal == 0) continue;
+    const double weight = c < contacts_.begin[first_wall] ? 2 : 1, kt = weight * k[c].tangential;
+    const Vec3 outward = (contacts_.index.entry[e] & 1) ? Vec3(-contacts_.touch[c].normal) : contacts_.touch[c].normal;
+    const Mat3 nn = outward * outward.transpose(), across = Mat3::Identity() - nn;
+    if (is_sphere(g_, i)) {  // arm = radius x normal: in closed form
+      const double radius = g_.motion[i].radius;
+      shift += weight * k[c].normal * nn + kt * across;
+      mixed -= kt * radius * cross_matrix(outward);
+      turn += kt * radius * radius * across;
+    } else {
+      const Vec3 arm =
+          contact_.arm.empty() ? surface_arm(g_, i, outward) : contact_.arm[c][contacts_.index.entry[e] & 1];
+      blocks.add(weight, k[c].normal * nn + k[c].tangential * across, arm);
+    }
+    if (contact_.arm.empty())
+      turn += weight * k[c].rolling * across;
+    else
+      turn += weight * contact_.turning[c];
+  }
+  if (!bonds_.of.empty()) blocks.add(bonds_.of[i]);
+  return scaled_by_mass(g_, i, blocks);
+}
+
+Mat6 HeldGrains::resistance(std::size_t i) const {
+  Blocks blocks;
+  blocks.add(bonds_.resisting[i]);
+  return scaled_by_mass(g_, i, blocks);
+}
+
+double HeldGrains::impact(std::size_t i, double mass) const {
+  const double speed = std::max({g_.motion[i].velocity.norm() + max_speed_, wall_speed_, 1e-6});
+  const bool walled = !boundary_.walls.empty();
+  const PairLaw& p = pairs_[g_.material[i] * materials_ + g_.material[i]];
+  // Against a wall all of the grain's mass counts, against a grain half.
+  Impact impact{(walled ? 1 : 0.5) * mass, g_.extent[i].equivalent_radius, speed, walled};
+  if (g_.kind[i] == ShapeKind::hull) {
+    const HullRow& hull = g_.hulls->row[g_.hull[i]];
+    impact.surface = 3 * hull.volume / hull.depth, impact.depth = hull.depth;
+  }
+  return 2 * hardest_impact(law_, p, impact) * (mass == g_.mass[i] ? g_.motion[i].inverse_mass : 1 / mass);
+}
+
+std::vector<std::uint8_t> HeldGrains::touched() const {
+  std::vector<std::uint8_t> touched(g_.size(), 0);
+  for (std::size_t c = 0; c < contacts_.size(); ++c) {
+    if (contact_.of[c].normal == 0) continue;
+    touched[contacts_.pair[c].a] = 1;
+    if (c < contacts_.begin[first_wall]) touched[contacts_.pair[c].b] = 1;
+  }
+  for (std::size_t i = 0; i < bonds_.of.size(); ++i) touched[i] |= !bonds_.of[i].empty();
+  return touched;
+}
+
+double with_dashpots(double k, double c) {
+  if (c == 0) return k;
+  const double omega = 0.5 * (c + std::sqrt(c * c + 4 * k));
+  return omega * omega;
+}
+
+double largest_eigenvalue_bound(const Mat6& s) {
+  const Mat6 s2 = s * s, s4 = s2 * s2;
+  return std::sqrt(std::sqrt(std::sqrt(s4.squaredNorm()))) * (1 + 1e-12);
+}
+
+double largest_eigenvalue(const Mat6& s) {
+  return Eigen::SelfAdjointEigenSolver<Mat6>(s, Eigen::EigenvaluesOnly).eigenvalues()[5];
+}
+
+}  // namespace grus::dem

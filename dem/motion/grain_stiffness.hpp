@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// How stiffly contacts and bonds hold each grain, as the critical step and the inertia by step ask for it.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "dem/bond/bonds.hpp"
+#include "dem/contact/laws.hpp"
+#include "dem/state/bonds.hpp"
+#include "dem/state/boundary.hpp"
+#include "dem/state/grains.hpp"
+
+namespace grus::dem {
+
+struct Stiffness {
+  double normal = 0, tangential = 0;
+  double rolling = 0;  // N m: of the rolling spring, and force x path of the contact point per radian, which rules
+                       // where flat faces meet
+};
+
+/// The stiffnesses of all contacts. Of hulls alone: where each acts, from the mass centres of a and b (m), and how it
+/// resists turns about there, by axis (N m).
+struct Stiffnesses {
+  std::vector<Stiffness> of;
+  std::vector<std::array<Vec3, 2>> arm;
+  std::vector<Mat3> turning;
+};
+
+/// Bonds by grain, each at most as stiff as it will ever be; empty without bonds.
+struct BondsOfGrains {
+  struct End {
+    BondStiffness most;
+    Vec3 arm;
+  };
+  std::vector<std::vector<End>> of, resisting;  // `most` of these: against velocities
+
+  BondsOfGrains(const Grains& grains, const Bonds& bonds);
+};
+
+/// What holds the grains of a state; the masses are asked for anew with every question. Must not outlive what it was
+/// made of.
+class HeldGrains {
+public:
+  HeldGrains(const ContactLaw& law, std::span<const PairLaw> pairs, std::size_t materials, const Grains& grains,
+             const Boundary& boundary, const Contacts& contacts, const Bonds& bonds);
+
+  /// Of each grain a bound of its largest eigenvalue (1/s^2), found at once.
+  std::vector<double> cheap_bounds() const;
+
+  /// Mass-scaled 6 x 6 stiffness of grain i (1/s^2), and the same of what resists its velocities (1/s).
+  Mat6 stiffness(std::size_t i) const;
+  Mat6 resistance(std::size_t i) const;
+  bool resisted() const { return !bonds_.resisting.empty(); }
+
+  /// The eigenvalue (1/s^2) of the hardest impact that the speed of grain i allows, against another of its material or
+  /// a wall, if it had this mass (kg).
+  double impact(std::size_t i, double mass) const;
+
+  /// By grain whether a contact or a bond holds it.
+  std::vector<std::uint8_t> touched() const;
+
+  const Grains& grains() const { return g_; }
+  double max_speed() const { return max_speed_; }    // of a grain (m/s)
+  double wall_speed() const { return wall_speed_; }  // of a wall (m/s)
+
+private:
+  const ContactLaw& law_;
+  std::span<const PairLaw> pairs_;
+  std::size_t materials_;
+  const Grains& g_;
+  const Boundary& boundary_;
+  const Contacts& contacts_;
+  double max_speed_ = 0, wall_speed_ = 0;
+  Stiffnesses contact_;
+  BondsOfGrains bonds_;
+};
+
+/// The frequency, squared, whose step 2 / omega is that of stiffness k with dashpots c whose velocities lag by half a
+/// step: k dt^2 + 2 c dt < 4, all scaled by mass.
+double with_dashpots(double k, double c);
+
+/// Upper bound of the largest eigenvalue of a symmetric positive matrix, at most 6^(1/8) = 1.25 times it: (tr
+/// S^8)^(1/8).
+double largest_eigenvalue_bound(const Mat6& s);
+
+/// The largest eigenvalue itself.
+double largest_eigenvalue(const Mat6& s);
+
+}  // namespace grus::dem

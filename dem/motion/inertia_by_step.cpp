@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/motion/inertia_by_step.hpp"
+
+#include <algorithm>
+
+namespace grus::dem {
+namespace {
+
+/// Factors on what a grain has against shifts and turns.
+struct Factors {
+  double shift, turn;
+};
+
+/// A matrix scaled by mass, once shifts and turns are resisted by other masses.
+Mat6 rescaled(const Mat6& s, const Factors& f) {
+  Eigen::Matrix<double, 6, 1> by;
+  by << Vec3::Constant(1 / std::sqrt(f.shift)), Vec3::Constant(1 / std::sqrt(f.turn));
+  return by.asDiagonal() * s * by.asDiagonal();
+}
+
+/// The least factors from `f` on with which contacts and bonds leave the eigenvalue at `most`: each time those masses
+/// rise that take part in the fastest motion, as they take part. Alone, shifts or turns end in one go.
+Factors enough(const HeldGrains& held, std::size_t i, double most, Factors f) {
+  const Mat6 stiffness = held.stiffness(i);
+  const Mat6 resistance = held.resisted() ? held.resistance(i) : Mat6::Zero();
+  for (int round = 0; round < 100; ++round) {
+    const Eigen::SelfAdjointEigenSolver<Mat6> eigen(rescaled(stiffness, f));
+    const double slow = held.resisted() ? largest_eigenvalue(rescaled(resistance, f)) : 0;
+    const double excess = with_dashpots(eigen.eigenvalues()[5], slow) / most;
+    if (!(excess > 1 + 1e-9)) break;
+    const double turns = eigen.eigenvectors().col(5).tail<3>().squaredNorm(), shifts = 1 - turns;
+    const double way = std::log(excess) / (shifts * shifts + turns * turns);
+    f.shift *= std::exp(shifts * way), f.turn *= std::exp(turns * way);
+  }
+  return f;
+}
+
+/// The mass (kg) from `mass` on with which the hardest impact leaves it there.
+double enough_for_impact(const HeldGrains& held, std::size_t i, double most, double mass) {
+  for (int round = 0; round < 100; ++round) {
+    const double excess = held.impact(i, mass) / most;
+    if (!(excess > 1 + 1e-9)) break;
+    mass *= excess;
+  }
+  return mass;
+}
+
+/// What a grain gets that has `now` and needs `need`; it gives up what is over once `rest` is less than half of it.
+double settled(double now, double need, double rest) { return need > now ? need : 2 * rest < now ? rest : now; }
+
+}  // namespace
+
+GivenInertia give_inertia(const HeldGrains& held, double most, const std::vector<double>& floor, Grains& g) {
+  const std::vector<double> bound = held.cheap_bounds();
+  const std::vector<std::uint8_t> touched = held.touched();
+  GivenInertia given;
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    const double mass = g.mass[i], turning = turn_mass(g, i), least = floor[i];
+    const bool bare = mass <= least && turning <= least;
+    const bool flies = !touched[i];
+    if (bare && bound[i] <= most && (!flies || held.impact(i, mass) <= most)) continue;
+    const Factors need = enough(held, i, most, {std::min(1.0, least / mass), std::min(1.0, least / turning)});
+    const double shift = std::max(least, mass * need.shift), turn = std::max(least, turning * need.turn);
+    const double impact = enough_for_impact(held, i, most, shift);
+    const double new_mass = settled(mass, flies ? impact : shift, impact), new_turning = settled(turning, turn, turn);
+    if (new_mass == mass && new_turning == turning) continue;
+    given.rise = std::max({given.rise, new_mass / mass, new_turning / turning});
+    given.kinetic -= kinetic_energy(g, i);
+    set_inertia(g, i, new_mass, new_turning);
+    given.kinetic += kinetic_energy(g, i);
+  }
+  return given;
+}
+
+AddedInertia added_inertia(const Grains& g) {
+  AddedInertia added;
+  double solid = 0, moments = 0;
+  const double all = static_cast<double>(g.size());
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    const double m = solid_mass(g, i), own = g.inertia[i].moments.sum() * m / turn_mass(g, i);
+    solid += m, moments += own;
+    added.mass += g.mass[i] - m, added.moment += g.inertia[i].moments.sum() - own;
+    added.heavier += (g.mass[i] > m) / all, added.slower += (turn_mass(g, i) > m) / all;
+  }
+  added.mass /= solid, added.moment /= moments;
+  return added;
+}
+
+double largest_inertial_number(const Grains& g, double rate, double pressure) {
+  double most = 0;
+  for (std::size_t i = 0; i < g.size(); ++i)
+    most = std::max(most, 2 * g.extent[i].equivalent_radius * std::sqrt(g.mass[i] / (g.extent[i].volume * pressure)));
+  return rate * most;
+}
+
+}  // namespace grus::dem

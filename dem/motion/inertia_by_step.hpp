@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Inertia by each grain's own step: grains that a wanted time step is too long for resist shifts, or turns, by as much
+// more as they need. Quasi-static motion alone.
+#pragma once
+
+#include "dem/motion/grain_stiffness.hpp"
+
+namespace grus::dem {
+
+struct GivenInertia {
+  double kinetic = 0;  // J, put in: what changes keeps its velocity and spin
+  double rise = 1;     // the largest factor by which a mass rose that had been enough
+};
+
+/// Masses of shifts and of turns, apart, of every grain whose eigenvalue is above `most` (1/s^2), raised until it is
+/// not; the motion that is too fast says which of them by how much. Where less than half of what a grain has would do,
+/// it falls to that. `floor`: by grain the least mass (kg), of either. Impacts count for grains that nothing touches.
+/// `held` is of the same grains.
+GivenInertia give_inertia(const HeldGrains& held, double most, const std::vector<double>& floor, Grains& grains);
+
+/// What it has added, over the grains as solids.
+struct AddedInertia {
+  double mass = 0, moment = 0;     // of all grains, over the masses and moments (traces) of the solids
+  double heavier = 0, slower = 0;  // shares of the grains that have more mass, larger moments
+};
+AddedInertia added_inertia(const Grains& grains);
+
+/// The largest of the grains' own inertial numbers, rate x diameter x sqrt(mass / (volume x pressure)).
+double largest_inertial_number(const Grains& grains, double rate, double pressure);
+
+}  // namespace grus::dem
