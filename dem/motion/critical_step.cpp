@@ -36,7 +36,7 @@ CriticalStep critical_step(const HeldGrains& held, bool touch_only) {
     const double slow = held.resisted() ? largest_eigenvalue(held.resistance(i)) : 0;
     if (std::max(with_dashpots(largest_eigenvalue_bound(scaled), slow), impact[i]) <= worst) continue;
     const double value = std::max(with_dashpots(largest_eigenvalue(scaled), slow), impact[i]);
-    if (value > worst) worst = value, critical.grain = i;
+    if (value > worst) worst = value, critical.grain = i, critical.impact = value == impact[i];
   }
   if (worst > 0) critical.dt = 2 / std::sqrt(worst);
   // No grain moves by more than a twentieth of its smallest width in a step.
@@ -52,9 +52,8 @@ CriticalStep critical_step(const HeldGrains& held, bool touch_only) {
 
 double share_of_turning(const HeldGrains& held, const CriticalStep& critical) {
   if (critical.outrun) return NAN;
-  const Grains& g = held.grains();
+  if (critical.impact) return 0;
   const Eigen::SelfAdjointEigenSolver<Mat6> eigen(held.stiffness(critical.grain));
-  if (!(eigen.eigenvalues()[5] > held.impact(critical.grain, g.mass[critical.grain]))) return 0;
   return eigen.eigenvectors().col(5).tail<3>().squaredNorm();
 }
 

@@ -10,6 +10,7 @@ struct CriticalStep {
   double dt = INFINITY;   // s
   std::size_t grain = 0;  // that sets it
   double max_speed = 0;   // m/s
+  bool impact = false;    // by the hardest impact that its speed allows, not by what holds it
   bool outrun = false;    // it moves by a twentieth of its least width in a step of dt
 };
 

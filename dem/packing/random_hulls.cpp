@@ -32,7 +32,7 @@ UnitHull ball_of_planes(const Vec3& aspect) {
         Vec3 d = Vec3::Zero();
         d[(k + 1) % 3] = s, d[(k + 2) % 3] = t * golden;
         along(d);
-        d[(k + 1) % 3] = s * golden, d[(k + 2) % 3] = t / golden;
+        d[(k + 1) % 3] = s / golden, d[(k + 2) % 3] = t * golden;
         along(d);
       }
       for (const double u : {-1.0, 1.0}) along(Vec3(s, t, u));

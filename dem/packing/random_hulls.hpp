@@ -22,9 +22,10 @@ std::vector<UnitHull> random_hulls(int rounds, const Vec3& aspect, std::uint64_t
 /// Planes of the ball that a hull's room holds: it has 60 corners, with 80 faces of an icosphere's 42 it would not fit.
 inline constexpr int ball_planes = 32;
 
-/// The body whose 32 planes touch one sphere, along the corners of an icosahedron and of its dual: of all its faces,
-/// pentagons and hexagons, the same distance, 0.951490 of the radius of the sphere of equal volume, is its sphericity;
-/// its corners are 1.129864 of it away. Stretched by `aspect` as above.
+/// The body whose 32 planes touch one sphere, across the corners (0, 1, g), (0, 1/g, g), (1, 1, 1), ... of an
+/// icosahedron and a dodecahedron in one cube, g the golden ratio: all faces are as far out, 0.951490 of the radius of
+/// the sphere of equal volume, which is its sphericity; the furthest corner is 1.129864 of it away. Stretched by
+/// `aspect` as above.
 UnitHull ball_of_planes(const Vec3& aspect);
 
 }  // namespace grus::dem
