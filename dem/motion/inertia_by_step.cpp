@@ -45,8 +45,8 @@ double enough_for_impact(const HeldGrains& held, std::size_t i, double most, dou
   return mass;
 }
 
-/// What a grain gets that has `now` and needs `need`, round-off apart; it gives up what is over once `rest` is less than
-/// half of it.
+/// What a grain gets that has `now` and needs `need`, round-off apart; it gives up what is over once `rest` is less
+/// than half of it.
 double settled(double now, double need, double rest) {
   return need > (1 + 1e-7) * now ? need : 2 * rest < now ? rest : now;
 }

@@ -169,7 +169,8 @@ TEST_CASE("packings: every grain bears the step, none has more than it needs, no
     }
     prepare(model, s, team);
     const State before = s;
-    const double dt = critical_step(held_of(model, s), true).dt, most = 4 / (1.44 * dt * dt);  // a step longer by a fifth
+    const double dt = critical_step(held_of(model, s), true).dt,
+                 most = 4 / (1.44 * dt * dt);  // a step longer by a fifth
     const GivenInertia given = give(model, s, most);
     std::size_t heavier = 0, slower = 0;
     const auto touched = held_of(model, s).touched();

@@ -281,7 +281,8 @@ TEST_CASE("hulls of no grain leave the store: what is left has the same bytes, r
   CHECK(s.grains.hulls == now);
 }
 
-TEST_CASE("a patch resists turns by its second moments: a cube in a plane by hand, cells in cells by their polar moment") {
+TEST_CASE(
+    "a patch resists turns by its second moments: a cube in a plane by hand, cells in cells by their polar moment") {
   const double h = 0.1, side = 1.0 / 12 + h / 2 + h / 6, up = 4 * h * h * h / 3;  // the face, and of four sides a strip
   const Shape cube(unit_cube());
   const std::vector<Plane> floor{{Vec3::UnitZ(), -0.5 + h}};
