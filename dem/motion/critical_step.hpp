@@ -22,7 +22,7 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
                            const Grains& grains, const Boundary& boundary, const Contacts& contacts,
                            const Bonds& bonds);
 
-/// The same. `touch_only`: impacts count for grains alone that nothing touches.
+/// The same. `touch_only`: impacts of hulls count where nothing touches them alone.
 CriticalStep critical_step(const HeldGrains& held, bool touch_only);
 
 /// How much of the fastest motion of the grain that sets the step is turning: 0 a shift or an impact, 1 a turn; NaN

@@ -292,6 +292,7 @@ std::vector<std::uint8_t> HeldGrains::touched() const {
     if (c < contacts_.begin[first_wall]) touched[contacts_.pair[c].b] = 1;
   }
   for (std::size_t i = 0; i < bonds_.of.size(); ++i) touched[i] |= !bonds_.of[i].empty();
+  for (std::size_t i = 0; i < g_.size(); ++i) touched[i] &= g_.kind[i] == ShapeKind::hull;
   return touched;
 }
 

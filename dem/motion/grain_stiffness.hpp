@@ -57,7 +57,8 @@ public:
   /// a wall, if it had this mass (kg).
   double impact(std::size_t i, double mass) const;
 
-  /// By grain whether a contact or a bond holds it.
+  /// By grain whether it is a hull that a contact or a bond holds: impacts of hulls, whatever their speed, are those of
+  /// their mean shadow. Those of other grains go by their speed, and always count.
   std::vector<std::uint8_t> touched() const;
 
   const Grains& grains() const { return g_; }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Numbers that users read or write: units, defaults, error estimates, gradings over a test.
+#include <fmt/format.h>
+
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -7,6 +9,7 @@
 
 #include "apps/rve/error_estimates.hpp"
 #include "apps/rve/gradings.hpp"
+#include "apps/rve/step_told.hpp"
 #include "apps/scene/rve_scene.hpp"
 #include "apps/scene/units.hpp"
 #include "dem/base/text_file.hpp"
@@ -355,4 +358,35 @@ TEST_CASE("a pressure that is told to be unbearable is some times what the dense
   CHECK(dem::unbearable_pressure(model, R) < 10e9);
   model.law = dem::Foundation{};
   CHECK(std::isinf(dem::unbearable_pressure(model, R)));
+}
+
+TEST_CASE("a step that has fallen by more than ten is told with the grain that sets it") {
+  Team team(1);
+  const Model model = dem::test::linear_model(1e6, 0, 2650, 0);
+  State s;  // of two spheres between plates the small one is by far the faster
+  dem::test::add(s, PolyEllipsoid::sphere(1e-3), Vec3(0, 0, 0.9999e-3), 2650);
+  dem::test::add(s, PolyEllipsoid::sphere(1e-4), Vec3(0, 0, 2.0998e-3), 2650);
+  dem::test::add_floor(s);
+  prepare(model, s, team);
+  StepTold told;
+  const double first = s.dt;
+  for (const double part : {1.0, 0.11, 0.5}) {
+    s.dt = part * first, s.time += 1;
+    told.add(model, s, 1, 1e5);
+    CHECK(told.notes(false).empty());
+  }
+  s.dt = 0.09 * first, s.time += 1;
+  told.add(model, s, 1, 1e5);
+  const std::string from = fmt::format(
+      "fallen from {:.3g} to {:.3g} s (t = 4 s): grain 1, diameter 0.0002 m, least "
+      "width 0.0002 m, sets it by its mass",
+      first, 0.09 * first);
+  for (const bool by_step : {false, true}) {
+    REQUIRE(told.notes(by_step).size() == 1);
+    CHECK(told.notes(by_step)[0].find(from) != std::string::npos);
+    CHECK((told.notes(by_step)[0].find("numerics.inertia.step") != std::string::npos) == !by_step);
+  }
+  told.inertial_number = 0.02;
+  CHECK(told.notes(true).size() == 2);
+  CHECK(told.notes(false).size() == 1);
 }
