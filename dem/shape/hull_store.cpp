@@ -5,6 +5,7 @@
 #include <map>
 
 #include "dem/base/error.hpp"
+#include "dem/base/members.hpp"
 
 namespace grus::dem {
 namespace {
@@ -113,6 +114,7 @@ Index add_hull(HullStore& store, const Polyhedron& given, HullPlace& at) {
 }
 
 HullStore only(const HullStore& store, const std::vector<std::uint8_t>& wanted, std::vector<Index>& place) {
+  static_assert(member_count<HullStore>() == 8, "another column of the store: take it along below");
   HullStore kept;
   place.assign(store.row.size(), 0);
   const auto take = [](const auto& from, std::uint32_t& at, std::size_t count, auto& to) {
@@ -127,6 +129,8 @@ HullStore only(const HullStore& store, const std::vector<std::uint8_t>& wanted, 
     const auto room = static_cast<std::size_t>(in_eights(static_cast<int>(row.vertices)));
     const auto space = static_cast<std::size_t>(in_eights(static_cast<int>(row.faces)));
     const std::size_t corners = store.begin[row.begin + row.faces];
+    std::uint32_t at = 4 * row.vertex;
+    take(store.at, at, std::size_t{4} * row.vertices, kept.at);
     take(store.vertex, row.vertex, row.vertices, kept.vertex), take(store.plane, row.plane, row.faces, kept.plane);
     take(store.begin, row.begin, row.faces + 1, kept.begin), take(store.loop, row.loop, corners, kept.loop);
     take(store.column, row.column, 3 * room + 4 * space, kept.column);
