@@ -81,7 +81,7 @@ void rebuild(const Model& model, State& state, ListState found, bool indexed, Te
   state.skin = std::max(state.skin, contact_reach(model, state));
   state.listed_at = state.steps;
   const std::vector<Index> order = put_in_order(state);
-  free_hulls(state.grains, state.boundary.walls);
+  free_hulls(state.grains, state.boundary.walls, state.contacts.guesses);
   reduce_cell(state, model.numerics.reduce_cell_at);
   note_bonded(state);
   build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), order, state.contacts,

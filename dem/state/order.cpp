@@ -34,7 +34,7 @@ void reorder(Grains& g, std::span<const Index> order) {
   });
 }
 
-void free_hulls(Grains& g, std::vector<Wall>& walls) {
+void free_hulls(Grains& g, std::vector<Wall>& walls, HullGuesses& guesses) {
   if (g.hull.empty()) return;
   const std::size_t rows = g.hulls->row.size();
   std::vector<std::uint8_t> wanted(rows, 0);
@@ -48,6 +48,7 @@ void free_hulls(Grains& g, std::vector<Wall>& walls) {
   for (Index& row : g.hull) row = place[row];
   for (Wall& wall : walls)
     if (wall.roller > 0) wall.hull = place[wall.hull];
+  std::fill(guesses.row.begin(), guesses.row.end(), HullGuesses::Row{});  // they go by the rows
 }
 
 void sort_in_space(Grains& g) { reorder(g, order_in_space(g)); }

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "dem/state/boundary.hpp"
+#include "dem/state/contacts.hpp"
 #include "dem/state/grains.hpp"
 
 namespace grus::dem {
@@ -17,7 +18,7 @@ void reorder(Grains& grains, std::span<const Index> order);
 
 /// Hulls of no grain and no roller leave the store once they are more than a quarter of it (2 kB each); the others keep
 /// their order and their numbers. States that share the store keep theirs.
-void free_hulls(Grains& grains, std::vector<Wall>& walls);
+void free_hulls(Grains& grains, std::vector<Wall>& walls, HullGuesses& guesses);
 
 /// For new samples: both.
 void sort_in_space(Grains& grains);

@@ -120,7 +120,7 @@ TEST_CASE("a run goes on with the same bits whether rows of hulls that are gone 
   Team team(1);
   // All 64 cells have been cut twice: of 64 + 64 + 128 rows some 128 are of a grain, unless a list has freed some.
   s.grains.hulls = std::make_shared<const HullStore>(*s.grains.hulls);
-  free_hulls(freed.grains, freed.boundary.walls);
+  free_hulls(freed.grains, freed.boundary.walls, freed.contacts.guesses);
   CHECK(freed.grains.hulls->row.size() <= s.grains.hulls->row.size());
   for (State* of : {&s, &freed})
     for (std::uint64_t done = 0; done < 40;) {

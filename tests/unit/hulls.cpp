@@ -259,7 +259,7 @@ TEST_CASE("hulls of no grain leave the store: what is left has the same bytes, r
   Wall roller;
   roller.roller = 1, roller.hull = 20;
   s.boundary.walls = {roller, Wall{}};
-  free_hulls(s.grains, s.boundary.walls);
+  free_hulls(s.grains, s.boundary.walls, s.contacts.guesses);
   CHECK(s.grains.hulls->row.size() == 5);
   CHECK(shared->row.size() == 40);
   const auto same = [&](Index is, Index was) {
@@ -277,7 +277,7 @@ TEST_CASE("hulls of no grain leave the store: what is left has the same bytes, r
   // While few are dead, nothing moves.
   const std::shared_ptr<const HullStore> now = s.grains.hulls;
   s.grains.hull[0] = s.grains.hull[1];
-  free_hulls(s.grains, s.boundary.walls);
+  free_hulls(s.grains, s.boundary.walls, s.contacts.guesses);
   CHECK(s.grains.hulls == now);
 }
 
