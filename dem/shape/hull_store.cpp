@@ -16,11 +16,18 @@ double width_along(const Polyhedron& body, const Vec3& n) {
   return high - low;
 }
 
+/// How many numbers of `column` a hull has.
+std::size_t columns_of(const HullRow& row) {
+  return static_cast<std::size_t>(3 * in_eights(static_cast<int>(row.vertices)) +
+                                  8 * in_eights(static_cast<int>(row.faces))) +
+         std::size_t{4} * row.vertices;
+}
+
 /// Vertices and planes in columns of whole eights, as HullView says.
 void fill_columns(HullStore& store, const HullRow& row) {
   const std::uint32_t room = static_cast<std::uint32_t>(in_eights(static_cast<int>(row.vertices))),
                       space = static_cast<std::uint32_t>(in_eights(static_cast<int>(row.faces)));
-  store.column.resize(row.column + 3 * room + 8 * space + 4 * row.vertices);
+  store.column.resize(row.column + columns_of(row));
   double* to = &store.column[row.column];
   for (Eigen::Index k = 0; k < 3; ++k)
     for (std::uint32_t v = 0; v < room; ++v) *to++ = store.vertex[row.vertex + (v < row.vertices ? v : 0)][k];
@@ -126,14 +133,12 @@ HullStore only(const HullStore& store, const std::vector<std::uint8_t>& wanted, 
     if (!wanted[r]) continue;
     place[r] = static_cast<Index>(kept.row.size());
     HullRow row = store.row[r];
-    const auto room = static_cast<std::size_t>(in_eights(static_cast<int>(row.vertices)));
-    const auto space = static_cast<std::size_t>(in_eights(static_cast<int>(row.faces)));
     const std::size_t corners = store.begin[row.begin + row.faces];
-    std::uint32_t at = 4 * row.vertex;
-    take(store.at, at, std::size_t{4} * row.vertices, kept.at);
+    std::uint32_t at = 3 * row.vertex;
+    take(store.at, at, std::size_t{3} * row.vertices, kept.at);
     take(store.vertex, row.vertex, row.vertices, kept.vertex), take(store.plane, row.plane, row.faces, kept.plane);
     take(store.begin, row.begin, row.faces + 1, kept.begin), take(store.loop, row.loop, corners, kept.loop);
-    take(store.column, row.column, 3 * room + 4 * space, kept.column);
+    take(store.column, row.column, columns_of(row), kept.column);
     take(store.edge, row.edge, std::size_t{4} * row.edges, kept.edge);
     kept.row.push_back(row);
   }
