@@ -259,15 +259,19 @@ TEST_CASE("hulls of no grain leave the store: what is left has the same bytes, r
   Wall roller;
   roller.roller = 1, roller.hull = 20;
   s.boundary.walls = {roller, Wall{}};
+  s.contacts.guesses.row.resize(1);
+  s.contacts.guesses.row[0].guess.octets = 2;
   free_hulls(s.grains, s.boundary.walls, s.contacts.guesses);
   CHECK(s.grains.hulls->row.size() == 5);
   CHECK(shared->row.size() == 40);
+  CHECK(s.contacts.guesses.row[0].guess.octets == 0);  // of whose rows nobody knows
   const auto same = [&](Index is, Index was) {
     const HullView a = (*s.grains.hulls)[is], b = store[was];
     CHECK((a.vertices == b.vertices && a.faces == b.faces && a.edges == b.edges));
     const auto equal = [](const auto* x, const auto* y, int count) { CHECK(std::equal(x, x + count, y)); };
     equal(a.vertex, b.vertex, a.vertices), equal(a.edge, b.edge, 4 * a.edges), equal(a.begin, b.begin, a.faces + 1);
     equal(a.loop, b.loop, a.begin[a.faces]), equal(a.column, b.column, 3 * a.room + 4 * a.space);
+    equal(a.rows, b.rows, 4 * a.space + 4 * a.vertices), equal(a.at, b.at, 3 * a.vertices);
     for (int f = 0; f < a.faces; ++f)
       CHECK((a.plane[f].normal == b.plane[f].normal && a.plane[f].offset == b.plane[f].offset));
     CHECK(s.grains.hulls->row[is].volume == store.row[was].volume);
