@@ -15,8 +15,11 @@ namespace {
 
 struct Stiffness {
   double normal = 0, tangential = 0;
-  double rolling = 0;  // N m: of the rolling spring, and force x path of the contact point per radian, which rules
-                       // where flat faces meet
+  // N m, of the couples' springs by row; to that of rolling is added force x path of the contact point per radian,
+  // which rules where flat faces meet. Sliding has none.
+  std::array<double, spring_rows> turning{};
+
+  double of_turns() const { return std::accumulate(turning.begin() + first_couple, turning.end(), 0.0); }
 };
 
 /// The stiffnesses of all contacts; `arm`: where each contact of hulls acts, from the mass centres of a and b (m),
@@ -41,7 +44,7 @@ void place_hulls(const Grains& g, const Boundary& boundary, const Contacts& cont
       const Overlap o = bin == hull_hull ? overlap_of_pair(g, boundary.cell, p, contacts.touch[c].normal)
                                          : overlap_at_wall(g, boundary.walls[p.b], p.a);
       k[c].normal *= sharp, k[c].tangential *= sharp;
-      k[c].rolling = sharp * contacts.contact.radius[c] * o.polar;  // and spin about the normal
+      k[c].turning[roll_spring] = sharp * contacts.contact.radius[c] * o.polar;  // and spin about the normal
       all.arm[c][0] = o.middle;
       if (bin == hull_wall) continue;
       all.arm[c][1] = o.middle - branch(g, boundary.cell, {p.a, p.b, p.image});
@@ -53,8 +56,9 @@ Stiffness stiffness_of(const Law& law, const PairLaw& p, const Contact& c, doubl
   Stiffness s;
   if (c.stiffness <= 0) return s;
   s.normal = law(c, overlap).grip;
-  s.tangential = p.friction > 0 ? p.shear_ratio * s.normal : 0;
-  s.rolling = p.rolling > 0 ? s.tangential * c.radius * c.radius : 0;
+  s.tangential = p.friction[slide_spring] > 0 ? p.shear_ratio * s.normal : 0;
+  for (const SpringRow row : couple_springs)
+    s.turning[row] = p.friction[row] > 0 ? s.tangential * c.radius * c.radius : 0;
   return s;
 }
 
@@ -88,7 +92,8 @@ Stiffnesses stiffnesses(const ContactLaw& law, std::span<const PairLaw> pairs, c
       if (pair_kind(bin).rolls)
         for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c)
           if (k[c].normal > 0)
-            k[c].rolling += l(contacts.contact[c], contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
+            k[c].turning[roll_spring] +=
+                l(contacts.contact[c], contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
   };
   std::visit(fill, law);
   place_hulls(g, boundary, contacts, all);
@@ -163,7 +168,7 @@ struct Resistance {
   void add(double weight, const Stiffness& s, const Vec3& n, double arm, double lever) {
     const double more = weight * (s.normal - s.tangential), all = weight * s.tangential;
     for (int j = 0; j < 3; ++j) diagonal[j] += all + more * n[j] * n[j], beside[j] += more * n[j] * n[(j + 1) % 3];
-    turn += weight * (s.tangential * arm * arm + std::max(s.normal - s.tangential, 0.0) * lever * lever + s.rolling);
+    turn += weight * (s.tangential * arm * arm + std::max(s.normal - s.tangential, 0.0) * lever * lever + s.of_turns());
   }
   /// Frobenius norm of the stiffness against shifts.
   double shift() const {
@@ -262,7 +267,8 @@ Mat6 scaled_stiffness(const Grains& g, const Contacts& contacts, const BondsOfGr
       const Vec3 arm = all.arm.empty() ? surface_arm(g, i, outward) : all.arm[c][contacts.index.entry[e] & 1];
       blocks.add(weight, k[c].normal * nn + k[c].tangential * across, arm);
     }
-    turn += weight * k[c].rolling * (all.arm.empty() ? across : Mat3(Mat3::Identity()));
+    for (const SpringRow row : couple_springs)
+      turn += weight * k[c].turning[row] * (all.arm.empty() ? own_turn(row, outward) : Mat3(Mat3::Identity()));
   }
   if (!bonds.of.empty()) blocks.add(bonds.of[i]);
   return scaled_by_mass(g, i, blocks);
