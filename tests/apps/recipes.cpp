@@ -166,7 +166,7 @@ solid_fraction = 0.18
 hulls = { relax = 3, aspect = [1, 1, 0.7] }
 )",
              model, recipe);
-  recipe.grains = Tessellation{.cells = 70, .rounds = 4, .clusters = 5};
+  recipe.grains = VoronoiPacking{.count = 70, .rounds = 4, .clusters = 5};
   Model bonded = rock_model();
   bonded.materials[0].bond->between = 5e6;
   same_bytes(rock + R"(between = "5 MPa"
