@@ -1,0 +1,100 @@
+# name | room | file | old | new | nth/type
+F = []
+def f(room, name, file, old, new, **k): F.append(dict(room=room, name=name, file=file, old=old, new=new, **k))
+E="fem/explicit_statics.cpp"; C="fem/central_differences.cpp"
+r="explicit statics"
+f(r,"easing over one crossing",E,"std::sqrt(2 * nearest / (rate * steps_))","std::sqrt(nearest / (rate * steps_))")
+f(r,"what carries nothing gets no mass",E,"std::max({density[c], wanted[c], least_mass * all})","std::max(density[c], wanted[c])")
+f(r,"fixed components count as unbalanced",E,"if (!run.fixed[i]) off2 += (ex[i] - in[i]) * (ex[i] - in[i]), free = true;","off2 += (ex[i] - in[i]) * (ex[i] - in[i]), free = true;")
+f(r,"largest unbalanced force is that of the last step",E,"now.sums[1] = std::max(now.sums[1], largest);","now.sums[1] = largest;")
+f(r,"kinetic limit from the first step",E,"now.load_factor > 0.01","true")
+f(r,"governor by the mean of the limits",E,"std::max(*worst, 1e-9)","std::max((used[0] + used[1] + used[2]) / 3, 1e-9)")
+f(r,"load does not wait for its start's balance",E,"now.load_factor > 0 || mean <= o.balance","true")
+f(r,"drift not scaled to the rate of now",E,"std::min(1.0, rate / now.mean_rate)","1.0")
+f(r,"mean rate is the last step's",E,"(rate - now.mean_rate) / memory","(rate - now.mean_rate)")
+f(r,"crossing along x alone",E,"-high[k] - low[k]","-high[0] - low[0]")
+f(r,"driven nodes without the force of their mass",C,"in[i] + mass[i / p.width()] * (next - v[i]) / mean_dt","in[i]")
+f(r,"kinetic energy half a step late",C,"v[i] + part * (next - v[i])","next")
+r="elements"
+P="fem/problem_impl.cpp"
+f(r,"means of small strain over the present volume","fem/problem.cpp","(p.discretisation.finite_strain ? f.determinant() : 1.0)","f.determinant()")
+f(r,"mean shear strain yz once","fem/problem.cpp","f[5] + f[7]","0.5 * (f[5] + f[7])")
+f(r,"serendipity corners of quadrilaterals as of bricks","fem/serendipity.cpp","static_cast<double>(a.size() - 1)","2.0")
+f(r,"left-handed elements are refused","fem/cell_shape.cpp","std::abs(signs) == corners","signs == corners")
+f(r,"flat by an absolute volume","fem/cell_shape.cpp","1e-10 * scale","1e-10")
+f(r,"follower pressure by the inverse not transposed","fem/loads.cpp","F_here.inverse().transpose()","F_here.inverse()")
+f(r,"loads of axisymmetric facets without their ring","fem/loads.cpp","l.depth * weight_here","discretisation.thickness * weight_here")
+f(r,"after its end a history is time itself","fem/loads.cpp","return points.back()[1];","return time;")
+f(r,"body force at once",  "fem/loads.cpp","time * here.dv","here.dv")
+f(r,"reaction holds the weight","fem/problem.cpp","(impl_->weight.empty() ? 0 : impl_->weight[i])","0.0", type="double")
+f(r,"the last condition that names a component holds","fem/loads.cpp","!bc.displacement[k] || taken[width() * n + k]","!bc.displacement[k]")
+f(r,"stress of an element is the sum of its points","fem/problem.cpp","mean / impl_->nq","mean")
+f(r,"elements may turn inside out",P,"good = good && f.determinant() > 0;",";")
+f(r,"thickness of the plane is one",P,"dim == 2 ? discretisation.thickness : 1","1.0", type="double")
+r="J2 and composites"
+M="fem/materials.cpp"
+f(r,"plastic shear by tensor components",M,"flow.tail<3>() *= 2;",";")
+f(r,"tangent past yield without its bulk",M,"tangent.topLeftCorner<3, 3>().array() += bulk;",";")
+f(r,"theta by the yield stress",M,"1 - 3 * mu * step / mises","1 - 3 * mu * step / (yield + hardening * now.hardening)")
+f(r,"initial stress lost in J2",M,"first + c * (polar.strain - now.plastic)","c * (polar.strain - now.plastic)",type="Vec6")
+f(r,"energy of J2 without the initial stress",M,"0.5 * (first + stress).dot(polar.strain - now.plastic)","0.5 * stress.dot(polar.strain - now.plastic)")
+f(r,"of a composite the first part alone is committed",M,"for (auto& part : all->parts) part.material.commit();","all->parts[0].material.commit();")
+f(r,"inertial number of a composite is the last part's",M,"most = std::max(most, (part.material.*of)());","most = (part.material.*of)();")
+r="ground"
+G="apps/bvp/points.cpp"
+f(r,"ground presses along z whatever its axis",G,"stress[axis] = -vertical;","stress[2] = -vertical;")
+f(r,"depth above the surface",G,"std::max(0.0, g.surface - at[axis])","std::abs(g.surface - at[axis])")
+f(r,"class of stress by the arithmetic mean",G,"2 * b / (a + b)","(a + b) / (2 * a)")
+f(r,"deviation of a class over its largest",G,"(b - a) / (b + a)","(b - a) / b",nth=1)
+f(r,"a class takes other packings",G,"starts[end].packing == first.packing","true")
+f(r,"depths rounded to a hundredth",G,"1e-6 * (scene.high[axis] - scene.low[axis])","1e-2 * (scene.high[axis] - scene.low[axis])")
+f(r,"worst deviation is the last class's",G,"points.deviation = std::max(points.deviation, c.deviation);","points.deviation = c.deviation;")
+f(r,"surcharge left out",G,"g.surcharge + density * std::abs(scene.gravity[axis]) * depth","density * std::abs(scene.gravity[axis]) * depth")
+r="probes"
+B="apps/bvp/probes.cpp"
+f(r,"of points as near the highest",B,"problem.point_key(i) < problem.point_key(point)","problem.point_key(i) > problem.point_key(point)")
+f(r,"shear strain of a place twice",B,"for (std::size_t k = 3; k < 6; ++k) row.strain[k] *= 0.5;",";")
+f(r,"void ratio of a place not by volume",B,"void_ratio += points_.volume[rve] * facts.void_ratio, volume += points_.volume[rve];","void_ratio += facts.void_ratio, volume += 1;")
+f(r,"grains of a place are its last RVE's",B,"row.grains += static_cast<double>(facts.grains), row.breakages += static_cast<double>(facts.breakages);","row.grains = static_cast<double>(facts.grains), row.breakages += static_cast<double>(facts.breakages);")
+f(r,"a probe's Einav breakage the other way",B,"dem::einav_breakage(first, now)","dem::einav_breakage(now, first)")
+f(r,"a probe's d50 is d60",B,"now.diameter(0.5)","now.diameter(0.6)")
+f(r,"stress of a place is that of the first point",B,"problem_.mean_stress(f.some)[static_cast<std::size_t>(component)]","problem_.stress()[static_cast<std::size_t>(component)]")
+f(r,"strain of a point not symmetric",B,"0.5 * (gradient + gradient.transpose())","0.5 * (gradient + gradient)",type="dem::Mat3")
+r="columns"
+f(r,"means after yy shifted","apps/bvp/columns.cpp","k / 2 < 2 ? k / 2 : k / 2 + 1","k / 2")
+f(r,"k0 about x","apps/rve/columns.cpp","dem::lateral_ratio(r.sample_stress().diagonal(), r.scene.test.axis)","dem::lateral_ratio(r.sample_stress().diagonal(), 0)")
+f(r,"overlaps deeper than three hundredths","apps/rve/columns.cpp","dem::share_deeper(r.state, 0.3)","dem::share_deeper(r.state, 0.03)")
+f(r,"q of shear once","apps/bvp/output.cpp","3 * carried[k] * carried[k]","1.5 * carried[k] * carried[k]")
+f(r,"volumetric strain over the present volume","apps/bvp/output.cpp","1 - volume[1] / volume[0]","volume[0] / volume[1] - 1")
+f(r,"orientation told x first","apps/rve/columns.cpp","part - 15","(part - 14) % 4")
+f(r,"all bonds are damaged","apps/rve/columns.cpp","b.onset > 0","b.onset >= 0")
+f(r,"split_J without the fines","apps/rve/columns.cpp","r.ledger().split + r.ledger().fines.kinetic","r.ledger().split")
+f(r,"void_ratio_all leaves fines out","apps/rve/columns.cpp","r.measured.volume / dem::whole_solid(r.scene.model, r.state) - 1","r.measured.void_ratio")
+f(r,"an estimate without whole rounds","apps/bvp/estimate.cpp","std::ceil(static_cast<double>(rves) / workers)","static_cast<double>(rves) / workers")
+r="frames"
+V="dem/io/frames.cpp"
+f(r,"wrapped to the nearest image",V,"(cell.vectors.inverse() * position).array().floor().matrix()","(cell.vectors.inverse() * position).array().round().matrix()",type="Vec3")
+f(r,"contact's far end in the other image",V,"g.motion[pair.b].position + state.boundary.cell.vectors * image","g.motion[pair.b].position - state.boundary.cell.vectors * image",type="Vec3")
+f(r,"triangles turned inside in some octants",V,"sx * sy * sz > 0","sx * sy > 0")
+f(r,"pressure of grains is tension",V,"mean_pressure(grain_stress(g, state.contacts, i))","-mean_pressure(grain_stress(g, state.contacts, i))")
+f(r,"flatness over the longest",V,"widths[2] / widths[1]","widths[2] / widths[0]")
+f(r,"outline by the far corner",V,"edges[k] = boundary.walls[side + 1].point[k] - low[k];","edges[k] = boundary.walls[side + 1].point[k];")
+f(r,"broken share of all there are",G,"f.grains - f.breakages","f.grains")
+f(r,"tangential force is the whole",V,"(touch.force - along * touch.normal).norm()","touch.force.norm()")
+r="units"
+U="apps/scene/units.cpp"
+f(r,"a centimetre is a decimetre",U,"1e-2","1e-1",nth=1)
+f(r,"a bar is ten",U,"1e5","1e6",nth=1)
+f(r,"after a division all is divided",U,"power *= sign; sign = 1;","power *= sign;")
+f(r,"an hour of sixty seconds",U,"3600","60",nth=1)
+f(r,"an angle is a number",U,"pure && differs(d.radian, expected.radian)","false")
+r="Python views"
+Y="apps/python/views.cpp"
+f(r,"spin is velocity",Y,"g.motion[0].spin.data()","g.motion[0].velocity.data()")
+f(r,"radius is volume",Y,"&g.extent[0].equivalent_radius","&g.extent[0].volume")
+f(r,"contacts that do not touch are told",Y,"if (s.contacts.contact.touching(k)) touching.push_back(k);","touching.push_back(k);")
+f(r,"branch the other way",Y,"branch.mutable_at(i, c) = l[c];","branch.mutable_at(i, c) = -l[c];")
+f(r,"mass with what is lost","apps/python/core.cpp","f.mass - f.lost_mass","f.mass")
+f(r,"cell transposed","apps/python/core.cpp","s->boundary.cell.vectors(i / 3, i % 3)","s->boundary.cell.vectors(i % 3, i / 3)")
+f(r,"semi-axes swapped","apps/python/recipes.cpp","spec.shape.plus = {a[0], a[2], a[4]}, spec.shape.minus = {a[1], a[3], a[5]};","spec.shape.minus = {a[0], a[2], a[4]}, spec.shape.plus = {a[1], a[3], a[5]};")
+f(r,"foundation's shear ratio not the bond's","apps/python/recipes.cpp","m.bond ? m.bond->ratio : 2.0 / 7","2.0 / 7")
