@@ -8,6 +8,7 @@
 #include "dem/rve/hand_over.hpp"
 #include "dem/rve/state_hash.hpp"
 #include "tests/bonded.hpp"
+#include "tests/cleaving_cells.hpp"
 #include "tests/hulls.hpp"
 #include "tests/loaded_body.hpp"
 
@@ -15,26 +16,6 @@ using namespace grus::dem;
 using namespace grus::dem::test;
 
 namespace {
-
-constexpr double flaw = 1e-2, toughness = 2e5;  // m, Pa m^1/2
-const double strength = toughness / std::sqrt(pi * flaw);
-
-FractureModel cleaving(bool cohesive, std::vector<Cleavage::Plane> planes = {}) {
-  FractureModel f;
-  Cleavage c;
-  c.toughness = toughness, c.flaw = flaw, c.planes = std::move(planes);
-  if (!c.planes.empty()) f.crystal = Crystal{Vec3::UnitZ(), {0.0}};
-  f.criteria.emplace_back(std::move(c));
-  f.splitter = Cut{cohesive, 50};
-  return f;
-}
-
-Model cleaving_rock(bool cohesive, std::vector<Cleavage::Plane> planes = {}, const BondModel& bond = elastic(0.4)) {
-  Model model = rock(bond, 0.5);
-  model.materials[0].fracture = cleaving(cohesive, std::move(planes));
-  make_pair_laws(model);
-  return model;
-}
 
 /// One prism of 4 x 1 x 1 along x, and forces on points of it.
 State prism(const Model& model, const PointLoads& loads) {
@@ -254,30 +235,6 @@ TEST_CASE("the bond of a fresh face is born with what the plane carried: nothing
     }
   }
 }
-
-namespace {
-
-/// Cells that cleave while they are compressed; what of them there is after some steps.
-State crushed(const Model& model, int threads, std::uint64_t steps, bool saved = false) {
-  Team team(threads);
-  State s;
-  s.boundary.cell.vectors = 4 * Mat3::Identity();
-  add_cells(model, voronoi_packing(periodic_space(Vec3::Constant(4)), 64, 3, 1, team), 0, s);
-  prepare(model, s, team);
-  Mat3 rate = Mat3::Zero();
-  rate(2, 2) = -40, rate(0, 1) = 30;
-  set_cell_rate(s, rate);
-  for (std::uint64_t done = 0; done < steps;) {
-    if (saved && done > steps / 2) {
-      s = state_of(bytes_of(s)), saved = false;
-    }
-    update_time_step(model, s);
-    done += run_steps(model, s, std::min<std::uint64_t>(50, steps - done), team);
-  }
-  return s;
-}
-
-}  // namespace
 
 TEST_CASE("cells that cleave at the seam of a periodic cell, bonded or not: energy, any threads, saved and read") {
   for (const bool bonded : {true, false}) {

@@ -1,49 +1,13 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Hulls that are cut many times: what is kept, planes that have no room, rows of hulls that are gone.
-#include "dem/packing/cells.hpp"
 #include "dem/packing/random_hulls.hpp"
 #include "dem/rve/state_hash.hpp"
 #include "dem/state/order.hpp"
-#include "tests/bonded.hpp"
+#include "tests/cleaving_cells.hpp"
 #include "tests/hulls.hpp"
 
 using namespace grus::dem;
 using namespace grus::dem::test;
-
-namespace {
-
-/// Cells or hulls that may cleave, along `planes` or any.
-Model cleaving_rock(bool cohesive, std::vector<Cleavage::Plane> planes = {}, const BondModel& bond = elastic(0.4)) {
-  Model model = rock(bond, 0.5);
-  FractureModel f;
-  Cleavage c;
-  c.toughness = 2e5, c.flaw = 1e-2, c.planes = std::move(planes);
-  if (!c.planes.empty()) f.crystal = Crystal{Vec3::UnitZ(), {0.0}};
-  f.criteria.emplace_back(std::move(c));
-  f.splitter = Cut{cohesive, 50};
-  model.materials[0].fracture = f;
-  make_pair_laws(model);
-  return model;
-}
-
-/// Loose cells that are compressed and sheared for 80 steps.
-State crushed(const Model& model) {
-  Team team(1);
-  State s;
-  s.boundary.cell.vectors = 4 * Mat3::Identity();
-  add_cells(model, voronoi_packing(periodic_space(Vec3::Constant(4)), 64, 3, 1, team), 0, s);
-  prepare(model, s, team);
-  Mat3 rate = Mat3::Zero();
-  rate(2, 2) = -40, rate(0, 1) = 30;
-  set_cell_rate(s, rate);
-  for (std::uint64_t done = 0; done < 80;) {
-    update_time_step(model, s);
-    done += run_steps(model, s, std::min<std::uint64_t>(50, 80 - done), team);
-  }
-  return s;
-}
-
-}  // namespace
 
 TEST_CASE("a grain cut twenty times, all grains at once, and along a face: masses, and no number is lost") {
   Team team(2);
@@ -116,7 +80,7 @@ TEST_CASE("a run goes on with the same bits whether rows of hulls that are gone 
   model.materials[0].bond.reset();
   model.materials[0].fracture->splitter = Cut{true, 2e3};
   model.materials[0].fracture->limit.max_generations = 2;
-  State s = crushed(model), freed = s;
+  State s = crushed(model, 1, 80), freed = s;
   Team team(1);
   // All 64 cells have been cut twice: of 64 + 64 + 128 rows some 128 are of a grain, unless a list has freed some.
   s.grains.hulls = std::make_shared<const HullStore>(*s.grains.hulls);

@@ -14,6 +14,7 @@ sys.path[:0] = [os.path.join(build, "python"), os.path.join(source, "tests", "sc
 
 import numpy as np  # noqa: E402
 
+import scene_tools  # noqa: E402
 from scene_tools import faults, need  # noqa: E402
 
 core = types.ModuleType("grus._core")
@@ -94,12 +95,7 @@ from grus.samples import Bond, Grain, Lattice, Material, RandomPacking, Sample, 
 
 
 def refused(words, work, kind=InputError):
-    try:
-        work()
-        need(False, f"accepted: {words}")
-    except Exception as e:
-        need(type(e) is kind and all(w in str(e) for w in ([words] if isinstance(words, str) else words))
-             and "\n" not in str(e), f"{type(e).__name__} '{e}' does not say {words}")
+    scene_tools.refused(words, work, kind)
 
 
 def asked_of(*given, **more):

@@ -21,6 +21,7 @@ from grus.files.texts import BadData  # noqa: E402
 from grus.runs.cases import Refused  # noqa: E402
 
 import made_up  # noqa: E402
+import scene_tools  # noqa: E402
 from made_up import near  # noqa: E402
 from scene_tools import faults, need  # noqa: E402
 
@@ -28,11 +29,7 @@ nan = math.nan
 
 
 def refused(work, words, kind=Refused):
-    try:
-        work()
-        need(False, f"accepted: {words}")
-    except kind as e:
-        need(words in str(e) and "\n" not in str(e), f"{e} does not say {words!r}")
+    scene_tools.refused(words, work, kind)
 
 
 def verdicts():

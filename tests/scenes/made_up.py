@@ -122,6 +122,26 @@ def drawn(draw, *arguments):
     return curves, texts, fig
 
 
+def all_drawn(plots, read):
+    """read(draw, what else is asked) of each figure that plots() makes, in their order."""
+    from grus import figures
+    from grus.report import bvp_plots, rve_plots
+    found = []
+
+    def figure(draw, **more):
+        found.append(read(draw, more))
+        return "<figure>"
+    modules, before = (bvp_plots, rve_plots), figures.figure
+    for module in modules:
+        module.figure = figure
+    try:
+        plots()
+    finally:
+        for module in modules:
+            module.figure = before
+    return found
+
+
 def calls(programs):
     """What the program has been asked since the last time: a line each."""
     path = os.path.join(programs, "calls")

@@ -25,20 +25,7 @@ def near(found, wanted, what, tolerance=1e-12, floor=1e-12):
 
 def drawn_of(plots):
     """The same of what makes several figures, in their order: figure(draw) is what they end in."""
-    found = []
-
-    def figure(draw, **_):
-        found.append(drawn(draw))
-        return "<figure>"
-    modules, before = (bvp_plots, rve_plots), figures.figure
-    for module in modules:
-        module.figure = figure
-    try:
-        plots()
-    finally:
-        for module in modules:
-            module.figure = before
-    return found
+    return made_up.all_drawn(plots, lambda draw, _: drawn(draw))
 
 
 def sample():

@@ -55,23 +55,13 @@ def said(ax):
 
 def all_of(plots):
     """What each figure that plots() makes says: lists of its axes."""
-    found = []
-
-    def figure(draw, **more):
+    def read(draw, more):
         fig, ax = plt.subplots()
         draw(ax)
-        found.append([said(a) for a in fig.axes] + [more])
+        axes = [said(a) for a in fig.axes]
         plt.close(fig)
-        return "<figure>"
-    modules, before = (bvp_plots, rve_plots), figures.figure
-    for module in modules:
-        module.figure = figure
-    try:
-        plots()
-    finally:
-        for module in modules:
-            module.figure = before
-    return found
+        return axes + [more]
+    return made_up.all_drawn(plots, read)
 
 
 def check(found, what, **wanted):

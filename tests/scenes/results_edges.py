@@ -16,17 +16,12 @@ from grus import asked, results  # noqa: E402
 from grus.errors import InputError  # noqa: E402
 from grus.files import folders, summary_keys, tables, texts, writing  # noqa: E402
 
+import scene_tools  # noqa: E402
 from scene_tools import faults, need  # noqa: E402
 
 
 def refused(words, work, kind=InputError):
-    """By one line that says all of `words`."""
-    try:
-        work()
-        need(False, f"accepted: {words}")
-    except kind as e:
-        need(type(e) is kind and all(w in str(e) for w in ([words] if isinstance(words, str) else words))
-             and "\n" not in str(e), f"{type(e).__name__} '{e}' does not say {words}")
+    scene_tools.refused(words, work, kind)
 
 
 def write(folder, **files):
@@ -197,7 +192,8 @@ def files(tmp):
     need(sorted(os.listdir(out)) == [".grus", "b.csv", "plots"] and os.listdir(os.path.join(out, "plots")) == ["q.txt"],
          f"what is cleared: {os.listdir(out)}")
     folders.clear_results(tmp, ["none"])
-    for raw, text in (("ä".encode(), "ä"), ("ä".encode("utf-8-sig"), "ä"), ("ä".encode("utf-16"), "ä"), (b"\xe4", "ä")):
+    for raw, text in (("ä".encode(), "ä"), ("ä".encode("utf-8-sig"), "ä"), ("ä".encode("utf-16"), "ä"),
+                      (b"\xe4", "ä")):
         with open(path, "wb") as f:
             f.write(raw)
         need(texts.text_of(path) == text, f"{raw}: {texts.text_of(path)}")

@@ -37,6 +37,17 @@ def need(condition, message):
     return bool(condition)
 
 
+def refused(words, work, kind):
+    """An error of this kind and of no other, in one line that says all of `words`."""
+    try:
+        work()
+    except Exception as e:
+        need(type(e) is kind and all(w in str(e) for w in ([words] if isinstance(words, str) else words))
+             and "\n" not in str(e), f"{type(e).__name__} '{e}' does not say {words}")
+    else:
+        need(False, f"accepted: {words}")
+
+
 def history(folder):
     with open(os.path.join(folder, "history.csv"), newline="") as f:
         rows = list(csv.DictReader(f))

@@ -21,16 +21,13 @@ from grus.study import numbers, statistics, tables, words  # noqa: E402
 from grus.study.kinds import case, check, fit, plot, precision, sweep, table  # noqa: E402
 
 import made_up  # noqa: E402
+import scene_tools  # noqa: E402
 from made_up import near  # noqa: E402
 from scene_tools import faults, need  # noqa: E402
 
 
 def refused(work, words, kind=cases.Refused):
-    try:
-        work()
-        need(False, f"accepted: {words}")
-    except kind as e:
-        need(words in str(e) and "\n" not in str(e), f"{e} does not say {words!r}")
+    scene_tools.refused(words, work, kind)
 
 
 def limits():
