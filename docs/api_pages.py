@@ -6,10 +6,12 @@ import re
 
 # What other programs include, from the user's side inwards.
 HEADERS = [("Cells from scene files",
-            ["apps/library/grus/scene.hpp", "apps/scene/unit_cells.hpp", "apps/scene/prepare_sample.hpp"]),
+            ["apps/library/grus/rves.hpp", "apps/scene/open_rves.hpp", "apps/library/grus/scene.hpp",
+             "apps/scene/unit_cells.hpp", "apps/scene/prepare_sample.hpp"]),
            ("Cells as a material", [
                "apps/library/grus/rve.hpp", "dem/rves/rve_set.hpp", "dem/rves/driver_options.hpp",
-               "dem/rves/host.hpp", "dem/rve/rve.hpp", "dem/rve/loading.hpp", "dem/rve/measure.hpp"
+               "dem/rve/response.hpp", "dem/rves/host.hpp", "dem/rve/rve.hpp", "dem/rve/loading.hpp",
+               "dem/rve/measure.hpp"
            ]),
            ("Samples of your own", [
                "apps/library/grus/sample.hpp", "dem/sample/recipe.hpp", "dem/sample/make.hpp", "dem/sample/prepare.hpp",

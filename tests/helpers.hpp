@@ -60,8 +60,9 @@ inline void add_box(State& s, double size) {
   for (int k = 0; k < 3; ++k)
     for (int side = 0; side < 2; ++side) {
       Wall wall;
-      wall.material = 1, wall.point = wall.normal = Vec3::Zero();
-      wall.normal[k] = side ? -1 : 1;
+      PlaneWall plane;  // its zeros have no sign
+      plane.normal[k] = side ? -1 : 1;
+      wall.material = 1, wall.shape = plane;
       if (side) wall.point[k] = size;
       s.boundary.walls.push_back(wall);
     }
@@ -69,7 +70,7 @@ inline void add_box(State& s, double size) {
 
 inline void add_floor(State& s) {
   Wall wall;
-  wall.point = Vec3::Zero(), wall.normal = Vec3(0, 0, 1), wall.material = 1;
+  wall.shape = PlaneWall{Vec3::UnitZ()}, wall.material = 1;
   s.boundary.walls.push_back(wall);
 }
 

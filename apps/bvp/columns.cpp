@@ -3,6 +3,17 @@
 #include "apps/bvp/columns.hpp"
 
 namespace grus::app {
+
+namespace macro_column {
+double external_work(const MacroRow& r, std::size_t) { return r.energy->external; }
+double damped(const MacroRow& r, std::size_t) { return r.explicit_statics->energy.damped; }
+double scaled(const MacroRow& r, std::size_t) { return r.explicit_statics->energy.scaled; }
+double energy_error(const MacroRow& r, std::size_t) { return r.energy_error; }
+double correction(const MacroRow& r, std::size_t) { return r.correction; }
+double worst_unbalanced(const MacroRow& r, std::size_t) { return r.sweep.worst_unbalanced; }
+double worst_stress_change(const MacroRow& r, std::size_t) { return r.sweep.worst_stress_change; }
+}  // namespace macro_column
+
 namespace {
 
 using K = std::size_t;
@@ -68,12 +79,11 @@ const std::vector<ColumnEntry<Row, Told>> table{
     {"wall_s", "s", "wall time since the start", always, [](const Row& r, K) { return r.wall; }},
     {"mean_{}", "", "the other means over the volume (Pa), tension-positive; shear strains are twice the tensor's",
      always, other, others},
-    {"correction", "", "last correction of Newton's iteration", always, [](const Row& r, K) { return r.correction; }},
+    {"correction", "", "last correction of Newton's iteration", always, macro_column::correction},
     {"rve_noise", "", "of the RVEs' answers, as the meter finds it", always, [](const Row& r, K) { return r.noise; }},
     {"volume_m3", "m^3", "present volume of the mesh", always, [](const Row& r, K) { return r.volume; }},
-    {"worst_unbalanced_force", "", "of all RVEs", always, [](const Row& r, K) { return r.sweep.worst_unbalanced; }},
-    {"worst_stress_change", "", "of all RVEs over a window", always,
-     [](const Row& r, K) { return r.sweep.worst_stress_change; }},
+    {"worst_unbalanced_force", "", "of all RVEs", always, macro_column::worst_unbalanced},
+    {"worst_stress_change", "", "of all RVEs over a window", always, macro_column::worst_stress_change},
     {"worst_rve_energy_error", "", "of all RVEs", always, [](const Row& r, K) { return r.worst_energy_error; }},
     {"mass_lost_fraction", "", "share of the grains' mass taken away as fines", always,
      [](const Row& r, K) { return r.mass_lost; }},
@@ -94,7 +104,7 @@ const std::vector<ColumnEntry<Row, Told>> table{
     {"unbalanced_macro_force", "", "the residual", always, [](const Row& r, K) { return r.residual; }},
     {"kinetic_over_internal", "", "kinetic over internal energy", always,
      [](const Row& r, K) { return r.kinetic_over_internal; }},
-    {"energy_error", "", "of the macro balance", always, [](const Row& r, K) { return r.energy_error; }},
+    {"energy_error", "", "of the macro balance", always, macro_column::energy_error},
     {"bonds_broken", "", "of all points", bonded, [](const Row& r, K) { return r.bonds_broken; }},
     {"moved_{}_m", "m", "mean displacement of a boundary's nodes", always, [](const Row& r, K k) { return r.moved[k]; },
      boundaries},
@@ -102,15 +112,12 @@ const std::vector<ColumnEntry<Row, Told>> table{
      [](const Row& r, K) { return r.energy->kinetic; }},
     {"macro_internal_J", "J", "what the materials have taken", always,
      [](const Row& r, K) { return r.energy->internal; }},
-    {"macro_external_J", "J", "work of loads and reactions", always,
-     [](const Row& r, K) { return r.energy->external; }},
+    {"macro_external_J", "J", "work of loads and reactions", always, macro_column::external_work},
     {"macro_viscous_J", "J", "taken by bulk viscosity", explicitly, [](const Row& r, K) { return r.energy->viscous; }},
     {"macro_energy_error", "", "the same as energy_error", explicitly,
      [](const Row& r, K) { return r.energy->error(); }},
-    {"macro_damped_J", "J", "taken by macro damping", steadily,
-     [](const Row& r, K) { return r.explicit_statics->energy.damped; }},
-    {"macro_scaled_J", "J", "put in by scaled masses", steadily,
-     [](const Row& r, K) { return r.explicit_statics->energy.scaled; }},
+    {"macro_damped_J", "J", "taken by macro damping", steadily, macro_column::damped},
+    {"macro_scaled_J", "J", "put in by scaled masses", steadily, macro_column::scaled},
     {"largest_unbalanced_macro_force", "", "the worst node's", steadily,
      [](const Row& r, K) { return r.explicit_statics->largest_unbalanced; }},
     {"cells_haste_J", "J", "what the rate costs the RVEs", steadily, [](const Row& r, K) { return r.haste; }},

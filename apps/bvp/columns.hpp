@@ -33,6 +33,17 @@ struct MacroRow {
   double work = 0, unexplained = 0, haste = 0;  // J, of all points, by the volumes that they stand for
 };
 
+/// Columns that the summary reads again from the last row.
+namespace macro_column {
+double external_work(const MacroRow& row, std::size_t);
+double damped(const MacroRow& row, std::size_t);
+double scaled(const MacroRow& row, std::size_t);
+double energy_error(const MacroRow& row, std::size_t);
+double correction(const MacroRow& row, std::size_t);
+double worst_unbalanced(const MacroRow& row, std::size_t);
+double worst_stress_change(const MacroRow& row, std::size_t);
+}  // namespace macro_column
+
 using MacroColumn = Column<MacroRow>;
 std::vector<MacroColumn> macro_columns(const MacroTold& told);
 

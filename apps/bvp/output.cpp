@@ -252,9 +252,15 @@ void BvpOutput::restore(const nlohmann::json& s, const std::string& history) {
   sweeps_ = s.at("sweeps");
 }
 
+/// What the last row says in a column; 0 where it is not there.
+double BvpOutput::last(double (*of)(const MacroRow&, std::size_t)) const {
+  const auto c = find_column(columns_, of);
+  return c ? history_->last().at(*c) : 0;
+}
+
 /// What numerical devices have taken or put in, of the larger of what the loads have done and the grains have taken.
-nlohmann::json BvpOutput::devices(const nlohmann::json& row) const {
-  const double done = std::max(std::abs(of_rves(&dem::Facts::work)), std::abs(row.value("macro_external_J", 0.0)));
+nlohmann::json BvpOutput::devices() const {
+  const double done = std::max(std::abs(of_rves(&dem::Facts::work)), std::abs(last(macro_column::external_work)));
   nlohmann::json all;
   auto put = [&](const char* name, double joule) { all[name] = done > 0 ? joule / done : 0; };
   put("local_damping_of_cells", of_rves(&dem::Facts::local_damping));
@@ -264,7 +270,7 @@ nlohmann::json BvpOutput::devices(const nlohmann::json& row) const {
     put("scaled_inertia_of_cells", of_rves(&dem::Facts::scaled_inertia));
   if (scene_.explicit_statics) {
     put("haste_of_cells", of_rves(&dem::Facts::haste));
-    put("macro_damping", row.value("macro_damped_J", 0.0)), put("scaled_masses", row.value("macro_scaled_J", 0.0));
+    put("macro_damping", last(macro_column::damped)), put("scaled_masses", last(macro_column::scaled));
   }
   return all;
 }
@@ -339,12 +345,15 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   const auto& columns = history_->columns();
   for (std::size_t i = 0; i < columns.size() && !history_->last().empty(); ++i)
     summary["last_row"][columns[i]] = history_->last()[i];
-  std::vector<std::string> known{"energy_error"};  // what this run has computed
-  if (!scene_.is_explicit()) known.emplace_back("correction");
-  if (!scene_.is_explicit() && rves_) known.insert(known.end(), {"worst_unbalanced_force", "worst_stress_change"});
-  for (const auto& name : known)
-    if (summary["last_row"].contains(name)) summary["errors"]["last_" + name] = summary["last_row"][name];
-  if (rves_ && summary["last_row"].is_object()) summary["errors"]["devices"] = devices(summary["last_row"]);
+  std::vector known{macro_column::energy_error};  // what this run has computed
+  if (!scene_.is_explicit()) known.push_back(macro_column::correction);
+  if (!scene_.is_explicit() && rves_)
+    known.insert(known.end(), {macro_column::worst_unbalanced, macro_column::worst_stress_change});
+  const bool told_row = !history_->last().empty();
+  for (const auto of : known)
+    if (const auto c = find_column(columns_, of); c && told_row)
+      summary["errors"]["last_" + columns_[*c].name] = history_->last()[*c];
+  if (rves_ && told_row) summary["errors"]["devices"] = devices();
   if (scene_.hopkinson && history_->rows() > 1)
     write_hopkinson(result_file(directory_, "hopkinson.csv"), *scene_.hopkinson, history_->text());
   const std::string last = result_file(directory_, "summary.json");

@@ -57,7 +57,8 @@ private:
   void add(MacroRow row);
   void frame(double time);
   double work_error() const;
-  nlohmann::json devices(const nlohmann::json& row) const;
+  nlohmann::json devices() const;
+  double last(double (*of)(const MacroRow&, std::size_t)) const;
   std::string bonds_text(const char* head) const;
   double of_rves(dem::Facts::Number energy) const;  // J: of all points with grains, by the volumes that they stand for
   const char* axis() const { return scene_.flat() ? "yy" : "zz"; }

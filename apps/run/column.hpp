@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -51,6 +52,15 @@ std::vector<std::string> names_of(const std::vector<Column<Row>>& columns) {
   std::vector<std::string> names;
   for (const auto& c : columns) names.push_back(c.name);
   return names;
+}
+
+/// The column that `of` reads, in a list; none where it is not there.
+template <class Row>
+std::optional<std::size_t> find_column(const std::vector<Column<Row>>& columns,
+                                       double (*of)(const Row& row, std::size_t k)) {
+  for (std::size_t c = 0; c < columns.size(); ++c)
+    if (columns[c].of == of) return c;
+  return {};
 }
 
 /// The values of a row, one for each column.

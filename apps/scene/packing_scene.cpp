@@ -6,7 +6,6 @@
 
 #include <filesystem>
 
-#include "apps/scene/jkr_scene.hpp"
 #include "apps/scene/mixture_scene.hpp"
 #include "apps/scene/voronoi_scene.hpp"
 #include "dem/packing/random_hulls.hpp"
@@ -104,9 +103,18 @@ std::uint8_t material_of(Table& t, const dem::Model& model, const std::string& n
                                  near.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", near)));
 }
 
+/// Overlap of a radius up to which the circles of contacts are small against their grains: half the radius is then the
+/// circle's.
+constexpr double deepest = 0.1;
+
 void check_mass(const Table& t, const dem::Material& material, double radius, const std::string& key) {
   if (const std::string why = dem::unthinkable_mass(material, radius); !why.empty()) t.fail(key, why);
-  refuse_sunk(t, material, radius, key);
+  const auto pull = dem::attraction(material.solid(), material.contact, radius, deepest);
+  if (pull && pull->told > pull->most)
+    t.fail(key, fmt::format("material.{}.{} = {:.3g} {} alone would press grains of radius {:.3g} m into each other by "
+                            "more than {:.0f} % of it; at most {:.3g} {}, or a stiffer material",
+                            material.name, pull->name, pull->told, pull->unit, radius, 100 * deepest, pull->most,
+                            pull->unit));
 }
 
 namespace {

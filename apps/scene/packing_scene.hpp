@@ -17,7 +17,8 @@ std::uint8_t material_of(Table& table, const dem::Model& model, const std::strin
 /// Refuses a box that bounds no upright cylinder.
 void check_cylinder(const Table& table, const dem::Vec3& box);
 
-/// Refuses grains whose mass or inertia no number holds.
+/// Refuses grains whose mass or inertia no number holds, and those that attraction alone would press so deep into each
+/// other that their circles of contact are no longer small against them.
 void check_mass(const Table& table, const dem::Material& material, double radius, const std::string& key);
 
 /// Reads the table into the recipe: what its grains are, and the box, where it is told or follows.

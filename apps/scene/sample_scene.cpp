@@ -84,22 +84,23 @@ dem::ListedGrain read_grain(Table t, const dem::Model& model) {
   return grain;
 }
 
-void read_plane(Table& t, dem::Wall& wall) {
+dem::WallShape read_plane(Table& t, const dem::Vec3&) {
   for (const char* key : {"axis", "radius"})
     if (t.has(key)) t.fail(key, "is for shape = \"cylinder\"");
-  wall.normal = vector3(t.numbers("normal", 3, dimension::none));
-  if (!(wall.normal.norm() > 0)) t.fail("normal", "must not be zero");
-  if (std::abs(wall.normal.norm() - 1) > 1e-12) wall.normal.normalize();
+  dem::Vec3 normal = vector3(t.numbers("normal", 3, dimension::none));
+  if (!(normal.norm() > 0)) t.fail("normal", "must not be zero");
+  if (std::abs(normal.norm() - 1) > 1e-12) normal.normalize();
+  return dem::PlaneWall{normal};
 }
 
-void read_round(Table& t, dem::Wall& wall) {
+dem::WallShape read_round(Table& t, const dem::Vec3& velocity) {
   if (t.has("normal")) t.fail("normal", "of a cylinder is everywhere towards its axis; give axis and radius");
-  wall.normal.setZero();
-  wall.radius = t.number("radius", dimension::length, positive);
-  wall.axis.setZero();
-  wall.axis[t.choice("axis", {"x", "y", "z"})[0] - 'x'] = 1;
-  if (!(wall.velocity - wall.axis.dot(wall.velocity) * wall.axis).isZero(0))
+  dem::CylinderWall round;
+  round.radius = t.number("radius", dimension::length, positive);
+  round.axis[t.choice("axis", {"x", "y", "z"})[0] - 'x'] = 1;
+  if (!(velocity - round.axis.dot(velocity) * round.axis).isZero(0))
     t.fail("velocity", "a cylinder moves along its axis alone");
+  return round;
 }
 
 void read_wall(Table t, RveScene& scene) {
@@ -107,10 +108,11 @@ void read_wall(Table t, RveScene& scene) {
   dem::Wall& wall = own.wall;
   wall.point = vector3(t.numbers("point", 3, dimension::length));
   wall.velocity = read_velocity(t, scene.model);
-  (t.choice_or("shape", "plane", {"plane", "cylinder"}) == "plane" ? read_plane : read_round)(t, wall);
-  const auto round = [](const dem::OwnWall& other) { return other.wall.round(); };
+  wall.shape =
+      (t.choice_or("shape", "plane", {"plane", "cylinder"}) == "plane" ? read_plane : read_round)(t, wall.velocity);
+  const auto round = [](const dem::OwnWall& w) { return std::holds_alternative<dem::CylinderWall>(w.wall.shape); };
   const auto& others = scene.recipe.walls;
-  if (wall.round() && std::any_of(others.begin(), others.end(), round))
+  if (round(own) && std::any_of(others.begin(), others.end(), round))
     t.fail("shape", "a scene has one cylinder at most");
   const bool rigid = t.flag_or("rigid", !t.has("material"));
   if (rigid && t.has("material")) t.fail("rigid", "a wall is either rigid or of a material");

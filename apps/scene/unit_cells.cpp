@@ -5,6 +5,7 @@
 
 #include <map>
 
+#include "apps/scene/open_rves.hpp"
 #include "apps/scene/prepare_sample.hpp"
 #include "apps/scene/reader.hpp"
 #include "dem/base/checksum.hpp"

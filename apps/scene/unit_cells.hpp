@@ -3,7 +3,7 @@
 #pragma once
 
 #include "apps/scene/rve_scene.hpp"
-#include "dem/rves/rve_set.hpp"
+#include "dem/rves/driver_options.hpp"
 
 namespace grus::app {
 
@@ -23,10 +23,5 @@ dem::RveOptions options_of_text(const std::string& text, const std::string& plac
 
 /// A number that scenes share whose RVEs can take each other's states: they differ in packing.seed at most.
 std::uint64_t kin_of(const RveScene& cell);
-
-/// RVEs of `points` points, from a unit cell's scene file: read, prepared and ready. `response` as for options_of_text.
-/// Throws InputError with file, line and key; Unstable where the preparation does not come to rest.
-dem::RveSet open_rves(const std::string& file, const std::vector<std::string>& overrides, std::size_t points,
-                      int threads = 1, const std::string& response = "");
 
 }  // namespace grus::app

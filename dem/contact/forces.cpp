@@ -2,6 +2,7 @@
 #include "dem/contact/forces.hpp"
 
 #include <algorithm>
+#include <functional>
 
 #include "dem/contact/deepest_contact.hpp"
 #include "dem/contact/pair_kinds.hpp"
@@ -33,9 +34,10 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
     const PairLaw& p = pairs[k];
     double* row = &c.plan.law_rows[k * law_columns];
     row[law_dashpot] = p.dashpot;
-    row[law_shear_ratio] = p.friction > 0 ? p.shear_ratio : 1, row[law_friction] = p.friction;
-    row[law_rolling] = p.rolling;
-    pass.friction = pass.friction || p.friction > 0, pass.dashpot = pass.dashpot || p.dashpot > 0;
+    const bool slides = p.friction[slide_spring] > 0;  // with a limit
+    row[law_shear_ratio] = slides ? p.shear_ratio : 1;
+    std::copy(p.friction.begin(), p.friction.end(), row + law_friction);
+    pass.friction = pass.friction || slides, pass.dashpot = pass.dashpot || p.dashpot > 0;
   }
   const bool periodic = boundary.cell.periodic();
   auto put = [](double* to, const Vec3& v) {
@@ -54,17 +56,18 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
   c.plan.wall_rows.assign(8 * boundary.walls.size(), 0);
   for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
     const Wall& wall = boundary.walls[w];
-    put(&c.plan.wall_rows[8 * w], wall.normal), put(&c.plan.wall_rows[8 * w + 4], wall.velocity);
-    c.plan.wall_rows[8 * w + 3] = wall.normal.dot(wall.point);
+    put(&c.plan.wall_rows[8 * w], wall.facing()), put(&c.plan.wall_rows[8 * w + 4], wall.velocity);
+    c.plan.wall_rows[8 * w + 3] = wall.facing().dot(wall.point);
   }
   c.plan.round_rows.clear();
   if (cylinder(boundary)) {
     c.plan.round_rows.assign(8 * boundary.walls.size(), 0);
     for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
       const Wall& wall = boundary.walls[w];
-      if (!wall.round()) continue;
-      put(&c.plan.round_rows[8 * w], wall.point), put(&c.plan.round_rows[8 * w + 4], wall.axis);
-      c.plan.round_rows[8 * w + 3] = wall.radius;
+      const auto* round = std::get_if<CylinderWall>(&wall.shape);
+      if (!round) continue;
+      put(&c.plan.round_rows[8 * w], wall.point), put(&c.plan.round_rows[8 * w + 4], round->axis);
+      c.plan.round_rows[8 * w + 3] = round->radius;
     }
   }
   pass.motion = reinterpret_cast<const double*>(grains.motion.data());
@@ -79,15 +82,13 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
   pass.law_count = pairs.size();
   pass.dt = dt;
   ContactColumns& h = c.contact;
-  pass.spring_x = h.spring_x.data();
-  pass.spring_y = h.spring_y.data();
-  pass.spring_z = h.spring_z.data();
+  for (std::size_t row = 0; row < spring_rows; ++row)
+    for (std::size_t j = 0; j < 3 && h.keeps[row]; ++j) pass.spring[row][j] = h.spring[row][j].data();
   pass.compliance = h.compliance.data();
   pass.viscous = h.viscous.data();
   pass.stiffness = h.stiffness.data();
   pass.radius = h.radius.data();
-  pass.rolling = h.rolls && pass.friction;
-  if (h.rolls) pass.roll_x = h.roll_x.data(), pass.roll_y = h.roll_y.data(), pass.roll_z = h.roll_z.data();
+  pass.couples = pass.friction && std::any_of(h.keeps.begin() + first_couple, h.keeps.end(), std::identity());
   pass.touch = shown ? reinterpret_cast<double*>(c.touch.data()) : nullptr;
   pass.active = c.active.data();
   pass.frame = reinterpret_cast<const double*>(grains.frame.data()),

@@ -56,15 +56,16 @@ Press advance(const TileWork& s, std::size_t k, const Overlap& o, double modulus
   const double vn = m.velocity.dot(n);
   const double viscous = advance_dashpot(p, m.mass, elastic, vn, s.dt(), c, s.energy);
   Press out{c.radius * o.force, viscous * n, 0};
-  if (p.friction > 0) {
-    const double torsion = c.spring.dot(before);
-    const Vec3 along = turned_spring(c.spring - torsion * before, n, m.twist * s.dt());
+  if (p.friction[slide_spring] > 0) {
+    Vec3& spring = c.spring[slide_spring];
+    const double torsion = spring.dot(before);
+    const Vec3 along = turned_spring(slide_spring, spring - torsion * before, n, m.twist * s.dt());
     const double kt = p.shear_ratio * c.stiffness;
-    advance_spring(c.spring, c.compliance, along + torsion * n, s.dt() * (m.velocity + (arm * m.spin - vn) * n), kt,
-                   p.friction * (elastic.force + viscous), s.energy);
+    advance_spring(spring, c.compliance, along + torsion * n, s.dt() * (m.velocity + (arm * m.spin - vn) * n), kt,
+                   p.friction[slide_spring] * (elastic.force + viscous), s.energy);
     c.compliance = 1 / kt;
-    const double turning = c.spring.dot(n);
-    out.rest += c.spring - turning * n, out.moment = arm * turning;
+    const double turning = spring.dot(n);
+    out.rest += spring - turning * n, out.moment = arm * turning;
   }
   touch.normal = n, touch.overlap = force / area, touch.held = elastic.energy;
   touch.force = out.elastic + out.rest;
@@ -80,6 +81,22 @@ double distance_of_pair(const Grains& g, const Cell& cell, const Candidate& pair
                                      back * shift_of(g, cell, pair.a, pair.b, pair.image), direction);
   normal = axes * direction;
   return distance;
+}
+
+/// Overlap with a wall, global; `to`: from the mass centre of hull i to the wall's point. Scenes refuse hulls at walls
+/// that have no overload here.
+Overlap overlap_at(const auto&, const Grains&, Index, const Vec3&) { return {}; }
+
+Overlap overlap_at(const PlaneWall& wall, const Grains& g, Index i, const Vec3& to) {
+  const Mat3& axes = g.frame[i].axes;
+  const Plane plane{axes.transpose() * wall.normal, wall.normal.dot(to)};
+  return turned(overlap_with_plane(hull_of_grain(g, i), plane, g.motion[i].radius), axes);
+}
+
+Overlap overlap_at(const RollerWall& wall, const Grains& g, Index i, const Vec3& to) {
+  const Vec3 across = to - wall.axis.dot(to) * wall.axis;
+  return overlap_of(hull_of_grain(g, i), (*g.hulls)[wall.hull], g.frame[i].axes, Mat3::Identity(), to,
+                    across.normalized());
 }
 
 /// Hulls one in the other press nowhere.
@@ -99,13 +116,8 @@ Overlap overlap_of_pair(const Grains& g, const Cell& cell, const Pair& pair, con
 }
 
 Overlap overlap_at_wall(const Grains& g, const Wall& wall, Index i) {
-  const Mat3& axes = g.frame[i].axes;
-  if (wall.roller > 0) {
-    const Vec3 to = wall.point - g.motion[i].position, across = to - wall.axis.dot(to) * wall.axis;
-    return overlap_of(hull_of_grain(g, i), (*g.hulls)[wall.hull], axes, Mat3::Identity(), to, across.normalized());
-  }
-  const Plane plane{axes.transpose() * wall.normal, wall.normal.dot(wall.point - g.motion[i].position)};
-  return turned(overlap_with_plane(hull_of_grain(g, i), plane, g.motion[i].radius), axes);
+  const Vec3 to = wall.point - g.motion[i].position;
+  return std::visit([&](const auto& shape) { return overlap_at(shape, g, i, to); }, wall.shape);
 }
 
 void hulls(const TileWork& s, std::size_t begin, std::size_t end) {

@@ -61,6 +61,9 @@ struct Jkr {
   /// Overlaps are the same part of a radius where W / (E R) is the same.
   static void scale(Of& of, double factor) { of.work *= factor; }
 
+  static Attraction attraction(const Solid& solid, const Of& of, double radius, double part) {
+    return {"work_of_adhesion", "J/m^2", of.work, work_at(solid, radius, part)};
+  }
   /// Work of adhesion at which two equal spheres that nothing presses overlap by `part` of their radius (J/m^2): at
   /// F = 0, s^3 = 6.
   static double work_at(const Solid& solid, double radius, double part) {

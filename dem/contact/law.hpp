@@ -48,6 +48,13 @@ struct Partner {
   bool rigid() const { return solid.rigid(); }
 };
 
+/// What a material says of its attraction, and the most at which equal spheres that nothing presses overlap by no more
+/// than was asked, both in one unit.
+struct Attraction {
+  const char *name, *unit;
+  double told, most;
+};
+
 /// The hardest way in which a grain meets another of its material, or a wall.
 struct Impact {
   double mass;    // effective (kg)

@@ -7,30 +7,30 @@ namespace grus::dem {
 
 double restitution_of(const ContactLaw& law, double dashpot) {
   // m = k = v0 = 1: x'' = -max(F(x) + c sqrt(S(x)) x', 0). Runge-Kutta of order 4 until the overlap or the force ends.
-  auto acceleration = [&](double x, double v) {
-    if (x <= 0) return 0.0;
-    return std::visit(
-        [&](const auto& l) {
-          Contact c;
-          c.stiffness = 1;
+  return std::visit(
+      [&](const auto& l) {
+        Contact c;
+        c.stiffness = 1;
+        const auto acceleration = [&](double x, double v) {
+          if (x <= 0) return 0.0;
           const Elastic e = l(c, x);
           return -std::max(e.force + dashpot * std::sqrt(e.grip) * v, 0.0);
-        },
-        law);
-  };
-  double x = 0, v = 1;
-  const double h = 2e-4;
-  for (int step = 0; step < 2000000; ++step) {
-    const double a1 = acceleration(x, v);
-    const double a2 = acceleration(x + h / 2 * v, v + h / 2 * a1);
-    const double a3 = acceleration(x + h / 2 * (v + h / 2 * a1), v + h / 2 * a2);
-    const double a4 = acceleration(x + h * (v + h / 2 * a2), v + h * a3);
-    x += h * (v + h / 6 * (a1 + a2 + a3));
-    v += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
-    if (v < 0 && (x <= 0 || acceleration(x, v) == 0)) break;
-    if (v > 0 && v < 1e-9 && x > 0 && acceleration(x, v) == 0) break;
-  }
-  return std::max(-v, 0.0);
+        };
+        double x = 0, v = 1;
+        const double h = 2e-4;
+        for (int step = 0; step < 2000000; ++step) {
+          const double a1 = acceleration(x, v);
+          const double a2 = acceleration(x + h / 2 * v, v + h / 2 * a1);
+          const double a3 = acceleration(x + h / 2 * (v + h / 2 * a1), v + h / 2 * a2);
+          const double a4 = acceleration(x + h * (v + h / 2 * a2), v + h * a3);
+          x += h * (v + h / 6 * (a1 + a2 + a3));
+          v += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
+          if (v < 0 && (x <= 0 || acceleration(x, v) == 0)) break;
+          if (v > 0 && v < 1e-9 && x > 0 && acceleration(x, v) == 0) break;
+        }
+        return std::max(-v, 0.0);
+      },
+      law);
 }
 
 double dashpot_for(const ContactLaw& law, double restitution) {
@@ -108,6 +108,14 @@ void scale(const ContactLaw& law, LawConstants& of, double factor) {
         if (auto* found = std::get_if<typename Law::Of>(&of)) Law::scale(*found, factor);
       },
       law);
+}
+
+std::optional<Attraction> attraction(const Solid& solid, const LawConstants& of, double radius, double part) {
+  std::optional<Attraction> found;
+  AllLaws::of(of, [&]<class Law>(const Law&) {
+    if constexpr (Law::attracts) found = Law::attraction(solid, std::get<typename Law::Of>(of), radius, part);
+  });
+  return found;
 }
 
 bool attracts(const ContactLaw& law) {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <algorithm>
+#include <optional>
 #include <span>
 #include <variant>
 
@@ -12,6 +13,7 @@
 #include "dem/contact/hertz_mindlin.hpp"
 #include "dem/contact/jkr.hpp"
 #include "dem/contact/linear_spring.hpp"
+#include "dem/contact/springs.hpp"
 
 namespace grus::dem {
 
@@ -20,6 +22,11 @@ struct LawList {
   using Any = std::variant<Laws...>;
   using Of = std::variant<typename Laws::Of...>;
   using Pair = std::variant<typename Laws::Pair...>;
+
+  /// Calls f on the law whose constants these are.
+  static void of(const Of& constants, auto&& f) {
+    ((std::holds_alternative<typename Laws::Of>(constants) ? f(Laws{}) : void()), ...);
+  }
 };
 using AllLaws = LawList<HertzMindlin, LinearSpring, Foundation, Jkr>;
 
@@ -29,8 +36,8 @@ using LawConstants = AllLaws::Of;  // of a material
 /// Constants of a pair of materials (or grain and wall).
 struct PairLaw {
   double shear_ratio = 0;  // shear stiffness / grip; Hertz-Mindlin: 4 G*/E*
-  double friction = 0;
-  double rolling = 0;  // largest rolling couple / (normal force x effective radius); 0 where nothing slides
+  // Of each spring its largest force over the normal force; of couples 0 where nothing slides.
+  std::array<double, spring_rows> friction{};
   double dashpot = 0;  // coefficient c in c sqrt(m* grip)
   AllLaws::Pair own;   // the law's
 };
@@ -58,59 +65,33 @@ Partner<typename Law::Of> partner(const Solid& solid, const LawConstants& of) {
   return viscous;
 }
 
-/// A spring turned with the contact to the normal n, not shortened. `angle`: of both bodies about n.
-[[gnu::always_inline]] inline Vec3 turned_spring(const Vec3& spring, const Vec3& n, double angle) {
-  Vec3 old = spring;
-  const double size2 = spring.squaredNorm();
-  if (!(size2 > 0)) return old;
-  old -= n * n.dot(old);
-  old += angle * n.cross(old);
-  const double turned2 = old.squaredNorm();
-  if (turned2 > 0) old *= std::sqrt(size2 / turned2);
-  return old;
-}
-
-/// A spring of the contact goes on by `slip` (m) from `old`, where it is now, at stiffness kt up to `limit`.
-[[gnu::always_inline]] inline void advance_spring(Vec3& spring, double compliance, const Vec3& old, const Vec3& slip,
-                                                  double kt, double limit, BlockEnergy& e) {
-  const double size2 = spring.squaredNorm(), held = 0.5 * compliance * size2;
-  const double grown = kt * compliance, after = 1 / kt;
-  Vec3 now = std::min(1.0, grown) * old - kt * slip;
-  const double size = now.norm();
-  // A spring sheds the smaller part of its stiffness or of its force; sliding takes the plastic slip times what held
-  // against it, the spring at first and Coulomb's limit at last.
-  e.friction += held - std::min(held * grown, 0.5 * size2 * after);
-  const double first = std::min(1.0, grown) * std::sqrt(size2);
-  if (size > limit) e.friction += 0.5 * (first + limit) * (size - limit) * after, now *= limit / size;
-  spring = now;
-  e.springs += held - 0.5 * after * now.squaredNorm() - 0.5 * (old + now).dot(slip);
-}
-
 /// Advances a touching contact to the new normal and overlap; returns the force on b. The plain form of what
 /// kernel/sphere_pass.cpp does for many spheres at once.
 /// Tangential form: incremental dF = -k_t dslip, rescaled by k_t/k_t,old on unloading so that no energy appears.
-/// `v`: velocity of b against a at the contact point; `twist`: mean spin of both along n; `rolling`: spin of b against
-/// a, whose part across n stretches the rolling spring by the effective radius (elastic-plastic spring-dashpot without
-/// the dashpot: Ai et al., Powder Technology 206 (2011) 269, type C, in three dimensions). Energies are booked to `e`:
-/// trapezoid of force times the half-step velocity, the discrete work of the leapfrog integrator.
+/// `v`: velocity of b against a at the contact point; `twist`: mean spin of both along n; `turn`: spin of b against a,
+/// which stretches the couples' springs by the effective radius (elastic-plastic spring-dashpot without the dashpot: Ai
+/// et al., Powder Technology 206 (2011) 269, type C, in three dimensions). Energies are booked to `e`: trapezoid of
+/// force times the half-step velocity, the discrete work of the leapfrog integrator.
 template <class Law>
 [[gnu::always_inline]] inline Vec3 advance_contact(const Law& law, const PairLaw& p, double effective_mass, Contact& c,
                                                    Touch& touch, const Vec3& n, double overlap, const Vec3& v,
                                                    double twist, double dt, BlockEnergy& e,
-                                                   const Vec3& rolling = Vec3::Zero()) {
+                                                   const Vec3& turn = Vec3::Zero()) {
   const Elastic elastic = law(c, overlap);
   const double vn = v.dot(n);
   const double normal_force = elastic.force + advance_dashpot(p, effective_mass, elastic, vn, dt, c, e);
   touch.normal = n, touch.overlap = overlap;
-  if (p.friction == 0) return touch.force = normal_force * n;
+  if (p.friction[slide_spring] == 0) return touch.force = normal_force * n;
   const double kt = p.shear_ratio * elastic.grip, borne = elastic.bears(normal_force);
-  advance_spring(c.spring, c.compliance, turned_spring(c.spring, n, twist * dt), dt * (v - vn * n), kt,
-                 p.friction * borne, e);
-  if (p.rolling > 0)
-    advance_spring(c.roll, c.compliance, turned_spring(c.roll, n, twist * dt),
-                   dt * c.radius * (rolling - n.dot(rolling) * n), kt, p.rolling * borne, e);
+  const auto advance = [&](SpringRow row, const Vec3& slip) {
+    advance_spring(c.spring[row], c.compliance, turned_spring(row, c.spring[row], n, twist * dt), slip, kt,
+                   p.friction[row] * borne, e);
+  };
+  advance(slide_spring, dt * (v - vn * n));
+  for (const SpringRow row : couple_springs)
+    if (p.friction[row] > 0) advance(row, dt * c.radius * own_part(row, turn, n));
   c.compliance = 1 / kt;
-  return touch.force = normal_force * n + c.spring;
+  return touch.force = normal_force * n + c.spring[slide_spring];
 }
 
 /// A pair begins to touch. `ellipse`: of contacts that are no circles, shape/common_normal.hpp.
@@ -172,6 +153,9 @@ double energy_of_strain(const ContactLaw& law, const Solid& solid, const LawCons
 
 /// The constants with which grains that are larger by `factor` behave alike.
 void scale(const ContactLaw& law, LawConstants& of, double factor);
+
+/// Of a law that attracts; none of others. `part`: of the radius of two equal spheres (m), their overlap.
+std::optional<Attraction> attraction(const Solid& solid, const LawConstants& of, double radius, double part);
 
 /// Whether contacts attract, are those of hulls, stiffen as they are pressed.
 bool attracts(const ContactLaw& law);

@@ -75,7 +75,8 @@ void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team)
         plan_pair(pair, k, t, wall, bits, contacts.plan, room.crossing[t]);
         const bool turned = !wall && lister.past.before(pair.a) > lister.past.before(pair.b);
         Contact c = on ? room.contact[old] : Contact{};
-        if (turned) c.spring = -c.spring, c.roll = -c.roll;
+        if (turned)
+          for (Vec3& spring : c.spring) spring = -spring;
         contacts.contact.set(k, c);
         if (bin == hull_hull) {
           HullGuesses::Row& guess = contacts.guesses.row[k - contacts.begin[hull_hull]];

@@ -76,9 +76,9 @@ void at_walls(const Law& law, const TileWork& s, std::size_t begin, std::size_t 
     const Motion& a = s.grains.motion[pair.a];
     const Frame& frame = s.grains.frame[pair.a];
     const Wall& wall = s.boundary.walls[pair.b];
-    const Vec3 n = -wall.normal, d = frame.axes.transpose() * n;
+    const Vec3 inward = wall.facing(), n = -inward, d = frame.axes.transpose() * n;
     const Vec3 tip = frame.origin + frame.axes * support(s.grains.shape[pair.a], d);
-    const double overlap = wall.normal.dot(wall.point - tip);
+    const double overlap = inward.dot(wall.point - tip);
     if (!(overlap > 0)) {
       apart(contacts, k, e);
       continue;
@@ -96,7 +96,7 @@ void at_walls(const Law& law, const TileWork& s, std::size_t begin, std::size_t 
         advance_contact(law, p, 1 / a.inverse_mass, c, touch, n, overlap, v, 0.5 * n.dot(a.spin), s.dt(), e, -a.spin);
     contacts.contact.set(k, c);
     Load& mine = s.load[pair.a - s.first];
-    mine.force -= force, mine.torque += force.cross(arm) - c.radius * c.roll;
+    mine.force -= force, mine.torque += force.cross(arm) - couple(c);
     e.work -= s.dt() * force.dot(wall.velocity);
   }
 }

@@ -24,7 +24,7 @@ double wall_travel(const Boundary& boundary, const NeighbourReference& reference
   for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
     const Wall& wall = boundary.walls[w];
     const Vec3 moved = wall.point - reference.wall_point[w];
-    furthest = std::max(furthest, wall.roller > 0 ? moved.norm() : std::abs(wall.normal.dot(moved)));
+    furthest = std::max(furthest, std::visit([&](const auto& s) { return s.travel(moved); }, wall.shape));
   }
   return furthest;
 }

@@ -9,8 +9,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "dem/base/error.hpp"
@@ -34,6 +36,10 @@ template <class T>
 inline constexpr bool is_array = false;
 template <class T, std::size_t N>
 inline constexpr bool is_array<std::array<T, N>> = true;
+template <class T>
+inline constexpr bool is_variant = false;
+template <class... T>
+inline constexpr bool is_variant<std::variant<T...>> = true;
 
 template <class T>
 inline constexpr int size_of_eigen = 1;
@@ -88,6 +94,11 @@ public:
     plain(v.has_value());
     if (v) each(*v);
   }
+  template <class... T, class F>
+  void kinds(const std::variant<T...>& v, F&& each) {
+    plain(static_cast<std::uint8_t>(v.index()));
+    std::visit(each, v);
+  }
   void text(const std::string& v) {
     plain(static_cast<std::uint64_t>(v.size()));
     bytes_ += v;
@@ -125,6 +136,14 @@ public:
     plain(there);
     v.reset();
     if (there) each(v.emplace());
+  }
+  template <class... T, class F>
+  void kinds(std::variant<T...>& v, F&& each) {
+    std::uint8_t kind;
+    plain(kind);
+    if (kind >= sizeof...(T)) throw InputError("checkpoint holds a kind that is not known");
+    std::uint8_t k = 0;
+    ((k++ == kind ? each(v.template emplace<T>()) : void()), ...);
   }
   void text(std::string& v) {
     const std::size_t n = size(1);
@@ -184,6 +203,12 @@ public:
     const T any{};
     each(any);
   }
+  template <class... T, class F>
+  void kinds(const std::variant<T...>&, F&& each) {
+    add('v', sizeof...(T));
+    const std::tuple<T...> any{};
+    std::apply([&](const T&... kind) { (each(kind), ...); }, any);
+  }
   void text(const std::string&) { add('t', 1); }
   std::uint64_t number() const { return number_; }
 
@@ -211,6 +236,8 @@ void walk(A& a, T& v) {
     a.text(v);
   } else if constexpr (is_optional<V>) {
     a.optional(v, member);
+  } else if constexpr (is_variant<V>) {
+    a.kinds(v, member);
   } else if constexpr (is_array<V>) {
     for (auto& each : v) walk(a, each);
   } else if constexpr (is_vector<V>) {

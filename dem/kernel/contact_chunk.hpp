@@ -28,7 +28,7 @@ struct alignas(64) Chunk {
   double drag_x[chunk], drag_y[chunk], drag_z[chunk];   // velocity of the wall or the cell
   double elastic[chunk], kt[chunk], compliance[chunk], dashpot[chunk], normal[chunk];
   double sx[chunk], sy[chunk], sz[chunk], keep[chunk], cut[chunk], size[chunk];  // springs
-  double before[chunk], mx[chunk], my[chunk], mz[chunk];  // of rolling: compliance of the step before; couple on b
+  double before[chunk], mx[chunk], my[chunk], mz[chunk];  // of couples: compliance of the step before; couple on b
   std::size_t first[chunk / width];                       // pair of each kept group
   unsigned touching[chunk / width];
   int count[chunk / width];
@@ -50,15 +50,17 @@ GRUS_INLINE Real at(const double* column) {
   return x;
 }
 
-/// Energy (J) that the spring of a parting pair still held.
+/// Energy (J) that the springs of a parting pair still held.
 GRUS_INLINE double part(const ContactRows& s, std::size_t k) {
-  double size2 = s.spring_x[k] * s.spring_x[k] + s.spring_y[k] * s.spring_y[k] + s.spring_z[k] * s.spring_z[k];
-  if (s.roll_x) {
-    size2 += s.roll_x[k] * s.roll_x[k] + s.roll_y[k] * s.roll_y[k] + s.roll_z[k] * s.roll_z[k];
-    s.roll_x[k] = s.roll_y[k] = s.roll_z[k] = 0;
+  double size2 = 0;
+  for (double* const* spring : s.spring) {
+    if (!spring[0]) continue;
+    double &x = spring[0][k], &y = spring[1][k], &z = spring[2][k];
+    size2 += x * x + y * y + z * z;
+    x = y = z = 0;
   }
   const double held = 0.5 * s.compliance[k] * size2;
-  s.spring_x[k] = s.spring_y[k] = s.spring_z[k] = s.compliance[k] = s.viscous[k] = s.stiffness[k] = s.radius[k] = 0;
+  s.compliance[k] = s.viscous[k] = s.stiffness[k] = s.radius[k] = 0;
   if (s.reach) s.reach[k] = 0;
   return held;
 }
@@ -72,7 +74,7 @@ GRUS_INLINE void put_back(Real x, int count, double* to) {
 }
 
 /// Law constant k of the pairs from `first` on.
-GRUS_INLINE Real constant(const ContactRows& s, int k, std::size_t first) {
+GRUS_INLINE Real constant(const ContactRows& s, std::size_t k, std::size_t first) {
   return s.law_count == 1 ? Real(s.laws[k]) : gather(s.laws + k, s.law + first, law_columns);
 }
 

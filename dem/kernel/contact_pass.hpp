@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "dem/kernel/spring_rows.hpp"
+
 namespace grus::dem {
 
 /// How normal forces follow from overlaps in the kernels; each a row of contact_stages.hpp.
@@ -21,7 +23,7 @@ struct ContactRows {
   const double* shifts;         // 8: offset of b, 0 | velocity of the offset, 0
   const double* walls;          // 8: normal, normal . point | velocity, 0
   const double* rounds;         // 8: point, radius | axis, 0 of cylinders; of planes 0; nullptr: all are planes
-  const double* laws;           // 8: see law_row
+  const double* laws;           // 8: see LawRow
   std::size_t law_count;
   double dt;
   double* touch;         // 8: normal overlap | force, 0; nullptr for spheres: nobody looks at this step
@@ -30,13 +32,13 @@ struct ContactRows {
   double* elsewhere;  // the same of targets from `grains` on
   std::uint32_t grains, first;
   KernelLaw kernel;
-  bool friction, dashpot, rolling;  // what any pair needs; rolling only with friction
+  bool friction, dashpot, couples;  // what any pair needs; couples only with friction
 
   // Histories, a value a pair; as a and b readable beyond the end.
-  double *spring_x, *spring_y, *spring_z, *compliance, *viscous;
-  double *stiffness, *radius;        // written when a contact begins or parts
-  double *roll_x, *roll_y, *roll_z;  // nullptr: rolling meets no resistance
-  double* reach;                     // nullptr: no attraction
+  double* spring[spring_rows][3];  // x, y, z; nullptr: not kept. The first always is
+  double *compliance, *viscous;
+  double *stiffness, *radius;  // written when a contact begins or parts
+  double* reach;               // nullptr: no attraction
 
   // The law's word on pair k of spheres: it begins to touch, with what its stiffness follows from; it parts.
   void (*begin)(const void* context, std::size_t k, double effective_radius);
@@ -51,7 +53,9 @@ struct ContactRows {
   const void* context;
 };
 
-enum LawRow { law_shear_ratio, law_friction, law_dashpot, law_rolling, law_columns = 8 };
+/// Constants of a law, 8 a row; from `law_friction` on one for each spring: its largest force over the normal force.
+enum LawRow : std::size_t { law_shear_ratio, law_dashpot, law_friction, law_columns = 8 };
+static_assert(law_friction + std::size_t{spring_rows} <= law_columns);
 
 /// Dissipation, and force x velocity of a moving cell or wall, over the pairs of this call. What friction takes is
 /// known from what slides; `springs` is the same from the other side, the springs' work less the change of what they

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "dem/kernel/jkr_row.hpp"
-#include "dem/kernel/rolling_stage.hpp"
+#include "dem/kernel/spring_stage.hpp"
 
 namespace grus::dem {
 namespace {
@@ -84,10 +84,10 @@ GRUS_STAGE void meet(const ContactRows& s, int kept, Chunk& c) {
   }
 }
 
-/// Dashpot force; spring turned with the contact and stretched by the slip, and its Coulomb limit.
-template <bool attracts, bool friction, bool dashpot, bool rolling>
+/// Dashpot force; the tangential spring turned with the contact and stretched by the slip, and its Coulomb limit.
+template <bool attracts, bool friction, bool dashpot, bool couples>
 GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk& c, Sums& sums) {
-  const Real dt(s.dt), half(0.5), zero(0.0), one(1.0);
+  const Real dt(s.dt), zero(0.0);
   for (int g = 0; g < kept; ++g) {
     const int o = g * width, h = c.place(g, first);
     const std::size_t k = c.first[g];
@@ -108,17 +108,15 @@ GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk&
       store(sliding.x, c.vx + o);
       store(sliding.y, c.vy + o);
       store(sliding.z, c.vz + o);
-      const Real3 spring{at(s.spring_x + k), at(s.spring_y + k), at(s.spring_z + k)};
+      double* const* const column = s.spring[slide_spring];
+      const Real3 spring{at(column[0] + k), at(column[1] + k), at(column[2] + k)};
       const Real size2 = dot(spring, spring);
       store(root(size2), c.size + o);
-      Real3 old = less_fused(spring, dot(n, spring), n);
-      old = fused(at(c.turn + o), cross(n, old), old);
-      store(old.x, c.sx + o);
-      store(old.y, c.sy + o);
-      store(old.z, c.sz + o);
-      // Turned with the contact, not shortened: by sqrt(size2 / turned2), to third order in what the turn took.
-      const Real turned2 = dot(old, old), lost = smaller((size2 - turned2) / larger(turned2, Real(1e-290)), one);
-      store(fused(lost, less_fused(half, Real(0.125), lost), one), c.keep + o);
+      const Turned turned = turn_spring(less_fused(spring, dot(n, spring), n), size2, n, at(c.turn + o));
+      store(turned.old.x, c.sx + o);
+      store(turned.old.y, c.sy + o);
+      store(turned.old.z, c.sz + o);
+      store(turned.keep, c.keep + o);
     }
     if constexpr (dashpot) put_back(kept_lanes(on, viscous), c.count[g], s.viscous + k);
   }
@@ -127,33 +125,23 @@ GRUS_STAGE void resist(const ContactRows& s, std::size_t first, int kept, Chunk&
       const int o = g * width, h = c.place(g, first);
       double* const compliance = s.compliance + c.first[g];
       const Mask on = mask_of(c.touching[g]);
-      const Real kt = at(c.kt + o), keep = at(c.keep + o), before = at(compliance), after = at(c.compliance + o);
-      const Real3 old{at(c.sx + o), at(c.sy + o), at(c.sz + o)}, v{at(c.vx + o), at(c.vy + o), at(c.vz + o)};
-      if constexpr (rolling) store(before, c.before + o);
-      const Real grown = kt * before;
-      const Real3 now = less_fused((keep * smaller(one, grown)) * old, kt * dt, v);
-      put_back(kept_lanes(on, after), c.count[g], compliance);
-      store(now.x, c.sx + o);
-      store(now.y, c.sy + o);
-      store(now.z, c.sz + o);
-      const Real limit = constant(s, law_friction, c.first[g]) * at((attracts ? c.borne : c.normal) + o),
-                 now2 = dot(now, now);
-      const Mask slides = less(limit * limit, now2);
-      const Real reached = root(now2), cut = select(slides, limit / reached, one), size = at(c.size + o),
-                 size2 = size * size;
-      store(cut, c.cut + o);
-      // A spring sheds the smaller part of its stiffness or of its force; sliding takes the plastic slip times what
-      // held against it, the spring at first and Coulomb's limit at last.
-      const Real held = before * size2, shed = held - smaller(held * grown, size2 * after);
-      const Real slid = fused(smaller(one, grown), size, limit) * (reached - limit) * after;
-      sums.slid[h] = sums.slid[h] + kept_lanes(on, shed + select(slides, slid, zero));
-      const Real power = fused(cut, dot(now, v), keep * dot(old, v));
-      sums.lost[h] = sums.lost[h] + kept_lanes(on, less_fused(less_fused(held, cut * cut, now2 * after), dt, power));
+      const Turned turned{{at(c.sx + o), at(c.sy + o), at(c.sz + o)}, at(c.keep + o)};
+      const Real3 v{at(c.vx + o), at(c.vy + o), at(c.vz + o)};
+      const Grip grip{at(compliance), at(c.compliance + o), at(c.kt + o),
+                      constant(s, law_friction, c.first[g]) * at((attracts ? c.borne : c.normal) + o)};
+      if constexpr (couples) store(grip.before, c.before + o);
+      put_back(kept_lanes(on, grip.after), c.count[g], compliance);
+      const Real size = at(c.size + o);
+      const Stretched now = stretch_spring(turned, grip, size, size * size, v, dt, on, sums.slid[h], sums.lost[h]);
+      store(now.now.x, c.sx + o);
+      store(now.now.y, c.sy + o);
+      store(now.now.z, c.sz + o);
+      store(now.cut, c.cut + o);
     }
 }
 
 /// Histories back to their rows, forces to the grains' loads.
-template <Kind kind, bool friction, bool dashpot, bool rolling>
+template <Kind kind, bool friction, bool dashpot, bool couples>
 GRUS_STAGE void hand_out(const ContactRows& s, std::size_t first, int kept, Chunk& c, Sums& sums) {
   const Real zero(0.0);
   for (int g = 0; g < kept; ++g) {
@@ -166,9 +154,10 @@ GRUS_STAGE void hand_out(const ContactRows& s, std::size_t first, int kept, Chun
     if constexpr (friction) {
       now = at(c.cut + o) * Real3{at(c.sx + o), at(c.sy + o), at(c.sz + o)};
       twist = cross(now, n);
-      put_back(kept_lanes(on, now.x), c.count[g], s.spring_x + k),
-          put_back(kept_lanes(on, now.y), c.count[g], s.spring_y + k);
-      put_back(kept_lanes(on, now.z), c.count[g], s.spring_z + k);
+      double* const* const spring = s.spring[slide_spring];
+      put_back(kept_lanes(on, now.x), c.count[g], spring[0] + k);
+      put_back(kept_lanes(on, now.y), c.count[g], spring[1] + k);
+      put_back(kept_lanes(on, now.z), c.count[g], spring[2] + k);
     }
     const Real3 force = fused(at(c.normal + o), n, now);
     if (kind == Kind::walls || s.shift) {
@@ -181,12 +170,12 @@ GRUS_STAGE void hand_out(const ContactRows& s, std::size_t first, int kept, Chun
       const std::uint32_t target = s.target[k + static_cast<std::size_t>(l)];
       return target < s.grains ? s.load + 8 * std::size_t{target - s.first} : s.elsewhere + 8 * std::size_t{target};
     };
-    Real3 couple;  // on b, of rolling; - couple on a
-    if constexpr (rolling) couple = {at(c.mx + o), at(c.my + o), at(c.mz + o)};
+    Real3 couple;  // on b; - couple on a
+    if constexpr (couples) couple = {at(c.mx + o), at(c.my + o), at(c.mz + o)};
     if constexpr (kind == Kind::shaped) {
       Real3 torque_a = cross(Real3{at(c.arm_ax + o), at(c.arm_ay + o), at(c.arm_az + o)}, force);
       Real3 torque_b = cross(Real3{at(c.arm_bx + o), at(c.arm_by + o), at(c.arm_bz + o)}, force);
-      if constexpr (rolling) torque_a = torque_a + couple, torque_b = torque_b + couple;
+      if constexpr (couples) torque_a = torque_a + couple, torque_b = torque_b + couple;
       const Rows on_a = rows(push, quads(torque_a.x, torque_a.y, torque_a.z, zero)),
                  on_b = rows(push, quads(torque_b.x, torque_b.y, torque_b.z, zero));
 #pragma GCC unroll 8
@@ -194,14 +183,14 @@ GRUS_STAGE void hand_out(const ContactRows& s, std::size_t first, int kept, Chun
         if (touching >> l & 1) subtract(on_a, l, load_of_a(l)), add(on_b, l, load_of_b(l));
     } else {
       Real3 torque_a = (zero - at(c.la + o)) * twist;
-      if constexpr (rolling) torque_a = torque_a + couple;
+      if constexpr (couples) torque_a = torque_a + couple;
       const Rows on_a = rows(push, quads(torque_a.x, torque_a.y, torque_a.z, zero));
       if constexpr (kind == Kind::walls) {
         for (int l = 0; l < width; ++l)
           if (touching >> l & 1) subtract(on_a, l, load_of_a(l));
       } else {
         Real3 torque_b = at(c.lb + o) * twist;
-        if constexpr (rolling) torque_b = torque_b + couple;
+        if constexpr (couples) torque_b = torque_b + couple;
         const Rows on_b = rows(push, quads(torque_b.x, torque_b.y, torque_b.z, zero));
 #pragma GCC unroll 8
         for (int l = 0; l < width; ++l)
@@ -222,7 +211,7 @@ GRUS_STAGE void hand_out(const ContactRows& s, std::size_t first, int kept, Chun
 template <Kind kind, bool attracts>
 int find_touching(const ContactRows& s, std::size_t first, std::size_t last, Chunk& c, double& parted);
 
-template <Kind kind, class Law, bool friction, bool dashpot, bool rolling = false>
+template <Kind kind, class Law, bool friction, bool dashpot, bool couples = false>
 PassEnergy run(const ContactRows& s, std::size_t first, std::size_t last) {
   Sums sums;
   for (int h = 0; h < group / width; ++h) sums.lost[h] = sums.slid[h] = sums.spent[h] = sums.power[h] = Real(0.0);
@@ -233,9 +222,9 @@ PassEnergy run(const ContactRows& s, std::size_t first, std::size_t last) {
     const int kept =
         find_touching<kind, Law::attracts>(s, start, last - start < chunk ? last : start + chunk, c, parted);
     meet<kind, Law, friction, dashpot>(s, kept, c);
-    resist<Law::attracts, friction, dashpot, rolling>(s, first, kept, c, sums);
-    if constexpr (rolling) roll<kind, Law::attracts>(s, first, kept, c, sums);
-    hand_out<kind, friction, dashpot, rolling>(s, first, kept, c, sums);
+    resist<Law::attracts, friction, dashpot, couples>(s, first, kept, c, sums);
+    if constexpr (couples) hold_couples<kind, Law::attracts>(s, first, kept, c, sums);
+    hand_out<kind, friction, dashpot, couples>(s, first, kept, c, sums);
   }
   for (int h = 0; h < group / width; ++h) {
     double w[width], x[width], y[width], z[width];
@@ -256,7 +245,7 @@ PassEnergy run(const ContactRows& s, std::size_t first, std::size_t last) {
 
 template <Kind kind, class Law>
 PassEnergy choose(const ContactRows& s, std::size_t first, std::size_t last) {
-  if (s.rolling)
+  if (s.couples)
     return s.dashpot ? run<kind, Law, true, true, true>(s, first, last)
                      : run<kind, Law, true, false, true>(s, first, last);
   if (s.friction)

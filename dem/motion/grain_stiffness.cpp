@@ -6,6 +6,7 @@
 #include "dem/bond/dashpots.hpp"
 #include "dem/bond/kinds.hpp"
 #include "dem/contact/hull_pairs.hpp"
+#include "dem/contact/springs.hpp"
 #include "dem/shape/contact_patch.hpp"
 #include "dem/state/shape_kinds.hpp"
 
@@ -24,6 +25,21 @@ void planes_in(const HullView& b, const Mat3& turn, const Vec3& shift, std::vect
     const Vec3 normal = turn * b.plane[f].normal;
     planes.push_back({normal, b.plane[f].offset + normal.dot(shift)});
   }
+}
+
+/// The same of a wall whose point is `to` from A's mass centre; of kinds that hulls do not meet none.
+void planes_of_wall(const auto&, const Grains&, const Mat3&, const Vec3&, std::vector<Plane>& planes) {
+  planes.clear();
+}
+
+void planes_of_wall(const PlaneWall& wall, const Grains&, const Mat3& back, const Vec3& to,
+                    std::vector<Plane>& planes) {
+  planes = {{back * wall.normal, wall.normal.dot(to)}};
+}
+
+void planes_of_wall(const RollerWall& wall, const Grains& g, const Mat3& back, const Vec3& to,
+                    std::vector<Plane>& planes) {
+  planes_in((*g.hulls)[wall.hull], back, back * to, planes);
 }
 
 /// Hulls: the whole area resists, rocking by its second moments; where it lies is looked up again.
@@ -48,15 +64,12 @@ void place_hulls(const Grains& g, const Boundary& boundary, const Contacts& cont
         o = overlap_at_wall(g, wall, p.a);
         all.arm[c][0] = o.middle;
         const Vec3 to = wall.point - g.motion[p.a].position;
-        if (wall.roller > 0)
-          planes_in((*g.hulls)[wall.hull], back, back * to, planes);
-        else
-          planes = {{back * wall.normal, wall.normal.dot(to)}};
+        std::visit([&](const auto& shape) { planes_of_wall(shape, g, back, to, planes); }, wall.shape);
       }
       if (!(o.volume > 0)) continue;
       const double more = sharpness(o), modulus = contacts.contact.radius[c];
       k[c].normal *= more, k[c].tangential *= more;
-      k[c].rolling = more * modulus * o.polar;
+      k[c].couple[roll_spring] = more * modulus * o.polar;
       const Mat3 patch = axes * turning_of_patch((*g.hulls)[g.hull[p.a]], planes, back * o.middle) * back;
       const Vec3& n = contacts.touch[c].normal;
       const double without = (1 - k[c].tangential / k[c].normal) * n.dot(patch * n);  // of spin about it: friction's
@@ -69,8 +82,9 @@ Stiffness stiffness_of(const Law& law, const PairLaw& p, const Contact& c, doubl
   Stiffness s;
   if (c.stiffness <= 0) return s;
   s.normal = law(c, overlap).grip;
-  s.tangential = p.friction > 0 ? p.shear_ratio * s.normal : 0;
-  s.rolling = p.rolling > 0 ? s.tangential * c.radius * c.radius : 0;
+  s.tangential = p.friction[slide_spring] > 0 ? p.shear_ratio * s.normal : 0;
+  for (const SpringRow row : couple_springs)
+    s.couple[row] = p.friction[row] > 0 ? s.tangential * c.radius * c.radius : 0;
   return s;
 }
 
@@ -97,7 +111,8 @@ Stiffnesses stiffnesses(const ContactLaw& law, std::span<const PairLaw> pairs, c
       if (pair_kind(bin).rolls)
         for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c)
           if (k[c].normal > 0)
-            k[c].rolling += l(contacts.contact[c], contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
+            k[c].couple[roll_spring] +=
+                l(contacts.contact[c], contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
   };
   std::visit(fill, law);
   place_hulls(g, boundary, contacts, all);
@@ -136,7 +151,7 @@ struct Resistance {
   void add(double weight, const Stiffness& s, const Vec3& n, double arm, double lever) {
     const double more = weight * (s.normal - s.tangential), all = weight * s.tangential;
     for (int j = 0; j < 3; ++j) diagonal[j] += all + more * n[j] * n[j], beside[j] += more * n[j] * n[(j + 1) % 3];
-    turn += weight * (s.tangential * arm * arm + std::max(s.normal - s.tangential, 0.0) * lever * lever + s.rolling);
+    turn += weight * (s.tangential * arm * arm + std::max(s.normal - s.tangential, 0.0) * lever * lever + s.of_turns());
   }
   /// Frobenius norm of the stiffness against shifts.
   double shift() const {
@@ -256,10 +271,10 @@ Mat6 HeldGrains::stiffness(std::size_t i) const {
           contact_.arm.empty() ? surface_arm(g_, i, outward) : contact_.arm[c][contacts_.index.entry[e] & 1];
       blocks.add(weight, k[c].normal * nn + k[c].tangential * across, arm);
     }
-    if (contact_.arm.empty())
-      turn += weight * k[c].rolling * across;
-    else
+    if (!contact_.arm.empty())
       turn += weight * contact_.turning[c];
+    else
+      for (const SpringRow row : couple_springs) turn += weight * k[c].couple[row] * own_turn(row, outward);
   }
   if (!bonds_.of.empty()) blocks.add(bonds_.of[i]);
   return scaled_by_mass(g_, i, blocks);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <numeric>
 #include <span>
 
 #include "dem/bond/bonds.hpp"
@@ -15,8 +16,11 @@ namespace grus::dem {
 
 struct Stiffness {
   double normal = 0, tangential = 0;
-  double rolling = 0;  // N m: of the rolling spring, and force x path of the contact point per radian, which rules
-                       // where flat faces meet
+  // N m, of the couples' springs by row; to that of rolling is added force x path of the contact point per radian,
+  // which rules where flat faces meet. Sliding has none.
+  std::array<double, spring_rows> couple{};
+
+  double of_turns() const { return std::accumulate(couple.begin() + first_couple, couple.end(), 0.0); }
 };
 
 /// The stiffnesses of all contacts. Of hulls alone: where each acts, from the mass centres of a and b (m), and how it

@@ -126,7 +126,7 @@ bool share_contacts(const Model& model, State& state, std::span<const std::size_
       for (const Index k : inherited) {
         Contact c = contacts.contact[k];
         c.stiffness *= share;
-        c.spring *= share, c.roll *= share;
+        for (Vec3& spring : c.spring) spring *= share;
         c.compliance /= share;
         contacts.contact.set(k, c);
       }

@@ -176,10 +176,9 @@ void check_values(const Model& model, const State& s) {
       need((inverse * m.position).cwiseAbs().maxCoeff() < 3e4, "place of a grain");
   }
   for (const Wall& w : s.boundary.walls) {
-    need(w.point.allFinite() && w.normal.allFinite() && w.velocity.allFinite() && w.axis.allFinite() &&
-             finite({w.radius, w.roller}) && w.velocity.norm() < light && w.radius >= 0 && w.roller >= 0,
-         "a wall");
-    need(w.material < model.materials.size() && (w.roller == 0 || (g.hulls && w.hull < g.hulls->row.size())), "a wall");
+    need(w.point.allFinite() && w.velocity.allFinite() && w.velocity.norm() < light, "a wall");
+    need(w.material < model.materials.size(), "a wall");
+    need(std::visit([&](const auto& shape) { return shape.sound(g.hulls.get()); }, w.shape), "a wall");
   }
 }
 
@@ -204,7 +203,7 @@ void check_contacts(const Model& model, const State& s) {
   const std::size_t rows = s.resting ? total : total + overrun;
   for_each_contact_column(
       c.contact, [&](const auto& column) { need(column.size() == rows && finite(column), "columns of contacts"); });
-  need(c.contact.rolls == model.rolls() && c.contact.reaches == attracts(model.law), "columns of contacts");
+  need(c.contact.keeps == model.springs() && c.contact.reaches == attracts(model.law), "columns of contacts");
   if (s.resting) {
     need(c.resting_normal.size() == (g.shape.empty() ? 0 : total) && finite(c.resting_normal), "columns of contacts");
   } else {

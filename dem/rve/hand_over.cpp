@@ -67,7 +67,7 @@ void take_over(State& state) {
     if (at == listed.end() || by_place(p, at->first)) continue;  // too far apart to be listed
     Contact contact;
     contact.radius = h.modulus, contact.stiffness = h.modulus * h.area;
-    contact.spring = turned ? Vec3(-h.shear) : h.shear, contact.compliance = h.compliance;
+    contact.spring[slide_spring] = turned ? Vec3(-h.shear) : h.shear, contact.compliance = h.compliance;
     c.contact.set(at->second, contact);
   }
   state.bonds.handed.clear();

@@ -53,7 +53,7 @@ struct Spring {
   Freedom of_a, of_b;        // what the grains' motion does to the opening
   Strain of_strain;          // what a strain does to it
   Mat3 stiffness;            // N/m
-  Mat3 turn = Mat3::Zero();  // N m, of face bonds and rolling springs: against turns of b and a
+  Mat3 turn = Mat3::Zero();  // N m, of face bonds and couples' springs: against turns of b and a
 
   Strain opening(const Eigen::MatrixXd& moved) const {
     return of_strain + of_b * moved.middleRows<6>(static_cast<Eigen::Index>(6 * b)) +
@@ -79,13 +79,13 @@ Spring spring_between(const State& s, std::size_t k, const Mat3& stiffness) {
 /// A sample as springs: one for each of the response's links, in their order, then the bonds.
 struct Network {
   std::vector<Spring> spring;
-  std::vector<Mat3> roll;         // N: of the links' rolling springs, by turn of b against a
-  std::vector<std::size_t> link;  // of each pair; SIZE_MAX: does not touch
-  double sliding = 0;             // N, normal forces of contacts at Coulomb's limit
-  double stiffest = 0;            // N/m
+  std::array<std::vector<Mat3>, spring_rows> couple;  // N: of the links' springs, by turn of b against a
+  std::vector<std::size_t> link;                      // of each pair; SIZE_MAX: does not touch
+  double sliding = 0;                                 // N, normal forces of contacts at Coulomb's limit
+  double stiffest = 0;                                // N/m
 };
 
-/// `all_slip`: what is at Coulomb's limit gives way along the plane of contact, what is at that of rolling rolls.
+/// `all_slip`: what is at Coulomb's limit gives way along the plane of contact, a couple at its own limit gives way.
 Network network_of(const Model& model, const State& s, bool all_slip, LinearResponse& out) {
   Network net;
   net.link.assign(s.contacts.size(), SIZE_MAX);
@@ -96,21 +96,25 @@ Network network_of(const Model& model, const State& s, bool all_slip, LinearResp
     const PairLaw& law = model.pairs[s.contacts.pair[k].law];
     const Elastic elastic = elastic_response(model.law, s.contacts, k);
     const double borne = elastic.bears(elastic.force);
-    const bool slides = law.friction > 0 && c.spring.norm() >= law.friction * borne * (1 - 1e-6);
+    const bool slides = law.friction[slide_spring] > 0 &&
+                        c.spring[slide_spring].norm() >= law.friction[slide_spring] * borne * (1 - 1e-6);
     if (slides) net.sliding += std::abs(elastic.force);
-    const double kt = law.friction > 0 && !(slides && all_slip) ? law.shear_ratio * elastic.grip : 0;
+    const double kt = law.friction[slide_spring] > 0 && !(slides && all_slip) ? law.shear_ratio * elastic.grip : 0;
     net.link[k] = out.links.size();
-    const Mat3 along = touch.normal * touch.normal.transpose(), across = Mat3::Identity() - along;
+    const Mat3 along = touch.normal * touch.normal.transpose();
     net.spring.push_back(spring_between(s, k, (elastic.normal_stiffness - kt) * along + kt * Mat3::Identity()));
-    if (s.contacts.contact.rolls) {
-      const bool gives = law.rolling == 0 || (all_slip && c.roll.norm() >= law.rolling * borne * (1 - 1e-6));
-      const double held = gives ? 0 : law.shear_ratio * elastic.grip * c.radius;  // roll by turn (N)
-      net.spring.back().turn = held * c.radius * across;
-      net.roll.push_back(held * across);
-      out.rolls.push_back({c.roll, law.rolling, {}});
+    for (const SpringRow row : couple_springs) {
+      if (!s.contacts.contact.keeps[row]) continue;
+      const double limit = law.friction[row] * borne;
+      const bool gives = law.friction[row] == 0 || (all_slip && c.spring[row].norm() >= limit * (1 - 1e-6));
+      const double held = gives ? 0 : law.shear_ratio * elastic.grip * c.radius;  // force by turn (N)
+      const Mat3 own = own_turn(row, touch.normal);
+      net.spring.back().turn += held * c.radius * own;
+      net.couple[row].push_back(held * own);
+      out.couples[row].push_back({c.spring[row], law.friction[row], {}});
     }
     net.stiffest = std::max(net.stiffest, elastic.normal_stiffness);
-    out.links.push_back({touch.normal, c.spring, elastic.force, law.friction, {}});
+    out.links.push_back({touch.normal, c.spring[slide_spring], elastic.force, law.friction[slide_spring], {}});
     out.total_force += std::abs(elastic.force);
   }
   for_each_bond(s.bonds, [&](const auto& bond) {
@@ -193,7 +197,8 @@ std::unique_ptr<const LinearResponse> respond(const Model& model, const State& s
     const Spring& spring = net.spring[n];
     const Strain pull = spring.stiffness * spring.opening(moved);  // force that b exerts when it moves away from a
     if (n < out->links.size()) out->links[n].change = -pull;
-    if (n < net.roll.size()) out->rolls[n].change = -net.roll[n] * spring.turning(moved);
+    for (const SpringRow row : couple_springs)
+      if (n < net.couple[row].size()) out->couples[row][n].change = -net.couple[row][n] * spring.turning(moved);
     out->tangent += spring.of_strain.transpose() * pull / volume;
   }
   out->tangent = Mat6(0.5 * (out->tangent + out->tangent.transpose()));
@@ -229,8 +234,9 @@ bool LinearResponse::holds(const Model& model, const Vec6& strain, double share)
     const double along = change.dot(l.normal), now = force[k] = l.force + along;
     changed += std::abs(along);
     const bool slides = l.friction > 0 && (l.spring + change - along * l.normal).norm() > l.friction * now;
-    const bool gives = !rolls.empty() && rolls[k].friction > 0 &&
-                       (rolls[k].spring + rolls[k].change * strain).norm() > rolls[k].friction * now;
+    const bool gives = std::any_of(couples.begin(), couples.end(), [&](const std::vector<Couple>& of) {
+      return !of.empty() && of[k].friction > 0 && (of[k].spring + of[k].change * strain).norm() > of[k].friction * now;
+    });
     if (now <= 0 || slides || gives) outside += std::max(l.force, now);
     if (outside > limit) return false;
   }

@@ -17,8 +17,8 @@ struct LinearResponse {
     double force, friction;              // normal force (N)
     Eigen::Matrix<double, 3, 6> change;  // of the force on b, N; compression is along +normal
   };
-  /// The part of rolling springs in a link.
-  struct Roll {
+  /// The part of a couple's spring in a link.
+  struct Couple {
     Vec3 spring;  // N
     double friction;
     Eigen::Matrix<double, 3, 6> change;  // N
@@ -45,7 +45,7 @@ struct LinearResponse {
   Mat3 stress = Mat3::Zero();   // of the state (Pa)
   Mat6 tangent = Mat6::Zero();  // d stress / d strain, relaxed (Pa)
   std::vector<Link> links;
-  std::vector<Roll> rolls;  // of the links; empty where rolling meets no resistance
+  std::array<std::vector<Couple>, spring_rows> couples;  // of the links, by spring; empty where it is not kept
   std::vector<Gap> gaps;
   std::vector<Grain> grains;
   double total_force = 0;  // sum of the links' forces (N)

@@ -18,7 +18,7 @@ namespace {
 /// The wall at the + end of an axis, which moves; nullptr in a cell.
 Wall* far_wall(Boundary& boundary, int axis) {
   for (auto& wall : boundary.walls)
-    if (wall.normal[axis] == -1) return &wall;
+    if (wall.facing()[axis] == -1) return &wall;
   return nullptr;
 }
 
@@ -29,8 +29,8 @@ Vec3 size_of(const Boundary& boundary) {
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();
   for (const auto& wall : boundary.walls)
     for (int k = 0; k < 3; ++k) {
-      if (wall.normal[k] == 1) low[k] = wall.point[k];
-      if (wall.normal[k] == -1) high[k] = wall.point[k];
+      if (wall.facing()[k] == 1) low[k] = wall.point[k];
+      if (wall.facing()[k] == -1) high[k] = wall.point[k];
     }
   return high - low;
 }
@@ -90,7 +90,7 @@ std::uint64_t steps_to(const Model& model, const State& state, const Loading& lo
   double speed = cell.rate(axis, axis);
   if (!cell.periodic())
     for (const Wall& wall : state.boundary.walls)
-      if (wall.normal[axis] == -1) speed = wall.velocity[axis];
+      if (wall.facing()[axis] == -1) speed = wall.velocity[axis];
   const double rate = std::abs(speed / loading.initial_size[axis]);
   const double gain = contact_stiffness_tangent(model, state)(axis, axis) * rate * state.dt;
   return static_cast<std::uint64_t>(std::clamp(left / gain, 1.0, 1e6));

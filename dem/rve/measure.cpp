@@ -21,8 +21,8 @@ struct Faces {
 Faces faces(const Boundary& boundary, int axis) {
   Faces found;
   for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
-    if (boundary.walls[w].normal[axis] == 1) found.plus = w;
-    if (boundary.walls[w].normal[axis] == -1) found.minus = w;
+    if (boundary.walls[w].facing()[axis] == 1) found.plus = w;
+    if (boundary.walls[w].facing()[axis] == -1) found.minus = w;
   }
   return found;
 }
@@ -56,7 +56,7 @@ Eigen::Matrix<double, 3, 6> displacement_of_strain(const Vec3& l) {
 double bulk_volume(const Boundary& boundary) {
   if (boundary.cell.periodic()) return boundary.cell.volume();
   double v = 1;
-  const Wall* round = cylinder(boundary);
+  const CylinderWall* round = cylinder(boundary);
   for (int k = 0; k < 3; ++k) {
     if (round && round->axis[k] == 0) {  // two axes across: pi R^2
       v *= std::sqrt(pi) * round->radius;
@@ -129,10 +129,10 @@ namespace {
 double radial_stress(const State& s, double volume) {
   double force = 0, radius = 0;
   for (std::size_t c = s.contacts.begin[first_wall]; c < s.contacts.size(); ++c) {
-    const Wall& wall = s.boundary.walls[s.contacts.pair[c].b];
-    if (!wall.round()) continue;
+    const auto* round = std::get_if<CylinderWall>(&s.boundary.walls[s.contacts.pair[c].b].shape);
+    if (!round) continue;
     force += s.contacts.touch[c].force.dot(s.contacts.touch[c].normal);
-    radius = wall.radius;
+    radius = round->radius;
   }
   return 0.5 * force * radius / volume;
 }
@@ -215,7 +215,7 @@ Sums in_chunks(std::size_t n, Team* team, F&& f) {
 
 Mat3 wall_stress(const State& s, double volume) {
   Mat3 stress = Mat3::Zero();
-  const Wall* round = cylinder(s.boundary);
+  const CylinderWall* round = cylinder(s.boundary);
   const double radial = round ? radial_stress(s, volume) : 0;
   for (int k = 0; k < 3; ++k) {
     if (round && round->axis[k] == 0) {
@@ -317,8 +317,8 @@ Mat6 contact_stiffness_tangent(const Model& model, const State& s) {
     const PairLaw& p = model.pairs[s.contacts.pair[k].law];
     const Elastic elastic = elastic_response(model.law, s.contacts, k);
     const double borne = elastic.bears(elastic.force + c.viscous);
-    const bool slides = c.spring.norm() >= p.friction * borne * (1 - 1e-9);
-    const double kt = p.friction > 0 && !slides ? p.shear_ratio * elastic.grip : 0;
+    const bool slides = c.spring[slide_spring].norm() >= p.friction[slide_spring] * borne * (1 - 1e-9);
+    const double kt = p.friction[slide_spring] > 0 && !slides ? p.shear_ratio * elastic.grip : 0;
     const Vec3 l = branch(s, k), &n = s.contacts.touch[k].normal;
     const auto b = displacement_of_strain(l);
     const Mat3 stiffness = (elastic.normal_stiffness - kt) * n * n.transpose() + kt * Mat3::Identity();

@@ -16,12 +16,12 @@ double friction_of(const Material& a, const Material& b) {
   return std::min(a.friction, b.friction);
 }
 
-/// The grain's against what is rigid; else the lower. Nothing resists rolling where nothing resists sliding.
-double rolling_of(const Material& a, const Material& b) {
+/// The grain's against what is rigid; else the lower. Nothing resists a turn where nothing resists sliding.
+double couple_friction_of(SpringRow row, const Material& a, const Material& b) {
   if (!(friction_of(a, b) > 0)) return 0;
-  if (std::isinf(a.youngs_modulus)) return b.rolling_friction;
-  if (std::isinf(b.youngs_modulus)) return a.rolling_friction;
-  return std::min(a.rolling_friction, b.rolling_friction);
+  if (std::isinf(a.youngs_modulus)) return b.couple_friction(row);
+  if (std::isinf(b.youngs_modulus)) return a.couple_friction(row);
+  return std::min(a.couple_friction(row), b.couple_friction(row));
 }
 
 /// The grain's against what is rigid; else the mean.
@@ -39,9 +39,10 @@ void renew_friction(Model& model) {
   for (const Material& m : model.materials) model.damping.push_back(m.damping);
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = 0; j < n; ++j) {
+      const Material &a = model.materials[i], &b = model.materials[j];
       PairLaw& p = model.pairs[i * n + j];
-      p.friction = friction_of(model.materials[i], model.materials[j]);
-      p.rolling = rolling_of(model.materials[i], model.materials[j]);
+      p.friction[slide_spring] = friction_of(a, b);
+      for (const SpringRow row : couple_springs) p.friction[row] = couple_friction_of(row, a, b);
     }
 }
 

@@ -40,6 +40,8 @@ struct Material {
   std::optional<FractureModel> fracture;
   std::optional<BondModel> bond;
 
+  /// Limit of a couple's spring, over the normal force.
+  double couple_friction(SpringRow) const { return rolling_friction; }
   Solid solid() const { return {youngs_modulus, poissons_ratio}; }
   const Balls* balls() const { return fracture ? std::get_if<Balls>(&fracture->splitter) : nullptr; }
   bool swells() const { return balls() && balls()->swells; }
@@ -86,8 +88,12 @@ struct Model {
   /// not break again are pressed into their neighbours, up to 1.25 of their radius at 45 % of strain (docs/studies).
   double overlap_limit() const { return numerics.max_overlap.value_or(breakable() ? 2 : 0.2); }
 
-  bool rolls() const {
-    return std::any_of(pairs.begin(), pairs.end(), [](const PairLaw& p) { return p.rolling > 0; });
+  /// The springs that some pair needs; the first is always kept.
+  SpringSet springs() const {
+    SpringSet some{true};
+    for (const PairLaw& p : pairs)
+      for (const SpringRow row : couple_springs) some[row] = some[row] || p.friction[row] > 0;
+    return some;
   }
   bool reshapes() const {
     for (const auto& m : materials)

@@ -22,7 +22,7 @@ struct Felt {
 void add(Felt& to, double stiffness, double speed) { to.stiffness += stiffness, to.speed += stiffness * speed; }
 
 Felt felt_by(const Model& model, const State& s, std::size_t wall) {
-  const Vec3 n = s.boundary.walls[wall].normal;
+  const Vec3 n = s.boundary.walls[wall].facing();
   Felt felt;
   for (std::size_t k = s.contacts.begin[first_wall]; k < s.contacts.size(); ++k) {
     const Pair& pair = s.contacts.pair[k];
@@ -71,8 +71,9 @@ void press_walls(const Model& model, State& state, const Loading& loading) {
   const Vec3 outside = carried(model, state, mass), drift = momentum(state.grains);
   for (std::size_t w = 0; w < state.boundary.walls.size(); ++w) {
     Wall& wall = state.boundary.walls[w];
+    const Vec3 facing = wall.facing();
     for (int k = 0; k < 3; ++k) {
-      const double n = wall.normal[k];
+      const double n = facing[k];
       if (std::abs(n) != 1) continue;
       const AxisControl& axis = axes[static_cast<std::size_t>(k)];
       if (!axis.stress) {

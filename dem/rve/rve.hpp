@@ -6,39 +6,14 @@
 #include <memory>
 
 #include "dem/rve/model.hpp"
+#include "dem/rve/response.hpp"
 #include "dem/rve/state.hpp"
 
 namespace grus::dem {
 
-/// How an increment is carried out and when it counts as equilibrium.
-struct QuasiStatic {
-  double strain_per_step = 1e-5;   // bound on the strain of one DEM step
-  double inertial_number = 1e-3;   // target that sets the loading rate
-  double pressure_floor = 0;       // Pa; the inertial number is taken at no less than this pressure
-  double unbalanced_force = 1e-3;  // mean resultant / mean contact force
-  double stress_change = 1e-3;     // over one window, relative to the stress or the pressure floor
-  int window = 50;                 // steps between tests
-  std::uint64_t max_hold = 40000;  // steps
-};
-
 /// Since the last commit. F maps the committed configuration to the new one: det > 0.
 struct Increment {
   Mat3 deformation = Mat3::Identity();
-};
-
-struct Response {
-  Mat3 stress = Mat3::Zero();                      // Cauchy, Love-Weber (Pa, tension-positive)
-  Mat6 tangent = Mat6::Zero();                     // contact stiffness (Pa, Voigt, engineering shear)
-  bool stable = false;                             // equilibrium reached within the tolerances
-  double unbalanced_force = 0, stress_change = 0;  // at the end of the hold
-  std::uint64_t steps = 0, hold_steps = 0;
-  std::size_t breakages = 0;  // in this increment
-  double work = 0;            // J, of the state's ledger so far; where there is no trial
-  double haste = 0;  // J, so far: what of it is the price of the rate, not of the stress; where it is carried steadily
-  double inertial_number = 0;  // of this advance, at the pressure at its end; where it is carried steadily
-  int pieces = 1;              // that the increment was taken in
-  double tangent_seconds = 0;  // wall time, of the tangent
-  std::string failure;         // why it is not stable
 };
 
 /// An RVE that is carried without rest (dem/rve/steady.hpp) keeps this besides its state.

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/rve/state_hash.hpp"
 
+#include "dem/base/members.hpp"
+
 namespace grus::dem {
 
 std::uint64_t hash(const State& s) {
@@ -42,8 +44,11 @@ std::uint64_t hash(const State& s) {
   for (const FaceBond& b : s.bonds.wall) add(b.force.data(), sizeof b.force);
   for (const DeadLoad& load : s.bonds.load) add(load.felt.data(), sizeof load.felt);
   for (const Wall& wall : s.boundary.walls) {
-    for (const Vec3& v : {wall.point, wall.normal, wall.velocity}) add(v.data(), sizeof v);
-    if (wall.round()) add(wall.axis.data(), sizeof wall.axis), add(&wall.radius, sizeof wall.radius);
+    for (const Vec3& v : {wall.point, wall.facing(), wall.velocity}) add(v.data(), sizeof v);
+    const auto shape = [&](const auto& kind) {
+      for_each_member(kind, [&](const auto& member) { add(&member, sizeof member); });
+    };
+    if (!std::holds_alternative<PlaneWall>(wall.shape)) std::visit(shape, wall.shape);
   }
   const Cell& cell = s.boundary.cell;
   for (const Mat3* m : {&cell.vectors, &cell.rate}) add(m->data(), sizeof *m);

@@ -52,13 +52,9 @@ void rotate(State& state, const Mat3& r) {
   update_frames(g);
   auto& springs = state.contacts.contact;
   for (std::size_t k = 0; k < springs.stiffness.size(); ++k) {
-    const Vec3 turned = r * springs[k].spring;
-    springs.spring_x[k] = turned.x();
-    springs.spring_y[k] = turned.y();
-    springs.spring_z[k] = turned.z();
-    if (!springs.rolls) continue;
-    const Vec3 roll = r * springs[k].roll;
-    springs.roll_x[k] = roll.x(), springs.roll_y[k] = roll.y(), springs.roll_z[k] = roll.z();
+    Contact c = springs[k];
+    for (Vec3& spring : c.spring) spring = r * spring;
+    springs.set(k, c);
   }
   for (auto& t : state.contacts.touch) t.normal = r * t.normal, t.force = r * t.force;
   for (Spot& spot : state.contacts.spot) spot.at = r * spot.at, spot.couple = r * spot.couple;

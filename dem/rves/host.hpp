@@ -8,38 +8,9 @@
 #include <vector>
 
 #include "dem/base/watch.hpp"
-#include "dem/rve/rve.hpp"
+#include "dem/rves/driver_options.hpp"
 
 namespace grus::dem {
-
-enum class TangentKind {
-  automatic,          // contact stiffness; the network where Newton stalls with it
-  contact_stiffness,  // elastic contacts, sliding ones without k_t
-  network,            // the contact network with grains free to move: relaxed, sliding contacts without k_t
-  elastic,            // that of the first response, kept
-  perturbation,       // from scratch copies
-  quasi_newton        // Broyden's update from iteration to iteration and from increment to increment
-};
-
-/// How an RVE is taken through an increment.
-enum class Pace : std::uint8_t {
-  relaxed,    // to rest, from the committed state; may be refused
-  real_time,  // in the time that the macro solver says; no way back
-  steady      // by its own rate, without rest; no way back
-};
-
-/// The fate of an RVE that cannot go on, where there is no way back.
-enum class OnFailure : std::uint8_t { stop, elastic };
-
-/// How responses are made; the same on all ranks.
-struct ResponseOptions {
-  QuasiStatic quasi_static;
-  TangentKind tangent = TangentKind::automatic;
-  double perturbation = 1e-4;  // strain of the scratch copies
-  bool central = false;
-  double elastic = -1;  // share of the contact forces that may leave the linear range of an elastic point; below 0: off
-  OnFailure on_failure = OnFailure::stop;
-};
 
 /// One RVE to advance. Quasi-static: the path's increments are taken one after the other, all but the last committed.
 /// At any other pace there is one increment; in real time it takes the duration (s).
@@ -59,21 +30,6 @@ struct Outcome {
   bool given_up = false;  // the grains can no more: what answers is what is left of their stiffness
   double elastic_error =
       -1;  // of an earlier linear answer, relative to the stress, now that the grains have caught up; below 0: none
-};
-
-/// Facts of a committed state that are known where it does not live.
-struct Facts {
-  double energy_error = 0, mass = 0, lost_mass = 0, void_ratio = 0;
-  double work = 0, unexplained = 0;  // J, of the ledger
-  double haste = 0;                  // J, of the work: the price of the cell's own rate; steady cells
-  double local_damping = 0;          // J, of what is dissipated: by a device
-  double bond_damping = 0;           // J, the same: by the dashpots of face bonds
-  double scaled_inertia = 0;         // J, put in at births
-  std::uint64_t grains = 0, breakages = 0, steps = 0;
-  std::uint64_t bonds = 0, bonds_broken = 0;  // of faces; where the material has such bonds
-
-  using Number = double Facts::*;
-  using Count = std::uint64_t Facts::*;
 };
 
 /// The seven verbs of a host; none of them names another slot's grains, so slots may live anywhere. Slots are numbers

@@ -8,6 +8,7 @@
 
 #include "dem/base/parallel.hpp"
 #include "dem/rve/linear_response.hpp"
+#include "dem/rve/rve.hpp"
 #include "dem/rves/host.hpp"
 
 namespace grus::dem {

@@ -7,10 +7,15 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
+#include "dem/base/watch.hpp"
 #include "dem/rves/driver_options.hpp"
 
 namespace grus::dem {
+
+struct Model;  // dem/rve/model.hpp
+struct State;  // dem/rve/state.hpp
 
 class RveSet {
 public:

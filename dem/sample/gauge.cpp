@@ -55,7 +55,7 @@ std::array<double, 2> face_stresses(const Programme& test, const State& first, c
   std::array<std::size_t, 2> face{};
   for (std::size_t w = 0; w < s.boundary.walls.size(); ++w)
     for (std::size_t side = 0; side < 2; ++side)
-      if (s.boundary.walls[w].normal[axis] == (side ? -1 : 1)) face[side] = w;
+      if (s.boundary.walls[w].facing()[axis] == (side ? -1 : 1)) face[side] = w;
   if (area == 0)
     area = bulk_volume(s.boundary) / (s.boundary.walls[face[1]].point - s.boundary.walls[face[0]].point)[axis];
   return {-wall_force(s, face[0])[axis] / area, wall_force(s, face[1])[axis] / area};

@@ -39,8 +39,9 @@ bool Recipe::of_hulls() const {
 }
 
 bool Recipe::in_cylinder() const {
-  return bounds == Bounds::cylinder ||
-         std::any_of(walls.begin(), walls.end(), [](const OwnWall& w) { return w.wall.round(); });
+  return bounds == Bounds::cylinder || std::any_of(walls.begin(), walls.end(), [](const OwnWall& w) {
+           return std::holds_alternative<CylinderWall>(w.wall.shape);
+         });
 }
 
 double Recipe::count() const {

@@ -62,7 +62,6 @@ void put_rollers(const Rollers& r, const Recipe& recipe, Sample& sample) {
     const Index hull = add_roller(grains, r.radius, 1.2 * box[third], third, towards);
     for (int k = 0; k < count; ++k) {
       Wall wall;
-      wall.normal.setZero();
       wall.point = 0.5 * box;
       wall.point[r.span] += apart * (0.5 * (count - 1) - k);
       const double height = touching(grains, wall.point[r.span], r.radius, r.span, -towards);
@@ -70,7 +69,7 @@ void put_rollers(const Rollers& r, const Recipe& recipe, Sample& sample) {
         refuse(top ? r.place_of_inner : r.place_of_outer, "a roller there would miss the Voronoi cells");
       wall.point[r.axis] = top ? height : -height;
       if (top) wall.velocity = r.speed * gauge.along;
-      wall.axis = Vec3::Unit(third), wall.roller = r.radius, wall.hull = hull, wall.material = r.material;
+      wall.shape = RollerWall{Vec3::Unit(third), r.radius, hull}, wall.material = r.material;
       gauge.walls.emplace_back(walls.size(), top ? -0.5 : 0.5);
       gauge.moving = walls.size();
       walls.push_back(wall);

@@ -22,7 +22,7 @@ void put_clamp(const Model& model, const Clamp& clamp, Sample& sample) {
   auto& walls = sample.state.boundary.walls;
   const std::size_t at = walls.size();
   Wall wall;
-  wall.point = offset * clamp.outward, wall.normal = -clamp.outward;
+  wall.point = offset * clamp.outward, wall.shape = PlaneWall{-clamp.outward};
   wall.velocity = clamp.velocity, wall.material = clamp.material;
   walls.push_back(wall);
   glue(model, faces, static_cast<Index>(at), clamp.slides, sample.state);
@@ -37,7 +37,7 @@ void put_clamp(const Model& model, const Clamp& clamp, Sample& sample) {
 void glue_to_walls(const Model& model, const Glue& how, const Recipe& recipe, Sample& sample) {
   const auto& walls = sample.state.boundary.walls;
   for (std::size_t w = 0; w < walls.size(); ++w) {
-    const Vec3 outward = -walls[w].normal;
+    const Vec3 outward = -walls[w].facing();
     double offset = 0;
     const auto faces = faces_towards(sample.cells->outer, outward, offset);
     const double gap = walls[w].point.dot(outward) - offset;
@@ -56,7 +56,7 @@ void put_supports(const Model& model, const Supports& supports, Sample& sample) 
   }
   if (supports.clamps.empty()) return;
   int axis = 0;
-  sample.state.boundary.walls.front().normal.cwiseAbs().maxCoeff(&axis);
+  sample.state.boundary.walls.front().facing().cwiseAbs().maxCoeff(&axis);
   note_stiffness(model, axis, sample);
 }
 

@@ -11,12 +11,12 @@ namespace {
 /// The last wall against those before it and against the grains: each would press on what is behind it.
 void check_wall(const OwnWall& own, const std::vector<Wall>& walls, const Grains& g, bool grains_too) {
   const Wall& last = walls.back();
-  if (last.round()) return;
+  const Vec3 facing = last.facing();
+  if (facing.isZero(0)) return;
   double size = 0;
   for (const auto& extent : g.extent) size = std::max(size, extent.equivalent_radius);
   for (std::size_t k = 0; k + 1 < walls.size(); ++k) {
-    if (walls[k].round()) continue;
-    const double along = walls[k].normal.dot(last.normal), ahead = last.normal.dot(walls[k].point - last.point);
+    const double along = walls[k].facing().dot(facing), ahead = facing.dot(walls[k].point - last.point);
     if (along > 1 - 1e-9 && std::abs(ahead) <= 1e-9 * size)
       refuse(own.place,
              fmt::format("this wall is where wall {} is: together they would be twice as stiff; leave one out", k));
@@ -25,17 +25,22 @@ void check_wall(const OwnWall& own, const std::vector<Wall>& walls, const Grains
              fmt::format("no place is on the inner side of both this wall and wall {}: turn one of them", k));
   }
   for (std::size_t i = 0; grains_too && i < g.size(); ++i)
-    if (last.normal.dot(g.motion[i].position - last.point) < 0)
+    if (facing.dot(g.motion[i].position - last.point) < 0)
       refuse(own.place_of_normal,
              fmt::format("grain {} is behind this wall: its normal points to where grains may be", i));
+}
+
+/// A plane across an axis, at the origin, that faces along it, or against.
+Wall plate(int axis, bool against) {
+  PlaneWall plane;
+  plane.normal[axis] = against ? -1 : 1;
+  return {.shape = plane};
 }
 
 void put_box(const Vec3& box, std::uint8_t material, Boundary& boundary) {
   for (int k = 0; k < 3; ++k)
     for (int side = 0; side < 2; ++side) {
-      Wall wall;
-      wall.point = wall.normal = Vec3::Zero();
-      wall.normal[k] = side ? -1 : 1;
+      Wall wall = plate(k, side);
       if (side) wall.point[k] = box[k];
       wall.material = material;
       wall.name = fmt::format("{}{}", "xyz"[k], side ? "max" : "min");
@@ -47,15 +52,13 @@ void put_box(const Vec3& box, std::uint8_t material, Boundary& boundary) {
 void put_cylinder(const Vec3& box, std::uint8_t material, Boundary& boundary) {
   for (int side = 0; side < 2; ++side)
     boundary.walls.push_back({.point = Vec3(0, 0, side ? box[2] : 0),
-                              .normal = Vec3(0, 0, side ? -1 : 1),
+                              .shape = PlaneWall{Vec3(0, 0, side ? -1 : 1)},
                               .material = material,
                               .name = side ? "zmax" : "zmin"});
   boundary.walls.push_back({.point = Vec3(0.5 * box[0], 0.5 * box[0], 0),
-                            .normal = Vec3::Zero(),
+                            .shape = CylinderWall{Vec3::UnitZ(), 0.5 * box[0]},
                             .material = material,
-                            .name = "cylinder",
-                            .axis = Vec3::UnitZ(),
-                            .radius = 0.5 * box[0]});
+                            .name = "cylinder"});
 }
 
 /// Section that platens press on; of a disc across its axis pi D t / 2, which makes it the tension in its middle.
@@ -80,9 +83,7 @@ void put_bounds(const Recipe& recipe, Boundary& boundary) {
 
 void put_platens(const Platens& platens, double low, double high, Boundary& boundary) {
   for (int side = 0; side < 2; ++side) {
-    Wall wall;
-    wall.point = wall.normal = wall.velocity = Vec3::Zero();
-    wall.normal[platens.axis] = side ? -1 : 1;
+    Wall wall = plate(platens.axis, side);
     wall.point[platens.axis] = side ? high : low;
     if (side) wall.velocity[platens.axis] = -(platens.by_speed ? platens.pace : (high - low) * platens.pace);
     wall.material = platens.material;

@@ -2,32 +2,11 @@
 // Rigid walls - planes, cylinders about the grains, rollers - or the periodic cell.
 #pragma once
 
-#include <string>
 #include <vector>
 
-#include "dem/base/tensor.hpp"
+#include "dem/state/walls.hpp"
 
 namespace grus::dem {
-
-struct Wall {
-  Vec3 point, normal;  // unit normal into the space that grains may use; zero of a cylinder
-  Vec3 velocity = Vec3::Zero();
-  std::uint8_t material = 0;
-  std::string name = {};
-  Vec3 axis = Vec3::Zero();  // unit, of a cylinder about `point`, in which grains are
-  double radius = 0;         // of a cylinder; 0: a plane
-  double roller = 0;         // radius of a convex body about `axis` at `point`; 0: none
-  std::uint32_t hull = 0;    // its shape
-
-  bool round() const { return radius > 0; }
-  /// How far x is on the good side (m).
-  double distance(const Vec3& x) const {
-    if (!round() && roller == 0) return normal.dot(x - point);
-    const Vec3 from = x - point;
-    const double away = (from - axis.dot(from) * axis).norm();
-    return roller > 0 ? away - roller : radius - away;
-  }
-};
 
 /// Columns of `vectors` are the cell's edges (m); they move at the constant `rate` (m/s), so that the affine field
 /// x = vectors * s has no acceleration. Zero vectors: no cell, walls or open space. A cell that has been sheared far
@@ -51,9 +30,9 @@ struct Boundary {
 };
 
 /// The cylinder among the walls, if there is one.
-inline const Wall* cylinder(const Boundary& boundary) {
+inline const CylinderWall* cylinder(const Boundary& boundary) {
   for (const Wall& wall : boundary.walls)
-    if (wall.round()) return &wall;
+    if (const auto* round = std::get_if<CylinderWall>(&wall.shape)) return round;
   return nullptr;
 }
 

@@ -7,6 +7,7 @@
 
 #include "dem/base/tensor.hpp"
 #include "dem/kernel/hull_overlap.hpp"
+#include "dem/kernel/spring_rows.hpp"
 
 namespace grus::dem {
 
@@ -32,66 +33,80 @@ inline bool by_place(const Pair& p, const Pair& q) {
 /// True for a pair whose partner is an image.
 inline bool crosses(const Pair& p) { return (p.image[0] | p.image[1] | p.image[2]) != 0; }
 
+/// By row, whether a spring is kept.
+using SpringSet = std::array<bool, spring_rows>;
+
+/// Forces on b that the springs of a contact hold (N); the couple of a spring is radius x force.
+using Springs = std::array<Vec3, spring_rows>;
+inline Springs no_springs() {
+  Springs none;
+  none.fill(Vec3::Zero());
+  return none;
+}
+
 /// What a contact remembers. Touching when stiffness > 0.
 struct Contact {
-  Vec3 spring = Vec3::Zero();  // tangential elastic force on b (N)
-  double stiffness = 0;        // > 0, frozen at contact birth; the law says of what: Hertz N/m^1.5, linear N/m
-  double compliance = 0;       // 1 / tangential stiffness (m/N) of the step before; 0: no spring yet
-  double viscous = 0;          // viscous part of the normal force (N)
-  double radius = 0;           // effective radius (m), frozen at contact birth
-  Vec3 roll = Vec3::Zero();    // rolling spring (N): the couple on b is radius x roll; of the spring's compliance
-  double reach = 0;            // separation at which it parts (m), > 0 with attraction; frozen at contact birth
+  Springs spring = no_springs();
+  double stiffness = 0;   // > 0, frozen at contact birth; the law says of what: Hertz N/m^1.5, linear N/m
+  double compliance = 0;  // 1 / tangential stiffness (m/N) of the step before; 0: no spring yet
+  double viscous = 0;     // viscous part of the normal force (N)
+  double radius = 0;      // effective radius (m), frozen at contact birth
+  double reach = 0;       // separation at which it parts (m), > 0 with attraction; frozen at contact birth
 };
 
 /// The same of many contacts, column by column: the kernels read and write as many in a row as a register holds.
 struct ContactColumns {
-  std::vector<double> spring_x, spring_y, spring_z, stiffness, compliance, viscous, radius;
-  std::vector<double> roll_x, roll_y, roll_z;  // empty unless `rolls`
-  std::vector<double> reach;                   // empty unless `reaches`
-  bool rolls = false;                          // rolling meets resistance
-  bool reaches = false;                        // contacts hold beyond touch
+  std::array<std::array<std::vector<double>, 3>, spring_rows> spring;  // x, y, z of each; empty unless it is kept
+  std::vector<double> stiffness, compliance, viscous, radius;
+  std::vector<double> reach;  // empty unless `reaches`
+  SpringSet keeps{true};      // the first always
+  bool reaches = false;       // contacts hold beyond touch
 
   Contact operator[](std::size_t k) const {
-    Contact c{{spring_x[k], spring_y[k], spring_z[k]}, stiffness[k], compliance[k], viscous[k], radius[k]};
-    if (rolls) c.roll = {roll_x[k], roll_y[k], roll_z[k]};
+    Contact c{.stiffness = stiffness[k], .compliance = compliance[k], .viscous = viscous[k], .radius = radius[k]};
+    c.spring[slide_spring] = force(slide_spring, k);
+    for (const SpringRow row : couple_springs)
+      if (keeps[row]) c.spring[row] = force(row, k);
     if (reaches) c.reach = reach[k];
     return c;
   }
+  Vec3 force(SpringRow row, std::size_t k) const { return {spring[row][0][k], spring[row][1][k], spring[row][2][k]}; }
+  void set_force(SpringRow row, std::size_t k, const Vec3& f) {
+    for (std::size_t j = 0; j < 3; ++j) spring[row][j][k] = f[static_cast<Eigen::Index>(j)];
+  }
   void set(std::size_t k, const Contact& c) {
-    spring_x[k] = c.spring.x();
-    spring_y[k] = c.spring.y();
-    spring_z[k] = c.spring.z();
+    set_force(slide_spring, k, c.spring[slide_spring]);
+    for (const SpringRow row : couple_springs)
+      if (keeps[row]) set_force(row, k, c.spring[row]);
     stiffness[k] = c.stiffness;
     compliance[k] = c.compliance;
     viscous[k] = c.viscous;
     radius[k] = c.radius;
-    if (rolls) roll_x[k] = c.roll.x(), roll_y[k] = c.roll.y(), roll_z[k] = c.roll.z();
     if (reaches) reach[k] = c.reach;
   }
-  /// Rolling springs are kept from now on, or no longer; new ones hold nothing. So are reaches.
-  void keep(bool rolling, bool reaching) {
-    rolls = rolling, reaches = reaching;
+  /// These springs are kept from now on, and others no longer; new ones hold nothing. So are reaches.
+  void keep(const SpringSet& springs, bool reaching) {
+    keeps = springs, reaches = reaching;
     const auto kept = [&](std::vector<double>& column, bool is) {
       is ? column.resize(stiffness.size(), 0.0) : std::vector<double>().swap(column);
     };
-    for (auto* column : {&roll_x, &roll_y, &roll_z}) kept(*column, rolls);
+    for (const SpringRow row : couple_springs)
+      for (auto& column : spring[row]) kept(column, keeps[row]);
     kept(reach, reaches);
   }
-  void keep_as(const ContactColumns& other) { rolls = other.rolls, reaches = other.reaches; }
+  void keep_as(const ContactColumns& other) { keeps = other.keeps, reaches = other.reaches; }
   bool touching(std::size_t k) const { return stiffness[k] > 0; }
 };
 
 /// Calls f on every column that is kept.
 template <class C, class F>
 void for_each_contact_column(C& c, F&& f) {
-  f(c.spring_x);
-  f(c.spring_y);
-  f(c.spring_z);
+  for (std::size_t row = 0; row < spring_rows; ++row)
+    for (std::size_t j = 0; j < 3 && c.keeps[row]; ++j) f(c.spring[row][j]);
   f(c.stiffness);
   f(c.compliance);
   f(c.viscous);
   f(c.radius);
-  if (c.rolls) f(c.roll_x), f(c.roll_y), f(c.roll_z);
   if (c.reaches) f(c.reach);
 }
 
@@ -128,9 +143,18 @@ struct alignas(64) Load {
   double unused_too = 0;
 };
 
-/// Energy held by the springs against sliding and rolling (J).
+/// Energy held by the springs (J).
 inline double shear_energy(const Contact& c) {
-  return 0.5 * c.compliance * (c.spring.squaredNorm() + c.roll.squaredNorm());
+  double size2 = 0;
+  for (const Vec3& spring : c.spring) size2 += spring.squaredNorm();
+  return 0.5 * c.compliance * size2;
+}
+
+/// Couple on b of all springs that hold one (N m); -couple on a.
+inline Vec3 couple(const Contact& c) {
+  Vec3 force = c.spring[first_couple];
+  for (std::size_t row = first_couple + 1; row < spring_rows; ++row) force += c.spring[row];
+  return c.radius * force;
 }
 
 /// Work and dissipation of one tile since the last flush (J). `friction`: the limit times plastic slip or roll, what a

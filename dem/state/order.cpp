@@ -40,14 +40,14 @@ void free_hulls(Grains& g, std::vector<Wall>& walls, HullGuesses& guesses) {
   std::vector<std::uint8_t> wanted(rows, 0);
   for (const Index row : g.hull) wanted[row] = 1;
   for (const Wall& wall : walls)
-    if (wall.roller > 0) wanted[wall.hull] = 1;
+    if (const auto* roller = std::get_if<RollerWall>(&wall.shape)) wanted[roller->hull] = 1;
   const auto live = static_cast<std::size_t>(std::count(wanted.begin(), wanted.end(), 1));
   if (4 * (rows - live) <= rows) return;
   std::vector<Index> place;
   g.hulls = std::make_shared<HullStore>(only(*g.hulls, wanted, place));
   for (Index& row : g.hull) row = place[row];
   for (Wall& wall : walls)
-    if (wall.roller > 0) wall.hull = place[wall.hull];
+    if (auto* roller = std::get_if<RollerWall>(&wall.shape)) roller->hull = place[roller->hull];
   std::fill(guesses.row.begin(), guesses.row.end(), HullGuesses::Row{});  // they go by the rows
 }
 

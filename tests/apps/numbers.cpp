@@ -25,7 +25,7 @@ using namespace grus::app;
 using grus::app::test::Scratch;
 using namespace grus::dem::test;
 using grus::dem::Mat3, grus::dem::Vec3, grus::dem::State, grus::dem::Model, grus::dem::PolyEllipsoid, grus::dem::Team,
-    grus::dem::Wall, grus::dem::pi;
+    grus::dem::Wall, grus::dem::PlaneWall, grus::dem::pi;
 
 namespace {
 
@@ -171,7 +171,7 @@ TEST_CASE("error estimates are of the last row and of the worst, and each is wha
   for (const double more : {0.0, 1e-6}) add(two, PolyEllipsoid::sphere(r + more), Vec3(1e4 * more, 0, 0), 2650);
   for (const double side : {-1.0, 1.0}) {
     Wall platen;
-    platen.material = 1, platen.normal = Vec3(0, 0, -side), platen.point = Vec3(0, 0, side * (r - 1e-6));
+    platen.material = 1, platen.shape = PlaneWall{Vec3(0, 0, -side)}, platen.point = Vec3(0, 0, side * (r - 1e-6));
     two.boundary.walls.push_back(platen);
   }
   prepare(model, two, team);

@@ -42,8 +42,7 @@ void add_box(State& state, double size) {
   for (int k = 0; k < 3; ++k)
     for (int side = 0; side < 2; ++side) {
       Wall wall;
-      wall.normal = Vec3::Zero(), wall.point = Vec3::Zero();
-      wall.normal[k] = side ? -1 : 1;
+      wall.shape = PlaneWall{(side ? -1 : 1) * Vec3::Unit(k)};
       if (side) wall.point[k] = size;
       state.boundary.walls.push_back(wall);
     }

@@ -114,11 +114,11 @@ TEST_CASE("a beam of twenty cells is bent until it breaks: fracture never falls,
         add_cells(model, voronoi_packing(box_space(Vec3(length, side, side)), 20, 5, seed, team), 0, s);
     for (const double end : {0.0, 1.0}) {  // neither end turns, and one goes down
       Wall wall;
-      wall.point = Vec3(end * length, 0, 0), wall.normal = (1 - 2 * end) * Vec3::UnitX(), wall.material = 1;
+      wall.point = Vec3(end * length, 0, 0), wall.shape = PlaneWall{(1 - 2 * end) * Vec3::UnitX()}, wall.material = 1;
       wall.velocity = -0.4 * end * Vec3::UnitZ();
       s.boundary.walls.push_back(wall);
       double offset;
-      glue(model, faces_towards(faces.outer, -wall.normal, offset), static_cast<Index>(end), false, s);
+      glue(model, faces_towards(faces.outer, -wall.facing(), offset), static_cast<Index>(end), false, s);
     }
     REQUIRE(s.bonds.wall.size() >= 2);
     prepare(model, s, team);

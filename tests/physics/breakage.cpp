@@ -34,7 +34,7 @@ State squeezed(const Model& model, const std::vector<int>& axes, double force) {
     for (int side : {-1, 1}) {
       Wall wall;
       wall.material = 1;
-      wall.normal = Vec3::Zero(), wall.normal[k] = -side;
+      wall.shape = PlaneWall{-side * Vec3::Unit(k)};
       wall.point = Vec3::Zero(), wall.point[k] = side * (R - overlap);
       s.boundary.walls.push_back(wall);
     }

@@ -138,7 +138,7 @@ TEST_CASE("a cube pressed between its faces is not sheared on planes along the l
   add_body(s, unit_cube(), Vec3::Zero(), Quat::Identity());
   for (int side = 0; side < 2; ++side) {
     Wall wall;
-    wall.material = 1, wall.normal = Vec3(0, 0, side ? -1 : 1), wall.point = -(0.5 - 1e-4) * wall.normal;
+    wall.material = 1, wall.shape = PlaneWall{Vec3(0, 0, side ? -1 : 1)}, wall.point = -(0.5 - 1e-4) * wall.facing();
     s.boundary.walls.push_back(wall);
   }
   Team team(1);

@@ -19,9 +19,9 @@ constexpr double R = 1e-3;
 void add_cylinder(State& s, double radius, double height) {
   for (const int side : {0, 1})
     s.boundary.walls.push_back(
-        {.point = Vec3(0, 0, side ? height : 0), .normal = Vec3(0, 0, side ? -1 : 1), .material = 1});
+        {.point = Vec3(0, 0, side ? height : 0), .shape = PlaneWall{Vec3(0, 0, side ? -1 : 1)}, .material = 1});
   s.boundary.walls.push_back(
-      {.point = Vec3(0.01, 0.02, 0), .normal = Vec3::Zero(), .material = 1, .axis = Vec3::UnitZ(), .radius = radius});
+      {.point = Vec3(0.01, 0.02, 0), .shape = CylinderWall{Vec3::UnitZ(), radius}, .material = 1});
 }
 
 }  // namespace

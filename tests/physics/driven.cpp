@@ -261,13 +261,13 @@ TEST_CASE("walls that press hold their force at any rate, carry the weight of a 
   CHECK(off() < 1e-3);
   double push = 0;
   for (std::size_t k = s.contacts.begin[first_wall]; k < s.contacts.size(); ++k)
-    if (std::abs(s.boundary.walls[s.contacts.pair[k].b].normal.x()) == 1) push += s.contacts.touch[k].force.x();
+    if (std::abs(s.boundary.walls[s.contacts.pair[k].b].facing().x()) == 1) push += s.contacts.touch[k].force.x();
   CHECK(push == Approx(-1e4 * total_mass(s.grains)).epsilon(0.05));  // of the grains on the walls
   // A push from the side, nothing that rubs or damps: gone after some ten times the way of the pressure.
   s = pressed;
   model.motion.gravity.setZero();
   set_damping(model, 0);
-  for (auto& pair : model.pairs) pair.friction = 0;
+  for (auto& pair : model.pairs) pair.friction = {};
   for (auto& motion : s.grains.motion) motion.velocity.x() += 0.1;
   begin_loading(model, s, loading);
   load(model, s, loading, began + 3e-3, team);

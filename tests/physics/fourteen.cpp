@@ -22,7 +22,7 @@ State between_plates(const Model& model, double force, std::uint8_t plates) {
   for (const int side : {-1, 1}) {
     Wall wall;
     wall.material = plates;
-    wall.normal = Vec3(0, 0, -side), wall.point = Vec3(0, 0, side * (R - overlap));
+    wall.shape = PlaneWall{Vec3(0, 0, -side)}, wall.point = Vec3(0, 0, side * (R - overlap));
     s.boundary.walls.push_back(wall);
   }
   return s;
@@ -274,7 +274,7 @@ TEST_CASE("balls that touch one wall carry it each with the stiffness of its own
   add(s, PolyEllipsoid::sphere(R), Vec3::Zero(), 2650);
   // Deep into the ball in a gap of the equator, and into both balls beside it, alike.
   const Vec3 out = pieces_of_ball(s, Vec3::UnitZ(), model.seed).piece[3].position.normalized();
-  s.boundary.walls.push_back({.point = 0.7 * R * out, .normal = -out, .material = 1});
+  s.boundary.walls.push_back({.point = 0.7 * R * out, .shape = PlaneWall{-out}, .material = 1});
   Team team(1);
   prepare(model, s, team);
   apply_breaks(model, s, {{0, {Mat3::Zero(), std::nullopt, Vec3::UnitZ()}}}, team);

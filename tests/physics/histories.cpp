@@ -28,8 +28,8 @@ Model sticky(bool brittle = false, double rounding = 0) {
   return model_of(m);
 }
 
-Vec3 spring(const State& s, std::size_t k) { return s.contacts.contact[k].spring; }
-Vec3 roll(const State& s, std::size_t k) { return s.contacts.contact[k].roll; }
+Vec3 spring(const State& s, std::size_t k) { return s.contacts.contact[k].spring[slide_spring]; }
+Vec3 roll(const State& s, std::size_t k) { return s.contacts.contact[k].spring[roll_spring]; }
 
 /// A cell of 64 grains in contact, sheared so that tangential springs are stretched.
 State sheared(const Model& model, Team& team) {
@@ -58,10 +58,10 @@ TEST_CASE("a pair that turns as one body keeps its tangential spring: turned wit
     prepare(model, s, team);
     REQUIRE(s.contacts.contact.touching(0));
     Contact c = s.contacts.contact[0];
-    c.spring = Vec3(0, 0.3, 0.2), c.roll = Vec3(0, -0.1, 0.3);
+    c.spring[slide_spring] = Vec3(0, 0.3, 0.2), c.spring[roll_spring] = Vec3(0, -0.1, 0.3);
     s.contacts.contact.set(0, c);
-    const Vec3 before = c.spring, rolled = c.roll, axis = about_normal ? Vec3(1, 0, 0) : Vec3(0, 0.6, 0.8),
-               centre(0.99 * R, 0, 0);
+    const Vec3 before = c.spring[slide_spring], rolled = c.spring[roll_spring],
+               axis = about_normal ? Vec3(1, 0, 0) : Vec3(0, 0.6, 0.8), centre(0.99 * R, 0, 0);
     const double step = 1e-3, dt = 1e-8;
     const int steps = 500;
     for (int k = 0; k < steps; ++k) {  // carried about by hand, half a step for the velocities
@@ -80,19 +80,20 @@ TEST_CASE("a pair that turns as one body keeps its tangential spring: turned wit
   }
   // The plain form, for poly-ellipsoids at walls: a turn of 0.1 rad in one step is not a loss.
   PairLaw law;
-  law.own = HertzMindlin::Pair{30e9}, law.shear_ratio = 0.8, law.friction = 10;
+  law.own = HertzMindlin::Pair{30e9}, law.shear_ratio = 0.8, law.friction = {10};
   Contact c;
-  c.stiffness = 1e9, c.radius = R, c.compliance = 1 / (0.8 * 1.5 * 1e9 * std::sqrt(1e-6)), c.spring = Vec3(0.3, 0.4, 0);
+  c.stiffness = 1e9, c.radius = R, c.compliance = 1 / (0.8 * 1.5 * 1e9 * std::sqrt(1e-6)),
+  c.spring[slide_spring] = Vec3(0.3, 0.4, 0);
   Touch touch;
   BlockEnergy e;
   const Vec3 tilted = Eigen::AngleAxisd(0.1, Vec3(0, 1, 0)) * Vec3(0, 0, 1);
   advance_contact(HertzMindlin{}, law, 1, c, touch, tilted, 1e-6, Vec3::Zero(), 0, 1e-7, e);
-  CHECK(c.spring.norm() == Approx(0.5).epsilon(1e-9));
-  CHECK(std::abs(c.spring.dot(tilted)) < 1e-12);
-  c.spring = Vec3(0.5, 0, 0);
+  CHECK(c.spring[slide_spring].norm() == Approx(0.5).epsilon(1e-9));
+  CHECK(std::abs(c.spring[slide_spring].dot(tilted)) < 1e-12);
+  c.spring[slide_spring] = Vec3(0.5, 0, 0);
   advance_contact(HertzMindlin{}, law, 1, c, touch, Vec3(0, 0, 1), 1e-6, Vec3::Zero(), 1e5, 1e-7,
                   e);  // the pair twists by 0.01
-  CHECK(c.spring.y() == Approx(0.5 * 0.01).epsilon(1e-3));
+  CHECK(c.spring[slide_spring].y() == Approx(0.5 * 0.01).epsilon(1e-3));
 }
 
 TEST_CASE("a state that is turned answers to a turned shear as it would have, turned: tangential springs included") {
@@ -155,8 +156,8 @@ TEST_CASE("halves inherit tangential springs, whichever side of the pair the par
         const Pair& p = s.contacts.pair[k];
         if (!s.contacts.contact.touching(k) || (p.a != parent && p.b != parent)) continue;
         Contact c = s.contacts.contact[k];
-        c.spring = (p.b == parent ? 1 : -1) * Vec3(0, 0.03, 0.01), ++set;  // the force on the parent
-        c.roll = (p.b == parent ? 1 : -1) * Vec3(0, -0.01, 0.02);          // the couple on it
+        c.spring[slide_spring] = (p.b == parent ? 1 : -1) * Vec3(0, 0.03, 0.01), ++set;  // the force on the parent
+        c.spring[roll_spring] = (p.b == parent ? 1 : -1) * Vec3(0, -0.01, 0.02);         // the couple on it
         s.contacts.contact.set(k, c);
       }
       REQUIRE(set == 2);
@@ -210,7 +211,7 @@ TEST_CASE("a surface that grows against fixed neighbours puts in exactly what th
   update_frames(s.grains);
   for (const double side : {-1.0, 1.0}) {
     Wall wall;
-    wall.material = 1, wall.normal = Vec3(-side, 0, 0),
+    wall.material = 1, wall.shape = PlaneWall{Vec3(-side, 0, 0)},
     wall.point = surface_arm(s.grains, 0, side * Vec3::UnitX()) - Vec3(0.01 * side * R, 0, 0);
     s.boundary.walls.push_back(wall);
   }

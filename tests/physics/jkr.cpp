@@ -205,7 +205,7 @@ TEST_CASE("JKR: a sphere hangs from a ceiling up to its pull-off force, through 
     State s;
     add(s, PolyEllipsoid::sphere(R), Vec3(0, 0, -R + at_rest_overlap(circle)), density);
     Wall ceiling;
-    ceiling.point = Vec3::Zero(), ceiling.normal = Vec3(0, 0, -1), ceiling.material = 1;
+    ceiling.point = Vec3::Zero(), ceiling.shape = PlaneWall{Vec3(0, 0, -1)}, ceiling.material = 1;
     s.boundary.walls.push_back(ceiling);
     prepare(model, s, team);
     for (int load = 1; load <= 40; ++load) {  // slowly, so that it does not fall by its swing
@@ -258,7 +258,7 @@ TEST_CASE("JKR: friction goes on under tension, up to mu (N + 2 pull-off), rolli
   const Circle circle{1e7, 0.1, 1e-4};
   PairLaw pair;
   pair.own = Jkr::Pair{circle.youngs, circle.work};
-  pair.shear_ratio = 0.8, pair.friction = 0.3, pair.rolling = 0.1;
+  pair.shear_ratio = 0.8, pair.friction = {0.3, 0.1};
   const Vec3 n(0, 0, 1);
   const double ac = circle.least();
   for (const double a : {1.1 * ac, 2.08 * ac, 2.6 * ac, 4 * ac}) {
@@ -271,8 +271,8 @@ TEST_CASE("JKR: friction goes on under tension, up to mu (N + 2 pull-off), rolli
     for (int k = 0; k < 4000; ++k)
       force = advance_contact(Jkr{}, pair, 1e-6, c, touch, n, circle.overlap(a), slip, 0, dt, e, turn);
     const double limit = 0.3 * (circle.force(a) + 2 * circle.pull_off());
-    CHECK(c.spring.norm() == Approx(limit).epsilon(1e-9));
-    CHECK(c.roll.norm() == Approx(limit / 3).epsilon(1e-9));
+    CHECK(c.spring[slide_spring].norm() == Approx(limit).epsilon(1e-9));
+    CHECK(c.spring[roll_spring].norm() == Approx(limit / 3).epsilon(1e-9));
     CHECK(force.dot(n) == Approx(circle.force(a)).epsilon(1e-9));
     CHECK(c.compliance == Approx(1 / (0.8 * 2 * circle.youngs * a)).epsilon(1e-9));
     CHECK(e.friction == Approx(e.springs).epsilon(0.01));

@@ -89,8 +89,7 @@ void make(Case& c, bool periodic, bool shapes, bool friction, bool dashpot, bool
     for (int k = 0; k < 3; ++k)
       for (int side = 0; side < 2; ++side) {
         Wall wall;
-        wall.normal = Vec3::Zero(), wall.point = Vec3::Zero();
-        wall.normal[k] = side ? -1 : 1;
+        wall.shape = PlaneWall{(side ? -1 : 1) * Vec3::Unit(k)};
         if (side) wall.point[k] = size, wall.velocity[k] = -squeeze * size;
         c.state.boundary.walls.push_back(wall);
       }
@@ -143,20 +142,22 @@ void compare(Case& c) {
     if (p.stiffness == 0) continue;
     ++touching;
     const PairLaw& law = c.model.pairs[s.contacts.pair[k].law];
-    sliding += law.friction > 0 &&
-               q.spring.norm() > 0.999 * law.friction * s.contacts.touch[k].force.dot(s.contacts.touch[k].normal);
+    sliding += law.friction[slide_spring] > 0 &&
+               q.spring[slide_spring].norm() >
+                   0.999 * law.friction[slide_spring] * s.contacts.touch[k].force.dot(s.contacts.touch[k].normal);
     REQUIRE(p.stiffness == Approx(q.stiffness).epsilon(1e-7));
-    REQUIRE((p.spring - q.spring).norm() <= tolerance);
-    REQUIRE((p.roll - q.roll).norm() <= tolerance);
-    rolling += law.rolling > 0 &&
-               q.roll.norm() > 0.999 * law.rolling * s.contacts.touch[k].force.dot(s.contacts.touch[k].normal);
+    REQUIRE((p.spring[slide_spring] - q.spring[slide_spring]).norm() <= tolerance);
+    REQUIRE((p.spring[roll_spring] - q.spring[roll_spring]).norm() <= tolerance);
+    rolling += law.friction[roll_spring] > 0 &&
+               q.spring[roll_spring].norm() >
+                   0.999 * law.friction[roll_spring] * s.contacts.touch[k].force.dot(s.contacts.touch[k].normal);
     REQUIRE(p.compliance == Approx(q.compliance).epsilon(1e-6));
   }
   CHECK(touching > s.grains.size());
   INFO("drawn " << drawn);
   CHECK((drawn > 3) == attracts(c.model.law));
-  if (c.model.pairs[0].friction > 0) CHECK(sliding > 0);
-  if (c.model.rolls()) CHECK((rolling > 10 && rolling < touching - 10));
+  if (c.model.pairs[0].friction[slide_spring] > 0) CHECK(sliding > 0);
+  if (c.model.springs()[roll_spring]) CHECK((rolling > 10 && rolling < touching - 10));
   for (std::size_t i = 0; i < s.grains.size(); ++i) {
     const Load load = collected(s.contacts, i);
     const double tolerance = s.grains.frame.empty() ? 1e-11 : 1e-4;  // of some ten contacts

@@ -68,17 +68,17 @@ TEST_CASE(
     // Grains that cannot roll freely shear less.
     if (rolling > 0) {
       Model free = model;
-      for (PairLaw& law : free.pairs) law.rolling = 0;
+      for (PairLaw& law : free.pairs) law.friction[roll_spring] = 0;
       LinearResponse near = *r;
       Vec6 push = Vec6::Zero();
       push[3] = 1e-8;
       CHECK(near.holds(model, push, 0.001));
-      for (auto& roll : near.rolls) roll.friction = 1e-9;
+      for (auto& roll : near.couples[roll_spring]) roll.friction = 1e-9;
       CHECK_FALSE(near.holds(model, push, 0.001));
       const auto shear = [](const LinearResponse& of) { return of.tangent.bottomRightCorner<3, 3>().trace(); };
       CHECK(shear(*r) > 1.02 * shear(*linear_response(free, s, 0.001)));
     }
-    CHECK(r->rolls.empty() == (rolling == 0));
+    CHECK(r->couples[roll_spring].empty() == (rolling == 0));
   }
 }
 

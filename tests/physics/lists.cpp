@@ -80,7 +80,7 @@ std::size_t too_near(const State& s) {
         count += !listed(s.contacts, false, i, j, image, false);
     }
     for (std::size_t w = 0; w < s.boundary.walls.size(); ++w)
-      if (s.boundary.walls[w].normal.dot(ref.position[i] - ref.wall_point[w]) < reach)
+      if (s.boundary.walls[w].facing().dot(ref.position[i] - ref.wall_point[w]) < reach)
         count += !listed(s.contacts, true, i, w, {}, false);
   }
   return count;
@@ -108,8 +108,9 @@ Meeting all_pairs(const State& s, double least) {
     }
     for (std::size_t w = 0; w < s.boundary.walls.size(); ++w) {
       const Wall& wall = s.boundary.walls[w];
-      const Vec3 tip = is_sphere(g, i) ? Vec3(-g.motion[i].radius * wall.normal) : surface_arm(g, i, -wall.normal);
-      if (wall.normal.dot(g.motion[i].position + tip - wall.point) < -least)
+      const Vec3 inward = wall.facing();
+      const Vec3 tip = is_sphere(g, i) ? Vec3(-g.motion[i].radius * inward) : surface_arm(g, i, -inward);
+      if (inward.dot(g.motion[i].position + tip - wall.point) < -least)
         ++m.pairs, m.missed += !listed(s.contacts, true, i, w, {}, true);
     }
   }

@@ -33,10 +33,10 @@ inline Plain plain_pass(const Model& model, const State& state, double dt) {
     double overlap, radius = 0, ellipse = 1;
     if (wall) {
       const Wall& w = state.boundary.walls[pair.b];
-      n = -w.normal, moving = w.velocity;
+      n = -w.facing(), moving = w.velocity;
       const Frame frame = frame_of(g, pair.a);
       const Vec3 d = frame.axes.transpose() * n, tip = frame.origin + frame.axes * support(g.shape[pair.a], d);
-      overlap = w.normal.dot(w.point - tip);
+      overlap = -n.dot(w.point - tip);
       arm_a = tip - 0.5 * overlap * n - a.position;
       const ContactCurvature curvature = plane_curvature(g.shape[pair.a], d);
       radius = curvature.radius, ellipse = curvature.ellipse_factor;
@@ -72,10 +72,10 @@ inline Plain plain_pass(const Model& model, const State& state, double dt) {
           const Vec3 force =
               advance_contact(l, law, 1 / (a.inverse_mass + (wall ? 0 : g.motion[pair.b].inverse_mass)), c, touch, n,
                               overlap, v, 0.5 * n.dot(a.spin + wb), dt, out.energy, wb - a.spin);
-          const Vec3 couple = c.radius * c.roll;
+          const Vec3 held = couple(c);  // on b
           out.power += force.dot(moving);
-          out.load[pair.a].force -= force, out.load[pair.a].torque += force.cross(arm_a) - couple;
-          if (!wall) out.load[pair.b].force += force, out.load[pair.b].torque += arm_b.cross(force) + couple;
+          out.load[pair.a].force -= force, out.load[pair.a].torque += force.cross(arm_a) - held;
+          if (!wall) out.load[pair.b].force += force, out.load[pair.b].torque += arm_b.cross(force) + held;
         },
         model.law);
   }

@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "dem/base/error.hpp"
+#include "dem/rve/rve.hpp"
 #include "dem/rve/step.hpp"
 #include "tests/helpers.hpp"
 

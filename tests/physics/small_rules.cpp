@@ -80,7 +80,7 @@ TEST_CASE("contact tension counts as many contacts as it is told to") {
       for (int k = 0; k < axes; ++k)
         for (const double side : {-1.0, 1.0}) {
           Wall wall;
-          wall.material = 1, wall.normal = Vec3(-side * Vec3::Unit(k)),
+          wall.material = 1, wall.shape = PlaneWall{-side * Vec3::Unit(k)},
           wall.point = Vec3(side * 0.95 * 3e-4 * Vec3::Unit(k));
           s.boundary.walls.push_back(wall);
         }
@@ -100,11 +100,11 @@ TEST_CASE(
   model.materials = {a, b, wall, smooth};
   make_pair_laws(model);
   auto law = [&](std::size_t i, std::size_t j) { return model.pairs[4 * i + j]; };
-  CHECK(law(0, 1).friction == 0.3);
-  CHECK(law(1, 0).friction == 0.3);
-  CHECK(law(0, 2).friction == 0.7);
-  CHECK(law(2, 1).friction == 0.7);
-  CHECK(law(1, 3).friction == 0.5);
+  CHECK(law(0, 1).friction[slide_spring] == 0.3);
+  CHECK(law(1, 0).friction[slide_spring] == 0.3);
+  CHECK(law(0, 2).friction[slide_spring] == 0.7);
+  CHECK(law(2, 1).friction[slide_spring] == 0.7);
+  CHECK(law(1, 3).friction[slide_spring] == 0.5);
   CHECK(1 / reduced_modulus(law(0, 1)) == Approx((1 - 0.04) / 60e9 + (1 - 0.09) / 20e9).epsilon(1e-14));
   // Mindlin: 8 G* a against 2 E* a, 1/G* the sum of (2 - nu) / G.
   const double compliance = (2 - 0.2) / (60e9 / 2.4) + (2 - 0.3) / (20e9 / 2.6);
@@ -151,7 +151,8 @@ TEST_CASE(
       const Touch& t = s.contacts.touch[k];
       if (!s.contacts.contact.touching(k) || std::abs(t.normal[normal]) < 0.5) continue;
       Contact c = s.contacts.contact[k];
-      c.spring = Vec3(-0.5 * t.force.dot(t.normal) * std::copysign(1.0, t.normal[normal]) * Vec3::Unit(along));
+      c.spring[slide_spring] =
+          Vec3(-0.5 * t.force.dot(t.normal) * std::copysign(1.0, t.normal[normal]) * Vec3::Unit(along));
       s.contacts.contact.set(k, c);
     }
   };
@@ -341,7 +342,7 @@ TEST_CASE("a body on its flat side rolls against the force's lever: the critical
   add(s, lens, Vec3::Zero(), 2650);
   for (const double side : {-1.0, 1.0}) {
     Wall wall;
-    wall.material = 1, wall.normal = Vec3(0, 0, -side), wall.point = Vec3(0, 0, side * 0.05e-3);
+    wall.material = 1, wall.shape = PlaneWall{Vec3(0, 0, -side)}, wall.point = Vec3(0, 0, side * 0.05e-3);
     s.boundary.walls.push_back(wall);
   }
   prepare(model, s, team);

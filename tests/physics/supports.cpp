@@ -17,7 +17,7 @@ namespace {
 
 Wall plane(const Vec3& point, const Vec3& normal, const Vec3& velocity = Vec3::Zero()) {
   Wall wall;
-  wall.point = point, wall.normal = normal, wall.velocity = velocity, wall.material = 1;
+  wall.point = point, wall.shape = PlaneWall{normal}, wall.velocity = velocity, wall.material = 1;
   return wall;
 }
 
@@ -234,7 +234,7 @@ TEST_CASE(
   s.grains.hulls = std::make_shared<HullStore>(store);
   set_grain(s.grains, 0, brick);
   Wall wall = plane(Vec3(0.5, 0, 4.8), Vec3::Zero(), Vec3(0, 0, -20));
-  wall.axis = Vec3::UnitY(), wall.roller = 0.45, wall.hull = shape;
+  wall.shape = RollerWall{Vec3::UnitY(), 0.45, shape};
   s.boundary.walls.push_back(wall);
   CHECK(wall.distance(Vec3(0.5, 7, 0.8)) == Approx(4 - 0.45));
   update_frames(s.grains);

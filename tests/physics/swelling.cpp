@@ -46,7 +46,7 @@ void add_plates(State& s, double half) {
   for (const int side : {-1, 1}) {
     Wall wall;
     wall.material = 1;
-    wall.normal = Vec3(0, 0, -side), wall.point = Vec3(0, 0, side * half);
+    wall.shape = PlaneWall{Vec3(0, 0, -side)}, wall.point = Vec3(0, 0, side * half);
     s.boundary.walls.push_back(wall);
   }
 }

@@ -35,7 +35,7 @@ void squeeze(State& s, std::size_t i, int axis, double depth) {
   for (int side : {-1, 1}) {
     Wall wall;
     wall.material = 1;
-    wall.normal = Vec3::Zero(), wall.normal[axis] = -side;
+    wall.shape = PlaneWall{-side * Vec3::Unit(axis)};
     wall.point = s.grains.motion[i].position;
     wall.point[axis] +=
         side * (std::abs((is_sphere(s.grains, i) ? Vec3(R * side * Vec3::Unit(axis))

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""The tree's guard rails: includes and imports only go down, files stay short, no lost words."""
+"""The tree's guard rails: includes and imports only go down, files stay short, public headers read few others."""
 import ast
 import os
 import re
@@ -19,6 +19,8 @@ python_floor = {
     "_core": 0, "_version": 0, "errors": 0, "asked": 1, "files": 1, "figures": 2, "results": 2, "samples": 2, "runs": 3,
     "rves": 3, "calibrate": 4, "report": 4, "study": 4, "": 5, "precice": 6
 }
+# Headers of the tree that a client reads at most who includes this one, itself among them.
+few = {"dem/rves/rve_set.hpp": 5, "apps/library/grus/rves.hpp": 8}
 faults = []
 
 
@@ -51,6 +53,22 @@ for top in ("dem", "fem", "coupling", "apps", "tests"):
                     faults.append(f"{path}: includes {target} of a room beside it")
                 elif path.startswith("fem/") and target.startswith("dem/"):
                     faults.append(f"{path}: fem must not know dem")
+
+
+def headers_of(path, found):
+    """All headers of the tree that come with one."""
+    if path not in found:
+        found.add(path)
+        with open(os.path.join(root, path)) as f:
+            for target in re.findall(r'#include "([^"]+)"', f.read()):
+                headers_of(f"apps/library/{target}" if target.startswith("grus/") else target, found)
+    return found
+
+
+for path, most in few.items():
+    count = len(headers_of(path, set()))
+    if count > most:
+        faults.append(f"{path}: {count} headers come with it; {most} at most")
 
 
 def python_file(folder, dotted):

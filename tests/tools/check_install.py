@@ -12,7 +12,7 @@ build, kind = os.path.abspath(sys.argv[1]), sys.argv[2]
 
 source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 page = open(os.path.join(source, "docs", "library.md")).read()
-PUBLIC = ["grus/rve.hpp", "grus/sample.hpp", "grus/scene.hpp"
+PUBLIC = ["grus/rve.hpp", "grus/rves.hpp", "grus/sample.hpp", "grus/scene.hpp"
           ] + [f"dem/rve/{name}.hpp" for name in ("model", "state", "rve", "measure", "step")]
 CMAKE, CLIENT = (re.search(rf"```{kind_of_block}\n(.*?)```", page, re.S).group(1) for kind_of_block in ("cmake", "cpp"))
 SAID = re.search(r"says `(.*?)`", page).group(1)

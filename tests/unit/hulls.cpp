@@ -257,7 +257,7 @@ TEST_CASE("hulls of no grain leave the store: what is left has the same bytes, r
     set_grain(s.grains, s.grains.size(), spec);
   }
   Wall roller;
-  roller.roller = 1, roller.hull = 20;
+  roller.shape = RollerWall{Vec3::UnitZ(), 1, 20};
   s.boundary.walls = {roller, Wall{}};
   s.contacts.guesses.row.resize(1);
   s.contacts.guesses.row[0].guess.octets = 2;
@@ -277,7 +277,7 @@ TEST_CASE("hulls of no grain leave the store: what is left has the same bytes, r
     CHECK(s.grains.hulls->row[is].volume == store.row[was].volume);
   };
   for (std::size_t i = 0; i < rows.size(); ++i) same(s.grains.hull[i], rows[i]);
-  same(s.boundary.walls[0].hull, 20);
+  same(std::get<RollerWall>(s.boundary.walls[0].shape).hull, 20);
   // While few are dead, nothing moves.
   const std::shared_ptr<const HullStore> now = s.grains.hulls;
   s.grains.hull[0] = s.grains.hull[1];

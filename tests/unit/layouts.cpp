@@ -80,9 +80,20 @@ TEST_CASE("a row's numbers count, whatever is there") {
   CHECK(walked(std::optional<Whole>{}) != walked(std::optional<Halves>{}));
 }
 
+TEST_CASE("a variant's layout is that of all its kinds, whichever is there") {
+  struct Other {
+    double y = 0;
+  };
+  using Kinds = std::variant<Row, WiderRow>;
+  CHECK(walked(Kinds{Row{}}) == walked(Kinds{WiderRow{}}));
+  CHECK(walked(Kinds{}) != walked(std::variant<WiderRow, Row>{}));
+  CHECK(walked(Kinds{}) != walked(std::variant<Row, WiderRow, Other>{}));
+  CHECK(walked(Kinds{}) != walked(std::variant<Row>{}));
+}
+
 TEST_CASE("a state's layout is that of any state") {
   State walled;
-  walled.boundary.walls.resize(2);
+  walled.boundary.walls.resize(2), walled.boundary.walls[1].shape = RollerWall{};
   walled.grains.motion.resize(5);
   walled.grains.hulls = std::make_shared<HullStore>();
   CHECK(walked(State{}) == walked(walled));

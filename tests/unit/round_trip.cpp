@@ -26,7 +26,7 @@ inline constexpr bool room =
 template <class T>
 inline constexpr bool is_hulls = std::is_same_v<T, std::shared_ptr<const HullStore>>;
 
-/// Gives every number below `v` a value that no other has.
+/// Gives every number below `v` a value that no other has; of a variant, the last of its kinds.
 struct Filler {
   double next = 1;
 
@@ -56,6 +56,8 @@ struct Filler {
       for (auto& each : v) (*this)(each);
     } else if constexpr (is_optional<T>) {
       (*this)(v.emplace());
+    } else if constexpr (is_variant<T>) {
+      (*this)(v.template emplace<std::variant_size_v<T> - 1>());
     } else {
       for_each_member(v, *this);
     }
@@ -86,6 +88,13 @@ struct Comparer {
     } else if constexpr (is_optional<T>) {
       ++numbers, different += p.has_value() != q.has_value();
       if (p && q) (*this)(*p, *q);
+    } else if constexpr (is_variant<T>) {
+      ++numbers, different += p.index() != q.index();
+      std::visit(
+          [&]<class K>(const K& kind) {
+            if (const K* other = std::get_if<K>(&q)) (*this)(kind, *other);
+          },
+          p);
     } else {
       both(p, q, std::make_index_sequence<grus::member_count<T>()>());
     }
@@ -140,6 +149,20 @@ TEST_CASE("an empty state comes back empty") {
   compared(none, back);
   CHECK(compared.different == 0);
   CHECK(saved(back) == saved(none));
+}
+
+TEST_CASE("each kind of a variant comes back as that kind, and one that is not there is refused") {
+  std::vector<Wall> walls(3);
+  walls[0].shape = PlaneWall{Vec3(1, 2, 3)}, walls[1].shape = CylinderWall{Vec3(4, 5, 6), 7};
+  walls[2].shape = RollerWall{Vec3(8, 9, 10), 11, 12};
+  Comparer compared;
+  compared(walls, loaded<std::vector<Wall>>(saved(walls)));
+  CHECK(compared.different == 0);
+  CHECK(compared.numbers > 3 * 10);
+  std::string bytes = saved(walls[0].shape);
+  REQUIRE(bytes.size() == 1 + sizeof(PlaneWall));
+  bytes[0] = 3;
+  CHECK_THROWS_AS(loaded<WallShape>(bytes), InputError);
 }
 
 TEST_CASE("equal rows have equal bytes, whatever lay in the memory between their members") {

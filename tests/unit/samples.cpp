@@ -243,14 +243,14 @@ TEST_CASE("what cannot be made is refused with the place of whoever asked for it
   };
   CHECK(said().empty());
   OwnWall wall{.place = "here", .place_of_normal = "there"};
-  wall.wall.point = Vec3(0, 0, 2 * R), wall.wall.normal = Vec3::UnitZ(), wall.wall.material = 1;
+  wall.wall.point = Vec3(0, 0, 2 * R), wall.wall.shape = PlaneWall{Vec3::UnitZ()}, wall.wall.material = 1;
   recipe.walls = {wall};
   CHECK(said() == "there: grain 0 is behind this wall: its normal points to where grains may be");
   recipe.walls[0].wall.point.z() = -2 * R;
   CHECK(said().empty());
   recipe.walls.push_back(recipe.walls[0]);
   CHECK_THAT(said(), Catch::StartsWith("here: this wall is where wall 0 is"));
-  recipe.walls[1].wall.normal *= -1, recipe.walls[1].wall.point.z() = -3 * R;
+  recipe.walls[1].wall.shape = PlaneWall{-Vec3::UnitZ()}, recipe.walls[1].wall.point.z() = -3 * R;
   CHECK_THAT(said(), Catch::StartsWith("there: no place is on the inner side"));
   recipe.walls.clear();
   std::get<Listed>(recipe.grains)[0].spec.material = 2;

@@ -4,4 +4,5 @@
 
 #include "dem/base/error.hpp"
 #include "dem/rve/measure.hpp"
+#include "dem/rve/rve.hpp"
 #include "dem/rves/rve_set.hpp"
