@@ -4,7 +4,7 @@
 
 #include "dem/fracture/cleavage.hpp"
 #include "dem/io/archive.hpp"
-#include "dem/packing/cells.hpp"
+#include "dem/packing/voronoi_grains.hpp"
 #include "tests/bonded.hpp"
 
 namespace grus::dem::test {
@@ -35,7 +35,7 @@ inline State crushed(const Model& model, int threads, std::uint64_t steps, bool 
   Team team(threads);
   State s;
   s.boundary.cell.vectors = 4 * Mat3::Identity();
-  add_cells(model, voronoi_packing(periodic_space(Vec3::Constant(4)), 64, 3, 1, team), 0, s);
+  add_voronoi_grains(model, voronoi_packing(periodic_space(Vec3::Constant(4)), 64, 3, 1, team), 0, s);
   prepare(model, s, team);
   Mat3 rate = Mat3::Zero();
   rate(2, 2) = -40, rate(0, 1) = 30;

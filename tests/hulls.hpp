@@ -45,7 +45,7 @@ inline Vec3 random_vector(std::uint64_t id, std::uint64_t counter) {
 }
 
 /// Convex bodies of many faces: cells about random seeds.
-inline VoronoiCells some_cells(std::size_t count, std::uint64_t seed = 3) {
+inline Tessellation some_cells(std::size_t count, std::uint64_t seed = 3) {
   Team team(1);
   return voronoi_packing(periodic_space(Vec3::Ones()), count, 2, seed, team);
 }

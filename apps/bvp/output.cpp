@@ -152,8 +152,8 @@ void BvpOutput::add(MacroRow r) {
 void BvpOutput::frame(double time) {
   const fem::MacroFields fields = problem_.gather_fields();
   const auto facts = [&](std::size_t k) -> const dem::Facts& { return rves_->facts(k); };
-  const auto per_cell = static_cast<std::size_t>(problem_.points_per_cell());
-  const std::vector<double> all = problem_.gather_cells(cell_means(points_.rve_of, per_cell, facts));
+  const auto per_element = static_cast<std::size_t>(problem_.points_per_cell());
+  const std::vector<double> all = problem_.gather_cells(element_means(points_.rve_of, per_element, facts));
   const std::string name = fmt::format("macro/macro_{:05}.hdf", series_.size());
   probes_.frame(series_.size(), time);
   series_.emplace_back(name, time);
@@ -276,7 +276,7 @@ nlohmann::json BvpOutput::devices() const {
 }
 
 /// What the RVEs have done and how well.
-void BvpOutput::add_cells(nlohmann::json& summary, const BvpEnding& e) const {
+void BvpOutput::add_rves(nlohmann::json& summary, const BvpEnding& e) const {
   const coupling::SweepReport& r = rves_->report();
   summary["unit_cell"] = *scene_.unit_cells[0].record;
   summary["seed"] = scene_.unit_cells[0].model.seed;
@@ -341,7 +341,7 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
     for (const double v : contraction_) mean += v / static_cast<double>(contraction_.size());
     summary["newton_contraction"] = std::exp(mean);  // geometric mean of the ratio of successive residuals
   }
-  if (rves_) add_cells(summary, e);
+  if (rves_) add_rves(summary, e);
   const auto& columns = history_->columns();
   for (std::size_t i = 0; i < columns.size() && !history_->last().empty(); ++i)
     summary["last_row"][columns[i]] = history_->last()[i];

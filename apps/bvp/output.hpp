@@ -52,7 +52,7 @@ public:
   const History& history() const { return *history_; }
 
 private:
-  void add_cells(nlohmann::json& summary, const BvpEnding& ending) const;
+  void add_rves(nlohmann::json& summary, const BvpEnding& ending) const;
   void read_off(MacroRow& row);
   void add(MacroRow row);
   void frame(double time);

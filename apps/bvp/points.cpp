@@ -98,19 +98,19 @@ std::array<double, 6> ground_stress(const BvpScene& scene, const fem::Point& at,
   return stress;
 }
 
-std::vector<double> cell_means(const std::vector<std::size_t>& rve_of, std::size_t per_cell,
-                               const std::function<const dem::Facts&(std::size_t)>& facts) {
-  std::vector<double> cells(3 * (rve_of.size() / per_cell), 0.0), with(rve_of.size() / per_cell, 0.0);
+std::vector<double> element_means(const std::vector<std::size_t>& rve_of, std::size_t per_element,
+                                  const std::function<const dem::Facts&(std::size_t)>& facts) {
+  std::vector<double> cells(3 * (rve_of.size() / per_element), 0.0), with(rve_of.size() / per_element, 0.0);
   for (std::size_t i = 0; i < rve_of.size(); ++i) {
     if (rve_of[i] == SIZE_MAX) continue;
     const dem::Facts& f = facts(rve_of[i]);
-    double* at = cells.data() + 3 * (i / per_cell);
+    double* at = cells.data() + 3 * (i / per_element);
     at[0] += f.void_ratio;
     const auto [broken, whole] = f.bonds + f.bonds_broken > 0 ? std::pair{f.bonds_broken, f.bonds + f.bonds_broken}
                                                               : std::pair{f.breakages, f.grains - f.breakages};
     at[1] += static_cast<double>(broken) / static_cast<double>(whole);
     at[2] += static_cast<double>(f.grains);
-    ++with[i / per_cell];
+    ++with[i / per_element];
   }
   for (std::size_t k = 0; k < cells.size(); ++k)
     cells[k] = with[k / 3] > 0 ? cells[k] / with[k / 3] : NAN;  // no grains, no void ratio

@@ -43,8 +43,8 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double
 
 /// Void ratio, breakages a starting grain, and grains: of each element three values, means over those of its points
 /// that have an RVE; NaN where none has. `facts(k)`: of the k-th point with grains.
-std::vector<double> cell_means(const std::vector<std::size_t>& rve_of, std::size_t points_per_cell,
-                               const std::function<const dem::Facts&(std::size_t)>& facts);
+std::vector<double> element_means(const std::vector<std::size_t>& rve_of, std::size_t points_per_cell,
+                                  const std::function<const dem::Facts&(std::size_t)>& facts);
 
 /// Stress of the ground at rest (Pa, Voigt) at a point, whose material has this bulk density (kg/m^3).
 std::array<double, 6> ground_stress(const BvpScene& scene, const fem::Point& at, double density);

@@ -42,14 +42,14 @@ auto at_work(F&& work) {
   }
 }
 
-class Cells {
+class UnitCells {
 public:
-  Cells(const std::string& scene, const std::vector<std::string>& overrides, int variants)
+  UnitCells(const std::string& scene, const std::vector<std::string>& overrides, int variants)
       : cells_(app::read_unit_cells(scene, overrides, variants)) {
     make();
   }
   /// Without a scene file; the v-th has seed + v.
-  Cells(const py::dict& asked, const std::string& name, int variants) {
+  UnitCells(const py::dict& asked, const std::string& name, int variants) {
     for (int v = 0; v < variants; ++v) {
       cells_.push_back(scene_of(asked, name));
       cells_.back().model.seed += static_cast<std::uint64_t>(v);
@@ -95,7 +95,7 @@ private:
 
 class Set {
 public:
-  Set(const Cells& cells, const std::vector<py::bytes>& prepared, const std::vector<std::size_t>& start,
+  Set(const UnitCells& cells, const std::vector<py::bytes>& prepared, const std::vector<std::size_t>& start,
       const std::string& response, int threads)
       : options_(app::options_of_text(response, "RveSet", cells.first())),
         set_(std::make_shared<dem::Model>(cells.first().model), states(prepared), start, options_, threads,
@@ -265,17 +265,17 @@ PYBIND11_MODULE(_core, m) {
   });
   m.def("hash_of", [](const std::string& state) { return grus::dem::hash(grus::dem::state_of(state)); });
   m.def("contacts_of", [](const std::string& state) { return contacts_of(grus::dem::state_of(state)); });
-  py::class_<Cells>(m, "Cells")
+  py::class_<UnitCells>(m, "Cells")
       .def(py::init<const std::string&, const std::vector<std::string>&, int>())
       .def(py::init<const py::dict&, const std::string&, int>())
-      .def("prepare", &Cells::prepare)
-      .def_property_readonly("record", &Cells::record)
-      .def_property_readonly("notes", &Cells::notes)
-      .def_property_readonly("materials", &Cells::materials)
-      .def_property_readonly("kin", &Cells::kin);
+      .def("prepare", &UnitCells::prepare)
+      .def_property_readonly("record", &UnitCells::record)
+      .def_property_readonly("notes", &UnitCells::notes)
+      .def_property_readonly("materials", &UnitCells::materials)
+      .def_property_readonly("kin", &UnitCells::kin);
   py::class_<Set>(m, "Set")
-      .def(py::init<const Cells&, const std::vector<py::bytes>&, const std::vector<std::size_t>&, const std::string&,
-                    int>())
+      .def(py::init<const UnitCells&, const std::vector<py::bytes>&, const std::vector<std::size_t>&,
+                    const std::string&, int>())
       .def("advance", &Set::advance)
       .def("commit", &Set::commit)
       .def("facts", &Set::facts)

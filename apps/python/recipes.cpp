@@ -102,10 +102,10 @@ void read_grains(const py::dict& d, dem::Recipe& recipe) {
   if (kind == "spheres") recipe.grains = spheres_of(d);
   if (kind == "listed") recipe.grains = listed_of(d);
   if (kind == "voronoi")
-    recipe.grains = dem::Tessellation{.cells = get<std::size_t>(d, "cells"),
-                                      .rounds = get<int>(d, "relax"),
-                                      .clusters = get<std::size_t>(d, "clusters"),
-                                      .material = get<std::uint8_t>(d, "material")};
+    recipe.grains = dem::VoronoiPacking{.count = get<std::size_t>(d, "cells"),
+                                        .rounds = get<int>(d, "relax"),
+                                        .clusters = get<std::size_t>(d, "clusters"),
+                                        .material = get<std::uint8_t>(d, "material")};
   if (kind != "lattice") return;
   const dem::Lattice lattice{.hexagonal = get<bool>(d, "hexagonal"),
                              .radius = get<double>(d, "radius"),

@@ -121,8 +121,8 @@ nlohmann::json RveRun::summary() const {
     const dem::Roundness round = dem::roundness(state_.grains);
     summary["shape"] = {{"sphericity", round.sphericity}, {"angularity", round.angularity}};
   }
-  if (sample_.cells) {
-    const dem::BondedFaces& f = *sample_.cells;
+  if (sample_.faces) {
+    const dem::BondedFaces& f = *sample_.faces;
     const auto fragments = dem::fragments_of(state_).size;
     summary["counts"]["fragments"] = fragments.size();
     summary["cells"] = {{"cells", sample_.state.grains.size()},

@@ -170,8 +170,8 @@ void read_output_table(Table& t, RveScene& scene) {
     t.fail("split_statistics", "is of grains that break, of which there are none: give a material fracture");
   out.grading = t.flag_or("grading", false);
   if (t.has("bursts")) {
-    const auto* cells = dem::material_of_cells(scene.recipe);
-    if (!cells || !scene.model.materials[*cells].bond) t.fail("bursts", no_bonded_cells);
+    const auto* cells = dem::voronoi_material(scene.recipe);
+    if (!cells || !scene.model.materials[*cells].bond) t.fail("bursts", no_voronoi_bonds);
     out.bursts = t.number("bursts", dimension::time, positive), out.place_of_bursts = t.place("bursts");
     scene.model.records_bonds = true;
   }

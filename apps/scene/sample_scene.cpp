@@ -140,7 +140,7 @@ void refuse_shapes(const Table& t, const RveScene& scene, const std::string& why
 /// Bonds are made between packed Voronoi cells and between the parts of a grain that cleaves; elsewhere nobody would
 /// read the table.
 void refuse_unbonded(const Table& t, const RveScene& scene) {
-  if (scene.recipe.of_cells()) return;
+  if (scene.recipe.of_voronoi()) return;
   for (const auto& m : scene.model.materials)
     if (m.bond && !(m.fracture && std::holds_alternative<dem::Cut>(m.fracture->splitter)))
       t.fail("material",
@@ -172,7 +172,7 @@ void refuse_unsplit(const Table& t, const RveScene& scene) {
   const auto fail = [&](std::size_t i) {
     t.fail("grain", fmt::format("grain {} is no sphere: \"apollonian-14\" splits spheres", i));
   };
-  if (const auto* cells = dem::material_of_cells(scene.recipe); cells && balls(*cells)) fail(0);
+  if (const auto* cells = dem::voronoi_material(scene.recipe); cells && balls(*cells)) fail(0);
   const dem::Listed* listed = scene.recipe.listed();
   for (std::size_t i = 0; listed && i < listed->size(); ++i)
     if (const auto& g = (*listed)[i]; balls(g.spec.material) && (g.hull() || !g.spec.shape.is_sphere())) fail(i);

@@ -22,12 +22,12 @@ Vec3 direction_of(Table& t) {
 }
 
 void needs_cells(const Table& t, const RveScene& scene) {
-  if (!scene.recipe.of_cells()) t.fail("", "needs Voronoi cells to hold on to: packing.kind = \"voronoi\"");
+  if (!scene.recipe.of_voronoi()) t.fail("", "needs Voronoi cells to hold on to: packing.kind = \"voronoi\"");
 }
 
 /// One Voronoi cell alone has no bond, and yet holds on to what it is glued to.
 bool holds_on(const RveScene& scene) {
-  const auto* cells = dem::material_of_cells(scene.recipe);
+  const auto* cells = dem::voronoi_material(scene.recipe);
   return cells && scene.model.materials[*cells].bond;
 }
 
@@ -94,13 +94,13 @@ void read_platens(Table& t, RveScene& scene) {
 
 void read_rollers(Table& t, RveScene& scene) {
   if (!open_and_free(scene)) t.fail("kind", "\"rollers\" makes its own; leave out [boundary] and [[wall]]");
-  if (!scene.recipe.of_cells() || dem::cells_are_round(scene.recipe))
+  if (!scene.recipe.of_voronoi() || dem::voronoi_is_round(scene.recipe))
     t.fail("kind", "\"rollers\" bends a box of Voronoi cells: packing.kind = \"voronoi\"");
   dem::Rollers r;
   scene.test.axis = r.axis = t.choice_or("axis", "z", {"x", "y", "z"})[0] - 'x';
   r.span = t.choice_or("span", "x", {"x", "y", "z"})[0] - 'x';
   if (r.span == r.axis) t.fail("span", "is across axis");
-  const Vec3 box = dem::box_of_cells(scene.recipe);
+  const Vec3 box = dem::voronoi_box(scene.recipe);
   r.outer = t.number("outer", dimension::length, {0, box[r.span], true, true});
   r.inner = t.number_or("inner", 0, dimension::length, {0, r.outer, false, true});
   r.radius = t.number("radius", dimension::length, positive);

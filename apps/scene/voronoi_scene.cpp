@@ -13,17 +13,17 @@ namespace {
 
 using dem::Vec3;
 
-constexpr double most_cells = 5e5;
+constexpr double most_voronoi = 5e5;
 
 /// As the table asks for it.
 double wanted_count(Table& t, double volume) {
   if (t.has("cells") == t.has("cell_size")) t.fail("", "needs either cells or cell_size");
-  if (t.has("cells")) return static_cast<double>(t.integer_or("cells", 1, 1, static_cast<long>(most_cells)));
+  if (t.has("cells")) return static_cast<double>(t.integer_or("cells", 1, 1, static_cast<long>(most_voronoi)));
   return std::round(volume / std::pow(t.number("cell_size", dimension::length, positive), 3));
 }
 
 /// Over a convex polygon of the plane; moved so that its bounds begin at the origin.
-dem::CellSpace read_prism_outline(Table& t, Vec3& box) {
+dem::TessellationSpace read_prism_outline(Table& t, Vec3& box) {
   const auto given = t.points("corners", dimension::length);
   const double height = t.number("height", dimension::length, positive);
   t.finish();
@@ -53,7 +53,7 @@ Vec3 read_cylinder(Table& t) {
   return {diameter, diameter, length};
 }
 
-dem::CellSpace read_ellipsoid_outline(Table& packing, Table& t, Vec3& box) {
+dem::TessellationSpace read_ellipsoid_outline(Table& packing, Table& t, Vec3& box) {
   const auto axes = t.numbers("semi_axes", 6, dimension::length);
   t.finish();
   if (!(*std::min_element(axes.begin(), axes.end()) > 0)) t.fail("semi_axes", "all six must be above 0");
@@ -62,7 +62,7 @@ dem::CellSpace read_ellipsoid_outline(Table& packing, Table& t, Vec3& box) {
   return dem::polyellipsoid_space(shape, wanted_count(packing, dem::volume(shape)));
 }
 
-dem::CellSpace read_space(Table& t, bool periodic, Vec3& box) {
+dem::TessellationSpace read_space(Table& t, bool periodic, Vec3& box) {
   for (const char* outline : {"cylinder", "prism", "polyellipsoid"}) {
     if (!t.has(outline)) continue;
     if (!box.isZero()) t.fail(outline, fmt::format("Voronoi cells fill either a box or a {}", outline));
@@ -79,13 +79,13 @@ dem::CellSpace read_space(Table& t, bool periodic, Vec3& box) {
   return periodic ? dem::periodic_space(box) : dem::box_space(box);
 }
 
-std::size_t read_count(Table& t, const dem::CellSpace& space, const Vec3& box) {
+std::size_t read_count(Table& t, const dem::TessellationSpace& space, const Vec3& box) {
   double count = wanted_count(t, space.volume());
   if (t.has("cell_size")) {
     const double size = t.number("cell_size", dimension::length, {0, box.minCoeff(), true});
     if (space.extruded) count = std::round(space.volume() / (size * size * box.z()));
   }
-  if (!(count <= most_cells)) t.fail("cell_size", "more than half a million Voronoi cells; check box and cell_size");
+  if (!(count <= most_voronoi)) t.fail("cell_size", "more than half a million Voronoi cells; check box and cell_size");
   return std::max<std::size_t>(1, static_cast<std::size_t>(count));
 }
 
@@ -95,7 +95,7 @@ void read_filled(Table& t, RveScene& scene, std::uint8_t material) {
     t.fail("grains", "\"one\" has no parents; leave them out, or ask for \"clusters\"");
   if (!scene.recipe.box.isZero()) t.fail("box", "is that of packing.parents");
   dem::FilledGrains filled;
-  filled.cells = static_cast<std::size_t>(t.integer_or("cells", 20, 1, 10000));
+  filled.count = static_cast<std::size_t>(t.integer_or("cells", 20, 1, 10000));
   filled.rounds = static_cast<int>(t.integer_or("relax", 5, 0, 1000));
   filled.material = material, filled.place = t.place("cells");
   RveScene parents;
@@ -104,8 +104,8 @@ void read_filled(Table& t, RveScene& scene, std::uint8_t material) {
   Table of_parents = t.table("parents");
   if (of_parents.has("material")) of_parents.fail("material", "has no effect here: the pieces have packing.material");
   read_packing(std::move(of_parents), parents);
-  if (parents.recipe.of_cells()) t.fail("parents", "are spheres or poly-ellipsoids");
-  if (parents.recipe.count() * static_cast<double>(filled.cells) > most_cells)
+  if (parents.recipe.of_voronoi()) t.fail("parents", "are spheres or poly-ellipsoids");
+  if (parents.recipe.count() * static_cast<double>(filled.count) > most_voronoi)
     t.fail("cells", "more than half a million Voronoi cells");
   scene.model.seed = parents.model.seed;
   scene.recipe.box = parents.recipe.box;
@@ -121,24 +121,23 @@ void read_voronoi(Table& t, RveScene& scene, std::uint8_t material) {
   const bool periodic = scene.recipe.periodic();
   if (t.has("parents")) return read_filled(t, scene, material);
   Vec3& box = scene.recipe.box;
-  dem::Tessellation cells;
+  dem::VoronoiPacking cells;
   cells.space = read_space(t, periodic, box);
   cells.space->extruded = t.flag_or("extruded", false);
   cells.round = t.has("cylinder");
-  cells.cells = read_count(t, *cells.space, box);
-  const double count = static_cast<double>(cells.cells);
+  cells.count = read_count(t, *cells.space, box);
+  const double count = static_cast<double>(cells.count);
   if (periodic) {
-    const double per_cell =
-        cells.space->extruded ? std::sqrt(box.x() * box.y() / count) : std::cbrt(box.prod() / count);
+    const double side = cells.space->extruded ? std::sqrt(box.x() * box.y() / count) : std::cbrt(box.prod() / count);
     for (int k = 0; k < (cells.space->extruded ? 2 : 3); ++k)
-      if (box[k] < 3.99 * per_cell)
+      if (box[k] < 3.99 * side)
         t.fail("box", fmt::format("a periodic box needs four Voronoi cells a side; {} make {:.2g} along {}",
-                                  cells.cells, box[k] / per_cell, "xyz"[k]));
+                                  cells.count, box[k] / side, "xyz"[k]));
   }
   cells.rounds = static_cast<int>(t.integer_or("relax", 5, 0, 1000));
   check_mass(t, scene.model.materials[material], std::cbrt(cells.space->volume() / count) / 2, "cells");
   if (t.choice_or("grains", "one", {"one", "clusters"}) == "clusters")
-    cells.clusters = static_cast<std::size_t>(t.integer_or("clusters", 2, 2, static_cast<long>(cells.cells)));
+    cells.clusters = static_cast<std::size_t>(t.integer_or("clusters", 2, 2, static_cast<long>(cells.count)));
   cells.material = material, cells.place = t.place("cells");
   scene.recipe.grains = std::move(cells);
 }
@@ -155,7 +154,7 @@ void read_prisms(Table& t, RveScene& scene, std::uint8_t material) {
   prisms.thickness = t.number("thickness", dimension::length, positive);
   prisms.gap = t.number_or("gap", 0, dimension::length, {0, 0.5 * prisms.side, false, true});
   const double each = prisms.side * prisms.side * prisms.thickness;
-  if (!(box.prod() / each < most_cells)) t.fail("side", "more than some hundred thousand prisms");
+  if (!(box.prod() / each < most_voronoi)) t.fail("side", "more than some hundred thousand prisms");
   check_mass(t, scene.model.materials[material], std::cbrt(each) / 2, "side");
   prisms.round = cylinder.has_value(), prisms.material = material, prisms.place = t.place("side");
   scene.recipe.grains = std::move(prisms);

@@ -7,7 +7,7 @@ namespace {
 constexpr int rounds_of_clusters = 5;
 
 /// The Voronoi cells of one grain go behind those of the others.
-void append(VoronoiCells part, const Mat3& axes, const Vec3& origin, Index cluster, VoronoiCells& all) {
+void append(Tessellation part, const Mat3& axes, const Vec3& origin, Index cluster, Tessellation& all) {
   const auto first = static_cast<Index>(all.seed.size());
   for (std::size_t i = 0; i < part.seed.size(); ++i) {
     for (auto& p : part.partner[i]) p.cell += first;
@@ -21,11 +21,11 @@ void append(VoronoiCells part, const Mat3& axes, const Vec3& origin, Index clust
 
 }  // namespace
 
-VoronoiCells fill_grains(const Grains& parents, std::size_t count, int rounds, std::uint64_t seed, Team& team) {
-  VoronoiCells all;
+Tessellation fill_grains(const Grains& parents, std::size_t count, int rounds, std::uint64_t seed, Team& team) {
+  Tessellation all;
   for (std::size_t i = 0; i < parents.size(); ++i) {
     const PolyEllipsoid& shape = parents.shape[i];
-    const CellSpace space = polyellipsoid_space(shape, static_cast<double>(count));
+    const TessellationSpace space = polyellipsoid_space(shape, static_cast<double>(count));
     const Mat3 axes = parents.orientation[i].toRotationMatrix();
     append(voronoi_packing(space, count, rounds, seed + i, team), axes,
            parents.motion[i].position - axes * centre_of_mass(shape), static_cast<Index>(i), all);
@@ -33,8 +33,9 @@ VoronoiCells fill_grains(const Grains& parents, std::size_t count, int rounds, s
   return all;
 }
 
-void deal_to_clusters(const CellSpace& space, std::size_t count, std::uint64_t seed, Team& team, VoronoiCells& cells) {
-  const VoronoiCells coarse = voronoi_packing(space, count, rounds_of_clusters, seed + 1, team);
+void deal_to_clusters(const TessellationSpace& space, std::size_t count, std::uint64_t seed, Team& team,
+                      Tessellation& cells) {
+  const Tessellation coarse = voronoi_packing(space, count, rounds_of_clusters, seed + 1, team);
   cells.cluster.assign(cells.seed.size(), 0);
   team.pieces(cells.seed.size(), [&](std::size_t first, std::size_t last, int) {
     for (std::size_t i = first; i < last; ++i) {

@@ -9,9 +9,10 @@ namespace grus::dem {
 
 /// Fills every grain with `count` Voronoi cells, which are its cluster; grains become polyhedra of their volume. Throws
 /// InputError.
-VoronoiCells fill_grains(const Grains& parents, std::size_t count, int rounds, std::uint64_t seed, Team& team);
+Tessellation fill_grains(const Grains& parents, std::size_t count, int rounds, std::uint64_t seed, Team& team);
 
 /// Deals the Voronoi cells of a space to `count` clusters: each goes to the nearest of so many relaxed seeds.
-void deal_to_clusters(const CellSpace& space, std::size_t count, std::uint64_t seed, Team& team, VoronoiCells& cells);
+void deal_to_clusters(const TessellationSpace& space, std::size_t count, std::uint64_t seed, Team& team,
+                      Tessellation& cells);
 
 }  // namespace grus::dem

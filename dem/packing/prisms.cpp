@@ -23,7 +23,7 @@ Place across(const Place& p, int k) {
 
 }  // namespace
 
-VoronoiCells hexagonal_prisms(const Vec3& box, double side, double thickness, double gap, bool round) {
+Tessellation hexagonal_prisms(const Vec3& box, double side, double thickness, double gap, bool round) {
   const double width = std::sqrt(3.0) * side, r = side - gap / std::sqrt(3.0);
   constexpr double whole = 1 + 1e-9;
   const int layers = static_cast<int>(std::floor(box.z() / thickness * whole));
@@ -37,7 +37,7 @@ VoronoiCells hexagonal_prisms(const Vec3& box, double side, double thickness, do
   };
   std::map<Place, Index> at;
   std::vector<Place> places;
-  VoronoiCells cells;
+  Tessellation cells;
   for (int layer = 0; layer < layers; ++layer)
     for (int row = round ? -rows : 0; row <= rows; ++row)
       for (int column = round ? -columns : 0; column <= columns; ++column) {
@@ -57,7 +57,7 @@ VoronoiCells hexagonal_prisms(const Vec3& box, double side, double thickness, do
       corners[static_cast<std::size_t>(k)] = x + r * Vec3(std::cos(angle), std::sin(angle), 0);
     }
     Polyhedron body = prism_over(corners, x.z() - 0.5 * thickness, x.z() + 0.5 * thickness);
-    std::vector<VoronoiCells::Partner> partners;
+    std::vector<Tessellation::Partner> partners;
     for (auto& face : body.face) {  // sides -1 to -6, bottom -7, top -8
       const auto k = static_cast<int>(-face.tag - 1);
       const Place to = k < 6 ? across(place, k) : Place{place.column, place.row, place.layer + (k == 6 ? -1 : 1)};

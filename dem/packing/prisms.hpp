@@ -10,6 +10,6 @@ namespace grus::dem {
 /// towards +-y, layers of `thickness`. Prisms are smaller than their place: `gap` is left between two sides (m).
 /// `round`: those within the cylinder along z that touches the box, about a prism in its middle. Throws InputError
 /// where not one fits.
-VoronoiCells hexagonal_prisms(const Vec3& box, double side, double thickness, double gap, bool round = false);
+Tessellation hexagonal_prisms(const Vec3& box, double side, double thickness, double gap, bool round = false);
 
 }  // namespace grus::dem

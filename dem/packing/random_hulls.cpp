@@ -41,7 +41,7 @@ UnitHull ball_of_planes(const Vec3& aspect) {
 }
 
 std::vector<UnitHull> random_hulls(int rounds, const Vec3& aspect, std::uint64_t seed, Team& team) {
-  const CellSpace space = periodic_space(Vec3::Constant(std::cbrt(static_cast<double>(random_hull_shapes))));
+  const TessellationSpace space = periodic_space(Vec3::Constant(std::cbrt(static_cast<double>(random_hull_shapes))));
   std::vector<UnitHull> hulls;
   for (const Polyhedron& cell : voronoi_packing(space, random_hull_shapes, rounds, seed, team).body) {
     if (cell.vertex.size() > most_hull_vertices || cell.face.size() > most_hull_faces) continue;

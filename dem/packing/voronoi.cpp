@@ -17,7 +17,7 @@ struct Bounds {
   Vec3 low, high;
 };
 
-Bounds bounds_of(const CellSpace& space) {
+Bounds bounds_of(const TessellationSpace& space) {
   Bounds b{Vec3::Zero(), space.periodic};
   if (space.body.empty()) return b;
   b = {space.body.vertex[0], space.body.vertex[0]};
@@ -25,7 +25,7 @@ Bounds bounds_of(const CellSpace& space) {
   return b;
 }
 
-bool inside(const CellSpace& space, const Vec3& x) {
+bool inside(const TessellationSpace& space, const Vec3& x) {
   return std::all_of(space.body.face.begin(), space.body.face.end(),
                      [&](const auto& f) { return f.normal.dot(x) < f.offset; });
 }
@@ -38,7 +38,7 @@ struct Grid {
   std::vector<Index> first, seed;
   bool periodic;
 
-  Grid(const CellSpace& space, const std::vector<Vec3>& seeds)
+  Grid(const TessellationSpace& space, const std::vector<Vec3>& seeds)
       : bounds(bounds_of(space)), periodic(space.body.empty()) {
     const Vec3 size = bounds.high - bounds.low;
     const double n = static_cast<double>(seeds.size());
@@ -95,7 +95,7 @@ struct Grid {
 struct Neighbour {
   double distance;
   Vec3 to;  // from the seed
-  VoronoiCells::Partner partner;
+  Tessellation::Partner partner;
 };
 
 double reach(const Polyhedron& body, const Vec3& seed) {
@@ -104,7 +104,7 @@ double reach(const Polyhedron& body, const Vec3& seed) {
   return std::sqrt(most);
 }
 
-void make_cell(const CellSpace& space, const Grid& grid, std::size_t i, VoronoiCells& cells) {
+void cut_out(const TessellationSpace& space, const Grid& grid, std::size_t i, Tessellation& cells) {
   const Vec3& seed = cells.seed[i];
   Polyhedron& body = cells.body[i];
   auto& partner = cells.partner[i];
@@ -133,7 +133,7 @@ void make_cell(const CellSpace& space, const Grid& grid, std::size_t i, VoronoiC
   }
 }
 
-std::vector<Vec3> random_seeds(const CellSpace& space, std::size_t count, std::uint64_t seed) {
+std::vector<Vec3> random_seeds(const TessellationSpace& space, std::size_t count, std::uint64_t seed) {
   const Bounds b = bounds_of(space);
   std::vector<Vec3> seeds;
   for (std::uint64_t tried = 0; seeds.size() < count; ++tried) {
@@ -150,7 +150,7 @@ std::vector<Vec3> random_seeds(const CellSpace& space, std::size_t count, std::u
 
 /// Seeds of a drawn-out mesh lie in the plane across its middle: in a long body the round-off of a centre would grow
 /// from round to round until Voronoi cells end on each other.
-void to_one_plane(const CellSpace& space, std::vector<Vec3>& centre) {
+void to_one_plane(const TessellationSpace& space, std::vector<Vec3>& centre) {
   constexpr double round_off = 1e-12;  // of the height
   const Bounds b = bounds_of(space);
   const double middle = 0.5 * (b.low.z() + b.high.z()), off = round_off * (b.high.z() - b.low.z());
@@ -160,12 +160,12 @@ void to_one_plane(const CellSpace& space, std::vector<Vec3>& centre) {
 
 }  // namespace
 
-double CellSpace::volume() const { return body.empty() ? periodic.prod() : moments_of(body).volume; }
+double TessellationSpace::volume() const { return body.empty() ? periodic.prod() : moments_of(body).volume; }
 
-CellSpace box_space(const Vec3& box) { return {box_between(Vec3::Zero(), box)}; }
-CellSpace periodic_space(const Vec3& box) { return {{}, box}; }
+TessellationSpace box_space(const Vec3& box) { return {box_between(Vec3::Zero(), box)}; }
+TessellationSpace periodic_space(const Vec3& box) { return {{}, box}; }
 
-CellSpace cylinder_space(double diameter, double length) {
+TessellationSpace cylinder_space(double diameter, double length) {
   std::vector<Vec3> corners;
   const double radius = 0.5 * diameter, outer = radius / std::cos(pi / cylinder_sides);
   for (int k = 0; k < cylinder_sides; ++k) {
@@ -175,10 +175,10 @@ CellSpace cylinder_space(double diameter, double length) {
   return {prism_over(corners, 0, length)};
 }
 
-CellSpace prism_space(std::span<const Vec3> corners, double height) { return {prism_over(corners, 0, height)}; }
+TessellationSpace prism_space(std::span<const Vec3> corners, double height) { return {prism_over(corners, 0, height)}; }
 
-CellSpace polyellipsoid_space(const PolyEllipsoid& shape, double cells) {
-  CellSpace space;
+TessellationSpace polyellipsoid_space(const PolyEllipsoid& shape, double cells) {
+  TessellationSpace space;
   const int directions = static_cast<int>(std::clamp(12 * std::pow(cells, 2.0 / 3), 32.0, 200.0));
   const auto made_of = [&](double scale) {
     space.body = box_between(-1.1 * scale * shape.minus, 1.1 * scale * shape.plus);
@@ -193,19 +193,20 @@ CellSpace polyellipsoid_space(const PolyEllipsoid& shape, double cells) {
   return space;
 }
 
-VoronoiCells voronoi(const CellSpace& space, std::vector<Vec3> seeds, Team& team) {
-  VoronoiCells cells;
+Tessellation voronoi(const TessellationSpace& space, std::vector<Vec3> seeds, Team& team) {
+  Tessellation cells;
   const Grid grid(space, seeds);
   cells.seed = std::move(seeds);
   cells.body.resize(cells.seed.size()), cells.partner.resize(cells.seed.size());
   team.pieces(cells.seed.size(), [&](std::size_t first, std::size_t last, int) {
-    for (std::size_t i = first; i < last; ++i) make_cell(space, grid, i, cells);
+    for (std::size_t i = first; i < last; ++i) cut_out(space, grid, i, cells);
   });
   return cells;
 }
 
-VoronoiCells voronoi_packing(const CellSpace& space, std::size_t count, int rounds, std::uint64_t seed, Team& team) {
-  VoronoiCells cells = voronoi(space, random_seeds(space, count, seed), team);
+Tessellation voronoi_packing(const TessellationSpace& space, std::size_t count, int rounds, std::uint64_t seed,
+                             Team& team) {
+  Tessellation cells = voronoi(space, random_seeds(space, count, seed), team);
   for (int round = 0; round < rounds; ++round) {
     std::vector<Vec3> centre;
     for (const Polyhedron& body : cells.body) centre.push_back(moments_of(body).centre);

@@ -13,26 +13,26 @@
 namespace grus::dem {
 
 /// A space that Voronoi cells fill: a convex body, or a periodic box with its corner at the origin.
-struct CellSpace {
+struct TessellationSpace {
   Polyhedron body;         // empty of a periodic box
   Vec3 periodic{0, 0, 0};  // m
   bool extruded = false;   // all seeds in one plane across z: a mesh of the plane, drawn out
   double volume() const;
 };
 
-CellSpace box_space(const Vec3& box);
-CellSpace periodic_space(const Vec3& box);
+TessellationSpace box_space(const Vec3& box);
+TessellationSpace periodic_space(const Vec3& box);
 /// Tangent planes, 48 of them, about a circle of `diameter` in the middle of [diameter, diameter, length]; axis along
 /// z.
-CellSpace cylinder_space(double diameter, double length);
+TessellationSpace cylinder_space(double diameter, double length);
 
 /// Upright over a convex polygon (corners counter-clockwise seen from +z), from z = 0.
-CellSpace prism_space(std::span<const Vec3> corners, double height);
+TessellationSpace prism_space(std::span<const Vec3> corners, double height);
 /// The shape as a polyhedron of its volume: tangent planes, moved inwards, as many (32 to 200) as `cells` of it can
 /// share without too many faces each. Octants meet at the origin.
-CellSpace polyellipsoid_space(const PolyEllipsoid& shape, double cells);
+TessellationSpace polyellipsoid_space(const PolyEllipsoid& shape, double cells);
 
-struct VoronoiCells {
+struct Tessellation {
   struct Partner {
     Index cell;
     std::array<std::int16_t, 3> image{};
@@ -44,10 +44,11 @@ struct VoronoiCells {
 };
 
 /// Voronoi cells of all seeds, the same on any number of threads.
-VoronoiCells voronoi(const CellSpace& space, std::vector<Vec3> seeds, Team& team);
+Tessellation voronoi(const TessellationSpace& space, std::vector<Vec3> seeds, Team& team);
 
 /// `count` random seeds, moved `rounds` times to their Voronoi cells' centres (Lloyd); cells below a tenth of the mean
 /// volume are merged away. Throws InputError where the space is too narrow.
-VoronoiCells voronoi_packing(const CellSpace& space, std::size_t count, int rounds, std::uint64_t seed, Team& team);
+Tessellation voronoi_packing(const TessellationSpace& space, std::size_t count, int rounds, std::uint64_t seed,
+                             Team& team);
 
 }  // namespace grus::dem

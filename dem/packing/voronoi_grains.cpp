@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-#include "dem/packing/cells.hpp"
+#include "dem/packing/voronoi_grains.hpp"
 
 #include <algorithm>
 
@@ -66,7 +66,7 @@ double stiffer_than_endless(const State& state, const BondModel& model, int axis
   return 1 / (inverse(axis, axis) * volume) / endless;
 }
 
-BondedFaces add_cells(const Model& model, const VoronoiCells& cells, std::uint8_t material, State& state) {
+BondedFaces add_voronoi_grains(const Model& model, const Tessellation& cells, std::uint8_t material, State& state) {
   Grains& g = state.grains;
   const Material& m = model.materials[material];
   HullStore store = g.hulls ? *g.hulls : HullStore{};

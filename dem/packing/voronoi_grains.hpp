@@ -28,7 +28,7 @@ struct BondedFaces {
 
 /// Puts Voronoi cells into the state as hulls of a material, at rest, and bonds of its kind on the faces they share
 /// (none without a bond model). The faces' numbers are those of the cells. Throws InputError.
-BondedFaces add_cells(const Model& model, const VoronoiCells& cells, std::uint8_t material, State& state);
+BondedFaces add_voronoi_grains(const Model& model, const Tessellation& cells, std::uint8_t material, State& state);
 
 /// Those that look along a unit vector and lie furthest out along it, in one plane; `offset`: where (m).
 std::vector<OuterFace> faces_towards(std::span<const OuterFace> outer, const Vec3& direction, double& offset);

@@ -173,7 +173,7 @@ std::string book_bytes(const DriverBook& b) {
 void check_memory(const Memory& m) {
   if (!m.pending.allFinite() || m.pending.determinant() <= 0 || !m.stress.allFinite() || !m.tangent.allFinite() ||
       !std::isfinite(m.trust))
-    throw InputError("damaged: what is known of the cells");
+    throw InputError("damaged: what is known of the RVEs");
 }
 
 DriverBook book_of(const DriverBook& own, const std::string& bytes) {
@@ -202,7 +202,7 @@ DriverBook book_of(const DriverBook& own, const std::string& bytes) {
               (b.kept_tangent.empty() || b.kept_tangent.size() == points) && b.sharp >= 0;
   for (const Mat3& stress : b.stress) good = good && stress.allFinite();
   for (const Mat6& tangent : b.kept_tangent) good = good && tangent.allFinite();
-  if (!good) throw InputError("damaged: what is known of the cells");
+  if (!good) throw InputError("damaged: what is known of the RVEs");
   return b;
 }
 

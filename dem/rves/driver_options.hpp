@@ -52,7 +52,7 @@ struct RveOptions {
 struct Facts {
   double energy_error = 0, mass = 0, lost_mass = 0, void_ratio = 0;
   double work = 0, unexplained = 0;  // J, of the ledger
-  double haste = 0;                  // J, of the work: the price of the cell's own rate; steady cells
+  double haste = 0;                  // J, of the work: the price of the cell's own rate; steady RVEs
   double local_damping = 0;          // J, of what is dissipated: by a device
   double bond_damping = 0;           // J, the same: by the dashpots of face bonds
   double scaled_inertia = 0;         // J, put in at births
@@ -85,7 +85,7 @@ struct SweepReport {
   double least_trust = 1;                   // lowest share of the deferral tolerance that a slot was left with
   double correction = 0;                    // largest first-order correction of a similar point, relative to its stress
   double worst_unbalanced = 0, worst_stress_change = 0;  // of the last commit
-  double inertial_number = 0;                            // mean of the steady cells in the last response
+  double inertial_number = 0;                            // mean of the steady RVEs in the last response
   std::uint64_t given_up = 0;                            // RVEs that answer with what is left of their stiffness
 };
 

@@ -18,7 +18,7 @@ void check_sharing(const Sharing& s, const std::map<std::uint64_t, std::size_t>&
     good = good && slot < s.next_slot && point < s.point.size() && s.point[point].slot == slot;
   for (const auto& path : s.path)
     for (const Mat3& f : path) good = good && f.allFinite() && f.determinant() > 0;
-  if (!good) throw InputError("checkpoint is damaged: points and their cells");
+  if (!good) throw InputError("checkpoint is damaged: points and their RVEs");
 }
 namespace {
 

@@ -61,8 +61,8 @@ void put(const Spheres& s, const Model& model, const Recipe&, Team&, const Watch
   put_spheres(s.spheres, {{s.material}}, s.turned, model, sample.state.grains);
 }
 
-void put_cells(const Model& model, const VoronoiCells& cells, std::uint8_t material, Sample& sample) {
-  const BondedFaces& faces = sample.cells.emplace(add_cells(model, cells, material, sample.state));
+void put_voronoi(const Model& model, const Tessellation& cells, std::uint8_t material, Sample& sample) {
+  const BondedFaces& faces = sample.faces.emplace(add_voronoi_grains(model, cells, material, sample.state));
   if (faces.coarse > 0)
     sample.notes.push_back(fmt::format(
         "{} of {} bonds are too coarse for their energies: their tension or cohesion is lowered so that they "
@@ -70,21 +70,22 @@ void put_cells(const Model& model, const VoronoiCells& cells, std::uint8_t mater
         faces.coarse, faces.bonds));
 }
 
-void put(const Tessellation& t, const Model& model, const Recipe& recipe, Team& team, const Watch&, Sample& sample) {
-  const CellSpace space = t.space ? *t.space : (recipe.periodic() ? periodic_space(recipe.box) : box_space(recipe.box));
+void put(const VoronoiPacking& t, const Model& model, const Recipe& recipe, Team& team, const Watch&, Sample& sample) {
+  const TessellationSpace space =
+      t.space ? *t.space : (recipe.periodic() ? periodic_space(recipe.box) : box_space(recipe.box));
   try {
-    VoronoiCells cells = voronoi_packing(space, t.cells, t.rounds, model.seed, team);
+    Tessellation cells = voronoi_packing(space, t.count, t.rounds, model.seed, team);
     if (t.clusters > 0) deal_to_clusters(space, t.clusters, model.seed, team, cells);
-    put_cells(model, cells, t.material, sample);
+    put_voronoi(model, cells, t.material, sample);
   } catch (const InputError& e) {
     refuse(t.place, e.what());
   }
 }
 
 void put(const Prisms& p, const Model& model, const Recipe& recipe, Team&, const Watch&, Sample& sample) {
-  const VoronoiCells cells = prisms_of(p, recipe.box);
+  const Tessellation cells = prisms_of(p, recipe.box);
   try {
-    put_cells(model, cells, p.material, sample);
+    put_voronoi(model, cells, p.material, sample);
   } catch (const InputError& e) {
     refuse(p.place, e.what());
   }
@@ -95,7 +96,7 @@ void put(const FilledGrains& f, const Model& model, const Recipe& recipe, Team& 
   Sample parents;
   std::visit([&](const auto& p) { put(p, model, recipe, team, watch, parents); }, f.parents);
   try {
-    put_cells(model, fill_grains(parents.state.grains, f.cells, f.rounds, model.seed, team), f.material, sample);
+    put_voronoi(model, fill_grains(parents.state.grains, f.count, f.rounds, model.seed, team), f.material, sample);
   } catch (const InputError& e) {
     refuse(f.place, e.what());
   }

@@ -39,7 +39,7 @@ void check_bounds(const Model& model, const Recipe& recipe) {
   if ((recipe.bounds != Bounds::open || recipe.random()) && !(recipe.box.minCoeff() > 0))
     throw InputError("recipe.box: all three sides must be above 0");
   const Supports& s = recipe.supports;
-  const auto* cells = material_of_cells(recipe);
+  const auto* cells = voronoi_material(recipe);
   const bool rollers = std::holds_alternative<Rollers>(s.press);
   if (!cells && (s.glue || !s.clamps.empty() || !s.loads.empty() || rollers))
     throw InputError("recipe.supports: only Voronoi cells can be held");
@@ -77,7 +77,7 @@ Sample make(const Model& model, const Recipe& recipe, Team& team, const Watch& w
     put_rollers(*rollers, recipe, sample);
     note_stiffness(model, rollers->span, sample);
   }
-  if (sample.cells) drop(sample.cells->outer);  // nobody else asks
+  if (sample.faces) drop(sample.faces->outer);  // nobody else asks
   return sample;
 }
 

@@ -2,7 +2,7 @@
 // Recipe -> sample: grains, walls, periodic cell and bonds, before any force is known.
 #pragma once
 
-#include "dem/packing/cells.hpp"
+#include "dem/packing/voronoi_grains.hpp"
 #include "dem/sample/programme.hpp"
 #include "dem/sample/recipe.hpp"
 
@@ -11,11 +11,11 @@ namespace grus::dem {
 struct Sample {
   State state;                 // at rest; `prepare` (rve/step.hpp) finds its contacts and time step
   double packing_overlap = 0;  // deepest, of spheres as they were packed, over the smaller radius
-  std::optional<BondedFaces> cells = {};
+  std::optional<BondedFaces> faces = {};
   std::optional<Gauge> gauge = {};  // of what presses or pulls at Voronoi cells
   std::vector<std::string> notes;   // what whoever asked for it should know
 
-  bool bonded() const { return cells && cells->bonds > 0; }
+  bool bonded() const { return faces && faces->bonds > 0; }
 };
 
 /// Makes it: the same bits on any number of threads. The model tells density, bonds and seed; its pair laws are not

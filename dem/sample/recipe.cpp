@@ -20,22 +20,22 @@ double count_of(const Lattice& l, const Recipe&) {
   return static_cast<double>(l.layers[0]) * static_cast<double>(l.layers[1]) * static_cast<double>(l.layers[2]);
 }
 double count_of(const Spheres& s, const Recipe&) { return static_cast<double>(s.spheres.size()); }
-double count_of(const Tessellation& t, const Recipe&) { return static_cast<double>(t.cells); }
+double count_of(const VoronoiPacking& t, const Recipe&) { return static_cast<double>(t.count); }
 double count_of(const Prisms& p, const Recipe& recipe) {
   return static_cast<double>(prisms_of(p, recipe.box).seed.size());
 }
 double count_of(const FilledGrains& f, const Recipe& recipe) {
-  return static_cast<double>(f.cells) * std::visit([&](const auto& p) { return count_of(p, recipe); }, f.parents);
+  return static_cast<double>(f.count) * std::visit([&](const auto& p) { return count_of(p, recipe); }, f.parents);
 }
 
 }  // namespace
 
-bool Recipe::of_cells() const { return material_of_cells(*this) != nullptr; }
+bool Recipe::of_voronoi() const { return voronoi_material(*this) != nullptr; }
 
 bool Recipe::of_hulls() const {
   if (const auto* p = std::get_if<RandomPacking>(&grains)) return p->hulls.has_value();
   if (const Listed* l = listed()) return std::any_of(l->begin(), l->end(), [](const auto& g) { return g.hull(); });
-  return of_cells();
+  return of_voronoi();
 }
 
 bool Recipe::in_cylinder() const {
@@ -48,15 +48,15 @@ double Recipe::count() const {
   return std::visit([&](const auto& g) { return count_of(g, *this); }, grains);
 }
 
-const std::uint8_t* material_of_cells(const Recipe& recipe) {
-  if (const auto* t = std::get_if<Tessellation>(&recipe.grains)) return &t->material;
+const std::uint8_t* voronoi_material(const Recipe& recipe) {
+  if (const auto* t = std::get_if<VoronoiPacking>(&recipe.grains)) return &t->material;
   if (const auto* p = std::get_if<Prisms>(&recipe.grains)) return &p->material;
   if (const auto* f = std::get_if<FilledGrains>(&recipe.grains)) return &f->material;
   return nullptr;
 }
 
-bool cells_are_round(const Recipe& recipe) {
-  const auto* t = std::get_if<Tessellation>(&recipe.grains);
+bool voronoi_is_round(const Recipe& recipe) {
+  const auto* t = std::get_if<VoronoiPacking>(&recipe.grains);
   const auto* p = std::get_if<Prisms>(&recipe.grains);
   return (t && t->round) || (p && p->round);
 }
@@ -68,7 +68,7 @@ Vec3 box_of(const Lattice& l, bool periodic) {
   return (l.hexagonal ? hexagonal_close(r, l.layers) : simple_cubic(r, l.layers)).box;
 }
 
-VoronoiCells prisms_of(const Prisms& p, const Vec3& box) {
+Tessellation prisms_of(const Prisms& p, const Vec3& box) {
   try {
     return hexagonal_prisms(box, p.side, p.thickness, p.gap, p.round);
   } catch (const InputError& e) {
@@ -76,7 +76,7 @@ VoronoiCells prisms_of(const Prisms& p, const Vec3& box) {
   }
 }
 
-Vec3 box_of_cells(const Recipe& recipe) {
+Vec3 voronoi_box(const Recipe& recipe) {
   const auto* p = std::get_if<Prisms>(&recipe.grains);
   if (!p || p->round) return recipe.box;
   Vec3 taken = Vec3::Zero();

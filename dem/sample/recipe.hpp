@@ -70,10 +70,10 @@ struct ListedGrain {
 };
 
 /// Voronoi cells that fill a space, bonded where they share a face and their material has bonds.
-struct Tessellation {
-  std::optional<CellSpace> space = {};  // none: the box
-  bool round = false;                   // the space is a cylinder along z
-  std::size_t cells = 1;
+struct VoronoiPacking {
+  std::optional<TessellationSpace> space = {};  // none: the box
+  bool round = false;                           // the space is a cylinder along z
+  std::size_t count = 1;
   int rounds = 5;            // of relaxation
   std::size_t clusters = 0;  // that Voronoi cells are dealt to; 0: all are one
   std::uint8_t material = 0;
@@ -91,7 +91,7 @@ struct Prisms {
 /// Grains of a packing, each filled with Voronoi cells.
 struct FilledGrains {
   std::variant<RandomPacking, Lattice, Spheres> parents;
-  std::size_t cells = 20;
+  std::size_t count = 20;
   int rounds = 5;
   std::uint8_t material = 0;
   Place place = {};
@@ -164,7 +164,7 @@ struct Recipe {
   Bounds bounds = Bounds::open;
   Vec3 box = Vec3::Zero();         // m, corner at the origin; of a cylinder [diameter, diameter, height]
   std::uint8_t wall_material = 0;  // of the bounds
-  std::variant<Listed, RandomPacking, Lattice, Spheres, Tessellation, Prisms, FilledGrains> grains = {};
+  std::variant<Listed, RandomPacking, Lattice, Spheres, VoronoiPacking, Prisms, FilledGrains> grains = {};
   std::vector<OwnWall> walls = {};
   Supports supports = {};
   std::optional<Preparation> preparation = {};
@@ -172,27 +172,27 @@ struct Recipe {
   bool periodic() const { return bounds == Bounds::periodic; }
   bool random() const { return std::holds_alternative<RandomPacking>(grains); }  // takes its time to be made
   const Listed* listed() const { return std::get_if<Listed>(&grains); }
-  bool of_cells() const;  // tessellation, prisms or filled grains
-  bool of_hulls() const;  // some grain is one
+  bool of_voronoi() const;  // tessellation, prisms or filled grains
+  bool of_hulls() const;    // some grain is one
   bool in_cylinder() const;
   /// How many grains, about: Voronoi cells may be merged, random packings round.
   double count() const;
 };
 
 /// The material of Voronoi cells; null: there are none.
-const std::uint8_t* material_of_cells(const Recipe& recipe);
+const std::uint8_t* voronoi_material(const Recipe& recipe);
 
 /// Voronoi cells fill an upright cylinder.
-bool cells_are_round(const Recipe& recipe);
+bool voronoi_is_round(const Recipe& recipe);
 
 /// The box that a lattice makes (m).
 Vec3 box_of(const Lattice& lattice, bool periodic);
 
 /// Prisms in a box (m). Throws InputError where not one fits.
-VoronoiCells prisms_of(const Prisms& prisms, const Vec3& box);
+Tessellation prisms_of(const Prisms& prisms, const Vec3& box);
 
 /// The box that Voronoi cells fill (m): of prisms what whole ones take.
-Vec3 box_of_cells(const Recipe& recipe);
+Vec3 voronoi_box(const Recipe& recipe);
 
 /// A piece of a random packing in its bounds, of a thousand grains: enough to tell the time step and the cost of a
 /// grain. None where the sample is not larger.

@@ -51,7 +51,7 @@ double touching(const Grains& g, double place, double radius, int span, const Ve
 void put_rollers(const Rollers& r, const Recipe& recipe, Sample& sample) {
   Grains& grains = sample.state.grains;
   auto& walls = sample.state.boundary.walls;
-  const Vec3 box = box_of_cells(recipe);
+  const Vec3 box = voronoi_box(recipe);
   const int third = 3 - r.axis - r.span;
   Gauge gauge;
   gauge.along = -Vec3::Unit(r.axis);

@@ -11,7 +11,7 @@ namespace {
 constexpr double least_stiffer = 0.02;  // a mesh differs by as much from another
 
 std::vector<OuterFace> end_of(const Sample& sample, const Vec3& outward, const Place& place, double& offset) {
-  auto faces = faces_towards(sample.cells->outer, outward, offset);
+  auto faces = faces_towards(sample.faces->outer, outward, offset);
   if (faces.empty()) refuse(place, "the Voronoi cells have no flat end there");
   return faces;
 }
@@ -39,9 +39,9 @@ void glue_to_walls(const Model& model, const Glue& how, const Recipe& recipe, Sa
   for (std::size_t w = 0; w < walls.size(); ++w) {
     const Vec3 outward = -walls[w].facing();
     double offset = 0;
-    const auto faces = faces_towards(sample.cells->outer, outward, offset);
+    const auto faces = faces_towards(sample.faces->outer, outward, offset);
     const double gap = walls[w].point.dot(outward) - offset;
-    if (faces.empty() || std::abs(gap) > 1e-6 * box_of_cells(recipe).maxCoeff())
+    if (faces.empty() || std::abs(gap) > 1e-6 * voronoi_box(recipe).maxCoeff())
       refuse(how.place, fmt::format("no Voronoi cell touches the wall {}", walls[w].name));
     glue(model, faces, static_cast<Index>(w), how.slides, sample.state);
   }
@@ -62,7 +62,7 @@ void put_supports(const Model& model, const Supports& supports, Sample& sample) 
 
 void note_stiffness(const Model& model, int axis, Sample& sample) {
   const auto& bond = model.materials[sample.state.grains.material[0]].bond;
-  const bool network = bond && sample.cells->bonds > 0 && fragments_of(sample.state).size.size() == 1;
+  const bool network = bond && sample.faces->bonds > 0 && fragments_of(sample.state).size.size() == 1;
   const double more = network ? stiffer_than_endless(sample.state, *bond, axis) - 1 : 0;
   if (std::abs(more) < least_stiffer) return;
   sample.notes.push_back(fmt::format(

@@ -103,11 +103,11 @@ void put_platens(const Platens& platens, const Recipe& recipe, Sample& sample) {
     low = std::min(low, x + surface_arm(g, i, -up)[axis]);
   }
   put_platens(platens, low, high, sample.state.boundary);
-  if (recipe.of_cells())
+  if (recipe.of_voronoi())
     sample.gauge = Gauge{{{0, 0.5}, {1, -0.5}},
                          -Vec3::Unit(axis),
                          1,
-                         1 / nominal_area(box_of_cells(recipe), cells_are_round(recipe), axis)};
+                         1 / nominal_area(voronoi_box(recipe), voronoi_is_round(recipe), axis)};
 }
 
 }  // namespace grus::dem

@@ -118,7 +118,7 @@ TEST_CASE("a cell of the macro frame has the means of its points with grains, an
   facts[1].void_ratio = 0.8, facts[1].grains = 100, facts[1].breakages = 0;
   facts[2].void_ratio = 0.5, facts[2].grains = 200, facts[2].breakages = 100;
   const auto of = [&](std::size_t k) -> const dem::Facts& { return facts[k]; };
-  const auto cells = cell_means({0, 1, SIZE_MAX, 2, SIZE_MAX, SIZE_MAX}, 2, of);
+  const auto cells = element_means({0, 1, SIZE_MAX, 2, SIZE_MAX, SIZE_MAX}, 2, of);
   REQUIRE(cells.size() == 9);
   CHECK(cells[0] == Approx(0.7));
   CHECK(cells[1] == Approx(0.1));  // 20 of 100 that were there, and none

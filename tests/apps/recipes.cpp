@@ -168,7 +168,7 @@ solid_fraction = 0.18
 hulls = { relax = 3, aspect = [1, 1, 0.7] }
 )",
              model, recipe);
-  recipe.grains = Tessellation{.cells = 70, .rounds = 4, .clusters = 5};
+  recipe.grains = VoronoiPacking{.count = 70, .rounds = 4, .clusters = 5};
   Model bonded = rock_model();
   bonded.materials[0].bond->between = 5e6;
   same_bytes(rock + R"(between = "5 MPa"
@@ -184,7 +184,7 @@ clusters = 5
 
   // Which bonds are the weaker ones, by the clusters of the same seed.
   Team team(1);
-  const CellSpace space = recipe.periodic() ? periodic_space(recipe.box) : box_space(recipe.box);
+  const TessellationSpace space = recipe.periodic() ? periodic_space(recipe.box) : box_space(recipe.box);
   auto cells = voronoi_packing(space, 70, 4, bonded.seed, team);
   deal_to_clusters(space, 5, bonded.seed, team, cells);
   const Sample sample = make(bonded, recipe, team);

@@ -2,7 +2,7 @@
 // Cells whose faces bend and break: pairs joined by two faces, a beam, all faces at once.
 #include "dem/base/error.hpp"
 #include "dem/io/archive.hpp"
-#include "dem/packing/cells.hpp"
+#include "dem/packing/voronoi_grains.hpp"
 #include "dem/rve/check_state.hpp"
 #include "dem/rve/hand_over.hpp"
 #include "dem/rve/measure.hpp"
@@ -16,7 +16,7 @@ namespace {
 
 /// Eight unit cubes in a periodic cube: each pair is joined by two faces, on one side and on the other.
 State eight_cubes(const Model& model) {
-  VoronoiCells cells;
+  Tessellation cells;
   for (std::size_t i = 0; i < 8; ++i) {
     const Vec3 low(static_cast<double>(i & 1), static_cast<double>(i >> 1 & 1), static_cast<double>(i >> 2 & 1));
     cells.body.push_back(box_between(low, low + Vec3::Ones()));
@@ -24,7 +24,7 @@ State eight_cubes(const Model& model) {
     cells.partner.emplace_back();
     for (std::size_t k = 0; k < 6; ++k) {  // -x, +x, -y ...
       const std::size_t axis = k / 2, high = k % 2;
-      VoronoiCells::Partner p{static_cast<Index>(i ^ (std::size_t{1} << axis)), {}};
+      Tessellation::Partner p{static_cast<Index>(i ^ (std::size_t{1} << axis)), {}};
       if ((i >> axis & 1) == high) p.image[axis] = static_cast<std::int16_t>(high ? 1 : -1);
       cells.body[i].face[k].tag = static_cast<std::int64_t>(k);
       cells.partner[i].push_back(p);
@@ -32,7 +32,7 @@ State eight_cubes(const Model& model) {
   }
   State s;
   s.boundary.cell.vectors = 2 * Mat3::Identity();
-  add_cells(model, cells, 0, s);
+  add_voronoi_grains(model, cells, 0, s);
   return s;
 }
 
@@ -111,7 +111,7 @@ TEST_CASE("a beam of twenty cells is bent until it breaks: fracture never falls,
     State s;
     const double length = 50e-3, side = 10e-3;
     const BondedFaces faces =
-        add_cells(model, voronoi_packing(box_space(Vec3(length, side, side)), 20, 5, seed, team), 0, s);
+        add_voronoi_grains(model, voronoi_packing(box_space(Vec3(length, side, side)), 20, 5, seed, team), 0, s);
     for (const double end : {0.0, 1.0}) {  // neither end turns, and one goes down
       Wall wall;
       wall.point = Vec3(end * length, 0, 0), wall.shape = PlaneWall{(1 - 2 * end) * Vec3::UnitX()}, wall.material = 1;
@@ -140,7 +140,7 @@ TEST_CASE("hand-over: what no contact goes on holding is told as handed, what a 
   Model model = recorded(tough_rock(15));
   Team team(1);
   State s;
-  add_cells(model, voronoi_packing(box_space(Vec3(12e-3, 6e-3, 6e-3)), 8, 5, 1, team), 0, s);
+  add_voronoi_grains(model, voronoi_packing(box_space(Vec3(12e-3, 6e-3, 6e-3)), 8, 5, 1, team), 0, s);
   prepare(model, s, team);
   const FaceBond f = s.bonds.face.row.front();
   const auto booked = [&](double apart, double held) {  // along the normal (m), J
@@ -164,7 +164,7 @@ TEST_CASE("what bonds have rubbed and handed over is checked where a checkpoint 
   Model model = recorded(tough_rock(15));
   Team team(1);
   State s;
-  add_cells(model, voronoi_packing(box_space(Vec3(12e-3, 6e-3, 6e-3)), 8, 5, 1, team), 0, s);
+  add_voronoi_grains(model, voronoi_packing(box_space(Vec3(12e-3, 6e-3, 6e-3)), 8, 5, 1, team), 0, s);
   prepare(model, s, team);
   CHECK_NOTHROW(check_state(model, s));
   for (double FaceBond::*column : {&FaceBond::slip_1, &FaceBond::slip_3, &FaceBond::rubbed, &FaceBond::friction}) {
@@ -190,7 +190,7 @@ TEST_CASE("all faces break at once: each takes G A, and a run goes on from there
   model.numerics.time_step = 2e-8;
   Team team(1);
   State s;
-  add_cells(model, voronoi_packing(box_space(Vec3(30e-3, 6e-3, 6e-3)), 100, 5, 1, team), 0, s);
+  add_voronoi_grains(model, voronoi_packing(box_space(Vec3(30e-3, 6e-3, 6e-3)), 100, 5, 1, team), 0, s);
   const std::size_t bonds = s.bonds.size();
   for (Motion& m : s.grains.motion) m.velocity = 3000 * (m.position - Vec3(15e-3, 3e-3, 3e-3));
   prepare(model, s, team);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Faces that bend until they give way: what is pressed holds, what softening takes never falls, no path makes energy.
 #include "dem/bond/face_parts.hpp"
-#include "dem/packing/cells.hpp"
+#include "dem/packing/voronoi_grains.hpp"
 #include "tests/bonded.hpp"
 
 using namespace grus::dem;
@@ -338,13 +338,13 @@ TEST_CASE("two cells bent apart over one face: G A is taken, and nothing is made
     model.law = Foundation{}, model.numerics.time_step = 5e-7;
     make_pair_laws(model);
     Team team(1);
-    VoronoiCells cells;
+    Tessellation cells;
     cells.seed = {Vec3(0.5, 0.5, 0.5) * side, Vec3(1.5, 0.5, 0.5) * side};
     for (int k = 0; k < 2; ++k) cells.body.push_back(box_between(Vec3(k, 0, 0) * side, Vec3(k + 1, 1, 1) * side));
     cells.body[0].face[1].tag = 0, cells.body[1].face[0].tag = 0;
     cells.partner = {{{1, {}}}, {{0, {}}}};
     State s;
-    add_cells(model, cells, 0, s);
+    add_voronoi_grains(model, cells, 0, s);
     REQUIRE(s.bonds.size() == 1);
     for (std::size_t i = 0; i < 2; ++i) {
       s.grains.inertia[i].moments *= 1e8;

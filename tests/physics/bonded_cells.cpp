@@ -4,7 +4,7 @@
 #include "dem/bond/dashpots.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/motion/critical_step.hpp"
-#include "dem/packing/cells.hpp"
+#include "dem/packing/voronoi_grains.hpp"
 #include "dem/rve/hand_over.hpp"
 #include "dem/rve/linear_response.hpp"
 #include "dem/rve/measure.hpp"
@@ -22,7 +22,7 @@ State periodic_cells(const Model& model, std::size_t count, int relax, std::uint
   State s;
   const double side = std::cbrt(static_cast<double>(count));
   s.boundary.cell.vectors = side * Mat3::Identity();
-  add_cells(model, voronoi_packing(periodic_space(Vec3::Constant(side)), count, relax, seed, team), 0, s);
+  add_voronoi_grains(model, voronoi_packing(periodic_space(Vec3::Constant(side)), count, relax, seed, team), 0, s);
   return s;
 }
 
@@ -89,7 +89,7 @@ namespace {
 /// A bar of cells whose ends run at each other: it crushes within some microseconds.
 State crushed_bar(const Model& model, Team& team, double speed) {
   State s;
-  add_cells(model, voronoi_packing(box_space(Vec3(30e-3, 6e-3, 6e-3)), 240, 5, 1, team), 0, s);
+  add_voronoi_grains(model, voronoi_packing(box_space(Vec3(30e-3, 6e-3, 6e-3)), 240, 5, 1, team), 0, s);
   for (Motion& m : s.grains.motion) m.velocity.x() = -speed * (m.position.x() - 15e-3) / 15e-3;
   prepare(model, s, team);
   return s;
@@ -166,13 +166,13 @@ TEST_CASE("a bond that breaks under pressure goes over into a contact without a 
   Model model = rock(b, 0.4);
   model.numerics.time_step = 2e-6;
   Team team(1);
-  VoronoiCells cells;
+  Tessellation cells;
   cells.seed = {Vec3(0.5, 0.5, 0.5), Vec3(1.5, 0.5, 0.5)};
   for (int k = 0; k < 2; ++k) cells.body.push_back(box_between(Vec3(k, 0, 0), Vec3(k + 1, 1, 1)));
   cells.body[0].face[1].tag = 0, cells.body[1].face[0].tag = 0;
   cells.partner = {{{1, {}}}, {{0, {}}}};
   State s;
-  add_cells(model, cells, 0, s);
+  add_voronoi_grains(model, cells, 0, s);
   REQUIRE(s.bonds.size() == 1);
   // Held at both ends: heavy, pressed by 2 mm, sheared at constant speed.
   for (std::size_t i = 0; i < 2; ++i)
@@ -224,7 +224,7 @@ namespace {
 
 /// Two unit cubes that share a face across x = 1.
 State two_cubes(const Model& model) {
-  VoronoiCells cells;
+  Tessellation cells;
   for (const std::size_t k : {0u, 1u}) {
     const Vec3 low(static_cast<double>(k), 0, 0);
     cells.body.push_back(box_between(low, low + Vec3::Ones()));
@@ -233,7 +233,7 @@ State two_cubes(const Model& model) {
     cells.partner.push_back({{static_cast<Index>(1 - k), {}}});
   }
   State s;
-  add_cells(model, cells, 0, s);
+  add_voronoi_grains(model, cells, 0, s);
   return s;
 }
 

@@ -4,7 +4,7 @@
 #include "dem/bond/face_bond.hpp"
 #include "dem/fracture/hull_loads.hpp"
 #include "dem/io/archive.hpp"
-#include "dem/packing/cells.hpp"
+#include "dem/packing/voronoi_grains.hpp"
 #include "dem/rve/hand_over.hpp"
 #include "dem/rve/state_hash.hpp"
 #include "tests/bonded.hpp"
@@ -103,7 +103,7 @@ TEST_CASE("contacts and bonds of cells add up to their forces; both sides of a p
     if (!bonded) model.materials[0].bond.reset();
     State s;
     s.boundary.cell.vectors = 5 * Mat3::Identity();
-    add_cells(model, voronoi_packing(periodic_space(Vec3::Constant(5)), 125, 3, 1, team), 0, s);
+    add_voronoi_grains(model, voronoi_packing(periodic_space(Vec3::Constant(5)), 125, 3, 1, team), 0, s);
     model.materials[0].fracture->limit.max_generations = 0;  // all stay whole
     prepare(model, s, team);
     Mat3 rate = Mat3::Zero();
@@ -193,7 +193,7 @@ TEST_CASE("the bond of a fresh face is born with what the plane carried: nothing
     model.materials[0].fracture->splitter = Cut{true, bonded ? 200.0 : 1e6};
     State s;
     s.boundary.cell.vectors = 5 * Mat3::Identity();
-    add_cells(model, voronoi_packing(periodic_space(Vec3::Constant(5)), 125, 3, 1, team), 0, s);
+    add_voronoi_grains(model, voronoi_packing(periodic_space(Vec3::Constant(5)), 125, 3, 1, team), 0, s);
     std::get<Cleavage>(model.materials[0].fracture->criteria[0]).toughness = 1e30;
     prepare(model, s, team);
     Mat3 rate = Mat3::Zero();
@@ -265,7 +265,7 @@ TEST_CASE("a softened bond in parts: no part of it gains energy, whatever it has
   const Model model = rock(cohesive(1e5, 40), 0.5);
   State s;
   s.boundary.cell.vectors = 4 * Mat3::Identity();
-  add_cells(model, voronoi_packing(periodic_space(Vec3::Constant(4)), 64, 3, 1, team), 0, s);
+  add_voronoi_grains(model, voronoi_packing(periodic_space(Vec3::Constant(4)), 64, 3, 1, team), 0, s);
   prepare(model, s, team);
   Mat3 rate = Mat3::Zero();
   rate(0, 0) = 0.02, rate(2, 2) = -0.05, rate(0, 1) = 0.03;

@@ -4,7 +4,7 @@
 #include "dem/bond/face_bond.hpp"
 #include "dem/fracture/cleavage.hpp"
 #include "dem/fracture/hull_loads.hpp"
-#include "dem/packing/cells.hpp"
+#include "dem/packing/voronoi_grains.hpp"
 #include "dem/rve/resting.hpp"
 #include "tests/bonded.hpp"
 #include "tests/hulls.hpp"
@@ -199,7 +199,7 @@ TEST_CASE("grains that have rested cleave where they would have") {
   std::get<Cleavage>(model.materials[0].fracture->criteria[0]).toughness = 1e30;
   State s;
   s.boundary.cell.vectors = 4 * Mat3::Identity();
-  add_cells(model, voronoi_packing(periodic_space(Vec3::Constant(4)), 64, 3, 1, team), 0, s);
+  add_voronoi_grains(model, voronoi_packing(periodic_space(Vec3::Constant(4)), 64, 3, 1, team), 0, s);
   prepare(model, s, team);
   Mat3 rate = Mat3::Zero();
   rate(2, 2) = -20, rate(0, 1) = 15;

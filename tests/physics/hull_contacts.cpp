@@ -67,7 +67,7 @@ TEST_CASE("restitution of a cube that falls on its face is the given one") {
 
 TEST_CASE("cells that collide keep energy, momentum and angular momentum; the error falls with the step squared") {
   Team team(1);
-  const VoronoiCells cells = voronoi_packing(periodic_space(Vec3::Constant(4)), 64, 2, 3, team);
+  const Tessellation cells = voronoi_packing(periodic_space(Vec3::Constant(4)), 64, 2, 3, team);
   Model model = hull_model(0, 1e4);
   const auto errors = [&](double share) {
     double squares = 0, momentum_off = 0, turn_off = 0;
@@ -153,7 +153,7 @@ TEST_CASE("a cube on an incline slides if and only if its slope exceeds the fric
 TEST_CASE("a bounce off periodic images, threads: the same bits") {
   const auto run = [&](int threads) {
     Team team(threads);
-    const VoronoiCells cells = voronoi_packing(periodic_space(Vec3::Constant(6)), 216, 2, 3, team);
+    const Tessellation cells = voronoi_packing(periodic_space(Vec3::Constant(6)), 216, 2, 3, team);
     Model model = hull_model(0.4, 1e4);
     State s;
     s.boundary.cell.vectors = 6 * Mat3::Identity();

@@ -2,7 +2,7 @@
 // Hulls at their limits: many corners, slivers, vertex on vertex, tall stacks, born in each other, all bonds gone at
 // once.
 #include "dem/contact/forces.hpp"
-#include "dem/packing/cells.hpp"
+#include "dem/packing/voronoi_grains.hpp"
 #include "tests/bonded.hpp"
 #include "tests/hulls.hpp"
 
@@ -129,7 +129,7 @@ TEST_CASE("all bonds broken in one step: energy and momentum stay in the books, 
   Model model = rock(bond, 0.4);
   model.numerics.safety = 0.1;
   State s;
-  add_cells(model, voronoi_packing(box_space(Vec3(5, 5, 5)), 125, 5, 1, team), 0, s);
+  add_voronoi_grains(model, voronoi_packing(box_space(Vec3(5, 5, 5)), 125, 5, 1, team), 0, s);
   for (std::size_t i = 0; i < s.grains.size(); ++i)
     for (int k = 0; k < 3; ++k)
       s.grains.motion[i].velocity[k] = random_normal(8, i, Purpose::turn, static_cast<std::uint64_t>(k));

@@ -4,7 +4,7 @@
 #include "dem/motion/inertia_by_step.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/motion/critical_step.hpp"
-#include "dem/packing/cells.hpp"
+#include "dem/packing/voronoi_grains.hpp"
 #include "dem/rve/critical_grain.hpp"
 #include "dem/rve/resting.hpp"
 #include "dem/rve/state_hash.hpp"
@@ -54,8 +54,8 @@ State pressed_cells(const Model& model, std::size_t count, double strain, std::u
   const double size = std::cbrt(static_cast<double>(count));
   State s;
   s.boundary.cell.vectors = size * Mat3::Identity();
-  VoronoiCells cells = voronoi_packing(periodic_space(Vec3::Constant(size)), count, 1, seed, team);
-  add_cells(model, cells, 0, s);
+  Tessellation cells = voronoi_packing(periodic_space(Vec3::Constant(size)), count, 1, seed, team);
+  add_voronoi_grains(model, cells, 0, s);
   s.boundary.cell.vectors *= 1 - strain;
   for (Motion& m : s.grains.motion) m.position *= 1 - strain;
   return s;

@@ -4,8 +4,8 @@
 #include "dem/bond/dashpots.hpp"
 #include "dem/bond/face_parts.hpp"
 #include "dem/contact/forces.hpp"
-#include "dem/packing/cells.hpp"
 #include "dem/packing/prisms.hpp"
+#include "dem/packing/voronoi_grains.hpp"
 #include "dem/rve/hand_over.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/resting.hpp"
@@ -18,8 +18,8 @@ namespace {
 
 /// Boxes of a length along x and unit width in a row, from x = 0, all but the last one bonded to the next. `images`: of
 /// the last one, at the seam of a cell, to the first.
-VoronoiCells row_of(std::size_t count, double length, bool images = false) {
-  VoronoiCells cells;
+Tessellation row_of(std::size_t count, double length, bool images = false) {
+  Tessellation cells;
   for (std::size_t k = 0; k < count; ++k) {
     const Vec3 low(length * static_cast<double>(k), 0, 0);
     cells.body.push_back(box_between(low, low + Vec3(length, 1, 1)));
@@ -35,9 +35,9 @@ VoronoiCells row_of(std::size_t count, double length, bool images = false) {
   return cells;
 }
 
-State state_of_cells(const Model& model, const VoronoiCells& cells) {
+State state_of_voronoi(const Model& model, const Tessellation& cells) {
   State s;
-  add_cells(model, cells, 0, s);
+  add_voronoi_grains(model, cells, 0, s);
   return s;
 }
 
@@ -58,7 +58,7 @@ Pull drawn(State& s, const Vec3& shift) {
 TEST_CASE("Weibull strengths have the given mean and Weibull's scatter; tension and cohesion are drawn together") {
   BondModel bond = cohesive(5e3, 1);
   bond.criterion = FaceCriterion::parallel, bond.weibull = 2;
-  const State s = state_of_cells(rock(bond), hexagonal_prisms(Vec3(12, 12, 14), 0.5, 1, 0));
+  const State s = state_of_voronoi(rock(bond), hexagonal_prisms(Vec3(12, 12, 14), 0.5, 1, 0));
   const auto n = static_cast<double>(s.bonds.size());
   REQUIRE(n > 8000);
   double mean = 0, square = 0, below = 0;
@@ -79,7 +79,7 @@ TEST_CASE("a strain is that of the bond's length: the cells' distance, or what t
     bond.length = length;
     const double opens = 0.01 * (length > 0 ? length : 2), kn = E0 / (length > 0 ? length : 2);
     for (const double share : {0.99, 1.01}) {
-      State s = state_of_cells(rock(bond), row_of(2, 2));
+      State s = state_of_voronoi(rock(bond), row_of(2, 2));
       CHECK(s.bonds.face.row[0].kn == Approx(kn));
       CHECK(drawn(s, Vec3(0.5 * share * opens, 0, 0)).force.x() == Approx(-kn * 0.5 * share * opens));
       drawn(s, Vec3(share * opens, 0, 0));
@@ -91,10 +91,10 @@ TEST_CASE("a strain is that of the bond's length: the cells' distance, or what t
 TEST_CASE("weaker bonds hold as much less: opening by their share, energy by its square") {
   BondModel bond = cohesive(1e5, 40);
   bond.between = 2.5e4;
-  VoronoiCells cells = row_of(2, 1);
+  Tessellation cells = row_of(2, 1);
   for (const bool apart : {false, true}) {
     cells.cluster = {0, apart ? 1u : 0u};
-    State s = state_of_cells(rock(bond), cells);
+    State s = state_of_voronoi(rock(bond), cells);
     double most = 0, work = 0, before = 0;
     const double tension = apart ? 2.5e4 : 1e5, taken = apart ? 40.0 / 16 : 40, step = 1.2 * 2 * taken / tension / 4000;
     for (int k = 1; k <= 4000; ++k) {
@@ -112,7 +112,7 @@ TEST_CASE("glue of a cell whose seed is at the wall is no stiffer than over a te
   const Model model = rock(elastic(0.5));
   const double size = 2 * std::cbrt(0.75 / pi);  // of the unit cube
   for (const double depth : {0.5, 0.11 * size, 0.09 * size, 1e-9}) {
-    State s = state_of_cells(model, row_of(1, 1));
+    State s = state_of_voronoi(model, row_of(1, 1));
     add_floor(s);
     std::vector<OuterFace> faces{{0, moments_of(unit_box(), unit_box().face[4]), -Vec3::UnitZ(), depth}};
     glue(model, faces, 0, false, s);
@@ -125,7 +125,7 @@ TEST_CASE("glue of a cell whose seed is at the wall is no stiffer than over a te
 TEST_CASE("a damaged bond: dashpots, friction and stiffness by their share of it") {
   BondModel model = cohesive(1e6, 4e3);
   model.friction = 0.4, model.damping = 0.1;
-  State s = state_of_cells(rock(model, 0.4), row_of(2, 1));
+  State s = state_of_voronoi(rock(model, 0.4), row_of(2, 1));
   FaceBond& b = s.bonds.face.row[0];
   FaceDashpot& dashpot = s.bonds.dashpot.at(0);
   for (const double opening : {1.001e-3, 1.6e-3}) drawn(s, Vec3(opening, 0, 0));
@@ -148,7 +148,7 @@ TEST_CASE("a damaged bond: dashpots, friction and stiffness by their share of it
 }
 
 TEST_CASE("a bond that is made stiffer to bear its birth's load is so in shear as well") {
-  State s = state_of_cells(rock(elastic(0.5)), row_of(2, 1));
+  State s = state_of_voronoi(rock(elastic(0.5)), row_of(2, 1));
   FaceBond b = s.bonds.face.row[0];
   b.energy_1 = b.energy_2 = 40, b.criterion = FaceCriterion::cohesive, b.tension = b.cohesion = INFINITY;
   const double most = std::sqrt(2 * 0.5 * 40 * b.kn), before = b.kn;  // held: half of the energy
@@ -167,7 +167,7 @@ TEST_CASE("a bond that is made stiffer to bear its birth's load is so in shear a
 }
 
 TEST_CASE("q and -q are one orientation: a damaged bond that is bent opens on the same side for either") {
-  State s = state_of_cells(rock(cohesive(1e6, 4e3)), row_of(2, 1));
+  State s = state_of_voronoi(rock(cohesive(1e6, 4e3)), row_of(2, 1));
   for (const double opening : {1.001e-3, 1.6e-3}) drawn(s, Vec3(opening, 0, 0));
   const FaceBond b = s.bonds.face.row[0];
   REQUIRE(b.damage > 0.3);
@@ -187,7 +187,7 @@ TEST_CASE("q and -q are one orientation: a damaged bond that is bent opens on th
 
 TEST_CASE("order in space: bonds, glue, dead loads and what broken bonds left go with their cells") {
   const Model model = rock(elastic(0.5));
-  State s = state_of_cells(model, row_of(4, 1));
+  State s = state_of_voronoi(model, row_of(4, 1));
   add_floor(s);
   glue(model, std::vector<OuterFace>{{2, moments_of(unit_box(), unit_box().face[4]), -Vec3::UnitZ(), 0.5}}, 0, false,
        s);
@@ -216,7 +216,7 @@ TEST_CASE("what a broken bond leaves is the contact's, whichever of the two come
     bool reversed, seam;
   };
   for (const Case& c : {Case{false, false}, {true, false}, {false, true}, {true, true}}) {
-    State s = state_of_cells(model, row_of(4, 1 - 1e-3));
+    State s = state_of_voronoi(model, row_of(4, 1 - 1e-3));
     s.bonds.face.row.clear();
     if (c.seam) s.boundary.cell.vectors = Vec3(4 * (1 - 2e-3), 5, 5).asDiagonal();
     for (std::size_t k = 0; k < 4; ++k) s.grains.motion[k].position.x() = (static_cast<double>(k) + 0.5) * (1 - 2e-3);
@@ -263,7 +263,7 @@ TEST_CASE("what a broken bond leaves is the contact's, whichever of the two come
 
 TEST_CASE("fragments: the largest first, and each cell's number is its fragment's place") {
   const Model model = rock(elastic());
-  State s = state_of_cells(model, row_of(9, 1));
+  State s = state_of_voronoi(model, row_of(9, 1));
   auto& rows = s.bonds.face.row;
   for (const Index cut : {0u, 2u, 6u}) std::erase_if(rows, [&](const FaceBond& b) { return b.ends.a == cut; });
   const Fragments f = fragments_of(s);  // 0 | 1 2 | 3 4 5 6 | 7 8
@@ -278,7 +278,7 @@ TEST_CASE("two cells twisted, and sheared, until their bond is gone: G_II of its
   for (const bool twisted : {true, false}) {
     Model model = rock(bond);
     model.numerics.time_step = 2e-6;
-    State s = state_of_cells(model, row_of(2, 1));
+    State s = state_of_voronoi(model, row_of(2, 1));
     if (twisted) {
       for (const std::size_t i : {0u, 1u}) {
         s.grains.motion[i].spin = Vec3(i == 1 ? 30 : -30, 0, 0);
@@ -309,7 +309,7 @@ TEST_CASE("two cells twisted, and sheared, until their bond is gone: G_II of its
 TEST_CASE("bonds and glue count in the mean force and in the tangent of contacts") {
   Team team(1);
   const Model model = rock(elastic(0.5));
-  State s = state_of_cells(model, row_of(2, 1));
+  State s = state_of_voronoi(model, row_of(2, 1));
   prepare(model, s, team);
   s.grains.motion[1].position.x() += 1e-4;  // the bond bears 1e5 N, on either cell
   refresh_forces(model, s, team);
@@ -318,7 +318,7 @@ TEST_CASE("bonds and glue count in the mean force and in the tangent of contacts
   CHECK(m.unbalanced_force == Approx(1).epsilon(1e-9));
 
   // One cube between two plates, both glued: springs E0 / 0.5 over arms of 0.5, on each side.
-  State box = state_of_cells(model, row_of(1, 1));
+  State box = state_of_voronoi(model, row_of(1, 1));
   add_box(box, 1);
   for (Index w = 0; w < 6; ++w) {
     const Polyhedron cube = unit_box();

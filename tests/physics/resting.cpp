@@ -7,8 +7,8 @@
 #include <fstream>
 
 #include "dem/io/archive.hpp"
-#include "dem/packing/cells.hpp"
 #include "dem/packing/packing.hpp"
+#include "dem/packing/voronoi_grains.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rves/rve_host.hpp"
 #include "tests/bonded.hpp"
@@ -49,7 +49,7 @@ State sheared(const Model& model, bool bodies, Team& team) {
 State bonded(const Model& model, Team& team) {
   State s;
   s.boundary.cell.vectors = 6 * Mat3::Identity();  // two tiles
-  add_cells(model, voronoi_packing(periodic_space(Vec3::Constant(6)), 216, 5, 1, team), 0, s);
+  add_voronoi_grains(model, voronoi_packing(periodic_space(Vec3::Constant(6)), 216, 5, 1, team), 0, s);
   auto& bonds = s.bonds.face.row;
   for (std::size_t k = 0; k < bonds.size(); k += 2) bonds.erase(bonds.begin() + static_cast<std::ptrdiff_t>(k));
   prepare(model, s, team);

@@ -4,7 +4,7 @@
 #include "dem/contact/hull_pairs.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/motion/critical_step.hpp"
-#include "dem/packing/cells.hpp"
+#include "dem/packing/voronoi_grains.hpp"
 #include "dem/rve/loading.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/state_hash.hpp"
@@ -24,11 +24,11 @@ Wall plane(const Vec3& point, const Vec3& normal, const Vec3& velocity = Vec3::Z
 /// A box of cells between walls that hold it: six that slide, or two at the ends along z that do not.
 struct Glued {
   State state;
-  VoronoiCells cells;
+  Tessellation cells;
 
   Glued(const Model& model, const Vec3& box, std::size_t count, bool slides, Team& team)
       : cells(voronoi_packing(box_space(box), count, 5, 1, team)) {
-    const BondedFaces faces = add_cells(model, cells, 0, state);
+    const BondedFaces faces = add_voronoi_grains(model, cells, 0, state);
     for (int k = slides ? 0 : 2; k < 3; ++k)
       for (const double side : {-1.0, 1.0}) {
         double offset;
@@ -42,7 +42,7 @@ struct Glued {
 /// One cube of unit side, alone, with a bond model.
 State cube(const Model& model, BondedFaces& faces, Team& team) {
   State s;
-  faces = add_cells(model, voronoi(box_space(Vec3(1, 1, 1)), {Vec3(0.5, 0.5, 0.5)}, team), 0, s);
+  faces = add_voronoi_grains(model, voronoi(box_space(Vec3(1, 1, 1)), {Vec3(0.5, 0.5, 0.5)}, team), 0, s);
   return s;
 }
 
@@ -153,7 +153,7 @@ TEST_CASE("moving clamps and dead loads work as much as is held, moves and is da
   Model model = rock(elastic(0.4));
   model.numerics.safety = 0.1;
   State s;
-  const BondedFaces faces = add_cells(model, voronoi_packing(box_space(Vec3(6, 2, 2)), 30, 5, 1, team), 0, s);
+  const BondedFaces faces = add_voronoi_grains(model, voronoi_packing(box_space(Vec3(6, 2, 2)), 30, 5, 1, team), 0, s);
   s.boundary.walls.push_back(plane(Vec3(0, 0, 0), Vec3::UnitX(), Vec3(-0.2, 0.1, 0)));
   glue(model, end_of(faces, -Vec3::UnitX()), 0, false, s);
   const Vec3 force(0.3 * E0 * 1e-3, 0, -0.1 * E0 * 1e-3);
@@ -266,7 +266,7 @@ TEST_CASE("a bar of slices that softens bears its bonds' strength and takes G A,
     const double thick = 8.0 / static_cast<double>(slices);
     for (std::size_t k = 0; k < slices; ++k) seeds.emplace_back(0.5, 0.5, (static_cast<double>(k) + 0.5) * thick);
     State s;
-    const BondedFaces faces = add_cells(model, voronoi(box_space(Vec3(1, 1, 8)), seeds, team), 0, s);
+    const BondedFaces faces = add_voronoi_grains(model, voronoi(box_space(Vec3(1, 1, 8)), seeds, team), 0, s);
     REQUIRE(s.bonds.face.row.size() == slices - 1);
     s.bonds.face.row[slices / 3].tension *= 0.98;  // where it is to part
     for (const double side : {-1.0, 1.0}) {
@@ -297,10 +297,10 @@ double tension_across(std::uint64_t seed, Team& team) {
   Model model = rock(elastic(0.4));
   set_damping(model, 0.6);
   model.numerics.safety = 0.9;
-  CellSpace space = cylinder_space(diameter, thickness);
+  TessellationSpace space = cylinder_space(diameter, thickness);
   space.extruded = true;
   State s;
-  const BondedFaces faces = add_cells(model, voronoi_packing(space, 1500, 5, seed, team), 0, s);
+  const BondedFaces faces = add_voronoi_grains(model, voronoi_packing(space, 1500, 5, seed, team), 0, s);
   const Vec3 middle(diameter / 2, diameter / 2, thickness / 2);
   double arc = 0;
   for (const double side : {-1.0, 1.0}) {
@@ -347,7 +347,7 @@ TEST_CASE("a constant mean stress: kept while one axis is pressed; in an elastic
   set_damping(model, 0.5);
   State s;
   s.boundary.cell.vectors = 4 * Mat3::Identity();
-  add_cells(model, voronoi_packing(periodic_space(Vec3::Constant(4)), 64, 5, 1, team), 0, s);
+  add_voronoi_grains(model, voronoi_packing(periodic_space(Vec3::Constant(4)), 64, 5, 1, team), 0, s);
   prepare(model, s, team);
   Loading loading;
   loading.driven = true, loading.mean = -1e-4 * E0, loading.consolidation = 1;

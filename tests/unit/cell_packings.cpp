@@ -3,11 +3,11 @@
 #include <numeric>
 
 #include "dem/base/random.hpp"
-#include "dem/packing/cells.hpp"
 #include "dem/packing/clusters.hpp"
 #include "dem/packing/packing.hpp"
 #include "dem/packing/prisms.hpp"
 #include "dem/packing/random_hulls.hpp"
+#include "dem/packing/voronoi_grains.hpp"
 #include "dem/rve/bursts.hpp"
 #include "dem/shape/hull_measures.hpp"
 #include "tests/bonded.hpp"
@@ -18,27 +18,27 @@ using namespace grus::dem::test;
 
 namespace {
 
-double volume_of(const VoronoiCells& cells) {
+double volume_of(const Tessellation& cells) {
   return std::accumulate(cells.body.begin(), cells.body.end(), 0.0,
                          [](double sum, const Polyhedron& p) { return sum + moments_of(p).volume; });
 }
 
-State state_of_cells(const Model& model, const VoronoiCells& cells) {
+State state_of_voronoi(const Model& model, const Tessellation& cells) {
   State s;
-  add_cells(model, cells, 0, s);
+  add_voronoi_grains(model, cells, 0, s);
   return s;
 }
 
 }  // namespace
 
 TEST_CASE("hexagonal prisms: volume and moments of the polygon; each meets six others, and those above and below") {
-  const VoronoiCells cells = hexagonal_prisms(Vec3(5, 5, 3), 0.5, 1, 0);
+  const Tessellation cells = hexagonal_prisms(Vec3(5, 5, 3), 0.5, 1, 0);
   // Widths of 0.866 along x: five and, half a width on, five; rows of 0.75 along y: five and a half; three layers.
   REQUIRE(cells.seed.size() == 5 * 6 * 3);
   const SolidMoments one = moments_of(cells.body[0]);
   CHECK(std::abs(one.volume - 0.6495190528) < 1e-9);
   CHECK(std::abs(one.second(0, 0) + one.second(1, 1) - 0.0676582) < 1e-6);
-  const auto surrounded = [](const VoronoiCells& all, std::size_t by) {  // and partners lie across the faces
+  const auto surrounded = [](const Tessellation& all, std::size_t by) {  // and partners lie across the faces
     std::size_t whole = 0;
     for (std::size_t i = 0; i < all.seed.size(); ++i) {
       whole += all.partner[i].size() == by;
@@ -55,7 +55,7 @@ TEST_CASE("hexagonal prisms: volume and moments of the polygon; each meets six o
   // Within a circle, about a prism in its middle: all centres up to seven widths away (Saleme 2016's disc). The corners
   // furthest out are 7 widths and 5 sides away, of twelve prisms that a hair less room leaves out.
   const double side = 0.57, room = 2 * std::sqrt(7 * 7 * 3 + 5.0 * 5) * side;
-  const VoronoiCells disc = hexagonal_prisms(Vec3(room, room, 5), side, 5, 0, true);
+  const Tessellation disc = hexagonal_prisms(Vec3(room, room, 5), side, 5, 0, true);
   REQUIRE(disc.seed.size() == 187);
   CHECK(surrounded(disc, 6) == 139);
   Vec3 middle = Vec3::Zero();
@@ -63,8 +63,8 @@ TEST_CASE("hexagonal prisms: volume and moments of the polygon; each meets six o
   CHECK((middle - Vec3(0.5 * room, 0.5 * room, 2.5)).norm() < 1e-12);
   CHECK(hexagonal_prisms(Vec3(room, room, 5) * (1 - 1e-6), side, 5 * (1 - 1e-6), 0, true).seed.size() == 175);
   const Model model = rock(elastic());
-  const State tight = state_of_cells(model, cells);
-  const State loose = state_of_cells(model, hexagonal_prisms(Vec3(5, 5, 3), 0.5, 1, 0.1));
+  const State tight = state_of_voronoi(model, cells);
+  const State loose = state_of_voronoi(model, hexagonal_prisms(Vec3(5, 5, 3), 0.5, 1, 0.1));
   REQUIRE(tight.bonds.size() == loose.bonds.size());
   // Smaller faces at the lattice's distance: 0.5 - 0.1 / sqrt 3 of side.
   const double shrunk = 1 - 0.2 / std::sqrt(3.0);
@@ -82,7 +82,7 @@ TEST_CASE("cells fill the outline of a prism and of a poly-ellipsoid, whose volu
   const std::array<Vec3, 3> corners{Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(0, 3, 0)};
   CHECK(std::abs(volume_of(voronoi_packing(prism_space(corners, 4), 40, 2, 1, team)) - 12) < 1e-9);
   const PolyEllipsoid shape{{1, 1.2, 0.8}, {0.7, 1, 1.5}};
-  const CellSpace space = polyellipsoid_space(shape, 100);
+  const TessellationSpace space = polyellipsoid_space(shape, 100);
   CHECK(std::abs(space.volume() / volume(shape) - 1) < 1e-9);
   // 200 planes leave caps of some 1 / 200 of the surface: the body is as much as half a per cent out of shape.
   CHECK((moments_of(space.body).centre - centre_of_mass(shape)).norm() < 0.01);
@@ -102,8 +102,8 @@ TEST_CASE(
   a.orientation = Quat(0.8, 0.36, 0.48, 0), a.density = density;
   b.shape = PolyEllipsoid::sphere(1.1), b.position = Vec3(-3, 1, 0), b.density = density;
   set_grain(parents.grains, 0, a), set_grain(parents.grains, 1, b);
-  const VoronoiCells cells = fill_grains(parents.grains, 25, 5, 7, team);
-  const State s = state_of_cells(rock(elastic()), cells);
+  const Tessellation cells = fill_grains(parents.grains, 25, 5, 7, team);
+  const State s = state_of_voronoi(rock(elastic()), cells);
   for (Index i = 0; i < 2; ++i) {
     double mass = 0;
     Vec3 centre = Vec3::Zero();
@@ -126,9 +126,9 @@ TEST_CASE(
 TEST_CASE("a mesh that is drawn out is prisms, however long the body is against its cells") {
   Team team(2);
   for (const double length : {1.0, 10.0, 60.0, 400.0}) {  // of bodies whose cells are 1.4 wide
-    CellSpace space = box_space(Vec3(10, 10, length));
+    TessellationSpace space = box_space(Vec3(10, 10, length));
     space.extruded = true;
-    const VoronoiCells cells = voronoi_packing(space, 50, 20, 3, team);
+    const Tessellation cells = voronoi_packing(space, 50, 20, 3, team);
     CAPTURE(length);
     REQUIRE(cells.body.size() == 50);
     for (const Polyhedron& body : cells.body)
@@ -139,15 +139,15 @@ TEST_CASE("a mesh that is drawn out is prisms, however long the body is against 
 
 TEST_CASE("bonds between clusters are weaker as asked, in energy by the square, or not there") {
   Team team(1);
-  const CellSpace space = periodic_space(Vec3(4, 4, 4));
-  VoronoiCells cells = voronoi_packing(space, 200, 3, 1, team);
-  const std::size_t all = state_of_cells(rock(cohesive(1e3, 1)), cells).bonds.size();
+  const TessellationSpace space = periodic_space(Vec3(4, 4, 4));
+  Tessellation cells = voronoi_packing(space, 200, 3, 1, team);
+  const std::size_t all = state_of_voronoi(rock(cohesive(1e3, 1)), cells).bonds.size();
   deal_to_clusters(space, 5, 1, team, cells);
   for (Index c = 0; c < 5; ++c) CHECK(std::count(cells.cluster.begin(), cells.cluster.end(), c) > 15);
   BondModel bond = cohesive(1e3, 1);
-  const State open = state_of_cells(rock(bond), cells);
+  const State open = state_of_voronoi(rock(bond), cells);
   bond.between = 400;
-  const State closed = state_of_cells(rock(bond), cells);
+  const State closed = state_of_voronoi(rock(bond), cells);
   CHECK(closed.bonds.size() == all);
   std::size_t across = 0;
   for (const FaceBond& b : closed.bonds.face.row) {
@@ -203,7 +203,7 @@ TEST_CASE("sphericity and angularity of cube, beam, tetrahedron and octahedron b
 
 TEST_CASE("a stretched polyhedron: planes through its corners, volume by the product") {
   Team team(1);
-  const VoronoiCells cells = voronoi_packing(box_space(Vec3(1, 2, 3)), 30, 2, 5, team);
+  const Tessellation cells = voronoi_packing(box_space(Vec3(1, 2, 3)), 30, 2, 5, team);
   const Vec3 factors(2, 0.5, 0.7);
   for (const Polyhedron& cell : cells.body) {
     Polyhedron body = cell;
@@ -324,7 +324,7 @@ TEST_CASE("two equal grains are not filled alike") {
     grain.density = density;
     set_grain(parents.grains, i, grain);
   }
-  const VoronoiCells cells = fill_grains(parents.grains, 12, 0, 7, team);
+  const Tessellation cells = fill_grains(parents.grains, 12, 0, 7, team);
   double nearest = INFINITY;
   for (std::size_t i = 0; i < cells.seed.size(); ++i)
     for (std::size_t j = 0; j < cells.seed.size(); ++j)

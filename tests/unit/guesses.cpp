@@ -40,7 +40,7 @@ struct Meeting {
 }  // namespace
 
 TEST_CASE("a guess decides no bit: right, wrong, of another pose or none; and the overlap is that of clipped faces") {
-  const VoronoiCells cells = some_cells(64);
+  const Tessellation cells = some_cells(64);
   std::vector<Shape> shapes;
   for (const Polyhedron& body : cells.body) shapes.emplace_back(body);
   const double size = 0.25;
@@ -91,7 +91,7 @@ TEST_CASE("a guess decides no bit: right, wrong, of another pose or none; and th
 }
 
 TEST_CASE("kernels of one, four and eight lanes find the same bits with and without a guess") {
-  const VoronoiCells cells = some_cells(27);
+  const Tessellation cells = some_cells(27);
   std::vector<Shape> shapes;
   for (const Polyhedron& body : cells.body) shapes.emplace_back(body);
   int met = 0;

@@ -75,7 +75,7 @@ TEST_CASE("points in a plane, or too many, are no hull") {
 }
 
 TEST_CASE("a cut divides volume, centre and second moments, and both parts are closed") {
-  const VoronoiCells cells = some_cells(64);
+  const Tessellation cells = some_cells(64);
   double worst = 0, open = 0;
   for (std::uint64_t n = 0; n < 2000; ++n) {
     const Polyhedron& whole = cells.body[n % cells.body.size()];
@@ -104,8 +104,8 @@ TEST_CASE("a cut divides volume, centre and second moments, and both parts are c
 
 TEST_CASE("Voronoi cells fill their space; faces are shared; each closes; sum of area x distance is three volumes") {
   Team team(2);
-  const auto check = [&](const CellSpace& space, std::size_t count, bool bounded) {
-    const VoronoiCells cells = voronoi_packing(space, count, 1, 5, team);
+  const auto check = [&](const TessellationSpace& space, std::size_t count, bool bounded) {
+    const Tessellation cells = voronoi_packing(space, count, 1, 5, team);
     double volume = 0, reached = 0, open = 0, unlike = 0;
     for (std::size_t i = 0; i < cells.body.size(); ++i) {
       volume += moments_of(cells.body[i]).volume;
@@ -138,11 +138,11 @@ TEST_CASE("Voronoi cells fill their space; faces are shared; each closes; sum of
   check(periodic_space(Vec3::Ones()), 5, false);  // a cell that meets its own image
   check(box_space(Vec3(1, 2, 0.5)), 200, true);
   check(cylinder_space(1, 0.4), 200, true);
-  CellSpace disc = cylinder_space(1, 0.1);
+  TessellationSpace disc = cylinder_space(1, 0.1);
   disc.extruded = true;
   check(disc, 300, true);
   CHECK(disc.volume() == Approx(0.1 * 48 * 0.25 * std::tan(pi / 48)).epsilon(1e-12));
-  const VoronoiCells flat = voronoi_packing(disc, 300, 1, 5, team);
+  const Tessellation flat = voronoi_packing(disc, 300, 1, 5, team);
   for (const Polyhedron& body : flat.body)
     for (const Vec3& x : body.vertex) CHECK(std::min(std::abs(x.z()), std::abs(x.z() - 0.1)) < 1e-15);
 }
@@ -152,19 +152,19 @@ TEST_CASE("cells do not depend on the number of threads; Lloyd's rounds even the
   const auto with = [](Team& team, int rounds) {
     return voronoi_packing(periodic_space(Vec3::Ones()), 500, rounds, 1, team);
   };
-  const VoronoiCells a = with(one, 5), b = with(two, 5), raw = with(one, 0);
+  const Tessellation a = with(one, 5), b = with(two, 5), raw = with(one, 0);
   REQUIRE(a.body.size() == b.body.size());
   for (std::size_t i = 0; i < a.body.size(); ++i) CHECK(a.body[i].vertex == b.body[i].vertex);
-  const auto least = [](const VoronoiCells& c) {
+  const auto least = [](const Tessellation& c) {
     double v = INFINITY;
     for (const Polyhedron& body : c.body) v = std::min(v, 500 * moments_of(body).volume);
     return v;
   };
   CHECK(least(raw) < 0.4);
   // In the plane one random cell in a thousand is smaller than a tenth of the mean: merged away, nothing is left empty.
-  CellSpace sheet = box_space(Vec3(1, 1, 0.1));
+  TessellationSpace sheet = box_space(Vec3(1, 1, 0.1));
   sheet.extruded = true;
-  const VoronoiCells flat = voronoi_packing(sheet, 4000, 0, 2, two);
+  const Tessellation flat = voronoi_packing(sheet, 4000, 0, 2, two);
   CHECK(flat.body.size() < 4000);
   double smallest = INFINITY, filled = 0;
   for (const Polyhedron& body : flat.body) {
@@ -190,11 +190,11 @@ TEST_CASE("faces of a box are known by where they look: -1 to -6 are -x, +x, -y,
 
 TEST_CASE("a round of Lloyd's moves each seed to the centre of its cell of the round before") {
   Team team(1);
-  const CellSpace space = box_space(Vec3(1, 2, 1.5));
-  VoronoiCells before = voronoi_packing(space, 30, 0, 4, team);
+  const TessellationSpace space = box_space(Vec3(1, 2, 1.5));
+  Tessellation before = voronoi_packing(space, 30, 0, 4, team);
   REQUIRE(before.seed.size() == 30);
   for (const int rounds : {1, 2, 3}) {
-    const VoronoiCells now = voronoi_packing(space, 30, rounds, 4, team);
+    const Tessellation now = voronoi_packing(space, 30, rounds, 4, team);
     REQUIRE(now.seed.size() == 30);
     for (std::size_t i = 0; i < 30; ++i) CHECK((now.seed[i] - moments_of(before.body[i]).centre).norm() < 1e-12);
     before = now;
@@ -245,7 +245,7 @@ TEST_CASE("a body of too many corners loses the plane that adds least, and has v
 TEST_CASE("hulls of no grain leave the store: what is left has the same bytes, rollers keep theirs") {
   HullStore store;
   HullPlace at;
-  const VoronoiCells cells = some_cells(40);
+  const Tessellation cells = some_cells(40);
   for (const Polyhedron& body : cells.body) add_hull(store, body, at);
   State s;
   s.grains.hulls = std::make_shared<const HullStore>(store);
@@ -292,7 +292,7 @@ TEST_CASE(
   const std::vector<Plane> floor{{Vec3::UnitZ(), -0.5 + h}};
   const Mat3 t = turning_of_patch(cube.view(), floor, Vec3(0, 0, -0.5));
   CHECK((t - Mat3(Vec3(side + up, side + up, 2 * side).asDiagonal())).norm() < 1e-14);
-  const VoronoiCells cells = some_cells(30);
+  const Tessellation cells = some_cells(30);
   int met = 0;
   for (std::uint64_t n = 0; n < 200; ++n) {
     const Shape a(cells.body[n % 30]), b(cells.body[(7 * n + 3) % 30]);

@@ -68,7 +68,7 @@ TEST_CASE("a cube on a plane rocks as on an elastic foundation: c I less what gr
 }
 
 TEST_CASE("force and moment of an overlap are the gradient of its energy; the energy is that of the cut body") {
-  const VoronoiCells cells = some_cells(64);
+  const Tessellation cells = some_cells(64);
   std::vector<Shape> shapes;
   for (const Polyhedron& body : cells.body) shapes.emplace_back(body);
   int touching = 0, kinks = 0;
@@ -109,7 +109,7 @@ TEST_CASE("force and moment of an overlap are the gradient of its energy; the en
 }
 
 TEST_CASE("the overlap by edges is that by clipped faces") {
-  const VoronoiCells cells = some_cells(64);
+  const Tessellation cells = some_cells(64);
   std::vector<Shape> shapes;
   for (const Polyhedron& body : cells.body) shapes.emplace_back(body);
   shapes.emplace_back(box_between(Vec3::Constant(-0.1), Vec3::Constant(0.1)));
@@ -180,7 +180,7 @@ TEST_CASE("where edges meet edges and corners corners exactly, the overlap is th
 
 TEST_CASE("overlaps of any depth down to round-off, however thin, press by no more than they are deep") {
   Team team(1);
-  const VoronoiCells cells = voronoi_packing(box_space(Vec3::Ones()), 64, 5, 3, team);
+  const Tessellation cells = voronoi_packing(box_space(Vec3::Ones()), 64, 5, 3, team);
   std::vector<Vec3> corners;
   for (int k = 0; k < 32; ++k) corners.emplace_back(0.3 * std::sin(pi * k / 16), -0.3 * std::cos(pi * k / 16), 0);
   Polyhedron roller = prism_over(corners, -1, 1);
@@ -234,7 +234,7 @@ TEST_CASE("faces that are flush but for round-off press by what they are deep, w
 }
 
 TEST_CASE("what is looked at along any direction gives the same overlap, and both bodies agree on it") {
-  const VoronoiCells cells = some_cells(27);
+  const Tessellation cells = some_cells(27);
   const Shape one(cells.body[3]), two(cells.body[11]);
   const Mat3 turn = random_rotation(5, 5).toRotationMatrix();
   const Vec3 shift(0.2, 0.1, -0.15);

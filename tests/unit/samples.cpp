@@ -33,7 +33,7 @@ Recipe two_spheres() {
 Recipe tessellation(Bounds bounds, const Vec3& box, std::size_t cells) {
   Recipe recipe;
   recipe.bounds = bounds, recipe.box = box, recipe.wall_material = 1;
-  recipe.grains = Tessellation{.cells = cells};
+  recipe.grains = VoronoiPacking{.count = cells};
   return recipe;
 }
 
@@ -165,7 +165,7 @@ TEST_CASE("cells fill their box, and their bonds its volume three times: each is
     const Sample sample = make(model, recipe, one);
     CHECK(hash(sample.state) == hash(make(model, recipe, two).state));
     CHECK(solid_volume(sample.state.grains) == Approx(box.prod()).epsilon(1e-9));
-    CHECK((sample.bonded() && sample.cells->bonds == sample.state.bonds.dashpot.size()));
+    CHECK((sample.bonded() && sample.faces->bonds == sample.state.bonds.dashpot.size()));
     double volume = 0;  // two pyramids a face: of each cell a third of area times height
     for (const FaceBond& b : sample.state.bonds.face.row) volume += b.area * E0 / b.kn / 3;
     if (bounds == Bounds::periodic) CHECK(volume == Approx(box.prod()).epsilon(1e-6));

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Where planes cut hulls, and what parts of bonded faces carry.
 #include "dem/bond/faces.hpp"
-#include "dem/packing/cells.hpp"
 #include "dem/packing/prisms.hpp"
+#include "dem/packing/voronoi_grains.hpp"
 #include "dem/rve/breakage.hpp"
 #include "dem/shape/section.hpp"
 #include "tests/bonded.hpp"
@@ -12,7 +12,7 @@ using namespace grus::dem;
 using namespace grus::dem::test;
 
 TEST_CASE("sections and parts of hulls: those of the polyhedron that a cut makes") {
-  const VoronoiCells cells = some_cells(64);
+  const Tessellation cells = some_cells(64);
   for (std::size_t i = 0; i < cells.body.size(); ++i) {
     const Shape shape(cells.body[i]);
     const double size = std::cbrt(shape.store.row[0].volume);
@@ -58,7 +58,7 @@ TEST_CASE("the polygon of a bond has its area and moments; parts of it add up to
   const Model model = rock(elastic());
   Team team(1);
   State s;
-  add_cells(model, voronoi_packing(box_space(Vec3(3, 3, 3)), 60, 3, 2, team), 0, s);
+  add_voronoi_grains(model, voronoi_packing(box_space(Vec3(3, 3, 3)), 60, 3, 2, team), 0, s);
   std::size_t large = 0;
   for (const FaceBond& b : s.bonds.face.row) {
     const FlatPolygon p = polygon_of(s.grains, b, false);
@@ -101,7 +101,7 @@ TEST_CASE("a bond in two parts resists any small motion as the whole did, whiche
   const Model model = rock(elastic(0.4));
   Team team(1);
   State s;
-  add_cells(model, voronoi_packing(box_space(Vec3(2, 2, 2)), 12, 3, 2, team), 0, s);
+  add_voronoi_grains(model, voronoi_packing(box_space(Vec3(2, 2, 2)), 12, 3, 2, team), 0, s);
   for (const FaceBond& b : s.bonds.face.row) {
     if (b.area < 0.05) continue;
     const FlatPolygon p = polygon_of(s.grains, b, false);
@@ -139,7 +139,7 @@ TEST_CASE(
   model.materials[0].fracture = fracture;
   Team team(1);
   State s;
-  add_cells(model, hexagonal_prisms(Vec3(4, 4, 1), 0.5, 1, 0), 0, s);
+  add_voronoi_grains(model, hexagonal_prisms(Vec3(4, 4, 1), 0.5, 1, 0), 0, s);
   prepare(model, s, team);
   const Vec3 n(-0.5, std::sqrt(0.75), 0);  // across a corner, along two faces
   std::size_t slivers = 0;

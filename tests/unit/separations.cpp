@@ -65,7 +65,7 @@ TEST_CASE("cubes edge over edge at 60 degrees, 0.1 apart: edges tell their dista
 }
 
 TEST_CASE("the distance of hulls is that of their nearest features, from any beginning; its direction parts them") {
-  const VoronoiCells cells = some_cells(64);
+  const Tessellation cells = some_cells(64);
   std::vector<Shape> shapes;
   for (const Polyhedron& body : cells.body) shapes.emplace_back(body);
   int apart = 0;
