@@ -59,10 +59,10 @@ struct RollRow {
 };
 
 /// A spring that holds a couple: turned with the contact, stretched by its part of how b turns against a, up to its own
-/// limit. `first`: no other couple acts on these pairs yet.
-template <Kind kind, bool attracts, class Row>
+/// limit. `first`: no other couple acts on these pairs yet; `alone`: there is no other.
+template <Kind kind, bool attracts, bool alone, class Row>
 GRUS_STAGE void hold_couple(const ContactRows& s, std::size_t start, int kept, bool first, Chunk& c, Sums& sums) {
-  double* const* const spring = s.spring[Row::row];
+  double *const x = s.spring[Row::row][0], *const y = s.spring[Row::row][1], *const z = s.spring[Row::row][2];
   const Real dt(s.dt);
   for (int g = 0; g < kept; ++g) {
     const int o = g * width, h = c.place(g, start), count = c.count[g];
@@ -78,7 +78,7 @@ GRUS_STAGE void hold_couple(const ContactRows& s, std::size_t start, int kept, b
       spin = spin + of_b;
     }
     const Real radius = at(s.radius + k);
-    const Real3 held{at(spring[0] + k), at(spring[1] + k), at(spring[2] + k)};
+    const Real3 held{at(x + k), at(y + k), at(z + k)};
     const Real size2 = dot(held, held);
     const Grip grip{at(c.before + o), at(c.compliance + o), at(c.kt + o),
                     constant(s, law_friction + std::size_t{Row::row}, k) * at((attracts ? c.borne : c.normal) + o)};
@@ -86,11 +86,11 @@ GRUS_STAGE void hold_couple(const ContactRows& s, std::size_t start, int kept, b
         stretch_spring(turn_spring(Row::part(held, n), size2, n, at(c.turn + o)), grip, root(size2), size2,
                        radius * Row::part(spin, n), dt, on, sums.slid[h], sums.lost[h]);
     const Real3 now = stretched.cut * stretched.now;
-    put_back(kept_lanes(on, now.x), count, spring[0] + k);
-    put_back(kept_lanes(on, now.y), count, spring[1] + k);
-    put_back(kept_lanes(on, now.z), count, spring[2] + k);
+    put_back(kept_lanes(on, now.x), count, x + k);
+    put_back(kept_lanes(on, now.y), count, y + k);
+    put_back(kept_lanes(on, now.z), count, z + k);
     Real3 couple = radius * now;
-    if (!first) couple = couple + Real3{at(c.mx + o), at(c.my + o), at(c.mz + o)};
+    if (!alone && !first) couple = couple + Real3{at(c.mx + o), at(c.my + o), at(c.mz + o)};
     store(couple.x, c.mx + o);
     store(couple.y, c.my + o);
     store(couple.z, c.mz + o);
@@ -101,10 +101,11 @@ GRUS_STAGE void hold_couple(const ContactRows& s, std::size_t start, int kept, b
 template <Kind kind, bool attracts, class... CoupleRows>
 GRUS_INLINE void hold_each(const ContactRows& s, std::size_t start, int kept, Chunk& c, Sums& sums) {
   static_assert(sizeof...(CoupleRows) == spring_rows - first_couple);
+  constexpr bool alone = sizeof...(CoupleRows) == 1;
   bool first = true;
   const auto hold = [&]<class Row>(Row) {
     if (!s.spring[Row::row][0]) return;
-    hold_couple<kind, attracts, Row>(s, start, kept, first, c, sums);
+    hold_couple<kind, attracts, alone, Row>(s, start, kept, first, c, sums);
     first = false;
   };
   (hold(CoupleRows{}), ...);
