@@ -63,7 +63,10 @@ dem::RandomPacking random_of(const py::dict& d) {
   p.parts.clear();
   for (const auto& part : get<std::vector<py::dict>>(d, "parts"))
     p.parts.push_back({get<std::uint8_t>(part, "material"), get<double>(part, "share"), vector(part, "aspect")});
-  if (!d["hulls"].is_none()) p.hulls = {get<int>(d, "hulls"), vector(d, "aspect")};
+  if (get<bool>(d, "balls"))
+    p.hulls = {.aspect = vector(d, "aspect"), .balls = true};
+  else if (!d["hulls"].is_none())
+    p.hulls = {.rounds = get<int>(d, "hulls"), .aspect = vector(d, "aspect")};
   return p;
 }
 

@@ -274,9 +274,10 @@ def samples():
                                                          more.pop("pressure", None), more.pop("friction", None))
     made = plain(RandomPacking(radius=(1, 2), solid_fraction=0.74, count=3, hulls=0, aspect=(1, 2, 3),
                                parts=[(0, 0.5, (1, 1, 2)), (1, 2, (3, 1, 1))]), friction=0.0)
-    need(made["grains"] == {"kind": "random", "radius": (1, 2), "solid_fraction": 0.74, "hulls": 0, "aspect": [1, 2, 3],
-                            "count": 3, "turned": True, "parts": [{"material": 0, "share": 0.5, "aspect": [1, 1, 2]},
-                                                                  {"material": 1, "share": 2, "aspect": [3, 1, 1]}]}
+    need(made["grains"] == {"kind": "random", "radius": (1, 2), "solid_fraction": 0.74, "hulls": 0, "balls": False,
+                            "aspect": [1, 2, 3], "count": 3, "turned": True,
+                            "parts": [{"material": 0, "share": 0.5, "aspect": [1, 1, 2]},
+                                      {"material": 1, "share": 2, "aspect": [3, 1, 1]}]}
          and made["hulls"] is True and made["friction"] == 0 and made["pressure"] is None, f"{made['grains']}")
     one = plain(RandomPacking(radius=1, solid_fraction=0.5))["grains"]
     need(one["radius"] == (1, 1) and one["hulls"] is None and one["count"] == 0, f"{one}")
@@ -354,9 +355,9 @@ def samples():
         "friction": 0, "rolling_friction": 0, "damping": 0, "rotation": True, "bond": None}, "a plain material")
     need(Material(rotation=False)._plain()["rotation"] is False and Bond(**BOND)._plain()["poissons_ratio"] == 0.2,
         "bonds")
-    need(one == {"kind": "random", "radius": (1, 1), "solid_fraction": 0.5, "hulls": None, "aspect": [1, 1, 1],
-        "count": 0,
-                 "turned": True, "parts": [{"material": 0, "share": 1, "aspect": [1, 1, 1]}]},
+    need(one == {"kind": "random", "radius": (1, 1), "solid_fraction": 0.5, "hulls": None, "balls": False,
+                 "aspect": [1, 1, 1], "count": 0, "turned": True,
+                 "parts": [{"material": 0, "share": 1, "aspect": [1, 1, 1]}]},
                   f"a plain packing: {one}")
     spheres = plain(Spheres(spheres=[[-1, -2, -3, 1]]))["grains"]
     need(spheres == {"kind": "spheres", "spheres": [[-1, -2, -3, 1]], "turned": True, "material": 0}, f"{spheres}")

@@ -110,6 +110,15 @@ solid_fraction = 0.18
 hulls = { relax = 3, aspect = [1, 1, 0.7] }
 """, lambda: grus.Sample(rock, grus.RandomPacking(radius=0.4e-3, solid_fraction=0.18, hulls=3, aspect=(1, 1, 0.7)),
                          box=[4e-3] * 3)),
+    "balls of planes": (lambda _: ROCK + """youngs_modulus = "8 GPa"
+[packing]
+kind = "random"
+box = ["4 mm", "4 mm", "4 mm"]
+radius = { distribution = "constant", mean = "0.4 mm" }
+solid_fraction = 0.18
+hulls = { balls = 32, aspect = [1, 0.9, 0.8] }
+""", lambda: grus.Sample(rock, grus.RandomPacking(radius=0.4e-3, solid_fraction=0.18, balls=True, aspect=(1, 0.9, 0.8)),
+                         box=[4e-3] * 3)),
     "bonded cells": (lambda _: ROCK + BOND + """[packing]
 kind = "voronoi"
 box = ["4 mm", "4 mm", "4 mm"]
@@ -158,6 +167,8 @@ def refused():
             ("solid_fraction: 0.8", lambda: Sample(sand, Packing(radius=1e-4, solid_fraction=0.8), box=box)),
             ("radius: expected a number", lambda: Sample(sand, Packing(radius="1 mm", solid_fraction=0.5), box=box)),
             ("box: needs", lambda: Sample(sand, packing)),
+            ("hulls: rounds",
+             lambda: Sample(rock, Packing(radius=1e-4, solid_fraction=0.1, hulls=3, balls=True), box=box)),
             ("box", lambda: Sample(sand, packing, box=[1e-3, 0, 1e-3])),
             ("box: is that of the lattice", lambda: Sample(sand, grus.Lattice(radius=1e-3, layers=(2, 2, 2)), box=box)),
             ("even numbers", lambda: Sample(sand, grus.Lattice(radius=1e-3, layers=(2, 3, 2)))),

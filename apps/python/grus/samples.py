@@ -98,13 +98,15 @@ class Material:
 class RandomPacking:
     """Grains at random places, as many as fill a share of the box. radius: one (m), or the least and the largest of
     evenly distributed ones; of hulls that of the sphere that holds one. hulls: rounds of relaxation of the Voronoi
-    cells that become angular grains (None: spheres), `aspect` their lengths along three axes. parts: (material, share,
-    aspect) of a mixture."""
+    cells that become angular grains (None: spheres); balls: grains are balls of 32 planes, round until they break, in
+    place of angular ones; `aspect`: the lengths of either along three axes. parts: (material, share, aspect) of a
+    mixture."""
     radius: float | tuple[float, float]
     solid_fraction: float
     count: int = 0
     turned: bool = True
     hulls: int | None = None
+    balls: bool = False
     aspect: Triple = (1, 1, 1)
     parts: Iterable[tuple[int, float, Triple]] = ((0, 1, (1, 1, 1)),)
 
@@ -118,9 +120,12 @@ class RandomPacking:
         parts = [{"material": whole_number("material", m, 0), "share": _number("share", s, 0, above=True),
                   "aspect": _numbers("aspect", a, 3).tolist()} for m, s, a in self.parts]
         hulls = None if self.hulls is None else whole_number("hulls", self.hulls, 0)
+        if self.balls and hulls is not None:
+            raise InputError("hulls: rounds are of angular grains; balls are what they are: leave it out")
         aspect = _numbers("aspect", self.aspect, 3).tolist()
         return {"kind": "random", "radius": (least, most), "solid_fraction": fraction, "parts": parts, "hulls": hulls,
-                "aspect": aspect, "count": whole_number("count", self.count, 0), "turned": bool(self.turned)}
+                "balls": bool(self.balls), "aspect": aspect, "count": whole_number("count", self.count, 0),
+                "turned": bool(self.turned)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -258,7 +263,7 @@ def _asked(materials: Any, grains: Any, box: Any, seed: Any, pressure: Any, fric
         raise InputError("materials: expected a Material, or a list of them")
     if isinstance(grains, (RandomPacking, Lattice, Spheres, Voronoi)):
         plain = grains._plain()
-        hulls = isinstance(grains, Voronoi) or plain.get("hulls") is not None
+        hulls = isinstance(grains, Voronoi) or plain.get("hulls") is not None or plain.get("balls", False)
     elif isinstance(grains, Sequence) and grains and all(isinstance(g, Grain) for g in grains):
         plain = {"kind": "listed", "grains": [g._plain() for g in grains]}
         hulls = plain["grains"][0]["vertices"] is not None
