@@ -16,6 +16,9 @@ namespace {
 /// No step that grains are given the inertia for is longer than so many times a wave takes through one.
 constexpr double most_step_of_wave = 1000;
 
+/// Tests up to this inertial number are slow enough for added inertia not to matter.
+constexpr double most_slow_inertia = 0.01;
+
 /// A void ratio that differs by more than this from the packing's is told of.
 constexpr double told_void_ratio = 0.01;
 
@@ -69,6 +72,23 @@ void refuse_long_step(const RveScene& scene, const dem::Grains& grains) {
                     step, step / wave, most_step_of_wave, most_step_of_wave * wave));
 }
 
+/// Inertia that is added changes what a test at such a rate, begun at the preparation's pressure, finds: a test of a
+/// split-Hopkinson bar. Tests whose rate is a limit alone are as slow as their stress asks.
+void refuse_real_time(const RveScene& scene, const dem::State& packed) {
+  using Kind = dem::TestKind;
+  const Kind kind = scene.test.kind;
+  const bool at_rate = kind == Kind::uniaxial_strain || kind == Kind::triaxial || kind == Kind::constant_p ||
+                       kind == Kind::velocity_gradient;
+  if (!at_rate || !scene.recipe.preparation) return;
+  const double pressure = scene.recipe.preparation->pressure;
+  const double inertia = dem::inertial_number(packed, scene.test.strain_rate, pressure);
+  if (inertia > most_slow_inertia)
+    dem::refuse(scene.model.numerics.place_of_step,
+                fmt::format("is for slow tests: {:.3g} 1/s at {:.3g} Pa is an inertial number of {:.2g}, above {:g}; "
+                            "time is real there, leave inertia.step out",
+                            std::abs(scene.test.strain_rate), pressure, inertia, most_slow_inertia));
+}
+
 }  // namespace
 
 std::optional<dem::Sample> made_at_once(const RveScene& scene) {
@@ -94,7 +114,8 @@ void settle_rows(RveScene& scene) {
 }
 
 void settle(RveScene& scene, const dem::Sample& sample) {
-  if (scene.model.numerics.inertia_step > 0) refuse_long_step(scene, sample.state.grains);
+  if (scene.model.numerics.inertia_step > 0)
+    refuse_long_step(scene, sample.state.grains), refuse_real_time(scene, sample.state);
   scene.notes.insert(scene.notes.end(), sample.notes.begin(), sample.notes.end());
   scene.test = dem::fitted(std::move(scene.test), sample);
   if (scene.test.kind == dem::TestKind::platens) settle_rows(scene);
