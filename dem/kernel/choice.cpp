@@ -5,6 +5,7 @@
 
 #include "dem/kernel/contact_pass.hpp"
 #include "dem/kernel/hull_overlap.hpp"
+#include "dem/kernel/lattice_pass.hpp"
 #include "dem/kernel/sweep.hpp"
 
 namespace grus::dem {
@@ -51,6 +52,10 @@ PairLoop polyellipsoid_pairs() { return GRUS_CHOICE(polyellipsoid_pairs); }
 SphereKicks sphere_kicks() { return GRUS_CHOICE(sphere_kicks); }
 BodyKicks body_kicks() { return GRUS_CHOICE(body_kicks); }
 HullOverlap hull_overlap() { return GRUS_CHOICE(hull_overlap); }
+LatticeDilation lattice_dilation() { return GRUS_CHOICE(lattice_dilation); }
+LatticeForces lattice_forces() { return GRUS_CHOICE(lattice_forces); }
+LatticeBreaks lattice_breaks() { return GRUS_CHOICE(lattice_breaks); }
+LatticeStretch lattice_stretch() { return GRUS_CHOICE(lattice_stretch); }
 SphereTurns sphere_turns() { return GRUS_CHOICE(sphere_turns); }
 
 }  // namespace grus::dem

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Into which pieces the points of a cracked grain fall.
+#pragma once
+
+#include "dem/fracture/peridynamic.hpp"
+
+namespace grus::dem {
+
+/// Share of each point's bonds that are broken, by weight.
+std::vector<double> damage_of(const PeridynamicSolid& solid);
+
+/// Pieces of points, the largest first; -1: of none.
+struct Clusters {
+  std::vector<int> piece;
+  int pieces = 0;
+};
+
+/// Points that have lost more than 0.35 of their bonds are set aside; the rest are joined over intact bonds to nearest
+/// neighbours. Clusters of less than `least` of all points are set aside too. Bonds alone would not do: some hold on
+/// across a crack for long, and much of the grain would be dust.
+Clusters clusters_of(const PeridynamicSolid& solid, double least);
+
+/// What was set aside goes to the nearest piece, from neighbour to neighbour: over intact bonds while there are any, then
+/// over all.
+void attach(const PeridynamicSolid& solid, Clusters& clusters);
+
+}  // namespace grus::dem

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/fracture/crack_run.hpp"
+
+#include <algorithm>
+
+namespace grus::dem {
+
+HoldTest hold_test(PeridynamicSolid& solid, const PointColumns& load, PointColumns& u, const HoldLimits& limits) {
+  HoldTest test;
+  const double intact = dot(load, u);
+  PointColumns next = u;
+  solid.dilate(u);
+  for (;; ++test.rounds) {
+    if (solid.break_above(1, test.lost) == 0) {
+      test.verdict = Hold::holds;
+      return test;
+    }
+    if (test.rounds == limits.rounds || test.work > limits.work) return test;
+    long sweeps = 0;
+    const int took = solve(solid, load, next, HoldLimits::tolerance, HoldLimits::iterations, sweeps);
+    test.iterations += static_cast<int>(sweeps), ++test.solves;
+    const double work = dot(load, next) / intact;
+    if (took < 0 || work > limits.failed) {
+      test.verdict = Hold::fails;
+      return test;
+    }
+    u = next, test.work = work;
+    solid.dilate(u);
+  }
+}
+
+LastHold last_hold(PeridynamicSolid& solid, const PointColumns& load, const PointColumns& whole, PointColumns& u) {
+  constexpr int least = 128;  // a load of 1/500 breaks nothing
+  LastHold last;
+  PointColumns part = load;
+  int rounds = 0, iterations = 0, solves = 0, tried = 0;
+  const auto holds = [&](int power) {
+    last.share = std::pow(CrackChoice::raise, -power), tried = power;
+    for (std::size_t k = 0; k < part.size(); ++k) part[k] = last.share * load[k], u[k] = last.share * whole[k];
+    solid.mend();
+    last.test = hold_test(solid, part, u);
+    rounds += last.test.rounds, iterations += last.test.iterations, solves += last.test.solves;
+    return last.test.holds();
+  };
+  int fails = 0, held = 1;
+  while (!holds(held) && held < least) fails = held, held *= 2;
+  while (held - fails > 1) {
+    const int middle = (held + fails) / 2;
+    (holds(middle) ? held : fails) = middle;
+  }
+  if (tried != held) holds(held);
+  last.test.rounds = rounds, last.test.iterations = iterations, last.test.solves = solves;
+  return last;
+}
+
+CrackRun crack_run(PeridynamicSolid& solid, const PointColumns& load, PointColumns& u, const CrackChoice& choice,
+                   double share) {
+  constexpr int each = 10;  // steps from look to look
+  const std::size_t n = u.size();
+  const double step = 0.9 * 2 / solid.highest_frequency(), speed = solid.wave_speed();
+  const double half = 0.5 * choice.damping * speed * step, keep = (1 - half) / (1 + half);
+  const double kick = step / (1 + half) / solid.lattice().volume;
+  const int quiet = static_cast<int>(CrackChoice::quiet / (speed * step)) + 1;
+  const int after = static_cast<int>(choice.time / (speed * step)) + 1;
+  CrackRun run;
+  run.load_factor = share;
+  PointColumns velocity(solid.lattice().size()), force = velocity;
+  int raised = 0, since_break = 0, since_raise = 0, since_parted = -1;
+  solid.dilate(u);
+  for (;;) {
+    solid.pull(force);
+    for (std::size_t k = 0; k < n; ++k) {
+      velocity[k] = keep * velocity[k] + kick * (force[k] + run.load_factor * load[k]);
+      u[k] += step * velocity[k];
+    }
+    solid.dilate(u);
+    ++run.steps, ++since_break, ++since_raise;
+    if (solid.break_above(1, run.lost) > 0) since_break = 0;
+    if (since_parted >= 0) ++since_parted;
+    if (run.steps % each == 0 || since_parted == after) {
+      Clusters seen = clusters_of(solid, choice.smallest_piece);
+      if (seen.pieces > 1) run.clusters = std::move(seen), since_parted = std::max(since_parted, 0);
+    }
+    if (since_parted == after) {
+      run.end = CrackEnd::parts;
+      return run;
+    }
+    const bool still = since_break > quiet;
+    if (since_parted >= 0 || (!still && since_raise < CrackChoice::most_steps)) continue;
+    const bool whole = run.load_factor >= 1;
+    if (still && whole) {
+      run.end = CrackEnd::holds;
+      return run;
+    }
+    if (whole && raised++ == CrackChoice::raises) return run;
+    run.load_factor *= CrackChoice::raise, since_raise = since_break = 0;
+    if (!whole) run.load_factor = std::min(run.load_factor, 1.0);
+  }
+}
+
+}  // namespace grus::dem

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/fracture/lattice_crack.hpp"
+
+#include <algorithm>
+
+#include "dem/base/error.hpp"
+#include "dem/fracture/crack_run.hpp"
+
+namespace grus::dem {
+namespace {
+
+/// Points whose bonds lie away from all patches, bit by bit.
+std::vector<std::uint8_t> core_of(const Lattice& lattice, std::span<const PatchLoad> loads, const LatticeModel& model,
+                                  double diameter) {
+  std::vector<std::uint8_t> core(lattice.octet.size() - 1);
+  const double horizon = model.lattice.horizon * lattice.spacing * diameter;
+  for (std::size_t k = 0; k < core.size(); ++k)
+    for (std::uint32_t i = lattice.octet[k].point; i < lattice.octet[k + 1].point; ++i) {
+      bool away = true;
+      for (const PatchLoad& load : loads)
+        away = away && (lattice.point[i] - load.at).norm() > patch_radius(load, model.lattice.patch, diameter) + horizon;
+      if (away) core[k] = static_cast<std::uint8_t>(core[k] | 1u << (i - lattice.octet[k].point));
+    }
+  return core;
+}
+
+CrackedLattice cracked(const PeridynamicSolid& solid, CrackRun& run, double joule, double diameter) {
+  const Lattice& lattice = solid.lattice();
+  attach(solid, run.clusters);
+  return {lattice.point, std::move(run.clusters.piece), damage_of(solid), run.clusters.pieces,
+          lattice.spacing * diameter, joule * run.lost};
+}
+
+}  // namespace
+
+CrackResult crack_test(const LatticeSolid& solid, std::span<const PatchLoad> loads, const LatticeModel& model,
+                       double stretch, std::uint64_t seed, std::uint64_t id) {
+  if (!(stretch > 0) || !(model.youngs_modulus > 0))
+    throw InputError("a grain's critical stretch and Young's modulus must be above 0");
+  CrackResult result;
+  const Lattice lattice = make_lattice(solid, model.lattice, seed, id);
+  if (lattice.size() == 0) return result;
+  result.points = static_cast<int>(lattice.size());
+  // At one fracture energy a finer lattice breaks at the larger stretch.
+  const double d = solid.diameter(), limit = stretch * std::sqrt(lattice.nominal_spacing / lattice.spacing);
+  const double newton = model.youngs_modulus * d * d * limit;
+  const std::vector<Vec3> force = point_forces(lattice, loads, model.lattice.patch, d);
+  PointColumns load(lattice.size()), u = load;
+  for (std::size_t i = 0; i < lattice.size(); ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      load(i, axis) = force[i][static_cast<Eigen::Index>(axis)] / newton;
+  PeridynamicSolid body(lattice, model.poissons_ratio);
+  long sweeps = 0;
+  const int took = solve(body, load, u, 1e-5, 500, sweeps);
+  result.solves = 1, result.iterations = static_cast<int>(sweeps);
+  if (took < 0) return result;
+  body.dilate(u);
+  result.core_stretch = body.largest_stretch(core_of(lattice, loads, model, d));
+  if (result.core_stretch < model.core_screen) {
+    result.verdict = CrackVerdict::core_holds;
+    return result;
+  }
+  PointColumns at = u;
+  HoldTest hold = hold_test(body, load, at);
+  const auto count = [&](const HoldTest& test) {
+    result.rounds += test.rounds, result.solves += test.solves, result.iterations += test.iterations;
+  };
+  count(hold);
+  if (hold.holds()) {
+    result.verdict = CrackVerdict::holds;
+    return result;
+  }
+  double share = 1;
+  if (hold.verdict == Hold::fails || hold.work > HoldLimits{}.work) {  // it cracked when its load was first too large
+    const LastHold last = last_hold(body, load, u, at);
+    count(last.test);
+    hold = last.test, share = std::min(1.0, CrackChoice::raise * last.share);
+  }
+  CrackRun run = crack_run(body, load, at, {model.damping, model.time, model.smallest_piece}, share);
+  run.lost += hold.lost;
+  result.steps = run.steps, result.load_factor = run.load_factor;
+  result.verdict = run.end == CrackEnd::holds ? CrackVerdict::holds : CrackVerdict::stalled;
+  if (run.end != CrackEnd::parts) return result;
+  result.verdict = CrackVerdict::cracks;
+  result.cracked = cracked(body, run, newton * d * limit, d);
+  return result;
+}
+
+}  // namespace grus::dem

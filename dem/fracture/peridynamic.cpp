@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "dem/fracture/peridynamic.hpp"
+
+#include <algorithm>
+
+#include "dem/base/error.hpp"
+
+namespace grus::dem {
+namespace {
+
+double bulk_of(double youngs_modulus, double poissons_ratio) { return youngs_modulus / (3 * (1 - 2 * poissons_ratio)); }
+double shear_of(double youngs_modulus, double poissons_ratio) { return youngs_modulus / (2 * (1 + poissons_ratio)); }
+
+}  // namespace
+
+double toughness_modulus(Toughness form, double youngs_modulus, double poissons_ratio) {
+  const double mu = shear_of(youngs_modulus, poissons_ratio), rest = bulk_of(youngs_modulus, poissons_ratio) - 5 * mu / 3;
+  // 0.60877: twice the integral over depth of (theta of the crossing bonds alone / stretch)^2 / 2.
+  return form == Toughness::all_bonds ? 3.125 * mu + 0.60877 * rest : 3 * mu + 0.31640625 * rest;
+}
+
+double critical_stretch(Toughness form, double energy, double youngs_modulus, double poissons_ratio, double horizon) {
+  return std::sqrt(energy / (toughness_modulus(form, youngs_modulus, poissons_ratio) * horizon));
+}
+
+double fracture_energy(Toughness form, double stretch, double youngs_modulus, double poissons_ratio, double horizon) {
+  return stretch * stretch * toughness_modulus(form, youngs_modulus, poissons_ratio) * horizon;
+}
+
+double LatticeToughness::stretch(const LatticeChoice& lattice, double youngs_modulus, double poissons_ratio,
+                                 double diameter, double strength) const {
+  const double of = size == SizeLaw::griffith ? diameter : reference_diameter;
+  return strength *
+         critical_stretch(form, energy, youngs_modulus, poissons_ratio, lattice.horizon * lattice.spacing() * of);
+}
+
+double dot(const PointColumns& a, const PointColumns& b) {
+  double sum[8] = {};  // the zeros behind each column add nothing
+  for (std::size_t k = 0; k < a.size(); k += 8)
+    for (std::size_t l = 0; l < 8; ++l) sum[l] += a[k + l] * b[k + l];
+  return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
+}
+
+PeridynamicSolid::PeridynamicSolid(const Lattice& lattice, double poissons_ratio)
+    : lattice_(lattice), bulk_(bulk_of(1, poissons_ratio)), shear_(shear_of(1, poissons_ratio)), intact_(lattice.bond) {
+  const double v = lattice.volume, k0 = bulk_ - 5 * shear_ / 3;
+  for (auto* column : {&box_[0], &box_[1], &box_[2], &theta_, &square_, &p_, &q_, &to_theta_, &to_p_, &half_})
+    column->assign(lattice.cells, 0.0);
+  for (std::size_t k = 0; k + 1 < lattice.octet.size(); ++k) {
+    const LatticeOctet &o = lattice.octet[k], &next = lattice.octet[k + 1];
+    for (std::uint32_t l = 0; l < next.point - o.point; ++l) {
+      double m = 0;  // eq 3
+      for (std::uint32_t b = o.bond; b < next.bond; ++b) {
+        const LatticeWay& w = lattice.ways[lattice.way[b]];
+        if (lattice.bond[b] >> l & 1) m += w.moment * w.length * v;
+      }
+      const std::size_t c = o.cell + l;
+      to_theta_[c] = 3 * v / m;          // eq 4
+      to_p_[c] = 3 * k0 * v * v / m;     // eq 2
+      q_[c] = 15 * shear_ * v * v / m;   // eq 2
+      half_[c] = 0.5 * k0 * v;
+    }
+  }
+}
+
+double PeridynamicSolid::wave_speed() const { return std::sqrt(bulk_ + 4 * shear_ / 3); }
+
+LatticeRows PeridynamicSolid::rows() const {
+  return {lattice_.octet.data(), lattice_.octet.size() - 1, lattice_.way.data(), lattice_.ways.data()};
+}
+
+double PeridynamicSolid::energy_of(const std::vector<std::uint8_t>& intact) {
+  lattice_dilation()(rows(), intact.data(), columns(), to_theta_.data(), theta_.data(), square_.data());
+  double energy = 0;
+  for (const std::uint32_t c : lattice_.cell) energy += half_[c] * theta_[c] * theta_[c] + 0.5 * q_[c] * square_[c];
+  return energy;
+}
+
+double PeridynamicSolid::dilate(const PointColumns& u, bool energy) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    double* const to = box_[axis].data();
+    const double* const from = u.data() + axis * u.room();
+    for (std::size_t i = 0; i < lattice_.size(); ++i) to[lattice_.cell[i]] = from[i];
+  }
+  if (energy) return energy_of(intact_);
+  lattice_dilation()(rows(), intact_.data(), columns(), to_theta_.data(), theta_.data(), nullptr);
+  return 0;
+}
+
+void PeridynamicSolid::pull(PointColumns& force) {
+  for (std::size_t c = 0; c < lattice_.cells; ++c) p_[c] = to_p_[c] * theta_[c];
+  lattice_forces()(rows(), intact_.data(), columns(), p_.data(), q_.data(), force.data(), force.room());
+}
+
+std::size_t PeridynamicSolid::break_above(double limit, double& lost) {
+  before_ = intact_;
+  const std::size_t ends = lattice_breaks()(rows(), intact_.data(), columns(), limit);
+  if (ends == 0) return 0;
+  const double had = energy_of(before_);
+  lost += had - energy_of(intact_);
+  return ends / 2;
+}
+
+double PeridynamicSolid::largest_stretch(const std::vector<std::uint8_t>& asked) const {
+  return lattice_stretch()(rows(), intact_.data(), columns(), asked.data());
+}
+
+double PeridynamicSolid::highest_frequency(int iterations) {
+  // Energy <= bonds alone where K < 5/3 mu; elsewhere theta^2 <= 9/m of the sum over bonds bounds the rest.
+  const double k0 = bulk_ - 5 * shear_ / 3, scale = 1 + std::max(0.0, 9 * k0 / (15 * shear_));
+  PointColumns u(lattice_.size()), f(lattice_.size());
+  for (std::size_t i = 0; i < lattice_.size(); ++i)  // no mode is missed, and none is favoured
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      u(i, axis) = std::sin(static_cast<double>((3 * i + axis + 1) * (3 * i + axis + 1)));
+  double highest = 0;
+  std::fill(p_.begin(), p_.end(), 0.0);
+  for (int k = 0; k < iterations; ++k) {
+    dilate(u);
+    lattice_forces()(rows(), intact_.data(), columns(), p_.data(), q_.data(), f.data(), f.room());
+    const double uu = dot(u, u), ff = dot(f, f);
+    highest = std::sqrt(ff / uu);
+    const double shrink = 1 / std::sqrt(ff);
+    for (std::size_t c = 0; c < u.size(); ++c) u[c] = -shrink * f[c];
+  }
+  return std::sqrt(scale * highest / lattice_.volume);
+}
+
+int solve(PeridynamicSolid& solid, const PointColumns& load, PointColumns& u, double tolerance, int most,
+          long& sweeps) {
+  const std::size_t n = u.size();
+  PointColumns residual(solid.lattice().size()), way = residual, force = residual;
+  const auto forces = [&](const PointColumns& at) { solid.dilate(at), solid.pull(force), ++sweeps; };
+  forces(u);
+  for (std::size_t k = 0; k < n; ++k) way[k] = residual[k] = load[k] + force[k];
+  double rr = dot(residual, residual);
+  const double enough = tolerance * tolerance * dot(load, load);
+  int done = 0;
+  for (; done < most && rr > enough; ++done) {
+    forces(way);
+    const double bent = -dot(way, force);
+    if (!(bent > 0)) return -1;  // a mechanism is loaded
+    const double share = rr / bent;
+    for (std::size_t k = 0; k < n; ++k) u[k] += share * way[k], residual[k] += share * force[k];
+    const double now = dot(residual, residual), keep = now / rr;
+    rr = now;
+    for (std::size_t k = 0; k < n; ++k) way[k] = residual[k] + keep * way[k];
+  }
+  return rr <= enough ? done : -1;
+}
+
+}  // namespace grus::dem
