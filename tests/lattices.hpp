@@ -16,7 +16,7 @@ inline LatticeChoice lattice_of(int points, double horizon = 2.5, bool partial =
 
 /// Values of a field by point, x in diameters along the axes of the lattice.
 template <class F>
-PointColumns field(const Lattice& lattice, double diameter, F&& of) {
+PointColumns field(const PointLattice& lattice, double diameter, F&& of) {
   PointColumns u(lattice.size());
   for (std::size_t i = 0; i < lattice.size(); ++i) {
     const Vec3 v = of(Vec3(lattice.axes.transpose() * lattice.point[i] / diameter));
@@ -25,7 +25,7 @@ PointColumns field(const Lattice& lattice, double diameter, F&& of) {
   return u;
 }
 
-inline PointColumns random_field(const Lattice& lattice, std::uint64_t id) {
+inline PointColumns random_field(const PointLattice& lattice, std::uint64_t id) {
   std::uint64_t k = 0;
   return field(lattice, 1, [&](const Vec3&) { return random_vector(id, k++); });
 }
@@ -35,16 +35,6 @@ inline std::vector<PatchLoad> pressed(double diameter, double force = 1) {
   return {{Vec3(0, 0, 0.5 * diameter), Vec3(0, 0, -force)}, {Vec3(0, 0, -0.5 * diameter), Vec3(0, 0, force)}};
 }
 
-/// The loads on the points, over `unit`.
-inline PointColumns columns_of(const Lattice& lattice, const std::vector<PatchLoad>& loads, double diameter,
-                               double unit = 1) {
-  const std::vector<Vec3> f = point_forces(lattice, loads, LatticeChoice{}.patch, diameter);
-  PointColumns c(lattice.size());
-  for (std::size_t i = 0; i < lattice.size(); ++i)
-    for (std::size_t axis = 0; axis < 3; ++axis) c(i, axis) = f[i][static_cast<Eigen::Index>(axis)] / unit;
-  return c;
-}
-
 inline PointColumns times(double factor, PointColumns c) {
   for (std::size_t k = 0; k < c.size(); ++k) c[k] *= factor;
   return c;
@@ -52,14 +42,14 @@ inline PointColumns times(double factor, PointColumns c) {
 
 /// A sphere of diameter 1 between platens, its answer to a unit force.
 struct Platens {
-  Lattice lattice;
+  PointLattice lattice;
   PeridynamicSolid solid;
   PointColumns load, answer;
 
   Platens(const LatticeChoice& choice, std::uint64_t id)
       : lattice(make_lattice(lattice_sphere(0.5), choice, 7, id)),
         solid(lattice, poisson),
-        load(columns_of(lattice, pressed(1), 1)),
+        load(columns_of(point_forces(lattice, pressed(1), LatticeChoice{}.patch, 1))),
         answer(lattice.size()) {
     long sweeps = 0;
     REQUIRE(solve(solid, load, answer, 1e-5, 500, sweeps) > 0);

@@ -12,7 +12,7 @@ constexpr std::size_t nearest = 6;  // ways to the nearest neighbours come first
 /// Calls f(point, way, has it, holds it) for each bond that some point of its octet has.
 template <class F>
 void each_bond(const PeridynamicSolid& solid, F&& f) {
-  const Lattice& l = solid.lattice();
+  const PointLattice& l = solid.lattice();
   for (std::size_t k = 0; k + 1 < l.octet.size(); ++k)
     for (std::uint32_t b = l.octet[k].bond; b < l.octet[k + 1].bond; ++b)
       for (std::uint32_t i = l.octet[k].point; i < l.octet[k + 1].point; ++i) {
@@ -23,7 +23,7 @@ void each_bond(const PeridynamicSolid& solid, F&& f) {
 
 /// Nearest neighbours of each point, rows of six: -1 where there is none; `held`: only over intact bonds.
 std::vector<int> neighbours(const PeridynamicSolid& solid, bool held) {
-  const Lattice& l = solid.lattice();
+  const PointLattice& l = solid.lattice();
   std::vector<int> at(l.cells, -1), next(nearest * l.size(), -1);
   for (std::size_t i = 0; i < l.size(); ++i) at[l.cell[i]] = static_cast<int>(i);
   each_bond(solid, [&](std::uint32_t i, std::uint8_t way, bool intact) {
@@ -36,7 +36,7 @@ std::vector<int> neighbours(const PeridynamicSolid& solid, bool held) {
 }  // namespace
 
 std::vector<double> damage_of(const PeridynamicSolid& solid) {
-  const Lattice& l = solid.lattice();
+  const PointLattice& l = solid.lattice();
   std::vector<double> all(l.size()), lost(l.size());
   each_bond(solid, [&](std::uint32_t i, std::uint8_t way, bool intact) {
     all[i] += l.ways[way].weight;
@@ -50,10 +50,11 @@ Clusters clusters_of(const PeridynamicSolid& solid, double least) {
   const std::size_t n = solid.lattice().size();
   const std::vector<double> damage = damage_of(solid);
   const std::vector<int> next = neighbours(solid, true);
+  const auto aside = [&](std::size_t i) { return damage[i] > most_damage || solid.keeps(i); };
   std::vector<int> label(n, -1), stack;
   std::vector<std::pair<long, int>> size;  // less of it, label
   for (std::size_t s = 0; s < n; ++s) {
-    if (label[s] >= 0 || damage[s] > most_damage) continue;
+    if (label[s] >= 0 || aside(s)) continue;
     const int mine = static_cast<int>(size.size());
     long count = 0;
     stack.assign(1, static_cast<int>(s)), label[s] = mine;
@@ -62,8 +63,7 @@ Clusters clusters_of(const PeridynamicSolid& solid, double least) {
       stack.pop_back(), ++count;
       for (std::size_t w = 0; w < nearest; ++w) {
         const int j = next[nearest * i + w];
-        if (j < 0 || label[static_cast<std::size_t>(j)] >= 0 || damage[static_cast<std::size_t>(j)] > most_damage)
-          continue;
+        if (j < 0 || label[static_cast<std::size_t>(j)] >= 0 || aside(static_cast<std::size_t>(j))) continue;
         label[static_cast<std::size_t>(j)] = mine, stack.push_back(j);
       }
     }
@@ -73,7 +73,8 @@ Clusters clusters_of(const PeridynamicSolid& solid, double least) {
   std::vector<int> place(size.size(), -1);
   Clusters c;
   for (const auto& [less, mine] : size)
-    if (-static_cast<double>(less) >= least * static_cast<double>(n)) place[static_cast<std::size_t>(mine)] = c.pieces++;
+    if (-static_cast<double>(less) >= least * static_cast<double>(n))
+      place[static_cast<std::size_t>(mine)] = c.pieces++;
   for (int& l : label) l = l < 0 ? -1 : place[static_cast<std::size_t>(l)];
   c.piece = std::move(label);
   return c;
@@ -81,7 +82,7 @@ Clusters clusters_of(const PeridynamicSolid& solid, double least) {
 
 void attach(const PeridynamicSolid& solid, Clusters& clusters) {
   if (clusters.pieces == 0) return;
-  const Lattice& l = solid.lattice();
+  const PointLattice& l = solid.lattice();
   for (const bool held : {true, false}) {
     const std::vector<int> next = neighbours(solid, held);
     for (bool more = true; more;) {

@@ -20,8 +20,8 @@ struct Clusters {
 /// across a crack for long, and much of the grain would be dust.
 Clusters clusters_of(const PeridynamicSolid& solid, double least);
 
-/// What was set aside goes to the nearest piece, from neighbour to neighbour: over intact bonds while there are any, then
-/// over all.
+/// What was set aside goes to the nearest piece, from neighbour to neighbour: over intact bonds while there are any,
+/// then over all.
 void attach(const PeridynamicSolid& solid, Clusters& clusters);
 
 }  // namespace grus::dem

@@ -30,7 +30,7 @@ HoldTest hold_test(PeridynamicSolid& solid, const PointColumns& load, PointColum
 }
 
 LastHold last_hold(PeridynamicSolid& solid, const PointColumns& load, const PointColumns& whole, PointColumns& u) {
-  constexpr int least = 128;  // a load of 1/500 breaks nothing
+  constexpr int least = 512;  // a load of 1e-11 of the whole breaks nothing
   LastHold last;
   PointColumns part = load;
   int rounds = 0, iterations = 0, solves = 0, tried = 0;
@@ -85,6 +85,7 @@ CrackRun crack_run(PeridynamicSolid& solid, const PointColumns& load, PointColum
       run.end = CrackEnd::parts;
       return run;
     }
+    if (run.steps == CrackChoice::most_in_all) return run;
     const bool still = since_break > quiet;
     if (since_parted >= 0 || (!still && since_raise < CrackChoice::most_steps)) continue;
     const bool whole = run.load_factor >= 1;

@@ -36,17 +36,19 @@ struct HoldLimits {
 HoldTest hold_test(PeridynamicSolid& solid, const PointColumns& load, PointColumns& u, const HoldLimits& limits = {});
 
 struct CrackChoice {
-  double damping = 3.2;         // times c_p / d
-  double time = 2;              // passages of c_p through d after it has parted
-  double smallest_piece = 0.03;  // share of the points
+  double damping = 3.2;                   // times c_p / d
+  double time = 2;                        // passages of c_p through d after it has parted
+  double smallest_piece = 0.03;           // share of the points
   static constexpr double quiet = 15;     // passages without a break: it holds
   static constexpr int most_steps = 900;  // without parting: the load is raised
   static constexpr double raise = 1.05;
   static constexpr int raises = 3;  // above the whole load
+  static constexpr int most_in_all = 10000;
 };
 
-/// The largest share of a load, in powers of 1 / CrackChoice::raise, that the solid holds, where it does not hold the whole: the load
-/// will have grown to it. The solid and `u` are left at rest under it. `whole`: the intact solid's answer to the whole load.
+/// The largest share of a load, in powers of 1 / CrackChoice::raise, that the solid holds, where it does not hold the
+/// whole: the load will have grown to it. The solid and `u` are left at rest under it, or it holds none. `whole`: the
+/// intact solid's answer to the whole load.
 struct LastHold {
   double share = 0;
   HoldTest test;  // of that share; rounds, iterations and solves of all tests

@@ -48,16 +48,6 @@ Part inside(const LatticeSolid& solid, double diameter, const Vec3& a, const Vec
   return part;
 }
 
-// TEMP
-constexpr Purpose purpose_lattice = static_cast<Purpose>(7);
-Quat lattice_rotation(std::uint64_t seed, std::uint64_t id) {
-  const double u = random_uniform(seed, id, purpose_lattice, 0);
-  const double a = 2 * pi * random_uniform(seed, id, purpose_lattice, 1);
-  const double b = 2 * pi * random_uniform(seed, id, purpose_lattice, 2);
-  const double s = std::sqrt(1 - u), c = std::sqrt(u);
-  return Quat(c * std::cos(b), s * std::sin(a), s * std::cos(a), c * std::sin(b));
-}
-
 struct Site {
   int at[3];
 };
@@ -118,7 +108,7 @@ void drop_loose(std::vector<Site>& sites, const std::vector<LatticeNeighbour>& f
 }
 
 /// Points, octets and bonds of the sites, which run along x first.
-void take_sites(Lattice& lattice, const std::vector<Site>& sites, const Vec3& origin, double diameter, int reach) {
+void take_sites(PointLattice& lattice, const std::vector<Site>& sites, const Vec3& origin, double diameter, int reach) {
   const Box box = box_around(sites, reach);
   lattice.cells = box.cells;
   for (const LatticeNeighbour& n : lattice.family) {
@@ -139,8 +129,7 @@ void take_sites(Lattice& lattice, const std::vector<Site>& sites, const Vec3& or
     const std::uint32_t cell = lattice.cell[first];
     for (next = first + 1; next < sites.size() && next < first + 8; ++next)
       if (lattice.cell[next] != cell + (next - first)) break;
-    lattice.octet.push_back(
-        {cell, static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(lattice.bond.size())});
+    lattice.octet.push_back({cell, static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(lattice.bond.size())});
     for (std::size_t w = 0; w < lattice.ways.size(); ++w) {
       unsigned has = 0;
       for (std::size_t l = 0; l < next - first; ++l)
@@ -150,14 +139,13 @@ void take_sites(Lattice& lattice, const std::vector<Site>& sites, const Vec3& or
       lattice.bond.push_back(static_cast<std::uint8_t>(has));
     }
   }
-  lattice.octet.push_back({0, static_cast<std::uint32_t>(sites.size()), static_cast<std::uint32_t>(lattice.bond.size())});
+  lattice.octet.push_back(
+      {0, static_cast<std::uint32_t>(sites.size()), static_cast<std::uint32_t>(lattice.bond.size())});
 }
 
 }  // namespace
 
-LatticeSolid lattice_sphere(double radius) {
-  return {{}, 4 * pi / 3 * radius * radius * radius, 2 * radius, radius};
-}
+LatticeSolid lattice_sphere(double radius) { return {{}, 4 * pi / 3 * radius * radius * radius, 2 * radius, radius}; }
 
 LatticeSolid lattice_hull(const HullStore& store, Index hull) {
   const HullRow& row = store.row[hull];
@@ -182,15 +170,16 @@ std::vector<LatticeNeighbour> lattice_family(double horizon, bool partial_volume
   return family;
 }
 
-Lattice make_lattice(const LatticeSolid& solid, const LatticeChoice& choice, std::uint64_t seed, std::uint64_t id) {
+PointLattice make_lattice(const LatticeSolid& solid, const LatticeChoice& choice, std::uint64_t seed,
+                          std::uint64_t id) {
   constexpr std::size_t fewest = 30;
   const double nominal = choice.spacing(), diameter = solid.diameter();
-  Lattice lattice;
+  PointLattice lattice;
   lattice.nominal_spacing = nominal;
   lattice.spacing = std::min(nominal, solid.least_width / (LatticeChoice::layers * diameter));
   if (!(lattice.spacing * std::cbrt(LatticeChoice::most_points) >= nominal)) return {};
-  if (choice.turned) lattice.axes = lattice_rotation(seed, id).toRotationMatrix();
-  const auto draw = [&](std::uint64_t k) { return random_uniform(seed, id, purpose_lattice, k); };
+  if (choice.turned) lattice.axes = random_rotation(seed, id, Purpose::lattice).toRotationMatrix();
+  const auto draw = [&](std::uint64_t k) { return random_uniform(seed, id, Purpose::lattice, k); };
   const Vec3 origin(draw(3), draw(4), draw(5));
   lattice.family = lattice_family(choice.horizon, choice.partial_volume);
   int reach = 0;
@@ -203,7 +192,7 @@ Lattice make_lattice(const LatticeSolid& solid, const LatticeChoice& choice, std
   return lattice;
 }
 
-std::vector<Vec3> point_forces(const Lattice& lattice, std::span<const PatchLoad> loads, double patch,
+std::vector<Vec3> point_forces(const PointLattice& lattice, std::span<const PatchLoad> loads, double patch,
                                double diameter) {
   const std::size_t n = lattice.size();
   std::vector<Vec3> force(n, Vec3::Zero());
@@ -240,6 +229,13 @@ std::vector<Vec3> point_forces(const Lattice& lattice, std::span<const PatchLoad
     force[i] = lattice.axes.transpose() * force[i];
   }
   return force;
+}
+
+std::vector<bool> points_near(const PointLattice& lattice, std::span<const PatchLoad> loads, double distance) {
+  std::vector<bool> near(lattice.size());
+  for (std::size_t i = 0; i < lattice.size(); ++i)
+    for (const PatchLoad& load : loads) near[i] = near[i] || (lattice.point[i] - load.at).norm() <= distance;
+  return near;
 }
 
 double patch_radius(const PatchLoad& load, double patch, double diameter) {

@@ -10,25 +10,26 @@ namespace grus::dem {
 namespace {
 
 /// Points whose bonds lie away from all patches, bit by bit.
-std::vector<std::uint8_t> core_of(const Lattice& lattice, std::span<const PatchLoad> loads, const LatticeModel& model,
-                                  double diameter) {
+std::vector<std::uint8_t> core_of(const PointLattice& lattice, std::span<const PatchLoad> loads,
+                                  const LatticeModel& model, double diameter) {
   std::vector<std::uint8_t> core(lattice.octet.size() - 1);
   const double horizon = model.lattice.horizon * lattice.spacing * diameter;
   for (std::size_t k = 0; k < core.size(); ++k)
     for (std::uint32_t i = lattice.octet[k].point; i < lattice.octet[k + 1].point; ++i) {
       bool away = true;
       for (const PatchLoad& load : loads)
-        away = away && (lattice.point[i] - load.at).norm() > patch_radius(load, model.lattice.patch, diameter) + horizon;
+        away =
+            away && (lattice.point[i] - load.at).norm() > patch_radius(load, model.lattice.patch, diameter) + horizon;
       if (away) core[k] = static_cast<std::uint8_t>(core[k] | 1u << (i - lattice.octet[k].point));
     }
   return core;
 }
 
 CrackedLattice cracked(const PeridynamicSolid& solid, CrackRun& run, double joule, double diameter) {
-  const Lattice& lattice = solid.lattice();
+  const PointLattice& lattice = solid.lattice();
   attach(solid, run.clusters);
-  return {lattice.point, std::move(run.clusters.piece), damage_of(solid), run.clusters.pieces,
-          lattice.spacing * diameter, joule * run.lost};
+  return {lattice.point,       std::move(run.clusters.piece), damage_of(solid),
+          run.clusters.pieces, lattice.spacing * diameter,    joule * run.lost};
 }
 
 }  // namespace
@@ -38,18 +39,16 @@ CrackResult crack_test(const LatticeSolid& solid, std::span<const PatchLoad> loa
   if (!(stretch > 0) || !(model.youngs_modulus > 0))
     throw InputError("a grain's critical stretch and Young's modulus must be above 0");
   CrackResult result;
-  const Lattice lattice = make_lattice(solid, model.lattice, seed, id);
+  const PointLattice lattice = make_lattice(solid, model.lattice, seed, id);
   if (lattice.size() == 0) return result;
   result.points = static_cast<int>(lattice.size());
   // At one fracture energy a finer lattice breaks at the larger stretch.
   const double d = solid.diameter(), limit = stretch * std::sqrt(lattice.nominal_spacing / lattice.spacing);
   const double newton = model.youngs_modulus * d * d * limit;
-  const std::vector<Vec3> force = point_forces(lattice, loads, model.lattice.patch, d);
-  PointColumns load(lattice.size()), u = load;
-  for (std::size_t i = 0; i < lattice.size(); ++i)
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      load(i, axis) = force[i][static_cast<Eigen::Index>(axis)] / newton;
+  const PointColumns load = columns_of(point_forces(lattice, loads, model.lattice.patch, d), 1 / newton);
+  PointColumns u(lattice.size());
   PeridynamicSolid body(lattice, model.poissons_ratio);
+  if (model.keep_patches) body.keep(points_near(lattice, loads, model.lattice.patch * d));
   long sweeps = 0;
   const int took = solve(body, load, u, 1e-5, 500, sweeps);
   result.solves = 1, result.iterations = static_cast<int>(sweeps);
@@ -74,6 +73,10 @@ CrackResult crack_test(const LatticeSolid& solid, std::span<const PatchLoad> loa
   if (hold.verdict == Hold::fails || hold.work > HoldLimits{}.work) {  // it cracked when its load was first too large
     const LastHold last = last_hold(body, load, u, at);
     count(last.test);
+    if (!last.test.holds()) {
+      result.verdict = CrackVerdict::stalled;
+      return result;
+    }
     hold = last.test, share = std::min(1.0, CrackChoice::raise * last.share);
   }
   CrackRun run = crack_run(body, load, at, {model.damping, model.time, model.smallest_piece}, share);

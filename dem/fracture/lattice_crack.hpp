@@ -14,12 +14,15 @@ namespace grus::dem {
 /// The model of one material, and when its tests stop.
 struct LatticeModel {
   LatticeChoice lattice;
-  double youngs_modulus = 0;    // Pa
+  double youngs_modulus = 0;  // Pa
   double poissons_ratio = 0.25;
-  double core_screen = 0.55;    // holds if no bond away from the patches is stretched by this share of the limit
-  double damping = 3.2;         // of the crack run, times c_p / d
-  double time = 2;              // it goes on after the grain has parted: passages of c_p through d
+  double core_screen = 0.55;     // holds if no bond away from the patches is stretched by this share of the limit
+  double damping = 3.2;          // of the crack run, times c_p / d
+  double time = 2;               // it goes on after the grain has parted: passages of c_p through d
   double smallest_piece = 0.03;  // share of the points; smaller ones go to their neighbours
+  // Bonds of points within the patches do not break: few points under a contact would be torn out, and the load with
+  // them. False: as in the paper.
+  bool keep_patches = true;
 };
 
 enum class CrackVerdict {
@@ -51,7 +54,8 @@ struct CrackResult {
   std::optional<CrackedLattice> cracked = {};
 };
 
-/// `stretch`: at which bonds break (critical_stretch). Throws InputError for a stretch or a modulus that is not above 0.
+/// `stretch`: at which bonds break (critical_stretch). Throws InputError for a stretch or a modulus that is not above
+/// 0.
 CrackResult crack_test(const LatticeSolid& solid, std::span<const PatchLoad> loads, const LatticeModel& model,
                        double stretch, std::uint64_t seed, std::uint64_t id);
 

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include "dem/base/error.hpp"
-
 namespace grus::dem {
 namespace {
 
@@ -14,7 +12,8 @@ double shear_of(double youngs_modulus, double poissons_ratio) { return youngs_mo
 }  // namespace
 
 double toughness_modulus(Toughness form, double youngs_modulus, double poissons_ratio) {
-  const double mu = shear_of(youngs_modulus, poissons_ratio), rest = bulk_of(youngs_modulus, poissons_ratio) - 5 * mu / 3;
+  const double mu = shear_of(youngs_modulus, poissons_ratio),
+               rest = bulk_of(youngs_modulus, poissons_ratio) - 5 * mu / 3;
   // 0.60877: twice the integral over depth of (theta of the crossing bonds alone / stretch)^2 / 2.
   return form == Toughness::all_bonds ? 3.125 * mu + 0.60877 * rest : 3 * mu + 0.31640625 * rest;
 }
@@ -34,6 +33,13 @@ double LatticeToughness::stretch(const LatticeChoice& lattice, double youngs_mod
          critical_stretch(form, energy, youngs_modulus, poissons_ratio, lattice.horizon * lattice.spacing() * of);
 }
 
+PointColumns columns_of(const std::vector<Vec3>& by_point, double factor) {
+  PointColumns c(by_point.size());
+  for (std::size_t i = 0; i < by_point.size(); ++i)
+    for (std::size_t axis = 0; axis < 3; ++axis) c(i, axis) = factor * by_point[i][static_cast<Eigen::Index>(axis)];
+  return c;
+}
+
 double dot(const PointColumns& a, const PointColumns& b) {
   double sum[8] = {};  // the zeros behind each column add nothing
   for (std::size_t k = 0; k < a.size(); k += 8)
@@ -41,8 +47,12 @@ double dot(const PointColumns& a, const PointColumns& b) {
   return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
 }
 
-PeridynamicSolid::PeridynamicSolid(const Lattice& lattice, double poissons_ratio)
-    : lattice_(lattice), bulk_(bulk_of(1, poissons_ratio)), shear_(shear_of(1, poissons_ratio)), intact_(lattice.bond) {
+PeridynamicSolid::PeridynamicSolid(const PointLattice& lattice, double poissons_ratio)
+    : lattice_(lattice),
+      bulk_(bulk_of(1, poissons_ratio)),
+      shear_(shear_of(1, poissons_ratio)),
+      intact_(lattice.bond),
+      weak_(lattice.bond) {
   const double v = lattice.volume, k0 = bulk_ - 5 * shear_ / 3;
   for (auto* column : {&box_[0], &box_[1], &box_[2], &theta_, &square_, &p_, &q_, &to_theta_, &to_p_, &half_})
     column->assign(lattice.cells, 0.0);
@@ -55,12 +65,27 @@ PeridynamicSolid::PeridynamicSolid(const Lattice& lattice, double poissons_ratio
         if (lattice.bond[b] >> l & 1) m += w.moment * w.length * v;
       }
       const std::size_t c = o.cell + l;
-      to_theta_[c] = 3 * v / m;          // eq 4
-      to_p_[c] = 3 * k0 * v * v / m;     // eq 2
-      q_[c] = 15 * shear_ * v * v / m;   // eq 2
+      to_theta_[c] = 3 * v / m;         // eq 4
+      to_p_[c] = 3 * k0 * v * v / m;    // eq 2
+      q_[c] = 15 * shear_ * v * v / m;  // eq 2
       half_[c] = 0.5 * k0 * v;
     }
   }
+}
+
+void PeridynamicSolid::keep(std::vector<bool> point) {
+  kept_ = std::move(point);
+  weak_ = lattice_.bond;
+  std::vector<std::uint8_t> kept(lattice_.cells);
+  for (std::size_t i = 0; i < lattice_.size(); ++i) kept[lattice_.cell[i]] = kept_[i];
+  for (std::size_t k = 0; k + 1 < lattice_.octet.size(); ++k)
+    for (std::uint32_t b = lattice_.octet[k].bond; b < lattice_.octet[k + 1].bond; ++b)
+      for (std::uint32_t l = 0; l < lattice_.octet[k + 1].point - lattice_.octet[k].point; ++l) {
+        const std::int64_t cell = std::int64_t{lattice_.octet[k].cell} + l;
+        if (kept[static_cast<std::size_t>(cell)] ||
+            kept[static_cast<std::size_t>(cell + lattice_.ways[lattice_.way[b]].step)])
+          weak_[b] = static_cast<std::uint8_t>(weak_[b] & ~(1u << l));
+      }
 }
 
 double PeridynamicSolid::wave_speed() const { return std::sqrt(bulk_ + 4 * shear_ / 3); }
@@ -94,7 +119,7 @@ void PeridynamicSolid::pull(PointColumns& force) {
 
 std::size_t PeridynamicSolid::break_above(double limit, double& lost) {
   before_ = intact_;
-  const std::size_t ends = lattice_breaks()(rows(), intact_.data(), columns(), limit);
+  const std::size_t ends = lattice_breaks()(rows(), weak_.data(), intact_.data(), columns(), limit);
   if (ends == 0) return 0;
   const double had = energy_of(before_);
   lost += had - energy_of(intact_);

@@ -59,14 +59,15 @@ private:
   std::size_t room_;
   std::vector<double> value_;
 };
+PointColumns columns_of(const std::vector<Vec3>& by_point, double factor = 1);
 double dot(const PointColumns& a, const PointColumns& b);
 
 /// Points, their bonds, and room for what the sweeps need. The lattice must outlive it.
 class PeridynamicSolid {
 public:
-  PeridynamicSolid(const Lattice& lattice, double poissons_ratio);
+  PeridynamicSolid(const PointLattice& lattice, double poissons_ratio);
 
-  const Lattice& lattice() const { return lattice_; }
+  const PointLattice& lattice() const { return lattice_; }
   double bulk_modulus() const { return bulk_; }
   double shear_modulus() const { return shear_; }
   /// Speed of pressure waves at unit density.
@@ -77,6 +78,9 @@ public:
   const std::vector<std::uint8_t>& intact() const { return intact_; }
   /// All bonds are whole again.
   void mend() { intact_ = lattice_.bond; }
+  /// Bonds of these points do not break.
+  void keep(std::vector<bool> point);
+  bool keeps(std::size_t point) const { return !kept_.empty() && kept_[point]; }
 
   /// Takes displacements in and finds the dilations; with `energy` the stored energy, otherwise 0.
   double dilate(const PointColumns& u, bool energy = false);
@@ -99,9 +103,10 @@ private:
   LatticeColumns columns() const { return {box_[0].data(), box_[1].data(), box_[2].data()}; }
   double energy_of(const std::vector<std::uint8_t>& intact);
 
-  const Lattice& lattice_;
+  const PointLattice& lattice_;
   double bulk_, shear_;
-  std::vector<std::uint8_t> intact_, before_;
+  std::vector<std::uint8_t> intact_, before_, weak_;
+  std::vector<bool> kept_;
   std::array<std::vector<double>, 3> box_;                               // displacements by cell
   std::vector<double> theta_, square_, p_, q_, to_theta_, to_p_, half_;  // by cell
 };

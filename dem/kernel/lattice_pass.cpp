@@ -20,7 +20,7 @@ GRUS_INLINE Real extension(const LatticeWay& w, const Real3& here, const Real3& 
   return fused(w.along[2], d.z, fused(w.along[1], d.y, Real(w.along[0]) * d.x));
 }
 
-GRUS_INLINE unsigned some(std::uint8_t eight, int lane) {
+GRUS_INLINE unsigned some(int eight, int lane) {
   constexpr unsigned all = (1u << width) - 1;
   return static_cast<unsigned>(eight) >> lane & all;
 }
@@ -83,14 +83,15 @@ void lattice_forces(const LatticeRows& rows, const std::uint8_t* intact, const L
   });
 }
 
-std::size_t lattice_breaks(const LatticeRows& rows, std::uint8_t* intact, const LatticeColumns& u, double limit) {
+std::size_t lattice_breaks(const LatticeRows& rows, const std::uint8_t* weak, std::uint8_t* intact,
+                           const LatticeColumns& u, double limit) {
   std::size_t broken = 0;
   each_group(rows, [&](std::size_t k, std::ptrdiff_t cell, int lane) {
     const Real3 here = at(u, cell);
     for (std::uint32_t b = rows.octet[k].bond; b < rows.octet[k + 1].bond; ++b) {
       const LatticeWay& w = rows.ways[rows.way[b]];
       const Mask over = less(Real(limit * w.length), extension(w, here, at(u, cell + w.step)));
-      const unsigned gone = bits(over) & some(intact[b], lane);
+      const unsigned gone = bits(over) & some(intact[b] & weak[b], lane);
       intact[b] = static_cast<std::uint8_t>(intact[b] & ~(gone << lane));
       broken += static_cast<std::size_t>(__builtin_popcount(gone));
     }

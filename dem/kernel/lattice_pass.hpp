@@ -16,9 +16,9 @@ struct LatticeOctet {
 
 /// A neighbour as seen from any point.
 struct LatticeWay {
-  double along[3];  // unit vector to it
+  double along[3];                // unit vector to it
   double length, weight, moment;  // weight x length
-  std::int32_t step;  // between the cells
+  std::int32_t step;              // between the cells
 };
 
 /// A bond: `way` by way, which of its octet's eight points have it bit by bit in `intact`. Octets run in the order of
@@ -43,12 +43,14 @@ LatticeDilation lattice_dilation();
 
 /// Forces by point, columns of `room` (eight more than points): sum of (moment (p_i + p_j) + weight x extension x
 /// (q_i + q_j)) along. p and q by cell. A bond's two ends feel the same bits.
-using LatticeForces = void (*)(const LatticeRows&, const std::uint8_t* intact, const LatticeColumns& u,
-                               const double* p, const double* q, double* force, std::size_t room);
+using LatticeForces = void (*)(const LatticeRows&, const std::uint8_t* intact, const LatticeColumns& u, const double* p,
+                               const double* q, double* force, std::size_t room);
 LatticeForces lattice_forces();
 
-/// Breaks bonds whose extension is above limit x length, both ends at once; returns how many ends broke.
-using LatticeBreaks = std::size_t (*)(const LatticeRows&, std::uint8_t* intact, const LatticeColumns& u, double limit);
+/// Breaks bonds whose extension is above limit x length, of those that may break (`weak`, as `intact`), both ends at
+/// once; returns how many ends broke.
+using LatticeBreaks = std::size_t (*)(const LatticeRows&, const std::uint8_t* weak, std::uint8_t* intact,
+                                      const LatticeColumns& u, double limit);
 LatticeBreaks lattice_breaks();
 
 /// Largest extension / length of bonds of points that are asked for (`asked`: by octet, bit by bit); 0 where none is
@@ -57,15 +59,16 @@ using LatticeStretch = double (*)(const LatticeRows&, const std::uint8_t* intact
                                   const std::uint8_t* asked);
 LatticeStretch lattice_stretch();
 
-#define GRUS_DECLARE_LANES(name)                                                                                      \
-  namespace name {                                                                                                    \
-  void lattice_dilation(const LatticeRows& rows, const std::uint8_t* intact, const LatticeColumns& u,                 \
-                        const double* factor, double* sum, double* square);                                           \
-  void lattice_forces(const LatticeRows& rows, const std::uint8_t* intact, const LatticeColumns& u, const double* p,  \
-                      const double* q, double* force, std::size_t room);                                              \
-  std::size_t lattice_breaks(const LatticeRows& rows, std::uint8_t* intact, const LatticeColumns& u, double limit);   \
-  double lattice_stretch(const LatticeRows& rows, const std::uint8_t* intact, const LatticeColumns& u,                \
-                         const std::uint8_t* asked);                                                                  \
+#define GRUS_DECLARE_LANES(name)                                                                                     \
+  namespace name {                                                                                                   \
+  void lattice_dilation(const LatticeRows& rows, const std::uint8_t* intact, const LatticeColumns& u,                \
+                        const double* factor, double* sum, double* square);                                          \
+  void lattice_forces(const LatticeRows& rows, const std::uint8_t* intact, const LatticeColumns& u, const double* p, \
+                      const double* q, double* force, std::size_t room);                                             \
+  std::size_t lattice_breaks(const LatticeRows& rows, const std::uint8_t* weak, std::uint8_t* intact,                \
+                             const LatticeColumns& u, double limit);                                                 \
+  double lattice_stretch(const LatticeRows& rows, const std::uint8_t* intact, const LatticeColumns& u,               \
+                         const std::uint8_t* asked);                                                                 \
   }
 GRUS_DECLARE_LANES(lanes1)
 GRUS_DECLARE_LANES(lanes4)

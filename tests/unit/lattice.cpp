@@ -14,7 +14,7 @@ namespace {
 struct Block {
   Shape cube{unit_cube()};
   LatticeSolid shape = lattice_hull(cube.store, 0);
-  Lattice lattice;
+  PointLattice lattice;
   PeridynamicSolid solid;
   Block(int n, double horizon, bool partial)
       : lattice(make_lattice(shape, lattice_of(n * n * n, horizon, partial, false), 3, 0)), solid(lattice, poisson) {
@@ -78,7 +78,7 @@ TEST_CASE("a dilation is exact at every point of any shape, and no motion of the
   const std::vector<Shape> cells = some_shapes();
   for (const LatticeSolid& shape : shapes(cells))
     for (const bool partial : {true, false}) {
-      const Lattice l = make_lattice(shape, lattice_of(700, partial ? 2.5 : 3, partial), 5, 2);
+      const PointLattice l = make_lattice(shape, lattice_of(700, partial ? 2.5 : 3, partial), 5, 2);
       PeridynamicSolid solid(l, poisson);
       const double d = shape.diameter(), e = 1e-3;
       const double energy = solid.dilate(field(l, d, [&](const Vec3& x) { return Vec3(e * x); }), true);
@@ -97,7 +97,7 @@ TEST_CASE("a dilation is exact at every point of any shape, and no motion of the
 
 TEST_CASE("forces are the slope of the energy, whole and broken; a bond breaks at both its ends; work is symmetric") {
   for (const double nu : {0.15, 0.25, 0.35}) {
-    const Lattice l = make_lattice(lattice_sphere(0.5), lattice_of(500), 1, 4);
+    const PointLattice l = make_lattice(lattice_sphere(0.5), lattice_of(500), 1, 4);
     PeridynamicSolid solid(l, nu);
     const PointColumns a = random_field(l, 1), b = random_field(l, 2);
     PointColumns fa(l.size()), fb(l.size());
@@ -148,7 +148,7 @@ TEST_CASE("forces are the slope of the energy, whole and broken; a bond breaks a
 TEST_CASE("a plane wave in the middle of a block has the speed of its moduli, and the frequency of its sum") {
   const Shape bar{box_between(Vec3::Zero(), Vec3(13, 13, 60) / 60.0)};
   const LatticeSolid shape = lattice_hull(bar.store, 0);
-  Lattice l = make_lattice(shape, lattice_of(13 * 13 * 60, 2.5, true, false), 3, 0);
+  PointLattice l = make_lattice(shape, lattice_of(13 * 13 * 60, 2.5, true, false), 3, 0);
   PeridynamicSolid solid(l, poisson);
   Eigen::Index along = 0;
   (bar.place.axes.conjugate() * Vec3::UnitZ()).cwiseAbs().maxCoeff(&along);
@@ -178,7 +178,7 @@ TEST_CASE("a plane wave in the middle of a block has the speed of its moduli, an
 TEST_CASE("forces on points: within the patch, evenly, in balance, with their couple; as large as the contact's area") {
   const double d = 2e-3;
   const LatticeSolid ball = lattice_sphere(0.5 * d);
-  const Lattice l = make_lattice(ball, lattice_of(1000), 2, 9);
+  const PointLattice l = make_lattice(ball, lattice_of(1000), 2, 9);
   const std::vector<PatchLoad> two = pressed(d, 7);
   const std::vector<Vec3> f = point_forces(l, two, 0.124, d);
   double upper = 0;
@@ -219,7 +219,7 @@ TEST_CASE("forces on points: within the patch, evenly, in balance, with their co
 TEST_CASE("a contact on a corner has four points at least") {
   const Shape cube{unit_cube()};
   const LatticeSolid shape = lattice_hull(cube.store, 0);
-  const Lattice l = make_lattice(shape, lattice_of(300), 2, 1);
+  const PointLattice l = make_lattice(shape, lattice_of(300), 2, 1);
   const PatchLoad corner{Vec3::Constant(0.6), Vec3(-1, -1, -1)};
   const std::vector<Vec3> f = point_forces(l, std::span(&corner, 1), 0.01, shape.diameter());
   std::vector<double> size;
@@ -231,8 +231,8 @@ TEST_CASE("a contact on a corner has four points at least") {
 
 TEST_CASE("lattices: about as many points as asked for, drawn by grain, finer in thin grains, none in the thinnest") {
   const LatticeSolid ball = lattice_sphere(1e-3);
-  const Lattice a = make_lattice(ball, lattice_of(1000), 1, 1), again = make_lattice(ball, lattice_of(1000), 1, 1),
-                other = make_lattice(ball, lattice_of(1000), 1, 2);
+  const PointLattice a = make_lattice(ball, lattice_of(1000), 1, 1), again = make_lattice(ball, lattice_of(1000), 1, 1),
+                     other = make_lattice(ball, lattice_of(1000), 1, 2);
   CHECK(static_cast<double>(a.size()) == Approx(1000).epsilon(0.03));
   CHECK(a.point == again.point);
   CHECK((a.axes - other.axes).norm() > 1e-3);
@@ -247,7 +247,7 @@ TEST_CASE("lattices: about as many points as asked for, drawn by grain, finer in
   for (const Row& row : {Row{0.5, true}, Row{0.1, true}, Row{0.01, false}}) {
     const Shape plate{box_between(Vec3::Zero(), Vec3(1, 1, row.thick))};
     const LatticeSolid shape = lattice_hull(plate.store, 0);
-    const Lattice l = make_lattice(shape, lattice_of(500), 1, 1);
+    const PointLattice l = make_lattice(shape, lattice_of(500), 1, 1);
     CHECK((l.size() > 0) == row.fits);
     if (!row.fits) continue;
     CHECK(3 * l.spacing * shape.diameter() <= row.thick * (1 + 1e-12));
@@ -262,13 +262,13 @@ TEST_CASE("lattices: about as many points as asked for, drawn by grain, finer in
   const std::vector<Vec3> corners{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.3, 0.3, 6}};
   const Shape needle{hull_of(corners)};
   const LatticeSolid sharp = lattice_hull(needle.store, 0);
-  const Lattice l = make_lattice(sharp, lattice_of(1000), 1, 1);
+  const PointLattice l = make_lattice(sharp, lattice_of(1000), 1, 1);
   PeridynamicSolid solid(l, poisson);
   PointColumns u(l.size());
   long sweeps = 0;
-  CHECK(solve(solid, columns_of(l, {{needle.place.axes.conjugate() * (corners[3] - needle.place.origin), Vec3(1, 2, 3)}},
-                                sharp.diameter()),
-              u, 1e-5, 500, sweeps) > 0);
+  const PatchLoad at_tip{needle.place.axes.conjugate() * (corners[3] - needle.place.origin), Vec3(1, 2, 3)};
+  const std::vector<Vec3> f = point_forces(l, std::span(&at_tip, 1), 0.124, sharp.diameter());
+  CHECK(solve(solid, columns_of(f), u, 1e-5, 500, sweeps) > 0);
 }
 
 TEST_CASE("critical stretch: both forms, the paper's value, the corrected size law") {
@@ -302,7 +302,7 @@ TEST_CASE("critical stretch: both forms, the paper's value, the corrected size l
 }
 
 TEST_CASE("pieces: a cut through all bonds makes two, what hangs on a crack goes to its side, crumbs to the nearest") {
-  const Lattice l = make_lattice(lattice_sphere(0.5), lattice_of(1000), 1, 3);
+  const PointLattice l = make_lattice(lattice_sphere(0.5), lattice_of(1000), 1, 3);
   PeridynamicSolid solid(l, poisson);
   CHECK(clusters_of(solid, 0.03).pieces == 1);
   const double at = 0.13;
@@ -331,7 +331,7 @@ TEST_CASE("pieces: a cut through all bonds makes two, what hangs on a crack goes
 
 #if defined(__x86_64__)
 TEST_CASE("sweeps over bonds have the same bits in all widths") {
-  const Lattice l = make_lattice(lattice_sphere(0.5), lattice_of(600), 1, 8);
+  const PointLattice l = make_lattice(lattice_sphere(0.5), lattice_of(600), 1, 8);
   const LatticeRows rows{l.octet.data(), l.octet.size() - 1, l.way.data(), l.ways.data()};
   const std::size_t n = l.cells, room = l.size() + 8;
   std::vector<double> u(3 * n), some(n);
@@ -351,21 +351,25 @@ TEST_CASE("sweeps over bonds have the same bits in all widths") {
   const auto run = [&](LatticeBreaks breaks, LatticeDilation dilation, LatticeForces forces, LatticeStretch stretch) {
     Out o{l.bond, std::vector<double>(n), std::vector<double>(n), std::vector<double>(n), {}, 0, 0};
     o.force.resize(3 * room);
-    o.broken = breaks(rows, o.intact.data(), at, 5);
+    std::vector<std::uint8_t> weak = l.bond;
+    for (std::size_t b = 0; b < weak.size(); b += 3) weak[b] &= 0x3c;
+    o.broken = breaks(rows, weak.data(), o.intact.data(), at, 5);
     dilation(rows, o.intact.data(), at, some.data(), o.theta.data(), o.square.data());
     dilation(rows, o.intact.data(), at, some.data(), o.theta2.data(), nullptr);
     forces(rows, o.intact.data(), at, o.theta.data(), some.data(), o.force.data(), room);
     o.stretch = stretch(rows, o.intact.data(), at, std::vector<std::uint8_t>(rows.octets, 0x5a).data());
     return o;
   };
-  const Out one = run(lanes1::lattice_breaks, lanes1::lattice_dilation, lanes1::lattice_forces, lanes1::lattice_stretch);
+  const Out one =
+      run(lanes1::lattice_breaks, lanes1::lattice_dilation, lanes1::lattice_forces, lanes1::lattice_stretch);
   CHECK(one.broken > 1000);
   CHECK(one.theta == one.theta2);
   CHECK(one.stretch > 1);
-  CHECK(one.stretch <= 5);
+  CHECK(one.stretch > 5);  // some may not break
   const Out own = run(lattice_breaks(), lattice_dilation(), lattice_forces(), lattice_stretch());
   CHECK((own == one));
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-    CHECK((run(lanes4::lattice_breaks, lanes4::lattice_dilation, lanes4::lattice_forces, lanes4::lattice_stretch) == one));
+    CHECK((run(lanes4::lattice_breaks, lanes4::lattice_dilation, lanes4::lattice_forces, lanes4::lattice_stretch) ==
+           one));
 }
 #endif
