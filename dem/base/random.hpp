@@ -7,15 +7,7 @@
 
 namespace grus::dem {
 
-enum class Purpose : std::uint64_t {
-  radius = 1,
-  position = 2,
-  orientation = 3,
-  strength = 4,
-  rotation = 5,
-  turn = 6,
-  lattice = 7
-};
+enum class Purpose : std::uint64_t { radius = 1, position = 2, orientation = 3, strength = 4, rotation = 5, turn = 6 };
 
 /// 64 mixed bits (splitmix64 finaliser, applied once for each key).
 inline std::uint64_t random_bits(std::uint64_t seed, std::uint64_t id, Purpose purpose, std::uint64_t counter) {
@@ -41,10 +33,10 @@ inline double random_normal(std::uint64_t seed, std::uint64_t id, Purpose purpos
 }
 
 /// Uniformly distributed rotation (Shoemake).
-inline Quat random_rotation(std::uint64_t seed, std::uint64_t id, Purpose purpose = Purpose::orientation) {
-  const double u = random_uniform(seed, id, purpose, 0);
-  const double a = 2 * pi * random_uniform(seed, id, purpose, 1);
-  const double b = 2 * pi * random_uniform(seed, id, purpose, 2);
+inline Quat random_rotation(std::uint64_t seed, std::uint64_t id) {
+  const double u = random_uniform(seed, id, Purpose::orientation, 0);
+  const double a = 2 * pi * random_uniform(seed, id, Purpose::orientation, 1);
+  const double b = 2 * pi * random_uniform(seed, id, Purpose::orientation, 2);
   const double s = std::sqrt(1 - u), c = std::sqrt(u);
   return Quat(c * std::cos(b), s * std::sin(a), s * std::cos(a), c * std::sin(b));
 }

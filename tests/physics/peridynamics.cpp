@@ -162,9 +162,11 @@ TEST_CASE("the number that ties a critical stretch to a strength: a sphere fails
   m.keep_patches = false;
   double sum = 0;
   for (std::uint64_t id = 0; id < 4; ++id) sum += Platens(lattice_of(552), id).strength() / 4;
-  CHECK(platen_number(m, 4) == Approx(sum / 1.02).epsilon(0.06));
+  const double plain = platen_number(m, 4);
+  CHECK(plain == Approx(sum / 1.02).epsilon(0.06));
   m.keep_patches = true;
   const double number = platen_number(m, 4), d = 1e-3, strength = 45e6;
+  CHECK(number > 1.002 * plain);
   int cracks = 0;
   for (const double share : {0.85, 1.15})
     for (std::uint64_t id = 0; id < 4; ++id)
@@ -217,7 +219,7 @@ TEST_CASE("size laws: at one G_c F/d^2 is the same at all sizes, or goes with th
   same(test(d0, 2 * load));
 }
 
-TEST_CASE("a platen test cracks a sphere into a few pieces; its bonds give up one to four times G_c x the area") {
+TEST_CASE("a platen test cracks a sphere into a few pieces; its bonds give up one to five times G_c x the area") {
   const LatticeModel m = model_of(1000);
   const double d = 2e-3;
   const LatticeToughness t{.energy = 30, .reference_diameter = d};
@@ -244,7 +246,7 @@ TEST_CASE("a platen test cracks a sphere into a few pieces; its bonds give up on
           faces += c.piece[i] != c.piece[j] && (c.points[i] - c.points[j]).norm() < 1.1 * c.spacing;
       const double area = faces * c.spacing * c.spacing / 1.5;
       CHECK(c.bond_energy / (30 * area) > 1);
-      CHECK(c.bond_energy / (30 * area) < 4);
+      CHECK(c.bond_energy / (30 * area) < 5);
     }
     CHECK(at[1] == Approx(at[0]).epsilon(0.11));
     CHECK(at[2] == Approx(at[0]).epsilon(0.11));
@@ -281,7 +283,7 @@ TEST_CASE("extremes: one contact, twelve, none, a sliver, a corner, a speck; all
       }
   CHECK(test(ball, twelve).verdict == CrackVerdict::core_holds);
   for (PatchLoad& load : twelve) load.force *= 4;
-  CHECK(test(ball, twelve).verdict == CrackVerdict::holds);
+  CHECK(test(ball, twelve).verdict != CrackVerdict::cracks);
   CHECK(test(ball, pressed(d, 250)).verdict == CrackVerdict::cracks);
   CHECK(test(lattice_sphere(0.5e-6), pressed(1e-6, 250e-6 * 0.25 * 1.0)).verdict == CrackVerdict::cracks);
   CHECK(test(ball, pressed(d, 1e6)).verdict == CrackVerdict::cracks);

@@ -47,7 +47,7 @@ std::vector<LatticeSolid> shapes(const std::vector<Shape>& cells) {
 
 std::vector<Shape> some_shapes() {
   std::vector<Shape> all;
-  const VoronoiCells cells = some_cells(4);
+  const auto cells = some_cells(4);
   for (int k = 0; k < 3; ++k) all.emplace_back(cells.body[static_cast<std::size_t>(k)]);
   all.emplace_back(box_between(Vec3::Zero(), Vec3(1, 0.2, 0.5)));
   return all;
