@@ -9,6 +9,22 @@
 using namespace grus::dem;
 using namespace grus::dem::test;
 
+namespace {
+
+/// Second moments of mass about the origin, of all solids (kg m^2).
+Mat3 second_moments(const Grains& g) {
+  Mat3 sum = Mat3::Zero();
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    const Mat3 axes = (g.orientation[i] * g.inertia[i].axes).toRotationMatrix();
+    const Vec3 moments = g.inertia[i].moments, x = g.motion[i].position;
+    sum += axes * (0.5 * moments.sum() * Vec3::Ones() - moments).asDiagonal() * axes.transpose() +
+           g.mass[i] * x * x.transpose();
+  }
+  return sum;
+}
+
+}  // namespace
+
 TEST_CASE("a grain cut twenty times, all grains at once, and along a face: masses, and no number is lost") {
   Team team(2);
   Model model = cleaving_rock(false);
@@ -42,6 +58,47 @@ TEST_CASE("a grain cut twenty times, all grains at once, and along a face: masse
   CHECK(made(Vec3::Ones().normalized(), 0.5 * std::sqrt(3.0)) == 0);
   CHECK(made(Vec3::UnitX(), 0.4) == 2);
   CHECK(made(Vec3(1, 1, 0).normalized(), 0) == 2);  // along edges
+}
+
+TEST_CASE("a spinning body cut a thousand times: mass, momenta, motion and second moments; every piece bears the step") {
+  Team team(2);
+  Model model = cleaving_rock(false);
+  model.materials[0].density = 1;
+  State s;
+  add_body(s, unit_cube(), Vec3::Zero(), Quat::Identity(), Vec3(0.1, -0.2, 0.3), Vec3(0.3, 0.2, -0.1));
+  prepare(model, s, team);
+  const Vec3 linear = momentum(s.grains), angular = angular_momentum(s.grains);
+  const double kinetic = kinetic_energy(s.grains);
+  const Mat3 second = second_moments(s.grains);
+  const double whole = s.dt;
+  // In each round every third is cut, whichever: some pieces are of one cut, others of more than twenty.
+  std::uint64_t cuts = 0;
+  for (std::uint64_t round = 0; cuts < 1000; ++round) {
+    REQUIRE(round < 40);
+    std::vector<Break> breaks;
+    for (std::size_t i = 0; i < s.grains.size() && cuts + breaks.size() < 1000; ++i)
+      if (s.grains.size() < 3 || random_uniform(3, i, Purpose::position, round) < 1.0 / 3)
+        breaks.push_back({i, {Mat3::Zero(), random_vector(i, 4 + round).normalized()}});
+    const std::size_t before = s.grains.size();
+    apply_breaks(model, s, breaks, team);
+    cuts += s.grains.size() - before;
+  }
+  const Fines& f = s.ledger.fines;
+  CHECK(s.grains.size() == 1001);
+  CHECK(std::abs(total_mass(s.grains) + f.mass - 1) < 1e-11);
+  CHECK((momentum(s.grains) + f.momentum - linear).norm() < 1e-11 * linear.norm());
+  CHECK((angular_momentum(s.grains) + f.angular_momentum - angular).norm() < 1e-10 * angular.norm());
+  CHECK(std::abs(kinetic_energy(s.grains) / kinetic - 1) < 1e-10);
+  CHECK((second_moments(s.grains) - second).norm() < 1e-10 * second.norm());
+  // The least pieces turn and shift far faster than the whole; with inertia by step nobody is faster than asked.
+  prepare(model, s, team);
+  CHECK(s.dt < 0.2 * whole);
+  model.numerics.inertia_step = 0.5 * whole, s.next_estimate = s.steps;
+  update_time_step(model, s);
+  CHECK(s.dt > 0.5 * whole * (1 - 1e-9));
+  CHECK(total_mass(s.grains) + f.mass == Approx(1).epsilon(1e-11));  // that of the solids
+  CHECK(s.ledger.inertia > kinetic);
+  CHECK(kinetic_energy(s.grains) == Approx(kinetic + s.ledger.inertia).epsilon(1e-9));
 }
 
 TEST_CASE("a ball whose corners come off one by one loses planes, not mass, momentum or the right to break") {
