@@ -60,7 +60,7 @@ TEST_CASE("a grain cut twenty times, all grains at once, and along a face: masse
   CHECK(made(Vec3(1, 1, 0).normalized(), 0) == 2);  // along edges
 }
 
-TEST_CASE("a spinning body cut a thousand times: mass, momenta, motion and second moments; every piece bears the step") {
+TEST_CASE("a spinning body cut a thousand times: masses, momenta, second moments; every piece bears the step") {
   Team team(2);
   Model model = cleaving_rock(false);
   model.materials[0].density = 1;
