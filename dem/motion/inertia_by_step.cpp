@@ -51,11 +51,24 @@ double settled(double now, double need, double rest) {
   return need > (1 + 1e-7) * now ? need : 2 * rest < now ? rest : now;
 }
 
+/// Grain i gets these masses (kg). Where they grow its momentum stays, against the affine field, and its angular
+/// momentum; where they fall its velocity and spin: motion never gains energy of it, or fast grains would get mass, mass
+/// would drive others, and these would be fast.
+void change(Grains& g, std::size_t i, double mass, double turning, const Mat3& affine) {
+  const double keep = std::min(1.0, g.mass[i] / mass), keep_turn = std::min(1.0, turn_mass(g, i) / turning);
+  set_inertia(g, i, mass, turning);
+  Motion& m = g.motion[i];
+  const Vec3 field = affine * m.position;
+  if (keep < 1) m.velocity = field + keep * (m.velocity - field);
+  if (keep_turn < 1) m.spin *= keep_turn, g.angular_momentum[i] *= keep_turn;
+}
+
 }  // namespace
 
 GivenInertia give_inertia(const HeldGrains& held, double most, const std::vector<double>& floor, Grains& g) {
   const std::vector<double> bound = held.cheap_bounds();
   const std::vector<std::uint8_t> touched = held.touched();
+  const Mat3 affine = held.affine();
   GivenInertia given;
   for (std::size_t i = 0; i < g.size(); ++i) {
     const double mass = g.mass[i], turning = turn_mass(g, i), least = floor[i];
@@ -65,11 +78,13 @@ GivenInertia give_inertia(const HeldGrains& held, double most, const std::vector
     const Factors need = enough(held, i, most, {std::min(1.0, least / mass), std::min(1.0, least / turning)});
     const double shift = std::max(least, mass * need.shift), turn = std::max(least, turning * need.turn);
     const double impact = enough_for_impact(held, i, most, shift);
-    const double new_mass = settled(mass, flies ? impact : shift, impact), new_turning = settled(turning, turn, turn);
+    // A hull that nothing touches keeps what it has: nobody knows how it will be met.
+    const double new_mass = settled(mass, flies ? impact : shift, flies ? INFINITY : impact),
+                 new_turning = settled(turning, turn, flies ? INFINITY : turn);
     if (new_mass == mass && new_turning == turning) continue;
     given.rise = std::max({given.rise, new_mass / mass, new_turning / turning});
     given.kinetic -= kinetic_energy(g, i);
-    set_inertia(g, i, new_mass, new_turning);
+    change(g, i, new_mass, new_turning, affine);
     given.kinetic += kinetic_energy(g, i);
   }
   return given;

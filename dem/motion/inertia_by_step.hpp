@@ -8,7 +8,7 @@
 namespace grus::dem {
 
 struct GivenInertia {
-  double kinetic = 0;  // J, put in: what changes keeps its velocity and spin
+  double kinetic = 0;  // J, put in: what gains mass keeps its momentum, what loses some its velocity
   double rise = 1;     // the largest factor by which a mass rose that had been enough
 };
 

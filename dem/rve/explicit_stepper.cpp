@@ -186,6 +186,9 @@ CriticalStep step_with_inertia(const Model& model, State& state, bool& stiffer) 
   return critical_step(held, true);
 }
 
+/// Ways in a step, in mean radii, that change overlaps by a good part: those of hard grains are a few thousandths.
+constexpr double hurried = 1e-3;
+
 void choose_time_step(const Model& model, State& state) {
   if (state.steps < state.next_estimate) return;
   const double before = state.dt;
@@ -254,6 +257,8 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
   const double dt = state.dt;
   Step step{model, state, team, dt};
   WayBound bound(g, settings.affine, dt);
+  // Inertia by step leaves no reserve: what grains this fast may meet is asked for after each step (m/s).
+  const double fastest = model.numerics.inertia_step > 0 ? hurried * state.mean_radius / dt : INFINITY;
   bool moving = false;  // positions already opened by the sweep of the step before
   const auto power = [&] {
     return boundary_power(state.boundary, state.contacts) + cell_power(state.boundary.cell, state.bonds) +
@@ -271,7 +276,9 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
   for (std::uint64_t k = 0; k < count; ++k) {
     if (!moving) sweep(Kick::open, g, state.contacts, settings, false, dt, state.grain_energy, team);
     double& way = state.reference.travelled;
-    way += bound.of_step(k, 1.1 * take_speed(state.grain_energy), way);
+    const double speed = 1.1 * take_speed(state.grain_energy);
+    way += bound.of_step(k, speed, way);
+    const bool fast = speed > fastest;
     move_boundary(state.boundary, dt);
     if (const ListState found = look_at_list(g, state.boundary, state.reference); found != ListState::holds) {
       check_speeds(state);
@@ -279,7 +286,7 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
     }
     step.again = moving, step.pulled = false;
     const bool due = passes.due(state);
-    moving = !due && k + 1 < count;
+    moving = !due && !fast && k + 1 < count;
     for (const Pass* pass : passes)
       if (pass->before_forces) pass->before_forces(step);
     force_and_move(model, state, settings, passes.shows() || !moving, step.pulled, moving ? Kick::both : Kick::close,
@@ -288,14 +295,18 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
       if (pass->after_forces) pass->after_forces(step);
     ++state.steps;
     state.time += dt;
-    if (!due) continue;
+    if (!due && !fast) continue;
     for (const Pass* pass : passes) {
-      if (!pass->stops || !pass->stops(step)) continue;
+      if (!due || !pass->stops || !pass->stops(step)) continue;
       finish(k + 1);
       pass->conclude(step);
       if (model.numerics.time_step == 0) state.next_estimate = state.steps;
       return k + 1;
     }
+    if (!fast) continue;
+    finish(k + 1);
+    state.next_estimate = state.steps;
+    return k + 1;
   }
   finish(count);
   return count;
