@@ -20,8 +20,10 @@ void StepTold::add(const dem::Model& model, const dem::State& s, double rate, do
   const dem::AddedInertia added = dem::added_inertia(s.grains);
   mass.add(added.mass), moment.add(added.moment);
   heavier = added.heavier, slower = added.slower;
-  if (pressure > 0)
-    inertial_number = std::max(inertial_number, dem::largest_inertial_number(s.grains, std::abs(rate), pressure));
+  if (!(pressure > 0)) return;
+  const double number = dem::largest_inertial_number(s.grains, std::abs(rate), pressure);
+  if (number > inertial_number || pressure > barely_loaded * pressure_then)
+    inertial_number = number, pressure_then = pressure;
 }
 
 nlohmann::json StepTold::json() const {
@@ -29,7 +31,7 @@ nlohmann::json StepTold::json() const {
           {"added_moment", {{"last", moment.last}, {"worst", moment.worst}}},
           {"heavier_grains", heavier},
           {"slower_grains", slower},
-          {"largest_inertial_number", inertial_number}};
+          {"largest_inertial_number", pressure_then > 0 ? nlohmann::json(inertial_number) : nlohmann::json()}};
 }
 
 std::vector<std::string> StepTold::notes(bool by_step) const {
@@ -49,6 +51,11 @@ std::vector<std::string> StepTold::notes(bool by_step) const {
         fmt::format("inertia by step: the largest inertial number of a grain was {:.2g}: it resists its motion, too; "
                     "lower numerics.inertia.step, or load more slowly",
                     inertial_number));
+  if (by_step && std::max(mass.worst, moment.worst) > most_added)
+    all.push_back(fmt::format(
+        "inertia by step: the grains' masses were {:.3g} times, their moments of inertia {:.3g} times those of the "
+        "solids (worst row): what moves them may show in every force; lower numerics.inertia.step until it does not",
+        1 + mass.worst, 1 + moment.worst));
   return all;
 }
 

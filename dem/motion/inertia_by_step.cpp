@@ -52,8 +52,8 @@ double settled(double now, double need, double rest) {
 }
 
 /// Grain i gets these masses (kg). Where they grow its momentum stays, against the affine field, and its angular
-/// momentum; where they fall its velocity and spin: motion never gains energy of it, or fast grains would get mass, mass
-/// would drive others, and these would be fast.
+/// momentum; where they fall its velocity and spin: motion never gains energy of it, or fast grains would get mass,
+/// mass would drive others, and these would be fast.
 void change(Grains& g, std::size_t i, double mass, double turning, const Mat3& affine) {
   const double keep = std::min(1.0, g.mass[i] / mass), keep_turn = std::min(1.0, turn_mass(g, i) / turning);
   set_inertia(g, i, mass, turning);
@@ -93,14 +93,17 @@ GivenInertia give_inertia(const HeldGrains& held, double most, const std::vector
 AddedInertia added_inertia(const Grains& g) {
   AddedInertia added;
   double solid = 0, moments = 0;
-  const double all = static_cast<double>(g.size());
+  std::size_t heavier = 0, slower = 0;
   for (std::size_t i = 0; i < g.size(); ++i) {
-    const double m = solid_mass(g, i), own = g.inertia[i].moments.sum() * m / turn_mass(g, i);
+    const double m = solid_mass(g, i), turning = turn_mass(g, i), now = g.inertia[i].moments.sum();
+    const double own = turning > m ? now * m / turning : now;
     solid += m, moments += own;
-    added.mass += g.mass[i] - m, added.moment += g.inertia[i].moments.sum() - own;
-    added.heavier += (g.mass[i] > m) / all, added.slower += (turn_mass(g, i) > m) / all;
+    added.mass += g.mass[i] - m, added.moment += now - own;
+    heavier += g.mass[i] > m, slower += turning > m;
   }
+  const double all = static_cast<double>(g.size());
   added.mass /= solid, added.moment /= moments;
+  added.heavier = static_cast<double>(heavier) / all, added.slower = static_cast<double>(slower) / all;
   return added;
 }
 

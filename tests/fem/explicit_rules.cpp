@@ -168,6 +168,26 @@ TEST_CASE("a softer start waits for its weight to be borne before the load begin
   }
 }
 
+TEST_CASE("an element that carries next to nothing has a thousandth of the largest density; the others their own") {
+  fem::Problem problem = column(1e-3);
+  fem::Problem::Impl& p = problem.impl();
+  const std::size_t points = problem.owned_points(), each = points / static_cast<std::size_t>(p.cells);
+  std::vector<std::size_t> group(points, 2);  // of the first element, the second, all others
+  for (std::size_t i = 0; i < 2 * each; ++i) group[i] = i / each;
+  fem::Material m =
+      fem::composite_material({fem::elastic_material(each, 1e-5 * E, nu), fem::elastic_material(each, 0.5 * E, nu),
+                               fem::elastic_material(points - 2 * each, E, nu)},
+                              group);
+  ExplicitStaticsOptions o = free_of_limits();
+  o.output_interval = 1e-3;
+  fem::solve_explicit_statics(problem, m, o, [](const ExplicitStaticsReport&) { return false; });
+  const std::vector<double>& density = p.of_cells.at("scaled density");
+  REQUIRE(density.size() == 4);
+  CHECK(density[0] == Approx(1e-3 * density[2]).epsilon(1e-3));
+  CHECK(density[1] == Approx(0.5 * density[2]).epsilon(1e-3));
+  CHECK(density[3] == Approx(density[2]).epsilon(1e-3));
+}
+
 TEST_CASE("masses that are scaled while nodes move put in half of what is gained times the speeds' squares") {
   // Pressed to two fifths of its volume a neo-Hookean column is some ten times as stiff.
   fem::Problem problem = column(0.6);

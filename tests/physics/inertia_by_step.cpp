@@ -204,7 +204,7 @@ TEST_CASE("packings: every grain bears the step, none has more than it needs, no
   }
 }
 
-TEST_CASE("what is over goes once half of it would do, and the solid stays; a hull that flies keeps all, ready to hit") {
+TEST_CASE("what is over goes once half of it would do, and the solid stays; a hull in flight keeps all") {
   Model model = hull_model(0, 1e14);
   model.numerics.safety = 0.5, model.numerics.inertia_step = 5e-7;
   Team team(1);
@@ -214,8 +214,8 @@ TEST_CASE("what is over goes once half of it would do, and the solid stays; a hu
                turning = turn_mass(s.grains, 0);
   s.grains.motion[0].velocity.z() = 1;
   State flies = s;
-  // In flight the wall could meet a quarter of its surface, by 2 c S / 4, three times the face. It gives up no more than
-  // would leave that.
+  // In flight the wall could meet a quarter of its surface, by 2 c S / 4, three times the face. It gives up no more
+  // than would leave that.
   give(model, s, 5 * most);
   CHECK(s.grains.mass[0] == Approx(mass).epsilon(1e-12));
   const double energy = kinetic_energy(s.grains);

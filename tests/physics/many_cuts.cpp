@@ -97,7 +97,7 @@ TEST_CASE("a spinning body cut a thousand times: masses, momenta, second moments
   update_time_step(model, s);
   CHECK(s.dt > 0.5 * whole * (1 - 1e-9));
   CHECK(total_mass(s.grains) + f.mass == Approx(1).epsilon(1e-11));  // that of the solids
-  CHECK(s.ledger.inertia < -0.5 * kinetic);  // what gets mass keeps its momentum
+  CHECK(s.ledger.inertia < -0.5 * kinetic);                          // what gets mass keeps its momentum
   CHECK(kinetic_energy(s.grains) == Approx(kinetic + s.ledger.inertia).epsilon(1e-9));
 }
 

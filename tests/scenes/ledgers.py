@@ -168,8 +168,55 @@ def killed(tmp):
         need(again[key] == exact[key], f"killed: {key} {again[key]} instead of {exact[key]}")
 
 
+HALVES = """[material.sand]
+density = 2650
+youngs_modulus = "60 GPa"
+poissons_ratio = 0.17
+friction = 0.5
+restitution = 0.5
+[material.sand.fracture]
+model = "polyellipsoid-split"
+hoek_brown = { compressive_strength = "100 MPa", m = 20.56 }
+smallest_radius = "0.1 mm"
+[packing]
+kind = "random"
+box = ["1.7 mm", "1.7 mm", "1.7 mm"]
+radius = { distribution = "uniform", min = "0.2 mm", max = "0.4 mm" }
+solid_fraction = 0.5
+[boundary]
+kind = "periodic"
+[preparation]
+pressure = "100 kPa"
+friction = 0.2
+[loading]
+kind = "uniaxial-strain"
+strain_rate = "20 1/s"
+final_strain = 0.07
+[numerics]
+inertia = { step = "400 ns" }
+"""
+
+
+def thrown(tmp):
+    """Fragments that fly off into others in steps many times as long as their own: what gets mass gets no energy, and
+    none is passed by between two questions."""
+    scene = os.path.join(tmp, "halves.toml")
+    with open(scene, "w") as f:
+        f.write(HALVES)
+    broken = 0
+    for seed in (1, 2, 3):
+        rows, told = test(tmp, f"halves{seed}", scene, f"seed={seed}")
+        broken += rows[-1]["breakages"]
+        energy = max(abs(x["energy_error"]) for x in rows)
+        need(energy < 0.02, f"halves of seed {seed}: energy error {energy}")
+        need(max(x["inertia_J"] for x in rows) < 1e-3 * rows[-1]["work_J"], f"halves of seed {seed}: given energy")
+        need(told["inertia"]["added_mass"]["worst"] > 1 and [n for n in told["notes"] if "of the solids (worst" in n],
+             f"halves of seed {seed}: {told['inertia']}, {told['notes']}")
+    need(broken > 20, f"halves: {broken} broke")
+
+
 with tempfile.TemporaryDirectory() as folder:
-    for check in (devices, kinds, killed):
+    for check in (devices, kinds, killed, thrown):
         check(folder)
 print("ledgers:", len(faults), "faults")
 sys.exit(bool(faults))

@@ -40,6 +40,14 @@ def _numbers(name: str, value: ArrayLike, *shape: int) -> NDArray[np.float64]:
     return array
 
 
+def _aspect(value: ArrayLike) -> list[float]:
+    """Three positive lengths, relative."""
+    aspect = _numbers("aspect", value, 3)
+    if not (aspect > 0).all():
+        raise InputError(f"aspect: {aspect.tolist()}: lengths must be above 0")
+    return list(aspect.tolist())
+
+
 @dataclass(frozen=True, kw_only=True)
 class Bond:
     """Bonds of the faces that Voronoi cells share: modulus (Pa) and Poisson's ratio (0 to 0.26) of many cells,
@@ -97,7 +105,7 @@ class Material:
 @dataclass(frozen=True, kw_only=True)
 class RandomPacking:
     """Grains at random places, as many as fill a share of the box. radius: one (m), or the least and the largest of
-    evenly distributed ones; of hulls that of the sphere that holds one. hulls: rounds of relaxation of the Voronoi
+    evenly distributed ones; of hulls that of the sphere of equal volume. hulls: rounds of relaxation of the Voronoi
     cells that become angular grains (None: spheres); balls: grains are balls of 32 planes, round until they break, in
     place of angular ones; `aspect`: the lengths of either along three axes. parts: (material, share, aspect) of a
     mixture."""
@@ -118,11 +126,15 @@ class RandomPacking:
         if fraction > 0.74:
             raise InputError(f"solid_fraction: {fraction:g}: not even a lattice of spheres is denser than 0.74")
         parts = [{"material": whole_number("material", m, 0), "share": _number("share", s, 0, above=True),
-                  "aspect": _numbers("aspect", a, 3).tolist()} for m, s, a in self.parts]
+                  "aspect": _aspect(a)} for m, s, a in self.parts]
         hulls = None if self.hulls is None else whole_number("hulls", self.hulls, 0)
+        if not isinstance(self.balls, bool):
+            raise InputError(f"balls: expected True or False, given {kind(self.balls)}")
         if self.balls and hulls is not None:
             raise InputError("hulls: rounds are of angular grains; balls are what they are: leave it out")
-        aspect = _numbers("aspect", self.aspect, 3).tolist()
+        aspect = _aspect(self.aspect)
+        if aspect != [1, 1, 1] and hulls is None and not self.balls:
+            raise InputError("aspect: is of angular grains and balls; ellipsoids have theirs in parts")
         return {"kind": "random", "radius": (least, most), "solid_fraction": fraction, "parts": parts, "hulls": hulls,
                 "balls": bool(self.balls), "aspect": aspect, "count": whole_number("count", self.count, 0),
                 "turned": bool(self.turned)}
