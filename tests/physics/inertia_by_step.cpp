@@ -4,22 +4,17 @@
 #include "dem/motion/inertia_by_step.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/motion/critical_step.hpp"
-#include "dem/packing/voronoi_grains.hpp"
 #include "dem/rve/critical_grain.hpp"
 #include "dem/rve/resting.hpp"
 #include "dem/rve/state_hash.hpp"
 #include "tests/bonded.hpp"
-#include "tests/hulls.hpp"
+#include "tests/held_grains.hpp"
 #include "tests/loaded_body.hpp"
 
 using namespace grus::dem;
 using namespace grus::dem::test;
 
 namespace {
-
-HeldGrains held_of(const Model& model, const State& s) {
-  return {model.law, model.pairs, model.materials.size(), s.grains, s.boundary, s.contacts, s.bonds};
-}
 
 std::vector<double> solids(const Grains& g) {
   std::vector<double> all;
@@ -48,27 +43,8 @@ State cube_on_plane(double overlap) {
   return s;
 }
 
-/// Cells of a Voronoi mesh that has been pressed together in a periodic cell by a part, each on its own.
-State pressed_cells(const Model& model, std::size_t count, double strain, std::uint64_t seed = 1) {
-  Team team(1);
-  const double size = std::cbrt(static_cast<double>(count));
-  State s;
-  s.boundary.cell.vectors = size * Mat3::Identity();
-  Tessellation cells = voronoi_packing(periodic_space(Vec3::Constant(size)), count, 1, seed, team);
-  add_voronoi_grains(model, cells, 0, s);
-  s.boundary.cell.vectors *= 1 - strain;
-  for (Motion& m : s.grains.motion) m.position *= 1 - strain;
-  return s;
-}
-
 double eigenvalue(const Model& model, const State& s, std::size_t i) {
   return largest_eigenvalue(held_of(model, s).stiffness(i));
-}
-
-Model loose(double friction) {
-  Model model = hull_model(friction);
-  model.numerics.max_energy_error = INFINITY;
-  return model;
 }
 
 }  // namespace
@@ -389,45 +365,5 @@ TEST_CASE(
     CHECK(s.dt >= 10 * own * (1 - 1e-6));
     CHECK(std::abs(energy_error(s.ledger, stored_energy(model, s))) < 0.05);
     if (kind == 2) CHECK(s.grains.mass[11] / solid_mass(s.grains, 11) > 50);
-  }
-}
-
-TEST_CASE("loose hulls hardly below the critical step: by axis and by sharpness it is still a bound") {
-  Team team(1);
-  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-    Model model = loose(0);
-    model.numerics.safety = 1;
-    State s = pressed_cells(model, 60, 0.01, seed);
-    prepare(model, s, team);
-    run_for(model, s, 3000 * s.dt, team);
-    CHECK(std::abs(energy_error(s.ledger, stored_energy(model, s))) < 0.05);
-    CHECK(stored_energy(model, s) < 1.05 * s.ledger.start);
-  }
-}
-
-TEST_CASE("on a face, an edge and a corner a cube is as stiff as its force grows, by differences") {
-  Team team(1);
-  const Model model = loose(0);
-  const Quat faces[] = {Quat::Identity(), Quat(Eigen::AngleAxisd(0.25 * pi, Vec3::UnitX())),
-                        Quat::FromTwoVectors(Vec3::Ones(), Vec3::UnitZ())};
-  for (const double d : {1e-3, 1e-2}) {
-    double of_face = 0;
-    for (int n = 2; n <= 4; ++n) {  // the potential's degree
-      const double half = 0.5 * std::sqrt(n - 1.0);
-      const auto pressed = [&](double overlap) {
-        State s;
-        add_body(s, unit_cube(), Vec3(0, 0, half - overlap), faces[n - 2]);
-        add_floor(s);
-        prepare(model, s, team);
-        return s;
-      };
-      const auto force = [&](double overlap) { return pressed(overlap).contacts.touch[0].force.norm(); };
-      const State s = pressed(d);
-      const double stiffness = held_of(model, s).stiffness(0)(2, 2) * s.grains.mass[0], h = 1e-3 * d;
-      CHECK(stiffness == Approx((force(d + h) - force(d - h)) / (2 * h)).epsilon(1e-5));
-      CHECK(stiffness == Approx((n - 1) * force(d) / d).epsilon(1e-6));  // of degree n - 1
-      if (n == 2) of_face = stiffness;
-      if (n > 2) CHECK(stiffness < of_face);
-    }
   }
 }
