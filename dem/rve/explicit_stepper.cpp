@@ -146,14 +146,14 @@ void force_and_move(const Model& model, State& state, const MotionSettings& sett
 }
 
 /// Before a list is made: a run that blows up must end here, not in a search over an endless box.
-void check_speeds(const State& state) {
+void check_speeds(const Model& model, const State& state) {
   for (std::size_t i = 0; i < state.grains.size(); ++i) {
     const Motion& m = state.grains.motion[i];
     if (m.velocity.norm() * state.dt < m.radius && std::isfinite(m.position.sum())) continue;
-    throw Unstable(
-        fmt::format("grain {} moves at {:.3g} m/s, more than its radius in a step, at t = {:.6g} s: lower "
-                    "numerics.safety or numerics.time_step",
-                    state.grains.id[i], m.velocity.norm(), state.time));
+    throw Unstable(fmt::format(
+        "grain {} moves at {:.3g} m/s, more than its radius in a step, at t = {:.6g} s: lower {}", state.grains.id[i],
+        m.velocity.norm(), state.time,
+        model.numerics.inertia_step > 0 ? "numerics.inertia.step" : "numerics.safety or numerics.time_step"));
   }
 }
 
@@ -185,9 +185,6 @@ CriticalStep step_with_inertia(const Model& model, State& state, bool& stiffer) 
   stiffer = given.rise > 1 / (0.95 * 0.95);
   return critical_step(held, true);
 }
-
-/// Ways in a step, in mean radii, that change overlaps by a good part: those of hard grains are a few thousandths.
-constexpr double hurried = 1e-3;
 
 void choose_time_step(const Model& model, State& state) {
   if (state.steps < state.next_estimate) return;
@@ -257,8 +254,6 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
   const double dt = state.dt;
   Step step{model, state, team, dt};
   WayBound bound(g, settings.affine, dt);
-  // Inertia by step leaves no reserve: what grains this fast may meet is asked for after each step (m/s).
-  const double fastest = model.numerics.inertia_step > 0 ? hurried * state.mean_radius / dt : INFINITY;
   bool moving = false;  // positions already opened by the sweep of the step before
   const auto power = [&] {
     return boundary_power(state.boundary, state.contacts) + cell_power(state.boundary.cell, state.bonds) +
@@ -276,17 +271,15 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
   for (std::uint64_t k = 0; k < count; ++k) {
     if (!moving) sweep(Kick::open, g, state.contacts, settings, false, dt, state.grain_energy, team);
     double& way = state.reference.travelled;
-    const double speed = 1.1 * take_speed(state.grain_energy);
-    way += bound.of_step(k, speed, way);
-    const bool fast = speed > fastest;
+    way += bound.of_step(k, 1.1 * take_speed(state.grain_energy), way);
     move_boundary(state.boundary, dt);
     if (const ListState found = look_at_list(g, state.boundary, state.reference); found != ListState::holds) {
-      check_speeds(state);
+      check_speeds(model, state);
       rebuild(model, state, found, passes.indexes(), team);
     }
     step.again = moving, step.pulled = false;
     const bool due = passes.due(state);
-    moving = !due && !fast && k + 1 < count;
+    moving = !due && k + 1 < count;
     for (const Pass* pass : passes)
       if (pass->before_forces) pass->before_forces(step);
     force_and_move(model, state, settings, passes.shows() || !moving, step.pulled, moving ? Kick::both : Kick::close,
@@ -295,18 +288,14 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
       if (pass->after_forces) pass->after_forces(step);
     ++state.steps;
     state.time += dt;
-    if (!due && !fast) continue;
+    if (!due) continue;
     for (const Pass* pass : passes) {
-      if (!due || !pass->stops || !pass->stops(step)) continue;
+      if (!pass->stops || !pass->stops(step)) continue;
       finish(k + 1);
       pass->conclude(step);
       if (model.numerics.time_step == 0) state.next_estimate = state.steps;
       return k + 1;
     }
-    if (!fast) continue;
-    finish(k + 1);
-    state.next_estimate = state.steps;
-    return k + 1;
   }
   finish(count);
   return count;

@@ -198,8 +198,7 @@ inertia = { step = "400 ns" }
 
 
 def thrown(tmp):
-    """Fragments that fly off into others in steps many times as long as their own: what gets mass gets no energy, and
-    none is passed by between two questions."""
+    """Fragments that fly off into others in steps many times as long as their own: what gets mass gets no energy."""
     scene = os.path.join(tmp, "halves.toml")
     with open(scene, "w") as f:
         f.write(HALVES)
