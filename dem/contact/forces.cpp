@@ -106,12 +106,13 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
 }  // namespace
 
 ContactPass::ContactPass(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains,
-                         const Boundary& boundary, double dt, bool shown, Contacts& contacts)
+                         const Boundary& boundary, double dt, bool shown, Contacts& contacts, Odometer* odometer)
     : law_(law),
       pairs_(pairs),
       grains_(grains),
       boundary_(boundary),
       contacts_(contacts),
+      odometer_(odometer),
       rows_(rows_of(law, pairs, grains, boundary, dt, shown, contacts)) {}
 
 void ContactPass::tile(std::size_t t, Load* room) const {
@@ -121,8 +122,13 @@ void ContactPass::tile(std::size_t t, Load* room) const {
   rows.load = reinterpret_cast<double*>(load), rows.first = static_cast<std::uint32_t>(first);
   const TileWork work{law_, pairs_, grains_, boundary_, contacts_, rows, load, first, contacts_.plan.energy[t]};
   rows.context = &work;
+  if (odometer_) rows.blur = odometer_->blur();
   for (const Bin bin : pass_order) {
     const std::size_t begin = contacts_.tile[bin][t], end = contacts_.tile[bin][t + 1];
+    if (odometer_) {
+      rows.way = bin < first_wall ? odometer_->pairs() : odometer_->walls();
+      rows.until = odometer_->until(bin, t);
+    }
     if (begin != end) pair_kind(bin).pass(work, begin, end);
   }
 }

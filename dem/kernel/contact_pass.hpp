@@ -26,6 +26,10 @@ struct ContactRows {
   const double* laws;           // 8: see LawRow
   std::size_t law_count;
   double dt;
+  // A group of pairs of which none touches sleeps while `way` is less than its own of `until`.
+  double* until;         // of each group of this call (m); nullptr: all are looked at
+  double way;            // what gaps have lost so far, or more (m)
+  double blur;           // round-off of a gap, or more (m)
   double* touch;         // 8: normal overlap | force, 0; nullptr for spheres: nobody looks at this step
   std::uint8_t* active;  // touching
   double* load;  // 8: force, 0 | torque, 0; added to. Rows of the grains of the tile at hand, that of `first` first

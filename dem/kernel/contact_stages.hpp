@@ -206,10 +206,12 @@ GRUS_STAGE void hand_out(const ContactRows& s, std::size_t first, int kept, Chun
   }
 }
 
-/// The stage before all others: which pairs of [first, last) touch, their normals, overlaps and levers; how many groups
-/// are kept. Overlaps of touching pairs are positive.
+/// The stage before all others: which pairs from `next` on touch, until the chunk is full or the call's pairs, [first,
+/// last), are at an end; their normals, overlaps and levers; how many groups are kept. Overlaps of touching pairs are
+/// positive.
 template <Kind kind, bool attracts>
-int find_touching(const ContactRows& s, std::size_t first, std::size_t last, Chunk& c, double& parted);
+int find_touching(const ContactRows& s, std::size_t first, std::size_t last, std::size_t& next, Chunk& c,
+                  double& parted);
 
 template <Kind kind, class Law, bool friction, bool dashpot, bool couples = false>
 PassEnergy run(const ContactRows& s, std::size_t first, std::size_t last) {
@@ -218,9 +220,8 @@ PassEnergy run(const ContactRows& s, std::size_t first, std::size_t last) {
   PassEnergy e;
   double parted = 0;
   Chunk c;
-  for (std::size_t start = first; start < last; start += chunk) {
-    const int kept =
-        find_touching<kind, Law::attracts>(s, start, last - start < chunk ? last : start + chunk, c, parted);
+  for (std::size_t next = first; next < last;) {
+    const int kept = find_touching<kind, Law::attracts>(s, first, last, next, c, parted);
     meet<kind, Law, friction, dashpot>(s, kept, c);
     resist<Law::attracts, friction, dashpot, couples>(s, first, kept, c, sums);
     if constexpr (couples) hold_couples<kind, Law::attracts>(s, first, kept, c, sums);

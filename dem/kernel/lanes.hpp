@@ -276,6 +276,12 @@ GRUS_INLINE void subtract(const Rows& r, int, double* to) {
 
 GRUS_INLINE Real larger(Real a, Real b) { return select(less(a, b), b, a); }
 GRUS_INLINE Real smaller(Real a, Real b) { return select(less(b, a), b, a); }
+GRUS_INLINE double least_of(Real a) {
+  double x[width];
+  store(a, x);
+  for (int l = 1; l < width; ++l) x[0] = x[l] < x[0] ? x[l] : x[0];
+  return x[0];
+}
 
 /// The same of consecutive rows.
 GRUS_INLINE void load4(const double* base, std::size_t stride, Real& x, Real& y, Real& z, Real& w) {

@@ -92,9 +92,13 @@ GRUS_INLINE void put_columns(Chunk& c, int o, const Real3& n, Real overlap, cons
 }
 
 template <Kind kind, bool attracts>
-[[gnu::noinline]] int find_touching(const ContactRows& s, std::size_t first, std::size_t last, Chunk& c, double&) {
+[[gnu::noinline]] int find_touching(const ContactRows& s, std::size_t first, std::size_t last, std::size_t& next,
+                                    Chunk& c, double&) {
   int kept = 0;
-  for (std::size_t k = first; k < last; k += width) {
+  std::size_t k = next;
+  for (; k < last && kept < chunk / width; k += width) {
+    double* const until = s.until ? s.until + (k - first) / width : nullptr;
+    if (until && s.way < *until) continue;
     const int count = last - k < width ? static_cast<int>(last - k) : width, o = kept * width;
     const std::uint32_t *ia = s.a + k, *ib = s.b + k;
     const unsigned valid = (1u << count) - 1, before = flags(s.active + k) & valid;
@@ -109,7 +113,12 @@ template <Kind kind, bool attracts>
     load4(s.touch + 8 * k, 8, n.x, n.y, n.z, unused);
     if (before == 0) {  // the common case of near pairs that stay apart: one direction that parts them
       const Side a(A, A.local(n)), b(B, B.local(Real(-1.0) * n));
-      if ((bits(less(a.height + b.height - dot(n, r), Real(0.0))) & valid) == valid) continue;
+      const Real depth = a.height + b.height - dot(n, r);
+      if ((bits(less(depth, Real(0.0))) & valid) == valid) {
+        // Until the gap along this direction is used up it parts them: they would be left as they are.
+        if (until) *until = s.way + (least_of(select(mask_of(valid), Real(0.0) - depth, Real(1e300))) - s.blur);
+        continue;
+      }
     }
     scale = A.plus.x + A.minus.x + B.plus.x + B.minus.x;
     const Real enough = Real(1e-12) * scale * scale;  // as in shape/common_normal.cpp
@@ -181,6 +190,7 @@ template <Kind kind, bool attracts>
     c.count[kept] = count;
     ++kept;
   }
+  next = k;
   return kept;
 }
 

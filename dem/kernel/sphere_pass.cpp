@@ -20,10 +20,14 @@ template <Kind kind>
 
 /// Which pairs touch. Groups without any are left out, unless somebody looks.
 template <Kind kind, bool attracts>
-[[gnu::noinline]] int find_touching(const ContactRows& s, std::size_t first, std::size_t last, Chunk& c,
-                                    double& parted) {
+[[gnu::noinline]] int find_touching(const ContactRows& s, std::size_t first, std::size_t last, std::size_t& next,
+                                    Chunk& c, double& parted) {
   int kept = 0;
-  for (std::size_t k = first; k < last; k += width) {
+  std::size_t k = next;
+  const bool sleeps = s.until && !s.touch;
+  for (; k < last && kept < chunk / width; k += width) {
+    double* const until = sleeps ? s.until + (k - first) / width : nullptr;
+    if (sleeps && s.way < *until) continue;
     const int count = last - k < width ? static_cast<int>(last - k) : width, o = kept * width;
     const std::uint32_t *ia = s.a + k, *ib = s.b + k;  // columns go on by `group` beyond their end
     Real3 xa, d;
@@ -80,7 +84,13 @@ template <Kind kind, bool attracts>
         s.active[p] = 0;
       }
     }
-    if (touching == 0 && !s.touch) continue;
+    if (touching == 0 && !s.touch) {
+      if (sleeps) {
+        const Real apart = kind == Kind::spheres ? root(gap) - (ra + rb) : Real(0.0) - gap;
+        *until = s.way + (least_of(select(mask_of((1u << count) - 1), apart, Real(1e300))) - s.blur);
+      }
+      continue;
+    }
     const Real one(1.0), zero(0.0), half(0.5);
     if constexpr (kind == Kind::spheres) {
       const Real distance = root(gap);
@@ -106,6 +116,7 @@ template <Kind kind, bool attracts>
     c.count[kept] = count;
     ++kept;
   }
+  next = k;
   return kept;
 }
 

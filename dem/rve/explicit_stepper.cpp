@@ -13,6 +13,7 @@
 #include "dem/bond/bonds.hpp"
 #include "dem/bond/supports.hpp"
 #include "dem/contact/forces.hpp"
+#include "dem/contact/odometer.hpp"
 #include "dem/contact/way_bound.hpp"
 #include "dem/motion/critical_step.hpp"
 #include "dem/motion/inertia_by_step.hpp"
@@ -93,10 +94,10 @@ void rebuild(const Model& model, State& state, ListState found, bool indexed, Te
 /// earlier tiles have with it are done (pairs belong to the lower tile: nothing later needs the tile where it is). A
 /// thread moves its tiles while their data is at hand: it collects forces in a room that stays in its cache. One that
 /// has nothing left takes from the others, from the back: sums are by tile, so it is all the same who makes them.
-void force_and_move(const Model& model, State& state, const MotionSettings& settings, bool shown, bool bonded,
-                    Kick kick, Team& team) {
+void force_and_move(const Model& model, State& state, const MotionSettings& settings, Odometer* odometer, bool shown,
+                    bool bonded, Kick kick, Team& team) {
   Contacts& c = state.contacts;
-  const ContactPass contacts(model.law, model.pairs, state.grains, state.boundary, state.dt, shown, c);
+  const ContactPass contacts(model.law, model.pairs, state.grains, state.boundary, state.dt, shown, c, odometer);
   const SweepPass grains(kick, state.grains, c, settings, bonded, state.dt, state.grain_energy);
   const std::size_t n = state.grains.size(), tiles = tile_count(n), size = tile_size(n), words = tile_words(n);
   const std::uint32_t round = ++c.plan.round;
@@ -144,6 +145,9 @@ void force_and_move(const Model& model, State& state, const MotionSettings& sett
     }
   });
 }
+
+/// In runs of fewer steps no pair sleeps: in the first all are looked at, in the last they show what they are.
+constexpr std::uint64_t worth_sleeping = 4;
 
 /// Before a list is made: a run that blows up must end here, not in a search over an endless box.
 void check_speeds(const State& state) {
@@ -254,6 +258,9 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
   const double dt = state.dt;
   Step step{model, state, team, dt};
   WayBound bound(g, settings.affine, dt);
+  Odometer odometer(settings.affine, dt);
+  const bool sleeps = count >= worth_sleeping;
+  if (sleeps) odometer.wake(g, state.boundary, state.reference, state.contacts);
   bool moving = false;  // positions already opened by the sweep of the step before
   const auto power = [&] {
     return boundary_power(state.boundary, state.contacts) + cell_power(state.boundary.cell, state.bonds) +
@@ -271,19 +278,23 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
   for (std::uint64_t k = 0; k < count; ++k) {
     if (!moving) sweep(Kick::open, g, state.contacts, settings, false, dt, state.grain_energy, team);
     double& way = state.reference.travelled;
-    way += bound.of_step(k, 1.1 * take_speed(state.grain_energy), way);
+    const double speed = 1.1 * take_speed(state.grain_energy);
+    way += bound.of_step(k, speed, way);
+    odometer.step(k, speed);
     move_boundary(state.boundary, dt);
     if (const ListState found = look_at_list(g, state.boundary, state.reference); found != ListState::holds) {
       check_speeds(state);
       rebuild(model, state, found, passes.indexes(), team);
+      if (sleeps) odometer.wake(g, state.boundary, state.reference, state.contacts);
     }
     step.again = moving, step.pulled = false;
     const bool due = passes.due(state);
     moving = !due && k + 1 < count;
     for (const Pass* pass : passes)
       if (pass->before_forces) pass->before_forces(step);
-    force_and_move(model, state, settings, passes.shows() || !moving, step.pulled, moving ? Kick::both : Kick::close,
-                   team);
+    odometer.grow(step.reshaping.furthest);
+    force_and_move(model, state, settings, sleeps ? &odometer : nullptr, passes.shows() || !moving, step.pulled,
+                   moving ? Kick::both : Kick::close, team);
     for (const Pass* pass : passes)
       if (pass->after_forces) pass->after_forces(step);
     ++state.steps;

@@ -41,7 +41,7 @@ double furthest_growth(const PolyEllipsoid& before, const PolyEllipsoid& after) 
 
 void reshape_fragments(const Model& model, State& state, double duration, Reshaping& now, Team& team) {
   Grains& g = state.grains;
-  now.growths.clear();
+  now.growths.clear(), now.furthest = 0;
   const bool swells = model.swells();
   if (g.frame.empty() && !swells) return;  // spheres only: nothing has split
   if (swells && state.steps % pressure_every == 0) state.grain_pressure = mean_pressure(model.law, g, state.contacts);
@@ -84,6 +84,7 @@ void reshape_fragments(const Model& model, State& state, double duration, Reshap
     state.ledger.unexplained -= 0.5 * g.angular_momentum[i].dot(now_spin - spin) - put_in;
   }
   state.reference.grown += furthest, state.reference.travelled += swollen;
+  now.furthest = std::max(furthest, swollen);
   state.ledger.reshape += half_work(model, contacts, now.growths);
 }
 

@@ -18,6 +18,7 @@ struct Growth {
 /// Growth that a step of transition leaves for its second half, and columns that are kept from step to step.
 struct Reshaping {
   std::vector<Growth> growths;
+  double furthest = 0;  // by how much any surface grew (m)
   std::vector<std::uint8_t> held;
   std::vector<std::optional<PolyEllipsoid>> next;
 };
