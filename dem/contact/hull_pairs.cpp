@@ -83,6 +83,13 @@ double distance_of_pair(const Grains& g, const Cell& cell, const Candidate& pair
   return distance;
 }
 
+/// How far a direction from a to b parts them (m).
+double gap_along(const Grains& g, const Cell& cell, const Pair& pair, const Vec3& direction) {
+  const Mat3 back = g.frame[pair.a].axes.transpose();
+  return separation_along(hull_of_grain(g, pair.a), hull_of_grain(g, pair.b), back * g.frame[pair.b].axes,
+                          back * shift_of(g, cell, pair.a, pair.b, pair.image), back * direction);
+}
+
 /// Overlap with a wall, global; `to`: from the mass centre of hull i to the wall's point. Scenes refuse hulls at walls
 /// that have no overload here.
 Overlap overlap_at(const auto&, const Grains&, Index, const Vec3&) { return {}; }
@@ -124,7 +131,9 @@ void hulls(const TileWork& s, std::size_t begin, std::size_t end) {
   Contacts& contacts = s.contacts;
   const Grains& g = s.grains;
   const Cell& cell = s.boundary.cell;
+  double* const until = s.rows.until;  // see ContactRows; of single pairs
   for (std::size_t k = begin; k < end; ++k) {
+    if (until && s.rows.way < until[k - begin]) continue;
     const Pair& pair = contacts.pair[k];
     const Motion &a = g.motion[pair.a], &b = g.motion[pair.b];
     Vec3& search = contacts.touch[k].normal;
@@ -137,6 +146,7 @@ void hulls(const TileWork& s, std::size_t begin, std::size_t end) {
     if (!presses(o)) {
       // The direction that parts them is far cheaper to find out by in the next step.
       if (!o.parted) distance_of_pair(g, cell, {pair.a, pair.b, pair.image}, search);
+      if (o.parted && until) until[k - begin] = s.rows.way + (gap_along(g, cell, pair, search) - s.rows.blur);
       apart(contacts, k, s.energy);
       continue;
     }

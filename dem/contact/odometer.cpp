@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "dem/kernel/contact_pass.hpp"
+#include "dem/contact/pair_kinds.hpp"
 
 namespace grus::dem {
 namespace {
@@ -41,15 +41,16 @@ void Odometer::wake(const Grains& grains, const Boundary& boundary, const Neighb
   // Pairs are put on the list within 2.2 of its skin at most (mend.cpp), and part by less than two while it holds.
   reach_ = 2 * largest_ + 6 * reference.skin;
   // Kernels begin their groups anew with each tile and bin.
-  const auto width = static_cast<std::size_t>(lanes());
   tiles_ = tile_count(grains.size());
   first_.resize(bin_count * tiles_);
   std::size_t groups = 0;
-  for (std::size_t bin = 0; bin < bin_count; ++bin)
+  for (std::size_t bin = 0; bin < bin_count; ++bin) {
+    const auto width = static_cast<std::size_t>(pair_kind(bin).one_by_one ? 1 : lanes());
     for (std::size_t t = 0; t < tiles_; ++t) {
       first_[bin * tiles_ + t] = groups;
       groups += (contacts.tile[bin][t + 1] - contacts.tile[bin][t] + width - 1) / width;
     }
+  }
   until_.assign(groups, 0);
 }
 

@@ -36,6 +36,7 @@ struct PairKind {
   /// direction if there is one; left for the next. Null: the bounding spheres have said it, or there is none (walls).
   bool (*near)(const Grains& grains, const Cell& cell, const Candidate& pair, double skin, Vec3& normal);
   bool shown_always;              // touch is written in every step: its normal is where the next search begins
+  bool one_by_one;                // the pass takes and lets sleep single pairs, not groups of them
   bool rolls;                     // flat faces may meet: rolling can rule the time step
   std::uint64_t touching, apart;  // cost of a pair in a step, in units of a fifteenth of two touching spheres
 };

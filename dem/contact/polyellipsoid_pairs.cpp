@@ -70,7 +70,9 @@ template <class Law>
 void at_walls(const Law& law, const TileWork& s, std::size_t begin, std::size_t end) {
   Contacts& contacts = s.contacts;
   BlockEnergy& e = s.energy;
+  double* const until = s.rows.until;  // see ContactRows; of single pairs
   for (std::size_t k = begin; k < end; ++k) {
+    if (until && s.rows.way < until[k - begin]) continue;
     const Pair& pair = contacts.pair[k];
     Touch& touch = contacts.touch[k];
     const Motion& a = s.grains.motion[pair.a];
@@ -81,6 +83,7 @@ void at_walls(const Law& law, const TileWork& s, std::size_t begin, std::size_t 
     const double overlap = inward.dot(wall.point - tip);
     if (!(overlap > 0)) {
       apart(contacts, k, e);
+      if (until) until[k - begin] = s.rows.way - overlap - s.rows.blur;
       continue;
     }
     const Vec3 arm = tip - 0.5 * overlap * n - a.position;

@@ -3,6 +3,7 @@
 // are looked at, bit for bit, and against all pairs of grains in every step.
 #include "dem/contact/forces.hpp"
 #include "dem/rve/state_hash.hpp"
+#include "tests/hulls.hpp"
 #include "tests/physics/all_pairs.hpp"
 
 using namespace grus::dem;
@@ -216,6 +217,32 @@ TEST_CASE("of pairs at rest all groups sleep in which none touches, and no other
     CHECK(apart > 3);
     CHECK(asleep == apart);
   }
+}
+
+TEST_CASE("hulls that tumble at each other meet as if they had been looked at in every step") {
+  Team team(1);
+  Model model = hull_model(0.5, 1e6, 0.5);
+  model.numerics.time_step = 1e-4, model.numerics.skin = 0.5;
+  State s;
+  for (std::uint64_t i = 0; i < 27; ++i)
+    add_body(s, unit_cube(),
+             1.8 * Vec3(static_cast<double>(i % 3), static_cast<double>(i / 3 % 3), static_cast<double>(i / 9)),
+             random_rotation(2, i), 3 * (random_rotation(4, i) * Vec3(1, 0, 0)), random_rotation(3, i) * Vec3(0, 0, 2));
+  s.boundary.cell.vectors = 5.4 * Mat3::Identity();
+  prepare(model, s, team);
+  State awake = s;
+  std::size_t fewest = SIZE_MAX, most = 0;
+  for (int run = 0; run < 40; ++run) {
+    for (int k = 0; k < 100; ++k) {
+      run_steps(model, awake, 1, team);
+      std::size_t touch = 0;
+      for (std::size_t pair = 0; pair < awake.contacts.size(); ++pair) touch += awake.contacts.contact.touching(pair);
+      fewest = std::min(fewest, touch), most = std::max(most, touch);
+    }
+    run_steps(model, s, 100, team);
+    REQUIRE(hash(s) == hash(awake));
+  }
+  CHECK(most > fewest + 3);
 }
 
 TEST_CASE("readings of the odometer grow by twice the way, the strain of the reach, growth and walls") {
