@@ -134,13 +134,13 @@ template <Kind kind, bool attracts>
       }
       Real3 step;
       const unsigned good = newton_step(A, B, e, step) & bits(less(dot(step, step), Real(0.09)));
-      Real3 next = n + step;
-      next = inverse_root(dot(next, next)) * next;
-      const Evaluation trial(A, B, r, next);
+      Real3 further = n + step;
+      further = inverse_root(dot(further, further)) * further;
+      const Evaluation trial(A, B, r, further);
       const unsigned moved = open & good & ~bits(less(e.f + Real(1e-12) * scale, trial.f));
       hard |= open & ~moved;
       const Mask m = mask_of(moved);
-      n = chosen(m, next, n);
+      n = chosen(m, further, n);
       e.point_a = chosen(m, trial.point_a, e.point_a);
       e.point_b = chosen(m, trial.point_b, e.point_b);
       e.g = chosen(m, trial.g, e.g);
