@@ -128,6 +128,8 @@ void read_strength(Table& t, dem::FractureModel& f, double poissons_ratio, const
     weibull.modulus = w->number("modulus", dimension::none, positive);
     weibull.reference_radius = w->number("reference_radius", dimension::length, positive);
     weibull.size_exponent = w->number_or("size_exponent", 3 / weibull.modulus, dimension::none, not_negative);
+    weibull.linear = w->choice_or("law", "weibull", {"weibull", "linear"}) == "linear";
+    weibull.inherits = w->flag_or("inherit", false);
     f.strength_law = weibull;
     w->finish();
   }

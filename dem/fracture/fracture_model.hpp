@@ -15,16 +15,23 @@ struct UniformStrength {
 };
 
 /// Strength of a grain = characteristic strength x (ln 1/P)^(1/modulus) (r / reference_radius)^-size_exponent (eq 18,
-/// whose exponent -2w is a misprint: -3/w in three dimensions). P is the grain's own uniform draw.
+/// whose exponent -2w is a misprint: -3/w in three dimensions). P, the share that survives, is the grain's own uniform
+/// draw.
 struct Weibull {
   double modulus = 1, reference_radius = 0, size_exponent = 3;
+  bool linear = false;    // the straight line that Zhu & Zhao 2019 (eq 12) lay through survival
+  bool inherits = false;  // fragments have their parent's draw (their eq 15), not one of their own
 
   double operator()(double radius, std::uint64_t seed, std::uint64_t id) const {
     return factor(radius, random_uniform(seed, id, Purpose::strength));
   }
-  double factor(double radius, double p) const {
-    return std::pow(-std::log(p), 1 / modulus) * std::pow(radius / reference_radius, -size_exponent);
+  double factor(double radius, double p) const { return drawn(p) * of_size(radius / reference_radius); }
+  double drawn(double p) const {
+    constexpr double slope = -0.76, at_none = 1.13;
+    return linear ? (p - at_none) / slope : std::pow(-std::log(p), 1 / modulus);
   }
+  /// Strength over that of a grain whose radius is that many times smaller.
+  double of_size(double ratio) const { return std::pow(ratio, -size_exponent); }
 };
 
 /// Strength of a grain = strength x draw x (diameter / reference_diameter)^-size_exponent (Ciantia et al. 2015, eqs 7
@@ -119,6 +126,13 @@ struct FractureModel {
 
   double strength_factor(double radius, std::uint64_t seed, std::uint64_t id) const {
     return std::visit([&](const auto& law) { return law(radius, seed, id); }, strength_law);
+  }
+
+  /// Factor of a fragment that has its parent's draw; none: it has one of its own.
+  std::optional<double> inherited(double parents_factor, double parents_radius, double radius) const {
+    const auto* weibull = std::get_if<Weibull>(&strength_law);
+    if (!weibull || !weibull->inherits) return std::nullopt;
+    return parents_factor * weibull->of_size(radius / parents_radius);
   }
 };
 

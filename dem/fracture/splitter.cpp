@@ -2,6 +2,7 @@
 #include "dem/fracture/splitter.hpp"
 
 #include "dem/fracture/apollonian.hpp"
+#include "dem/fracture/shatter.hpp"
 #include "dem/fracture/split_hull.hpp"
 #include "dem/fracture/split_polyellipsoid.hpp"
 

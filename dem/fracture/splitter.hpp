@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "dem/fracture/partition.hpp"
 #include "dem/state/grains.hpp"
 
 namespace grus::dem {
@@ -31,7 +32,7 @@ struct FreshPlane {
   double area() const { return pi / 4 * (u_plus + u_minus) * (v_plus + v_minus); }
 };
 
-/// A plane between two hulls, in the parent's geometry frame.
+/// A plane between two of the hulls, in the parent's geometry frame.
 struct FreshFace {
   std::size_t below, above;  // pieces
   Vec3 normal;               // unit, from below to above
@@ -70,7 +71,12 @@ struct Cut {
   double energy = 0;  // J/m^2
 };
 
-using Splitter = std::variant<Halves, Balls, Cut>;
+/// As many hulls of one as it has cracked into (shatter.hpp); no bond holds them.
+struct Shatter {
+  PartingRules parting;
+};
+
+using Splitter = std::variant<Halves, Balls, Cut, Shatter>;
 
 /// Whether a splitter can do anything with a grain's shape.
 bool can_split(const Splitter& splitter, const Grains& grains, std::size_t i);

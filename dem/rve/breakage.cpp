@@ -162,10 +162,12 @@ Split split(const Model& model, State& state, const Break& b) {
   Grains& g = state.grains;
   const FractureModel& fracture = *model.materials[g.material[b.grain]].fracture;
   Split out;
-  out.pieces = pieces_of(fracture.splitter, g, b.grain, b.wanted, model.seed);
+  out.pieces = b.pieces ? *b.pieces : pieces_of(fracture.splitter, g, b.grain, b.wanted, model.seed);
   put_bodies(g, b.grain, out.pieces);
   state.ledger.planes_dropped += static_cast<std::size_t>(out.pieces.planes_dropped);
-  if (!out.pieces.face.empty()) cut_bonds(out.pieces, static_cast<Index>(b.grain), static_cast<Index>(g.size()), state);
+  const bool faced = !out.pieces.face.empty(), cuts = faced && std::holds_alternative<Cut>(fracture.splitter);
+  if (cuts) cut_bonds(out.pieces, static_cast<Index>(b.grain), static_cast<Index>(g.size()), state);
+  if (faced && !cuts) share_out(out.pieces, static_cast<Index>(b.grain), static_cast<Index>(g.size()), state);
   for (GrainSpec& piece : out.pieces.piece)
     piece.inertia = model.numerics.inertia_factor(equivalent_radius(piece.shape));
   g.orientation[b.grain] = out.pieces.orientation;
@@ -173,10 +175,12 @@ Split split(const Model& model, State& state, const Break& b) {
   Fines& fines = state.ledger.fines;
   const double before = fines.mass, moving = kinetic_energy(g, b.grain) + fines.kinetic;
   const Material& material = model.materials[g.material[b.grain]];
+  const double strength = g.strength[b.grain], radius = g.extent[b.grain].equivalent_radius;
   out.slots = replace_grain(g, b.grain, out.pieces, fracture.fines, fines);
   fines.volume += (fines.mass - before) / material.density;
   for (const std::size_t i : out.slots) {
     draw_strength(model, g, i);
+    if (const auto own = fracture.inherited(strength, radius, g.extent[i].equivalent_radius)) g.strength[i] = *own;
     g.utilisation[i] = NAN;
     if (!g.born.empty()) g.born[i] = state.steps;
   }
@@ -185,7 +189,7 @@ Split split(const Model& model, State& state, const Break& b) {
     for (const std::size_t i : out.slots) now += kinetic_energy(g, i);
     state.ledger.inertia += now - moving;
   }
-  if (!out.pieces.face.empty()) join_pieces(model, out.pieces, out.slots, state);
+  if (cuts) join_pieces(model, out.pieces, out.slots, state);
   return out;
 }
 

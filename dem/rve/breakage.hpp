@@ -11,6 +11,7 @@ namespace grus::dem {
 struct Break {
   std::size_t grain;
   Wanted wanted;
+  std::optional<Pieces> pieces = {};  // of a grain that was tested itself; none: its splitter makes them
 };
 
 /// A grain is found before its load is this much beyond what it can bear, as far as loads go on as since the last test.

@@ -96,6 +96,23 @@ void cut_bonds(const Pieces& pieces, Index i, Index second, State& state) {
     }
 }
 
+void share_out(const Pieces& pieces, Index i, Index second, State& state) {
+  for (const FreshFace& face : pieces.face) state.ledger.fracture_area += face.moments.area;
+  for (DeadLoad& load : state.bonds.load) {
+    if (load.grain != i) continue;
+    std::size_t in = 0;
+    double deepest = -INFINITY;
+    for (std::size_t k = 0; k < pieces.body.size(); ++k) {
+      double depth = INFINITY;
+      for (const Polyhedron::Face& face : pieces.body[k].face)
+        depth = std::min(depth, face.offset - face.normal.dot(load.at));
+      if (depth > deepest) deepest = depth, in = k;
+    }
+    load.grain = in == 0 ? i : second + static_cast<Index>(in) - 1;
+    load.at = pieces.place[in].axes.conjugate() * (load.at - pieces.place[in].origin);
+  }
+}
+
 void join_pieces(const Model& model, const Pieces& pieces, std::span<const std::size_t> slots, State& state) {
   Grains& g = state.grains;
   Bonds& bonds = state.bonds;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Bonds of a hull that is cut in two go to its halves, which get one between them.
+// Bonds of a hull that is cut in two go to its halves, which get one between them; what acts on one that falls into
+// many goes to these.
 #pragma once
 
 #include <span>
@@ -11,6 +12,10 @@ namespace grus::dem {
 /// Bonds, bonds with walls and dead loads of grain i go over to its pieces, those that the cut meets in two parts.
 /// `second`: the slot of the second piece; the first keeps the parent's, which is still what it was.
 void cut_bonds(const Pieces& pieces, Index i, Index second, State& state);
+
+/// Pieces that no bond holds: each dead load of grain i goes to the piece that its point is in, and the fresh faces are
+/// booked. `second`: as above; the others follow it.
+void share_out(const Pieces& pieces, Index i, Index second, State& state);
 
 /// Once the pieces are there: the bond of the fresh face, which bears nothing yet, and dashpots by the pieces' masses.
 void join_pieces(const Model& model, const Pieces& pieces, std::span<const std::size_t> slots, State& state);

@@ -36,7 +36,7 @@ int drop_planes(Polyhedron& body, std::int64_t kept) {
     Polyhedron best;
     double least = INFINITY;
     for (std::size_t f = 0; f < body.face.size(); ++f) {
-      if (body.face[f].tag == kept) continue;
+      if (body.face[f].tag >= kept) continue;
       Polyhedron wider = without(body, f, before.centre, size);
       if (wider.empty()) continue;
       if (const double volume = moments_of(wider).volume; volume < least) least = volume, best = std::move(wider);
