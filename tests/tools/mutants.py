@@ -99,6 +99,8 @@ def cannot_stand(text, span, place):
     if any(t.count(a) != t.count(b) for t in (old, new) for a, b in ("()", "[]", "{}")):
         return "brackets do not close"
     if not old.endswith((";", "}")):
+        if re.match(r"(return|throw)\b", old):
+            return "it is no whole statement"
         if "," in outside_of_brackets(old):
             return "a comma parts arguments: take one of them"
         if binds_otherwise(old, text[:span[0]].rstrip(), text[span[1]:].lstrip()):
