@@ -13,9 +13,10 @@ struct GivenInertia {
 };
 
 /// Masses of shifts and of turns, apart, of every grain whose eigenvalue is above `most` (1/s^2), raised until it is
-/// not; the motion that is too fast says which of them by how much. Where less than half of what a grain has would do,
-/// it falls to that. `floor`: by grain the least mass (kg), of either. Impacts of hulls count where nothing touches
-/// them. `held` is of the same grains.
+/// not; the motion that is too fast says which of them by how much. What gains mass keeps its momentum against the
+/// cell's own motion, and what gains moments its angular momentum. A hull that something touches falls to what its
+/// contacts and impacts ask for once half of what it has would do; all others count impacts, and keep what they have.
+/// `floor`: by grain the least mass (kg), of either. `held` is of the same grains.
 GivenInertia give_inertia(const HeldGrains& held, double most, const std::vector<double>& floor, Grains& grains);
 
 /// What it has added, over the grains as solids.
