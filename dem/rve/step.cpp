@@ -58,7 +58,6 @@ void rotate(State& state, const Mat3& r) {
   }
   for (auto& t : state.contacts.touch) t.normal = r * t.normal, t.force = r * t.force;
   for (Spot& spot : state.contacts.spot) spot.at = r * spot.at, spot.couple = r * spot.couple;
-  for (Vec3& normal : state.contacts.resting_normal) normal = r * normal;
   for_each_bond(state.bonds, [&](auto& bond) { bond.force = r * bond.force; });
   for (FaceBond& bond : state.bonds.face.row) bond.shear = r * bond.shear;
   for (FaceDashpot& d : state.bonds.dashpot) d.force = r * d.force, d.couple = r * d.couple;

@@ -145,3 +145,25 @@ TEST_CASE("stresses of the ground in classes: no member further off than the tol
   CHECK((classes[1].start == starts[3] && classes[2].start == starts[4] && classes[3].start == starts[5]));
   CHECK(stress_classes({{0, false, {}}}, 0.01).size() == 1);
 }
+
+TEST_CASE("the ground bears its surcharge and what lies above it, across its axis k0 of that; above its surface none") {
+  BvpScene scene;
+  scene.low = {-3, -7, -5}, scene.high = {3, 4, 7};
+  const double density = 1600, gravity = 9.81, k0 = 0.45, surcharge = 3e3, surface = 3;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    scene.gravity = {}, scene.gravity[axis] = -gravity;
+    scene.ground = Ground{k0, surface, surcharge, static_cast<int>(axis), 0};
+    for (const double height : {-2.3456, 0.1234, 2.98765, 3.0, 3.7}) {
+      fem::Point at{0.3, 0.2, 0.1};
+      at[axis] = height;
+      const double vertical = surcharge + density * gravity * std::max(0.0, surface - height);
+      const auto stress = ground_stress(scene, at, density);
+      // Depths are told apart by a millionth of the mesh.
+      const double grain = density * gravity * 0.5e-6 * (scene.high[axis] - scene.low[axis]);
+      for (std::size_t k = 0; k < 6; ++k) {
+        const double expected = k > 2 ? 0 : k == axis ? -vertical : -k0 * vertical;
+        CHECK(stress[k] == Approx(expected).epsilon(1e-12).margin(1.01 * grain));
+      }
+    }
+  }
+}

@@ -84,6 +84,10 @@ TEST_CASE("a quantity is its number in SI units, with prefixes above and under t
                        Row{"300 \u00b5m", dimension::length, 3e-4},  // the micro sign
                        Row{"300 \u03bcm", dimension::length, 3e-4},  // the Greek letter
                        Row{"3 m/\u00b5s", dimension::speed, 3e6},
+                       Row{"36 km/h", dimension::speed, 10},
+                       Row{"1.5 h", dimension::time, 5400},
+                       Row{"4 kg/m s^-2", dimension::pressure, 4},  // what follows a divisor multiplies again
+                       Row{"4 N/mm cm^-1", dimension::pressure, 4e5},
                        Row{"250", dimension::pressure, 250}}) {
     INFO(r.text);
     CHECK(parse_quantity(r.text, r.dimension).value == Approx(r.value).epsilon(1e-12));

@@ -168,6 +168,23 @@ TEST_CASE("a softer start waits for its weight to be borne before the load begin
   }
 }
 
+TEST_CASE("the rate that the nodes' drift goes by is meant over five crossings of the mesh, as the drift is") {
+  fem::Problem problem = column(1e-3);
+  fem::Material m = fem::elastic_material(problem.owned_points(), E, nu);
+  ExplicitStaticsOptions o = free_of_limits();
+  o.output_interval = 1e-7, o.crossings = 500;
+  const double memory = 5 * fem::crossing_steps(problem, o);
+  int early = 0;
+  fem::solve_explicit_statics(problem, m, o, [&](const ExplicitStaticsReport& r) {
+    // Each step's rate counts 1 / memory, less by so much with each step since; together they are the load factor.
+    CHECK(r.mean_rate <= r.load_factor / memory * (1 + 1e-9));
+    CHECK(r.mean_rate >= r.load_factor / memory * std::pow(1 - 1 / memory, static_cast<double>(r.steps)));
+    early += static_cast<double>(r.steps) < 0.5 * memory;
+    return r.load_factor < 1e-4;
+  });
+  CHECK(early > 0);
+}
+
 TEST_CASE("an element that carries next to nothing has a thousandth of the largest density; the others their own") {
   fem::Problem problem = column(1e-3);
   fem::Problem::Impl& p = problem.impl();

@@ -107,6 +107,57 @@ TEST_CASE("means and fields of an evenly strained body are its strain and stress
     CHECK(moved[k] == Approx(middle[static_cast<int>(k)]).epsilon(1e-9).margin(1e-15));
 }
 
+TEST_CASE("small strains are meant over the volume as it was: between ends that stay their mean is none") {
+  fem::BoundaryCondition all;
+  all.name = "all", all.where = [](const Point&) { return true; }, all.displacement = {0.0, 0.0, 0.0};
+  all.at = [](const Point& x) { return Point{0.4 * x[0] * (1 - x[0]), 0, 0}; };
+  fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {4, 1, 1}, true, {}}, {1, 2, false}, {all});
+  solve(problem, fem::elastic_material(problem.owned_points(), 1e8, 0.2));
+  CHECK(std::abs(problem.mean_strain()[0]) < 1e-12);
+  CHECK(std::abs(problem.mean_stress()[0]) < 1e-12 * 1e8);
+}
+
+TEST_CASE("a report tells the norm of all forces, inside and applied, and the mean of a tangent's diagonal") {
+  const double E = 1e8, nu = 0.3, lambda = E * nu / ((1 + nu) * (1 - 2 * nu)), mu = E / (2 * (1 + nu));
+  fem::BoundaryCondition load;
+  load.traction = Point{2e6, -1e6, 3e6};
+  Eigen::Matrix3d h = Eigen::Matrix3d::Zero();
+  h(0, 0) = 0.01, h(1, 2) = 0.02;
+  fem::Problem problem = deformed(h, false, load);
+  fem::Material m = fem::elastic_material(problem.owned_points(), E, nu);
+  fem::StaticsOptions o;
+  o.increments = 1;
+  double force = 0, stiffest = 0;
+  REQUIRE(fem::solve_statics(problem, m, o, [&](const fem::IncrementReport& r) {
+            force = r.largest_force, stiffest = r.stiffest;
+            return true;
+          }).converged);
+  double inside = 0, applied = 0;
+  for (const double f : problem.impl().internal->array()) inside += f * f;
+  for (const double f : problem.impl().external->array()) applied += f * f;
+  REQUIRE(std::min(inside, applied) > 0.1 * std::max(inside, applied));
+  CHECK(force == Approx(std::sqrt(inside + applied)).epsilon(1e-9));
+  CHECK(stiffest == Approx((3 * (lambda + 2 * mu) + 3 * mu) / 6).epsilon(1e-9));
+}
+
+TEST_CASE("no element turns inside out, whatever its strains are") {
+  for (const bool finite : {false, true}) {
+    Eigen::Matrix3d h = Eigen::Matrix3d::Zero();
+    h(0, 0) = -1.5;
+    fem::Problem problem = deformed(h, finite, {});
+    fem::Material m = fem::elastic_material(problem.owned_points(), 1e8, 0.2);
+    fem::StaticsOptions o;
+    o.increments = 1;
+    double reached = 0;
+    const auto done = fem::solve_statics(problem, m, o, [&](const fem::IncrementReport& r) {
+      reached = r.load_factor;
+      return true;
+    });
+    CHECK_FALSE(done.converged);
+    CHECK(reached < 1 / 1.5);
+  }
+}
+
 TEST_CASE("a plate of plane strain bears by its thickness") {
   double force[2];
   for (const bool thick : {false, true}) {

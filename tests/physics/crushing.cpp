@@ -2,6 +2,7 @@
 // Runs of crushable spheres: linear contacts by modulus, grains that do not turn, and where breaking is hard.
 #include "dem/rve/crushing.hpp"
 #include "dem/rve/loading.hpp"
+#include "dem/rve/rve.hpp"
 #include "tests/physics/crushable.hpp"
 
 using namespace grus::dem;
@@ -103,9 +104,32 @@ TEST_CASE("all grains of a cell break in one test, at its seam and in its corner
   CHECK(s.ledger.breakages == n * n * n);
   CHECK(s.grains.size() == 14 * n * n * n);
   CHECK(std::abs(total_mass(s.grains) + s.ledger.fines.mass - mass) < 1e-12 * mass);
+  CHECK(s.ledger.fines.volume == Approx(s.ledger.fines.mass / 2650).epsilon(1e-12));  // of all events together
   const double speed = std::sqrt(2 * kinetic_energy(s.grains) / mass);
   CHECK((momentum(s.grains) + s.ledger.fines.momentum).norm() < 1e-9 * mass * speed);
   CHECK(std::abs(energy_error(s.ledger, stored_energy(model, s))) < 0.01);
+}
+
+TEST_CASE("a hold that asks for nothing else goes on for a window in which no grain breaks") {
+  for (const bool breaks : {false, true}) {
+    Material material = crushable({breaks ? 1.0 : 1e12, pi / 9}, 0.4);
+    material.fracture->limit = {0.6 * R, 255, 0};  // once
+    const Model model = model_of(material);
+    State s;
+    const double pitch = 2 * R * (1 - 1e-3);
+    for (int k = 0; k < 27; ++k) add(s, PolyEllipsoid::sphere(R), pitch * Vec3(k % 3, k / 3 % 3, k / 9), 2650);
+    s.boundary.cell.vectors = 3 * pitch * Mat3::Identity();
+    Team team(1);
+    prepare(model, s, team);
+    run_steps(model, s, 1, team);
+    s.next_test = s.steps + 1;
+    QuasiStatic q;
+    q.unbalanced_force = q.stress_change = 1e9, q.window = 40;
+    const Response r = hold(model, q, s, team);
+    CHECK(r.stable);
+    CHECK(s.ledger.breakages == (breaks ? 27 : 0));
+    CHECK((breaks ? r.hold_steps > 40 : r.hold_steps == 40));
+  }
 }
 
 TEST_CASE("a grain that breaks in a corner between walls, a hundred times larger than its neighbour") {

@@ -98,6 +98,23 @@ TEST_CASE("a random packing in a cylinder fills it to the fraction, and all of i
   CHECK(p.worst_overlap < 1e-6);
 }
 
+TEST_CASE(
+    "grains that do not meet lie evenly over a cylinder's disc, and there are as many as come nearest to the "
+    "fraction") {
+  const Vec3 box(0.02, 0.02, 0.015);
+  const double r = 1e-4, each = 4 * pi / 3 * r * r * r / (pi / 4 * box.prod());
+  Team team(1);
+  for (const double grains : {1500.3, 1500.7}) {
+    const Packing p = random_packing(box, {"constant", r, 0, 0, 0}, grains * each, 0, Container::cylinder, 3, team, {});
+    CHECK(static_cast<double>(p.spheres.size()) == std::round(grains));
+    CHECK(std::pow(p.spheres[0].radius / r, 3) == Approx(grains / std::round(grains)).epsilon(1e-9));
+    double sum = 0;  // of the area within each: even from 0 to 1, but for what the wall pushes in
+    for (const Sphere& s : p.spheres) sum += std::pow(std::hypot(s.position[0] - 0.01, s.position[1] - 0.01) / 0.01, 2);
+    const double n = static_cast<double>(p.spheres.size());
+    CHECK(sum / n == Approx(0.5).margin(3 / std::sqrt(12 * n) + r / 0.01));
+  }
+}
+
 TEST_CASE("a sample in a cylinder is loaded by a stress that rises: its lid follows") {
   Model model = model_of(solid(0.5e9, 0.3, 2650, 0.3));
   model.materials[0].damping = 0.3;

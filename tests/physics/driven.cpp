@@ -134,6 +134,9 @@ TEST_CASE("a cell that is cut anew is the same cell: stress, energy, what follow
   CHECK_FALSE(reduce_cell(cut, 3));
   REQUIRE(reduce_cell(cut, 1.5));
   CHECK(cut.boundary.cell.height() > 1.5 * s.boundary.cell.height());
+  // What it was when its list was made is told by the same edges: the strain since is no other.
+  const auto since = [](const State& of) { return Mat3(of.boundary.cell.vectors * of.reference.cell.inverse()); };
+  CHECK((since(cut) - since(s)).norm() < 1e-12);
   CHECK(cut.boundary.cell.whole != Mat3::Identity());
   CHECK((cut.boundary.cell.began() * began.inverse() - s.boundary.cell.vectors * began.inverse()).norm() < 1e-12);
   const Mat3 before = stress_of(s);

@@ -269,6 +269,14 @@ TEST_CASE("fragments: the largest first, and each cell's number is its fragment'
   const Fragments f = fragments_of(s);  // 0 | 1 2 | 3 4 5 6 | 7 8
   CHECK(f.size == std::vector<std::size_t>{4, 2, 2, 1});
   CHECK(f.of == std::vector<Index>{3, 1, 1, 0, 0, 0, 0, 2, 2});
+  State t = state_of_voronoi(model, row_of(4, 1));
+  auto& few = t.bonds.face.row;
+  few.erase(few.begin());
+  REQUIRE(few.size() == 2);
+  few[0].ends.a = 1, few[0].ends.b = 2, few[1].ends.a = 0, few[1].ends.b = 3;
+  const Fragments g = fragments_of(t);  // 0 3 | 1 2: of those of one size the one with the first cell comes first
+  CHECK(g.size == std::vector<std::size_t>{2, 2});
+  CHECK(g.of == std::vector<Index>{0, 1, 1, 0});
 }
 
 TEST_CASE("two cells twisted, and sheared, until their bond is gone: G_II of its area, and the books close") {

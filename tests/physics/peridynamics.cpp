@@ -231,6 +231,7 @@ TEST_CASE("a platen test cracks a sphere into a few pieces; its bonds give up on
     CHECK(low.verdict == CrackVerdict::holds);
     CHECK(low.rounds > 0);
     CHECK(!low.cracked);
+    const std::vector<bool> under = points_near(make_lattice(ball, m.lattice, 7, id), pressed(d), m.lattice.patch * d);
     std::vector<double> at;
     for (const double force : {230.0, 400.0, 2000.0}) {  // however far the load is above what it bears
       const CrackResult r = crack_test(ball, pressed(d, force), m, s, 7, id);
@@ -238,8 +239,11 @@ TEST_CASE("a platen test cracks a sphere into a few pieces; its bonds give up on
       check_whole(r, ball);
       CHECK(r.cracked->pieces <= 4);
       at.push_back(force * r.load_factor);
-      // Neighbours of different pieces, each a face of a spacing squared seen under all angles alike.
       const CrackedLattice& c = *r.cracked;
+      for (std::size_t i = 0; i < under.size(); ++i)
+        if (under[i]) CHECK(c.damage[i] == 0);
+      CHECK(*std::max_element(c.damage.begin(), c.damage.end()) > 0.2);
+      // Neighbours of different pieces, each a face of a spacing squared seen under all angles alike.
       double faces = 0;
       for (std::size_t i = 0; i < c.points.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)

@@ -181,6 +181,11 @@ TEST_CASE("the slight rotation draws its angles from both outer halves, and its 
     const double alpha = std::atan2(r(1, 2), r(2, 2)), gamma = std::atan2(r(0, 1), r(0, 0));
     for (double a : {alpha, gamma})
       REQUIRE((std::abs(a) >= 0.5 * theta * (1 - 1e-9) && std::abs(a) <= theta * (1 + 1e-9)));
+    const double read[3] = {alpha, b, gamma};
+    for (std::uint64_t k = 0; k < 3; ++k) {  // the angles that were drawn, each with its sign
+      const double u = 2 * random_uniform(7, id, Purpose::rotation, k) - 1;
+      REQUIRE(std::abs(read[k] - std::copysign(0.5 * theta * (1 + std::abs(u)), u)) < 1e-12);
+    }
     const Vec3 a1(std::cos(b) * std::cos(gamma),
                   std::cos(gamma) * std::sin(alpha) * std::sin(b) - std::cos(alpha) * std::sin(gamma),
                   std::sin(alpha) * std::sin(gamma) + std::cos(alpha) * std::cos(gamma) * std::sin(b));

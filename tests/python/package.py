@@ -82,6 +82,7 @@ def case_set(tmp):
     need(
         abs(np.linalg.det(cell) / (grains["volume"].sum()) - 1 - facts["void_ratio"]) < 1e-9,
         f"void ratio {facts['void_ratio']}")
+    need(np.allclose(grains["radius"], np.cbrt(grains["volume"] / (4 / 3 * np.pi)), rtol=1e-12), "radii of spheres")
     # A turn turns the stress (objective), and does no work.
     state, work = alone.get_state(), facts["work_J"]
     c, s = np.cos(0.3), np.sin(0.3)
@@ -89,6 +90,8 @@ def case_set(tmp):
     turned, _ = alone.advance(R)
     T = lambda v: np.array([[v[0], v[5], v[4]], [v[5], v[1], v[3]], [v[4], v[3], v[2]]])
     need(np.abs(T(turned) - R @ T(one) @ R.T).max() < 2e-3 * np.abs(one).max(), "the stress has not turned")
+    alone.commit()
+    need(np.allclose(alone.cell(), R @ cell, rtol=1e-9, atol=1e-12 * cell.max()), f"edges {alone.cell()} after a turn")
     alone.set_state(state)
     need(alone.facts()["work_J"] == work, "a state that is put back has another work")
     # The tangent against a difference of two cells that do not break, over a strain that slides little.

@@ -157,6 +157,9 @@ def use():
     need(shared and stress[0, 2] < -1e6, f"stress {stress[:, 2]}")
     need("grains" in repr(cell) and "Sample" in repr(rves), f"{cell!r} {rves!r}")
     need(rves.scene["grains"]["kind"] == "random", "a set of a sample does not tell what it was asked for")
+    ball = grus.Grain(position=(3e-3,) * 3, radius=1e-3, velocity=(1, 2, 3), spin=(4, 5, 6))
+    told = grus.Sample(sand, [ball], box=[6e-3] * 3).grains()
+    need((told["velocity"] == [[1, 2, 3]]).all() and (told["spin"] == [[4, 5, 6]]).all(), f"how it moves: {told}")
 
 
 def refused():

@@ -131,6 +131,44 @@ def contraction(values):
     values.same("bvp.summary:newton_contraction", third.told["newton_contraction"], falls, 1e-6)
 
 
+TIED = """
+[mesh]
+box = { size = ["2 mm", "1 mm", "1 mm"], cells = [2, 1, 1] }
+[element]
+kind = "standard"
+[[region]]
+where = "x<0.001"
+material = "elastic"
+youngs_modulus = "1 GPa"
+poissons_ratio = 0
+density = 2000
+[[region]]
+where = "x>0.001"
+material = "elastic"
+youngs_modulus = "3 GPa"
+poissons_ratio = 0
+density = 2000
+[[boundary]]
+where = "x=min"
+displacement = [0, 0, 0]
+[[boundary]]
+where = "x=max"
+displacement = ["2 um", 0, 0]
+[[probe]]
+name = "between"
+at = ["1 mm", "0.5 mm", "0.5 mm"]
+[solve]
+kind = "quasi-static"
+increments = 1
+"""
+
+
+def tied(values):
+    """Of points as near as each other the first is told: eight about the plane between a soft and a stiff brick."""
+    run = values.run("bvp", "tied", TIED)
+    values.same("bvp.columns:probe_between_strain_xx", run.last["probe_between_strain_xx"], 1.5e-3, 1e-6)
+
+
 def held(values):
-    for check in (elastic, contraction):
+    for check in (elastic, contraction, tied):
         check(values)

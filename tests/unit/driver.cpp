@@ -59,6 +59,7 @@ struct Bars {
       Response& r = outcomes[k].response;
       for (const Mat3& f : tasks[k].path) bar = bar.after(f(2, 2)), ++r.steps;
       r.stress(2, 2) = bar.stress(), r.tangent(2, 2) = believed * bar.tangent();
+      r.unbalanced_force = 0.1 * (1 - bar.length), r.stress_change = 0.2 * (1 - bar.length);
       const bool reached = bar.length >= shortest;
       outcomes[k].given_up = !reached && tasks[k].pace != Pace::relaxed;
       r.stable = reached || outcomes[k].given_up;
@@ -137,6 +138,22 @@ TEST_CASE("every point hears its own bar; those of one history have one between 
   CHECK((d.bars.committed.size() == 3 && d.report().distinct == 3 && e.bars.committed.size() == 4));
   CHECK((d.report().asked == 8 && d.report().advanced == 4 + 3 && e.report().advanced == 4));
   CHECK(d.report().dem_steps == 7);
+}
+
+TEST_CASE("the worst of the points is told, of the last commit alone, wherever it is among them") {
+  RveOptions apart;
+  apart.exact_sharing = false;
+  for (std::size_t worst = 0; worst < 3; ++worst) {
+    Driven three(3, apart);
+    for (const double least : {0.96, 1.01}) {  // lengths then: 0.96, 0.9696 after 0.99, 0.9801
+      std::vector<double> stretches(3, 0.99);
+      stretches[worst] = least;
+      three.go(stretches);
+      const double length = least < 1 ? 0.96 : 0.9696;
+      CHECK(three.report().worst_unbalanced == Approx(0.1 * (1 - length)));
+      CHECK(three.report().worst_stress_change == Approx(0.2 * (1 - length)));
+    }
+  }
 }
 
 TEST_CASE("a point rides on a similar one to first order; where they part it goes its own way, and its error is told") {

@@ -54,6 +54,23 @@ TEST_CASE("planes beside a hull, in a face and through a corner of a cube") {
   CHECK(part_beyond(cube.view(), diagonal, 0.5 * std::sqrt(3.0)).volume < 1e-15);
 }
 
+TEST_CASE("a plane through a corner cuts off what planes just before and behind it do") {
+  const Tessellation cells = some_cells(8);
+  for (const Polyhedron& body : cells.body) {
+    const Shape shape(body);
+    const double size = std::cbrt(shape.store.row[0].volume), near = 1e-9 * size;
+    for (int v = 0; v < shape.view().vertices; ++v)
+      for (int k = 0; k < 3; ++k) {
+        const Vec3 corner = shape.view().vertex[v];
+        const auto beyond = [&](double off) { return part_beyond(shape.view(), Vec3::Unit(k), corner[k] + off); };
+        const SolidMoments before = beyond(-near), at = beyond(0), behind = beyond(near);
+        CHECK(before.volume >= at.volume - 1e-14 * size * size * size);
+        CHECK(at.volume >= behind.volume - 1e-14 * size * size * size);
+        if (at.volume > 0.1 * size * size * size) CHECK((before.centre - at.centre).norm() < 1e3 * near);
+      }
+  }
+}
+
 TEST_CASE("the polygon of a bond has its area and moments; parts of it add up to the whole") {
   const Model model = rock(elastic());
   Team team(1);

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Stresses that are held: how far off they are, and what walls that press do about a sample that drifts.
+#include "dem/packing/packing.hpp"
+#include "dem/rve/loading.hpp"
+#include "dem/rve/measure.hpp"
+#include "dem/rve/press.hpp"
+#include "dem/rve/servo.hpp"
+#include "tests/helpers.hpp"
+
+using namespace grus::dem;
+using namespace grus::dem::test;
+
+TEST_CASE("the error of a stress is that of the axis that is furthest off, and of the mean where that is asked") {
+  State s;
+  s.boundary.cell.vectors = Mat3::Identity();
+  Measurement m;
+  const Vec3 asked(-1e6, -2e6, -4e6);
+  for (int worst = 0; worst < 3; ++worst) {
+    Vec3 found = 1.01 * asked;
+    found[worst] = 0.9 * asked[worst];
+    m.stress = found.asDiagonal();
+    Loading loading;
+    for (int k = 0; k < 3; ++k) loading.axes[static_cast<std::size_t>(k)] = {0, asked[k], 1};
+    CHECK(stress_error(s, loading, m) == Approx(0.1));
+    loading.axes[static_cast<std::size_t>(worst)] = {0, {}, 1};  // driven: nothing is asked of it
+    CHECK(stress_error(s, loading, m) == Approx(0.01));
+  }
+  m.stress = -2.2e6 * Mat3::Identity();
+  Loading of_mean;
+  of_mean.mean = -2e6;
+  CHECK(stress_error(s, of_mean, m) == Approx(0.1));
+}
+
+TEST_CASE("a sample that drifts is held by a hundredth of what presses it, as its weight would be, and no more") {
+  Model model = model_of(solid(10e9, 0.2, 2650, 0.5, 0.5));
+  set_damping(model, 0.2);
+  Team team(1);
+  State s;
+  const Packing p = random_packing(Vec3::Constant(8e-3), {"uniform", 1e-3, 0, 0.8e-3, 1.2e-3}, 0.53, 0, false, 1);
+  for (const auto& sphere : p.spheres) add(s, PolyEllipsoid::sphere(sphere.radius), sphere.position, 2650);
+  add_box(s, 8e-3);
+  prepare(model, s, team);
+  Loading loading;
+  loading.driven = loading.holds = true;
+  for (auto& axis : loading.axes) axis = {0, -1e6, 100};
+  begin_loading(model, s, loading);
+  load(model, s, loading, 4e-3, team);
+  const auto speeds = [&](State now) {
+    press_walls(model, now, loading);
+    return std::array{now.boundary.walls[0].velocity.x(), now.boundary.walls[1].velocity.x()};
+  };
+  // Grains that no wall feels drift: not at all, and far faster than the hundredth lets be stopped.
+  std::vector<bool> felt(s.grains.size());
+  for (std::size_t k = s.contacts.begin[first_wall]; k < s.contacts.size(); ++k) felt[s.contacts.pair[k].a] = true;
+  double inner = 0;
+  for (std::size_t i = 0; i < felt.size(); ++i) inner += felt[i] ? 0 : s.grains.mass[i];
+  const auto drifting = [&](double drift) {
+    State now = s;
+    for (std::size_t i = 0; i < felt.size(); ++i)
+      if (!felt[i]) now.grains.motion[i].velocity.x() += (drift - momentum(s.grains).x()) / inner;
+    return now;
+  };
+  const double volume = bulk_volume(s.boundary), width = size_of(s.boundary).x(), mass = total_mass(s.grains);
+  const double force = 1e6 * volume / width, all_of_it = force * width / std::sqrt(1e6 * volume / mass);
+  const auto still = speeds(drifting(0)), braked = speeds(drifting(0.2 * all_of_it));
+  model.motion.gravity = Vec3(0.01 * force / mass, 0, 0);
+  const auto weighs = speeds(drifting(0));
+  for (std::size_t w = 0; w < 2; ++w) {
+    CHECK(std::abs(weighs[w] - still[w]) > 1e-3);
+    CHECK(std::abs(braked[w] - weighs[w]) < 1e-9 * std::abs(weighs[w] - still[w]));
+  }
+}
