@@ -96,6 +96,8 @@ def cannot_stand(text, span, place):
     if place["file"].endswith(".py"):
         return python_faults.cannot_stand(text, span)
     old, new = place["old"].strip(), place["new"].strip()
+    if "//" in text[:span[0]].rpartition("\n")[2]:
+        return "it stands in a comment"
     if any(t.count(a) != t.count(b) for t in (old, new) for a, b in ("()", "[]", "{}")):
         return "brackets do not close"
     if not old.endswith((";", "}")):
