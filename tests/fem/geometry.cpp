@@ -218,6 +218,10 @@ TEST_CASE("mesh files: both formats, tags, and one line for what is wrong") {
   CHECK(changed("6 2 1 0\n", "6 2 1 0.5\n").find("plane z = 0") != std::string::npos);
   CHECK(changed("4 3 2 7 1 1 2 5 4\n5 3 2 9 1 2 3 6 5", "4 1 2 7 1 1 2\n5 1 2 9 1 2 3").find("holds no triangles") !=
         std::string::npos);
+  const std::string fan =
+      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n5\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 1 1 0\n5 0 -1 0\n"
+      "$EndNodes\n$Elements\n3\n1 2 2 1 1 1 2 3\n2 2 2 1 1 1 2 4\n3 2 2 1 1 1 5 2\n$EndElements\n";
+  CHECK(message(fan).find("share the side with nodes 1 2: they overlap") != std::string::npos);
   CHECK(changed("1 1 2 1 1 1 2", "1 1 2 -1 1 1 2") == "accepted");
   CHECK(fem::read_msh(written("bad.msh", v2)).notes.empty());
   std::string negative = v2;

@@ -53,6 +53,7 @@ def case_set(tmp):
     need(stress[2, 2] < stress[0, 2] < -1e6 and (stress[0] == stress[3]).all(),
          f"stress along z {stress[:, 2]}: compression is negative, and grows")
     need(rves.distinct == 2, f"{rves.distinct} RVEs for two histories")
+    need(rves.scene["numerics"].get("skin") == 0.12, "the scene as used does not tell what it leaves out")
     again, none = rves.advance(increments(4, 1e-3, 1e-3, 2e-3, 1e-3), tangent=False)
     need((again == stress).all() and none is None, "a second advance does not start from the committed state")
     rves.commit()
