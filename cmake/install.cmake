@@ -5,7 +5,8 @@ include(CMakePackageConfigHelpers)
 # The public headers; headers.cmake adds what they include, and no more. tools/check_install.py compiles each alone.
 set(public grus/rve.hpp grus/rves.hpp grus/sample.hpp grus/scene.hpp dem/rve/step.hpp dem/rve/stepper.hpp)
 if(GRUS_FEM)
-  list(APPEND public fem/dynamics.hpp fem/explicit_statics.hpp fem/session.hpp fem/statics.hpp coupling/rve_material.hpp)
+  list(APPEND public fem/dynamics.hpp fem/explicit_statics.hpp fem/regularisation.hpp fem/session.hpp fem/statics.hpp coupling/rve_material.hpp
+    coupling/start_stiffness.hpp)
 endif()
 install(CODE "set(source \"${PROJECT_SOURCE_DIR}\")\nset(public \"${public}\")" COMPONENT dev)
 install(SCRIPT ${PROJECT_SOURCE_DIR}/cmake/headers.cmake COMPONENT dev)

@@ -6,6 +6,7 @@
 #include "apps/bvp/standing.hpp"
 #include "apps/run/folder.hpp"
 #include "apps/run/same_scene.hpp"
+#include "coupling/start_stiffness.hpp"
 #include "dem/base/error.hpp"
 
 namespace grus::app {
@@ -44,7 +45,8 @@ dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene) {
   const std::string path = checkpoint_of(options);
   dem::Checkpoint kept = dem::read_checkpoint(path);
   const auto about = nlohmann::json::parse(kept.about, nullptr, false);
-  if (about.is_discarded() || about.value("program", "") != "grus-bvp" || kept.parts.size() < 2 + scene.regions.size())
+  if (about.is_discarded() || about.value("program", "") != "grus-bvp" ||
+      kept.parts.size() < 2 + scene.regions.size() + (scene.regularisation ? 1 : 0))
     throw InputError(path + ": not a checkpoint of grus-bvp");
   const nlohmann::json cell = scene.has_rve ? *scene.unit_cells[0].record : nlohmann::json();
   refuse_changes(path, about.value("scene", nlohmann::json()), *scene.record);
@@ -53,12 +55,12 @@ dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene) {
 }
 
 BvpRun::BvpRun(const BvpScene& scene, const Options& options, BvpSetup setup, dem::Checkpoint kept,
-               coupling::RveFarm* farm)
+               coupling::RveFarm* farm, const dem::Model* model)
     : scene_(scene), options_(options), setup_(std::move(setup)), kept_(std::move(kept)) {
   std::vector<fem::Material> parts;
   if (farm) {
     rves_.emplace(*farm, setup_.states, setup_.points.start, scene.rve);
-    parts.push_back(rves_->material());
+    parts.push_back(scene.regularisation ? regularise(*model) : rves_->material());
   } else {
     parts.push_back(fem::elastic_material(0, 1, 0));  // of no point
   }
@@ -82,7 +84,24 @@ BvpRun::BvpRun(const BvpScene& scene, const Options& options, BvpSetup setup, de
     }
   }
   if (scene.weighs()) setup_.problem->set_gravity(scene.gravity, density_);
-  output_.emplace(options.directory, scene, *setup_.problem, setup_.points, setup_.states, rves_ ? &*rves_ : nullptr);
+  output_.emplace(options.directory, scene, *setup_.problem, setup_.points, setup_.states, rves_ ? &*rves_ : nullptr,
+                  regularised_ ? &*regularised_ : nullptr);
+}
+
+/// The RVEs behind the average of what they are told.
+fem::Material BvpRun::regularise(const dem::Model& model) {
+  std::vector<std::size_t> points;
+  for (std::size_t i = 0; i < setup_.points.group.size(); ++i)
+    if (setup_.points.group[i] == 0) points.push_back(i);
+  try {
+    regularised_.emplace(*setup_.problem, rves_->material(), points,
+                         coupling::start_stiffness(model, setup_.states, setup_.points.start), *scene_.regularisation);
+  } catch (const std::invalid_argument& e) {
+    throw InputError(fmt::format("{}: regularisation.length: {}", scene_.file, e.what()));
+  } catch (const InputError& e) {
+    throw InputError(fmt::format("{}: regularisation: {}", scene_.file, e.what()));
+  }
+  return regularised_->material();
 }
 
 fem::InitialStress BvpRun::initial_stress(std::size_t region) const {
@@ -237,6 +256,7 @@ void BvpRun::save(Course& c, const Report& report) {
     take(output_->history().text());
     take(pack(macro.values));
     for (const auto& r : regions_) take(r.save());
+    if (regularised_) take(regularised_->save());
     if (rves_) rves_->save(take);
   });
   c.saved = c.clock.wall();
@@ -274,7 +294,9 @@ nlohmann::json BvpRun::resume() {
     const auto columns = about.at("columns").get<std::array<std::vector<std::string>, 2>>();
     setup_.problem->restore({columns[0], columns[1], unpack(kept.parts[1])});
     for (std::size_t r = 0; r < regions_.size(); ++r) regions_[r].load(kept.parts[2 + r]);
-    kept.parts.erase(kept.parts.begin() + 1, kept.parts.begin() + 2 + static_cast<std::ptrdiff_t>(regions_.size()));
+    std::size_t used = 2 + regions_.size();
+    if (regularised_) regularised_->load(kept.parts[used++]);
+    kept.parts.erase(kept.parts.begin() + 1, kept.parts.begin() + static_cast<std::ptrdiff_t>(used));
     const std::string history = std::move(kept.parts.front());
     kept.parts.erase(kept.parts.begin());
     if (rves_) rves_->load(kept.parts);

@@ -26,8 +26,9 @@ dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene);
 /// The macro problem with its materials; on rank 0.
 class BvpRun {
 public:
-  /// `farm`: none without grains. What is given by reference must outlive the run.
-  BvpRun(const BvpScene& scene, const Options& options, BvpSetup setup, dem::Checkpoint kept, coupling::RveFarm* farm);
+  /// `farm` and `model`, that of the grains: none without grains. What is given by reference must outlive the run.
+  BvpRun(const BvpScene& scene, const Options& options, BvpSetup setup, dem::Checkpoint kept, coupling::RveFarm* farm,
+         const dem::Model* model);
 
   /// To the end, to a fault or to an interruption; `ready`: s that the preparation has taken.
   BvpEnding go(double ready, const Clock& clock);
@@ -36,6 +37,7 @@ public:
 private:
   struct Course;
   fem::InitialStress initial_stress(std::size_t region) const;
+  fem::Material regularise(const dem::Model& model);
   void watch_responses(Course& course);
   void solve(Course& course);
   template <class Report>
@@ -53,6 +55,7 @@ private:
   BvpSetup setup_;
   dem::Checkpoint kept_;  // to go on from; of a resumed run
   std::optional<coupling::RveMaterial> rves_;
+  std::optional<fem::RegularisedMaterial> regularised_;  // the RVEs
   std::vector<fem::Material> regions_;
   std::optional<fem::Material> material_;
   std::vector<double> density_;

@@ -33,6 +33,8 @@ bool bonded(const Told& t) { return t.bonded; }
 bool explicitly(const Told& t) { return t.scene.is_explicit(); }
 /// In explicit-quasi-static runs.
 bool steadily(const Told& t) { return t.scene.explicit_statics.has_value(); }
+/// Of RVEs that are told an average over a length.
+bool regularised(const Told& t) { return t.scene.regularisation.has_value(); }
 /// Where there are elastic regions beside those with grains.
 bool in_part(const Told& t) { return !t.scene.regions.empty() && t.scene.has_rve; }
 
@@ -128,6 +130,8 @@ const std::vector<ColumnEntry<Row, Told>> table{
      [](const Row& r, K) { return number(r.explicit_statics->governor); }},
     {"rves_given_up", "", "RVEs that are elastic from then on", steadily,
      [](const Row& r, K) { return number(r.sweep.given_up); }},
+    {"regularisation_J", "J", "of macro_internal_J: what the stresses have done beyond what RVEs were told",
+     regularised, [](const Row& r, K) { return r.regularised; }},
     {"grains_strain_{}", "", "mean over the points with grains, of shear twice the tensor's", in_part,
      [](const Row& r, K k) { return r.grains_strain[k]; }, components},
     {"grains_stress_{}_Pa", "Pa", "mean over the points with grains", in_part,

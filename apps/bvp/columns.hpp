@@ -26,7 +26,7 @@ struct MacroRow {
   std::array<double, 6> strain{}, stress{};                // Pa
   std::array<double, 6> grains_strain{}, grains_stress{};  // Pa; over the points with grains
   double volume = 0, p = 0, q = 0, volumetric = 0;         // m^3, Pa, Pa
-  double macro_work = 0;                                   // J
+  double macro_work = 0, regularised = 0;                  // J
   // From the RVEs; 0 without.
   coupling::SweepReport sweep = {};
   double rves = 0, breakages = 0, bonds_broken = 0, worst_energy_error = 0, mass_lost = 0;

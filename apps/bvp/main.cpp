@@ -150,7 +150,7 @@ int lead(const BvpScene& scene, const Options& options, const fem::Session& sess
   try {  // the farm first: from then on the other ranks serve, and hear when it is gone
     if (scene.has_rve) farm.emplace(MPI_COMM_WORLD, model, scene.rve.response, options.threads);
     if (farm && scene.costs) farm->record_costs();
-    work.emplace(scene, options, std::move(setup), std::move(kept), farm ? &*farm : nullptr);
+    work.emplace(scene, options, std::move(setup), std::move(kept), farm ? &*farm : nullptr, model.get());
     ending = work->go(ready, clock);
     ending.ranks = session.ranks();
     ending.migrated = farm ? farm->moved() : 0;

@@ -12,6 +12,7 @@
 #include "apps/run/folder.hpp"
 #include "dem/io/vtkhdf.hpp"
 #include "dem/io/whole_file.hpp"
+#include "fem/stretch_average.hpp"
 
 namespace grus::app {
 namespace {
@@ -47,13 +48,15 @@ std::vector<std::string> bvp_columns(const BvpScene& scene, const fem::Problem& 
 }
 
 BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points,
-                     const std::vector<dem::State>& states, coupling::RveMaterial* rves)
+                     const std::vector<dem::State>& states, coupling::RveMaterial* rves,
+                     const fem::RegularisedMaterial* regularised)
     : directory_(std::move(directory)),
       scene_(scene),
       problem_(problem),
       points_(points),
       states_(states),
       rves_(rves),
+      regularised_(regularised),
       probes_(directory_, scene, problem, points, states, rves),
       columns_(macro_columns({scene, problem, bonded(scene)})) {
   for (const auto group : points.group) grains_.push_back(group == 0);
@@ -106,6 +109,7 @@ void BvpOutput::read_off(MacroRow& r) {
     for (const double v : problem_.mean_displacement(b)) r.moved.push_back(v);
   }
   r.volume = problem_.current_volume(), r.macro_work = macro_work_;
+  if (regularised_) r.regularised = regularised_->energy();
   r.grains_strain = r.strain, r.grains_stress = r.stress;
   if (rves_) {
     r.sweep = rves_->report(), r.rves = static_cast<double>(rves_->points());
@@ -331,6 +335,10 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   if (rves_) summary["errors"]["worst_rve_energy_error"] = worst_energy_;
   summary["mesh"] = {{"low_m", scene_.low}, {"high_m", scene_.high}};
   if (!e.prepared.is_null()) summary["preparation"] = e.prepared;
+  if (regularised_)
+    summary["errors"]["regularisation"] = {{"degree", regularised_->degree()},
+                                           {"promised", fem::StretchAverage::promised},
+                                           {"worst", regularised_->worst_left_over()}};
   if (scene_.ground && rves_) {
     summary["counts"]["initial_stresses"] = points_.stresses, summary["counts"]["starts"] = points_.starts.size();
     summary["errors"]["initial_stress"] = {{"tolerance", scene_.ground->tolerance}, {"worst", points_.deviation}};

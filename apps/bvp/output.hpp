@@ -32,7 +32,8 @@ inline constexpr double most_energy_error = 0.05;
 class BvpOutput {
 public:
   BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points,
-            const std::vector<dem::State>& states, coupling::RveMaterial* rves);
+            const std::vector<dem::State>& states, coupling::RveMaterial* rves,
+            const fem::RegularisedMaterial* regularised);
 
   /// One row, and a frame if one is due.
   void add(const fem::IncrementReport& report, double wall);
@@ -68,7 +69,8 @@ private:
   fem::Problem& problem_;
   const BvpPoints& points_;
   const std::vector<dem::State>& states_;
-  coupling::RveMaterial* rves_;  // null: no grains anywhere
+  coupling::RveMaterial* rves_;                  // null: no grains anywhere
+  const fem::RegularisedMaterial* regularised_;  // null: they are told what the points do
   Probes probes_;
   std::vector<MacroColumn> columns_;
   std::vector<std::uint8_t> grains_;  // points that have an RVE

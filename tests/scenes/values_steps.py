@@ -100,6 +100,29 @@ def cells(values):
     values.same("bvp.columns:strain_volumetric", last["strain_volumetric"], 0.6 / 30, 1e-6)
 
 
+def regularised(values):
+    """Two elements of different packings, told the average of their stretches: what is left out is in the balance."""
+    begin, length = SQUARE.index("[solve]"), 5e-3
+    text = SQUARE[:begin].replace("unbalanced_force = 2e-2\nstress_change = 2e-2\nwindow = 30\nmax_hold = 4000",
+                                  "damping = 0.2")
+    text += ('[solve]\nkind = "explicit-quasi-static"\ncrossings = 40\nkinetic = 0.1\nbalance = 0.2\n'
+             f'max_energy_error = 0.9\n[output]\nhistory_interval = 0.1\n[regularisation]\nlength = {length}\n')
+    run = values.run("bvp", "regularised", text, files=(("cell.toml", CELL),))
+    last, told = run.last, run.told["errors"]["regularisation"]
+    taken = last["macro_internal_J"] - (last["rve_work_J"] - last["cells_haste_J"])  # the load rests
+    values.same("bvp.columns:regularisation_J", last["regularisation_J"], taken, 1e-2)
+    # One point an element: the mass is dealt to the corners; gradients of a right triangle.
+    x, y = 20e-3, 30e-3
+    gradient = np.array([[-1 / x, -1 / y], [1 / x, 0], [0, 1 / y]])
+    matrix = np.eye(3) / 3 + length**2 * gradient @ gradient.T
+    scale = np.diag(matrix)**-0.5
+    low, _, high = np.linalg.eigvalsh(scale[:, None] * matrix * scale)
+    values.same("bvp.summary:errors.regularisation.degree", told["degree"],
+                np.ceil(np.arccosh(1 / told["promised"]) / np.arccosh((high + low) / (high - low))))
+    values.same("bvp.summary:errors.regularisation.promised", told["promised"], 1e-3)
+    values.same("bvp.summary:errors.regularisation.worst", told["worst"], told["promised"] / 2, 1)  # above 0, kept
+
+
 def stiffening(values):
     """A column of lattices of Hertz's spheres, which stiffen as they are pressed: elements that move become heavier,
     and what that puts in is what their balance has too much without it."""
@@ -121,5 +144,5 @@ def stiffening(values):
 
 
 def held(values):
-    for check in (wave, resting, cells, stiffening):
+    for check in (wave, resting, cells, regularised, stiffening):
         check(values)

@@ -185,6 +185,26 @@ void read_ground(Table t, BvpScene& scene) {
   scene.ground = g;
 }
 
+/// Elements that a band of softening takes up at least, which is some eleven lengths wide.
+void read_regularisation(Table t, BvpScene& scene) {
+  if (!scene.explicit_statics) t.fail("", "needs solve.kind = \"explicit-quasi-static\"");
+  if (!scene.has_rve) t.fail("", "needs points with grains ([rve]); elastic and J2 regions are left as they are");
+  fem::Regularisation by;
+  by.length = t.number("length", dimension::length, positive);
+  double size = 0;
+  for (std::size_t k = 0; k < 3; ++k) size = std::max(size, scene.high[k] - scene.low[k]);
+  if (by.length > size) t.fail("length", fmt::format("longer than the body, whose longest side is {:.3g} m", size));
+  by.memory = t.number_or("memory", by.memory, dimension::none, positive);
+  t.finish();
+  constexpr double band = 11, least = 4;
+  if (least * scene.element > band * by.length)
+    scene.notes.push_back(fmt::format(
+        "regularisation.length = {:.3g} m: a band of some {:.0f} lengths takes up fewer than {:.0f} elements "
+        "of {:.3g} m, whose size would still decide its width; more elements or a larger length",
+        by.length, band, least, scene.element));
+  scene.regularisation = by;
+}
+
 /// What moves or presses at once would strike the mesh like a hammer.
 void check_eased(const Table& t, const BvpScene& scene) {
   const bool stressed = scene.ground || (scene.has_rve && scene.unit_cells[0].recipe.preparation) ||
@@ -245,6 +265,7 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
   if (scene.ground && scene.has_rve && !scene.unit_cells[0].recipe.preparation)
     t.fail("initial_stress",
            fmt::format("the RVEs of {} have no [preparation] to start from", scene.unit_cells[0].file));
+  if (auto r = t.table_if("regularisation")) read_regularisation(*r, scene);
   if (scene.explicit_statics) check_eased(t, scene);
   t.finish();
   for (std::size_t r = 0; r < scene.regions.size(); ++r)

@@ -11,6 +11,7 @@
 #include "coupling/rve_material.hpp"
 #include "fem/dynamics.hpp"
 #include "fem/explicit_statics.hpp"
+#include "fem/regularisation.hpp"
 #include "fem/statics.hpp"
 
 namespace grus::app {
@@ -61,6 +62,7 @@ struct BvpScene {
   fem::StaticsOptions solve;
   std::optional<fem::DynamicsOptions> dynamics;                 // instead of solve
   std::optional<fem::ExplicitStaticsOptions> explicit_statics;  // instead of solve
+  std::optional<fem::Regularisation> regularisation;            // of the points with grains
   std::optional<Hopkinson> hopkinson;
   bool has_rve = false;
   coupling::RveOptions rve;

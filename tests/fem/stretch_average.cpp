@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// The average of stretches against closed forms: even fields, waves, Bessel functions; its polynomial.
+#include "fem/stretch_average.hpp"
+
+#include "tests/fem/boxes.hpp"
+#include "tests/helpers.hpp"
+
+namespace grus {  // DOLFINx has a namespace fem, too
+namespace {
+
+using fem::ElementKind;
+using fem::Kinematics;
+using fem::Point;
+using fem::test::all_of;
+using fem::test::box;
+using fem::test::largest_difference;
+using fem::test::plane;
+
+constexpr double pi = 3.14159265358979323846;
+
+/// The mean of a field in one component, and the largest error against `exact` at the points.
+double error_of(fem::Problem& p, double length, std::size_t component, const std::function<double(const Point&)>& field,
+                const std::function<double(const Point&)>& exact, double* left_over = nullptr) {
+  const auto points = all_of(p);
+  fem::StretchAverage average(p, points, length);
+  std::vector<double> in(6 * points.size(), 0), out(in.size());
+  for (const std::size_t i : points) in[6 * i + component] = field(p.point_position(i));
+  average(in, out);
+  if (left_over) *left_over = average.left_over();
+  double worst = 0;
+  for (const std::size_t i : points)
+    worst = std::max(worst, std::abs(out[6 * i + component] - exact(p.point_position(i))));
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("an even field is its own mean, whatever the elements and the length") {
+  const auto bent = [](const Point& x) { return Point{x[0] * (0.3 + 0.7 * x[0]), x[1] + 0.2 * x[0] * x[1], x[2]}; };
+  struct Kind {
+    Kinematics kinematics;
+    bool brick;
+    ElementKind element;
+    int order, degree;
+  };
+  for (const Kind& k : {Kind{Kinematics::plane_strain, true, ElementKind::fbar, 1, 2},
+                        Kind{Kinematics::plane_strain, false, ElementKind::standard, 1, 1},
+                        Kind{Kinematics::plane_strain, true, ElementKind::standard, 1, 1},
+                        Kind{Kinematics::plane_strain, false, ElementKind::standard, 2, 2},
+                        Kind{Kinematics::plane_strain, true, ElementKind::serendipity, 2, 2},
+                        Kind{Kinematics::solid, true, ElementKind::serendipity, 2, 2},
+                        Kind{Kinematics::solid, true, ElementKind::standard, 1, 2},
+                        Kind{Kinematics::solid, false, ElementKind::standard, 1, 2}})
+    for (const double length : {1e-9, 0.1, 1.0}) {
+      fem::Problem p = box({1, 1, 1}, {3, 3, 2}, k.kinematics, k.brick, k.element, k.order, k.degree, bent);
+      const auto points = all_of(p);
+      fem::StretchAverage average(p, points, length);
+      const std::array<double, 6> even{0.3, -1, 0.2, 0.1, -0.4, 0.5};
+      std::vector<double> in, out(6 * points.size());
+      for (std::size_t i = 0; i < points.size(); ++i) in.insert(in.end(), even.begin(), even.end());
+      if (k.kinematics != Kinematics::solid)
+        for (std::size_t i = 0; i < points.size(); ++i) in[6 * i + 3] = in[6 * i + 4] = 0;
+      average(in, out);
+      CHECK(largest_difference(out, in) < 1e-13);
+      CHECK(average.left_over() == 0);
+    }
+  // About an axis rr and hoop are even together.
+  fem::Problem p = box({1, 1, 1}, {4, 3, 1}, Kinematics::axisymmetric);
+  const auto points = all_of(p);
+  fem::StretchAverage average(p, points, 0.4);
+  std::vector<double> in(6 * points.size(), 0), out(in.size());
+  for (const std::size_t i : points) in[6 * i] = in[6 * i + 2] = 0.3, in[6 * i + 1] = -1;
+  average(in, out);
+  CHECK(largest_difference(out, in) < 1e-13);
+}
+
+TEST_CASE("waves are damped by 1 / (1 + l^2 k^2), to the square of the element's size") {
+  // In each direction, and each component in its place.
+  for (const std::size_t axis : {0u, 1u, 2u})
+    for (const double length : {0.05, 0.4}) {
+      const auto wave = [&](const Point& x) { return std::cos(2 * pi * x[axis]); };
+      const auto mean = [&](const Point& x) { return wave(x) / (1 + length * length * 4 * pi * pi); };
+      double before = 0;
+      for (const int n : {8, 16}) {
+        std::array<long, 3> cells{2, 2, 2};
+        cells[axis] = n;
+        fem::Problem p = box({1, 1, 1}, cells, Kinematics::solid);
+        const double error = error_of(p, length, axis == 1 ? 5 : axis, wave, mean);
+        const double h = 1.0 / n;
+        CHECK(error < 4 * pi * pi * h * h / 4);    // of linear elements: a fourth of the curvature h^2 at most
+        if (n == 16) CHECK(before / error > 3.5);  // second order at least
+        before = error;
+      }
+    }
+}
+
+TEST_CASE("the polynomial is the inverse to a thousandth: against the closed form of a wave on even elements") {
+  constexpr int n = 12;
+  constexpr double h = 1.0 / n;
+  for (const double length : {1e-9, 0.3 * h, h, 5 * h, 1.0})
+    for (const int waves : {1, 5}) {
+      const double k = 2 * pi * waves;
+      fem::Problem p = box({1, h, 1}, {n, 1, 1}, Kinematics::plane_strain);
+      double load = 0;
+      for (const double q : {0.5 - 0.5 / std::sqrt(3), 0.5 + 0.5 / std::sqrt(3)}) load += (1 - q) * std::cos(k * h * q);
+      const double at_nodes =
+          load / ((2 + std::cos(k * h)) / 3 + length * length * 2 * (1 - std::cos(k * h)) / (h * h));
+      double left_over = 1;
+      const double error = error_of(
+          p, length, 0, [&](const Point& x) { return std::cos(k * x[0]); },
+          [&](const Point& x) {
+            const double first = std::floor(x[0] / h) * h, share = (x[0] - first) / h;
+            return at_nodes * ((1 - share) * std::cos(k * first) + share * std::cos(k * (first + h)));
+          },
+          &left_over);
+      CHECK(error < 2e-3);
+      CHECK(left_over <= fem::StretchAverage::promised * (1 + 1e-6));
+    }
+}
+
+TEST_CASE("about an axis tensors are averaged, not numbers: rr less hoop turns twice, ry once") {
+  constexpr double length = 0.2;
+  fem::Problem p = box({1, 0.1, 1}, {32, 1, 1}, Kinematics::axisymmetric);
+  const auto points = all_of(p);
+  fem::StretchAverage average(p, points, length);
+  // Bessel functions whose slope is nothing at r = 1.
+  const double k0 = 3.8317059702075, k1 = 1.8411837813407, k2 = 3.0542369282271;
+  const auto less = [&](double k) { return 1 / (1 + length * length * k * k); };
+  std::vector<double> in(6 * points.size(), 0), out(in.size());
+  for (const std::size_t i : points) {
+    const double r = p.point_position(i)[0];
+    in[6 * i] = std::cyl_bessel_j(2, k2 * r), in[6 * i + 2] = -in[6 * i];
+    in[6 * i + 1] = std::cyl_bessel_j(0, k0 * r);
+    in[6 * i + 5] = std::cyl_bessel_j(1, k1 * r);
+  }
+  average(in, out);
+  double worst = 0;
+  for (const std::size_t i : points)
+    for (const auto& [component, factor] :
+         {std::pair<std::size_t, double>{0, less(k2)}, {2, less(k2)}, {1, less(k0)}, {5, less(k1)}})
+      worst = std::max(worst, std::abs(out[6 * i + component] - factor * in[6 * i + component]));
+  CHECK(worst < 4e-3);  // k^2 h^2 / 4 and a thousandth
+}
+
+TEST_CASE("what cannot be averaged is refused") {
+  fem::Problem p = box({1, 1, 1}, {2, 2, 1}, Kinematics::plane_strain);
+  CHECK_THROWS_AS(fem::StretchAverage(p, all_of(p), 1e7), std::invalid_argument);
+  int ranks = 1;
+  MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+  if (ranks == 1) return;
+  fem::BoxMesh mesh;
+  mesh.size = {1, 1, 1}, mesh.cells = {4, 4, 1};
+  fem::Problem cut(MPI_COMM_WORLD, mesh, {1, 2, true, Kinematics::plane_strain, 1}, {plane("base", 1, 0, 1, 0)});
+  CHECK_THROWS_AS(fem::StretchAverage(cut, all_of(cut), 0.1), std::invalid_argument);
+}
+
+}  // namespace grus
