@@ -109,8 +109,8 @@ StretchAverage::Impl::Impl(Problem& problem, const std::vector<std::size_t>& whi
   right = mean = residual = change = Fields::Zero(count, inverse.cols());
 }
 
-/// Of one element, whose points are those from `first` to before `end`. Fewer points than corners cannot tell these from
-/// each other: the mass is then dealt to them.
+/// Of one element, whose points are those from `first` to before `end`. Fewer points than corners cannot tell these
+/// from each other: the mass is then dealt to them.
 Element StretchAverage::Impl::element(std::size_t first, std::size_t end, double length) const {
   Element e{Matrix::Zero(corners, corners), Matrix::Zero(corners, corners)};
   const int nq = p.nq;

@@ -311,7 +311,8 @@ TEST_CASE("a bar that softens stays even below pi l sqrt(C / H), and localises a
   std::vector<double> wide;
   for (const int n : {32, 48}) wide.push_back(width(drawn(4 * first, n, length)) / n);
   CHECK(wide[0] == Approx(wide[1]).epsilon(0.15));
-  CHECK(wide[1] * 4 == Approx(0.5).margin(0.2));  // half of the shortest wave that grows
+  // Half of a band stands at the weak end, half a wave of the shortest that grows; wider where it softens no more.
+  CHECK(wide[1] * 4 == Approx(0.65).margin(0.25));
   CHECK(width(drawn(4 * first, 48, 0)) <= 2);
 }
 

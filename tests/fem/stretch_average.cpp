@@ -115,6 +115,18 @@ TEST_CASE("the polynomial is the inverse to a thousandth: against the closed for
           &left_over);
       CHECK(error < 2e-3);
       CHECK(left_over <= fem::StretchAverage::promised * (1 + 1e-6));
+      // The wave is a mode of the matrix over its diagonal, and modes of a square element bound it: what is left is the
+      // polynomial's value at the wave's.
+      const double mass = h * h / 9, stiffness = 2 * length * length / 3, all = mass + stiffness;
+      const std::array<double, 3> modes{2.25 * mass / all, (0.75 * mass + 1.5 * stiffness) / all,
+                                        (0.25 * mass + stiffness) / all};
+      const auto [low, high] = std::minmax_element(modes.begin(), modes.end());
+      const double middle = (*high + *low) / (*high - *low);
+      const double degree = std::ceil(std::acosh(1 / fem::StretchAverage::promised) / std::acosh(middle));
+      const double own = (h * h * (2 + std::cos(k * h)) / 6 + length * length * (1 - std::cos(k * h))) / (2 * all);
+      const double at = middle - 2 * own / (*high - *low);
+      const double left = std::abs(std::cos(degree * std::acos(at))) / std::cosh(degree * std::acosh(middle));
+      CHECK(left_over == Approx(left).margin(1e-9));
     }
 }
 

@@ -120,7 +120,6 @@ def regularised(values):
     values.same("bvp.summary:errors.regularisation.degree", told["degree"],
                 np.ceil(np.arccosh(1 / told["promised"]) / np.arccosh((high + low) / (high - low))))
     values.same("bvp.summary:errors.regularisation.promised", told["promised"], 1e-3)
-    values.same("bvp.summary:errors.regularisation.worst", told["worst"], told["promised"] / 2, 1)  # above 0, kept
 
 
 def stiffening(values):
