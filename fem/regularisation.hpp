@@ -11,7 +11,7 @@
 namespace grus::fem {
 
 struct Regularisation {
-  double length = 0;     // m
+  double length = 0;      // m
   double memory = 0.002;  // strain over which what is left out is forgotten to 1/e; infinity: never
 };
 
