@@ -4,8 +4,8 @@
 
 #include "dem/fracture/cleavage.hpp"
 #include "dem/io/archive.hpp"
-#include "dem/packing/voronoi_grains.hpp"
 #include "tests/bonded.hpp"
+#include "tests/held_grains.hpp"
 
 namespace grus::dem::test {
 
@@ -33,13 +33,7 @@ inline Model cleaving_rock(bool cohesive, std::vector<Cleavage::Plane> planes = 
 /// Cells that cleave while they are compressed; what of them there is after some steps.
 inline State crushed(const Model& model, int threads, std::uint64_t steps, bool saved = false) {
   Team team(threads);
-  State s;
-  s.boundary.cell.vectors = 4 * Mat3::Identity();
-  add_voronoi_grains(model, voronoi_packing(periodic_space(Vec3::Constant(4)), 64, 3, 1, team), 0, s);
-  prepare(model, s, team);
-  Mat3 rate = Mat3::Zero();
-  rate(2, 2) = -40, rate(0, 1) = 30;
-  set_cell_rate(s, rate);
+  State s = deforming_cube(model, 40, 30, team);
   for (std::uint64_t done = 0; done < steps;) {
     if (saved && done > steps / 2) {
       s = state_of(bytes_of(s)), saved = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Loose hulls that press each other, and what holds them, for tests of steps and inertia.
+// Voronoi grains that press each other, and what holds them.
 #pragma once
 
 #include "dem/motion/grain_stiffness.hpp"
@@ -22,6 +22,19 @@ inline State pressed_cells(const Model& model, std::size_t count, double strain,
   add_voronoi_grains(model, cells, 0, s);
   s.boundary.cell.vectors *= 1 - strain;
   for (Motion& m : s.grains.motion) m.position *= 1 - strain;
+  return s;
+}
+
+/// 64 Voronoi grains that fill a periodic cube, which is pressed along z and sheared at these rates (m/s), ready to
+/// run.
+inline State deforming_cube(const Model& model, double pressed, double sheared, Team& team) {
+  State s;
+  s.boundary.cell.vectors = 4 * Mat3::Identity();
+  add_voronoi_grains(model, voronoi_packing(periodic_space(Vec3::Constant(4)), 64, 3, 1, team), 0, s);
+  prepare(model, s, team);
+  Mat3 rate = Mat3::Zero();
+  rate(2, 2) = -pressed, rate(0, 1) = sheared;
+  set_cell_rate(s, rate);
   return s;
 }
 

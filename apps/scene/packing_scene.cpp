@@ -75,11 +75,13 @@ std::optional<dem::RandomHulls> read_hulls(Table& packing) {
   auto t = packing.table_if("hulls");
   if (!t) return {};
   const bool balls = t->has("balls");
-  if (const std::int64_t planes = balls ? t->integer("balls", 1, 1000) : dem::ball_planes; planes != dem::ball_planes)
-    t->fail("balls",
-            fmt::format("{}: must be 32, the planes of the roundest ball that a hull has room for (64 corners, "
-                        "40 faces)",
-                        planes));
+  if (balls) {
+    if (const auto planes = t->integer("balls", 1, 1000); planes != dem::ball_planes)
+      t->fail("balls",
+              fmt::format("{}: must be 32, the planes of the roundest ball that a hull has room for (64 corners, "
+                          "40 faces)",
+                          planes));
+  }
   if (balls && t->has("relax")) t->fail("relax", "is of angular grains; balls are what they are: leave it out");
   const int rounds = static_cast<int>(t->integer_or("relax", 5, 0, 1000));
   const Vec3 aspect = read_aspect(*t);

@@ -7,7 +7,15 @@
 
 namespace grus::dem {
 
-enum class Purpose : std::uint64_t { radius = 1, position = 2, orientation = 3, strength = 4, rotation = 5, turn = 6 };
+enum class Purpose : std::uint64_t {
+  radius = 1,
+  position = 2,
+  orientation = 3,
+  strength = 4,
+  rotation = 5,
+  turn = 6,
+  lattice = 7
+};
 
 /// 64 mixed bits (splitmix64 finaliser, applied once for each key).
 inline std::uint64_t random_bits(std::uint64_t seed, std::uint64_t id, Purpose purpose, std::uint64_t counter) {

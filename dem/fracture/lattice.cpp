@@ -8,8 +8,6 @@
 namespace grus::dem {
 namespace {
 
-constexpr Purpose draws{7};  // next to those that base/random.hpp names
-
 /// Where a box of cells with empty ones around keeps cell (i, j, k): those of a row's end are the next row's begin.
 struct Box {
   int low[3], reach;
@@ -180,8 +178,8 @@ PointLattice make_lattice(const LatticeSolid& solid, const LatticeChoice& choice
   lattice.nominal_spacing = nominal;
   lattice.spacing = std::min(nominal, solid.least_width / (LatticeChoice::layers * diameter));
   if (!(lattice.spacing * std::cbrt(LatticeChoice::most_points) >= nominal)) return {};
-  if (choice.turned) lattice.axes = random_rotation(random_bits(seed, id, draws, 0), id).toRotationMatrix();
-  const auto draw = [&](std::uint64_t k) { return random_uniform(seed, id, draws, k); };
+  if (choice.turned) lattice.axes = random_rotation(random_bits(seed, id, Purpose::lattice, 0), id).toRotationMatrix();
+  const auto draw = [&](std::uint64_t k) { return random_uniform(seed, id, Purpose::lattice, k); };
   const Vec3 origin(draw(3), draw(4), draw(5));
   lattice.family = lattice_family(choice.horizon, choice.partial_volume);
   int reach = 0;

@@ -250,15 +250,10 @@ void join_corners(const Polyhedron& body, std::int64_t fresh, double least, std:
 }
 
 double stoutness(const Polyhedron& body) {
-  double width = INFINITY, length = 0;
-  for (const Polyhedron::Face& face : body.face) {
-    double depth = 0;
-    for (const Vec3& x : body.vertex) depth = std::max(depth, face.offset - face.normal.dot(x));
-    width = std::min(width, depth);
-  }
+  double length = 0;
   for (std::size_t i = 0; i < body.vertex.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) length = std::max(length, (body.vertex[i] - body.vertex[j]).norm());
-  return width / length;
+  return least_width(body) / length;
 }
 
 Parting part_by_labels(const Polyhedron& body, std::span<const Vec3> points, std::vector<int> label, std::size_t count,

@@ -299,11 +299,6 @@ double HeldGrains::impact(std::size_t i, double mass) const {
   return 2 * hardest_impact(law_, p, impact) * (mass == g_.mass[i] ? g_.motion[i].inverse_mass : 1 / mass);
 }
 
-Mat3 HeldGrains::affine() const {
-  const Cell& cell = boundary_.cell;
-  return cell.periodic() ? Mat3(cell.rate * cell.vectors.inverse()) : Mat3(Mat3::Zero());
-}
-
 std::vector<std::uint8_t> HeldGrains::touched() const {
   std::vector<std::uint8_t> touched(g_.size(), 0);
   for (std::size_t c = 0; c < contacts_.size(); ++c) {

@@ -66,7 +66,7 @@ public:
   std::vector<std::uint8_t> touched() const;
 
   const Grains& grains() const { return g_; }
-  Mat3 affine() const;                               // velocity gradient of the periodic cell (1/s); zero without
+  const Cell& cell() const { return boundary_.cell; }
   double max_speed() const { return max_speed_; }    // of a grain (m/s)
   double wall_speed() const { return wall_speed_; }  // of a wall (m/s)
 

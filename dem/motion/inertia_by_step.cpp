@@ -68,7 +68,7 @@ void change(Grains& g, std::size_t i, double mass, double turning, const Mat3& a
 GivenInertia give_inertia(const HeldGrains& held, double most, const std::vector<double>& floor, Grains& g) {
   const std::vector<double> bound = held.cheap_bounds();
   const std::vector<std::uint8_t> touched = held.touched();
-  const Mat3 affine = held.affine();
+  const Mat3 affine = held.cell().gradient();
   GivenInertia given;
   for (std::size_t i = 0; i < g.size(); ++i) {
     const double mass = g.mass[i], turning = turn_mass(g, i), least = floor[i];

@@ -28,8 +28,7 @@ namespace {
 MotionSettings settings_of(const Model& model, const State& state) {
   MotionSettings s = model.motion;
   s.damping = model.damping;
-  const Cell& cell = state.boundary.cell;
-  if (cell.periodic() && !cell.rate.isZero(0)) s.affine = cell.rate * cell.vectors.inverse();
+  s.affine = state.boundary.cell.gradient();
   return s;
 }
 

@@ -10,12 +10,6 @@
 namespace grus::dem {
 namespace {
 
-double width_along(const Polyhedron& body, const Vec3& n) {
-  double low = INFINITY, high = -INFINITY;
-  for (const Vec3& x : body.vertex) low = std::min(low, n.dot(x)), high = std::max(high, n.dot(x));
-  return high - low;
-}
-
 /// How many numbers of `column` a hull has.
 std::size_t columns_of(const HullRow& row) {
   return static_cast<std::size_t>(3 * in_eights(static_cast<int>(row.vertices)) +
@@ -94,7 +88,7 @@ Index add_hull(HullStore& store, const Polyhedron& given, HullPlace& at) {
   row.begin = static_cast<std::uint32_t>(store.begin.size()), row.loop = static_cast<std::uint32_t>(store.loop.size());
   row.vertices = static_cast<std::uint32_t>(body.vertex.size()),
   row.faces = static_cast<std::uint32_t>(body.face.size());
-  row.volume = moments.volume, row.least_width = INFINITY;
+  row.volume = moments.volume, row.least_width = least_width(body);
   row.principal = {principal.moments, Quat::Identity()};
   double surface = 0;
   std::size_t corners = 0;
@@ -104,7 +98,6 @@ Index add_hull(HullStore& store, const Polyhedron& given, HullPlace& at) {
     for (const int v : face.loop) store.loop.push_back(static_cast<std::uint8_t>(v));
     store.begin.push_back(static_cast<std::uint16_t>(corners += face.loop.size()));
     surface += moments_of(body, face).area;
-    row.least_width = std::min(row.least_width, width_along(body, face.normal));
   }
   for (const Vec3& x : body.vertex) {
     store.vertex.push_back(x);

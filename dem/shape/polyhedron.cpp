@@ -246,6 +246,17 @@ SolidMoments moments_of(const Polyhedron& body) {
   return {volume, origin + centre, second - volume * centre * centre.transpose()};
 }
 
+double least_width(const Polyhedron& body) {
+  double least = INFINITY;
+  for (const Polyhedron::Face& face : body.face) {
+    double low = INFINITY, high = -INFINITY;
+    for (const Vec3& x : body.vertex)
+      low = std::min(low, face.normal.dot(x)), high = std::max(high, face.normal.dot(x));
+    least = std::min(least, high - low);
+  }
+  return least;
+}
+
 FaceMoments moments_of(const Polyhedron& body, const Polyhedron::Face& face) {
   const Vec3 origin = body.vertex[static_cast<std::size_t>(face.loop[0])];
   double area = 0;

@@ -57,6 +57,9 @@ struct FaceMoments {
 };
 FaceMoments moments_of(const Polyhedron& body, const Polyhedron::Face& face);
 
+/// The least distance of two parallel planes, one of a face, that hold the body between them (m).
+double least_width(const Polyhedron& body);
+
 /// Moves the whole: x -> r x + shift.
 void place(Polyhedron& body, const Mat3& r, const Vec3& shift);
 

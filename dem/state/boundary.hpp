@@ -20,6 +20,8 @@ struct Cell {
   Mat3 began() const { return whole.isIdentity(0) ? vectors : Mat3(vectors * whole); }
   /// Edges, or a rate of them, told of those that the cell began with, as of the present ones.
   Mat3 of_began(const Mat3& edges) const { return whole.isIdentity(0) ? edges : Mat3(edges * whole.inverse()); }
+  /// Velocity gradient of the affine field (1/s); zero without a cell.
+  Mat3 gradient() const { return periodic() && !rate.isZero(0) ? Mat3(rate * vectors.inverse()) : Mat3(Mat3::Zero()); }
   double volume() const { return std::abs(vectors.determinant()); }
   double height() const;  // least distance between opposite faces (m)
 };

@@ -4,10 +4,9 @@
 #include "dem/bond/face_bond.hpp"
 #include "dem/fracture/cleavage.hpp"
 #include "dem/fracture/hull_loads.hpp"
-#include "dem/packing/voronoi_grains.hpp"
 #include "dem/rve/resting.hpp"
 #include "tests/bonded.hpp"
-#include "tests/hulls.hpp"
+#include "tests/held_grains.hpp"
 #include "tests/loaded_body.hpp"
 
 using namespace grus::dem;
@@ -197,13 +196,7 @@ TEST_CASE("grains that have rested cleave where they would have") {
   Model model = cleaving(along());
   model.materials[0].bond.reset();
   std::get<Cleavage>(model.materials[0].fracture->criteria[0]).toughness = 1e30;
-  State s;
-  s.boundary.cell.vectors = 4 * Mat3::Identity();
-  add_voronoi_grains(model, voronoi_packing(periodic_space(Vec3::Constant(4)), 64, 3, 1, team), 0, s);
-  prepare(model, s, team);
-  Mat3 rate = Mat3::Zero();
-  rate(2, 2) = -20, rate(0, 1) = 15;
-  set_cell_rate(s, rate);
+  State s = deforming_cube(model, 20, 15, team);
   run_steps(model, s, 60, team);
   State rested = resting_copy(s);
   awaken(model, rested, team);

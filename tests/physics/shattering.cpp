@@ -3,10 +3,9 @@
 // are.
 #include "dem/fracture/shatter.hpp"
 #include "dem/packing/random_hulls.hpp"
-#include "dem/packing/voronoi_grains.hpp"
 #include "dem/rve/state_hash.hpp"
 #include "tests/bonded.hpp"
-#include "tests/hulls.hpp"
+#include "tests/held_grains.hpp"
 #include "tests/loaded_body.hpp"
 
 using namespace grus::dem;
@@ -144,13 +143,7 @@ TEST_CASE("dead loads of a hull that falls to pieces go to the piece that they a
 TEST_CASE("pressed hulls that fall to pieces, many in one instant: the balance of energy closes at the instant") {
   Team team(2);
   const Model model = shattering_rock();
-  State s;
-  s.boundary.cell.vectors = 4 * Mat3::Identity();
-  add_voronoi_grains(model, voronoi_packing(periodic_space(Vec3::Constant(4)), 64, 3, 1, team), 0, s);
-  prepare(model, s, team);
-  Mat3 rate = Mat3::Zero();
-  rate(2, 2) = -20, rate(0, 1) = 10;
-  set_cell_rate(s, rate);
+  State s = deforming_cube(model, 20, 10, team);
   for (int k = 0; k < 4; ++k) {
     update_time_step(model, s);
     run_steps(model, s, 20, team);
