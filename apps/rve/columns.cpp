@@ -37,6 +37,8 @@ bool by_step(const Told& k) { return k.scene.model.numerics.inertia_step > 0; }
 bool critical(const Told& k) { return k.scene.output.critical_grain; }
 /// With fourteen balls.
 bool balls(const Told& k) { return k.scene.model.has_balls(); }
+/// With grains that are tested for cracks.
+bool tests_cracks(const Told& k) { return k.scene.model.tests_cracks(); }
 /// With `output.grading`.
 bool graded(const Told& k) { return k.scene.output.grading; }
 /// With `output.grading`, of hulls.
@@ -169,6 +171,18 @@ const std::vector<ColumnEntry<Row, Told>> table{
     {"critical_width_m", "m", "its least width", critical, [](const Row& r, K) { return r.critical().width; }},
     {"critical_turning", "", "share of turning in its fastest motion: 0 a shift or an impact, 1 a turn", critical,
      [](const Row& r, K) { return r.critical().turning; }},
+    {"pd_tests", "", "grains tested for cracks since the test began", tests_cracks,
+     [](const Row& r, K) { return number(r.ledger().cracks.tests); }},
+    {"pd_holds", "", "of these such that held", tests_cracks,
+     [](const Row& r, K) { return number(r.ledger().cracks.holds); }},
+    {"pd_cracks", "", "such that fell to pieces", tests_cracks,
+     [](const Row& r, K) { return number(r.ledger().cracks.cracks); }},
+    {"pd_stalled", "", "such that neither held nor parted: left whole", tests_cracks,
+     [](const Row& r, K) { return number(r.ledger().cracks.stalled); }},
+    {"fragment_area_m2", "m^2", "of the fresh faces between pieces", tests_cracks,
+     [](const Row& r, K) { return r.ledger().fracture_area; }},
+    {"bond_energy_J", "J", "that bonds in cracked grains gave up: beside the balance, for rigid grains never held it",
+     tests_cracks, [](const Row& r, K) { return r.ledger().cracks.bond_energy; }},
     {"void_ratio_all", "", "the same with fines counted as grains", balls,
      [](const Row& r, K) {
        return r.measured.volume > 0 ? r.measured.volume / dem::whole_solid(r.scene.model, r.state) - 1 : NAN;

@@ -94,8 +94,8 @@ void check_hulls(const Table& t, const RveScene& scene) {
   if (!by_overlap) t.fail("material", "hulls need contact = \"overlap\"");
   if (recipe.in_cylinder()) t.fail("boundary", "hulls cannot be in a cylinder yet; use walls or \"open\"");
   for (const auto& m : scene.model.materials) {
-    if (m.fracture && !std::holds_alternative<dem::Cut>(m.fracture->splitter))
-      t.fail("material", fmt::format("{}.fracture: hulls are cut by model = \"cleavage\"", m.name));
+    if (m.fracture && !m.fracture->of_hulls())
+      t.fail("material", fmt::format("{}.fracture: hulls are cut by model = \"cleavage\" or \"peridynamics\"", m.name));
     if (!m.turns) t.fail("material", fmt::format("{}.rotation = false is for spheres", m.name));
   }
 }

@@ -3,6 +3,7 @@
 #include "apps/scene/cleavage_scene.hpp"
 #include "apps/scene/hulls_scene.hpp"
 #include "apps/scene/jkr_scene.hpp"
+#include "apps/scene/peridynamics_scene.hpp"
 #include "apps/scene/reader.hpp"
 #include "dem/fracture/apollonian.hpp"
 #include "dem/fracture/split_polyellipsoid.hpp"
@@ -106,7 +107,23 @@ void read_halving(Table& t, dem::FractureModel& f) {
   }
 }
 
-/// Criteria of all models but for those of one alone, and how strengths scatter.
+/// How strengths scatter.
+void read_scattering(Table& t, dem::StrengthLaw& law) {
+  if (t.has("weibull") && t.has("scatter")) t.fail("scatter", "a material has either weibull or scatter");
+  if (auto s = t.table_if("scatter")) law = read_scatter(*s);
+  if (auto w = t.table_if("weibull")) {
+    dem::Weibull weibull;
+    weibull.modulus = w->number("modulus", dimension::none, positive);
+    weibull.reference_radius = w->number("reference_radius", dimension::length, positive);
+    weibull.size_exponent = w->number_or("size_exponent", 3 / weibull.modulus, dimension::none, not_negative);
+    weibull.linear = w->choice_or("law", "weibull", {"weibull", "linear"}) == "linear";
+    weibull.inherits = w->flag_or("inherit", false);
+    law = weibull;
+    w->finish();
+  }
+}
+
+/// Criteria of all models but for those of one alone.
 void read_strength(Table& t, dem::FractureModel& f, double poissons_ratio, const std::string& own_area) {
   if (auto h = t.table_if("hoek_brown")) {
     f.criteria.emplace_back(dem::HoekBrown{h->number("compressive_strength", dimension::pressure, positive),
@@ -121,18 +138,6 @@ void read_strength(Table& t, dem::FractureModel& f, double poissons_ratio, const
   }
   if (auto c = t.table_if("contact_strength"))
     f.criteria.emplace_back(read_contact_strength(*c, poissons_ratio, own_area));
-  if (t.has("weibull") && t.has("scatter")) t.fail("scatter", "a material has either weibull or scatter");
-  if (auto s = t.table_if("scatter")) f.strength_law = read_scatter(*s);
-  if (auto w = t.table_if("weibull")) {
-    dem::Weibull weibull;
-    weibull.modulus = w->number("modulus", dimension::none, positive);
-    weibull.reference_radius = w->number("reference_radius", dimension::length, positive);
-    weibull.size_exponent = w->number_or("size_exponent", 3 / weibull.modulus, dimension::none, not_negative);
-    weibull.linear = w->choice_or("law", "weibull", {"weibull", "linear"}) == "linear";
-    weibull.inherits = w->flag_or("inherit", false);
-    f.strength_law = weibull;
-    w->finish();
-  }
 }
 
 void read_limit(Table& t, int rest, dem::Limit& limit) {
@@ -145,12 +150,19 @@ dem::FractureModel read_fracture(Table t, const dem::Material& material,
                                  const std::optional<dem::Elasticity>& elasticity) {
   const std::string model =
       t.choice("model", {"polyellipsoid-split", "apollonian-14", "bonded", "cleavage", "peridynamics"});
-  if (model == "bonded" || model == "peridynamics")
-    t.fail("model", fmt::format("\"{}\" is not available in this version; use \"polyellipsoid-split\", "
-                                "\"apollonian-14\" or, of hulls, \"cleavage\"",
-                                model));
+  if (model == "bonded")
+    t.fail("model",
+           "\"bonded\" is not available in this version; use \"polyellipsoid-split\", \"apollonian-14\" or, of "
+           "hulls, \"cleavage\" or \"peridynamics\"");
   dem::FractureModel f;
   const bool balls = model == "apollonian-14", hulls = model == "cleavage";
+  read_scattering(t, f.strength_law);
+  if (model == "peridynamics") {
+    read_peridynamics(t, material, elasticity, f);
+    read_limit(t, 0, f.limit);
+    t.finish();
+    return f;
+  }
   read_strength(t, f, material.poissons_ratio, hulls ? "contact" : "hertz");
   if (hulls) {
     read_cleavage(t, elasticity, f);
@@ -256,8 +268,9 @@ void read_model(Table& scene, dem::Model& model, bool unit_cell) {
     }
     if (auto f = t.table_if("fracture")) {
       m.fracture = read_fracture(*f, m, elasticity);
-      if (std::holds_alternative<dem::Cut>(m.fracture->splitter) && kind != "overlap")
-        t.fail("fracture", "model = \"cleavage\" cuts hulls: it needs contact = \"overlap\"");
+      if (m.fracture->of_hulls() && kind != "overlap")
+        t.fail("fracture",
+               "model = \"cleavage\" cuts hulls, \"peridynamics\" cracks them: needs contact = \"overlap\"");
     }
     t.finish();
     model.materials.push_back(m);

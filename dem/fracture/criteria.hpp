@@ -155,7 +155,23 @@ Vec3 load_direction(const GrainUnderLoad auto& grain) {
   return largest.at ? Vec3(Vec3(grain.arm(*largest.at)).normalized()) : Vec3(Vec3::Zero());
 }
 
-using Criterion = std::variant<HoekBrown, ContactTension, ContactStrength, Cleavage>;
+/// Largest force on a grain over the square of its diameter, against that at which grains break between two platens
+/// (Pa): what decides most (Zhu & Zhao 2019, stage 1).
+struct PlatenForce {
+  double strength = 0;
+
+  double utilisation(const GrainUnderLoad auto& grain, double factor) const {
+    double largest = 0;
+    if constexpr (requires { grain.largest_force(); })
+      largest = grain.largest_force();
+    else
+      largest = largest_contact(grain).force;
+    return largest / (4 * grain.radius() * grain.radius() * strength * factor);
+  }
+  std::optional<Vec3> plane(const GrainUnderLoad auto&, double) const { return std::nullopt; }
+};
+
+using Criterion = std::variant<HoekBrown, ContactTension, ContactStrength, Cleavage, PlatenForce>;
 
 /// The verdict of a material's criteria on a grain: the largest utilisation, and which of them it fails.
 struct Verdict {

@@ -5,6 +5,7 @@
 
 #include "dem/base/random.hpp"
 #include "dem/fracture/criteria.hpp"
+#include "dem/fracture/lattice_crack.hpp"
 #include "dem/fracture/splitter.hpp"
 
 namespace grus::dem {
@@ -112,6 +113,17 @@ struct Crystal {
   }
 };
 
+/// Grains that are tested for cracks (lattice_crack.hpp), and when a test is worth its cost: `PlatenForce` says how
+/// near a grain is to its strength.
+struct CrackTests {
+  LatticeModel lattice;
+  LatticeToughness toughness;
+  double force_screen = 0.45;      // of the platen strength: less breaks no grain
+  double unbalanced_force = 0.02;  // resultant over the mean force on the grain; beyond it, it is in motion: no test
+  double unbalanced_moment = 0.2;  // the same of its moment, over the mean of force x arm
+  double changed_force = 0.1;      // of the largest, by which some force has changed since the grain held
+};
+
 /// Fracture of one material.
 struct FractureModel {
   std::vector<Criterion> criteria;  // asked in this order
@@ -122,7 +134,10 @@ struct FractureModel {
   std::optional<CohesiveSprings> springs;
   std::optional<ShapeTransition> transition;
   FinesGrading fines;
-  std::optional<Crystal> crystal;  // of grains that cleave along planes of their own
+  std::optional<Crystal> crystal;    // of grains that cleave along planes of their own
+  std::optional<CrackTests> cracks;  // of grains that fall into as many pieces as their cracks say
+
+  bool of_hulls() const { return std::holds_alternative<Cut>(splitter) || std::holds_alternative<Shatter>(splitter); }
 
   double strength_factor(double radius, std::uint64_t seed, std::uint64_t id) const {
     return std::visit([&](const auto& law) { return law(radius, seed, id); }, strength_law);

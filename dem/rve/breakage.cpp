@@ -12,6 +12,7 @@
 #include "dem/fracture/loaded_grain.hpp"
 #include "dem/fracture/replace_grain.hpp"
 #include "dem/fracture/split_hull.hpp"
+#include "dem/rve/crack_tests.hpp"
 #include "dem/rve/cut_bonds.hpp"
 #include "dem/rve/fresh_springs.hpp"
 #include "dem/rve/hand_over.hpp"
@@ -57,6 +58,12 @@ Verdict verdict_of(const Model& model, const State& state, std::size_t i) {
   if (!can_split(fracture->splitter, g, i)) return {};
   if (fracture->limit.rest > 0 && unsettled(model, state, fracture->limit.rest, i)) return {};
   return with_load(model, state, i, [&](const auto& grain) { return judge(fracture->criteria, grain, g.strength[i]); });
+}
+
+/// Grains of its material are tested themselves, and not by their utilisation alone.
+bool tests_cracks(const Model& model, const Grains& g, std::size_t i) {
+  const auto& fracture = model.materials[g.material[i]].fracture;
+  return fracture && fracture->cracks;
 }
 
 /// How the load wants a grain that fails to break.
@@ -182,6 +189,7 @@ Split split(const Model& model, State& state, const Break& b) {
     draw_strength(model, g, i);
     if (const auto own = fracture.inherited(strength, radius, g.extent[i].equivalent_radius)) g.strength[i] = *own;
     g.utilisation[i] = NAN;
+    if (!g.held.empty()) g.held[i] = {};
     if (!g.born.empty()) g.born[i] = state.steps;
   }
   if (!g.solid_mass.empty()) {  // pieces that resist motion by more than their solid, at its velocity
@@ -201,7 +209,7 @@ void draw_strength(const Model& model, Grains& g, std::size_t i) {
 }
 
 std::vector<Break> find_breaks(const Model& model, State& state, Team& team) {
-  enum : std::uint8_t { holds, bonded, fails };
+  enum : std::uint8_t { holds, bonded, asks, fails };
   Grains& g = state.grains;
   if (!g.hull.empty()) index_bonds(g.size(), state.bonds, state.break_room.bonds);
   auto& room = state.break_room.failing;
@@ -217,9 +225,10 @@ std::vector<Break> find_breaks(const Model& model, State& state, Team& team) {
     for (std::size_t i = begin; i < end; ++i) {
       if (room[i] == bonded) continue;
       const double now = verdict_of(model, state, i).utilisation, rate = (now - g.utilisation[i]) / since;
-      if (now >= 1)
-        room[i] = fails;
-      else if (now + rate * every > 1 + overshoot)
+      const bool tested = g.held.empty() ? false : tests_cracks(model, g, i);
+      if (tested ? worth_a_test(model, state, i, now) : now >= 1)
+        room[i] = tested ? asks : fails;
+      else if (now < 1 && now + rate * every > 1 + overshoot)
         steps = std::min(steps, (1 + overshoot - now) / rate);
       g.utilisation[i] = now;
     }
@@ -236,7 +245,15 @@ std::vector<Break> find_breaks(const Model& model, State& state, Team& team) {
       if (!is_hull(state, i) || !pieces_of(splitter, g, i, wanted, model.seed).piece.empty())
         breaks.push_back({i, wanted});
     }
-  return breaks;
+  if (g.held.empty()) return breaks;
+  std::vector<Index> asked;
+  for (std::size_t i = 0; i < room.size(); ++i)
+    if (room[i] == asks) asked.push_back(static_cast<Index>(i));
+  std::vector<Break> cracked = crack_breaks(model, state, asked, team), all;
+  std::merge(std::make_move_iterator(breaks.begin()), std::make_move_iterator(breaks.end()),
+             std::make_move_iterator(cracked.begin()), std::make_move_iterator(cracked.end()), std::back_inserter(all),
+             [](const Break& a, const Break& b) { return a.grain < b.grain; });
+  return all;
 }
 
 void apply_breaks(const Model& model, State& state, const std::vector<Break>& breaks, Team& team) {

@@ -117,7 +117,7 @@ void check_sizes(const Model& model, const State& s) {
            all(g.frame, whole && bodies),
        "columns of grains");
   need(some(g.strength) && some(g.generation) && some(g.utilisation) && some(g.born) && some(g.solid_mass) &&
-           some(g.turn_mass) && some(g.hull) && some(g.crystal),
+           some(g.turn_mass) && some(g.hull) && some(g.crystal) && some(g.held),
        "columns of grains");
   need(!model.breakable() || (g.strength.size() == n && g.generation.size() == n && g.utilisation.size() == n),
        "columns of breakable grains");
@@ -136,7 +136,7 @@ void check_values(const Model& model, const State& s) {
   const Grains& g = s.grains;
   need(finite(g.motion) && finite(g.orientation) && finite(g.angular_momentum) && finite(g.force) && finite(g.torque) &&
            finite(g.mass) && finite(g.inertia) && finite(g.shape) && finite(g.frame) && finite(g.strength) &&
-           finite(g.extent) && finite(g.solid_mass) && finite(g.turn_mass) && finite(g.crystal),
+           finite(g.extent) && finite(g.solid_mass) && finite(g.turn_mass) && finite(g.crystal) && finite(g.held),
        "a number of a grain");
   constexpr double light = 3e8;  // m/s
   for (std::size_t i = 0; i < g.size(); ++i) {
@@ -264,11 +264,12 @@ void check_bonds(const State& s) {
 
 void check_course(const Model& model, const State& s) {
   const Ledger& l = s.ledger;
-  need(finite({l.adhesion,      l.work,           l.friction,   l.damping,       l.local_damping,
-               l.bond_damping,  l.bond_friction,  l.fracture,   l.handed,        l.split,
-               l.split_added,   l.reshape,        l.inertia,    l.unexplained,   l.most_friction,
-               l.most_damping,  l.most_fracture,  l.most_work,  l.start,         l.floor,
-               l.fracture_area, l.residual_force, l.fines.mass, l.fines.kinetic, l.fines.volume}) &&
+  need(finite({l.adhesion,          l.work,           l.friction,   l.damping,       l.local_damping,
+               l.bond_damping,      l.bond_friction,  l.fracture,   l.handed,        l.split,
+               l.split_added,       l.reshape,        l.inertia,    l.unexplained,   l.most_friction,
+               l.most_damping,      l.most_fracture,  l.most_work,  l.start,         l.floor,
+               l.fracture_area,     l.residual_force, l.fines.mass, l.fines.kinetic, l.fines.volume,
+               l.cracks.bond_energy}) &&
            l.fines.momentum.allFinite() && l.fines.angular_momentum.allFinite(),
        "the ledger");
   for (const FinesClass& c : l.fines.classes) need(finite({c.dimension, c.smallest, c.mass}), "the fines");

@@ -110,6 +110,11 @@ struct Model {
       if (m.balls()) return true;
     return false;
   }
+  bool tests_cracks() const {
+    for (const auto& m : materials)
+      if (m.fracture && m.fracture->cracks) return true;
+    return false;
+  }
   bool breakable() const {
     for (const auto& m : materials)
       if (m.fracture) return true;

@@ -55,6 +55,7 @@ void prepare_breakage(const Model& model, State& state) {
   state.contacts.spots = !g.hull.empty();
   draw_crystals(model, g);
   g.utilisation.assign(g.size(), NAN);
+  if (model.tests_cracks()) g.held.assign(g.size(), {});
   const auto every = static_cast<std::uint64_t>(model.numerics.fracture_every);
   state.tested_at = state.steps, state.next_test = (state.steps / every + 1) * every;
 }

@@ -37,8 +37,8 @@ void put_shape(Grains& g, std::size_t i, const PolyEllipsoid& shape) {
 void set_grain(Grains& g, std::size_t i, const GrainSpec& spec) {
   if (i == g.size()) {
     for_each_column(g, [&](auto& column) {
-      const std::array<const void*, 9> optional{&g.frame,      &g.strength, &g.generation, &g.utilisation, &g.born,
-                                                &g.solid_mass, &g.hull,     &g.crystal,    &g.turn_mass};
+      const std::array<const void*, 10> optional{&g.frame,      &g.strength, &g.generation, &g.utilisation, &g.born,
+                                                 &g.solid_mass, &g.hull,     &g.crystal,    &g.turn_mass,   &g.held};
       const bool may_be_empty = std::find(optional.begin(), optional.end(), &column) != optional.end();
       if (!may_be_empty || !column.empty()) column.emplace_back();
     });

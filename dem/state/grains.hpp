@@ -44,6 +44,12 @@ struct Inertia {
   Quat axes;
 };
 
+/// What a grain bore when it was last tested for cracks and held.
+struct HeldLoad {
+  Mat3 moment = Mat3::Zero();  // sum of force x arm, geometry frame (N m)
+  double contacts = 0;
+};
+
 struct Grains {
   std::vector<Motion> motion;
   std::vector<Quat> orientation;  // geometry -> global
@@ -66,6 +72,7 @@ struct Grains {
   std::vector<Quat> crystal;        // crystal -> geometry; empty unless some grain cleaves along planes of its crystal
   std::vector<Index> hull;          // row of `hulls`; empty unless all are hulls
   std::shared_ptr<const HullStore> hulls;  // never changed once made: states share it
+  std::vector<HeldLoad> held;              // empty unless some grain is tested for cracks
   std::uint32_t next_id = 0;
 
   std::size_t size() const { return motion.size(); }
@@ -95,6 +102,7 @@ void for_each_column(G& g, F&& f) {
   f(g.hull);
   f(g.crystal);
   f(g.turn_mass);
+  f(g.held);
 }
 
 /// Empties a column for good: its room goes, too.

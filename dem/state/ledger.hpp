@@ -42,6 +42,13 @@ struct SplitStatistics {
   double pressure_jump = 0;          // relative jumps of the sample's pressure, summed over the instants
 };
 
+/// Grains that were tested for cracks (rve/crack_tests.hpp).
+struct CrackCounts {
+  std::size_t tests = 0, holds = 0, cracks = 0;
+  std::size_t stalled = 0;  // such that neither held nor parted, or only into wedges too thin: left whole
+  double bond_energy = 0;   // that bonds in cracked grains gave up (J); rigid grains have never held it
+};
+
 /// Energies in J since the start of the run; dissipation is positive.
 struct Ledger {
   double work = 0;  // of walls, cell and gravity on the grains
@@ -69,6 +76,7 @@ struct Ledger {
   double residual_force = 0;  // N, summed: part of the children's initial forces that springs could not carry
   std::size_t breakages = 0, bonds_broken = 0;
   std::size_t planes_dropped = 0;  // by pieces of hulls that would have had too many faces or corners
+  CrackCounts cracks;
   Fines fines;
   SplitStatistics splits;
 

@@ -64,6 +64,43 @@ max_energy_error = 0.5
 [output]
 history_interval = 0.001
 """
+PERIDYNAMICS = """[material.sand.fracture]
+model = "peridynamics"
+platen_strength = "20 MPa"
+weibull = { modulus = 3.1, reference_radius = "0.5 mm", law = "linear", inherit = true }
+points = 300
+smallest_radius = "0.15 mm"
+test = { unbalanced_force = 0.5, unbalanced_moment = 1 }
+"""
+RVE["cracking"] = """[material.sand]
+density = 2650.0
+contact = "overlap"
+youngs_modulus = "2 GPa"
+friction = 0.5
+damping = 0.3
+""" + PERIDYNAMICS + """[packing]
+kind = "random"
+box = ["3 mm", "3 mm", "3 mm"]
+radius = { distribution = "uniform", min = "0.4 mm", max = "0.5 mm" }
+solid_fraction = 0.2
+hulls = { balls = 32 }
+[boundary]
+kind = "periodic"
+[preparation]
+pressure = "1 MPa"
+friction = 0.2
+unbalanced_force = 0.02
+[loading]
+kind = "uniaxial-strain"
+axis = "z"
+strain_rate = "100 1/s"
+final_strain = 0.1
+[numerics]
+max_energy_error = 0.5
+[output]
+history_interval = 0.05
+grading = true
+"""
 RVE["disc"] = ROCK + COHESIVE + """[packing]
 kind = "voronoi"
 cylinder = { diameter = "10 mm", length = "2 mm" }

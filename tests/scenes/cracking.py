@@ -1,0 +1,59 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Grains that break by peridynamics through the programs: cracking.py BIN"""
+import json
+import os
+import sys
+import tempfile
+
+import scene_tools
+from scene_tools import faults, history, need, run, shipped
+
+binaries = os.path.abspath(sys.argv[1])
+rve = scene_tools.program(binaries, "grus-rve")
+OEDOMETER = os.path.join(shipped, "zhu2019", "oedometer_60.toml")
+COUNTS = ("pd_tests", "pd_holds", "pd_cracks", "pd_stalled")
+
+
+def numbers(out):
+    return [{k: float(v) for k, v in row.items()} for row in history(out)]
+
+
+def oedometer(tmp):
+    """Some sixty grains in an oedometer: they are tested, hold or crack; mass and energy are kept, and one thread and
+    two write the same."""
+    texts = []
+    for threads in ("2", "1"):
+        out = os.path.join(tmp, "threads" + threads)
+        r = run(rve, OEDOMETER, "-o", out, "--quiet", "--threads", threads)
+        need(r.returncode == 0, f"oedometer: {r.stderr}")
+        texts.append(open(os.path.join(out, "history.csv")).read())
+    need(texts[0] == texts[1], "oedometer: one thread and two differ")
+    rows, told = numbers(out), json.load(open(os.path.join(out, "summary.json")))
+    last = rows[-1]
+    need(last["pd_cracks"] == last["breakages"] >= 5, f"oedometer: {last['breakages']} breakages")
+    need(last["grains"] - rows[0]["grains"] >= last["breakages"], "oedometer: fewer pieces than cracks make")
+    need(last["pd_tests"] == last["pd_holds"] + last["pd_cracks"] + last["pd_stalled"], f"oedometer: {last}")
+    need(last["pd_holds"] > 0 and last["pd_stalled"] < 0.2 * last["pd_tests"], "oedometer: tests")
+    need(all(b[k] >= a[k] for a, b in zip(rows, rows[1:]) for k in COUNTS), "oedometer: counts fall")
+    need(abs(told["mass"]["lost_kg"]) < 1e-12 * told["mass"]["start_kg"], f"oedometer: {told['mass']}")
+    worst = max(abs(x["energy_error"]) for x in rows)
+    need(worst < 1e-2, f"oedometer: energy error {worst}")
+    need(last["fragment_area_m2"] > 0 and last["bond_energy_J"] > 0, "oedometer: area and energy of bonds")
+
+
+def without(tmp):
+    """A scene that does not name the model has no column of it."""
+    out = os.path.join(tmp, "without")
+    r = run(rve, OEDOMETER, "-o", out, "--quiet", "--set", "material.sand.fracture=", "--set",
+            "loading.max_strain=1e-4")
+    need(r.returncode in (0, 3), f"without: {r.stderr}")
+    names = set(numbers(out)[0])
+    need(not names & {*COUNTS, "fragment_area_m2", "bond_energy_J"}, f"without: {sorted(names)}")
+
+
+with tempfile.TemporaryDirectory() as folder:
+    oedometer(folder)
+    without(folder)
+print("cracking:", len(faults), "faults")
+sys.exit(bool(faults))
