@@ -2,6 +2,7 @@
 #include "dem/contact/hull_pairs.hpp"
 
 #include <algorithm>
+#include <atomic>
 
 #include "dem/contact/broad_phase.hpp"
 #include "dem/shape/separation.hpp"
@@ -73,6 +74,18 @@ Press advance(const TileWork& s, std::size_t k, const Overlap& o, double modulus
   return out;
 }
 
+/// What contact k alone makes of the eigenvalue that bounds the time step, by grain i: faces that come to lie on each
+/// other resist with all their area from one step to the next.
+double firmness(const TileWork& s, std::size_t k, Index i, const Vec3& arm, double weight) {
+  const Grains& g = s.grains;
+  const double turning = arm.cross(s.contacts.touch[k].normal).squaredNorm() / g.inertia[i].moments.maxCoeff();
+  return weight * s.contacts.contact.stiffness[k] * (g.motion[i].inverse_mass + turning);
+}
+
+void watch(Plan& plan, double eigenvalue) {
+  if (eigenvalue > plan.firmest) std::atomic_ref(plan.firmer).store(1, std::memory_order_relaxed);
+}
+
 /// Their distance; `normal` as the direction of `separation`, global.
 double distance_of_pair(const Grains& g, const Cell& cell, const Candidate& pair, Vec3& normal) {
   const Mat3 &axes = g.frame[pair.a].axes, back = axes.transpose();
@@ -115,6 +128,16 @@ Overlap overlap_of_pair(const Grains& g, const Cell& cell, const Pair& pair, con
                     shift_of(g, cell, pair.a, pair.b, pair.image), search);
 }
 
+Overlap overlap_if_pressed(const Grains& g, const Cell& cell, const Pair& pair, const Vec3& normal, double reach,
+                           double press) {
+  const HullView a = hull_of_grain(g, pair.a), b = hull_of_grain(g, pair.b);
+  const Mat3 &axes = g.frame[pair.a].axes, &other = g.frame[pair.b].axes, back = axes.transpose();
+  const Vec3 shift = shift_of(g, cell, pair.a, pair.b, pair.image);
+  const double gap = separation_along(a, b, back * other, back * shift, back * normal);
+  if (gap > reach + press) return {};
+  return overlap_of(a, b, axes, other, shift - (std::max(gap, 0.0) + press) * normal, normal);
+}
+
 Overlap overlap_at_wall(const Grains& g, const Wall& wall, Index i) {
   const Vec3 to = wall.point - g.motion[i].position;
   return std::visit([&](const auto& shape) { return overlap_at(shape, g, i, to); }, wall.shape);
@@ -149,6 +172,7 @@ void hulls(const TileWork& s, std::size_t begin, std::size_t end) {
     const double modulus =
         contacts.contact.touching(k) ? contacts.contact.radius[k] : foundation_of(s.pairs[pair.law], g, pair.a, pair.b);
     const Press press = advance(s, k, o, modulus, m);
+    watch(contacts.plan, std::max(firmness(s, k, pair.a, o.middle, 2), firmness(s, k, pair.b, arm_b, 2)));
     const Vec3 force = press.elastic + press.rest;
     const Vec3 moment = contacts.contact.radius[k] * o.moment + press.moment * n;  // about the mass centre of a
     if (contacts.spots) contacts.spot[k] = {o.middle, moment - o.middle.cross(press.elastic)};
@@ -176,6 +200,7 @@ void hulls_at_walls(const TileWork& s, std::size_t begin, std::size_t end) {
     const Meeting m{wall.velocity - a.velocity - a.spin.cross(o.middle), -n.dot(a.spin), 0.5 * n.dot(a.spin),
                     1 / a.inverse_mass};
     const Press press = advance(s, k, o, foundation_of(s.pairs[pair.law], s.grains, pair.a), m);
+    watch(contacts.plan, firmness(s, k, pair.a, o.middle, 1));
     const Vec3 force = press.elastic + press.rest;
     const Vec3 moment = contacts.contact.radius[k] * o.moment + press.moment * n;
     if (contacts.spots) contacts.spot[k] = {o.middle, moment - o.middle.cross(press.elastic)};

@@ -19,6 +19,11 @@ bool hulls_near(const Grains& grains, const Cell& cell, const Candidate& pair, d
 Overlap overlap_of_pair(const Grains& grains, const Cell& cell, const Pair& pair, const Vec3& search);
 Overlap overlap_at_wall(const Grains& grains, const Wall& wall, Index grain);
 
+/// The overlap that a listed pair would have once it meets along `normal`, from a to b, and is pressed by `press` (m);
+/// none where they are further apart along it than `reach` and `press` (m).
+Overlap overlap_if_pressed(const Grains& grains, const Cell& cell, const Pair& pair, const Vec3& normal, double reach,
+                           double press);
+
 /// Modulus (Pa/m) of the foundation between two hulls, and of one against a wall.
 double foundation_of(const PairLaw& p, const Grains& grains, Index a, Index b);
 double foundation_of(const PairLaw& p, const Grains& grains, Index a);

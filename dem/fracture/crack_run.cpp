@@ -53,6 +53,16 @@ LastHold last_hold(PeridynamicSolid& solid, const PointColumns& load, const Poin
   return last;
 }
 
+namespace {
+
+double largest(const PointColumns& u) {
+  double most = 0;
+  for (std::size_t k = 0; k < u.size(); ++k) most = std::max(most, std::abs(u[k]));
+  return most;
+}
+
+}  // namespace
+
 CrackRun crack_run(PeridynamicSolid& solid, const PointColumns& load, PointColumns& u, const CrackChoice& choice,
                    double share) {
   constexpr int each = 10;  // steps from look to look
@@ -61,11 +71,13 @@ CrackRun crack_run(PeridynamicSolid& solid, const PointColumns& load, PointColum
   const double half = 0.5 * choice.damping * speed * step, keep = (1 - half) / (1 + half);
   const double kick = step / (1 + half) / solid.lattice().volume;
   const int quiet = static_cast<int>(CrackChoice::quiet / (speed * step)) + 1;
+  const int pause = static_cast<int>(CrackChoice::pause / (speed * step)) + 1;
   const int after = static_cast<int>(choice.time / (speed * step)) + 1;
   CrackRun run;
   run.load_factor = share;
   PointColumns velocity(solid.lattice().size()), force = velocity;
   int raised = 0, since_break = 0, since_raise = 0, since_parted = -1;
+  const double torn = CrackChoice::torn * largest(u) / share;
   solid.dilate(u);
   for (;;) {
     solid.pull(force);
@@ -80,15 +92,15 @@ CrackRun crack_run(PeridynamicSolid& solid, const PointColumns& load, PointColum
     if (run.steps % each == 0 || since_parted == after) {
       Clusters seen = clusters_of(solid, choice.smallest_piece);
       if (seen.pieces > 1) run.clusters = std::move(seen), since_parted = std::max(since_parted, 0);
+      if (since_parted < 0 && largest(u) > torn) return run;
     }
     if (since_parted == after) {
       run.end = CrackEnd::parts;
       return run;
     }
     if (run.steps == CrackChoice::most_in_all) return run;
-    const bool still = since_break > quiet;
+    const bool whole = run.load_factor >= 1, still = since_break > (whole ? quiet : pause);
     if (since_parted >= 0 || (!still && since_raise < CrackChoice::most_steps)) continue;
-    const bool whole = run.load_factor >= 1;
     if (still && whole) {
       run.end = CrackEnd::holds;
       return run;

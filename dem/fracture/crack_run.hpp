@@ -39,11 +39,13 @@ struct CrackChoice {
   double damping = 3.2;                   // times c_p / d
   double time = 2;                        // passages of c_p through d after it has parted
   double smallest_piece = 0.03;           // share of the points
-  static constexpr double quiet = 15;     // passages without a break: it holds
+  static constexpr double quiet = 15;     // passages without a break under the whole load: it holds
+  static constexpr double pause = 5;      // the same under a part of it: the load goes on
   static constexpr int most_steps = 900;  // without parting: the load is raised
   static constexpr double raise = 1.05;
   static constexpr int raises = 3;  // above the whole load
-  static constexpr int most_in_all = 10000;
+  static constexpr int most_in_all = 4000;
+  static constexpr double torn = 5;  // times what the whole load displaces at rest: a patch is off, its load with it
 };
 
 /// The largest share of a load, in powers of 1 / CrackChoice::raise, that the solid holds, where it does not hold the

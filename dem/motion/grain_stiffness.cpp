@@ -42,20 +42,43 @@ void planes_of_wall(const RollerWall& wall, const Grains& g, const Mat3& back, c
   planes_in((*g.hulls)[wall.hull], back, back * to, planes);
 }
 
+/// Hulls that do not touch and may meet within `ahead` (s), or all but lie on each other as pieces just born: faces
+/// resist with their whole area from one step to the next. Their overlap once they are pressed by a ten-thousandth of
+/// their size.
+Overlap overlap_soon(const Grains& g, const Cell& cell, const Pair& p, const Vec3& normal, double ahead) {
+  const Motion &a = g.motion[p.a], &b = g.motion[p.b];
+  const double press = 1e-4 * std::min(g.extent[p.a].equivalent_radius, g.extent[p.b].equivalent_radius);
+  const Vec3 drag = cell.rate * Vec3(p.image[0], p.image[1], p.image[2]);
+  const double speed = (b.velocity + drag - a.velocity).norm() + a.spin.norm() * a.radius + b.spin.norm() * b.radius;
+  return overlap_if_pressed(g, cell, p, normal, speed * ahead, press);
+}
+
+Stiffness stiffness_of_area(const PairLaw& p, double normal) {
+  return {.normal = normal, .tangential = p.friction[slide_spring] > 0 ? p.shear_ratio * normal : 0};
+}
+
 /// Hulls: the whole area resists, rocking by its second moments; where it lies is looked up again.
-void place_hulls(const Grains& g, const Boundary& boundary, const Contacts& contacts, Stiffnesses& all) {
+void place_hulls(std::span<const PairLaw> pairs, const Grains& g, const Boundary& boundary, const Contacts& contacts,
+                 double ahead, Stiffnesses& all) {
   if (g.hull.empty()) return;
   std::vector<Stiffness>& k = all.of;
   all.arm.resize(k.size()), all.turning.resize(k.size(), Mat3::Zero());
   std::vector<Plane> planes;
   for (const Bin bin : {hull_hull, hull_wall})
     for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c) {
-      if (k[c].normal == 0) continue;
+      if (k[c].normal == 0 && bin == hull_wall) continue;
       const Pair& p = contacts.pair[c];
-      const Mat3 &axes = g.frame[p.a].axes, back = axes.transpose();
+      double modulus = contacts.contact.radius[c];
       Overlap o;
+      if (k[c].normal == 0) {
+        o = overlap_soon(g, boundary.cell, p, contacts.touch[c].normal, ahead);
+        if (!(o.volume > 0)) continue;
+        modulus = foundation_of(pairs[p.law], g, p.a, p.b);
+        k[c] = stiffness_of_area(pairs[p.law], modulus * o.area.norm());
+      }
+      const Mat3 &axes = g.frame[p.a].axes, back = axes.transpose();
       if (bin == hull_hull) {
-        o = overlap_of_pair(g, boundary.cell, p, contacts.touch[c].normal);
+        if (!(o.volume > 0)) o = overlap_of_pair(g, boundary.cell, p, contacts.touch[c].normal);
         const Vec3 shift = branch(g, boundary.cell, {p.a, p.b, p.image});
         all.arm[c] = {o.middle, o.middle - shift};
         planes_in((*g.hulls)[g.hull[p.b]], back * g.frame[p.b].axes, back * shift, planes);
@@ -67,7 +90,7 @@ void place_hulls(const Grains& g, const Boundary& boundary, const Contacts& cont
         std::visit([&](const auto& shape) { planes_of_wall(shape, g, back, to, planes); }, wall.shape);
       }
       if (!(o.volume > 0)) continue;
-      const double more = sharpness(o), modulus = contacts.contact.radius[c];
+      const double more = sharpness(o);
       k[c].normal *= more, k[c].tangential *= more;
       k[c].couple[roll_spring] = more * modulus * o.polar;
       const Mat3 patch = axes * turning_of_patch((*g.hulls)[g.hull[p.a]], planes, back * o.middle) * back;
@@ -79,10 +102,8 @@ void place_hulls(const Grains& g, const Boundary& boundary, const Contacts& cont
 
 template <class Law>
 Stiffness stiffness_of(const Law& law, const PairLaw& p, const Contact& c, double overlap) {
-  Stiffness s;
-  if (c.stiffness <= 0) return s;
-  s.normal = law(c, overlap).grip;
-  s.tangential = p.friction[slide_spring] > 0 ? p.shear_ratio * s.normal : 0;
+  if (c.stiffness <= 0) return {};
+  Stiffness s = stiffness_of_area(p, law(c, overlap).grip);
   for (const SpringRow row : couple_springs)
     s.couple[row] = p.friction[row] > 0 ? s.tangential * c.radius * c.radius : 0;
   return s;
@@ -100,7 +121,7 @@ double rolling_path(const Grains& g, const Contacts& contacts, std::size_t k) {
 
 /// Stiffness of every contact.
 Stiffnesses stiffnesses(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& g,
-                        const Boundary& boundary, const Contacts& contacts) {
+                        const Boundary& boundary, const Contacts& contacts, double ahead) {
   Stiffnesses all;
   std::vector<Stiffness>& k = all.of;
   k.resize(contacts.size());
@@ -115,7 +136,7 @@ Stiffnesses stiffnesses(const ContactLaw& law, std::span<const PairLaw> pairs, c
                 l(contacts.contact[c], contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
   };
   std::visit(fill, law);
-  place_hulls(g, boundary, contacts, all);
+  place_hulls(pairs, g, boundary, contacts, ahead, all);
   return all;
 }
 
@@ -214,14 +235,14 @@ BondsOfGrains::BondsOfGrains(const Grains& g, const Bonds& bonds)
 }
 
 HeldGrains::HeldGrains(const ContactLaw& law, std::span<const PairLaw> pairs, std::size_t materials, const Grains& g,
-                       const Boundary& boundary, const Contacts& contacts, const Bonds& bonds)
+                       const Boundary& boundary, const Contacts& contacts, const Bonds& bonds, double ahead)
     : law_(law),
       pairs_(pairs),
       materials_(materials),
       g_(g),
       boundary_(boundary),
       contacts_(contacts),
-      contact_(stiffnesses(law, pairs, g, boundary, contacts)),
+      contact_(stiffnesses(law, pairs, g, boundary, contacts, ahead)),
       bonds_(g, bonds) {
   for (const auto& wall : boundary.walls) wall_speed_ = std::max(wall_speed_, wall.velocity.norm());
   for (const auto& m : g.motion) max_speed_ = std::max(max_speed_, m.velocity.norm());

@@ -46,8 +46,9 @@ struct BondsOfGrains {
 /// made of.
 class HeldGrains {
 public:
+  /// `ahead` (s): hulls that may meet within that time hold each other already.
   HeldGrains(const ContactLaw& law, std::span<const PairLaw> pairs, std::size_t materials, const Grains& grains,
-             const Boundary& boundary, const Contacts& contacts, const Bonds& bonds);
+             const Boundary& boundary, const Contacts& contacts, const Bonds& bonds, double ahead = 0);
 
   /// Of each grain a bound of its largest eigenvalue (1/s^2), found at once.
   std::vector<double> cheap_bounds() const;

@@ -170,11 +170,19 @@ double energy_floor(const Model& model, const State& state) {
   return 1e-20 * whole + 0.5 * fastest * total_mass(g) / static_cast<double>(std::max<std::size_t>(g.size(), 1));
 }
 
+/// The eigenvalue (rad^2 s^-2) that the time step leaves to one contact of hulls; infinite where nobody looks.
+double firmest_contact(const Model& model, const State& state) {
+  if (state.grains.hull.empty() || model.numerics.time_step > 0 || state.watch != StepWatch::on) return INFINITY;
+  const double omega = 2 * model.numerics.safety / state.dt;
+  return omega * omega;
+}
+
+constexpr std::uint64_t least_ahead = 4;  // steps: what flies off from a contact and comes back still counts
+
 /// The critical step of grains that have got the inertia for the step that is wanted; `stiffer`: some was short of it.
-CriticalStep step_with_inertia(const Model& model, State& state, bool& stiffer) {
+CriticalStep step_with_inertia(const Model& model, State& state, const HeldGrains& held, bool& stiffer) {
   const Numerics& numerics = model.numerics;
   Grains& g = state.grains;
-  const HeldGrains held(model.law, model.pairs, model.materials.size(), g, state.boundary, state.contacts, state.bonds);
   std::vector<double> floor(g.size());
   for (std::size_t i = 0; i < g.size(); ++i)
     floor[i] = numerics.inertia_factor(g.extent[i].equivalent_radius) * solid_mass(g, i);
@@ -194,10 +202,11 @@ void choose_time_step(const Model& model, State& state) {
     return;
   }
   bool short_of = false;
-  const CriticalStep critical = model.numerics.inertia_step > 0
-                                    ? step_with_inertia(model, state, short_of)
-                                    : critical_step(model.law, model.pairs, model.materials.size(), state.grains,
-                                                    state.boundary, state.contacts, state.bonds);
+  const double ahead = before * static_cast<double>(std::max<std::uint64_t>(least_ahead, state.estimate_interval));
+  const HeldGrains held(model.law, model.pairs, model.materials.size(), state.grains, state.boundary, state.contacts,
+                        state.bonds, ahead);
+  const CriticalStep critical =
+      model.numerics.inertia_step > 0 ? step_with_inertia(model, state, held, short_of) : critical_step(held, false);
   if (!std::isfinite(critical.dt))
     throw Unstable("no finite time step: the grains have no stiffness; give time_step in [numerics]");
   state.dt = model.numerics.safety * critical.dt;
@@ -212,6 +221,7 @@ void choose_time_step(const Model& model, State& state) {
     state.estimate_interval =
         std::min<std::uint64_t>(2 * state.estimate_interval, static_cast<std::uint64_t>(model.numerics.estimate_every));
   state.next_estimate = state.steps + state.estimate_interval;
+  state.watch = state.watch == StepWatch::asked && !stiffer ? StepWatch::off : StepWatch::on;
 }
 
 void make_ready(const Model& model, State& state, Team& team) {
@@ -253,6 +263,8 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
   const double dt = state.dt;
   Step step{model, state, team, dt};
   WayBound bound(g, settings.affine, dt);
+  Plan& plan = state.contacts.plan;
+  plan.firmest = firmest_contact(model, state), plan.firmer = 0;
   bool moving = false;  // positions already opened by the sweep of the step before
   const auto power = [&] {
     return boundary_power(state.boundary, state.contacts) + cell_power(state.boundary.cell, state.bonds) +
@@ -278,7 +290,8 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
     }
     step.again = moving, step.pulled = false;
     const bool due = passes.due(state);
-    moving = !due && k + 1 < count;
+    const bool last = k + 1 == count || plan.firmer > 0;
+    moving = !due && !last;
     for (const Pass* pass : passes)
       if (pass->before_forces) pass->before_forces(step);
     force_and_move(model, state, settings, passes.shows() || !moving, step.pulled, moving ? Kick::both : Kick::close,
@@ -287,17 +300,22 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
       if (pass->after_forces) pass->after_forces(step);
     ++state.steps;
     state.time += dt;
-    if (!due) continue;
-    for (const Pass* pass : passes) {
-      if (!pass->stops || !pass->stops(step)) continue;
-      finish(k + 1);
-      pass->conclude(step);
-      if (model.numerics.time_step == 0) state.next_estimate = state.steps;
-      return k + 1;
+    if (due) {
+      for (const Pass* pass : passes) {
+        if (!pass->stops || !pass->stops(step)) continue;
+        finish(k + 1);
+        pass->conclude(step);
+        if (model.numerics.time_step == 0) state.next_estimate = state.steps;
+        return k + 1;
+      }
     }
+    if (!last) continue;
+    finish(k + 1);
+    if (plan.firmer > 0) state.next_estimate = state.steps, state.watch = StepWatch::asked;
+    return k + 1;
   }
-  finish(count);
-  return count;
+  finish(0);
+  return 0;
 }
 
 }  // namespace

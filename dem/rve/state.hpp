@@ -23,6 +23,10 @@ struct BreakRoom {
   GrainBonds bonds;                   // of hulls
 };
 
+/// A contact of hulls that stiffens between two estimates of the critical step asks for one at once; where that finds
+/// that all is no stiffer, nobody is asked again before the next that is due.
+enum class StepWatch : std::uint8_t { on, asked, off };
+
 struct State {
   Grains grains;
   Contacts contacts;
@@ -36,6 +40,7 @@ struct State {
   std::uint64_t steps = 0, grain_steps = 0;  // grain_steps: steps times grains, summed
   std::uint64_t next_estimate = 0,
                 estimate_interval = 5;         // step at which the critical step is due again, and the gap to the next
+  StepWatch watch = StepWatch::on;
   double skin = 0, mean_radius = 0;            // m; the radius at the start
   double grain_pressure = 0;                   // Pa; mean of the grains, kept while some may swell
   std::uint64_t tested_at = 0, next_test = 0;  // steps of the last and the next breakage test
