@@ -24,8 +24,19 @@ struct Meeting {
   Vec3 velocity;  // m/s
   double spin;    // rad/s, about the normal
   double twist;   // of both, the mean (rad/s)
-  double mass;    // effective (kg)
+  double mobility[2];  // of a and b at the middle along the normal (1/kg); of a wall 0
+
+  double mass() const { return 1 / (mobility[0] + mobility[1]); }  // effective (kg)
 };
+
+/// Velocity along n that an impulse of 1 along n gives to grain i at `arm` from its mass centre (1/kg). A blow on the rim
+/// of a flake meets a small part of its mass: dashpots by the whole would throw it back.
+double mobility(const Grains& g, Index i, const Vec3& arm, const Vec3& n) {
+  const Motion& m = g.motion[i];
+  if (!(m.inverse_inertia > 0)) return m.inverse_mass;
+  const Vec3 lever = g.inertia[i].axes.conjugate() * (g.frame[i].axes.transpose() * arm.cross(n));
+  return m.inverse_mass + lever.cwiseAbs2().dot(g.inertia[i].moments.cwiseInverse());
+}
 
 /// What a contact does to b: the potential's wrench, and dashpot and friction at the middle of the area.
 struct Press {
@@ -55,7 +66,7 @@ Press advance(const TileWork& s, std::size_t k, const Overlap& o, double modulus
   c.stiffness = c.radius * area;
   const Elastic elastic{c.radius * force, c.stiffness, c.radius * o.energy, c.stiffness};
   const double vn = m.velocity.dot(n);
-  const double viscous = advance_dashpot(p, m.mass, elastic, vn, s.dt(), c, s.energy);
+  const double viscous = advance_dashpot(p, m.mass(), elastic, vn, s.dt(), c, s.energy);
   Press out{c.radius * o.force, viscous * n, 0};
   if (p.friction[slide_spring] > 0) {
     Vec3& spring = c.spring[slide_spring];
@@ -74,16 +85,11 @@ Press advance(const TileWork& s, std::size_t k, const Overlap& o, double modulus
   return out;
 }
 
-/// What contact k alone makes of the eigenvalue that bounds the time step, by grain i: faces that come to lie on each
-/// other resist with all their area from one step to the next.
-double firmness(const TileWork& s, std::size_t k, Index i, const Vec3& arm, double weight) {
-  const Grains& g = s.grains;
-  const double turning = arm.cross(s.contacts.touch[k].normal).squaredNorm() / g.inertia[i].moments.maxCoeff();
-  return weight * s.contacts.contact.stiffness[k] * (g.motion[i].inverse_mass + turning);
-}
-
-void watch(Plan& plan, double eigenvalue) {
-  if (eigenvalue > plan.firmest) std::atomic_ref(plan.firmer).store(1, std::memory_order_relaxed);
+/// The eigenvalue that contact k alone, of this weight in the bound of the time step, gives to either: faces that come
+/// to lie on each other resist with all their area from one step to the next.
+void watch(Contacts& contacts, std::size_t k, const Meeting& m, double weight) {
+  const double eigenvalue = weight * contacts.contact.stiffness[k] * std::max(m.mobility[0], m.mobility[1]);
+  if (eigenvalue > contacts.plan.firmest) std::atomic_ref(contacts.plan.firmer).store(1, std::memory_order_relaxed);
 }
 
 /// Their distance; `normal` as the direction of `separation`, global.
@@ -168,11 +174,13 @@ void hulls(const TileWork& s, std::size_t begin, std::size_t end) {
     if (crosses(pair)) drag = cell.rate * Vec3(pair.image[0], pair.image[1], pair.image[2]);
     const Vec3 n = o.force.normalized();
     const Meeting m{b.velocity + b.spin.cross(arm_b) + drag - a.velocity - a.spin.cross(o.middle),
-                    n.dot(b.spin - a.spin), 0.5 * n.dot(a.spin + b.spin), 1 / (a.inverse_mass + b.inverse_mass)};
+                    n.dot(b.spin - a.spin),
+                    0.5 * n.dot(a.spin + b.spin),
+                    {mobility(g, pair.a, o.middle, n), mobility(g, pair.b, arm_b, n)}};
     const double modulus =
         contacts.contact.touching(k) ? contacts.contact.radius[k] : foundation_of(s.pairs[pair.law], g, pair.a, pair.b);
     const Press press = advance(s, k, o, modulus, m);
-    watch(contacts.plan, std::max(firmness(s, k, pair.a, o.middle, 2), firmness(s, k, pair.b, arm_b, 2)));
+    watch(contacts, k, m, 2);
     const Vec3 force = press.elastic + press.rest;
     const Vec3 moment = contacts.contact.radius[k] * o.moment + press.moment * n;  // about the mass centre of a
     if (contacts.spots) contacts.spot[k] = {o.middle, moment - o.middle.cross(press.elastic)};
@@ -197,10 +205,12 @@ void hulls_at_walls(const TileWork& s, std::size_t begin, std::size_t end) {
       continue;
     }
     const Vec3 n = o.force.normalized();
-    const Meeting m{wall.velocity - a.velocity - a.spin.cross(o.middle), -n.dot(a.spin), 0.5 * n.dot(a.spin),
-                    1 / a.inverse_mass};
+    const Meeting m{wall.velocity - a.velocity - a.spin.cross(o.middle),
+                    -n.dot(a.spin),
+                    0.5 * n.dot(a.spin),
+                    {mobility(s.grains, pair.a, o.middle, n), 0}};
     const Press press = advance(s, k, o, foundation_of(s.pairs[pair.law], s.grains, pair.a), m);
-    watch(contacts.plan, firmness(s, k, pair.a, o.middle, 1));
+    watch(contacts, k, m, 1);
     const Vec3 force = press.elastic + press.rest;
     const Vec3 moment = contacts.contact.radius[k] * o.moment + press.moment * n;
     if (contacts.spots) contacts.spot[k] = {o.middle, moment - o.middle.cross(press.elastic)};
