@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "apps/scene/peridynamics_scene.hpp"
 #include "apps/scene/reader.hpp"
-#include "dem/fracture/platen_strength.hpp"
+#include "dem/fracture/platens.hpp"
 
 #include <fmt/format.h>
 
@@ -33,19 +33,16 @@ void read_toughness(Table& t, const dem::StrengthLaw& law, dem::CrackTests& c, d
   else
     toughness.reference_diameter = t.number("reference_diameter", dimension::length, positive);
   const dem::LatticeModel& l = c.lattice;
-  const std::optional<double> factor = dem::platen_factor(l);
+  const double number = dem::platen_number(l);
   const auto horizon = l.lattice.horizon * l.lattice.spacing() * toughness.reference_diameter;
   if (t.has("platen_strength")) {
     platens.strength = t.number("platen_strength", dimension::pressure, positive);
-    if (!factor)
-      t.fail("platen_strength",
-             "is known of the horizons 2.5 with partial_volume and 3 without: elsewhere give fracture_energy");
-    toughness.energy = dem::fracture_energy(toughness.form, platens.strength / (*factor * l.youngs_modulus),
+    toughness.energy = dem::fracture_energy(toughness.form, platens.strength / (number * l.youngs_modulus),
                                             l.youngs_modulus, l.poissons_ratio, horizon);
   } else {
     toughness.energy = t.number("fracture_energy", dimension::surface_energy, positive);
     platens.strength =
-        factor.value_or(0.6) * l.youngs_modulus *
+        number * l.youngs_modulus *
         dem::critical_stretch(toughness.form, toughness.energy, l.youngs_modulus, l.poissons_ratio, horizon);
   }
   if (!(platens.strength < 0.01 * l.youngs_modulus))

@@ -12,6 +12,7 @@
 #include "apps/scene/packing_scene.hpp"
 #include "apps/scene/speeds.hpp"
 #include "apps/scene/supports_scene.hpp"
+#include "dem/packing/random_hulls.hpp"
 
 namespace grus::app {
 namespace {
@@ -51,17 +52,25 @@ void tell_uneven(std::span<const double> sides, std::vector<std::string>& notes)
 
 namespace {
 
+/// A hull of 32 planes, as large as a sphere of that radius.
+void put_ball(const Table& t, double radius, dem::ListedGrain& grain) {
+  grain.place = t.place(""), grain.place_of_size = t.place("radius");
+  grain.vertices = dem::ball_of_planes(dem::Vec3::Ones()).body.vertex;
+  for (dem::Vec3& v : *grain.vertices) v *= radius;
+}
+
 dem::ListedGrain read_grain(Table t, const dem::Model& model) {
   dem::ListedGrain grain;
   dem::GrainSpec& spec = grain.spec;
-  const std::string shape = t.choice_or("shape", "sphere", {"sphere", "polyellipsoid", "hull"});
+  const std::string shape = t.choice_or("shape", "sphere", {"sphere", "ball", "polyellipsoid", "hull"});
   const std::string name = t.text_or("material", model.materials.front().name);
   spec.material = material_of(t, model, name);
   const dem::Material& material = model.materials[spec.material];
-  if (shape == "sphere") {
+  if (shape == "sphere" || shape == "ball") {
     const double radius = t.number("radius", dimension::length, positive);
     check_mass(t, material, radius, "radius");
     spec.shape = dem::PolyEllipsoid::sphere(radius);
+    if (shape == "ball") put_ball(t, radius, grain);
   } else if (shape == "polyellipsoid") {
     const auto a = t.numbers("semi_axes", 6, dimension::length);
     spec.shape.plus = {a[0], a[2], a[4]};

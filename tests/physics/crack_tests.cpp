@@ -5,7 +5,7 @@
 
 #include <numbers>
 
-#include "dem/fracture/platen_strength.hpp"
+#include "dem/fracture/platens.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/packing/random_hulls.hpp"
 #include "dem/rve/state_hash.hpp"
@@ -27,7 +27,7 @@ Model cracking_rock(double strength, int points = 500) {
   c.lattice.youngs_modulus = 60e9, c.lattice.poissons_ratio = 0.15;
   c.toughness.reference_diameter = 1;
   const double horizon = c.lattice.lattice.horizon * c.lattice.lattice.spacing();
-  const double stretch = strength / (*platen_factor(c.lattice) * c.lattice.youngs_modulus);
+  const double stretch = strength / (platen_number(c.lattice) * c.lattice.youngs_modulus);
   c.toughness.energy = fracture_energy(c.toughness.form, stretch, c.lattice.youngs_modulus, 0.15, horizon);
   f.criteria.emplace_back(PlatenForce{strength});
   f.splitter = Shatter{};

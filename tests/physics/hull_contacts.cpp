@@ -65,6 +65,34 @@ TEST_CASE("restitution of a cube that falls on its face is the given one") {
   CHECK(s.grains.motion[0].velocity.z() == Approx(0.004).epsilon(2e-3));
 }
 
+TEST_CASE("a plate that falls on its rim comes back as a cube on its edge of the mass that the blow meets") {
+  constexpr double thick = 0.2, fall = 0.01;
+  const Quat tilt(Eigen::AngleAxisd(0.25 * pi, Vec3::UnitY()));
+  const Vec3 half(0.5, 0.5, 0.5 * thick), rim = tilt * Vec3(half.x(), 0, -half.z());
+  const double mass = thick, moment = mass * (1 + thick * thick) / 12;
+  const double met = 1 / (1 / mass + rim.x() * rim.x() / moment);  // half of the whole
+  CHECK(met < 0.55 * mass);
+  Model model = hull_model(0, 1e4, 0.3);
+  model.numerics.time_step = 2e-5;
+  Team team(1);
+  const auto run = [&](const Polyhedron& body, double height, double own) {
+    State s;
+    add_body(s, body, Vec3(0, 0, height), tilt, Vec3(0, 0, -fall));
+    set_inertia(s.grains, 0, own, own);
+    add_floor(s);
+    prepare(model, s, team);
+    run_for(model, s, 0.5, team);
+    CHECK(s.contacts.contact.stiffness[0] == 0);
+    return s;
+  };
+  const double came_back = run(unit_cube(), std::sqrt(0.5), met).grains.motion[0].velocity.z();
+  const State plate = run(box_between(-half, half), -rim.z(), mass);
+  const Motion& m = plate.grains.motion[0];
+  CHECK(came_back > 0.1 * fall);
+  // It turns by some 0.01 while it touches, and its arm with it.
+  CHECK(m.velocity.z() + m.spin.cross(rim).z() == Approx(came_back).epsilon(0.02));
+}
+
 TEST_CASE("cells that collide keep energy, momentum and angular momentum; the error falls with the step squared") {
   Team team(1);
   const Tessellation cells = voronoi_packing(periodic_space(Vec3::Constant(4)), 64, 2, 3, team);

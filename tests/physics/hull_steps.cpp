@@ -45,3 +45,60 @@ TEST_CASE("on a face, an edge and a corner a cube is as stiff as its force grows
     }
   }
 }
+
+TEST_CASE("faces hold each other once they lie on each other, or may within the time ahead") {
+  Team team(1);
+  const Model model = hull_model();
+  const auto held = [&](double gap, double speed, double spin, double ahead) {
+    State s;
+    add_body(s, unit_cube(), Vec3::Zero(), Quat::Identity(), Vec3(0, 0, speed));
+    add_body(s, unit_cube(), Vec3(0, 0, 1 + gap), Quat::Identity(), Vec3::Zero(), Vec3(0, 0, spin));
+    prepare(model, s, team);
+    const HeldGrains of(model.law, model.pairs, model.materials.size(), s.grains, s.boundary, s.contacts, s.bonds,
+                        ahead);
+    CHECK((of.touched()[0] != 0) == (of.stiffness(0)(2, 2) > 0));
+    return of.stiffness(0)(2, 2);
+  };
+  constexpr double whole = 2 * modulus;  // a pair counts twice
+  CHECK(held(0, 0, 0, 0) == Approx(whole).epsilon(1e-9));
+  CHECK(held(1e-3, 0, 0, 1) == 0);
+  CHECK(held(1e-3, 2, 0, 1e-3) == Approx(whole).epsilon(1e-9));
+  CHECK(held(1e-3, -2, 0, 1e-3) == Approx(whole).epsilon(1e-9));  // it flies off, and may come back
+  CHECK(held(1e-3, 2, 0, 4e-4) == 0);
+  CHECK(held(1e-3, 0, 2 / std::sqrt(0.75), 1e-3) == Approx(whole).epsilon(1e-9));  // by the way of its corners
+  CHECK(held(1e-3, 0, 1 / std::sqrt(0.75), 5e-4) == 0);
+}
+
+TEST_CASE("plates that meet face on ask for a new estimate at once, and once only where the step bears them") {
+  Team team(1);
+  const Vec3 half(0.5, 0.5, 0.01);
+  for (const bool bears : {false, true}) {
+    Model model = hull_model();
+    model.numerics.safety = 0.5;
+    if (bears) model.numerics.max_time_step = 1e-6;
+    State s;
+    add_body(s, box_between(-half, half), Vec3(0, 0, -0.02), Quat::Identity(), Vec3(0, 0, 0.01));
+    add_body(s, box_between(-half, half), Vec3(0, 0, 0.02), Quat::Identity(), Vec3(0, 0, -0.01));
+    s.boundary.cell.vectors = 10 * Mat3::Identity();
+    prepare(model, s, team);
+    update_time_step(model, s);
+    s.next_estimate = 100000000;
+    const double before = s.dt, most = model.numerics.safety * 2 / std::sqrt(2 * modulus / s.grains.mass[0]);
+    if (!bears) CHECK(before > most);
+    const std::uint64_t steps = static_cast<std::uint64_t>(1.05 / s.dt);
+    CHECK((run_steps(model, s, steps, team) < steps) == !bears);
+    CHECK((s.watch == StepWatch::asked) == !bears);
+    if (bears) continue;
+    CHECK(s.contacts.contact.touching(0));
+    CHECK(s.next_estimate == s.steps);
+    update_time_step(model, s);
+    CHECK(s.watch == StepWatch::on);
+    CHECK(s.dt == Approx(most).epsilon(1e-6));
+    s.watch = StepWatch::asked, s.next_estimate = s.steps;
+    update_time_step(model, s);
+    CHECK(s.watch == StepWatch::off);  // no stiffer: nobody asks before the next that is due
+    s.next_estimate = s.steps;
+    update_time_step(model, s);
+    CHECK(s.watch == StepWatch::on);
+  }
+}
