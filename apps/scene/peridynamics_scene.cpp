@@ -68,7 +68,10 @@ void read_peridynamics(Table& t, const dem::Material& material, const std::optio
     t.fail("model",
            "\"peridynamics\" goes with no bonds: what holds grains together is not cut with them; leave "
            "out bond, or use \"cleavage\"");
-  if (!elasticity) t.fail("model", "\"peridynamics\" needs youngs_modulus: what the points of a grain pull with");
+  if (!elasticity)
+    t.fail("model",
+           "\"peridynamics\" needs contact = \"overlap\", of hulls, with youngs_modulus: what the points of a "
+           "grain pull with");
   dem::CrackTests c;
   c.lattice.lattice = read_lattice(t);
   c.lattice.youngs_modulus = elasticity->modulus, c.lattice.poissons_ratio = elasticity->poissons_ratio;

@@ -214,6 +214,21 @@ TEST_CASE("no grain that the screens leave out would have failed") {
   CHECK(left_out > 15);
 }
 
+TEST_CASE("a plate too thin for points is asked, left whole and counted, and asked again where its load has grown") {
+  Team team(1);
+  const Model model = cracking_rock(crushing, 300);
+  const Vec3 half(0.5, 0.5, 0.02);
+  State thin = loaded_body(model, box_between(-half, half),
+                           {{Vec3(0.2, 0, 0.02), Vec3(0, 0, -400)}, {Vec3(0.2, 0, -0.02), Vec3(0, 0, 400)}});
+  CHECK(find_breaks(model, thin, team).empty());
+  CHECK(thin.ledger.cracks.stalled == 1);
+  CHECK(find_breaks(model, thin, team).empty());
+  CHECK(thin.ledger.cracks.tests == 1);
+  press_on(thin, 10);
+  CHECK(find_breaks(model, thin, team).empty());
+  CHECK(thin.ledger.cracks.stalled == 2);
+}
+
 TEST_CASE("a model that is tested for no cracks has no column of it") {
   Team team(1);
   const Model model = hull_model();

@@ -6,8 +6,11 @@ import os
 import sys
 import tempfile
 
+from scipy.spatial import ConvexHull
+
 import scene_tools
 from scene_tools import faults, history, need, run, shipped
+from values_tools import Frame
 
 binaries = os.path.abspath(sys.argv[1])
 rve = scene_tools.program(binaries, "grus-rve")
@@ -42,6 +45,27 @@ def oedometer(tmp):
     need(last["fragment_area_m2"] > 0 and last["bond_energy_J"] > 0, "oedometer: area and energy of bonds")
 
 
+def between_platens(tmp):
+    """A grain on a face between platens breaks near the strength of the paper's; the area of its pieces' fresh faces is
+    what their surfaces have more than the grain's, and its bonds have given up one to six times the toughness of it."""
+    out = os.path.join(tmp, "platens")
+    r = run(rve, os.path.join(shipped, "zhu2019", "grain.toml"), "-o", out, "--quiet", "--set",
+            "material.sand.fracture.points=500", "--set", "loading.final_strain=0.0075")
+    need(r.returncode == 0, f"platens: {r.stderr}")
+    rows = numbers(out)
+    last, first = rows[-1], next((k for k, x in enumerate(rows) if x["breakages"] > 0), len(rows) - 1)
+    need(last["pd_cracks"] == last["breakages"] > 0, f"platens: {last}")
+    force = rows[first - 1]["axial_stress_Pa"] * (2e-3 * 0.951489973) ** 2
+    need(150 < force < 260, f"platens: {force} N")
+    with open(os.path.join(out, "grains.hdf.series")) as f:
+        frames = [Frame(os.path.join(out, x["name"])).grains()["points"] for x in json.load(f)["files"]]
+    surface = [sum(ConvexHull(points).area for points in frame) for frame in (frames[0], frames[-1])]
+    need(len(frames[-1]) == last["grains"] > 1, f"platens: {len(frames[-1])} grains in the frame")
+    fresh = last["fragment_area_m2"]
+    need(abs(2 * fresh / (surface[1] - surface[0]) - 1) < 1e-3, f"platens: {surface}, fresh {fresh}")
+    need(1 < last["bond_energy_J"] / (30 * fresh) < 6, f"platens: {last['bond_energy_J']} J of {fresh} m^2")
+
+
 def without(tmp):
     """A scene that does not name the model has no column of it."""
     out = os.path.join(tmp, "without")
@@ -53,6 +77,7 @@ def without(tmp):
 
 
 with tempfile.TemporaryDirectory() as folder:
+    between_platens(folder)
     oedometer(folder)
     without(folder)
 print("cracking:", len(faults), "faults")
