@@ -21,16 +21,16 @@ Vec3 shift_of(const Grains& g, const Cell& cell, Index a, Index b, const std::ar
 
 /// How two hulls move at the middle of their contact, b against a.
 struct Meeting {
-  Vec3 velocity;  // m/s
-  double spin;    // rad/s, about the normal
-  double twist;   // of both, the mean (rad/s)
+  Vec3 velocity;       // m/s
+  double spin;         // rad/s, about the normal
+  double twist;        // of both, the mean (rad/s)
   double mobility[2];  // of a and b at the middle along the normal (1/kg); of a wall 0
 
   double mass() const { return 1 / (mobility[0] + mobility[1]); }  // effective (kg)
 };
 
-/// Velocity along n that an impulse of 1 along n gives to grain i at `arm` from its mass centre (1/kg). A blow on the rim
-/// of a flake meets a small part of its mass: dashpots by the whole would throw it back.
+/// Velocity along n that an impulse of 1 along n gives to grain i at `arm` from its mass centre (1/kg). A blow on the
+/// rim of a flake meets a small part of its mass: dashpots by the whole would throw it back.
 double mobility(const Grains& g, Index i, const Vec3& arm, const Vec3& n) {
   const Motion& m = g.motion[i];
   if (!(m.inverse_inertia > 0)) return m.inverse_mass;

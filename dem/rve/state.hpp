@@ -39,7 +39,7 @@ struct State {
   double time = 0, dt = 0;                   // s
   std::uint64_t steps = 0, grain_steps = 0;  // grain_steps: steps times grains, summed
   std::uint64_t next_estimate = 0,
-                estimate_interval = 5;         // step at which the critical step is due again, and the gap to the next
+                estimate_interval = 5;  // step at which the critical step is due again, and the gap to the next
   StepWatch watch = StepWatch::on;
   double skin = 0, mean_radius = 0;            // m; the radius at the start
   double grain_pressure = 0;                   // Pa; mean of the grains, kept while some may swell

@@ -198,9 +198,9 @@ struct Plan {
   std::vector<std::uint32_t> taken, done,
       moved;                // of each tile: the pass in which its pairs were begun and done, and its grains moved, last
   std::uint32_t round = 0;  // passes so far
-  double firmest = INFINITY;  // eigenvalue (rad^2 s^-2) that the time step allows a contact of hulls alone
-  std::uint32_t firmer = 0;   // some has passed it in this run of steps
-  std::vector<BlockEnergy> energy;                                  // one a tile; all zero between steps
+  double firmest = INFINITY;        // eigenvalue (rad^2 s^-2) that the time step allows a contact of hulls alone
+  std::uint32_t firmer = 0;         // some has passed it in this run of steps
+  std::vector<BlockEnergy> energy;  // one a tile; all zero between steps
   std::vector<double> law_rows, shift_rows, wall_rows, round_rows;  // room for the kernels' tables
 };
 
