@@ -34,7 +34,7 @@ struct Meeting {
 double mobility(const Grains& g, Index i, const Vec3& arm, const Vec3& n) {
   const Motion& m = g.motion[i];
   if (!(m.inverse_inertia > 0)) return m.inverse_mass;
-  const Vec3 lever = g.inertia[i].axes.conjugate() * (g.frame[i].axes.transpose() * arm.cross(n));
+  const Vec3 lever = g.frame[i].axes.transpose() * arm.cross(n);  // a hull's own axes are principal
   return m.inverse_mass + lever.cwiseAbs2().dot(g.inertia[i].moments.cwiseInverse());
 }
 
