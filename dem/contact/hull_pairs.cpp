@@ -29,15 +29,6 @@ struct Meeting {
   double mass() const { return 1 / (mobility[0] + mobility[1]); }  // effective (kg)
 };
 
-/// Velocity along n that an impulse of 1 along n gives to grain i at `arm` from its mass centre (1/kg). A blow on the
-/// rim of a flake meets a small part of its mass: dashpots by the whole would throw it back.
-double mobility(const Grains& g, Index i, const Vec3& arm, const Vec3& n) {
-  const Motion& m = g.motion[i];
-  if (!(m.inverse_inertia > 0)) return m.inverse_mass;
-  const Vec3 lever = g.frame[i].axes.transpose() * arm.cross(n);  // a hull's own axes are principal
-  return m.inverse_mass + lever.cwiseAbs2().dot(g.inertia[i].moments.cwiseInverse());
-}
-
 /// What a contact does to b: the potential's wrench, and dashpot and friction at the middle of the area.
 struct Press {
   Vec3 elastic, rest;  // N
@@ -122,6 +113,13 @@ Overlap overlap_at(const RollerWall& wall, const Grains& g, Index i, const Vec3&
 bool presses(const Overlap& o) { return o.volume > 0 && o.force.squaredNorm() > 0 && o.area.squaredNorm() > 0; }
 
 }  // namespace
+
+double mobility(const Grains& g, Index i, const Vec3& arm, const Vec3& n) {
+  const Motion& m = g.motion[i];
+  if (!(m.inverse_inertia > 0)) return m.inverse_mass;
+  const Vec3 lever = g.frame[i].axes.transpose() * arm.cross(n);  // a hull's own axes are principal
+  return m.inverse_mass + lever.cwiseAbs2().dot(g.inertia[i].moments.cwiseInverse());
+}
 
 double foundation_of(const PairLaw& p, const Grains& g, Index a, Index b) {
   return own<Foundation>(p).over(depth_of(g, a) + depth_of(g, b));

@@ -24,6 +24,10 @@ Overlap overlap_at_wall(const Grains& grains, const Wall& wall, Index grain);
 Overlap overlap_if_pressed(const Grains& grains, const Cell& cell, const Pair& pair, const Vec3& normal, double reach,
                            double press);
 
+/// Velocity along n that an impulse of 1 along n gives to hull i at `arm` from its mass centre (1/kg). A blow on the
+/// rim of a flake meets a small part of its mass: dashpots by the whole would throw it back.
+double mobility(const Grains& grains, Index i, const Vec3& arm, const Vec3& n);
+
 /// Modulus (Pa/m) of the foundation between two hulls, and of one against a wall.
 double foundation_of(const PairLaw& p, const Grains& grains, Index a, Index b);
 double foundation_of(const PairLaw& p, const Grains& grains, Index a);

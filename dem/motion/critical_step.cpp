@@ -39,6 +39,16 @@ CriticalStep critical_step(const HeldGrains& held, bool touch_only) {
     if (value > worst) worst = value, critical.grain = i, critical.impact = value == impact[i];
   }
   if (worst > 0) critical.dt = 2 / std::sqrt(worst);
+  if (held.damped()) {
+    const std::vector<double> drag = held.cheap_drags();
+    double fastest = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (!(drag[i] > 0) || with_dashpots(bound[i], drag[i]) <= fastest) continue;
+      fastest =
+          std::max(fastest, with_dashpots(largest_eigenvalue(held.stiffness(i)), largest_eigenvalue(held.drag(i))));
+    }
+    if (fastest > 0) critical.damped = 2 / std::sqrt(fastest);
+  }
   // No grain moves by more than a twentieth of its smallest width in a step.
   for (std::size_t i = 0; i < n; ++i) {
     const double speed = g.motion[i].velocity.norm() + g.motion[i].spin.norm() * g.motion[i].radius + held.wall_speed();

@@ -7,11 +7,13 @@
 namespace grus::dem {
 
 struct CriticalStep {
-  double dt = INFINITY;   // s
-  std::size_t grain = 0;  // that sets it
-  double max_speed = 0;   // m/s
-  bool impact = false;    // by the hardest impact that its speed allows, not by what holds it
-  bool outrun = false;    // it moves by a twentieth of its least width in a step of dt
+  double dt = INFINITY;      // s
+  std::size_t grain = 0;     // that sets it
+  double max_speed = 0;      // m/s
+  bool impact = false;       // by the hardest impact that its speed allows, not by what holds it
+  bool outrun = false;       // it moves by a twentieth of its least width in a step of dt
+  double damped = INFINITY;  // s; beyond it dashpots of hulls' contacts drive what they should damp: they act on the
+                             // velocity of half a step before
 };
 
 /// 2 / sqrt(largest eigenvalue bound). For grain i the bound is the largest eigenvalue of its mass-scaled 6 x 6

@@ -63,6 +63,8 @@ void place_hulls(std::span<const PairLaw> pairs, const Grains& g, const Boundary
   if (g.hull.empty()) return;
   std::vector<Stiffness>& k = all.of;
   all.arm.resize(k.size()), all.turning.resize(k.size(), Mat3::Zero());
+  if (std::any_of(pairs.begin(), pairs.end(), [](const PairLaw& p) { return p.dashpot > 0; }))
+    all.viscous.resize(k.size());
   std::vector<Plane> planes;
   for (const Bin bin : {hull_hull, hull_wall})
     for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c) {
@@ -90,11 +92,16 @@ void place_hulls(std::span<const PairLaw> pairs, const Grains& g, const Boundary
         std::visit([&](const auto& shape) { planes_of_wall(shape, g, back, to, planes); }, wall.shape);
       }
       if (!(o.volume > 0)) continue;
+      const Vec3& n = contacts.touch[c].normal;
+      if (!all.viscous.empty()) {
+        const double yields =
+            mobility(g, p.a, all.arm[c][0], n) + (bin == hull_hull ? mobility(g, p.b, all.arm[c][1], n) : 0);
+        all.viscous[c] = pairs[p.law].dashpot * std::sqrt(k[c].normal / yields);
+      }
       const double more = sharpness(o);
       k[c].normal *= more, k[c].tangential *= more;
       k[c].couple[roll_spring] = more * modulus * o.polar;
       const Mat3 patch = axes * turning_of_patch((*g.hulls)[g.hull[p.a]], planes, back * o.middle) * back;
-      const Vec3& n = contacts.touch[c].normal;
       const double without = (1 - k[c].tangential / k[c].normal) * n.dot(patch * n);  // of spin about it: friction's
       all.turning[c] = more * modulus * (patch - without * n * n.transpose());
     }
@@ -305,6 +312,31 @@ Mat6 HeldGrains::resistance(std::size_t i) const {
   Blocks blocks;
   blocks.add(bonds_.resisting[i]);
   return scaled_by_mass(g_, i, blocks);
+}
+
+Mat6 HeldGrains::drag(std::size_t i) const {
+  Blocks blocks;
+  for (Index e = contacts_.index.first[i]; e < contacts_.index.first[i + 1]; ++e) {
+    const std::size_t c = contacts_.index.entry[e] >> 1;
+    const Vec3& n = contacts_.touch[c].normal;
+    const double weight = c < contacts_.begin[first_wall] ? 2 : 1;
+    if (contact_.viscous[c] > 0)
+      blocks.add(weight * contact_.viscous[c], n * n.transpose(), contact_.arm[c][contacts_.index.entry[e] & 1]);
+  }
+  return scaled_by_mass(g_, i, blocks);
+}
+
+std::vector<double> HeldGrains::cheap_drags() const {
+  std::vector<double> drag(g_.size(), 0);
+  for (std::size_t c = 0; c < contacts_.size(); ++c) {
+    if (!(contact_.viscous[c] > 0)) continue;
+    const Pair& p = contacts_.pair[c];
+    const Vec3& n = contacts_.touch[c].normal;
+    const bool walled = c >= contacts_.begin[first_wall];
+    drag[p.a] += (walled ? 1 : 2) * contact_.viscous[c] * mobility(g_, p.a, contact_.arm[c][0], n);
+    if (!walled) drag[p.b] += 2 * contact_.viscous[c] * mobility(g_, p.b, contact_.arm[c][1], n);
+  }
+  return drag;
 }
 
 double HeldGrains::impact(std::size_t i, double mass) const {

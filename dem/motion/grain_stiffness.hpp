@@ -29,6 +29,7 @@ struct Stiffnesses {
   std::vector<Stiffness> of;
   std::vector<std::array<Vec3, 2>> arm;
   std::vector<Mat3> turning;
+  std::vector<double> viscous;  // of the dashpots along the normals (N s/m); empty where no pair has one
 };
 
 /// Bonds by grain, each at most as stiff as it will ever be; empty without bonds.
@@ -57,6 +58,12 @@ public:
   Mat6 stiffness(std::size_t i) const;
   Mat6 resistance(std::size_t i) const;
   bool resisted() const { return !bonds_.resisting.empty(); }
+
+  /// What dashpots of hulls' contacts resist: the mass-scaled 6 x 6 matrix of grain i, and a bound of the largest
+  /// eigenvalue of each grain, found at once (1/s).
+  bool damped() const { return !contact_.viscous.empty(); }
+  Mat6 drag(std::size_t i) const;
+  std::vector<double> cheap_drags() const;
 
   /// The eigenvalue (1/s^2) of the hardest impact that the speed of grain i allows, against another of its material or
   /// a wall, if it had this mass (kg).

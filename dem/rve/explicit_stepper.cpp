@@ -177,6 +177,7 @@ double firmest_contact(const Model& model, const State& state) {
   return omega * omega;
 }
 
+constexpr double damped_safety = 0.8;     // of the step beyond which dashpots drive
 constexpr std::uint64_t least_ahead = 4;  // steps: what flies off from a contact and comes back still counts
 
 /// The critical step of grains that have got the inertia for the step that is wanted; `stiffer`: some was short of it.
@@ -209,7 +210,7 @@ void choose_time_step(const Model& model, State& state) {
       model.numerics.inertia_step > 0 ? step_with_inertia(model, state, held, short_of) : critical_step(held, false);
   if (!std::isfinite(critical.dt))
     throw Unstable("no finite time step: the grains have no stiffness; give time_step in [numerics]");
-  state.dt = model.numerics.safety * critical.dt;
+  state.dt = std::min(model.numerics.safety * critical.dt, damped_safety * critical.damped);
   if (model.numerics.max_time_step > 0) state.dt = std::min(state.dt, model.numerics.max_time_step);
   // At once again while the stiffness grows, often while it changes, seldom while it does not.
   const bool steady = std::abs(state.dt - before) < 0.05 * before, stiffer = short_of || !(state.dt >= 0.95 * before);

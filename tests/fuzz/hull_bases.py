@@ -66,7 +66,7 @@ history_interval = 0.001
 """
 PERIDYNAMICS = """[material.sand.fracture]
 model = "peridynamics"
-platen_strength = "20 MPa"
+platen_strength = "8 MPa"
 weibull = { modulus = 3.1, reference_radius = "0.5 mm", law = "linear", inherit = true }
 points = 300
 smallest_radius = "0.15 mm"
@@ -75,7 +75,7 @@ test = { unbalanced_force = 0.5, unbalanced_moment = 1 }
 RVE["cracking"] = """[material.sand]
 density = 2650.0
 contact = "overlap"
-youngs_modulus = "2 GPa"
+youngs_modulus = "3 GPa"
 friction = 0.5
 damping = 0.3
 """ + PERIDYNAMICS + """[packing]
@@ -93,12 +93,12 @@ unbalanced_force = 0.02
 [loading]
 kind = "uniaxial-strain"
 axis = "z"
-strain_rate = "100 1/s"
-final_strain = 0.1
+strain_rate = "200 1/s"
+final_strain = 0.03
 [numerics]
 max_energy_error = 0.5
 [output]
-history_interval = 0.05
+history_interval = 0.015
 grading = true
 """
 RVE["disc"] = ROCK + COHESIVE + """[packing]

@@ -102,3 +102,41 @@ TEST_CASE("plates that meet face on ask for a new estimate at once, and once onl
     CHECK(s.watch == StepWatch::on);
   }
 }
+
+TEST_CASE("dashpots of hulls bound the step in closed form: below it motion dies, above it grows") {
+  Team team(1);
+  Model model = hull_model(0, modulus, 0.1);
+  model.numerics.max_energy_error = INFINITY;
+  const auto pressed = [&](double off) {  // between floor and ceiling, `off` the middle
+    State s;
+    add_body(s, unit_cube(), Vec3(0, 0, 0.49 + off), Quat::Identity());
+    add_floor(s);
+    add_floor(s);
+    s.boundary.walls[1].shape = PlaneWall{-Vec3::UnitZ()}, s.boundary.walls[1].point.z() = 0.98;
+    return s;
+  };
+  State at_rest = pressed(0);
+  prepare(model, at_rest, team);
+  const CriticalStep critical = critical_step(held_of(model, at_rest), false);
+  const double k = 2 * modulus, c = 2 * model.pairs[1].dashpot * std::sqrt(modulus);  // of a cube of 1 kg
+  CHECK(c > 0.5 * std::sqrt(k));
+  // k t^2 + 2 c t = 4 (motion along z; that of turns is slower).
+  CHECK(critical.damped == Approx((std::sqrt(c * c + 4 * k) - c) / k).epsilon(1e-9));
+  const auto swings = [&](double share) {
+    model.numerics.time_step = share * critical.damped;
+    State s = pressed(1e-6);
+    prepare(model, s, team);
+    run_for(model, s, 200 * model.numerics.time_step, team);
+    return std::abs(s.grains.motion[0].position.z() - 0.49) / 1e-6;
+  };
+  CHECK(swings(0.97) < 0.1);
+  CHECK(swings(1.03) > 10);
+  model.numerics.time_step = 0, model.numerics.safety = 0.9;
+  State s = pressed(0);
+  prepare(model, s, team);
+  CHECK(s.dt == Approx(0.8 * critical.damped).epsilon(1e-9));
+  model.numerics.safety = 0.1;
+  s = pressed(0);
+  prepare(model, s, team);
+  CHECK(s.dt == Approx(0.1 * critical.dt).epsilon(1e-9));
+}
