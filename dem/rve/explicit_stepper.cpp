@@ -172,7 +172,7 @@ double energy_floor(const Model& model, const State& state) {
 
 /// The eigenvalue (rad^2 s^-2) that the time step leaves to one contact of hulls; infinite where nobody looks.
 double firmest_contact(const Model& model, const State& state) {
-  if (state.grains.hull.empty() || model.numerics.time_step > 0 || state.watch != StepWatch::on) return INFINITY;
+  if (state.grains.hull.empty() || model.numerics.time_step > 0 || state.watch == StepWatch::off) return INFINITY;
   const double omega = 2 * model.numerics.safety / state.dt;
   return omega * omega;
 }
@@ -265,7 +265,7 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
   Step step{model, state, team, dt};
   WayBound bound(g, settings.affine, dt);
   Plan& plan = state.contacts.plan;
-  plan.firmest = firmest_contact(model, state), plan.firmer = 0;
+  plan.firmest = firmest_contact(model, state), plan.firmer = state.watch == StepWatch::firmer;
   bool moving = false;  // positions already opened by the sweep of the step before
   const auto power = [&] {
     return boundary_power(state.boundary, state.contacts) + cell_power(state.boundary.cell, state.bonds) +
@@ -291,7 +291,7 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
     }
     step.again = moving, step.pulled = false;
     const bool due = passes.due(state);
-    const bool last = k + 1 == count || plan.firmer > 0;
+    const bool asks = plan.firmer > 0, last = asks || k + 1 == count;  // in the step before: however runs are cut
     moving = !due && !last;
     for (const Pass* pass : passes)
       if (pass->before_forces) pass->before_forces(step);
@@ -312,7 +312,10 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
     }
     if (!last) continue;
     finish(k + 1);
-    if (plan.firmer > 0) state.next_estimate = state.steps, state.watch = StepWatch::asked;
+    if (asks)
+      state.next_estimate = state.steps, state.watch = StepWatch::asked;
+    else if (plan.firmer > 0)
+      state.watch = StepWatch::firmer;
     return k + 1;
   }
   finish(0);

@@ -25,7 +25,7 @@ struct BreakRoom {
 
 /// A contact of hulls that stiffens between two estimates of the critical step asks for one at once; where that finds
 /// that all is no stiffer, nobody is asked again before the next that is due.
-enum class StepWatch : std::uint8_t { on, asked, off };
+enum class StepWatch : std::uint8_t { on, firmer, asked, off };
 
 struct State {
   Grains grains;

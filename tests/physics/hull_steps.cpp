@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // The critical step of hulls: how stiff their contacts are told to be, and that it is a bound.
 #include "dem/motion/critical_step.hpp"
+#include "dem/rve/state_hash.hpp"
 #include "tests/held_grains.hpp"
 
 using namespace grus::dem;
@@ -101,6 +102,31 @@ TEST_CASE("plates that meet face on ask for a new estimate at once, and once onl
     update_time_step(model, s);
     CHECK(s.watch == StepWatch::on);
   }
+}
+
+TEST_CASE("when an estimate is asked for does not hang on how a run is cut") {
+  Team team(1);
+  const Vec3 half(0.5, 0.5, 0.01);
+  Model model = hull_model(0, modulus, 0.5);
+  model.numerics.safety = 0.5, model.numerics.estimate_every = 1000000;
+  const auto run = [&](std::uint64_t most) {
+    State s;
+    add_body(s, box_between(-half, half), Vec3(0, 0, -0.02), Quat::Identity(), Vec3(0, 0, 1), Vec3(0.3, 0, 0));
+    add_body(s, box_between(-half, half), Vec3(0, 0, 0.02), Quat::Identity(), Vec3(0, 0, -1));
+    s.boundary.cell.vectors = 3 * Mat3::Identity();
+    prepare(model, s, team);
+    s.next_estimate = 100000000;
+    std::uint64_t asked = 0;
+    while (s.steps < 600) {
+      update_time_step(model, s);
+      run_steps(model, s, std::min({most, 600 - s.steps, s.next_estimate - s.steps}), team);
+      asked += s.watch == StepWatch::asked;
+    }
+    CHECK(asked > 0);
+    return hash(s);
+  };
+  const auto whole = run(600);
+  for (const std::uint64_t most : {1u, 2u, 7u}) CHECK(run(most) == whole);
 }
 
 TEST_CASE("dashpots of hulls bound the step in closed form: below it motion dies, above it grows") {
