@@ -144,7 +144,7 @@ bool RegularisedMaterial::Impl::respond(const Points& p) {
 
 RegularisedMaterial::RegularisedMaterial(Problem& problem, fem::Material material,
                                          const std::vector<std::size_t>& points,
-                                         std::vector<std::array<double, 36>> stiffness, const Regularisation& by)
+                                         const std::vector<std::array<double, 36>>& stiffness, const Regularisation& by)
     : impl_(std::make_unique<Impl>(problem, std::move(material), points, by)) {
   for (const auto& c : stiffness) impl_->stiffness.emplace_back(Eigen::Map<const Mat6>(c.data()));
 }

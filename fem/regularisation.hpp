@@ -21,7 +21,7 @@ public:
   /// fem/material.hpp) is one for each of them, of the unstrained material. Throws std::invalid_argument where
   /// StretchAverage does.
   RegularisedMaterial(Problem& problem, Material material, const std::vector<std::size_t>& points,
-                      std::vector<std::array<double, 36>> stiffness, const Regularisation& by);
+                      const std::vector<std::array<double, 36>>& stiffness, const Regularisation& by);
   ~RegularisedMaterial();
 
   /// Valid as long as this object; its energy is that of the material and of what the regularisation has taken.

@@ -80,7 +80,7 @@ friction = 0.5
 damping = 0.3
 """ + PERIDYNAMICS + """[packing]
 kind = "random"
-box = ["3 mm", "3 mm", "3 mm"]
+box = ["2.8 mm", "2.8 mm", "2.8 mm"]
 radius = { distribution = "uniform", min = "0.4 mm", max = "0.5 mm" }
 solid_fraction = 0.2
 hulls = { balls = 32 }

@@ -28,7 +28,7 @@ def oedometer(tmp):
     texts = []
     for threads in ("2", "1"):
         out = os.path.join(tmp, "threads" + threads)
-        r = run(rve, OEDOMETER, "-o", out, "--quiet", "--threads", threads, "--set", "loading.final_stress=6 MPa")
+        r = run(rve, OEDOMETER, "-o", out, "--quiet", "--threads", threads, "--set", "loading.final_stress=5 MPa")
         need(r.returncode == 0, f"oedometer: {r.stderr}")
         texts.append(open(os.path.join(out, "history.csv")).read())
     need(texts[0] == texts[1], "oedometer: one thread and two differ")
