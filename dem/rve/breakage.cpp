@@ -8,7 +8,6 @@
 #include "dem/bond/bonds.hpp"
 #include "dem/contact/forces.hpp"
 #include "dem/contact/listing.hpp"
-#include "dem/fracture/hull_loads.hpp"
 #include "dem/fracture/loaded_grain.hpp"
 #include "dem/fracture/replace_grain.hpp"
 #include "dem/fracture/split_hull.hpp"
@@ -25,11 +24,6 @@ namespace {
 LoadedGrain loaded(const Model& model, const State& state, std::size_t i) {
   const double nu = model.materials[state.grains.material[i]].poissons_ratio;
   return {model.law, nu, state.grains, state.contacts, i};
-}
-
-LoadedHull loaded_hull(const Model& model, const State& state, std::size_t i) {
-  const double nu = model.materials[state.grains.material[i]].poissons_ratio;
-  return {model.law, nu, state.grains, state.boundary, state.contacts, state.bonds, state.break_room.bonds, i};
 }
 
 bool is_hull(const State& state, std::size_t i) { return state.grains.kind[i] == ShapeKind::hull; }
@@ -225,7 +219,7 @@ std::vector<Break> find_breaks(const Model& model, State& state, Team& team) {
     for (std::size_t i = begin; i < end; ++i) {
       if (room[i] == bonded) continue;
       const double now = verdict_of(model, state, i).utilisation, rate = (now - g.utilisation[i]) / since;
-      const bool tested = g.held.empty() ? false : tests_cracks(model, g, i);
+      const bool tested = !g.held.empty() && tests_cracks(model, g, i);
       if (tested ? worth_a_test(model, state, i, now) : now >= 1)
         room[i] = tested ? asks : fails;
       else if (now < 1 && now + rate * every > 1 + overshoot)

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/rve/crack_tests.hpp"
 
-#include "dem/fracture/hull_loads.hpp"
 #include "dem/fracture/shatter.hpp"
 
 namespace grus::dem {
@@ -9,11 +8,6 @@ namespace {
 
 const FractureModel& fracture_of(const Model& model, const State& state, std::size_t i) {
   return *model.materials[state.grains.material[i]].fracture;
-}
-
-LoadedHull load_of(const Model& model, const State& state, std::size_t i) {
-  const double nu = model.materials[state.grains.material[i]].poissons_ratio;
-  return {model.law, nu, state.grains, state.boundary, state.contacts, state.bonds, state.break_room.bonds, i};
 }
 
 /// Forces on a grain, in sums.
@@ -45,7 +39,7 @@ Tested test(const Model& model, const State& state, std::size_t i) {
   const Grains& g = state.grains;
   const FractureModel& fracture = fracture_of(model, state, i);
   const CrackTests& tests = *fracture.cracks;
-  const LoadedHull grain = load_of(model, state, i);
+  const LoadedHull grain = loaded_hull(model, state, i);
   const Mat3 back = grain.axes().transpose();
   std::vector<PatchLoad> loads;
   grain.each_load([&](const HullLoad& l) {
@@ -67,11 +61,16 @@ Tested test(const Model& model, const State& state, std::size_t i) {
 
 }  // namespace
 
+LoadedHull loaded_hull(const Model& model, const State& state, std::size_t i) {
+  const double nu = model.materials[state.grains.material[i]].poissons_ratio;
+  return {model.law, nu, state.grains, state.boundary, state.contacts, state.bonds, state.break_room.bonds, i};
+}
+
 bool worth_a_test(const Model& model, const State& state, std::size_t i, double utilisation) {
   const CrackTests& tests = *fracture_of(model, state, i).cracks;
   if (!(utilisation >= tests.force_screen)) return false;
   const Grains& g = state.grains;
-  const Borne now = borne_by(load_of(model, state, i));
+  const Borne now = borne_by(loaded_hull(model, state, i));
   const HeldLoad& held = g.held[i];
   if (g.force[i].norm() * now.load.contacts > tests.unbalanced_force * now.forces) return false;
   if (g.torque[i].norm() * now.load.contacts > tests.unbalanced_moment * now.moments) return false;
@@ -101,7 +100,7 @@ std::vector<Break> crack_breaks(const Model& model, State& state, const std::vec
       case CrackVerdict::stalled:
         ++counts.stalled;
     }
-    state.grains.held[i] = borne_by(load_of(model, state, i)).load;
+    state.grains.held[i] = borne_by(loaded_hull(model, state, i)).load;
   }
   return breaks;
 }

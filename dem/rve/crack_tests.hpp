@@ -2,9 +2,13 @@
 // Which grains peridynamics is asked about, and what follows from its answers.
 #pragma once
 
+#include "dem/fracture/hull_loads.hpp"
 #include "dem/rve/breakage.hpp"
 
 namespace grus::dem {
+
+/// Hull i under its load, as LoadedHull asks.
+LoadedHull loaded_hull(const Model& model, const State& state, std::size_t i);
 
 /// Whether a grain whose force is `utilisation` of its platen strength is worth a test: it is near enough to it, at
 /// rest, and bears other forces than when it last held. In order of cost.

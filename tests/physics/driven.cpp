@@ -12,6 +12,7 @@
 #include "dem/rve/reduce_cell.hpp"
 #include "dem/rve/servo.hpp"
 #include "dem/rve/state_hash.hpp"
+#include "tests/held_walls.hpp"
 #include "tests/helpers.hpp"
 
 using namespace grus::dem;
@@ -228,11 +229,7 @@ TEST_CASE("walls that press hold their force at any rate, carry the weight of a 
   Team team(1);
   State s = packed(false);
   prepare(model, s, team);
-  Loading loading;
-  loading.driven = loading.holds = true;
-  for (auto& axis : loading.axes) axis = {0, -1e6, 100};
-  begin_loading(model, s, loading);
-  load(model, s, loading, 4e-3, team);
+  Loading loading = hold_by_walls(model, s, team);
   const auto off = [&] { return stress_error(s, loading, measure(model, s)); };
   CHECK(off() < 1e-3);
   const State pressed = s;

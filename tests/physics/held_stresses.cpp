@@ -5,6 +5,7 @@
 #include "dem/rve/measure.hpp"
 #include "dem/rve/press.hpp"
 #include "dem/rve/servo.hpp"
+#include "tests/held_walls.hpp"
 #include "tests/helpers.hpp"
 
 using namespace grus::dem;
@@ -40,11 +41,7 @@ TEST_CASE("a sample that drifts is held by a hundredth of what presses it, as it
   for (const auto& sphere : p.spheres) add(s, PolyEllipsoid::sphere(sphere.radius), sphere.position, 2650);
   add_box(s, 8e-3);
   prepare(model, s, team);
-  Loading loading;
-  loading.driven = loading.holds = true;
-  for (auto& axis : loading.axes) axis = {0, -1e6, 100};
-  begin_loading(model, s, loading);
-  load(model, s, loading, 4e-3, team);
+  Loading loading = hold_by_walls(model, s, team);
   const auto speeds = [&](State now) {
     press_walls(model, now, loading);
     return std::array{now.boundary.walls[0].velocity.x(), now.boundary.walls[1].velocity.x()};
