@@ -18,27 +18,29 @@ import sys
 import api_pages
 
 source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-NAV = [("Start", [("Grus", "index.md"), ("From a sieve curve to a pile", "tutorial.md"),
-                  ("Coming from other programs", "coming.md"), ("What it does", "features.md"),
+NAV = [("Start", [("Grus", "index.md"), ("What it does", "features.md"), ("Coming from other programs", "coming.md"),
                   ("Shipped scenes", "shipped.md"), ("Gallery", "gallery.md")]),
-       ("Use", [("Scenes", "scenes.md"), ("All keys", "keys.md"), ("Results", "results.md"),
-                ("All columns", "columns.md"), ("All keys of summary.json", "summary_keys.md"),
-                ("Macro problems", "macro.md"), ("Calibration", "calibration.md"), ("On a cluster", "cluster.md"),
-                ("Python and C++", "library.md"), ("Extreme cases", "stability.md")]),
-       ("Theory", [("Physics", "physics.md"), ("Fracture", "physics/fracture.md"),
-                   ("Fourteen balls", "physics/fourteen.md"), ("Peridynamics", "physics/peridynamics.md"),
-                   ("Inertia", "physics/inertia.md"),
-                   ("Bonded polyhedra", "bonded.md"), ("Cleavage", "cleavage.md")]),
-       ("Validation", [("Verification", "verification.md"), ("Zhang et al. (2015)", "validation/zhang2015.md"),
-                       ("Ciantia et al. (2015)", "validation/ciantia2015.md"),
-                       ("Galindo-Torres et al. (2012)", "validation/galindo2012.md"),
-                       ("Saleme Ruiz (2016)", "validation/saleme2016.md"),
-                       ("Error against run time", "studies/README.md"), ("Benchmarks", "benchmarks.md")]),
-       ("Problems", [(name.replace("_", " "), f"problems/{name}.md")
-                     for name in ("biaxial_plane_strain", "oedometer_block", "pile_tip", "shpb_bars", "strip_footing",
-                                  "triaxial", "triaxial_block")]),
-       ("Code", [("C++", "api_cpp.md"), ("Python", "api_python.md"), ("Architecture", "architecture.md"),
-                ("Extending", "extending.md"), ("What is deliberate", "deliberate.md")])]
+       ("Tutorials", [("From a sieve curve to a pile", "tutorial.md")]),
+       ("How to", [("Calibrate", "calibration.md"), ("Run on a cluster", "cluster.md"),
+                   ("Use it from Python and C++", "library.md"), ("Extend it", "extending.md"),
+                   ("Published problems", [(name.replace("_", " "), f"problems/{name}.md")
+                                           for name in ("biaxial_plane_strain", "oedometer_block", "pile_tip",
+                                                        "shpb_bars", "strip_footing", "triaxial", "triaxial_block")])]),
+       ("Reference", [("Scenes", "scenes.md"), ("All keys", "keys.md"), ("Results", "results.md"),
+                      ("All columns", "columns.md"), ("All keys of summary.json", "summary_keys.md"),
+                      ("C++", "api_cpp.md"), ("Python", "api_python.md")]),
+       ("Explanation", [("Physics", "physics.md"), ("Macro problems", "macro.md"), ("Fracture", "physics/fracture.md"),
+                        ("Fourteen balls", "physics/fourteen.md"), ("Peridynamics", "physics/peridynamics.md"),
+                        ("Grains that attract", "physics/jkr.md"), ("Inertia", "physics/inertia.md"),
+                        ("Bonded polyhedra", "bonded.md"), ("Cleavage", "cleavage.md"),
+                        ("Architecture", "architecture.md"), ("What is deliberate", "deliberate.md")]),
+       ("Evidence", [("Verification", "verification.md"), ("Zhang et al. (2015)", "validation/zhang2015.md"),
+                     ("Ciantia et al. (2015)", "validation/ciantia2015.md"),
+                     ("Galindo-Torres et al. (2012)", "validation/galindo2012.md"),
+                     ("Saleme Ruiz (2016)", "validation/saleme2016.md"),
+                     ("Zhu & Zhao (2019)", "validation/zhu2019.md"),
+                     ("Extreme cases", "stability.md"), ("Error against run time", "studies/README.md"),
+                     ("Benchmarks", "benchmarks.md")])]
 
 
 def with_links(text, page, at):
@@ -132,6 +134,16 @@ def with_titles(text):
     return re.sub(r"^```(\w+) ([\w./-]+)$", r'```\1 title="\2"', text, flags=re.M)
 
 
+def pages_of(entries):
+    """Each page below a list of the navigation."""
+    for _, page in entries:
+        yield from [page] if isinstance(page, str) else pages_of(page)
+
+
+def as_nav(entries):
+    return [{title: page if isinstance(page, str) else as_nav(page)} for title, page in entries]
+
+
 def gallery():
     text = [
         "# Gallery", "", "Each shipped scene, what it is and what to look at, and its picture where it has one.", ""
@@ -170,16 +182,16 @@ def main(build, out):
             ("api_cpp.md", api_pages.cpp(source)),
             ("api_python.md", api_pages.python(source))):
         open(os.path.join(pages, name), "w").write(text)
-    missing = [page for _, entries in NAV for _, page in entries if not os.path.exists(os.path.join(pages, page))]
-    if missing:
-        sys.exit(f"docs: no {', '.join(missing)}")
-    theme = {"name": "material", "font": False, "features": ["navigation.top",
-                                                             "search.highlight"]}  # nothing from elsewhere
+    asked = list(pages_of(NAV))
+    made = {os.path.relpath(path, pages) for path in glob.glob(os.path.join(pages, "**", "*.md"), recursive=True)}
+    if set(asked) != made or len(asked) != len(made):
+        sys.exit(f"docs: pages that the navigation has twice or lacks, or that are not there: {set(asked) ^ made}")
+    theme = {"name": "material", "font": False, "features": ["navigation.tabs", "navigation.top", "search.highlight"]}
     extensions = ["tables", "md_in_html", "toc", {"pymdownx.highlight": {"use_pygments": True}}, "pymdownx.superfences"]
     config = {
         "site_name": "Grus", "docs_dir": pages, "site_dir": os.path.abspath(out), "theme": theme,
-        "use_directory_urls": False, "plugins": ["search"], "markdown_extensions": extensions,
-        "nav": [{section: [{title: page} for title, page in entries]} for section, entries in NAV]
+        "use_directory_urls": False, "extra_css": ["site.css"], "plugins": ["search"],
+        "markdown_extensions": extensions, "nav": as_nav(NAV)
     }
     path = os.path.join(build, "mkdocs.yml")
     with open(path, "w") as f:
