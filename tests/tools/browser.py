@@ -89,7 +89,7 @@ class Browser:
             self.errors.append(p["entry"]["text"] + " " + p["entry"].get("url", ""))
         elif method == "Page.loadEventFired":
             self.loaded = True
-        elif method == "Target.attachedToTarget" and p["waitingForDebugger"]:  # a worker: it waits until its requests are watched
+        elif method == "Target.attachedToTarget" and p["waitingForDebugger"]:  # a worker, which waits to be watched
             self.watch(p["sessionId"])
             self.call("Runtime.runIfWaitingForDebugger", session=p["sessionId"])
 
