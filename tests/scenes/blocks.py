@@ -62,7 +62,18 @@ def calibration(folder, block):
     need(f"\n{points} points" in said, f"docs/calibration.md says {points} points, the program: {said}")
 
 
-TABLES = {"docs/bonded.md": bonded, "docs/cleavage.md": cleavage, "docs/calibration.md": calibration}
+def whole(folder, block):
+    """A scene that lacks nothing, beside the shipped ones."""
+    for scene in glob.glob(f"{source}/apps/scenes/*.toml"):
+        shutil.copy(scene, folder)
+    write(folder, "scene.toml", block)
+    program = "grus-bvp" if "[mesh]" in block else "grus-rve"
+    if os.path.exists(os.path.join(build, "bin", program)):
+        shell(f"{program} scene.toml --check", folder)
+
+
+TABLES = {"docs/scenes.md": whole, "docs/bonded.md": bonded, "docs/cleavage.md": cleavage,
+          "docs/calibration.md": calibration}
 
 
 def command(page, line):
