@@ -72,7 +72,7 @@ def whole(folder, block):
         shell(f"{program} scene.toml --check", folder)
 
 
-TABLES = {"docs/scenes.md": whole, "docs/bonded.md": bonded, "docs/cleavage.md": cleavage,
+TABLES = {"docs/scenes.md": whole, "docs/macro.md": whole, "docs/bonded.md": bonded, "docs/cleavage.md": cleavage,
           "docs/calibration.md": calibration}
 
 
