@@ -19,9 +19,10 @@ import api_pages
 
 source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 NAV = [("Start", [("Grus", "index.md"), ("What it does", "features.md"), ("Coming from other programs", "coming.md"),
-                  ("Shipped scenes", "shipped.md"), ("Gallery", "gallery.md")]),
+                  ("Shipped scenes", "shipped.md"), ("Gallery", "gallery.md"), ("Glossary", "glossary.md")]),
        ("Tutorials", [("From a sieve curve to a pile", "tutorial.md")]),
-       ("How to", [("Calibrate", "calibration.md"), ("Run on a cluster", "cluster.md"),
+       ("How to", [("Install", "howto/install.md"), ("It stops with …", "howto/stops.md"),
+                   ("Calibrate", "calibration.md"), ("Run on a cluster", "cluster.md"),
                    ("Use it from Python and C++", "library.md"), ("Extend it", "extending.md"),
                    ("Published problems", [(name.replace("_", " "), f"problems/{name}.md")
                                            for name in ("biaxial_plane_strain", "oedometer_block", "pile_tip",

@@ -22,6 +22,8 @@ ELSEWHERE = {("README.md", "sh"): "scenes/readme.py", ("README.md", "toml"): "sc
              ("docs/library.md", "cpp"): "tools/check_install.py",
              ("docs/extending.md", None): "scenes/extending.py",
              ("docs/tutorial.md", None): "scenes/tutorial.py"}
+# Pages whose named blocks are files of one folder, in which the page's commands are asked whether they would run.
+WALKED = {"docs/howto/data_to_scene.md"}
 # What a table of a page lacks to be a whole scene.
 LOADING = '[loading]\nkind = "platens"\naxis = "y"\nstrain_rate = "1 /s"\nfinal_strain = 0.0018\n'
 DATA = {"e_sigma.csv": "axial_stress_Pa,void_ratio\n1e6,0.8\n2e6,0.75\n",
@@ -110,11 +112,25 @@ def python(page, folder, block):
     need(expected is None or said == expected[1] + "\n", f"{page}: its block of Python says {said!r}")
 
 
+def walk(page, found):
+    with tempfile.TemporaryDirectory() as at:
+        for kind, name, block in found:
+            need(kind == "sh" or name, f"{page}: a block without a name: {block[:60]!r}")
+            if name:
+                write(at, name, block)
+            else:
+                for line in block.splitlines():
+                    shell(line + " --check", at)
+
+
 seen = set()
 with tempfile.TemporaryDirectory() as folder:
     for path in [f"{source}/README.md"] + sorted(glob.glob(f"{source}/docs/**/*.md", recursive=True)):
         page = os.path.relpath(path, source)
         text = open(path).read()
+        if page in WALKED:
+            walk(page, re.findall(r"^```(\w+) ?(\S*)\n([\s\S]*?)^```$", text, re.M))
+            continue
         for kind, block in re.findall(r"^```(\w*).*\n([\s\S]*?)^```$", text, re.M):
             test = ELSEWHERE.get((page, kind), ELSEWHERE.get((page, None)))
             if test:
