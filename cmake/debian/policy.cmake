@@ -16,6 +16,9 @@ foreach(component IN LISTS CPACK_COMPONENTS_ALL)
   file(REMOVE ${texts}/LICENSE)  # the copyright file says where it lies in Debian
   file(WRITE ${texts}/changelog
     "grus (${CPACK_PACKAGE_VERSION}) unstable; urgency=medium\n\n  * See /usr/share/doc/grus/CHANGELOG.md.\n\n -- ${CPACK_DEBIAN_PACKAGE_MAINTAINER}  ${now}\n")
+  if(EXISTS ${root}/share/zsh/site-functions)  # Debian's zsh looks elsewhere for what packages bring
+    file(RENAME ${root}/share/zsh/site-functions ${root}/share/zsh/vendor-completions)
+  endif()
   file(GLOB pages ${root}/share/man/man*/*.[0-9])
   execute_process(COMMAND ${GZIP} -9 -n -f ${texts}/changelog ${pages} COMMAND_ERROR_IS_FATAL ANY)
 endforeach()

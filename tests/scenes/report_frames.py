@@ -91,13 +91,13 @@ def of_pictures(tmp):
 
 def of_colours():
     frame = {"id": np.arange(3), "radius": np.array([1e-3, 1e-3, 1e-3])}
-    ids, colours, how, (_, norm, _) = pictures.coloured({"CellData": frame})
+    ids, colours, how, (_, norm, _) = pictures.coloured(frame)
     need((norm.vmin, norm.vmax) == (1.0, 1.5), f"one size has a scale: {norm.vmin} {norm.vmax}")
-    ids, colours, how, (_, norm, _) = pictures.coloured({"CellData": {**frame, "radius": np.array([1, 1.1, 1]) / 1e3}})
+    ids, colours, how, (_, norm, _) = pictures.coloured({**frame, "radius": np.array([1, 1.1, 1]) / 1e3})
     need(abs(norm.vmax / 1.1 - 1) < 1e-12, "two sizes")
     fragment = np.array([0] * 40 + [1] * 2 + [2] * 3 + [11] * 30)
     many = {"id": np.arange(75), "radius": np.ones(75), "fragment": fragment}
-    _, colours, _, key = pictures.coloured({"CellData": many})
+    _, colours, _, key = pictures.coloured(many)
     grey = (colours == (0.6, 0.6, 0.6, 1)).all(1)
     need((grey == (fragment == 1)).all() and key is None, f"grey is a twentieth of the largest: {fragment[grey]}")
     need((colours[0] == plt.cm.tab10(0)).all() and (colours[-1] == plt.cm.tab10(1)).all(), "ten colours in turn")

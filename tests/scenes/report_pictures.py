@@ -74,13 +74,13 @@ def bodies():
     back = pictures.painted(turned, normals, owner, colours, np.eye(3), 101)
     near(back[len(back) // 2, len(back) // 2], [light, 0, 0, 1], "a square that looks away", 1e-3)
     frame = {"id": np.array([4, 4, 9, 9, 7, 7]), "radius": 1e-3 * np.array([1, 1, 3, 3, 2, 2.0])}
-    ids, found, how, (_, norm, label) = pictures.coloured({"CellData": frame})
+    ids, found, how, (_, norm, label) = pictures.coloured(frame)
     need(list(ids) == [4, 7, 9] and how == "by size" and (norm.vmin, norm.vmax) == (1, 3), f"{ids} {how}")
-    ids, found, how, key = pictures.coloured({"CellData": {**frame, "generation": np.array([0, 0, 2, 2, 0, 0])}})
+    ids, found, how, key = pictures.coloured({**frame, "generation": np.array([0, 0, 2, 2, 0, 0])})
     need(how == "by generation" and [text for text, _ in key] == ["whole grains", "broken 2 times"]
          and (found[0] == found[1]).all() and (found[2] == key[1][1]).all(), f"{how} {key}")
     many = {"id": np.arange(42), "radius": np.ones(42), "fragment": np.array([0] * 20 + [1] * 20 + [2, 3])}
-    ids, found, how, key = pictures.coloured({"CellData": many})
+    ids, found, how, key = pictures.coloured(many)
     need(how.startswith("by fragment") and (found[40:] == (0.6, 0.6, 0.6, 1)).all() and (found[0] != found[20]).any(),
          "fragments")
 

@@ -104,13 +104,13 @@ def check_pages(sources, site):
                 need(urllib.parse.unquote(anchor) in parsed[found].anchors, f"{name}: {target}: no such place")
 
 
-for program in ("rve", "bvp", "report", "study", "calibrate"):
-    path = os.path.join(build, "man", f"grus-{program}.1")
+for program in ("", "-rve", "-bvp", "-report", "-study", "-calibrate"):
+    path = os.path.join(build, "man", f"grus{program}.1")
     if shutil.which("help2man") is None:
         break
     page = open(path).read() if os.path.exists(path) else ""
     need(".SH NAME" in page and "--help" in page.replace("\\", "") and len(page) > 500,
-         f"no man page of grus-{program}")
+         f"no man page of grus{program}")
 with tempfile.TemporaryDirectory() as folder:
     if shutil.which("mkdocs") is None or "material" not in subprocess.run(
         ["/usr/bin/python3", "-c", "from mkdocs.utils import get_theme_names; print(*get_theme_names())"],

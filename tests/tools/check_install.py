@@ -18,7 +18,7 @@ CMAKE, CLIENT = (re.search(rf"```{kind_of_block}\n(.*?)```", page, re.S).group(1
 SAID = re.search(r"says `(.*?)`", page).group(1)
 SAMPLE, SAID_OF_SAMPLE = re.search(r"```cpp\n(#include <grus/sample.hpp>.*?)```\n\nIt says `(.*?)`", page,
                                    re.S).groups()
-COMMANDS = ["grus-study", "grus-calibrate", "grus-report"]
+COMMANDS = ["grus", "grus-study", "grus-calibrate", "grus-report"]
 WITHOUT_CORE = "RVEs in Python need Debian's python3-grus, or a build where python3-dev and pybind11-dev are there"
 # Two spheres pushed together by 1 % of a radius: Hertz's force is the closed form.
 DEM = """#include <cstdio>

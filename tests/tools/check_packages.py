@@ -62,13 +62,15 @@ with tempfile.TemporaryDirectory() as tmp:
     for name, mine in {
             "grus": [
                 "/usr/bin/grus-rve", "/usr/bin/grus-study", "/usr/share/grus/scenes/sand_rve.toml",
-                f"{site}/grus/__init__.py", f"{site}/grus/report/command.py"
+                f"{site}/grus/__init__.py", f"{site}/grus/report/command.py", f"{site}/grus/watch/page.html",
+                f"{site}/grus/files/plots.js", "/usr/share/zsh/vendor-completions/_grus",
+                *(f"/usr/share/bash-completion/completions/{program}" for program in ("grus", "grus-rve"))
             ], "libgrus-dev": ["/usr/include/grus/rve.hpp", "/usr/lib/cmake/grus/grusConfig.cmake"],
             "python3-grus": [core]
     }.items():
         for path in mine:
             need([n for n, all_of_it in files.items() if path in all_of_it] == [name], f"{path} is not in {name} alone")
-    programs = {"grus-rve", "grus-study", "grus-calibrate", "grus-report"} | ({"grus-bvp"} if kind == "full" else set())
+    programs = {"grus", "grus-rve", "grus-study", "grus-calibrate", "grus-report"} | ({"grus-bvp"} if kind == "full" else set())
     found = {path[9:] for path in files["grus"] if path.startswith("/usr/bin/") and path[9:]}
     need(found == programs, f"in /usr/bin: {sorted(found ^ programs)} too many or too few")
     for name, path in packages.items():
@@ -94,7 +96,7 @@ with tempfile.TemporaryDirectory() as tmp:
     scenes = os.path.join(root, "usr", "share", "grus", "scenes")
     run(os.path.join(root, "usr", "bin", "grus-rve"), os.path.join(scenes, "sand_box.toml"), "--set",
         "loading.final_strain=0.001", "-o", "out", "--quiet", cwd=tmp)
-    run(os.path.join(root, "usr", "bin", "grus-report"), "out", cwd=tmp)
+    run(os.path.join(root, "usr", "bin", "grus"), "report", "out", cwd=tmp)
     with open(os.path.join(tmp, "study.toml"), "w") as f:
         f.write(
             f"[study]\nscene = {os.path.join(scenes, 'sand_box.toml')!r}\nset = {{ 'loading.final_strain' = 0.001 }}\n"

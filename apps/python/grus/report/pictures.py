@@ -1,37 +1,23 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Pictures of the last frame without ParaView: grains by generation, fragment or size, and the macro mesh by a
 field."""
-import glob
-import os
-
 import numpy as np
 from matplotlib.collections import PolyCollection
 
+from grus.errors import InputError
 from grus.figures import plt
+from grus.frames import frame
 
-TRIANGLE = 5
 FACES = {5: [(0, 1, 2)], 9: [(0, 1, 2, 3)], 10: [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)],
          12: [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]}
 
 
 def last_frame(folder, what):
-    """Arrays of the last frame of `what` ("grains", "macro"); None without frames, or without h5py."""
-    files = sorted(glob.glob(os.path.join(folder, what, what + "_*.hdf")))
+    """The last frame of `what` ("grains", "macro"); None without frames, or without h5py."""
     try:
-        import h5py
-    except ImportError:
+        return frame(folder, what)
+    except InputError:
         return None
-    if not files:
-        return None
-    try:
-        with h5py.File(files[-1], "r") as f:
-            grid = f["VTKHDF"]
-            found = {k: grid[k][:] for k in ("Points", "Connectivity", "Offsets", "Types")}
-            for group in ("CellData", "PointData"):
-                found[group] = {k: v[:] for k, v in grid[group].items()} if group in grid else {}
-            return found
-    except (OSError, KeyError) as e:
-        raise ValueError(f"{files[-1]}: not a frame of Grus ({e})") from None
 
 
 def view(azimuth=-60, elevation=22):
@@ -100,9 +86,8 @@ def painted(triangles, normals, owner, colours, turn, pixels=720):
     return image
 
 
-def coloured(frame):
+def coloured(fields):
     """Colour of each grain, and legend entries (or a colour bar's map, norm and name)."""
-    fields = frame["CellData"]
     ids, first = np.unique(fields["id"].astype(int), return_index=True)
     if "fragment" in fields:
         fragment = fields["fragment"][first].astype(int)
@@ -125,25 +110,22 @@ def coloured(frame):
 
 def grains(folder, name):
     """draw(ax) of the grains of the last frame; None where there is none."""
-    frame = last_frame(folder, "grains")
-    if frame is None:
+    seen = last_frame(folder, "grains")
+    if seen is None:
         return None
-    is_triangle = frame["Types"] == TRIANGLE
-    if not is_triangle.any():
+    corners, at = seen.triangles()
+    if not len(at):
         return None
-    corners = frame["Offsets"][:-1][is_triangle, None] + np.arange(3)
-    corners = frame["Connectivity"][corners]
-    triangles = frame["Points"][corners]
-    frame["CellData"] = {k: v[is_triangle] for k, v in frame["CellData"].items()}
-    ids, colours, how, key = coloured(frame)
-    owner = np.searchsorted(ids, frame["CellData"]["id"].astype(int))
+    triangles, fields = seen.points[corners], {k: v[at] for k, v in seen.cells.items()}
+    ids, colours, how, key = coloured(fields)
+    owner = np.searchsorted(ids, fields["id"].astype(int))
     size = np.ptp(triangles.reshape(-1, 3), axis=0)
     flat = int(np.argmin(
         size)) if size.min() < 0.25 * np.sort(size)[1] else None  # a plate or a prism is seen along its short side
     turn = {
         None: view(), 0: np.roll(np.eye(3), -1, axis=0), 1: np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]]), 2: np.eye(3)
     }[flat]
-    normals = corner_normals(frame["Points"].astype(float), corners, "sphericity" not in frame["CellData"])
+    normals = corner_normals(seen.points.astype(float), corners, "sphericity" not in fields)
     image = painted(triangles.astype(float), normals, owner, colours, turn)
 
     def draw(ax):
@@ -183,12 +165,12 @@ def outside(cells, types):
 
 def macro(folder, name):
     """[draw(ax)] of the macro mesh, displaced: void ratio, share of broken grains, shear strain."""
-    frame = last_frame(folder, "macro")
-    if frame is None:
+    seen = last_frame(folder, "macro")
+    if seen is None:
         return []
-    points, moved = frame["Points"].astype(float), frame["PointData"]["displacement_m"].astype(float)
-    cells = [frame["Connectivity"][a:b] for a, b in zip(frame["Offsets"][:-1], frame["Offsets"][1:])]
-    faces = outside(cells, frame["Types"])
+    points, moved = seen.points.astype(float), seen.at_points["displacement_m"].astype(float)
+    cells = [seen.connectivity[a:b] for a, b in zip(seen.offsets[:-1], seen.offsets[1:])]
+    faces = outside(cells, seen.types)
     if not faces:
         return []
     deep = np.ptp(points[:, 2]) > 0
@@ -204,7 +186,7 @@ def macro(folder, name):
     fields = {"shear strain": (shear(points, moved, cells), "magma_r")}
     for key, label, colours in (("void_ratio", "void ratio", "viridis"),
                                 ("broken_fraction", "broken grains, share", "inferno_r")):
-        values = frame["CellData"].get(key)
+        values = seen.cells.get(key)
         if values is not None and np.isfinite(values).any() and np.nanmax(values) > 0:
             fields[label] = (values, colours)
 

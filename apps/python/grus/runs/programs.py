@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from typing import Any, Mapping
+from typing import Any, Collection, Mapping
 
 from grus.errors import InputError
 
@@ -36,3 +36,14 @@ def found(name: str) -> str:
 def program_of(scene: Mapping[str, Any]) -> str:
     """Of a scene's tables: grus-bvp where there is a mesh."""
     return "grus-bvp" if "mesh" in scene else "grus-rve"
+
+
+def scene_in(arguments: list[str], valued: Collection[str]) -> str:
+    """The scene among a program's arguments, "" where none is; `valued`: options that take the word after them."""
+    ahead = iter(arguments)
+    for word in ahead:
+        if word in valued:
+            next(ahead, None)
+        elif not word.startswith("-"):
+            return word
+    return ""

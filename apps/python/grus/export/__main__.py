@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""python3 -m grus.export, as grus export."""
+from grus.runs import interrupts
+
+interrupts.end_at_once("grus export")
+from grus.export.command import main  # noqa: E402
+
+raise SystemExit(main())

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""Writes results as other programs read them. The ending of FILE says how: of history.csv or of grains, one row each,
+.csv, .json, .npz (NumPy) or .mat (MATLAB, Octave); of frames .vtu (ParaView, pyvista, meshio) or .stl (mm)."""
+import argparse
+import os
+import sys
+
+from grus._version import __version__
+from grus.commands.words import FRAMES as KINDS
+from grus.errors import InputError
+from grus.export.formats import FRAMES, TABLES
+from grus.files.texts import one_line
+from grus.files.writing import write_whole
+from grus.frames import frame
+from grus.results import read_history
+from grus.runs import interrupts
+from grus.runs.places import hint
+
+
+def history(folder, asked):
+    """Columns of history.csv, all or those that are asked for, in that order."""
+    import numpy as np
+    columns = {name: np.array(values) for name, values in read_history(folder).items()}
+    for name in asked:
+        if name not in columns:
+            raise InputError(f"--columns: history.csv has no column '{name}'{hint(name, columns)}")
+    return {name: columns[name] for name in asked or columns}
+
+
+def content(args, ending):
+    if args.what == "history":
+        if ending not in TABLES:
+            raise InputError(f"{args.o}: a history is written as {' '.join(TABLES)}; name frames with --what grains")
+        return TABLES[ending](history(args.folder, [n.strip() for n in args.columns.split(",") if n.strip()]))
+    found = frame(args.folder, args.what, args.frame)
+    if ending in FRAMES:
+        if ending == ".stl" and not len(found.triangles()[1]):
+            raise InputError(f"{args.folder}: {args.what} have no surface for an .stl: write a .vtu")
+        return FRAMES[ending](found)
+    if args.what != "grains":
+        raise InputError(f"{args.o}: {args.what} are written as .vtu; tables are of history and grains")
+    return TABLES[ending](found.grains())
+
+
+def main():
+    parser = argparse.ArgumentParser(prog="grus export", description=__doc__)
+    parser.add_argument("folder", metavar="DIR", help="results folder of grus-rve or grus-bvp")
+    parser.add_argument("-o", metavar="FILE", required=True, help="what is written; its ending says how")
+    parser.add_argument("--what", choices=KINDS,
+                        help="default: history, or grains where FILE ends with .vtu or .stl")
+    parser.add_argument("--frame", type=int, default=-1, metavar="N",
+                        help="of frames: 0 the first, -1 the last (default)")
+    parser.add_argument("--columns", default="", metavar="NAMES", help="of the history: names with commas between them")
+    parser.add_argument("--version", action="version", version=f"grus {__version__}")
+    args = parser.parse_args()
+    interrupts.raise_again()
+    ending = os.path.splitext(args.o)[1].lower()
+    args.what = args.what or ("grains" if ending in FRAMES else "history")
+    try:
+        if ending not in {**TABLES, **FRAMES}:
+            raise InputError(f"{args.o}: ends with none of {' '.join([*TABLES, *FRAMES])}")
+        write_whole(args.o, content(args, ending))
+    except (InputError, ValueError) as e:
+        print(one_line(f"grus export: {e}"), file=sys.stderr)
+        return 2
+    except OSError as e:
+        print(one_line(f"grus export: {e.filename}: {e.strerror}"), file=sys.stderr)
+        return 2
+    return 0

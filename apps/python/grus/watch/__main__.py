@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""python3 -m grus.watch, as grus watch."""
+from grus.runs import interrupts
+
+interrupts.end_at_once("grus watch")
+from grus.watch.command import main  # noqa: E402
+
+raise SystemExit(main())
