@@ -27,7 +27,8 @@ NAV = [("Start", [("Grus", "index.md"), ("What it does", "features.md"), ("Comin
                    ("Published problems", [(name.replace("_", " "), f"problems/{name}.md")
                                            for name in ("biaxial_plane_strain", "oedometer_block", "pile_tip",
                                                         "shpb_bars", "strip_footing", "triaxial", "triaxial_block")])]),
-       ("Reference", [("Scenes", "scenes.md"), ("All keys", "keys.md"), ("Results", "results.md"),
+       ("Reference", [("The command grus", "commands.md"), ("Scenes", "scenes.md"), ("All keys", "keys.md"),
+                     ("Results", "results.md"),
                       ("All columns", "columns.md"), ("All keys of summary.json", "summary_keys.md"),
                       ("C++", "api_cpp.md"), ("Python", "api_python.md")]),
        ("Explanation", [("Physics", "physics.md"), ("Macro problems", "macro.md"), ("Fracture", "physics/fracture.md"),

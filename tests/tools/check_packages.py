@@ -70,7 +70,8 @@ with tempfile.TemporaryDirectory() as tmp:
     }.items():
         for path in mine:
             need([n for n, all_of_it in files.items() if path in all_of_it] == [name], f"{path} is not in {name} alone")
-    programs = {"grus", "grus-rve", "grus-study", "grus-calibrate", "grus-report"} | ({"grus-bvp"} if kind == "full" else set())
+    programs = {"grus", *(f"grus-{name}" for name in ("rve", "study", "calibrate", "report"))}
+    programs |= {"grus-bvp"} if kind == "full" else set()
     found = {path[9:] for path in files["grus"] if path.startswith("/usr/bin/") and path[9:]}
     need(found == programs, f"in /usr/bin: {sorted(found ^ programs)} too many or too few")
     for name, path in packages.items():

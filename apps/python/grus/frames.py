@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Frames of a results folder: grains, macro mesh and contacts at the times that were written, as arrays; for pyvista and
-meshio as those want them. Reading needs h5py."""
+"""Frames of a results folder: grains, macro mesh and contacts at the times that were written, as arrays; for pyvista
+and meshio as those want them. Reading needs h5py."""
 from __future__ import annotations
 
 import glob
@@ -15,7 +15,8 @@ from grus.errors import InputError
 
 KINDS = ("grains", "macro", "contacts")
 TRIANGLE = 5
-NAMES = {1: "vertex", 3: "line", 5: "triangle", 9: "quad", 10: "tetra", 12: "hexahedron"}  # VTK's numbers, meshio's names
+# VTK's numbers, meshio's names.
+NAMES = {1: "vertex", 3: "line", 5: "triangle", 9: "quad", 10: "tetra", 12: "hexahedron"}
 
 
 class Frame:

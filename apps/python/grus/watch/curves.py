@@ -42,11 +42,12 @@ def load(c):
             return ([1e3 * sense * v for v in c[way]], [sense * v for v in c["reaction_" + way[6:-2] + "_N"]],
                     f"displacement of {way[6:-4]} (mm)", "reaction (N)")
         axis = max(("xx", "yy", "zz"), key=lambda k: span(c[f"mean_stress_{k}_Pa"]))
-        return [*along(c)[:1], [-v / 1e6 for v in c[f"mean_stress_{axis}_Pa"]], along(c)[1], f"mean stress {axis} (MPa)"]
+        x, name = along(c)
+        return x, [-v / 1e6 for v in c[f"mean_stress_{axis}_Pa"]], name, f"mean stress {axis} (MPa)"
     x, name = along(c)
     if "nominal_stress_Pa" in c and "displacement_m" in c:
         x, name = [1e3 * v for v in c["displacement_m"]], "displacement (mm)"
-    return x, [v / 1e6 for v in c.get("nominal_stress_Pa", c["axial_stress_Pa"])], name, "stress (MPa)"
+    return x, [v / 1e6 for v in c.get("nominal_stress_Pa", c.get("axial_stress_Pa", []))], name, "stress (MPa)"
 
 
 def thinned(x, y):
