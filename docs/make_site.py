@@ -22,6 +22,8 @@ NAV = [("Start", [("Grus", "index.md"), ("What it does", "features.md"), ("Comin
                   ("Shipped scenes", "shipped.md"), ("Gallery", "gallery.md"), ("Glossary", "glossary.md")]),
        ("Tutorials", [("From a sieve curve to a pile", "tutorial.md")]),
        ("How to", [("Install", "howto/install.md"), ("It stops with …", "howto/stops.md"),
+                   ("Choose parameters", "howto/parameters.md"),
+                   ("From data to a calibrated scene", "howto/data_to_scene.md"),
                    ("Calibrate", "calibration.md"), ("Run on a cluster", "cluster.md"),
                    ("Use it from Python and C++", "library.md"), ("Extend it", "extending.md"),
                    ("Published problems", [(name.replace("_", " "), f"problems/{name}.md")
