@@ -21,7 +21,8 @@ from scene_tools import faults, need
 
 binaries = os.path.abspath(sys.argv[1])
 sys.path.insert(0, os.path.join(binaries, "..", "python"))
-from grus.watch import command, curves, processes, progress  # noqa: E402
+from grus import curves  # noqa: E402
+from grus.watch import command, processes, progress  # noqa: E402
 from grus.watch.following import Following  # noqa: E402
 from grus.watch.growing import Growing  # noqa: E402
 from grus.watch.server import POLICY, Server  # noqa: E402

@@ -11,6 +11,10 @@ results.
     run = grus.run("shpb_random.toml", set=["loading.final_strain=0.16"])
     run["axial_stress_Pa"], run.summary["status"]
     old = grus.load("results/shpb")
+    old.plot(), old.grains(-1).pyvista()
+
+    scene = grus.read_scene("oedometer.toml", packing__seed=7)
+    run = grus.run(scene)
 
     sand = grus.Material(density=2650, youngs_modulus=60e9, friction=0.5, restitution=0.7)    # no scene file
     cell = grus.Sample(sand, grus.RandomPacking(radius=0.2e-3, solid_fraction=0.6), box=[4e-3] * 3, pressure=1e6)
@@ -25,18 +29,20 @@ from grus._version import __version__
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from grus.errors import InputError, Unstable
+    from grus.frames import Frame
     from grus.results import Results, load
     from grus.runs.run import run
+    from grus.runs.scene import Scene, read_scene
     from grus.rves import Rve, RveSet
     from grus.samples import Bond, Grain, Lattice, Material, RandomPacking, Sample, Spheres, Voronoi
 
-__all__ = ["Bond", "Grain", "InputError", "Lattice", "Material", "RandomPacking", "Results", "Rve", "RveSet", "Sample",
-           "Spheres", "Unstable", "Voronoi", "__version__", "load", "run"]
+__all__ = ["Bond", "Frame", "Grain", "InputError", "Lattice", "Material", "RandomPacking", "Results", "Rve", "RveSet",
+           "Sample", "Scene", "Spheres", "Unstable", "Voronoi", "__version__", "load", "read_scene", "run"]
 
 # Each is loaded when it is first asked for: the commands need no compiled core, and nothing that takes a second to
 # load.
 _HOMES = {"InputError": "errors", "Unstable": "errors", "Results": "results", "load": "results", "run": "runs.run",
-          "Rve": "rves", "RveSet": "rves"}
+          "Scene": "runs.scene", "read_scene": "runs.scene", "Frame": "frames", "Rve": "rves", "RveSet": "rves"}
 _HOMES |= dict.fromkeys(
     ["Bond", "Grain", "Lattice", "Material", "RandomPacking", "Sample", "Spheres", "Voronoi"], "samples")
 

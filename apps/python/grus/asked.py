@@ -27,6 +27,10 @@ class Lacking(KeyError):
         near = near or [n for n in names if isinstance(name, str) and asked and asked in n.lower()][:3]
         hint = f"did you mean {' or '.join(map(repr, near))}?" if near else f"there are {', '.join(names) or 'none'}"
         super().__init__(f"{what}: no {name!r}; {hint}")
+        self._asked = what, name, names
+
+    def __reduce__(self) -> Any:
+        return Lacking, self._asked
 
     def __str__(self) -> str:  # KeyError's own puts the line in quotes
         return str(self.args[0])

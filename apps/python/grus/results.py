@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import html
 import json
 import math
 import os
@@ -11,11 +12,14 @@ from typing import TYPE_CHECKING, Any, Callable, Iterator, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from grus import curves
 from grus.asked import Lacking, Named, path_of
 from grus.errors import InputError
+from grus.frames import Frame, frame
 
 if TYPE_CHECKING:
     import pandas
+    from matplotlib.axes import Axes
 
 Path = str | os.PathLike[str]
 
@@ -112,6 +116,58 @@ class Results(Mapping[str, NDArray]):
     def __len__(self) -> int:
         return len(self.history)
 
+    def grains(self, frame: int = -1) -> Frame:
+        """Grains of a frame, the last by default: arrays, `.grains()` one row a grain, `.pyvista()`, `.meshio()`.
+        Raises InputError where there is none."""
+        return self._frame("grains", frame)
+
+    def macro(self, frame: int = -1) -> Frame:
+        """The macro mesh of a frame."""
+        return self._frame("macro", frame)
+
+    def contacts(self, frame: int = -1) -> Frame:
+        """Contacts of a frame, if the scene asked for them."""
+        return self._frame("contacts", frame)
+
+    def _frame(self, kind: str, number: int) -> Frame:
+        if not os.path.isdir(self.folder):
+            raise InputError(f"{self.folder}: is gone: a run keeps its frames where it is given out=")
+        return frame(self.folder, kind, number)
+
+    def plot(self, y: str | None = None, x: str | None = None, *, ax: Axes | None = None, **style: Any) -> Axes:
+        """Draws a column over another, by default the load over the strain or the way, and returns the axes (needs
+        matplotlib). `ax`: axes to draw on; `style`: as matplotlib's plot takes it."""
+        if ax is None:
+            from matplotlib.figure import Figure
+            try:
+                import matplotlib.pyplot as plt
+                ax = plt.subplots()[1]
+            except ImportError:
+                ax = Figure().subplots()
+        xs, ys, x_name, y_name = self._curve(x, y)
+        ax.plot(xs, ys, **{"label": os.path.basename(os.path.abspath(self.folder)), **style})
+        ax.set(xlabel=x_name, ylabel=y_name)
+        ax.grid(alpha=0.3)
+        return ax
+
+    def _curve(self, x: str | None, y: str | None) -> tuple[Any, Any, str, str]:
+        if y is None and x is None:
+            return curves.load(self.history)
+        own, name = curves.along(self.history)
+        return self[x] if x else own, self[y] if y else curves.load(self.history)[1], x or name, y or "load"
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: how it ended, its load as a small picture, the names of its columns."""
+        told = {"results": self.folder, "scene": self.summary.get("title", ""),
+                "ending": self.summary.get("ending", "")}
+        told |= {name.replace("_", " "): f"{value:.4g}" for name, value in self.summary.get("results", {}).items()
+                 if isinstance(value, float)}
+        rows = "".join(f"<tr><th style='text-align:left'>{html.escape(str(k))}</th><td>{html.escape(str(v))}</td></tr>"
+                       for k, v in told.items())
+        names = html.escape(", ".join(self.history))
+        return (f"<table>{rows}</table>{_sketch(*curves.load(self.history))}"
+                f"<details><summary>{len(self.history)} columns</summary>{names}</details>")
+
     @property
     def status(self) -> int:
         """0: finished; 3: unstable."""
@@ -121,6 +177,23 @@ class Results(Mapping[str, NDArray]):
         """history.csv as a pandas.DataFrame (needs pandas)."""
         import pandas
         return pandas.DataFrame(self.history)
+
+
+def _sketch(x: Any, y: Any, x_name: str, y_name: str) -> str:
+    """A curve as SVG, with its ends."""
+    found = curves.thinned(x, y)
+    if len(found["x"]) < 2:
+        return ""
+    (left, right), (low, high) = ((min(v), max(v)) for v in (found["x"], found["y"]))
+    across, up = 240 / (right - left or 1), 120 / (high - low or 1)
+    places = " ".join(f"{50 + across * (a - left):.1f},{140 - up * (b - low):.1f}" for a, b in zip(*found.values()))
+    texts = [(50, 155, "start", f"{left:.3g}"), (290, 155, "end", f"{right:.3g}"), (46, 140, "end", f"{low:.3g}"),
+             (46, 24, "end", f"{high:.3g}"), (170, 170, "middle", x_name), (170, 12, "middle", y_name)]
+    words = "".join(f'<text x="{a}" y="{b}" text-anchor="{side}">{html.escape(t)}</text>' for a, b, side, t in texts)
+    title = html.escape(f"{y_name} against {x_name}")
+    return (f'<svg width="300" height="176" font-size="11" font-family="sans-serif"><title>{title}</title>'
+            f'<rect x="50" y="20" width="240" height="120" fill="none" stroke="#999"/>'
+            f'<polyline points="{places}" fill="none" stroke="#1f77b4" stroke-width="1.5"/>{words}</svg>')
 
 
 def load(folder: Path) -> Results:

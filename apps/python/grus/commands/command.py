@@ -123,6 +123,19 @@ def completion(arguments: list[str]) -> int:
     return 0 if arguments in (["-h"], ["--help"]) else 2
 
 
+def report() -> NoReturn:
+    """grus-report, where pip has installed it; the two below likewise."""
+    module("report", sys.argv[1:])
+
+
+def study() -> NoReturn:
+    module("study", sys.argv[1:])
+
+
+def calibrate() -> NoReturn:
+    module("calibrate", sys.argv[1:])
+
+
 HERE = {"run": run, "check": check, "keys": keys, "new": new, "completion": completion}
 
 

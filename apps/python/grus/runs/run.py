@@ -15,6 +15,7 @@ from grus.errors import InputError, Unstable
 from grus.files.texts import toml_of
 from grus.results import Path, Results
 from grus.runs.programs import found, program_of
+from grus.runs.scene import Scene
 
 
 def _stop(process: subprocess.Popen, by_mpirun: bool) -> None:
@@ -34,10 +35,11 @@ def _stop(process: subprocess.Popen, by_mpirun: bool) -> None:
         process.send_signal(signal.SIGTERM)
 
 
-def run(scene: Path, set: Iterable[str] = (), *, out: Path | None = None, threads: int | None = None, ranks: int = 1,
-        check: bool = True, force: bool = False) -> Results:
+def run(scene: Path | Scene, set: Iterable[str] = (), *, out: Path | None = None, threads: int | None = None,
+        ranks: int = 1, check: bool = True, force: bool = False) -> Results:
     """Runs a scene by grus-rve, or by grus-bvp where it has a [mesh], and returns its results.
 
+    scene      a file, or what grus.read_scene made of one
     set        "KEY=VALUE" changes of the scene
     out        results folder, which stays; default: a temporary one, of which only what is returned remains
     threads    default: all cores
@@ -48,7 +50,8 @@ def run(scene: Path, set: Iterable[str] = (), *, out: Path | None = None, thread
     Raises InputError for a scene that cannot run, Unstable, KeyboardInterrupt (the run writes its checkpoint first),
     RuntimeError.
     """
-    scene, set = path_of("scene", scene), changes_of(set)
+    more = list(scene.changes) if isinstance(scene, Scene) else []
+    scene, set = path_of("scene", scene.file if isinstance(scene, Scene) else scene), more + changes_of(set)
     threads = None if threads is None else whole_number("threads", threads, 1)
     ranks = whole_number("ranks", ranks, 1)
     if ranks > 1 and shutil.which("mpirun") is None:

@@ -4,7 +4,7 @@ import json
 import os
 import time
 
-from grus.watch import curves
+from grus import curves
 from grus.watch.growing import Growing
 from grus.watch.processes import writer
 from grus.watch.progress import done_of, left_of, scene_of

@@ -3,12 +3,12 @@
 import math
 import os
 import re
-import tomllib
 
 from grus.commands.words import VALUED
 from grus.files.tables import UNITS
 from grus.files.texts import toml_of
 from grus.runs.programs import scene_in
+from grus.runs.scene import put
 
 
 def scene_of(process):
@@ -24,18 +24,6 @@ def scene_of(process):
         if before == "--set":
             put(table, *change.partition("=")[::2])
     return table
-
-
-def put(table, key, text):
-    """A change KEY=VALUE of a scene's tables; of lists of tables none."""
-    *path, last = key.split(".")
-    for part in path:
-        table = table.setdefault(part, {}) if isinstance(table, dict) else None
-    if isinstance(table, dict):
-        try:
-            table[last] = tomllib.loads(f"v = {text}")["v"]
-        except ValueError:
-            table[last] = text
 
 
 def quantity(value):

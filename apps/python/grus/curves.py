@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Which curves of a run the page shows: plots as plain data, thinned to what a screen can show."""
+"""What a run is drawn as: its load, and other curves that tell of it, as plain data thinned to what a screen can
+show."""
 import math
 
 POINTS = 400  # of a curve
@@ -22,7 +23,7 @@ def along(c):
         if span(strain) > 0 and "macro_kinetic_J" not in c:
             return [-v for v in strain], f"mean strain {axis} (compression)"
         return c["time_s"], "load factor" if "newton_iterations" in c else "time (s)"
-    if any(c.get("axial_strain", [])):
+    if any(v for v in c.get("axial_strain", [])):
         return c["axial_strain"], "axial strain (compression)"
     return c.get("time_s", []), "time (s)"
 
