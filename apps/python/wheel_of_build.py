@@ -54,7 +54,8 @@ def tag():
 
 def made(folder):
     """The DEM, built in `folder` for the Python that asks."""
-    options = {"CMAKE_BUILD_TYPE": "Release", "GRUS_FEM": "OFF", "GRUS_TESTS": "OFF", "Python_EXECUTABLE": sys.executable}
+    options = {"CMAKE_BUILD_TYPE": "Release", "GRUS_FEM": "OFF", "GRUS_TESTS": "OFF",
+               "Python_EXECUTABLE": sys.executable}
     subprocess.run(["cmake", "-S", source, "-B", folder, *(f"-D{k}={v}" for k, v in options.items())], check=True)
     subprocess.run(["cmake", "--build", folder, "--parallel", "--target", "grus-rve", "grus_python"], check=True)
     return folder
@@ -66,7 +67,8 @@ def files_of(build):
     for folder, _, names in sorted(os.walk(package)):
         for name in sorted(names):
             path = os.path.join(folder, name)
-            if not name.endswith(".pyc") and (not name.endswith(".so") or sysconfig.get_config_var("EXT_SUFFIX") in name):
+            other = name.endswith(".so") and not name.endswith(sysconfig.get_config_var("EXT_SUFFIX"))
+            if not name.endswith(".pyc") and not other:  # a core built for another Python
                 yield "grus/" + os.path.relpath(path, package), path
     for program in PROGRAMS:
         path = os.path.join(build, "bin", program)
