@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """docs/extending.md as a reader would take it: its patches apply to a copy of the tree, in their order; what they touch
 compiles; its programs, linked with the library as it is built, say that all is well: extending.py BUILD"""
-import json
 import os
 import re
 import shlex
@@ -12,6 +11,9 @@ import sys
 import tempfile
 
 from scene_tools import faults, need
+
+sys.path.append(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "tools"))
+from compile_calls import compile_calls  # noqa: E402
 
 build = os.path.abspath(sys.argv[1])
 source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
@@ -25,10 +27,8 @@ def run(command, folder):
 
 def calls():
     """What the build calls for each file, without launchers and output."""
-    with open(os.path.join(build, "compile_commands.json")) as f:
-        entries = json.load(f)
     found = {}
-    for entry in entries:
+    for entry in compile_calls(build):
         call = shlex.split(entry["command"])
         call = call[next(k for k, word in enumerate(call) if os.path.basename(word).startswith(("c++", "g++"))):]
         at = call.index("-o")

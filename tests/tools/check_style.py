@@ -21,6 +21,8 @@ import subprocess
 import sys
 import tempfile
 
+from compile_calls import compile_calls
+
 here = os.path.dirname(os.path.abspath(__file__))
 cores = len(os.sched_getaffinity(0))
 
@@ -35,9 +37,7 @@ def sources(root, endings=(".hpp", ".cpp")):
 
 def commands(root, build):
     """What the build calls for each file; of those that are built for several machines one."""
-    with open(os.path.join(build, "compile_commands.json")) as f:
-        entries = json.load(f)
-    return {os.path.relpath(e["file"], root): e for e in entries}
+    return {os.path.relpath(e["file"], root): e for e in compile_calls(build)}
 
 
 def each(work, items):
