@@ -1,0 +1,20 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+# Where CMAKE_UNITY_BUILD is on: sources of one room are compiled joined, by ten at most, as most of a compiler's time goes into what
+# they all include. `ALONE`: sources that are not, since a name of their own is that of another file in their room.
+function(grus_join target)
+  cmake_parse_arguments(join "" "" ALONE ${ARGN})
+  get_target_property(sources ${target} SOURCES)
+  list(FILTER sources EXCLUDE REGEX "TARGET_OBJECTS")
+  list(REMOVE_ITEM sources ${join_ALONE})
+  foreach(source IN LISTS sources)
+    get_filename_component(room ${source} DIRECTORY)
+    string(MAKE_C_IDENTIFIER "room_${room}" room)
+    if(NOT DEFINED ${room})
+      set(${room} 0)
+    endif()
+    math(EXPR part "${${room}} / 10")
+    math(EXPR ${room} "${${room}} + 1")
+    set_property(SOURCE ${source} PROPERTY UNITY_GROUP "${room}_${part}")
+  endforeach()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
+endfunction()
