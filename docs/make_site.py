@@ -6,6 +6,7 @@ README and docs/ as they are, a page of all keys from apps/scene/keys.txt (the t
 itself to), a gallery of the shipped scenes, the interfaces from their own comments. Needs mkdocs and its theme
 material.
 """
+import csv
 import glob
 import json
 import math
@@ -20,7 +21,9 @@ import api_pages
 source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 NAV = [("Start", [("Grus", "index.md"), ("What it does", "features.md"), ("Coming from other programs", "coming.md"),
                   ("Shipped scenes", "shipped.md"), ("Gallery", "gallery.md"), ("Glossary", "glossary.md")]),
-       ("Tutorials", [("From a sieve curve to a pile", "tutorial.md")]),
+       ("Tutorials", [("From a sieve curve to a pile", "tutorial.md"),
+                      ("A rock, from cells to strength", "tutorial_rock.md"),
+                      ("Grains in a DOLFINx program", "tutorial_dolfinx.md")]),
        ("How to", [("Install", "howto/install.md"), ("It stops with …", "howto/stops.md"),
                    ("Choose parameters", "howto/parameters.md"),
                    ("From data to a calibrated scene", "howto/data_to_scene.md"),
@@ -148,24 +151,46 @@ def as_nav(entries):
     return [{title: page if isinstance(page, str) else as_nav(page)} for title, page in entries]
 
 
+def time_told(row):
+    """How long a scene takes, as far as gallery.csv knows."""
+    if row is None:
+        return "Its time is not known."
+    if row["cpu_s"]:
+        return f"It takes {row['cpu_s']} s of one core (AMD EPYC, in the cloud)."
+    if row["ending"].endswith(".md"):
+        return f"[Its page]({row['ending']}) tells what it takes and shows."
+    if row["ending"] == "not begun":
+        return "Its sample takes longer to make than the gallery waits."
+    return f"It goes on for longer than the gallery waits: the picture is at {row['ending']}."
+
+
 def gallery():
-    text = [
-        "# Gallery", "", "Each shipped scene, what it is and what to look at, and its picture where it has one.", ""
-    ]
-    for path in sorted(glob.glob(os.path.join(source, "apps", "scenes", "*.toml"))):
-        stem = os.path.basename(path)[:-5]
+    text = ["# Gallery", "", "Each shipped scene: what it is and what to look at, its command, what it takes, and its "
+            "picture. `docs/gallery.py` runs them and draws the pictures. Studies are at the end.", ""]
+    with open(os.path.join(source, "docs", "gallery.csv"), newline="") as f:
+        rows = {row["scene"]: row for row in csv.DictReader(f)}
+    studies = []
+    for path in sorted(glob.glob(os.path.join(source, "apps", "scenes", "**", "*.toml"), recursive=True)):
+        name = os.path.relpath(path, os.path.join(source, "apps", "scenes"))[:-5]
+        if name.startswith("new/"):
+            continue
         scene = open(path).read()
         title = re.search(r'^title = "(.*)"', scene, re.M)
+        title = title[1] if title else name
+        tables = set(re.findall(r"^\[(\w+)\]", scene, re.M))
+        if tables & {"study", "calibrate"}:
+            program = "grus-calibrate" if "calibrate" in tables else "grus-study"
+            studies.append(f"| {title} | `{program} apps/scenes/{name}.toml` |")
+            continue
         head = " ".join(line.lstrip("# ") for line in scene.split("\n\n")[0].splitlines() if line.startswith("#"))
-        pictures = [
-            p for p in (f"images/{stem}.png", f"problems/images/{stem}.png", f"problems/images/{stem}_field.png")
-            if os.path.exists(os.path.join(source, "docs", p))
-        ]
-        program = "grus-bvp" if re.search(r"^\[mesh\]", scene, re.M) else "grus-rve"
-        text += [f"## {title[1] if title else stem}", "", head, "", f"    {program} apps/scenes/{stem}.toml", ""] + [
-            f"![{stem}]({p})" for p in pictures
-        ] + ["", f"<details markdown=\"1\"><summary>{stem}.toml</summary>\n\n```toml\n{scene}```\n\n</details>", ""]
-    return "\n".join(text)
+        program, row = "grus-bvp" if "mesh" in tables else "grus-rve", rows.get(name)
+        shown = f"![{title}]({row['picture']})" if row and row["picture"] else "*There is no picture of it.*"
+        text += [f"## {title}", "", head, "", f"```sh\n{program} apps/scenes/{name}.toml\n```", "", time_told(row), "",
+                 shown, "", f"<details markdown=\"1\"><summary>{name}.toml</summary>\n\n```toml\n{scene}```\n\n"
+                 "</details>", ""]
+    text += ["## Studies and calibrations", "", "Sets of runs; each draws its own plots and report.", "",
+             "| what | command |", "|---|---|", *studies]
+    return "\n".join(text) + "\n"
 
 
 def main(build, out):
@@ -174,7 +199,8 @@ def main(build, out):
     os.makedirs(build, exist_ok=True)
     pages = os.path.join(build, "docs")
     shutil.rmtree(pages, ignore_errors=True)
-    shutil.copytree(os.path.join(source, "docs"), pages, ignore=shutil.ignore_patterns("*.py", "__pycache__"))
+    left_out = shutil.ignore_patterns("*.py", "gallery.csv", "__pycache__")
+    shutil.copytree(os.path.join(source, "docs"), pages, ignore=left_out)
     for path in glob.glob(os.path.join(pages, "**", "*.md"), recursive=True):
         at = os.path.relpath(path, pages)
         text = with_titles(with_links(open(path).read(), "docs/" + at, at))

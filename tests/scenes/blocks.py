@@ -23,7 +23,9 @@ ELSEWHERE = {("README.md", "sh"): "scenes/readme.py", ("README.md", "toml"): "sc
              ("docs/extending.md", None): "scenes/extending.py",
              ("docs/tutorial.md", None): "scenes/tutorial.py"}
 # Pages whose named blocks are files of one folder, in which the page's commands are asked whether they would run.
-WALKED = {"docs/howto/data_to_scene.md"}
+WALKED = {"docs/howto/data_to_scene.md", "docs/tutorial_rock.md"}
+# Pages whose blocks are parts of a program that another test runs.
+PARTS = {"docs/tutorial_dolfinx.md": "apps/python/demos/block_dolfinx.py"}
 # What a table of a page lacks to be a whole scene.
 LOADING = '[loading]\nkind = "platens"\naxis = "y"\nstrain_rate = "1 /s"\nfinal_strain = 0.0018\n'
 DATA = {"e_sigma.csv": "axial_stress_Pa,void_ratio\n1e6,0.8\n2e6,0.75\n",
@@ -149,6 +151,9 @@ with tempfile.TemporaryDirectory() as folder:
             elif kind == "sh":
                 for line in block.splitlines():
                     command(page, line)
+            elif kind == "python" and page in PARTS:
+                program = open(os.path.join(source, PARTS[page])).read()
+                need(block in program, f"{page}: not a part of {PARTS[page]}: {block[:60]!r}")
             elif kind == "python":
                 python(page, folder, block)
                 seen.add(page)

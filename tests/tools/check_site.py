@@ -5,6 +5,7 @@
 Each page: no error in the console, no request that leaves the machine or finds nothing, code blocks with the text of
 their sources and a button that copies, links and places that are there, no wider than a phone. Search finds ten words,
 an address that is not there shows the page 404. Without SITE it is built first."""
+import csv
 import functools
 import glob
 import http.server
@@ -84,7 +85,8 @@ def fences():
         name = "index.html" if name == "../README.md" else re.sub("README.md$", "index.md", name)[:-3] + ".html"
         with open(path) as f:
             found[name] = [b.strip("\n") for b in re.findall(r"^```.*\n([\s\S]*?)^```$", f.read(), re.M)]
-    scenes = sorted(glob.glob(f"{source}/apps/scenes/*.toml"))
+    with open(f"{source}/docs/gallery.csv", newline="") as f:
+        scenes = [f"{source}/apps/scenes/{row['scene']}.toml" for row in csv.DictReader(f)]
     found["gallery.html"] = [open(path).read().strip("\n") for path in scenes]
     return found
 
