@@ -17,6 +17,7 @@ readme = open(os.path.join(source, "README.md")).read()
 full = os.path.exists(os.path.join(build, "bin", "grus-bvp"))
 
 SCENE = "build/bin/grus-rve scene.toml && build/bin/grus-report scene"
+WORDS = 950  # it stays short
 DEM = "cmake --workflow --preset dem-only"
 # What is printed, and by which case of this test it is run. The tests themselves are being run.
 SITE = "cmake --build build --target docs"  # what it calls: the test documents
@@ -30,6 +31,7 @@ def shell(command, cwd, **environment):
 
 
 def scene(tmp):
+    need(len(readme.split()) <= WORDS, f"the README has {len(readme.split())} words, more than {WORDS}")
     blocks = re.findall(r"```sh\n(.*?)```", readme, re.S)
     printed = {line.split("#")[0].strip() for block in blocks for line in block.splitlines() if line.strip()}
     printed |= {
