@@ -6,6 +6,7 @@ import contextlib
 import io
 import math
 import os
+import re
 import sys
 import tempfile
 import time
@@ -343,6 +344,20 @@ def said():
              body.count("<img") == 2 and sorted(os.listdir(os.path.join(out, "plots"))) == ["target_0.png",
                                                                                             "target_2.png"],
              f"targets of more than one point: {shown}")
+    flat_rows = lambda text: [re.findall(r"<t[hd]>(.*?)</t[hd]>", row) for row in text.split("<tr>")[1:]]
+    curve = SimpleNamespace(name="c", kind="curve", table={"x": "e", "y": "s"}, x=np.arange(3.0), values=np.array([
+        2.0, 4.0, 8.0]), error=np.array([0.5, 1.0, 2.0]))
+    rows = flat_rows(report.fit_table(curve, np.array([2.0, 5.0, 5.0]), np.array([1.0, 4.0, 9.0])))
+    need(rows == [["e", "s, data", "standard deviation", "fit", "off by (sd)", "run at the best point", "off by (sd)"],
+                  ["0", "2", "0.5", "2", "+0.00", "1", "-2.00"], ["1", "4", "1", "5", "+1.00", "4", "+0.00"],
+                  ["2", "8", "2", "5", "-1.50", "9", "+0.50"]], f"target beside fit: {rows}")
+    rows = flat_rows(report.fit_table(curve, np.array([2.0, 5.0, 5.0]), None, 2))
+    need([r[0] for r in rows] == ["e", "0", "2"] and len(rows[0]) == 5, f"every second: {rows}")
+    peak = SimpleNamespace(name="p", kind="peak", table={"quantity": "q_Pa"}, x=np.zeros(1), values=np.array([3.0]),
+                           error=np.array([0.1]))
+    need(flat_rows(report.fit_table(peak, np.array([2.9]), None)) == [
+        ["target", "q_Pa, data", "standard deviation", "fit", "off by (sd)"], ["p", "3", "0.1", "2.9", "-1.00"]],
+        "a peak")
     need(posterior.STEPS > 2 * posterior.REST, "most of the steps are told of")
 
 

@@ -94,7 +94,8 @@ def samples():
     of = lambda kind, **more: ("r", {**c, **more}, {"scene": {"loading": {"kind": kind}}})
     void = "Void ratio against the logarithm of pressure"
     strain = "Stress and strain (compression positive)"
-    for runs, wanted in (([of("triaxial")], [strain, "Stress path", "Volume strain"]),
+    for runs, wanted in (([of("triaxial")], [strain, "Deviator and strain", "Stress path", "Mobilised friction",
+                                                  "Volume strain"]),
                          ([of("uniaxial-strain")], [strain, void, "Stress at rest"]),
                          ([of("isotropic-stress")], [strain, void]), ([of("rollers")], [strain]), ([still], []),
                          ([of("platens")], ["Single grains between platens"]),
@@ -102,8 +103,26 @@ def samples():
         need(titles(runs) == wanted, f"plots of {runs[0][2]}: {titles(runs)}")
     sheared = drawn_of(lambda: rve_plots.overlays([of("triaxial")]))
     near(sheared[0][0]["r"], [e, 10 * e], "stress and strain")
-    near(sheared[1][0]["r"], [5 * e, np.array(rve_plots.deviator(c)) / 1e6], "stress path")
-    near(sheared[2][0]["r"], [e, 100 * np.array(rve_plots.volume(c))], "volume strain")
+    near(sheared[1][0]["r"], [e, np.array(rve_plots.deviator(c)) / 1e6], "deviator over the strain")
+    near(sheared[2][0]["r"], [5 * e, np.array(rve_plots.deviator(c)) / 1e6], "stress path")
+    near(sheared[4][0]["r"], [e, 100 * np.array(rve_plots.volume(c))], "volume strain")
+    # Principal stresses of 1 and 3 and a turn of 30 degrees about y: sin phi = 2 / 4, whatever the turn.
+    turn = np.array([[3**0.5 / 2, 0, 0.5], [0, 1, 0], [-0.5, 0, 3**0.5 / 2]])
+    turned = -1e5 * turn @ np.diag([1.0, 2.0, 3.0]) @ turn.T
+    at = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "yz": (1, 2), "xz": (0, 2), "xy": (0, 1)}
+    pressed = {f"stress_{k}_Pa": [0.0, turned[ij], -turned[ij], 1e-3 * turned[ij]] for k, ij in at.items()}
+    near(rve_plots.mobilised(pressed), [math.nan, 30, math.nan, math.nan], "friction that is mobilised", 1e-9)
+    near(sheared[3][0]["r"], [e, rve_plots.mobilised(c)], "friction over the strain")
+    # Runs of 42, 1, 0.2 and 300 MPa: what would be flat beside the others has axes of its own, with its unit.
+    scaled = [("r%g" % m, {**c, "axial_stress_Pa": [0.0, m * 1e6, 0.5e6 * m]}, summary) for m in (42, 1, 0.2, 300)]
+    shown = drawn_of(lambda: rve_plots.stress_plots("T", scaled, False))
+    need([(list(curves), texts[2]) for curves, texts, _ in shown] == [
+        (["r42", "r300"], "axial stress (MPa)"), (["r1", "r0.2"], "axial stress (MPa)")], f"by scale: {shown}")
+    near(shown[1][0]["r0.2"][1], [0, 0.2, 0.1], "the smallest")
+    near([u for u, _ in map(figures.unit_of, ([0.0], [5e8, math.nan], [999.0, -2e3], [2e9], [3.0]))],
+         [1e6, 1e6, 1e3, 1e9, 1], "units")
+    need(figures.by_scale([8.0, 1.0, 64.1], abs) == [[8.0, 1.0], [64.1]] and
+         figures.by_scale([1.0, 7.0, 49.0], abs) == [[1.0], [7.0, 49.0]], "just within a factor of eight")
     pressed = drawn_of(lambda: rve_plots.overlays([of("uniaxial-strain")]))
     near(pressed[1][0]["r"], [5 * e[1:], (0.7 - e)[1:]], "void ratio where there is a pressure")
     near(pressed[2][0]["r"], [e, [math.nan, 1 / 3, 1 / 3]], "stress at rest")
@@ -135,7 +154,11 @@ def problem(**more):
 def problems():
     c = problem()
     need(bvp_plots.loaded_axis(c) == "zz", "the axis whose stress changes most")
-    near(bvp_plots.along(c)[0], [0, 0.01 / 3, 0.01], "the mean strain along it")
+    need(bvp_plots.along(c)[1] == "displacement of top, z (mm)", "against the way of what pushes")
+    near(bvp_plots.along(c)[0], [0, 0.01, 0.03], "its way, millimetres")
+    calm = {k: v for k, v in c.items() if not k.startswith("moved_")}
+    need(bvp_plots.along(calm)[1] == "mean strain zz (compression)", "where nothing pushes")
+    near(bvp_plots.along(calm)[0], [0, 0.01 / 3, 0.01], "the mean strain along it")
     dynamic = problem(macro_kinetic_J=[0, 1, 2])
     near(bvp_plots.along(dynamic)[0], [0, 1e4, 3e4], "microseconds")
     need(bvp_plots.dynamic(dynamic) and not bvp_plots.dynamic(problem(macro_kinetic_J=[0], load_rate=[0])), "dynamics")
@@ -198,7 +221,11 @@ def tables(folder):
     summary = {"ending": "finished", "counts": {"steps": 12345}, "seconds": {"loading_wall": 2.34}}
     told = command.facts(("n", c, summary))
     need(told == {"run": "n", "ending": "finished", "load": "0.200 strain", "stress": "2 MPa", "broken": "4 grains",
-                  "energy error": "2.00 %", "wall": "2.3 s", "steps": "1.23e+04"}, f"{told}")
+                  "energy error": "2.00 %", "wall": "2.3 s", "steps": "1.23e+04", "e at start": "0.7000"}, f"{told}")
+    known = {"sample": {"void_ratio": 0.65}, "scene": {"packing": {"void_ratio_min": 0.5, "void_ratio_max": 0.9}}}
+    need(command.start_of(("n", c, known)) == {"e at start": "0.6500", "Dr at start": "62 %"}, "relative density")
+    need(command.start_of(("n", c, {"scene": {"loading": {"kind": "platens"}}})) == {} ==
+         command.start_of(("n", problem(), {})), "what is no sample")
     told = command.facts(("n", {**c, "nominal_stress_Pa": [0, 3e6, 1e6]}, summary))
     need(told["stress"] == "3 MPa", "nominal stress")
     told = command.facts(("n", problem(), {"counts": {"dem_steps": 7}, "seconds": {"solve_wall": 1.0}}))

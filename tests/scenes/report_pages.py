@@ -78,18 +78,22 @@ def of_samples():
     need(void["ticks"][0] == "20", f"plain numbers of a logarithmic axis: {void['ticks']}")
     check(rest, "rest", x=strain, y="K0, lateral over axial stress", title="Stress at rest", legend=["r"])
     need(rest["limits"][1][0] == 0 and stress["limits"][0][0] < 0, f"K0 from 0: {rest['limits']}")
-    (_, _), (path, _), (volume, _) = all_of(lambda: rve_plots.overlays([run("constant-p")]))
+    (_, _), (q, _), (path, _), (phi, _), (volume, _) = all_of(lambda: rve_plots.overlays([run("constant-p")]))
+    check(q, "q", x=strain, y="deviator q (MPa)", title="Deviator and strain", legend=["r"])
+    check(phi, "phi", x=strain, y="mobilised friction angle (degrees)", legend=["r"])
+    need(phi["limits"][1][0] == 0, f"friction from 0: {phi['limits']}")
     check(path, "path", x="mean pressure p (MPa)", y="deviator q (MPa)", legend=["r"])
     need([v[0] for v in path["limits"]] == [0, 0], f"a stress path from 0: {path['limits']}")
     check(volume, "volume", x=strain, y="volume strain (%, compression)", legend=["r"])
     (grain, _), = all_of(lambda: rve_plots.overlays([run("platens")]))
     check(grain, "grain", x=strain, y="force over the square of the height (MPa)", legend=["r"])
     two = [run("triaxial"), ("s", *run("velocity-gradient")[1:])]
-    need([p[0]["legend"] for p in all_of(lambda: rve_plots.overlays(two))] == [["r", "s"]] * 3, "both of two runs")
+    need([p[0]["legend"] for p in all_of(lambda: rve_plots.overlays(two))] == [["r", "s"]] * 5, "both of two runs")
     both = [run("platens"), run("triaxial"), run("isotropic-stress")]
     need([p[0]["title"] for p in all_of(lambda: rve_plots.overlays(both))] ==
          ["Stress and strain (compression positive)", "Single grains between platens",
-          "Void ratio against the logarithm of pressure", "Stress path", "Volume strain"], "plots of many kinds")
+          "Void ratio against the logarithm of pressure", "Deviator and strain", "Stress path", "Mobilised friction",
+          "Volume strain"], "plots of many kinds")
     full = ("r", {**SAMPLE, "void_ratio": [-0.1, 0.0, 0.0]}, run("triaxial")[2])
     need(len(all_of(lambda: rve_plots.overlays([full]))) == 1, "no void ratio, no volume strain")
     graded = ("r", SAMPLE, {**run("oedometric-stress")[2], "grading": {0.0: ROWS, 0.1: ROWS, 0.2: ROWS}})
@@ -112,7 +116,8 @@ def of_samples():
     need(trust["limits"][1] == (1e-4, 1.0) and trust["ticks"][1] == "20", f"decades of errors: {trust}")
     bonds = {"bonds": [9.0] * 3, "bonds_broken": [0.0, 1.0, 2.0], "fragments": [1.0, 1.0, 2.0]}
     for more, x, y in (({}, strain, "axial stress (MPa)"),
-                       ({"nominal_stress_Pa": E, "displacement_m": E}, "displacement (mm)", "nominal stress (MPa)")):
+                       ({"nominal_stress_Pa": [0.0, 2e3, 1e3], "displacement_m": E}, "displacement (mm)",
+                        "nominal stress (kPa)")):
         load, right, _ = all_of(lambda: rve_plots.of_run(run("rollers", **bonds, **more, breakages=[0.0] * 3)))[1]
         check(load, "load", x=x, y=y, title="r: load and damage")
         check(right, "damage", y="number", whole=[False, True])
@@ -138,7 +143,7 @@ def of_samples():
 
 def of_problems():
     shown = [p[0] for p in all_of(lambda: bvp_plots.of_run(("n", MACRO, {"folder": "nowhere"})))]
-    strain = "mean strain zz (compression)"
+    strain = "displacement of top, z (mm)"
     names = [("displacement of the boundary (mm)", "reaction, along the displacement (N)"), (strain, "stress (MPa)"),
              ("mean pressure p (MPa)", "deviator q (MPa)"), (strain, "volume strain (%, compression)"),
              (strain, "number, all RVEs"), (strain, "energy (J)"), ("increment", "Newton iterations"),

@@ -4,6 +4,7 @@ fit."""
 import base64
 import html
 import io
+import json
 import math
 import os
 
@@ -22,9 +23,18 @@ table{border-collapse:collapse;margin:1em 0}.wide{overflow-x:auto}
 td,th{border:1px solid #ccc;padding:.3em .8em;text-align:left;white-space:nowrap}
 th{background:#f2f0ea}pre{background:#f7f7f7;padding:1em;overflow:auto}
 .plots{display:grid;grid-template-columns:repeat(auto-fill,minmax(min(100%,560px),1fr));gap:.6em}
-figure{margin:0;cursor:zoom-in}figure img{width:100%}
-figure.large{grid-column:1/-1;cursor:zoom-out}"""
-ZOOM = "<script>document.querySelectorAll('figure').forEach(f=>f.onclick=()=>f.classList.toggle('large'))</script>"
+figure{margin:0;position:relative}figure>svg{width:100%;height:auto;touch-action:pan-y}
+h1,h2,li,td.text{overflow-wrap:anywhere}
+figure.large{grid-column:1/-1}figure>button{position:absolute;right:0;top:0;border:0;background:none;opacity:.5}"""
+with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "files", "plots.js"), encoding="utf-8") as f:
+    ZOOM = f"""<script>{f.read()}
+for (const f of document.querySelectorAll("figure[data-plot]")) {{
+  grusPlots.follow(f, JSON.parse(f.dataset.plot))
+  const b = f.appendChild(document.createElement("button"))
+  b.textContent = "⤢", b.title = "larger", b.onclick = () => f.classList.toggle("large")
+}}</script>"""
+UNITS = ((1e9, "GPa"), (1e6, "MPa"), (1e3, "kPa"), (1.0, "Pa"))
+POINTS = 300  # of a curve that tells its values
 
 
 def figure(draw, width=7.4, height=4.2):
@@ -33,13 +43,60 @@ def figure(draw, width=7.4, height=4.2):
     draw(ax)
     if ax.axison:
         ax.grid(alpha=0.3)
+    fig.draw_without_rendering()
+    around = fig.get_tightbbox(fig.canvas.get_renderer()).padded(0.1)
     data = io.BytesIO()
-    fig.savefig(data, format="svg", bbox_inches="tight", dpi=160,
+    fig.savefig(data, format="svg", bbox_inches=around, dpi=160,
                 metadata={"Date": None})  # dpi: of what is painted, not drawn
-    text = alt_text(fig.axes)
+    text, told = alt_text(fig.axes), json.dumps(values(fig.axes, around))
     plt.close(fig)
-    return (f'<figure><img alt="{html.escape(text, quote=True)}" '
-            f'src="data:image/svg+xml;base64,{base64.b64encode(data.getvalue()).decode()}"></figure>')
+    size = f"{72 * around.width:.2f} {72 * around.height:.2f}"
+    wide, high = size.split()
+    return (f'<figure data-plot="{html.escape(told, quote=True)}"><svg viewBox="0 0 {size}" role="img" '
+            f'aria-label="{html.escape(text, quote=True)}"><title>{html.escape(text.partition(";")[0])}</title>'
+            f'<image width="{wide}" height="{high}" '
+            f'href="data:image/svg+xml;base64,{base64.b64encode(data.getvalue()).decode()}"/></svg></figure>')
+
+
+def values(axes, around):
+    """What plots.js must know of a drawn figure, whose picture is `around` (inches): the place of the axes in it
+    (points from its upper left), limits, scales, curves. A second axis has limits of its own."""
+    first = axes[0]
+    box = first.bbox.transformed(first.figure.dpi_scale_trans.inverted())
+    places = [box.x0 - around.x0, around.y1 - box.y1, box.x1 - around.x0, around.y1 - box.y0]
+    series = []
+    for ax in axes:
+        own = {} if ax is first else {"limits": list(ax.get_ylim()), "log": ax.get_yscale() == "log"}
+        for line in ax.get_lines() if first.axison else []:
+            name = str(line.get_label())
+            points = [(float(f"{x:.5g}"), float(f"{y:.5g}")) for x, y in zip(*line.get_data(orig=False))
+                      if math.isfinite(x) and math.isfinite(y)]
+            points = points[::-max(1, math.ceil(len(points) / POINTS))][::-1]
+            if points:
+                series.append({"label": "" if name.startswith("_") else name, "x": [p[0] for p in points],
+                               "y": [p[1] for p in points], **own})
+    return {"box": [round(72 * v, 2) for v in places] if first.axison else [0, 0, 0, 0], "x": list(first.get_xlim()),
+            "y": list(first.get_ylim()), "log_x": first.get_xscale() == "log", "log": first.get_yscale() == "log",
+            "series": series}
+
+
+def unit_of(*columns):
+    """(how much it is, name) of the unit of stress in which the largest value is 1 to 1000."""
+    largest = max((abs(v) for c in columns for v in c if math.isfinite(v)), default=0.0)
+    return next((u for u in UNITS if largest >= u[0]), UNITS[1] if largest == 0 else UNITS[-1])
+
+
+def by_scale(items, size, factor=8.0):
+    """Items in groups whose sizes differ by less than `factor`: what is smaller would be a flat line beside them. In
+    the order of the first of each."""
+    groups = []
+    for item in sorted(items, key=size, reverse=True):
+        if not groups or size(groups[-1][0]) > factor * size(item):
+            groups.append([])
+        groups[-1].append(item)
+    place = {id(item): k for k, item in enumerate(items)}
+    groups = [sorted(group, key=lambda item: place[id(item)]) for group in groups]
+    return sorted(groups, key=lambda group: place[id(group[0])])
 
 
 def picture(fig, out, name):
@@ -123,7 +180,7 @@ def table(head, rows):
 
 def page(title, body, style="img{max-width:100%;margin:.3em}", script=""):
     """A whole page that needs no other file."""
-    head = ('<meta charset="utf-8"><meta name="viewport" content="width=device-width">\n'
+    head = ('<meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">\n'
             f'<title>{html.escape(title)}</title>')
     return (f'<!doctype html><html lang="en">{head}\n<style>{STYLE}{style}</style>\n'
             f"<h1>{html.escape(title)}</h1>{body}{script}</html>")

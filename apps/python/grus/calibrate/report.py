@@ -118,17 +118,49 @@ def misfits(targets):
     return "<h2>Targets</h2>" + html_table(["target", "kind", "points", "misfit (rms, in standard deviations)"], rows)
 
 
+def names_of(target):
+    """(of its x, of its values) for people."""
+    t = target.table
+    if target.kind == "grading":
+        return "diameter (m)", "passing"
+    if target.kind == "quantiles":
+        return "share of grains", t.get("quantity", "")
+    return t.get("x", "axial_stress_Pa") if target.kind in ("curve", "yield") else "", t.get("y", t.get("quantity", ""))
+
+
+def fit_table(target, fit, checked, most=20):
+    """Data beside fit, and beside the run at the best point: what differs, in standard deviations of the data. Of more
+    than `most` points every second, third ... and the last."""
+    x_name, y_name = names_of(target)
+    if target.kind == "yield":
+        x_name, y_name = "", x_name
+    n = len(target.values)
+    shown = range(n)[::-max(1, -(-n // most))][::-1]
+    head = [x_name or "target", f"{y_name}, data", "standard deviation", "fit", "off by (sd)"]
+    head += [] if checked is None else ["run at the best point", "off by (sd)"]
+    rows = []
+    for k in shown:
+        row = [f"{target.x[k]:.5g}" if x_name else target.name, f"{target.values[k]:.5g}", f"{target.error[k]:.3g}"]
+        for found in (fit, checked):
+            if found is not None:
+                row += [f"{found[k]:.5g}", f"{(found[k] - target.values[k]) / target.error[k]:+.2f}"]
+        rows.append(row)
+    return html_table(head, rows)
+
+
 def target_plots(out, targets, rows, fitted, checked):
-    """Of each target with more than one point: data, fit, and all that was tried. `fitted`, `checked`: of all
-    targets."""
+    """Of each target data beside fit, as a table; of those with more than one point a plot, too, with all that was
+    tried. `fitted`, `checked`: of all targets."""
     at, body = 0, ""
     for k, t in enumerate(targets):
         part = slice(at, at + len(t.values))
         at = part.stop
+        at_best = np.asarray(checked)[part] if checked else None
+        body += f"<h3>{html.escape(t.name)}</h3>"
         if len(t.values) > 1:
             tried = [r["values"][part] for r in rows]
-            fig = target_plot(t, tried, fitted[part], checked[part] if checked else None)
-            body += picture(fig, out, f"target_{k}")
+            body += picture(target_plot(t, tried, fitted[part], at_best), out, f"target_{k}")
+        body += fit_table(t, fitted[part], at_best)
     return body
 
 

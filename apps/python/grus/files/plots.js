@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Curves as SVG that tell their values under the pointer and can be zoomed: those of grus watch, drawn here, and those
 // of reports, which matplotlib has drawn. A figure's data: {box: [left, top, right, bottom], x: [low, high], y: [low,
-// high], log_x, log, series: [{label, x, y}]}, box in the units of its SVG.
+// high], log_x, log, series: [{label, x, y, limits, log}]}, box in the units of its SVG; limits of a second axis.
 "use strict"
 const grusPlots = (() => {
   const COLOURS = ["#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22", "#17becf"]
@@ -108,9 +108,10 @@ const grusPlots = (() => {
       let best = null
       for (const s of d.series)
         s.x.forEach((x, i) => {
-          const q = [place(x, d.x, b[0], b[2], d.log_x), place(s.y[i], d.y, b[3], b[1], d.log)]
+          const own = s.limits !== undefined
+          const q = [place(x, d.x, b[0], b[2], d.log_x), place(s.y[i], own ? s.limits : d.y, b[3], b[1], own ? s.log : d.log)]
           const far = (q[0] - px) ** 2 + (q[1] - py) ** 2
-          if (isFinite(far) && (!best || far < best.far)) best = {far, q, text: `${s.label}: ${number(x)}, ${number(s.y[i])}`}
+          if (isFinite(far) && (!best || far < best.far)) best = {far, q, text: `${s.label ? s.label + ": " : ""}${number(x)}, ${number(s.y[i])}`}
         })
       told.replaceChildren()
       told.setAttribute("visibility", "visible")

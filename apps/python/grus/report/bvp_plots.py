@@ -2,7 +2,7 @@
 """Plots of grus-bvp runs. A run is (name, columns of history.csv, summary)."""
 import math
 
-from grus.figures import counts, decades, figure, legend, positive
+from grus.figures import counts, decades, figure, legend, positive, unit_of
 from grus.report import pictures
 
 
@@ -16,8 +16,13 @@ def dynamic(c):
 
 
 def along(c):
+    """(values, name) of what a problem is drawn against: the way of the boundary that pushes most; the time of waves;
+    the mean strain where nothing pushes."""
     if dynamic(c):
         return [1e6 * t for t in c["time_s"]], "time (µs)"
+    for boundary, component, way, _ in pushed(c)[:1]:
+        sense = math.copysign(1, max(way, key=abs))
+        return [1e3 * sense * v for v in way], f"displacement of {boundary}, {component} (mm)"
     axis = loaded_axis(c)
     return [-v for v in c[f"mean_strain_{axis}"]], f"mean strain {axis} (compression)"
 
@@ -48,11 +53,12 @@ def reaction(ax, name, curves):
 def stress(ax, name, c):
     x, label = along(c)
     head = "grains_stress" if "grains_stress_xx_Pa" in c else "mean_stress"
+    much, unit = unit_of(*(c[f"{head}_{k}_Pa"] for k in ("xx", "yy", "zz")))
     for k in ("xx", "yy", "zz"):
-        ax.plot(x, [-v / 1e6 for v in c[f"{head}_{k}_Pa"]], marker="o" if len(x) < 80 else None, ms=3,
+        ax.plot(x, [-v / much for v in c[f"{head}_{k}_Pa"]], marker="o" if len(x) < 80 else None, ms=3,
                 label=f"stress {k}")
     where = "of the grains" if head.startswith("grains") else "mean"
-    ax.set(xlabel=label, ylabel="stress (MPa)", title=f"{name}: stress, {where} (compression positive)")
+    ax.set(xlabel=label, ylabel=f"stress ({unit})", title=f"{name}: stress, {where} (compression positive)")
     legend(ax)
 
 
@@ -106,10 +112,13 @@ def of_run(run):
         plots.append(figure(lambda ax: reaction(ax, name, moved)))
     plots.append(figure(lambda ax: stress(ax, name, c)))
     if not dynamic(c) and "p_Pa" in c and len(c["p_Pa"]) > 1:
+        much, unit = unit_of(c["p_Pa"], c["q_Pa"])
+
         def path(ax):
-            ax.plot([v / 1e6 for v in c["p_Pa"]], [v / 1e6 for v in c["q_Pa"]],
+            ax.plot([v / much for v in c["p_Pa"]], [v / much for v in c["q_Pa"]],
                     marker="o" if len(c["p_Pa"]) < 80 else None, ms=3)
-            ax.set(xlabel="mean pressure p (MPa)", ylabel="deviator q (MPa)", title=f"{name}: stress path of the means")
+            ax.set(xlabel=f"mean pressure p ({unit})", ylabel=f"deviator q ({unit})",
+                   title=f"{name}: stress path of the means")
         plots.append(figure(path))
 
         def volume(ax):

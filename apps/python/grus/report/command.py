@@ -10,7 +10,7 @@ import os
 import sys
 
 from grus._version import __version__
-from grus.figures import ZOOM, page, table
+from grus.figures import ZOOM, page, table, unit_of
 from grus.files.folders import note_result
 from grus.files.texts import one_line, text_table
 from grus.files.writing import write_whole
@@ -38,12 +38,26 @@ def facts(run):
         load, stress = max(map(abs,
                                c["axial_strain"])), max(c.get("nominal_stress_Pa", c.get("q_Pa", c["axial_stress_Pa"])))
         error, wall = max(map(abs, c["energy_error"])), seconds.get("loading_wall", math.nan)
+    much, unit = unit_of([stress])
     steps = counts.get("steps", counts.get("dem_steps", math.nan))
     return {
         "run": name, "ending": s.get("ending",
-                                     ""), "load": f"{load:.3f} strain", "stress": f"{stress / 1e6 + 0.0:.4g} MPa",
-        "broken": broken(c), "energy error": f"{100 * error:.2f} %", "wall": f"{wall:.1f} s", "steps": f"{steps:.3g}"
+                                     ""), "load": f"{load:.3f} strain", "stress": f"{stress / much + 0.0:.4g} {unit}",
+        "broken": broken(c), "energy error": f"{100 * error:.2f} %", "wall": f"{wall:.1f} s", "steps": f"{steps:.3g}",
+        **start_of(run)
     }
+
+
+def start_of(run):
+    """Of a sample: void ratio where the test begins, relative density where the scene tells its limits."""
+    _, c, s = run
+    scene = s.get("scene", {})
+    e = s.get("sample", {}).get("void_ratio", c["void_ratio"][0] if "void_ratio" in c else 0)
+    if not e > 0 or is_bvp(run) or scene.get("loading", {}).get("kind") == "platens":
+        return {}
+    low, high = (scene.get("packing", {}).get(f"void_ratio_{k}", math.nan) for k in ("min", "max"))
+    dense = {"Dr at start": f"{100 * (high - e) / (high - low):.0f} %"} if low < high else {}
+    return {"e at start": f"{e:.4f}", **dense}
 
 
 def broken(c):
@@ -143,7 +157,8 @@ def scenes_of(runs):
 
 def write(runs, args):
     rows = [facts(r) for r in runs]
-    head, rows = list(rows[0]), [list(r.values()) for r in rows]
+    head = list(dict.fromkeys(key for r in rows for key in r))
+    rows = [[r.get(key, "") for key in head] for r in rows]
     body = table(head, rows) + notes_of(runs) + plots_of(runs) + scenes_of(runs)
     print(text_table(head, rows), end="")
     path = args.o or os.path.join(args.folders[0], "report.html")

@@ -4,7 +4,9 @@ import csv
 import math
 import os
 
-from grus.figures import counts, decades, figure, legend, plain, plt, positive
+import numpy as np
+
+from grus.figures import by_scale, counts, decades, figure, legend, plain, plt, positive, unit_of
 from grus.report import pictures
 
 # What is stored and what is dissipated, each once: bond_J is in elastic_J, bond_damping_J in damping_J; reshape_J is
@@ -39,6 +41,16 @@ def deviator(c):
     return q
 
 
+def mobilised(c):
+    """Mobilised friction angle, degrees: asin (s1 - s3) / (s1 + s3) of the principal stresses, pressed positive; NaN
+    where nothing presses."""
+    stress = -np.array([c[f"stress_{k}_Pa"] for k in ("xx", "xy", "xz", "xy", "yy", "yz", "xz", "yz", "zz")], float)
+    principal = np.linalg.eigvalsh(stress.T.reshape(-1, 3, 3))
+    both, apart = principal[:, 2] + principal[:, 0], principal[:, 2] - principal[:, 0]
+    pressed = both > 0.02 * max(both.max(), 0.0)
+    return np.degrees(np.arcsin(np.clip(np.where(pressed, apart / np.where(pressed, both, 1), math.nan), -1, 1)))
+
+
 def lateral(run):
     """K0: mean lateral over axial stress of the grains."""
     c, axis = run[1], loading(run).get("axis", "z")
@@ -49,14 +61,55 @@ def lateral(run):
     return ratio
 
 
-def stress_plot(title, runs, nominal):
-    def draw(ax):
-        for name, c, _ in runs:
-            ax.plot(c["axial_strain"], [v / 1e6 for v in c["axial_stress_Pa"]], label=name)
-        ax.set(xlabel="axial strain (compression)",
-               ylabel="force over the square of the height (MPa)" if nominal else "axial stress (MPa)", title=title)
+def stress_plots(title, runs, nominal):
+    groups = by_scale(runs, lambda r: max(map(abs, r[1]["axial_stress_Pa"])))
+
+    def drawn(group):
+        much, unit = unit_of(*(c["axial_stress_Pa"] for _, c, _ in group))
+
+        def draw(ax):
+            for name, c, _ in group:
+                ax.plot(c["axial_strain"], [v / much for v in c["axial_stress_Pa"]], label=name)
+            ax.set(xlabel="axial strain (compression)", title=title,
+                   ylabel=f"force over the square of the height ({unit})" if nominal else f"axial stress ({unit})")
+            legend(ax)
+        return figure(draw)
+    return [drawn(group) for group in groups]
+
+
+def sheared_plots(runs):
+    """Of tests that shear: deviator and friction over the strain, stress path, volume; each on axes of its scale."""
+    plots = []
+    for group in by_scale(runs, lambda r: max(deviator(r[1]))):
+        much, unit = unit_of(*(deviator(c) for _, c, _ in group))
+
+        def rising(ax):
+            for r in group:
+                ax.plot(along(r)[0], [v / much for v in deviator(r[1])], label=r[0])
+            ax.set(xlabel=along(group[0])[1], ylabel=f"deviator q ({unit})", title="Deviator and strain")
+            legend(ax)
+
+        def path(ax):
+            for name, c, _ in group:
+                ax.plot([v / much for v in c["mean_pressure_Pa"]], [v / much for v in deviator(c)], label=name)
+            ax.set(xlabel=f"mean pressure p ({unit})", ylabel=f"deviator q ({unit})", title="Stress path",
+                   xlim=(0, None), ylim=(0, None))
+            legend(ax)
+        plots += [figure(rising), figure(path)]
+
+    def friction(ax):
+        for r in runs:
+            ax.plot(along(r)[0], mobilised(r[1]), label=r[0])
+        ax.set(xlabel=along(runs[0])[1], ylabel="mobilised friction angle (degrees)", title="Mobilised friction",
+               ylim=(0, None))
         legend(ax)
-    return figure(draw)
+
+    def dilation(ax):
+        for r in runs:
+            ax.plot(along(r)[0], [100 * v for v in volume(r[1])], label=r[0])
+        ax.set(xlabel=along(runs[0])[1], ylabel="volume strain (%, compression)", title="Volume strain")
+        legend(ax)
+    return plots + [figure(friction), figure(dilation)]
 
 
 def overlays(runs):
@@ -66,22 +119,24 @@ def overlays(runs):
     grains = [r for r in strained_runs if loading(r).get("kind") == "platens" and "bonds" not in r[1]]
     samples = [r for r in strained_runs if r not in grains]
     if samples:
-        plots.append(stress_plot("Stress and strain (compression positive)", samples, False))
+        plots += stress_plots("Stress and strain (compression positive)", samples, False)
     if grains:
-        plots.append(stress_plot("Single grains between platens", grains, True))
+        plots += stress_plots("Single grains between platens", grains, True)
     boxes = [r for r in samples if loading(r).get("kind") != "rollers" and any(v > 0 for v in r[1]["void_ratio"])]
     compressed = [
         r for r in boxes if loading(r).get("kind") in ("uniaxial-strain", "oedometric-stress", "isotropic-stress")
     ]
     sheared = [r for r in boxes if loading(r).get("kind") in ("triaxial", "constant-p", "velocity-gradient")]
     if compressed:
+        much, unit = unit_of(*(c["mean_pressure_Pa"] for _, c, _ in compressed))
+
         def void(ax):
             for name, c, _ in compressed:
-                rows = [(p / 1e6, e) for p, e in zip(c["mean_pressure_Pa"], c["void_ratio"])
+                rows = [(p / much, e) for p, e in zip(c["mean_pressure_Pa"], c["void_ratio"])
                         if p > 1e-4 * max(c["mean_pressure_Pa"])]
                 ax.semilogx(*zip(*rows), label=name) if rows else None
             plain(ax.xaxis)
-            ax.set(xlabel="mean pressure (MPa)", ylabel="void ratio",
+            ax.set(xlabel=f"mean pressure ({unit})", ylabel="void ratio",
                    title="Void ratio against the logarithm of pressure")
             legend(ax)
         plots.append(figure(void))
@@ -98,20 +153,7 @@ def overlays(runs):
         if any(loading(r).get("kind") != "isotropic-stress" for r in compressed):
             plots.append(figure(at_rest))
     if sheared:
-        def path(ax):
-            for name, c, _ in sheared:
-                ax.plot([v / 1e6 for v in c["mean_pressure_Pa"]], [v / 1e6 for v in deviator(c)], label=name)
-            ax.set(xlabel="mean pressure p (MPa)", ylabel="deviator q (MPa)", title="Stress path", xlim=(0, None),
-                   ylim=(0, None))
-            legend(ax)
-        plots.append(figure(path))
-    if sheared:
-        def dilation(ax):
-            for r in sheared:
-                ax.plot(along(r)[0], [100 * v for v in volume(r[1])], label=r[0])
-            ax.set(xlabel=along(sheared[0])[1], ylabel="volume strain (%, compression)", title="Volume strain")
-            legend(ax)
-        plots.append(figure(dilation))
+        plots += sheared_plots(sheared)
     graded = [r for r in runs if r[2].get("grading")]
     if graded:
         plots.append(figure(lambda ax: gradings(ax, graded)))
@@ -201,8 +243,10 @@ def damage(ax, run):
     c, (x, label) = run[1], along(run)
     if "nominal_stress_Pa" in c:
         x, label = [1e3 * v for v in c["displacement_m"]], "displacement (mm)"
-    ax.plot(x, [v / 1e6 for v in c.get("nominal_stress_Pa", c["axial_stress_Pa"])], "k", label="stress")
-    ax.set(xlabel=label, ylabel="nominal stress (MPa)" if "nominal_stress_Pa" in c else "axial stress (MPa)",
+    stress = c.get("nominal_stress_Pa", c["axial_stress_Pa"])
+    much, unit = unit_of(stress)
+    ax.plot(x, [v / much for v in stress], "k", label="stress")
+    ax.set(xlabel=label, ylabel=f"nominal stress ({unit})" if "nominal_stress_Pa" in c else f"axial stress ({unit})",
            title=f"{run[0]}: load and damage")
     other = ax.twinx()
     other.plot(x, c["bonds_broken"], "C3", label="bonds broken (right)")
