@@ -39,6 +39,7 @@ NAV = [("Start", [("Grus", "index.md"), ("What it does", "features.md"), ("Comin
        ("Explanation", [("Physics", "physics.md"), ("Macro problems", "macro.md"), ("Fracture", "physics/fracture.md"),
                         ("Fourteen balls", "physics/fourteen.md"), ("Peridynamics", "physics/peridynamics.md"),
                         ("Grains that attract", "physics/jkr.md"), ("Inertia", "physics/inertia.md"),
+                        ("Implicit steps", "physics/implicit.md"),
                         ("Bonded polyhedra", "bonded.md"), ("Cleavage", "cleavage.md"),
                         ("Architecture", "architecture.md"), ("What is deliberate", "deliberate.md")]),
        ("Evidence", [("Verification", "verification.md"), ("Zhang et al. (2015)", "validation/zhang2015.md"),

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/scene/speeds.hpp"
+#include "dem/rve/implicit_stepper.hpp"
 #include "dem/rve/measure.hpp"
 
 namespace grus::app {
@@ -82,11 +83,13 @@ void refuse_real_time(const RveScene& scene, const dem::State& packed) {
   if (!at_rate || !scene.recipe.preparation) return;
   const double pressure = scene.recipe.preparation->pressure;
   const double inertia = dem::inertial_number(packed, scene.test.strain_rate, pressure);
+  const bool by_step = scene.model.numerics.inertia_step > 0;
   if (inertia > most_slow_inertia)
     dem::refuse(scene.model.numerics.place_of_step,
                 fmt::format("is for slow tests: {:.3g} 1/s at {:.3g} Pa is an inertial number of {:.2g}, above {:g}; "
-                            "time is real there, leave inertia.step out",
-                            std::abs(scene.test.strain_rate), pressure, inertia, most_slow_inertia));
+                            "time is real there, leave {} out",
+                            std::abs(scene.test.strain_rate), pressure, inertia, most_slow_inertia,
+                            by_step ? "inertia.step" : "engine"));
 }
 
 }  // namespace
@@ -116,6 +119,7 @@ void settle_rows(RveScene& scene) {
 void settle(RveScene& scene, const dem::Sample& sample) {
   if (scene.model.numerics.inertia_step > 0)
     refuse_long_step(scene, sample.state.grains), refuse_real_time(scene, sample.state);
+  if (scene.model.stepper == &dem::implicit_stepper) refuse_real_time(scene, sample.state);
   scene.notes.insert(scene.notes.end(), sample.notes.begin(), sample.notes.end());
   scene.test = dem::fitted(std::move(scene.test), sample);
   if (scene.test.kind == dem::TestKind::platens) settle_rows(scene);

@@ -2,8 +2,6 @@
 // The explicit stepper: kick, drift, boundary, neighbour list, contacts, kick, and what the scene adds to it.
 #include "dem/rve/stepper.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <atomic>
 #include <bit>
@@ -18,9 +16,8 @@
 #include "dem/motion/inertia_by_step.hpp"
 #include "dem/rve/hand_over.hpp"
 #include "dem/rve/passes.hpp"
-#include "dem/rve/reduce_cell.hpp"
+#include "dem/rve/renew_list.hpp"
 #include "dem/rve/step.hpp"
-#include "dem/state/order.hpp"
 
 namespace grus::dem {
 namespace {
@@ -43,49 +40,6 @@ void book(State& state) {
   state.ledger.local_damping += grains.viscous;
   state.ledger.work += grains.work;
   book(contacts, state.ledger);
-}
-
-/// Fragments are born at the end of the columns, far from their neighbours. Where many have been, all grains are put in
-/// the order in which they lie. Returns what index each comes from; nothing where they stay.
-std::vector<Index> put_in_order(State& state) {
-  Grains& g = state.grains;
-  if (10 * g.size() < 11 * state.sorted) return {};
-  std::vector<Index> order = order_in_space(g), place(g.size());
-  reorder(g, order);
-  for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = static_cast<Index>(i);
-  renumber(state.bonds, place);
-  state.sorted = g.size();
-  return order;
-}
-
-/// A pair that holds beyond touch must not fall from a list: its skin is no less than the furthest (m).
-double contact_reach(const Model& model, const State& state) {
-  if (!attracts(model.law)) return 0;
-  double largest = 0;
-  for (const Extent& e : state.grains.extent) largest = std::max(largest, e.equivalent_radius);
-  return 1.01 * reach_of(model.law, model.pairs, largest);
-}
-
-/// The list has run out. A wider skin where lists take much of the time, a narrower one where little; by counts of
-/// steps, so that no clock decides: a list costs some fifteen steps, to mend one some two.
-void rebuild(const Model& model, State& state, ListState found, bool indexed, Team& team) {
-  if (found == ListState::strays)
-    return mend_contacts(state.grains, state.boundary, state.skin, model.materials.size(), state.reference.room.strays,
-                         {}, state.contacts, state.reference, team, indexed);
-  const std::uint64_t lasted = state.steps - state.listed_at, cost = 15 + 2 * state.reference.mends;
-  const double usual = model.numerics.skin * state.mean_radius;
-  const bool ran_out = !state.reference.stale;  // not broken bonds, which ask for a list at once
-  if (ran_out && lasted < 8 * cost) state.skin = std::min(1.25 * state.skin, 2 * usual);
-  if (ran_out && lasted > 40 * cost) state.skin = std::max(0.8 * state.skin, 0.5 * usual);
-  state.skin = std::max(state.skin, contact_reach(model, state));
-  state.listed_at = state.steps;
-  const std::vector<Index> order = put_in_order(state);
-  free_hulls(state.grains, state.boundary.walls, state.contacts.guesses);
-  reduce_cell(state, model.numerics.reduce_cell_at);
-  note_bonded(state);
-  build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), order, state.contacts,
-                 state.reference, team, indexed);
-  take_over(state);
 }
 
 /// Forces of all contacts, and the kicks that they give. A tile of grains may move as soon as its pairs and those that
@@ -142,18 +96,6 @@ void force_and_move(const Model& model, State& state, const MotionSettings& sett
     for (int spins = 0; !move_ready(); relax(spins)) {
     }
   });
-}
-
-/// Before a list is made: a run that blows up must end here, not in a search over an endless box.
-void check_speeds(const Model& model, const State& state) {
-  for (std::size_t i = 0; i < state.grains.size(); ++i) {
-    const Motion& m = state.grains.motion[i];
-    if (m.velocity.norm() * state.dt < m.radius && std::isfinite(m.position.sum())) continue;
-    throw Unstable(fmt::format(
-        "grain {} moves at {:.3g} m/s, more than its radius in a step, at t = {:.6g} s: lower {}", state.grains.id[i],
-        m.velocity.norm(), state.time,
-        model.numerics.inertia_step > 0 ? "numerics.inertia.step" : "numerics.safety or numerics.time_step"));
-  }
 }
 
 /// What is below a strain of 1e-10 of all grains is round-off of their positions; what is below the first push that a
@@ -285,10 +227,8 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
     double& way = state.reference.travelled;
     way += bound.of_step(k, 1.1 * take_speed(state.grain_energy), way);
     move_boundary(state.boundary, dt);
-    if (const ListState found = look_at_list(g, state.boundary, state.reference); found != ListState::holds) {
-      check_speeds(model, state);
-      rebuild(model, state, found, passes.indexes(), team);
-    }
+    if (const ListState found = look_at_list(g, state.boundary, state.reference); found != ListState::holds)
+      renew_list(model, state, found, passes.indexes(), team);
     step.again = moving, step.pulled = false;
     const bool due = passes.due(state);
     const bool asks = plan.firmer > 0, last = asks || k + 1 == count;  // in the step before: however runs are cut

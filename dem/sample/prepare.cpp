@@ -10,8 +10,10 @@
 namespace grus::dem {
 namespace {
 
-/// The model while a sample is compressed: the friction of `materials`, and enough damping to come to rest.
+/// The model while a sample is compressed: explicit steps, the friction of `materials`, and enough damping to come to
+/// rest.
 Model compressing(Model model) {
+  model.stepper = &explicit_stepper;
   renew_friction(model);
   if (std::all_of(model.damping.begin(), model.damping.end(), [](double d) { return d == 0; })) set_damping(model, 0.3);
   return model;

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/scene/engine_scene.hpp"
+
+#include <fmt/format.h>
+
+#include "apps/scene/reader.hpp"
+
+namespace grus::app {
+namespace {
+
+/// What of a material implicit steps do not know; nullptr: nothing.
+const char* beyond(const dem::Material& m) {
+  if (m.rolling_friction > 0) return "rolling_friction";
+  if (m.damping > 0) return "damping (its steps need none)";
+  if (m.bond) return "bonds";
+  if (!m.turns) return "rotation = false";
+  if (!m.fracture) return nullptr;
+  const dem::FractureModel& f = *m.fracture;
+  if (f.springs) return "springs across fresh planes (fracture.cohesive_springs)";
+  if (f.transition) return "fragments that grow back (fracture.shape_transition)";
+  if (std::holds_alternative<dem::Balls>(f.splitter)) return "grains that break into balls";
+  const auto* cut = std::get_if<dem::Cut>(&f.splitter);
+  return cut && cut->cohesive ? "fracture with cohesive = true, whose fresh faces are bonded" : nullptr;
+}
+
+}  // namespace
+
+void read_implicit(Table& t, dem::Model& model, bool unit_cell) {
+  const char* const key = "engine";
+  if (unit_cell) t.fail(key, "\"implicit\" is for tests of grus-rve: cells of macro problems take explicit steps");
+  if (model.numerics.scales_inertia()) t.fail(key, "\"implicit\" needs no numerics.inertia: leave that out");
+  if (attracts(model.law)) t.fail(key, "\"implicit\" knows no contacts that attract (contact = \"jkr\")");
+  for (const dem::Material& m : model.materials)
+    if (const char* what = beyond(m)) t.fail(key, fmt::format("\"implicit\" knows no {}: material {}", what, m.name));
+  model.stepper = &dem::implicit_stepper, model.numerics.place_of_step = t.place(key);
+}
+
+void check_implicit(Table& t, dem::TestKind kind) {
+  using Kind = dem::TestKind;
+  if (kind == Kind::free || kind == Kind::platens || kind == Kind::rollers)
+    t.fail("kind", "is of real time, which numerics.engine = \"implicit\" damps away: use \"explicit\"");
+}
+
+}  // namespace grus::app

@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Steps that solve their contacts: implicit Euler, every contact's force at the end of the step at once.
+#pragma once
+
+#include "dem/rve/stepper.hpp"
+
+namespace grus::dem {
+
+extern const Stepper implicit_stepper;
+
+}  // namespace grus::dem
