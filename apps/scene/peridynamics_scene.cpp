@@ -51,6 +51,26 @@ void read_toughness(Table& t, const dem::StrengthLaw& law, dem::CrackTests& c, d
                            platens.strength));
 }
 
+/// Griffith's law beside what the strengths' own law says: F/d^2 falls with the square root of the size.
+void read_size_law(Table& t, dem::StrengthLaw& law) {
+  if (t.choice_or("size_law", "reference-horizon", {"reference-horizon", "griffith"}) == "reference-horizon") return;
+  constexpr double griffith = 0.5;
+  if (auto* weibull = std::get_if<dem::Weibull>(&law)) {
+    if (t.has("reference_diameter"))
+      t.fail("reference_diameter", "with size_law = \"griffith\" it is twice weibull.reference_radius; leave it out");
+    weibull->size_exponent += griffith;
+    return;
+  }
+  const double reference = t.number("reference_diameter", dimension::length, positive);
+  auto* scatter = std::get_if<dem::Scatter>(&law);
+  if (!scatter)
+    law = dem::Scatter{.reference_diameter = reference, .size_exponent = griffith};
+  else if (scatter->size_exponent > 0 && scatter->reference_diameter != reference)
+    t.fail("reference_diameter", "with size_law = \"griffith\" it is that of scatter");
+  else
+    scatter->reference_diameter = reference, scatter->size_exponent += griffith;
+}
+
 void read_tests(Table& t, dem::CrackTests& c) {
   c.force_screen = t.number_or("force_screen", c.force_screen, dimension::none, {0, 1});
   c.lattice.core_screen = t.number_or("core_screen", c.lattice.core_screen, dimension::none, {0, 1});
@@ -78,6 +98,7 @@ void read_peridynamics(Table& t, const dem::Material& material, const std::optio
   c.lattice.keep_patches = t.flag_or("keep_patches", c.lattice.keep_patches);
   dem::PlatenForce platens;
   read_toughness(t, f.strength_law, c, platens);
+  read_size_law(t, f.strength_law);
   c.lattice.smallest_piece = t.number_or("smallest_piece", c.lattice.smallest_piece, dimension::none, {0.001, 0.3});
   dem::Shatter shatter;
   shatter.parting.least_stoutness =

@@ -66,6 +66,30 @@ def between_platens(tmp):
     need(1 < last["bond_energy_J"] / (30 * fresh) < 6, f"platens: {last['bond_energy_J']} J of {fresh} m^2")
 
 
+def sizes(tmp):
+    """Griffith's law is a fall of strength with the square root of the diameter, told in another way, and with Weibull's
+    one that is added to its own; where two lengths could be meant, the scene is refused."""
+    material = "material.sand.fracture."
+    same = {"none": (["reference_diameter=1.5e-3", "weibull="],
+                     ["weibull=", "scatter={variation=0,size_exponent=0.5,reference_diameter=1.5e-3}"]),
+            "weibull": ([], ["weibull.size_exponent=1.467741935483871"])}
+    for name, (griffith, plain) in same.items():
+        texts = []
+        for k, sets in enumerate((["size_law=griffith", *griffith], plain, griffith)):
+            out = os.path.join(tmp, f"size_{name}_{k}")
+            told = [x for s in sets + ["platen_strength=2e7"] if not s.startswith("reference") or k == 0
+                    for x in ("--set", material + s)]
+            r = run(rve, OEDOMETER, "-o", out, "--quiet", *told, "--set", "loading.final_stress=2.5 MPa")
+            need(r.returncode == 0, f"sizes: {name} {k}: {r.stderr}")
+            texts.append(open(os.path.join(out, "history.csv")).read())
+        need(texts[0] == texts[1], f"sizes: {name}: Griffith's law and its exponent differ")
+        need(texts[0] != texts[2], f"sizes: {name}: Griffith's law changes nothing")
+    for sets, words in (("reference_diameter=1e-3", "twice weibull.reference_radius"),
+                        ("weibull=", "reference_diameter")):
+        r = run(rve, OEDOMETER, "--check", "--set", material + "size_law=griffith", "--set", material + sets)
+        need(r.returncode == 2 and words in r.stderr and r.stderr.count("\n") == 1, f"sizes: {sets}: {r.stderr}")
+
+
 def without(tmp):
     """A scene that does not name the model has no column of it."""
     out = os.path.join(tmp, "without")
@@ -79,6 +103,7 @@ def without(tmp):
 with tempfile.TemporaryDirectory() as folder:
     between_platens(folder)
     oedometer(folder)
+    sizes(folder)
     without(folder)
 print("cracking:", len(faults), "faults")
 sys.exit(bool(faults))
