@@ -67,7 +67,7 @@ def between_platens(tmp):
 
 
 def sizes(tmp):
-    """Griffith's law is a fall of strength with the square root of the diameter, told in another way, and with Weibull's
+    """Griffith's law is a fall of strength with the square root of the diameter, told otherwise, and with Weibull's
     one that is added to its own; where two lengths could be meant, the scene is refused."""
     material = "material.sand.fracture."
     same = {"none": (["reference_diameter=1.5e-3", "weibull="],
