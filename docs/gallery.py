@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Pictures and times of the shipped scenes: gallery.py BUILD [--seconds N] [SCENE...]
+"""Pictures and times of the shipped scenes: gallery.py BUILD [SCENE...] [--seconds N]
 
 Runs each scene that has no picture of its own on a page, on one core and for so many seconds at most (20), draws its
 last frame into images/gallery/ and keeps in gallery.csv what it took, or how far it got. (cmake --build build --target

@@ -70,6 +70,17 @@ def with_links(text, page, at):
     return re.sub(r"(!?)\[([^\]\n]*)\]\(([^)\s]+)\)", link, text)
 
 
+MADE = {"All keys": "keys.md", "All columns": "columns.md", "All keys of summary.json": "summary_keys.md"}
+
+
+def with_made(text, at):
+    """Names of pages that are made here, set in italics where the sources cannot link to them, become links."""
+    def link(match):
+        page = MADE.get(match[1])
+        return f"[{match[1]}]({os.path.relpath(page, os.path.dirname(at) or '.')})" if page else match[0]
+    return re.sub(r"\*(All [\w. ]+)\*", link, text)
+
+
 def keys():
     """Tables of keys, one for each table of a scene, each once."""
     text = [
@@ -204,7 +215,7 @@ def main(build, out):
     shutil.copytree(os.path.join(source, "docs"), pages, ignore=left_out)
     for path in glob.glob(os.path.join(pages, "**", "*.md"), recursive=True):
         at = os.path.relpath(path, pages)
-        text = with_titles(with_links(open(path).read(), "docs/" + at, at))
+        text = with_made(with_titles(with_links(open(path).read(), "docs/" + at, at)), at)
         open(path, "w").write(text)
     for name, text in (
             ("index.md", with_links(open(os.path.join(source, "README.md")).read(), "README.md", "index.md")),

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """The site of documents builds, holds what it says, and can be searched; the programs have man pages:
 check_documents.py BUILD"""
+import csv
 import glob
 import html
 import json
@@ -134,10 +135,19 @@ with tempfile.TemporaryDirectory() as folder:
         ]
         need(lacking == [] and len(rows) > 300, f"the page of keys lacks {lacking}")
         need("rolling_friction" in page and "Coulomb" in page, "the page of keys has no meanings")
-        need(
-            all(name in read("gallery.html")
-                for name in ("biaxial_plane_strain.toml", "sand_box.toml", "pile_tip.toml")),
-            "scenes that the gallery lacks")
+        shown, told = read("gallery.html"), {}
+        with open(os.path.join(source, "docs", "gallery.csv"), newline="") as f:
+            told = {row["scene"]: row for row in csv.DictReader(f)}
+        for path in glob.glob(os.path.join(source, "apps", "scenes", "**", "*.toml"), recursive=True):
+            name = os.path.relpath(path, os.path.join(source, "apps", "scenes"))[:-5]
+            if name.startswith("new/"):
+                continue
+            need(f"apps/scenes/{name}.toml" in shown, f"the gallery lacks {name}")
+            study = re.search(r"^\[(study|calibrate)\]", open(path).read(), re.M)
+            need(study or name in told, f"docs/gallery.csv lacks {name} (cmake --build build --target gallery)")
+            picture = told.get(name, {}).get("picture")
+            need(not picture or os.path.exists(os.path.join(source, "docs", picture)), f"{name}: no {picture}")
+        need(sum(bool(row["picture"]) for row in told.values()) > 20, "scenes without pictures")
         need(
             "advance(std::span" in re.sub(r"<[^>]+>|&lt;", lambda m: "<" if m[0] == "&lt;" else "",
                                           read("api_cpp.html")), "the C++ page has no RveSet")
