@@ -76,8 +76,15 @@ def whole(folder, block):
         shell(f"{program} scene.toml --check", folder)
 
 
-TABLES = {"docs/scenes.md": whole, "docs/macro.md": whole, "docs/bonded.md": bonded, "docs/cleavage.md": cleavage,
-          "docs/calibration.md": calibration}
+def implicit(folder, block):
+    """A table that a shipped scene lacks."""
+    with open(f"{source}/apps/scenes/angular_rve.toml") as f:
+        write(folder, "implicit.toml", f.read() + "\n" + block)
+    shell("grus-rve implicit.toml --check", folder)
+
+
+TABLES = {"docs/physics/implicit.md": implicit, "docs/scenes.md": whole, "docs/macro.md": whole,
+          "docs/bonded.md": bonded, "docs/cleavage.md": cleavage, "docs/calibration.md": calibration}
 
 
 def command(page, line):

@@ -41,7 +41,7 @@ class Browser:
         for domain in ("Network", "Runtime"):
             self.call(domain + ".enable", session=session)
 
-    def call(self, method, session=None, timeout=20, **parameters):
+    def call(self, method, session=None, timeout=60, **parameters):
         self.number += 1
         number, message = self.number, {"id": self.number, "method": method, "params": parameters}
         if session or self.session:
@@ -101,9 +101,10 @@ class Browser:
             if not self.read(until - time.monotonic()):
                 raise TimeoutError(f"{url} has not loaded in {timeout} s")
 
-    def ask(self, code):
+    def ask(self, code, timeout=60):
         """The value of a JavaScript expression; a promise is awaited."""
-        r = self.call("Runtime.evaluate", expression=code, returnByValue=True, awaitPromise=True, userGesture=True)
+        r = self.call("Runtime.evaluate", expression=code, returnByValue=True, awaitPromise=True, userGesture=True,
+                      timeout=timeout)
         if "exceptionDetails" in r:
             raise RuntimeError(f"{r['exceptionDetails']}")
         return r["result"].get("value")

@@ -48,7 +48,15 @@ SEARCH = """new Promise(done => {
   const look = () => {
     const links = [...document.querySelectorAll('a.md-search-result__link')].map(a => a.href);
     const hits = links.filter(a => a.includes(%s));
-    if (hits.length || ++n > 60) done(links); else setTimeout(look, 50);
+    if (hits.length || ++n > 300) done(links); else setTimeout(look, 50);
+  };
+  look(); })"""
+INDEXED = """new Promise(done => {  // the worker that searches tells that it is ready
+  let n = 0;
+  document.querySelector('#__search').checked = true;
+  const look = () => {
+    const said = document.querySelector('.md-search-result__meta').textContent;
+    if (/type to start/i.test(said) || ++n > 600) done(said); else setTimeout(look, 50);
   };
   look(); })"""
 COPY = """new Promise(done => {
@@ -138,6 +146,7 @@ def look(b, base, site):
 def search(b, base):
     b.width(1200)
     b.open(base + "index.html")
+    b.ask(INDEXED)
     for word, page in WORDS.items():
         links = b.ask(SEARCH % (repr(word), repr("/" + page)))
         need(any("/" + page in link for link in links), f"a search for {word} does not find {page} but {links[:10]}")
