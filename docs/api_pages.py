@@ -70,29 +70,48 @@ def signature(node):
                                                                if node.returns else "")
 
 
-def functions(nodes, mark):
+def fields(node):
+    """What a data class holds, with defaults, as it stands in the source."""
+    return [ast.unparse(f) for f in node.body if isinstance(f, ast.AnnAssign) and not f.target.id.startswith("_")]
+
+
+def functions(nodes, mark, asked=None):
+    """Those with docstrings that are not private; or those with the names that are asked for."""
     text = []
     for node in nodes:
-        doc = ast.get_docstring(node) if isinstance(node, (ast.FunctionDef, ast.ClassDef)) else None
-        if doc is None or node.name.startswith("_"):
+        if not isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+            continue
+        doc = ast.get_docstring(node)
+        if (node.name not in asked) if asked else (doc is None or node.name.startswith("_")):
             continue
         name = signature(node) if isinstance(node, ast.FunctionDef) else node.name
-        text += [f"{mark} `{name}`", "", "```text", doc, "```", ""]
+        text += [f"{mark} `{name}`", ""] + (["```text", doc, "```", ""] if doc else [])
         if isinstance(node, ast.ClassDef):
+            held = fields(node)
+            text += ["```python", *held, "```", ""] if held else []
             text += functions(node.body, mark + "#")
     return text
 
 
 def python(source):
+    """What `import grus` gives, module by module, as its __init__ names them."""
     folder = os.path.join(source, "apps", "python", "grus")
+
+    def parsed(*path):
+        with open(os.path.join(folder, *path)) as f:
+            return ast.parse(f.read())
+
+    top = parsed("__init__.py")
     text = [
         "# Python", "",
         "From the docstrings; `python3 -m pydoc grus` shows the same. [How to get it](library.md#python).", "",
         "```text",
-        ast.get_docstring(ast.parse(open(os.path.join(folder, "__init__.py")).read())), "```", ""
+        ast.get_docstring(top), "```", ""
     ]
-    for name in ("rves", "results", "runs/run"):
-        tree = ast.parse(open(os.path.join(folder, name + ".py")).read())
-        text += [f"## grus.{name.replace('/', '.')}", "",
-                 ast.get_docstring(tree) or "", ""] + functions(tree.body, "###")
+    for node in ast.walk(top):
+        if isinstance(node, ast.ImportFrom) and re.match(r"grus\.[a-z]", node.module or ""):
+            *rooms, module = node.module.split(".")[1:]
+            tree = parsed(*rooms, module + ".py")
+            names = {alias.name for alias in node.names}
+            text += [f"## {node.module}", "", ast.get_docstring(tree) or "", ""] + functions(tree.body, "###", names)
     return "\n".join(text)

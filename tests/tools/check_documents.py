@@ -151,8 +151,11 @@ with tempfile.TemporaryDirectory() as folder:
         need(
             "advance(std::span" in re.sub(r"<[^>]+>|&lt;", lambda m: "<" if m[0] == "&lt;" else "",
                                           read("api_cpp.html")), "the C++ page has no RveSet")
-        need("RveSet" in read("api_python.html") and "Raises InputError" in read("api_python.html"),
-             "the Python page has no RveSet")
+        api = read("api_python.html")
+        public = re.search(r"__all__ = \[(.*?)\]", open(os.path.join(source, "apps", "python", "grus",
+                                                                      "__init__.py")).read(), re.S)[1]
+        lacking = [name for name in re.findall(r'"([a-zA-Z]\w*)"', public) if f"<code>{name}" not in api]
+        need(lacking == [] and "Raises InputError" in api, f"the Python page lacks {lacking}")
         found = {
             d["location"].partition("#")[0]
             for d in json.load(open(os.path.join(site, "search", "search_index.json")))["docs"]
