@@ -135,6 +135,9 @@ with tempfile.TemporaryDirectory() as folder:
         ]
         need(lacking == [] and len(rows) > 300, f"the page of keys lacks {lacking}")
         need("rolling_friction" in page and "Coulomb" in page, "the page of keys has no meanings")
+        told = set(re.findall(r"\w+", open(os.path.join(source, "docs", "scenes.md")).read()))
+        unsaid = [k for k, *_ in rows if not set(re.findall(r"\w+", k.rpartition(".")[2])) <= told]
+        need(unsaid == [], f"docs/scenes.md does not name {unsaid}")
         shown, told = read("gallery.html"), {}
         with open(os.path.join(source, "docs", "gallery.csv"), newline="") as f:
             told = {row["scene"]: row for row in csv.DictReader(f)}
