@@ -26,6 +26,7 @@ set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_DEPENDS "python3, python3-numpy, python3-matplotlib, python3-scipy, python3-jsonschema")
 set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_BREAKS "python3-grus (<< ${PROJECT_VERSION})")  # it had the Python modules
 set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_REPLACES "python3-grus (<< ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_RECOMMENDS "python3-h5py, bash-completion")  # pictures of grains and exports; keys on Tab
 set(CPACK_DEBIAN_UNSPECIFIED_PACKAGE_SUGGESTS "python3-petsc4py, paraview")
 set(CPACK_DEBIAN_UNSPECIFIED_DESCRIPTION "grains that break, alone and in finite elements
 ${about}

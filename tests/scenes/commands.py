@@ -50,6 +50,7 @@ def become(folder):
             (["run", "-o", block, "--set", block, sand], ("grus-rve", "-o", block, "--set", block, sand)),
             (["run", "--quiet", block], ("grus-bvp", "--quiet", block)),
             (["run", "--ranks", "3", block, "--resume"], ("mpirun", "-n", "3", "grus-bvp", block, "--resume")),
+            (["run", block, "--ranks=2"], ("mpirun", "-n", "2", "grus-bvp", block)),
             (["run", "--ranks", "1", sand], ("grus-rve", sand)), (["run", path["bad"]], ("grus-rve", path["bad"])),
             (["run", "--help"], ("grus-rve", "--help")), (["run"], ("grus-rve",)),
             (["check", block, "--threads", "2"], ("grus-bvp", block, "--threads", "2", "--check")),

@@ -23,7 +23,7 @@ binaries = os.path.abspath(sys.argv[1])
 sys.path.insert(0, os.path.join(binaries, "..", "python"))
 from grus import curves  # noqa: E402
 from grus.watch import command, processes, progress  # noqa: E402
-from grus.watch.following import Following  # noqa: E402
+from grus.watch.following import Following, planned  # noqa: E402
 from grus.watch.growing import Growing  # noqa: E402
 from grus.watch.server import POLICY, Server  # noqa: E402
 
@@ -259,6 +259,12 @@ def followed(folder):
     need([(s["done"], s["of"], s["running"]) for s in told["studies"]] == [(2, 0, False)] and len(told["plots"]) == 1
          and [s["y"][-1] for s in told["plots"][0]["series"]] == [0, 1, 2], f"a study: {told['studies']}")
     need([r["name"] for r in told["runs"]] == ["case@0", "case@1", "case@2"], "its runs")
+    with open(os.path.join(folder, "many.toml"), "w") as f:
+        f.write("[study]\nscene = 's.toml'\nseeds = [1, 2]\n[[case]]\nname = 'a'\n"
+                "[[case]]\nname = 'b'\nseeds = [1, 2, 3]\n")
+    of = lambda *words: planned(processes.Process(1, ["python3", *words], folder, 0))
+    need([of("/x/grus", "study", "-o", "out", "many.toml"), of("/x/grus-study", "many.toml"),
+          of("grus-study", "s.toml")] == [5, 5, 0], "how many runs it will have")
     for sent in (signal.SIGINT,):
         watch = subprocess.Popen([os.path.join(binaries, "grus"), "watch", study, "--stay"], stdout=subprocess.PIPE,
                                  text=True)

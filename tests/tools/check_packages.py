@@ -52,6 +52,8 @@ with tempfile.TemporaryDirectory() as tmp:
     need("grus (= " in depends["python3-grus"] and "python3-numpy" in depends["python3-grus"],
          f"python3-grus depends on {depends['python3-grus']}")
     need("libeigen3-dev" in depends["libgrus-dev"], f"libgrus-dev depends on {depends['libgrus-dev']}")
+    told = run("dpkg-deb", "-f", packages["grus"], "Recommends", cwd=tmp)
+    need("python3-h5py" in told, f"grus recommends {told}")
     files = {
         name: {line.split()[-1].lstrip(".") for line in run("dpkg-deb", "-c", path, cwd=tmp).splitlines()}
         for name, path in packages.items()
@@ -86,7 +88,9 @@ with tempfile.TemporaryDirectory() as tmp:
     if shutil.which("lintian"):
         r = subprocess.run(["lintian", "--allow-root", "--fail-on", "error", *(packages[name] for name in LINTED)],
                            capture_output=True, text=True, timeout=300)
-        need(r.returncode == 0 and "E: " not in r.stdout, f"lintian: {r.stdout}{r.stderr}")
+        clean = not re.search("^[EW]: ", r.stdout, re.M)  # Debian 12 has no warning either
+        need(r.returncode == 0 and (clean or "2.116" not in run("lintian", "--version", cwd=tmp)),
+             f"lintian: {r.stdout}{r.stderr}")
     root = os.path.join(tmp, "root")
     for path in packages.values():
         run("dpkg-deb", "-x", path, root, cwd=tmp)

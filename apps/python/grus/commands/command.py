@@ -72,6 +72,7 @@ def run(arguments: list[str]) -> NoReturn:
 
 def ranks_of(arguments: list[str]) -> tuple[int, list[str]]:
     """What --ranks asks, 1 without it, and all other arguments."""
+    arguments = [part for a in arguments for part in (a.split("=", 1) if a.startswith("--ranks=") else [a])]
     if "--ranks" not in arguments:
         return 1, arguments
     at = arguments.index("--ranks")
