@@ -76,7 +76,7 @@ def of_faults():
     text = table(["room", "", "faults", "equivalent", "in the last whole run", "found then"],
                  [*rows, ["all", "", *sums]])
     if lives:
-        text += "\nNo test found: " + "; ".join(lives) + ".\n"
+        text += "\nNo test found:\n\n" + "".join(f"- {fault}\n" for fault in lives)
     return text
 
 
