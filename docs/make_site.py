@@ -25,7 +25,7 @@ NAV = [("Start", [("Grus", "index.md"), ("What it does", "features.md"), ("Comin
                       ("A rock, from cells to strength", "tutorial_rock.md"),
                       ("Grains in a DOLFINx program", "tutorial_dolfinx.md")]),
        ("How to", [("Install", "howto/install.md"), ("It stops with …", "howto/stops.md"),
-                   ("Choose parameters", "howto/parameters.md"),
+                   ("Choose parameters", "howto/parameters.md"), ("Test in stages", "stages.md"),
                    ("From data to a calibrated scene", "howto/data_to_scene.md"),
                    ("Calibrate", "calibration.md"), ("Run on a cluster", "cluster.md"),
                    ("Use it from Python and C++", "library.md"), ("Extend it", "extending.md"),

@@ -53,14 +53,27 @@ bool dashpots(const Told& k) { return !k.sample.state.bonds.dashpot.empty(); }
 bool gauged(const Told& k) { return k.scene.test.gauge.has_value(); }
 /// Where dead loads alone move the Voronoi cells.
 bool dead_loads(const Told& k) { return dem::dead_loaded(k.scene.test, k.sample.state); }
-/// At a constant mean stress.
-bool constant_p(const Told& k) { return k.scene.test.kind == dem::TestKind::constant_p; }
+/// With `[[stage]]`.
+bool staged(const Told& k) { return !k.scene.test.stages.empty(); }
+/// With a stage of cycles.
+bool cycled(const Told& k) {
+  const auto& all = k.scene.test.stages;
+  return std::any_of(all.begin(), all.end(), [](const auto& s) { return s.kind == dem::StageKind::cyclic; });
+}
+/// At a constant mean stress, or with `[[stage]]`.
+bool invariants(const Told& k) { return k.scene.test.kind == dem::TestKind::constant_p || staged(k); }
 /// Where a stress is held against an axis that is driven.
-bool holds(const Told& k) { return k.scene.test.loading.holds; }
+bool holds(const Told& k) {
+  const auto& all = k.scene.test.stages;
+  return k.scene.test.loading.holds ||
+         std::any_of(all.begin(), all.end(), [](const auto& s) { return s.lateral == dem::Lateral::held; });
+}
 /// In a box or cylinder of walls.
 bool boxed(const Told& k) { return dem::box_of_walls(k.sample.state); }
 /// With other walls.
 bool walled(const Told& k) { return !boxed(k); }
+/// In a box or cylinder of walls, with `output.wall_forces`.
+bool sided(const Told& k) { return k.scene.output.wall_forces && boxed(k); }
 /// In a box of walls, or between platens.
 bool faced(const Told& k) { return dem::has_faces(k.scene.test, k.sample.state); }
 /// With `[[grain]]`.
@@ -73,6 +86,13 @@ std::vector<std::string> walls(const Told& k) {
   std::vector<std::string> names;
   for (std::size_t w = 0; w < k.sample.state.boundary.walls.size(); ++w)
     for (const char* axis : {"x", "y", "z"}) names.push_back(fmt::format("wall{}_f{}", w, axis));
+  return names;
+}
+
+std::vector<std::string> sides(const Told& k) {
+  std::vector<std::string> names;
+  for (const dem::Wall& wall : k.sample.state.boundary.walls)
+    for (const char* axis : {"x", "y", "z"}) names.push_back(fmt::format("force_{}_{}", wall.name, axis));
   return names;
 }
 
@@ -108,6 +128,10 @@ std::size_t damaged(const dem::State& s) {
 
 const std::vector<ColumnEntry<Row, Told>> table{
     {"time_s", "s", "since the test began", always, [](const Row& r, K) { return r.state.time; }},
+    {"stage", "", "number of the stage, from 1", staged,
+     [](const Row& r, K) { return number(std::min<K>(r.scene.test.now.stage + 1, r.scene.test.stages.size())); }},
+    {"cycle", "", "cycles of the stage that are over, in halves", cycled,
+     [](const Row& r, K) { return 0.5 * number(r.scene.test.now.leg); }},
     {"strain_{}", "", "of the box or cell since the test began, tension-positive (of a gradient the component itself)",
      always, [](const Row& r, K k) { return dem::to_voigt(r.gradient)[static_cast<int>(k)]; }, components},
     {"stress_{}_Pa", "Pa", "Love-Weber stress, tension-positive", always,
@@ -256,17 +280,22 @@ const std::vector<ColumnEntry<Row, Told>> table{
      [](const Row& r, K) { return *dem::dead_load(r.scene.test, r.state); }},
     {"displacement_m", "m", "way on which dead loads work", dead_loads,
      [](const Row& r, K) { return dem::dead_way(r.first, r.state); }},
-    {"p_Pa", "Pa", "mean stress, compression-positive", constant_p,
+    {"p_Pa", "Pa", "mean stress, compression-positive", invariants,
      [](const Row& r, K) { return dem::mean_pressure(r.sample_stress()); }},
-    {"q_Pa", "Pa", "sqrt(3/2) of the deviator's norm", constant_p,
+    {"q_Pa", "Pa", "sqrt(3/2) of the deviator's norm", invariants,
      [](const Row& r, K) { return std::sqrt(1.5) * dem::deviator(r.sample_stress()); }},
-    {"strain_volumetric", "", "compression-positive", constant_p, [](const Row& r, K) { return -r.strain().trace(); }},
-    {"strain_deviatoric", "", "sqrt(2/3) of the deviator's norm", constant_p,
+    {"strain_volumetric", "", "compression-positive", invariants, [](const Row& r, K) { return -r.strain().trace(); }},
+    {"strain_deviatoric", "", "sqrt(2/3) of the deviator's norm", invariants,
      [](const Row& r, K) { return std::sqrt(2.0 / 3) * dem::deviator(r.strain()); }},
     {"lateral_stress_error", "", "how far the stresses that are held are off what is asked", holds,
-     [](const Row& r, K) { return dem::stress_error(r.state, r.scene.test.loading, r.measured); }},
+     [](const Row& r, K) {
+       const dem::Loading& now = r.scene.test.loading;
+       return now.holds ? dem::stress_error(r.state, now, r.measured) : NAN;
+     }},
     {"wall_stress_{}_Pa", "Pa", "force over area of the walls of a box, tension-positive", boxed,
      [](const Row& r, K k) { return r.measured.wall_stress(static_cast<int>(k), static_cast<int>(k)); }, axes},
+    {"{}_N", "N", "force of the grains on each wall of the box or cylinder", sided,
+     [](const Row& r, K k) { return r.wall_force(k / 3)[static_cast<int>(k % 3)]; }, sides},
     {"{}_N", "N", "force on each wall", walled,
      [](const Row& r, K k) { return r.wall_force(k / 3)[static_cast<int>(k % 3)]; }, walls},
     {"stress_front_Pa", "Pa", "on the moving face along the test's axis, compression-positive", faced,

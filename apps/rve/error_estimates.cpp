@@ -9,7 +9,7 @@
 namespace grus::app {
 
 void ErrorEstimates::add(const dem::State& state, const dem::Loading& loading, const dem::Survey& m) {
-  holds = loading.holds;
+  holds = holds || loading.holds;
   if (const double off = dem::stress_error(state, loading, m); off < INFINITY)
     stress.add(off), stress_sum += off, ++stress_rows;
   energy.add(std::abs(dem::told_energy_error(state, m.kinetic + m.elastic)));

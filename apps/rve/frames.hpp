@@ -25,9 +25,9 @@ public:
   using Series = std::vector<std::pair<std::string, double>>;
   const Series& series() const { return series_; }
   void restore(Series series) { series_ = std::move(series); }
-  void write_if_due(const dem::State& state) {
-    if (static_cast<int>(series_.size()) < count_ &&
-        state.time >= every_ * static_cast<double>(series_.size()) * (1 - 1e-9))
+  /// `at`: how far the test is, as a time of its duration (s).
+  void write_if_due(const dem::State& state, double at) {
+    if (static_cast<int>(series_.size()) < count_ && at >= every_ * static_cast<double>(series_.size()) * (1 - 1e-9))
       write(state);
   }
   /// The state in which a test ends before its time: the stress is reached, or it is unstable.

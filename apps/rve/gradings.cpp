@@ -23,22 +23,22 @@ GradingStates::GradingStates(const std::string& directory, const RveScene& scene
   text_ = "time_s,strain,diameter_m,passing,grains,mass_kg,coordination,elongation,flatness,generation\n";
 }
 
-void GradingStates::write_if_due(const dem::State& state) {
+void GradingStates::write_if_due(const dem::State& state, double at, double strain) {
   const int states = scene_.output.gradings;
   const double every = states > 1 ? scene_.test.duration / (states - 1) : scene_.test.duration;
-  if (written_ < states && state.time >= every * written_ * (1 - 1e-9)) write(state);
+  if (written_ < states && at >= every * written_ * (1 - 1e-9)) write(state, strain);
 }
 
-void GradingStates::write_last(const dem::State& state) {
-  if (written_ < scene_.output.gradings && state.time > last_) write(state);
+void GradingStates::write_last(const dem::State& state, double strain) {
+  if (written_ < scene_.output.gradings && state.time > last_) write(state, strain);
 }
 
-void GradingStates::write(const dem::State& state) {
+void GradingStates::write(const dem::State& state, double strain) {
   const dem::Grading now(state);
   for (const auto& c : dem::size_classes(state, smallest_, largest_, classes))
-    text_ += fmt::format("{:.9g},{:.9g},{:.6g},{:.9g},{},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g}\n", state.time,
-                         state.time * scene_.test.strain_rate, c.upper / scene_.scale, now.passing(c.upper), c.grains,
-                         c.mass, c.coordination, c.elongation, c.flatness, c.generation);
+    text_ += fmt::format("{:.9g},{:.9g},{:.6g},{:.9g},{},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g}\n", state.time, strain,
+                         c.upper / scene_.scale, now.passing(c.upper), c.grains, c.mass, c.coordination, c.elongation,
+                         c.flatness, c.generation);
   dem::write_whole(result_file(directory_, "grading.csv"), text_);
   ++written_, last_ = state.time;
 }

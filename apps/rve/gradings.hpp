@@ -12,9 +12,10 @@ class GradingStates {
 public:
   /// `start`: the sample as it was made. Nothing is written unless the scene's output.gradings asks for states.
   GradingStates(const std::string& directory, const RveScene& scene, const dem::State& start);
-  void write_if_due(const dem::State& state);
+  /// `at`: how far the test is, as a time of its duration (s); `strain`: along its axis, compression-positive.
+  void write_if_due(const dem::State& state, double at, double strain);
   /// The state in which a test ends before its time: the stress is reached, or it is unstable.
-  void write_last(const dem::State& state);
+  void write_last(const dem::State& state, double strain);
 
   /// For checkpoints: what was written so far.
   const std::string& text() const { return text_; }
@@ -22,7 +23,7 @@ public:
   void restore(const std::string& text, int written) { text_ = text, written_ = written; }
 
 private:
-  void write(const dem::State& state);
+  void write(const dem::State& state, double strain);
 
   std::string directory_, text_;
   const RveScene& scene_;

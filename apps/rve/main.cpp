@@ -4,8 +4,10 @@
 
 #include "apps/run/folder.hpp"
 #include "apps/rve/columns.hpp"
+#include "apps/rve/going_on.hpp"
 #include "apps/rve/rve_run.hpp"
 #include "apps/scene/prepare_sample.hpp"
+#include "apps/scene/stage_scene.hpp"
 #include "dem/rve/step.hpp"
 
 using namespace grus;
@@ -42,6 +44,18 @@ std::string setup_text(const RveScene& scene, const dem::State& s, double grains
   const std::string falling = falling_step(scene.model);
   const bool stress_ends = scene.test.final_stress && !scene.test.stress_time;
   const std::string bound = bound_text(!falling.empty(), stress_ends);
+  const auto notes = [&] {
+    for (const auto& note : scene.notes) text += fmt::format("\n  note: {}", note);
+    return text;
+  };
+  if (!scene.test.stages.empty()) {
+    text += fmt::format("  stages {}   rows at most {:.0f}   ", scene.test.stages.size(), rows_of(scene.test));
+    if (!known_duration(scene.test)) {
+      text += fmt::format("time step {:.3g} s   memory about {:.3g} MB   (how long stages take hangs on their ends)",
+                          s.dt, bytes / 1e6);
+      return notes();
+    }
+  }
   text +=
       fmt::format("  time step {:.3g} s   duration {}{:.4g} s   steps {} {:.3g}   memory about {:.3g} MB", s.dt,
                   stress_ends ? "at most " : "", scene.test.duration, bound, scene.test.duration / s.dt, bytes / 1e6);
@@ -50,11 +64,11 @@ std::string setup_text(const RveScene& scene, const dem::State& s, double grains
     if (!falling.empty())
       text += fmt::format(" ({}{})", falling, stress_ends ? "; final_stress may end the test before" : "");
   }
-  for (const auto& note : scene.notes) text += fmt::format("\n  note: {}", note);
-  return text;
+  return notes();
 }
 
 void refuse_endless(const RveScene& scene, const dem::State& s) {
+  if (!scene.test.stages.empty() && !known_duration(scene.test)) return;  // told as it runs
   if (dem::endless(s, scene.test.duration))
     throw dem::InputError(
         fmt::format("{}: loading: a time step of {:.3g} s would take {:.3g} steps to {:.3g} s: stiffness, density, "
@@ -72,9 +86,10 @@ dem::Sample sample_of(RveScene& scene, std::optional<dem::Sample> made, dem::Tea
 
 /// Brought to where its test begins, and what there is to tell of that.
 Begun prepare_sample(RveScene& scene, const dem::Sample& sample, dem::Team& team, const StageWatch& watch) {
+  if (!scene.start.empty()) return {start_of(scene, sample, team), {}};
   Base base = prepare_base(scene, &sample, team, watch);
   Begun begun{dem::start_from(std::move(base.state), scene.model, scene.recipe.preparation, team, watch), {}};
-  begun.prepared = tell_preparation(scene, base.packed_void_ratio, begun.state);
+  begun.prepared = tell_preparation(scene, base.packed_void_ratio, begun.state, {}, base.density);
   if (const std::string note = note_of_preparations({begun.prepared}); !note.empty()) scene.notes.push_back(note);
   return begun;
 }
@@ -82,7 +97,8 @@ Begun prepare_sample(RveScene& scene, const dem::Sample& sample, dem::Team& team
 /// --check: what a run would be like, from a piece of the sample where that is large.
 int check(const Options& options, RveScene& scene, std::optional<dem::Sample> made, dem::Team& team) {
   const double all = scene.recipe.count();
-  const std::optional<dem::Recipe> piece = dem::piece_of(scene.recipe);
+  const std::optional<dem::Recipe> piece =
+      scene.start.empty() ? dem::piece_of(scene.recipe) : std::optional<dem::Recipe>();
   if (piece) scene.recipe = *piece;
   Progress progress(options);
   const auto watch = [&](double done, const char* what) { return progress.watch(done, what); };

@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <utility>
 
 #include "apps/run/folder.hpp"
-#include "apps/run/same_scene.hpp"
 #include "apps/rve/bursts.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/io/whole_file.hpp"
@@ -31,20 +31,11 @@ double in_mpa(double stress) { return stress / 1e6 + 0.0; }  // 0 rather than -0
 
 }  // namespace
 
-dem::Checkpoint find_checkpoint(const Options& options, const RveScene& scene) {
-  const std::string path = checkpoint_of(options);
-  dem::Checkpoint kept = dem::read_checkpoint(path);
-  const nlohmann::json about = nlohmann::json::parse(kept.about, nullptr, false);
-  if (!about.is_object() || about.value("program", "") != "grus-rve" || kept.parts.size() != 4)
-    throw InputError(path + ": not a checkpoint of grus-rve");
-  refuse_changes(path, about.value("scene", nlohmann::json()), *scene.record);
-  return kept;
-}
-
 RveRun::RveRun(const Options& options, RveScene& scene, const dem::Sample& sample, dem::Team& team, Begun begun,
                const dem::Checkpoint& kept, const Clock& clock, double ready)
     : options_(options),
       scene_(scene),
+      own_(scene.model),
       sample_(sample),
       team_(team),
       clock_(clock),
@@ -73,6 +64,10 @@ void RveRun::take_up(const dem::Checkpoint& kept) {
     dem::check_state(scene_.model, state_);
     dem::Loader loader(kept.parts[1]);
     dem::walk(loader, course_);
+    if (staged()) dem::walk(loader, scene_.test.now), stages_ = about.at("stages");
+    ended_ = about.value("ended", false);
+    double& every = scene_.output.history_interval;
+    if (scene_.output.place_of_history.empty()) every = about.value("history_interval", every);
     history_.restore(kept.parts[2], about.at("rows"));
     gradings_.restore(kept.parts[3], about.at("gradings"));
     frames_.restore(about.at("frames").get<GrainFrames::Series>());
@@ -85,6 +80,7 @@ void RveRun::take_up(const dem::Checkpoint& kept) {
     throw InputError(path + "checkpoint is damaged: what it tells of itself");
   }
   scene_.test.loading.initial_size = course_.initial_size;
+  if (staged() && scene_.test.now.begun) dem::set_stage(own_, scene_.model, scene_.test);
   say(options_,
       fmt::format("{}\n  going on from t = {:.4g} s, {} grains", scene_.title, state_.time, state_.grains.size()));
 }
@@ -97,8 +93,13 @@ void RveRun::check_course(bool whole) const {
                       std::isfinite(c.reading + c.overfull) && c.wall >= 0 && std::isfinite(c.wall) && c.cpu >= 0 &&
                       std::isfinite(c.cpu);
   const auto lines = static_cast<std::size_t>(std::count(history_.text().begin(), history_.text().end(), '\n'));
-  if (!whole || !finite || history_.rows() != course_.row + 1 || lines != history_.rows() + 1 ||
-      !(state_.time >= row * every - slack || state_.time >= scene_.test.duration - slack) ||
+  const bool rows = history_.rows() == course_.row + 1 && lines == history_.rows() + 1;
+  if (whole && finite && rows && staged()) {
+    const dem::StageNow& now = scene_.test.now;
+    if (now.stage <= scene_.test.stages.size() && now.row_time <= state_.time && now.first_row <= course_.row) return;
+  }
+  if (!whole || !finite || !rows || staged() ||
+      !(ended_ || state_.time >= row * every - slack || state_.time >= scene_.test.duration - slack) ||
       !(state_.time <= (row + 1) * every + slack && state_.time <= scene_.test.duration + slack))
     throw InputError("checkpoint is damaged: rows and time do not match");
 }
@@ -108,9 +109,12 @@ void RveRun::save_checkpoint() {
   dem::Saver saver;
   course_.cpu = earlier_cpu_ + cpu_seconds();
   dem::walk(saver, course_);
-  const nlohmann::json about{{"program", "grus-rve"},          {"scene", *scene_.record}, {"prepared", prepared_},
-                             {"notes", scene_.notes},          {"rows", history_.rows()}, {"frames", frames_.series()},
-                             {"gradings", gradings_.written()}};
+  if (staged()) dem::walk(saver, scene_.test.now);
+  nlohmann::json about{{"program", "grus-rve"},          {"scene", *scene_.record}, {"prepared", prepared_},
+                       {"notes", scene_.notes},          {"rows", history_.rows()}, {"frames", frames_.series()},
+                       {"gradings", gradings_.written()}};
+  about["history_interval"] = scene_.output.history_interval, about["ended"] = ended_;
+  if (staged()) about["stages"] = stages_, about["stages_begun"] = scene_.test.now.stage + scene_.test.now.begun;
   dem::write_checkpoint(result_file(options_.directory, "checkpoint.h5"), about.dump(), [&](const dem::TakePart& take) {
     take(dem::bytes_of(state_));
     take(saver.take());
@@ -132,6 +136,7 @@ bool RveRun::due() {
 /// The part of the test that is done. Where a stress ends it: by the time of the ramp, or from the last rows; a stress
 /// that grows faster and faster is reached before a straight line through the origin says so.
 double RveRun::done() const {
+  if (staged()) return dem::stages_done(scene_.test, state_);
   const double part = state_.time / scene_.test.duration;
   if (!scene_.test.final_stress || course_.row == 0) return part;
   const double asked = *scene_.test.final_stress;
@@ -183,10 +188,16 @@ void RveRun::show() {
           static_cast<double>(state_.steps) / course_.wall));
 }
 
+double RveRun::strain_of_gradings() const {
+  return staged() ? dem::axial_strain(scene_.test, sample_.state, state_, course_.initial_cell)
+                  : state_.time * scene_.test.strain_rate;
+}
+
 void RveRun::write_row() {
   history_.add(values_of(columns_, Row(scene_, sample_, state_, now_, course_.initial_cell)));
-  frames_.write_if_due(state_);
-  gradings_.write_if_due(state_);
+  const double at = staged() ? done() * scene_.test.duration : state_.time;
+  frames_.write_if_due(state_, at);
+  gradings_.write_if_due(state_, at, strain_of_gradings());
 }
 
 /// How to meet the stress that ends the test, once it is near: from a half of it on, or where it grows that fast.
@@ -207,13 +218,14 @@ void RveRun::read_off() {
 }
 
 /// Until the row is written; false: the run ends here.
-bool RveRun::go_to_row(std::uint64_t row, double until) {
+bool RveRun::go_to_row(std::uint64_t row, double until, const dem::Landing& landing) {
   while (true) {
     const bool there = dem::load(
-        scene_.model, state_, scene_.test.loading, until, team_, [&](double) { return show(), !due(); }, landing());
+        scene_.model, state_, scene_.test.loading, until, team_, [&](double) { return show(), !due(); }, landing);
     if (there) {
       now_ = dem::survey(scene_.model, state_, team_);
       dem::check_sanity(scene_.model, state_, now_.kinetic + now_.elastic, now_.deepest);
+      if (staged()) dem::count_row(scene_.test, state_);
       write_row();
       read_off();
       course_.before = course_.axial, course_.axial = axial_;
@@ -225,7 +237,7 @@ bool RveRun::go_to_row(std::uint64_t row, double until) {
       if (course_.overfull < 0 && scene_.model.has_balls() && now_.volume > 0 &&
           dem::whole_solid(scene_.model, state_) > now_.volume)
         course_.overfull = std::max(0.0, axial_);
-      course_.errors.add(state_, scene_.test.loading, now_);
+      course_.errors.add(state_, staged() && !scene_.test.loading.holds ? dem::Loading{} : scene_.test.loading, now_);
       course_.errors.before_peak.add(state_.ledger, dem::tells_stress(scene_.test) ? reading : axial_, now_.kinetic,
                                      now_.kinetic + now_.elastic);
       course_.step.add(scene_.model, state_, scene_.test.strain_rate, dem::mean_pressure(now_.stress));
@@ -245,25 +257,30 @@ bool RveRun::go_to_row(std::uint64_t row, double until) {
   }
 }
 
+void RveRun::write_first_row() {
+  write_row();
+  course_.axial = course_.before = dem::axial_stress(scene_.test, sample_.state, state_, now_);
+  course_.intact = std::max(0.0, course_.axial);
+  course_.step.add(scene_.model, state_, scene_.test.strain_rate, dem::mean_pressure(now_.stress));
+}
+
 void RveRun::march() {
   const auto rows =
       static_cast<std::uint64_t>(std::ceil(scene_.test.duration / scene_.output.history_interval * (1 - 1e-9)));
   dem::check_sanity(scene_.model, state_);
-  if (!options_.resume) {
-    write_row();
-    course_.axial = course_.before = dem::axial_stress(scene_.test, sample_.state, state_, now_);
-    course_.intact = std::max(0.0, course_.axial);
-    course_.step.add(scene_.model, state_, scene_.test.strain_rate, dem::mean_pressure(now_.stress));
-  }
+  if (!options_.resume) write_first_row();
   read_off();
+  const bool ended = std::exchange(ended_, false);
+  if (scene_.test.final_stress && ended && course_.axial >= *scene_.test.final_stress) return;
   for (std::uint64_t row = course_.row + 1; row <= rows; ++row) {
     const double time = static_cast<double>(row) * scene_.output.history_interval;
-    if (!go_to_row(row, row == rows ? scene_.test.duration : time)) return;
+    if (!go_to_row(row, row == rows ? scene_.test.duration : time, landing())) return;
   }
 }
 
 /// What is told is good until then: of a run that became unstable until its last row.
 double RveRun::good_until() const {
+  if (staged() && status_ == unstable) return scene_.test.now.row_time;
   return status_ == unstable ? static_cast<double>(course_.row) * scene_.output.history_interval : state_.time;
 }
 
@@ -271,7 +288,10 @@ void RveRun::finish() {
   end_ = clock_.wall();
   try {
     history_.save();
-    if (status_ == finished || status_ == unstable) frames_.write_last(state_), gradings_.write_last(state_);
+    ended_ = status_ == finished;
+    if (ended_ && scene_.output.last_state) save_checkpoint();
+    if (status_ == finished || status_ == unstable)
+      frames_.write_last(state_), gradings_.write_last(state_, strain_of_gradings());
     if (scene_.output.bursts > 0)
       dem::write_whole(result_file(options_.directory, "bursts.csv"), bursts_text(scene_, state_, good_until()));
     const std::string last = result_file(options_.directory, "summary.json");
@@ -295,7 +315,7 @@ void RveRun::finish() {
 
 int RveRun::go() {
   try {
-    march();
+    staged() ? march_stages() : march();
   } catch (const dem::Unstable& e) {
     status_ = unstable, ending_ = e.what();
   } catch (const std::exception& e) {  // of the system: what there is may still be kept

@@ -14,11 +14,9 @@
 #include "dem/io/checkpoint.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/sample/make.hpp"
+#include "dem/sample/stages.hpp"
 
 namespace grus::app {
-
-/// The checkpoint of a run of this scene. Throws InputError where there is none, or one of another scene.
-dem::Checkpoint find_checkpoint(const Options& options, const RveScene& scene);
 
 /// The state in which a test begins, and what its preparation tells (null: there is none).
 struct Begun {
@@ -61,14 +59,21 @@ private:
   bool due();
   void show();
   std::string broken(const char* between) const;
+  double strain_of_gradings() const;
   void write_row();
   void read_off();
   std::string load_text() const;
   std::string peak_text() const;
   double done() const;
   dem::Landing landing() const;
-  bool go_to_row(std::uint64_t row, double until);
+  bool go_to_row(std::uint64_t row, double until, const dem::Landing& landing);
+  void write_first_row();
   void march();
+  bool staged() const { return !scene_.test.stages.empty(); }
+  void begin_stage();
+  void note_stage(std::size_t stage, double began, std::uint64_t rows, dem::EndedBy end);
+  bool go_through_stage();
+  void march_stages();
   bool has_peak() const;
   double split_share() const;
   double good_until() const;
@@ -78,11 +83,13 @@ private:
 
   const Options& options_;
   RveScene& scene_;
+  const dem::Model own_;  // of the scene; stages change its friction, damping and gravity
   const dem::Sample& sample_;
   dem::Team& team_;
   const Clock& clock_;
   double ready_;
   dem::State state_;
+  nlohmann::json stages_ = nlohmann::json::array();  // those that are over
   nlohmann::json prepared_;  // what the preparation was asked and has reached; null: there is none
   dem::Survey now_;          // of the last row
   std::vector<Column<Row>> columns_;
@@ -92,6 +99,7 @@ private:
   Course course_;
   Progress progress_;
   TimeLimit limit_;
+  bool ended_ = false;                        // the checkpoint is of a test that has come to its end
   bool over_ = false;                         // the time that the run may take is
   double axial_ = 0, shown_ = 0, error_ = 0;  // of the last row: axial stress, the one that is shown (Pa), energy error
   double saved_, earlier_;                    // wall time of the last checkpoint, and of earlier parts of the run (s)

@@ -53,12 +53,10 @@ std::vector<std::string> RveRun::notes() const {
   if (const ErrorEstimates& e = course_.errors; e.mean_stress_error() > most_stress_error)
     all.push_back(fmt::format(
         "the {} was off what is asked by {:.2g} % on average and {:.2g} % at worst: {}",
-        scene_.test.loading.holds ? "lateral stress" : "stress sought", 100 * e.mean_stress_error(),
-        100 * e.stress.worst,
-        scene_.test.loading.holds
-            ? "walls had yet to find the sample, or it is loaded faster than its boundary can answer; lower "
-              "strain_rate, go on to a larger final_strain, or take more grains"
-            : "raise the strain_rate that bounds the search, or take longer"));
+        e.holds ? "lateral stress" : "stress sought", 100 * e.mean_stress_error(), 100 * e.stress.worst,
+        e.holds ? "walls had yet to find the sample, or it is loaded faster than its boundary can answer; lower "
+                  "strain_rate, go on to a larger final_strain, or take more grains"
+                : "raise the strain_rate that bounds the search, or take longer"));
   if (const double share = course_.errors.before_peak.devices(); has_peak() && share > most_devices)
     all.push_back(fmt::format(
         "local damping and the dashpots of bonds took {:.2g} % of the work before the peak, which is partly "
@@ -113,6 +111,7 @@ nlohmann::json RveRun::summary() const {
     summary["sample"] = {{"bulk_density_kg_m3", course_.mass / bulk},
                          {"solid_fraction", course_.solid / bulk},
                          {"void_ratio", bulk / course_.solid - 1}};
+  if (staged()) summary["stages"] = stages_;
   if (!prepared_.is_null()) summary["preparation"] = prepared_;
   summary["mass"] = {{"start_kg", dem::total_mass(sample_.state.grains)},
                      {"grains_kg", dem::total_mass(state_.grains)},

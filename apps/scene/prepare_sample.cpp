@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/scene/speeds.hpp"
+#include "apps/scene/stage_scene.hpp"
 #include "dem/rve/implicit_stepper.hpp"
 #include "dem/rve/measure.hpp"
 
@@ -108,7 +109,8 @@ void settle_rows(RveScene& scene) {
     out.history_interval = scene.test.duration / 200;
   if (!out.place_of_history.empty() && scene.test.duration / out.history_interval > 1e6)
     dem::refuse(out.place_of_history, "more than a million rows; ask for fewer");
-  const double rows = std::ceil(scene.test.duration / out.history_interval * (1 - 1e-9)) + 1;
+  const double rows = scene.test.stages.empty() ? std::ceil(scene.test.duration / out.history_interval * (1 - 1e-9)) + 1
+                                                : rows_of(scene.test);
   if (std::max(out.frames, out.gradings) > rows)
     scene.notes.push_back(
         fmt::format("output: {} {} are asked for, but one is written with a row of history.csv at most, of which there "
@@ -130,26 +132,37 @@ Base prepare_base(const RveScene& scene, const dem::Sample* made, dem::Team& tea
   Base base;
   base.state = made ? made->state : dem::make(scene.model, scene.recipe, team, dem::stage_of(watch, "packing")).state;
   base.packed_void_ratio = void_ratio_of(base.state);
-  base.state = dem::compressed(std::move(base.state), scene.model, scene.recipe.preparation, team, watch);
+  base.state =
+      dem::compressed(std::move(base.state), scene.model, scene.recipe.preparation, team, watch, &base.density);
   return base;
 }
 
 nlohmann::json tell_preparation(const RveScene& scene, double packed_void_ratio, const dem::State& state,
-                                const std::optional<dem::Vec3>& stresses) {
+                                const std::optional<dem::Vec3>& stresses, const dem::FoundDensity& density) {
   const auto& preparation = scene.recipe.preparation;
   if (!preparation) return {};
   const dem::Measurement m = dem::measure(scene.model, state);
   const dem::Vec3 asked = stresses.value_or(dem::Vec3::Constant(preparation->pressure)), got = -m.stress.diagonal();
   // Voronoi cells of a rock leave no voids from the start: what is below 0 is their strain, or round-off.
-  return {{"asked_stress_Pa", {asked.x(), asked.y(), asked.z()}},
-          {"stress_Pa", {got.x(), got.y(), got.z()}},
-          {"worst_stress_error", (got.array() / asked.array() - 1).abs().maxCoeff()},
-          {"packed_void_ratio", std::max(0.0, packed_void_ratio)},
-          {"void_ratio", std::max(0.0, m.void_ratio)}};
+  nlohmann::json told{{"asked_stress_Pa", {asked.x(), asked.y(), asked.z()}},
+                      {"stress_Pa", {got.x(), got.y(), got.z()}},
+                      {"worst_stress_error", (got.array() / asked.array() - 1).abs().maxCoeff()},
+                      {"packed_void_ratio", std::max(0.0, packed_void_ratio)},
+                      {"void_ratio", std::max(0.0, m.void_ratio)}};
+  if (preparation->void_ratio && density.tries > 0)
+    told["asked_void_ratio"] = *preparation->void_ratio, told["friction"] = density.friction,
+    told["tries"] = density.tries;
+  return told;
 }
 
 std::string note_of_preparations(const std::vector<nlohmann::json>& told) {
   const Preparations all(told);
+  if (told.size() == 1 && told.front().is_object() && told.front().contains("asked_void_ratio"))
+    return fmt::format(
+        "preparation: a friction of {:.4g} leaves a void ratio of {:.4f} at {} MPa, {:.4f} was asked for ({} tried)",
+        told.front().at("friction").get<double>(), told.front().at("void_ratio").get<double>(),
+        all.pressure.text([](double p) { return fmt::format("{:.3g}", p / 1e6); }),
+        told.front().at("asked_void_ratio").get<double>(), told.front().at("tries").get<int>());
   if (!all.changed) return {};
   const auto ratio = [](double e) { return fmt::format("{:.3f}", e); };
   const auto solid = [](double e) { return fmt::format("{:.4f}", 1 / (1 + e)); };

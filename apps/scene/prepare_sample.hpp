@@ -24,6 +24,7 @@ void settle(RveScene& scene, const dem::Sample& sample);
 /// A sample as packed, and under the pressure of the scene's preparation.
 struct Base {
   double packed_void_ratio = 0;
+  dem::FoundDensity density = {};  // where a void ratio was asked for
   dem::State state;
 };
 
@@ -34,7 +35,7 @@ Base prepare_base(const RveScene& scene, const dem::Sample* made, dem::Team& tea
 /// The packing as the preparation has made it: stresses asked and reached, void ratios before and after; null where
 /// the scene has no preparation.
 nlohmann::json tell_preparation(const RveScene& scene, double packed_void_ratio, const dem::State& state,
-                                const std::optional<dem::Vec3>& stresses = {});
+                                const std::optional<dem::Vec3>& stresses = {}, const dem::FoundDensity& density = {});
 
 /// A note where void ratios, which nobody asked for, have changed in any of these; empty: in none.
 std::string note_of_preparations(const std::vector<nlohmann::json>& told);

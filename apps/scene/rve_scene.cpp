@@ -11,6 +11,7 @@
 #include "apps/scene/preparation_scene.hpp"
 #include "apps/scene/prepare_sample.hpp"
 #include "apps/scene/sample_scene.hpp"
+#include "apps/scene/stage_scene.hpp"
 #include "apps/scene/supports_scene.hpp"
 
 namespace grus::app {
@@ -166,6 +167,8 @@ void read_interval(Table& t, const Programme& test, Output& out) {
 
 void read_output_table(Table& t, RveScene& scene) {
   Output& out = scene.output;
+  if (t.has("history_interval") && !scene.test.stages.empty())
+    t.fail("history_interval", "is not of a test with stages: give rows of a stage");
   if (t.has("history_interval")) read_interval(t, scene.test, out);
   scene.model.split_statistics = t.flag_or("split_statistics", false);
   if (scene.model.split_statistics && !scene.model.breakable())
@@ -179,17 +182,23 @@ void read_output_table(Table& t, RveScene& scene) {
   }
   out.gradings = static_cast<int>(t.integer_or("gradings", 0, 0, 1000));
   out.critical_grain = t.flag_or("critical_grain", false);
+  out.wall_forces = t.flag_or("wall_forces", false);
+  const dem::Bounds bounds = scene.recipe.bounds;
+  if (out.wall_forces && bounds != dem::Bounds::walls && bounds != dem::Bounds::cylinder)
+    t.fail("wall_forces", "is of a box or cylinder of walls; forces of other walls are told in any case");
   out.frames = static_cast<int>(t.integer_or("frames", 0, 0, 100000));
   out.contacts = t.flag_or("contacts", false);
   out.wrapped = t.flag_or("wrapped", false);
   for (const char* key : {"contacts", "wrapped"})
     if (t.flag_or(key, false) && out.frames == 0) t.fail(key, "is of frames, of which none are asked for: give frames");
   if (out.wrapped && !scene.recipe.periodic()) t.fail("wrapped", "needs boundary.kind = \"periodic\"");
+  out.last_state = t.flag_or("last_state", !scene.test.stages.empty());
   out.checkpoint_interval = t.number_or("checkpoint_interval", out.checkpoint_interval, dimension::time, positive);
   t.finish();
 }
 
 void read_output(Table& t, RveScene& scene) {
+  scene.output.last_state = !scene.test.stages.empty();
   if (auto o = t.table_if("output")) read_output_table(*o, scene);
   if (scene.test.kind != Kind::platens) settle_rows(scene);
 }
@@ -225,14 +234,22 @@ RveScene read(const std::string& file, const std::vector<std::string>& overrides
   if (unit_cell) {
     if (!scene.recipe.periodic()) t.fail("boundary", "the unit cell of a boundary-value problem must be periodic");
     RveScene alone = scene;  // the standalone test: read, so that its mistakes show, but not used here
+    if (t.has("stage")) read_stages(t, alone);
     if (t.has("loading")) read_loading(t.table("loading"), alone);
-    if (t.has("loading") || t.has("output")) read_output(t, alone);
+    if (t.has("loading") || t.has("stage") || t.has("output")) read_output(t, alone);
   } else {
-    if (!t.has("loading")) t.fail("", "[loading] is missing");
-    read_loading(t.table("loading"), scene);
+    if (!t.has("loading") && !t.has("stage")) t.fail("", "[loading] is missing");
+    if (t.has("stage"))
+      read_stages(t, scene);
+    else
+      read_loading(t.table("loading"), scene);
     read_output(t, scene);
   }
   dem::make_pair_laws(scene.model);
+  if (!unit_cell && t.has("start")) {
+    scene.start = t.text("start"), scene.place_of_start = t.place("start");
+    if (t.has("preparation")) t.fail("preparation", "cannot be with start: that run has prepared the sample");
+  }
   read_preparation(t, scene);
   t.finish();
   scene.model.motion.turn_spheres = scene.listed_grains() > 0 || scene.model.breakable();

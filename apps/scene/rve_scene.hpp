@@ -23,12 +23,15 @@ struct Output {
   bool contacts = false, wrapped = false;  // beside the frames; grains drawn inside the periodic cell
   int frames = 0, gradings = 0;
   bool grading = false;              // size and shape columns in history.csv
+  bool wall_forces = false;          // columns of every wall of a box or cylinder
   bool critical_grain = false;       // columns of the grain that sets the time step
+  bool last_state = false;           // kept as a checkpoint, to go on from
   double checkpoint_interval = 300;  // s of wall time; an interrupted run writes one in any case
 };
 
 struct RveScene {
   std::string file, title;
+  std::string start, place_of_start;  // folder of the run whose last state this one begins in; empty: none
   dem::Model model;
   dem::Recipe recipe;
   dem::Programme test;

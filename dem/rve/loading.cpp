@@ -48,6 +48,15 @@ void set_rates(State& state, const Loading& loading, const Vec3& rates) {
     if (Wall* wall = far_wall(state.boundary, k)) wall->velocity[k] = rates[k] * loading.initial_size[k];
 }
 
+/// The axes without a rate grow by half of what the one that has it loses, of their present sizes.
+void keep_volume(const Vec3& size, const Loading& loading, Vec3& rates) {
+  int driven = 0;
+  rates.cwiseAbs().maxCoeff(&driven);
+  const double share = -0.5 * rates[driven] * loading.initial_size[driven] / size[driven];
+  for (int k = 0; k < 3; ++k)
+    if (k != driven) rates[k] = share * size[k] / loading.initial_size[k];
+}
+
 /// Sets what is kept up for the next steps, and returns how many.
 std::uint64_t drive(const Model& model, State& state, const Loading& loading) {
   if (loading.holds && !state.boundary.cell.periodic()) {
@@ -55,7 +64,9 @@ std::uint64_t drive(const Model& model, State& state, const Loading& loading) {
     return 1;
   }
   std::uint64_t steps = 0;
-  set_rates(state, loading, servo_rates(model, state, loading, steps));
+  Vec3 rates = servo_rates(model, state, loading, steps);
+  if (loading.isochoric) keep_volume(size_of(state.boundary), loading, rates);
+  set_rates(state, loading, rates);
   return steps;
 }
 
@@ -80,6 +91,12 @@ void begin_loading(const Model& model, State& state, Loading& loading) {
   state.ledger.work = state.ledger.most_work = 0;
   state.grain_steps = 0;
   if (model.numerics.time_step == 0) state.next_estimate = state.steps;  // the motion may set a smaller step
+}
+
+void turn_loading(const Model& model, State& state, const Loading& loading) {
+  state.servo = {.at = state.time};
+  if (loading.driven) drive(model, state, loading);
+  if (model.numerics.time_step == 0) state.next_estimate = state.steps;
 }
 
 namespace {
@@ -108,8 +125,9 @@ bool endless(const State& state, double duration) {
 bool load(const Model& model, State& state, const Loading& loading, double end, Team& team, const Watch& watch,
           const Landing& landing) {
   const double begin = state.time;
-  const bool servo = loading.driven && std::any_of(loading.axes.begin(), loading.axes.end(),
-                                                   [](const auto& a) { return a.stress.has_value(); });
+  const bool servo =
+      loading.driven && (loading.isochoric || std::any_of(loading.axes.begin(), loading.axes.end(),
+                                                          [](const auto& a) { return a.stress.has_value(); }));
   while (true) {
     const double left = end - state.time;
     if (left <= 1e-9 * state.dt) break;
@@ -124,17 +142,16 @@ bool load(const Model& model, State& state, const Loading& loading, double end, 
           state.dt, state.time, left / state.dt));
     const auto due = static_cast<std::uint64_t>(std::ceil(left / state.dt * (1 - 1e-12)));
     std::uint64_t steps = std::min<std::uint64_t>(due, state.next_estimate - state.steps);
+    const double gap = landing.left ? landing.left(state) : INFINITY;
+    if (gap <= 0) return true;
     if (loading.velocity_gradient) {
+      if (landing.left) steps = std::min(steps, servo_steps);
       const double piece = due > steps ? static_cast<double>(steps) * state.dt : left;
       deform_in_time(model, state, exponential(*loading.velocity_gradient * piece), piece, team);
       continue;
     }
     if (servo) steps = std::min(steps, corrected);
-    if (landing.left) {
-      const double gap = landing.left(state);
-      if (gap <= 0) return true;
-      if (gap < landing.near) steps = std::min(steps, steps_to(model, state, loading, landing.axis, gap));
-    }
+    if (gap < landing.near) steps = std::min(steps, steps_to(model, state, loading, landing.axis, gap));
     const double safe = state.dt;
     if (steps == due) state.dt = left / static_cast<double>(due);  // the last steps meet the end exactly
     run_steps(model, state, steps, team);

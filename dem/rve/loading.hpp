@@ -25,6 +25,7 @@ struct Loading {
   std::optional<Mat3> velocity_gradient;  // 1/s, periodic cell: replaces the axes
   std::optional<double> mean;             // Pa, tension-positive: the two axes without a rate keep the mean stress
   double consolidation = 0;          // s, in which all axes are first brought to it, at no more than their max_rate
+  bool isochoric = false;            // the two axes beside the one with a rate keep the volume
   bool holds = false;                // stresses are held against axes that are driven: see rve/servo.hpp
   Vec3 initial_size = Vec3::Zero();  // m, of the box or cell; set by begin_loading
 };
@@ -34,6 +35,9 @@ Vec3 size_of(const Boundary& boundary);
 
 /// Notes the initial size and starts the motion of walls or cell.
 void begin_loading(const Model& model, State& state, Loading& loading);
+
+/// Starts the motion of walls or cell anew, as another loading goes on with a test; sizes and ledger stay.
+void turn_loading(const Model& model, State& state, const Loading& loading);
 
 /// A stress that ends a test, met within a step or so: how far off it is (Pa; 0 or less: reached) is looked at every
 /// few steps, and from `near` (Pa) on after no more steps than the stiffness of all contacts needs to get there.

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "dem/rve/step.hpp"
+#include "dem/sample/density.hpp"
 
 namespace grus::dem {
 namespace {
@@ -58,8 +59,12 @@ Watch stage_of(const StageWatch& watch, const char* what) {
 }
 
 State compressed(State state, const Model& own, const std::optional<Preparation>& preparation, Team& team,
-                 const StageWatch& watch) {
+                 const StageWatch& watch, FoundDensity* found) {
   if (!preparation) return state;
+  if (preparation->void_ratio) {
+    FoundDensity unasked;
+    return compressed_to_density(state, own, *preparation, team, watch, found ? *found : unasked);
+  }
   Model model = own;  // the friction of the preparation, not of the test
   for (auto& m : model.materials)
     if (std::isfinite(m.youngs_modulus)) m.friction = preparation->friction;

@@ -12,10 +12,17 @@ using StageWatch = std::function<bool(double done, const char* what)>;
 /// The watch of one stage.
 Watch stage_of(const StageWatch& watch, const char* what);
 
-/// Brings a state as it was made under the pressure of its preparation, if it has one. Throws Unstable where that is
-/// not reached, Interrupted.
+/// The friction that left the void ratio that was asked for, and how many were tried.
+struct FoundDensity {
+  double friction = 0;
+  int tries = 0;
+};
+
+/// Brings a state as it was made under the pressure of its preparation, if it has one, and to its void ratio, if that
+/// is asked for. Throws Unstable where the pressure is not reached, InputError where the void ratio cannot be,
+/// Interrupted.
 State compressed(State state, const Model& model, const std::optional<Preparation>& preparation, Team& team,
-                 const StageWatch& watch = {});
+                 const StageWatch& watch = {}, FoundDensity* found = nullptr);
 
 /// From there to the state in which the test begins: with the grains' own friction to `stresses` along the axes (Pa,
 /// compression-positive), if any are given; the clock and the ledger start at zero. Throws as `compressed` does.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "dem/rve/loading.hpp"
+#include "dem/sample/stage.hpp"
 
 namespace grus::dem {
 
@@ -18,6 +19,7 @@ enum class TestKind : std::uint8_t {
   velocity_gradient,
   platens,
   rollers,
+  staged,
   free
 };
 
@@ -39,6 +41,8 @@ struct Programme {
   std::optional<double> stress_time = {};   // s, at which a stress that is controlled gets there
   Loading loading = {};
   std::optional<Gauge> gauge = {};  // known once the sample is made
+  std::vector<Stage> stages = {};   // of a test that is staged: they set axis, rate and loading one after the other
+  StageNow now = {};                // which of them
 };
 
 }  // namespace grus::dem

@@ -242,7 +242,7 @@ TEST_CASE(
   const State start = s;
   prepare(model, s, team);
   GradingStates states(scratch.path, scene, start);
-  for (int k = 0; k <= 30; ++k) s.time = 0.01 * k, states.write_if_due(s);
+  for (int k = 0; k <= 30; ++k) s.time = 0.01 * k, states.write_if_due(s, s.time, 0);
   CHECK(states.written() == 4);
   const auto rows = rows_of(scratch.path + "/grading.csv");
   REQUIRE(rows.size() == 4 * 40);

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/rve/going_on.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "apps/run/same_scene.hpp"
+#include "dem/io/archive.hpp"
+#include "dem/rve/check_state.hpp"
+#include "dem/rve/step.hpp"
+
+namespace grus::app {
+namespace {
+
+using nlohmann::json;
+
+/// How far a test goes: a run may go on to more of it.
+constexpr std::pair<const char*, const char*> further[] = {
+    {"loading", "final_strain"},       {"loading", "final_stress"}, {"loading", "max_strain"}, {"loading", "duration"},
+    {"loading", "final_displacement"}, {"output", "frames"},        {"output", "gradings"}};
+
+/// What of a sample's material may change between a run and one that starts from it.
+constexpr const char* of_a_test[] = {"friction", "rolling_friction", "restitution", "damping", "fracture"};
+
+/// A checkpoint of a DEM test, and what it tells of itself.
+std::pair<dem::Checkpoint, json> read(const std::string& path) {
+  dem::Checkpoint kept = dem::read_checkpoint(path);
+  json about = json::parse(kept.about, nullptr, false);
+  if (!about.is_object() || about.value("program", "") != "grus-rve" || kept.parts.size() != 4)
+    throw InputError(path + ": not a checkpoint of grus-rve");
+  return {std::move(kept), std::move(about)};
+}
+
+/// The scene of the checkpoint with all that may have changed as it is now: how far the test goes, and stages that have
+/// not begun.
+json as_far_as(json kept, const json& now, const json& about) {
+  if (!kept.is_object()) return kept;
+  for (const auto& [table, key] : further) {
+    if (!kept.contains(table) || !now.contains(table)) continue;
+    const json was = kept[table].value(key, json()), is = now[table].value(key, json());
+    if (was.is_number() && is.is_number() && is > was) kept[table][key] = is;
+  }
+  if (!kept.contains("stage") || !now.contains("stage")) return kept;
+  const auto begun = about.value("stages_begun", std::size_t{0});
+  json stages = json::array();
+  for (std::size_t k = 0; k < std::max(begun, now["stage"].size()); ++k) {
+    const json& from = k < begun ? kept["stage"] : now["stage"];
+    if (k < from.size()) stages.push_back(from[k]);
+  }
+  kept["stage"] = std::move(stages);
+  return kept;
+}
+
+/// What a scene says of its sample.
+json sample_in(const json& scene) {
+  json of;
+  for (const char* table : {"packing", "boundary", "grain", "wall", "clamp", "load", "seed"})
+    if (scene.contains(table)) of[table] = scene[table];
+  if (!scene.contains("material")) return of;
+  of["material"] = scene["material"];
+  for (auto& [name, material] : of["material"].items())
+    for (const char* key : of_a_test) material.erase(key);
+  return of;
+}
+
+/// Walls as the scene moves them; the cell stands.
+void stand(const dem::Sample& sample, dem::State& state) {
+  auto& walls = state.boundary.walls;
+  const auto& made = sample.state.boundary.walls;
+  for (std::size_t w = 0; w < walls.size() && w < made.size(); ++w) walls[w].velocity = made[w].velocity;
+  if (state.boundary.cell.periodic()) dem::set_cell_rate(state, dem::Mat3::Zero());
+}
+
+}  // namespace
+
+dem::Checkpoint find_checkpoint(const Options& options, const RveScene& scene) {
+  const std::string path = options.directory + "/checkpoint.h5";
+  auto [kept, about] = read(path);
+  refuse_changes(path, as_far_as(about.value("scene", json()), *scene.record, about), *scene.record);
+  return std::move(kept);
+}
+
+dem::State start_of(const RveScene& scene, const dem::Sample& sample, dem::Team& team) {
+  const std::filesystem::path folder = std::filesystem::path(scene.file).parent_path() / scene.start;
+  const std::string path = (folder / "checkpoint.h5").string();
+  if (!std::filesystem::exists(path))
+    dem::refuse(scene.place_of_start, fmt::format("\"{}\" holds no checkpoint.h5: a run keeps its last state with "
+                                                  "output.last_state = true, or with stages",
+                                                  scene.start));
+  const auto [kept, about] = read(path);
+  refuse_changes(path, sample_in(about.value("scene", json::object())), sample_in(*scene.record), "the sample's start");
+  try {
+    dem::State state = dem::state_of(kept.parts[0]);
+    dem::check_state(scene.model, state);
+    stand(sample, state);
+    state.time = 0, state.steps = 0, state.grain_steps = 0;
+    state.ledger = {}, state.servo = {};
+    dem::prepare(scene.model, state, team);
+    return state;
+  } catch (const InputError& e) {
+    throw InputError(path + ": " + e.what());
+  }
+}
+
+}  // namespace grus::app
