@@ -17,7 +17,7 @@ readme = open(os.path.join(source, "README.md")).read()
 full = os.path.exists(os.path.join(build, "bin", "grus-bvp"))
 
 SCENE = "build/bin/grus-rve scene.toml && build/bin/grus-report scene"
-WORDS = 950  # it stays short
+WORDS = 1000  # it stays short
 DEM = "cmake --workflow --preset dem-only"
 # What is printed, and by which case of this test it is run. The tests themselves are being run.
 SITE = "cmake --build build --target docs"  # what it calls: the test documents
