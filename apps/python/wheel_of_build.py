@@ -78,14 +78,18 @@ def files_of(build):
     yield f"grus-{version()}.dist-info/LICENSE", os.path.join(source, "LICENSE")
 
 
+def about():
+    """Texts of the folder dist-info."""
+    kind = f"Wheel-Version: 1.0\nGenerator: grus\nRoot-Is-Purelib: false\nTag: {tag()}\n"
+    return {"METADATA": metadata(), "entry_points.txt": scripts(), "WHEEL": kind}
+
+
 def digest(data):
     return "sha256=" + base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
 
 
 def wheel(build, path):
-    about, record = f"grus-{version()}.dist-info", []
-    told = {"METADATA": metadata(), "entry_points.txt": scripts(), "WHEEL":
-            f"Wheel-Version: 1.0\nGenerator: grus\nRoot-Is-Purelib: false\nTag: {tag()}\n"}
+    place, record = f"grus-{version()}.dist-info", []
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as z:
         def add(name, data, mode=0o644):
             info = zipfile.ZipInfo(name)
@@ -95,9 +99,19 @@ def wheel(build, path):
         for name, file in files_of(build):
             with open(file, "rb") as f:
                 add(name, f.read(), 0o755 if "/scripts/" in name else 0o644)
-        for name, text in told.items():
-            add(f"{about}/{name}", text.encode())
-        z.writestr(f"{about}/RECORD", "".join(record) + f"{about}/RECORD,,\n")
+        for name, text in about().items():
+            add(f"{place}/{name}", text.encode())
+        z.writestr(f"{place}/RECORD", "".join(record) + f"{place}/RECORD,,\n")
+
+
+def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
+    """Told before anything is compiled."""
+    name = f"grus-{version()}.dist-info"
+    os.makedirs(os.path.join(metadata_directory, name))
+    for file, text in about().items():
+        with open(os.path.join(metadata_directory, name, file), "w", encoding="utf-8") as f:
+            f.write(text)
+    return name
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
