@@ -172,6 +172,12 @@ def wheels(tmp):
               f"grus-{grus.__version__}.data/scripts/grus-rve"} <= names and
              any(re.fullmatch(r"grus/_core\..*\.so", n) for n in names), f"{sorted(names)[:9]}")
         need(not any("__pycache__" in n for n in names), "compiled modules")
+        before = wheel_of_build.prepare_metadata_for_build_wheel(tmp)
+        for file in ("METADATA", "WHEEL", "entry_points.txt"):
+            with open(os.path.join(tmp, before, file), "rb") as f:
+                need(f.read() == z.read(f"{before}/{file}"), f"{file} is told before otherwise")
+        told = z.read(f"{before}/METADATA").decode()
+        need(f"\nVersion: {grus.__version__}\n" in told and "\nRequires-Dist: numpy\n" in told, "what it needs")
     try:
         wheel_of_build.build_wheel(tmp, {"build-dir": tmp})
         need(False, "a build that is none")

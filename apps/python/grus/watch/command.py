@@ -14,6 +14,7 @@ from grus.watch.following import Following
 from grus.watch.server import Server
 
 EVERY = 1.0  # s, between looks
+SHARE = 15  # of the time of a look: runs need the cores more
 GRACE = 4.0  # s, for pages to hear of the end
 
 
@@ -21,6 +22,7 @@ def follow(following, server, stay):
     """Until all that ran has ended, and pages that are open have been told."""
     ended = None
     while True:
+        began = time.monotonic()
         following.look()
         server.data = following.told()
         if following.over() and not stay:
@@ -29,7 +31,7 @@ def follow(following, server, stay):
             if server.told_over or now - max(ended, server.asked) > GRACE:
                 time.sleep(0.2)  # the answer is on its way
                 return
-        time.sleep(EVERY)
+        time.sleep(max(EVERY, SHARE * (time.monotonic() - began)))
 
 
 def work(args):
