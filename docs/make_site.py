@@ -229,7 +229,8 @@ def main(build, out):
     if set(asked) != made or len(asked) != len(made):
         sys.exit(f"docs: pages that the navigation has twice or lacks, or that are not there: {set(asked) ^ made}")
     theme = {"name": "material", "font": False, "features": ["navigation.tabs", "navigation.top", "search.highlight"]}
-    extensions = ["tables", "md_in_html", "toc", {"pymdownx.highlight": {"use_pygments": True}}, "pymdownx.superfences"]
+    highlight = {"pymdownx.highlight": {"use_pygments": True, "pygments_lang_class": True}}
+    extensions = ["tables", "md_in_html", "toc", highlight, "pymdownx.superfences"]
     config = {
         "site_name": "Grus", "docs_dir": pages, "site_dir": os.path.abspath(out), "theme": theme,
         "use_directory_urls": False, "extra_css": ["site.css"], "plugins": ["search"],

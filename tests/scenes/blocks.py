@@ -129,7 +129,7 @@ def walk(page, found):
                 write(at, name, block)
             else:
                 for line in block.splitlines():
-                    shell(line + " --check", at)
+                    shell(line.removesuffix(" --check") + " --check", at)
 
 
 seen = set()
