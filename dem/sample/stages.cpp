@@ -42,9 +42,15 @@ std::optional<double> goal_of(const Stage& stage, const StageNow& now) {
   return stress ? stress : stage.until.deviator;
 }
 
-/// The reading that goes to the goal.
+/// The stress (Pa) whose levels rows are at: the goal, or what all axes are brought to.
+std::optional<double> levels_to(const Stage& stage, const StageNow& now) {
+  return stage.all ? stage.until.stress : goal_of(stage, now);
+}
+
+/// The reading that goes to the goal; of all axes their mean.
 double towards_goal(const Programme& test, const State& s) {
   const Stage& stage = stage_of(test);
+  if (stage.all) return -normal_stresses(s).mean();
   if (stage.kind == StageKind::cyclic) return stage_swing(test, s);
   if (end_stress(stage, test.now)) return stage_stress(test, s);
   const Vec3 stress = -normal_stresses(s);
@@ -166,7 +172,7 @@ void begin_leg(const Model& own, Model& model, State& state, Programme& test) {
   set_stage(own, model, test);
   if (stage_of(test).kind == StageKind::cyclic) {
     if (now.leg == 0) now.leg_from = stage_swing(test, state);
-  } else if (goal_of(stage_of(test), now)) {
+  } else if (levels_to(stage_of(test), now)) {
     now.leg_from = towards_goal(test, state);
   }
   turn_loading(model, state, test.loading);
@@ -264,9 +270,10 @@ double row_until(const Programme& test) {
 
 namespace {
 
-/// The stress at which the next row is due, of a leg that one ends (Pa).
-double level_of(const StageNow& now, double from, double goal, std::uint64_t rows) {
-  return from + (goal - from) * static_cast<double>(now.level + 1) / static_cast<double>(rows);
+/// How far a reading is from the stress at which the next row is due, of a leg that goes to a stress (Pa).
+double left_to_level(const StageNow& now, double from, double goal, std::uint64_t rows, double reading) {
+  const double level = from + (goal - from) * static_cast<double>(now.level + 1) / static_cast<double>(rows);
+  return goal < from ? reading - level : level - reading;
 }
 
 /// Where a leg that a stress ends began: of cycles where the last one turned back.
@@ -284,13 +291,13 @@ Landing leg_landing(const Programme& test) {
                      (stage.until.strain && !(stage.by_strain() && stage.kind != StageKind::cyclic)) ||
                      (stage.max_strain > 0 && (!stage.by_strain() || stage.kind == StageKind::cyclic));
   if (!looks) return {};
-  const auto left = [&test, goal](const State& s) {
+  const auto left = [&test, to = levels_to(stage, test.now)](const State& s) {
     const EndedBy end = leg_ended(test, s);
     if (end != EndedBy::nothing && end != EndedBy::time) return 0.0;
-    if (!goal) return double{INFINITY};
-    const StageNow& now = test.now;
-    const double level = level_of(now, from_of(stage_of(test), now), *goal, stage_of(test).rows);
-    return sense(stage_of(test), now) * (level - towards_goal(test, s));
+    const Stage& of = stage_of(test);
+    const bool near_enough = of.all && test.now.level + 1 >= of.rows;  // the end itself is met by each axis
+    if (!to || near_enough) return double{INFINITY};
+    return left_to_level(test.now, from_of(of, test.now), *to, of.rows, towards_goal(test, s));
   };
   return {.left = left, .near = goal ? INFINITY : 0, .axis = stage.axis};
 }
@@ -301,11 +308,10 @@ void count_row(Programme& test, const State& state) {
   now.row_time = state.time;
   while (row_until(test) <= state.time + 1e-9 * state.dt && now.row < 1u << 30u && row_until(test) < leg_until(test))
     ++now.row;
-  const auto goal = goal_of(stage, now);
-  if (!goal) return;
+  const auto to = levels_to(stage, now);
+  if (!to) return;
   const double reading = towards_goal(test, state), from = from_of(stage, now);
-  while (now.level < stage.rows && sense(stage, now) * (level_of(now, from, *goal, stage.rows) - reading) <= 0)
-    ++now.level;
+  while (now.level < stage.rows && left_to_level(now, from, *to, stage.rows, reading) <= 0) ++now.level;
 }
 
 void end_leg(Programme& test, EndedBy end) {
@@ -323,7 +329,7 @@ double stages_done(const Programme& test, const State& s) {
   double part = 0;
   if (now.leg_begun) {
     const double end = leg_until(test);
-    if (goal_of(stage, now))
+    if (levels_to(stage, now))
       part = static_cast<double>(now.level) / static_cast<double>(stage.rows);
     else if (std::isfinite(end) && end > now.leg_began)
       part = (s.time - now.leg_began) / (end - now.leg_began);
