@@ -41,6 +41,8 @@ def oedometer(folder):
         end = stage(k)[-1]["axial_stress_Pa"]
         need(abs(end / asked - 1) < 2e-3, f"stage {k}: {end} Pa")
     need(abs(rows[-1]["energy_error"]) < 1e-3, f"energy error {rows[-1]['energy_error']}")
+    asked, told_of = 0.79 - 0.4 * (0.79 - 0.58), summary(folder)["preparation"]
+    need(abs(rows[0]["void_ratio"] - asked) < 0.003 and abs(told_of["asked_void_ratio"] - asked) < 1e-12, f"{told_of}")
 
 
 def cyclic(folder):

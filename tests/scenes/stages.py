@@ -165,7 +165,7 @@ def servo(tmp):
     ends = [s["ended_by"] for s in told["stages"]]
     need(ends == ["stress", "unbalanced_force", "strain", "deviator", "strain"], f"ended by {ends}")
     stress = lambda r: [-r[f"stress_{k}{k}_Pa"] for k in "xyz"]
-    need(20 <= len(of_stage(rows, 1)) <= 30, f"{len(of_stage(rows, 1))} rows of 25 on the way to one stress of all axes")
+    need(20 <= len(of_stage(rows, 1)) <= 30, f"{len(of_stage(rows, 1))} rows of 25 to one stress of all axes")
     last = stress(of_stage(rows, 1)[-1])
     need(max(abs(s / 1e6 - 1) for s in last) < 1.001e-3, f"isotropic stress: {last}")
     for r in of_stage(rows, 2):
