@@ -96,7 +96,10 @@ void RveRun::check_course(bool whole) const {
   const bool rows = history_.rows() == course_.row + 1 && lines == history_.rows() + 1;
   if (whole && finite && rows && staged()) {
     const dem::StageNow& now = scene_.test.now;
-    if (now.stage <= scene_.test.stages.size() && now.row_time <= state_.time && now.first_row <= course_.row) return;
+    const std::size_t stages = scene_.test.stages.size();
+    const bool there =
+        now.stage < stages ? now.leg < scene_.test.stages[now.stage].legs() : now.stage == stages && !now.begun;
+    if (there && now.row_time <= state_.time && now.first_row <= course_.row) return;
   }
   if (!whole || !finite || !rows || staged() ||
       !(ended_ || state_.time >= row * every - slack || state_.time >= scene_.test.duration - slack) ||
