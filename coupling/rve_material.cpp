@@ -5,19 +5,32 @@
 
 #include "dem/io/archive.hpp"
 #include "dem/rve/steady.hpp"
+#include "fem/exact_sum.hpp"
 
 namespace grus::coupling {
 
 using dem::Facts;
 using dem::HostedRve;
 
+namespace {
+
+/// Who goes with whom would depend on who is there.
+RveOptions each_alone(RveOptions options, bool alone) {
+  options.exact_sharing = options.exact_sharing && !alone;
+  return options;
+}
+
+}  // namespace
+
 RveMaterial::RveMaterial(RveFarm& farm, const std::vector<dem::State>& states, const std::vector<std::size_t>& start,
-                         const RveOptions& options)
+                         const RveOptions& options, std::optional<MPI_Comm> spread, std::vector<std::int64_t> keys)
     : farm_(farm),
       driver_(
           farm, [&](std::size_t v) { return HostedRve{.state = states.at(v)}.bytes(); }, states.size(), start,
-          options) {
+          each_alone(options, spread.has_value())),
+      spread_(spread) {
   for (const auto& s : states) start_volume_.push_back(s.boundary.cell.volume());
+  driver_.name_points(std::move(keys));
 }
 
 fem::Material RveMaterial::material() {
@@ -39,19 +52,62 @@ fem::Material RveMaterial::material() {
   m.sharpen = [this] { return driver_.sharpen(); };
   m.inertial_number = [this] { return report().inertial_number; };
   m.reason = [this] { return driver_.book().reason; };
+  m.energies = [this](std::span<const double> volumes, std::span<double> energies) {
+    for (std::size_t i = 0; i < volumes.size(); ++i)
+      energies[i] = (facts(i).work - facts(i).haste) * volumes[i] / start_volume(i);
+  };
+  m.inertial_numbers = [this] { return std::span<const double>(inertial_numbers_); };
   return m;
 }
 
 double RveMaterial::total(Facts::Number energy, std::span<const double> volumes) const {
-  double sum = 0;
-  for (std::size_t i = 0; i < volumes.size(); ++i) sum += facts(i).*energy * volumes[i] / start_volume(i);
-  return sum;
+  const auto add = [&](auto& sums) {
+    for (std::size_t i = 0; i < volumes.size(); ++i) sums[0] += facts(i).*energy * volumes[i] / start_volume(i);
+  };
+  if (spread_) return fem::sums_over_ranks<1>(*spread_, true, add)[0];
+  std::array<double, 1> sum{};
+  add(sum);
+  return sum[0];
+}
+
+double RveMaterial::sum(const std::function<double(const Facts&)>& of) const {
+  const auto add = [&](auto& sums) {
+    for (std::size_t i = 0; i < points(); ++i) sums[0] += of(facts(i));
+  };
+  if (spread_) return fem::sums_over_ranks<1>(*spread_, true, add)[0];
+  std::array<double, 1> sum{};
+  add(sum);
+  return sum[0];
+}
+
+double RveMaterial::largest(const std::function<double(const Facts&)>& of) const {
+  double most = 0;
+  for (std::size_t i = 0; i < points(); ++i) most = std::max(most, of(facts(i)));
+  if (spread_) MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_DOUBLE, MPI_MAX, *spread_);
+  return most;
+}
+
+std::uint64_t RveMaterial::over_ranks(std::uint64_t mine) const {
+  if (spread_) MPI_Allreduce(MPI_IN_PLACE, &mine, 1, MPI_UINT64_T, MPI_SUM, *spread_);
+  return mine;
+}
+
+SweepReport RveMaterial::report_of_all() const {
+  SweepReport all = report();
+  if (!spread_) return all;
+  for (std::uint64_t SweepReport::*count :
+       {&SweepReport::asked, &SweepReport::advanced, &SweepReport::elastic, &SweepReport::retried,
+        &SweepReport::dem_steps, &SweepReport::distinct, &SweepReport::given_up})
+    all.*count = over_ranks(all.*count);
+  for (double SweepReport::*most : {&SweepReport::worst_unbalanced, &SweepReport::worst_stress_change})
+    MPI_Allreduce(MPI_IN_PLACE, &(all.*most), 1, MPI_DOUBLE, MPI_MAX, *spread_);
+  return all;
 }
 
 std::uint64_t RveMaterial::count(Facts::Count what) const {
   std::uint64_t sum = 0;
   for (std::size_t i = 0; i < points(); ++i) sum += facts(i).*what;
-  return sum;
+  return over_ranks(sum);
 }
 
 dem::State RveMaterial::committed(std::size_t point) const {
@@ -62,6 +118,8 @@ dem::State RveMaterial::committed(std::size_t point) const {
 bool RveMaterial::respond(const fem::Points& points) {
   const auto begin = std::chrono::steady_clock::now();
   const bool good = driver_.respond(points.deformation, points.duration, !points.tangent.empty());
+  if (spread_) inertial_numbers_.resize(good ? this->points() : 0);
+  for (std::size_t i = 0; i < inertial_numbers_.size(); ++i) inertial_numbers_[i] = driver_.response(i).inertial_number;
   for (std::size_t i = 0; good && i < this->points(); ++i) {
     const dem::Answer& r = driver_.answer(i);
     const dem::Vec6 stress = dem::to_voigt(r.stress);
@@ -79,6 +137,21 @@ void RveMaterial::commit() {
   // An explicit step is too short to go by, and too cheap to pay for a move.
   constexpr std::uint64_t steps_between = 100;
   if (relaxed(driver_.book()) || ++commits_ % steps_between == 0) farm_.rebalance();
+}
+
+std::string RveMaterial::save_point(std::size_t point) const {
+  dem::Saver a;
+  a.plain(inertial_numbers_.at(point)), a.text(driver_.point_bytes(point));
+  return a.take();
+}
+
+void RveMaterial::load_point(std::size_t point, const std::string& bytes) {
+  std::string rest;
+  dem::Loader a(bytes);
+  inertial_numbers_.resize(points());
+  a.plain(inertial_numbers_.at(point)), a.text(rest);
+  if (!std::isfinite(inertial_numbers_[point])) throw dem::InputError("checkpoint is damaged: a point and its RVE");
+  driver_.take_point(point, rest);
 }
 
 void RveMaterial::save(const std::function<void(const std::string&)>& take) const {

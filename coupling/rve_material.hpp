@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// A fem::Material made of RVEs, one for each Gauss point: dem's driver over the farm of all ranks. Lives on rank 0.
+// A fem::Material made of RVEs, one for each Gauss point: dem's driver over the farm of all ranks, on rank 0; or, of a
+// macro problem that is spread over ranks, over a farm of one rank for its own points.
 #pragma once
+
+#include <optional>
 
 #include "coupling/rve_farm.hpp"
 #include "dem/rves/driver.hpp"
@@ -13,8 +16,11 @@ using dem::MeasuredError, dem::RveOptions, dem::SweepReport;
 class RveMaterial {
 public:
   /// Point i starts from the prepared state `states[start[i]]`. Slots are made on the farm, which must outlive this.
+  /// `spread`: the ranks that have parts of the points between them, each RVEs of its own (no sharing); what is told of
+  /// all points is then of theirs, too, to the same bits however they are spread, and all must ask it together. `keys`:
+  /// of the points, over all ranks.
   RveMaterial(RveFarm& farm, const std::vector<dem::State>& states, const std::vector<std::size_t>& start,
-              const RveOptions& options);
+              const RveOptions& options, std::optional<MPI_Comm> spread = {}, std::vector<std::int64_t> keys = {});
 
   /// Valid as long as this object.
   fem::Material material();
@@ -24,6 +30,7 @@ public:
   static constexpr double max_noise = dem::max_noise;
 
   std::size_t points() const { return driver_.points(); }
+  std::uint64_t all_points() const { return over_ranks(points()); }
   double start_volume(std::size_t point) const {  // m^3
     return start_volume_[driver_.book().sharing.point[point].variant];
   }
@@ -34,8 +41,19 @@ public:
   /// Brings facts up to date; needed where there is no way back and steps do not tell them.
   void refresh() { driver_.refresh(); }
   const SweepReport& report() const { return driver_.book().report; }
+  SweepReport report_of_all() const;
   double seconds() const { return seconds_; }         // wall time in responses
   std::uint64_t count(dem::Facts::Count what) const;  // of the committed states, every point counted
+
+  /// A sum over all points' RVEs of `of(facts)`, and the largest.
+  double sum(const std::function<double(const dem::Facts&)>& of) const;
+  double largest(const std::function<double(const dem::Facts&)>& of) const;
+
+  /// All that decides how one point goes on, of points that are spread; and back, with what all points have done so
+  /// far, which one rank takes on. Throws InputError.
+  std::string save_point(std::size_t point) const;
+  void load_point(std::size_t point, const std::string& bytes);
+  void go_on_counting(const SweepReport& from) { driver_.go_on_counting(from); }
 
   /// All that decides how the points go on, handed over in parts (the states one by one); and back, into one that was
   /// made alike.
@@ -45,12 +63,15 @@ public:
 private:
   bool respond(const fem::Points& points);
   void commit();
+  std::uint64_t over_ranks(std::uint64_t mine) const;
 
   RveFarm& farm_;
   std::vector<double> start_volume_;  // of the starting states
   dem::Driver<RveFarm> driver_;
   double seconds_ = 0;
   std::uint64_t commits_ = 0;  // of explicit runs, in this process
+  std::optional<MPI_Comm> spread_;
+  std::vector<double> inertial_numbers_;  // of the last response; of points that are spread
 };
 
 }  // namespace grus::coupling

@@ -13,6 +13,8 @@ CentralDifferences::CentralDifferences(Problem::Impl& impl, Material& m)
       last_load(p.keep_at_nodes("last load")),
       last_internal(p.keep_at_nodes("last internal")),
       now_internal(p.keep_at_nodes("now internal")) {
+  if (p.discretisation.exact_sums && !material.energies)
+    throw std::invalid_argument("exact sums need a material that tells the energy of each point");
   for (std::int32_t c = 0; c < p.cells; ++c)
     for (int q = 0; q < p.nq; ++q) volumes.push_back(p.local(c, q).dv);
   fixed.assign(p.u->array().size(), 0);
@@ -22,14 +24,12 @@ CentralDifferences::CentralDifferences(Problem::Impl& impl, Material& m)
 
 void CentralDifferences::set_mass(const std::function<Eigen::VectorXd(std::int32_t)>& of) {
   Problem::Impl::Vector sum(p.space->dofmap()->index_map, 1);
-  sum.set(0.0);
-  auto values = sum.mutable_array();
-  for (std::int32_t c = 0; c < p.cells; ++c) {
-    const Eigen::VectorXd part = of(c);
-    for (int a = 0; a < p.nodes; ++a)
-      values[static_cast<std::size_t>(p.cell_nodes(c)[static_cast<std::size_t>(a)])] += part[a];
-  }
-  sum.scatter_rev(std::plus<double>());
+  p.sum_at_nodes(sum, [&](auto&& add) {
+    for (std::int32_t c = 0; c < p.cells; ++c) {
+      const Eigen::VectorXd part = of(c);
+      for (int a = 0; a < p.nodes; ++a) add(p.cell_nodes(c)[static_cast<std::size_t>(a)], 0, part[a]);
+    }
+  });
   sum.scatter_fwd();
   mass.assign(sum.array().begin(), sum.array().end());
 }
@@ -54,11 +54,8 @@ bool CentralDifferences::respond(double dt, bool want_tangent, const std::functi
 
 namespace {
 
-using Sums = std::array<double, 6>;  // external, kinetic, work of the internal forces, viscous, internal, damped
-
-void book(const Sums& sums, MPI_Comm comm, MacroEnergy& total) {
-  Sums all;
-  MPI_Allreduce(sums.data(), all.data(), 6, MPI_DOUBLE, MPI_SUM, comm);
+/// Of external, kinetic, work of the internal forces, viscous, internal, damped energy (J).
+void book(const std::array<double, 6>& all, MacroEnergy& total) {
   total.external += all[0];
   total.kinetic = all[1];
   total.work += all[2];
@@ -67,9 +64,26 @@ void book(const Sums& sums, MPI_Comm comm, MacroEnergy& total) {
   total.damped += all[5];
 }
 
+double internal_energy(const Material& material, std::span<const double> volumes, std::vector<double>&, double) {
+  return material.energy(volumes);
+}
+ExactSum internal_energy(const Material& material, std::span<const double> volumes, std::vector<double>& each,
+                         const ExactSum&) {
+  ExactSum sum;
+  each.resize(volumes.size());
+  material.energies(volumes, each);
+  for (const double e : each) sum += e;
+  return sum;
+}
+
 }  // namespace
 
 void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
+  book(p.sums<6>([&](auto& sums) { go(s, sums); }), total);
+}
+
+template <class Sum>
+void CentralDifferences::go(const Stride& s, std::array<Sum, 6>& sums) {
   const double mean_dt = s.last_dt == 0 ? 0.5 * s.dt : 0.5 * (s.last_dt + s.dt);
   const auto in = p.internal->array(), ex = p.external->array();
   const auto owned = static_cast<std::size_t>(p.owned_nodes());
@@ -79,7 +93,6 @@ void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
   };
   // All is told of the instant of the positions: work by the forces at the ends of the last step, velocities between
   // its two.
-  Sums sums{};
   const double part = mean_dt > 0 ? 0.5 * s.last_dt / mean_dt : 0;
   if (s.first)
     for (const auto& c : p.prescribed)
@@ -124,11 +137,10 @@ void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
     }
   auto u = p.u->mutable_array();
   for (std::size_t i = 0; i < owned * p.width(); ++i) u[i] += moved[i];
-  sums[2] -= viscous;
-  sums[3] = viscous;
-  sums[4] = material.energy(volumes);
+  sums[2] += -viscous;
+  sums[3] += viscous;
+  sums[4] = internal_energy(material, volumes, energies, sums[4]);
   viscous = 0;
-  book(sums, p.comm, total);
 }
 
 void CentralDifferences::keep() {

@@ -74,6 +74,11 @@ struct CentralDifferences {
   void keep();
   /// Restores what is not kept in the problem's snapshot.
   void go_on(double last_dt);
+
+private:
+  template <class Sum>
+  void go(const Stride& stride, std::array<Sum, 6>& sums);
+  std::vector<double> energies;  // of the points (J); exact sums only
 };
 
 }  // namespace grus::fem

@@ -78,10 +78,10 @@ struct Relaxation {
     for (std::size_t c = 0; c < wanted.size(); ++c) density[c] = std::max({density[c], wanted[c], least_mass * all});
     const std::vector<double> before = run.mass;
     weigh();
-    double gained = 0;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(p.owned_nodes()) * p.width() && !before.empty(); ++i)
-      gained += 0.5 * (run.mass[i / p.width()] - before[i / p.width()]) * run.velocity[i] * run.velocity[i];
-    return sum_over_ranks(p.comm, gained);
+    return p.sums<1>([&](auto& gained) {
+      for (std::size_t i = 0; i < static_cast<std::size_t>(p.owned_nodes()) * p.width() && !before.empty(); ++i)
+        gained[0] += 0.5 * (run.mass[i / p.width()] - before[i / p.width()]) * run.velocity[i] * run.velocity[i];
+    })[0];
   }
 
   /// Unbalanced forces of free components, mean and largest, over the mean force applied at nodes, by loads and by what
@@ -89,20 +89,21 @@ struct Relaxation {
   std::array<double, 2> unbalanced(double time) {
     p.mark_applied(time, applied_at);
     const auto in = p.internal->array(), ex = p.external->array();
-    double sums[4] = {0, 0, 0, 0}, all[4], most = 0, of_all = 0;  // unbalanced, nodes; applied, nodes
-    for (std::size_t n = 0; n < static_cast<std::size_t>(p.owned_nodes()); ++n) {
-      double off2 = 0, applied2 = 0;
-      bool free = false;
-      for (std::size_t i = n * p.width(); i < (n + 1) * p.width(); ++i) {
-        if (run.mass[n] == 0) continue;
-        if (!run.fixed[i]) off2 += (ex[i] - in[i]) * (ex[i] - in[i]), free = true;
-        const double applied = run.fixed[i] ? in[i] : ex[i];
-        applied2 += applied * applied;
+    double most = 0, of_all = 0;
+    const auto all = p.sums<4>([&](auto& sums) {  // unbalanced, nodes; applied, nodes
+      for (std::size_t n = 0; n < static_cast<std::size_t>(p.owned_nodes()); ++n) {
+        double off2 = 0, applied2 = 0;
+        bool free = false;
+        for (std::size_t i = n * p.width(); i < (n + 1) * p.width(); ++i) {
+          if (run.mass[n] == 0) continue;
+          if (!run.fixed[i]) off2 += (ex[i] - in[i]) * (ex[i] - in[i]), free = true;
+          const double applied = run.fixed[i] ? in[i] : ex[i];
+          applied2 += applied * applied;
+        }
+        if (free) sums[0] += std::sqrt(off2), sums[1] += 1, most = std::max(most, std::sqrt(off2));
+        if (applied_at[n] != 0 && run.mass[n] != 0) sums[2] += std::sqrt(applied2), sums[3] += 1;
       }
-      if (free) sums[0] += std::sqrt(off2), ++sums[1], most = std::max(most, std::sqrt(off2));
-      if (applied_at[n] != 0 && run.mass[n] != 0) sums[2] += std::sqrt(applied2), ++sums[3];
-    }
-    MPI_Allreduce(sums, all, 4, MPI_DOUBLE, MPI_SUM, p.comm);
+    });
     MPI_Allreduce(&most, &of_all, 1, MPI_DOUBLE, MPI_MAX, p.comm);
     if (all[2] == 0) return {all[0] > 0 ? INFINITY : 0, of_all > 0 ? INFINITY : 0};
     const double scale = all[2] / all[3];
@@ -139,10 +140,12 @@ std::string cannot_hold(const ExplicitStaticsReport& now) {
 
 double crossing_steps(Problem& problem, const ExplicitStaticsOptions& o) {
   const Problem::Impl& p = problem.impl();
-  double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {INFINITY, INFINITY, INFINITY}, volume = 0;  // high: of -x
+  double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {INFINITY, INFINITY, INFINITY};  // high: of -x
   for (const auto& x : p.node_at)
     for (std::size_t k = 0; k < 3; ++k) low[k] = std::min(low[k], x[k]), high[k] = std::min(high[k], -x[k]);
-  for (const auto& l : p.locals) volume += l.dv / l.depth;  // area, in two dimensions
+  const double volume = p.sums<1>([&](auto& sum) {
+    for (const auto& l : p.locals) sum[0] += l.dv / l.depth;  // area, in two dimensions
+  })[0];
   MPI_Allreduce(MPI_IN_PLACE, low, 3, MPI_DOUBLE, MPI_MIN, p.comm);
   MPI_Allreduce(MPI_IN_PLACE, high, 3, MPI_DOUBLE, MPI_MIN, p.comm);
   double longest = 0;
@@ -150,7 +153,7 @@ double crossing_steps(Problem& problem, const ExplicitStaticsOptions& o) {
   // A wave passes the same part of an element a step, whatever its size: elements along the longest side if all were
   // alike.
   const double cells = static_cast<double>(problem.global_points()) / static_cast<double>(problem.points_per_cell());
-  const double size = std::pow(sum_over_ranks(p.comm, volume) / cells, 1.0 / p.dim);
+  const double size = std::pow(volume / cells, 1.0 / p.dim);
   return std::max(1.0, longest / size * p.discretisation.order) * std::sqrt(1 + o.damping) / o.safety;
 }
 
@@ -170,12 +173,21 @@ bool begin(Relaxation& relax, Problem::Impl& p, bool resumed) {
   return true;
 }
 
+double mean_inertial_number(const Problem::Impl& p, const Material& material) {
+  if (!p.discretisation.exact_sums)
+    return mean_over_ranks(p.comm, material.inertial_number(), static_cast<double>(p.size()));
+  const auto all = p.sums<2>([&](auto& sums) {
+    for (const double number : material.inertial_numbers()) sums[0] += number, sums[1] += 1;
+  });
+  return all[1] > 0 ? all[0] / all[1] : 0;
+}
+
 /// The unbalanced force's mean, note of its largest, and how hastily the RVEs are driven, for the governor.
 double watch_balance(Relaxation& relax, const Material& material, ExplicitStaticsReport& now) {
   const auto [mean, largest] = relax.unbalanced(now.load_factor);
   now.sums[0] += mean;
   now.sums[1] = std::max(now.sums[1], largest);
-  now.sums[2] += mean_over_ranks(relax.p.comm, material.inertial_number(), static_cast<double>(relax.p.size()));
+  now.sums[2] += mean_inertial_number(relax.p, material);
   ++now.counted;
   return mean;
 }

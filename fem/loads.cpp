@@ -180,15 +180,12 @@ Eigen::Vector3d Problem::Impl::facet_force(const BoundaryCondition& bc, double n
   return force - now * *bc.pressure * Eigen::Vector3d(F_here.determinant() * F_here.inverse().transpose() * area);
 }
 
-void Problem::Impl::assemble_external(double time) {
-  external->set(0.0);
-  auto f = external->mutable_array();
+template <class Add>
+void Problem::Impl::external_forces(double time, Add&& add_at) {
   auto add = [&](std::int32_t c, const Eigen::VectorXd& value, const Eigen::Vector3d& force) {
     const auto dofs = cell_nodes(c);
     for (int a = 0; a < nodes; ++a)
-      for (int k = 0; k < components; ++k)
-        f[width() * static_cast<std::size_t>(dofs[static_cast<std::size_t>(a)]) + static_cast<std::size_t>(k)] +=
-            value[a] * force[k];
+      for (int k = 0; k < components; ++k) add_at(dofs[static_cast<std::size_t>(a)], k, value[a] * force[k]);
   };
   if (body_force)
     for (std::int32_t c = 0; c < cells; ++c)
@@ -213,7 +210,11 @@ void Problem::Impl::assemble_external(double time) {
       }
     }
   }
-  external->scatter_rev(std::plus<double>());
+}
+
+void Problem::Impl::assemble_external(double time) {
+  sum_at_nodes(*external, [&](auto&& add) { external_forces(time, add); });
+  auto f = external->mutable_array();
   for (std::size_t i = 0; i < weight.size(); ++i) f[i] += weight[i];
 }
 

@@ -46,6 +46,10 @@ struct Material {
   std::function<bool()> sharpen = [] { return false; };
   std::function<double()> inertial_number = [] { return 0.0; };  // mean of its points in the last response; of grains
   std::function<std::string()> reason = [] { return std::string(); };
+  /// For exact sums: `energy` of each point by itself (J); and the inertial numbers of the points that have one, in the
+  /// last response. Empty: this material cannot tell.
+  std::function<void(std::span<const double> volumes, std::span<double> energies)> energies;
+  std::function<std::span<const double>()> inertial_numbers = [] { return std::span<const double>(); };
 };
 
 /// Stress that points have before they are strained (Pa, Voigt), one for each; empty: none.

@@ -72,26 +72,30 @@ struct Kept {
 
 template <class T>
 Material material_of(std::shared_ptr<Kept<T>> state, std::function<bool(const Points&)> respond) {
-  return {std::move(respond), [state] { state->committed = state->trial; },
-          [state] {
-            return std::string(reinterpret_cast<const char*>(state->committed.data()),
-                               state->committed.size() * sizeof(T));
-          },
-          [state](const std::string& bytes) {
-            if (bytes.size() != state->committed.size() * sizeof(T))
-              throw std::invalid_argument("the saved material is of another problem");
-            static_assert(sizeof(T) % sizeof(double) == 0);  // points are doubles and nothing else
-            std::vector<double> numbers(bytes.size() / sizeof(double));
-            std::memcpy(numbers.data(), bytes.data(), bytes.size());
-            if (!std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); }))
-              throw std::invalid_argument("the saved material is damaged");
-            std::memcpy(static_cast<void*>(state->committed.data()), bytes.data(), bytes.size());
-          },
-          [state](std::span<const double> volumes) {
-            double sum = 0;
-            for (std::size_t i = 0; i < volumes.size(); ++i) sum += volumes[i] * state->committed[i].energy;
-            return sum;
-          }};
+  Material m{std::move(respond), [state] { state->committed = state->trial; },
+             [state] {
+               return std::string(reinterpret_cast<const char*>(state->committed.data()),
+                                  state->committed.size() * sizeof(T));
+             },
+             [state](const std::string& bytes) {
+               if (bytes.size() != state->committed.size() * sizeof(T))
+                 throw std::invalid_argument("the saved material is of another problem");
+               static_assert(sizeof(T) % sizeof(double) == 0);  // points are doubles and nothing else
+               std::vector<double> numbers(bytes.size() / sizeof(double));
+               std::memcpy(numbers.data(), bytes.data(), bytes.size());
+               if (!std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); }))
+                 throw std::invalid_argument("the saved material is damaged");
+               std::memcpy(static_cast<void*>(state->committed.data()), bytes.data(), bytes.size());
+             },
+             [state](std::span<const double> volumes) {
+               double sum = 0;
+               for (std::size_t i = 0; i < volumes.size(); ++i) sum += volumes[i] * state->committed[i].energy;
+               return sum;
+             }};
+  m.energies = [state](std::span<const double> volumes, std::span<double> energies) {
+    for (std::size_t i = 0; i < volumes.size(); ++i) energies[i] = volumes[i] * state->committed[i].energy;
+  };
+  return m;
 }
 
 /// An elastic point: F since the start, and energy (J per m^3 of the reference configuration).
@@ -181,9 +185,10 @@ struct Composite {
   struct Part {
     Material material;
     std::vector<std::size_t> points;
-    std::vector<double> deformation, stress, tangent, volumes;
+    std::vector<double> deformation, stress, tangent, volumes, energies;
   };
   std::vector<Part> parts;
+  std::vector<double> numbers;  // inertial, of all parts
   std::string failed;
 
   static bool respond(Part& part, const Points& p) {
@@ -242,6 +247,25 @@ struct Composite {
     return sum;
   }
 
+  void energies(std::span<const double> volumes, std::span<double> all) {
+    for (Part& part : parts) {
+      part.volumes.clear();
+      for (const std::size_t i : part.points) part.volumes.push_back(volumes[i]);
+      part.energies.resize(part.points.size());
+      part.material.energies(part.volumes, part.energies);
+      for (std::size_t k = 0; k < part.points.size(); ++k) all[part.points[k]] = part.energies[k];
+    }
+  }
+
+  std::span<const double> inertial_numbers() {
+    numbers.clear();
+    for (const Part& part : parts) {
+      const auto theirs = part.material.inertial_numbers();
+      numbers.insert(numbers.end(), theirs.begin(), theirs.end());
+    }
+    return numbers;
+  }
+
   using Asked = std::function<double()> Material::*;
   double most(Asked of) const {
     double most = 0;
@@ -254,7 +278,7 @@ struct Composite {
 
 Material composite_material(std::vector<Material> parts, const std::vector<std::size_t>& group) {
   auto all = std::make_shared<Composite>();
-  for (auto& m : parts) all->parts.push_back({std::move(m), {}, {}, {}, {}, {}});
+  for (auto& m : parts) all->parts.push_back({std::move(m), {}, {}, {}, {}, {}, {}});
   for (std::size_t i = 0; i < group.size(); ++i) all->parts[group[i]].points.push_back(i);
   const auto commit = [all] {
     for (auto& part : all->parts) part.material.commit();
@@ -270,6 +294,11 @@ Material composite_material(std::vector<Material> parts, const std::vector<std::
   };
   m.inertial_number = [all] { return all->most(&Material::inertial_number); };
   m.reason = [all] { return all->failed; };
+  if (std::all_of(all->parts.begin(), all->parts.end(), [](const auto& part) { return bool(part.material.energies); }))
+    m.energies = [all](std::span<const double> volumes, std::span<double> energies) {
+      all->energies(volumes, energies);
+    };
+  m.inertial_numbers = [all] { return all->inertial_numbers(); };
   return m;
 }
 

@@ -38,17 +38,16 @@ int Problem::cell_tag(std::size_t point) const {
 
 void Problem::set_gravity(const Point& gravity, const std::vector<double>& density) {
   Impl::Vector force(impl_->space->dofmap()->index_map, impl_->components);
-  force.set(0.0);
-  auto f = force.mutable_array();
-  for (std::int32_t c = 0; c < impl_->cells; ++c)
-    for (int q = 0; q < impl_->nq; ++q) {
-      const auto& l = impl_->local(c, q);
-      for (int a = 0; a < impl_->nodes; ++a)
-        for (std::size_t k = 0; k < impl_->width(); ++k)
-          f[impl_->width() * static_cast<std::size_t>(impl_->cell_nodes(c)[static_cast<std::size_t>(a)]) + k] +=
-              density[impl_->point(c, q)] * gravity[k] * l.dv * l.value[a];
-    }
-  force.scatter_rev(std::plus<double>());
+  impl_->sum_at_nodes(force, [&](auto&& add) {
+    for (std::int32_t c = 0; c < impl_->cells; ++c)
+      for (int q = 0; q < impl_->nq; ++q) {
+        const auto& l = impl_->local(c, q);
+        for (int a = 0; a < impl_->nodes; ++a)
+          for (int k = 0; k < impl_->components; ++k)
+            add(impl_->cell_nodes(c)[static_cast<std::size_t>(a)], k,
+                density[impl_->point(c, q)] * gravity[static_cast<std::size_t>(k)] * l.dv * l.value[a]);
+      }
+  });
   impl_->weight.assign(force.array().begin(), force.array().end());
 }
 
@@ -61,15 +60,14 @@ std::int64_t Problem::point_key(std::size_t point) const {
 }
 
 Point Problem::reaction(std::size_t boundary) const {
-  Point sum{0, 0, 0};
   const auto r = impl_->internal->array();
-  for (auto node : impl_->boundary_nodes[boundary])
-    for (std::size_t k = 0; k < impl_->width(); ++k) {
-      const std::size_t i = impl_->width() * static_cast<std::size_t>(node) + k;
-      sum[k] += r[i] - (impl_->weight.empty() ? 0 : impl_->weight[i]);
-    }
-  for (auto& v : sum) v = sum_over_ranks(impl_->comm, v);
-  return sum;
+  return impl_->sums<3>([&](auto& sum) {
+    for (auto node : impl_->boundary_nodes[boundary])
+      for (std::size_t k = 0; k < impl_->width(); ++k) {
+        const std::size_t i = impl_->width() * static_cast<std::size_t>(node) + k;
+        sum[k] += r[i] - (impl_->weight.empty() ? 0 : impl_->weight[i]);
+      }
+  });
 }
 
 namespace {
@@ -77,20 +75,19 @@ namespace {
 /// Averages of a Voigt field over the current volume.
 template <class Field>
 std::array<double, 6> average(const Problem::Impl& p, const std::vector<std::uint8_t>& some, Field&& field) {
-  std::array<double, 7> sum{};
-  for (std::int32_t c = 0; c < p.cells; ++c)
-    for (int q = 0; q < p.nq; ++q) {
-      const std::size_t i = p.point(c, q);
-      if (!some.empty() && !some[i]) continue;
-      const auto& l = p.local(c, q);
-      const Eigen::Map<const RowMatrix3> f(p.committed_F.data() + 9 * i);
-      const double dv = l.dv * (p.discretisation.finite_strain ? f.determinant() : 1.0);
-      const std::array<double, 6> v = field(i);
-      for (std::size_t k = 0; k < 6; ++k) sum[k] += dv * v[k];
-      sum[6] += dv;
-    }
-  std::array<double, 7> total{};
-  MPI_Allreduce(sum.data(), total.data(), 7, MPI_DOUBLE, MPI_SUM, p.comm);
+  const std::array<double, 7> total = p.sums<7>([&](auto& sum) {
+    for (std::int32_t c = 0; c < p.cells; ++c)
+      for (int q = 0; q < p.nq; ++q) {
+        const std::size_t i = p.point(c, q);
+        if (!some.empty() && !some[i]) continue;
+        const auto& l = p.local(c, q);
+        const Eigen::Map<const RowMatrix3> f(p.committed_F.data() + 9 * i);
+        const double dv = l.dv * (p.discretisation.finite_strain ? f.determinant() : 1.0);
+        const std::array<double, 6> v = field(i);
+        for (std::size_t k = 0; k < 6; ++k) sum[k] += dv * v[k];
+        sum[6] += dv;
+      }
+  });
   std::array<double, 6> mean{};
   for (std::size_t k = 0; k < 6; ++k) mean[k] = total[k] / total[6];
   return mean;
@@ -116,24 +113,25 @@ std::array<double, 6> Problem::mean_strain(const std::vector<std::uint8_t>& some
 double Problem::current_volume() const { return volumes({})[1]; }
 
 std::array<double, 2> Problem::volumes(const std::vector<std::uint8_t>& some) const {
-  double before = 0, now = 0;
-  for (std::size_t i = 0; i < impl_->size(); ++i) {
-    if (!some.empty() && !some[i]) continue;
-    const double dv = impl_->locals[i].dv;
-    before += dv, now += dv * Eigen::Map<const RowMatrix3>(impl_->committed_F.data() + 9 * i).determinant();
-  }
-  return {sum_over_ranks(impl_->comm, before), sum_over_ranks(impl_->comm, now)};
+  return impl_->sums<2>([&](auto& volume) {
+    for (std::size_t i = 0; i < impl_->size(); ++i) {
+      if (!some.empty() && !some[i]) continue;
+      const double dv = impl_->locals[i].dv;
+      volume[0] += dv;
+      volume[1] += dv * Eigen::Map<const RowMatrix3>(impl_->committed_F.data() + 9 * i).determinant();
+    }
+  });
 }
 
 Point Problem::mean_displacement(std::size_t boundary) const {
-  Point sum{0, 0, 0};
   const auto u = impl_->committed_u->array();
   const auto& nodes = impl_->boundary_nodes[boundary];
-  for (auto node : nodes)
-    for (std::size_t k = 0; k < impl_->width(); ++k) sum[k] += u[impl_->width() * static_cast<std::size_t>(node) + k];
-  const double count = sum_over_ranks(impl_->comm, static_cast<double>(nodes.size()));
-  for (auto& v : sum) v = sum_over_ranks(impl_->comm, v) / count;
-  return sum;
+  const auto sum = impl_->sums<4>([&](auto& all) {
+    for (auto node : nodes)
+      for (std::size_t k = 0; k < impl_->width(); ++k) all[k] += u[impl_->width() * static_cast<std::size_t>(node) + k];
+    all[3] += static_cast<double>(nodes.size());
+  });
+  return {sum[0] / sum[3], sum[1] / sum[3], sum[2] / sum[3]};
 }
 
 std::array<double, 2> Problem::error_norms(const std::function<Point(const Point&)>& exact,
@@ -266,15 +264,38 @@ std::vector<double>& Problem::Impl::keep_of_cells(const std::string& name) {
 }
 
 Snapshot Problem::snapshot() const {
+  Snapshot all = own_snapshot();
+  all.values = gather_cells(all.values);
+  return all;
+}
+
+Snapshot Problem::own_snapshot() const {
   Snapshot all;
   for (const auto& [name, column] : impl_->at_nodes) all.at_nodes.push_back(name);
   for (const auto& [name, column] : impl_->of_cells) all.of_cells.push_back(name);
-  std::vector<double> owned;
   impl_->committed_u->scatter_fwd();
   share_nodal_state(*impl_);
-  for (std::int32_t c = 0; c < impl_->cells; ++c) cell_state(*impl_, c, [&](const double& v) { owned.push_back(v); });
-  all.values = gather_cells(owned);
+  for (std::int32_t c = 0; c < impl_->cells; ++c)
+    cell_state(*impl_, c, [&](const double& v) { all.values.push_back(v); });
   return all;
+}
+
+std::vector<std::int64_t> Problem::own_elements() const {
+  std::vector<std::int64_t> all;
+  for (std::int32_t c = 0; c < impl_->cells; ++c) all.push_back(compat::original_cell(*impl_->mesh, c));
+  return all;
+}
+
+void Problem::restore_own(const Snapshot& snapshot) {
+  for (const std::string& name : snapshot.at_nodes) impl_->keep_at_nodes(name);
+  for (const std::string& name : snapshot.of_cells) impl_->keep_of_cells(name);
+  std::size_t count = 0;
+  for (std::int32_t c = 0; c < impl_->cells; ++c) cell_state(*impl_, c, [&](const double&) { ++count; });
+  if (!all_true(impl_->comm, snapshot.values.size() == count))
+    throw std::invalid_argument("the snapshot is of another mesh or element");
+  const double* from = snapshot.values.data();
+  for (std::int32_t c = 0; c < impl_->cells; ++c) cell_state(*impl_, c, [&](double& v) { v = *from++; });
+  impl_->back_to_committed();
 }
 
 void Problem::restore(const Snapshot& snapshot) {

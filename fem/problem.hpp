@@ -34,6 +34,9 @@ struct Discretisation {
   Kinematics kinematics = Kinematics::solid;
   double thickness = 1;  // m, plane strain
   ElementKind element = ElementKind::standard;
+  /// Sums over elements, nodes and points that are the same to the bit for any number of ranks (fem/exact_sum.hpp);
+  /// explicit solvers only.
+  bool exact_sums = false;
 };
 
 /// Multiplier of a boundary condition over time, linear between points, constant beyond them; empty: the time itself.
@@ -128,6 +131,10 @@ public:
   /// problem's.
   Snapshot snapshot() const;
   void restore(const Snapshot& snapshot);
+  /// The same of the elements that this rank owns, in the order of `own_elements`: their original numbers. All ranks.
+  Snapshot own_snapshot() const;
+  void restore_own(const Snapshot& snapshot);
+  std::vector<std::int64_t> own_elements() const;
 
   struct Impl;  // fem only
   Impl& impl() { return *impl_; }

@@ -105,6 +105,7 @@ void Problem::Impl::build() {
   committed_u = vector();
   internal = vector();
   external = vector();
+  if (discretisation.exact_sums) quanta.emplace(comm, map, components);
   F.assign(9 * size(), 0.0);
   for (std::size_t i = 0; i < size(); ++i) F[9 * i] = F[9 * i + 4] = F[9 * i + 8] = 1;
   committed_F = deformation = F;
@@ -116,10 +117,34 @@ void Problem::Impl::build() {
   node_at.resize(coordinates.size() / 3);
   for (std::size_t i = 0; i < node_at.size(); ++i)
     node_at[i] = {coordinates[3 * i], coordinates[3 * i + 1], coordinates[3 * i + 2]};
+  if (discretisation.exact_sums) settle_node_places(element.points().first);
   if (discretisation.kinematics == Kinematics::axisymmetric)
     for (const auto& x : node_at)
       if (x[0] < -1e-12) throw std::invalid_argument("an axisymmetric mesh must lie at x >= 0: x is the radius");
   find_boundaries();
+}
+
+/// A node lies where the elements around it say, which differs by round-off: of theirs the largest coordinates,
+/// whichever rank they live on. `places`: of an element's nodes, on the reference element.
+void Problem::Impl::settle_node_places(std::span<const double> places) {
+  const std::vector<double> table = compat::tabulate_geometry(*mesh, {places.begin(), places.end()}, width());
+  Vector largest(space->dofmap()->index_map, 3);
+  largest.set(-INFINITY);
+  auto at = largest.mutable_array();
+  const auto x = mesh->geometry().x();
+  for (std::int32_t c = 0; c < cells; ++c)
+    for (int a = 0; a < nodes; ++a)
+      for (std::size_t k = 0; k < 3; ++k) {
+        double place = 0;
+        for (int b = 0; b < geometry_nodes; ++b)
+          place += table[static_cast<std::size_t>(a * geometry_nodes + b)] *
+                   x[3 * static_cast<std::size_t>(compat::geometry_dofs(*mesh, c)[static_cast<std::size_t>(b)]) + k];
+        double& most = at[3 * static_cast<std::size_t>(cell_nodes(c)[static_cast<std::size_t>(a)]) + k];
+        most = std::max(most, place);
+      }
+  largest.scatter_rev([](double a, double b) { return std::max(a, b); });
+  largest.scatter_fwd();
+  for (std::size_t n = 0; n < node_at.size(); ++n) node_at[n] = {at[3 * n], at[3 * n + 1], at[3 * n + 2]};
 }
 
 void Problem::Impl::local(std::int32_t cell, int q, const Tables& t, double share, Local& out) const {
@@ -186,21 +211,21 @@ void Problem::Impl::commit() {
 }
 
 double Problem::Impl::work_since_commit() const {
-  double work = 0;
   auto first_piola = [&](const double* s, const Matrix3& f) -> Matrix3 {
     return discretisation.finite_strain ? Matrix3(f.determinant() * symmetric(s) * f.inverse().transpose())
                                         : symmetric(s);
   };
-  for (std::int32_t c = 0; c < cells; ++c)
-    for (int q = 0; q < nq; ++q) {
-      const Local& l = local(c, q);
-      const std::size_t p = point(c, q);
-      const Matrix3 before = told(committed_F, committed_stretch, p), now = told(F, stretch, p);
-      const Matrix3 mean =
-          0.5 * (first_piola(committed_stress.data() + 6 * p, before) + first_piola(stress.data() + 6 * p, now));
-      work += l.dv * mean.cwiseProduct(now - before).sum();
-    }
-  return sum_over_ranks(comm, work);
+  return sums<1>([&](auto& work) {
+    for (std::int32_t c = 0; c < cells; ++c)
+      for (int q = 0; q < nq; ++q) {
+        const Local& l = local(c, q);
+        const std::size_t p = point(c, q);
+        const Matrix3 before = told(committed_F, committed_stretch, p), now = told(F, stretch, p);
+        const Matrix3 mean =
+            0.5 * (first_piola(committed_stress.data() + 6 * p, before) + first_piola(stress.data() + 6 * p, now));
+        work[0] += l.dv * mean.cwiseProduct(now - before).sum();
+      }
+  })[0];
 }
 
 bool Problem::Impl::strain_sweep() {
@@ -224,9 +249,8 @@ bool Problem::Impl::strain_sweep() {
   return all_true(comm, good);
 }
 
-void Problem::Impl::assemble_internal() {
-  internal->set(0.0);
-  auto r = internal->mutable_array();
+template <class Add>
+void Problem::Impl::internal_forces(Add&& add) {
   Present now;
   Eigen::VectorXd mean;
   for (std::int32_t c = 0; c < cells; ++c) {
@@ -249,13 +273,14 @@ void Problem::Impl::assemble_internal() {
         force[0] += dv * push(2, 2) * l.hoop[a];
         for (int k = 0; k < components && !stretch.empty(); ++k)
           force[k] += dv * even * (mean[components * a + k] - now.trace[components * a + k]);
-        for (int k = 0; k < components; ++k)
-          r[width() * static_cast<std::size_t>(dofs[static_cast<std::size_t>(a)]) + static_cast<std::size_t>(k)] +=
-              force[k];
+        for (int k = 0; k < components; ++k) add(dofs[static_cast<std::size_t>(a)], k, force[k]);
       }
     }
   }
-  internal->scatter_rev(std::plus<double>());
+}
+
+void Problem::Impl::assemble_internal() {
+  sum_at_nodes(*internal, [&](auto&& add) { internal_forces(add); });
 }
 
 void Problem::Impl::cell_tangent(std::int32_t c, Matrix& k) const {

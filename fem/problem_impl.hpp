@@ -7,6 +7,8 @@
 #include <stdexcept>
 
 #include "fem/dolfinx_compat.hpp"
+#include "fem/exact_sum.hpp"
+#include "fem/nodal_quanta.hpp"
 #include "fem/problem.hpp"
 #include "fem/serendipity.hpp"
 
@@ -59,6 +61,8 @@ struct Problem::Impl {
 
   using Vector = dolfinx::la::Vector<double>;
   std::unique_ptr<Vector> u, committed_u, internal, external;
+  std::optional<NodalQuanta> quanta;  // of forces; exact sums only
+  std::vector<Contribution> parts;
   std::vector<double> F, committed_F, deformation;  // (points, 9)
   /// Mean-dilatation elements only: what F is stretched by to have its element's mean dilatation
   /// (fem/mean_dilatation.cpp).
@@ -123,6 +127,15 @@ struct Problem::Impl {
 
   /// Sweep 1: F and the increment's F at all points; false where the element turned inside out.
   bool strain_sweep();
+  /// N sums over what this rank and all others add, exact where the problem is to have such (fem/exact_sum.hpp).
+  template <std::size_t N, class Add>
+  std::array<double, N> sums(Add&& add) const {
+    return sums_over_ranks<N>(comm, discretisation.exact_sums, std::forward<Add>(add));
+  }
+  /// Adds up what elements `give(add)` to nodes, `add(node, component, value)`; shared nodes over ranks.
+  template <class Give>
+  void sum_at_nodes(Vector& into, Give&& give);
+
   /// Sweep 3: internal forces; external ones at a time and the present displacement; and the tangent, if asked.
   void assemble_internal();
   struct Side;
@@ -155,7 +168,13 @@ private:
   /// Volume-weighted mean of `trace` over an element.
   Eigen::VectorXd mean_trace(std::int32_t cell) const;
   void add_mean_dilatation(std::int32_t cell, Matrix& k) const;
+  /// What points do to nodes: `add(node, component, force)`, N.
+  template <class Add>
+  void internal_forces(Add&& add);
+  template <class Add>
+  void external_forces(double time, Add&& add);
   void build();
+  void settle_node_places(std::span<const double> places);
   void mark_boundary(std::size_t b, const std::vector<std::uint8_t>& outer, Vector& marks);
   void find_loaded_nodes(std::size_t b, Vector& marks);
   void check_boundary(std::size_t b, double found) const;
@@ -180,6 +199,27 @@ inline double sum_over_ranks(MPI_Comm comm, double mine) {
   double out = 0;
   MPI_Allreduce(&mine, &out, 1, MPI_DOUBLE, MPI_SUM, comm);
   return out;
+}
+
+template <class Give>
+void Problem::Impl::sum_at_nodes(Vector& into, Give&& give) {
+  const auto block = static_cast<std::size_t>(into.bs());
+  const auto at = [&](std::int32_t node, int component) {
+    return block * static_cast<std::size_t>(node) + static_cast<std::size_t>(component);
+  };
+  auto sum = into.mutable_array();
+  if (!discretisation.exact_sums) {
+    into.set(0.0);
+    give([&](std::int32_t node, int component, double value) { sum[at(node, component)] += value; });
+    return into.scatter_rev(std::plus<double>());
+  }
+  parts.clear();
+  give([&](std::int32_t node, int component, double value) {
+    parts.push_back({static_cast<std::int32_t>(at(node, component)), value});
+  });
+  const auto owned = sum.subspan(0, block * static_cast<std::size_t>(owned_nodes()));
+  if (into.bs() == components) return quanta->add_up(parts, owned);
+  NodalQuanta(comm, space->dofmap()->index_map, into.bs()).add_up(parts, owned);
 }
 
 /// Mean of each rank's value with its weight; of one rank its own, to the bit.

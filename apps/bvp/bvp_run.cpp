@@ -16,12 +16,14 @@ std::string checkpoint_of(const Options& options) { return options.directory + "
 /// What a run carries from response to response.
 struct BvpRun::Course {
   const Clock& clock;
+  const AcrossRanks& across;
   double ready;  // s that the preparation has taken
   Progress progress;
   double time, saved;  // of the problem; wall time of the last checkpoint (s)
   std::uint64_t sweeps = 0;
   TimeLimit limit;
-  bool told = false;  // of an interruption
+  bool asked = false;  // to stop, on any rank of a problem that is spread
+  bool told = false;   // of an interruption
   Stop stop = Stop::none;
   bool over = false, complete = false, broken = false;
   double end = 0;
@@ -30,7 +32,15 @@ struct BvpRun::Course {
   /// Explicit runs stop between two rows, too, where a checkpoint is due or asked for.
   bool due(double interval) {
     over = limit.over() || over;
-    return over || interruption_asked() || checkpoint_asked() || clock.wall() - saved > interval;
+    const bool wanted = checkpoint_asked() || clock.wall() - saved > interval;
+    if (!across.spread()) return over || interruption_asked() || wanted;
+    const int any = across.any((over ? 1 : 0) | (interruption_asked() ? 2 : 0) | (wanted ? 4 : 0));
+    over = (any & 1) != 0, asked = (any & 2) != 0;
+    return any != 0;
+  }
+  Stop why() const {
+    if (!across.spread()) return stop_of(over);
+    return asked ? Stop::asked : over ? Stop::time : Stop::none;
   }
 };
 
@@ -45,8 +55,8 @@ dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene) {
   const std::string path = checkpoint_of(options);
   dem::Checkpoint kept = dem::read_checkpoint(path);
   const auto about = nlohmann::json::parse(kept.about, nullptr, false);
-  if (about.is_discarded() || about.value("program", "") != "grus-bvp" ||
-      kept.parts.size() < 2 + scene.regions.size() + (scene.regularisation ? 1 : 0))
+  const std::size_t least = scene.spread ? 2 : 2 + scene.regions.size() + (scene.regularisation ? 1 : 0);
+  if (about.is_discarded() || about.value("program", "") != "grus-bvp" || kept.parts.size() < least)
     throw InputError(path + ": not a checkpoint of grus-bvp");
   const nlohmann::json cell = scene.has_rve ? *scene.unit_cells[0].record : nlohmann::json();
   refuse_changes(path, about.value("scene", nlohmann::json()), *scene.record);
@@ -55,11 +65,14 @@ dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene) {
 }
 
 BvpRun::BvpRun(const BvpScene& scene, const Options& options, BvpSetup setup, dem::Checkpoint kept,
-               coupling::RveFarm* farm, const dem::Model* model)
-    : scene_(scene), options_(options), setup_(std::move(setup)), kept_(std::move(kept)) {
+               coupling::RveFarm* farm, const dem::Model* model, AcrossRanks& across)
+    : scene_(scene), options_(options), setup_(std::move(setup)), kept_(std::move(kept)), across_(across) {
   std::vector<fem::Material> parts;
   if (farm) {
-    rves_.emplace(*farm, setup_.states, setup_.points.start, scene.rve);
+    if (across.spread())
+      rves_.emplace(*farm, setup_.states, setup_.points.start, scene.rve, across.comm(), own_shard().rves);
+    else
+      rves_.emplace(*farm, setup_.states, setup_.points.start, scene.rve);
     parts.push_back(scene.regularisation ? regularise(*model) : rves_->material());
   } else {
     parts.push_back(fem::elastic_material(0, 1, 0));  // of no point
@@ -85,7 +98,7 @@ BvpRun::BvpRun(const BvpScene& scene, const Options& options, BvpSetup setup, de
   }
   if (scene.weighs()) setup_.problem->set_gravity(scene.gravity, density_);
   output_.emplace(options.directory, scene, *setup_.problem, setup_.points, setup_.states, rves_ ? &*rves_ : nullptr,
-                  regularised_ ? &*regularised_ : nullptr);
+                  regularised_ ? &*regularised_ : nullptr, across);
 }
 
 /// The RVEs behind the average of what they are told.
@@ -118,6 +131,7 @@ fem::InitialStress BvpRun::initial_stress(std::size_t region) const {
 /// Shows how far the run is before every sweep through the points, or before some; hears there what cannot wait for the
 /// end of an increment.
 void BvpRun::watch_responses(Course& c) {
+  if (across_.spread()) agree_on_responses();
   material_->respond = [this, &c, respond = material_->respond](const fem::Points& p) {
     if (!scene_.is_explicit() || c.sweeps % 64 == 0)
       c.progress.show(c.time / scene_.end_time(), output_->line(c.sweeps));
@@ -144,7 +158,7 @@ bool BvpRun::after(Course& c, const Report& report, double now) {
   // An increment that lasts longer than those before it may be lost, what comes before it not.
   const bool last = !scene_.is_explicit() && c.limit.over(3);
   const bool due = c.due(scene_.checkpoint_interval);
-  c.stop = stop_of(c.over);
+  c.stop = c.why();
   if (due || last) save(c, report);
   return c.stop == Stop::none;
 }
@@ -159,7 +173,7 @@ Report BvpRun::march(Course& c, Solve&& solve) {
     c.complete = result.finished;
     c.failure = result.failure;
     if (!result.stopped || c.stop != Stop::none) return last;
-    c.stop = stop_of(c.over);
+    c.stop = c.why();
     save(c, last);
     if (c.stop != Stop::none) return last;
   }
@@ -194,7 +208,8 @@ void BvpRun::solve(Course& c) {
 }
 
 BvpEnding BvpRun::go(double ready, const Clock& clock) {
-  Course c{clock, ready, Progress(options_), 0, clock.wall(), 0, TimeLimit(options_.started, options_.max_time)};
+  Course c{clock, across_,      ready, Progress(options_),
+           0,     clock.wall(), 0,     TimeLimit(options_.started, options_.max_time)};
   watch_responses(c);
   try {
     solve(c);
@@ -206,6 +221,7 @@ BvpEnding BvpRun::go(double ready, const Clock& clock) {
     c.stop = Stop::time;
     c.end = c.time;
   } catch (const std::exception& e) {  // of the system, such as a full disk: what there is may still be kept
+    if (!across_.agreed()) throw;
     c.broken = true;
     c.failure = e.what();
     c.end = c.time;
@@ -247,6 +263,18 @@ void BvpRun::save(Course& c, const Report& report) {
   about["output"] = output_->state();
   about["wall"] = elapsed_ + c.clock.wall() - c.ready;
   about["cpu"] = elapsed_cpu_ + cpu_seconds(), about["sweeps_wall"] = elapsed_sweeps_ + (rves_ ? rves_->seconds() : 0);
+  if (across_.spread())
+    write_sharded_checkpoint(std::move(about));
+  else
+    write_whole_checkpoint(std::move(about));
+  c.saved = c.clock.wall();
+  c.limit.wrote(writing.wall());
+  if (checkpoint_asked()) c.progress.note(fmt::format("  checkpoint written at {:.4g}, as asked", c.time));
+  checkpoint_written();
+  kept_here_ = true;
+}
+
+void BvpRun::write_whole_checkpoint(nlohmann::json about) {
   auto pack = [](const std::vector<double>& v) {
     return std::string(reinterpret_cast<const char*>(v.data()), v.size() * sizeof(double));
   };
@@ -259,18 +287,14 @@ void BvpRun::save(Course& c, const Report& report) {
     if (regularised_) take(regularised_->save());
     if (rves_) rves_->save(take);
   });
-  c.saved = c.clock.wall();
-  c.limit.wrote(writing.wall());
-  if (checkpoint_asked()) c.progress.note(fmt::format("  checkpoint written at {:.4g}, as asked", c.time));
-  checkpoint_written();
-  kept_here_ = true;
 }
 
 /// Where to go on from: the beginning, or where the checkpoint stands.
 template <class Start>
 Start BvpRun::begin() {
   Start start;
-  if (!kept_.parts.empty()) try {
+  across_.tell(0, kept_.about);  // rank 0 has read it
+  if (!kept_.about.empty()) try {
       app::load(resume().at("standing"), start);
     } catch (const nlohmann::json::exception&) {
       throw InputError(checkpoint_of(options_) + ": checkpoint is damaged: where the run stands");
@@ -282,25 +306,14 @@ nlohmann::json BvpRun::resume() {
   dem::Checkpoint kept = std::move(kept_);
   auto about = nlohmann::json::parse(kept.about);
   const std::string path = checkpoint_of(options_) + ": ";
-  auto unpack = [](const std::string& bytes) {
-    std::vector<double> v(bytes.size() / sizeof(double));
-    std::memcpy(v.data(), bytes.data(), v.size() * sizeof(double));
-    if (bytes.size() % sizeof(double) != 0 ||
-        !std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); }))
-      throw std::invalid_argument("checkpoint is damaged: displacements");
-    return v;
-  };
   try {
-    const auto columns = about.at("columns").get<std::array<std::vector<std::string>, 2>>();
-    setup_.problem->restore({columns[0], columns[1], unpack(kept.parts[1])});
-    for (std::size_t r = 0; r < regions_.size(); ++r) regions_[r].load(kept.parts[2 + r]);
-    std::size_t used = 2 + regions_.size();
-    if (regularised_) regularised_->load(kept.parts[used++]);
-    kept.parts.erase(kept.parts.begin() + 1, kept.parts.begin() + static_cast<std::ptrdiff_t>(used));
-    const std::string history = std::move(kept.parts.front());
-    kept.parts.erase(kept.parts.begin());
-    if (rves_) rves_->load(kept.parts);
-    output_->restore(about["output"], history);
+    kept.parts.resize(std::max(kept.parts.size(), std::size_t{2}));  // other ranks hear of them
+    across_.tell(0, kept.parts[0]);
+    if (across_.spread())
+      across_.tell(0, kept.parts[1]), take_shards(about, kept.parts[1]);
+    else
+      take_parts(about, kept.parts);
+    output_->restore(about["output"], kept.parts.front());
     elapsed_ = about.at("wall"), elapsed_cpu_ = about.at("cpu"), elapsed_sweeps_ = about.at("sweeps_wall");
   } catch (const InputError& e) {
     const std::string text = e.what();
@@ -312,6 +325,27 @@ nlohmann::json BvpRun::resume() {
   }
   kept_here_ = true;
   return about;
+}
+
+/// Takes on what one file holds of a problem on one rank, and leaves the history of its parts.
+void BvpRun::take_parts(const nlohmann::json& about, std::vector<std::string>& parts) {
+  auto unpack = [](const std::string& bytes) {
+    std::vector<double> v(bytes.size() / sizeof(double));
+    std::memcpy(v.data(), bytes.data(), v.size() * sizeof(double));
+    if (bytes.size() % sizeof(double) != 0 ||
+        !std::all_of(v.begin(), v.end(), [](double x) { return std::isfinite(x); }))
+      throw std::invalid_argument("checkpoint is damaged: displacements");
+    return v;
+  };
+  const auto columns = about.at("columns").get<std::array<std::vector<std::string>, 2>>();
+  setup_.problem->restore({columns[0], columns[1], unpack(parts[1])});
+  for (std::size_t r = 0; r < regions_.size(); ++r) regions_[r].load(parts[2 + r]);
+  std::size_t used = 2 + regions_.size();
+  if (regularised_) regularised_->load(parts[used++]);
+  const std::string history = std::move(parts.front());
+  parts.erase(parts.begin(), parts.begin() + static_cast<std::ptrdiff_t>(used));
+  if (rves_) rves_->load(parts);
+  parts = {history};
 }
 
 }  // namespace grus::app

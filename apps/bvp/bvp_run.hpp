@@ -4,12 +4,13 @@
 #pragma once
 
 #include "apps/bvp/output.hpp"
+#include "apps/bvp/shards.hpp"
 #include "apps/run/command.hpp"
 #include "dem/io/checkpoint.hpp"
 
 namespace grus::app {
 
-/// Everything that is set up before a run, on rank 0.
+/// Everything that is set up before a run: on rank 0, or of a problem that is spread on each rank its own.
 struct BvpSetup {
   std::unique_ptr<fem::Problem> problem;
   BvpPoints points;
@@ -23,12 +24,12 @@ std::string checkpoint_of(const Options& options);
 /// The checkpoint of a run of this scene. Throws InputError where there is none, or one of another scene.
 dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene);
 
-/// The macro problem with its materials; on rank 0.
+/// The macro problem with its materials; on rank 0, or on all ranks that it is spread over.
 class BvpRun {
 public:
   /// `farm` and `model`, that of the grains: none without grains. What is given by reference must outlive the run.
   BvpRun(const BvpScene& scene, const Options& options, BvpSetup setup, dem::Checkpoint kept, coupling::RveFarm* farm,
-         const dem::Model* model);
+         const dem::Model* model, AcrossRanks& across);
 
   /// To the end, to a fault or to an interruption; `ready`: s that the preparation has taken.
   BvpEnding go(double ready, const Clock& clock);
@@ -46,9 +47,15 @@ private:
   Report march(Course& course, Solve&& solve);
   template <class Report>
   void save(Course& course, const Report& report);
+  void write_whole_checkpoint(nlohmann::json about);
+  void write_sharded_checkpoint(nlohmann::json about);
+  void take_shards(const nlohmann::json& about, const std::string& owners);
+  Shard own_shard() const;
+  void agree_on_responses();
   template <class Start>
   Start begin();
   nlohmann::json resume();
+  void take_parts(const nlohmann::json& about, std::vector<std::string>& parts);
 
   const BvpScene& scene_;
   const Options& options_;
@@ -60,7 +67,9 @@ private:
   std::optional<fem::Material> material_;
   std::vector<double> density_;
   std::optional<BvpOutput> output_;
-  bool kept_here_ = false;                                     // there is a checkpoint to go on from
+  AcrossRanks& across_;
+  char shards_ = 'b';       // set of the last checkpoint, of a problem that is spread
+  bool kept_here_ = false;  // there is a checkpoint to go on from
   double elapsed_ = 0, elapsed_cpu_ = 0, elapsed_sweeps_ = 0;  // s, of earlier parts: wall, CPU, wall of sweeps
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// grus-bvp: a macro boundary-value problem with an RVE of grains at every Gauss point. Rank 0 solves it; all ranks
-// advance RVEs.
+// grus-bvp: a macro boundary-value problem with an RVE of grains at every Gauss point. Rank 0 solves it and all ranks
+// advance RVEs; or it is spread over the ranks, each with the elements and RVEs that it owns.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -11,6 +11,7 @@
 #include "apps/bvp/starts.hpp"
 #include "apps/run/folder.hpp"
 #include "apps/scene/prepare_sample.hpp"
+#include "dem/io/archive.hpp"
 #include "dem/io/whole_file.hpp"
 
 using namespace grus;
@@ -18,10 +19,10 @@ using namespace grus::app;
 
 namespace {
 
-std::unique_ptr<fem::Problem> make_problem(const BvpScene& scene) {
+std::unique_ptr<fem::Problem> make_problem(const BvpScene& scene, MPI_Comm comm) {
   return std::visit(
       [&](const auto& mesh) {
-        return std::make_unique<fem::Problem>(MPI_COMM_SELF, mesh, scene.discretisation, scene.boundaries);
+        return std::make_unique<fem::Problem>(comm, mesh, scene.discretisation, scene.boundaries);
       },
       scene.mesh);
 }
@@ -34,9 +35,11 @@ std::shared_ptr<const dem::Model> run_model(const BvpScene& scene) {
   return model;
 }
 
-std::string setup_text(const BvpScene& scene, const BvpSetup& setup, const Options& options, int ranks) {
+/// `crossing`: steps that a wave needs to cross the mesh; of explicit quasi-static runs.
+std::string setup_text(const BvpScene& scene, const BvpSetup& setup, const Options& options, int ranks,
+                       double crossing) {
   const fem::Problem& p = *setup.problem;
-  const auto rves = setup.points.start.size();
+  const auto rves = setup.points.all_rves;
   double grains = 0;
   const bool made = !setup.states.empty();
   for (const auto& state : setup.states)
@@ -48,9 +51,7 @@ std::string setup_text(const BvpScene& scene, const BvpSetup& setup, const Optio
   }
   std::string length = fmt::format("increments {}", scene.solve.increments);
   if (scene.dynamics) length = fmt::format("duration {:.3g} s", scene.dynamics->duration);
-  if (scene.explicit_statics)
-    length = fmt::format("steps from {:.0f}", scene.explicit_statics->crossings *
-                                                  fem::crossing_steps(*setup.problem, *scene.explicit_statics));
+  if (scene.explicit_statics) length = fmt::format("steps from {:.0f}", scene.explicit_statics->crossings * crossing);
   const int bytes =
       scene.is_explicit() ? 5000 : 8000;  // a grain, measured: trial states, and a checkpoint in the making
   std::string text = fmt::format(
@@ -87,9 +88,10 @@ void check_starts(const BvpScene& scene, const std::vector<Start>& starts) {
   }
 }
 
-/// Problem, points and the states that their RVEs start from, on rank 0; the states' starts on all.
-std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Session& session, BvpSetup& setup,
-                          dem::Checkpoint& kept) {
+/// Problem, points and the states that their RVEs start from, on rank 0 or on all ranks that it is spread over; the
+/// states' starts on all.
+std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Session& session,
+                          const AcrossRanks& across, BvpSetup& setup, dem::Checkpoint& kept) {
   const bool leads = session.rank() == 0;
   std::vector<Start> starts;
   on_all_ranks(session, [&] {
@@ -97,11 +99,16 @@ std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Se
     const auto packed = prepare_starts(scene, {Start{}}, options.threads, {}).states;
     if (leads) setup.density = dem::total_mass(packed[0].grains) / packed[0].boundary.cell.volume();
   });
-  on_all_ranks(session, [&] {
-    if (!leads) return;
-    setup.problem = make_problem(scene);
+  if (across.spread()) MPI_Bcast(&setup.density, 1, MPI_DOUBLE, 0, MPI_COMM_WORLD);
+  double crossing = 0;
+  on_all_ranks(session, [&] {  // what a problem that is spread throws here, it throws on all ranks
+    if (!leads && !across.spread()) return;
+    setup.problem = make_problem(scene, across.comm());
     setup.points = find_points(scene, *setup.problem, setup.density);
-    if (options.columns) return;
+    if (scene.explicit_statics) crossing = fem::crossing_steps(*setup.problem, *scene.explicit_statics);
+  });
+  on_all_ranks(session, [&] {
+    if (!leads || options.columns) return;
     starts = setup.points.starts;
     check_starts(scene, starts);
     if (starts.size() < setup.points.stresses)
@@ -109,7 +116,7 @@ std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Se
           "initial_stress: {} stresses in {} class{}, each of which is prepared once; a point's stress is "
           "off by {:.2g} % at most (initial_stress.tolerance)",
           setup.points.stresses, starts.size(), starts.size() > 1 ? "es" : "", 100 * setup.points.deviation));
-    if (options.speaks()) say(options, setup_text(scene, setup, options, session.ranks()));
+    if (options.speaks()) say(options, setup_text(scene, setup, options, session.ranks(), crossing));
     if (!options.check) check_folder(options);
     if (options.resume && std::filesystem::exists(checkpoint_of(options))) kept = find_checkpoint(options, scene);
     if (options.check && starts.size() > 1) starts = {starts[starts.size() / 2]};
@@ -121,9 +128,9 @@ std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Se
   return starts;
 }
 
-void print_columns(const BvpScene& scene, const BvpSetup& setup) {
+void print_columns(const BvpScene& scene, const BvpSetup& setup, AcrossRanks& across) {
   const std::vector<dem::State> none;
-  const Probes probes("", scene, *setup.problem, setup.points, none, nullptr);
+  const Probes probes("", scene, *setup.problem, setup.points, none, nullptr, across);
   for (const auto& name : bvp_columns(scene, *setup.problem, probes)) fmt::print("{}\n", name);
 }
 
@@ -139,8 +146,32 @@ void tell_failure(const BvpScene& scene, const Options& options, const BvpEnding
                                  ending.time, ending.text, help));
 }
 
-/// The run, on rank 0; the other ranks serve until it is over, and hear the status.
-int lead(const BvpScene& scene, const Options& options, const fem::Session& session,
+/// Each rank gets the states that its points start from, one after the other; rank 0 has made them.
+void share_states(const AcrossRanks& across, BvpSetup& setup) {
+  std::vector<dem::State> mine(setup.points.starts.size());
+  std::vector<std::uint8_t> wanted(mine.size(), 0);
+  for (const std::size_t s : setup.points.start) wanted[s] = 1;
+  if (across.leads() && !wanted.empty()) wanted[0] = 1;  // which the summary tells of
+  for (std::size_t k = 0; k < mine.size(); ++k) {
+    std::string bytes = across.leads() ? dem::bytes_of(setup.states[k]) : "";
+    across.tell(0, bytes);
+    if (wanted[k] != 0) mine[k] = dem::state_of(bytes);
+  }
+  setup.states = std::move(mine);
+}
+
+/// Ends all ranks for an error of one that the others know nothing of, and may wait for.
+[[noreturn]] void end_all(const Options& options, int rank, std::exception_ptr error, int status) {
+  const dem::Fault fault = dem::fault_in([&] { std::rethrow_exception(error); });
+  say_fault(options, fmt::format("{}: rank {}: {}", options.scene, rank, one_line(fault.text)));
+  std::fflush(nullptr);
+  MPI_Abort(MPI_COMM_WORLD, status);
+  std::_Exit(status);
+}
+
+/// The run, on rank 0; the other ranks serve until it is over, and hear the status. Or on all ranks, of a problem that
+/// is spread.
+int lead(const BvpScene& scene, const Options& options, const fem::Session& session, AcrossRanks& across,
          const std::shared_ptr<const dem::Model>& model, BvpSetup setup, dem::Checkpoint kept, const Clock& clock) {
   BvpEnding ending;
   std::exception_ptr error;
@@ -148,9 +179,11 @@ int lead(const BvpScene& scene, const Options& options, const fem::Session& sess
   std::optional<coupling::RveFarm> farm;
   const double ready = clock.wall();
   try {  // the farm first: from then on the other ranks serve, and hear when it is gone
-    if (scene.has_rve) farm.emplace(MPI_COMM_WORLD, model, scene.rve.response, options.threads);
+    const MPI_Comm served = across.spread() ? MPI_COMM_SELF : MPI_COMM_WORLD;
+    if (scene.has_rve) farm.emplace(served, model, scene.rve.response, options.threads);
     if (farm && scene.costs) farm->record_costs();
-    work.emplace(scene, options, std::move(setup), std::move(kept), farm ? &*farm : nullptr, model.get());
+    if (across.spread()) share_states(across, setup);
+    work.emplace(scene, options, std::move(setup), std::move(kept), farm ? &*farm : nullptr, model.get(), across);
     ending = work->go(ready, clock);
     ending.ranks = session.ranks();
     ending.migrated = farm ? farm->moved() : 0;
@@ -158,7 +191,7 @@ int lead(const BvpScene& scene, const Options& options, const fem::Session& sess
       if (farm && farm->costs()) dem::write_whole(result_file(options.directory, "costs.csv"), *farm->costs());
       work->finish(ending);
     } catch (const std::exception&) {  // of one fault one line
-      if (ending.status != failed) throw;
+      if (ending.status != failed || !across.agreed()) throw;
     }
   } catch (const InputError&) {
     error = std::current_exception(), ending.status = refused;
@@ -167,10 +200,12 @@ int lead(const BvpScene& scene, const Options& options, const fem::Session& sess
   } catch (...) {
     error = std::current_exception(), ending.status = failed;
   }
+  const bool by_all = ending.status == refused && !work;  // a scene is refused by all ranks
+  if (error && !by_all && !across.agreed()) end_all(options, session.rank(), error, ending.status);
   work.reset(), farm.reset();
-  MPI_Bcast(&ending.status, 1, MPI_INT, 0, MPI_COMM_WORLD);
+  if (!across.spread()) MPI_Bcast(&ending.status, 1, MPI_INT, 0, MPI_COMM_WORLD);
   if (error) std::rethrow_exception(error);
-  tell_failure(scene, options, ending);
+  if (across.leads()) tell_failure(scene, options, ending);
   return ending.status;
 }
 
@@ -205,9 +240,10 @@ int run(const Options& options, const fem::Session& session) {
   BvpSetup setup;
   dem::Checkpoint kept;
   on_all_ranks(session, [&] { scene = read_bvp_scene(options.scene, options.overrides); });
-  const std::vector<Start> starts = set_up(scene, options, session, setup, kept);
+  AcrossRanks across(session, scene.spread && !options.check && !options.columns);
+  const std::vector<Start> starts = set_up(scene, options, session, across, setup, kept);
   if (options.columns) {
-    if (leads) print_columns(scene, setup);
+    if (leads) print_columns(scene, setup, across);
     return finished;
   }
   std::optional<Folder> made;
@@ -240,7 +276,8 @@ int run(const Options& options, const fem::Session& session) {
     if (options.check) tell_times(scene, options, setup, model, prepared.times, session.ranks());
   }
   if (options.check) return finished;
-  if (leads) return lead(scene, options, session, model, std::move(setup), std::move(kept), clock);
+  if (leads || across.spread())
+    return lead(scene, options, session, across, model, std::move(setup), std::move(kept), clock);
   if (scene.has_rve) coupling::serve(MPI_COMM_WORLD, model, scene.rve.response, options.threads);
   int status = failed;
   MPI_Bcast(&status, 1, MPI_INT, 0, MPI_COMM_WORLD);

@@ -2,6 +2,8 @@
 // Work that all ranks do at once, and that may fail on any of them.
 #pragma once
 
+#include <mpi.h>
+
 #include "dem/base/fault.hpp"
 #include "fem/session.hpp"
 

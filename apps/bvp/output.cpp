@@ -49,7 +49,7 @@ std::vector<std::string> bvp_columns(const BvpScene& scene, const fem::Problem& 
 
 BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points,
                      const std::vector<dem::State>& states, coupling::RveMaterial* rves,
-                     const fem::RegularisedMaterial* regularised)
+                     const fem::RegularisedMaterial* regularised, AcrossRanks& across)
     : directory_(std::move(directory)),
       scene_(scene),
       problem_(problem),
@@ -57,10 +57,12 @@ BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem&
       states_(states),
       rves_(rves),
       regularised_(regularised),
-      probes_(directory_, scene, problem, points, states, rves),
+      across_(across),
+      probes_(directory_, scene, problem, points, states, rves, across),
       columns_(macro_columns({scene, problem, bonded(scene)})) {
   for (const auto group : points.group) grains_.push_back(group == 0);
-  history_.emplace(result_file(directory_, "history.csv"), bvp_columns(scene, problem, probes_));
+  const std::string file = across.leads() ? result_file(directory_, "history.csv") : "";
+  history_.emplace(file, bvp_columns(scene, problem, probes_));
 }
 
 void BvpOutput::add(const fem::IncrementReport& r, double wall) {
@@ -112,16 +114,12 @@ void BvpOutput::read_off(MacroRow& r) {
   if (regularised_) r.regularised = regularised_->energy();
   r.grains_strain = r.strain, r.grains_stress = r.stress;
   if (rves_) {
-    r.sweep = rves_->report(), r.rves = static_cast<double>(rves_->points());
+    r.sweep = rves_->report_of_all(), r.rves = static_cast<double>(rves_->all_points());
     r.breakages = static_cast<double>(rves_->count(&dem::Facts::breakages));
     r.bonds_broken = static_cast<double>(rves_->count(&dem::Facts::bonds_broken));
-    double mass = 0, lost = 0;
-    for (std::size_t i = 0; i < rves_->points(); ++i) {
-      const dem::Facts& f = rves_->facts(i);
-      r.worst_energy_error = std::max(r.worst_energy_error, f.energy_error);
-      lost += f.lost_mass;
-      mass += f.mass;
-    }
+    r.worst_energy_error = rves_->largest([](const dem::Facts& f) { return f.energy_error; });
+    const double lost = rves_->sum([](const dem::Facts& f) { return f.lost_mass; });
+    const double mass = rves_->sum([](const dem::Facts& f) { return f.mass; });
     r.mass_lost = mass > 0 ? lost / mass : 0;
     r.work = of_rves(&dem::Facts::work), r.unexplained = of_rves(&dem::Facts::unexplained);
     r.haste = of_rves(&dem::Facts::haste);
@@ -141,13 +139,13 @@ void BvpOutput::add(MacroRow r) {
   read_off(r);
   const std::size_t axis = scene_.flat() ? 1 : 2;  // in two dimensions z is across the plane, or the hoop
   strain_ = r.strain[axis], stress_ = r.stress[axis], energy_error_ = r.energy_error;
-  breakages_ = r.breakages, bonds_broken_ = r.bonds_broken;
+  breakages_ = r.breakages, bonds_broken_ = r.bonds_broken, dem_steps_ = static_cast<double>(r.sweep.dem_steps);
   worst_energy_ = std::max(worst_energy_, r.worst_energy_error);
   std::vector<double> row = values_of(columns_, r);
   const std::vector<double> probed = probes_.row();
   row.insert(row.end(), probed.begin(), probed.end());
   history_->add(row);
-  history_->save(2);
+  across_.lead([&] { history_->save(2); });
   const double part = r.time / scene_.end_time();
   if (scene_.frames > 0 && part >= static_cast<double>(series_.size()) / std::max(1, scene_.frames - 1) * (1 - 1e-9))
     frame(r.time);
@@ -161,6 +159,11 @@ void BvpOutput::frame(double time) {
   const std::string name = fmt::format("macro/macro_{:05}.hdf", series_.size());
   probes_.frame(series_.size(), time);
   series_.emplace_back(name, time);
+  across_.lead([&] { write_frame(name, fields, all); });
+}
+
+/// `means`: of each element's RVEs, element_means.
+void BvpOutput::write_frame(const std::string& name, const fem::MacroFields& fields, const std::vector<double>& means) {
   dem::VtkGrid grid;
   auto& u = grid.point_fields["displacement_m"];
   u.components = 3;
@@ -178,19 +181,20 @@ void BvpOutput::frame(double time) {
     grid.types.push_back(static_cast<std::uint8_t>(vtk_type(fields.kind)));
     for (double v : fields.stress[c]) stress.values.push_back(static_cast<float>(v));
     if (!rves_) continue;
-    grid.cell_fields["void_ratio"].values.push_back(static_cast<float>(all[3 * c]));
-    grid.cell_fields["broken_fraction"].values.push_back(static_cast<float>(all[3 * c + 1]));
-    grid.cell_fields["grains"].values.push_back(static_cast<float>(all[3 * c + 2]));
+    grid.cell_fields["void_ratio"].values.push_back(static_cast<float>(means[3 * c]));
+    grid.cell_fields["broken_fraction"].values.push_back(static_cast<float>(means[3 * c + 1]));
+    grid.cell_fields["grains"].values.push_back(static_cast<float>(means[3 * c + 2]));
   }
   dem::write_vtkhdf(result_file(directory_, name), grid);
   dem::write_series(result_file(directory_, "macro.hdf.series"), series_);
 }
 
 std::string BvpOutput::line(std::uint64_t sweeps) const {
+  double steps = rves_ ? static_cast<double>(rves_->report().dem_steps) : 0.0;
+  if (across_.spread()) steps = dem_steps_;  // of all ranks
   return fmt::format(
       "strain {0} {1:.4f}  stress {0} {2:.3g} MPa  broken {3:.0f}{6}  material sweeps {4}  DEM steps {5:.3g}", axis(),
-      strain_, stress_ / 1e6 + 0.0, breakages_, sweeps, rves_ ? static_cast<double>(rves_->report().dem_steps) : 0.0,
-      bonds_text(", bonds "));
+      strain_, stress_ / 1e6 + 0.0, breakages_, sweeps, steps, bonds_text(", bonds "));
 }
 
 /// Empty where no face is bonded.
@@ -199,7 +203,7 @@ std::string BvpOutput::bonds_text(const char* head) const {
 }
 
 std::string BvpOutput::closing(const BvpEnding& e) const {
-  const double steps = rves_ ? static_cast<double>(rves_->report().dem_steps) : 0.0;
+  const double steps = rves_ ? static_cast<double>(rves_->report_of_all().dem_steps) : 0.0;
   std::string how = "stopped";
   if (e.status == finished) how = "finished";
   if (e.status == interrupted) how = "interrupted";
@@ -281,12 +285,12 @@ nlohmann::json BvpOutput::devices() const {
 
 /// What the RVEs have done and how well.
 void BvpOutput::add_rves(nlohmann::json& summary, const BvpEnding& e) const {
-  const coupling::SweepReport& r = rves_->report();
+  const coupling::SweepReport r = rves_->report_of_all();
   summary["unit_cell"] = *scene_.unit_cells[0].record;
   summary["seed"] = scene_.unit_cells[0].model.seed;
   auto& counts = summary["counts"];
-  counts["grains_a_point"] = states_[points_.start[0]].grains.size();
-  counts["rves"] = rves_->points();
+  counts["grains_a_point"] = states_[points_.start.empty() ? 0 : points_.start[0]].grains.size();
+  counts["rves"] = rves_->all_points();
   counts["rves_asked"] = r.asked, counts["rves_advanced"] = r.advanced, counts["rves_distinct"] = r.distinct,
   counts["rves_deferred"] = r.deferred, counts["rves_elastic"] = r.elastic;
   counts["rves_similar"] = r.similar, counts["rves_replayed"] = r.replayed, counts["rves_retried_in_parts"] = r.retried,
@@ -315,7 +319,7 @@ void BvpOutput::add_rves(nlohmann::json& summary, const BvpEnding& e) const {
 }
 
 void BvpOutput::finish(const BvpEnding& e, const Options& options) {
-  history_->save();
+  across_.lead([&] { history_->save(); });
   nlohmann::json summary = provenance();
   summary["title"] = scene_.title;
   std::vector<std::string> told = scene_.notes;
@@ -362,11 +366,13 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
     if (const auto c = find_column(columns_, of); c && told_row)
       summary["errors"]["last_" + columns_[*c].name] = history_->last()[*c];
   if (rves_ && told_row) summary["errors"]["devices"] = devices();
-  if (scene_.hopkinson && history_->rows() > 1)
-    write_hopkinson(result_file(directory_, "hopkinson.csv"), *scene_.hopkinson, history_->text());
-  const std::string last = result_file(directory_, "summary.json");
-  summary["files"] = result_files(directory_);
-  dem::write_whole(last, summary.dump(2) + "\n");
+  across_.lead([&] {
+    if (scene_.hopkinson && history_->rows() > 1)
+      write_hopkinson(result_file(directory_, "hopkinson.csv"), *scene_.hopkinson, history_->text());
+    const std::string last = result_file(directory_, "summary.json");
+    summary["files"] = result_files(directory_);
+    dem::write_whole(last, summary.dump(2) + "\n");
+  });
 }
 
 }  // namespace grus::app

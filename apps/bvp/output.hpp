@@ -33,7 +33,7 @@ class BvpOutput {
 public:
   BvpOutput(std::string directory, const BvpScene& scene, fem::Problem& problem, const BvpPoints& points,
             const std::vector<dem::State>& states, coupling::RveMaterial* rves,
-            const fem::RegularisedMaterial* regularised);
+            const fem::RegularisedMaterial* regularised, AcrossRanks& across);
 
   /// One row, and a frame if one is due.
   void add(const fem::IncrementReport& report, double wall);
@@ -57,6 +57,7 @@ private:
   void read_off(MacroRow& row);
   void add(MacroRow row);
   void frame(double time);
+  void write_frame(const std::string& name, const fem::MacroFields& fields, const std::vector<double>& means);
   double work_error() const;
   nlohmann::json devices() const;
   double last(double (*of)(const MacroRow&, std::size_t)) const;
@@ -71,6 +72,7 @@ private:
   const std::vector<dem::State>& states_;
   coupling::RveMaterial* rves_;                  // null: no grains anywhere
   const fem::RegularisedMaterial* regularised_;  // null: they are told what the points do
+  AcrossRanks& across_;                          // rank 0 writes; what is told of all is summed by all
   Probes probes_;
   std::vector<MacroColumn> columns_;
   std::vector<std::uint8_t> grains_;  // points that have an RVE
@@ -78,7 +80,8 @@ private:
   std::vector<std::pair<std::string, double>> series_;
   std::vector<double> contraction_;  // of Newton: logarithms of residual ratios
   double strain_ = 0, stress_ = 0, breakages_ = 0, bonds_broken_ = 0, macro_work_ = 0, material_work_ = 0,
-         worst_residual_ = 0, worst_energy_ = 0, energy_error_ = 0;  // energy_error_: of the last row
+         worst_residual_ = 0, worst_energy_ = 0, energy_error_ = 0,
+         dem_steps_ = 0;  // energy_error_, dem_steps_: of the last row
   int iterations_ = 0, cutbacks_ = 0, sweeps_ = 0;
 };
 

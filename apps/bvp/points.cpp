@@ -35,6 +35,31 @@ std::vector<StressClass> stress_classes(const std::vector<Start>& starts, double
   return classes;
 }
 
+namespace {
+
+/// Of all ranks, in order, each once.
+std::vector<Start> distinct(std::vector<Start> starts, MPI_Comm comm) {
+  const auto once = [](std::vector<Start>& all) {
+    std::sort(all.begin(), all.end());
+    all.erase(std::unique(all.begin(), all.end()), all.end());
+  };
+  once(starts);
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  if (ranks == 1) return starts;
+  static_assert(std::is_trivially_copyable_v<Start>);
+  const int mine = static_cast<int>(starts.size() * sizeof(Start));
+  std::vector<int> counts(static_cast<std::size_t>(ranks)), from(static_cast<std::size_t>(ranks), 0);
+  MPI_Allgather(&mine, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
+  for (std::size_t r = 1; r < from.size(); ++r) from[r] = from[r - 1] + counts[r - 1];
+  std::vector<Start> all(static_cast<std::size_t>(from.back() + counts.back()) / sizeof(Start));
+  MPI_Allgatherv(starts.data(), mine, MPI_BYTE, all.data(), counts.data(), from.data(), MPI_BYTE, comm);
+  once(all);
+  return all;
+}
+
+}  // namespace
+
 BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double density) {
   BvpPoints points;
   std::vector<Start> starts;  // of each point with grains
@@ -56,9 +81,7 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double
     }
     points.volume.push_back(problem.point_volume(i));
   }
-  points.starts = starts;
-  std::sort(points.starts.begin(), points.starts.end());
-  points.starts.erase(std::unique(points.starts.begin(), points.starts.end()), points.starts.end());
+  points.starts = distinct(starts, problem.comm());
   const std::vector<StressClass> classes = stress_classes(points.starts, scene.ground ? scene.ground->tolerance : 0);
   std::vector<std::size_t> class_of;  // of each start
   for (std::size_t c = 0; c < classes.size(); ++c) class_of.resize(class_of.size() + classes[c].members, c);
@@ -71,18 +94,24 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double
     points.starts.push_back(c.start);
     points.deviation = std::max(points.deviation, c.deviation);
   }
-  if (!scene.has_rve && !points.start.empty())
+  const auto over_ranks = [&](std::uint64_t mine) {
+    MPI_Allreduce(MPI_IN_PLACE, &mine, 1, MPI_UINT64_T, MPI_SUM, problem.comm());
+    return mine;
+  };
+  points.all_rves = over_ranks(points.start.size());
+  if (!scene.has_rve && points.all_rves > 0)
     throw InputError(fmt::format("{}: rve: {} Gauss points lie in no [[region]] and there is no [rve] for them",
-                                 scene.file, points.start.size()));
-  if (scene.has_rve && points.start.empty())
+                                 scene.file, points.all_rves));
+  if (scene.has_rve && points.all_rves == 0)
     throw InputError(fmt::format("{}: rve: every Gauss point lies in a [[region]]; leave [rve] out", scene.file));
   for (const Probe& probe : scene.probes) {
     bool found = !probe.where;
     for (std::size_t i = 0; i < problem.owned_points() && !found; ++i) found = probe.where(problem.point_position(i));
-    if (!found) throw InputError(fmt::format("{}: probe \"{}\" holds at no Gauss point", scene.file, probe.name));
+    if (over_ranks(found ? 1 : 0) == 0)
+      throw InputError(fmt::format("{}: probe \"{}\" holds at no Gauss point", scene.file, probe.name));
   }
   for (std::size_t r = 0; r < scene.regions.size(); ++r)
-    if (std::find(points.group.begin(), points.group.end(), r + 1) == points.group.end())
+    if (over_ranks(static_cast<std::uint64_t>(std::count(points.group.begin(), points.group.end(), r + 1))) == 0)
       throw InputError(fmt::format("{}: region[{}]: holds at no Gauss point", scene.file, r));
   return points;
 }

@@ -35,10 +35,12 @@ struct BvpPoints {
   std::size_t stresses = 0;         // how many there were before; of each packing
   double deviation = 0;             // largest of a point's stress from its start's, relative
   std::vector<double> volume;       // m^3 of each point with grains
+  std::uint64_t all_rves = 0;       // points with grains, over all ranks
 };
 
-/// The points of a problem on one rank; `density`: bulk density of the RVEs (kg/m^3), for the stress of the ground.
-/// Throws InputError where grains are needed and the scene has none, or the other way round.
+/// The points that a problem has on this rank, with the starts of all ranks' points; `density`: bulk density of the
+/// RVEs (kg/m^3), for the stress of the ground. Throws InputError where grains are needed and the scene has none, or
+/// the other way round.
 BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double density = 0);
 
 /// Void ratio, breakages a starting grain, and grains: of each element three values, means over those of its points

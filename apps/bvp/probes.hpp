@@ -2,6 +2,7 @@
 // Probes of grus-bvp: what one Gauss point and its RVE go through.
 #pragma once
 
+#include "apps/bvp/across_ranks.hpp"
 #include "apps/bvp/points.hpp"
 #include "apps/bvp/probe_columns.hpp"
 
@@ -12,7 +13,7 @@ public:
   /// Each probe sits at the Gauss point nearest to its place in the reference mesh, of equals the lowest key; or at all
   /// points of a place.
   Probes(const std::string& directory, const BvpScene& scene, const fem::Problem& problem, const BvpPoints& points,
-         const std::vector<dem::State>& states, const coupling::RveMaterial* rves);
+         const std::vector<dem::State>& states, const coupling::RveMaterial* rves, AcrossRanks& across);
 
   std::vector<std::string> columns() const;
   std::vector<double> row() const;
@@ -26,10 +27,13 @@ public:
 private:
   ProbeRow of_place(const std::vector<std::uint8_t>& some) const;
   ProbeRow of_point(std::size_t point, bool grading) const;
+  /// The point nearest to a place, of equals the lowest key: its rank, and where that rank has it.
+  std::pair<int, std::size_t> nearest(const fem::Point& place) const;
   struct Found {
     const Probe* probe;
-    std::size_t point;
-    std::vector<std::uint8_t> some;  // points of a place; empty: the one above
+    int rank;                        // that has it
+    std::size_t point;               // there
+    std::vector<std::uint8_t> some;  // points of a place
     std::vector<ProbeColumn> columns;
     std::vector<std::pair<std::string, double>> series;
   };
@@ -40,6 +44,7 @@ private:
   const BvpPoints& points_;
   const std::vector<dem::State>& states_;  // prepared, of the starts
   const coupling::RveMaterial* rves_;      // null: no grains anywhere
+  AcrossRanks& across_;
   std::vector<Found> probes_;
 };
 

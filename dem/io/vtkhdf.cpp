@@ -33,6 +33,7 @@ void dataset(hid_t group, const std::string& name, const std::vector<T>& values,
   const int rank = components > 1 ? 2 : 1;
   Handle space{must(H5Screate_simple(rank, size, nullptr), "make a data space"), H5Sclose};
   Handle properties{must(H5Pcreate(H5P_DATASET_CREATE), "make properties"), H5Pclose};
+  H5Pset_obj_track_times(properties.id, false);  // the time of day is no result: the same frames have the same bytes
   if (rows > 64) {
     const hsize_t chunk[2] = {std::min<hsize_t>(rows, 65536), size[1]};
     H5Pset_chunk(properties.id, rank, chunk);

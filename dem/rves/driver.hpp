@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "dem/base/error.hpp"
+#include "dem/io/archive.hpp"
 #include "dem/rves/driver_book.hpp"
 
 namespace grus::dem {
@@ -98,6 +99,42 @@ public:
     take_facts(one, host_.facts(one));
     book_.report.distinct = book_.slots.size();
   }
+
+  /// What messages are to call the points.
+  void name_points(std::vector<std::int64_t> names) { book_.names = std::move(names); }
+
+  /// All that decides how one point goes on, of a driver whose points have an RVE each and for good; and back, for a
+  /// point of a driver that was made of the same variants. Throws InputError.
+  std::string point_bytes(std::size_t point) const {
+    Saver a;
+    a.plain(book_.sharing.point[point].variant), a.plain(book_.sharing.point[point].total);
+    archive_memory(a, book_.slots.at(slot(point)).memory);
+    a.plain(book_.slots.at(slot(point)).facts);
+    a.plain(!book_.kept_tangent.empty());
+    if (!book_.kept_tangent.empty()) a.plain(book_.kept_tangent[point]);
+    a.text(host_.fetch(slot(point)));
+    return a.take();
+  }
+  void take_point(std::size_t point, const std::string& bytes) {
+    Loader a(bytes);
+    Sharing::Point& p = book_.sharing.point[point];
+    DriverBook::Slot& s = book_.slots.at(p.slot);
+    bool kept = false;
+    std::string state;
+    a.plain(p.variant), a.plain(p.total);
+    archive_memory(a, s.memory);
+    a.plain(s.facts);
+    a.plain(kept);
+    if (kept) book_.kept_tangent.resize(points()), a.plain(book_.kept_tangent[point]);
+    a.text(state);
+    check_memory(s.memory);
+    if (!a.at_end() || p.variant >= book_.variants || !p.total.allFinite() || !(p.total.determinant() > 0) ||
+        (kept && !book_.kept_tangent[point].allFinite()))
+      throw InputError("checkpoint is damaged: a point and its RVE");
+    host_.put(p.slot, state, static_cast<double>(s.facts.grains));
+  }
+  /// The count of what was done before this driver was.
+  void go_on_counting(const SweepReport& from) { book_.report = from; }
 
   /// All that decides how the points go on: the book, then the states one by one; and back, into a driver that was made
   /// alike. Throws InputError.

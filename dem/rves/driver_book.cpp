@@ -72,7 +72,7 @@ Answer corrected(DriverBook& b, std::size_t i, const DriverBook::Job& job) {
 bool conclude(DriverBook& b) {
   for (const DriverBook::Job& job : b.jobs)
     if (!job.response.stable && b.reason.empty())
-      b.reason = fmt::format("RVE of point {}: {}", job.leader, job.response.failure);
+      b.reason = fmt::format("RVE of point {}: {}", name(b, job.leader), job.response.failure);
   if (!b.reason.empty()) {
     b.now.deformation.clear();  // nothing to compare the next response with
     return false;
@@ -184,7 +184,7 @@ DriverBook book_of(const DriverBook& own, const std::string& bytes) {
     throw InputError(fmt::format("of {} points, where there are {}", points, own.sharing.point.size()));
   if (paths != own.sharing.path.size()) throw InputError("of other adaptivity");
   DriverBook b;
-  b.options = own.options, b.deferral = own.deferral, b.variants = own.variants;
+  b.options = own.options, b.deferral = own.deferral, b.variants = own.variants, b.names = own.names;
   b.sharing.tolerance = own.sharing.tolerance;
   b.sharing.path.resize(paths);
   archive_points(a, b);

@@ -40,7 +40,8 @@ struct DriverBook {
   int sharp = 0;                   // increments that will have the network's tangent
   std::vector<Mat6> kept_tangent;  // elastic, quasi-Newton
   SweepReport report;
-  std::string reason;  // why the last response failed
+  std::string reason;               // why the last response failed
+  std::vector<std::int64_t> names;  // of the points, for messages; empty: their places here
 };
 
 DriverBook begin_book(std::span<const std::size_t> start, std::size_t variants, const RveOptions& options);
@@ -85,6 +86,11 @@ std::vector<std::uint64_t> lasting(const DriverBook& book);
 /// for bytes that no book of as many points has left.
 std::string book_bytes(const DriverBook& book);
 DriverBook book_of(const DriverBook& own, const std::string& bytes);
+
+/// What a message calls a point.
+inline std::int64_t name(const DriverBook& b, std::size_t point) {
+  return b.names.empty() ? static_cast<std::int64_t>(point) : b.names[point];
+}
 
 /// A memory as bytes; and one of a file that no run can have left is refused (InputError).
 template <class A>

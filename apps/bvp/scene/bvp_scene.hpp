@@ -62,6 +62,7 @@ struct BvpScene {
   fem::StaticsOptions solve;
   std::optional<fem::DynamicsOptions> dynamics;                 // instead of solve
   std::optional<fem::ExplicitStaticsOptions> explicit_statics;  // instead of solve
+  bool spread = false;                                          // the macro problem lies on all ranks, not on rank 0
   std::optional<fem::Regularisation> regularisation;            // of the points with grains
   std::optional<Hopkinson> hopkinson;
   bool has_rve = false;

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/bvp/across_ranks.hpp"
+
+#include <algorithm>
+#include <cstdint>
+
+namespace grus::app {
+
+int AcrossRanks::any(int bits) const {
+  int all = bits;
+  if (spread_) MPI_Allreduce(&bits, &all, 1, MPI_INT, MPI_BOR, MPI_COMM_WORLD);
+  return all;
+}
+
+std::string AcrossRanks::first(const std::string& text) const {
+  if (!spread_) return text;
+  const int mine = text.empty() ? session_.ranks() : session_.rank();
+  int from = 0;
+  MPI_Allreduce(&mine, &from, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
+  if (from == session_.ranks()) return {};
+  std::string all = text;
+  tell(from, all);
+  return all;
+}
+
+void AcrossRanks::tell(int from, std::string& bytes) const {
+  if (!spread_) return;
+  std::uint64_t size = bytes.size();
+  MPI_Bcast(&size, 1, MPI_UINT64_T, from, MPI_COMM_WORLD);
+  bytes.resize(size);
+  constexpr std::uint64_t piece = 1u << 28;  // of a message: a count is an int
+  for (std::uint64_t at = 0; at < size; at += piece)
+    MPI_Bcast(bytes.data() + at, static_cast<int>(std::min(size - at, piece)), MPI_CHAR, from, MPI_COMM_WORLD);
+}
+
+}  // namespace grus::app

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// A macro problem that lies on one rank, or on all: what its owners decide and do together.
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include "apps/bvp/on_all_ranks.hpp"
+
+namespace grus::app {
+
+/// Of a problem on one rank every member does what is asked on this rank alone. Of one that is spread, all ranks must
+/// call the same members in the same order.
+class AcrossRanks {
+public:
+  AcrossRanks(const fem::Session& session, bool spread) : session_(session), spread_(spread) {}
+
+  bool spread() const { return spread_; }
+  bool leads() const { return !spread_ || session_.rank() == 0; }
+  int rank() const { return spread_ ? session_.rank() : 0; }
+  int ranks() const { return spread_ ? session_.ranks() : 1; }
+  MPI_Comm comm() const { return spread_ ? MPI_COMM_WORLD : MPI_COMM_SELF; }
+
+  /// What may fail on any rank; then all throw the first one's error. `part` asks nothing of other ranks.
+  template <class F>
+  void together(F&& part) {
+    if (!spread_) return part();
+    agreed_ = true;
+    on_all_ranks(session_, part);
+    agreed_ = false;
+  }
+  /// What rank 0 does for all, such as to write.
+  template <class F>
+  void lead(F&& part) {
+    together([&] {
+      if (leads()) part();
+    });
+  }
+  /// Asked once of an error that is being handled: true where all ranks handle it. Of another one the rest know
+  /// nothing.
+  bool agreed() { return !spread_ || std::exchange(agreed_, false); }
+
+  /// Bits that are set on any rank.
+  int any(int bits) const;
+  /// What the first rank says whose text is not empty; empty: none does.
+  std::string first(const std::string& text) const;
+  /// Rank `from` tells all the others.
+  void tell(int from, std::string& bytes) const;
+
+private:
+  const fem::Session& session_;
+  bool spread_, agreed_ = false;
+};
+
+}  // namespace grus::app

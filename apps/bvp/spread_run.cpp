@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What a run does otherwise where its macro problem is spread over ranks: it hears of failures on any of them, and
+// keeps a checkpoint in shards.
+#include <fmt/format.h>
+
+#include <cstring>
+#include <filesystem>
+
+#include "apps/bvp/bvp_run.hpp"
+#include "apps/bvp/standing.hpp"
+#include "apps/run/folder.hpp"
+
+namespace grus::app {
+
+/// What one rank's points throw, all throw; what one rank's points refuse, all tell.
+void BvpRun::agree_on_responses() {
+  const auto reason = std::make_shared<std::string>();
+  material_->respond = [this, reason, respond = material_->respond, why = material_->reason](const fem::Points& p) {
+    bool good = false;
+    const dem::Fault fault = dem::fault_in([&] { good = respond(p); });
+    const int any = across_.any((fault ? 1 : 0) | (good ? 0 : 2));
+    if ((any & 1) != 0) across_.together([&] { rethrow(fault); });
+    if (any != 0) *reason = across_.first(good ? "" : why());
+    return good;
+  };
+  material_->reason = [reason] { return *reason; };
+}
+
+Shard BvpRun::own_shard() const {
+  Shard shard;
+  shard.elements = setup_.problem->own_elements();
+  shard.regions.resize(scene_.regions.size());
+  for (std::size_t i = 0; i < setup_.points.group.size(); ++i) {
+    const std::size_t group = setup_.points.group[i];
+    (group == 0 ? shard.rves : shard.regions[group - 1].points).push_back(setup_.problem->point_key(i));
+  }
+  return shard;
+}
+
+void BvpRun::write_sharded_checkpoint(nlohmann::json about) {
+  const char set = shards_ == 'a' ? 'b' : 'a';
+  across_.lead([&] { result_file(options_.directory, shard_file(set, 0)); });
+  fem::Snapshot macro = setup_.problem->own_snapshot();
+  about["columns"] = {macro.at_nodes, macro.of_cells};
+  about["shards"] = std::string(1, set);
+  if (rves_) about["sweeps"] = app::save(rves_->report_of_all());
+  Shard shard = own_shard();
+  const std::vector<double> rank(shard.elements.size(), across_.rank());
+  const std::vector<double> owner = setup_.problem->gather_cells(rank);
+  across_.together([&] {
+    shard.macro = std::move(macro.values);
+    for (std::size_t r = 0; r < regions_.size(); ++r) shard.regions[r].bytes = regions_[r].save();
+    write_shard(options_.directory + "/" + shard_file(set, across_.rank()), shard,
+                [&](std::size_t k) { return rves_->save_point(k); });
+  });
+  across_.lead([&] {  // from here on the new set is the checkpoint
+    const std::vector<std::int32_t> owners(owner.begin(), owner.end());
+    dem::write_checkpoint(result_file(options_.directory, "checkpoint.h5"), about.dump(), [&](const auto& take) {
+      take(output_->history().text());
+      take(std::string(reinterpret_cast<const char*>(owners.data()), owners.size() * sizeof(std::int32_t)));
+    });
+  });
+  shards_ = set;
+  across_.lead([&] {  // that of before, which more ranks may have written
+    std::error_code none;
+    for (const auto& entry : std::filesystem::directory_iterator(options_.directory + "/checkpoint", none))
+      if (entry.path().filename().string().starts_with(fmt::format("{}_", set == 'a' ? 'b' : 'a')))
+        std::filesystem::remove(entry.path(), none);
+  });
+}
+
+void BvpRun::take_shards(const nlohmann::json& about, const std::string& packed) {
+  const auto columns = about.at("columns").get<std::array<std::vector<std::string>, 2>>();
+  shards_ = about.at("shards").get<std::string>().at(0);
+  std::vector<std::int32_t> owners(packed.size() / sizeof(std::int32_t));
+  std::memcpy(owners.data(), packed.data(), owners.size() * sizeof(std::int32_t));
+  Shard shard = own_shard();
+  across_.together([&] {
+    read_shards(options_.directory, shards_, owners, shard,
+                [&](std::size_t k, const std::string& bytes) { rves_->load_point(k, bytes); });
+    for (std::size_t r = 0; r < regions_.size(); ++r)
+      if (!shard.regions[r].points.empty()) regions_[r].load(shard.regions[r].bytes);
+  });
+  setup_.problem->restore_own({columns[0], columns[1], std::move(shard.macro)});
+  if (!rves_ || !across_.leads()) return;
+  coupling::SweepReport done;
+  app::load(about.at("sweeps"), done);
+  rves_->go_on_counting(done);
+}
+
+}  // namespace grus::app

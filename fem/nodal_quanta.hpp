@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// Nodal sums whose bits depend neither on the elements' order nor on the ranks that hold them.
+#pragma once
+
+#include <mpi.h>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "fem/dolfinx_compat.hpp"
+
+namespace grus::fem {
+
+/// What an element adds to a component of a local node.
+struct Contribution {
+  std::int32_t at;
+  double value;
+};
+
+/// Contributions are rounded to multiples of one quantum, 2^-50 of the power of two above the largest on any rank, and
+/// added as integers: associative, so that shared nodes may be summed in any order. Each is off by half a quantum at
+/// most, 2^-50 of the largest; 2^12 may meet at a node.
+class NodalQuanta {
+public:
+  NodalQuanta(MPI_Comm comm, const std::shared_ptr<const dolfinx::common::IndexMap>& map, int components)
+      : comm_(comm), sum_(map, components) {}
+
+  /// The sums at owned nodes, all components; NaN everywhere where a contribution on any rank is no number.
+  void add_up(std::span<const Contribution> parts, std::span<double> owned);
+
+private:
+  MPI_Comm comm_;
+  dolfinx::la::Vector<std::int64_t> sum_;
+};
+
+}  // namespace grus::fem

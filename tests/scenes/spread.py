@@ -1,0 +1,195 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""A macro problem that is spread over ranks (solve.spread): the same bytes on any number of them, killed and resumed on
+another number, and failures of one rank that end all: spread.py BIN"""
+import glob
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+import scene_tools
+from scene_tools import faults, history, need, run, shipped, summary, without_wall, write
+
+bvp = scene_tools.program(os.path.abspath(sys.argv[1]), "grus-bvp")
+SIDES = "".join(f'[[boundary]]\nname = "{n}"\nwhere = "{w}"\npressure = "100 kPa"\nhistory = "constant"\n'
+                for n, w in (("left", "x=min"), ("right", "x=max"), ("front", "y=min"), ("back", "y=max")))
+# A block of random cells, which are chaotic: a bit that differs anywhere tells runs apart.
+BLOCK = f"""
+[mesh]
+box = {{ size = ["50 mm", "50 mm", "100 mm"], cells = [2, 2, 3] }}
+[element]
+kind = "fbar"
+[rve]
+scene = "{os.path.join(shipped, "sphere_rve.toml")}"
+set = ["packing.box=[0.027, 0.027, 0.027]", "numerics.max_overlap=0.3"]
+strain_per_step = 1e-5
+inertial_number = 2e-3
+variants = 2
+[[boundary]]
+name = "bottom"
+where = "z=min"
+displacement = [0, 0, 0]
+[[boundary]]
+name = "top"
+where = "z=max"
+displacement = [0, 0, "-0.3 mm"]
+{SIDES}
+[[region]]
+where = "z<0.02"
+material = "j2"
+youngs_modulus = "50 MPa"
+poissons_ratio = 0.3
+density = "2000 kg/m^3"
+yield_stress = "80 kPa"
+hardening = "1 MPa"
+initial_stress = ["-100 kPa", "-100 kPa", "-100 kPa", 0, 0, 0]
+[[probe]]
+name = "middle"
+at = ["25 mm", "25 mm", "50 mm"]
+frames = true
+grading = true
+[[probe]]
+name = "upper"
+where = "z>0.06"
+[solve]
+kind = "explicit-quasi-static"
+spread = true
+crossings = 30
+kinetic = 0.1
+balance = 0.2
+[output]
+frames = 3
+history_interval = 0.05
+"""
+
+
+def command(ranks, scene, out, *settings, more=()):
+    launch = ["mpirun", "-n", str(ranks)] if ranks > 1 else []
+    changes = [a for s in settings for a in ("--set", s)]
+    return [*launch, bvp, scene, "-o", out, "--threads", "1", "--quiet", *more, *changes]
+
+
+def frames(folder):
+    names = sorted(glob.glob("*/*.hdf", root_dir=folder) + glob.glob("*.series", root_dir=folder))
+    return {name: open(os.path.join(folder, name), "rb").read() for name in names}
+
+
+def same(name, a, b):
+    need(without_wall(a) == without_wall(b), f"{name}: another history.csv")
+    one, other = frames(a), frames(b)
+    need(len(one) > 6 and one == other, f"{name}: other frames: {[k for k in one if one[k] != other.get(k)]}")
+
+
+def any_ranks(tmp, scene):
+    """1, 2, 3 and 7 ranks, the last of which have next to nothing; and rank 0 alone, but for what grains make of it."""
+    for ranks in (1, 2, 3, 7):
+        out = os.path.join(tmp, f"on_{ranks}")
+        r = run(*command(ranks, scene, out))
+        need(r.returncode == 0, f"{ranks} ranks: exit {r.returncode} {r.stderr[-300:]}")
+        need(summary(out)["ranks"] == ranks, f"{ranks} ranks: {summary(out)['ranks']} told")
+        if ranks > 1:
+            same(f"{ranks} ranks", os.path.join(tmp, "on_1"), out)
+    rows, last = history(os.path.join(tmp, "on_1")), {}
+    need(int(rows[-1]["rves"]) == int(rows[-1]["rves_distinct"]) < 96, f"points: {rows[-1]['rves']}")
+    r = run(*command(1, scene, os.path.join(tmp, "farm"), "solve.spread=false"))
+    need(r.returncode == 0, f"farm: {r.stderr[-300:]}")
+    for name, within in (("reaction_top_z_N", 0.02), ("volume_m3", 1e-4), ("macro_external_J", 0.02)):
+        last = [float(r[-1][name]) for r in (rows, history(os.path.join(tmp, "farm")))]
+        need(abs(last[0] / last[1] - 1) < within, f"{name}: {last[0]} spread, {last[1]} on rank 0")
+
+
+def more_ranks_than_elements(tmp, scene):
+    for ranks in (1, 4):
+        out = os.path.join(tmp, f"few_{ranks}")
+        r = run(*command(ranks, scene, out, "mesh.box.cells=[1,1,2]", "region=", "boundary.1.displacement=[0,0,-1e-4]"))
+        need(r.returncode == 0, f"2 elements on {ranks} ranks: exit {r.returncode} {r.stderr[-300:]}")
+    same("2 elements on 4 ranks", os.path.join(tmp, "few_1"), os.path.join(tmp, "few_4"))
+
+
+def resumed(tmp, scene):
+    """A rank is killed: the job ends, and goes on with another number of ranks. Signals: 130, and the same."""
+    part = os.path.join(tmp, "part")
+    often = ("output.checkpoint_interval=0.2",)
+    p = subprocess.Popen(command(3, scene, part, *often), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                         start_new_session=True)
+    index = os.path.join(part, "checkpoint.h5")
+    while p.poll() is None and not (os.path.exists(index) and history(part)):
+        time.sleep(0.05)
+    ranks = [int(n) for n in run("pgrep", "-P", str(p.pid)).stdout.split()]
+    if need(p.poll() is None and len(ranks) == 3, f"killed at {p.poll()}, ranks {ranks}"):
+        os.kill(ranks[-1], signal.SIGKILL)
+    begin = time.time()
+    need(p.wait(60) != 0 and time.time() - begin < 30, f"a killed rank: exit {p.returncode}")
+    need(not run("pgrep", "-s", str(p.pid)).stdout, "ranks are left")
+    for ranks in (1, 2, 4):
+        out = os.path.join(tmp, f"again_{ranks}")
+        shutil.copytree(part, out)
+        r = run(*command(ranks, scene, out, *often, more=["--resume"]))
+        need(r.returncode == 0, f"resumed on {ranks}: exit {r.returncode} {r.stderr[-300:]}")
+        same(f"killed on 3, resumed on {ranks}", os.path.join(tmp, "on_1"), out)
+        sets = {n[0] for n in os.listdir(os.path.join(out, "checkpoint"))}
+        need(len(sets) == 1, f"shards of {sets}")
+    # Out of time, twice, on other ranks: 75, and what the run gives that was never stopped.
+    out, status = os.path.join(tmp, "limited"), 75
+    for k, ranks in enumerate((2, 1, 3, 2)):
+        limit = ["--max-time", "3 s"] if k < 3 else []
+        r = run(*command(ranks, scene, out, more=[*limit, *(["--resume"] if os.path.exists(out) else [])]))
+        need(r.returncode in (0, 75), f"--max-time: exit {r.returncode} {r.stderr[-300:]}")
+        status = r.returncode
+        if status == 0:
+            break
+    need(status == 0, "not at its end without a limit")
+    same("stopped by --max-time", os.path.join(tmp, "on_1"), out)
+    # Damaged shards are refused in one line, on any rank.
+    shard = sorted(glob.glob(os.path.join(part, "checkpoint", "*.h5")))[-1]
+    data = open(shard, "rb").read()
+    for spoiled in (data[: len(data) // 2], data[:60000] + bytes([data[60000] ^ 1]) + data[60001:], None):
+        out = os.path.join(tmp, "spoiled")
+        shutil.rmtree(out, ignore_errors=True)
+        shutil.copytree(part, out)
+        there = os.path.join(out, "checkpoint", os.path.basename(shard))
+        if spoiled is None:
+            os.remove(there)
+        else:
+            open(there, "wb").write(spoiled)
+        for ranks in (1, 2):
+            r = run(*command(ranks, scene, out, *often, more=["--resume"]))
+            said = [line for line in r.stderr.split("\n") if "checkpoint" in line]
+            need(r.returncode == 2 and len(said) == 1,
+                 f"damaged shard on {ranks}: exit {r.returncode} {r.stderr[-300:]!r}")
+
+
+def failures(tmp, scene):
+    """A cell that cannot go on, a folder that rank 0 cannot write to: one line, its status, and no rank waits."""
+    tight = "rve.set=['packing.box=[0.027, 0.027, 0.027]', 'numerics.max_overlap=0.012']"
+    said = []
+    for ranks in (1, 3):
+        r = run(*command(ranks, scene, os.path.join(tmp, f"tight_{ranks}"), tight), timeout=120)
+        said += [line for line in r.stderr.split("\n") if line.startswith(scene)]
+        need(r.returncode == 3, f"a cell that gives up, {ranks} ranks: exit {r.returncode} {r.stderr[-300:]!r}")
+    need(len(said) == 2 and all("RVE of point" in line for line in said), f"a cell that gives up: {said}")
+    r = run(*command(2, scene, os.path.join(tmp, "elastic"), tight, "rve.on_failure=elastic"), timeout=120)
+    need(r.returncode == 0 and int(history(os.path.join(tmp, "elastic"))[-1]["rves_given_up"]) > 0,
+         f"elastic: exit {r.returncode} {r.stderr[-300:]!r}")
+    out = os.path.join(tmp, "full")
+    p = subprocess.Popen(command(2, scene, out), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    while p.poll() is None and not os.path.exists(os.path.join(out, "history.csv")):
+        time.sleep(0.02)
+    shutil.rmtree(os.path.join(out, "macro"), ignore_errors=True)  # what rank 0 writes next fails
+    open(os.path.join(out, "macro"), "w").close()
+    error = p.communicate(timeout=120)[1]
+    said = [line for line in error.split("\n") if line.startswith(scene)]
+    need(p.returncode == 1 and len(said) == 1, f"rank 0 cannot write: exit {p.returncode} {error[-300:]!r}")
+
+
+with tempfile.TemporaryDirectory() as tmp:
+    block = write(tmp, BLOCK)
+    any_ranks(tmp, block)
+    more_ranks_than_elements(tmp, block)
+    resumed(tmp, block)
+    failures(tmp, block)
+sys.exit(1 if faults else 0)
