@@ -205,7 +205,7 @@ TEST_CASE("nodes of a spread problem lie where those of a whole one lie, to the 
     fem::Problem spread = block(MPI_COMM_WORLD, c, true), whole = block(MPI_COMM_SELF, c, true);
     const std::vector<Point>&some = spread.impl().node_at, &all = whole.impl().node_at;
     std::size_t found = 0;
-    for (const Point& x : some) found += std::find(all.begin(), all.end(), x) != all.end() ? 1 : 0;
+    for (const Point& x : some) found += std::find(all.begin(), all.end(), x) != all.end() ? 1u : 0u;
     CHECK(found == some.size());
   }
 }
