@@ -248,7 +248,7 @@ def one(number):
         except subprocess.TimeoutExpired:
             process.send_signal(signal.SIGINT)  # an increment of a macro problem is ended first, unless asked twice
         try:
-            _, errors = process.communicate(timeout=2)
+            _, errors = process.communicate(timeout=10)  # other tests have the cores too
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)
             _, errors = process.communicate()
