@@ -156,7 +156,7 @@ def new(tmp):
     r = go(os.path.join(binaries, "grus-report"), "oedometer", "single-grain")
     page = open(os.path.join(tmp, "oedometer", "report.html")).read()
     need(
-        r.returncode == 0 and page.count("image/svg+xml") >= 12 and 'alt="Single grains' in page
+        r.returncode == 0 and page.count("image/svg+xml") >= 12 and 'aria-label="Single grains' in page
         and "Void ratio against" in page and "Gradings, first and last" in page, f"report: {r.stderr}")
 
 
