@@ -32,7 +32,16 @@ void read_implicit(Table& t, dem::Model& model, bool unit_cell) {
   if (attracts(model.law)) t.fail(key, "\"implicit\" knows no contacts that attract (contact = \"jkr\")");
   for (const dem::Material& m : model.materials)
     if (const char* what = beyond(m)) t.fail(key, fmt::format("\"implicit\" knows no {}: material {}", what, m.name));
-  model.stepper = &dem::implicit_stepper, model.numerics.place_of_step = t.place(key);
+  const double compliance = t.number_or("compliance", 1, dimension::none, {0, 1});
+  if (compliance != 0 && compliance != 1)
+    t.fail("compliance", "is 1, that of the contact law, or 0: contacts that do not give way");
+  const bool rigid = compliance == 0;
+  if (rigid && !std::holds_alternative<dem::Foundation>(model.law))
+    t.fail("compliance", "0 is for hulls (contact = \"overlap\")");
+  if (rigid && model.breakable())
+    t.fail("compliance", "0 is for grains that do not break: fragments pushed apart would make energy of nothing");
+  model.stepper = rigid ? &dem::rigid_stepper : &dem::implicit_stepper;
+  model.numerics.place_of_step = t.place(key);
 }
 
 void check_implicit(Table& t, dem::TestKind kind) {

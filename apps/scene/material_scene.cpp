@@ -306,7 +306,10 @@ void read_model(Table& scene, dem::Model& model, bool unit_cell) {
     n.fracture_every = static_cast<int>(t->integer_or("fracture_every", n.fracture_every, 1, 100000));
     n.max_energy_error = t->number_or("max_energy_error", n.max_energy_error, dimension::none, positive);
     if (auto inertia = t->table_if("inertia")) read_inertia(*inertia, n);
-    if (t->choice_or("engine", "explicit", {"explicit", "implicit"}) == "implicit") read_implicit(*t, model, unit_cell);
+    if (t->choice_or("engine", "explicit", {"explicit", "implicit"}) == "implicit")
+      read_implicit(*t, model, unit_cell);
+    else if (t->has("compliance"))
+      t->fail("compliance", "is of engine = \"implicit\"");
     n.max_overlap = t->number_or("max_overlap", model.overlap_limit(), dimension::none, {0, 10, true});
     t->finish();
   }

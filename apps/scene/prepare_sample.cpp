@@ -121,7 +121,11 @@ void settle_rows(RveScene& scene) {
 void settle(RveScene& scene, const dem::Sample& sample) {
   if (scene.model.numerics.inertia_step > 0)
     refuse_long_step(scene, sample.state.grains), refuse_real_time(scene, sample.state);
-  if (scene.model.stepper == &dem::implicit_stepper) refuse_real_time(scene, sample.state);
+  if (dem::steps_implicitly(scene.model)) refuse_real_time(scene, sample.state);
+  if (scene.model.stepper == &dem::rigid_stepper)
+    scene.notes.push_back(
+        "numerics.compliance = 0: contacts do not give way, so their forces are not unique (the largest of a grain by "
+        "some 20 %)");
   scene.notes.insert(scene.notes.end(), sample.notes.begin(), sample.notes.end());
   scene.test = dem::fitted(std::move(scene.test), sample);
   if (scene.test.kind == dem::TestKind::platens) settle_rows(scene);

@@ -143,7 +143,7 @@ void read_loading(Table t, RveScene& scene) {
   }
   const auto g = t.numbers_or("gravity", {0, 0, 0}, dimension::acceleration);
   scene.model.motion.gravity = {g[0], g[1], g[2]};
-  if (scene.model.stepper == &dem::implicit_stepper) check_implicit(t, test.kind);
+  if (dem::steps_implicitly(scene.model)) check_implicit(t, test.kind);
   if (scene.model.numerics.inertia_step > 0 && test.kind == Kind::free)
     t.fail("kind", "\"free\" is of real time: numerics.inertia.step would change what the grains do in it");
   if (scene.model.numerics.scales_inertia() && !scene.model.motion.gravity.isZero())

@@ -44,8 +44,26 @@ Place place_of(const State& s, std::size_t k, bool walled) {
   return at;
 }
 
+constexpr double kept = 0.01;   // overlap that rigid contacts keep, of the smaller radius: they are found by it
+constexpr double apart = 0.05;  // of what is beyond it: undone in a step
+
+/// Rows of a contact that does not give way; where the search begins is the force of the step before.
+void make_rigid(const State& s, double dt, const Pair& p, bool walled, const Touch& touch, ConeContact& c,
+                HeldContact& of) {
+  const Vec3 third = c.normal.cross(c.across);
+  of.held = {std::max(0.0, c.normal.dot(touch.force)), c.across.dot(touch.force), third.dot(touch.force), 0, 0, 0};
+  of.energy = touch.held + shear_energy(s.contacts.contact[of.pair]), of.viscous = 0;  // of what was not rigid yet
+  c.rocks = false, of.moved[rock_row] = of.moved[rock_row + 1] = 0;
+  c.compliance.fill(0);
+  c.free = of.moved;
+  const auto& extent = s.grains.extent;
+  const double radius = std::min(extent[p.a].equivalent_radius, walled ? INFINITY : extent[p.b].equivalent_radius);
+  const double beyond = touch.overlap - kept * radius;
+  c.free[press_row] -= (beyond > 0 ? apart : 1.0) * beyond / dt;
+}
+
 /// The rows of a touching pair; false: it presses nowhere.
-bool rows_of(const Model& model, const State& s, double dt, std::size_t row, ConeSystem& system) {
+bool rows_of(const Model& model, const State& s, double dt, bool rigid, std::size_t row, ConeSystem& system) {
   ConeContact& c = system.contact[row];
   HeldContact& of = system.held[row];
   const std::size_t k = of.pair;
@@ -102,12 +120,13 @@ bool rows_of(const Model& model, const State& s, double dt, std::size_t row, Con
     for (std::size_t j = slide_row; j <= spin_row; ++j) c.compliance[j] = held[j] = 0;
   if (c.spin_arm == 0) held[spin_row] = 0;
   for (std::size_t j = 0; j < cone_rows; ++j) c.free[j] = moved[j] - held[j] * dt * c.compliance[j];
+  if (rigid) make_rigid(s, dt, p, walled, s.contacts.touch[k], c, of);
   return true;
 }
 
 }  // namespace
 
-void fill(const Model& model, const State& s, double dt, Team& team, ConeSystem& system) {
+void fill(const Model& model, const State& s, double dt, bool rigid, Team& team, ConeSystem& system) {
   const Grains& g = s.grains;
   system.body.resize(g.size());
   team.blocks(g.size(), [&](std::size_t begin, std::size_t end) {
@@ -123,7 +142,7 @@ void fill(const Model& model, const State& s, double dt, Team& team, ConeSystem&
   const std::size_t n = system.held.size();
   system.contact.resize(n), system.presses.resize(n);
   team.blocks(n, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t row = begin; row < end; ++row) system.presses[row] = rows_of(model, s, dt, row, system);
+    for (std::size_t row = begin; row < end; ++row) system.presses[row] = rows_of(model, s, dt, rigid, row, system);
   });
   std::size_t kept = 0;
   for (std::size_t row = 0; row < n; ++row)

@@ -25,7 +25,7 @@ struct ConeSystem {
   std::vector<std::uint8_t> presses;
 };
 
-/// `dt` (s): the step to come. Contacts must have been shown.
-void fill(const Model& model, const State& state, double dt, Team& team, ConeSystem& system);
+/// `dt` (s): the step to come. `rigid`: hulls do not give way. Contacts must have been shown.
+void fill(const Model& model, const State& state, double dt, bool rigid, Team& team, ConeSystem& system);
 
 }  // namespace grus::dem

@@ -26,6 +26,8 @@ constexpr double made = 1e-3;         // energy that a step may make of nothing,
 constexpr double flight = 0.01;       // in a step, of the mean radius
 constexpr std::uint64_t between = 5;  // steps between estimates of the step
 
+bool rigid(const Model& model) { return model.stepper == &rigid_stepper; }
+
 /// The step in which contacts move by a share of their overlap, and what flies by one of its radius (s); infinite where
 /// nothing moves.
 double step_by_approach(const State& s) {
@@ -99,6 +101,7 @@ struct Room {
   std::vector<Vec3> taken;  // N: twice the mean force on each grain in the step
   double pressed = 0;       // N, of all contacts
   double lost = 0;          // J, by the scheme in the step
+  std::vector<Vec3> force;  // N, of rigid contacts
   State before;             // of a step that may have to be taken back
 };
 
@@ -139,7 +142,13 @@ ConeEnd solve_step(const Model& model, State& state, double dt, Team& team, Room
     double given = 0;
     for (std::size_t j = 0; j < cone_rows; ++j) velocity[j] += by[j], given += impulse[j] * velocity[j];
     lost += of.energy - given;
-    if (impulse[press_row] > 0) lost += half_work(of, velocity, dt);
+    if (rigid(model)) {
+      double rubbed = 0;
+      for (std::size_t j = slide_row; j < rock_row; ++j) rubbed -= impulse[j] * velocity[j];
+      state.ledger.friction += rubbed, lost -= rubbed;
+    } else if (impulse[press_row] > 0) {
+      lost += half_work(of, velocity, dt);
+    }
     work -= (impulse[0] * c.normal + impulse[1] * c.across + impulse[2] * c.normal.cross(c.across)).dot(of.driven);
     room.pressed += impulse[press_row] / dt;
   }
@@ -154,14 +163,49 @@ ConeEnd solve_step(const Model& model, State& state, double dt, Team& team, Room
   return end;
 }
 
+/// Forces of rigid contacts are those that the step took: they go with their pairs through a new list.
+void keep_forces(State& state, double dt, const Room& room) {
+  for (Touch& touch : state.contacts.touch) touch.force.setZero();
+  for (std::size_t k = 0; k < room.system.contact.size(); ++k) {
+    const ConeContact& c = room.system.contact[k];
+    const ConeRows& g = room.impulse[k];
+    state.contacts.touch[room.system.held[k].pair].force =
+        (g[0] * c.normal + g[1] * c.across + g[2] * c.normal.cross(c.across)) / dt;
+  }
+}
+
+/// Contacts at the end of a step: as the laws say, or of rigid ones where they are alone. Those hold no energy.
+void find_contacts(const Model& model, State& state, double dt, Team& team, Room& room) {
+  Contacts& c = state.contacts;
+  const bool alone = rigid(model);
+  if (alone) {
+    room.force.resize(c.size());
+    for (std::size_t k = 0; k < c.size(); ++k) room.force[k] = c.touch[k].force;
+  }
+  contact_forces(model.law, model.pairs, state.grains, state.boundary, dt, true, c, team);
+  sweep(Kick::close, state.grains, c, model.motion, false, 0, state.grain_energy, team);
+  if (!alone) return;
+  flush(c);
+  for (std::size_t k = 0; k < c.size(); ++k) {
+    Contact now = c.contact[k];
+    now.spring[slide_spring].setZero(), now.compliance = now.viscous = 0;
+    c.contact.set(k, now);
+    c.touch[k].force = room.force[k], c.touch[k].held = 0;
+  }
+  for (std::size_t i = 0; i < state.grains.size(); ++i) state.grains.force[i] = 0.5 * room.taken[i];
+}
+
 /// Rows of the next step, and what they say of this one. Returns how far the forces that the laws say are from those
 /// that were taken, over the contacts' forces; of a step that makes energy of nothing that it is of no use.
 double end_step(const Model& model, State& state, double dt, Team& team, Room& room) {
-  fill(model, state, dt, team, room.system);
+  fill(model, state, dt, rigid(model), team, room.system);
   double held = 0;
-  for (const HeldContact& of : room.system.held)
-    room.lost += half_work(of, of.moved, dt) - of.energy, held += of.energy;
+  for (const HeldContact& of : room.system.held) {
+    room.lost -= of.energy, held += of.energy;
+    if (!rigid(model)) room.lost += half_work(of, of.moved, dt);
+  }
   state.ledger.damping += room.lost, state.ledger.local_damping += room.lost;
+  if (rigid(model)) return 0;
   if (room.lost < -made * held) return INFINITY;
   double off = 0;
   for (std::size_t i = 0; i < state.grains.size(); ++i) off += (state.grains.force[i] - 0.5 * room.taken[i]).norm();
@@ -196,7 +240,7 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
   };
   const bool chosen = model.numerics.time_step == 0;
   const auto too_long = [&] { state.watch = StepWatch::firmer, state.next_estimate = state.steps; };
-  fill(model, state, dt, team, room.system);
+  fill(model, state, dt, rigid(model), team, room.system);
   while (k < count) {
     const bool may_shrink = chosen && state.watch != StepWatch::off;
     if (may_shrink) room.before = state;
@@ -208,6 +252,7 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
       too_long();
       break;
     }
+    if (rigid(model)) keep_forces(state, dt, room);
     sweep(Kick::open, g, state.contacts, free, false, dt, state.grain_energy, team);
     double& way = state.reference.travelled;
     way += bound.of_step(k, 1.1 * take_speed(state.grain_energy), way);
@@ -219,8 +264,7 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
     const bool due = passes.due(state);
     for (const Pass* pass : passes)
       if (pass->before_forces) pass->before_forces(step);
-    contact_forces(model.law, model.pairs, g, state.boundary, dt, true, state.contacts, team);
-    sweep(Kick::close, g, state.contacts, model.motion, false, 0, state.grain_energy, team);
+    find_contacts(model, state, dt, team, room);
     const double missed = end_step(model, state, dt, team, room);
     if (may_shrink && missed > useless) {
       state = room.before, too_long();
@@ -250,6 +294,6 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
 
 }  // namespace
 
-const Stepper implicit_stepper{make_ready, choose_time_step, run};
+const Stepper implicit_stepper{make_ready, choose_time_step, run}, rigid_stepper{make_ready, choose_time_step, run};
 
 }  // namespace grus::dem

@@ -163,3 +163,33 @@ TEST_CASE("a step a thousand times too long is refused, or gives what statics sa
   else
     CHECK_THAT(told, Catch::Matchers::Contains("lower numerics"));
 }
+
+TEST_CASE("a plank on three posts: what all bear is its weight, by rigid contacts, but who bears it is open") {
+  Team team(1);
+  const double c = 1e9, mass = 4 * 1 * 0.2, dt = 1e-3;
+  const auto borne = [&](const Stepper& stepper, double first) {
+    Model model = hull_model(0.5, c);
+    model.stepper = &stepper, model.numerics.time_step = dt;
+    model.motion.gravity = -g0 * Vec3::UnitZ();
+    State s;
+    add_body(s, box_between(Vec3(-2, -0.5, -0.1), Vec3(2, 0.5, 0.1)), Vec3(0, 0, 0.5 + 0.1 - 1e-8), Quat::Identity());
+    for (const double x : {-1.5, 0.0, 1.5})
+      add_body(s, box_between(Vec3(-0.1, -0.1, -0.25), Vec3(0.1, 0.1, 0.25)), Vec3(x, 0, 0.25 - 1e-8),
+               Quat::Identity());
+    add_floor(s);
+    prepare(model, s, team);
+    run_for(model, s, 0.2, team);  // it has come to rest
+    for (std::size_t k = 0; k < s.contacts.begin[first_wall]; ++k)
+      if (s.contacts.pair[k].b == 2) s.contacts.touch[k].force *= first;  // where the search begins
+    run_for(model, s, 0.01, team);
+    Vec3 on = Vec3::Zero();
+    for (std::size_t k = 0; k < s.contacts.begin[first_wall]; ++k)
+      if (s.contacts.contact.touching(k)) on[s.contacts.pair[k].b - 1] = -s.contacts.touch[k].force.z();
+    CHECK(std::abs(on.sum()) == Approx(mass * g0).epsilon(0.01));
+    CHECK(on[0] == Approx(on[2]).margin(0.01 * mass * g0));
+    CHECK(std::abs(energy_error(s.ledger, stored_energy(model, s))) < 1e-6);
+    return on;
+  };
+  CHECK((borne(implicit_stepper, 1) - borne(implicit_stepper, 2)).norm() < 0.01 * mass * g0);
+  CHECK((borne(rigid_stepper, 1) - borne(rigid_stepper, 2)).norm() > 0.05 * mass * g0);
+}
