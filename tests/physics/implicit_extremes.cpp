@@ -193,3 +193,20 @@ TEST_CASE("a plank on three posts: what all bear is its weight, by rigid contact
   CHECK((borne(implicit_stepper, 1) - borne(implicit_stepper, 2)).norm() < 0.01 * mass * g0);
   CHECK((borne(rigid_stepper, 1) - borne(rigid_stepper, 2)).norm() > 0.05 * mass * g0);
 }
+
+TEST_CASE("a rigid cube slides as Coulomb says, and its friction is booked") {
+  Team team(1);
+  const double angle = pi / 6, dt = 1e-3, kept = 0.01 * std::cbrt(3 / (4 * pi));  // the overlap that it keeps
+  Model model = hull_model(0.5, 1e9);
+  model.stepper = &rigid_stepper, model.numerics.time_step = dt;
+  model.motion.gravity = g0 * Vec3(std::sin(angle), 0, -std::cos(angle));
+  State s;
+  add_body(s, unit_cube(), Vec3(0, 0, 0.5 - kept), Quat::Identity());
+  add_floor(s);
+  prepare(model, s, team);
+  run_for(model, s, 0.1, team);
+  const Motion& m = s.grains.motion[0];
+  const double pressed = g0 * std::cos(angle);
+  CHECK(m.velocity.x() == Approx(0.1 * (g0 * std::sin(angle) - 0.5 * pressed)).epsilon(0.01));
+  CHECK(s.ledger.friction == Approx(0.5 * pressed * m.position.x()).epsilon(0.01));
+}
