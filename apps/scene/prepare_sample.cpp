@@ -58,8 +58,6 @@ struct Preparations {
   }
 };
 
-double void_ratio_of(const dem::State& s) { return dem::bulk_volume(s.boundary) / dem::solid_volume(s.grains) - 1; }
-
 /// A step for which next to nothing but added inertia would resist: far beyond what a wave takes through any grain.
 void refuse_long_step(const RveScene& scene, const dem::Grains& grains) {
   const double step = scene.model.numerics.inertia_step;
@@ -131,7 +129,7 @@ void settle(RveScene& scene, const dem::Sample& sample) {
 Base prepare_base(const RveScene& scene, const dem::Sample* made, dem::Team& team, const StageWatch& watch) {
   Base base;
   base.state = made ? made->state : dem::make(scene.model, scene.recipe, team, dem::stage_of(watch, "packing")).state;
-  base.packed_void_ratio = void_ratio_of(base.state);
+  base.packed_void_ratio = dem::void_ratio(base.state);
   base.state =
       dem::compressed(std::move(base.state), scene.model, scene.recipe.preparation, team, watch, &base.density);
   return base;

@@ -181,13 +181,7 @@ void make_ready(const Model& model, State& state, Team& team) {
   note_bonded(state);
   state.contacts.contact.keep(model.springs(), attracts(model.law));
   build_contacts(g, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team);
-  if (std::none_of(model.pairs.begin(), model.pairs.end(),
-                   [](const PairLaw& p) { return p.friction[slide_spring] > 0; })) {
-    ContactColumns& c =
-        state.contacts.contact;  // of a preparation with friction; passes without it leave springs alone
-    for (auto& column : c.spring[slide_spring]) std::fill(column.begin(), column.end(), 0.0);
-    std::fill(c.compliance.begin(), c.compliance.end(), 0.0);
-  }
+  if (!grains_rub(model)) drop_slide_springs(state.contacts);  // of a preparation with friction
   contact_forces(model.law, model.pairs, g, state.boundary, 0, true, state.contacts, team);
   sweep(Kick::close, g, state.contacts, settings_of(model, state), false, 0, state.grain_energy, team);
   flush(state.contacts);

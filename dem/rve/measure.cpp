@@ -69,6 +69,8 @@ double bulk_volume(const Boundary& boundary) {
   return v;
 }
 
+double void_ratio(const State& s) { return bulk_volume(s.boundary) / solid_volume(s.grains) - 1; }
+
 namespace {
 
 /// `virial`: of the contacts.

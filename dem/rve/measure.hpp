@@ -54,6 +54,9 @@ Vec3 normal_stresses(const State& state);
 
 double bulk_volume(const Boundary& boundary);
 
+/// Voids over solids, by volume, of cell or box.
+double void_ratio(const State& state);
+
 /// Rate x mean diameter x sqrt(density / pressure).
 double inertial_number(const State& state, double strain_rate, double pressure);
 

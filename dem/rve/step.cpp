@@ -81,6 +81,17 @@ BlockEnergy refresh_forces(const Model& model, State& state, Team& team) {
   return taken;
 }
 
+bool grains_rub(const Model& model) {
+  return std::any_of(model.pairs.begin(), model.pairs.end(),
+                     [](const PairLaw& p) { return p.friction[slide_spring] > 0; });
+}
+
+void drop_slide_springs(Contacts& contacts) {
+  ContactColumns& c = contacts.contact;
+  for (auto& column : c.spring[slide_spring]) std::fill(column.begin(), column.end(), 0.0);
+  std::fill(c.compliance.begin(), c.compliance.end(), 0.0);
+}
+
 double stored_energy(const Model& model, const State& state) {
   return kinetic_energy(state.grains) + elastic_energy(model.law, state.contacts) + stored_energy(state.bonds);
 }

@@ -17,6 +17,12 @@ void rotate(State& state, const Mat3& rotation);
 /// which nobody has booked: springs that exceed their limit now, contacts that have parted.
 BlockEnergy refresh_forces(const Model& model, State& state, Team& team);
 
+/// Whether contacts of any two materials rub.
+bool grains_rub(const Model& model);
+
+/// Takes the springs along the plane off all contacts: where none rubs any more, nobody looks at them.
+void drop_slide_springs(Contacts& contacts);
+
 /// Kinetic, contact and spring energy (J).
 double stored_energy(const Model& model, const State& state);
 

@@ -51,7 +51,7 @@ Facts facts_of(const Model& model, const State& s, double haste) {
   f.unexplained = s.ledger.unexplained;
   f.lost_mass = s.ledger.fines.mass;
   f.mass = f.lost_mass + total_mass(s.grains);
-  f.void_ratio = s.boundary.cell.volume() / solid_volume(s.grains) - 1;
+  f.void_ratio = void_ratio(s);
   f.grains = s.grains.size();
   f.breakages = s.ledger.breakages;
   const auto& materials = model.materials;

@@ -21,8 +21,6 @@ struct Try {
   double friction = 0, void_ratio = 0;
 };
 
-double voids_of(const State& s) { return bulk_volume(s.boundary) / solid_volume(s.grains) - 1; }
-
 /// Between two tries on either side: by their void ratios, but not next to one of them.
 double between(const Try& low, const Try& high, double asked) {
   const double straight = (asked - low.void_ratio) / (high.void_ratio - low.void_ratio);
@@ -40,7 +38,7 @@ State compressed_to_density(const State& made, const Model& model, const Prepara
     of.friction = friction, of.void_ratio = {};
     state = compressed(made, model, of, team, watch);
     ++found.tries;
-    return Try{friction, voids_of(state)};
+    return Try{friction, void_ratio(state)};
   };
   const auto met = [&](const Try& t) {
     found.friction = t.friction;
@@ -58,7 +56,7 @@ State compressed_to_density(const State& made, const Model& model, const Prepara
            fmt::format("a void ratio of {:.3f} is not reached at {:.3g} MPa: friction while compressing from 0 to {:g} "
                        "leaves {:.3f} to {:.3f} of this packing ({:.3f}); a looser or denser one leaves more or less",
                        asked, p.pressure / 1e6, most_friction, std::min(end.void_ratio, other.void_ratio),
-                       std::max(end.void_ratio, other.void_ratio), voids_of(made)));
+                       std::max(end.void_ratio, other.void_ratio), void_ratio(made)));
   }
   while (found.tries < most_tries) {
     const Try t = attempt(between(low, high, asked));

@@ -57,8 +57,6 @@ double towards_goal(const Programme& test, const State& s) {
   return 1.5 * (stress[stage.axis] - stress.mean());  // of the axis, less the mean of the others
 }
 
-double void_ratio_of(const State& s) { return bulk_volume(s.boundary) / solid_volume(s.grains) - 1; }
-
 /// Worst share by which the axes are off what they all seek.
 double off(const Stage& stage, const State& s) {
   return (-normal_stresses(s).array() / *stage.until.stress - 1).abs().maxCoeff();
@@ -123,13 +121,10 @@ Loading loading_of(const Stage& stage, const StageNow& now, const Vec3& initial_
 
 /// Springs that no limit holds any more give up what they hold, as friction: passes without friction look at none.
 void release_springs(const Model& model, State& state) {
-  for (const PairLaw& p : model.pairs)
-    if (p.friction[slide_spring] > 0) return;
+  if (grains_rub(model)) return;
   const double before = elastic_energy(model.law, state.contacts);
-  ContactColumns& c = state.contacts.contact;
-  for (auto& spring : c.spring)
-    for (auto& column : spring) std::fill(column.begin(), column.end(), 0.0);
-  std::fill(c.compliance.begin(), c.compliance.end(), 0.0);
+  drop_slide_springs(state.contacts);
+  for (auto& column : state.contacts.contact.spring[roll_spring]) std::fill(column.begin(), column.end(), 0.0);
   state.ledger.friction += before - elastic_energy(model.law, state.contacts);
 }
 
@@ -159,7 +154,7 @@ void begin_stage(const Model& own, Model& model, State& state, std::uint64_t row
   now.leg = 0, now.first_row = row, now.began = state.time, now.stress = -normal_stresses(state), now.begun = true,
   now.leg_begun = false;
   now.strain = stage_strain(test, state);
-  now.void_ratio = void_ratio_of(state);
+  now.void_ratio = void_ratio(state);
   if (stage.kind == StageKind::unload) now.turned = now.stress[stage.axis];
   set_stage(own, model, test);
   release_springs(model, state);
@@ -226,7 +221,7 @@ EndedBy leg_ended(const Programme& test, const State& s) {
     if (timed ? s.time >= time_of(stage, now.began, *until.strain) - slack : gone >= *until.strain)
       return EndedBy::strain;
   }
-  if (until.void_ratio && (void_ratio_of(s) - *until.void_ratio) * (now.void_ratio - *until.void_ratio) <= 0)
+  if (until.void_ratio && (void_ratio(s) - *until.void_ratio) * (now.void_ratio - *until.void_ratio) <= 0)
     return EndedBy::void_ratio;
   if (until.time && s.time >= now.began + *until.time - slack) return EndedBy::time;
   if (until.unbalanced_force && unbalanced_force(s) <= *until.unbalanced_force) return EndedBy::unbalanced_force;
@@ -349,7 +344,7 @@ std::string unmet(const Programme& test, const State& s) {
     add(stage.kind == StageKind::cyclic ? "a turn at a stress in Pa" : "a stress in Pa", *goal, towards_goal(test, s));
   if (stage.all && until.stress) add("a stress in Pa", *until.stress, -normal_stresses(s).mean());
   if (until.strain) add("a strain", *until.strain, std::abs(stage_strain(test, s) - test.now.strain));
-  if (until.void_ratio) add("a void ratio", *until.void_ratio, void_ratio_of(s));
+  if (until.void_ratio) add("a void ratio", *until.void_ratio, void_ratio(s));
   if (until.unbalanced_force) add("an unbalanced force", *until.unbalanced_force, unbalanced_force(s));
   const bool late = !too_far(stage, std::abs(stage_strain(test, s) - test.now.strain));
   return fmt::format("stage {} (\"{}\") has not met its end, {}, by a {} of {:.4g}{}", test.now.stage + 1, stage.name,
