@@ -7,32 +7,11 @@ import re
 import sys
 import tempfile
 
-from scene_tools import faults, history, need, run, summary, write
+from scene_tools import faults, history, need, pressed_cell, run, summary, write
 
 rve = os.path.join(os.path.abspath(sys.argv[1]), "grus-rve")
 TOLERANCE = 0.003  # dem/sample/density.hpp
-SCENE = """
-[material.s]
-density = 2650
-youngs_modulus = 10e9
-poissons_ratio = 0.2
-friction = 0.5
-restitution = 0.3
-damping = 0.3
-[packing]
-kind = "random"
-box = ["6 mm", "6 mm", "6 mm"]
-radius = { distribution = "uniform", min = "0.4 mm", max = "0.6 mm" }
-solid_fraction = 0.55
-[boundary]
-kind = "periodic"
-[preparation]
-pressure = "0.5 MPa"
-friction = 0.4
-inertial_number = 1e-2
-unbalanced_force = 1e-2
-stress_change = 1e-2
-@asked@
+SCENE = pressed_cell(0.55, 0.4) + """@asked@
 [loading]
 kind = "uniaxial-strain"
 strain_rate = 5

@@ -12,6 +12,15 @@ import time
 here = os.path.dirname(os.path.abspath(__file__))
 shipped = os.path.join(here, "..", "..", "apps", "scenes")
 faults = []
+SOFT_SAND = """
+[material.s]
+density = 2650
+youngs_modulus = 10e9
+poissons_ratio = 0.2
+friction = 0.5
+restitution = 0.3
+damping = 0.3
+"""
 # Cells whose bonds break: what such scenes are made of.
 ROCK = """
 [material.rock]
@@ -22,6 +31,25 @@ damping = 0.3
 [material.rock.bond]
 """
 BRITTLE = 'modulus = "10 GPa"\npoissons_ratio = 0.1425\ncriterion = "parallel"\ntension = "10 MPa"\nshear = "1 GPa"\n'
+
+
+def pressed_cell(solid_fraction, friction):
+    """Some hundred soft spheres in a cell of 6 mm, pressed to 0.5 MPa with this friction."""
+    return SOFT_SAND + f"""
+[packing]
+kind = "random"
+box = ["6 mm", "6 mm", "6 mm"]
+radius = {{ distribution = "uniform", min = "0.4 mm", max = "0.6 mm" }}
+solid_fraction = {solid_fraction}
+[boundary]
+kind = "periodic"
+[preparation]
+pressure = "0.5 MPa"
+friction = {friction}
+inertial_number = 1e-2
+unbalanced_force = 1e-2
+stress_change = 1e-2
+"""
 
 
 def run(*command, timeout=1800):

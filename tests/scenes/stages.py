@@ -10,20 +10,11 @@ import sys
 import tempfile
 import time
 
-from scene_tools import faults, history, need, run, summary, write
+from scene_tools import SOFT_SAND, faults, history, need, pressed_cell, run, summary, write
 
 rve = os.path.join(os.path.abspath(sys.argv[1]), "grus-rve")
 E, NU, RADIUS = 10e9, 0.2, 1e-3
-MATERIAL = """
-[material.s]
-density = 2650
-youngs_modulus = 10e9
-poissons_ratio = 0.2
-friction = 0.5
-restitution = 0.3
-damping = 0.3
-"""
-LATTICE = MATERIAL + """
+LATTICE = SOFT_SAND + """
 [packing]
 kind = "simple-cubic"
 radius = { distribution = "constant", mean = "1 mm" }
@@ -31,22 +22,8 @@ layers = [2, 2, 2]
 [boundary]
 kind = "periodic"
 """
-CELL = MATERIAL + """
-[packing]
-kind = "random"
-box = ["6 mm", "6 mm", "6 mm"]
-radius = { distribution = "uniform", min = "0.4 mm", max = "0.6 mm" }
-solid_fraction = 0.6
-[boundary]
-kind = "periodic"
-[preparation]
-pressure = "0.5 MPa"
-friction = 0.1
-inertial_number = 1e-2
-unbalanced_force = 1e-2
-stress_change = 1e-2
-"""
-BOX = CELL[:CELL.index("[boundary]")].replace("0.6\n[", "0.5\n[").replace("= 0.6\n", "= 0.5\n") + """
+CELL = pressed_cell(0.6, 0.1)
+BOX = pressed_cell(0.5, 0.1).partition("[boundary]")[0] + """
 [boundary]
 kind = "walls"
 friction = 0
@@ -272,7 +249,9 @@ def killed(tmp):
         text += stage("unload", lateral="held", until={"strain": 5e-4}, strain_rate=3, rows=2, friction=0.3)
     text += stage("cyclic", deviator_amplitude=1e5, cycles=2, strain_rate=3, rows=3) + "[output]\nframes = 4\n"
     text += "gradings = 3\ncheckpoint_interval = 0.02\n"
+    began = time.monotonic()
     folder, _ = go(tmp, "whole", text)
+    whole = time.monotonic() - began
     scene, part = os.path.join(tmp, "whole.toml"), os.path.join(tmp, "part")
     seed = random.randrange(1 << 30)
     chance, kills, k = random.Random(seed), 0, 0
@@ -282,7 +261,7 @@ def killed(tmp):
                              stderr=subprocess.PIPE, text=True)
         k += 1
         try:
-            p.wait(0.15 + 0.5 * chance.random() if k < 12 else 300)
+            p.wait(whole * (0.1 + 0.15 * chance.random()) if k < 12 else 300)
         except subprocess.TimeoutExpired:
             p.send_signal(signal.SIGKILL if k % 2 else signal.SIGINT)
             p.wait()
