@@ -3,8 +3,8 @@
 """The documents as a site that can be searched: make_site.py BUILD OUT (cmake --build build --target docs)
 
 README and docs/ as they are, a page of all keys from apps/scene/keys.txt (the table that the reader of scenes holds
-itself to), a gallery of the shipped scenes, the interfaces from their own comments. Needs mkdocs and its theme
-material.
+itself to), a gallery of the shipped scenes, the interfaces from their own comments. Needs mkdocs, its theme material
+and doxygen.
 """
 import csv
 import glob
@@ -16,7 +16,8 @@ import shutil
 import subprocess
 import sys
 
-import api_pages
+import api_cpp
+import api_python
 
 source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
 NAV = [("Start", [("Grus", "index.md"), ("What it does", "features.md"), ("Coming from other programs", "coming.md"),
@@ -206,8 +207,8 @@ def gallery():
 
 
 def main(build, out):
-    if shutil.which("mkdocs") is None:
-        sys.exit("docs: needs mkdocs and its theme material (Debian: mkdocs, mkdocs-material)")
+    if not (shutil.which("mkdocs") and shutil.which("doxygen")):
+        sys.exit("docs: needs mkdocs, its theme material, and doxygen (Debian: mkdocs, mkdocs-material, doxygen)")
     os.makedirs(build, exist_ok=True)
     pages = os.path.join(build, "docs")
     shutil.rmtree(pages, ignore_errors=True)
@@ -221,8 +222,8 @@ def main(build, out):
             ("index.md", with_links(open(os.path.join(source, "README.md")).read(), "README.md", "index.md")),
             ("keys.md", keys()), ("columns.md", columns()), ("summary_keys.md", summary_keys()),
             ("gallery.md", gallery()),
-            ("api_cpp.md", api_pages.cpp(source)),
-            ("api_python.md", api_pages.python(source))):
+            ("api_cpp.md", api_cpp.page(source)),
+            ("api_python.md", api_python.page(source))):
         open(os.path.join(pages, name), "w").write(text)
     asked = list(pages_of(NAV))
     made = {os.path.relpath(path, pages) for path in glob.glob(os.path.join(pages, "**", "*.md"), recursive=True)}

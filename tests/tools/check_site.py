@@ -184,8 +184,8 @@ def run(site):
 if browser.found() is None:
     print("site: SKIPPED, no Chromium here: nobody has looked at the pages (Debian: apt-get install chromium)")
     sys.exit(77)
-if len(sys.argv) < 2 and shutil.which("mkdocs") is None:
-    print("site: SKIPPED, no mkdocs here (Debian: apt-get install mkdocs mkdocs-material)")
+if len(sys.argv) < 2 and not (shutil.which("mkdocs") and shutil.which("doxygen")):
+    print("site: SKIPPED, no mkdocs or doxygen here (Debian: apt-get install mkdocs mkdocs-material doxygen)")
     sys.exit(77)
 with tempfile.TemporaryDirectory() as folder:
     site = os.path.abspath(sys.argv[1]) if len(sys.argv) > 1 else os.path.join(folder, "site")

@@ -22,11 +22,15 @@ NAMES = {1: "vertex", 3: "line", 5: "triangle", 9: "quad", 10: "tetra", 12: "hex
 class Frame:
     """Points and cells at one time, by VTK's numbering of kinds.
 
-    points        (n, 3), m
-    connectivity, offsets, types    cell k joins the points connectivity[offsets[k]:offsets[k + 1]]
-    cells         name -> array, one row a cell (of grains: a triangle; `id` says whose)
-    at_points     name -> array, one row a point
-    time          s, of macro problems the load factor; NaN where no index tells it
+    Attributes:
+        path: where it was read
+        points: (n, 3) (m)
+        connectivity: points of all cells; cell k joins connectivity[offsets[k]:offsets[k + 1]]
+        offsets: (cells + 1,)
+        types: kinds of the cells, by VTK's numbers
+        cells: name -> array, one row a cell (of grains: a triangle; `id` says whose)
+        at_points: name -> array, one row a point
+        time: s, of macro problems the load factor; NaN where no index tells it
     """
 
     def __init__(self, path: str, time: float = np.nan) -> None:

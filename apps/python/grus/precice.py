@@ -30,8 +30,19 @@ class MicroSimulation:
         name that its adaptivity has not asked for, and does not say which it has."""
 
     def solve(self, macro_data: Mapping[str, Any], dt: float) -> dict[str, Any]:
-        """To the macro side's F, from where the last one ended. Raises InputError for what is no F, Unstable as
-        Rve.advance: the manager counts the point as crashed then."""
+        """To the macro side's F, from where the last one ended.
+
+        Args:
+            macro_data: deformation-gradient-1, -2, -3: the rows of F, (3,) each
+            dt: not read: RVEs are taken to rest
+
+        Returns:
+            stress-normal, stress-shear, tangent-1 to tangent-12 (3,) (Pa); breakages, void-ratio
+
+        Raises:
+            InputError: for what is no F
+            Unstable: as `Rve.advance`: the manager counts the point as crashed then
+        """
         F = np.array([self._row(macro_data, f"deformation-gradient-{row}") for row in (1, 2, 3)])
         stress, tangent = self._rve.advance(F @ np.linalg.inv(self._F))
         assert tangent is not None

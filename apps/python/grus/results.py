@@ -81,9 +81,11 @@ def read_run(folder: str) -> dict[str, Any]:
 class Results(Mapping[str, NDArray]):
     """A results folder: `r["axial_stress_Pa"]` is a column of history.csv, (rows,); SI, NaN where a field is empty.
 
-    folder     where it was read
-    summary    summary.json: the scene as used, counts, energies, error estimates, status (0 finished, 3 unstable)
-    grading    strain -> {column: array over size classes}; empty unless the scene asked for it
+    Attributes:
+        folder: where it was read
+        summary: summary.json: the scene as used, counts, energies, error estimates, status (0 finished, 3 unstable)
+        history: the columns by name
+        grading: strain -> {column: array over size classes}; empty unless the scene asked for it
     """
 
     def __init__(self, folder: Path) -> None:
@@ -118,7 +120,10 @@ class Results(Mapping[str, NDArray]):
 
     def grains(self, frame: int = -1) -> Frame:
         """Grains of a frame, the last by default: arrays, `.grains()` one row a grain, `.pyvista()`, `.meshio()`.
-        Raises InputError where there is none."""
+
+        Raises:
+            InputError: where there is none
+        """
         return self._frame("grains", frame)
 
     def macro(self, frame: int = -1) -> Frame:
@@ -135,8 +140,17 @@ class Results(Mapping[str, NDArray]):
         return frame(self.folder, kind, number)
 
     def plot(self, y: str | None = None, x: str | None = None, *, ax: Axes | None = None, **style: Any) -> Axes:
-        """Draws a column over another, by default the load over the strain or the way, and returns the axes (needs
-        matplotlib). `ax`: axes to draw on; `style`: as matplotlib's plot takes it."""
+        """Draws a column over another, by default the load over the strain or the way (needs matplotlib).
+
+        Args:
+            y: a column's name
+            x: a column's name
+            ax: axes to draw on; default: new ones
+            **style: as matplotlib's plot takes it
+
+        Returns:
+            The axes
+        """
         if ax is None:
             from matplotlib.figure import Figure
             try:
@@ -197,5 +211,9 @@ def _sketch(x: Any, y: Any, x_name: str, y_name: str) -> str:
 
 
 def load(folder: Path) -> Results:
-    """Reads a results folder of grus-rve or grus-bvp. Raises InputError where there is none, or a damaged one."""
+    """Reads a results folder of grus-rve or grus-bvp.
+
+    Raises:
+        InputError: where there is none, or a damaged one
+    """
     return Results(folder)

@@ -25,23 +25,25 @@ class RveSet:
     Points with the same history share one RVE (the same bits as without), so a set costs what its points do
     differently.
 
-    scene      a cell's scene file: periodic, with its [preparation]; or a Sample
-    n          points of this rank
-    threads    over which points are spread; default: all cores of this process
-    set        "KEY=VALUE" changes of the scene, as --set of grus-rve
-    variant    (n,) integers: point i starts from packing.seed + variant[i]; default: all from the scene's packing
-    comm       an mpi4py communicator: cells are prepared once for all ranks, an error on one is raised on all, files
-               are one
-    response   as in [rve] of grus-bvp: tangent = "automatic" (that of the contacts' stiffness) | "contact-stiffness" |
-               "network" | "perturbation", strain_per_step, inertial_number, unbalanced_force, stress_change,
-               pressure_floor, window, max_hold, exact_sharing; adaptivity = {"share": s, "error": e, "elastic": x},
-               each off where it is absent: points whose deformation gradients have always been closer than s ride on
-               one RVE; an RVE is not asked while its last answer foretells its stress within e of it; it answers
-               linearly while contact forces stay within x. `report` tells what they save and the errors that were
-               measured
+    Args:
+        scene: a cell's scene file: periodic, with its [preparation]; or a `Sample`
+        n: points of this rank
+        threads: over which points are spread; default: all cores of this process
+        set: "KEY=VALUE" changes of the scene, as --set of grus-rve
+        variant: (n,) integers: point i starts from packing.seed + variant[i]; default: all from the scene's packing
+        comm: an mpi4py communicator: cells are prepared once for all ranks, an error on one is raised on all, files
+            are one
+        **response: keys of [rve] of grus-bvp: tangent = "automatic" (that of the contacts' stiffness),
+            "contact-stiffness", "network" or "perturbation"; strain_per_step, inertial_number, unbalanced_force,
+            stress_change, pressure_floor (Pa), window, max_hold, exact_sharing;
+            adaptivity = {"share": s, "error": e, "elastic": x}, each off where it is absent: points whose deformation
+            gradients have always been closer than s ride on one RVE; an RVE is not asked while its last answer
+            foretells its stress within e of it; it answers linearly while contact forces stay within x. `report` tells
+            what they save and the errors that were measured
 
-    Raises InputError (a ValueError) for a scene that cannot be used, with file, line and key; Unstable (a RuntimeError)
-    where the preparation does not come to rest.
+    Raises:
+        InputError: for a scene that cannot be used, with file, line and key
+        Unstable: where the preparation does not come to rest
     """
 
     def __init__(self, scene: Path | Sample, n: int = 1, *, threads: int | None = None, set: Iterable[str] = (),
@@ -96,17 +98,23 @@ class RveSet:
                 tangent: Array | bool | None = None) -> tuple[Array, Array | None]:
         """Takes every point from its committed state through an increment of deformation, to rest.
 
-        dF         (n, 3, 3): F_new F_old^-1 since the last commit; det > 0; taken to 6e-11. Any order in memory; points
-                   may be counted by several axes, (cells, points, 3, 3), or all be in one row
-        stress     where the Cauchy stress (Pa) is written: float64, (n, 6), or one row of n * 6 such as the array of a
-                   quadrature function; in C order; default: a new array
-        tangent    the same for d(stress)/d(strain) (Pa), (n, 6, 6) or one row of n * 36; False: none
+        Ctrl-C stops it, and leaves the committed states.
 
-        Returns both as views, (n, 6) and (n, 6, 6) or None. Raises InputError for what is no increment, and for an
-        array of another shape, kind or order; Unstable, which names the point, where its grains do not come to rest or
-        are pressed into each other (numerics.max_overlap), and at once where it stretches by more than 10 or less than
-        0.1: nothing has been written then, and a smaller increment may be tried. Ctrl-C stops it as well, and leaves
-        the committed states.
+        Args:
+            dF: (n, 3, 3): F_new F_old^-1 since the last commit; det > 0; taken to 6e-11. Any order in memory; points
+                may be counted by several axes, (cells, points, 3, 3), or all be in one row
+            stress: where the Cauchy stress (Pa) is written: float64, (n, 6), or one row of n * 6 such as the array of a
+                quadrature function; in C order; default: a new array
+            tangent: the same for d(stress)/d(strain) (Pa), (n, 6, 6) or one row of n * 36; False: none
+
+        Returns:
+            Both as views: (n, 6) and (n, 6, 6), or None
+
+        Raises:
+            InputError: for what is no increment, and for an array of another shape, kind or order
+            Unstable: names the point, where its grains do not come to rest or are pressed into each other
+                (numerics.max_overlap), and at once where it stretches by more than 10 or less than 0.1: nothing has
+                been written then, and a smaller increment may be tried
         """
         n = self._n
 
@@ -126,7 +134,11 @@ class RveSet:
         return out.reshape(n, 6), None if stiffness is None else stiffness.reshape(n, 6, 6)
 
     def commit(self) -> None:
-        """Makes the last advance the committed states. Raises RuntimeError where there is none."""
+        """Makes the last advance the committed states.
+
+        Raises:
+            RuntimeError: where there is none
+        """
         self._together(self._set.commit)
 
     def __len__(self) -> int:
@@ -194,12 +206,19 @@ class RveSet:
 
     def get_state(self, i: int) -> bytes:
         """The committed state of point i, some kB a grain; the same scene, version and machine take it back, in a set
-        with the same devices. Raises InputError with similar sharing, where a point is no state alone: use save."""
+        with the same devices.
+
+        Raises:
+            InputError: with similar sharing, where a point is no state alone: use `save`
+        """
         return self._set.bytes(self._index(i))
 
     def set_state(self, i: int, state: bytes) -> None:
         """Puts point i where a state was taken. What has advanced and is not committed is dropped, for all points.
-        Raises InputError for bytes that are damaged or of another scene."""
+
+        Raises:
+            InputError: for bytes that are damaged or of another scene
+        """
         self._set.restore(self._index(i), state_bytes(state))
 
     def _about(self) -> dict[str, Any]:
@@ -207,8 +226,12 @@ class RveSet:
         return {"program": "grus.RveSet", "points": points, "kin": self._cells.kin}
 
     def save(self, path: Path) -> None:
-        """Writes all committed states, of all ranks, into one file (HDF5, with a checksum), whole or not at all. Raises
-        InputError for what is no path, RuntimeError where the file cannot be written."""
+        """Writes all committed states, of all ranks, into one file (HDF5, with a checksum), whole or not at all.
+
+        Raises:
+            InputError: for what is no path
+            RuntimeError: where the file cannot be written
+        """
         file = self._together(lambda: path_of("path", path))
         comm, parts = self._comm, self._set.parts()
         rank, ranks = (comm.rank, comm.size) if comm is not None else (0, 1)
@@ -234,8 +257,11 @@ class RveSet:
         self._together(send)
 
     def load(self, path: Path) -> None:
-        """Goes on from a file of `save`, with the same scene, points and ranks. Raises InputError otherwise; nothing is
-        lost then."""
+        """Goes on from a file of `save`, with the same scene, points and ranks.
+
+        Raises:
+            InputError: for any other file; nothing is lost then
+        """
         file = self._together(lambda: path_of("path", path))
         comm = self._comm
         expected = self._about()
@@ -259,7 +285,17 @@ class RveSet:
 
 
 class Rve:
-    """One RVE: a set of one point, without the first axis everywhere."""
+    """One RVE: a set of one point, without the first axis everywhere.
+
+    Args:
+        scene: a cell's scene file, or a `Sample`
+        set: "KEY=VALUE" changes of the scene
+        **response: as `RveSet` takes it
+
+    Raises:
+        InputError: for a scene that cannot be used, with file, line and key
+        Unstable: where the preparation does not come to rest
+    """
 
     def __init__(self, scene: Path | Sample, *, set: Iterable[str] = (), **response: Any) -> None:
         self._rves = RveSet(scene, 1, threads=1, set=set, **response)
@@ -270,8 +306,19 @@ class Rve:
                 f"void ratio {facts['void_ratio']:.3g}>")
 
     def advance(self, dF: ArrayLike, tangent: bool = True) -> tuple[Array, Array | None]:
-        """Cauchy stress (6,) and tangent (6, 6) (Pa) after dF (3, 3) = F_new F_old^-1 since the last commit; see
-        RveSet.advance."""
+        """Takes it from its committed state through an increment of deformation, to rest.
+
+        Args:
+            dF: (3, 3): F_new F_old^-1 since the last commit; det > 0
+            tangent: whether it is asked for
+
+        Returns:
+            Cauchy stress (6,) and tangent (6, 6) or None (Pa)
+
+        Raises:
+            InputError: for what is no increment
+            Unstable: as `RveSet.advance`
+        """
         stress, stiffness = self._rves.advance(dF, tangent=tangent)
         return stress[0], None if stiffness is None else stiffness[0]
 

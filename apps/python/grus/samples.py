@@ -50,10 +50,20 @@ def _aspect(value: ArrayLike) -> list[float]:
 
 @dataclass(frozen=True, kw_only=True)
 class Bond:
-    """Bonds of the faces that Voronoi cells share: modulus (Pa) and Poisson's ratio (0 to 0.26) of many cells,
-    strengths in tension and shear (Pa), fracture energy of opening and of shear (J/m^2; None: the same), friction angle
-    (rad); `between`: tension of bonds between clusters (Pa; 0: there are none); `weibull`: modulus of the strengths'
-    scatter (0: none)."""
+    """Bonds of the faces that Voronoi cells share.
+
+    Args:
+        modulus: of many cells (Pa)
+        tension: strength (Pa)
+        cohesion: strength in shear (Pa)
+        fracture_energy: of opening (J/m^2)
+        poissons_ratio: of many cells, 0 to 0.26
+        shear_energy: fracture energy of shear (J/m^2); None: that of opening
+        friction_angle: (rad)
+        between: tension of bonds between clusters (Pa); 0: there are none
+        damping: share of critical damping of a bond
+        weibull: modulus of the strengths' scatter; 0: none
+    """
     modulus: float
     tension: float
     cohesion: float
@@ -77,8 +87,21 @@ class Bond:
 
 @dataclass(frozen=True, kw_only=True)
 class Material:
-    """The material of grains. Spheres and ellipsoids press by Hertz's law with Young's modulus (Pa); hulls and Voronoi
-    cells by the modulus of their bond, or by `youngs_modulus`."""
+    """The material of grains. Spheres and ellipsoids press by Hertz's law with Young's modulus; hulls and Voronoi cells
+    by the modulus of their bond, or by `youngs_modulus`.
+
+    Args:
+        name: for what is told of it
+        density: (kg/m^3)
+        youngs_modulus: (Pa)
+        poissons_ratio: 0 to 0.5
+        friction: coefficient between grains
+        rolling_friction: largest couple over normal force times effective radius
+        restitution: share of the speed that an impact leaves, above 0 to 1
+        damping: local, non-viscous, 0 to 1
+        rotation: grains turn
+        bond: of Voronoi cells
+    """
     name: str = "material"
     density: float = 2650  # kg/m^3
     youngs_modulus: float = 60e9
@@ -104,11 +127,19 @@ class Material:
 
 @dataclass(frozen=True, kw_only=True)
 class RandomPacking:
-    """Grains at random places, as many as fill a share of the box. radius: one (m), or the least and the largest of
-    evenly distributed ones; of hulls that of the sphere of equal volume. hulls: rounds of relaxation of the Voronoi
-    cells that become angular grains (None: spheres); balls: grains are balls of 32 planes, round until they break, in
-    place of angular ones; `aspect`: the lengths of either along three axes. parts: (material, share, aspect) of a
-    mixture."""
+    """Grains at random places, as many as fill a share of the box.
+
+    Args:
+        radius: one (m), or the least and the largest of evenly distributed ones; of hulls that of the sphere of equal
+            volume
+        solid_fraction: share of the box that grains fill, at most 0.74
+        count: how many; 0: as many as fill the share
+        turned: orientations at random
+        hulls: rounds of relaxation of the Voronoi cells that become angular grains; None: spheres
+        balls: grains are balls of 32 planes, round until they break, in place of angular ones
+        aspect: lengths of either along three axes, relative
+        parts: (material, share, aspect) of a mixture
+    """
     radius: float | tuple[float, float]
     solid_fraction: float
     count: int = 0
@@ -142,7 +173,15 @@ class RandomPacking:
 
 @dataclass(frozen=True, kw_only=True)
 class Lattice:
-    """Equal spheres in contact, `layers` along x, y and z; the box just holds them. kind: "hcp" or "simple-cubic"."""
+    """Equal spheres in contact; the box just holds them.
+
+    Args:
+        radius: (m)
+        layers: how many along x, y and z; of "hcp" the last two even
+        kind: "hcp" or "simple-cubic"
+        turned: orientations at random
+        material: its number in the list of materials
+    """
     radius: float
     layers: tuple[int, int, int]
     kind: str = "hcp"
@@ -162,7 +201,13 @@ class Lattice:
 
 @dataclass(frozen=True, kw_only=True)
 class Spheres:
-    """Spheres at places: (n, 4) of x, y, z and radius (m)."""
+    """Spheres at places.
+
+    Args:
+        spheres: (n, 4): x, y, z and radius (m)
+        turned: orientations at random
+        material: its number in the list of materials
+    """
     spheres: ArrayLike
     turned: bool = True
     material: int = 0
@@ -177,8 +222,18 @@ class Spheres:
 
 @dataclass(frozen=True, kw_only=True)
 class Grain:
-    """One grain: a sphere of `radius`, a poly-ellipsoid of semi_axes (+x -x +y -y +z -z), or the hull of `vertices` (m;
-    about its mass centre at `position`). orientation: unit quaternion x y z w."""
+    """One grain: a sphere of `radius`, a poly-ellipsoid of `semi_axes`, or the hull of `vertices`.
+
+    Args:
+        position: of its centre, of a hull of its mass centre, (3,) (m)
+        radius: (m)
+        semi_axes: along +x -x +y -y +z -z, (6,) (m)
+        vertices: about `position`, (n, 3) (m)
+        velocity: (3,) (m/s)
+        spin: (3,) (rad/s)
+        orientation: unit quaternion x y z w
+        material: its number in the list of materials
+    """
     position: Triple
     radius: float | None = None
     semi_axes: Sequence[float] | None = None
@@ -208,8 +263,14 @@ class Grain:
 
 @dataclass(frozen=True, kw_only=True)
 class Voronoi:
-    """Voronoi cells that fill the box, bonded where their material has a bond. relax: rounds of relaxation; clusters:
-    that the cells are dealt to (0: all are one)."""
+    """Voronoi cells that fill the box, bonded where their material has a bond.
+
+    Args:
+        cells: how many
+        relax: rounds of relaxation
+        clusters: that the cells are dealt to; 0: all are one
+        material: its number in the list of materials
+    """
     cells: int
     relax: int = 5
     clusters: int = 0
@@ -226,14 +287,19 @@ Grains = RandomPacking | Lattice | Spheres | Voronoi | Sequence[Grain]
 class Sample:
     """A periodic cell of grains, ready to be loaded: the bytes that a scene file of the same has.
 
-    materials    one, or a list that grains count into
-    grains       RandomPacking, Lattice, Spheres, Voronoi, or a list of Grain
-    box          (3,) edges (m), corner at the origin; a lattice has its own
-    seed         of packing and orientations
-    pressure     that it is compressed to (Pa), with `friction` between grains meanwhile (default: the first material's)
+    `RveSet` and `Rve` take it in place of a scene file.
 
-    RveSet and Rve take it in place of a scene file. Raises InputError for what cannot be made; Unstable where the
-    preparation does not come to rest.
+    Args:
+        materials: one, or a list that grains count into
+        grains: RandomPacking, Lattice, Spheres, Voronoi, or a list of Grain
+        box: (3,) edges (m), corner at the origin; a lattice has its own
+        seed: of packing and orientations
+        pressure: that it is compressed to (Pa); default: none
+        friction: between grains meanwhile; default: the first material's
+
+    Raises:
+        InputError: for what cannot be made
+        Unstable: where the preparation does not come to rest
     """
 
     def __init__(self, materials: Material | Sequence[Material], grains: Grains, *, box: Triple | None = None,

@@ -39,16 +39,20 @@ def run(scene: Path | Scene, set: Iterable[str] = (), *, out: Path | None = None
         ranks: int = 1, check: bool = True, force: bool = False) -> Results:
     """Runs a scene by grus-rve, or by grus-bvp where it has a [mesh], and returns its results.
 
-    scene      a file, or what grus.read_scene made of one
-    set        "KEY=VALUE" changes of the scene
-    out        results folder, which stays; default: a temporary one, of which only what is returned remains
-    threads    default: all cores
-    ranks      of grus-bvp, by mpirun
-    check      raise Unstable where the run ends unstable; else its results are returned, with status 3
-    force      overwrite the results in `out`
+    Args:
+        scene: a file, or what `grus.read_scene` made of one
+        set: "KEY=VALUE" changes of the scene
+        out: results folder, which stays; default: a temporary one, of which only what is returned remains
+        threads: default: all cores
+        ranks: of grus-bvp, by mpirun
+        check: raise Unstable where the run ends unstable; else its results are returned, with status 3
+        force: overwrite the results in `out`
 
-    Raises InputError for a scene that cannot run, Unstable, KeyboardInterrupt (the run writes its checkpoint first),
-    RuntimeError.
+    Raises:
+        InputError: for a scene that cannot run
+        Unstable: where grains go through each other or do not come to rest
+        KeyboardInterrupt: after the run has written its checkpoint
+        RuntimeError: for all else that stops it
     """
     more = list(scene.changes) if isinstance(scene, Scene) else []
     scene, set = path_of("scene", scene.file if isinstance(scene, Scene) else scene), more + changes_of(set)

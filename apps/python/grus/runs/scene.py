@@ -48,9 +48,11 @@ class Scene(Mapping[str, Any]):
     """A scene file with changes: `scene["packing"]["seed"]` is what a run would read. A scene does not change:
     `scene.with_(...)` is another.
 
-    file       where it was read
-    changes    "KEY=VALUE" texts, as --set and `grus.run(set=...)` take them
-    program    grus-rve, or grus-bvp where it has a [mesh]
+    Attributes:
+        file: where it was read
+        changes: "KEY=VALUE" texts, as --set and `grus.run(set=...)` take them
+        tables: all of its tables, with the changes
+        program: grus-rve, or grus-bvp where it has a [mesh]
     """
 
     def __init__(self, file: str, changes: tuple[str, ...]) -> None:
@@ -89,8 +91,11 @@ class Scene(Mapping[str, Any]):
         return Scene(self.file, self.changes + tuple(f"{key}={value_of(key, v)}" for key, v in asked.items()))
 
     def columns(self) -> list[str]:
-        """Names of the columns that its history.csv will have. Raises InputError, with file, line and key, where it
-        cannot run."""
+        """Names of the columns that its history.csv will have.
+
+        Raises:
+            InputError: with file, line and key, where it cannot run
+        """
         sets = [word for change in self.changes for word in ("--set", change)]
         told = subprocess.run([found(self.program), self.file, *sets, "--columns"], capture_output=True, text=True)
         if told.returncode == 2:
@@ -112,9 +117,14 @@ def read_scene(scene: Path, changes: Mapping[str, Any] | None = None, /, **keywo
         scene = grus.read_scene("oedometer.toml", packing__seed=7, material__sand__friction=0.4)
         run = grus.run(scene, out="results")
 
-    changes    the same by whole keys: {"packing.seed": 7}
     Values are numbers (SI), texts ("60 GPa"), lists and dicts; None takes a key away.
 
-    Raises InputError for a file that cannot be read; what a run would refuse, `grus.run` and `scene.columns()` refuse.
+    Args:
+        scene: the file
+        changes: the same by whole keys: {"packing.seed": 7}
+        **keywords: keys with `_` twice for their points
+
+    Raises:
+        InputError: for a file that cannot be read; what a run would refuse, `grus.run` and `scene.columns()` refuse
     """
     return Scene(os.path.normpath(path_of("scene", scene)), ()).with_(changes, **keywords)
