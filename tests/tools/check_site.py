@@ -9,6 +9,7 @@ import csv
 import functools
 import glob
 import http.server
+import json
 import os
 import re
 import shutil
@@ -70,13 +71,23 @@ def need(holds, what):
 
 
 class Server(http.server.SimpleHTTPRequestHandler):
-    """As a host of pages does it: what is not there is answered with 404.html."""
+    """As a host of pages does it: what is not there is answered with 404.html. The index of words, which every page
+    builds anew in a second or so, is empty until a search is tried."""
+    words = False
+
+    def do_GET(self):
+        if self.path.endswith("/search_index.json") and not Server.words:
+            with open(os.path.join(self.directory, "search", "search_index.json")) as f:
+                return self.answer(200, "application/json", json.dumps({**json.load(f), "docs": []}).encode())
+        super().do_GET()
 
     def send_error(self, code, message=None, explain=None):
         with open(os.path.join(self.directory, "404.html"), "rb") as f:
-            body = f.read()
+            self.answer(code, "text/html", f.read())
+
+    def answer(self, code, kind, body):
         self.send_response(code)
-        self.send_header("Content-Type", "text/html")
+        self.send_header("Content-Type", kind)
         self.send_header("Content-Length", str(len(body)))
         self.end_headers()
         self.wfile.write(body)
@@ -144,7 +155,9 @@ def look(b, base, site):
 
 
 def search(b, base):
+    Server.words = True
     b.width(1200)
+    b.call("Network.clearBrowserCache")
     b.open(base + "index.html")
     b.ask(INDEXED)
     for word, page in WORDS.items():
@@ -163,6 +176,7 @@ def run(site):
         try:
             pages = look(b, base, site)
             search(b, base)
+            Server.words = False
             b.open(base + "tutorial.html")
             buttons, blocks = b.ask(BUTTONS), len(fences()["tutorial.html"])
             need(buttons == blocks > 5, f"{buttons} buttons that copy for {blocks} blocks of the tutorial")
