@@ -17,9 +17,9 @@ import numpy as np
 
 sys.path.insert(0, os.path.join(sys.argv[1], "..", "python"))
 from grus.calibrate import command, posterior, reader, regression, report, schema, targets  # noqa: E402
+from grus.errors import InputError  # noqa: E402
 from grus.figures import plt  # noqa: E402
 from grus.files.texts import BadData  # noqa: E402
-from grus.runs.cases import Refused  # noqa: E402
 
 import made_up  # noqa: E402
 import scene_tools  # noqa: E402
@@ -29,7 +29,7 @@ from scene_tools import faults, need  # noqa: E402
 nan = math.nan
 
 
-def refused(work, words, kind=Refused):
+def refused(work, words, kind=InputError):
     scene_tools.refused(words, work, kind)
 
 

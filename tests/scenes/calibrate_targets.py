@@ -12,8 +12,8 @@ import numpy as np
 sys.path.insert(0, os.path.join(sys.argv[1], "..", "python"))
 from grus.calibrate import posterior, reader  # noqa: E402
 from grus.calibrate.targets import Target, along, kink  # noqa: E402
+from grus.errors import InputError  # noqa: E402
 from grus.files.texts import BadData  # noqa: E402
-from grus.runs.cases import Refused  # noqa: E402
 
 import made_up  # noqa: E402
 from made_up import near  # noqa: E402
@@ -146,7 +146,7 @@ def parameters():
     need((line.text(0.25, 0.1), log.text(0.5, 0.1)) == ("3 ± 0.4", f"20 GPa ×/÷ {4**0.1:.3g}"), log.text(0.5, 0.1))
     for low, high, more, said in ((1, 1, {}, "min must be below max"), (0, 1, {"scale": "log"}, "min above 0"),
                                   ("1 m", "2 s", {}, "different units"), ("x", 1, {}, "no number")):
-        refused(Refused, said, lambda: make(low, high, **more))
+        refused(InputError, said, lambda: make(low, high, **more))
     draws = np.column_stack([np.linspace(0, 1, 1001), np.linspace(0, 1, 1001) ** 2])
     rows = posterior.table(draws, [line, log])
     near([rows[0]["median"], *rows[0]["middle_68"], *rows[0]["middle_95"]], [4, 2.64, 5.36, 2.1, 5.9],

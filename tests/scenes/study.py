@@ -12,7 +12,7 @@ import tempfile
 
 binaries = os.path.abspath(sys.argv[1])
 sys.path.insert(0, os.path.join(binaries, "..", "python"))
-from grus.runs.cases import Refused  # noqa: E402
+from grus.errors import InputError  # noqa: E402
 from grus.runs.runner import Runner  # noqa: E402
 from grus.study import numbers, statistics  # noqa: E402
 from grus.study.kinds import check, precision, sweep  # noqa: E402
@@ -361,7 +361,7 @@ for path in glob.glob(os.path.join(scenes, "*", "*.toml")):
     if "\n[study]" in open(path).read():
         try:
             read_study(path)
-        except Refused as e:
+        except InputError as e:
             need(False, f"a shipped study is refused: {e}")
 print(f"study: {len(faults)} faults")
 sys.exit(1 if faults else 0)

@@ -26,7 +26,7 @@ from made_up import near  # noqa: E402
 from scene_tools import faults, need  # noqa: E402
 
 
-def refused(work, words, kind=cases.Refused):
+def refused(work, words, kind=InputError):
     scene_tools.refused(words, work, kind)
 
 
@@ -219,14 +219,14 @@ def texts(tmp):
          places.place_of(path, "t") == f"{path}:2: title", f"places: {places.place_of(path, 'peek')}")
     need(places.hint("peek", ["peak", "none"]) == " (did you mean 'peak'?)" and places.hint("peek", ["xyz"]) == "",
          "hints")
-    refused(lambda: cases.read_checked(os.path.join(tmp, "none.toml"), lambda t: None), "No such file")
+    refused(lambda: cases.read_checked(os.path.join(tmp, "none.toml"), lambda t: None), "no such file")
     refused(lambda: cases.read_checked(path, lambda t: "a fault"), f"{path}: a fault")
     need(cases.read_checked(path, lambda t: None)["title"] == "t", "a file without a fault")
     with open(os.path.join(tmp, "bad.toml"), "w") as f:
         f.write("a = ")
     refused(lambda: cases.read_checked(f.name, lambda t: None), f.name)
     refused(lambda: cases.scene_of("here", None, tmp), "here: needs a scene")
-    refused(lambda: cases.scene_of("here", "none.toml", tmp), "here: no such scene file")
+    refused(lambda: cases.scene_of("here", "none.toml", tmp), "no such scene file")
     refused(lambda: cases.scene_of("here", "bad.toml", tmp), "bad.toml")
     with open(os.path.join(tmp, "mesh.toml"), "w") as f:
         f.write("[mesh]\n")
@@ -346,7 +346,7 @@ def ends(tmp):
         def work(_):
             raise e
         return work
-    for error, wanted in ((cases.Refused("a\nb"), (2, "tool: a b\n")), (InputError("bad"), (2, "tool: bad\n")),
+    for error, wanted in ((InputError("a\nb"), (2, "tool: a b\n")), (InputError("bad"), (2, "tool: bad\n")),
                           (command.Lacking("none"), (1, "tool: S: none\n")),
                           (KeyboardInterrupt(), (130, "tool: stopped\n")),
                           (interrupts.OutOfTime(),

@@ -14,8 +14,8 @@ import numpy as np
 
 sys.path.insert(0, os.path.join(sys.argv[1], "..", "python"))
 from grus.calibrate import command, reader, report, schema  # noqa: E402
+from grus.errors import InputError  # noqa: E402
 from grus.figures import plt  # noqa: E402
-from grus.runs.cases import Refused  # noqa: E402
 from grus.study.kinds import fit, plot, precision, sweep  # noqa: E402
 from grus.study.reader import read_study  # noqa: E402
 
@@ -204,7 +204,7 @@ def refusals(folder):
         try:
             read_study(path)
             need(said is None, f"accepted: {text}")
-        except Refused as e:
+        except InputError as e:
             need(said and said in str(e) and "\n" not in str(e), f"{text}: {e}")
     two = '[[case]]\nname = "two"\nscene = "m.toml"\nset = { b = 2 }\nseeds = [5, 6]\n'
     study = read_study(write(STUDY + two + claim +

@@ -15,12 +15,13 @@ from grus._version import __version__
 from grus.calibrate import posterior, regression
 from grus.calibrate.pounders import pounders
 from grus.calibrate.reader import case_at, read_calibration
+from grus.errors import InputError
 from grus.files.folders import Folder, clear_results
 from grus.files.texts import toml_of
 from grus.files.writing import write_csv, write_whole
 from grus.results import read_run
 from grus.runs import interrupts, programs
-from grus.runs.cases import Refused, toml_value
+from grus.runs.cases import toml_value
 from grus.runs.command import Lacking, duration_text, status_of
 from grus.runs.runner import Runner
 
@@ -200,12 +201,12 @@ def work(args):
                 runner.stop()
                 raise
             if refusal:
-                raise Refused(refusal.told(args.scene))
+                raise InputError(refusal.told(args.scene))
     seeds = max(len(r["seeds"]) for r in runs)
     points = max(1, table.get("budget", 90) // seeds)
     sides = 2 * len(parameters) + 1 if table.get("check", True) else 0
     if table.get("method", "regression") == "regression" and points - sides < len(parameters) + 2:
-        raise Refused(
+        raise InputError(
             f"{args.scene}: calibrate.budget: {points} points of {seeds} seeds; {len(parameters)} parameters need at "
             f"least {(sides + len(parameters) + 2) * seeds} runs"
         )

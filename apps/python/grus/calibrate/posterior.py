@@ -2,7 +2,7 @@
 """What the data leave possible: draws from the posterior of the parameters on the fitted surface, by emcee."""
 import numpy as np
 
-from grus.runs.cases import Refused
+from grus.errors import InputError
 
 STEPS, REST = 1500, 500  # of each walker; of them until where it began is forgotten
 
@@ -11,7 +11,7 @@ def sampler():
     try:
         import emcee
     except ImportError:
-        raise Refused("posterior = true needs python3-emcee; install it, or leave it out") from None
+        raise InputError("posterior = true needs python3-emcee; install it, or leave it out") from None
     return emcee
 
 

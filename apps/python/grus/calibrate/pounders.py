@@ -4,7 +4,7 @@ other."""
 import numpy as np
 
 from grus.calibrate import regression
-from grus.runs.cases import Refused
+from grus.errors import InputError
 
 
 def pounders(evaluate, p, data, points, told):
@@ -14,7 +14,7 @@ def pounders(evaluate, p, data, points, told):
         petsc4py.init([])
         from petsc4py import PETSc
     except ImportError:
-        raise Refused("method = \"pounders\" needs python3-petsc4py; install it, or use \"regression\"") from None
+        raise InputError("method = \"pounders\" needs python3-petsc4py; install it, or use \"regression\"") from None
     m, answers, tried = len(data.values), [], []
     scale = np.sqrt(data.weight) / data.error
 

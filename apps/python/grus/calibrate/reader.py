@@ -9,9 +9,10 @@ import re
 
 from grus.calibrate import schema
 from grus.calibrate.targets import Target
+from grus.errors import InputError
 from grus.files.tables import KINDS, UNITS
 from grus.files.texts import BadData
-from grus.runs.cases import Refused, read_checked, scene_of
+from grus.runs.cases import read_checked, scene_of
 
 
 class Parameter:
@@ -22,20 +23,20 @@ class Parameter:
         (self.low, unit), (self.high, other) = (self.split(where, table[k]) for k in ("min", "max"))
         if unit != other:
             if not any(unit in kind and other in kind for kind in KINDS.values()):
-                raise Refused(f"{where}: min and max are in different units ('{unit}', '{other}')")
+                raise InputError(f"{where}: min and max are in different units ('{unit}', '{other}')")
             self.high = float(f"{self.high * UNITS[other] / UNITS[unit]:.12g}")
         self.unit, self.log = unit, table.get("scale", "linear") == "log"
         if not self.low < self.high:
-            raise Refused(f"{where}: min must be below max")
+            raise InputError(f"{where}: min must be below max")
         if self.log and self.low <= 0:
-            raise Refused(f"{where}: scale = \"log\" needs min above 0")
+            raise InputError(f"{where}: scale = \"log\" needs min above 0")
 
     def split(self, where, value):
         if not isinstance(value, str):
             return float(value), ""
         m = re.fullmatch(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*?)?\s*", value)
         if not m:
-            raise Refused(f"{where}: {value!r} is no number with a unit")
+            raise InputError(f"{where}: {value!r} is no number with a unit")
         return float(m[1]), m[2] or ""
 
     def number(self, u):
@@ -65,7 +66,7 @@ def read_calibration(path):
     for kind, names in (("parameters", [p.name for p in parameters]),
                         ("targets", [t["name"] for t in table["targets"]])):
         if len(set(names)) < len(names):
-            raise Refused(f"{path}: two {kind} share a name; give 'name'")
+            raise InputError(f"{path}: two {kind} share a name; give 'name'")
     targets, runs = [], {}
     for t in table["targets"]:
         where = f"{path}: target {t['name']}"
@@ -75,13 +76,13 @@ def read_calibration(path):
             try:
                 t["at_stress"] = float(m[1]) * UNITS[m[2]]
             except (TypeError, ValueError):
-                raise Refused(f"{where}: at: {t['at']!r} is neither a strain nor a stress with its unit") from None
+                raise InputError(f"{where}: at: {t['at']!r} is neither a strain nor a stress with its unit") from None
             if t.get("kind") != "grading":
-                raise Refused(f"{where}: at: a stress is for gradings; give a strain")
+                raise InputError(f"{where}: at: a stress is for gradings; give a strain")
         try:
             target = Target(t, folder)
         except BadData as e:
-            raise Refused(f"{where}: {e}") from None
+            raise InputError(f"{where}: {e}") from None
         base = scene_of(where, t.get("scene", table.get("scene")), folder)
         settings, seeds = {**table.get("set", {}), **t.get("set", {})}, t.get("seeds", table.get("seeds", [None]))
         name = hashlib.sha256(json.dumps([base["scene"], settings, seeds], sort_keys=True).encode()).hexdigest()[:8]

@@ -12,7 +12,7 @@ from grus._version import __version__
 from grus.commands.completion import script
 from grus.commands.words import KINDS, SHELLS, STUDIES, VALUED, WORDS, help_text
 from grus.errors import InputError
-from grus.files.texts import one_line, toml_of
+from grus.files.texts import one_line, tables_of
 from grus.runs.places import hint
 from grus.runs.programs import found, program_of, scene_in
 
@@ -29,8 +29,8 @@ def program_for(arguments: list[str]) -> tuple[str, str]:
     says where it is wrong."""
     scene = scene_in(arguments, VALUED)
     try:
-        return kind_of(toml_of(scene)) if scene else "grus-rve", scene
-    except (OSError, ValueError, RecursionError):
+        return kind_of(tables_of(scene)) if scene else "grus-rve", scene
+    except InputError:
         return "grus-rve", scene
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import tomllib
 from typing import Any
 
+from grus.errors import InputError
+
 
 class BadData(ValueError):
     """A file that cannot be read, or could be read in two ways; its text is one line."""
@@ -38,6 +40,16 @@ def toml_of(path: str) -> dict[str, Any]:
     with open(path, "rb") as f:
         raw = f.read()
     return tomllib.loads(raw.decode(encoding_of(raw)))
+
+
+def tables_of(path: str, what: str = "file") -> dict[str, Any]:
+    """The same for whoever is told of a fault: InputError of one line, which names the file."""
+    try:
+        return toml_of(path)
+    except OSError as e:
+        raise InputError(f"{path}: no such {what}: {e.strerror}") from None
+    except (ValueError, RecursionError) as e:
+        raise InputError(f"{path}: {one_line(e)}") from None
 
 
 def one_line(text: object) -> str:

@@ -3,12 +3,9 @@
 import json
 import os
 
-from grus.files.texts import toml_of
+from grus.errors import InputError
+from grus.files.texts import tables_of
 from grus.runs.programs import program_of
-
-
-class Refused(Exception):
-    """What cannot be run; its text is one line."""
 
 
 def toml_value(v):
@@ -26,27 +23,19 @@ def toml_value(v):
 
 def read_checked(path, fault_of):
     """A TOML file in which `fault_of` finds no fault."""
-    try:
-        table = toml_of(path)
-    except OSError as e:
-        raise Refused(f"{path}: {e.strerror}") from None
-    except (ValueError, RecursionError) as e:
-        raise Refused(f"{path}: {e}") from None
+    table = tables_of(path)
     fault = fault_of(table)
     if fault:
-        raise Refused(f"{path}: {fault}")
+        raise InputError(f"{path}: {fault}")
     return table
 
 
 def scene_of(where, scene, folder):
     """The scene's file and the program: grus-bvp for scenes with a mesh."""
     if not scene:
-        raise Refused(f"{where}: needs a scene, its own or that of [study]")
+        raise InputError(f"{where}: needs a scene, its own or that of [study]")
     scene = os.path.normpath(os.path.join(folder, scene))
-    if not os.path.isfile(scene):
-        raise Refused(f"{where}: no such scene file {scene}")
     try:
-        table = toml_of(scene)
-    except (ValueError, RecursionError) as e:
-        raise Refused(f"{where}: {scene}: {e}") from None
-    return {"scene": scene, "program": program_of(table)}
+        return {"scene": scene, "program": program_of(tables_of(scene, "scene file"))}
+    except InputError as e:
+        raise InputError(f"{where}: {e}") from None

@@ -8,7 +8,6 @@ from grus.errors import InputError
 from grus.files.folders import InUse
 from grus.files.texts import one_line
 from grus.runs import interrupts
-from grus.runs.cases import Refused
 
 
 class Lacking(Exception):
@@ -27,13 +26,13 @@ def status_of(program, args, work, interrupted):
             try:
                 interrupts.log_to(args.log)
             except FileExistsError as e:
-                raise Refused(f"--log: {args.log}: {e.strerror}") from None
+                raise InputError(f"--log: {args.log}: {e.strerror}") from None
             except OSError as e:
-                raise Refused(f"--log: {args.log}: cannot write: {e.strerror}") from None
+                raise InputError(f"--log: {args.log}: cannot write: {e.strerror}") from None
         if args.max_time:
             interrupts.end_after(args.max_time)
         return work(args)
-    except (Refused, InUse, InputError) as e:
+    except (InputError, InUse) as e:
         print(one_line(f"{program}: {e}"), file=sys.stderr)
         return 2
     except Lacking as e:

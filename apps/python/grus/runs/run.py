@@ -12,7 +12,7 @@ from typing import Iterable
 
 from grus.asked import changes_of, path_of, whole_number
 from grus.errors import InputError, Unstable
-from grus.files.texts import toml_of
+from grus.files.texts import tables_of
 from grus.results import Path, Results
 from grus.runs.programs import found, program_of
 from grus.runs.scene import Scene
@@ -60,12 +60,10 @@ def run(scene: Path | Scene, set: Iterable[str] = (), *, out: Path | None = None
     ranks = whole_number("ranks", ranks, 1)
     if ranks > 1 and shutil.which("mpirun") is None:
         raise InputError(f"ranks = {ranks}: there is no mpirun here")
-    try:
-        name = program_of(toml_of(scene))
-    except OSError as e:
-        raise InputError(f"{scene}: no such scene file: {e.strerror}") from None
-    except (ValueError, RecursionError):
-        name = "grus-rve"  # it says where the scene is wrong
+    name = "grus-rve"  # of a scene that cannot be read it says where it is wrong
+    if os.path.isfile(scene):
+        with contextlib.suppress(InputError):
+            name = program_of(tables_of(scene))
     if out is None:
         with tempfile.TemporaryDirectory(prefix="grus-") as tmp:
             return run(scene, set, out=os.path.join(tmp, "run"), threads=threads, ranks=ranks, check=check)

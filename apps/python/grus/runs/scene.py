@@ -9,7 +9,7 @@ from typing import Any, Iterator, Mapping
 
 from grus.asked import Lacking, Named, path_of, value_text
 from grus.errors import InputError
-from grus.files.texts import one_line, toml_of
+from grus.files.texts import tables_of
 from grus.results import Path
 from grus.runs.programs import found, program_of
 
@@ -57,12 +57,7 @@ class Scene(Mapping[str, Any]):
 
     def __init__(self, file: str, changes: tuple[str, ...]) -> None:
         self.file, self.changes = file, changes
-        try:
-            tables = toml_of(file)
-        except OSError as e:
-            raise InputError(f"{file}: no such scene file: {e.strerror}") from None
-        except (ValueError, RecursionError) as e:
-            raise InputError(f"{file}: {one_line(e)}") from None
+        tables = tables_of(file, "scene file")
         for change in changes:
             put(tables, *change.partition("=")[::2])
         self.tables, self.program = _named(file, tables), program_of(tables)

@@ -11,10 +11,10 @@ import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
 
 from grus._version import __version__
+from grus.errors import InputError
 from grus.files.folders import Folder, clear_results
 from grus.files.texts import one_line
 from grus.runs import interrupts, programs
-from grus.runs.cases import Refused
 from grus.runs.command import Lacking, duration_text, status_of
 from grus.runs.runner import Runner
 from grus.study import report
@@ -59,7 +59,7 @@ def refuse_early(study, path, runner, workers):
         try:
             for refusal in pool.map(runner.refusal, {c["name"]: c for c in study.cases()}.values()):
                 if refusal:
-                    raise Refused(refusal.told(path))
+                    raise InputError(refusal.told(path))
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             runner.stop()

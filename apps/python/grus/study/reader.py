@@ -3,7 +3,8 @@
 import os
 from dataclasses import dataclass
 
-from grus.runs.cases import Refused, read_checked
+from grus.errors import InputError
+from grus.runs.cases import read_checked
 from grus.runs.schema import NAMES, SEEDS, SETTINGS, STRAINS, TEXT, fault, table
 from grus.study.kinds import KINDS
 from grus.study.tables import Reading
@@ -42,7 +43,7 @@ class Study:
 def read_study(path):
     study = read_checked(path, lambda data: fault(data, STUDY))
     if not any(study.get(kind) for kind in ("case", "precision", "sweep")):
-        raise Refused(f"{path}: needs at least one [[case]], [[precision]] or [[sweep]]")
+        raise InputError(f"{path}: needs at least one [[case]], [[precision]] or [[sweep]]")
     reading = Reading(path, os.path.dirname(os.path.abspath(path)), study.get("study", {}), [])
     entries = {}
     for kind in KINDS:

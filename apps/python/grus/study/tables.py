@@ -5,8 +5,9 @@ import json
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from grus.errors import InputError
 from grus.results import read_run
-from grus.runs.cases import Refused, scene_of
+from grus.runs.cases import scene_of
 
 
 @dataclass
@@ -21,7 +22,7 @@ class Reading:
         """Refuses names of no case."""
         for name in names:
             if name not in [c["name"] for c in self.cases]:
-                raise Refused(f"{where}: no case is called '{name}'")
+                raise InputError(f"{where}: no case is called '{name}'")
 
 
 class Shown(NamedTuple):

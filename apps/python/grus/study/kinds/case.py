@@ -3,10 +3,11 @@
 import math
 import os
 
+from grus.errors import InputError
 from grus.figures import table as html_table
 from grus.files.texts import text_table
 from grus.files.writing import write_csv
-from grus.runs.cases import Refused, scene_of
+from grus.runs.cases import scene_of
 from grus.runs.censored import BOUNDS, mean_of
 from grus.runs.schema import SEEDS, SETTINGS, TEXT, WORD, tables
 from grus.study.numbers import cell_text, cost, energy_error, found
@@ -25,7 +26,7 @@ def read(given, reading):
                         "set": {**common.get("set", {}), **c.get("set", {})},
                         "seeds": c.get("seeds", common.get("seeds", [None]))})
     if len({c["name"].lower() for c in entries}) < len(entries):  # some file systems do not tell capitals apart
-        raise Refused(f"{reading.path}: two cases share a name (capitals do not count)")
+        raise InputError(f"{reading.path}: two cases share a name (capitals do not count)")
     return entries
 
 

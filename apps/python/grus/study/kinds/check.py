@@ -2,9 +2,9 @@
 """[[check]]: a claim, held against what the runs say."""
 import math
 
+from grus.errors import InputError
 from grus.figures import table as html_table
 from grus.files.texts import text_table
-from grus.runs.cases import Refused
 from grus.runs.censored import mean_of
 from grus.runs.schema import NAMES, NUMBER, POSITIVE, STRAINS, TEXT, tables
 from grus.study.numbers import found
@@ -24,9 +24,9 @@ def read(given, reading):
     for t in given:
         where = f"{reading.path}: check '{t['claim']}'"
         if ("greater" in t) == ("case" in t or "cases" in t):
-            raise Refused(f"{where}: needs either greater, or case or cases")
+            raise InputError(f"{where}: needs either greater, or case or cases")
         if "greater" not in t and not ("below" in t or "between" in t or ("near" in t and "tolerance" in t)):
-            raise Refused(f"{where}: needs near with tolerance, between or below")
+            raise InputError(f"{where}: needs near with tolerance, between or below")
         reading.named(where, [*t.get("cases", []), *t.get("greater", []), *([t["case"]] if "case" in t else [])])
     return given
 

@@ -2,8 +2,8 @@
 """[[plot]]: curves of cases with the band of their seeds, or gradings."""
 import math
 
+from grus.errors import InputError
 from grus.figures import logarithmic, picture, plain, plt
-from grus.runs.cases import Refused
 from grus.runs.schema import NAMES, NUMBER, POSITIVE, TEXT, WORD, tables
 from grus.study.numbers import position
 from grus.study.statistics import mean
@@ -23,7 +23,7 @@ def read(given, reading):
     for t in given:
         where = f"{reading.path}: plot '{t['name']}'"
         if t.get("kind") != "grading" and "y" not in t:
-            raise Refused(f"{where}: needs 'y'")
+            raise InputError(f"{where}: needs 'y'")
         reading.named(where, t["cases"])
     return given
 

@@ -7,11 +7,11 @@ import math
 import os
 import sys
 
+from grus.errors import InputError
 from grus.figures import picture, plt, table as html_table
 from grus.files.tables import Columns
 from grus.files.texts import one_line, text_table
 from grus.files.writing import write_csv
-from grus.runs.cases import Refused
 from grus.runs.schema import AT, MEASURE, POSITIVE, SEEDS, SETTINGS, TEXT, tables
 from grus.study.numbers import cost, energy_error, measured
 from grus.study.statistics import difference, interval, mean, power_law
@@ -40,22 +40,22 @@ def read_one(k, table, reading):
     where, folder = f"{reading.path}: precision {table.get('name', k)}", reading.folder
     how = table.get("measure", "at")
     if how == "at" and "at" not in table:
-        raise Refused(f"{where}: needs 'at', or a measure (peak, last, area)")
+        raise InputError(f"{where}: needs 'at', or a measure (peak, last, area)")
     reference = table.get("reference", "finest")
     if isinstance(reference, str) and reference != "finest":
-        raise Refused(f"{where}: reference: \"finest\", a number, a table of settings, or {{ file = \"...\" }}")
+        raise InputError(f"{where}: reference: \"finest\", a number, a table of settings, or {{ file = \"...\" }}")
     if isinstance(reference, dict) and "file" in reference:
         try:
             known_reference({**table, "at": 0.0}, folder)
         except (OSError, TypeError) as e:
-            raise Refused(f"{where}: reference: cannot read {reference['file']!r}: {e}") from None
+            raise InputError(f"{where}: reference: cannot read {reference['file']!r}: {e}") from None
         except ValueError as e:
-            raise Refused(f"{where}: reference: {e}") from None
+            raise InputError(f"{where}: reference: {e}") from None
     base, fixed = shared_by_cases(where, table, reading)
     reference = reference_settings(table)
     rows = [s for s in settings(table) if s != reference]
     if not rows:
-        raise Refused(f"{where}: nothing to compare with the reference")
+        raise InputError(f"{where}: nothing to compare with the reference")
     table = {**table, "folder": folder, "rows": [(s, unnamed_case(base, fixed, s)) for s in rows],
              "reference_case": unnamed_case(base, fixed, reference) if reference is not None else None}
     if how != "at" or not isinstance(table["at"], list):

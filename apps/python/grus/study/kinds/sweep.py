@@ -4,10 +4,10 @@ import html
 import math
 import os
 
+from grus.errors import InputError
 from grus.figures import logarithmic, picture, plt, table as html_table
 from grus.files.texts import text_table
 from grus.files.writing import write_csv
-from grus.runs.cases import Refused
 from grus.runs.censored import strength_of
 from grus.runs.schema import AT, MEASURE, NUMBER, SEEDS, SETTINGS, TEXT, tables
 from grus.study.numbers import cost, measured
@@ -33,7 +33,7 @@ def read_one(table, reading):
     """A [[sweep]] with a case for each value of its key."""
     where = f"{reading.path}: sweep {table['name']}"
     if "." not in table["quantity"] and table.get("measure", "at") == "at" and "at" not in table:
-        raise Refused(f"{where}: needs 'at', or a measure (peak, last, area), or a quantity of summary.json")
+        raise InputError(f"{where}: needs 'at', or a measure (peak, last, area), or a quantity of summary.json")
     base, fixed = shared_by_cases(where, table, reading)
     return {**table, "rows": [(v, unnamed_case(base, fixed, {table["key"]: v})) for v in table["values"]]}
 
