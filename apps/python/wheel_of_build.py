@@ -7,6 +7,7 @@ import hashlib
 import io
 import os
 import re
+import shlex
 import subprocess
 import sys
 import sysconfig
@@ -56,7 +57,9 @@ def made(folder):
     """The DEM, built in `folder` for the Python that asks."""
     options = {"CMAKE_BUILD_TYPE": "Release", "GRUS_FEM": "OFF", "GRUS_TESTS": "OFF", "CMAKE_UNITY_BUILD": "ON",
                "Python_EXECUTABLE": sys.executable}
-    subprocess.run(["cmake", "-S", source, "-B", folder, *(f"-D{k}={v}" for k, v in options.items())], check=True)
+    more = shlex.split(os.environ.get("CMAKE_ARGS", ""))  # of conda: its compilers and where its libraries are
+    asked = [f"-D{key}={value}" for key, value in options.items()]
+    subprocess.run(["cmake", "-S", source, "-B", folder, *more, *asked], check=True)
     cores = str(len(os.sched_getaffinity(0)))  # make without a number would begin all at once
     subprocess.run(["cmake", "--build", folder, "--parallel", cores, "--target", "grus-rve", "grus_python"], check=True)
     return folder

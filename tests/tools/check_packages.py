@@ -31,6 +31,23 @@ def need(condition, message):
         print("FAULT", message)
 
 
+def check_conda():
+    """The recipe of conda, which no test builds: this version, and all that CMake and the package ask for."""
+    read = lambda *path: open(os.path.join(source, *path)).read()
+    recipe = read("cmake", "conda", "meta.yaml")
+    version = re.search(r"project\(grus VERSION ([0-9.]+)", read("CMakeLists.txt"))[1]
+    need(f'set version = "{version}"' in recipe, f"the recipe of conda is not of version {version}")
+    of_cmake = re.findall(r"find_package\((\w+)", read("CMakeLists.txt") + read("apps", "CMakeLists.txt"))
+    asked = {*of_cmake} - {"Threads", "MPI", "DOLFINX", "Python"}
+    part = lambda name: re.search(rf"^  {name}:\n((?:    .*\n)+)", recipe, re.M)[1]
+    has = lambda names, name: re.search(rf"- {re.escape(name)}\b", names)
+    lacking = [name for name in asked if not has(part("host"), {"Eigen3": "eigen"}.get(name, name.lower()))]
+    python = re.findall(r'"(\w+)"', re.search(r"^dependencies = (.*)", read("pyproject.toml"), re.M)[1])
+    lacking += [name for name in python if not has(part("run"), name)]
+    need(not lacking and len(asked) > 5 and len(python) > 3, f"the recipe of conda lacks {lacking}")
+
+
+check_conda()
 with tempfile.TemporaryDirectory() as tmp:
     need('COMPRESSION_TYPE "xz"' in open(os.path.join(build, "CPackConfig.cmake")).read(),
          "compressed as not every Debian reads it")
