@@ -71,7 +71,8 @@ def with_links(text, page, at):
     return re.sub(r"(!?)\[([^\]\n]*)\]\(([^)\s]+)\)", link, text)
 
 
-MADE = {"All keys": "keys.md", "All columns": "columns.md", "All keys of summary.json": "summary_keys.md"}
+MADE = {"All keys": "keys.md", "All columns": "columns.md", "All keys of summary.json": "summary_keys.md",
+        "All names of Python": "api_python.md", "All names of C++": "api_cpp.md"}
 
 
 def with_made(text, at):
@@ -79,7 +80,7 @@ def with_made(text, at):
     def link(match):
         page = MADE.get(match[1])
         return f"[{match[1]}]({os.path.relpath(page, os.path.dirname(at) or '.')})" if page else match[0]
-    return re.sub(r"\*(All [\w. ]+)\*", link, text)
+    return re.sub(r"\*(All [\w. +]+)\*", link, text)
 
 
 def keys():

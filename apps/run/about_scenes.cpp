@@ -43,7 +43,7 @@ void tell(const About& about, const std::string& program, const std::string& fil
     throw dem::InputError(fmt::format("{}: is there already; name another file", path));
   dem::write_whole(path, new_scenes.at(about.kind));
   const std::string folder = std::filesystem::path(path).stem().string();
-  fmt::print("{0}: grus-rve {0} --check, grus-rve {0}, grus-report {1}\n", path, folder);
+  fmt::print("{0}: grus check {0}, grus run {0}, grus report {1}\n", path, folder);
 }
 
 }  // namespace grus::app

@@ -15,7 +15,7 @@ from scene_tools import faults, need
 build = os.path.abspath(sys.argv[1])
 source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", ".."))
 environment = {**os.environ, "PATH": os.path.join(build, "bin") + os.pathsep + os.environ["PATH"]}
-COMMAND = re.compile(r"\s*(\./|build|cmake|ctest|mpirun|srun|python3|gmsh|grus-)")
+COMMAND = re.compile(r"\s*(\./|build|cmake|ctest|mpirun|srun|python3|gmsh|grus[ -])")
 # Blocks that another test takes from their page and runs.
 ELSEWHERE = {("README.md", "sh"): "scenes/readme.py", ("README.md", "toml"): "scenes/readme.py",
              ("docs/library.md", "cmake"): "tools/check_install.py",
@@ -92,6 +92,9 @@ def command(page, line):
     words = line.split("#")[0].split()
     if not words:
         return
+    if words[0] == "grus":
+        shell(" ".join(words) + " --check" * (words[1] == "run"), source)
+        return
     if words[0].startswith("grus-"):
         if words[0] != "grus-bvp" or os.path.exists(os.path.join(build, "bin", "grus-bvp")):
             shell(" ".join(words) + " --check", source)
@@ -129,7 +132,7 @@ def walk(page, found):
                 write(at, name, block)
             else:
                 for line in block.splitlines():
-                    shell(line.removesuffix(" --check") + " --check", at)
+                    shell(line if line.startswith("grus check ") else line + " --check", at)
 
 
 seen = set()
