@@ -5,6 +5,7 @@
 #include <sched.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <vector>
 
 #if __has_include(<dolfinx/common/init.h>)
@@ -39,6 +40,10 @@ Session::Session() {
   }));
 }
 
-Session::~Session() { PetscFinalize(); }
+Session::~Session() {
+  // Where nobody reads the output any more (| head), PETSc would tell so at length.
+  if (std::fflush(stdout) != 0 && std::freopen("/dev/null", "w", stdout) == nullptr) std::clearerr(stdout);
+  PetscFinalize();
+}
 
 }  // namespace grus::fem

@@ -96,6 +96,8 @@ def told():
     need(r.stdout == call("grus-rve", "--keys", "rolling_friction").stdout != "", "keys of a sample")
     if FEM:
         need("regularisation.length" in call("grus", "keys", "regularisation.length").stdout, "keys of a macro problem")
+        r = call("/bin/bash", "-c", f"{binaries}/grus keys --macro | head -1")
+        need(r.stdout.count("\n") == 1 and r.stderr == "", f"output that nobody reads to its end: {r.stderr[:300]}")
     for name, options in completion.PROGRAMS.items():
         if name == "grus-bvp" and not FEM:
             continue
