@@ -175,11 +175,14 @@ def by_name(members):
     return groups.values()
 
 
-def free(group, space):
-    """Functions of one name, an alias, a constant or an enumeration of a namespace."""
-    name = group[0].findtext("name")
+def free(group, space, above):
+    """Functions of one name, an alias, a constant or an enumeration of a namespace. `above`: the name right above it,
+    whose comment is of both where it has none."""
+    name, words = group[0].findtext("name"), " ".join(filter(None, map(told, group)))
+    if not words and above:
+        words = f"Told with [`{above}`](#{space}::{above})."
     return [f'#### <a id="{space}::{name}"></a>`{name}`', "", "```cpp", *(declared(m, space) for m in group), "```", "",
-            " ".join(filter(None, map(told, group))), ""]
+            words, ""]
 
 
 def read(source, headers):
@@ -197,9 +200,17 @@ def read(source, headers):
                 kind, where = compound.get("kind"), compound.find("location")
                 if kind == "namespace":
                     space = compound.findtext("compoundname")
+                    above, last, before = "", 0, ""
                     for group in by_name(public(compound, {"function", "typedef", "enum", "variable"})):
                         at = group[0].find("location")
-                        found[at.get("file")].append((int(at.get("line")), free(group, space)))
+                        file, line = at.get("file"), int(at.get("line"))
+                        if any(map(told, group)):
+                            above = group[0].findtext("name")
+                        elif file != before or not all(text.strip() for text in lines[file][last - 1:line]):
+                            above = ""
+                        before, last = file, line
+                        own = "" if above == group[0].findtext("name") else above
+                        found[file].append((line, free(group, space, own)))
                 elif kind in ("class", "struct", "concept") and compound.get("prot", "public") == "public":
                     made = concept(compound) if kind == "concept" else structure(compound, lines[where.get("file")])
                     found[where.get("file")].append((int(where.get("line")), made))
