@@ -120,7 +120,8 @@ def public(compound, kinds):
     """Members in the order of the source, without what takes away and moves."""
     found = [m for m in compound.iter("memberdef") if m.get("prot") == "public" and m.get("kind") in kinds
              and not re.match("~|operator=$", m.findtext("name"))]
-    return sorted(found, key=lambda m: (int(m.find("location").get("line")), int(m.find("location").get("column"))))
+    place = lambda m: m.find("location").attrib
+    return sorted(found, key=lambda m: (place(m)["file"], int(place(m)["line"]), int(place(m)["column"])))
 
 
 def grouped(members, lines):
