@@ -46,7 +46,7 @@ std::vector<double> damage_of(const PeridynamicSolid& solid) {
   return lost;
 }
 
-Clusters clusters_of(const PeridynamicSolid& solid, double least) {
+Clusters clusters_of(const PeridynamicSolid& solid, double least, bool crumbs) {
   const std::size_t n = solid.lattice().size();
   const std::vector<double> damage = damage_of(solid);
   const std::vector<int> next = neighbours(solid, true);
@@ -72,11 +72,48 @@ Clusters clusters_of(const PeridynamicSolid& solid, double least) {
   std::sort(size.begin(), size.end());
   std::vector<int> place(size.size(), -1);
   Clusters c;
-  for (const auto& [less, mine] : size)
-    if (-static_cast<double>(less) >= least * static_cast<double>(n))
-      place[static_cast<std::size_t>(mine)] = c.pieces++;
+  for (const auto& [less, mine] : size) {
+    const bool large = -static_cast<double>(less) >= least * static_cast<double>(n);
+    if (large || crumbs) place[static_cast<std::size_t>(mine)] = c.pieces + c.crumbs, ++(large ? c.pieces : c.crumbs);
+  }
   for (int& l : label) l = l < 0 ? -1 : place[static_cast<std::size_t>(l)];
   c.piece = std::move(label);
+  return c;
+}
+
+Clusters torn_apart(const PeridynamicSolid& solid, const PointColumns& u, double least, bool crumbs) {
+  constexpr std::size_t fewest = 4;
+  const std::size_t n = solid.lattice().size();
+  const auto moved = [&](std::size_t i) { return Vec3(u(i, 0), u(i, 1), u(i, 2)); };
+  Vec3 middle[2] = {Vec3::Zero(), Vec3::Zero()};  // of the rest, and of those that go with the farthest
+  for (std::size_t i = 0; i < n; ++i)
+    if (moved(i).squaredNorm() > middle[1].squaredNorm()) middle[1] = moved(i);
+  Clusters c{std::vector<int>(n, 0)};
+  std::size_t away = 0;
+  for (int round = 0; round < 20; ++round) {
+    Vec3 sum[2] = {Vec3::Zero(), Vec3::Zero()};
+    bool same = round > 0;
+    away = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const int at = (moved(i) - middle[1]).squaredNorm() < (moved(i) - middle[0]).squaredNorm();
+      same = same && at == c.piece[i];
+      c.piece[i] = at, sum[at] += moved(i), away += static_cast<std::size_t>(at);
+    }
+    if (same || away == 0 || away == n) break;
+    middle[0] = sum[0] / static_cast<double>(n - away), middle[1] = sum[1] / static_cast<double>(away);
+  }
+  if (2 * away > n) {
+    for (int& p : c.piece) p = 1 - p;
+    away = n - away;
+  }
+  c.pieces = 1;
+  const double enough = least * static_cast<double>(n);
+  if (away >= fewest && static_cast<double>(away) >= enough)
+    c.pieces = 2;
+  else if (away >= fewest && crumbs)
+    c.crumbs = 1;
+  else
+    std::fill(c.piece.begin(), c.piece.end(), 0);
   return c;
 }
 

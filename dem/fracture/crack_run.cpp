@@ -90,9 +90,13 @@ CrackRun crack_run(PeridynamicSolid& solid, const PointColumns& load, PointColum
     if (solid.break_above(1, run.lost) > 0) since_break = 0;
     if (since_parted >= 0) ++since_parted;
     if (run.steps % each == 0 || since_parted == after) {
-      Clusters seen = clusters_of(solid, choice.smallest_piece);
+      Clusters seen = clusters_of(solid, choice.smallest_piece, choice.crumbs);
       if (seen.pieces > 1) run.clusters = std::move(seen), since_parted = std::max(since_parted, 0);
-      if (since_parted < 0 && largest(u) > torn) return run;
+      if (since_parted < 0 && largest(u) > torn) {
+        run.clusters = torn_apart(solid, u, choice.smallest_piece, choice.crumbs);
+        if (run.clusters.pieces + run.clusters.crumbs > 1) run.end = CrackEnd::parts;
+        return run;
+      }
     }
     if (since_parted == after) {
       run.end = CrackEnd::parts;

@@ -39,6 +39,7 @@ struct CrackChoice {
   double damping = 3.2;                   // times c_p / d
   double time = 2;                        // passages of c_p through d after it has parted
   double smallest_piece = 0.03;           // share of the points
+  bool crumbs = false;                    // what is smaller is told as such
   static constexpr double quiet = 15;     // passages without a break under the whole load: it holds
   static constexpr double pause = 5;      // the same under a part of it: the load goes on
   static constexpr int most_steps = 900;  // without parting: the load is raised
@@ -68,7 +69,8 @@ struct CrackRun {
 };
 
 /// Steps of central differences from rest at `u` under a dead load, bonds breaking in each. It begins at a share of the
-/// load, and goes up by twentieths where nothing breaks any more. Parted are two clusters.
+/// load, and goes up by twentieths where nothing breaks any more. Parted are two clusters, or what a contact has torn
+/// out from the rest (torn_apart).
 CrackRun crack_run(PeridynamicSolid& solid, const PointColumns& load, PointColumns& u, const CrackChoice& choice,
                    double share = 1);
 

@@ -5,11 +5,24 @@
 #include "dem/fracture/crack_run.hpp"
 
 namespace grus::dem {
+namespace {
+
+/// The k-th bracket of forces begins here: 1.1^k / 2.
+double bracket(int k) {
+  double low = 0.5;
+  for (; k > 0; --k) low *= 1.1;
+  for (; k < 0; ++k) low /= 1.1;
+  return low;
+}
+
+}  // namespace
 
 double platen_number(const LatticeModel& model, int lattices) {
-  constexpr HoldLimits patient{.rounds = 2000, .work = 1e9};  // no crack run settles what is left open
+  // No crack run settles what is left open. What holds does no more than 1.1 times the work of the intact sphere.
+  constexpr HoldLimits patient{.rounds = 2000, .work = 1e9, .failed = 1.3};
   const std::vector<PatchLoad> pressed{{Vec3(0, 0, 0.5), Vec3(0, 0, -1)}, {Vec3(0, 0, -0.5), Vec3(0, 0, 1)}};
   double sum = 0;
+  int at = 2;  // of brackets: where the last lattice failed
   for (int k = 0; k < lattices; ++k) {
     const PointLattice lattice = make_lattice(lattice_sphere(0.5), model.lattice, 1, static_cast<std::uint64_t>(k));
     if (lattice.size() == 0) throw InputError("a sphere's lattice has too few points");
@@ -24,15 +37,25 @@ double platen_number(const LatticeModel& model, int lattices) {
       solid.mend();
       return hold_test(solid, part, u, patient).holds();
     };
-    double low = 0.5;
-    while (!holds(low)) low /= 1.1;
-    double high = 1.1 * low;
-    while (holds(high)) low = high, high *= 1.1;
-    while (high > 1.01 * low) {
-      const double middle = std::sqrt(low * high);
-      (holds(middle) ? low : high) = middle;
+    // Ends of a bracket are asked last, where all between them say the same.
+    for (bool held = false, failed = false;;) {
+      double low = bracket(at), high = bracket(at + 1);
+      while (high > 1.01 * low) {
+        const double middle = std::sqrt(low * high);
+        if (holds(middle))
+          low = middle, held = true;
+        else
+          high = middle, failed = true;
+      }
+      if (!held && !holds(low))
+        failed = true, --at;
+      else if (!failed && holds(high))
+        held = true, ++at;
+      else {
+        sum += std::sqrt(low * high) / lattices;
+        break;
+      }
     }
-    sum += std::sqrt(low * high) / lattices;
   }
   return sum;
 }

@@ -178,6 +178,71 @@ TEST_CASE("the number that ties a critical stretch to a strength: a sphere fails
   CHECK(cracks == 4);
 }
 
+TEST_CASE("what a scene is read with is the force between those that hold and that do not, however it is looked for") {
+  LatticeModel m = model_of(300);
+  double sum = 0;
+  for (std::uint64_t id = 0; id < 3; ++id) {
+    const PointLattice lattice = make_lattice(lattice_sphere(0.5), m.lattice, 1, id);
+    PeridynamicSolid solid(lattice, poisson);
+    solid.keep(points_near(lattice, pressed(1), m.lattice.patch));
+    const PointColumns load = columns_of(point_forces(lattice, pressed(1), m.lattice.patch, 1));
+    PointColumns whole(lattice.size());
+    long sweeps = 0;
+    solve(solid, load, whole, 1e-5, 500, sweeps);
+    const auto holds = [&](double force) {
+      PointColumns u = times(force, whole);
+      solid.mend();
+      return hold_test(solid, times(force, load), u, {.rounds = 2000, .work = 1e9}).holds();
+    };
+    double low = 0.5, high = 0.55;
+    while (holds(high)) low = high, high *= 1.1;
+    while (high > 1.01 * low) {
+      const double middle = std::sqrt(low * high);
+      (holds(middle) ? low : high) = middle;
+    }
+    sum += std::sqrt(low * high) / 3;
+  }
+  CHECK(platen_number(m, 3) == Approx(sum).epsilon(1e-12));
+}
+
+TEST_CASE("what a contact tears out is a piece: it lies at a contact, and the grain is not left whole") {
+  LatticeModel m = model_of(400);
+  const auto cells = some_cells(64);
+  for (const std::uint64_t k : {4u, 16u, 17u, 26u}) {  // by damage alone these stall
+    const Shape shape{cells.body[k]};
+    const LatticeSolid solid = lattice_hull(shape.store, 0);
+    const double d = solid.diameter();
+    const auto surface = [&](const Vec3& way) {
+      double far = INFINITY;
+      Vec3 normal = Vec3::Zero();
+      for (const Plane& p : solid.planes)
+        if (const double c = p.normal.dot(way); c > 0 && p.offset / c < far) far = p.offset / c, normal = p.normal;
+      return std::pair(Vec3(far * way), normal);
+    };
+    std::vector<PatchLoad> loads;
+    Vec3 sum = Vec3::Zero();
+    for (std::uint64_t n = 0; n < 2 + k % 4; ++n) {  // friction of 0.4
+      const auto [at, normal] = surface(random_vector(k, n).normalized());
+      const Vec3 any = random_vector(k, n + 50), along = any - any.dot(normal) * normal;
+      loads.push_back({at, 0.4 * along.normalized() - normal});
+      sum += loads.back().force;
+    }
+    loads.push_back({surface(sum.normalized()).first, -sum});
+    double most = 0;
+    for (const PatchLoad& l : loads) most = std::max(most, l.force.norm());
+    for (PatchLoad& l : loads) l.force *= 45e6 * d * d / most;
+    const CrackResult r = crack_test(solid, loads, m, 45e6 / (youngs * 0.711), 1, k);
+    CHECK(r.verdict == CrackVerdict::cracks);
+    if (!r.cracked) continue;
+    check_whole(r, solid);
+    double near = INFINITY;  // of the smaller piece to a contact
+    for (std::size_t i = 0; i < r.cracked->points.size(); ++i)
+      for (const PatchLoad& l : loads)
+        if (r.cracked->piece[i] == 1) near = std::min(near, (r.cracked->points[i] - l.at).norm());
+    CHECK(near < (m.lattice.patch + m.lattice.spacing()) * d);
+  }
+}
+
 // Slow: 2,272 points, as many as the paper's.
 TEST_CASE("between platens: the paper's set-up, and the horizon with partial volumes", "[.slow]") {
   for (const bool papers : {true, false}) {

@@ -271,6 +271,18 @@ TEST_CASE("lattices: about as many points as asked for, drawn by grain, finer in
   CHECK(solve(solid, columns_of(f), u, 1e-5, 500, sweeps) > 0);
 }
 
+TEST_CASE("a horizon of more neighbours than a lattice follows is refused, not cut short") {
+  const LatticeSolid ball = lattice_sphere(0.5);
+  CHECK(lattice_family(3.5, true).size() == 250);
+  CHECK(lattice_family(4, false).size() == 256);
+  for (const double horizon : {3.0, 3.5}) {
+    const PointLattice l = make_lattice(ball, lattice_of(300, horizon), 1, 1);
+    REQUIRE(l.size() > 0);
+    CHECK(*std::max_element(l.way.begin(), l.way.end()) + 1u == l.ways.size());
+  }
+  CHECK_THROWS_AS(make_lattice(ball, lattice_of(300, 4), 1, 1), InputError);
+}
+
 TEST_CASE("critical stretch: both forms, the paper's value, the corrected size law") {
   const double horizon = 3 * 0.062 * 2e-3;
   CHECK(critical_stretch(Toughness::madenci_oterkus, 30, youngs, poisson, horizon) == Approx(8.1113e-4).epsilon(1e-5));
@@ -321,6 +333,13 @@ TEST_CASE("pieces: a cut through all bonds makes two, what hangs on a crack goes
   CHECK(wrong == 0);
   const Clusters large = clusters_of(solid, 1.2 * static_cast<double>(upper) / static_cast<double>(l.size()));
   CHECK(large.pieces == 1);
+  CHECK(large.crumbs == 0);
+  const double more_than_upper = 1.2 * static_cast<double>(upper) / static_cast<double>(l.size());
+  const Clusters crumbs = clusters_of(solid, more_than_upper, true);
+  CHECK(crumbs.pieces == 1);
+  REQUIRE(crumbs.crumbs == 1);
+  for (std::size_t i = 0; i < l.size(); ++i)
+    if (crumbs.piece[i] >= 0) CHECK(crumbs.piece[i] == (l.point[i].z() > at));
   const std::vector<double> damage = damage_of(solid);
   std::size_t hurt = 0, far = 0;
   for (std::size_t i = 0; i < l.size(); ++i)

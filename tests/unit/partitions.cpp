@@ -2,7 +2,7 @@
 // Labelled points to parts that tile their body: by closed forms, and by what any tiling keeps.
 #include "dem/fracture/partition.hpp"
 #include "dem/packing/random_hulls.hpp"
-#include "tests/hulls.hpp"
+#include "tests/lattices.hpp"
 
 using namespace grus::dem;
 using namespace grus::dem::test;
@@ -226,4 +226,40 @@ TEST_CASE("thin wedges are joined to the part that they share most with; what is
   CHECK(q.misfit == 0);
   // A class without points has no part.
   CHECK(part_by_labels(cube, some.point, some.label, 3, fresh, {}).part.size() == 2);
+}
+
+TEST_CASE("what was torn out is told from the rest by where it went, and is a piece, a crumb or nothing by its size") {
+  const PointLattice l = make_lattice(lattice_sphere(0.5), lattice_of(1000), 1, 3);
+  const PeridynamicSolid solid(l, poisson);
+  const auto told = [&](double above, double least, bool crumbs, double rest = 0) {
+    const PointColumns u = field(l, 1, [&](const Vec3& x) {
+      return (l.axes * x).z() > above ? Vec3(0.2 * x.y(), 3, 1) : Vec3(rest * Vec3(-3, 0.1 * x.x(), 0));
+    });
+    Clusters c = torn_apart(solid, u, least, crumbs);
+    std::size_t up = 0, wrong = 0;
+    for (std::size_t i = 0; i < l.size(); ++i) {
+      const bool high = l.point[i].z() > above;
+      up += high, wrong += (c.piece[i] == 1) != (high && c.pieces + c.crumbs > 1);
+    }
+    CHECK(wrong == 0);
+    return std::tuple(c.pieces, c.crumbs, up);
+  };
+  const auto [pieces, crumbs, up] = told(0.35, 0.03, false);
+  CHECK(pieces == 2);
+  CHECK(crumbs == 0);
+  CHECK(static_cast<double>(up) ==
+        Approx(1000 * 0.15 * 0.15 * 1.35 / 0.5).epsilon(0.2));  // of a cap: h^2 (3 r - h) / 4 r^3
+  CHECK(std::get<0>(told(0.1, 0.03, false, 1)) == 2);           // halves that part from each other
+  const double share = static_cast<double>(up) / static_cast<double>(l.size());
+  CHECK(std::get<0>(told(0.35, 1.01 * share, false)) == 1);
+  CHECK(std::get<1>(told(0.35, 1.01 * share, false)) == 0);
+  CHECK(std::get<0>(told(0.35, 1.01 * share, true)) == 1);
+  CHECK(std::get<1>(told(0.35, 1.01 * share, true)) == 1);
+  double top = -1, below = -1;  // of the points' heights: one point alone is no crumb
+  for (const Vec3& x : l.point)
+    if (x.z() > top)
+      below = top, top = x.z();
+    else
+      below = std::max(below, x.z());
+  CHECK(told(0.5 * (top + below), 0.03, true) == std::tuple(1, 0, std::size_t{1}));
 }
