@@ -16,7 +16,7 @@ source = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)
 readme = open(os.path.join(source, "README.md")).read()
 full = os.path.exists(os.path.join(build, "bin", "grus-bvp"))
 
-SCENE = "build/bin/grus-rve scene.toml && build/bin/grus-report scene"
+SCENE = "build/bin/grus run scene.toml && build/bin/grus report scene"
 WORDS = 1000  # it stays short
 DEM = "cmake --workflow --preset dem-only"
 # What is printed, and by which case of this test it is run. The tests themselves are being run.
