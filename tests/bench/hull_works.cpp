@@ -73,7 +73,7 @@ Sample cells() {
   Sample s{rock(2e9, 0.5), {}};
   Recipe recipe;
   recipe.bounds = Bounds::periodic, recipe.box = Vec3::Constant(8e-3);
-  recipe.grains = Tessellation{.space = {}, .cells = 300, .rounds = 5};
+  recipe.grains = VoronoiPacking{.count = 300, .rounds = 5};
   s.state = make_ready(s.model, recipe, team);
   const Loading loading = compressed_by(s, 50, true);
   load(s.model, s.state, loading, s.state.time + 0.01 / 50, team);
