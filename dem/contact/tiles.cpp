@@ -4,16 +4,19 @@
 #include <algorithm>
 
 #include "dem/contact/pair_kinds.hpp"
+#include "dem/kernel/look_ahead.hpp"
 #include "dem/kernel/sweep.hpp"
 #include "dem/state/shape_kinds.hpp"
 
 namespace grus::dem {
 
 void make_room(std::size_t pairs, Plan& plan) {
-  for (auto* column : {&plan.a, &plan.b, &plan.law, &plan.target}) {
-    column->resize(pairs + overrun);
-    std::fill_n(column->begin() + static_cast<std::ptrdiff_t>(pairs), overrun, Index{0});
-  }
+  const auto make = [&](std::vector<Index>& column, std::size_t beyond) {
+    column.resize(pairs + beyond);
+    std::fill_n(column.begin() + static_cast<std::ptrdiff_t>(pairs), beyond, Index{0});
+  };
+  for (auto* column : {&plan.a, &plan.law, &plan.target}) make(*column, overrun);
+  make(plan.b, overrun + grains_ahead);
 }
 
 void weigh_tile(const Grains& grains, std::size_t t, Contacts& contacts) {

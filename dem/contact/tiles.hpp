@@ -10,7 +10,8 @@
 
 namespace grus::dem {
 
-/// Room for the columns that the kernels read of pairs, with those beyond the last.
+/// Room for the columns that the kernels read of pairs, with those beyond the last: `overrun`, and of grains b as many
+/// more as kernels look ahead.
 void make_room(std::size_t pairs, Plan& plan);
 
 /// Writes what the kernels read of pair k of tile t; `crossing` collects those whose grain b is in a later tile.

@@ -5,6 +5,7 @@
 
 #include "dem/kernel/contact_pass.hpp"
 #include "dem/kernel/lanes.hpp"
+#include "dem/kernel/look_ahead.hpp"
 
 namespace grus::dem {
 namespace {
@@ -71,6 +72,28 @@ GRUS_INLINE void put_back(Real x, int count, double* to) {
   double lane[width];
   store(x, lane);
   for (int l = 0; l < count; ++l) to[l] = lane[l];
+}
+
+/// Of a sample that is larger than a core's own cache.
+GRUS_INLINE bool far(const ContactRows& s) { return s.grains > near_grains; }
+
+/// The grains b of the group that is `grains_ahead` further on: no processor foresees where they are. Both lines of a
+/// row of motion. Grains a come in their order, which processors do foresee.
+GRUS_INLINE void ask_for_grains(const ContactRows& s, std::size_t k) {
+  const std::uint32_t* const b = s.b + k + grains_ahead;
+  for (int l = 0; l < width; ++l) {
+    __builtin_prefetch(s.motion + 12 * std::size_t{b[l]});
+    __builtin_prefetch(s.motion + 12 * std::size_t{b[l]} + 8);
+  }
+}
+
+/// The histories of the group that is `histories_ahead` further on: more columns than processors follow at a time.
+GRUS_INLINE void ask_for_histories(const ContactRows& s, std::size_t k) {
+  k += histories_ahead;
+  __builtin_prefetch(s.stiffness + k);
+  __builtin_prefetch(s.compliance + k, 1);
+  __builtin_prefetch(s.viscous + k, 1);
+  for (double* column : s.spring[slide_spring]) __builtin_prefetch(column + k, 1);
 }
 
 /// Law constant k of the pairs from `first` on.

@@ -37,6 +37,7 @@ GRUS_STAGE void meet(const ContactRows& s, int kept, Chunk& c) {
     const int o = g * width;
     const std::size_t k = c.first[g];
     const std::uint32_t *ia = s.a + k, *ib = s.b + k;
+    if (kind == Kind::spheres && far(s)) ask_for_histories(s, k);
     const Mask on = mask_of(c.touching[g]);
     Real3 va, wa, drag;
     Real unused, lightness;  // 1 / effective mass

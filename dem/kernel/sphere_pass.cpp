@@ -26,6 +26,7 @@ template <Kind kind, bool attracts>
   for (std::size_t k = first; k < last; k += width) {
     const int count = last - k < width ? static_cast<int>(last - k) : width, o = kept * width;
     const std::uint32_t *ia = s.a + k, *ib = s.b + k;  // columns go on by `group` beyond their end
+    if (kind == Kind::spheres && far(s)) ask_for_grains(s, k);
     Real3 xa, d;
     Real ra, rb, gap;
     load4(s.motion, ia, 12, xa.x, xa.y, xa.z, ra);

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "dem/contact/neighbours.hpp"
+#include "dem/kernel/look_ahead.hpp"
 #include "dem/packing/packing.hpp"
 #include "dem/rve/breakage.hpp"
 #include "dem/rve/step.hpp"
@@ -118,6 +119,14 @@ Meeting all_pairs(const State& s, double least) {
 }
 
 }  // namespace
+
+TEST_CASE("kernels that look ahead find grains there beyond the last pair") {
+  Team team(1);
+  State s = loose(model_of(solid(60e9, 0.17, 2650, 0.3, 0.5)), 200, false, false, 0, 0, team);
+  const std::vector<Index>& b = s.contacts.plan.b;
+  REQUIRE(b.size() == s.contacts.size() + overrun + grains_ahead);
+  for (std::size_t k = s.contacts.size(); k < b.size(); ++k) CHECK(b[k] < s.grains.size());
+}
 
 TEST_CASE("no contact is missed while candidates serve several lists") {
   Model model = model_of(solid(60e9, 0.17, 2650, 0.3, 0.5));
