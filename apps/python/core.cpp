@@ -75,7 +75,8 @@ public:
         app::Base base = app::prepare_base(cell, made ? &*made : nullptr, alone, watch);
         return dem::bytes_of(dem::start_from(std::move(base.state), cell.model, cell.recipe.preparation, alone, watch));
       } catch (const dem::Unstable& e) {
-        throw dem::Unstable(cells_[0].file + ": " + e.what());
+        const std::string why = e.what(), file = cells_[0].file;
+        throw dem::Unstable(why.starts_with(file + ":") ? why : file + ": " + why);
       }
     });
   }

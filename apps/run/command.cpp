@@ -120,7 +120,8 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
   } catch (const dem::InputError& e) {
     return say(e.what()), refused;
   } catch (const dem::Unstable& e) {
-    return say(options.scene + ": " + e.what()), unstable;
+    const std::string why = e.what();  // some name the place in the scene themselves
+    return say(why.starts_with(options.scene + ":") ? why : options.scene + ": " + why), unstable;
   } catch (const dem::Interrupted& e) {
     const char* why = interruption_asked() || options.max_time == 0 ? "" : " (the time of --max-time is over)";
     return say(options.scene + ": " + e.what() + why), interrupted;

@@ -27,7 +27,7 @@ void read_preparation(Table& t, RveScene& scene) {
   if (!p) return;
   if (!scene.recipe.periodic()) t.fail("preparation", "needs boundary.kind = \"periodic\"");
   dem::Preparation prep;
-  prep.pressure = p->number("pressure", dimension::pressure, positive);
+  prep.pressure = p->number("pressure", dimension::pressure, positive), prep.place_of_pressure = p->place("pressure");
   prep.friction = p->number_or("friction", scene.model.materials.front().friction, dimension::none, not_negative);
   read_density(*p, prep);
   prep.quasi_static = read_quasi_static(*p);

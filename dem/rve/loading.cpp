@@ -197,10 +197,10 @@ void check_bearable(const Model& model, const State& state, double pressure, boo
       deepest > limit ? fmt::format("grains overlap by {:.0f} % of a radius (limit {:.0f} %, numerics.max_overlap)",
                                     100 * deepest, 100 * limit)
                       : "grains have filled all voids";
-  throw Unstable(fmt::format(
-      "preparation: a pressure of {:.3g} MPa is too high for this contact stiffness: at {:.3g} MPa {}; lower the "
-      "pressure, or make the material stiffer",
-      pressure / 1e6, mean_pressure(love_weber(state, volume)) / 1e6, what));
+  throw Unstable(
+      fmt::format("a pressure of {:.3g} MPa is too high for this contact stiffness: at {:.3g} MPa {}; lower the "
+                  "pressure, or make the material stiffer",
+                  pressure / 1e6, mean_pressure(love_weber(state, volume)) / 1e6, what));
 }
 
 }  // namespace
@@ -239,18 +239,17 @@ void compress(const Model& model, const QuasiStatic& o, State& state, const Vec3
       QuasiStatic strict = o;
       strict.pressure_floor = 0.1 * pressure;
       const Response rest = hold(quiet, strict, state, team, [&] { told(0.96); });
-      if (!rest.stable) throw Unstable("preparation: the sample does not come to rest: " + rest.failure);
+      if (!rest.stable) throw Unstable("the sample does not come to rest: " + rest.failure);
       const Vec3 left = (rest.stress.diagonal() + stresses).array() / stresses.array();
       check_bearable(model, state, pressure, voids);
       if (left.cwiseAbs().maxCoeff() < compress_tolerance) return;
     }
   }
   if ((stresses.array() != pressure).any())
-    throw Unstable(
-        fmt::format("preparation: stresses of {:.3g}, {:.3g}, {:.3g} Pa are not reached; start denser, or ask for less",
-                    stresses.x(), stresses.y(), stresses.z()));
-  throw Unstable(fmt::format(
-      "preparation: an isotropic pressure of {:.3g} Pa is not reached; start denser, or ask for less", pressure));
+    throw Unstable(fmt::format("stresses of {:.3g}, {:.3g}, {:.3g} Pa are not reached; start denser, or ask for less",
+                               stresses.x(), stresses.y(), stresses.z()));
+  throw Unstable(
+      fmt::format("an isotropic pressure of {:.3g} Pa is not reached; start denser, or ask for less", pressure));
 }
 
 void compress_isotropically(const Model& model, const QuasiStatic& o, State& state, double pressure, Team& team,

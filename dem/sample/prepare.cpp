@@ -20,6 +20,16 @@ Model compressing(Model model) {
   return model;
 }
 
+/// Compresses the state; what fails tells where the pressure was asked for.
+void bring_to(const Vec3& stresses, const Model& model, const Preparation& p, State& state, Team& team,
+              const StageWatch& watch) {
+  try {
+    compress(model, p.quasi_static, state, stresses, team, stage_of(watch, "preparation"));
+  } catch (const Unstable& e) {
+    throw Unstable((p.place_of_pressure.empty() ? "preparation" : p.place_of_pressure) + ": " + e.what());
+  }
+}
+
 /// Radius (m) of the smallest grain there may be, and how much flatter than a sphere one is.
 struct Smallest {
   double radius = INFINITY, slenderness = 1;
@@ -70,8 +80,7 @@ State compressed(State state, const Model& own, const std::optional<Preparation>
     if (std::isfinite(m.youngs_modulus)) m.friction = preparation->friction;
   model = compressing(std::move(model));
   prepare(model, state, team);
-  compress_isotropically(model, preparation->quasi_static, state, preparation->pressure, team,
-                         stage_of(watch, "preparation"));
+  bring_to(Vec3::Constant(preparation->pressure), model, *preparation, state, team, watch);
   return state;
 }
 
@@ -81,7 +90,7 @@ State start_from(State state, const Model& own, const std::optional<Preparation>
     if (stresses) {
       const Model model = compressing(own);
       prepare(model, state, team);
-      compress(model, preparation->quasi_static, state, *stresses, team, stage_of(watch, "preparation"));
+      bring_to(*stresses, model, *preparation, state, team, watch);
     }
     state.time = 0;
     state.steps = 0;

@@ -154,6 +154,7 @@ struct Supports {
 /// A periodic sample is compressed before its test begins.
 struct Preparation {
   double pressure = 0;  // Pa
+  Place place_of_pressure = {};
   double friction = 0;  // between grains meanwhile; where a void ratio is asked what is tried first
   QuasiStatic quasi_static = {};
   std::optional<double> void_ratio = {};  // that it leaves; see sample/density.hpp

@@ -164,7 +164,8 @@ def pressed(tmp):
         path, out = write(tmp, scene, name + ".toml"), os.path.join(tmp, name)
         for how in (("--check",), ("-o", out)) if status == 2 else (("-o", out),):
             r = run(rve, path, *how, "--threads", "1", *more)
-            told = words in r.stderr and r.stderr.count("\n") == 1 and "preparation" in r.stderr
+            place = re.match(re.escape(path) + r":\d+:\d+: preparation\.pressure: ", r.stderr)
+            told = words in r.stderr and r.stderr.count("\n") == 1 and place
             need(r.returncode == status and told, f"{name}: exit {r.returncode} {r.stderr}")
             need("void ratio" not in r.stdout and not os.path.exists(out), f"{name}: {r.stdout}")
             if status == 3:  # it stops soon after the limit, not when all is over
