@@ -21,6 +21,8 @@ Vec3 shift_of(const Grains& g, const Cell& cell, Index a, Index b, const std::ar
 
 /// How two hulls move at the middle of their contact, b against a.
 struct Meeting {
+  Vec3 normal;         // from a to b, as the force on b
+  double force;        // its size for a modulus of 1
   Vec3 velocity;       // m/s
   double spin;         // rad/s, about the normal
   double twist;        // of both, the mean (rad/s)
@@ -49,10 +51,10 @@ Press advance(const TileWork& s, std::size_t k, const Overlap& o, double modulus
   Contact c = s.contacts.contact[k];
   Touch& touch = s.contacts.touch[k];
   const PairLaw& p = s.pairs[s.contacts.pair[k].law];
-  const double force = o.force.norm(), area = o.area.norm();
+  const double force = m.force, area = o.area.norm();
   // Deep in each other the area vector all but closes: no arm is longer than the body.
   const double arm = std::min(std::sqrt(o.polar / area), s.grains.motion[s.contacts.pair[k].a].radius);
-  const Vec3 n = o.force / force, before = touch.normal;
+  const Vec3 &n = m.normal, before = touch.normal;
   if (c.stiffness == 0) c.radius = modulus;
   c.stiffness = c.radius * area;
   const Elastic elastic{c.radius * force, c.stiffness, c.radius * o.energy, c.stiffness};
@@ -76,11 +78,17 @@ Press advance(const TileWork& s, std::size_t k, const Overlap& o, double modulus
   return out;
 }
 
+/// The largest inverse of a principal moment of hull i.
+double turned_by(const Grains& g, Index i) { return 1 / g.inertia[i].moments.minCoeff(); }
+
 /// The eigenvalue that contact k alone, of this weight in the bound of the time step, gives to either: faces that come
-/// to lie on each other resist with all their area from one step to the next.
-void watch(Contacts& contacts, std::size_t k, const Meeting& m, double weight) {
-  const double eigenvalue = weight * contacts.contact.stiffness[k] * std::max(m.mobility[0], m.mobility[1]);
-  if (eigenvalue > contacts.plan.firmest) std::atomic_ref(contacts.plan.firmer).store(1, std::memory_order_relaxed);
+/// to lie on each other resist with all their area from one step to the next. `turned`: the largest inverse moment of
+/// grains that have got mass and moments apart: a face may turn faster what it shifts slowly.
+void watch(Contacts& contacts, std::size_t k, const Meeting& m, const Overlap& o, double weight, double turned) {
+  const double shifts = contacts.contact.stiffness[k] * std::max(m.mobility[0], m.mobility[1]);
+  const double turns = contacts.contact.radius[k] * o.polar * turned;
+  if (weight * std::max(shifts, turns) > contacts.plan.firmest)
+    std::atomic_ref(contacts.plan.firmer).store(1, std::memory_order_relaxed);
 }
 
 /// Their distance; `normal` as the direction of `separation`, global.
@@ -109,6 +117,13 @@ Overlap overlap_at(const RollerWall& wall, const Grains& g, Index i, const Vec3&
                     across.normalized());
 }
 
+/// Asks for what the kernel reads of a hull, which lies anywhere: its planes in columns, its corners in rows.
+void fetch(const HullView& hull) {
+  const double *const planes = hull.column + 3 * hull.room, *const corners = hull.rows + 4 * hull.space;
+  for (int k = 0; k < 4 * hull.space; k += 8) __builtin_prefetch(planes + k);
+  for (int k = 0; k < 4 * hull.vertices; k += 8) __builtin_prefetch(corners + k);
+}
+
 /// Hulls one in the other press nowhere.
 bool presses(const Overlap& o) { return o.volume > 0 && o.force.squaredNorm() > 0 && o.area.squaredNorm() > 0; }
 
@@ -127,9 +142,9 @@ double foundation_of(const PairLaw& p, const Grains& g, Index a, Index b) {
 
 double foundation_of(const PairLaw& p, const Grains& g, Index a) { return own<Foundation>(p).over(depth_of(g, a)); }
 
-Overlap overlap_of_pair(const Grains& g, const Cell& cell, const Pair& pair, const Vec3& search) {
+Overlap overlap_of_pair(const Grains& g, const Cell& cell, const Pair& pair, const Vec3& search, HullGuess* guess) {
   return overlap_of(hull_of_grain(g, pair.a), hull_of_grain(g, pair.b), g.frame[pair.a].axes, g.frame[pair.b].axes,
-                    shift_of(g, cell, pair.a, pair.b, pair.image), search);
+                    shift_of(g, cell, pair.a, pair.b, pair.image), search, guess);
 }
 
 Overlap overlap_if_pressed(const Grains& g, const Cell& cell, const Pair& pair, const Vec3& normal, double reach,
@@ -151,8 +166,10 @@ void hulls(const TileWork& s, std::size_t begin, std::size_t end) {
   Contacts& contacts = s.contacts;
   const Grains& g = s.grains;
   const Cell& cell = s.boundary.cell;
+  const bool apart_inertia = !g.turn_mass.empty();
   for (std::size_t k = begin; k < end; ++k) {
     const Pair& pair = contacts.pair[k];
+    if (k + 1 < end) fetch(hull_of_grain(g, contacts.pair[k + 1].b));
     const Motion &a = g.motion[pair.a], &b = g.motion[pair.b];
     Vec3& search = contacts.touch[k].normal;
     const Vec3 shift = shift_of(g, cell, pair.a, pair.b, pair.image);
@@ -170,15 +187,19 @@ void hulls(const TileWork& s, std::size_t begin, std::size_t end) {
     const Vec3 arm_b = o.middle - shift;
     Vec3 drag = Vec3::Zero();
     if (crosses(pair)) drag = cell.rate * Vec3(pair.image[0], pair.image[1], pair.image[2]);
-    const Vec3 n = o.force.normalized();
-    const Meeting m{b.velocity + b.spin.cross(arm_b) + drag - a.velocity - a.spin.cross(o.middle),
+    const double size = o.force.norm();
+    const Vec3 n = o.force / size;
+    const Meeting m{n,
+                    size,
+                    b.velocity + b.spin.cross(arm_b) + drag - a.velocity - a.spin.cross(o.middle),
                     n.dot(b.spin - a.spin),
                     0.5 * n.dot(a.spin + b.spin),
                     {mobility(g, pair.a, o.middle, n), mobility(g, pair.b, arm_b, n)}};
     const double modulus =
         contacts.contact.touching(k) ? contacts.contact.radius[k] : foundation_of(s.pairs[pair.law], g, pair.a, pair.b);
     const Press press = advance(s, k, o, modulus, m);
-    watch(contacts, k, m, 2);
+    const double turned = apart_inertia ? std::max(turned_by(g, pair.a), turned_by(g, pair.b)) : 0;
+    watch(contacts, k, m, o, 2, turned);
     const Vec3 force = press.elastic + press.rest;
     const Vec3 moment = contacts.contact.radius[k] * o.moment + press.moment * n;  // about the mass centre of a
     if (contacts.spots) contacts.spot[k] = {o.middle, moment - o.middle.cross(press.elastic)};
@@ -202,13 +223,16 @@ void hulls_at_walls(const TileWork& s, std::size_t begin, std::size_t end) {
       apart(contacts, k, s.energy);
       continue;
     }
-    const Vec3 n = o.force.normalized();
-    const Meeting m{wall.velocity - a.velocity - a.spin.cross(o.middle),
+    const double size = o.force.norm();
+    const Vec3 n = o.force / size;
+    const Meeting m{n,
+                    size,
+                    wall.velocity - a.velocity - a.spin.cross(o.middle),
                     -n.dot(a.spin),
                     0.5 * n.dot(a.spin),
                     {mobility(s.grains, pair.a, o.middle, n), 0}};
     const Press press = advance(s, k, o, foundation_of(s.pairs[pair.law], s.grains, pair.a), m);
-    watch(contacts, k, m, 1);
+    watch(contacts, k, m, o, 1, s.grains.turn_mass.empty() ? 0 : turned_by(s.grains, pair.a));
     const Vec3 force = press.elastic + press.rest;
     const Vec3 moment = contacts.contact.radius[k] * o.moment + press.moment * n;
     if (contacts.spots) contacts.spot[k] = {o.middle, moment - o.middle.cross(press.elastic)};

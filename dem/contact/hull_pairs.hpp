@@ -15,8 +15,9 @@ void hulls_at_walls(const TileWork& work, std::size_t begin, std::size_t end);
 bool hulls_near(const Grains& grains, const Cell& cell, const Candidate& pair, double skin, Vec3& normal);
 
 /// The overlap of a listed pair of hulls, or of a hull and a wall, in the global frame about the mass centre of a, for
-/// a modulus of 1. `search` as overlap_of, global. Frames must be up to date.
-Overlap overlap_of_pair(const Grains& grains, const Cell& cell, const Pair& pair, const Vec3& search);
+/// a modulus of 1. `search` and `guess` as overlap_of, global. Frames must be up to date.
+Overlap overlap_of_pair(const Grains& grains, const Cell& cell, const Pair& pair, const Vec3& search,
+                        HullGuess* guess = nullptr);
 Overlap overlap_at_wall(const Grains& grains, const Wall& wall, Index grain);
 
 /// The overlap that a listed pair would have once it meets along `normal`, from a to b, and is pressed by `press` (m);

@@ -11,7 +11,7 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
   return critical_step(HeldGrains(law, pairs, materials, g, boundary, contacts, bonds), false);
 }
 
-CriticalStep critical_step(const HeldGrains& held, bool touch_only) {
+CriticalStep critical_step(const HeldGrains& held, bool touch_only, double safety) {
   const Grains& g = held.grains();
   const std::size_t n = g.size();
   CriticalStep critical;
@@ -41,13 +41,18 @@ CriticalStep critical_step(const HeldGrains& held, bool touch_only) {
   if (worst > 0) critical.dt = 2 / std::sqrt(worst);
   if (held.damped()) {
     const std::vector<double> drag = held.cheap_drags();
-    double fastest = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      if (!(drag[i] > 0) || with_dashpots(bound[i], drag[i]) <= fastest) continue;
-      fastest =
-          std::max(fastest, with_dashpots(largest_eigenvalue(held.stiffness(i)), largest_eigenvalue(held.drag(i))));
+    std::vector<double> most(n);
+    for (std::size_t i = 0; i < n; ++i) most[i] = drag[i] > 0 ? with_dashpots(bound[i], drag[i]) : 0;
+    std::sort(order.begin(), order.end(), [&](Index a, Index b) { return most[a] > most[b]; });
+    const double idle = std::pow(damped_safety / safety, 2) * worst;
+    double fastest = idle;
+    for (const Index i : order) {
+      if (most[i] <= fastest) break;
+      const Mat6 stiff = held.stiffness(i), viscous = held.drag(i);
+      if (with_dashpots(largest_eigenvalue_bound(stiff), largest_eigenvalue_bound(viscous)) <= fastest) continue;
+      fastest = std::max(fastest, with_dashpots(largest_eigenvalue(stiff), largest_eigenvalue(viscous)));
     }
-    if (fastest > 0) critical.damped = 2 / std::sqrt(fastest);
+    if (fastest > idle) critical.damped = 2 / std::sqrt(fastest);
   }
   // No grain moves by more than a twentieth of its smallest width in a step.
   for (std::size_t i = 0; i < n; ++i) {

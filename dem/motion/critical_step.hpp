@@ -6,14 +6,17 @@
 
 namespace grus::dem {
 
+/// Share of the step beyond which dashpots drive that is taken.
+inline constexpr double damped_safety = 0.8;
+
 struct CriticalStep {
   double dt = INFINITY;      // s
   std::size_t grain = 0;     // that sets it
   double max_speed = 0;      // m/s
   bool impact = false;       // by the hardest impact that its speed allows, not by what holds it
   bool outrun = false;       // it moves by a twentieth of its least width in a step of dt
-  double damped = INFINITY;  // s; beyond it dashpots of hulls' contacts drive what they should damp: they act on the
-                             // velocity of half a step before
+  double damped = INFINITY;  // s; beyond it dashpots drive what they should damp: they act on the velocity of half a
+                             // step before. Infinite where damped_safety of it is no less than safety of dt
 };
 
 /// 2 / sqrt(largest eigenvalue bound). For grain i the bound is the largest eigenvalue of its mass-scaled 6 x 6
@@ -24,8 +27,9 @@ CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs
                            const Grains& grains, const Boundary& boundary, const Contacts& contacts,
                            const Bonds& bonds);
 
-/// The same. `touch_only`: impacts of hulls count where nothing touches them alone.
-CriticalStep critical_step(const HeldGrains& held, bool touch_only);
+/// The same. `touch_only`: impacts of hulls count where nothing touches them alone. `safety`: share of dt that is
+/// taken.
+CriticalStep critical_step(const HeldGrains& held, bool touch_only, double safety = 1);
 
 /// How much of the fastest motion of the grain that sets the step is turning: 0 a shift or an impact, 1 a turn; NaN
 /// where its speed sets it.

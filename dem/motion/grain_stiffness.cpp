@@ -7,16 +7,12 @@
 #include "dem/bond/kinds.hpp"
 #include "dem/contact/hull_pairs.hpp"
 #include "dem/contact/springs.hpp"
+#include "dem/motion/contact_stiffness.hpp"
 #include "dem/shape/contact_patch.hpp"
 #include "dem/state/shape_kinds.hpp"
 
 namespace grus::dem {
 namespace {
-
-/// How much more a contact of hulls resists a further overlap than modulus x area. Its potential is of some degree n in
-/// the overlap, 2 of faces, 3 of an edge, 4 of a corner; volume and area are of n - 1 and n - 2, so the slope of its
-/// force is c x area x |force| / volume: 1 of faces, 1.37 at a cube's corner, 2 at a blunt one.
-double sharpness(const Overlap& o) { return std::max(1.0, o.force.norm() / o.volume); }
 
 /// The planes of a hull or a wall in the frame of A.
 void planes_in(const HullView& b, const Mat3& turn, const Vec3& shift, std::vector<Plane>& planes) {
@@ -40,111 +36,6 @@ void planes_of_wall(const PlaneWall& wall, const Grains&, const Mat3& back, cons
 void planes_of_wall(const RollerWall& wall, const Grains& g, const Mat3& back, const Vec3& to,
                     std::vector<Plane>& planes) {
   planes_in((*g.hulls)[wall.hull], back, back * to, planes);
-}
-
-/// Hulls that do not touch and may meet within `ahead` (s), or all but lie on each other as pieces just born: faces
-/// resist with their whole area from one step to the next. Their overlap once they are pressed by a ten-thousandth of
-/// their size.
-Overlap overlap_soon(const Grains& g, const Cell& cell, const Pair& p, const Vec3& normal, double ahead) {
-  const Motion &a = g.motion[p.a], &b = g.motion[p.b];
-  const double press = 1e-4 * std::min(g.extent[p.a].equivalent_radius, g.extent[p.b].equivalent_radius);
-  const Vec3 drag = cell.rate * Vec3(p.image[0], p.image[1], p.image[2]);
-  const double speed = (b.velocity + drag - a.velocity).norm() + a.spin.norm() * a.radius + b.spin.norm() * b.radius;
-  return overlap_if_pressed(g, cell, p, normal, speed * ahead, press);
-}
-
-Stiffness stiffness_of_area(const PairLaw& p, double normal) {
-  return {.normal = normal, .tangential = p.friction[slide_spring] > 0 ? p.shear_ratio * normal : 0};
-}
-
-/// Hulls: the whole area resists, rocking by its second moments; where it lies is looked up again.
-void place_hulls(std::span<const PairLaw> pairs, const Grains& g, const Boundary& boundary, const Contacts& contacts,
-                 double ahead, Stiffnesses& all) {
-  if (g.hull.empty()) return;
-  std::vector<Stiffness>& k = all.of;
-  all.arm.resize(k.size()), all.turning.resize(k.size(), Mat3::Zero());
-  if (std::any_of(pairs.begin(), pairs.end(), [](const PairLaw& p) { return p.dashpot > 0; }))
-    all.viscous.resize(k.size());
-  std::vector<Plane> planes;
-  for (const Bin bin : {hull_hull, hull_wall})
-    for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c) {
-      if (k[c].normal == 0 && bin == hull_wall) continue;
-      const Pair& p = contacts.pair[c];
-      double modulus = contacts.contact.radius[c];
-      Overlap o;
-      if (k[c].normal == 0) {
-        o = overlap_soon(g, boundary.cell, p, contacts.touch[c].normal, ahead);
-        if (!(o.volume > 0)) continue;
-        modulus = foundation_of(pairs[p.law], g, p.a, p.b);
-        k[c] = stiffness_of_area(pairs[p.law], modulus * o.area.norm());
-      }
-      const Mat3 &axes = g.frame[p.a].axes, back = axes.transpose();
-      if (bin == hull_hull) {
-        if (!(o.volume > 0)) o = overlap_of_pair(g, boundary.cell, p, contacts.touch[c].normal);
-        const Vec3 shift = branch(g, boundary.cell, {p.a, p.b, p.image});
-        all.arm[c] = {o.middle, o.middle - shift};
-        planes_in((*g.hulls)[g.hull[p.b]], back * g.frame[p.b].axes, back * shift, planes);
-      } else {
-        const Wall& wall = boundary.walls[p.b];
-        o = overlap_at_wall(g, wall, p.a);
-        all.arm[c][0] = o.middle;
-        const Vec3 to = wall.point - g.motion[p.a].position;
-        std::visit([&](const auto& shape) { planes_of_wall(shape, g, back, to, planes); }, wall.shape);
-      }
-      if (!(o.volume > 0)) continue;
-      const Vec3& n = contacts.touch[c].normal;
-      if (!all.viscous.empty()) {
-        const double yields =
-            mobility(g, p.a, all.arm[c][0], n) + (bin == hull_hull ? mobility(g, p.b, all.arm[c][1], n) : 0);
-        all.viscous[c] = pairs[p.law].dashpot * std::sqrt(k[c].normal / yields);
-      }
-      const double more = sharpness(o);
-      k[c].normal *= more, k[c].tangential *= more;
-      k[c].couple[roll_spring] = more * modulus * o.polar;
-      const Mat3 patch = axes * turning_of_patch((*g.hulls)[g.hull[p.a]], planes, back * o.middle) * back;
-      const double without = (1 - k[c].tangential / k[c].normal) * n.dot(patch * n);  // of spin about it: friction's
-      all.turning[c] = more * modulus * (patch - without * n * n.transpose());
-    }
-}
-
-template <class Law>
-Stiffness stiffness_of(const Law& law, const PairLaw& p, const Contact& c, double overlap) {
-  if (c.stiffness <= 0) return {};
-  Stiffness s = stiffness_of_area(p, law(c, overlap).grip);
-  for (const SpringRow row : couple_springs)
-    s.couple[row] = p.friction[row] > 0 ? s.tangential * c.radius * c.radius : 0;
-  return s;
-}
-
-/// Bodies of radii H_A, H_B roll on each other by the parallel sum of both; its trace is at most that of the traces.
-double rolling_path(const Grains& g, const Contacts& contacts, std::size_t k) {
-  const Pair& p = contacts.pair[k];
-  const Vec3& n = contacts.touch[k].normal;
-  const double a = sum_of_radii(g, p.a, n);
-  if (k >= contacts.begin[first_wall]) return a;
-  const double b = sum_of_radii(g, p.b, -n);
-  return a * b / (a + b);
-}
-
-/// Stiffness of every contact.
-Stiffnesses stiffnesses(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& g,
-                        const Boundary& boundary, const Contacts& contacts, double ahead) {
-  Stiffnesses all;
-  std::vector<Stiffness>& k = all.of;
-  k.resize(contacts.size());
-  const auto fill = [&](const auto& l) {
-    for (std::size_t c = 0; c < contacts.size(); ++c)
-      k[c] = stiffness_of(l, pairs[contacts.pair[c].law], contacts.contact[c], contacts.touch[c].overlap);
-    for (std::size_t bin = 0; bin < bin_count; ++bin)
-      if (pair_kind(bin).rolls)
-        for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c)
-          if (k[c].normal > 0)
-            k[c].couple[roll_spring] +=
-                l(contacts.contact[c], contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
-  };
-  std::visit(fill, law);
-  place_hulls(pairs, g, boundary, contacts, ahead, all);
-  return all;
 }
 
 /// Trace of what bonds do to grain i, scaled by its mass.
@@ -250,6 +141,7 @@ HeldGrains::HeldGrains(const ContactLaw& law, std::span<const PairLaw> pairs, st
       boundary_(boundary),
       contacts_(contacts),
       contact_(stiffnesses(law, pairs, g, boundary, contacts, ahead)),
+      turning_(contact_.firm.size()),
       bonds_(g, bonds) {
   for (const auto& wall : boundary.walls) wall_speed_ = std::max(wall_speed_, wall.velocity.norm());
   for (const auto& m : g.motion) max_speed_ = std::max(max_speed_, m.velocity.norm());
@@ -279,6 +171,34 @@ std::vector<double> HeldGrains::cheap_bounds() const {
   return bound;
 }
 
+Vec3 HeldGrains::arm(std::size_t i, std::size_t c, bool is_b) const {
+  if (!contact_.arm.empty()) return contact_.arm[c][is_b];
+  const Vec3& n = contacts_.touch[c].normal;
+  return surface_arm(g_, i, is_b ? Vec3(-n) : n);
+}
+
+const Mat3& HeldGrains::turning(std::size_t c) const {
+  std::optional<Mat3>& known = turning_[c];
+  if (known) return *known;
+  if (!(contact_.firm[c] > 0)) return known.emplace(Mat3::Zero());
+  const Pair& p = contacts_.pair[c];
+  const Mat3 &axes = g_.frame[p.a].axes, back = axes.transpose();
+  std::vector<Plane> planes;
+  if (c < contacts_.begin[first_wall]) {
+    const Vec3 shift = branch(g_, boundary_.cell, {p.a, p.b, p.image});
+    planes_in((*g_.hulls)[g_.hull[p.b]], back * g_.frame[p.b].axes, back * shift, planes);
+  } else {
+    const Wall& wall = boundary_.walls[p.b];
+    const Vec3 to = wall.point - g_.motion[p.a].position;
+    std::visit([&](const auto& shape) { planes_of_wall(shape, g_, back, to, planes); }, wall.shape);
+  }
+  const Vec3& n = contacts_.touch[c].normal;
+  const Stiffness& k = contact_.of[c];
+  const Mat3 patch = axes * turning_of_patch((*g_.hulls)[g_.hull[p.a]], planes, back * contact_.arm[c][0]) * back;
+  const double without = (1 - k.tangential / k.normal) * n.dot(patch * n);  // of spin about it: friction's
+  return known.emplace(contact_.firm[c] * (patch - without * n * n.transpose()));
+}
+
 Mat6 HeldGrains::stiffness(std::size_t i) const {
   const std::vector<Stiffness>& k = contact_.of;
   Blocks blocks;
@@ -295,12 +215,10 @@ Mat6 HeldGrains::stiffness(std::size_t i) const {
       mixed -= kt * radius * cross_matrix(outward);
       turn += kt * radius * radius * across;
     } else {
-      const Vec3 arm =
-          contact_.arm.empty() ? surface_arm(g_, i, outward) : contact_.arm[c][contacts_.index.entry[e] & 1];
-      blocks.add(weight, k[c].normal * nn + k[c].tangential * across, arm);
+      blocks.add(weight, k[c].normal * nn + k[c].tangential * across, arm(i, c, contacts_.index.entry[e] & 1));
     }
     if (!contact_.arm.empty())
-      turn += weight * contact_.turning[c];
+      turn += weight * turning(c);
     else
       for (const SpringRow row : couple_springs) turn += weight * k[c].couple[row] * own_turn(row, outward);
   }
@@ -321,20 +239,26 @@ Mat6 HeldGrains::drag(std::size_t i) const {
     const Vec3& n = contacts_.touch[c].normal;
     const double weight = c < contacts_.begin[first_wall] ? 2 : 1;
     if (contact_.viscous[c] > 0)
-      blocks.add(weight * contact_.viscous[c], n * n.transpose(), contact_.arm[c][contacts_.index.entry[e] & 1]);
+      blocks.add(weight * contact_.viscous[c], n * n.transpose(), arm(i, c, contacts_.index.entry[e] & 1));
   }
   return scaled_by_mass(g_, i, blocks);
 }
 
 std::vector<double> HeldGrains::cheap_drags() const {
-  std::vector<double> drag(g_.size(), 0);
+  std::vector<double> drag(g_.size(), 0), most(contact_.arm.empty() ? g_.size() : 0);
+  for (std::size_t i = 0; i < most.size(); ++i) {
+    const double lever = g_.frame.empty() ? 0 : lever_bound(g_, i);
+    most[i] = g_.motion[i].inverse_mass + lever * lever / g_.inertia[i].moments.minCoeff();
+  }
+  const auto yields = [&](Index i, std::size_t c, bool is_b) {
+    return most.empty() ? mobility(g_, i, contact_.arm[c][is_b], contacts_.touch[c].normal) : most[i];
+  };
   for (std::size_t c = 0; c < contacts_.size(); ++c) {
     if (!(contact_.viscous[c] > 0)) continue;
     const Pair& p = contacts_.pair[c];
-    const Vec3& n = contacts_.touch[c].normal;
     const bool walled = c >= contacts_.begin[first_wall];
-    drag[p.a] += (walled ? 1 : 2) * contact_.viscous[c] * mobility(g_, p.a, contact_.arm[c][0], n);
-    if (!walled) drag[p.b] += 2 * contact_.viscous[c] * mobility(g_, p.b, contact_.arm[c][1], n);
+    drag[p.a] += (walled ? 1 : 2) * contact_.viscous[c] * yields(p.a, c, false);
+    if (!walled) drag[p.b] += 2 * contact_.viscous[c] * yields(p.b, c, true);
   }
   return drag;
 }

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <numeric>
+#include <optional>
 #include <span>
 
 #include "dem/bond/bonds.hpp"
@@ -23,13 +24,13 @@ struct Stiffness {
   double of_turns() const { return std::accumulate(couple.begin() + first_couple, couple.end(), 0.0); }
 };
 
-/// The stiffnesses of all contacts. Of hulls alone: where each acts, from the mass centres of a and b (m), and how it
-/// resists turns about there, by axis (N m).
+/// The stiffnesses of all contacts. Of hulls alone: where each acts, from the mass centres of a and b (m), the modulus
+/// of its foundation with what sharp contacts resist more (Pa/m; 0: none).
 struct Stiffnesses {
   std::vector<Stiffness> of;
   std::vector<std::array<Vec3, 2>> arm;
-  std::vector<Mat3> turning;
-  std::vector<double> viscous;  // of the dashpots along the normals (N s/m); empty where no pair has one
+  std::vector<double> firm;
+  std::vector<double> viscous;  // of the dashpots along the normals (N s/m), but spheres'; empty where there is none
 };
 
 /// Bonds by grain, each at most as stiff as it will ever be; empty without bonds.
@@ -59,8 +60,8 @@ public:
   Mat6 resistance(std::size_t i) const;
   bool resisted() const { return !bonds_.resisting.empty(); }
 
-  /// What dashpots of hulls' contacts resist: the mass-scaled 6 x 6 matrix of grain i, and a bound of the largest
-  /// eigenvalue of each grain, found at once (1/s).
+  /// What dashpots of contacts resist, but those of spheres: the mass-scaled 6 x 6 matrix of grain i, and a bound of
+  /// the largest eigenvalue of each grain, found at once (1/s).
   bool damped() const { return !contact_.viscous.empty(); }
   Mat6 drag(std::size_t i) const;
   std::vector<double> cheap_drags() const;
@@ -79,6 +80,11 @@ public:
   double wall_speed() const { return wall_speed_; }  // of a wall (m/s)
 
 private:
+  /// Where contact c acts on grain i, from its mass centre (m).
+  Vec3 arm(std::size_t i, std::size_t c, bool is_b) const;
+  /// How contact c of hulls resists turns about where it acts, by axis (N m).
+  const Mat3& turning(std::size_t c) const;
+
   const ContactLaw& law_;
   std::span<const PairLaw> pairs_;
   std::size_t materials_;
@@ -87,6 +93,7 @@ private:
   const Contacts& contacts_;
   double max_speed_ = 0, wall_speed_ = 0;
   Stiffnesses contact_;
+  mutable std::vector<std::optional<Mat3>> turning_;  // by contact, found once it is asked for: of few grains
   BondsOfGrains bonds_;
 };
 

@@ -119,7 +119,6 @@ double firmest_contact(const Model& model, const State& state) {
   return omega * omega;
 }
 
-constexpr double damped_safety = 0.8;     // of the step beyond which dashpots drive
 constexpr std::uint64_t least_ahead = 4;  // steps: what flies off from a contact and comes back still counts
 
 /// The critical step of grains that have got the inertia for the step that is wanted; `stiffer`: some was short of it.
@@ -133,7 +132,7 @@ CriticalStep step_with_inertia(const Model& model, State& state, const HeldGrain
   const GivenInertia given = give_inertia(held, omega * omega, floor, g);
   state.ledger.inertia += given.kinetic;
   stiffer = given.rise > 1 / (0.95 * 0.95);
-  return critical_step(held, true);
+  return critical_step(held, true, numerics.safety);
 }
 
 void choose_time_step(const Model& model, State& state) {
@@ -148,8 +147,8 @@ void choose_time_step(const Model& model, State& state) {
   const double ahead = before * static_cast<double>(std::max<std::uint64_t>(least_ahead, state.estimate_interval));
   const HeldGrains held(model.law, model.pairs, model.materials.size(), state.grains, state.boundary, state.contacts,
                         state.bonds, ahead);
-  const CriticalStep critical =
-      model.numerics.inertia_step > 0 ? step_with_inertia(model, state, held, short_of) : critical_step(held, false);
+  const CriticalStep critical = model.numerics.inertia_step > 0 ? step_with_inertia(model, state, held, short_of)
+                                                                : critical_step(held, false, model.numerics.safety);
   if (!std::isfinite(critical.dt))
     throw Unstable("no finite time step: the grains have no stiffness; give time_step in [numerics]");
   state.dt = std::min(model.numerics.safety * critical.dt, damped_safety * critical.damped);

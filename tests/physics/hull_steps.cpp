@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// The critical step of hulls: how stiff their contacts are told to be, and that it is a bound.
+// The critical step of hulls: how stiff their contacts are told to be, and that it is a bound; that of dashpots.
 #include "dem/motion/critical_step.hpp"
 #include "dem/rve/state_hash.hpp"
 #include "tests/held_grains.hpp"
@@ -104,6 +104,28 @@ TEST_CASE("plates that meet face on ask for a new estimate at once, and once onl
   }
 }
 
+TEST_CASE("plates that have got mass and no moments ask at once, too: their faces turn faster what they shift slowly") {
+  Team team(1);
+  const Vec3 half(0.5, 0.5, 0.01);
+  for (const bool both : {false, true}) {
+    Model model = hull_model();
+    State s;
+    add_body(s, box_between(-half, half), Vec3(0, 0, -0.02), Quat::Identity(), Vec3(0, 0, 0.01));
+    add_body(s, box_between(-half, half), Vec3(0, 0, 0.02), Quat::Identity(), Vec3(0, 0, -0.01));
+    s.boundary.cell.vectors = 10 * Mat3::Identity();
+    const double mass = s.grains.mass[0], moment = s.grains.inertia[0].moments.minCoeff();
+    for (std::size_t i = 0; i < 2; ++i) set_inertia(s.grains, i, 1e4 * mass, (both ? 1e4 : 1) * mass);
+    prepare(model, s, team);
+    update_time_step(model, s);
+    // What is allowed lies between: a unit face shifts at 2 c / m and turns, at most, at 2 c (1/6) / I.
+    const double shifts = 2 * modulus / (1e4 * mass), turns = modulus / (3 * moment);
+    s.dt = 2 * model.numerics.safety / std::pow(shifts * turns * turns, 1.0 / 6);
+    s.next_estimate = 100000000;
+    const std::uint64_t steps = static_cast<std::uint64_t>(1 / s.dt) + 6;  // before a turn that grows can be seen
+    CHECK((run_steps(model, s, steps, team) < steps) == !both);
+  }
+}
+
 TEST_CASE("when an estimate is asked for does not hang on how a run is cut") {
   Team team(1);
   const Vec3 half(0.5, 0.5, 0.01);
@@ -165,4 +187,48 @@ TEST_CASE("dashpots of hulls bound the step in closed form: below it motion dies
   s = pressed(0);
   prepare(model, s, team);
   CHECK(s.dt == Approx(0.1 * critical.dt).epsilon(1e-9));
+}
+
+TEST_CASE("dashpots of a flat grain, whose normals pass by its middle, bound the step in closed form") {
+  Team team(1);
+  constexpr double kn = 1e6, a = 5e-4, b = 0.25 * a, deep = 1e-7 * a;
+  Model model = linear_model(kn, 0, 2650, 0);
+  model.materials[0].restitution = 0.1, model.numerics.max_energy_error = INFINITY;
+  make_pair_laws(model);
+  // Turned by 45 degrees between four walls that press alike, so that it stays.
+  const double reach = std::sqrt(0.5 * (a * a + b * b)), lever = 0.5 * (a * a - b * b) / reach;
+  const auto pressed = [&](double spin) {
+    State s;
+    add(s, {Vec3(a, a, b), Vec3(a, a, b)}, Vec3::Zero(), 2650, Vec3::Zero(), Vec3(0, spin, 0),
+        Quat(Eigen::AngleAxisd(0.25 * pi, Vec3::UnitY())));
+    for (const Vec3& n : {Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, 0, 1), Vec3(0, 0, -1)}) {
+      add_floor(s);
+      s.boundary.walls.back().shape = PlaneWall{n}, s.boundary.walls.back().point = (deep - reach) * n;
+    }
+    return s;
+  };
+  State at_rest = pressed(0);
+  prepare(model, at_rest, team);
+  const double mass = at_rest.grains.mass[0], yields = lever * lever / (0.2 * mass * (a * a + b * b));
+  const double dashpot = model.pairs[1].dashpot * std::sqrt(kn * mass), k = 4 * kn * yields, c = 4 * dashpot * yields;
+  const double damped = critical_step(held_of(model, at_rest), false).damped;
+  CHECK(damped == Approx((std::sqrt(c * c + 4 * k) - c) / k).epsilon(1e-5));  // k t^2 + 2 c t = 4
+  const double slow = 1e-4 * kn * deep / (dashpot * lever);                   // all walls go on pressing
+  const auto swings = [&](double share) {
+    model.numerics.time_step = share * damped;
+    State s = pressed(slow);
+    prepare(model, s, team);
+    run_for(model, s, 200 * model.numerics.time_step, team);
+    return s.grains.motion[0].spin.norm() / slow;
+  };
+  CHECK(swings(0.97) < 0.1);
+  CHECK(swings(1.03) > 10);
+  model.numerics.time_step = 0;
+  for (const double safety : {0.5, 0.9}) {  // the time step of both, whichever is shorter
+    model.numerics.safety = safety;
+    State s = pressed(0);
+    prepare(model, s, team);
+    CHECK(s.dt == Approx(std::min(safety * critical_step(held_of(model, s), false).dt, 0.8 * damped)).epsilon(1e-9));
+    CHECK(s.dt < 0.99 * safety * critical_step(held_of(model, s), false).dt);
+  }
 }
