@@ -79,7 +79,10 @@ ExactSum internal_energy(const Material& material, std::span<const double> volum
 }  // namespace
 
 void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
-  book(p.sums<6>([&](auto& sums) { go(s, sums); }), total);
+  std::array<double, 6> all = p.sums<6>([&](auto& sums) { go(s, sums); });
+  all[2] += -viscous, all[3] += viscous;
+  book(all, total);
+  viscous = 0;
 }
 
 template <class Sum>
@@ -137,10 +140,7 @@ void CentralDifferences::go(const Stride& s, std::array<Sum, 6>& sums) {
     }
   auto u = p.u->mutable_array();
   for (std::size_t i = 0; i < owned * p.width(); ++i) u[i] += moved[i];
-  sums[2] += -viscous;
-  sums[3] += viscous;
   sums[4] = internal_energy(material, volumes, energies, sums[4]);
-  viscous = 0;
 }
 
 void CentralDifferences::keep() {

@@ -57,7 +57,7 @@ struct CentralDifferences {
   /// Forces from outside and inside a step ago, and inside now, bulk viscosity included (N).
   std::vector<double>&last_load, &last_internal, &now_internal;
   std::vector<double>* drift = nullptr;  // running mean of the velocity, for those who keep one
-  double viscous = 0;                    // taken by bulk viscosity in the last step (J); the solver's own
+  double viscous = 0;                    // taken by bulk viscosity in the last step, on all ranks (J)
   std::string reason;
 
   CentralDifferences(Problem::Impl& p, Material& material);

@@ -16,6 +16,7 @@
 #include <dolfinx/mesh/Mesh.h>
 #include <dolfinx/mesh/generation.h>
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <span>
@@ -47,36 +48,67 @@ inline basix::cell::type basix_cell(CellKind k) {
   return cells[static_cast<std::size_t>(k)];
 }
 
+/// Cuts a mesh as told: its element k goes to rank owner[k]. As DOLFINx does where nothing is told.
+inline dolfinx::mesh::CellPartitionFunction cut_by(const std::vector<std::int32_t>& owner) {
+  using namespace dolfinx;
+  // `neighbours`: of this rank's elements, all by their numbers in the mesh. With ghosts each element goes to the ranks
+  // of its neighbours, too: create_mesh finds shared nodes by them even where it leaves them out.
+  const auto parts = [&owner](MPI_Comm comm, int, const graph::AdjacencyList<std::int64_t>& neighbours, bool ghosts) {
+    const std::int64_t count = neighbours.num_nodes();
+    std::int64_t first = 0;
+    MPI_Exscan(&count, &first, 1, MPI_INT64_T, MPI_SUM, comm);
+    int rank = 0;
+    MPI_Comm_rank(comm, &rank);
+    if (rank == 0) first = 0;  // which MPI_Exscan leaves undefined
+    std::vector<std::vector<std::int32_t>> ranks;
+    for (std::int32_t k = 0; k < neighbours.num_nodes(); ++k) {
+      auto& of = ranks.emplace_back(1, owner[static_cast<std::size_t>(first + k)]);
+      for (const std::int64_t next : neighbours.links(k))
+        if (const std::int32_t other = owner[static_cast<std::size_t>(next)];
+            ghosts && std::find(of.begin(), of.end(), other) == of.end())
+          of.push_back(other);
+    }
+    return graph::AdjacencyList<std::int32_t>(ranks);
+  };
+#if DOLFINX_VERSION_MINOR >= 9
+  if (owner.empty()) return mesh::create_cell_partitioner(mesh::GhostMode::none);
+  return mesh::create_cell_partitioner(mesh::GhostMode::none, parts);
+#else
+  return owner.empty() ? mesh::create_cell_partitioner() : mesh::create_cell_partitioner(parts);
+#endif
+}
+
 inline std::shared_ptr<Mesh> make_box(MPI_Comm comm, const std::array<double, 3>& size,
-                                      const std::array<long, 3>& cells, CellKind kind) {
+                                      const std::array<long, 3>& cells, CellKind kind,
+                                      const std::vector<std::int32_t>& owner) {
   using namespace dolfinx::mesh;
   const CellType type = mesh_cell(kind);
   const bool flat = dimension(kind) == 2;
 #if DOLFINX_VERSION_MINOR >= 9
   if (flat)
-    return std::make_shared<Mesh>(create_rectangle<double>(comm, {{{0, 0}, {size[0], size[1]}}}, {cells[0], cells[1]},
-                                                           type, create_cell_partitioner(GhostMode::none)));
-  return std::make_shared<Mesh>(create_box<double>(comm, {{{0, 0, 0}, size}}, {cells[0], cells[1], cells[2]}, type,
-                                                   create_cell_partitioner(GhostMode::none)));
+    return std::make_shared<Mesh>(
+        create_rectangle<double>(comm, {{{0, 0}, {size[0], size[1]}}}, {cells[0], cells[1]}, type, cut_by(owner)));
+  return std::make_shared<Mesh>(
+      create_box<double>(comm, {{{0, 0, 0}, size}}, {cells[0], cells[1], cells[2]}, type, cut_by(owner)));
 #else
   const std::array<std::size_t, 3> n{static_cast<std::size_t>(cells[0]), static_cast<std::size_t>(cells[1]),
                                      static_cast<std::size_t>(cells[2])};
   if (flat)
     return std::make_shared<Mesh>(
-        create_rectangle(comm, {{{0, 0}, {size[0], size[1]}}}, {n[0], n[1]}, type, GhostMode::none));
-  return std::make_shared<Mesh>(create_box(comm, {{{0, 0, 0}, size}}, n, type, GhostMode::none));
+        create_rectangle(comm, {{{0, 0}, {size[0], size[1]}}}, {n[0], n[1]}, type, GhostMode::none, cut_by(owner)));
+  return std::make_shared<Mesh>(create_box(comm, {{{0, 0, 0}, size}}, n, type, GhostMode::none, cut_by(owner)));
 #endif
 }
 
 /// From arrays on rank 0: coordinates (dimension a node) and corners of the elements in basix order.
 inline std::shared_ptr<Mesh> make_mesh(MPI_Comm comm, const std::vector<double>& x, std::vector<std::int64_t> cells,
-                                       CellKind kind) {
+                                       CellKind kind, const std::vector<std::int32_t>& owner) {
   using namespace dolfinx;
   const auto width = static_cast<std::size_t>(dimension(kind));
 #if DOLFINX_VERSION_MINOR >= 9
   const dolfinx::fem::CoordinateElement<double> element(mesh_cell(kind), 1);
-  return std::make_shared<Mesh>(mesh::create_mesh(comm, std::span<const std::int64_t>(cells), element, x,
-                                                  {x.size() / width, width}, mesh::GhostMode::none));
+  return std::make_shared<Mesh>(mesh::create_mesh(comm, comm, std::span<const std::int64_t>(cells), element, comm, x,
+                                                  {x.size() / width, width}, cut_by(owner)));
 #else
   const dolfinx::fem::CoordinateElement element(mesh_cell(kind), 1);
   const auto per_cell = static_cast<std::size_t>(corners(kind));
@@ -84,7 +116,7 @@ inline std::shared_ptr<Mesh> make_mesh(MPI_Comm comm, const std::vector<double>&
   for (std::size_t i = 0; i < offsets.size(); ++i) offsets[i] = static_cast<std::int32_t>(i * per_cell);
   return std::make_shared<Mesh>(
       mesh::create_mesh(comm, graph::AdjacencyList<std::int64_t>(std::move(cells), std::move(offsets)), element, x,
-                        {x.size() / width, width}, mesh::GhostMode::none));
+                        {x.size() / width, width}, mesh::GhostMode::none, cut_by(owner)));
 #endif
 }
 

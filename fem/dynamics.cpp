@@ -47,6 +47,11 @@ struct Integrator {
   }
 
   void add_viscosity(double dt) {
+    run.viscous += p.sums<1>([&](auto& sum) { add_viscosity(dt, sum[0]); })[0];
+  }
+
+  template <class Sum>
+  void add_viscosity(double dt, Sum& taken) {
     for (std::int32_t c = 0; c < p.cells; ++c)
       for (int q = 0; q < p.nq; ++q) {
         const std::size_t i = p.point(c, q);
@@ -60,7 +65,7 @@ struct Integrator {
         viscous[i] =
             rho * h *
             (o.linear_viscosity * wave * -rate + o.quadratic_viscosity * o.quadratic_viscosity * h * rate * rate);
-        run.viscous +=
+        taken +=
             viscous[i] * -rate * dt * run.volumes[i] * Eigen::Map<const RowMatrix3>(p.F.data() + 9 * i).determinant();
         for (std::size_t k = 0; k < 3; ++k) p.stress[6 * i + k] -= viscous[i];
       }

@@ -26,6 +26,7 @@ struct BoxMesh {
   bool hexahedron = true;  // quadrilaterals in 2D; false: tetrahedra, triangles
   std::function<Point(const Point&)>
       map;  // moves nodes before anything is built (distorted meshes of tests); may be empty
+  std::vector<std::int32_t> owner = {};  // rank of each element; empty: DOLFINx cuts the mesh
 };
 
 /// A first-order Gmsh mesh. Elements are those of the highest dimension, all of one kind, nodes in Gmsh's order.
@@ -38,6 +39,7 @@ struct MshMesh {
   std::map<std::string, std::vector<int>> facet_names, cell_names;  // physical groups of each name: one, or several
   std::map<int, std::string> idle_facets;  // of a group: those that bound no element from outside
   std::vector<std::string> notes;          // what a user should know of it, one line each
+  std::vector<std::int32_t> owner = {};    // rank of each element; empty: DOLFINx cuts the mesh
 };
 
 /// Reads an ASCII .msh file, format 2.2 or 4.1. Throws std::invalid_argument, one line, with what is wrong where.

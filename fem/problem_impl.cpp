@@ -29,7 +29,7 @@ Problem::Impl::Impl(MPI_Comm c, const BoxMesh& box, const Discretisation& d, std
     kind = box.hexahedron ? CellKind::quadrilateral : CellKind::triangle;
   else
     kind = box.hexahedron ? CellKind::hexahedron : CellKind::tetrahedron;
-  mesh = compat::make_box(comm, box.size, box.cells, kind);
+  mesh = compat::make_box(comm, box.size, box.cells, kind, box.owner);
   if (box.map) {
     auto x = mesh->geometry().x();
     for (std::size_t i = 0; i + 2 < x.size(); i += 3) {
@@ -61,7 +61,7 @@ Problem::Impl::Impl(MPI_Comm c, const MshMesh& msh, const Discretisation& d, std
     for (std::size_t at = 0; at < msh.cells.size(); at += order.size())
       for (const int k : order) cells_of.push_back(msh.cells[at + static_cast<std::size_t>(k)]);
   }
-  mesh = compat::make_mesh(comm, x, std::move(cells_of), kind);
+  mesh = compat::make_mesh(comm, x, std::move(cells_of), kind, msh.owner);
   build();
 }
 

@@ -105,6 +105,12 @@ std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Se
     if (!leads && !across.spread()) return;
     setup.problem = make_problem(scene, across.comm());
     setup.points = find_points(scene, *setup.problem, setup.density);
+    if (across.ranks() > 1) {
+      const int dimensions = scene.discretisation.kinematics == fem::Kinematics::solid ? 3 : 2;
+      std::visit([&](auto& mesh) { mesh.owner = equal_parts(*setup.problem, setup.points, dimensions); }, scene.mesh);
+      setup.problem = make_problem(scene, across.comm());
+      setup.points = find_points(scene, *setup.problem, setup.density);
+    }
     if (scene.explicit_statics) crossing = fem::crossing_steps(*setup.problem, *scene.explicit_statics);
   });
   on_all_ranks(session, [&] {

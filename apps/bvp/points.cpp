@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fem/hilbert_cut.hpp"
+
 namespace grus::app {
 namespace {
 
@@ -114,6 +116,36 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double
     if (over_ranks(static_cast<std::uint64_t>(std::count(points.group.begin(), points.group.end(), r + 1))) == 0)
       throw InputError(fmt::format("{}: region[{}]: holds at no Gauss point", scene.file, r));
   return points;
+}
+
+std::vector<std::int32_t> equal_parts(const fem::Problem& problem, const BvpPoints& points, int dimensions) {
+  constexpr double of_rest = 1e-3;  // cost of a point without grains, of one with
+  const auto per_cell = static_cast<std::size_t>(problem.points_per_cell());
+  std::vector<double> owned;  // of each element its middle and its cost
+  for (std::size_t first = 0; first < points.group.size(); first += per_cell) {
+    std::array<double, 4> of{};
+    for (std::size_t i = first; i < first + per_cell; ++i) {
+      const fem::Point at = problem.point_position(i);
+      for (std::size_t k = 0; k < 3; ++k) of[k] += at[k] / static_cast<double>(per_cell);
+      of[3] += points.group[i] == 0 ? 1 : of_rest;
+    }
+    owned.insert(owned.end(), of.begin(), of.end());
+  }
+  const std::vector<double> all = problem.gather_cells(owned);
+  std::vector<fem::Point> middles;
+  std::vector<double> costs;
+  for (std::size_t at = 0; at < all.size(); at += 4) {
+    middles.push_back({all[at], all[at + 1], all[at + 2]});
+    costs.push_back(all[at + 3]);
+  }
+  int ranks = 1, rank = 0;
+  MPI_Comm_size(problem.comm(), &ranks);
+  MPI_Comm_rank(problem.comm(), &rank);
+  std::vector<std::int32_t> owner;
+  if (rank == 0) owner = fem::hilbert_cut(middles, costs, dimensions, ranks);
+  owner.resize(static_cast<std::size_t>(problem.global_points()) / per_cell);
+  MPI_Bcast(owner.data(), static_cast<int>(owner.size()), MPI_INT32_T, 0, problem.comm());
+  return owner;
 }
 
 std::array<double, 6> ground_stress(const BvpScene& scene, const fem::Point& at, double density) {

@@ -21,7 +21,7 @@ void BvpRun::agree_on_responses() {
     const int any = across_.any((fault ? 1 : 0) | (good ? 0 : 2));
     if ((any & 1) != 0) across_.together([&] { rethrow(fault); });
     if (any != 0) *reason = across_.first(good ? "" : why());
-    return good;
+    return any == 0;  // all fail, so that whoever tells of it knows why
   };
   material_->reason = [reason] { return *reason; };
 }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // A problem on several ranks: which nodes are loaded, what a snapshot holds, what means are of all.
+#include <map>
+
 #include "fem/explicit_statics.hpp"
+#include "fem/hilbert_cut.hpp"
 #include "fem/problem_impl.hpp"
 #include "fem/statics.hpp"
 #include "tests/fem/boundaries.hpp"
@@ -110,6 +113,83 @@ TEST_CASE("the mean of ranks that hold different numbers of points is that of al
   const double mean = fem::mean_over_ranks(MPI_COMM_WORLD, rank == 0 ? 1.0 : 4.0, rank == 0 ? 1.0 : 2.0);
   const double others = ranks - 1;
   CHECK(mean == Approx((1 + 8 * others) / (1 + 2 * others)));
+}
+
+TEST_CASE("Hilbert's curve goes through every cell of a grid, from neighbour to neighbour") {
+  for (const int dimensions : {2, 3})
+    for (const int bits : {1, 2, 4}) {
+      const std::uint32_t side = 1u << bits, high = dimensions == 3 ? side : 1;
+      std::map<std::uint64_t, std::array<std::uint32_t, 3>> along;
+      for (std::uint32_t x = 0; x < side; ++x)
+        for (std::uint32_t y = 0; y < side; ++y)
+          for (std::uint32_t z = 0; z < high; ++z) along[fem::hilbert_place({x, y, z}, dimensions, bits)] = {x, y, z};
+      REQUIRE(along.size() == std::size_t{side} * side * high);
+      CHECK(along.rbegin()->first == along.size() - 1);
+      for (auto next = std::next(along.begin()); next != along.end(); ++next) {
+        std::uint32_t way = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const std::uint32_t a = std::prev(next)->second[k], b = next->second[k];
+          way += a > b ? a - b : b - a;
+        }
+        CHECK(way == 1);
+      }
+    }
+}
+
+TEST_CASE("a mesh is cut into parts of equal cost that lie together") {
+  std::vector<Point> middles;
+  for (int x = 0; x < 8; ++x)
+    for (int y = 0; y < 8; ++y)
+      for (int z = 0; z < 8; ++z) middles.push_back({x + 0.5, y + 0.5, z + 0.5});
+  // Of equal costs eight parts are the octants of a cube, sixty-four its blocks of eight.
+  for (const int parts : {8, 64}) {
+    const auto part = fem::hilbert_cut(middles, std::vector<double>(512, 2.5), 3, parts);
+    std::map<std::int32_t, std::vector<Point>> in;
+    for (std::size_t k = 0; k < part.size(); ++k) in[part[k]].push_back(middles[k]);
+    REQUIRE(in.size() == static_cast<std::size_t>(parts));
+    CHECK((in.begin()->first == 0 && in.rbegin()->first == parts - 1));
+    for (const auto& [number, points] : in) {
+      CHECK(points.size() == 512 / static_cast<std::size_t>(parts));
+      for (std::size_t k = 0; k < 3; ++k) {
+        double low = 8, high = 0;
+        for (const Point& x : points) low = std::min(low, x[k]), high = std::max(high, x[k]);
+        CHECK(high - low == (parts == 8 ? 3 : 1));
+      }
+    }
+  }
+  // One half is eight times as dear: no part is off by more than a dear element.
+  std::vector<double> costs;
+  for (const Point& x : middles) costs.push_back(x[0] < 4 ? 8 : 1);
+  std::vector<double> sum(7, 0.0);
+  const auto part = fem::hilbert_cut(middles, costs, 3, 7);
+  for (std::size_t k = 0; k < part.size(); ++k) sum[static_cast<std::size_t>(part[k])] += costs[k];
+  for (const double of : sum) CHECK(std::abs(of - 256 * 9 / 7.0) <= 8);
+  // More parts than elements: each element has one of its own.
+  const auto few = fem::hilbert_cut({{0, 0, 0}, {1, 0, 0}}, {1, 1}, 2, 5);
+  CHECK(few[0] != few[1]);
+}
+
+TEST_CASE("an element goes to the rank that it was told, of boxes and of files") {
+  int rank = 0, ranks = 1;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank), MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+  fem::BoxMesh box{{1, 1, 1}, {3, 2, 2}, true, {}};
+  fem::MshMesh file;
+  file.kind = fem::CellKind::quadrilateral;
+  for (int y = 0; y < 2; ++y)
+    for (int x = 0; x < 13; ++x) file.nodes.push_back({1.0 * x, 1.0 * y, 0});
+  for (int x = 0; x < 12; ++x)
+    for (const int n : {x, x + 1, x + 14, x + 13}) file.cells.push_back(n);
+  for (int k = 0; k < 12; ++k) box.owner.push_back((k * k + 1) % ranks);
+  file.owner = box.owner;
+  fem::Problem of_box(MPI_COMM_WORLD, box, {}, {plane("low", 2, 0, 2, 0)});
+  fem::Discretisation flat;
+  flat.kinematics = Kinematics::plane_strain;
+  fem::Problem of_file(MPI_COMM_WORLD, file, flat, {plane("low", 1, 0, 1, 0)});
+  for (const fem::Problem* problem : {&of_box, &of_file}) {
+    const auto own = problem->own_elements();
+    for (const auto element : own) CHECK(box.owner[static_cast<std::size_t>(element)] == rank);
+    CHECK(own.size() == static_cast<std::size_t>(std::count(box.owner.begin(), box.owner.end(), rank)));
+  }
 }
 
 }  // namespace grus

@@ -166,6 +166,33 @@ def resumed(tmp, scene):
                  f"damaged shard on {ranks}: exit {r.returncode} {r.stderr[-300:]!r}")
 
 
+def blow(tmp):
+    """Explicit dynamics: the same bytes on 1 and 3 ranks, and gone on with on 2; close to what rank 0 alone makes."""
+    moved = BLOCK.replace('displacement = [0, 0, "-0.3 mm"]',
+                          'displacement = [0, 0, "-0.4 mm"]\nhistory = [[0, 0], [4e-4, 1]]')
+    head, tail = moved.split("[solve]")
+    scene = write(tmp, head + """[solve]
+kind = "explicit-dynamic"
+spread = true
+duration = 1e-3
+linear_viscosity = 0.1
+max_energy_error = 10
+[output]
+frames = 3
+""", "blow.toml")
+    for ranks in (1, 3):
+        r = run(*command(ranks, scene, os.path.join(tmp, f"blow_{ranks}")))
+        need(r.returncode == 0, f"a blow on {ranks} ranks: exit {r.returncode} {r.stderr[-300:]}")
+    same("a blow on 3 ranks", os.path.join(tmp, "blow_1"), os.path.join(tmp, "blow_3"))
+    rows = history(os.path.join(tmp, "blow_1"))
+    need(float(rows[-1]["macro_viscous_J"]) > 0, "a blow: bulk viscosity takes nothing")
+    r = run(*command(1, scene, os.path.join(tmp, "blow_farm"), "solve.spread=false"))
+    need(r.returncode == 0, f"a blow, farm: {r.stderr[-300:]}")
+    for name in ("macro_external_J", "macro_viscous_J"):
+        last = [float(x[-1][name]) for x in (rows, history(os.path.join(tmp, "blow_farm")))]
+        need(abs(last[0] / last[1] - 1) < 0.02, f"a blow: {name}: {last[0]} spread, {last[1]} on rank 0")
+
+
 def failures(tmp, scene):
     """A cell that cannot go on, a folder that rank 0 cannot write to: one line, its status, and no rank waits."""
     tight = "rve.set=['packing.box=[0.027, 0.027, 0.027]', 'numerics.max_overlap=0.027']"
@@ -194,5 +221,6 @@ with tempfile.TemporaryDirectory() as tmp:
     any_ranks(tmp, block)
     more_ranks_than_elements(tmp, block)
     resumed(tmp, block)
+    blow(tmp)
     failures(tmp, block)
 sys.exit(1 if faults else 0)

@@ -73,7 +73,7 @@ void read_solve(Table t, BvpScene& scene) {
   const std::string kind = t.choice("kind", {"quasi-static", "explicit-dynamic", "explicit-quasi-static"});
   if (kind == "explicit-dynamic") scene.dynamics = read_dynamics(t);
   if (kind == "explicit-quasi-static") scene.explicit_statics = read_explicit_statics(t);
-  if (scene.explicit_statics && t.has("spread")) scene.spread = t.flag_or("spread", false);
+  if (scene.is_explicit() && t.has("spread")) scene.spread = t.flag_or("spread", false);
   scene.discretisation.exact_sums = scene.spread;
   if (scene.is_explicit()) return t.finish();
   fem::StaticsOptions& s = scene.solve;
