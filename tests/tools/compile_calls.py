@@ -4,7 +4,8 @@ import json
 import os
 import re
 
-JOINED_ONLY = (" -Wno-shadow", " -Wno-subobject-linkage")  # warnings that joined sources cannot have
+# Of joined builds only: warnings that joined sources cannot have, and headers compiled once.
+JOINED_ONLY = re.compile(r" -Wno-shadow| -Wno-subobject-linkage| -fpch-preprocess| -Winvalid-pch -include \S+")
 
 
 def compile_calls(build):
@@ -13,8 +14,9 @@ def compile_calls(build):
         entries = json.load(f)
     single = []
     for entry in entries:
-        for option in JOINED_ONLY:
-            entry["command"] = entry["command"].replace(option, "")
+        entry["command"] = JOINED_ONLY.sub("", entry["command"])
+        if os.path.basename(entry["file"]).startswith("cmake_pch"):
+            continue
         if os.path.basename(os.path.dirname(entry["file"])) != "Unity":
             single.append(entry)
             continue
