@@ -28,6 +28,7 @@ NAV = [("Start", [("Grus", "index.md"), ("What it does", "features.md"), ("Comin
        ("How to", [("Install", "howto/install.md"), ("It stops with …", "howto/stops.md"),
                    ("Choose parameters", "howto/parameters.md"), ("Test in stages", "stages.md"),
                    ("From data to a calibrated scene", "howto/data_to_scene.md"),
+                   ("Packings of other programs", "howto/from_other_programs.md"),
                    ("Calibrate", "calibration.md"), ("Run on a cluster", "cluster.md"),
                    ("Use it from Python and C++", "library.md"), ("Extend it", "extending.md"),
                    ("Published problems", [(name.replace("_", " "), f"problems/{name}.md")

@@ -74,6 +74,8 @@ bool boxed(const Told& k) { return dem::box_of_walls(k.sample.state); }
 bool walled(const Told& k) { return !boxed(k); }
 /// In a box or cylinder of walls, with `output.wall_forces`.
 bool sided(const Told& k) { return k.scene.output.wall_forces && boxed(k); }
+/// Between platens, with `output.strain_gauges`.
+bool strain_gauged(const Told& k) { return k.scene.output.strain_gauges; }
 /// In a box of walls, or between platens.
 bool faced(const Told& k) { return dem::has_faces(k.scene.test, k.sample.state); }
 /// With `[[grain]]`.
@@ -298,6 +300,8 @@ const std::vector<ColumnEntry<Row, Told>> table{
      [](const Row& r, K k) { return r.wall_force(k / 3)[static_cast<int>(k % 3)]; }, sides},
     {"{}_N", "N", "force on each wall", walled,
      [](const Row& r, K k) { return r.wall_force(k / 3)[static_cast<int>(k % 3)]; }, walls},
+    {"gauge_strain_{}", "", "of the middle half of the height, by the grains that began there; tension-positive",
+     strain_gauged, [](const Row& r, K k) { return r.gauged()(static_cast<int>(k), static_cast<int>(k)); }, axes},
     {"stress_front_Pa", "Pa", "on the moving face along the test's axis, compression-positive", faced,
      [](const Row& r, K) { return r.face_stresses()[1]; }},
     {"stress_back_Pa", "Pa", "on the fixed face", faced, [](const Row& r, K) { return r.face_stresses()[0]; }},

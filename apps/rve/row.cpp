@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "dem/sample/gauge.hpp"
+#include "dem/sample/strain_gauges.hpp"
 
 namespace grus::app {
 
@@ -56,6 +57,10 @@ const dem::Vec3& Row::wall_force(std::size_t wall) const {
 
 const std::array<double, 2>& Row::face_stresses() const {
   return faces_([&] { return dem::face_stresses(scene.test, first, state); });
+}
+
+const dem::Mat3& Row::gauged() const {
+  return gauged_([&] { return dem::gauged_gradient(first, state, scene.test.axis); });
 }
 
 double Row::load() const {

@@ -53,6 +53,7 @@ public:
   const dem::CriticalGrain& critical() const;
   const dem::Vec3& wall_force(std::size_t wall) const;     // N
   const std::array<double, 2>& face_stresses() const;      // Pa, of the fixed and of the moving face
+  const dem::Mat3& gauged() const;                         // displacement gradient of the middle, between platens
   double load() const;                                     // N, of the gauge
   std::optional<std::size_t> grain(std::size_t id) const;  // where it is; none: it has broken
 
@@ -65,6 +66,7 @@ private:
   mutable Once<dem::CriticalGrain> critical_;
   mutable Once<std::vector<dem::Vec3>> wall_forces_;
   mutable Once<std::array<double, 2>> faces_;
+  mutable Once<dem::Mat3> gauged_;
   mutable Once<double> load_;
   mutable Once<std::vector<std::optional<std::size_t>>> grains_;
 };

@@ -4,11 +4,13 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
+#include <sstream>
 
+#include "apps/scene/bodies_scene.hpp"
 #include "apps/scene/mixture_scene.hpp"
 #include "apps/scene/voronoi_scene.hpp"
 #include "dem/packing/random_hulls.hpp"
+#include "dem/packing/sphere_files.hpp"
 
 namespace grus::app {
 namespace {
@@ -197,14 +199,33 @@ dem::Lattice read_lattice(Table& t, const std::string& kind, bool periodic, cons
   return {.hexagonal = kind == "hcp", .radius = r, .layers = layers};
 }
 
-dem::Spheres read_file(Table& t, const RveScene& scene) {
-  std::filesystem::path file = t.text("path");
-  if (file.is_relative()) file = std::filesystem::path(scene.file).parent_path() / file;
+/// The recipe's box is that of a dump, where none is told.
+dem::Spheres read_file(Table& t, RveScene& scene, std::uint8_t material) {
+  dem::SphereFile file{path_of(t, "path", scene), read_unit(t)};
+  if (t.has("columns")) {
+    std::istringstream names(t.text("columns"));
+    for (std::string name; names >> name;) file.columns.push_back(name);
+  }
+  Groups groups(t, scene.model, material);
+  dem::ReadSpheres read;
   try {
-    return {dem::read_packing(file.string(), scene.recipe.box, !scene.recipe.periodic()).spheres};
+    read = dem::read_spheres(file);
+    if (scene.recipe.box.isZero()) scene.recipe.box = read.packing.box;
+    dem::check_spheres(read, file.path, scene.recipe.box, !scene.recipe.periodic());
   } catch (const InputError& e) {
     t.fail("path", e.what());
   }
+  dem::Spheres s{std::move(read.packing.spheres), material};
+  for (std::size_t i = 0; i < read.group.size(); ++i) {
+    const std::string& name = read.group[i];
+    if (const auto of = groups.material_or_none(name))
+      s.materials.push_back(*of);
+    else
+      t.fail("path", fmt::format("{}:{}: \"{}\" is no material of this scene; name one for it in [[packing.group]]",
+                                 file.path, read.line[i], name));
+  }
+  groups.finish();
+  return s;
 }
 
 }  // namespace
@@ -214,7 +235,8 @@ void check_cylinder(const Table& t, const dem::Vec3& box) {
 }
 
 void read_packing(Table t, RveScene& scene) {
-  const std::string kind = t.choice("kind", {"random", "hcp", "simple-cubic", "file", "voronoi", "prisms"});
+  const std::string kind =
+      t.choice("kind", {"random", "hcp", "simple-cubic", "file", "voronoi", "prisms", "polyhedra"});
   dem::Recipe& recipe = scene.recipe;
   const bool round = recipe.bounds == dem::Bounds::cylinder;
   if (t.has("box")) {
@@ -224,9 +246,9 @@ void read_packing(Table t, RveScene& scene) {
   scene.model.seed = static_cast<std::uint64_t>(t.integer_or("seed", static_cast<long>(scene.model.seed), 0, 1L << 62));
   const std::string name = t.text_or("material", scene.model.materials.front().name);
   const auto material = material_of(t, scene.model, name);
-  if (kind == "voronoi" || kind == "prisms") {
+  if (kind == "voronoi" || kind == "prisms" || kind == "polyhedra") {
     if (scene.scale != 1) t.fail("kind", "loading.scale is for random packings");
-    (kind == "voronoi" ? read_voronoi : read_prisms)(t, scene, material);
+    (kind == "voronoi" ? read_voronoi : kind == "prisms" ? read_prisms : read_polyhedra)(t, scene, material);
     t.finish();
     return;
   }
@@ -242,8 +264,8 @@ void read_packing(Table t, RveScene& scene) {
   if (scene.scale != 1) t.fail("kind", "loading.scale is for random packings");
   double smallest = INFINITY, largest = 0;
   if (kind == "file") {
-    dem::Spheres s = read_file(t, scene);
-    s.material = material, s.turned = turned;
+    dem::Spheres s = read_file(t, scene, material);
+    s.turned = turned;
     for (const auto& sphere : s.spheres)
       smallest = std::min(smallest, sphere.radius), largest = std::max(largest, sphere.radius);
     recipe.grains = std::move(s);
@@ -254,6 +276,9 @@ void read_packing(Table t, RveScene& scene) {
     recipe.box = dem::box_of(l, recipe.periodic());
     recipe.grains = l;
   }
+  const auto* mixed = std::get_if<dem::Spheres>(&recipe.grains);
+  for (std::size_t i = 0; mixed && i < mixed->materials.size(); ++i)
+    check_mass(t, scene.model.materials[mixed->materials[i]], mixed->spheres[i].radius, "path");
   for (const double r : {smallest, largest})
     check_mass(t, scene.model.materials[material], r, kind == "file" ? "path" : "radius");
   t.finish();

@@ -186,6 +186,9 @@ void read_output_table(Table& t, RveScene& scene) {
   const dem::Bounds bounds = scene.recipe.bounds;
   if (out.wall_forces && bounds != dem::Bounds::walls && bounds != dem::Bounds::cylinder)
     t.fail("wall_forces", "is of a box or cylinder of walls; forces of other walls are told in any case");
+  out.strain_gauges = t.flag_or("strain_gauges", false);
+  if (out.strain_gauges && scene.test.kind != Kind::platens)
+    t.fail("strain_gauges", "are on the middle of a sample between platens: loading.kind = \"platens\"");
   out.frames = static_cast<int>(t.integer_or("frames", 0, 0, 100000));
   out.contacts = t.flag_or("contacts", false);
   out.wrapped = t.flag_or("wrapped", false);

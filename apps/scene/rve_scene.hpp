@@ -24,6 +24,7 @@ struct Output {
   int frames = 0, gradings = 0;
   bool grading = false;              // size and shape columns in history.csv
   bool wall_forces = false;          // columns of every wall of a box or cylinder
+  bool strain_gauges = false;        // columns of the strain in the middle between platens
   bool critical_grain = false;       // columns of the grain that sets the time step
   bool last_state = false;           // kept as a checkpoint, to go on from
   double checkpoint_interval = 300;  // s of wall time; an interrupted run writes one in any case

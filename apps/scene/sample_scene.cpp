@@ -152,10 +152,11 @@ void refuse_unbonded(const Table& t, const RveScene& scene) {
   if (scene.recipe.of_voronoi()) return;
   for (const auto& m : scene.model.materials)
     if (m.bond && !(m.fracture && std::holds_alternative<dem::Cut>(m.fracture->splitter)))
-      t.fail("material",
-             fmt::format("{}.bond: bonds are made between the Voronoi cells of packing.kind \"voronoi\" or \"prisms\"; "
-                         "nothing is bonded here: leave the table out",
-                         m.name));
+      t.fail(
+          "material",
+          fmt::format("{}.bond: bonds are made between the Voronoi cells of packing.kind \"voronoi\" or \"prisms\" and "
+                      "bodies of \"polyhedra\"; nothing is bonded here: leave the table out",
+                      m.name));
 }
 
 /// All that tables of the sample name as their material.

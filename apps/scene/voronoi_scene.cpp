@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "apps/scene/bodies_scene.hpp"
 #include "apps/scene/packing_scene.hpp"
 
 namespace grus::app {
@@ -79,7 +80,10 @@ dem::TessellationSpace read_space(Table& t, bool periodic, Vec3& box) {
   return periodic ? dem::periodic_space(box) : dem::box_space(box);
 }
 
-std::size_t read_count(Table& t, const dem::TessellationSpace& space, const Vec3& box) {
+std::size_t read_count(Table& t, const dem::TessellationSpace& space, const Vec3& box, std::size_t seeds) {
+  for (const char* key : {"cells", "cell_size"})
+    if (seeds > 0 && t.has(key)) t.fail(key, "the seeds are as many as their file has: leave it out");
+  if (seeds > 0) return seeds;
   double count = wanted_count(t, space.volume());
   if (t.has("cell_size")) {
     const double size = t.number("cell_size", dimension::length, {0, box.minCoeff(), true});
@@ -87,6 +91,14 @@ std::size_t read_count(Table& t, const dem::TessellationSpace& space, const Vec3
   }
   if (!(count <= most_voronoi)) t.fail("cell_size", "more than half a million Voronoi cells; check box and cell_size");
   return std::max<std::size_t>(1, static_cast<std::size_t>(count));
+}
+
+std::vector<Vec3> read_seeds(Table& t, const RveScene& scene) {
+  try {
+    return read_points(path_of(t, "seeds", scene), read_unit(t));
+  } catch (const InputError& e) {
+    t.fail("seeds", e.what());
+  }
 }
 
 /// Grains of a packing of its own, each filled with Voronoi cells.
@@ -125,8 +137,10 @@ void read_voronoi(Table& t, RveScene& scene, std::uint8_t material) {
   cells.space = read_space(t, periodic, box);
   cells.space->extruded = t.flag_or("extruded", false);
   cells.round = t.has("cylinder");
-  cells.count = read_count(t, *cells.space, box);
+  if (t.has("seeds")) cells.seeds = read_seeds(t, scene);
+  cells.count = read_count(t, *cells.space, box, cells.seeds.size());
   const double count = static_cast<double>(cells.count);
+  const char* counted_by = cells.seeds.empty() ? "cells" : "seeds";
   if (periodic) {
     const double side = cells.space->extruded ? std::sqrt(box.x() * box.y() / count) : std::cbrt(box.prod() / count);
     for (int k = 0; k < (cells.space->extruded ? 2 : 3); ++k)
@@ -134,11 +148,11 @@ void read_voronoi(Table& t, RveScene& scene, std::uint8_t material) {
         t.fail("box", fmt::format("a periodic box needs four Voronoi cells a side; {} make {:.2g} along {}",
                                   cells.count, box[k] / side, "xyz"[k]));
   }
-  cells.rounds = static_cast<int>(t.integer_or("relax", 5, 0, 1000));
-  check_mass(t, scene.model.materials[material], std::cbrt(cells.space->volume() / count) / 2, "cells");
+  cells.rounds = static_cast<int>(t.integer_or("relax", cells.seeds.empty() ? 5 : 0, 0, 1000));
+  check_mass(t, scene.model.materials[material], std::cbrt(cells.space->volume() / count) / 2, counted_by);
   if (t.choice_or("grains", "one", {"one", "clusters"}) == "clusters")
     cells.clusters = static_cast<std::size_t>(t.integer_or("clusters", 2, 2, static_cast<long>(cells.count)));
-  cells.material = material, cells.place = t.place("cells");
+  cells.material = material, cells.place = t.place(counted_by);
   scene.recipe.grains = std::move(cells);
 }
 

@@ -65,8 +65,4 @@ Packing simple_cubic(double radius, const std::array<int, 3>& layers);
 /// Hexagonal close: close-packed layers stacked ABAB along z.
 Packing hexagonal_close(double radius, const std::array<int, 3>& layers);
 
-/// One sphere a line: x y z r (m), '#' starts a comment. Throws InputError with file and line, also where two spheres
-/// are in one place or one is larger than the box (of zero: none); `walled`: where its centre is outside of it.
-Packing read_packing(const std::string& path, const Vec3& box, bool walled = false);
-
 }  // namespace grus::dem

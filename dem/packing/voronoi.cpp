@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/packing/voronoi.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <tuple>
 
 #include "dem/base/error.hpp"
 #include "dem/base/random.hpp"
@@ -11,6 +14,7 @@ namespace {
 
 constexpr int cylinder_sides = 48;
 constexpr double least_volume = 0.1;  // of the mean; a tiny Voronoi cell rules the time step
+constexpr double least_apart = 1e-9;  // of the space's size: seeds in one place
 constexpr double flush = 1e-12;       // of the Voronoi cell size: in the plane
 
 struct Bounds {
@@ -204,9 +208,10 @@ Tessellation voronoi(const TessellationSpace& space, std::vector<Vec3> seeds, Te
   return cells;
 }
 
-Tessellation voronoi_packing(const TessellationSpace& space, std::size_t count, int rounds, std::uint64_t seed,
-                             Team& team) {
-  Tessellation cells = voronoi(space, random_seeds(space, count, seed), team);
+namespace {
+
+Tessellation relaxed(const TessellationSpace& space, std::vector<Vec3> seeds, int rounds, Team& team) {
+  Tessellation cells = voronoi(space, std::move(seeds), team);
   for (int round = 0; round < rounds; ++round) {
     std::vector<Vec3> centre;
     for (const Polyhedron& body : cells.body) centre.push_back(moments_of(body).centre);
@@ -216,6 +221,39 @@ Tessellation voronoi_packing(const TessellationSpace& space, std::size_t count, 
         if (space.body.empty()) x[k] -= space.periodic[k] * std::floor(x[k] / space.periodic[k]);
     cells = voronoi(space, std::move(centre), team);
   }
+  return cells;
+}
+
+}  // namespace
+
+Tessellation relaxed_voronoi(const TessellationSpace& space, std::vector<Vec3> seeds, int rounds, Team& team) {
+  const Bounds b = bounds_of(space);
+  std::vector<std::pair<Vec3, std::size_t>> order;
+  for (std::size_t i = 0; i < seeds.size(); ++i) {
+    Vec3& x = seeds[i];
+    const bool within = space.body.empty() || inside(space, x);
+    if (!within)
+      throw InputError(
+          fmt::format("seed {}, {:g}, {:g}, {:g} m, is not inside of what the cells fill", i + 1, x.x(), x.y(), x.z()));
+    for (int k = 0; k < 3; ++k)
+      if (space.body.empty()) x[k] -= space.periodic[k] * std::floor(x[k] / space.periodic[k]);
+    order.emplace_back(x, i);
+  }
+  const double least = least_apart * (b.high - b.low).maxCoeff();
+  std::sort(order.begin(), order.end(), [](const auto& p, const auto& q) {
+    return std::tie(p.first.x(), p.second) < std::tie(q.first.x(), q.second);
+  });
+  for (std::size_t k = 0; k < order.size(); ++k)
+    for (std::size_t m = k + 1; m < order.size() && order[m].first.x() - order[k].first.x() <= least; ++m)
+      if ((order[m].first - order[k].first).norm() <= least)
+        throw InputError(fmt::format("seeds {} and {} are in one place", std::min(order[k].second, order[m].second) + 1,
+                                     std::max(order[k].second, order[m].second) + 1));
+  return relaxed(space, std::move(seeds), rounds, team);
+}
+
+Tessellation voronoi_packing(const TessellationSpace& space, std::size_t count, int rounds, std::uint64_t seed,
+                             Team& team) {
+  Tessellation cells = relaxed(space, random_seeds(space, count, seed), rounds, team);
   const double least = least_volume * space.volume() / static_cast<double>(count);
   std::vector<Vec3> kept;
   for (std::size_t i = 0; i < cells.seed.size(); ++i)

@@ -46,6 +46,10 @@ struct Tessellation {
 /// Voronoi cells of all seeds, the same on any number of threads.
 Tessellation voronoi(const TessellationSpace& space, std::vector<Vec3> seeds, Team& team);
 
+/// Voronoi cells of given seeds, moved `rounds` times to their cells' centres. Throws InputError where one is outside
+/// of the space, or where another is.
+Tessellation relaxed_voronoi(const TessellationSpace& space, std::vector<Vec3> seeds, int rounds, Team& team);
+
 /// `count` random seeds, moved `rounds` times to their Voronoi cells' centres (Lloyd); cells below a tenth of the mean
 /// volume are merged away. Throws InputError where the space is too narrow.
 Tessellation voronoi_packing(const TessellationSpace& space, std::size_t count, int rounds, std::uint64_t seed,

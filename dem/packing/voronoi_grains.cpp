@@ -2,6 +2,7 @@
 #include "dem/packing/voronoi_grains.hpp"
 
 #include <algorithm>
+#include <tuple>
 
 #include "dem/base/error.hpp"
 #include "dem/base/random.hpp"
@@ -66,29 +67,97 @@ double stiffer_than_endless(const State& state, const BondModel& model, int axis
   return 1 / (inverse(axis, axis) * volume) / endless;
 }
 
-BondedFaces add_voronoi_grains(const Model& model, const Tessellation& cells, std::uint8_t material, State& state) {
-  Grains& g = state.grains;
-  const Material& m = model.materials[material];
+namespace {
+
+/// Bodies as hulls at rest, in the frame in which they are given; the number of the first.
+std::size_t add_hulls(const Model& model, std::span<const Polyhedron> bodies, std::span<const std::uint8_t> materials,
+                      Grains& g) {
   HullStore store = g.hulls ? *g.hulls : HullStore{};
   std::vector<GrainSpec> specs;
-  for (const Polyhedron& body : cells.body) {
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
     HullPlace place;
     GrainSpec spec;
-    spec.hull = add_hull(store, body, place);
+    spec.hull = add_hull(store, bodies[i], place);
     spec.position = place.origin, spec.orientation = place.axes;
-    spec.material = material, spec.density = m.density;
+    spec.material = materials[i % materials.size()], spec.density = model.materials[spec.material].density;
     specs.push_back(spec);
   }
   g.hulls = std::make_shared<HullStore>(std::move(store));
   const std::size_t first = g.size();
   for (const GrainSpec& spec : specs) set_grain(g, g.size(), spec);
+  return first;
+}
+
+/// Where two grains meet face to face, before they are bonded.
+struct Joint {
+  Index a, b;
+  std::array<std::int16_t, 3> image;
+  FaceMoments face;
+  Vec3 normal;          // of a
+  double apart, depth;  // m, of both middles, and of that of a from the face
+  double share = 1;     // of the strength
+};
+
+/// Stiffnesses of half a bond (Pa/m): normal, tangential.
+std::array<double, 2> half_stiffness(const BondModel& model, double depth) {
+  const double kn =
+      model.stiffness_given ? 2 * model.stiffness : model.stiffness / (model.length > 0 ? 0.5 * model.length : depth);
+  return {kn, model.ratio * kn};
+}
+
+void bond(const Model& model, const Joint& joint, State& state, BondedFaces& count) {
+  Grains& g = state.grains;
+  const auto &of_a = model.materials[g.material[joint.a]].bond, &of_b = model.materials[g.material[joint.b]].bond;
+  if (!of_a || !of_b) return;
+  if (joint.face.area < least_face * joint.apart * joint.apart) {
+    ++count.unbonded;
+    return;
+  }
+  const bool alike = g.material[joint.a] == g.material[joint.b];
+  if (!alike && of_a->criterion != of_b->criterion)
+    throw InputError("bonds of two materials that meet have different criteria: give them one");
+  const BondModel& weaker =
+      std::tie(of_b->tension, of_b->cohesion) < std::tie(of_a->tension, of_a->cohesion) ? *of_b : *of_a;
+  const Vec3 image(joint.image[0], joint.image[1], joint.image[2]);
+  const Vec3 shift = state.boundary.cell.periodic() ? Vec3(state.boundary.cell.vectors * image) : Vec3(Vec3::Zero());
+  FaceBond s = bond_at(g, joint.a, joint.face, joint.normal);
+  s.ends.b = joint.b, s.ends.image = joint.image;
+  const Quat& qb = g.orientation[s.ends.b];
+  s.at_b = qb.conjugate() * (joint.face.centre - shift - g.motion[s.ends.b].position);
+  s.rest = (g.orientation[s.ends.a].conjugate() * qb).conjugate();
+  if (alike) {
+    set_stiffness(weaker, joint.apart, s);
+  } else {  // half of each, one behind the other
+    const auto one = half_stiffness(*of_a, joint.depth), other = half_stiffness(*of_b, joint.apart - joint.depth);
+    s.kn = 1 / (1 / one[0] + 1 / other[0]), s.kt = 1 / (1 / one[1] + 1 / other[1]);
+  }
+  bool coarse = false;
+  give_strength(weaker, joint.share, model.seed, state.bonds.face.row.size(), bond_length(weaker, joint.apart), s,
+                coarse);
+  count.coarse += coarse;
+  state.bonds.face.row.push_back(s);
+  if (weaker.damping == 0) return;
+  state.bonds.dashpot.resize(state.bonds.face.row.size());
+  state.bonds.dashpot.back() = dashpot_of(s, g, weaker.damping);
+}
+
+void end_bonds(State& state, BondedFaces& count) {
+  count.bonds = state.bonds.face.row.size();
+  if (!state.bonds.dashpot.empty()) state.bonds.dashpot.resize(count.bonds);
+}
+
+}  // namespace
+
+BondedFaces add_voronoi_grains(const Model& model, const Tessellation& cells, std::uint8_t material, State& state) {
+  const std::size_t first = add_hulls(model, cells.body, {&material, 1}, state.grains);
   BondedFaces count;
   for (std::size_t i = 0; i < cells.body.size(); ++i)
     for (const auto& face : cells.body[i].face)
       if (face.tag < 0)
         count.outer.push_back({static_cast<Index>(first + i), moments_of(cells.body[i], face), face.normal,
                                face.offset - face.normal.dot(cells.seed[i])});
-  if (!m.bond) return count;
+  const auto& model_of = model.materials[material].bond;
+  if (!model_of) return count;
   for (std::size_t i = 0; i < cells.body.size(); ++i)
     for (const auto& face : cells.body[i].face) {
       if (face.tag < 0) continue;
@@ -98,33 +167,40 @@ BondedFaces add_voronoi_grains(const Model& model, const Tessellation& cells, st
       if (partner.cell < i) continue;
       const std::size_t j = partner.cell;
       const bool apart = !cells.cluster.empty() && cells.cluster[i] != cells.cluster[j];
-      if (apart && m.bond->between == 0) continue;
+      if (apart && model_of->between == 0) continue;
       const Vec3 image(partner.image[0], partner.image[1], partner.image[2]);
       const Vec3 shift =
           state.boundary.cell.periodic() ? Vec3(state.boundary.cell.vectors * image) : Vec3(Vec3::Zero());
-      const FaceMoments moments = moments_of(cells.body[i], face);
-      const double h = (cells.seed[j] + shift - cells.seed[i]).norm(), length = bond_length(*m.bond, h);
-      if (moments.area < least_face * h * h) {
-        ++count.unbonded;
-        continue;
-      }
-      FaceBond s = bond_at(g, static_cast<Index>(first + i), moments, face.normal);
-      s.ends.b = static_cast<Index>(first + j), s.ends.image = partner.image;
-      const Quat& qb = g.orientation[s.ends.b];
-      s.at_b = qb.conjugate() * (moments.centre - shift - g.motion[s.ends.b].position);
-      s.rest = (g.orientation[s.ends.a].conjugate() * qb).conjugate();
-      set_stiffness(*m.bond, h, s);
-      bool coarse = false;
-      give_strength(*m.bond, apart ? m.bond->between / m.bond->tension : 1, model.seed, state.bonds.face.row.size(),
-                    length, s, coarse);
-      count.coarse += coarse;
-      state.bonds.face.row.push_back(s);
-      if (m.bond->damping == 0) continue;
-      state.bonds.dashpot.resize(state.bonds.face.row.size());
-      state.bonds.dashpot.back() = dashpot_of(s, g, m.bond->damping);
+      const double h = (cells.seed[j] + shift - cells.seed[i]).norm();
+      bond(
+          model,
+          {static_cast<Index>(first + i), static_cast<Index>(first + j), partner.image, moments_of(cells.body[i], face),
+           face.normal, h, 0.5 * h, apart ? model_of->between / model_of->tension : 1},
+          state, count);
     }
-  count.bonds = state.bonds.face.row.size();
-  if (!state.bonds.dashpot.empty()) state.bonds.dashpot.resize(count.bonds);
+  end_bonds(state, count);
+  return count;
+}
+
+BondedFaces add_bodies(const Model& model, std::span<const Polyhedron> bodies, std::span<const Vec3> middles,
+                       std::span<const std::uint8_t> materials, const SharedFaces& shared, State& state) {
+  const std::size_t first = add_hulls(model, bodies, materials, state.grains);
+  BondedFaces count;
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    for (std::size_t f = 0; f < bodies[i].face.size(); ++f)
+      if (const auto& face = bodies[i].face[f]; !shared.shared[i][f])
+        count.outer.push_back({static_cast<Index>(first + i), moments_of(bodies[i], face), face.normal,
+                               face.offset - face.normal.dot(middles[i])});
+  for (const SharedFace& s : shared.face) {
+    const Vec3 image(s.image[0], s.image[1], s.image[2]);
+    const Vec3 shift = state.boundary.cell.periodic() ? Vec3(state.boundary.cell.vectors * image) : Vec3(Vec3::Zero());
+    const double depth = s.normal.dot(s.face.centre - middles[s.a]);
+    bond(model,
+         {static_cast<Index>(first + s.a), static_cast<Index>(first + s.b), s.image, s.face, s.normal,
+          s.normal.dot(middles[s.b] + shift - middles[s.a]), depth},
+         state, count);
+  }
+  end_bonds(state, count);
   return count;
 }
 

@@ -4,6 +4,7 @@
 
 #include <span>
 
+#include "dem/packing/shared_faces.hpp"
 #include "dem/packing/voronoi.hpp"
 #include "dem/rve/model.hpp"
 #include "dem/rve/state.hpp"
@@ -29,6 +30,13 @@ struct BondedFaces {
 /// Puts Voronoi cells into the state as hulls of a material, at rest, and bonds of its kind on the faces they share
 /// (none without a bond model). The faces' numbers are those of the cells. Throws InputError.
 BondedFaces add_voronoi_grains(const Model& model, const Tessellation& cells, std::uint8_t material, State& state);
+
+/// The same of bodies from elsewhere, each of its material, with the faces that were found shared. `middles`: seeds or
+/// mass centres, between which bonds are as long as they are apart along the face's normal. Where two materials meet
+/// the bond is as strong as the weaker one's, and as stiff as half of each in a row. A face that is shared in part is
+/// no outer face.
+BondedFaces add_bodies(const Model& model, std::span<const Polyhedron> bodies, std::span<const Vec3> middles,
+                       std::span<const std::uint8_t> materials, const SharedFaces& shared, State& state);
 
 /// Those that look along a unit vector and lie furthest out along it, in one plane; `offset`: where (m).
 std::vector<OuterFace> faces_towards(std::span<const OuterFace> outer, const Vec3& direction, double& offset);

@@ -58,11 +58,11 @@ void put(const Lattice& l, const Model& model, const Recipe&, Team&, const Watch
 }
 
 void put(const Spheres& s, const Model& model, const Recipe&, Team&, const Watch&, Sample& sample) {
-  put_spheres(s.spheres, {{s.material}}, s.turned, model, sample.state.grains);
+  put_spheres(s.spheres, {{s.material}}, s.turned, model, sample.state.grains, s.materials);
 }
 
-void put_voronoi(const Model& model, const Tessellation& cells, std::uint8_t material, Sample& sample) {
-  const BondedFaces& faces = sample.faces.emplace(add_voronoi_grains(model, cells, material, sample.state));
+void put_faces(BondedFaces made, Sample& sample) {
+  const BondedFaces& faces = sample.faces.emplace(std::move(made));
   if (faces.coarse > 0)
     sample.notes.push_back(fmt::format(
         "{} of {} bonds are too coarse for their energies: their tension or cohesion is lowered so that they "
@@ -70,11 +70,16 @@ void put_voronoi(const Model& model, const Tessellation& cells, std::uint8_t mat
         faces.coarse, faces.bonds));
 }
 
+void put_voronoi(const Model& model, const Tessellation& cells, std::uint8_t material, Sample& sample) {
+  put_faces(add_voronoi_grains(model, cells, material, sample.state), sample);
+}
+
 void put(const VoronoiPacking& t, const Model& model, const Recipe& recipe, Team& team, const Watch&, Sample& sample) {
   const TessellationSpace space =
       t.space ? *t.space : (recipe.periodic() ? periodic_space(recipe.box) : box_space(recipe.box));
   try {
-    Tessellation cells = voronoi_packing(space, t.count, t.rounds, model.seed, team);
+    Tessellation cells = t.seeds.empty() ? voronoi_packing(space, t.count, t.rounds, model.seed, team)
+                                         : relaxed_voronoi(space, t.seeds, t.rounds, team);
     if (t.clusters > 0) deal_to_clusters(space, t.clusters, model.seed, team, cells);
     put_voronoi(model, cells, t.material, sample);
   } catch (const InputError& e) {
@@ -99,6 +104,28 @@ void put(const FilledGrains& f, const Model& model, const Recipe& recipe, Team& 
     put_voronoi(model, fill_grains(parents.state.grains, f.count, f.rounds, model.seed, team), f.material, sample);
   } catch (const InputError& e) {
     refuse(f.place, e.what());
+  }
+}
+
+/// How much of the smaller one bodies may have in common: contacts of a packing under load, and no slip of a unit.
+constexpr double most_common = 0.05;
+
+void put(const Bodies& b, const Model& model, const Recipe& recipe, Team&, const Watch&, Sample& sample) {
+  try {
+    const Vec3 periodic = recipe.periodic() ? recipe.box : Vec3(Vec3::Zero());
+    const SharedFaces shared = shared_faces(b.body, periodic, b.tolerance);
+    if (const Overlaps& o = shared.overlap; o.share > most_common)
+      throw InputError(fmt::format("bodies {} and {} have {:.2g} % of the smaller one in common, at most {:g} % may be",
+                                   o.a + 1, o.b + 1, 100 * o.share, 100 * most_common));
+    put_faces(add_bodies(model, b.body, b.middle, b.materials, shared, sample.state), sample);
+    sample.notes.push_back(fmt::format("{} bodies share {} faces, of which {} are bonded", b.body.size(),
+                                       shared.face.size(), sample.faces->bonds));
+    if (shared.overlap.pairs > 0)
+      sample.notes.push_back(
+          fmt::format("{} pairs of bodies lie in one another, by {:.2g} % of the smaller one at most",
+                      shared.overlap.pairs, 100 * shared.overlap.share));
+  } catch (const InputError& e) {
+    refuse(b.place, e.what());
   }
 }
 

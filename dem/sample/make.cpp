@@ -22,6 +22,10 @@ void check_materials(const Model& model, const Recipe& recipe) {
       for (const ListedGrain& g : grains) check(g.spec.material);
     else if constexpr (std::is_same_v<Kind, RandomPacking>)
       for (const Part& part : grains.parts) check(part.material);
+    else if constexpr (std::is_same_v<Kind, Bodies>)
+      for (const std::uint8_t material : grains.materials) check(material);
+    else if constexpr (std::is_same_v<Kind, Spheres>)
+      check(grains.material), std::for_each(grains.materials.begin(), grains.materials.end(), check);
     else
       check(grains.material);
   };

@@ -24,6 +24,7 @@ double count_of(const VoronoiPacking& t, const Recipe&) { return static_cast<dou
 double count_of(const Prisms& p, const Recipe& recipe) {
   return static_cast<double>(prisms_of(p, recipe.box).seed.size());
 }
+double count_of(const Bodies& b, const Recipe&) { return static_cast<double>(b.body.size()); }
 double count_of(const FilledGrains& f, const Recipe& recipe) {
   return static_cast<double>(f.count) * std::visit([&](const auto& p) { return count_of(p, recipe); }, f.parents);
 }
@@ -52,13 +53,15 @@ const std::uint8_t* voronoi_material(const Recipe& recipe) {
   if (const auto* t = std::get_if<VoronoiPacking>(&recipe.grains)) return &t->material;
   if (const auto* p = std::get_if<Prisms>(&recipe.grains)) return &p->material;
   if (const auto* f = std::get_if<FilledGrains>(&recipe.grains)) return &f->material;
+  if (const auto* b = std::get_if<Bodies>(&recipe.grains)) return b->materials.data();
   return nullptr;
 }
 
 bool voronoi_is_round(const Recipe& recipe) {
   const auto* t = std::get_if<VoronoiPacking>(&recipe.grains);
   const auto* p = std::get_if<Prisms>(&recipe.grains);
-  return (t && t->round) || (p && p->round);
+  const auto* b = std::get_if<Bodies>(&recipe.grains);
+  return (t && t->round) || (p && p->round) || (b && b->round);
 }
 
 Vec3 box_of(const Lattice& l, bool periodic) {

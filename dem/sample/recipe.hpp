@@ -56,6 +56,7 @@ struct Lattice {
 struct Spheres {
   std::vector<Sphere> spheres;
   std::uint8_t material = 0;
+  std::vector<std::uint8_t> materials = {};  // of each instead; none: they are all of one
   bool turned = true;
 };
 
@@ -74,8 +75,9 @@ struct VoronoiPacking {
   std::optional<TessellationSpace> space = {};  // none: the box
   bool round = false;                           // the space is a cylinder along z
   std::size_t count = 1;
-  int rounds = 5;            // of relaxation
-  std::size_t clusters = 0;  // that Voronoi cells are dealt to; 0: all are one
+  std::vector<Vec3> seeds = {};  // given ones, instead of `count` at random
+  int rounds = 5;                // of relaxation
+  std::size_t clusters = 0;      // that Voronoi cells are dealt to; 0: all are one
   std::uint8_t material = 0;
   Place place = {};
 };
@@ -85,6 +87,16 @@ struct Prisms {
   double side = 0, thickness = 0, gap = 0;  // m
   bool round = false;                       // those within the cylinder along z that touches the box
   std::uint8_t material = 0;
+  Place place = {};
+};
+
+/// Convex bodies from elsewhere, bonded where they lie face to face and their materials have bonds.
+struct Bodies {
+  std::vector<Polyhedron> body;
+  std::vector<Vec3> middle;             // of each, between which bonds are as long as they are apart
+  std::vector<std::uint8_t> materials;  // of each
+  bool round = false;                   // they make up a cylinder along z
+  double tolerance = 1e-5;              // of faces that count as one, over the bodies' sizes
   Place place = {};
 };
 
@@ -167,7 +179,7 @@ struct Recipe {
   Bounds bounds = Bounds::open;
   Vec3 box = Vec3::Zero();         // m, corner at the origin; of a cylinder [diameter, diameter, height]
   std::uint8_t wall_material = 0;  // of the bounds
-  std::variant<Listed, RandomPacking, Lattice, Spheres, VoronoiPacking, Prisms, FilledGrains> grains = {};
+  std::variant<Listed, RandomPacking, Lattice, Spheres, VoronoiPacking, Prisms, FilledGrains, Bodies> grains = {};
   std::vector<OwnWall> walls = {};
   Supports supports = {};
   std::optional<Preparation> preparation = {};
@@ -175,14 +187,14 @@ struct Recipe {
   bool periodic() const { return bounds == Bounds::periodic; }
   bool random() const { return std::holds_alternative<RandomPacking>(grains); }  // takes its time to be made
   const Listed* listed() const { return std::get_if<Listed>(&grains); }
-  bool of_voronoi() const;  // tessellation, prisms or filled grains
+  bool of_voronoi() const;  // tessellation, prisms, filled grains, or bodies from elsewhere
   bool of_hulls() const;    // some grain is one
   bool in_cylinder() const;
   /// How many grains, about: Voronoi cells may be merged, random packings round.
   double count() const;
 };
 
-/// The material of Voronoi cells; null: there are none.
+/// The material of Voronoi cells, of bodies from elsewhere the first one's; null: there are none.
 const std::uint8_t* voronoi_material(const Recipe& recipe);
 
 /// Voronoi cells fill an upright cylinder.

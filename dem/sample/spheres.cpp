@@ -74,10 +74,11 @@ void put_hulls(const Packing& packing, const std::vector<UnitHull>& hulls, std::
 }  // namespace
 
 void put_spheres(const std::vector<Sphere>& spheres, const std::vector<Part>& parts, bool turned, const Model& model,
-                 Grains& grains) {
+                 Grains& grains, const std::vector<std::uint8_t>& materials) {
   const std::vector<std::size_t> row = deal(parts);
   for (std::size_t i = 0; i < spheres.size(); ++i) {
-    const Part& part = parts[row[i % row.size()]];
+    Part part = parts[row[i % row.size()]];
+    if (!materials.empty()) part.material = materials[i];
     const Material& material = model.materials[part.material];
     GrainSpec spec;
     const double radius = spheres[i].radius / reach_of(part);

@@ -6,9 +6,10 @@
 
 namespace grus::dem {
 
-/// The grains in spheres, in the order of space: the parts of a mixture in turn, by their shares.
+/// The grains in spheres, in the order of space: the parts of a mixture in turn, by their shares. `materials`: of each
+/// sphere, instead of the parts'.
 void put_spheres(const std::vector<Sphere>& spheres, const std::vector<Part>& parts, bool turned, const Model& model,
-                 Grains& grains);
+                 Grains& grains, const std::vector<std::uint8_t>& materials = {});
 
 /// Those of a lattice.
 void put_lattice(const Lattice& lattice, const Model& model, Grains& grains);

@@ -15,6 +15,7 @@
 #include "dem/base/text_file.hpp"
 #include "dem/contact/forces.hpp"
 #include "dem/packing/packing.hpp"
+#include "dem/packing/sphere_files.hpp"
 #include "dem/rve/loading.hpp"
 #include "dem/sample/make.hpp"
 #include "tests/apps/scratch.hpp"
@@ -337,7 +338,7 @@ TEST_CASE("a text file is the same text whatever mark and encoding its editor ha
   CHECK(dem::open_text(folder.path) == nullptr);
   for (const std::string head : {"", "\xEF\xBB\xBF"}) {
     std::ofstream(path, std::ios::binary) << head << "1e-3 2e-3 3e-3 5e-4\n";
-    const dem::Packing packing = dem::read_packing(path, Vec3::Constant(0.01));
+    const dem::Packing packing = dem::read_spheres({path}).packing;
     REQUIRE(packing.spheres.size() == 1);
     CHECK((packing.spheres[0].position == Vec3(1e-3, 2e-3, 3e-3) && packing.spheres[0].radius == 5e-4));
   }

@@ -240,6 +240,24 @@ def exported(folder):
     need(len(data) == 84 + 8 * 50 and struct.unpack("<I", data[80:84]) == (8,), "triangles of STL")
     made_up.near(struct.unpack("<12f", data[84 + 100:84 + 148]), [3 ** -0.5] * 3 + [1e3, 0, 0, 0, 1e3, 0, 0, 0, 1e3],
                  "the third: its normal outward, millimetres", 1e-6)
+    out(place("g.txt"), "--frame", "0")
+    lines = read("g.txt").decode().splitlines()
+    need(lines[0].startswith("#") and len(lines) == 3, f"spheres: {lines}")
+    made_up.near([[float(v) for v in line.split()] for line in lines[1:]],
+                 np.column_stack([frame(folder, "grains", 0).grains()[k] for k in ("position_m", "radius")]), "spheres")
+    out(place("g.obj"))
+    told_, corners, volumes = read("g.obj").decode().split("\n"), [], {}
+    for line in told_:
+        kind, *words_ = line.split() or [""]
+        if kind == "o":
+            volumes[words_[0]] = 0
+        elif kind == "v":
+            corners.append([float(v) for v in words_])
+        elif kind == "f":
+            a, b, c = (np.array(corners[int(v) - 1]) - 100 for v in words_)
+            volumes[list(volumes)[-1]] += a @ np.cross(b, c) / 6
+    need(list(volumes) == ["grain2", "grain7"] and len(corners) == 8, f"objects: {volumes} of {len(corners)} corners")
+    made_up.near(list(volumes.values()), grains["volume_m3"], "their volumes")
     out(place("g.vtu"))
     text = read("g.vtu").decode()
     need('NumberOfPoints="10" NumberOfCells="9"' in text, "sizes of VTK's XML")
@@ -258,7 +276,7 @@ def exported(folder):
         status, said, errors = out(*given)
         need(status == 2 and text_ in errors and errors.count("\n") == 1 and said == "", f"{given}: {status} {errors}")
     need(not [n for n in os.listdir(folder) if n.startswith("x.")], "what is refused is written")
-    need(set(formats.TABLES) | set(formats.FRAMES) == set(re.findall(r"\.\w+", words.WORDS["export"].about)) |
+    need({*formats.TABLES, *formats.GRAINS, *formats.FRAMES} == set(re.findall(r"\.\w+", words.WORDS["export"].about)) |
          {".json"}, "endings that the help names")
 
 

@@ -125,7 +125,8 @@ def keys():
 def new(tmp):
     def go(*command):
         return subprocess.run(command, cwd=tmp, capture_output=True, text=True, timeout=300)
-    for kind in ("shpb", "oedometer", "triaxial", "single-grain", "bonded"):
+    for kind in ("shpb", "oedometer", "triaxial", "stages", "single-grain", "bonded", "ucs", "brazilian", "bending",
+                 "triaxial-rock"):
         r = go(programs["rve"], "--new", kind)
         need(
             r.returncode == 0 and open(os.path.join(tmp, kind + ".toml")).read() == open(
@@ -133,7 +134,7 @@ def new(tmp):
         need("compression-positive" in open(os.path.join(tmp, kind + ".toml")).read().split("title")[0],
              f"--new {kind}: its head does not tell signs")
         r = go(programs["rve"], kind + ".toml", "--check")
-        need(r.returncode == 0 and re.search("run time (about|at least about) ", r.stdout),
+        need(r.returncode == 0 and re.search("run time (about|at least about) |how long stages take hangs", r.stdout),
              f"--new {kind}: --check: {r.stdout} {r.stderr}")
     r = go(programs["rve"], "--new", "shpb")
     need(r.returncode == 2 and "is there already" in r.stderr and r.stderr.count("\n") == 1,

@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""docs/stages.md as a user takes it: its scenes, which are the shipped ones, run, and show what the page says:
-recipes.py BUILD"""
+"""docs/stages.md and docs/howto/from_other_programs.md as a user takes them: their scenes, of the first the shipped
+ones, run, and show what the pages say: recipes.py BUILD"""
+import math
 import os
 import re
 import subprocess
@@ -11,7 +12,8 @@ import tempfile
 from scene_tools import faults, history, need, shipped, summary
 
 build = os.path.abspath(sys.argv[1])
-text = open(os.path.join(shipped, "..", "..", "docs", "stages.md")).read()
+DOCS = os.path.join(shipped, "..", "..", "docs")
+text = open(os.path.join(DOCS, "stages.md")).read()
 environment = {**os.environ, "PATH": os.path.join(build, "bin") + os.pathsep + os.environ["PATH"]}
 
 
@@ -58,14 +60,39 @@ def cyclic(folder):
     need(max(ratios) - min(ratios) < 1e-5, f"volume: {min(ratios)} to {max(ratios)}")
 
 
-with tempfile.TemporaryDirectory() as tmp:
-    for kind, name, block in re.findall(r"^```(\w+) ?(\S*)\n(.*?)^```", text, re.S | re.M):
-        if kind == "toml":
-            need(block == open(os.path.join(shipped, name)).read(), f"{name} of the page is not the shipped one")
+def foreign(folder, page):
+    """Spheres of a dump by their closed-form mass; two blocks in a row by theirs."""
+    mass = rows_of(os.path.join(folder, "dump"))[0]["mass_kg"]
+    balls = lambda density, *radii: density * 4 / 3 * math.pi * sum(r**3 for r in radii)
+    sand, steel = balls(2650, 0.4e-3, 0.5e-3), balls(7800, 0.5e-3, 0.45e-3)
+    need(abs(mass / (sand + steel) - 1) < 1e-9, f"{mass} kg of {sand} and {steel}")
+    said = re.search(r"`mass_kg` is (\S+): (\S+) mg of sand and (\S+) mg", page)
+    need(all(abs(float(s) / x - 1) < 3e-4 for s, x in zip(said.groups(), (mass, 1e6 * sand, 1e6 * steel))), "masses")
+    rows = rows_of(os.path.join(folder, "blocks"))
+    half = [r for r in rows if r["displacement_m"] > 1e-6]
+    stiffness = [r["nominal_stress_Pa"] / r["displacement_m"] for r in half]
+    # 3 mm of 10 GPa and 5 mm of 50 GPa: 4e-13 m/Pa. A wave passes in some 3 us and leaves 25 kPa of 2.5 MPa and more.
+    need(all(abs(s * (3e-3 / 10e9 + 5e-3 / 50e9) - 1) < 0.01 for s in stiffness), f"stiffness {stiffness[0]} Pa/m")
+    need(rows[-1]["bonds"] == 1 and rows[-1]["bonds_broken"] == 0, "one face is shared")
+
+
+def take(page, tmp):
+    """Its named blocks are files; its commands run beside them."""
+    for kind, name, block in re.findall(r"^```(\w+) ?(\S*)\n(.*?)^```", page, re.S | re.M):
+        if name:
+            if page == text:
+                need(block == open(os.path.join(shipped, name)).read(), f"{name} of the page is not the shipped one")
             open(os.path.join(tmp, name), "w").write(block)
         for line in block.splitlines() if kind == "sh" else ():
             r = subprocess.run(["bash", "-c", line], cwd=tmp, env=environment, capture_output=True, text=True)
             need(r.returncode == 0 and r.stderr == "", f"{line}: exit {r.returncode} {r.stderr[-300:]}")
+
+
+with tempfile.TemporaryDirectory() as tmp:
+    page_ = open(os.path.join(DOCS, "howto", "from_other_programs.md")).read()
+    take(page_, tmp)
+    foreign(tmp, page_)
+    take(text, tmp)
     oedometer(os.path.join(tmp, "oedometer_loops"))
     cyclic(os.path.join(tmp, "cyclic_triaxial"))
 print(f"recipes: {len(faults)} faults")

@@ -9,6 +9,7 @@
 #include "dem/packing/random_hulls.hpp"
 #include "dem/packing/voronoi_grains.hpp"
 #include "dem/rve/bursts.hpp"
+#include "dem/sample/strain_gauges.hpp"
 #include "dem/shape/hull_measures.hpp"
 #include "tests/bonded.hpp"
 #include "tests/hulls.hpp"
@@ -339,4 +340,55 @@ TEST_CASE("bursts of one and two bonds: exponent and error by hand") {
   const PowerLaw law = fit_power_law(drawn);  // 2^-e / (1 + 2^-e) of them are two
   CHECK(law.exponent == Approx(2).epsilon(1e-9));
   CHECK(law.error == Approx(1 / (std::log(2.0) * std::sqrt(100 * 0.2 * 0.8))).epsilon(1e-9));
+}
+
+TEST_CASE(
+    "strain gauges read the affine motion of the middle, whatever the ends do, and nothing where centres do not "
+    "differ") {
+  Team team(1);
+  State first = state_of_voronoi(rock(elastic()), voronoi_packing(box_space(Vec3(2, 2, 4)), 120, 1, 3, team));
+  Wall bottom, top;
+  top.point = Vec3(0, 0, 4);
+  first.boundary.walls = {bottom, top};
+  Mat3 gradient;
+  gradient << 2e-3, 1e-4, 3e-4, -2e-4, 1e-3, 5e-4, 1e-4, -3e-4, -5e-3;
+  State now = first;
+  std::size_t ends = 0;
+  for (std::size_t i = 0; i < now.grains.size(); ++i) {
+    Vec3& x = now.grains.motion[i].position;
+    const bool middle = std::abs(x.z() - 2) <= 1;
+    ends += !middle;
+    x += middle ? Vec3(Vec3(7, 8, 9) + gradient * x) : Vec3(0.1 * x.z(), 0.2, 0.3 * x.x());
+  }
+  REQUIRE(ends > 30);
+  CHECK((gauged_gradient(first, now, 2) - gradient).norm() < 1e-12);
+  // Motion that is not affine: the part of it that is, weighted by mass.
+  double mass = 0, second = 0, third = 0;
+  Vec3 centre = Vec3::Zero();
+  const auto each = [&](auto&& f) {
+    for (std::size_t i = 0; i < first.grains.size(); ++i)
+      if (const Vec3& x = first.grains.motion[i].position; std::abs(x.z() - 2) <= 1) f(first.grains.mass[i], x, i);
+  };
+  each([&](double m, const Vec3& x, std::size_t) { mass += m, centre += m * x; });
+  centre /= mass;
+  now = first;
+  each([&](double m, const Vec3& x, std::size_t i) {
+    const double z = x.z() - centre.z();
+    second += m * z * z, third += m * z * z * z;
+    now.grains.motion[i].position.x() += 1e-3 * z * z;
+  });
+  const Mat3 bent = gauged_gradient(first, now, 2);
+  CHECK(std::abs(bent.row(1).norm()) < 1e-12);
+  // A parabola in z alone correlates with x and y a little, as centres are where they are; its slope along z does not
+  // exceed what its third moment gives by more than that.
+  CHECK(std::abs(bent(0, 2) - 1e-3 * third / second) < 5e-5);
+  State layer = state_of_voronoi(rock(elastic()), hexagonal_prisms(Vec3(5, 5, 1), 0.5, 1, 0));
+  bottom.shape = PlaneWall{Vec3(0, 1, 0)}, top.point = Vec3(0, 5, 0);
+  layer.boundary.walls = {bottom, top};
+  now = layer;
+  for (Motion& m : now.grains.motion) m.position += Vec3(-1e-3 * m.position.x(), 2e-3 * m.position.y(), 0);
+  const Mat3 flat = gauged_gradient(layer, now, 1);
+  CHECK(std::abs(flat(0, 0) + 1e-3) < 1e-12);
+  CHECK(std::abs(flat(1, 1) - 2e-3) < 1e-12);
+  CHECK(std::isnan(flat(2, 2)));
 }

@@ -29,7 +29,7 @@ WORDS = {
                   {"--port": "N", "--stay": "", "--open": "", **ANY}),
     "report": Word("draw results: report.html with plots, tables and pictures", "DIR...", {"-o": "FILE", **ANY},
                    "report"),
-    "export": Word("write results as other programs read them: .vtu .stl .csv .npz .mat", "DIR",
+    "export": Word("write results as other programs read them: .vtu .stl .obj .txt .csv .npz .mat", "DIR",
                    {"-o": "FILE", "--what": "KIND", "--frame": "N", "--columns": "NAMES", **ANY}),
     "study": Word("run a scene over many settings: error against run time, sweeps, claims", "STUDY.toml",
                   {**MANY, "--strict": ""}, "study"),
@@ -40,7 +40,10 @@ WORDS = {
 KINDS = {
     "oedometer": "sand in a periodic cell, compressed along one axis", "triaxial": "sheared under a lateral stress",
     "shpb": "a sample between walls at 500/s, as in a split Hopkinson bar",
-    "single-grain": "one grain between platens", "bonded": "rock of bonded Voronoi cells"
+    "stages": "a sand in stages: compressed, unloaded, loaded again, sheared",
+    "single-grain": "one grain between platens", "bonded": "rock of bonded Voronoi cells",
+    "ucs": "a cylinder of rock between platens", "brazilian": "a disc of rock, split across",
+    "bending": "a beam of rock on rollers", "triaxial-rock": "a block of rock under pressure on its sides"
 }
 SHELLS = ("bash", "zsh")
 FRAMES = ("history", "grains", "macro", "contacts")

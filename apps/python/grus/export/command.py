@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Writes results as other programs read them. The ending of FILE says how: of history.csv or of grains, one row each,
-.csv, .json, .npz (NumPy) or .mat (MATLAB, Octave); of frames .vtu (ParaView, pyvista, meshio) or .stl (mm)."""
+.csv, .json, .npz (NumPy) or .mat (MATLAB, Octave); of grains .txt (x y z r); of frames .vtu (ParaView, pyvista,
+meshio), .stl (mm) or .obj (m)."""
 import argparse
 import os
 import sys
@@ -8,7 +9,7 @@ import sys
 from grus._version import __version__
 from grus.commands.words import FRAMES as KINDS
 from grus.errors import InputError
-from grus.export.formats import FRAMES, TABLES
+from grus.export.formats import FRAMES, GRAINS, TABLES
 from grus.files.texts import one_line
 from grus.files.writing import write_whole
 from grus.frames import frame
@@ -34,12 +35,12 @@ def content(args, ending):
         return TABLES[ending](history(args.folder, [n.strip() for n in args.columns.split(",") if n.strip()]))
     found = frame(args.folder, args.what, args.frame)
     if ending in FRAMES:
-        if ending == ".stl" and not len(found.triangles()[1]):
-            raise InputError(f"{args.folder}: {args.what} have no surface for an .stl: write a .vtu")
+        if ending in (".stl", ".obj") and not len(found.triangles()[1]):
+            raise InputError(f"{args.folder}: {args.what} have no surface for an {ending}: write a .vtu")
         return FRAMES[ending](found)
     if args.what != "grains":
         raise InputError(f"{args.o}: {args.what} are written as .vtu; tables are of history and grains")
-    return TABLES[ending](found.grains())
+    return (TABLES | GRAINS)[ending](found.grains())
 
 
 def main():
@@ -47,7 +48,7 @@ def main():
     parser.add_argument("folder", metavar="DIR", help="results folder of grus-rve or grus-bvp")
     parser.add_argument("-o", metavar="FILE", required=True, help="what is written; its ending says how")
     parser.add_argument("--what", choices=KINDS,
-                        help="default: history, or grains where FILE ends with .vtu or .stl")
+                        help="default: history, or grains where FILE ends with .txt, .vtu, .stl or .obj")
     parser.add_argument("--frame", type=int, default=-1, metavar="N",
                         help="of frames: 0 the first, -1 the last (default)")
     parser.add_argument("--columns", default="", metavar="NAMES", help="of the history: names with commas between them")
@@ -55,10 +56,10 @@ def main():
     args = parser.parse_args()
     interrupts.raise_again()
     ending = os.path.splitext(args.o)[1].lower()
-    args.what = args.what or ("grains" if ending in FRAMES else "history")
+    args.what = args.what or ("history" if ending in TABLES else "grains")
     try:
-        if ending not in {**TABLES, **FRAMES}:
-            raise InputError(f"{args.o}: ends with none of {' '.join([*TABLES, *FRAMES])}")
+        if ending not in (known := TABLES | GRAINS | FRAMES):
+            raise InputError(f"{args.o}: ends with none of {' '.join(known)}")
         write_whole(args.o, content(args, ending))
     except (InputError, ValueError) as e:
         print(one_line(f"grus export: {e}"), file=sys.stderr)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Tables and frames as bytes of files: CSV, JSON, NumPy's, MATLAB's; VTK's XML for unstructured grids, STL."""
+"""Tables and frames as bytes of files: CSV, JSON, NumPy's, MATLAB's; VTK's XML for unstructured grids, STL, OBJ; lines
+"x y z r"."""
 import base64
 import csv
 import io
@@ -77,5 +78,28 @@ def stl(frame):
     return b"Grus, mm".ljust(80) + len(x).to_bytes(4, "little") + rows.tobytes()
 
 
+def spheres(grains):
+    """Lines "x y z r" (m), which packing.kind = "file" reads: of what is no sphere the radius of equal volume."""
+    rows = np.column_stack([grains["position_m"], grains["radius"]])
+    return "".join(["# x y z r (m)\n", *(" ".join(f"{v:.9g}" for v in row) + "\n" for row in rows)]).encode()
+
+
+def obj(frame):
+    """An object for each grain, in metres, with the number of its material, which packing.kind = "polyhedra" reads."""
+    corners, at = frame.triangles()
+    ids = frame.cells["id"][at].astype(np.int64)
+    of = frame.cells["material"][at].astype(np.int64) if "material" in frame.cells else np.zeros(len(at), np.int64)
+    text, written = ["# Grus, m\n"], 0
+    for number in np.unique(ids):
+        own = corners[ids == number]
+        points, place = np.unique(own, return_inverse=True)
+        text += [f"o grain{number}\nusemtl material{of[ids == number][0]}\n",
+                 *("v " + " ".join(f"{v:.9g}" for v in frame.points[p]) + "\n" for p in points),
+                 *(f"f {a} {b} {c}\n" for a, b, c in place.reshape(-1, 3) + written + 1)]
+        written += len(points)
+    return "".join(text).encode()
+
+
 TABLES = {".csv": table_csv, ".json": table_json, ".npz": table_npz, ".mat": table_mat}
-FRAMES = {".vtu": vtu, ".stl": stl}
+GRAINS = {".txt": spheres}
+FRAMES = {".vtu": vtu, ".stl": stl, ".obj": obj}

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <sstream>
+
+#include "dem/base/error.hpp"
+#include "dem/packing/surfaces.hpp"
+
+namespace grus::dem {
+namespace {
+
+enum class Form : std::uint8_t { text, little, big };
+
+struct Property {
+  std::string type, name;
+  std::string count_type = {};  // of a list
+};
+
+struct Element {
+  std::string name;
+  std::size_t count = 0;
+  std::vector<Property> property = {};
+};
+
+struct Head {
+  Form form = Form::text;
+  std::vector<Element> element;
+};
+
+constexpr std::size_t most_items = 20'000'000, most_corners = 4096;
+
+[[noreturn]] void fail(const std::string& path, const std::string& why) { throw InputError(path + ": " + why); }
+
+Head read_head(std::istream& in, const std::string& path) {
+  Head head;
+  std::string line, word;
+  if (!std::getline(in, line) || !line.starts_with("ply")) fail(path, "is no PLY file: it does not begin with \"ply\"");
+  while (std::getline(in, line)) {
+    std::istringstream words(line);
+    if (!(words >> word)) continue;
+    if (word == "end_header") return head;
+    if (word == "format") {
+      words >> word;
+      head.form = word == "ascii" ? Form::text : word == "binary_big_endian" ? Form::big : Form::little;
+    } else if (word == "element") {
+      Element e;
+      if (!(words >> e.name >> e.count) || e.count > most_items) fail(path, fmt::format("\"{}\": how many?", line));
+      head.element.push_back(e);
+    } else if (word == "property" && !head.element.empty()) {
+      Property p;
+      words >> p.type;
+      if (p.type == "list") words >> p.count_type >> p.type;
+      words >> p.name;
+      head.element.back().property.push_back(p);
+    }
+  }
+  fail(path, "its header has no end");
+}
+
+template <class T>
+double binary(std::istream& in, bool big) {
+  std::array<char, sizeof(T)> bytes{};
+  in.read(bytes.data(), sizeof(T));
+  if (big != (std::endian::native == std::endian::big)) std::reverse(bytes.begin(), bytes.end());
+  return static_cast<double>(std::bit_cast<T>(bytes));
+}
+
+double value(std::istream& in, Form form, const std::string& type, const std::string& path) {
+  double v = 0;
+  const bool big = form == Form::big;
+  if (form == Form::text)
+    in >> v;
+  else if (type == "float" || type == "float32")
+    v = binary<float>(in, big);
+  else if (type == "double" || type == "float64")
+    v = binary<double>(in, big);
+  else if (type == "char" || type == "int8")
+    v = binary<std::int8_t>(in, big);
+  else if (type == "uchar" || type == "uint8")
+    v = binary<std::uint8_t>(in, big);
+  else if (type == "short" || type == "int16")
+    v = binary<std::int16_t>(in, big);
+  else if (type == "ushort" || type == "uint16")
+    v = binary<std::uint16_t>(in, big);
+  else if (type == "int" || type == "int32")
+    v = binary<std::int32_t>(in, big);
+  else if (type == "uint" || type == "uint32")
+    v = binary<std::uint32_t>(in, big);
+  else
+    fail(path, fmt::format("\"{}\": no type of PLY files", type));
+  if (!in || !std::isfinite(v)) fail(path, "ends too early, or has what is no number");
+  return v;
+}
+
+}  // namespace
+
+Surface read_ply(std::istream& in, const std::string& path) {
+  const Head head = read_head(in, path);
+  Surface s{.name = path};
+  for (const Element& e : head.element)
+    for (std::size_t i = 0; i < e.count; ++i) {
+      Vec3 x = Vec3::Constant(NAN);
+      for (const Property& p : e.property) {
+        const bool list = !p.count_type.empty();
+        const double count = list ? value(in, head.form, p.count_type, path) : 1;
+        if (!(count >= 0 && count <= most_corners)) fail(path, fmt::format("a list of {:g}", count));
+        std::vector<int> loop;
+        for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {
+          const double v = value(in, head.form, p.type, path);
+          if (list) loop.push_back(std::abs(v) < most_items ? static_cast<int>(v) : -1);
+          if (e.name == "vertex" && !list && p.name.size() == 1 && p.name[0] >= 'x' && p.name[0] <= 'z')
+            x[p.name[0] - 'x'] = v;
+        }
+        if (e.name == "face" && list && (p.name == "vertex_indices" || p.name == "vertex_index")) {
+          if (loop.size() < 3) fail(path, "a face needs three corners");
+          s.face.push_back(std::move(loop));
+        }
+      }
+      if (e.name != "vertex") continue;
+      if (!x.allFinite()) fail(path, "its vertices have no x, y and z");
+      s.corner.push_back(x);
+    }
+  const int corners = static_cast<int>(s.corner.size());
+  for (const auto& loop : s.face)
+    for (const int v : loop)
+      if (v < 0 || v >= corners) fail(path, fmt::format("a face names corner {} of {}", v, corners));
+  return s;
+}
+
+}  // namespace grus::dem
