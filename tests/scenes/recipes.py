@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 
+import neper_cells
 from scene_tools import faults, history, need, shipped, summary
 
 build = os.path.abspath(sys.argv[1])
@@ -76,6 +77,27 @@ def foreign(folder, page):
     need(rows[-1]["bonds"] == 1 and rows[-1]["bonds_broken"] == 0, "one face is shared")
 
 
+def rock(folder, page):
+    """Strength, modulus, Poisson's ratio and dilatancy of cells that SciPy has made, by the rows; the scene's elasticity."""
+    rows = rows_of(folder)
+    stress = [r["nominal_stress_Pa"] for r in rows]
+    peak = max(stress)
+    low, high = (next(r for r in rows if r["nominal_stress_Pa"] > share * peak) for share in (0.03, 0.2))
+    way = lambda key: high[key] - low[key]
+    along, across = way("gauge_strain_zz"), way("gauge_strain_xx") + way("gauge_strain_yy")
+    modulus, ratio = -way("nominal_stress_Pa") / along, -0.5 * across / along
+    need(abs(modulus / 20e9 - 1) < 0.12 and abs(ratio - 0.2) < 0.05, f"{modulus} Pa, {ratio}: asked for 20 GPa, 0.2")
+    volume = [sum(r[f"gauge_strain_{k}"] for k in ("xx", "yy", "zz")) for r in rows]
+    least = stress[volume.index(min(volume))] / peak
+    said = re.search(r"gave (\S+) MPa, (\S+) GPa and (\S+), .*?The volume was least at (\d+) % of the peak", page, re.S)
+    need(all(abs(float(s) - x) < by for s, x, by in zip(said.groups(), (peak / 1e6, modulus / 1e9, ratio, 100 * least),
+                                                        (2, 0.6, 0.02, 4))),
+         f"the page says {said.groups()}: {peak}, {modulus}, {ratio}, {least}")
+    need(stress[-1] < 0.9 * peak and abs(summary(folder)["results"]["peak_stress_Pa"] / peak - 1) < 1e-6,
+         "no peak")
+    need(any("60 bodies share 290 faces, of which 290 are bonded" in n for n in summary(folder)["notes"]), "faces")
+
+
 def take(page, tmp):
     """Its named blocks are files; its commands run beside them."""
     for kind, name, block in re.findall(r"^```(\w+) ?(\S*)\n(.*?)^```", page, re.S | re.M):
@@ -90,8 +112,10 @@ def take(page, tmp):
 
 with tempfile.TemporaryDirectory() as tmp:
     page_ = open(os.path.join(DOCS, "howto", "from_other_programs.md")).read()
+    neper_cells.write(os.path.join(tmp, "rock.tess"), (4, 4, 8), 60)
     take(page_, tmp)
     foreign(tmp, page_)
+    rock(os.path.join(tmp, "rock"), page_)
     take(text, tmp)
     oedometer(os.path.join(tmp, "oedometer_loops"))
     cyclic(os.path.join(tmp, "cyclic_triaxial"))
