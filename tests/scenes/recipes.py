@@ -78,7 +78,7 @@ def foreign(folder, page):
 
 
 def rock(folder, page):
-    """Strength, modulus, Poisson's ratio and dilatancy of cells that SciPy has made, by the rows; the scene's elasticity."""
+    """Strength, modulus, ratio and dilatancy of cells that SciPy has made, by the rows; the elasticity asked for."""
     rows = rows_of(folder)
     stress = [r["nominal_stress_Pa"] for r in rows]
     peak = max(stress)
