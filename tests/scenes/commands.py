@@ -123,9 +123,9 @@ def completed(folder):
     for name in ("one.toml", "two.csv"):
         open(os.path.join(folder, name), "w").close()
     os.makedirs(os.path.join(folder, "results"))
-    cases = {"grus ru": "run", "grus new tri": "triaxial", "grus run --ran": "--ranks", "grus run o": "one.toml",
+    cases = {"grus ru": "run", "grus new shp": "shpb", "grus run --ran": "--ranks", "grus run o": "one.toml",
              "grus report r": "results", "grus report two": "", "grus run x --set material.*.dens": "",
-             "grus run x --set packing.see": "packing.seed=", "grus-rve --new bo": "bonded",
+             "grus run x --set packing.laye": "packing.layers=", "grus-rve --new bo": "bonded",
              "grus export results --what c": "contacts", "grus study --stri": "--strict", "grus-report -": "-o --help "
              "--version", "grus run --threads o": "", "/usr/bin/grus wat": "watch"}
     lines = ["compopt() { :; }", f"source {script}"]
@@ -153,9 +153,9 @@ def typed(folder, script):
     with open(os.path.join(folder, "rc"), "w") as f:
         f.write(f"autoload -U compinit; compinit -u -D; unsetopt automenu autolist beep; PS1=\n{script}\n"
                 "told() { print -r -- \"<<$BUFFER>>\"; BUFFER= }; zle -N told; bindkey '^X' told\nprint READY\n")
-    cases = {"grus ru": "grus run ", "grus new tri": "grus new triaxial ", "grus run --ran": "grus run --ranks ",
+    cases = {"grus ru": "grus run ", "grus new shp": "grus new shpb ", "grus run --ran": "grus run --ranks ",
              "grus run o": "grus run one.toml ", "grus report r": "grus report results/",
-             "grus run x --set packing.see": "grus run x --set packing.seed=",
+             "grus run x --set packing.laye": "grus run x --set packing.layers=",
              "grus-rve --new bo": "grus-rve --new bonded ", "/usr/bin/grus wat": "/usr/bin/grus watch ",
              "grus export results --what c": "grus export results --what contacts ",
              "grus run --threads o": "grus run --threads o", "grus run -o r": "grus run -o results/"}
