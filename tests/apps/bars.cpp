@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What grus-bvp makes of its results: bars read by their gauges, means of cells.
+// What grus-bvp makes of its results: bars read by their gauges, means of cells, probes; what a folder loses to them.
 #include <fmt/format.h>
 #include <fstream>
 #include <sstream>
 
 #include "apps/bvp/hopkinson.hpp"
 #include "apps/bvp/points.hpp"
+#include "apps/bvp/probes.hpp"
+#include "apps/run/command.hpp"
+#include "apps/run/folder.hpp"
+#include "fem/session.hpp"
 #include "tests/apps/scratch.hpp"
+#include "tests/fem/boundaries.hpp"
 #include "tests/helpers.hpp"
 
 using namespace grus;
@@ -166,4 +171,83 @@ TEST_CASE("the ground bears its surcharge and what lies above it, across its axi
       }
     }
   }
+}
+
+TEST_CASE("a probe tells its point, of equally near ones the first, and a place the means of its points by volume") {
+  const fem::Session session;  // one a program
+  using fem::test::plane;
+  BvpScene scene;
+  std::vector<fem::BoundaryCondition> sides;
+  for (std::size_t k = 0; k < 3; ++k) {
+    sides.push_back(plane("base", 2, 0, k, 0));
+    sides.push_back(plane("top", 2, 1, k, std::array<double, 3>{0.05, 0.02, -0.03}[k]));
+  }
+  fem::Problem problem(MPI_COMM_SELF, fem::BoxMesh{{2, 1, 1}, {2, 1, 2}, true, {}}, {1, 2, true}, sides);
+  fem::Material material = fem::elastic_material(problem.owned_points(), 1e7, 0.3);
+  REQUIRE(fem::solve_statics(problem, material, {}, [](const fem::IncrementReport&) { return true; }).converged);
+  const auto lower = [](const fem::Point& x) { return x[0] > 1 && x[2] < 0.5; };  // an element of four
+  scene.probes = {{.name = "at", .at = {0.5, 0.5, 0.75}, .where = {}}, {.name = "of", .where = lower}};
+  BvpPoints points;
+  points.rve_of.assign(problem.owned_points(), SIZE_MAX);
+  AcrossRanks across(session, false);
+  const Probes probes("", scene, problem, points, {}, nullptr, across);
+  const auto names = probes.columns();
+  const auto row = probes.row();
+  REQUIRE(names.size() == row.size());
+  const auto told = [&](const std::string& name) {
+    const auto at = std::find(names.begin(), names.end(), name);
+    REQUIRE(at != names.end());
+    return row[static_cast<std::size_t>(at - names.begin())];
+  };
+  const auto f = problem.deformation(), stress = problem.stress();
+  const auto strain = [&](std::size_t i, std::size_t a, std::size_t b) {  // tensor components
+    return 0.5 * (f[9 * i + 3 * a + b] + f[9 * i + 3 * b + a]) - (a == b ? 1 : 0);
+  };
+  std::size_t first = SIZE_MAX;
+  double volume = 0;
+  std::array<double, 6> mean_strain{}, mean_stress{};
+  constexpr std::array<std::array<std::size_t, 2>, 6> place{{{0, 0}, {1, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}}};
+  for (std::size_t i = 0; i < problem.owned_points(); ++i) {
+    const fem::Point x = problem.point_position(i);
+    if (x[0] < 1 && x[2] > 0.5 && (first == SIZE_MAX || problem.point_key(i) < problem.point_key(first))) first = i;
+    if (!lower(x)) continue;
+    dem::Mat3 F;
+    for (int k = 0; k < 9; ++k) F(k / 3, k % 3) = f[9 * i + static_cast<std::size_t>(k)];
+    const double now = problem.point_volume(i) * F.determinant();
+    volume += now;
+    for (std::size_t k = 0; k < 6; ++k) {
+      mean_strain[k] += now * strain(i, place[k][0], place[k][1]);
+      mean_stress[k] += now * stress[6 * i + k];
+    }
+  }
+  const std::array<const char*, 6> component{"xx", "yy", "zz", "yz", "xz", "xy"};
+  for (std::size_t k = 0; k < 6; ++k) {
+    const std::string c = component[k];
+    CHECK(told("probe_at_strain_" + c) == Approx(strain(first, place[k][0], place[k][1])).epsilon(1e-12));
+    CHECK(told("probe_at_stress_" + c + "_Pa") == stress[6 * first + k]);
+    CHECK(told("probe_of_strain_" + c) == Approx(mean_strain[k] / volume).epsilon(1e-9).margin(1e-12));
+    CHECK(told("probe_of_stress_" + c + "_Pa") == Approx(mean_stress[k] / volume).epsilon(1e-9).margin(1e-6));
+    CHECK(probes.stress("at", static_cast<int>(k)) == stress[6 * first + k]);
+    CHECK(probes.stress("of", static_cast<int>(k)) == Approx(mean_stress[k] / volume).epsilon(1e-9).margin(1e-6));
+  }
+  CHECK(std::isnan(probes.stress("none", 0)));
+}
+
+TEST_CASE("a folder is cleared of what lies in it: a mark that leads out of it, or to it, is of nobody's file") {
+  const app::test::Scratch scratch;
+  const std::string folder = scratch.path + "/results";
+  std::filesystem::create_directories(folder + "/frames");
+  const std::vector<std::string> kept{scratch.path + "/kept.csv", scratch.path + "/results2/kept.csv"};
+  std::filesystem::create_directories(scratch.path + "/results2");
+  const std::vector<std::string> gone{folder + "/history.csv", folder + "/frames/frames_00001.hdf"};
+  for (const auto* files : {&kept, &gone})
+    for (const std::string& name : *files) std::ofstream(name) << "something";
+  std::ofstream(folder + "/.grus") << "../kept.csv\n../results2/kept.csv\nframes/../../kept.csv\n" + kept[1] +
+                                          "\nhistory.csv\nframes/frames_*.hdf\n";
+  Options options;
+  options.directory = folder, options.force = true;
+  { const Folder mine(options); }
+  for (const std::string& name : kept) CHECK(std::filesystem::exists(name));
+  for (const std::string& name : gone) CHECK_FALSE(std::filesystem::exists(name));
+  CHECK_FALSE(std::filesystem::exists(folder + "/frames"));
 }

@@ -196,3 +196,35 @@ clusters = 5
   }
   CHECK(weak > 20);
 }
+
+TEST_CASE("larger grains that stand for smaller ones scatter about the strength of those, by either law") {
+  const Scratch scratch;
+  const std::string file = scratch.path + "/scene.toml";
+  std::ofstream(file) << R"([material.m]
+youngs_modulus = 1e9
+density = 2000.0
+[material.m.fracture]
+model = "polyellipsoid-split"
+contact_strength = { strength = 1e8, area = "hertz" }
+scatter = { variation = 0.3, reference_diameter = 2e-3, size_exponent = 0.4 }
+[packing]
+kind = "random"
+box = [0.04, 0.04, 0.04]
+radius = { distribution = "constant", mean = 1e-3 }
+solid_fraction = 0.3
+[boundary]
+kind = "walls"
+[loading]
+kind = "oedometric-stress"
+strain_rate = 10
+final_stress = 1e6
+scale = 4
+)";
+  const auto scatter = [&](const std::vector<std::string>& changes) {
+    return std::get<grus::dem::Scatter>(
+               grus::app::read_rve_scene(file, changes).model.materials[0].fracture->strength_law)
+        .reference_diameter;
+  };
+  CHECK(scatter({}) == Approx(8e-3).epsilon(1e-14));
+  CHECK(scatter({"loading.scale=1"}) == Approx(2e-3).epsilon(1e-14));
+}

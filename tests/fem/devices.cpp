@@ -311,6 +311,9 @@ TEST_CASE(
     };
     bool good = true;
     Mat3 last = Mat3::Zero();
+    const Mat3 turn = Eigen::AngleAxisd(0.4, Vec3(1, 2, 0).normalized()).toRotationMatrix();  // of all there is
+    REQUIRE(d.material.respond({rows(turn, Mat3::Identity()), d.stress, d.tangent}));
+    d.material.commit();
     while (survived < 600 && d.rves.report().given_up == 0 &&
            (good = d.material.respond({rows(f, Mat3::Identity()), d.stress, d.tangent}))) {
       d.material.commit(), ++survived;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Rules of the quasi-static steps one by one: how long a wave takes, how the load goes on, waits and rests, what rules
 // its rate, what scaled masses put in, what damping and the first velocity do.
+#include <numeric>
+
 #include "fem/problem_impl.hpp"
 
 #include "fem/central_differences.hpp"
@@ -139,6 +141,43 @@ TEST_CASE("what starts the motion does not rule the rate: kinetic energy counts 
   });
   CHECK(first > 2 * cap / 30);  // from a thirtieth of the cap it has grown
   CHECK(later < first);
+}
+
+TEST_CASE(
+    "the unbalanced force that is told is the mean of the steps between two estimates; the largest, of all these") {
+  fem::Problem problem = column(1e-3, 2);
+  fem::Material m = fem::elastic_material(problem.owned_points(), E, nu);
+  ExplicitStaticsOptions o = free_of_limits();
+  o.crossings = 20, o.estimate_every = 10, o.output_interval = 0.05, o.damping = 0.05;
+  // Nodes between two elements are free along the column; base and top, and what the sides hold, are driven.
+  std::vector<double> each;  // after each step
+  const auto look = [&] {
+    const auto& p = problem.impl();
+    const auto in = p.internal->array();
+    double off = 0, applied = 0;
+    for (std::size_t n = 0; n < p.node_at.size(); ++n) {
+      const bool middle = std::abs(p.node_at[n][1] - 0.5) < 1e-9;
+      if (middle) off = std::max(off, std::abs(in[2 * n + 1]));
+      applied += middle ? std::abs(in[2 * n]) : std::hypot(in[2 * n], in[2 * n + 1]);
+    }
+    each.push_back(off / (applied / static_cast<double>(p.node_at.size())));
+    return false;
+  };
+  o.stop = look;
+  std::size_t rows = 0, waves = 0;
+  REQUIRE(fem::solve_explicit_statics(problem, m, o, [&](const ExplicitStaticsReport& r) {
+            look();
+            if (r.steps < 40) return true;
+            REQUIRE(r.steps == each.size());
+            const auto last = each.begin() + static_cast<std::ptrdiff_t>(r.steps / 10 * 10 - 1), first = last - 10;
+            CHECK(r.largest_unbalanced == Approx(*std::max_element(first, last)).epsilon(1e-9));
+            CHECK(r.unbalanced == Approx(std::accumulate(first, last, 0.0) / 10).epsilon(1e-9));
+            ++rows;
+            if (*(last - 1) < 0.9 * r.largest_unbalanced) ++waves;
+            return true;
+          }).finished);
+  CHECK(rows > 5);
+  CHECK(waves > 0);
 }
 
 TEST_CASE("a softer start waits for its weight to be borne before the load begins; a borne one does not wait") {

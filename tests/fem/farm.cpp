@@ -55,6 +55,17 @@ TEST_CASE("RVEs are dealt to ranks by cost, and moving one changes nothing") {
   });
 }
 
+TEST_CASE("a slot that is dropped takes its cost along: the next one comes to where there is least to do by then") {
+  on_rank_0([](coupling::RveFarm& farm, int) {
+    farm.put(0, standard().state, 10);  // here
+    farm.put(1, standard().state, 1);   // on the second rank, if there is one
+    farm.drop(0);
+    const auto before = farm.traffic();
+    farm.put(2, standard().state, 1);  // here, where nothing is
+    CHECK(farm.traffic() == before);
+  });
+}
+
 TEST_CASE("what fails on another rank fails here, in the same words, and the farm goes on") {
   on_rank_0([](coupling::RveFarm& farm, int ranks) {
     farm.put(0, standard().state, 1);  // here

@@ -13,7 +13,7 @@ from scene_tools import need
 
 PROGRAM = r'''#!/usr/bin/python3 -SE
 # axial_stress_Pa = a e + b e^2 + c seed at the strains e = 0, ..., end; a scene or --set say what they are.
-import json, os, sys, time
+import json, os, signal, sys, time
 arguments, folder = sys.argv[2:], os.path.dirname(os.path.abspath(sys.argv[0]))
 with open(sys.argv[1]) as f:
     scene = {key: json.loads(text) for key, sign, text in (line.partition(" = ") for line in f) if sign}
@@ -34,6 +34,8 @@ if "--resume" in arguments and of("lost_checkpoint"):
 out = arguments[arguments.index("-o") + 1]
 os.makedirs(out, exist_ok=True)
 if of("interrupts"):
+    if of("ends", ""):  # a file that is written after a while, as a checkpoint is
+        signal.signal(signal.SIGTERM, lambda *_: time.sleep(0.3) or open(of("ends"), "w").close() or sys.exit(130))
     os.kill(os.getppid(), 2)
     time.sleep(60)  # until it is stopped
 if of("seed") in of("fails", []):

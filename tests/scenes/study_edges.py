@@ -126,7 +126,8 @@ def told():
     need(ax.get_lines()[-1].get_color() != ax.get_lines()[-2].get_color(), "colours of states")
     plt.close(fig)
     law = {"name": "law", "cases": ["a"], "x": "results.d", "quantity": "y", "at": [0.5, 1.0], "expected": 2}
-    of = {"a": [made_up.run(y=v, results={"d": d}) for d, v in ((1.0, 3.0), (4.0, 12.0), (2.0, 6.0), (-1.0, 1.0))]}
+    of = {"a": [made_up.run(y=v, results={"d": d})
+                for d, v in ((1.0, 3.0), (4.0, 12.0), (2.0, 6.0), (-1.0, 1.0), (3.0, -1.0))]}
     ax, = fit.law_plot(law, of).axes
     need((ax.get_title(), ax.get_xlabel(), ax.get_ylabel(), ax.xaxis.get_major_formatter()(20.0, 0),
           ax.yaxis.get_major_formatter()(20.0, 0)) == ("law", "results.d", "y", "20", "20"), "a law's axes")
@@ -186,6 +187,8 @@ def schemas():
           check.SCHEMA),
          "claims of two")
     curve = {"name": "p", "cases": ["a"], "corridor": [{"label": "l", "points": [[0, 1, 2], [1, 2, 3]]}]}
+    said = [schema.fault("x" * n, {"type": "number"}) for n in (273, 274)]  # 299 and 300 characters
+    need(said == ["'" + "x" * 273 + "' is not of type 'number'", "must be type number"], f"long messages: {said}")
     need(schema.fault([curve], plot.SCHEMA) is None and schema.fault([{**curve, "y_max": 0}], plot.SCHEMA), "plots")
     for points in ([[0, 1, 2]], [[0, 1], [1, 2]], [[0, 1, 2, 3], [1, 2, 3, 4]]):
         curve["corridor"][0]["points"] = points

@@ -78,6 +78,7 @@ def of_runs():
     near(numbers.of_summary(runs[0], "results.deep.x"), 3, "a key below a key")
     need(math.isnan(numbers.of_summary(runs[0], "results.none")), "a key that is not there")
     near(censored.number_of(runs[0], "deep.x"), math.nan, "half a key")
+    near(censored.number_of(runs[0], "y"), 5.0, "a column's last value")
     need(censored.number_of(runs[0], "k") == 7, "a key of results by its last word")
     own = {"columns": {"y": [1.0, 2.0]}, "summary": {"seconds": {"cpu_rank0": 4.0, "solve_wall": 3.0, "else_wall": 9.0},
                                                      "counts": {"dem_steps": 50, "grains_a_point": 7,

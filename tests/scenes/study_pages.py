@@ -52,6 +52,7 @@ def studies(folder):
     near(lines(ax)[0]["Pareto front (error + interval)"], ([1, 4], [12, 1]), "the front", 1e-9)
     need([t.get_text() for t in ax.texts] == ["h 0.4", "h 0.2"] and (ax.get_xscale(), ax.get_yscale()) ==
          ("log", "log"), f"settings on the front: {[t.get_text() for t in ax.texts]}")
+    need([t.get_ha() for t in ax.texts] == ["left", "right"], "settings on the front stand inside the axes")
     ax, = precision.plot({"name": "P"}, {"rows": rows[3:], "front": []}).axes
     need([t.get_text() for t in ax.texts] == ["no run got that far"], "a plot of nothing")
     ax, = precision.plot({"name": "P"}, {"rows": [rows[0], row(0.1, 2.0, 0.0, nan)], "front": [0, 1]}).axes

@@ -3,6 +3,7 @@
 """Which runs grus-study starts and how, what it keeps, how it ends and what it writes, with a program of known answers
 in the place of grus-rve: study_runs.py BIN"""
 import csv
+import hashlib
 import json
 import math
 import os
@@ -53,6 +54,9 @@ def runs_again(tmp, programs):
         flags = [t.split()[-1] for t in told]
         need(flags == wanted and not failure, f"{what}: {told} {failure}")
 
+    alike = [os.path.basename(fresh().folder(case, seed)) for seed in ("b 1", "b_1", 7, 0.5)]
+    need(alike == ["c@b_1-" + hashlib.sha256(b'"b 1"').hexdigest()[:6],
+                   "c@b_1-" + hashlib.sha256(b'"b_1"').hexdigest()[:6], "c@7", "c@0.5"], f"folders of seeds: {alike}")
     asked("a new run", ["--force"])
     asked("a run that is kept", [])
     for name in ("summary.json", "history.csv", "grading.csv"):
@@ -304,10 +308,28 @@ def interrupted(tmp):
          f"Ctrl-C: exit {status} {said} {errors}")
 
 
+def changes():
+    """Changes of a scene's tables reach what is there; places that are not there stay as they are."""
+    from grus.runs.scene import put
+    table = {"a": [{"b": 1}, {"b": 2}], "c": {"d": 3}}
+    for key, text in (("a.1.b", "5"), ("a.2.b", "6"), ("a.x.b", "7"), ("c.d", ""), ("c.e", "words"), ("f.g", "[1]")):
+        put(table, key, text)
+    need(table == {"a": [{"b": 1}, {"b": 5}], "c": {"e": "words"}, "f": {"g": [1]}}, f"changes of a scene: {table}")
+
+
 def single_runs(tmp, programs):
     """grus.run: what the program is asked, and what comes of its ends."""
     import grus
     scene, out = write(tmp, "scene.toml", SCENE), os.path.join(tmp, "single")
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    asked = grus.read_scene(scene).columns()
+    need(asked[:2] == ["axial_strain", "axial_stress_Pa"] and len(asked) == 6, f"columns of a scene: {asked}")
+    try:
+        grus.run(scene, ["interrupts=1", f'ends="{tmp}/ended"'], out=out + "_stopped")
+    except KeyboardInterrupt:
+        need(os.path.exists(os.path.join(tmp, "ended")), "Ctrl-C: it is not waited for what the run still writes")
+    else:
+        need(False, "Ctrl-C is not heard")
     made_up.calls(programs)
     run = grus.run(scene, ["a=7.0", "graded=1"], out=out, threads=3)
     need(made_up.calls(programs) == [f"-o {out} --quiet --threads 3 --set a=7.0 --set graded=1"]
@@ -359,6 +381,7 @@ with tempfile.TemporaryDirectory() as tmp:
     studies(tmp, programs)
     interrupted(tmp)
     single_runs(tmp, programs)
+    changes()
     durations()
 print(f"study_runs: {len(faults)} faults")
 sys.exit(1 if faults else 0)

@@ -206,6 +206,8 @@ def cells(tmp):
     after = scene_tools.summary(out)
     same = after["preparation"] == sums and after["notes"] == told["notes"]
     need(again.returncode == 0 and same, f"resumed: {again.stderr} {after.get('preparation')} {after['notes']}")
+    worst = "worst_residual"
+    need(after["errors"][worst] == errors[worst] > 0, f"worst residual of both parts: {after['errors']} {errors}")
     now = after["seconds"]
     longer = now["solve_wall"] >= 70 and now["cpu_rank0"] >= 80 and now["rve_sweeps_wall"] >= 90
     need(longer and now["solve_wall"] >= float(history(out)[-1]["wall_s"]) > 0, f"seconds of both parts: {now}")
@@ -327,7 +329,7 @@ def cut(tmp):
 def left(tmp):
     """What is told of the time that is left of a test that a stress ends, in steps: within a factor of two from the
     half on."""
-    for name, more in (("left_stress", 'strain_rate = 100\ncontrol = "stress"\nstress_rate = "200 MPa/s"\n'),
+    for name, more in (("left_stress", 'strain_rate = 30\ncontrol = "stress"\nstress_rate = "200 MPa/s"\n'),
                        ("left_strain", "strain_rate = 20\n")):
         scene = SOFT.replace("0.56", "0.53") + f'[loading]\nkind = "oedometric-stress"\nfinal_stress = "2 MPa"\n{more}'
         log = os.path.join(tmp, name + ".log")

@@ -1,12 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Small faults put into formulas, to see whether a test notices: mutants.py [--places] [--named] [--work DIR]
-[--jobs N] [--report FILE] [NAME...]
+[--jobs N] [--table FILE] [--report FILE] [NAME...]
 
 The table beside this file says where: a place in a file, what stands there, what shall stand there instead. All faults
 are built in at once, behind a variable of the environment (GRUS_MUTANT) that chooses one; 0 or nothing is the program
 as it is. Each fault is run against the tests it names, then against all other test programs, until one fails: then it
-is dead; those of Python files against the tests that they name alone. Tests of whole programs (scenes_values) are named
+is dead; those of Python files against the tests that they name alone. Tests that do not come past a fault's place are
+not run for it. Tests of whole programs (scenes_values) are named
 by CTest's names. Exit 0 if all that are not marked equivalent are dead but for one in twenty, and all that are marked
 `from = "review"` are dead.
 """
@@ -26,14 +27,38 @@ import python_faults
 here = os.path.dirname(os.path.abspath(__file__))
 root = os.path.normpath(os.path.join(here, "..", ".."))
 HEADER = """#pragma once
+#include <fcntl.h>
+#include <sys/mman.h>
 #include <cstdlib>
+#include <type_traits>
 namespace grus_mutants {
 inline const int chosen = std::getenv("GRUS_MUTANT") ? std::atoi(std::getenv("GRUS_MUTANT")) : 0;
+
+/// A byte a fault, of a file if one is named: 1 where a program has come past it.
+inline volatile char* places() {
+  static char none[1 << 16];
+  const char* name = std::getenv("GRUS_MUTANT_REACHED");
+  const int file = name ? ::open(name, O_RDWR) : -1;
+  void* all = file < 0 ? MAP_FAILED : ::mmap(nullptr, 1 << 16, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+  return all == MAP_FAILED ? none : static_cast<char*>(all);
 }
-#define GRUS_MUTANT_IS(k) __builtin_expect(grus_mutants::chosen == (k), 0)
+inline volatile char* const reached = places();
+
+/// What an expression is worth: its two forms may differ in type.
+template <class T>
+auto plain(T&& value) {
+  if constexpr (requires { value.eval(); }) {
+    return value.eval();
+  } else {
+    return std::decay_t<T>(static_cast<T&&>(value));
+  }
+}
+}
+#define GRUS_MUTANT_IS(k) (grus_mutants::reached[k] = 1, __builtin_expect(grus_mutants::chosen == (k), 0))
 """ + "".join(f'#pragma GCC diagnostic ignored "-W{w}"\n' for w in (
     "conversion", "sign-conversion", "float-conversion", "sign-compare", "shadow", "parentheses", "unused-variable",
-    "unused-parameter", "unused-but-set-variable", "unused-value", "unused-function", "unused-local-typedefs"))
+    "unused-parameter", "unused-but-set-variable", "unused-value", "dangling-else", "unused-function",
+    "unused-local-typedefs"))
 # Fast first: the order in which a fault meets the tests that it does not name.
 TESTS = [
     "samples", "recipes", "shapes", "hulls", "overlaps", "contacts", "grading", "sharing", "material_rules", "driver",
@@ -207,9 +232,19 @@ def targets(build, python_alone, tests):
     return ["--target", "programs", *sorted(f"test_{t}" for t in programs)]
 
 
-def run(build, test, number, timeout):
+def places_on_way(build, test):
+    """The faults whose places a test comes past, and how long it takes; it has to pass."""
+    with tempfile.NamedTemporaryFile() as places:
+        places.truncate(1 << 16)
+        begin = time.time()
+        if not run(build, test, 0, 600, places.name):
+            refuse(f"{test} fails without any fault")
+        return {k for k, seen in enumerate(places.read()) if seen}, time.time() - begin
+
+
+def run(build, test, number, timeout, reached=""):
     """True where the test passes. A fault that makes a test hang is found by its time."""
-    environment = dict(os.environ, GRUS_MUTANT=str(number), OMPI_ALLOW_RUN_AS_ROOT="1",
+    environment = dict(os.environ, GRUS_MUTANT=str(number), GRUS_MUTANT_REACHED=reached, OMPI_ALLOW_RUN_AS_ROOT="1",
                        OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_btl="^tcp", OMP_NUM_THREADS="1",
                        OPENBLAS_NUM_THREADS="1", OMPI_MCA_hwloc_base_binding_policy="none", GRUS_ABORT="1")
     program = os.path.join(build, "tests", "test_" + test)
@@ -228,13 +263,14 @@ def main():
     parser.add_argument("--work",
                         help="folder to build in; kept, so that a second run builds less (default: a scratch folder)")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
+    parser.add_argument("--table", default=os.path.join(here, "mutants.toml"), help="another table of faults")
     parser.add_argument("--report", help="file for a table of all faults")
     parser.add_argument("--places", action="store_true", help="only see that every place is found")
     parser.add_argument("--named", action="store_true",
                         help="only against the tests that they name; no other faults and tests are built")
     parser.add_argument("names", nargs="*", help="only these faults")
     options = parser.parse_args()
-    table = read_table(os.path.join(here, "mutants.toml"))
+    table = read_table(options.table)
     unknown = set(options.names) - {m["name"] for m in table}
     if unknown:
         refuse(f"no such fault: {sorted(unknown)[0]}")
@@ -254,17 +290,16 @@ def main():
     } - set(TESTS)
     tests = [] if python_alone or options.named else tests + sorted(missed)
     scenes = sorted(asked - set(tests))
-    usual = {}
+    usual, reached = {}, {}
     for test in tests + scenes:
-        begin = time.time()
-        if not run(build, test, 0, 600):
-            refuse(f"{test} fails without any fault")
-        usual[test] = time.time() - begin
+        reached[test], usual[test] = places_on_way(build, test)
     print(f"{len(table)} faults, {len(usual)} tests, {sum(usual.values()):.0f} s for all of them", flush=True)
 
     def judge(number, m):
         named = m.get("tests", "").split()
         for test in named + [t for t in tests if t not in named and not of_python(m)]:
+            if not of_python(m) and number not in reached[test]:
+                continue  # it passes as it does without the fault
             if not run(build, test, number, 10 + 4 * usual[test] * options.jobs):
                 return test
         return None

@@ -7,6 +7,7 @@
 #include "dem/shape/fewer_planes.hpp"
 #include "dem/shape/overlap.hpp"
 #include "dem/state/order.hpp"
+#include "dem/state/shape_kinds.hpp"
 #include "tests/hulls.hpp"
 
 using namespace grus::dem;
@@ -283,6 +284,19 @@ TEST_CASE("hulls of no grain leave the store: what is left has the same bytes, r
   s.grains.hull[0] = s.grains.hull[1];
   free_hulls(s.grains, s.boundary.walls, s.contacts.guesses);
   CHECK(s.grains.hulls == now);
+}
+
+TEST_CASE("a hull is drawn as far as the first of its planes that a ray meets, in every direction") {
+  State s;
+  const Vec3 half(0.5, 1, 1.5);
+  const std::size_t i = add_body(s, box_between(-half, half), Vec3(3, 2, 1), Quat::Identity());
+  const Frame frame = frame_of(s.grains, i);
+  for (std::uint64_t n = 0; n < 50; ++n) {
+    const Vec3 seen = random_vector(n, 0).normalized();
+    const Vec3 drawn = shape_functions(s.grains.kind[i]).drawn(s.grains, i, frame, frame.axes.transpose() * seen);
+    const double reach = half.cwiseQuotient(seen.cwiseAbs()).minCoeff();
+    CHECK((drawn - (Vec3(3, 2, 1) + reach * seen)).norm() < 1e-12);
+  }
 }
 
 TEST_CASE(

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Recipes and what becomes of them; the gauge of a test; networks of faces.
+#include <fstream>
+
+#include "dem/io/frames.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/state_hash.hpp"
 #include "dem/sample/gauge.hpp"
 #include "dem/sample/network.hpp"
 #include "dem/sample/prepare.hpp"
+#include "tests/apps/scratch.hpp"
 #include "tests/bonded.hpp"
 
 using namespace grus::dem;
@@ -294,4 +298,26 @@ TEST_CASE("a preparation presses until stresses are within a fiftieth at five ti
   CHECK(ready == 1);
   CHECK(off.back() < 0.02);
   CHECK(off.back() > 0.01);  // half of it would have taken longer
+}
+
+TEST_CASE("a frame shows a box of walls where its walls are") {
+  State s;
+  const Vec3 low(1, 2, -3), high(1.5, 4, 5);
+  for (int k = 0; k < 6; ++k) {
+    Wall wall;
+    wall.name = "a wall", wall.point = k % 2 == 0 ? low : high;
+    wall.shape = PlaneWall{(k % 2 == 0 ? 1.0 : -1.0) * Vec3::Unit(k / 2)};
+    s.boundary.walls.push_back(wall);
+  }
+  std::string corners;  // as they stand in the file: few numbers are not packed
+  for (int corner = 0; corner < 8; ++corner)
+    for (int k = 0; k < 3; ++k) {
+      const auto x = static_cast<float>((corner >> k & 1) != 0 ? high[k] : low[k]);
+      corners.append(reinterpret_cast<const char*>(&x), sizeof(x));
+    }
+  const grus::app::test::Scratch scratch;
+  write_grains(scratch.path + "/grains.hdf", s);
+  std::ifstream in(scratch.path + "/grains.hdf", std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+  CHECK(bytes.find(corners) != std::string::npos);
 }
