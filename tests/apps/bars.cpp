@@ -250,4 +250,9 @@ TEST_CASE("a folder is cleared of what lies in it: a mark that leads out of it, 
   for (const std::string& name : kept) CHECK(std::filesystem::exists(name));
   for (const std::string& name : gone) CHECK_FALSE(std::filesystem::exists(name));
   CHECK_FALSE(std::filesystem::exists(folder + "/frames"));
+  for (int times = 0; times < 2; ++times)  // each file is noted once, frames of a kind in one line
+    for (const char* name : {"history.csv", "frames/frames_00001.hdf", "frames/frames_00002.hdf"})
+      result_file(folder, name);
+  std::ifstream marks(folder + "/.grus");
+  CHECK(std::string{std::istreambuf_iterator<char>(marks), {}} == "history.csv\nframes/frames_*.hdf\n");
 }

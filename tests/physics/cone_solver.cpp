@@ -149,3 +149,29 @@ TEST_CASE("a bar on three springs: one answer from any start; rigid feet settle 
   }
   CHECK((rigid - other).norm() > 0.1);
 }
+
+TEST_CASE("the first step of a contact that is alone goes nearly all the way: its length is that of the largest mode") {
+  ConeContact c = on_ground(0, {0, 0, -0.5}, 0);
+  c.free = {-1, 0, 0};
+  const Solved s = solve({box(2, {1, 1, 1})}, {c});  // 1/21 is left by each step
+  CHECK(s.impulse[0][press_row] == Approx(2).epsilon(1e-9));
+  CHECK(s.end.iterations <= 10);
+}
+
+TEST_CASE("what a solver has solved before changes no bit") {
+  std::vector<ConeContact> contacts;
+  for (const double x : {-1, 1})
+    for (const double y : {-1, 1}) contacts.push_back(on_ground(0, {x, y, -0.5}, 0.5));
+  for (ConeContact& c : contacts) c.free = {-1, 0.3, 0.1}, c.slip = 0.2;
+  std::vector<ConeContact> others = contacts;
+  for (ConeContact& c : others) c.free = {-2, 3, 1}, c.slip = 3;
+  const std::vector<ConeBody> bodies{box(1, {2, 2, 1})};
+  Team team(1);
+  ConeSolver used, fresh;
+  std::vector<ConeRows> impulse(4, ConeRows{}), again = impulse, first = impulse;
+  const ConeSettings settings{1e-6, INFINITY, 2000, false};
+  used.solve(bodies, others, settings, first, team);
+  used.solve(bodies, contacts, settings, again, team);
+  fresh.solve(bodies, contacts, settings, impulse, team);
+  CHECK(again == impulse);
+}

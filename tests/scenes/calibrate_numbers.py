@@ -297,6 +297,8 @@ def commands(folder):
     need(scene["graded"] == 1 and scene["made_up"]["rows"] == 20, f"best.toml: {scene}")
     line = f"a = {a:.5g} (sd {found['parameters'][0]['sd']:.2g}): {found['parameters'][0]['verdict']}"
     need(line in said, f"not told: {line}")
+    far = [t["name"] for t in found["targets"] if t["rms_in_standard_deviations"] > 3]
+    need(not far and "deviations off" not in line, f"a good fit: {far} {line}")
     # How it ends where runs fail, and where the program refuses values within the ranges.
     for settings, wanted in (("fails = [2]", (1, "known.toml, seed 2: no room")),
                              ("refused_from = 60.0", (2, "scene: a: too large"))):

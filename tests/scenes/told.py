@@ -206,8 +206,6 @@ def cells(tmp):
     after = scene_tools.summary(out)
     same = after["preparation"] == sums and after["notes"] == told["notes"]
     need(again.returncode == 0 and same, f"resumed: {again.stderr} {after.get('preparation')} {after['notes']}")
-    worst = "worst_residual"
-    need(after["errors"][worst] == errors[worst] > 0, f"worst residual of both parts: {after['errors']} {errors}")
     now = after["seconds"]
     longer = now["solve_wall"] >= 70 and now["cpu_rank0"] >= 80 and now["rve_sweeps_wall"] >= 90
     need(longer and now["solve_wall"] >= float(history(out)[-1]["wall_s"]) > 0, f"seconds of both parts: {now}")
