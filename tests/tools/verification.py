@@ -4,9 +4,8 @@
 
 Counts the tests that CTest knows in a full build, the faults of mutants.toml and who found them when the whole table
 was last run (faults_found.csv, kept from a table that mutants.py --report has written: --found), the faults drawn at
-random (random_faults.csv, kept by random_faults.py --record; of C++ drawn_faults.csv, by hand), and how many numbers
-and keys other tests hold. Prints the page's part; --check: exit 1 where the page has another one, --write: puts it
-there.
+random (random_faults.csv, kept by random_faults.py --record), and how many numbers and keys other tests hold. Prints
+the page's part; --check: exit 1 where the page has another one, --write: puts it there.
 """
 import argparse
 import csv
@@ -22,7 +21,6 @@ root = os.path.normpath(os.path.join(here, "..", ".."))
 PAGE = os.path.join(root, "docs", "verification.md")
 BEGIN, END = "## Figures\n", "\n## "
 FOUND, DRAWN = os.path.join(here, "faults_found.csv"), os.path.join(here, "random_faults.csv")
-DRAWN_CXX = os.path.join(here, "drawn_faults.csv")
 LABELS = {"unit": "one function or rule", "physics": "a few grains to a sample", "fem": "finite elements, with RVEs",
           "scene": "whole programs", "style": "what the sources look like", "validation": "hours, not by default"}
 ROOMS = {"dem": "grains", "fem": "finite elements", "coupling": "RVEs of points", "apps": "programs: scenes, output",
@@ -88,15 +86,6 @@ def of_random():
     return table(["modules", "seed", "drawn", "found", "share"], rows)
 
 
-def of_drawn():
-    rows = []
-    for r in rows_of(DRAWN_CXX):
-        real = int(r["drawn"]) - int(r["not_compiled"]) - int(r["equivalent"])
-        rows.append([r["files"], r["seed"], r["drawn"], r["not_compiled"], r["equivalent"], r["found"],
-                     f"{100 * int(r['found']) / real:.0f} %"])
-    return table(["files", "seed", "drawn", "did not compile", "equivalent", "found", "share"], rows)
-
-
 def of_numbers():
     values, keys = toml_of("tests", "scenes", "values.toml"), toml_of("tests", "scenes", "keys.toml")
     argued = sum(len(names) for names in values.pop("argued").values())
@@ -115,9 +104,7 @@ def figures(build):
             f"{of_tests(build)}\n{of_numbers()}\nFaults of the table, by room (`mutants.toml`):\n\n{of_faults()}\n"
             "Faults drawn blindly in the Python package (`random_faults.py`: comparisons, signs, numbers, statements; "
             "what only looks otherwise is left out), by modules, after their tests were written:\n\n"
-            f"{of_random()}\n"
-            "Faults drawn blindly in the C++ rooms (`drawn_faults.py`, `drawn_faults.csv`), found by the tests that "
-            f"were there before; those that lived have tests since:\n\n{of_drawn()}")
+            f"{of_random()}")
 
 
 def keep_found(path):
