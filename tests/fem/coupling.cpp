@@ -13,7 +13,8 @@
 #include "tests/fem/boundaries.hpp"
 #include "tests/fem/sand.hpp"
 
-using namespace grus;
+namespace grus {  // headers of DOLFINx bring another `fem` into the global space
+
 using namespace grus::dem;
 using fem::Point;
 using fem::test::plane;
@@ -336,3 +337,5 @@ TEST_CASE(
   CHECK(problem.mean_stress(behind)[1] - prestress == Approx(-kn / d * speed / c).epsilon(3e-2));
   CHECK(std::abs(result.last.energy.error()) < 1e-2);
 }
+
+}  // namespace grus

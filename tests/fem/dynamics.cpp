@@ -4,7 +4,8 @@
 #include "tests/fem/boundaries.hpp"
 #include "tests/helpers.hpp"
 
-using namespace grus;
+namespace grus {  // headers of DOLFINx bring another `fem` into the global space
+
 using fem::Kinematics;
 using fem::Point;
 using fem::test::plane;
@@ -168,3 +169,5 @@ TEST_CASE("a dynamic run goes on from a snapshot bit by bit") {
   CHECK((rest.values == whole.values));
   CHECK((rest.at_nodes == std::vector<std::string>{"last internal", "last load", "now internal", "velocity"}));
 }
+
+}  // namespace grus

@@ -7,7 +7,8 @@
 #include "dem/base/error.hpp"
 #include "tests/fem/sand.hpp"
 
-using namespace grus;
+namespace grus {  // headers of DOLFINx bring another `fem` into the global space
+
 using namespace grus::dem;
 using fem::test::standard;
 
@@ -176,3 +177,5 @@ TEST_CASE("explicit runs move RVEs by what they have cost, and nothing else chan
     if (ranks == 1) CHECK(farm.moved() == 0);
   });
 }
+
+}  // namespace grus

@@ -7,7 +7,8 @@
 #include "tests/fem/boundaries.hpp"
 #include "tests/helpers.hpp"
 
-using namespace grus;
+namespace grus {  // headers of DOLFINx bring another `fem` into the global space
+
 using fem::Kinematics;
 using fem::Point;
 using fem::test::plane;
@@ -228,3 +229,5 @@ TEST_CASE("mesh files: both formats, tags, and one line for what is wrong") {
   negative.replace(negative.find("1 1 2 1 1 1 2"), 13, "1 1 2 -1 1 1 2");
   CHECK(fem::read_msh(written("negative.msh", negative)).facets == mesh.facets);
 }
+
+}  // namespace grus

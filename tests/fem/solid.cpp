@@ -6,7 +6,8 @@
 #include "tests/fem/boundaries.hpp"
 #include "tests/helpers.hpp"
 
-using namespace grus;
+namespace grus {  // headers of DOLFINx bring another `fem` into the global space
+
 using fem::Point;
 using fem::test::plane;
 
@@ -316,3 +317,5 @@ TEST_CASE("elastic and J2 stresses turn with the body, whatever the increments, 
   respond(both, a), respond(back, b);
   for (int k = 0; k < 12; ++k) CHECK(a[k] == b[k]);
 }
+
+}  // namespace grus

@@ -13,7 +13,7 @@ using namespace grus::dem::test;
 
 namespace {
 
-constexpr double R = 1e-3, density = 2650, modulus = 7.8e9;
+constexpr double R = 1e-3, density = 2650, youngs = 7.8e9;
 
 Model swelling(double strength = 1e30, double safety = 0.3) {
   Material m = crushable({strength, pi / 9});
@@ -53,7 +53,7 @@ void add_plates(State& s, double half) {
 
 /// For a number of growths of a ball of radius R; the time step follows each step, as runs let it.
 void grow(const Model& model, State& s, double times, Team& team) {
-  const double end = s.time + times * swelling_times * pi * std::sqrt(s.grains.mass[0] / (2 * R * modulus));
+  const double end = s.time + times * swelling_times * pi * std::sqrt(s.grains.mass[0] / (2 * R * youngs));
   const std::uint64_t least = s.steps + static_cast<std::uint64_t>(250 * times);  // light contacts: longer steps
   while (s.time < end || s.steps < least) {
     update_time_step(model, s);
@@ -64,7 +64,7 @@ void grow(const Model& model, State& s, double times, Team& team) {
 /// dr/dt = c sqrt(r): the step to `whole` in twenty contact times pi sqrt(m / (2 r E)).
 double growth_constant() {
   const double mass = 4.0 / 3 * pi * R * R * R * density / kept_volume();
-  return (whole() - R) * std::sqrt(2 * modulus) / (swelling_times * pi * std::sqrt(mass));
+  return (whole() - R) * std::sqrt(2 * youngs) / (swelling_times * pi * std::sqrt(mass));
 }
 
 }  // namespace
@@ -78,7 +78,7 @@ TEST_CASE("a ball alone grows to the volume of its mass, in twenty contact times
   begin(model, s, team);
   const double mass = s.grains.mass[0], inertia = 0.4 * mass * R * R;
   const double whole_time = 2 * (std::sqrt(whole()) - std::sqrt(R)) / growth_constant();
-  CHECK(whole_time == Approx(swelling_times * pi * std::sqrt(mass / (2 * R * modulus))).epsilon(0.06));
+  CHECK(whole_time == Approx(swelling_times * pi * std::sqrt(mass / (2 * R * youngs))).epsilon(0.06));
   s.dt = whole_time / 1000;
   run_steps(model, s, 500, team);
   const double half_way = std::pow(std::sqrt(R) + 0.25 * growth_constant() * whole_time, 2);
@@ -237,7 +237,7 @@ TEST_CASE("a ball between two plates is at the pressure of one arm each") {
 TEST_CASE("a ball of scaled inertia swells to the volume of what is solid in it, at the pace of what resists") {
   State s;
   add_ball(s, Vec3::Zero());
-  const double mass = s.grains.mass[0], stiffness = 2 * R * modulus;
+  const double mass = s.grains.mass[0], stiffness = 2 * R * youngs;
   const auto grown = [&](double duration) { return *next_radius(s.grains, 0, density, stiffness, duration); };
   const double little = 1e-4 * swelling_times * pi * std::sqrt(mass / stiffness);
   const double plain = grown(little) - R;
