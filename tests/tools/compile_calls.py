@@ -5,7 +5,7 @@ import os
 import re
 
 # Of joined builds only: warnings that joined sources cannot have, and headers compiled once.
-JOINED_ONLY = re.compile(r" -Wno-shadow| -Wno-subobject-linkage| -fpch-preprocess| -Wno-array-bounds| -Winvalid-pch -include \S+")
+JOINED_ONLY = re.compile(r" -Wno-(shadow|subobject-linkage|array-bounds)| -fpch-preprocess| -Winvalid-pch -include \S+")
 
 
 def compile_calls(build):
