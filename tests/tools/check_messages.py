@@ -38,7 +38,8 @@ def messages():
 
 # Where a run is ended, or a note is made. What only goes before another text is none of its own.
 ENDS = r"(?:\bUnstable\(|\b(?:notes?|all)\.push_back\(|\b(?:failure|reason) = |\brefuse\()"
-BEFORE = {"unit cell: ", "mesh.file: ", ": ", ":…: ", "preparation…: ", "boundary[{}]: {}", ": pressure", "cannot read: ",
+BEFORE = {"unit cell: ", "mesh.file: ", ": ", ":…: ",
+          "preparation…: ", "boundary[{}]: {}", ": pressure", "cannot read: ",
           "{} by {:.3g} J ({:.2g} of the work) at t = {:.6g} s: lower {}"}
 
 
