@@ -101,7 +101,7 @@ struct SphereReader {
   double number_of(const std::string& word) const {
     char* end = nullptr;
     const double v = std::strtod(word.c_str(), &end);
-    if (word.empty() || *end != '\0' || !std::isfinite(v)) fail(fmt::format("expected numbers, not \"{}\"", word));
+    if (word.empty() || *end != '\0' || !std::isfinite(v)) fail("expected numbers");
     return v;
   }
   void take_row(const std::vector<std::string>& words) {

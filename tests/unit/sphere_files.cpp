@@ -56,7 +56,7 @@ TEST_CASE("spheres of other programs: named columns, units, Yade's texts, the la
   CHECK((dump.packing.box - Vec3(0.04, 0.05, 0.06)).norm() < 1e-15);
   CHECK(dump.group == std::vector<std::string>{"3"});
   CHECK(why_no_spheres("1 2 3\n").find(":1: 3 columns, expected 4: x y z r") != std::string::npos);
-  CHECK(why_no_spheres("1 2 3 nan\n").find("expected numbers, not \"nan\"") != std::string::npos);
+  CHECK(why_no_spheres("1 2 3 nan\n").find("expected numbers") != std::string::npos);
   CHECK(why_no_spheres("1 2 3 0\n").find("expected a radius above 0") != std::string::npos);
   CHECK(why_no_spheres("1 2 3 4\n", {"x", "y", "z", "radios"}).find("\"radios\" is no column") != std::string::npos);
   CHECK(why_no_spheres("1 2 3 4\n", {"x", "y", "y", "d"}).find("x, y, z and one of radius") != std::string::npos);
