@@ -231,8 +231,11 @@ def ends(tmp):
         os.path.join(tmp, "by_strain.toml"), "-o",
         os.path.join(tmp, "part"), "--quiet", "--threads", "1", "--set", "output.checkpoint_interval=0.02"
     ]
-    for k in range(4):  # interrupted anywhere
+    kept = os.path.join(tmp, "part", "checkpoint.h5")
+    for k in range(4):  # interrupted anywhere, once there is something to go on from
         p = subprocess.Popen(command + (["--resume"] if k else []))
+        while p.poll() is None and not os.path.exists(kept):
+            time.sleep(0.01)
         time.sleep(0.3)
         p.send_signal(signal.SIGINT)
         if p.wait() == 0:
