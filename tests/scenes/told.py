@@ -226,11 +226,8 @@ def ends(tmp):
         need(
             max(rows[:-1]) < 2e6 <= rows[-1] and abs(rows[-1] / s["results"]["final_axial_stress_Pa"] - 1) < 1e-9,
             f"{name}: another last row")
-    command = [
-        rve,
-        os.path.join(tmp, "by_strain.toml"), "-o",
-        os.path.join(tmp, "part"), "--quiet", "--threads", "1", "--set", "output.checkpoint_interval=0.02"
-    ]
+    command = [rve, os.path.join(tmp, "by_strain.toml"), "-o", os.path.join(tmp, "part"), "--quiet", "--threads", "1",
+               "--set", "output.checkpoint_interval=0.02"]
     kept = os.path.join(tmp, "part", "checkpoint.h5")
     for k in range(4):  # interrupted anywhere, once there is something to go on from
         p = subprocess.Popen(command + (["--resume"] if k else []))
