@@ -30,20 +30,19 @@ std::uint64_t hilbert_place(std::array<std::uint32_t, 3> at, int dimensions, int
   return place;
 }
 
-std::vector<std::int32_t> hilbert_cut(const std::vector<Point>& middles, const std::vector<double>& costs,
-                                      int dimensions, int parts) {
+std::vector<std::int32_t> hilbert_cut(const std::vector<Point>& middles, const std::vector<double>& costs, int parts) {
   constexpr int bits = 20;
-  const auto n = static_cast<std::size_t>(dimensions);
   Point low, high;
   low.fill(INFINITY), high.fill(-INFINITY);
   for (const Point& x : middles)
-    for (std::size_t k = 0; k < n; ++k) low[k] = std::min(low[k], x[k]), high[k] = std::max(high[k], x[k]);
+    for (std::size_t k = 0; k < 3; ++k) low[k] = std::min(low[k], x[k]), high[k] = std::max(high[k], x[k]);
+  const int dimensions = high[2] > low[2] ? 3 : 2;
   double longest = 0;
-  for (std::size_t k = 0; k < n; ++k) longest = std::max(longest, high[k] - low[k]);
+  for (std::size_t k = 0; k < 3; ++k) longest = std::max(longest, high[k] - low[k]);
   std::vector<std::uint64_t> place;
   for (const Point& x : middles) {
     std::array<std::uint32_t, 3> at{};
-    for (std::size_t k = 0; k < n && longest > 0; ++k)
+    for (std::size_t k = 0; k < 3 && longest > 0; ++k)
       at[k] = static_cast<std::uint32_t>((x[k] - low[k]) / longest * ((1u << bits) - 1));
     place.push_back(hilbert_place(at, dimensions, bits));
   }

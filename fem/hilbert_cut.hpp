@@ -14,8 +14,8 @@ namespace grus::fem {
 std::uint64_t hilbert_place(std::array<std::uint32_t, 3> at, int dimensions, int bits);
 
 /// Part (0 .. parts - 1) of each element: in the order of their middles along the curve, cut where the sum of costs
-/// (any unit, not all 0) passes a multiple of its share. The same on all ranks for the same numbers.
-std::vector<std::int32_t> hilbert_cut(const std::vector<Point>& middles, const std::vector<double>& costs,
-                                      int dimensions, int parts);
+/// (any unit, not all 0) passes a multiple of its share. Middles in one plane across z are cut along the curve of the
+/// plane. The same on all ranks for the same numbers.
+std::vector<std::int32_t> hilbert_cut(const std::vector<Point>& middles, const std::vector<double>& costs, int parts);
 
 }  // namespace grus::fem

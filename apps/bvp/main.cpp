@@ -106,8 +106,7 @@ std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Se
     setup.problem = make_problem(scene, across.comm());
     setup.points = find_points(scene, *setup.problem, setup.density);
     if (across.ranks() > 1) {
-      const int dimensions = scene.discretisation.kinematics == fem::Kinematics::solid ? 3 : 2;
-      std::visit([&](auto& mesh) { mesh.owner = equal_parts(*setup.problem, setup.points, dimensions); }, scene.mesh);
+      std::visit([&](auto& mesh) { mesh.owner = equal_parts(*setup.problem, setup.points); }, scene.mesh);
       setup.problem = make_problem(scene, across.comm());
       setup.points = find_points(scene, *setup.problem, setup.density);
     }

@@ -118,7 +118,7 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double
   return points;
 }
 
-std::vector<std::int32_t> equal_parts(const fem::Problem& problem, const BvpPoints& points, int dimensions) {
+std::vector<std::int32_t> equal_parts(const fem::Problem& problem, const BvpPoints& points) {
   constexpr double of_rest = 1e-3;  // cost of a point without grains, of one with
   const auto per_cell = static_cast<std::size_t>(problem.points_per_cell());
   std::vector<double> owned;  // of each element its middle and its cost
@@ -142,7 +142,7 @@ std::vector<std::int32_t> equal_parts(const fem::Problem& problem, const BvpPoin
   MPI_Comm_size(problem.comm(), &ranks);
   MPI_Comm_rank(problem.comm(), &rank);
   std::vector<std::int32_t> owner;
-  if (rank == 0) owner = fem::hilbert_cut(middles, costs, dimensions, ranks);
+  if (rank == 0) owner = fem::hilbert_cut(middles, costs, ranks);
   owner.resize(static_cast<std::size_t>(problem.global_points()) / per_cell);
   MPI_Bcast(owner.data(), static_cast<int>(owner.size()), MPI_INT32_T, 0, problem.comm());
   return owner;

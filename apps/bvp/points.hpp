@@ -45,7 +45,7 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double
 
 /// The rank that each element of the mesh goes to, so that all ranks have RVEs of equal number, and what lies near lies
 /// together. The same on all ranks of the problem, which must all ask.
-std::vector<std::int32_t> equal_parts(const fem::Problem& problem, const BvpPoints& points, int dimensions);
+std::vector<std::int32_t> equal_parts(const fem::Problem& problem, const BvpPoints& points);
 
 /// Void ratio, breakages a starting grain, and grains: of each element three values, means over those of its points
 /// that have an RVE; NaN where none has. `facts(k)`: of the k-th point with grains.

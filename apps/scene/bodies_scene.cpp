@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <filesystem>
 #include <sstream>
 
 #include "apps/scene/packing_scene.hpp"
@@ -81,11 +80,6 @@ void Groups::finish() const {
     if (!group.found) dem::refuse(group.place, fmt::format("\"{}\": nothing in the file is of that group", name));
 }
 
-std::string path_of(Table& t, const std::string& key, const RveScene& scene) {
-  const std::filesystem::path file = t.text(key);
-  return file.is_relative() ? (std::filesystem::path(scene.file).parent_path() / file).string() : file.string();
-}
-
 double read_unit(Table& t) {
   const std::string unit = t.text_or("unit", "m");
   try {
@@ -123,7 +117,7 @@ void read_polyhedra(Table& t, RveScene& scene, std::uint8_t material) {
   const double unit = read_unit(t);
   Groups groups(t, scene.model, material);
   try {
-    for (dem::Surface& surface : dem::read_surfaces(path_of(t, "path", scene))) {
+    for (dem::Surface& surface : dem::read_surfaces(t.path("path"))) {
       for (Vec3& x : surface.corner) x *= unit;
       bodies.body.push_back(dem::body_of(surface, bodies.tolerance));
       bodies.middle.push_back(surface.seed ? Vec3(unit * *surface.seed) : dem::moments_of(bodies.body.back()).centre);

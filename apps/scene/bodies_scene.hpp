@@ -31,9 +31,6 @@ private:
   std::map<std::string, Group> group_;
 };
 
-/// `path`, beside the scene where it is relative.
-std::string path_of(Table& packing, const std::string& key, const RveScene& scene);
-
 /// `unit` (m): the length that is 1 in the file.
 double read_unit(Table& packing);
 

@@ -201,7 +201,7 @@ dem::Lattice read_lattice(Table& t, const std::string& kind, bool periodic, cons
 
 /// The recipe's box is that of a dump, where none is told.
 dem::Spheres read_file(Table& t, RveScene& scene, std::uint8_t material) {
-  dem::SphereFile file{path_of(t, "path", scene), read_unit(t)};
+  dem::SphereFile file{t.path("path"), read_unit(t)};
   if (t.has("columns")) {
     std::istringstream names(t.text("columns"));
     for (std::string name; names >> name;) file.columns.push_back(name);

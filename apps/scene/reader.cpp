@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <filesystem>
+
 namespace grus::app {
 namespace {
 
@@ -164,6 +166,10 @@ std::string Table::word(const std::string& key) {
 std::string Table::text(const std::string& key) {
   declare(key, "text", dimension::none, any);
   return word(key);
+}
+
+std::string Table::path(const std::string& key) {
+  return (std::filesystem::path(file_).parent_path() / text(key)).string();
 }
 
 std::string Table::text_or(const std::string& key, const std::string& fallback) {

@@ -37,6 +37,8 @@ public:
   bool flag_or(const std::string& key, bool fallback);
   std::string text(const std::string& key);
   std::string text_or(const std::string& key, const std::string& fallback);
+  /// The path that a text names, beside the scene's file where it is relative.
+  std::string path(const std::string& key);
   /// One of the words; the message lists them.
   std::string choice(const std::string& key, const std::vector<std::string>& words);
   std::string choice_or(const std::string& key, const std::string& fallback, const std::vector<std::string>& words);

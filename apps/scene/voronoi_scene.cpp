@@ -93,9 +93,9 @@ std::size_t read_count(Table& t, const dem::TessellationSpace& space, const Vec3
   return std::max<std::size_t>(1, static_cast<std::size_t>(count));
 }
 
-std::vector<Vec3> read_seeds(Table& t, const RveScene& scene) {
+std::vector<Vec3> read_seeds(Table& t) {
   try {
-    return read_points(path_of(t, "seeds", scene), read_unit(t));
+    return read_points(t.path("seeds"), read_unit(t));
   } catch (const InputError& e) {
     t.fail("seeds", e.what());
   }
@@ -137,7 +137,7 @@ void read_voronoi(Table& t, RveScene& scene, std::uint8_t material) {
   cells.space = read_space(t, periodic, box);
   cells.space->extruded = t.flag_or("extruded", false);
   cells.round = t.has("cylinder");
-  if (t.has("seeds")) cells.seeds = read_seeds(t, scene);
+  if (t.has("seeds")) cells.seeds = read_seeds(t);
   cells.count = read_count(t, *cells.space, box, cells.seeds.size());
   const double count = static_cast<double>(cells.count);
   const char* counted_by = cells.seeds.empty() ? "cells" : "seeds";

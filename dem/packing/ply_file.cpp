@@ -70,29 +70,27 @@ double binary(std::istream& in, bool big) {
   return static_cast<double>(std::bit_cast<T>(bytes));
 }
 
+/// The types of numbers, by both of their names.
+struct Type {
+  const char *name, *by_bits;
+  double (*read)(std::istream& in, bool big);
+};
+constexpr Type types[] = {{"float", "float32", binary<float>},      {"double", "float64", binary<double>},
+                          {"char", "int8", binary<std::int8_t>},    {"uchar", "uint8", binary<std::uint8_t>},
+                          {"short", "int16", binary<std::int16_t>}, {"ushort", "uint16", binary<std::uint16_t>},
+                          {"int", "int32", binary<std::int32_t>},   {"uint", "uint32", binary<std::uint32_t>}};
+
 double value(std::istream& in, Form form, const std::string& type, const std::string& path) {
   double v = 0;
   const bool big = form == Form::big;
-  if (form == Form::text)
+  if (form == Form::text) {
     in >> v;
-  else if (type == "float" || type == "float32")
-    v = binary<float>(in, big);
-  else if (type == "double" || type == "float64")
-    v = binary<double>(in, big);
-  else if (type == "char" || type == "int8")
-    v = binary<std::int8_t>(in, big);
-  else if (type == "uchar" || type == "uint8")
-    v = binary<std::uint8_t>(in, big);
-  else if (type == "short" || type == "int16")
-    v = binary<std::int16_t>(in, big);
-  else if (type == "ushort" || type == "uint16")
-    v = binary<std::uint16_t>(in, big);
-  else if (type == "int" || type == "int32")
-    v = binary<std::int32_t>(in, big);
-  else if (type == "uint" || type == "uint32")
-    v = binary<std::uint32_t>(in, big);
-  else
-    fail(path, fmt::format("\"{}\": no type of PLY files", type));
+  } else {
+    const auto found = std::find_if(std::begin(types), std::end(types),
+                                    [&](const Type& t) { return type == t.name || type == t.by_bits; });
+    if (found == std::end(types)) fail(path, fmt::format("\"{}\": no type of PLY files", type));
+    v = found->read(in, big);
+  }
   if (!in || !std::isfinite(v)) fail(path, "ends too early, or has what is no number");
   return v;
 }

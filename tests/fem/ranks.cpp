@@ -143,7 +143,7 @@ TEST_CASE("a mesh is cut into parts of equal cost that lie together") {
       for (int z = 0; z < 8; ++z) middles.push_back({x + 0.5, y + 0.5, z + 0.5});
   // Of equal costs eight parts are the octants of a cube, sixty-four its blocks of eight.
   for (const int parts : {8, 64}) {
-    const auto part = fem::hilbert_cut(middles, std::vector<double>(512, 2.5), 3, parts);
+    const auto part = fem::hilbert_cut(middles, std::vector<double>(512, 2.5), parts);
     std::map<std::int32_t, std::vector<Point>> in;
     for (std::size_t k = 0; k < part.size(); ++k) in[part[k]].push_back(middles[k]);
     REQUIRE(in.size() == static_cast<std::size_t>(parts));
@@ -161,11 +161,11 @@ TEST_CASE("a mesh is cut into parts of equal cost that lie together") {
   std::vector<double> costs;
   for (const Point& x : middles) costs.push_back(x[0] < 4 ? 8 : 1);
   std::vector<double> sum(7, 0.0);
-  const auto part = fem::hilbert_cut(middles, costs, 3, 7);
+  const auto part = fem::hilbert_cut(middles, costs, 7);
   for (std::size_t k = 0; k < part.size(); ++k) sum[static_cast<std::size_t>(part[k])] += costs[k];
   for (const double of : sum) CHECK(std::abs(of - 256 * 9 / 7.0) <= 8);
   // More parts than elements: each element has one of its own.
-  const auto few = fem::hilbert_cut({{0, 0, 0}, {1, 0, 0}}, {1, 1}, 2, 5);
+  const auto few = fem::hilbert_cut({{0, 0, 0}, {1, 0, 0}}, {1, 1}, 5);
   CHECK(few[0] != few[1]);
 }
 

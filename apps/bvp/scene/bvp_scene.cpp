@@ -14,8 +14,7 @@ namespace grus::app {
 namespace {
 
 void read_rve(Table t, BvpScene& scene) {
-  std::filesystem::path file = t.text("scene");
-  if (file.is_relative()) file = std::filesystem::path(scene.file).parent_path() / file;
+  const std::string file = t.path("scene");
   if (!std::filesystem::is_regular_file(file))
     t.fail("scene", fmt::format("\"{}\": no such scene file", t.text("scene")));
   if (t.has("adaptivity") && scene.is_explicit())
@@ -35,7 +34,7 @@ void read_rve(Table t, BvpScene& scene) {
   scene.variants = static_cast<int>(t.integer_or("variants", 1, 1, 100000));
   const std::vector<std::string> changes = t.texts_or_none("set");
   t.finish();
-  scene.unit_cells = read_unit_cells(file.string(), changes, scene.variants);
+  scene.unit_cells = read_unit_cells(file, changes, scene.variants);
   for (RveScene& cell : scene.unit_cells)
     if (const auto& sample = scene.samples.emplace_back(made_at_once(cell))) settle(cell, *sample);
   if (scene.dynamics && scene.unit_cells[0].model.numerics.scales_inertia())

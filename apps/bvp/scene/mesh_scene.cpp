@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <filesystem>
 
 #include "apps/scene/sample_scene.hpp"
 #include "dem/rve/measure.hpp"
@@ -74,12 +73,11 @@ double element_length(const fem::MshMesh& mesh) {
 }
 
 void read_file(Table& t, BvpScene& scene) {
-  std::filesystem::path file = t.text("file");
-  if (file.is_relative()) file = std::filesystem::path(scene.file).parent_path() / file;
+  const std::string file = t.path("file");
   const double unit = t.number_or("unit", 1, dimension::length, positive);
   fem::MshMesh mesh;
   try {
-    mesh = fem::read_msh(file.string());
+    mesh = fem::read_msh(file);
   } catch (const std::invalid_argument& e) {
     t.fail("file", e.what());
   }
