@@ -145,7 +145,7 @@ def resume(tmp):
     steady = [
         os.path.join(shipped, "triaxial.toml"), "mesh.box.cells=[2, 4]", "rve.variants=1",
         "boundary.1.displacement=[0, '-0.5 mm']", "rve.set=['preparation.pressure=5 MPa']", "output.frames=3",
-        "output.checkpoint_interval=1e-3", "regularisation.length='2 mm'"
+        "output.checkpoint_interval=0.1", "regularisation.length='2 mm'"
     ]
 
     def one(name, scene, *changes):
