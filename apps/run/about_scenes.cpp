@@ -15,6 +15,37 @@
 
 namespace grus::app {
 
+namespace {
+
+/// Files of one kind, the first as `file` says; none where one of them is there already.
+void write_new(const std::vector<NewFile>& files, const std::string& kind, const std::string& file) {
+  const std::filesystem::path first = file.empty() ? kind + files.front().ending : file;
+  const std::string name = first.stem().string();
+  if (name.find_first_of("\"\\\n") != std::string::npos)
+    throw dem::InputError("--new: a name without quotes, backslashes and line ends is wanted: scenes name it");
+  if (first.extension() != files.front().ending)
+    throw dem::InputError(fmt::format("--new {}: its name ends in {}", kind, files.front().ending));
+  constexpr std::string_view mark = "%NAME%";
+  const auto path_of = [&](const NewFile& f) {
+    return &f == &files.front() ? first : first.parent_path() / (name + f.ending);
+  };
+  for (const NewFile& f : files)
+    if (std::filesystem::exists(path_of(f)))
+      throw dem::InputError(fmt::format("{}: is there already; name another file", path_of(f).string()));
+  for (const NewFile& f : files) {
+    std::string text = f.text;
+    for (std::size_t at = 0; (at = text.find(mark, at)) != std::string::npos; at += name.size())
+      text.replace(at, mark.size(), name);
+    dem::write_whole(path_of(f).string(), text);
+  }
+  if (first.extension() == ".py")
+    fmt::print("{0}: python3 {0}\n", first.string());
+  else
+    fmt::print("{0}: grus check {0}, grus run {0}, grus report {1}\n", first.string(), name);
+}
+
+}  // namespace
+
 void add_about(CLI::App& cli, const std::string& program, About& about) {
   cli.add_option_function<std::vector<std::string>>(
          "--keys", [&about](const std::vector<std::string>& part) { about.keys = part.empty() ? "" : part[0]; },
@@ -22,12 +53,12 @@ void add_about(CLI::App& cli, const std::string& program, About& about) {
       ->expected(0, 1)
       ->type_name("[TEXT]");
   cli.add_flag("--schema", about.schema, "print the JSON schema of scenes, for editors, stop");
-  if (program != "rve") return;
   std::vector<std::string> kinds;
-  for (const auto& [kind, text] : new_scenes) kinds.push_back(kind);
-  cli.add_option("--new", about.kind, "write a commented scene to SCENE (default: KIND.toml), stop")
-      ->type_name("KIND")
-      ->check(CLI::IsMember(kinds));
+  for (const auto& [kind, files] : new_scenes.at(program)) kinds.push_back(kind);
+  const char* what = program == "rve" ? "write a commented scene to SCENE (default: KIND.toml), stop"
+                                      : "write a commented scene to SCENE (default: KIND.toml) with the scene of its "
+                                        "RVEs beside it, or a program of DOLFINx (dolfinx.py), stop";
+  cli.add_option("--new", about.kind, what)->type_name("KIND")->check(CLI::IsMember(kinds));
 }
 
 void tell(const About& about, const std::string& program, const std::string& file) {
@@ -38,12 +69,7 @@ void tell(const About& about, const std::string& program, const std::string& fil
   }
   if (about.schema) fmt::print("{}\n", scene_schema(program).dump(1));
   if (about.kind.empty()) return;
-  const std::string path = file.empty() ? about.kind + ".toml" : file;
-  if (std::filesystem::exists(path))
-    throw dem::InputError(fmt::format("{}: is there already; name another file", path));
-  dem::write_whole(path, new_scenes.at(about.kind));
-  const std::string folder = std::filesystem::path(path).stem().string();
-  fmt::print("{0}: grus check {0}, grus run {0}, grus report {1}\n", path, folder);
+  write_new(new_scenes.at(program).at(about.kind), about.kind, file);
 }
 
 }  // namespace grus::app

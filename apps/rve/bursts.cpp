@@ -12,11 +12,15 @@ namespace grus::app {
 
 namespace {
 
-std::vector<dem::Burst> bursts(const RveScene& scene, const dem::State& state, double until) {
+std::span<const dem::BrokenBond> broken(const dem::State& state, double until) {
   const std::vector<dem::BrokenBond>& all = state.bonds.broken;  // in order of time
   const auto later = std::upper_bound(all.begin(), all.end(), until,
                                       [](double time, const dem::BrokenBond& b) { return time < b.time; });
-  return dem::bursts_of({all.begin(), later}, scene.output.bursts);
+  return {all.begin(), later};
+}
+
+std::vector<dem::Burst> bursts(const RveScene& scene, const dem::State& state, double until) {
+  return dem::bursts_of(broken(state, until), scene.output.bursts);
 }
 
 }  // namespace
@@ -26,6 +30,16 @@ std::string bursts_text(const RveScene& scene, const dem::State& state, double u
   for (const dem::Burst& b : bursts(scene, state, until))
     text += fmt::format("{:.10g},{},{:.10g},{:.10g},{:.10g},{:.10g},{:.10g}\n", b.time, b.bonds, b.energy, b.area,
                         b.middle.x(), b.middle.y(), b.middle.z());
+  return text;
+}
+
+std::string broken_bonds_text(const dem::State& state, double until) {
+  std::string text =
+      "time_s,grain_a,grain_b,x_m,y_m,z_m,normal_x,normal_y,normal_z,area_m2,energy_J,shear_share,mode\n";
+  for (const dem::BrokenBond& b : broken(state, until))
+    text += fmt::format("{:.10g},{},{},{:.10g},{:.10g},{:.10g},{:.6g},{:.6g},{:.6g},{:.10g},{:.10g},{:.6g},{}\n",
+                        b.time, b.a, b.b, b.at.x(), b.at.y(), b.at.z(), b.normal.x(), b.normal.y(), b.normal.z(),
+                        b.area, b.energy, b.sliding, b.sliding < 0.5 ? "tension" : "shear");
   return text;
 }
 

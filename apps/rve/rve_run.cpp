@@ -297,6 +297,8 @@ void RveRun::finish() {
       frames_.write_last(state_), gradings_.write_last(state_, strain_of_gradings());
     if (scene_.output.bursts > 0)
       dem::write_whole(result_file(options_.directory, "bursts.csv"), bursts_text(scene_, state_, good_until()));
+    if (scene_.output.broken_bonds)
+      dem::write_whole(result_file(options_.directory, "broken_bonds.csv"), broken_bonds_text(state_, good_until()));
     const std::string last = result_file(options_.directory, "summary.json");
     nlohmann::json told = summary();
     told["files"] = result_files(options_.directory);

@@ -123,7 +123,7 @@ void settle(RveScene& scene, const dem::Sample& sample) {
   scene.notes.insert(scene.notes.end(), sample.notes.begin(), sample.notes.end());
   scene.test = dem::fitted(std::move(scene.test), sample);
   if (scene.test.kind == dem::TestKind::platens) settle_rows(scene);
-  if (scene.output.bursts > 0 && !sample.bonded()) dem::refuse(scene.output.place_of_bursts, no_voronoi_bonds);
+  if (scene.model.records_bonds && !sample.bonded()) dem::refuse(scene.output.place_of_bonds, no_voronoi_bonds);
 }
 
 Base prepare_base(const RveScene& scene, const dem::Sample* made, dem::Team& team, const StageWatch& watch) {

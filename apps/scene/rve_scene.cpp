@@ -174,12 +174,14 @@ void read_output_table(Table& t, RveScene& scene) {
   if (scene.model.split_statistics && !scene.model.breakable())
     t.fail("split_statistics", "is of grains that break, of which there are none: give a material fracture");
   out.grading = t.flag_or("grading", false);
-  if (t.has("bursts")) {
+  const auto record_bonds = [&](const char* key) {
     const auto* cells = dem::voronoi_material(scene.recipe);
-    if (!cells || !scene.model.materials[*cells].bond) t.fail("bursts", no_voronoi_bonds);
-    out.bursts = t.number("bursts", dimension::time, positive), out.place_of_bursts = t.place("bursts");
-    scene.model.records_bonds = true;
-  }
+    if (!cells || !scene.model.materials[*cells].bond) t.fail(key, no_voronoi_bonds);
+    out.place_of_bonds = t.place(key), scene.model.records_bonds = true;
+  };
+  if (t.has("bursts")) out.bursts = t.number("bursts", dimension::time, positive), record_bonds("bursts");
+  out.broken_bonds = t.flag_or("broken_bonds", false);
+  if (out.broken_bonds) record_bonds("broken_bonds");
   out.gradings = static_cast<int>(t.integer_or("gradings", 0, 0, 1000));
   out.critical_grain = t.flag_or("critical_grain", false);
   out.wall_forces = t.flag_or("wall_forces", false);

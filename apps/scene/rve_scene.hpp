@@ -15,11 +15,12 @@ class Table;
 using dem::InputError;
 
 struct Output {
-  double history_interval = 0;   // s; of a test between platens known once its sample is made
-  double history_strain = 0;     // the same as strain of the test; 0: it was told as a time, or not at all
-  std::string place_of_history;  // for what is refused
-  double bursts = 0;             // s, window of bursts.csv; 0: none
-  std::string place_of_bursts;
+  double history_interval = 0;             // s; of a test between platens known once its sample is made
+  double history_strain = 0;               // the same as strain of the test; 0: it was told as a time, or not at all
+  std::string place_of_history;            // for what is refused
+  double bursts = 0;                       // s, window of bursts.csv; 0: none
+  std::string place_of_bonds;              // of the key that asks for broken bonds
+  bool broken_bonds = false;               // each in broken_bonds.csv
   bool contacts = false, wrapped = false;  // beside the frames; grains drawn inside the periodic cell
   int frames = 0, gradings = 0;
   bool grading = false;              // size and shape columns in history.csv

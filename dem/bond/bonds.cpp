@@ -115,7 +115,8 @@ void pull_tile(Grains& g, const Cell& cell, BondColumn<Row>& column, const FaceO
   }
 }
 
-void hand_over(const BondColumn<CohesiveSpring>&, std::vector<Handed>&) {}  // fresh halves overlap as they will
+void hand_over(const Grains&, const Cell&, const BondColumn<CohesiveSpring>&, Bonds&) {
+}  // fresh halves overlap as they will
 
 void drop_dashpots(const BondColumn<CohesiveSpring>&, std::vector<FaceDashpot>&) {}
 
@@ -160,9 +161,11 @@ void drop_dashpots(const BondColumn<FaceBond>& column, std::vector<FaceDashpot>&
 }
 
 /// By birth, so that nothing depends on threads.
-void hand_over(const BondColumn<FaceBond>& column, std::vector<Handed>& handed) {
-  for (const FaceBond& s : column.row)
-    if (broken(s)) handed.push_back(handed_by(s));
+void hand_over(const Grains& g, const Cell& cell, const BondColumn<FaceBond>& column, Bonds& bonds) {
+  for (std::size_t k = 0; k < column.row.size(); ++k) {
+    const FaceBond& s = column.row[k];
+    if (broken(s)) bonds.handed.push_back(handed_by(s, frame_of(g, cell, s.ends), {&g, bonds.outline[k]}));
+  }
 }
 
 template <class Row>
@@ -229,7 +232,7 @@ double bond_forces(Grains& g, const Cell& cell, Bonds& bonds, Ledger& ledger, Te
     if (begun > 0) keep_outlines(g, column, bonds.outline);
     if (gone == 0) return;
     ledger.bonds_broken += gone;
-    hand_over(column, bonds.handed);
+    hand_over(g, cell, column, bonds);
     drop_dashpots(column, bonds.dashpot);
     drop_outlines(column, bonds.outline);
     std::erase_if(column.row, [](const auto& row) { return broken(row); });

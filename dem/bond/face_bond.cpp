@@ -304,9 +304,12 @@ bool bear(FaceBond& s, const Vec3& force, const Vec3& couple, const FaceOutline&
   return true;
 }
 
-Handed handed_by(const FaceBond& s) {
+Handed handed_by(const FaceBond& s, const BondFrame& at, const FaceOutline& outline) {
   const double fresh = std::isinf(s.tension) ? 0 : s.area;  // the caps of cuts bear without limit until they soften
-  return {s.ends, s.at_a, s.kn, s.area, fresh, s.shear, 1 / (s.kt * s.area), energy(s), s.spent};
+  const Opening o = opening_of(s, at, axes_of(s), at.x_b + at.b * s.at_b - at.x_a);
+  const Squares now = softening_squares(s, o, parts_of(across(o), whole_of(s), CornersOf(s, outline).corner));
+  const double sliding = now.all() > 0 ? now.sliding / now.all() : 0;
+  return {s.ends, s.at_a, s.kn, s.area, fresh, s.shear, 1 / (s.kt * s.area), energy(s), s.spent, 0, s.normal, sliding};
 }
 
 }  // namespace grus::dem

@@ -36,8 +36,8 @@ Pull pull_of_plate(FaceBond& s, const BondFrame& at);
 /// that it is broken at once (false).
 bool bear(FaceBond& s, const Vec3& force, const Vec3& couple, const FaceOutline& outline);
 
-/// A broken bond as it is handed over to a contact.
-Handed handed_by(const FaceBond& s);
+/// A broken bond as it is handed over to a contact, where its grains are as it breaks.
+Handed handed_by(const FaceBond& s, const BondFrame& at, const FaceOutline& outline);
 
 /// Largest tension that lets a bond soften at all: beyond it, it would give less energy back than it holds (Pa).
 double softening_limit(double kn, double energy);

@@ -254,10 +254,12 @@ void check_bonds(const State& s) {
     need(l.grain < n && l.at.allFinite() && l.force.allFinite() && l.felt.allFinite() && std::isfinite(l.ramp),
          "a load");
   for (const Handed& h : s.bonds.handed)
-    need(h.ends.a < n && h.ends.b < n && h.at_a.allFinite() && h.shear.allFinite() &&
-             finite({h.modulus, h.area, h.fresh, h.compliance, h.held, h.spent, h.kept}) && h.modulus > 0 &&
+    need(h.ends.a < n && h.ends.b < n && h.at_a.allFinite() && h.shear.allFinite() && h.normal.allFinite() &&
+             finite({h.modulus, h.area, h.fresh, h.compliance, h.held, h.spent, h.kept, h.sliding}) && h.modulus > 0 &&
              h.area > 0 && h.fresh >= 0 && h.fresh <= h.area && h.compliance >= 0,
          "what a bond has left");
+  for (const BrokenBond& b : s.bonds.broken)
+    need(finite({b.time, b.area, b.energy, b.sliding}) && b.at.allFinite() && b.normal.allFinite(), "a broken bond");
   for (const Pair& p : s.reference.bonded) need(p.a < n && p.b < n, "pairs of bonds");
   for (const Pair& p : s.reference.walled) need(p.a < n && p.b < walls, "pairs of supports");
 }

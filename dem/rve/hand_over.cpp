@@ -33,7 +33,8 @@ void book_broken(State& state, bool recorded) {
     state.ledger.fracture_area += h.fresh;
     if (!recorded) continue;
     const Vec3 at = g.motion[h.ends.a].position + g.orientation[h.ends.a] * h.at_a;
-    state.bonds.broken.push_back({state.time, at, h.area, h.spent});
+    state.bonds.broken.push_back({state.time, at, h.area, h.spent, g.id[h.ends.a], g.id[h.ends.b],
+                                  g.orientation[h.ends.a] * h.normal, h.sliding});
   }
 }
 

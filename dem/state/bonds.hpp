@@ -74,23 +74,28 @@ struct FaceDashpot {
 /// A bond has broken: a contact between the same two, if they press, goes on with its foundation and its friction.
 struct Handed {
   BondEnds ends;
-  Vec3 at_a;          // as of the bond
-  double modulus;     // Pa/m
-  double area;        // m^2
-  double fresh;       // m^2 of it that no cut has counted
-  Vec3 shear;         // on b (N)
-  double compliance;  // m/N
-  double held;        // J, by the bond at its end
-  double spent;       // J, by softening since its birth
-  double kept = 0;    // J, what the contact will hold: it is there from the next list on
+  Vec3 at_a;                   // as of the bond
+  double modulus;              // Pa/m
+  double area;                 // m^2
+  double fresh;                // m^2 of it that no cut has counted
+  Vec3 shear;                  // on b (N)
+  double compliance;           // m/N
+  double held;                 // J, by the bond at its end
+  double spent;                // J, by softening since its birth
+  double kept = 0;             // J, what the contact will hold: it is there from the next list on
+  Vec3 normal = Vec3::Zero();  // as of the bond
+  double sliding = 0;          // share of shear and twist in the energy that parts the face, 0 to 1
 };
 
 /// A bond that has broken, where that is recorded.
 struct BrokenBond {
-  double time;    // s
-  Vec3 at;        // middle of the face (m)
-  double area;    // m^2
-  double energy;  // J, since the bond was made
+  double time;                 // s
+  Vec3 at;                     // middle of the face (m)
+  double area;                 // m^2
+  double energy;               // J, since the bond was made
+  std::uint32_t a = 0, b = 0;  // numbers of its grains
+  Vec3 normal = Vec3::Zero();  // of the face, from a to b (global)
+  double sliding = 0;          // share of shear and twist in the energy that parted it, 0 to 1
 };
 
 /// A force on a point of a grain that stays as it is, or grows to that in proportion to time.

@@ -198,3 +198,21 @@ TEST_CASE("brittle faces break where their criteria say, and give back what they
   at(s, Vec3(0.005, 0, 0), Vec3(0, 0.051, 0));
   CHECK(broken(s));
 }
+
+TEST_CASE("the share of shear and twist in what parts a face, by closed forms; its normal goes along") {
+  FaceBond s = face(elastic(0.5));
+  const auto share = [&](const Vec3& shift, const Vec3& angle) {
+    const Poses p = moved(s, shift, angle);
+    return handed_by(s, p.frame(), outline).sliding;
+  };
+  CHECK(share(Vec3(1e-3, 0, 0), Vec3::Zero()) == 0);
+  CHECK(share(Vec3(1e-3, 2e-3, 1e-3), Vec3::Zero()) == Approx(0.5 * 5 / (1 + 0.5 * 5)));
+  CHECK(share(Vec3(-1e-3, 2e-3, 0), Vec3::Zero()) == 1);  // what presses does not part
+  CHECK(share(Vec3::Zero(), Vec3(1e-4, 0, 0)) == Approx(1).epsilon(1e-6));
+  CHECK(share(Vec3::Zero(), Vec3(0, 1e-4, 0)) == Approx(0).margin(1e-6));
+  // Bent about e1 while it opens all over, and twisted: i1 = 1/6, i2 = 2/3, A = 2.
+  const double open = 1e-6 + 1e-6 / 12, twist = 0.5 * 0.25e-6 * 5 / 12;
+  CHECK(share(Vec3(1e-3, 0, 0), Vec3(5e-4, 1e-3, 0)) == Approx(twist / (open + twist)).epsilon(1e-3));
+  CHECK(handed_by(s, moved(s, Vec3::Zero(), Vec3::Zero()).frame(), outline).sliding == 0);  // nothing is parted
+  CHECK(handed_by(s, Poses().frame(), outline).normal == Vec3::UnitX());
+}

@@ -60,6 +60,7 @@ def become(folder):
             (["check", path["many"]], ("module", "study", path["many"], "--check")),
             (["check", path["fit"]], ("module", "calibrate", path["fit"], "--check")),
             (["new", "triaxial", "a.toml"], ("grus-rve", "--new", "triaxial", "a.toml")),
+            (["new", "pile"], ("grus-bvp", "--new", "pile")),
             (["keys", "--macro", "mesh"], ("grus-bvp", "--keys", "mesh")),
             (["report", "a", "b"], ("module", "report", "a", "b")), (["watch", "a"], ("module", "watch", "a")),
             (["help", "study"], ("module", "study", "--help"))):
@@ -105,9 +106,10 @@ def told():
         shown = set(re.findall(r"(?<![\w\"-])(--[a-z][a-z-]*|-o)\b", r.stdout.partition("\nSIG")[0]))
         shown -= {"--jobs"}  # another name of --threads
         need(shown == set(options), f"{name} has, or is completed with, {sorted(shown ^ set(options))}")
-        if name == "grus-rve":
+        if "--new" in options:
             kinds = re.search(r"--new KIND:{(.*?)}", r.stdout)[1].split(",")
-            need(set(kinds) == set(words.KINDS), f"kinds of new scenes: {kinds}")
+            expected = words.KINDS if name == "grus-rve" else words.PROBLEMS
+            need(set(kinds) == set(expected), f"{name}: kinds of new scenes: {kinds}")
     for word in ("watch", "export"):
         shown = set(re.findall(r"(?<![\w\"-])(--[a-z]+|-o)\b", call("grus", word, "--help").stdout)) - {"--version"}
         need(shown == set(words.WORDS[word].options), f"grus {word}: {shown}")

@@ -55,6 +55,7 @@ kind = "free"
 duration = "0.3 ms"
 [output]
 bursts = "1 us"
+broken_bonds = true
 frames = 2
 contacts = true
 gradings = 2
@@ -76,8 +77,8 @@ def leftovers(tmp):
     end = f"peak nominal stress {peak / 1e6:.4g} MPa, 8 -> 8 grains, {broken:.0f} bonds broken, "
     need(broken > 0 and end in r.stdout, f"the last line says {r.stdout}")
     frames = [f"{of}/{of}_{k:05}.hdf" for of in ("contacts", "grains") for k in (0, 1)]
-    tables = ["bursts.csv", "checkpoint.h5", "contacts.hdf.series", "grading.csv", "grains.hdf.series", "history.csv",
-              "summary.json"]
+    tables = ["broken_bonds.csv", "bursts.csv", "checkpoint.h5", "contacts.hdf.series", "grading.csv",
+              "grains.hdf.series", "history.csv", "summary.json"]
     whole = sorted([".grus", *tables, *frames])
     need(r.returncode == 0 and made == whole, f"rock: exit {r.returncode} {r.stderr} wrote {made}")
     need(summary(out)["files"] == tables, f"summary.json lists {summary(out).get('files')}")

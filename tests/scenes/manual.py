@@ -122,6 +122,34 @@ def keys():
     need(all(word in r.stdout for word in ("--keys", "--schema", "--new")), "--help does not name them")
 
 
+def problems(tmp, go):
+    """Macro problems come with the scene of their RVEs, whose name goes with theirs; nothing is written over."""
+    if "bvp" not in programs:
+        return
+    cell = open(os.path.join(shipped, "sand_rve.toml")).read()
+    demo = os.path.join(here, "..", "..", "apps", "python", "demos", "block_dolfinx.py")
+    texts = {kind: open(os.path.join(shipped, "new", kind + ".toml")).read() for kind in ("footing", "pile", "biaxial")}
+    for kind, text in {**texts, "dolfinx": open(demo).read()}.items():
+        ending, name = ".py" if kind == "dolfinx" else ".toml", f"my {kind}"
+        r = go(programs["bvp"], "--new", kind, name + ending)
+        changed = re.sub(r'"\.\./(\.\./scenes/)?sand_rve.toml"( {3})?', f'"{name}_cell.toml"', text)
+        need(r.returncode == 0 and open(os.path.join(tmp, name + ending)).read() == changed != text,
+             f"--new {kind}: {r.stderr}")
+        need(open(os.path.join(tmp, name + "_cell.toml")).read() == cell, f"--new {kind}: its RVE")
+        os.remove(os.path.join(tmp, name + ending))
+        r = go(programs["bvp"], "--new", kind, name + ending)
+        need(r.returncode == 2 and "_cell.toml: is there already" in r.stderr and r.stderr.count("\n") == 1
+             and not os.path.exists(os.path.join(tmp, name + ending)), f"--new {kind} over a cell: {r.stderr!r}")
+    for kind in texts:
+        need(go(programs["bvp"], "--new", kind).returncode == 0, f"--new {kind}")
+        r = go(programs["bvp"], kind + ".toml", "--check")
+        need(r.returncode == 0 and "run: " in r.stdout, f"--new {kind}: --check: {r.stdout} {r.stderr}")
+    r = go(programs["bvp"], "--new", "dolfinx", "a.toml")
+    need(r.returncode == 2 and "its name ends in .py" in r.stderr, f"--new dolfinx as a scene: {r.stderr!r}")
+    r = go(programs["bvp"], "--new", "pile", 'a".toml')
+    need(r.returncode == 2 and r.stderr.count("\n") == 1, f"--new with a quote: {r.stderr!r}")
+
+
 def new(tmp):
     def go(*command):
         return subprocess.run(command, cwd=tmp, capture_output=True, text=True, timeout=300)
@@ -144,6 +172,7 @@ def new(tmp):
     need(
         go(programs["rve"], "--new", "nothing").returncode == 2 and go(programs["rve"]).returncode == 2,
         "--new of no kind, or no scene at all")
+    problems(tmp, go)
     for kind in ("oedometer", "single-grain"):
         r = go(programs["rve"], kind + ".toml", "--quiet")
         need(r.returncode == 0 and float(history(os.path.join(tmp, kind))[-1]["breakages"]) > 3,

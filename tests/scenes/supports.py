@@ -143,7 +143,8 @@ def tension(tmp):
     that broke."""
     small_steps = ("--set", "numerics.safety=0.2")
     rows, out = test(tmp, "tension",
-                     box((6, 6, 6), 216) + ROCK + BRITTLE + TENSION.format("", 0.6) + '[output]\nbursts = "1 us"\n',
+                     box((6, 6, 6), 216) + ROCK + BRITTLE + TENSION.format("", 0.6)
+                     + '[output]\nbursts = "1 us"\nbroken_bonds = true\n',
                      *small_steps)
     peak = max(x["nominal_stress_Pa"] for x in rows) / 10e6
     need(0.63 < peak < 0.76, f"tension: peak {peak:.3f} of the bonds' strength")
@@ -157,6 +158,14 @@ def tension(tmp):
     need(
         abs(sum(b["energy_J"] for b in bursts) / rows[-1]["fracture_J"] - 1) < 1e-6,
         "tension: bursts do not sum to the fracture's energy")
+    with open(os.path.join(out, "broken_bonds.csv")) as f:
+        each = list(csv.DictReader(f))
+    energy = sum(float(b["energy_J"]) for b in each)
+    need(len(each) == rows[-1]["bonds_broken"] and abs(energy / rows[-1]["fracture_J"] - 1) < 1e-6,
+         f"tension: {len(each)} broken bonds that took {energy} J")
+    pairs = {(int(b["grain_a"]), int(b["grain_b"])) for b in each}
+    need(len(pairs) == len(each) and all(0 <= min(p) < max(p) < 216 for p in pairs), "tension: pairs of broken bonds")
+    need(sum(b["mode"] == "tension" for b in each) > 0.8 * len(each), "tension: bonds are not drawn apart")
     need(told["count"] == len(bursts) and told["largest"] == max(b["bonds"] for b in bursts), f"tension: {told}")
     need(1 < told["exponent"] < 3 and told["exponent_error"] < 0.5, f"tension: exponent {told['exponent']}")
     need(all(0 <= b[k] <= 6.1e-3 for b in bursts for k in ("x_m", "y_m", "z_m")),

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Numbers of bonded cells, plates and polyhedra."""
+import csv
+
 import numpy as np
 from scipy.spatial import ConvexHull
 
@@ -40,6 +42,7 @@ duration = "{ms} ms"
 history_interval = "{us} us"
 frames = 21
 bursts = "1 us"
+broken_bonds = true
 grading = true
 """
 
@@ -51,7 +54,7 @@ def faces(a, b):
 
 
 def polygon(points):
-    """Area and centroid of points in a plane."""
+    """Area, centroid and normal of points in a plane."""
     middle = points.mean(0)
     normal, _, axes = np.linalg.svd(points - middle)
     flat = (points - middle) @ axes[:2].T
@@ -59,7 +62,7 @@ def polygon(points):
     x, y = flat[order].T
     cross = x * np.roll(y, -1) - np.roll(x, -1) * y
     centre = np.array([((x + np.roll(x, -1)) * cross).sum(), ((y + np.roll(y, -1)) * cross).sum()]) / (3 * cross.sum())
-    return 0.5 * abs(cross.sum()), middle + centre @ axes[:2]
+    return 0.5 * abs(cross.sum()), middle + centre @ axes[:2], axes[2]
 
 
 def roundness(points):
@@ -72,7 +75,8 @@ def one_face(values):
     run = values.run("rve", "one_face", ROCK + BAR.format(cells=2, seed=SEED, ms=0.6, us=6))
     rows, told, last = run.columns, run.told, run.last
     cells = run.frames()[0].grains()
-    area, middle = polygon(faces(*cells["points"]))
+    area, middle, normal = polygon(faces(*cells["points"]))
+    normal *= np.sign(normal @ (cells["points"][1].mean(0) - cells["points"][0].mean(0)))
     broken = rows["bonds_broken"] > 0
     peak, row = rows["load_N"].argmax(), np.arange(len(broken))
     softens, sure = row > peak, abs(row - peak) > 1
@@ -114,6 +118,16 @@ def one_face(values):
         for which in ("first", "last"):
             if name in about[which]:
                 values.same(f"rve.summary:bursts.{which}.{name}", about[which][name], value, 0.05)
+    with open(run.path("broken_bonds.csv"), newline="") as f:
+        one, = csv.DictReader(f)
+    values.same("rve.broken_bonds:mode", one.pop("mode") == "tension", True)
+    # Stretched along z with as stiff a spring along the face as across it.
+    expected |= {"grain_a": 0, "grain_b": 1, "shear_share": 1 - normal[2]**2}
+    del expected["bonds"]
+    for name, value in expected.items():
+        values.same(f"rve.broken_bonds:{name}", float(one[name]), value, 0.05)
+    for k in range(3):
+        values.same(f"rve.broken_bonds:normal_{'xyz'[k]}", float(one[f"normal_{'xyz'[k]}"]), normal[k], 0.05, 0.02)
     values.same("rve.summary:bursts.count", about["count"], 1)
     values.same("rve.summary:bursts.largest", about["largest"], 1)
     values.same("rve.summary:bursts.window_s", about["window_s"], 1e-6)

@@ -83,9 +83,10 @@ class Run:
         """KIND:NAME of each number that the run tells."""
         names = {f"{self.program}.columns:{k}" for k in self.columns}
         names |= {f"{self.program}.summary:{k}" for k in leaves(self.told)}
-        for file in ("grading", "bursts", "hopkinson", "costs"):
+        for file in ("grading", "broken_bonds", "bursts", "hopkinson", "costs"):
             if os.path.exists(self.path(file + ".csv")):
-                names |= {f"{self.program}.{file}:{k}" for k in table(self.path(file + ".csv"))}
+                with open(self.path(file + ".csv"), newline="") as f:
+                    names |= {f"{self.program}.{file}:{k}" for k in next(csv.reader(f))}
         for what in ("grains", "contacts", "macro"):
             if os.path.exists(self.path(f"{what}.hdf.series")):
                 names |= {f"{self.program}.{what}:{k}" for k in self.frames(what)[-1].fields}

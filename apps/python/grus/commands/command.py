@@ -10,7 +10,7 @@ from typing import NoReturn
 
 from grus._version import __version__
 from grus.commands.completion import script
-from grus.commands.words import KINDS, SHELLS, STUDIES, VALUED, WORDS, help_text
+from grus.commands.words import KINDS, PROBLEMS, SHELLS, STUDIES, VALUED, WORDS, help_text
 from grus.errors import InputError
 from grus.files.texts import one_line, tables_of
 from grus.runs.places import hint
@@ -109,9 +109,10 @@ def keys(arguments: list[str]) -> int:
 
 def new(arguments: list[str]) -> int:
     if not arguments or arguments[0] in ("-h", "--help"):
-        print("usage: grus new KIND [SCENE.toml]\n\n" + "\n".join(f"  {k:<14}{v}" for k, v in KINDS.items()))
+        kinds = {**KINDS, **PROBLEMS}
+        print("usage: grus new KIND [SCENE.toml]\n\n" + "\n".join(f"  {k:<14}{v}" for k, v in kinds.items()))
         return 0 if arguments else 2
-    become(found("grus-rve"), "--new", *arguments)
+    become(found("grus-bvp" if arguments[0] in PROBLEMS else "grus-rve"), "--new", *arguments)
 
 
 def completion(arguments: list[str]) -> int:

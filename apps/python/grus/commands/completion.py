@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """What bash and zsh need to complete grus and the programs that it hands on to; made from the words of the command."""
-from grus.commands.words import FRAMES, KINDS, RUN, SHELLS, WORDS
+from grus.commands.words import FRAMES, KINDS, PROBLEMS, RUN, SHELLS, WORDS
 
 PROGRAMS = {
     "grus-rve": {**RUN, "--keys": "", "--schema": "", "--new": "NEW", "--version": ""},
-    "grus-bvp": {**RUN, "--keys": "", "--schema": "", "--version": ""},
+    "grus-bvp": {**RUN, "--keys": "", "--schema": "", "--new": "PROBLEM", "--version": ""},
     **{f"grus-{w.program}": {**w.options, "--version": ""} for w in WORDS.values() if w.program}
 }
 # What a place wants, as the function of each script gives it.
 PLACES = {"SCENE.toml": "toml", "FILE.toml": "toml", "STUDY.toml": "toml", "CALIBRATION.toml": "toml", "DIR": "folders",
-          "DIR...": "folders", "FILE": "files", "KEY=VALUE": "keys", "KIND [SCENE.toml]": "new", "NEW": "new",
+          "DIR...": "folders", "FILE": "files", "KEY=VALUE": "keys", "KIND [SCENE.toml]": "new", "NEW": "kinds",
+          "PROBLEM": "problems",
           "KIND": "frames", "SHELL": "shells"}
-LISTS = {"new": KINDS, "frames": FRAMES, "shells": SHELLS}
+LISTS = {"new": {**KINDS, **PROBLEMS}, "kinds": KINDS, "problems": PROBLEMS, "frames": FRAMES, "shells": SHELLS}
 
 BASH = r"""# bash completion of grus and its programs: made by grus completion bash
 _grus_keys() { grus-rve --keys 2>/dev/null | sed -n 's/^\([a-z_]*\(\.[a-z_]*\)*\)$/\1=/p'; }

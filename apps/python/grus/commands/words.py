@@ -45,6 +45,12 @@ KINDS = {
     "ucs": "a cylinder of rock between platens", "brazilian": "a disc of rock, split across",
     "bending": "a beam of rock on rollers", "triaxial-rock": "a block of rock under pressure on its sides"
 }
+# Of these grus-bvp writes two files: with the scene of the RVEs.
+PROBLEMS = {
+    "biaxial": "FE x DEM: sand in plane strain between platens", "footing": "FE x DEM: a strip footing on sand",
+    "pile": "FE x DEM: a pile that is pushed into sand",
+    "dolfinx": "a program of DOLFINx with grains as its material (Python)"
+}
 SHELLS = ("bash", "zsh")
 FRAMES = ("history", "grains", "macro", "contacts")
 # Of the programs that run scenes: options that take the word after them.
