@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "apps/run/command.hpp"
 #include "apps/run/folder.hpp"
 #include "apps/scene/rve_scene.hpp"
@@ -57,6 +59,27 @@ private:
   double every_;
   bool contacts_, wrapped_;
   Series series_;
+};
+
+/// Grains that have cracked, point by point, a frame each (output.lattice).
+class CrackFrames {
+public:
+  explicit CrackFrames(const Options& options) : folder_(options.directory) {}
+  const GrainFrames::Series& series() const { return series_; }
+  void restore(GrainFrames::Series series) { series_ = std::move(series); }
+  /// Those that the state keeps since the last call.
+  void write_new(dem::State& state) {
+    for (const dem::CrackedGrain& grain : std::exchange(state.break_room.cracked, {})) {
+      const std::string name = fmt::format("lattice/lattice_{:05}.hdf", grain.number);
+      dem::write_lattice(result_file(folder_, name), grain);
+      series_.emplace_back(name, grain.time);
+      dem::write_series(result_file(folder_, "lattice.hdf.series"), series_);
+    }
+  }
+
+private:
+  std::string folder_;
+  GrainFrames::Series series_;
 };
 
 }  // namespace grus::app

@@ -45,6 +45,7 @@ RveRun::RveRun(const Options& options, RveScene& scene, const dem::Sample& sampl
       columns_(rve_columns({scene, sample})),
       history_(result_file(options.directory, "history.csv"), names_of(columns_)),
       frames_(options, scene.output, scene.test.duration),
+      cracks_(options),
       gradings_(options.directory, scene, sample.state),
       progress_(options),
       limit_(options.started, options.max_time) {
@@ -71,6 +72,7 @@ void RveRun::take_up(const dem::Checkpoint& kept) {
     history_.restore(kept.parts[2], about.at("rows"));
     gradings_.restore(kept.parts[3], about.at("gradings"));
     frames_.restore(about.at("frames").get<GrainFrames::Series>());
+    cracks_.restore(about.value("lattices", GrainFrames::Series{}));
     prepared_ = about.at("prepared");
     scene_.notes = about.at("notes").get<std::vector<std::string>>();
     check_course(loader.at_end());
@@ -109,6 +111,7 @@ void RveRun::check_course(bool whole) const {
 
 void RveRun::save_checkpoint() {
   const Clock writing;
+  cracks_.write_new(state_);
   dem::Saver saver;
   course_.cpu = earlier_cpu_ + cpu_seconds();
   dem::walk(saver, course_);
@@ -117,6 +120,7 @@ void RveRun::save_checkpoint() {
                        {"notes", scene_.notes},          {"rows", history_.rows()}, {"frames", frames_.series()},
                        {"gradings", gradings_.written()}};
   about["history_interval"] = scene_.output.history_interval, about["ended"] = ended_;
+  if (!cracks_.series().empty()) about["lattices"] = cracks_.series();
   if (staged()) about["stages"] = stages_, about["stages_begun"] = scene_.test.now.stage + scene_.test.now.begun;
   dem::write_checkpoint(result_file(options_.directory, "checkpoint.h5"), about.dump(), [&](const dem::TakePart& take) {
     take(dem::bytes_of(state_));
@@ -200,6 +204,7 @@ void RveRun::write_row() {
   history_.add(values_of(columns_, Row(scene_, sample_, state_, now_, course_.initial_cell)));
   const double at = staged() ? done() * scene_.test.duration : state_.time;
   frames_.write_if_due(state_, at);
+  cracks_.write_new(state_);
   gradings_.write_if_due(state_, at, strain_of_gradings());
 }
 
@@ -291,6 +296,7 @@ void RveRun::finish() {
   end_ = clock_.wall();
   try {
     history_.save();
+    cracks_.write_new(state_);
     ended_ = status_ == finished;
     if (ended_ && scene_.output.last_state) save_checkpoint();
     if (status_ == finished || status_ == unstable)

@@ -95,6 +95,7 @@ private:
   std::vector<Column<Row>> columns_;
   History history_;
   GrainFrames frames_;
+  CrackFrames cracks_;
   GradingStates gradings_;
   Course course_;
   Progress progress_;

@@ -73,6 +73,19 @@ void read_size_law(Table& t, dem::StrengthLaw& law) {
     scatter->reference_diameter = reference, scatter->size_exponent += griffith;
 }
 
+/// Where clusters go that are too small for a piece.
+void read_small_pieces(Table& t, dem::LatticeModel& lattice, dem::FinesGrading& fines) {
+  lattice.crumbs = t.choice_or("small_pieces", "attach", {"attach", "fines"}) == "fines";
+  if (!lattice.crumbs) return;
+  fines.largest = std::cbrt(lattice.smallest_piece);
+  if (auto g = t.table_if("fines")) {
+    fines.dimension = g->number_or("dimension", fines.dimension, dimension::none, {0, 3, false, true});
+    fines.largest = g->number_or("largest", fines.largest, dimension::none, {0, 1, true});
+    fines.smallest = g->number_or("smallest", 0, dimension::length, not_negative);
+    g->finish();
+  }
+}
+
 void read_tests(Table& t, dem::CrackTests& c) {
   c.force_screen = t.number_or("force_screen", c.force_screen, dimension::none, {0, 1});
   c.lattice.core_screen = t.number_or("core_screen", c.lattice.core_screen, dimension::none, {0, 1});
@@ -102,6 +115,7 @@ void read_peridynamics(Table& t, const dem::Material& material, const std::optio
   read_toughness(t, f.strength_law, c, platens);
   read_size_law(t, f.strength_law);
   c.lattice.smallest_piece = t.number_or("smallest_piece", c.lattice.smallest_piece, dimension::none, {0.001, 0.3});
+  read_small_pieces(t, c.lattice, f.fines);
   dem::Shatter shatter;
   shatter.parting.least_stoutness =
       t.number_or("stoutness", shatter.parting.least_stoutness, dimension::none, {0, 0.4});

@@ -181,6 +181,10 @@ void read_output_table(Table& t, RveScene& scene) {
     scene.model.records_bonds = true;
   }
   out.gradings = static_cast<int>(t.integer_or("gradings", 0, 0, 1000));
+  out.lattice = static_cast<int>(t.integer_or("lattice", 0, 0, 1000));
+  if (out.lattice > 0 && !scene.model.tests_cracks())
+    t.fail("lattice", "is of grains that break by model = \"peridynamics\", of which there are none");
+  scene.model.records_cracks = static_cast<std::size_t>(out.lattice);
   out.critical_grain = t.flag_or("critical_grain", false);
   out.wall_forces = t.flag_or("wall_forces", false);
   const dem::Bounds bounds = scene.recipe.bounds;

@@ -22,6 +22,7 @@ struct Output {
   std::string place_of_bursts;
   bool contacts = false, wrapped = false;  // beside the frames; grains drawn inside the periodic cell
   int frames = 0, gradings = 0;
+  int lattice = 0;                   // so many grains that crack are written point by point
   bool grading = false;              // size and shape columns in history.csv
   bool wall_forces = false;          // columns of every wall of a box or cylinder
   bool strain_gauges = false;        // columns of the strain in the middle between platens

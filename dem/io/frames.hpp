@@ -19,4 +19,8 @@ void write_grains(const std::string& path, const State& state, bool wrapped = fa
 /// that show their forces, as at the end of a run of steps.
 void write_contacts(const std::string& path, const State& state, bool wrapped = false);
 
+/// A cracked grain when its run ended: its points where the grain is (vertices), with damage, piece, dilation and
+/// displacement_m.
+void write_lattice(const std::string& path, const CrackedGrain& grain);
+
 }  // namespace grus::dem

@@ -2,6 +2,7 @@
 #include "dem/rve/breakage.hpp"
 
 #include <array>
+#include <cstdio>
 #include <atomic>
 #include <numeric>
 
@@ -319,6 +320,8 @@ void apply_breaks(const Model& model, State& state, const std::vector<Break>& br
                       stored_energy(state.bonds) - (taken_by_bonds(ledger) - taken_before);
   ledger.split += left, ledger.unexplained = unexplained + gone - left;
   ledger.split_added += std::max(0.0, -left - born);
+  for (const Split& z : splits)  // DEBUG
+    std::fprintf(stderr, "DBG step %zu grains %zu pieces %zu loses %d left %g unexplained %g kin %g el %g\n", (size_t)state.steps, g.size(), z.slots.size(), z.pieces.loses_mass, left, ledger.unexplained-unexplained, kinetic_energy(g), elastic_energy(model.law, state.contacts));
 }
 
 }  // namespace grus::dem

@@ -33,6 +33,7 @@ struct Tested {
   CrackVerdict verdict = CrackVerdict::untested;
   double bond_energy = 0;  // J
   std::optional<Pieces> pieces = {};
+  std::optional<CrackedLattice> lattice = {};
 };
 
 Tested test(const Model& model, const State& state, std::size_t i) {
@@ -48,14 +49,16 @@ Tested test(const Model& model, const State& state, std::size_t i) {
   const LatticeSolid solid = lattice_hull(*g.hulls, g.hull[i]);
   const double stretch = tests.toughness.stretch(tests.lattice.lattice, tests.lattice.youngs_modulus,
                                                  tests.lattice.poissons_ratio, solid.diameter(), g.strength[i]);
-  const CrackResult found = crack_test(solid, loads, tests.lattice, stretch, model.seed, g.id[i]);
+  CrackResult found = crack_test(solid, loads, tests.lattice, stretch, model.seed, g.id[i]);
   Tested out{found.verdict};
   if (found.verdict != CrackVerdict::cracks || !found.cracked) return out;
   const CrackedLattice& cracked = *found.cracked;
   Pieces pieces = pieces_by_labels(std::get<Shatter>(fracture.splitter), g, i, cracked.points, cracked.piece,
-                                   static_cast<std::size_t>(cracked.pieces));
+                                   static_cast<std::size_t>(cracked.pieces + cracked.crumbs), nullptr,
+                                   static_cast<std::size_t>(cracked.crumbs));
   if (pieces.piece.empty()) return {CrackVerdict::stalled};
   out.bond_energy = cracked.bond_energy, out.pieces = std::move(pieces);
+  if (model.records_cracks > state.ledger.cracks.cracks) out.lattice = std::move(found.cracked);
   return out;
 }
 
@@ -89,6 +92,10 @@ std::vector<Break> crack_breaks(const Model& model, State& state, const std::vec
     counts.bond_energy += tested[k].bond_energy;
     switch (tested[k].verdict) {
       case CrackVerdict::cracks:
+        if (tested[k].lattice && counts.cracks < model.records_cracks)
+          state.break_room.cracked.push_back({counts.cracks, state.grains.id[i], state.time,
+                                              state.grains.motion[i].position, loaded_hull(model, state, i).axes(),
+                                              std::move(*tested[k].lattice)});
         ++counts.cracks;
         breaks.push_back({i, {Mat3::Zero(), std::nullopt}, std::move(tested[k].pieces)});
         continue;

@@ -81,7 +81,8 @@ struct Model {
   Numerics numerics;
   std::uint64_t seed = 1;
   bool split_statistics = false;
-  bool records_bonds = false;  // when and where each breaks
+  bool records_bonds = false;      // when and where each breaks
+  std::size_t records_cracks = 0;  // so many grains that crack are kept point by point, until they are written
   const Stepper* stepper = &explicit_stepper;
 
   /// Contacts deeper than this end a run: 0.2, far beyond Hertz's range; 2 where grains break: small fragments that may

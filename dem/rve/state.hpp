@@ -3,6 +3,7 @@
 #pragma once
 
 #include "dem/contact/neighbours.hpp"
+#include "dem/fracture/lattice_crack.hpp"
 #include "dem/kernel/sweep.hpp"
 #include "dem/state/bonds.hpp"
 #include "dem/state/ledger.hpp"
@@ -17,10 +18,21 @@ struct Servo {
   double at = 0;                  // s, of the last correction
 };
 
+/// A grain that has cracked, point by point.
+struct CrackedGrain {
+  std::size_t number;  // of the cracks of a run, from 0
+  std::uint64_t id;
+  double time;    // s
+  Vec3 position;  // of its mass centre (m)
+  Mat3 axes;      // of its frame
+  CrackedLattice lattice;
+};
+
 /// Room of the breakage test.
 struct BreakRoom {
   std::vector<std::uint8_t> failing;  // by grain
   GrainBonds bonds;                   // of hulls
+  std::vector<CrackedGrain> cracked;  // not yet written
 };
 
 /// A contact of hulls that stiffens between two estimates of the critical step asks for one at once; where that finds

@@ -229,6 +229,45 @@ TEST_CASE("a plate too thin for points is asked, left whole and counted, and ask
   CHECK(thin.ledger.cracks.stalled == 2);
 }
 
+TEST_CASE("grains that crack are kept point by point where they are, as many as are asked for") {
+  Team team(1);
+  Model model = cracking_rock(crushing, 300);
+  for (const std::size_t asked : {std::size_t{0}, std::size_t{1}}) {
+    model.records_cracks = asked;
+    State s = pressed_ball(model, 1.5);
+    s.time = 3;
+    REQUIRE(find_breaks(model, s, team).size() == 1);
+    REQUIRE(s.break_room.cracked.size() == asked);
+    if (asked == 0) continue;
+    const CrackedGrain& cracked = s.break_room.cracked[0];
+    const CrackedLattice& l = cracked.lattice;
+    CHECK(cracked.number == 0);
+    CHECK(cracked.id == s.grains.id[0]);
+    CHECK(cracked.time == 3);
+    CHECK(cracked.position == s.grains.motion[0].position);
+    REQUIRE(l.points.size() > 250);
+    REQUIRE(l.damage.size() == l.points.size());
+    REQUIRE(l.moved.size() == l.points.size());
+    REQUIRE(l.dilation.size() == l.points.size());
+    // The ends come nearer to one another, whichever way the grain's frame lies, and the middle of all hardly moves.
+    double upper = 0, lower = 0;
+    Vec3 middle = Vec3::Zero();
+    for (std::size_t i = 0; i < l.points.size(); ++i) {
+      const Vec3 x = cracked.axes * l.points[i], u = cracked.axes * l.moved[i];
+      middle += u / static_cast<double>(l.points.size());
+      if (x.z() > 0.75) upper = std::min(upper, u.z());
+      if (x.z() < -0.75) lower = std::max(lower, u.z());
+    }
+    CHECK(upper < 0);
+    CHECK(lower > 0);
+    CHECK(middle.norm() < 0.1 * (lower - upper));
+    State second = pressed_ball(model, 1.5);
+    second.ledger.cracks.cracks = 1;
+    CHECK(find_breaks(model, second, team).size() == 1);
+    CHECK(second.break_room.cracked.empty());
+  }
+}
+
 TEST_CASE("a model that is tested for no cracks has no column of it") {
   Team team(1);
   const Model model = hull_model();

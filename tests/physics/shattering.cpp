@@ -118,6 +118,50 @@ TEST_CASE("a spinning hull that falls into k pieces keeps mass, momenta, energy 
   CHECK(most >= 4);
 }
 
+TEST_CASE("crumbs become fines: with them mass, momenta and energy are kept, and what is left tiles the rest") {
+  Team team(1);
+  const Model model = shattering_rock();
+  for (std::uint64_t k = 0; k < 6; ++k) {
+    State s;
+    add_body(s, ball_of_planes(Vec3(1, 0.8, 1.2)).body, random_vector(k, 0), random_rotation(3, k), random_vector(k, 1),
+             random_vector(k, 2));
+    prepare(model, s, team);
+    const Cracked c = cracked(s.grains, 0, 4, k);
+    const std::size_t crumbs = 1 + k % 2;
+    const HullView hull = (*s.grains.hulls)[s.grains.hull[0]];
+    const Parting all = part_by_labels(body_of(hull), c.point, c.label, 4, hull.faces, {});
+    double crumbled = 0, area = 0;
+    std::size_t kept = 0;
+    for (std::size_t a = 0; a < all.part.size(); ++a) {
+      if (all.of[a] + crumbs < 4)
+        ++kept;
+      else
+        crumbled += moments_of(all.part[a]).volume;
+      for (const Polyhedron::Face& face : all.part[a].face)
+        if (all.of[a] + crumbs < 4 && face.tag >= hull.faces &&
+            all.of[static_cast<std::size_t>(face.tag - hull.faces)] + crumbs < 4)
+          area += 0.5 * moments_of(all.part[a], face).area;
+    }
+    const Grains before = s.grains;
+    Pieces pieces = pieces_by_labels(Shatter{}, before, 0, c.point, c.label, 4, nullptr, crumbs);
+    REQUIRE(kept > 0);
+    CHECK(pieces.piece.size() == kept);
+    CHECK(pieces.loses_mass == (crumbled > 0));
+    apply_breaks(model, s, {{0, {Mat3::Zero(), std::nullopt}, std::move(pieces)}}, team);
+    const Grains& g = s.grains;
+    const Fines& f = s.ledger.fines;
+    const double density = before.mass[0] / before.extent[0].volume;
+    CHECK(g.size() == kept);
+    CHECK(std::abs(f.mass - density * crumbled) < 1e-12 * before.mass[0]);
+    CHECK(std::abs((total_mass(g) + f.mass) / total_mass(before) - 1) < 1e-12);
+    CHECK((momentum(g) + f.momentum - momentum(before)).norm() < 1e-12 * momentum(before).norm());
+    CHECK((angular_momentum(g) + f.angular_momentum - angular_momentum(before)).norm() <
+          1e-12 * angular_momentum(before).norm());
+    CHECK(std::abs((kinetic_energy(g) + f.kinetic) / kinetic_energy(before) - 1) < 1e-12);
+    CHECK(s.ledger.fracture_area == Approx(area).epsilon(1e-12));
+  }
+}
+
 TEST_CASE("dead loads of a hull that falls to pieces go to the piece that they act on") {
   Team team(1);
   Model model = shattering_rock();
