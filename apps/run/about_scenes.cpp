@@ -21,10 +21,10 @@ namespace {
 void write_new(const std::vector<NewFile>& files, const std::string& kind, const std::string& file) {
   const std::filesystem::path first = file.empty() ? kind + files.front().ending : file;
   const std::string name = first.stem().string();
-  if (name.find_first_of("\"\\\n") != std::string::npos)
-    throw dem::InputError("--new: a name without quotes, backslashes and line ends is wanted: scenes name it");
-  if (first.extension() != files.front().ending)
-    throw dem::InputError(fmt::format("--new {}: its name ends in {}", kind, files.front().ending));
+  const bool program = files.front().ending == std::string_view(".py");
+  if (files.size() > 1 && name.find_first_of("\"\\\n") != std::string::npos)
+    throw dem::InputError("--new: a name without quotes, backslashes and line ends is wanted: the first file names it");
+  if (program && first.extension() != ".py") throw dem::InputError(fmt::format("--new {}: its name ends in .py", kind));
   constexpr std::string_view mark = "%NAME%";
   const auto path_of = [&](const NewFile& f) {
     return &f == &files.front() ? first : first.parent_path() / (name + f.ending);
@@ -38,7 +38,7 @@ void write_new(const std::vector<NewFile>& files, const std::string& kind, const
       text.replace(at, mark.size(), name);
     dem::write_whole(path_of(f).string(), text);
   }
-  if (first.extension() == ".py")
+  if (program)
     fmt::print("{0}: python3 {0}\n", first.string());
   else
     fmt::print("{0}: grus check {0}, grus run {0}, grus report {1}\n", first.string(), name);

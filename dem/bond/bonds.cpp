@@ -115,8 +115,8 @@ void pull_tile(Grains& g, const Cell& cell, BondColumn<Row>& column, const FaceO
   }
 }
 
-void hand_over(const Grains&, const Cell&, const BondColumn<CohesiveSpring>&, Bonds&) {
-}  // fresh halves overlap as they will
+/// Nothing of springs: fresh halves overlap as they will.
+void hand_over(const Grains&, const Cell&, const BondColumn<CohesiveSpring>&, Bonds&) {}
 
 void drop_dashpots(const BondColumn<CohesiveSpring>&, std::vector<FaceDashpot>&) {}
 

@@ -10,8 +10,7 @@ PROGRAMS = {
 # What a place wants, as the function of each script gives it.
 PLACES = {"SCENE.toml": "toml", "FILE.toml": "toml", "STUDY.toml": "toml", "CALIBRATION.toml": "toml", "DIR": "folders",
           "DIR...": "folders", "FILE": "files", "KEY=VALUE": "keys", "KIND [SCENE.toml]": "new", "NEW": "kinds",
-          "PROBLEM": "problems",
-          "KIND": "frames", "SHELL": "shells"}
+          "PROBLEM": "problems", "KIND": "frames", "SHELL": "shells"}
 LISTS = {"new": {**KINDS, **PROBLEMS}, "kinds": KINDS, "problems": PROBLEMS, "frames": FRAMES, "shells": SHELLS}
 
 BASH = r"""# bash completion of grus and its programs: made by grus completion bash
