@@ -183,6 +183,13 @@ TEST_CASE("what bonds have rubbed and handed over is checked where a checkpoint 
   CHECK_NOTHROW(check_state(model, wrong));
   wrong.bonds.handed.back().fresh = 2 * f.area;
   CHECK_THROWS_AS(check_state(model, wrong), InputError);
+  for (double BrokenBond::*number : {&BrokenBond::time, &BrokenBond::area, &BrokenBond::energy, &BrokenBond::sliding}) {
+    State gone = s;
+    gone.bonds.broken.push_back({1e-6, Vec3::Zero(), 1e-6, 1e-3, 0, 1, Vec3::UnitX(), 0.5});
+    CHECK_NOTHROW(check_state(model, gone));
+    gone.bonds.broken.back().*number = NAN;
+    CHECK_THROWS_AS(check_state(model, gone), InputError);
+  }
 }
 
 TEST_CASE("all faces break at once: each takes G A, and a run goes on from there with the same bits") {
