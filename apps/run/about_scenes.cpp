@@ -57,7 +57,7 @@ void add_about(CLI::App& cli, const std::string& program, About& about) {
   for (const auto& [kind, files] : new_scenes.at(program)) kinds.push_back(kind);
   const char* what = program == "rve" ? "write a commented scene to SCENE (default: KIND.toml), stop"
                                       : "write a commented scene to SCENE (default: KIND.toml) with the scene of its "
-                                        "RVEs beside it, or a program of DOLFINx (dolfinx.py), stop";
+                                        "RVEs beside it, or a program of DOLFINx (block-dolfinx.py), stop";
   cli.add_option("--new", about.kind, what)->type_name("KIND")->check(CLI::IsMember(kinds));
 }
 

@@ -129,8 +129,8 @@ def problems(tmp, go):
     cell = open(os.path.join(shipped, "sand_rve.toml")).read()
     demo = os.path.join(here, "..", "..", "apps", "python", "demos", "block_dolfinx.py")
     texts = {kind: open(os.path.join(shipped, "new", kind + ".toml")).read() for kind in ("footing", "pile", "biaxial")}
-    for kind, text in {**texts, "dolfinx": open(demo).read()}.items():
-        ending, name = ".py" if kind == "dolfinx" else ".toml", f"my {kind}"
+    for kind, text in {**texts, "block-dolfinx": open(demo).read()}.items():
+        ending, name = ".py" if kind == "block-dolfinx" else ".toml", f"my {kind}"
         r = go(programs["bvp"], "--new", kind, name + ending)
         changed = re.sub(r'"\.\./(\.\./scenes/)?sand_rve.toml"', f'"{name}_cell.toml"', text)
         need(r.returncode == 0 and open(os.path.join(tmp, name + ending)).read() == changed != text,
@@ -144,8 +144,12 @@ def problems(tmp, go):
         need(go(programs["bvp"], "--new", kind).returncode == 0, f"--new {kind}")
         r = go(programs["bvp"], kind + ".toml", "--check")
         need(r.returncode == 0 and "run: " in r.stdout, f"--new {kind}: --check: {r.stdout} {r.stderr}")
-    r = go(programs["bvp"], "--new", "dolfinx", "a.toml")
-    need(r.returncode == 2 and "its name ends in .py" in r.stderr, f"--new dolfinx as a scene: {r.stderr!r}")
+    r = go(programs["bvp"], "--new", "block-dolfinx", "a.toml")
+    need(r.returncode == 2 and "its name ends in .py" in r.stderr, f"--new block-dolfinx as a scene: {r.stderr!r}")
+    go(programs["bvp"], "--new", "block-dolfinx")  # its name must not be that of a module that it imports
+    r = go("/usr/bin/env", "INCREMENTS=0", f"PYTHONPATH={os.path.join(binaries, '..', 'python')}", "/usr/bin/python3",
+           "block-dolfinx.py", "rows")
+    need(r.returncode == 0 and os.path.exists(os.path.join(tmp, "rows")), f"--new block-dolfinx: {r.stderr[-300:]}")
     r = go(programs["bvp"], "--new", "pile", 'a".toml')
     need(r.returncode == 2 and r.stderr.count("\n") == 1, f"--new with a quote: {r.stderr!r}")
 

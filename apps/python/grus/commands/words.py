@@ -49,7 +49,7 @@ KINDS = {
 PROBLEMS = {
     "biaxial": "FE x DEM: sand in plane strain between platens", "footing": "FE x DEM: a strip footing on sand",
     "pile": "FE x DEM: a pile that is pushed into sand",
-    "dolfinx": "a program of DOLFINx with grains as its material (Python)"
+    "block-dolfinx": "a program of DOLFINx with grains as its material (Python)"
 }
 SHELLS = ("bash", "zsh")
 FRAMES = ("history", "grains", "macro", "contacts")
