@@ -227,6 +227,11 @@ void RveFarm::drop(std::uint64_t slot) {
   answer(rank);
 }
 
+std::int64_t RveFarm::called(std::uint64_t slot) const {
+  const auto at = called_.find(slot);
+  return at == called_.end() ? static_cast<std::int64_t>(slot) : at->second;
+}
+
 std::vector<dem::Outcome> RveFarm::advance(const std::vector<dem::Task>& tasks, const dem::Watch& watch) {
   std::vector<std::vector<std::size_t>> of(static_cast<std::size_t>(ranks_));
   std::vector<double> telling(static_cast<std::size_t>(ranks_), 0);
@@ -262,9 +267,10 @@ std::vector<dem::Outcome> RveFarm::advance(const std::vector<dem::Task>& tasks, 
     home.spent += outcomes[i].seconds;
     const auto rank = static_cast<std::size_t>(home.rank);
     if (costs_)
-      *costs_ += fmt::format("{},{},{},{:.6g},{:.6g},{},{:.6g}\n", sweeps_, tasks[i].slot, rank, outcomes[i].seconds,
-                             outcomes[i].response.tangent_seconds, outcomes[i].response.steps,
-                             telling[rank] / static_cast<double>(of[rank].size()));
+      *costs_ +=
+          fmt::format("{},{},{},{:.6g},{:.6g},{},{:.6g}\n", sweeps_, called(tasks[i].slot),
+                      rank + static_cast<std::size_t>(rank_), outcomes[i].seconds, outcomes[i].response.tangent_seconds,
+                      outcomes[i].response.steps, telling[rank] / static_cast<double>(of[rank].size()));
   }
   ++sweeps_;
   return outcomes;

@@ -45,6 +45,10 @@ public:
   /// steps, and the time that this rank spent to tell its rank and to read the answer (0: it lives here).
   void record_costs() { costs_.emplace("sweep,slot,rank,seconds,tangent_seconds,steps,message_seconds\n"); }
   const std::optional<std::string>& costs() const { return costs_; }
+  /// What rows of costs call a slot, and the rank of a farm that is one of many.
+  void call_in_costs(std::uint64_t slot, std::int64_t name, int rank) {
+    if (costs_) called_[slot] = name, rank_ = rank;
+  }
   /// Bytes that went to other ranks, and that came back, since the start.
   std::array<std::uint64_t, 2> traffic() const { return {sent_, received_}; }
 
@@ -54,6 +58,7 @@ private:
     double cost;       // s: expected, or measured between the last two calls of rebalance
     double spent = 0;  // s, since then
   };
+  std::int64_t called(std::uint64_t slot) const;
   void settle(std::uint64_t slot, int rank, double cost);
   void ask(int rank, const std::string& request);
   void drain(int rank);
@@ -69,6 +74,8 @@ private:
   Loads loads_;
   std::uint64_t moved_ = 0, sweeps_ = 0, sent_ = 0, received_ = 0;
   std::optional<std::string> costs_;
+  std::map<std::uint64_t, std::int64_t> called_;  // slots in costs; empty: as they are numbered
+  int rank_ = 0;                                  // of this process, in costs
 };
 static_assert(dem::Host<RveFarm>);
 

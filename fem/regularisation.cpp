@@ -8,6 +8,7 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "fem/problem_impl.hpp"
 #include "fem/stretch_average.hpp"
 
 namespace grus::fem {
@@ -56,6 +57,11 @@ struct Kept {
   double volume = 1, told_volume = 1, energy = 0;  // over the start's: the point's, and as told; taken (J/m^3)
 };
 
+void check_finite(const std::vector<double>& numbers) {
+  if (!std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); }))
+    throw std::invalid_argument("the saved regularisation is damaged");
+}
+
 Mat3 matrix_of(const Eigen::Vector4d& turn) { return Eigen::Quaterniond(turn).toRotationMatrix(); }
 
 /// R of F = R exp(E), and the stretches of an increment: the point's, and what the material is told.
@@ -66,6 +72,7 @@ struct Increment {
 }  // namespace
 
 struct RegularisedMaterial::Impl {
+  Problem::Impl& problem;
   fem::Material inner;
   StretchAverage average;
   std::vector<Mat6> stiffness;
@@ -75,9 +82,9 @@ struct RegularisedMaterial::Impl {
   std::vector<Increment> now;
   std::vector<double> stretch, mean, deformation;
 
-  Impl(Problem& problem, fem::Material material, const std::vector<std::size_t>& points, const Regularisation& by)
-      : inner(std::move(material)), average(problem, points, by.length), memory(by.memory) {
-    for (const std::size_t i : points) volumes.push_back(problem.point_volume(i));
+  Impl(Problem& of, fem::Material material, const std::vector<std::size_t>& points, const Regularisation& by)
+      : problem(of.impl()), inner(std::move(material)), average(of, points, by.length), memory(by.memory) {
+    for (const std::size_t i : points) volumes.push_back(of.point_volume(i));
     committed.resize(points.size()), now.resize(points.size());
     trial = committed;
     stretch.resize(6 * points.size()), mean = stretch, deformation.resize(9 * points.size());
@@ -97,7 +104,7 @@ void RegularisedMaterial::Impl::tell(const Points& p) {
     now[i].turn = f * exponential(-now[i].own);
     Eigen::Map<Vec6>(stretch.data() + 6 * i) = components(now[i].own);
   }
-  average(stretch, mean);
+  if (average(stretch, mean, !p.tangent.empty())) worst = std::max(worst, average.left_over());
   for (std::size_t i = 0; i < now.size(); ++i) {
     now[i].told = tensor(mean.data() + 6 * i);
     Eigen::Map<RowMat3>(deformation.data() + 9 * i) = now[i].turn * exponential(now[i].told);
@@ -131,7 +138,6 @@ Kept RegularisedMaterial::Impl::answer(std::size_t i, const Vec6& told) const {
 
 bool RegularisedMaterial::Impl::respond(const Points& p) {
   tell(p);
-  if (!p.tangent.empty()) worst = std::max(worst, average.left_over());
   if (!inner.respond({deformation, p.stress, p.tangent, p.duration})) return false;
   for (std::size_t i = 0; i < now.size(); ++i) {
     Eigen::Map<Vec6> stress(p.stress.data() + 6 * i);
@@ -167,13 +173,31 @@ fem::Material RegularisedMaterial::material() {
     impl_->inner.load(bytes.substr(own));
   };
   m.energy = [this](std::span<const double> volumes) { return impl_->inner.energy(volumes) + energy(); };
+  if (m.energies)
+    m.energies = [this](std::span<const double> volumes, std::span<double> energies) {
+      impl_->inner.energies(volumes, energies);
+      for (std::size_t i = 0; i < energies.size(); ++i) energies[i] += impl_->volumes[i] * impl_->committed[i].energy;
+    };
   return m;
 }
 
 double RegularisedMaterial::energy() const {
-  double sum = 0;
-  for (std::size_t i = 0; i < impl_->volumes.size(); ++i) sum += impl_->volumes[i] * impl_->committed[i].energy;
-  return sum;
+  return impl_->problem.sums<1>([&](auto& sum) {
+    for (std::size_t i = 0; i < impl_->volumes.size(); ++i) sum[0] += impl_->volumes[i] * impl_->committed[i].energy;
+  })[0];
+}
+
+std::string RegularisedMaterial::save_point(std::size_t i) const {
+  return {reinterpret_cast<const char*>(&impl_->committed.at(i)), sizeof(Kept)};
+}
+
+std::size_t RegularisedMaterial::load_point(std::size_t i, const std::string& bytes) {
+  std::vector<double> numbers(sizeof(Kept) / sizeof(double));
+  if (bytes.size() < sizeof(Kept)) throw std::invalid_argument("the saved regularisation is of another problem");
+  std::memcpy(numbers.data(), bytes.data(), sizeof(Kept));
+  check_finite(numbers);
+  std::memcpy(static_cast<void*>(&impl_->committed.at(i)), bytes.data(), sizeof(Kept));
+  return sizeof(Kept);
 }
 
 std::string RegularisedMaterial::save() const {
@@ -186,13 +210,13 @@ void RegularisedMaterial::load(const std::string& bytes) {
   if (bytes.size() != impl_->bytes()) throw std::invalid_argument("the saved regularisation is of another problem");
   std::vector<double> numbers(bytes.size() / sizeof(double));
   std::memcpy(numbers.data(), bytes.data(), bytes.size());
-  if (!std::all_of(numbers.begin(), numbers.end(), [](double x) { return std::isfinite(x); }))
-    throw std::invalid_argument("the saved regularisation is damaged");
+  check_finite(numbers);
   std::memcpy(static_cast<void*>(impl_->committed.data()), bytes.data(), bytes.size() - sizeof(double));
   impl_->worst = numbers.back();
 }
 
 int RegularisedMaterial::degree() const { return impl_->average.degree(); }
 double RegularisedMaterial::worst_left_over() const { return impl_->worst; }
+void RegularisedMaterial::go_on_from(double worst) { impl_->worst = worst; }
 
 }  // namespace grus::fem

@@ -28,12 +28,18 @@ public:
   Material material();
 
   /// What the stresses have done at the points beyond what the material was told (J, committed): held and spent by what
-  /// is answered elastically, and the average's share.
+  /// is answered elastically, and the average's share. Of all ranks, which must ask together.
   double energy() const;
   /// The regularisation's own committed state, without the material's; and back. Throws std::invalid_argument for bytes
   /// of another problem.
   std::string save() const;
   void load(const std::string& bytes);
+
+  /// The same of one point, to the front of other bytes of it; how many of `bytes` were its own. Of points that are
+  /// spread, whose worst remainder is kept apart.
+  std::string save_point(std::size_t i) const;
+  std::size_t load_point(std::size_t i, const std::string& bytes);
+  void go_on_from(double worst_left_over);
 
   int degree() const;              // of the average's polynomial
   double worst_left_over() const;  // of its equation (StretchAverage::left_over), where tangents were asked for

@@ -14,16 +14,17 @@ namespace grus::fem {
 
 class StretchAverage {
 public:
-  /// Over the elements of `points`, which are points of a problem that is on one rank as a whole; `length` in m. Throws
-  /// std::invalid_argument for a problem on several ranks, and for a length that needs a polynomial of more than
-  /// `most_degree`.
+  /// Over the elements of `points`; `length` in m. Of a problem with exact sums, which may lie on many ranks, all of
+  /// them must call the same members, and the means are the same to the bit on any number. Throws std::invalid_argument
+  /// for other problems on several ranks, and for a length that needs a polynomial of more than `most_degree`.
   StretchAverage(Problem& problem, const std::vector<std::size_t>& points, double length);
   ~StretchAverage();
   StretchAverage(const StretchAverage&) = delete;
   StretchAverage& operator=(const StretchAverage&) = delete;
 
-  /// (n, 6) tensors in and out: xx yy zz yz xz xy, none of them doubled. An even field is its own mean.
-  void operator()(std::span<const double> field, std::span<double> mean);
+  /// (n, 6) tensors in and out: xx yy zz yz xz xy, none of them doubled. An even field is its own mean. True where any
+  /// rank `asks`.
+  bool operator()(std::span<const double> field, std::span<double> mean, bool asks = false);
   /// What the last answer leaves of the equation, relative to what a mean over the nearest points leaves, in the norm
   /// of which `promised` is the bound. Costs as much as one degree.
   double left_over();

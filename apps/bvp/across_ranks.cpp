@@ -5,6 +5,12 @@
 #include <cstdint>
 
 namespace grus::app {
+namespace {
+
+constexpr std::uint64_t piece = 1u << 28;  // of a message: a count is an int
+constexpr int text_tag = 11;
+
+}  // namespace
 
 int AcrossRanks::any(int bits) const {
   int all = bits;
@@ -23,12 +29,30 @@ std::string AcrossRanks::first(const std::string& text) const {
   return all;
 }
 
+std::string AcrossRanks::all_texts(const std::string& text) const {
+  std::string all = rank() == 0 ? text : "";
+  std::uint64_t size = text.size();
+  if (rank() > 0) {
+    MPI_Send(&size, 1, MPI_UINT64_T, 0, text_tag, MPI_COMM_WORLD);
+    for (std::uint64_t at = 0; at < size; at += piece)
+      MPI_Send(text.data() + at, static_cast<int>(std::min(size - at, piece)), MPI_CHAR, 0, text_tag, MPI_COMM_WORLD);
+  }
+  for (int r = 1; r < ranks() && rank() == 0; ++r) {
+    MPI_Recv(&size, 1, MPI_UINT64_T, r, text_tag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+    const std::uint64_t before = all.size();
+    all.resize(before + size);
+    for (std::uint64_t at = 0; at < size; at += piece)
+      MPI_Recv(all.data() + before + at, static_cast<int>(std::min(size - at, piece)), MPI_CHAR, r, text_tag,
+               MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+  }
+  return all;
+}
+
 void AcrossRanks::tell(int from, std::string& bytes) const {
   if (!spread_) return;
   std::uint64_t size = bytes.size();
   MPI_Bcast(&size, 1, MPI_UINT64_T, from, MPI_COMM_WORLD);
   bytes.resize(size);
-  constexpr std::uint64_t piece = 1u << 28;  // of a message: a count is an int
   for (std::uint64_t at = 0; at < size; at += piece)
     MPI_Bcast(bytes.data() + at, static_cast<int>(std::min(size - at, piece)), MPI_CHAR, from, MPI_COMM_WORLD);
 }

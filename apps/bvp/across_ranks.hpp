@@ -44,6 +44,8 @@ public:
   int any(int bits) const;
   /// What the first rank says whose text is not empty; empty: none does.
   std::string first(const std::string& text) const;
+  /// On rank 0 the texts of all ranks, one after the other; elsewhere nothing.
+  std::string all_texts(const std::string& text) const;
   /// Rank `from` tells all the others.
   void tell(int from, std::string& bytes) const;
 

@@ -106,13 +106,16 @@ fem::Material BvpRun::regularise(const dem::Model& model) {
   std::vector<std::size_t> points;
   for (std::size_t i = 0; i < setup_.points.group.size(); ++i)
     if (setup_.points.group[i] == 0) points.push_back(i);
+  std::vector<std::array<double, 36>> stiffness;
   try {
-    regularised_.emplace(*setup_.problem, rves_->material(), points,
-                         coupling::start_stiffness(model, setup_.states, setup_.points.start), *scene_.regularisation);
-  } catch (const std::invalid_argument& e) {
-    throw InputError(fmt::format("{}: regularisation.length: {}", scene_.file, e.what()));
+    across_.together([&] { stiffness = coupling::start_stiffness(model, setup_.states, setup_.points.start); });
   } catch (const InputError& e) {
     throw InputError(fmt::format("{}: regularisation: {}", scene_.file, e.what()));
+  }
+  try {
+    regularised_.emplace(*setup_.problem, rves_->material(), points, stiffness, *scene_.regularisation);
+  } catch (const std::invalid_argument& e) {  // on all ranks
+    throw InputError(fmt::format("{}: regularisation.length: {}", scene_.file, e.what()));
   }
   return regularised_->material();
 }

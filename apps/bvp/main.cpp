@@ -174,6 +174,11 @@ void share_states(const AcrossRanks& across, BvpSetup& setup) {
   std::_Exit(status);
 }
 
+void write_costs(const Options& options, AcrossRanks& across, const std::string& mine) {
+  const std::string heading = mine.substr(0, mine.find('\n') + 1), rows = across.all_texts(mine.substr(heading.size()));
+  across.lead([&] { dem::write_whole(result_file(options.directory, "costs.csv"), heading + rows); });
+}
+
 /// The run, on rank 0; the other ranks serve until it is over, and hear the status. Or on all ranks, of a problem that
 /// is spread.
 int lead(const BvpScene& scene, const Options& options, const fem::Session& session, AcrossRanks& across,
@@ -193,7 +198,7 @@ int lead(const BvpScene& scene, const Options& options, const fem::Session& sess
     ending.ranks = session.ranks();
     ending.migrated = farm ? farm->moved() : 0;
     try {
-      if (farm && farm->costs()) dem::write_whole(result_file(options.directory, "costs.csv"), *farm->costs());
+      if (farm && farm->costs()) write_costs(options, across, *farm->costs());
       work->finish(ending);
     } catch (const std::exception&) {  // of one fault one line
       if (ending.status != failed || !across.agreed()) throw;

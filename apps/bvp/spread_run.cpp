@@ -44,14 +44,16 @@ void BvpRun::write_sharded_checkpoint(nlohmann::json about) {
   about["columns"] = {macro.at_nodes, macro.of_cells};
   about["shards"] = std::string(1, set);
   if (rves_) about["sweeps"] = app::save(rves_->report_of_all());
+  if (regularised_) about["left_over"] = regularised_->worst_left_over();
   Shard shard = own_shard();
   const std::vector<double> rank(shard.elements.size(), across_.rank());
   const std::vector<double> owner = setup_.problem->gather_cells(rank);
   across_.together([&] {
     shard.macro = std::move(macro.values);
     for (std::size_t r = 0; r < regions_.size(); ++r) shard.regions[r].bytes = regions_[r].save();
-    write_shard(options_.directory + "/" + shard_file(set, across_.rank()), shard,
-                [&](std::size_t k) { return rves_->save_point(k); });
+    write_shard(options_.directory + "/" + shard_file(set, across_.rank()), shard, [&](std::size_t k) {
+      return (regularised_ ? regularised_->save_point(k) : "") + rves_->save_point(k);
+    });
   });
   across_.lead([&] {  // from here on the new set is the checkpoint
     const std::vector<std::int32_t> owners(owner.begin(), owner.end());
@@ -76,11 +78,14 @@ void BvpRun::take_shards(const nlohmann::json& about, const std::string& packed)
   std::memcpy(owners.data(), packed.data(), owners.size() * sizeof(std::int32_t));
   Shard shard = own_shard();
   across_.together([&] {
-    read_shards(options_.directory, shards_, owners, shard,
-                [&](std::size_t k, const std::string& bytes) { rves_->load_point(k, bytes); });
+    read_shards(options_.directory, shards_, owners, shard, [&](std::size_t k, const std::string& bytes) {
+      const std::size_t own = regularised_ ? regularised_->load_point(k, bytes) : 0;
+      rves_->load_point(k, bytes.substr(own));
+    });
     for (std::size_t r = 0; r < regions_.size(); ++r)
       if (!shard.regions[r].points.empty()) regions_[r].load(shard.regions[r].bytes);
   });
+  if (regularised_) regularised_->go_on_from(about.at("left_over").get<double>());
   setup_.problem->restore_own({columns[0], columns[1], std::move(shard.macro)});
   if (!rves_ || !across_.leads()) return;
   coupling::SweepReport done;

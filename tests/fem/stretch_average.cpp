@@ -2,6 +2,8 @@
 // The average of stretches against closed forms: even fields, waves, Bessel functions; its polynomial.
 #include "fem/stretch_average.hpp"
 
+#include <cstring>
+
 #include "tests/fem/boxes.hpp"
 #include "tests/helpers.hpp"
 
@@ -152,6 +154,101 @@ TEST_CASE("about an axis tensors are averaged, not numbers: rr less hoop turns t
          {std::pair<std::size_t, double>{0, less(k2)}, {2, less(k2)}, {1, less(k0)}, {5, less(k1)}})
       worst = std::max(worst, std::abs(out[6 * i + component] - factor * in[6 * i + component]));
   CHECK(worst < 4e-3);  // k^2 h^2 / 4 and a thousandth
+}
+
+namespace {
+
+struct Cut {
+  Kinematics kinematics;
+  bool brick;
+  int order, degree;
+  bool part;  // of the points
+};
+
+/// Means of a rough field at points of a bent block, by point, and what they leave: of this rank's points, others 0.
+std::vector<double> means(MPI_Comm comm, const Cut& cut, bool exact, double length, int& degree) {
+  const bool flat = cut.kinematics != Kinematics::solid;
+  fem::BoxMesh mesh;
+  mesh.size = {1, 1, 1}, mesh.cells = {3, 4, flat ? 1 : 2}, mesh.hexahedron = cut.brick;
+  mesh.map = [](const Point& x) { return Point{0.2 + x[0] * (0.3 + 0.7 * x[0]), x[1] + 0.2 * x[0] * x[1], x[2]}; };
+  int ranks = 1;
+  MPI_Comm_size(comm, &ranks);
+  const int elements = (flat ? 12 : 24) * (cut.brick ? 1 : flat ? 2 : 6);
+  for (int k = 0; k < elements && ranks > 1; ++k) mesh.owner.push_back(k * k % 7 % ranks);  // torn apart
+  fem::Discretisation d{cut.order, cut.degree, true, cut.kinematics, 1};
+  d.exact_sums = exact;
+  fem::Problem p(comm, mesh, d, {plane("base", 1, 0, 1, 0)});
+  std::vector<std::size_t> points;
+  for (const std::size_t i : all_of(p))
+    if (!cut.part || p.point_position(i)[1] < 0.6) points.push_back(i);
+  fem::StretchAverage average(p, points, length);
+  degree = average.degree();
+  std::vector<double> in(6 * points.size()), out(in.size());
+  std::vector<double> all(6 * static_cast<std::size_t>(p.global_points()) + 1, 0);
+  for (std::size_t i = 0; i < points.size(); ++i)
+    for (std::size_t k = 0; k < 6; ++k)
+      in[6 * i + k] = 1e-5 * std::sin(static_cast<double>(p.point_key(points[i]) * 7 + static_cast<std::int64_t>(k)));
+  int rank = 0;
+  MPI_Comm_rank(comm, &rank);
+  for (int call = 0; call < 2; ++call) CHECK(average(in, out, rank == ranks - 1));  // one asks for all
+  for (std::size_t i = 0; i < points.size(); ++i)
+    std::copy_n(out.data() + 6 * i, 6, all.data() + 6 * static_cast<std::size_t>(p.point_key(points[i])));
+  all.back() = average.left_over();
+  if (ranks == 1) return all;
+  const double left = all.back();
+  MPI_Allreduce(MPI_IN_PLACE, all.data(), static_cast<int>(all.size()), MPI_DOUBLE, MPI_SUM, comm);  // 0 elsewhere
+  all.back() = left;
+  return all;
+}
+
+}  // namespace
+
+TEST_CASE(
+    "with exact sums means are the same bits on one rank and on all, and those of a sparse matrix but for digits") {
+  for (const Cut& cut :
+       {Cut{Kinematics::solid, true, 1, 2, false}, Cut{Kinematics::solid, false, 1, 1, true},
+        Cut{Kinematics::plane_strain, true, 1, 2, true}, Cut{Kinematics::plane_strain, false, 2, 2, false},
+        Cut{Kinematics::axisymmetric, true, 1, 2, true}})
+    for (const double length : {1e-9, 0.1, 1.0}) {
+      int of_all = 0, of_one = 0, of_plain = 0;
+      const auto spread = means(MPI_COMM_WORLD, cut, true, length, of_all),
+                 whole = means(MPI_COMM_SELF, cut, true, length, of_one),
+                 plain = means(MPI_COMM_SELF, cut, false, length, of_plain);
+      CHECK((of_all == of_one && of_one == of_plain));
+      CHECK((spread.size() == whole.size() && std::memcmp(spread.data(), whole.data(), 8 * whole.size()) == 0));
+      REQUIRE(plain.size() == whole.size());
+      // A quantum is 2^-40 of the field; a residual of that is no more than 2^-40 / (1 - spectral radius) of the mean.
+      for (std::size_t k = 0; k + 1 < plain.size(); ++k) CHECK(std::abs(whole[k] - plain[k]) < 1e-9 * 1e-5);
+      CHECK(std::abs(whole.back() - plain.back()) < 1e-6);
+      CHECK((plain.back() < fem::StretchAverage::promised && (length < 0.1 || plain.back() > 1e-9)));
+    }
+}
+
+TEST_CASE("with exact sums an even field is its own mean, and no number has no mean on any rank") {
+  int rank = 0, ranks = 1;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank), MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+  fem::BoxMesh mesh;
+  mesh.size = {1, 1, 1}, mesh.cells = {3, 3, 2};
+  fem::Discretisation d{1, 2, true, Kinematics::solid, 1};
+  d.exact_sums = true;
+  fem::Problem p(MPI_COMM_WORLD, mesh, d, {plane("base", 1, 0, 1, 0)});
+  const auto points = all_of(p);
+  fem::StretchAverage average(p, points, 0.3);
+  const std::array<double, 6> even{0.3, -1, 0.2, 0.1, -0.4, 0.5};
+  std::vector<double> in, out(6 * points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) in.insert(in.end(), even.begin(), even.end());
+  CHECK_FALSE(average(in, out));
+  for (std::size_t i = 0; i < in.size(); ++i) CHECK(std::abs(out[i] - in[i]) < 1e-11);
+  CHECK(average.left_over() == 0);
+  if (rank == ranks - 1) in.back() = NAN;
+  CHECK_FALSE(average(in, out));
+  for (const double v : out) CHECK(std::isnan(v));
+  if (rank == ranks - 1) in.back() = even.back();
+  average(in, out);
+  for (std::size_t i = 0; i < in.size(); ++i) CHECK(std::abs(out[i] - in[i]) < 1e-11);
+  std::fill(in.begin(), in.end(), 0);
+  average(in, out);
+  for (const double v : out) CHECK(v == 0);
 }
 
 TEST_CASE("what cannot be averaged is refused") {

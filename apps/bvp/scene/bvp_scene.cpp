@@ -268,10 +268,6 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
            fmt::format("the RVEs of {} have no [preparation] to start from", scene.unit_cells[0].file));
   if (auto r = t.table_if("regularisation")) read_regularisation(*r, scene);
   if (scene.explicit_statics) check_eased(t, scene);
-  if (scene.spread && scene.regularisation)
-    t.fail("solve.spread", "the average of [regularisation] is taken on one rank; leave one of the two out");
-  if (scene.spread && scene.costs)
-    t.fail("solve.spread", "output.costs is of RVEs that rank 0 gives out; leave one of the two out");
   t.finish();
   for (std::size_t r = 0; r < scene.regions.size(); ++r)
     if (scene.regions[r].poissons_ratio > 0.45 && scene.discretisation.order == 1 &&
