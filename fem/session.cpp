@@ -18,7 +18,8 @@ namespace grus::fem {
 Session::Session() {
   char name[] = "grus";
   char* only[] = {name, nullptr};
-  dolfinx::init_logging(1, only);  // silences it; our own options are not its own
+  dolfinx::init_logging(1, only);                   // silences it; our own options are not its own
+  PETSC_MPI_THREAD_REQUIRED = MPI_THREAD_MULTIPLE;  // a thread of its own may look whether others still answer
   PetscInitializeNoArguments();
   PetscPopSignalHandler();
   MPI_Comm_rank(MPI_COMM_WORLD, &rank_);

@@ -2,10 +2,12 @@
 // A macro problem that lies on one rank, or on all: what its owners decide and do together.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <utility>
 
 #include "apps/bvp/on_all_ranks.hpp"
+#include "apps/bvp/patience.hpp"
 
 namespace grus::app {
 
@@ -26,7 +28,10 @@ public:
   void together(F&& part) {
     if (!spread_) return part();
     agreed_ = true;
-    on_all_ranks(session_, part);
+    on_all_ranks(session_, [&] {
+      const Patience::Work by_itself = work();
+      part();
+    });
     agreed_ = false;
   }
   /// What rank 0 does for all, such as to write.
@@ -49,9 +54,21 @@ public:
   /// Rank `from` tells all the others.
   void tell(int from, std::string& bytes) const;
 
+  /// From now on, as long as there is something to wait for: who stops answering ends all ranks, by `give_up`.
+  void lose_patience_after(double seconds, std::function<void(const std::string&)> give_up) {
+    if (ranks() > 1) patience_ = std::make_unique<Patience>(seconds, std::move(give_up));
+  }
+  void be_patient() { patience_.reset(); }
+  void got_on() const {
+    if (patience_) patience_->got_on();
+  }
+  /// What this rank does by itself, as long as the answer lives.
+  Patience::Work work() const { return Patience::Work(patience_.get()); }
+
 private:
   const fem::Session& session_;
   bool spread_, agreed_ = false;
+  std::unique_ptr<Patience> patience_;
 };
 
 }  // namespace grus::app

@@ -73,7 +73,7 @@ BvpRun::BvpRun(const BvpScene& scene, const Options& options, BvpSetup setup, de
       rves_.emplace(*farm, setup_.states, setup_.points.start, scene.rve, across.comm(), own_shard().rves);
     else
       rves_.emplace(*farm, setup_.states, setup_.points.start, scene.rve);
-    parts.push_back(scene.regularisation ? regularise(*model) : rves_->material());
+    parts.push_back(scene.regularisation ? regularise(*model) : grains());
   } else {
     parts.push_back(fem::elastic_material(0, 1, 0));  // of no point
   }
@@ -101,6 +101,16 @@ BvpRun::BvpRun(const BvpScene& scene, const Options& options, BvpSetup setup, de
                   regularised_ ? &*regularised_ : nullptr, across);
 }
 
+/// The RVEs, which ask nothing of other ranks where these have their own.
+fem::Material BvpRun::grains() {
+  fem::Material m = rves_->material();
+  m.respond = [this, respond = m.respond](const fem::Points& p) {
+    const Patience::Work by_itself = across_.work();
+    return respond(p);
+  };
+  return m;
+}
+
 /// The RVEs behind the average of what they are told.
 fem::Material BvpRun::regularise(const dem::Model& model) {
   std::vector<std::size_t> points;
@@ -113,7 +123,7 @@ fem::Material BvpRun::regularise(const dem::Model& model) {
     throw InputError(fmt::format("{}: regularisation: {}", scene_.file, e.what()));
   }
   try {
-    regularised_.emplace(*setup_.problem, rves_->material(), points, stiffness, *scene_.regularisation);
+    regularised_.emplace(*setup_.problem, grains(), points, stiffness, *scene_.regularisation);
   } catch (const std::invalid_argument& e) {  // on all ranks
     throw InputError(fmt::format("{}: regularisation.length: {}", scene_.file, e.what()));
   }

@@ -38,6 +38,7 @@ public:
 private:
   struct Course;
   fem::InitialStress initial_stress(std::size_t region) const;
+  fem::Material grains();
   fem::Material regularise(const dem::Model& model);
   void watch_responses(Course& course);
   void solve(Course& course);

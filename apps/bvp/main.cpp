@@ -165,10 +165,9 @@ void share_states(const AcrossRanks& across, BvpSetup& setup) {
   setup.states = std::move(mine);
 }
 
-/// Ends all ranks for an error of one that the others know nothing of, and may wait for.
-[[noreturn]] void end_all(const Options& options, int rank, std::exception_ptr error, int status) {
-  const dem::Fault fault = dem::fault_in([&] { std::rethrow_exception(error); });
-  say_fault(options, fmt::format("{}: rank {}: {}", options.scene, rank, one_line(fault.text)));
+/// Ends all ranks for what the others know nothing of, and may wait for.
+[[noreturn]] void end_all(const Options& options, const std::string& why, int status) {
+  say_fault(options, fmt::format("{}: {}", options.scene, why));
   std::fflush(nullptr);
   MPI_Abort(MPI_COMM_WORLD, status);
   std::_Exit(status);
@@ -194,7 +193,9 @@ int lead(const BvpScene& scene, const Options& options, const fem::Session& sess
     if (farm && scene.costs) farm->record_costs();
     if (across.spread()) share_states(across, setup);
     work.emplace(scene, options, std::move(setup), std::move(kept), farm ? &*farm : nullptr, model.get(), across);
+    across.lose_patience_after(scene.patience, [&](const std::string& why) { end_all(options, why, failed); });
     ending = work->go(ready, clock);
+    across.be_patient();
     ending.ranks = session.ranks();
     ending.migrated = farm ? farm->moved() : 0;
     try {
@@ -211,7 +212,10 @@ int lead(const BvpScene& scene, const Options& options, const fem::Session& sess
     error = std::current_exception(), ending.status = failed;
   }
   const bool by_all = ending.status == refused && !work;  // a scene is refused by all ranks
-  if (error && !by_all && !across.agreed()) end_all(options, session.rank(), error, ending.status);
+  if (error && !by_all && !across.agreed()) {
+    const dem::Fault fault = dem::fault_in([&] { std::rethrow_exception(error); });
+    end_all(options, fmt::format("rank {}: {}", session.rank(), one_line(fault.text)), ending.status);
+  }
   work.reset(), farm.reset();
   if (!across.spread()) MPI_Bcast(&ending.status, 1, MPI_INT, 0, MPI_COMM_WORLD);
   if (error) std::rethrow_exception(error);

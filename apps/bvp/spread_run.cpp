@@ -17,6 +17,7 @@ void BvpRun::agree_on_responses() {
   const auto reason = std::make_shared<std::string>();
   material_->respond = [this, reason, respond = material_->respond, why = material_->reason](const fem::Points& p) {
     bool good = false;
+    across_.got_on();
     const dem::Fault fault = dem::fault_in([&] { good = respond(p); });
     const int any = across_.any((fault ? 1 : 0) | (good ? 0 : 2));
     if ((any & 1) != 0) across_.together([&] { rethrow(fault); });

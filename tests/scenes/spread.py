@@ -256,6 +256,24 @@ def failures(tmp, scene):
     need(p.returncode == 1 and len(said) == 1, f"rank 0 cannot write: exit {p.returncode} {error[-300:]!r}")
 
 
+def silent(tmp, scene):
+    """A rank that is stopped, not killed: named in one line, and the rest do not wait for it. Rank 0 is named by 1."""
+    for ranks, stopped in ((3, 2), (3, 1), (2, 0)) if whole else ((3, 1),):
+        out = os.path.join(tmp, f"silent_{stopped}")
+        p = subprocess.Popen(command(ranks, scene, out, "solve.patience=1", "solve.crossings=100"),
+                             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        while p.poll() is None and not (os.path.exists(os.path.join(out, "history.csv")) and history(out)):
+            time.sleep(0.02)
+        begin = time.time()
+        if need(p.poll() is None, f"over before a rank was stopped: exit {p.poll()}"):
+            os.kill([int(n) for n in run("pgrep", "-P", str(p.pid)).stdout.split()][stopped], signal.SIGSTOP)
+        error = p.communicate(timeout=60)[1]
+        said = [line for line in error.split("\n") if line.startswith(scene)]
+        need(p.returncode == 1 and len(said) == 1 and f": rank {stopped} has not answered for 1 s" in said[0],
+             f"rank {stopped} of {ranks} stopped: exit {p.returncode} {said} {error[-300:]!r}")
+        need(1 < time.time() - begin < 20, f"rank {stopped} stopped: told after {time.time() - begin} s")
+
+
 with tempfile.TemporaryDirectory() as tmp:
     block = write(tmp, BLOCK)
     any_ranks(tmp, block)
@@ -263,4 +281,5 @@ with tempfile.TemporaryDirectory() as tmp:
     resumed(tmp, block)
     blow(tmp)
     failures(tmp, block)
+    silent(tmp, block)
 sys.exit(1 if faults else 0)

@@ -63,6 +63,7 @@ struct BvpScene {
   std::optional<fem::DynamicsOptions> dynamics;                 // instead of solve
   std::optional<fem::ExplicitStaticsOptions> explicit_statics;  // instead of solve
   bool spread = false;                                          // the macro problem lies on all ranks, not on rank 0
+  double patience = 600;                                        // s for which ranks wait for one that is silent
   std::optional<fem::Regularisation> regularisation;            // of the points with grains
   std::optional<Hopkinson> hopkinson;
   bool has_rve = false;
