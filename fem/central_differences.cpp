@@ -34,8 +34,40 @@ void CentralDifferences::set_mass(const std::function<Eigen::VectorXd(std::int32
   mass.assign(sum.array().begin(), sum.array().end());
 }
 
-bool CentralDifferences::respond(double dt, bool want_tangent, const std::function<void()>& also) {
+/// Where an element has turned inside out, or a point has failed, all ranks go on to the one reduction that tells them:
+/// there may be an average over all ranks among the answers.
+bool CentralDifferences::respond_together(double dt, bool want_tangent, double next,
+                                          const std::function<void()>& also) {
+  enum { of_internal, of_external, of_nodes, inside_out, no_answer, first_wish, numbers = first_wish + 3 };
+  const bool whole = p.strain_sweep_here();  // else the last increment stands in for this one
+  const bool good = material.respond(
+      {p.deformation, p.stress, want_tangent ? std::span<double>(p.tangent) : std::span<double>(), dt});
+  if (good) material.commit();
+  if (also) also();
+  std::array<double, numbers> all{0, 0, most, whole ? 0.0 : 1.0, good ? 0.0 : 1.0};
+  const int told = wishes.tell ? wishes.tell() : 0;
+  for (std::size_t k = first_wish; k < numbers; ++k) all[k] = (told >> (k - first_wish)) & 1;
+  p.assemble_both(next, all);
+  external_ready = true;
+  most = all[of_nodes];
+  if (all[inside_out] != 0) {
+    reason = "an element turned inside out";
+    return false;
+  }
+  if (all[no_answer] != 0) {
+    reason = material.reason();
+    if (reason.empty()) reason = "a Gauss point of another rank failed";
+    return false;
+  }
+  int heard = 0;
+  for (std::size_t k = first_wish; k < numbers; ++k) heard |= all[k] != 0 ? 1 << (k - first_wish) : 0;
+  if (wishes.hear) wishes.hear(heard);
+  return true;
+}
+
+bool CentralDifferences::respond(double dt, bool want_tangent, double next, const std::function<void()>& also) {
   p.u->scatter_fwd();
+  if (p.discretisation.exact_sums) return respond_together(dt, want_tangent, next, also);
   if (!p.strain_sweep()) {
     reason = "an element turned inside out";
     return false;
@@ -54,16 +86,6 @@ bool CentralDifferences::respond(double dt, bool want_tangent, const std::functi
 
 namespace {
 
-/// Of external, kinetic, work of the internal forces, viscous, internal, damped energy (J).
-void book(const std::array<double, 6>& all, MacroEnergy& total) {
-  total.external += all[0];
-  total.kinetic = all[1];
-  total.work += all[2];
-  total.viscous += all[3];
-  total.internal = all[4];
-  total.damped += all[5];
-}
-
 double internal_energy(const Material& material, std::span<const double> volumes, std::vector<double>&, double) {
   return material.energy(volumes);
 }
@@ -78,11 +100,35 @@ ExactSum internal_energy(const Material& material, std::span<const double> volum
 
 }  // namespace
 
-void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
-  std::array<double, 6> all = p.sums<6>([&](auto& sums) { go(s, sums); });
+/// Of external, kinetic, work of the internal forces, viscous, internal, damped energy (J).
+void CentralDifferences::book(std::array<double, 6> all, MacroEnergy& total) {
   all[2] += -viscous, all[3] += viscous;
-  book(all, total);
+  total.external += all[0];
+  total.kinetic = all[1];
+  total.work += all[2];
+  total.viscous += all[3];
+  total.internal = all[4];
+  total.damped += all[5];
   viscous = 0;
+}
+
+void CentralDifferences::step(const Stride& s, MacroEnergy& total) {
+  book(p.sums<6>([&](auto& sums) { go(s, sums); }), total);
+}
+
+std::array<double, 6> CentralDifferences::step(const Stride& s, MacroEnergy& total,
+                                               const std::array<ExactSum, 6>& also) {
+  std::array<ExactSum, 6> own{};
+  go(s, own);
+  std::array<ExactSum, 12> both;
+  std::copy(own.begin(), own.end(), both.begin());
+  std::copy(also.begin(), also.end(), both.begin() + 6);
+  const std::array<double, 12> all = over_ranks(p.comm, both);
+  std::array<double, 6> first, rest;
+  std::copy(all.begin(), all.begin() + 6, first.begin());
+  std::copy(all.begin() + 6, all.end(), rest.begin());
+  book(first, total);
+  return rest;
 }
 
 template <class Sum>

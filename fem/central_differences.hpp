@@ -59,23 +59,30 @@ struct CentralDifferences {
   std::vector<double>* drift = nullptr;  // running mean of the velocity, for those who keep one
   double viscous = 0;                    // taken by bulk viscosity in the last step, on all ranks (J)
   std::string reason;
+  bool external_ready = false;  // external forces are those of the positions and the time that respond was told
+  double most = 0;              // a number of this rank; after respond, with exact sums, the largest of all ranks
+  Wishes wishes;
 
   CentralDifferences(Problem::Impl& p, Material& material);
 
   /// Sums `of(element)`, masses of an element's nodes, into `mass`.
   void set_mass(const std::function<Eigen::VectorXd(std::int32_t)>& of);
   /// Stress at the present displacement, committed, and the internal forces; before those are assembled `also()` may
-  /// add to the stress.
-  bool respond(double dt, bool want_tangent, const std::function<void()>& also = {});
+  /// add to the stress. With exact sums also the external forces at time `next`, all in one reduction.
+  bool respond(double dt, bool want_tangent, double next, const std::function<void()>& also = {});
   /// Forces at the present instant kick the velocities, which move the nodes; energies of the instant go into `total`.
   /// Call assemble_external before, respond after.
   void step(const Stride& stride, MacroEnergy& total);
+  /// With exact sums: the same, and further sums in the same reduction.
+  std::array<double, 6> step(const Stride& stride, MacroEnergy& total, const std::array<ExactSum, 6>& also);
   /// The step that has been answered becomes the committed state, its internal forces included.
   void keep();
   /// Restores what is not kept in the problem's snapshot.
   void go_on(double last_dt);
 
 private:
+  bool respond_together(double dt, bool want_tangent, double next, const std::function<void()>& also);
+  void book(std::array<double, 6> all, MacroEnergy& total);
   template <class Sum>
   void go(const Stride& stride, std::array<Sum, 6>& sums);
   std::vector<double> energies;  // of the points (J); exact sums only

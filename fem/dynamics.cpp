@@ -35,9 +35,9 @@ struct Integrator {
     for (std::int32_t c = 0; c < p.cells; ++c) lengths.push_back(cell_length(p, c));
   }
 
-  bool respond(double dt, bool want_tangent) {
+  bool respond(double dt, bool want_tangent, double next) {
     const bool bulk = o.linear_viscosity > 0 || o.quadratic_viscosity > 0;
-    if (!run.respond(dt, want_tangent, [&] {
+    if (!run.respond(dt, want_tangent, next, [&] {
           if (bulk) add_viscosity(dt);
         }))
       return false;
@@ -102,7 +102,7 @@ bool begin(Integrator& run, Problem::Impl& p, const DynamicsReport& start) {
     run.run.viscous = start.dissipated;
     return true;
   }
-  if (!run.respond(0, true)) return false;
+  if (!run.respond(0, true, 0)) return false;
   p.commit();
   run.run.last_internal.assign(p.internal->array().begin(), p.internal->array().end());
   return true;
@@ -129,6 +129,7 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
     return result;
   };
   Integrator run(p, material, density, o);
+  run.run.wishes = o.wishes;
   if (!begin(run, p, start)) return failed("the initial state: " + run.run.reason);
   auto next_report = [&] {
     return o.output_interval > 0 ? o.output_interval * (std::floor(now.time / o.output_interval * (1 + 1e-12)) + 1)
@@ -147,10 +148,10 @@ DynamicsResult solve_dynamics(Problem& problem, Material& material, const std::v
       estimate += static_cast<std::uint64_t>(o.estimate_every);
     }
     const double dt = std::min(stable, o.duration - now.time);
-    p.assemble_external(now.time);
+    if (!run.run.external_ready) p.assemble_external(now.time);
     run.run.step({dt, last_dt, now.time, now.time + dt, 0, now.steps == 0}, total);
     const bool tangent = now.steps + 1 >= estimate;
-    if (!run.respond(dt, tangent)) {
+    if (!run.respond(dt, tangent, now.time + dt)) {
       p.back_to_committed();
       return failed("step " + std::to_string(now.steps + 1) + ": " + run.run.reason);
     }

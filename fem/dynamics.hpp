@@ -8,6 +8,13 @@
 
 namespace grus::fem {
 
+/// Of a problem with exact sums, on many ranks: three bits that each rank tells once a step, and what any has told,
+/// heard before `stop` is asked. They travel with what the step has to ask anyway. Empty: nothing is told.
+struct Wishes {
+  std::function<int()> tell;
+  std::function<void(int)> hear;
+};
+
 struct DynamicsOptions {
   double duration = 0;          // s
   double safety = 0.8;          // of the stable step
@@ -18,6 +25,7 @@ struct DynamicsOptions {
   double output_interval = 0;     // s between reports
   double max_energy_error = 0.1;  // beyond it the run has become unstable
   std::function<bool()> stop;     // asked after every step; true: the run ends there, to be gone on with; empty: never
+  Wishes wishes;
 };
 
 struct DynamicsReport {

@@ -44,6 +44,22 @@ private:
   double steps_;
 };
 
+/// How far forces are from balance in a step.
+struct Balance {
+  /// Unbalanced forces of nodes' free components, their number; forces applied at nodes, by loads and by what is
+  /// prescribed, their number; inertial numbers, their number. Which nodes something is applied at is known from the
+  /// facets: round-off makes a force behind a loaded one, too.
+  std::array<double, 6> sums{};
+
+  /// Mean unbalanced force over mean applied one, and the largest node's.
+  double mean() const { return sums[1] > 0 ? over_applied(sums[0] / sums[1]) : over_applied(0); }
+  double over_applied(double force) const {
+    if (sums[2] == 0) return force > 0 ? INFINITY : 0;
+    return force / (sums[2] / sums[3]);
+  }
+  double inertial_number() const { return sums[5] > 0 ? sums[4] / sums[5] : 0; }
+};
+
 struct Relaxation {
   Problem::Impl& p;
   const ExplicitStaticsOptions& o;
@@ -54,6 +70,7 @@ struct Relaxation {
   Relaxation(Problem::Impl& impl, Material& m, const ExplicitStaticsOptions& options)
       : p(impl), o(options), run(impl, m), density(impl.keep_of_cells("scaled density")) {
     run.drift = &impl.keep_at_nodes("drift");
+    run.wishes = options.wishes;
   }
 
   /// Nodal masses by the elements' scaled densities.
@@ -84,30 +101,36 @@ struct Relaxation {
     })[0];
   }
 
-  /// Unbalanced forces of free components, mean and largest, over the mean force applied at nodes, by loads and by what
-  /// is prescribed. Which nodes those are is known from the facets: round-off makes a force behind a loaded one, too.
-  std::array<double, 2> unbalanced(double time) {
+  /// Adds what Balance::sums are of this rank, and finds the largest node's unbalanced force of it.
+  template <class Sums>
+  void add_balance(double time, Sums& sums) {
     p.mark_applied(time, applied_at);
     const auto in = p.internal->array(), ex = p.external->array();
-    double most = 0, of_all = 0;
-    const auto all = p.sums<4>([&](auto& sums) {  // unbalanced, nodes; applied, nodes
-      for (std::size_t n = 0; n < static_cast<std::size_t>(p.owned_nodes()); ++n) {
-        double off2 = 0, applied2 = 0;
-        bool free = false;
-        for (std::size_t i = n * p.width(); i < (n + 1) * p.width(); ++i) {
-          if (run.mass[n] == 0) continue;
-          if (!run.fixed[i]) off2 += (ex[i] - in[i]) * (ex[i] - in[i]), free = true;
-          const double applied = run.fixed[i] ? in[i] : ex[i];
-          applied2 += applied * applied;
-        }
-        if (free) sums[0] += std::sqrt(off2), sums[1] += 1, most = std::max(most, std::sqrt(off2));
-        if (applied_at[n] != 0 && run.mass[n] != 0) sums[2] += std::sqrt(applied2), sums[3] += 1;
+    run.most = 0;
+    for (std::size_t n = 0; n < static_cast<std::size_t>(p.owned_nodes()); ++n) {
+      double off2 = 0, applied2 = 0;
+      bool free = false;
+      for (std::size_t i = n * p.width(); i < (n + 1) * p.width(); ++i) {
+        if (run.mass[n] == 0) continue;
+        if (!run.fixed[i]) off2 += (ex[i] - in[i]) * (ex[i] - in[i]), free = true;
+        const double applied = run.fixed[i] ? in[i] : ex[i];
+        applied2 += applied * applied;
       }
-    });
-    MPI_Allreduce(&most, &of_all, 1, MPI_DOUBLE, MPI_MAX, p.comm);
-    if (all[2] == 0) return {all[0] > 0 ? INFINITY : 0, of_all > 0 ? INFINITY : 0};
-    const double scale = all[2] / all[3];
-    return {all[1] > 0 ? all[0] / all[1] / scale : 0, of_all / scale};
+      if (free) sums[0] += std::sqrt(off2), sums[1] += 1, run.most = std::max(run.most, std::sqrt(off2));
+      if (applied_at[n] != 0 && run.mass[n] != 0) sums[2] += std::sqrt(applied2), sums[3] += 1;
+    }
+    if (p.discretisation.exact_sums)
+      for (const double number : run.material.inertial_numbers()) sums[4] += number, sums[5] += 1;
+  }
+
+  /// Asked of all ranks at once. Where sums are exact the largest node's force is not: `respond` asks.
+  Balance balance(double time) {
+    Balance all{p.sums<6>([&](auto& sums) { add_balance(time, sums); })};
+    if (p.discretisation.exact_sums) return all;
+    MPI_Allreduce(MPI_IN_PLACE, &run.most, 1, MPI_DOUBLE, MPI_MAX, p.comm);
+    all.sums[4] = mean_over_ranks(p.comm, run.material.inertial_number(), static_cast<double>(p.size()));
+    all.sums[5] = 1;
+    return all;
   }
 };
 
@@ -166,41 +189,36 @@ bool begin(Relaxation& relax, Problem::Impl& p, bool resumed) {
     relax.run.go_on(1);
     return true;
   }
-  if (!relax.run.respond(0, true)) return false;
+  if (!relax.run.respond(0, true, 0)) return false;
   p.commit();
   relax.scale_masses();
   relax.run.last_internal.assign(p.internal->array().begin(), p.internal->array().end());
   return true;
 }
 
-double mean_inertial_number(const Problem::Impl& p, const Material& material) {
-  if (!p.discretisation.exact_sums)
-    return mean_over_ranks(p.comm, material.inertial_number(), static_cast<double>(p.size()));
-  const auto all = p.sums<2>([&](auto& sums) {
-    for (const double number : material.inertial_numbers()) sums[0] += number, sums[1] += 1;
-  });
-  return all[1] > 0 ? all[0] / all[1] : 0;
-}
-
-/// The unbalanced force's mean, note of its largest, and how hastily the RVEs are driven, for the governor.
-double watch_balance(Relaxation& relax, const Material& material, ExplicitStaticsReport& now) {
-  const auto [mean, largest] = relax.unbalanced(now.load_factor);
-  now.sums[0] += mean;
-  now.sums[1] = std::max(now.sums[1], largest);
-  now.sums[2] += mean_inertial_number(relax.p, material);
-  ++now.counted;
-  return mean;
-}
-
-/// One step, in which the load factor goes on to `next`.
-void go_to(double next, double memory, const ExplicitStaticsOptions& o, CentralDifferences& run,
+/// One step, in which the load factor goes on to `next`; with the balance where it is not `known`, for the governor.
+void go_to(double next, double memory, const ExplicitStaticsOptions& o, Relaxation& relax, bool known, Balance& balance,
            ExplicitStaticsReport& now) {
   // Quasi-static motion goes with the load's rate: what departs from that is damped. Damped as a whole, it would be
   // held by every unbalanced force, and the loads would work against the damping.
   const double rate = next - now.load_factor;
-  run.step({1, now.steps > 0 ? 1.0 : 0.0, now.load_factor, next, o.damping, now.steps == 0,
-            now.mean_rate > 0 ? std::min(1.0, rate / now.mean_rate) : 0.0, rate > 0 ? memory : 0.0},
-           now.energy);
+  const Stride stride{1,
+                      now.steps > 0 ? 1.0 : 0.0,
+                      now.load_factor,
+                      next,
+                      o.damping,
+                      now.steps == 0,
+                      now.mean_rate > 0 ? std::min(1.0, rate / now.mean_rate) : 0.0,
+                      rate > 0 ? memory : 0.0};
+  if (known) {
+    relax.run.step(stride, now.energy);
+  } else {
+    std::array<ExactSum, 6> mine{};
+    relax.add_balance(now.load_factor, mine);
+    balance.sums = relax.run.step(stride, now.energy, mine);
+  }
+  now.sums[0] += balance.mean(), now.sums[2] += balance.inertial_number();
+  ++now.counted;
   if (rate > 0) now.mean_rate += (rate - now.mean_rate) / memory;
 }
 
@@ -231,21 +249,24 @@ ExplicitStaticsResult solve_explicit_statics(Problem& problem, Material& materia
   double due = next_report();
   const auto every = static_cast<std::uint64_t>(o.estimate_every);
   while (now.load_factor < 1 || now.rested < rest) {
-    p.assemble_external(now.load_factor);
-    const double mean = watch_balance(relax, material, now);
+    if (!run.external_ready) p.assemble_external(now.load_factor);
+    const bool waits = now.load_factor == 0, known = waits || !p.discretisation.exact_sums;
+    Balance balance;
+    if (known) balance = relax.balance(now.load_factor);
     // The load waits until what it starts with is in balance.
-    const bool settled = now.load_factor > 0 || mean <= o.balance;
-    if (!settled && ++now.settling > settling) return failed(out_of_balance(now, mean));
+    const bool settled = !waits || balance.mean() <= o.balance;
+    if (!settled && ++now.settling > settling) return failed(out_of_balance(now, balance.mean()));
     double next = now.load_factor;
     if (settled) next = std::min(easing.next(now.load_factor), next + now.rate * easing(next, now.rate));
     if (1 - next < 1e-12) next = 1;
-    go_to(next, memory, o, run, now);
+    go_to(next, memory, o, relax, known, balance, now);
     const bool estimate = (now.steps + 1) % every == 0;
-    if (!run.respond(0, estimate)) {
+    if (!run.respond(0, estimate, next)) {
       p.back_to_committed();
       return failed("step " + std::to_string(now.steps + 1) + ": " + run.reason);
     }
     run.keep();
+    now.sums[1] = std::max(now.sums[1], balance.over_applied(run.most));
     now.energy.note_largest();
     if (now.load_factor == 1) ++now.rested;
     ++now.steps, now.load_factor = next;

@@ -19,6 +19,7 @@ struct ExplicitStaticsOptions {
   double output_interval = 0.005;  // of the load factor, between reports
   double max_energy_error = 0.1;
   std::function<bool()> stop;  // asked after every step; true: the run ends there, to be gone on with; empty: never
+  Wishes wishes;
 };
 
 /// The limit that rules the rate of loading.

@@ -214,6 +214,14 @@ void Problem::Impl::external_forces(double time, Add&& add_at) {
 
 void Problem::Impl::assemble_external(double time) {
   sum_at_nodes(*external, [&](auto&& add) { external_forces(time, add); });
+  add_weight();
+}
+
+void Problem::Impl::gather_external(double time) {
+  gather(outside_parts, [&](auto&& add) { external_forces(time, add); });
+}
+
+void Problem::Impl::add_weight() {
   auto f = external->mutable_array();
   for (std::size_t i = 0; i < weight.size(); ++i) f[i] += weight[i];
 }

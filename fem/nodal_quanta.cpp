@@ -7,15 +7,24 @@
 
 namespace grus::fem {
 
-void NodalQuanta::add_up(std::span<const Contribution> parts, std::span<double> owned) {
-  double most = 0, of_all = 0;
+double NodalQuanta::largest(std::span<const Contribution> parts) {
+  double most = 0;
   bool good = true;
   for (const Contribution& c : parts) {
     good = good && std::isfinite(c.value);
     most = std::max(most, std::abs(c.value));
   }
-  if (!good) most = INFINITY;
+  return good ? most : INFINITY;
+}
+
+void NodalQuanta::add_up(std::span<const Contribution> parts, std::span<double> owned) {
+  const double most = largest(parts);
+  double of_all = 0;
   MPI_Allreduce(&most, &of_all, 1, MPI_DOUBLE, MPI_MAX, comm_);
+  add_up(parts, of_all, owned);
+}
+
+void NodalQuanta::add_up(std::span<const Contribution> parts, double of_all, std::span<double> owned) {
   if (!std::isfinite(of_all)) return std::fill(owned.begin(), owned.end(), std::numeric_limits<double>::quiet_NaN());
   int exponent = 0;
   std::frexp(of_all, &exponent);

@@ -27,8 +27,12 @@ public:
   NodalQuanta(MPI_Comm comm, const std::shared_ptr<const dolfinx::common::IndexMap>& map, int components)
       : comm_(comm), sum_(map, components) {}
 
+  /// The largest of this rank, without its sign; infinite where one is no number.
+  static double largest(std::span<const Contribution> parts);
   /// The sums at owned nodes, all components; NaN everywhere where a contribution on any rank is no number.
   void add_up(std::span<const Contribution> parts, std::span<double> owned);
+  /// The same where the largest on any rank is known.
+  void add_up(std::span<const Contribution> parts, double of_all, std::span<double> owned);
 
 private:
   MPI_Comm comm_;

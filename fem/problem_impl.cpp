@@ -228,7 +228,7 @@ double Problem::Impl::work_since_commit() const {
   })[0];
 }
 
-bool Problem::Impl::strain_sweep() {
+bool Problem::Impl::strain_sweep_here() {
   bool good = true;
   for (std::int32_t c = 0; c < cells; ++c)
     for (int q = 0; q < nq; ++q) {
@@ -246,7 +246,7 @@ bool Problem::Impl::strain_sweep() {
                                                              ? Matrix3(f * before.inverse())
                                                              : Matrix3(strained(f) * strained(before).inverse());
   }
-  return all_true(comm, good);
+  return good;
 }
 
 template <class Add>
@@ -281,6 +281,17 @@ void Problem::Impl::internal_forces(Add&& add) {
 
 void Problem::Impl::assemble_internal() {
   sum_at_nodes(*internal, [&](auto&& add) { internal_forces(add); });
+}
+
+void Problem::Impl::assemble_both(double time, std::span<double> most) {
+  gather(parts, [&](auto&& add) { internal_forces(add); });
+  gather_external(time);
+  most[0] = NodalQuanta::largest(parts), most[1] = NodalQuanta::largest(outside_parts);
+  MPI_Allreduce(MPI_IN_PLACE, most.data(), static_cast<int>(most.size()), MPI_DOUBLE, MPI_MAX, comm);
+  const std::size_t owned = width() * static_cast<std::size_t>(owned_nodes());
+  quanta->add_up(parts, most[0], internal->mutable_array().subspan(0, owned));
+  quanta->add_up(outside_parts, most[1], external->mutable_array().subspan(0, owned));
+  add_weight();
 }
 
 void Problem::Impl::cell_tangent(std::int32_t c, Matrix& k) const {

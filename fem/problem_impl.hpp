@@ -42,6 +42,13 @@ struct ReferenceCell {
 };
 const ReferenceCell& reference_cell(CellKind kind);
 
+/// True on all ranks only if it is true on each.
+inline bool all_true(MPI_Comm comm, bool mine) {
+  int in = mine ? 1 : 0, out = 0;
+  MPI_Allreduce(&in, &out, 1, MPI_INT, MPI_MIN, comm);
+  return out == 1;
+}
+
 struct Problem::Impl {
   MPI_Comm comm;
   CellKind kind;
@@ -62,7 +69,7 @@ struct Problem::Impl {
   using Vector = dolfinx::la::Vector<double>;
   std::unique_ptr<Vector> u, committed_u, internal, external;
   std::optional<NodalQuanta> quanta;  // of forces; exact sums only
-  std::vector<Contribution> parts;
+  std::vector<Contribution> parts, outside_parts;
   std::vector<double> F, committed_F, deformation;  // (points, 9)
   /// Mean-dilatation elements only: what F is stretched by to have its element's mean dilatation
   /// (fem/mean_dilatation.cpp).
@@ -125,8 +132,9 @@ struct Problem::Impl {
   /// ranks.
   double work_since_commit() const;
 
-  /// Sweep 1: F and the increment's F at all points; false where the element turned inside out.
-  bool strain_sweep();
+  /// Sweep 1: F and the increment's F at all points; false where an element turned inside out, on any rank or here.
+  bool strain_sweep() { return all_true(comm, strain_sweep_here()); }
+  bool strain_sweep_here();
   /// N sums over what this rank and all others add, exact where the problem is to have such (fem/exact_sum.hpp).
   template <std::size_t N, class Add>
   std::array<double, N> sums(Add&& add) const {
@@ -143,6 +151,9 @@ struct Problem::Impl {
   Eigen::Vector3d facet_force(const BoundaryCondition& bc, double now, std::int32_t cell, const Local& l,
                               const Eigen::Vector3d& area);
   void assemble_external(double time);
+  /// Both, of a problem with exact sums, in one reduction, to which further numbers of this rank are given: of each the
+  /// largest of all ranks is left. The first two are used here.
+  void assemble_both(double time, std::span<double> most);
   void assemble_tangent(Mat a) const;
   /// The deformation that the material is told: F, or F with the element's mean dilatation. In plane strain only the
   /// plane is stretched.
@@ -173,6 +184,11 @@ private:
   void internal_forces(Add&& add);
   template <class Add>
   void external_forces(double time, Add&& add);
+  /// The same as contributions, of a problem with exact sums.
+  template <class Give>
+  void gather(std::vector<Contribution>& into, Give&& give) const;
+  void gather_external(double time);
+  void add_weight();
   void build();
   void settle_node_places(std::span<const double> places);
   void mark_boundary(std::size_t b, const std::vector<std::uint8_t>& outer, Vector& marks);
@@ -188,17 +204,16 @@ inline Eigen::Matrix3d symmetric(const double* s) {
   return m;
 }
 
-/// True on all ranks only if it is true on each.
-inline bool all_true(MPI_Comm comm, bool mine) {
-  int in = mine ? 1 : 0, out = 0;
-  MPI_Allreduce(&in, &out, 1, MPI_INT, MPI_MIN, comm);
-  return out == 1;
-}
-
 inline double sum_over_ranks(MPI_Comm comm, double mine) {
   double out = 0;
   MPI_Allreduce(&mine, &out, 1, MPI_DOUBLE, MPI_SUM, comm);
   return out;
+}
+
+template <class Give>
+void Problem::Impl::gather(std::vector<Contribution>& into, Give&& give) const {
+  into.clear();
+  give([&](std::int32_t node, int component, double value) { into.push_back({node * components + component, value}); });
 }
 
 template <class Give>

@@ -22,8 +22,9 @@ struct BvpRun::Course {
   double time, saved;  // of the problem; wall time of the last checkpoint (s)
   std::uint64_t sweeps = 0;
   TimeLimit limit;
-  bool asked = false;  // to stop, on any rank of a problem that is spread
-  bool told = false;   // of an interruption
+  bool asked = false;             // to stop, on any rank of a problem that is spread
+  std::optional<int> heard = {};  // what any rank of it has wished in this step, where that is known
+  bool told = false;              // of an interruption
   Stop stop = Stop::none;
   bool over = false, complete = false, broken = false;
   double end = 0;
@@ -31,12 +32,16 @@ struct BvpRun::Course {
 
   /// Explicit runs stop between two rows, too, where a checkpoint is due or asked for.
   bool due(double interval) {
-    over = limit.over() || over;
-    const bool wanted = checkpoint_asked() || clock.wall() - saved > interval;
-    if (!across.spread()) return over || interruption_asked() || wanted;
-    const int any = across.any((over ? 1 : 0) | (interruption_asked() ? 2 : 0) | (wanted ? 4 : 0));
+    if (!across.spread()) return wishes(interval) != 0;
+    const int any = heard ? *heard : across.any(wishes(interval));
+    heard.reset();
     over = (any & 1) != 0, asked = (any & 2) != 0;
     return any != 0;
+  }
+  int wishes(double interval) {
+    over = limit.over() || over;
+    const bool wanted = checkpoint_asked() || clock.wall() - saved > interval;
+    return (over ? 1 : 0) | (interruption_asked() ? 2 : 0) | (wanted ? 4 : 0);
   }
   Stop why() const {
     if (!across.spread()) return stop_of(over);
@@ -196,16 +201,19 @@ Report BvpRun::march(Course& c, Solve&& solve) {
 void BvpRun::solve(Course& c) {
   fem::Problem& problem = *setup_.problem;
   const auto due = [&] { return c.due(scene_.checkpoint_interval); };
+  fem::Wishes wishes;
+  if (across_.spread())
+    wishes = {[&] { return c.wishes(scene_.checkpoint_interval); }, [&](int any) { c.heard = any; }};
   if (scene_.dynamics) {
     fem::DynamicsOptions with = *scene_.dynamics;
-    with.stop = due;
+    with.stop = due, with.wishes = wishes;
     const auto row = [&](const fem::DynamicsReport& r) { return after(c, r, r.time); };
     c.end = march<fem::DynamicsReport>(c, [&](const fem::DynamicsReport& from) {
               return fem::solve_dynamics(problem, *material_, density_, with, row, from);
             }).time;
   } else if (scene_.explicit_statics) {
     fem::ExplicitStaticsOptions with = *scene_.explicit_statics;
-    with.stop = due;
+    with.stop = due, with.wishes = wishes;
     const auto row = [&](const fem::ExplicitStaticsReport& r) { return after(c, r, r.load_factor); };
     c.end = march<fem::ExplicitStaticsReport>(c, [&](const fem::ExplicitStaticsReport& from) {
               return fem::solve_explicit_statics(problem, *material_, with, row, from);

@@ -14,17 +14,22 @@ namespace grus::app {
 
 /// What one rank's points throw, all throw; what one rank's points refuse, all tell.
 void BvpRun::agree_on_responses() {
-  const auto reason = std::make_shared<std::string>();
-  material_->respond = [this, reason, respond = material_->respond, why = material_->reason](const fem::Points& p) {
+  struct Answer {
     bool good = false;
-    across_.got_on();
-    const dem::Fault fault = dem::fault_in([&] { good = respond(p); });
-    const int any = across_.any((fault ? 1 : 0) | (good ? 0 : 2));
-    if ((any & 1) != 0) across_.together([&] { rethrow(fault); });
-    if (any != 0) *reason = across_.first(good ? "" : why());
-    return any == 0;  // all fail, so that whoever tells of it knows why
+    dem::Fault fault;
   };
-  material_->reason = [reason] { return *reason; };
+  const auto mine = std::make_shared<Answer>();
+  material_->respond = [this, mine, respond = material_->respond](const fem::Points& p) {
+    across_.got_on();
+    mine->good = false;
+    mine->fault = dem::fault_in([&] { mine->good = respond(p); });
+    return mine->good;
+  };
+  // Asked on all ranks where any has failed.
+  material_->reason = [this, mine, why = material_->reason] {
+    across_.together([&] { rethrow(mine->fault); });
+    return across_.first(mine->good ? "" : why());
+  };
 }
 
 Shard BvpRun::own_shard() const {

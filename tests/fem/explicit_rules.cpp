@@ -284,7 +284,7 @@ TEST_CASE("damping ends a motion at most, and a node that is driven from the fir
   fem::Material none = fem::elastic_material(loaded.owned_points(), E, nu);
   fem::CentralDifferences run(loaded.impl(), none);
   run.set_mass([&](std::int32_t c) { return fem::cell_mass(loaded.impl(), c, [](std::size_t) { return 800.0; }); });
-  REQUIRE(run.respond(0, true));
+  REQUIRE(run.respond(0, true, 0));
   for (std::size_t i = 0; i < run.velocity.size(); i += 3) run.velocity[i] = 1e-9;
   loaded.impl().assemble_external(1);
   fem::MacroEnergy total;
@@ -297,7 +297,7 @@ TEST_CASE("damping ends a motion at most, and a node that is driven from the fir
   fem::Material m = fem::elastic_material(driven.owned_points(), E, nu);
   fem::CentralDifferences first(driven.impl(), m);
   first.set_mass([&](std::int32_t c) { return fem::cell_mass(driven.impl(), c, [](std::size_t) { return 800.0; }); });
-  REQUIRE(first.respond(0, true));
+  REQUIRE(first.respond(0, true, 0));
   driven.impl().assemble_external(0);
   fem::MacroEnergy energy;
   first.step({1e-3, 0, 0, 1e-3, 0, true}, energy);
