@@ -180,6 +180,20 @@ def fits():
     shifted = lambda points: [regression.Answer(np.append(a.values, 1.0), np.zeros((3, 3)), np.ones(3))
                               for a in evaluate(points)]
     near(regression.calibrate(shifted, 2, off, 12).misfit[2], 5, "deviations of what no parameter moves", 1e-3)
+    asked.clear()
+    begun, before = [], regression.best_of
+    regression.best_of = lambda surface, starts, *more: begun.append(starts) or before(surface, starts, *more)
+    uneven = regression.Data(data.values, np.array([0.01, 0.1]), np.array([0.1, 0.9]), data.specimens)
+    for seed in (1, 1, 2):
+        regression.calibrate(evaluate, 2, uneven, 8, seed=seed)
+    regression.best_of = before
+    # The first points are Sobol's, shaken; the fit begins at the four that are nearest to the data, and in the middle.
+    need((asked[0] == asked[1]).all() and (asked[0] != asked[2]).all() and (asked[0] % 0.125 > 0).all(),
+         f"first points: {asked}")
+    off = np.column_stack([(asked[0] @ [1.0, 2.0] - 1.6) / 0.01, (asked[0][:, 0] - 0.4) / 0.1])
+    order = np.argsort(off**2 @ [0.1, 0.9])[:4]
+    near(begun[0], [*asked[0][order], [0.5, 0.5]], "where the fit begins")
+    need(len(begun[1]) == 1, "the second fit begins where the first one ended")
 
 
 def words():
@@ -306,6 +320,17 @@ def commands(folder):
         status, said, errors = made_up.command(main, bad, "-o", os.path.join(folder, "bad"), "--quiet")
         need(status == wanted[0] and wanted[1] in errors, f"{settings}: exit {status} {said} {errors}")
     short = CALIBRATION.replace("budget = 36", "budget = 10\ncheck = false")
+    two = write("two.toml", short.replace("seeds = [1, 2]", "seeds = [1]")
+                .replace("weight = 2", "weight = 2, set = { rows = 40 }"))
+    status, said, errors = made_up.command(main, two, "-o", os.path.join(folder, "two"), "--quiet")
+    left = {}
+    for name in os.listdir(os.path.join(folder, "two")):
+        if name.startswith("best"):
+            with open(os.path.join(folder, "two", name), "rb") as f:
+                left[name] = tomllib.load(f)
+    need(status == 0 and len(left) == 3 and sum(name.startswith("best_known_") for name in left) == 2
+         and sorted(f.get("rows", 0) for f in left.values()) == [0, 0, 40] and "rows" not in left["best.toml"],
+         f"scenes of two kinds of runs: {status} {errors} {left}")
     unstable = write("unstable.toml", short.replace("graded = 1", "unstable = [2]"))
     status, said, errors = made_up.command(main, unstable, "-o", os.path.join(folder, "unstable"), "--quiet")
     with open(os.path.join(folder, "unstable", "calibration.json")) as f:

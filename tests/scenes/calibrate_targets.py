@@ -40,12 +40,14 @@ def curves():
     near(along(x, x, [0.9, 40.1]), [nan, nan], "beyond both ends")
     near(along([nan], [nan], [1.0]), [nan], "no row at all")
     bent = lambda x, at, below, above: below * x + (above - below) * np.maximum(0, x - at)
-    for at in (0.15, 0.5, 0.9):  # it is sought at 181 places
+    for at in (0.15, 0.5, 0.9):  # it is sought at 181 places, of which these are some
         x = np.linspace(0, 1, 41)
-        need(abs(kink(x, bent(x, at, -0.1, -0.9), log=False) - at) < 0.9 / 360 + 1e-9, f"a kink at {at}")
+        near(kink(x, bent(x, at, -0.1, -0.9), log=False), at, "a kink", 1e-9)
         stress = np.exp(5 * x)
         found = math.log(kink(stress, 0.8 + bent(x, at, -0.1, -0.9))) / 5
         need(abs(found - at) < 0.9 / 360 + 1e-9, f"a kink in the logarithm, at {at}: {found}")
+    beyond = [kink(x, bent(x, at, -0.1, -0.9), log=False) for at in (0.02, 0.98)]
+    near(beyond, [0.05, 0.95], "kinks beyond the rim", 1e-9)
     back = np.concatenate([stress[:20], stress[10:20], stress[20:]])  # unloaded and loaded again
     void = bent(np.log(back) / 5, 0.9, -0.1, -0.9) + np.concatenate([np.zeros(20), np.full(10, 7.0), np.zeros(21)])
     need(abs(math.log(kink(back, void)) / 5 - 0.9) < 0.003, "a kink beside unloading")
@@ -68,6 +70,7 @@ def data_of_targets(folder):
     t = target(kind="value", quantity="q", value=-4.0)
     near((t.values, t.error, t.weight), ([-4], [0.08], [1]), "a value")
     near(target(kind="value", quantity="q", value=0.0).error, [0.02], "a value of 0")
+    near(target("x,y\n1,-5\n2,-5\n", x="x", y="y").error, [0.1, 0.1], "a curve that does not change")
     for text, table, words in (("x,y\n0,1\n1,2\n", {"x": "x", "y": "y", "x_scale": "log"}, "x must be above 0"),
                                ("diameter_m,passing\n1,1.1\n", {"kind": "grading", "at": 0}, "between 0 and 1"),
                                ("diameter_m,passing\n0,1\n", {"kind": "grading", "at": 0}, "diameter_m above 0"),
@@ -100,6 +103,13 @@ def answers_of_runs(target):
     values, between, _ = median.answer([*runs[:2], broke_not])
     near((values[0], median.told["stronger_than"]), (4, 1), "a median beside one that did not break")
     near(between, 6 * np.var([6.0, 6.0, 2.5]), "its covariance")  # without 1, 4 and the bound
+    # Runs that say nothing stand aside: without each of four the medians of two, or of one, beside them.
+    dumb = [made_up.run(breakages=[0.0, 0.0, 1.0]) for _ in range(2)]
+    for known, without in ((runs[:2], [2.5, 2.5, 4, 1]), (runs[:1], [1, 1, 1])):
+        values, between, n = median.answer([*dumb, *known])
+        near((values[0], n, between), (np.mean([r["columns"]["y"][-1] for r in known]), 2 + len(known),
+                                       (n - 1) * n * np.var(without)), "a median beside runs that say nothing")
+    near(median.answer(dumb)[:2], ([nan], [[0]]), "runs that say nothing")
     value = target(kind="value", quantity="y", value=1.0, at=0.5)
     near(value.answer(runs)[0], [2.5], "mean of a value")
     near(value.answer(runs)[1], [[np.var([1, 4, 7, 2, 11], ddof=1) / 4]], "its variance from run to run")
@@ -147,12 +157,49 @@ def parameters():
     for low, high, more, said in ((1, 1, {}, "min must be below max"), (0, 1, {"scale": "log"}, "min above 0"),
                                   ("1 m", "2 s", {}, "different units"), ("x", 1, {}, "no number")):
         refused(InputError, said, lambda: make(low, high, **more))
+    walkers()
     draws = np.column_stack([np.linspace(0, 1, 1001), np.linspace(0, 1, 1001) ** 2])
     rows = posterior.table(draws, [line, log])
     near([rows[0]["median"], *rows[0]["middle_68"], *rows[0]["middle_95"]], [4, 2.64, 5.36, 2.1, 5.9],
          "quantiles of draws", 1e-9)
     near([rows[1]["median"], *rows[1]["middle_68"]], [10 * 4**u for u in (0.25, 0.16**2, 0.84**2)],
          "quantiles of draws in the logarithm", 1e-9)
+
+
+def walkers():
+    """Where a sampler's walkers start, and what it is asked to sample: a sampler in emcee's place hears it."""
+    heard = {}
+
+    class Sampler:
+        def __init__(self, walkers, p, density):
+            heard.update(walkers=walkers, p=p, density=density)
+
+        def run_mcmc(self, start, steps):
+            heard.update(start=start, steps=steps)
+
+        def get_autocorr_time(self, discard, **_):
+            return np.array([2.0, 4.0])
+
+        def get_chain(self, discard, flat):
+            return np.full((heard["steps"] - discard, 2), 0.5)
+
+    before, posterior.sampler = posterior.sampler, lambda: type("", (), {"EnsembleSampler": Sampler})
+    slope, noise = np.array([[2.0, 1.0], [0.5, -1.0]]), np.array([[0.04, 0.01], [0.01, 0.09]])
+    for sd, cut in ((0.01, 0.01), (5.0, 0.2)):  # a spread of a fifth of the range at most
+        result = type("", (), {"x": np.array([0.5, 0.0]), "covariance": sd**2 * np.eye(2), "noise": noise,
+                               "surface": type("", (), {"at": lambda self, x: slope @ x})()})
+        draws, worth = posterior.posterior(result, type("", (), {"values": np.array([1.0, 0.2])}))
+        start = heard["start"]
+        need((heard["walkers"], heard["p"], start.shape) == (32, 2, (32, 2)), f"{heard}")
+        need(0.6 * cut < start[:, 0].std() < 1.2 * cut and start.min() > 1e-6 and start.max() < 1 - 1e-6
+             and len(set(start[:, 1])) == 32, f"where walkers start: {start}")
+        near((len(draws), worth), (posterior.STEPS - posterior.REST, len(draws) / 4), "draws, and what they are worth")
+        at = np.array([0.3, 0.6])
+        rest = slope @ at - [1.0, 0.2]
+        near(heard["density"](at), -0.5 * rest @ np.linalg.solve(noise, rest), "density", 1e-9)
+        need([heard["density"](np.array(x)) for x in ([-1e-9, 0.5], [0.5, 1 + 1e-9])] == [-math.inf] * 2, "beyond")
+        need(all(math.isfinite(heard["density"](np.array(x))) for x in ([0.0, 1.0], [1.0, 0.0])), "at the bounds")
+    posterior.sampler = before
 
 
 curves()

@@ -1,15 +1,15 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Small faults put into formulas, to see whether a test notices: mutants.py [--places] [--named] [--work DIR]
-[--jobs N] [--table FILE] [--report FILE] [NAME...]
+[--jobs N] [--table FILE] [--report FILE [--go-on]] [NAME...]
 
 The table beside this file says where: a place in a file, what stands there, what shall stand there instead. All faults
 are built in at once, behind a variable of the environment (GRUS_MUTANT) that chooses one; 0 or nothing is the program
 as it is. Each fault is run against the tests it names, then against all other test programs, until one fails: then it
 is dead; those of Python files against the tests that they name alone. Tests that do not come past a fault's place are
-not run for it. Tests of whole programs (scenes_values) are named
-by CTest's names. Exit 0 if all that are not marked equivalent are dead but for one in twenty, and all that are marked
-`from = "review"` are dead.
+not run for it. Tests of whole programs (scenes_values) are named by CTest's names. The report is written after each
+fault: --go-on takes what it holds as run. Exit 0 if all that are not marked equivalent are dead but for one in twenty,
+and all that are marked `from = "review"` are dead.
 """
 import argparse
 import concurrent.futures
@@ -19,6 +19,7 @@ import re
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import tomllib
 
@@ -111,7 +112,8 @@ def binds_otherwise(old, before, after):
     """True where brackets around an expression would change what is computed: its neighbours bind more strongly."""
     bare = outside_of_brackets(old)
     if re.search(r"[-+*/|&]=|(?<![=!<>])=(?!=)", bare):
-        return after[:1] not in (";", ",", ")")
+        declared = before[-1:] == "," and re.search(r"[;{}]\s*(const )?[\w:]+(<[^;=]*>)?[&*]? \w+ = [^;]*$", before)
+        return bool(declared) or after[:1] not in (";", ",", ")")
     sums = re.search(r"[\w)\]] *[-+] ", bare)
     return bool(sums and (before[-1:] in ("*", "/", "%") or re.search(r"[\w)\]] -$", before) or after[:1] in "*/%"))
 
@@ -212,9 +214,10 @@ def prepare(table, work, python_alone, tests, only):
               with_header(name, changed[name]) if name in changed else open(os.path.join(root, name), "rb").read())
     renew(os.path.join(source, "mutant.hpp"), HEADER.encode())
     subprocess.run([
-        "cmake", "--compile-no-warning-as-error", "-S", source, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release"
+        "cmake", "--compile-no-warning-as-error", "-S", source, "-B", build, "-G", "Ninja",
+        "-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_UNITY_BUILD=ON"
     ], check=True, stdout=subprocess.DEVNULL)
-    if subprocess.run(["cmake", "--build", build, *targets(build, python_alone, tests)]).returncode:
+    if subprocess.run(["cmake", "--build", build, *targets(build, python_alone, tests), "--", "-k", "0"]).returncode:
         refuse("the faults do not compile")
     return build
 
@@ -258,13 +261,47 @@ def run(build, test, number, timeout, reached=""):
             return False
 
 
+class Ways:
+    """What a test comes past, and how long it takes, once it is asked for: most faults die by the tests they name."""
+
+    def __init__(self, build):
+        self.build, self.known, self.lock = build, {}, threading.Lock()
+
+    def of(self, test):
+        with self.lock:
+            if test not in self.known:
+                self.known[test] = places_on_way(self.build, test)
+            return self.known[test]
+
+
+def written(path, faults, found):
+    """A table of the faults that have been run, as a whole or not at all."""
+    with open(path + ".new", "w") as f:
+        f.write("| room | fault | found by |\n|---|---|---|\n")
+        for m in faults:
+            if m["name"] in found:
+                lives = "equivalent: " + m["equivalent"] if "equivalent" in m else "**lives**"
+                f.write(f"| {m['places'][0]['file']} | {m['name']} | {found[m['name']] or lives} |\n")
+    os.replace(path + ".new", path)
+
+
+def read_report(path):
+    """Who found each fault, None: nobody; by name, as numbers change with the table."""
+    if not os.path.exists(path):
+        return {}
+    with open(path) as f:
+        cells = [[c.strip() for c in line.strip().strip("|").split("|")] for line in f.read().splitlines()[2:]]
+    return {c[1]: None if c[-1] == "**lives**" or c[-1].startswith("equivalent") else c[-1] for c in cells}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--work",
                         help="folder to build in; kept, so that a second run builds less (default: a scratch folder)")
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("--table", default=os.path.join(here, "mutants.toml"), help="another table of faults")
-    parser.add_argument("--report", help="file for a table of all faults")
+    parser.add_argument("--report", help="file for a table of the faults that were run, written after each")
+    parser.add_argument("--go-on", action="store_true", help="the faults that the report holds are not run again")
     parser.add_argument("--places", action="store_true", help="only see that every place is found")
     parser.add_argument("--named", action="store_true",
                         help="only against the tests that they name; no other faults and tests are built")
@@ -289,27 +326,28 @@ def main():
         for p in glob.glob(os.path.join(build, "tests", "test_*")) if os.access(p, os.X_OK) and os.path.isfile(p)
     } - set(TESTS)
     tests = [] if python_alone or options.named else tests + sorted(missed)
-    scenes = sorted(asked - set(tests))
-    usual, reached = {}, {}
-    for test in tests + scenes:
-        reached[test], usual[test] = places_on_way(build, test)
-    print(f"{len(table)} faults, {len(usual)} tests, {sum(usual.values()):.0f} s for all of them", flush=True)
+    ways = Ways(build)
+    found = read_report(options.report) if options.go_on else {}
+    found = {m["name"]: found[m["name"]] for _, m in chosen if m["name"] in found}
+    print(f"{len(table)} faults, {len(tests)} tests; {len(found)} of {len(chosen)} were run before", flush=True)
 
     def judge(number, m):
         named = m.get("tests", "").split()
         for test in named + [t for t in tests if t not in named and not of_python(m)]:
-            if not of_python(m) and number not in reached[test]:
+            reached, usual = ways.of(test)
+            if not of_python(m) and number not in reached:
                 continue  # it passes as it does without the fault
-            if not run(build, test, number, 10 + 4 * usual[test] * options.jobs):
+            if not run(build, test, number, 10 + 4 * usual * options.jobs):
                 return test
         return None
 
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
-        found = {}
-        waiting = {pool.submit(judge, k, m): m for k, m in chosen}
+        waiting = {pool.submit(judge, k, m): m for k, m in chosen if m["name"] not in found}
         for done in concurrent.futures.as_completed(waiting):
             m = waiting[done]
             found[m["name"]] = killer = done.result()
+            if options.report:
+                written(options.report, [m for _, m in chosen], found)
             lives = "LIVES" + (f", equivalent: {m['equivalent']}" if "equivalent" in m else "")
             print(f"[{len(found)}/{len(chosen)}] {m['name']}: {'dead by ' + killer if killer else lives}", flush=True)
     real = [m for _, m in chosen if "equivalent" not in m]
@@ -318,15 +356,6 @@ def main():
         print(f"marked equivalent, but dead: {m['name']} by {found[m['name']]}")
     print(f"{len(real) - len(alive)} of {len(real)} dead ({100 * (1 - len(alive) / max(1, len(real))):.1f} %)" +
           ("; alive: " + ", ".join(m["name"] for m in alive) if alive else ""))
-    if options.report:
-        with open(options.report, "w") as f:
-            f.write("| room | fault | found by |\n|---|---|---|\n")
-            for _, m in chosen:
-                f.write(
-                    f"| {m['places'][0]['file']} | {m['name']} | "
-                    f"{found[m['name']] or ('equivalent: ' + m['equivalent'] if 'equivalent' in m else '**lives**')} "
-                    "|\n"
-                )
     sys.exit(1 if any(m.get("from") == "review" for m in alive) or len(alive) > 0.05 * len(real) else 0)
 
 

@@ -142,17 +142,17 @@ class Target:
         self.told = {"runs": n, "stronger_than": 0, "still_rising": 0}
         if self.kind == "quantiles":
             found, bounds = np.array([strength_of(r, self.table["quantity"]) for r in runs]).T
-            larger = ~np.isnan(bounds)
+            larger = ~np.isnan(bounds)  # these have no value
+            useful = larger | ~np.isnan(found)
             self.told["stronger_than"] = int(larger.sum())
 
             def of(kept):
-                return quantiles(found[kept & ~larger & ~np.isnan(found)], bounds[kept & larger], self.x)
+                return quantiles(found[kept & ~np.isnan(found)], bounds[kept & larger], self.x)
 
             every = np.ones(n, bool)
-            if not (larger | ~np.isnan(found)).any():
+            if not useful.any():
                 return np.full(len(self.x), math.nan), np.zeros((len(self.x),) * 2), n
             whole = of(every)
-            useful = larger | ~np.isnan(found)
             without = [of(np.arange(n) != k) for k in range(n)] if n > 2 and useful.sum() > 1 else [whole] * n
             return whole, np.cov(np.array(without).T, bias=True).reshape(len(self.x), -1) * (n - 1) * n, n
         each = np.array([self.of_run(r) for r in runs])
