@@ -40,6 +40,7 @@ public:
   void rebalance();
   std::uint64_t moved() const { return moved_; }
   double cost(std::uint64_t slot) const { return homes_.at(slot).cost; }
+  double spent(std::uint64_t slot) const { return homes_.at(slot).spent; }  // s of its answers since the last such look
   int ranks() const { return ranks_; }
   /// From now on every advance notes what each RVE cost: its wall time on its rank, of that the tangent's, its DEM
   /// steps, and the time that this rank spent to tell its rank and to read the answer (0: it lives here).

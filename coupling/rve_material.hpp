@@ -42,7 +42,11 @@ public:
   void refresh() { driver_.refresh(); }
   const SweepReport& report() const { return driver_.book().report; }
   SweepReport report_of_all() const;
-  double seconds() const { return seconds_; }         // wall time in responses
+  double seconds() const { return seconds_; }  // wall time in responses
+  /// Wall time of a point's own answers so far in this process, and how many times points were asked; of points that
+  /// are spread.
+  double spent(std::size_t point) const { return farm_.spent(driver_.slot(point)); }
+  std::uint64_t sweeps() const { return commits_; }
   std::uint64_t count(dem::Facts::Count what) const;  // of the committed states, every point counted
 
   /// A sum over all points' RVEs of `of(facts)`, and the largest.

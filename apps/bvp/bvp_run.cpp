@@ -328,6 +328,7 @@ nlohmann::json BvpRun::resume() {
   auto about = nlohmann::json::parse(kept.about);
   const std::string path = checkpoint_of(options_) + ": ";
   try {
+    if (across_.spread()) costs_ = kept_costs(kept);
     kept.parts.resize(std::max(kept.parts.size(), std::size_t{2}));  // other ranks hear of them
     across_.tell(0, kept.parts[0]);
     if (across_.spread())

@@ -24,6 +24,10 @@ std::string checkpoint_of(const Options& options);
 /// The checkpoint of a run of this scene. Throws InputError where there is none, or one of another scene.
 dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene);
 
+/// What each element's RVEs have cost (s a step) up to a checkpoint of a problem that is spread; empty: it does not
+/// say.
+std::vector<double> kept_costs(const dem::Checkpoint& kept);
+
 /// The macro problem with its materials; on rank 0, or on all ranks that it is spread over.
 class BvpRun {
 public:
@@ -52,6 +56,7 @@ private:
   void write_sharded_checkpoint(nlohmann::json about);
   void take_shards(const nlohmann::json& about, const std::string& owners);
   Shard own_shard() const;
+  std::vector<double> measured_costs() const;
   void agree_on_responses();
   template <class Start>
   Start begin();
@@ -69,8 +74,9 @@ private:
   std::vector<double> density_;
   std::optional<BvpOutput> output_;
   AcrossRanks& across_;
-  char shards_ = 'b';       // set of the last checkpoint, of a problem that is spread
-  bool kept_here_ = false;  // there is a checkpoint to go on from
+  std::vector<double> costs_;  // of all elements, before this process; on rank 0 of a problem that is spread
+  char shards_ = 'b';          // set of the last checkpoint, of a problem that is spread
+  bool kept_here_ = false;     // there is a checkpoint to go on from
   double elapsed_ = 0, elapsed_cpu_ = 0, elapsed_sweeps_ = 0;  // s, of earlier parts: wall, CPU, wall of sweeps
 };
 

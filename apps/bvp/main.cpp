@@ -101,12 +101,17 @@ std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Se
   });
   if (across.spread()) MPI_Bcast(&setup.density, 1, MPI_DOUBLE, 0, MPI_COMM_WORLD);
   double crossing = 0;
+  on_all_ranks(session, [&] {
+    if (leads && across.ranks() > 1 && options.resume && std::filesystem::exists(checkpoint_of(options)))
+      kept = find_checkpoint(options, scene);
+  });
   on_all_ranks(session, [&] {  // what a problem that is spread throws here, it throws on all ranks
     if (!leads && !across.spread()) return;
     setup.problem = make_problem(scene, across.comm());
     setup.points = find_points(scene, *setup.problem, setup.density);
     if (across.ranks() > 1) {
-      std::visit([&](auto& mesh) { mesh.owner = equal_parts(*setup.problem, setup.points); }, scene.mesh);
+      const std::vector<double> measured = kept_costs(kept);
+      std::visit([&](auto& mesh) { mesh.owner = equal_parts(*setup.problem, setup.points, measured); }, scene.mesh);
       setup.problem = make_problem(scene, across.comm());
       setup.points = find_points(scene, *setup.problem, setup.density);
     }
@@ -123,7 +128,8 @@ std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Se
           setup.points.stresses, starts.size(), starts.size() > 1 ? "es" : "", 100 * setup.points.deviation));
     if (options.speaks()) say(options, setup_text(scene, setup, options, session.ranks(), crossing));
     if (!options.check) check_folder(options);
-    if (options.resume && std::filesystem::exists(checkpoint_of(options))) kept = find_checkpoint(options, scene);
+    if (options.resume && kept.about.empty() && std::filesystem::exists(checkpoint_of(options)))
+      kept = find_checkpoint(options, scene);
     if (options.check && starts.size() > 1) starts = {starts[starts.size() / 2]};
   });
   std::size_t count = starts.size();

@@ -2,6 +2,7 @@
 #include "apps/bvp/points.hpp"
 
 #include <fmt/format.h>
+#include <numeric>
 
 #include <algorithm>
 #include <cmath>
@@ -118,7 +119,8 @@ BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double
   return points;
 }
 
-std::vector<std::int32_t> equal_parts(const fem::Problem& problem, const BvpPoints& points) {
+std::vector<std::int32_t> equal_parts(const fem::Problem& problem, const BvpPoints& points,
+                                      const std::vector<double>& measured) {
   constexpr double of_rest = 1e-3;  // cost of a point without grains, of one with
   const auto per_cell = static_cast<std::size_t>(problem.points_per_cell());
   std::vector<double> owned;  // of each element its middle and its cost
@@ -138,6 +140,10 @@ std::vector<std::int32_t> equal_parts(const fem::Problem& problem, const BvpPoin
     middles.push_back({all[at], all[at + 1], all[at + 2]});
     costs.push_back(all[at + 3]);
   }
+  const double mean = std::accumulate(measured.begin(), measured.end(), 0.0) / static_cast<double>(costs.size());
+  if (measured.size() == costs.size() && mean > 0)
+    std::transform(measured.begin(), measured.end(), costs.begin(),
+                   [&](double cost) { return std::max(cost, of_rest * mean); });
   int ranks = 1, rank = 0;
   MPI_Comm_size(problem.comm(), &ranks);
   MPI_Comm_rank(problem.comm(), &rank);

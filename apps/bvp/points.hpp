@@ -44,8 +44,10 @@ struct BvpPoints {
 BvpPoints find_points(const BvpScene& scene, const fem::Problem& problem, double density = 0);
 
 /// The rank that each element of the mesh goes to, so that all ranks have RVEs of equal number, and what lies near lies
-/// together. The same on all ranks of the problem, which must all ask.
-std::vector<std::int32_t> equal_parts(const fem::Problem& problem, const BvpPoints& points);
+/// together; of equal cost, where it has been `measured`: of each element (s a step), on rank 0. The same on all ranks
+/// of the problem, which must all ask.
+std::vector<std::int32_t> equal_parts(const fem::Problem& problem, const BvpPoints& points,
+                                      const std::vector<double>& measured);
 
 /// Void ratio, breakages a starting grain, and grains: of each element three values, means over those of its points
 /// that have an RVE; NaN where none has. `facts(k)`: of the k-th point with grains.

@@ -3,6 +3,7 @@
 // keeps a checkpoint in shards.
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 
@@ -43,6 +44,30 @@ Shard BvpRun::own_shard() const {
   return shard;
 }
 
+std::vector<double> kept_costs(const dem::Checkpoint& kept) {
+  std::vector<double> costs;
+  if (kept.parts.size() < 3) return costs;
+  costs.resize(kept.parts[2].size() / sizeof(double));
+  std::memcpy(costs.data(), kept.parts[2].data(), costs.size() * sizeof(double));
+  const bool good = std::all_of(costs.begin(), costs.end(), [](double c) { return std::isfinite(c) && c >= 0; });
+  return good ? costs : std::vector<double>();
+}
+
+/// Seconds a step of all elements, on rank 0: as measured here, and before in so far as that is short.
+std::vector<double> BvpRun::measured_costs() const {
+  constexpr double long_enough = 100;  // steps
+  const auto per_cell = static_cast<std::size_t>(setup_.problem->points_per_cell());
+  std::vector<double> spent(setup_.points.group.size() / per_cell, 0);
+  for (std::size_t i = 0, k = 0; i < setup_.points.group.size() && rves_; ++i)
+    if (setup_.points.group[i] == 0) spent[i / per_cell] += rves_->spent(k++);
+  std::vector<double> all = setup_.problem->gather_cells(spent);
+  const double steps = rves_ ? static_cast<double>(rves_->sweeps()) : 0;
+  const bool before = costs_.size() == all.size();
+  for (std::size_t e = 0; e < all.size(); ++e)
+    all[e] = (all[e] + (before ? long_enough * costs_[e] : 0)) / std::max(1.0, steps + (before ? long_enough : 0));
+  return all;
+}
+
 void BvpRun::write_sharded_checkpoint(nlohmann::json about) {
   const char set = shards_ == 'a' ? 'b' : 'a';
   across_.lead([&] { result_file(options_.directory, shard_file(set, 0)); });
@@ -61,11 +86,13 @@ void BvpRun::write_sharded_checkpoint(nlohmann::json about) {
       return (regularised_ ? regularised_->save_point(k) : "") + rves_->save_point(k);
     });
   });
+  const std::vector<double> costs = measured_costs();
   across_.lead([&] {  // from here on the new set is the checkpoint
     const std::vector<std::int32_t> owners(owner.begin(), owner.end());
     dem::write_checkpoint(result_file(options_.directory, "checkpoint.h5"), about.dump(), [&](const auto& take) {
       take(output_->history().text());
       take(std::string(reinterpret_cast<const char*>(owners.data()), owners.size() * sizeof(std::int32_t)));
+      take(std::string(reinterpret_cast<const char*>(costs.data()), costs.size() * sizeof(double)));
     });
   });
   shards_ = set;

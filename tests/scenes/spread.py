@@ -274,6 +274,39 @@ def silent(tmp, scene):
         need(1 < time.time() - begin < 20, f"rank {stopped} stopped: told after {time.time() - begin} s")
 
 
+def waiting(out):
+    """Share of the ranks' time in which they wait for the one whose RVEs cost the most, by the seconds of these."""
+    with open(os.path.join(out, "costs.csv")) as file:
+        rows = [(int(c["rank"]), float(c["seconds"])) for c in csv.DictReader(file)]
+    ranks = [sum(seconds for rank, seconds in rows if rank == r) for r in range(1 + max(r for r, _ in rows))]
+    return 1 - sum(ranks) / (len(ranks) * max(ranks))
+
+
+def uneven(tmp):
+    """RVEs of one half cost more than those of the other, which is held: a run that goes on is cut by what its RVEs have
+    cost, and tells the same bytes."""
+    held = BLOCK.replace('where = "z=min"\ndisplacement', 'where = "z<0.051"\ndisplacement').replace(
+        "cells = [2, 2, 3]", "cells = [1, 1, 16]").split("[[region]]")
+    scene = write(tmp, held[0] + held[1][held[1].index("[[probe]]"):].split("[regularisation]")[0], "uneven.toml")
+    outs = [os.path.join(tmp, f"uneven_{k}") for k in ("one", "two")]
+    set_so = ("solve.crossings=60", "output.checkpoint_interval=0.5", "rve.strain_per_step=1e-6")
+    r = run(*command(1, scene, outs[0], *set_so))
+    need(r.returncode == 0, f"uneven on 1 rank: exit {r.returncode} {r.stderr[-300:]}")
+    p = subprocess.Popen(command(2, scene, outs[1], *set_so), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    there = [os.path.join(outs[1], name) for name in ("checkpoint.h5", "history.csv")]
+    while p.poll() is None and not (all(map(os.path.exists, there)) and len(history(outs[1])) > 4):
+        time.sleep(0.05)
+    for rank in run("pgrep", "-P", str(p.pid)).stdout.split()[:1]:
+        os.kill(int(rank), signal.SIGTERM)
+    need(p.wait(60) == 130, f"uneven, stopped: exit {p.returncode}")
+    before = waiting(outs[1])
+    r = run(*command(2, scene, outs[1], *set_so, more=["--resume"]))
+    need(r.returncode == 0, f"uneven, gone on: exit {r.returncode} {r.stderr[-300:]}")
+    same("uneven, cut anew", *outs)
+    need(before > 0.2 and waiting(outs[1]) < 0.7 * before, f"waiting {before} before, {waiting(outs[1])} cut anew")
+    return before, waiting(outs[1])
+
+
 with tempfile.TemporaryDirectory() as tmp:
     block = write(tmp, BLOCK)
     any_ranks(tmp, block)
@@ -282,4 +315,6 @@ with tempfile.TemporaryDirectory() as tmp:
     blow(tmp)
     failures(tmp, block)
     silent(tmp, block)
+    if whole:
+        uneven(tmp)
 sys.exit(1 if faults else 0)
