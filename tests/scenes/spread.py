@@ -283,8 +283,8 @@ def waiting(out):
 
 
 def uneven(tmp):
-    """RVEs of one half cost more than those of the other, which is held: a run that goes on is cut by what its RVEs have
-    cost, and tells the same bytes."""
+    """RVEs of one half cost more than those of the other, which is held: a run that goes on is cut by what its RVEs
+    have cost, and tells the same bytes."""
     held = BLOCK.replace('where = "z=min"\ndisplacement', 'where = "z<0.051"\ndisplacement').replace(
         "cells = [2, 2, 3]", "cells = [1, 1, 16]").split("[[region]]")
     scene = write(tmp, held[0] + held[1][held[1].index("[[probe]]"):].split("[regularisation]")[0], "uneven.toml")
