@@ -106,12 +106,13 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
 }  // namespace
 
 ContactPass::ContactPass(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains,
-                         const Boundary& boundary, double dt, bool shown, Contacts& contacts)
+                         const Boundary& boundary, double dt, bool shown, Contacts& contacts, SleepingHulls* sleep)
     : law_(law),
       pairs_(pairs),
       grains_(grains),
       boundary_(boundary),
       contacts_(contacts),
+      sleep_(sleep),
       rows_(rows_of(law, pairs, grains, boundary, dt, shown, contacts)) {}
 
 void ContactPass::tile(std::size_t t, Load* room) const {
@@ -119,7 +120,7 @@ void ContactPass::tile(std::size_t t, Load* room) const {
   Load* const load = room ? room : contacts_.plan.load.data() + first;
   ContactRows rows = rows_;
   rows.load = reinterpret_cast<double*>(load), rows.first = static_cast<std::uint32_t>(first);
-  const TileWork work{law_, pairs_, grains_, boundary_, contacts_, rows, load, first, contacts_.plan.energy[t]};
+  const TileWork work{law_, pairs_, grains_, boundary_, contacts_, rows, load, first, contacts_.plan.energy[t], sleep_};
   rows.context = &work;
   for (const Bin bin : pass_order) {
     const std::size_t begin = contacts_.tile[bin][t], end = contacts_.tile[bin][t + 1];

@@ -6,6 +6,7 @@
 
 #include "dem/base/parallel.hpp"
 #include "dem/contact/laws.hpp"
+#include "dem/contact/sleeping_hulls.hpp"
 #include "dem/kernel/contact_pass.hpp"
 #include "dem/state/boundary.hpp"
 #include "dem/state/grains.hpp"
@@ -17,11 +18,11 @@ namespace grus::dem {
 /// adds forces and torques to contacts.plan.load, which must be clear. Tiles may be taken in any order by any threads.
 /// Dissipation and work of a moving boundary go to contacts.plan.energy, one entry a tile; the work is that of this
 /// step's forces over a whole dt, so that a run books half of `boundary_power` for its first and last instant. `shown`:
-/// fills contacts.touch for every pair.
+/// fills contacts.touch for every pair. `sleep`: pairs of hulls sleep as it says; without it all are looked at.
 class ContactPass {
 public:
   ContactPass(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& grains, const Boundary& boundary,
-              double dt, bool shown, Contacts& contacts);
+              double dt, bool shown, Contacts& contacts, SleepingHulls* sleep = nullptr);
   /// `room`: where the tile's grains collect, one row a grain of the tile; their rows of contacts.plan.load unless said
   /// otherwise.
   void tile(std::size_t t, Load* room = nullptr) const;
@@ -32,6 +33,7 @@ private:
   const Grains& grains_;
   const Boundary& boundary_;
   Contacts& contacts_;
+  SleepingHulls* sleep_;
   ContactRows rows_;
 };
 

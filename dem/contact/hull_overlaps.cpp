@@ -22,12 +22,14 @@ Overlap overlap_of(const HullView& a, const HullView& b, const Mat3& axes_a, con
     const Mat3 back = axes_a.transpose();
     return turned(overlap_by_faces(a, b, back * axes_b, back * shift, back * search), axes_a);
   }
-  if (meets != Meets::overlaps) return {.parted = meets == Meets::parted};
-  return {w.volume, w.energy, Vec3(w.force), Vec3(w.moment), Vec3(w.area), Vec3(w.middle), w.polar, false};
+  if (meets == Meets::parted) return {.parted = true, .gap = w.gap};
+  if (meets != Meets::overlaps) return {};
+  return {w.volume, w.energy, Vec3(w.force), Vec3(w.moment), Vec3(w.area), Vec3(w.middle), w.polar};
 }
 
 Overlap turned(const Overlap& o, const Mat3& axes) {
-  return {o.volume, o.energy, axes * o.force, axes * o.moment, axes * o.area, axes * o.middle, o.polar, o.parted};
+  return {o.volume, o.energy, axes * o.force, axes * o.moment, axes * o.area, axes * o.middle,
+          o.polar,  o.parted, o.gap};
 }
 
 }  // namespace grus::dem

@@ -167,20 +167,25 @@ void hulls(const TileWork& s, std::size_t begin, std::size_t end) {
   const Grains& g = s.grains;
   const Cell& cell = s.boundary.cell;
   const bool apart_inertia = !g.turn_mass.empty();
+  const std::size_t first = contacts.begin[hull_hull];
   for (std::size_t k = begin; k < end; ++k) {
     const Pair& pair = contacts.pair[k];
+    if (s.sleep && s.sleep->asleep(k - first, pair.a, pair.b)) continue;
     if (k + 1 < end) fetch(hull_of_grain(g, contacts.pair[k + 1].b));
     const Motion &a = g.motion[pair.a], &b = g.motion[pair.b];
     Vec3& search = contacts.touch[k].normal;
     const Vec3 shift = shift_of(g, cell, pair.a, pair.b, pair.image);
-    HullGuesses::Row& known = contacts.guesses.row[k - contacts.begin[hull_hull]];
+    HullGuesses::Row& known = contacts.guesses.row[k - first];
     if (known.a != g.hull[pair.a] || known.b != g.hull[pair.b])
       known.a = g.hull[pair.a], known.b = g.hull[pair.b], known.guess.octets = 0;
     const Overlap o = overlap_of(hull_of_grain(g, pair.a), hull_of_grain(g, pair.b), g.frame[pair.a].axes,
                                  g.frame[pair.b].axes, shift, search, &known.guess);
     if (!presses(o)) {
       // The direction that parts them is far cheaper to find out by in the next step.
-      if (!o.parted) distance_of_pair(g, cell, {pair.a, pair.b, pair.image}, search);
+      if (!o.parted)
+        distance_of_pair(g, cell, {pair.a, pair.b, pair.image}, search);
+      else if (s.sleep)
+        s.sleep->rest(k - first, pair.a, pair.b, o.gap);
       apart(contacts, k, s.energy);
       continue;
     }

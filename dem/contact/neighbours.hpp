@@ -6,6 +6,7 @@
 
 #include "dem/base/parallel.hpp"
 #include "dem/contact/broad_phase.hpp"
+#include "dem/contact/sleeping_hulls.hpp"
 #include "dem/state/boundary.hpp"
 #include "dem/state/contacts.hpp"
 #include "dem/state/grains.hpp"
@@ -48,6 +49,7 @@ struct NeighbourRoom {
   std::vector<Index> next, receivers;
   std::vector<std::array<Index, 2 * bin_count>> counts;
   std::vector<std::uint64_t> work;
+  SleepingHulls sleep;
 };
 
 /// Where things stood when the list was made: it holds until they have moved by the skin.

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "dem/contact/laws.hpp"
+#include "dem/contact/sleeping_hulls.hpp"
 #include "dem/kernel/contact_pass.hpp"
 #include "dem/state/boundary.hpp"
 #include "dem/state/contacts.hpp"
@@ -25,6 +26,7 @@ struct TileWork {
   Load* load;               // of the tile's grains, that of `first` first
   std::size_t first;
   BlockEnergy& energy;
+  SleepingHulls* sleep = nullptr;  // null: all pairs are looked at
 
   double dt() const { return rows.dt; }
 };

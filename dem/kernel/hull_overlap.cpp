@@ -168,7 +168,10 @@ Meets hull_overlap(const HullColumns& ha, const HullColumns& hb, const HullPose&
   turn_back3(pose.a, pose.search, n_a), turn_back3(pose.b, pose.search, n_b);
   const double highest = project(ha, n_a, 0, 1, along_a),
                lowest = project(hb, n_b, dot3(pose.search, pose.shift), -1, along_b);
-  if (highest <= lowest) return Meets::parted;
+  if (highest <= lowest) {
+    out.gap = lowest - highest;
+    return Meets::parted;
+  }
   if (!guessed) see();
   Body a, b;
   a.hull = &ha, b.hull = &hb;

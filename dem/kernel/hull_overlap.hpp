@@ -33,6 +33,7 @@ struct HullPose {
 struct HullWrench {
   double volume, energy, polar;
   double force[3], moment[3], area[3], middle[3];
+  double gap;  // of parted hulls, along `search`
 };
 
 /// What the two hulls' overlap was made of when it was last found: a guess of what it is made of now. Whether it holds

@@ -46,10 +46,10 @@ void book(State& state) {
 /// earlier tiles have with it are done (pairs belong to the lower tile: nothing later needs the tile where it is). A
 /// thread moves its tiles while their data is at hand: it collects forces in a room that stays in its cache. One that
 /// has nothing left takes from the others, from the back: sums are by tile, so it is all the same who makes them.
-void force_and_move(const Model& model, State& state, const MotionSettings& settings, bool shown, bool bonded,
-                    Kick kick, Team& team) {
+void force_and_move(const Model& model, State& state, const MotionSettings& settings, SleepingHulls* sleep, bool shown,
+                    bool bonded, Kick kick, Team& team) {
   Contacts& c = state.contacts;
-  const ContactPass contacts(model.law, model.pairs, state.grains, state.boundary, state.dt, shown, c);
+  const ContactPass contacts(model.law, model.pairs, state.grains, state.boundary, state.dt, shown, c, sleep);
   const SweepPass grains(kick, state.grains, c, settings, bonded, state.dt, state.grain_energy);
   const std::size_t n = state.grains.size(), tiles = tile_count(n), size = tile_size(n), words = tile_words(n);
   const std::uint32_t round = ++c.plan.round;
@@ -96,6 +96,16 @@ void force_and_move(const Model& model, State& state, const MotionSettings& sett
     for (int spins = 0; !move_ready(); relax(spins)) {
     }
   });
+}
+
+/// Pairs of hulls sleep in runs of so many steps and more.
+constexpr std::uint64_t worth_sleeping = 4;
+
+/// All pairs of hulls wake. None is listed beyond 2.2 skins (mend.cpp), or opens by more than two while the list holds.
+void wake(State& state) {
+  state.reference.room.sleep.wake(state.grains, state.boundary.cell,
+                                  state.contacts.begin[hull_hull + 1] - state.contacts.begin[hull_hull],
+                                  2 * state.reference.largest + 6 * state.reference.skin);
 }
 
 /// What is below a strain of 1e-10 of all grains is round-off of their positions; what is below the first push that a
@@ -201,6 +211,8 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
   WayBound bound(g, settings.affine, dt);
   Plan& plan = state.contacts.plan;
   plan.firmest = firmest_contact(model, state), plan.firmer = state.watch == StepWatch::firmer;
+  SleepingHulls* const sleep = !g.hull.empty() && count >= worth_sleeping ? &state.reference.room.sleep : nullptr;
+  if (sleep) wake(state);
   bool moving = false;  // positions already opened by the sweep of the step before
   const auto power = [&] {
     return boundary_power(state.boundary, state.contacts) + cell_power(state.boundary.cell, state.bonds) +
@@ -220,16 +232,19 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
     double& way = state.reference.travelled;
     way += bound.of_step(k, 1.1 * take_speed(state.grain_energy), way);
     move_boundary(state.boundary, dt);
-    if (const ListState found = look_at_list(g, state.boundary, state.reference); found != ListState::holds)
+    if (sleep) sleep->go(g, state.boundary.cell, team);
+    if (const ListState found = look_at_list(g, state.boundary, state.reference); found != ListState::holds) {
       renew_list(model, state, found, passes.indexes(), team);
+      if (sleep) wake(state);
+    }
     step.again = moving, step.pulled = false;
     const bool due = passes.due(state);
     const bool asks = plan.firmer > 0, last = asks || k + 1 == count;  // in the step before: however runs are cut
     moving = !due && !last;
     for (const Pass* pass : passes)
       if (pass->before_forces) pass->before_forces(step);
-    force_and_move(model, state, settings, passes.shows() || !moving, step.pulled, moving ? Kick::both : Kick::close,
-                   team);
+    force_and_move(model, state, settings, sleep, passes.shows() || !moving, step.pulled,
+                   moving ? Kick::both : Kick::close, team);
     for (const Pass* pass : passes)
       if (pass->after_forces) pass->after_forces(step);
     ++state.steps;

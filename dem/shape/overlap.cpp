@@ -220,7 +220,7 @@ Overlap overlap_by_faces(const HullView& a, const HullView& b, const Mat3& turn,
     const double x = along_b[static_cast<std::size_t>(v)] = m.dot(b.vertex[v]) + far;
     lowest = std::min(lowest, x);
   }
-  if (highest <= lowest) return {.parted = true};
+  if (highest <= lowest) return {.parted = true, .gap = lowest - highest};
   std::array<Vec3, most_hull_vertices> vertex;
   std::array<Plane, most_hull_faces> plane;
   for (int v = 0; v < b.vertices; ++v) vertex[static_cast<std::size_t>(v)] = turn * b.vertex[v] + shift;

@@ -19,6 +19,7 @@ struct Overlap {
   Vec3 middle = Vec3::Zero();  // of that area: does not move as the bodies rock on each other (m)
   double polar = 0;            // of A's surface within B about the middle: integral of |x - middle|^2 (m^4)
   bool parted = false;         // already along `search`
+  double gap = 0;              // of parted hulls, along it (m)
 };
 
 /// Points within this share of the hulls' size lie in a plane. Faces of A and B in one plane: B counts as the larger by
