@@ -10,7 +10,7 @@
 #include "dem/packing/packing.hpp"
 #include "dem/rve/step.hpp"
 #include "dem/state/order.hpp"
-#include "tests/helpers.hpp"
+#include "tests/hulls.hpp"
 #include "tests/physics/plain_contacts.hpp"
 
 namespace {
@@ -327,6 +327,24 @@ TEST_CASE("a step allocates nothing") {
     CHECK(allocations == before);
     REQUIRE(c.state.reference.cell == built_at);  // the list held
   }
+}
+
+TEST_CASE("a step of hulls that sleep allocates nothing") {
+  Team team(1);
+  Model model = hull_model(0.5);
+  model.numerics.time_step = 1e-4, model.numerics.skin = 0.5;
+  State s;
+  for (std::uint64_t i = 0; i < 27; ++i)
+    add_body(s, unit_cube(),
+             1.6 * Vec3(static_cast<double>(i % 3), static_cast<double>(i / 3 % 3), static_cast<double>(i / 9)),
+             random_rotation(2, i), random_rotation(3, i) * Vec3(1, 0, 0));
+  prepare(model, s, team);
+  run_steps(model, s, 25, team);
+  const std::uint64_t lists = s.reference.builds;
+  const long before = allocations;
+  run_steps(model, s, 25, team);
+  CHECK(allocations == before);
+  REQUIRE(s.reference.builds == lists);
 }
 
 TEST_CASE("rebuilding the list reuses its room") {
