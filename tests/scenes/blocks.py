@@ -160,7 +160,7 @@ with tempfile.TemporaryDirectory() as folder:
                 write(folder, "job.sh", block)
                 shell("bash -n job.sh", folder)
             elif kind == "sh":
-                for line in block.splitlines():
+                for line in block.replace("\\\n", " ").splitlines():
                     command(page, line)
             elif kind == "python" and page in PARTS:
                 program = open(os.path.join(source, PARTS[page])).read()
