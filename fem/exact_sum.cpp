@@ -10,7 +10,14 @@ namespace {
 
 constexpr int lowest = -256, too_large = 128;  // exponents of 2: of the first digit's unit; of numbers
 constexpr std::uint64_t low_half = 0xffffffffu;
-constexpr int most_between_carries = 1 << 28;  // each adds less than 2^33 to a digit
+
+/// True where one of three digits lies beyond 2^62, either way: a number adds less than 2^33 to it.
+bool nearly_full(const std::int64_t* digit) {
+  constexpr std::uint64_t half = std::uint64_t{1} << 62;
+  std::uint64_t beyond = 0;
+  for (int k = 0; k < 3; ++k) beyond |= static_cast<std::uint64_t>(digit[k]) + half;
+  return beyond >> 63 != 0;
+}
 
 }  // namespace
 
@@ -29,10 +36,10 @@ void ExactSum::operator+=(double v) {
   const int shift = at % 32;
   const std::uint64_t low = (mantissa & low_half) << shift, high = (mantissa >> 32) << shift;
   const std::int64_t sign = bits >> 63 ? -1 : 1;
+  if (nearly_full(&words_[k])) carry();
   words_[k] += sign * static_cast<std::int64_t>(low & low_half);
   words_[k + 1] += sign * static_cast<std::int64_t>((low >> 32) + (high & low_half));
   words_[k + 2] += sign * static_cast<std::int64_t>(high >> 32);
-  if (++added_ == most_between_carries) carry();
 }
 
 void ExactSum::operator+=(const ExactSum& other) {
@@ -48,7 +55,6 @@ void ExactSum::carry() {
     const std::int64_t over = words_[k] >> 32;
     words_[k] -= over * (std::int64_t{1} << 32), words_[k + 1] += over;
   }
-  added_ = 0;
 }
 
 ExactSum::Words ExactSum::words() const {
@@ -60,7 +66,6 @@ ExactSum::Words ExactSum::words() const {
 ExactSum ExactSum::of(const Words& words) {
   ExactSum sum;
   sum.words_ = words;
-  sum.carry();
   return sum;
 }
 

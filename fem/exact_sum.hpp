@@ -22,12 +22,11 @@ public:
   /// The digits, and how many numbers were too large or none; what MPI_SUM adds up over ranks.
   using Words = std::array<std::int64_t, digits + 1>;
   Words words() const;  // each digit below 2^32, but for the last one
-  static ExactSum of(const Words& words);
+  static ExactSum of(const Words& words);  // of digits up to 2^63 - 2^32
 
 private:
   void carry();
   Words words_{};
-  int added_ = 0;  // since the last carry
 };
 
 /// The sums over all ranks.

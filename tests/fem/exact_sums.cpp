@@ -64,13 +64,18 @@ TEST_CASE("an exact sum holds what it says, and tells of what it cannot hold") {
     sum += -sign * largest;
     CHECK(sum.value() == sign * std::ldexp(largest, 62));
   }
-  // More numbers than a digit has room for: each fills the lower parts of three, and the last bits of a sum tell.
-  ExactSum many;
-  const double full = 0x1.fffffffffffffp0;
-  constexpr std::int64_t count = std::int64_t{3} << 28;
-  for (std::int64_t k = 0; k < count; ++k) many += full;
-  many += -std::ldexp(3.0, 29);
-  CHECK(many.value() == -std::ldexp(3.0, 28 - 52));  // 3 * 2^28 (2 - 2^-52) - 3 * 2^29
+  // Each of the three digits that a number adds to, either way, from nearly full on: no digit runs over.
+  constexpr std::int64_t full = INT64_MAX - 0xffffffff;  // 2^63 - 2^32
+  const double number = 0x1.fffffffffffffp83;            // digits 8, 9 and 10; to the last one it adds 2^20
+  for (const double sign : {1.0, -1.0})
+    for (std::size_t k = 8; k < 11; ++k) {
+      ExactSum::Words words{};
+      words[k] = sign > 0 ? full : -full;
+      ExactSum sum = ExactSum::of(words);
+      for (int n = 0; n < 8192; ++n) sum += sign * number;
+      const double begin = std::ldexp(static_cast<double>(full), 32 * (static_cast<int>(k) - 8));
+      CHECK(sum.value() == sum_of({sign * begin, sign * std::ldexp(number, 13)}));
+    }
 }
 
 TEST_CASE("the same numbers in any order and dealt to any number of parts have one sum, to the bit") {
