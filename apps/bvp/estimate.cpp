@@ -53,6 +53,8 @@ double dynamic_steps(const BvpScene& scene, const BvpSetup& setup, const dem::Ma
 
 }  // namespace
 
+double rounds_of(std::size_t rves, int workers) { return std::ceil(static_cast<double>(rves) / workers); }
+
 RunEstimate estimate_run(const BvpScene& scene, const BvpSetup& setup, const std::shared_ptr<const dem::Model>& model,
                          int workers) {
   const dem::State& state = setup.states[0];
@@ -79,8 +81,7 @@ RunEstimate estimate_run(const BvpScene& scene, const BvpSetup& setup, const std
       throw dem::Unstable("one RVE, taken through the first increment: " + done[0].response.failure);
   const double one = clock.wall() / tries, times = scene.is_explicit() ? steps : sweeps * steps;
   RunEstimate found;
-  const double rounds = std::ceil(static_cast<double>(rves) / workers);
-  found.seconds = times * rounds * one;
+  found.seconds = times * rounds_of(rves, workers) * one;
   found.text = scene.is_explicit()
                    ? fmt::format("{:.3g} steps, {} RVEs, {:.2g} ms a step of one", steps, rves, 1e3 * one)
                    : fmt::format("{} increments, {:.0f} sweeps each, {} RVEs at most, {:.3g} s an increment of one",

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What grus-bvp makes of its results: bars read by their gauges, means of cells, probes; what a folder loses to them.
+// What grus-bvp makes of its results, and of the time that it will take: bars read by their gauges, means of cells, probes; what a folder loses to them.
 #include <fmt/format.h>
 #include <fstream>
 #include <sstream>
 
+#include "apps/bvp/estimate.hpp"
 #include "apps/bvp/hopkinson.hpp"
 #include "apps/bvp/points.hpp"
 #include "apps/bvp/probes.hpp"
@@ -255,4 +256,11 @@ TEST_CASE("a folder is cleared of what lies in it: a mark that leads out of it, 
       result_file(folder, name);
   std::ifstream marks(folder + "/.grus");
   CHECK(std::string{std::istreambuf_iterator<char>(marks), {}} == "history.csv\nframes/frames_*.hdf\n");
+}
+
+TEST_CASE("RVEs are answered for in whole rounds of all workers") {
+  CHECK(rounds_of(1, 1) == 1);
+  CHECK(rounds_of(8, 4) == 2);
+  CHECK(rounds_of(9, 4) == 3);
+  CHECK(rounds_of(3, 4) == 1);
 }

@@ -121,6 +121,31 @@ TEST_CASE("a state that is turned answers to a turned shear as it would have, tu
   CHECK((turn * a * turn.transpose() - b).norm() < 1e-10 * a.norm());
 }
 
+TEST_CASE("a state that is turned turns the forces that its bonds hold, between two steps") {
+  State s;
+  for (int i : {0, 1}) add(s, PolyEllipsoid::sphere(R), Vec3(1.98 * R * i, 0, 0), 2650);
+  CohesiveSpring held{};
+  held.ends = {0, 1, {}}, held.force = Vec3(1, 2, 3);
+  s.bonds.cohesive.row.push_back(held);
+  FaceBond face{};
+  face.ends = {0, 1, {}}, face.force = Vec3(3, -1, 2), face.shear = Vec3(0, 5, 1);
+  s.bonds.face.row.push_back(face);
+  FaceDashpot dashpot;
+  dashpot.force = Vec3(1, 0, 2), dashpot.couple = Vec3(0, 4, 1);
+  s.bonds.dashpot.push_back(dashpot);
+  Handed handed{};
+  handed.shear = Vec3(7, 1, 0);
+  s.bonds.handed.push_back(handed);
+  const Mat3 stress = love_weber(s, 1), turn = random_rotation(9, 4).toRotationMatrix();
+  rotate(s, turn);
+  const auto turned = [&](const Vec3& now, const Vec3& before) { CHECK((now - turn * before).norm() < 1e-14); };
+  turned(s.bonds.cohesive.row[0].force, held.force);
+  turned(s.bonds.face.row[0].force, face.force), turned(s.bonds.face.row[0].shear, face.shear);
+  turned(s.bonds.dashpot[0].force, dashpot.force), turned(s.bonds.dashpot[0].couple, dashpot.couple);
+  turned(s.bonds.handed[0].shear, handed.shear);
+  CHECK((love_weber(s, 1) - turn * stress * turn.transpose()).norm() < 1e-14 * stress.norm());
+}
+
 TEST_CASE("a jump of the cell's rate gives and takes the grains' kinetic energy, to the last joule") {
   const Model model = sticky();
   Team team(1);
