@@ -349,4 +349,31 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("points that are spread come back one by one, each with its own inertial number") {
+  const Sand& s = standard();
+  coupling::RveOptions with;
+  with.response.quasi_static = s.q, with.pace = dem::Pace::steady;
+  coupling::RveFarm farm(MPI_COMM_SELF, s.model, with.response, 1), other(MPI_COMM_SELF, s.model, with.response, 1);
+  const std::vector<std::size_t> start(3, 0);
+  coupling::RveMaterial rves(farm, {s.state}, start, with, MPI_COMM_SELF), back(other, {s.state}, start, with, MPI_COMM_SELF);
+  const fem::Material m = rves.material(), again = back.material();
+  std::vector<double> f, stress(18);
+  for (const double way : {1e-5, 2e-5, 4e-5}) {
+    const Mat3 u = stretch(0, 0, -way);
+    for (int k = 0; k < 9; ++k) f.push_back(u(k / 3, k % 3));
+  }
+  REQUIRE(m.respond({f, stress, {}}));
+  m.commit();
+  const auto numbers = m.inertial_numbers();
+  REQUIRE(numbers.size() == 3);
+  REQUIRE((numbers[0] > 0 && numbers[0] != numbers[1] && numbers[1] != numbers[2]));
+  for (const std::size_t i : {2u, 0u, 1u}) back.load_point(i, rves.save_point(i));
+  const auto told = again.inertial_numbers();
+  REQUIRE(told.size() == 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(told[i] == numbers[i]);
+    CHECK(back.save_point(i) == rves.save_point(i));
+  }
+}
+
 }  // namespace grus
