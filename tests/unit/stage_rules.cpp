@@ -48,6 +48,12 @@ Stage stage(StageKind kind, double rate = 0.5) {
   return s;
 }
 
+StageEnds ends_by(std::optional<double> StageEnds::*what, double value) {
+  StageEnds ends;
+  ends.*what = value;
+  return ends;
+}
+
 Programme test_of(std::vector<Stage> stages, const Vec3& size = Vec3::Constant(4 * R)) {
   Programme test;
   test.kind = TestKind::staged, test.stages = std::move(stages), test.loading.initial_size = size;
@@ -260,10 +266,10 @@ TEST_CASE("a leg begins at its reading; cycles turn about where the first of the
   test = test_of({to});
   begin_leg(own, model, s, test);
   CHECK(test.now.leg_from == Approx(6e5));
-  test.stages[0].until = {.deviator = 8e5};
+  test.stages[0].until = ends_by(&StageEnds::deviator, 8e5);
   begin_leg(own, model, s, test);
   CHECK(test.now.leg_from == Approx(4.5e5));
-  test.stages[0].until = {.stress = 8e5}, test.stages[0].all = true;
+  test.stages[0].until = ends_by(&StageEnds::stress, 8e5), test.stages[0].all = true;
   begin_leg(own, model, s, test);
   CHECK(test.now.leg_from == Approx(3e5));  // the mean
 }
@@ -330,7 +336,7 @@ TEST_CASE("a stress ends a leg once it is met, from the side that the leg comes 
   CHECK(ended(up, {}, {1e5, 1e5, 4e5 * above}) == EndedBy::stress);
   CHECK(ended(down, {}, {1e5, 1e5, 4e5 * above}) == EndedBy::nothing);
   CHECK(ended(down, {}, {1e5, 1e5, 4e5 * below}) == EndedBy::stress);
-  up.until = {.deviator = 4e5}, down.until = {.deviator = 4e5};
+  up.until = ends_by(&StageEnds::deviator, 4e5), down.until = ends_by(&StageEnds::deviator, 4e5);
   CHECK(ended(up, {}, {1e5, 3e5, 6e5 * below}) == EndedBy::nothing);
   CHECK(ended(up, {}, {1e5, 3e5, 6e5 * above}) == EndedBy::deviator);
   CHECK(ended(down, {}, {1e5, 3e5, 6e5 * above}) == EndedBy::nothing);
@@ -420,7 +426,7 @@ TEST_CASE("strain, void ratio, time and rest end a stage; one that gets no furth
   CHECK(ended() == EndedBy::nothing);
   s.time = 2.3;
   CHECK(ended() == EndedBy::time);
-  s.time = 2.1, one.until = {.unbalanced_force = unbalanced_force(s) * (1 - 1e-9)};
+  s.time = 2.1, one.until = ends_by(&StageEnds::unbalanced_force, unbalanced_force(s) * (1 - 1e-9));
   for (Vec3& f : s.grains.force) f = Vec3(1, 0, 0);
   one.until.unbalanced_force = unbalanced_force(s) * (1 - 1e-9);
   CHECK(ended() == EndedBy::nothing);
@@ -481,7 +487,7 @@ TEST_CASE("rows are due at even parts of a leg, of a way to a void ratio at even
     CHECK(due({.row = row, .began = 2, .leg_began = 2}) == Approx(2 + 0.04 * static_cast<double>(row + 1)));
   CHECK(due({.row = 9, .began = 2, .leg_began = 2}) == 2 + 0.2 / 0.5);
   CHECK(due({.row = 90, .began = 2, .leg_began = 2}) == 2 + 0.2 / 0.5);
-  one.until = {.void_ratio = 0.6};
+  one.until = ends_by(&StageEnds::void_ratio, 0.6);
   const double span = (0.8 - 0.6) / 1.8 / 0.5;
   CHECK(due({.row = 2, .began = 2, .leg_began = 2, .void_ratio = 0.8}) == Approx(2 + 0.3 * span));
   one.lateral = Lateral::held;  // then not known beforehand
@@ -529,7 +535,7 @@ TEST_CASE("what is left to the next row is by stress where a stress ends the leg
   timed.until.strain = 0.1;
   test = test_of({timed});
   CHECK(!leg_landing(test).left);
-  test.stages[0].until.void_ratio = 0.1;
+  test.stages[0].until.void_ratio = 0.1, test.now.void_ratio = 9;  // it has that of the lattice
   landing = leg_landing(test);
   REQUIRE(landing.left);
   CHECK((landing.left(s) == inf && landing.near == 0));
@@ -597,7 +603,7 @@ TEST_CASE("a stage that has not met its end says which, how far it is from it, a
   CHECK(unmet(test, s) ==
         "stage 2 (\"press\") has not met its end, a stress in Pa of 6e+05 (it is 4e+05) or a strain of 0.5 (it is 0.005), "
         "by a time of 1 s (max_time, or max_strain at strain_rate)");
-  test.stages[1].max_strain = 0.004, test.stages[1].until = {.deviator = 6e5};
+  test.stages[1].max_strain = 0.004, test.stages[1].until = ends_by(&StageEnds::deviator, 6e5);
   CHECK(unmet(test, s) == "stage 2 (\"press\") has not met its end, a stress in Pa of 6e+05 (it is 2.5e+05), by a strain "
                           "of 0.004 (max_strain)");
 }
