@@ -171,3 +171,78 @@ TEST_CASE("pressed hulls gain the stress that explicit steps say, and the same l
     CHECK(hash(strained(implicit(model), rest, strain, rate, three).state) == hash(one.state));
   }
 }
+
+TEST_CASE("the step is halved or doubled at most towards the one in which contacts close by a tenth, and flights are a hundredth of a radius") {
+  Team team(1);
+  State s;
+  for (const double x : {0.0, 1.99, 10.0}) add(s, PolyEllipsoid::sphere(1), Vec3(x, 0, 0), 1000);
+  Model spheres = implicit(model_of(solid(1e12, 0.2, 1000)));
+  prepare(spheres, s, team);
+  REQUIRE(s.contacts.size() > 0);
+  REQUIRE(s.contacts.contact.touching(0));
+  const double overlap = s.contacts.touch[0].overlap;
+  REQUIRE(overlap == Approx(0.01));
+  const auto chosen = [&](const Model& m, double now, StepWatch watch) {
+    s.dt = now, s.steps = 100, s.next_estimate = 100, s.watch = watch;
+    update_time_step(m, s);
+    return s.dt;
+  };
+  s.grains.motion[0].velocity = Vec3(2, 3, 0), s.grains.motion[1].velocity = Vec3(1.5, 3, 7);
+  s.grains.motion[2].velocity.setZero();
+  const double closing = 0.1 * overlap / 0.5, met = 0.01 * s.mean_radius / std::sqrt(1.5 * 1.5 + 9 + 49);
+  REQUIRE(met < closing);  // by the fastest
+  CHECK(chosen(spheres, 0.6 * met, StepWatch::on) == Approx(met));
+  CHECK((s.next_estimate == 105 && s.estimate_interval == 5 && s.watch == StepWatch::on));
+  CHECK(chosen(spheres, 0.1 * met, StepWatch::on) == Approx(0.2 * met));
+  CHECK(chosen(spheres, 0.1 * met, StepWatch::asked) == Approx(0.1 * met));  // may not grow this time
+  CHECK(s.watch == StepWatch::on);
+  CHECK(chosen(spheres, 1.6 * met, StepWatch::on) == Approx(met));
+  CHECK(chosen(spheres, 5 * met, StepWatch::on) == Approx(2.5 * met));
+  CHECK(s.watch == StepWatch::on);
+  CHECK(chosen(spheres, 5 * met, StepWatch::firmer) == Approx(2.5 * met));  // it was too long
+  CHECK(chosen(spheres, 0.8 * met, StepWatch::firmer) == Approx(0.4 * met));
+  // By the contact's way alone.
+  s.grains.motion[0].velocity = Vec3(0.001, 0.002, 0), s.grains.motion[1].velocity = Vec3(-0.001, 0, 0);
+  s.grains.motion[2].velocity.setZero();
+  CHECK(chosen(spheres, 0.4, StepWatch::on) == Approx(0.1 * overlap / 0.002));
+  spheres.numerics.max_time_step = 0.3;
+  CHECK(chosen(spheres, 0.2, StepWatch::on) == Approx(0.3));
+  spheres.numerics.max_time_step = 0;
+  // No shorter than explicit steps are, and then it is as short as it gets.
+  Model other = spheres;
+  other.stepper = &explicit_stepper;
+  State twin = s;
+  twin.next_estimate = twin.steps;
+  update_time_step(other, twin);
+  CHECK(chosen(spheres, 1.2 * twin.dt, StepWatch::firmer) == Approx(twin.dt));
+  CHECK(s.watch == StepWatch::off);
+  spheres.numerics.time_step = 0.7;
+  CHECK(chosen(spheres, 1, StepWatch::on) == 0.7);
+  CHECK(s.next_estimate == std::numeric_limits<std::uint64_t>::max());
+  s.steps = 5, s.next_estimate = 6, s.dt = 3;
+  update_time_step(spheres, s);
+  CHECK(s.dt == 3);  // not due
+}
+
+TEST_CASE("spheres of a moving cell meet by what its images do, and walls by what they do") {
+  Team team(1);
+  Model model = implicit(model_of(solid(1e7, 0.2, 1000)));
+  State s;
+  add(s, PolyEllipsoid::sphere(1), Vec3(5, 5, 0.99), 1000);
+  add_floor(s);
+  prepare(model, s, team);
+  REQUIRE(s.contacts.contact.touching(0));
+  s.boundary.walls[0].velocity = Vec3(5, 0, 0.001);
+  s.grains.motion[0].velocity = Vec3(0, 0, -0.001);
+  s.dt = 0.3, s.next_estimate = s.steps, s.watch = StepWatch::on;
+  update_time_step(model, s);
+  CHECK(s.dt == Approx(0.1 * 0.01 / 0.002));
+  State cell;
+  for (int i = 0; i < 4; ++i) add(cell, PolyEllipsoid::sphere(1), Vec3(1.99 * i, 0, 0), 1000);
+  cell.boundary.cell.vectors = Vec3(4 * 1.99, 9, 9).asDiagonal();
+  prepare(model, cell, team);
+  cell.boundary.cell.rate(0, 0) = -0.004;  // the grains stand: the one contact across the seam closes by all of it
+  cell.dt = 0.5, cell.next_estimate = cell.steps, cell.watch = StepWatch::on;
+  update_time_step(model, cell);
+  CHECK(cell.dt == Approx(0.1 * 4 * 0.01 / 0.004));  // overlaps and ways are means over the contacts' forces
+}
