@@ -21,7 +21,7 @@ public:
   static constexpr int digits = 14;  // the last two for what numbers below 2^128 add up to
   /// The digits, and how many numbers were too large or none; what MPI_SUM adds up over ranks.
   using Words = std::array<std::int64_t, digits + 1>;
-  Words words() const;  // each digit below 2^32, but for the last one
+  Words words() const;                     // each digit below 2^32, but for the last one
   static ExactSum of(const Words& words);  // of digits up to 2^63 - 2^32
 
 private:

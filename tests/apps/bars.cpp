@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What grus-bvp makes of its results, and of the time that it will take: bars read by their gauges, means of cells, probes; what a folder loses to them.
+// What grus-bvp makes of its results, and of the time that it will take: bars read by their gauges, means of cells,
+// probes; what a folder loses to them.
 #include <fmt/format.h>
 #include <fstream>
 #include <sstream>

@@ -29,7 +29,8 @@ int status_of(const std::function<int()>& act) {
 }
 
 /// Hears signals and sends itself these; 1 where it has been asked to stop, 2 to write a checkpoint.
-int heard(const std::vector<int>& signals, const std::function<void()>& before = [] {}) {
+int heard(
+    const std::vector<int>& signals, const std::function<void()>& before = [] {}) {
   return status_of([&] {
     before();
     hear_signals();
@@ -64,7 +65,8 @@ TEST_CASE("a signal that was ignored from the start stays so, as nohup asks") {
   CHECK(heard({SIGHUP, SIGTERM}, [] { signal(SIGHUP, SIG_IGN); }) == 1);
 }
 
-TEST_CASE("a second Ctrl-C ends the process at once, a second SIGTERM or SIGHUP where it comes a while after the first") {
+TEST_CASE(
+    "a second Ctrl-C ends the process at once, a second SIGTERM or SIGHUP where it comes a while after the first") {
   CHECK(heard({SIGINT, SIGINT}) == 128 + SIGINT);
   CHECK(heard({SIGTERM, SIGINT}) == 128 + SIGINT);
   CHECK(heard({SIGTERM, SIGTERM}) == 1);  // the same, told twice

@@ -355,7 +355,8 @@ TEST_CASE("points that are spread come back one by one, each with its own inerti
   with.response.quasi_static = s.q, with.pace = dem::Pace::steady;
   coupling::RveFarm farm(MPI_COMM_SELF, s.model, with.response, 1), other(MPI_COMM_SELF, s.model, with.response, 1);
   const std::vector<std::size_t> start(3, 0);
-  coupling::RveMaterial rves(farm, {s.state}, start, with, MPI_COMM_SELF), back(other, {s.state}, start, with, MPI_COMM_SELF);
+  coupling::RveMaterial rves(farm, {s.state}, start, with, MPI_COMM_SELF),
+      back(other, {s.state}, start, with, MPI_COMM_SELF);
   const fem::Material m = rves.material(), again = back.material();
   std::vector<double> stress(18);
   const auto go = [&](const std::array<double, 3>& ways) {  // paces are set by the largest of recent increments

@@ -73,7 +73,8 @@ TEST_CASE("a wall that presses closes the gap to its force in a step, by the sti
   CHECK(second == Approx(-0.02 + (force + brake - felt + c * (0.03 + 0.02)) / (k * s.dt + c)));
 }
 
-TEST_CASE("walls carry a weight and dead loads between them, half each, and gravity does not press on the axes across") {
+TEST_CASE(
+    "walls carry a weight and dead loads between them, half each, and gravity does not press on the axes across") {
   Model model = springs();
   State s = boxed(model);
   const double felt = k * overlap, area = side * side, c = damping(model, s), weight = 0.1 * felt;
@@ -157,7 +158,8 @@ TEST_CASE("a cell that holds a stress closes its gap, learns what keeps it, and 
   l.axes[0] = {.strain_rate = -0.5, .stress = {}};
   l.axes[1].strain_rate = 0.01;
   const auto hold = [&](double elapsed) {
-    s.servo = {.drift = Vec3(9, 0.1, -0.1), .stiffness = Vec3(1e6, 4e6, 1e5), .stale_at = s.steps + 1, .at = s.time - elapsed};
+    s.servo = {
+        .drift = Vec3(9, 0.1, -0.1), .stiffness = Vec3(1e6, 4e6, 1e5), .stale_at = s.steps + 1, .at = s.time - elapsed};
     std::uint64_t steps = 0;
     const Vec3 rates = servo_rates(model, s, l, steps);
     return std::pair{rates, steps};

@@ -172,7 +172,9 @@ TEST_CASE("pressed hulls gain the stress that explicit steps say, and the same l
   }
 }
 
-TEST_CASE("the step is halved or doubled at most towards the one in which contacts close by a tenth, and flights are a hundredth of a radius") {
+TEST_CASE(
+    "the step is halved or doubled at most towards the one in which contacts close by a tenth, and flights are a "
+    "hundredth of a radius") {
   Team team(1);
   State s;
   for (const double x : {0.0, 1.99, 10.0}) add(s, PolyEllipsoid::sphere(1), Vec3(x, 0, 0), 1000);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// What a stage asks of grains, walls and cell, what ends it and when its rows are due: each rule by hand, of states whose
-// stresses are set.
+// What a stage asks of grains, walls and cell, what ends it and when its rows are due: each rule by hand, of states
+// whose stresses are set.
 #include "dem/sample/stages.hpp"
 
 #include "dem/contact/forces.hpp"
@@ -19,8 +19,7 @@ constexpr double R = 1e-3, strain = 0.01;
 State lattice(const Model& model) {
   State s;
   const double apart = 2 * R * (1 - strain);
-  for (int i = 0; i < 8; ++i)
-    add(s, PolyEllipsoid::sphere(R), apart * Vec3(i % 2, i / 2 % 2, i / 4), 2650);
+  for (int i = 0; i < 8; ++i) add(s, PolyEllipsoid::sphere(R), apart * Vec3(i % 2, i / 2 % 2, i / 4), 2650);
   s.boundary.cell.vectors = 2 * apart * Mat3::Identity();
   Team team(1);
   prepare(model, s, team);
@@ -76,9 +75,11 @@ constexpr double inf = std::numeric_limits<double>::infinity();
 }  // namespace
 
 TEST_CASE("an axis is compressed or unloaded at its rate; the others stand") {
-  for (const auto& [kind, rate, sense] :
-       {std::tuple{StageKind::compress, 0.5, 1.0}, {StageKind::reload, 0.5, 1.0}, {StageKind::unload, 0.5, -1.0},
-        {StageKind::shear, 0.5, 1.0}, {StageKind::shear, -0.5, -1.0}}) {
+  for (const auto& [kind, rate, sense] : {std::tuple{StageKind::compress, 0.5, 1.0},
+                                          {StageKind::reload, 0.5, 1.0},
+                                          {StageKind::unload, 0.5, -1.0},
+                                          {StageKind::shear, 0.5, 1.0},
+                                          {StageKind::shear, -0.5, -1.0}}) {
     for (int axis = 0; axis < 3; ++axis) {
       Stage s = stage(kind, rate);
       s.axis = axis;
@@ -157,7 +158,8 @@ TEST_CASE("a shear in a plane moves along its first direction, across its second
   }
 }
 
-TEST_CASE("friction and damping are a stage's own or the material's, walls keep theirs, gravity is the last that was named") {
+TEST_CASE(
+    "friction and damping are a stage's own or the material's, walls keep theirs, gravity is the last that was named") {
   Model own = grains(0.5);
   own.materials[0].damping = 0.1, own.materials[1].friction = 0.3, own.motion.gravity = Vec3(0, 0, -1);
   make_pair_laws(own);
@@ -601,11 +603,13 @@ TEST_CASE("a stage that has not met its end says which, how far it is from it, a
   Programme test = test_of({stage(StageKind::relax), one});
   test.now.stage = 1, test.now.began = 2, test.now.strain = 0.005;
   CHECK(unmet(test, s) ==
-        "stage 2 (\"press\") has not met its end, a stress in Pa of 6e+05 (it is 4e+05) or a strain of 0.5 (it is 0.005), "
+        "stage 2 (\"press\") has not met its end, a stress in Pa of 6e+05 (it is 4e+05) or a strain of 0.5 (it is "
+        "0.005), "
         "by a time of 1 s (max_time, or max_strain at strain_rate)");
   test.stages[1].max_strain = 0.004, test.stages[1].until = ends_by(&StageEnds::deviator, 6e5);
-  CHECK(unmet(test, s) == "stage 2 (\"press\") has not met its end, a stress in Pa of 6e+05 (it is 2.5e+05), by a strain "
-                          "of 0.004 (max_strain)");
+  CHECK(unmet(test, s) ==
+        "stage 2 (\"press\") has not met its end, a stress in Pa of 6e+05 (it is 2.5e+05), by a strain "
+        "of 0.004 (max_strain)");
 }
 
 TEST_CASE("two axes of a box grow alike, of their present sizes, so that its volume stays") {
