@@ -147,6 +147,26 @@ def compare(folder):
         need(made.contacts().keys() == of_file.contacts(0).keys(), f"{name}: contacts()")
 
 
+def parted(folder):
+    """Cells whose bonds have parted slip and press as those of the scene file do."""
+    weak = {"tension": 1e5, "cohesion": 1e5, "fracture_energy": 0.01}
+    path = os.path.join(folder, "weak.toml")
+    with open(path, "w") as f:
+        f.write(ROCK + "[material.rock.bond]\nmodulus = 5e9\n" + "".join(f"{k} = {v}\n" for k, v in weak.items()) +
+                '[packing]\nkind = "voronoi"\nbox = [4e-3, 4e-3, 4e-3]\ncells = 70\nrelax = 4\n'
+                '[boundary]\nkind = "periodic"\n')
+    rock_of = grus.Material(name="rock", density=2000, friction=0.4, bond=grus.Bond(modulus=5e9, **weak))
+    dF = np.array([[[1, 0, 2e-4], [0, 1, 0], [0, 0, 1 - 1e-4]]])
+    stress = []
+    for source in (path, grus.Sample(rock_of, grus.Voronoi(cells=70, relax=4), box=[4e-3] * 3)):
+        rves = grus.RveSet(source, 1, threads=1, unbalanced_force=0.3, stress_change=0.5)
+        intact = len(rves.contacts(0)["a"])
+        stress.append(rves.advance(dF, tangent=False)[0][0])
+        rves.commit()
+        need(len(rves.contacts(0)["a"]) > intact, "no bond has become a contact")
+    need((stress[0] == stress[1]).all(), f"stress {stress[1]}, of the scene file {stress[0]}")
+
+
 def use():
     """A sample loads like a scene: other seeds are other packings, and the same stress comes of the same strain."""
     cell = grus.Sample(sand, grus.RandomPacking(radius=0.25e-3, solid_fraction=0.6), box=[2.5e-3] * 3, pressure=1e6)
@@ -204,6 +224,7 @@ def refused():
 
 with tempfile.TemporaryDirectory() as tmp:
     compare(tmp)
+    parted(tmp)
     use()
     refused()
 print(f"samples: {len(faults)} faults")

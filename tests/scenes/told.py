@@ -206,6 +206,8 @@ def cells(tmp):
     after = scene_tools.summary(out)
     same = after["preparation"] == sums and after["notes"] == told["notes"]
     need(again.returncode == 0 and same, f"resumed: {again.stderr} {after.get('preparation')} {after['notes']}")
+    kept = [after["errors"][k] == errors[k] for k in ("worst_residual", "newton_contraction") if k in errors]
+    need(all(kept) and errors["worst_residual"] > 0, f"errors of both parts: {after['errors']}, before {errors}")
     now = after["seconds"]
     longer = now["solve_wall"] >= 70 and now["cpu_rank0"] >= 80 and now["rve_sweeps_wall"] >= 90
     need(longer and now["solve_wall"] >= float(history(out)[-1]["wall_s"]) > 0, f"seconds of both parts: {now}")
