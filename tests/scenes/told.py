@@ -201,13 +201,11 @@ def cells(tmp):
     need(told["mesh"] == {"low_m": [0, 0, 0], "high_m": [0.001] * 3}, f"the mesh's size: {told['mesh']}")
     # A resumed run knows it from preparation.h5, and has solved for as long as both parts together.
     need(os.path.exists(os.path.join(out, "preparation.h5")), "no preparation.h5")
-    checkpoint_bytes.pretend_seconds(os.path.join(out, "checkpoint.h5"), wall=70, cpu=80, sweeps_wall=90)
+    checkpoint_bytes.pretend_seconds(os.path.join(out, "checkpoint.h5"), wall=70, cpu=80, sweeps_wall=90, worst_residual=9)
     again = run(bvp, block, "-o", out, "--resume", "--threads", "1", *often)
     after = scene_tools.summary(out)
-    same = after["preparation"] == sums and after["notes"] == told["notes"]
+    same = after["preparation"] == sums and after["notes"] == told["notes"] and after["errors"]["worst_residual"] == 9
     need(again.returncode == 0 and same, f"resumed: {again.stderr} {after.get('preparation')} {after['notes']}")
-    kept = [after["errors"][k] == errors[k] for k in ("worst_residual", "newton_contraction") if k in errors]
-    need(all(kept) and errors["worst_residual"] > 0, f"errors of both parts: {after['errors']}, before {errors}")
     now = after["seconds"]
     longer = now["solve_wall"] >= 70 and now["cpu_rank0"] >= 80 and now["rve_sweeps_wall"] >= 90
     need(longer and now["solve_wall"] >= float(history(out)[-1]["wall_s"]) > 0, f"seconds of both parts: {now}")
