@@ -204,7 +204,7 @@ def cells(tmp):
     checkpoint_bytes.pretend_seconds(os.path.join(out, "checkpoint.h5"), wall=70, cpu=80, sweeps_wall=90, worst_residual=9)
     again = run(bvp, block, "-o", out, "--resume", "--threads", "1", *often)
     after = scene_tools.summary(out)
-    same = after["preparation"] == sums and after["notes"] == told["notes"] and after["errors"]["worst_residual"] == 9
+    same = (after["preparation"], after["notes"], after["errors"]["worst_residual"]) == (sums, told["notes"], 9)
     need(again.returncode == 0 and same, f"resumed: {again.stderr} {after.get('preparation')} {after['notes']}")
     now = after["seconds"]
     longer = now["solve_wall"] >= 70 and now["cpu_rank0"] >= 80 and now["rve_sweeps_wall"] >= 90
