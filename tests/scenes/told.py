@@ -201,7 +201,8 @@ def cells(tmp):
     need(told["mesh"] == {"low_m": [0, 0, 0], "high_m": [0.001] * 3}, f"the mesh's size: {told['mesh']}")
     # A resumed run knows it from preparation.h5, and has solved for as long as both parts together.
     need(os.path.exists(os.path.join(out, "preparation.h5")), "no preparation.h5")
-    checkpoint_bytes.pretend_seconds(os.path.join(out, "checkpoint.h5"), wall=70, cpu=80, sweeps_wall=90, worst_residual=9)
+    pretended = {"wall": 70, "cpu": 80, "sweeps_wall": 90, "worst_residual": 9}
+    checkpoint_bytes.pretend_seconds(os.path.join(out, "checkpoint.h5"), **pretended)
     again = run(bvp, block, "-o", out, "--resume", "--threads", "1", *often)
     after = scene_tools.summary(out)
     same = (after["preparation"], after["notes"], after["errors"]["worst_residual"]) == (sums, told["notes"], 9)
