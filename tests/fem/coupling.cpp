@@ -4,8 +4,11 @@
 #include <cstdio>
 
 #include "coupling/rve_material.hpp"
+#include "coupling/start_stiffness.hpp"
+#include "dem/base/error.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/packing/packing.hpp"
+#include "dem/rve/linear_response.hpp"
 #include "dem/rve/loading.hpp"
 #include "dem/rve/measure.hpp"
 #include "fem/dynamics.hpp"
@@ -336,6 +339,25 @@ TEST_CASE(
   const double prestress = -kn * 2 * R * 1e-4 / (d * d);
   CHECK(problem.mean_stress(behind)[1] - prestress == Approx(-kn / d * speed / c).epsilon(3e-2));
   CHECK(std::abs(result.last.energy.error()) < 1e-2);
+}
+
+TEST_CASE("points start with the symmetric stiffness of their own network; a state without contacts is refused") {
+  const Sand &one = standard(), other = sand(5);
+  const auto found =
+      coupling::start_stiffness(*one.model, {one.state, other.state}, std::array<std::size_t, 3>{1, 0, 1});
+  REQUIRE(found.size() == 3);
+  CHECK((found[0] == found[2] && found[0] != found[1]));
+  for (const auto& [at, state] : {std::pair{0u, &other.state}, {1u, &one.state}}) {
+    const Mat6 network = network_tangent(*one.model, *state), even = 0.5 * (network + network.transpose());
+    for (int k = 0; k < 36; ++k) CHECK(found[at][static_cast<std::size_t>(k)] == Approx(even(k / 6, k % 6)).margin(1));
+    CHECK(even(0, 0) > 1e6);
+  }
+  State apart;
+  test::add(apart, PolyEllipsoid::sphere(5e-3), Vec3::Zero(), 2650);
+  apart.boundary.cell.vectors = 0.05 * Mat3::Identity();
+  Team team(1);
+  prepare(*one.model, apart, team);
+  CHECK_THROWS_AS(coupling::start_stiffness(*one.model, {apart}, std::array<std::size_t, 1>{0}), InputError);
 }
 
 }  // namespace grus

@@ -164,6 +164,13 @@ TEST_CASE("a mesh is cut into parts of equal cost that lie together") {
   const auto part = fem::hilbert_cut(middles, costs, 7);
   for (std::size_t k = 0; k < part.size(); ++k) sum[static_cast<std::size_t>(part[k])] += costs[k];
   for (const double of : sum) CHECK(std::abs(of - 256 * 9 / 7.0) <= 8);
+  // Wherever the mesh lies, and in whatever units, it is cut alike.
+  for (const auto& [shift, size] : {std::pair{-1000.0, 1.0}, {1000.0, 1.0}, {0.0, 1e-3}}) {
+    std::vector<Point> moved = middles;
+    for (Point& x : moved)
+      for (double& v : x) v = size * (v + shift);
+    CHECK(fem::hilbert_cut(moved, costs, 7) == part);
+  }
   // More parts than elements: each element has one of its own.
   const auto few = fem::hilbert_cut({{0, 0, 0}, {1, 0, 0}}, {1, 1}, 5);
   CHECK(few[0] != few[1]);

@@ -4,6 +4,7 @@
 #include "fem/problem_impl.hpp"
 
 #include "fem/cell_shape.hpp"
+#include "fem/macro_energy.hpp"
 #include "fem/statics.hpp"
 #include "tests/fem/boundaries.hpp"
 #include "tests/helpers.hpp"
@@ -211,6 +212,25 @@ TEST_CASE("materials side by side: each point answers by its own, all are commit
     }
   }
   CHECK(m.energy(volume) == Approx(held).epsilon(1e-9));
+}
+
+TEST_CASE(
+    "an energy balance is what is missing over the largest energy, however small that is, and whatever its sign") {
+  for (const double j : {1.0, 1e-9}) {  // in joules and in nanojoules
+    fem::MacroEnergy e;
+    e.kinetic = 1 * j, e.internal = 2 * j, e.external = -8 * j, e.viscous = 0.5 * j, e.damped = 0.25 * j;
+    e.scaled = 4 * j;
+    CHECK(e.error() == Approx((-8 - 1 - 2 - 0.5 - 0.25 + 4) / 8));
+    CHECK(e.kinetic_over_internal() == Approx(1 / 8.0));
+    e.largest = 16 * j;  // once
+    CHECK(e.error() == Approx((-8 - 1 - 2 - 0.5 - 0.25 + 4) / 16));
+    e.internal = -32 * j;
+    CHECK(e.kinetic_over_internal() == Approx(1 / 32.0));
+    e.note_largest();
+    CHECK(e.largest == Approx(32 * j));
+  }
+  CHECK(fem::MacroEnergy().error() == 0);
+  CHECK(fem::MacroEnergy().kinetic_over_internal() == 0);
 }
 
 }  // namespace grus

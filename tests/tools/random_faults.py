@@ -190,7 +190,7 @@ def keep(group, seed, drawn, found):
     with open(KEPT, "w", newline="") as f:
         out = csv.DictWriter(f, ["group", "seed", "drawn", "found"], lineterminator="\n")
         out.writeheader()
-        out.writerows(rows[name] for name in GROUPS if name in rows)
+        out.writerows(rows[name] for name in [*GROUPS, *sorted(set(rows) - set(GROUPS))] if name in rows)
 
 
 def main():

@@ -12,6 +12,7 @@
 #include "dem/base/error.hpp"
 #include "dem/base/fault.hpp"
 #include "dem/base/watch.hpp"
+#include "dem/io/whole_file.hpp"
 
 using namespace grus::dem;
 
@@ -70,4 +71,18 @@ TEST_CASE("a fault of the machine names its rank, others do not") {
   CHECK(on_rank(3, carried(Unstable("too fast"))).text == "too fast");
   CHECK(thrown<std::runtime_error>(on_rank(1, carried(std::bad_alloc()))) == "rank 1: out of memory");
   CHECK_THROWS_AS(rethrow(on_rank(0, carried(std::bad_alloc()))), std::bad_alloc);
+}
+
+TEST_CASE("a file that cannot be written tells the system's own reason") {
+  const auto told = [](auto&& write) {
+    try {
+      write();
+    } catch (const std::runtime_error& e) {
+      return std::string(e.what());
+    }
+    return std::string("nothing is thrown");
+  };
+  const std::string nowhere = "/nowhere/at/all.csv";
+  CHECK(told([&] { append(nowhere, 0, "1,2"); }) == nowhere + ": cannot write: No such file or directory");
+  CHECK(told([&] { write_whole(nowhere, "1,2"); }) == nowhere + ": cannot write: No such file or directory");
 }

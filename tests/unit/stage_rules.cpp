@@ -263,6 +263,8 @@ TEST_CASE("the unbalanced force is what grains feel over what contacts and bonds
   for (Vec3& f : s.grains.force) f = Vec3::Zero();
   s.grains.force[0] = Vec3(0, 0, 8), s.grains.force[1] = Vec3(0, -8, 0);
   CHECK(unbalanced_force(s) == Approx(16 / 8.0 / 5));
+  CHECK(measure(own, s).unbalanced_force == Approx(16 / 8.0 / 5));
+  CHECK(measure(own, s).contacts == 24);
   FaceBond bond{};
   bond.force = Vec3(29, 0, 0);
   s.bonds.face.row.push_back(bond);
