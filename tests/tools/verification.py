@@ -103,8 +103,8 @@ def figures(build):
     return (f"{BEGIN}\n`tests/tools/verification.py` has counted these; the test `verification_figures` compares.\n\n"
             f"{of_tests(build)}\n{of_numbers()}\nFaults of the table, by room (`mutants.toml`):\n\n{of_faults()}\n"
             "Faults drawn blindly in the Python package (`random_faults.py`: comparisons, signs, numbers, statements; "
-            "what only looks otherwise is left out), by modules, after their tests were written; in all rooms: of C++ too "
-            "(`drawn_faults.py`), 49 to 11:\n\n"
+            "what only looks otherwise is left out), by modules, after their tests were written; in all rooms: of C++ "
+            "too (`drawn_faults.py`), 49 to 11:\n\n"
             f"{of_random()}")
 
 
