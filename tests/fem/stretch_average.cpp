@@ -96,6 +96,42 @@ TEST_CASE("waves are damped by 1 / (1 + l^2 k^2), to the square of the element's
     }
 }
 
+TEST_CASE("one element: its corners bear a linear field, damped by 1 / (1 + 12 (l / side)^2) for every length") {
+  for (const double length : {1e-9, 0.1, 1.0, 100.0})
+    for (const std::size_t axis : {0u, 1u}) {
+      fem::Problem p = box({1, 1, 1}, {1, 1, 1}, Kinematics::plane_strain);
+      const double damping = 1 / (1 + 12 * length * length);
+      const auto field = [&](const Point& x) { return 3 + 2 * (x[axis] - 0.5); };
+      const auto mean = [&](const Point& x) { return 3 + 2 * damping * (x[axis] - 0.5); };
+      CHECK(error_of(p, length, axis, field, mean) < 1e-3);  // of the polynomial
+    }
+}
+
+TEST_CASE("a band along a boundary is half of one inside: nothing flows through the surface") {
+  const auto band = [](double y) { return std::exp(-50 * y * y); };
+  for (const double length : {0.05, 0.3}) {
+    fem::Problem whole = box({1, 2, 1}, {3, 24, 1}, Kinematics::plane_strain),
+                 half = box({1, 1, 1}, {3, 12, 1}, Kinematics::plane_strain);
+    std::vector<double> in, mean(6 * whole.owned_points()), in_half, mean_half(6 * half.owned_points());
+    const auto fill = [&](fem::Problem& p, double middle, std::vector<double>& to) {
+      to.assign(6 * p.owned_points(), 0);
+      for (const std::size_t i : all_of(p)) to[6 * i + 1] = band(p.point_position(i)[1] - middle);
+    };
+    fill(whole, 1, in), fill(half, 0, in_half);
+    fem::StretchAverage(whole, all_of(whole), length)(in, mean);
+    fem::StretchAverage(half, all_of(half), length)(in_half, mean_half);
+    std::size_t met = 0;
+    for (const std::size_t i : all_of(half))
+      for (const std::size_t k : all_of(whole)) {
+        const Point a = half.point_position(i), b = whole.point_position(k);
+        if (std::hypot(a[0] - b[0], a[1] + 1 - b[1]) > 1e-9) continue;
+        CHECK(mean_half[6 * i + 1] == Approx(mean[6 * k + 1]).margin(1e-12));
+        ++met;
+      }
+    CHECK(met == half.owned_points());
+  }
+}
+
 TEST_CASE("the polynomial is the inverse to a thousandth: against the closed form of a wave on even elements") {
   constexpr int n = 12;
   constexpr double h = 1.0 / n;
