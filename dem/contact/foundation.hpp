@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Hulls: the gradient of the potential of their overlap (shape/overlap.hpp). The contact's `radius` keeps the modulus
 // of the foundation (Pa/m), its `stiffness` is that times the area of contact, as it is now; `overlap` what makes the
-// force with it.
+// force with it; `reach` the eigenvalue of it alone that the last estimate of the time step has borne (rad^2 s^-2).
 #pragma once
 
 #include "dem/contact/law.hpp"

@@ -78,16 +78,17 @@ Press advance(const TileWork& s, std::size_t k, const Overlap& o, double modulus
   return out;
 }
 
-/// The largest inverse of a principal moment of hull i.
-double turned_by(const Grains& g, Index i) { return 1 / g.inertia[i].moments.minCoeff(); }
+/// A contact asks for an estimate once it has become so much stiffer than at the last.
+constexpr double firmer_by = 1.25;
 
 /// The eigenvalue that contact k alone, of this weight in the bound of the time step, gives to either: faces that come
-/// to lie on each other resist with all their area from one step to the next. `turned`: the largest inverse moment of
-/// grains that have got mass and moments apart: a face may turn faster what it shifts slowly.
+/// to lie on each other resist with all their area from one step to the next. It is too large for some, so that the
+/// step may bear more of a contact than it allows: each is held to what has been borne of itself, and hides no other.
 void watch(Contacts& contacts, std::size_t k, const Meeting& m, const Overlap& o, double weight, double turned) {
   const double shifts = contacts.contact.stiffness[k] * std::max(m.mobility[0], m.mobility[1]);
   const double turns = contacts.contact.radius[k] * o.polar * turned;
-  if (weight * std::max(shifts, turns) > contacts.plan.firmest)
+  const double alone = weight * sharpness(o.volume, m.force) * std::max(shifts, turns);
+  if (alone > std::max(contacts.plan.firmest, firmer_by * contacts.contact.reach[k]))
     std::atomic_ref(contacts.plan.firmer).store(1, std::memory_order_relaxed);
 }
 
@@ -136,6 +137,10 @@ double mobility(const Grains& g, Index i, const Vec3& arm, const Vec3& n) {
   return m.inverse_mass + lever.cwiseAbs2().dot(g.inertia[i].moments.cwiseInverse());
 }
 
+double turned_apart(const Grains& g, Index i) { return g.turn_mass.empty() ? 0 : 1 / g.inertia[i].moments.minCoeff(); }
+
+double sharpness(double volume, double force) { return std::max(1.0, force / volume); }
+
 double foundation_of(const PairLaw& p, const Grains& g, Index a, Index b) {
   return own<Foundation>(p).over(depth_of(g, a) + depth_of(g, b));
 }
@@ -166,7 +171,6 @@ void hulls(const TileWork& s, std::size_t begin, std::size_t end) {
   Contacts& contacts = s.contacts;
   const Grains& g = s.grains;
   const Cell& cell = s.boundary.cell;
-  const bool apart_inertia = !g.turn_mass.empty();
   const std::size_t first = contacts.begin[hull_hull];
   for (std::size_t k = begin; k < end; ++k) {
     const Pair& pair = contacts.pair[k];
@@ -203,8 +207,7 @@ void hulls(const TileWork& s, std::size_t begin, std::size_t end) {
     const double modulus =
         contacts.contact.touching(k) ? contacts.contact.radius[k] : foundation_of(s.pairs[pair.law], g, pair.a, pair.b);
     const Press press = advance(s, k, o, modulus, m);
-    const double turned = apart_inertia ? std::max(turned_by(g, pair.a), turned_by(g, pair.b)) : 0;
-    watch(contacts, k, m, o, 2, turned);
+    watch(contacts, k, m, o, 2, std::max(turned_apart(g, pair.a), turned_apart(g, pair.b)));
     const Vec3 force = press.elastic + press.rest;
     const Vec3 moment = contacts.contact.radius[k] * o.moment + press.moment * n;  // about the mass centre of a
     if (contacts.spots) contacts.spot[k] = {o.middle, moment - o.middle.cross(press.elastic)};
@@ -237,7 +240,7 @@ void hulls_at_walls(const TileWork& s, std::size_t begin, std::size_t end) {
                     0.5 * n.dot(a.spin),
                     {mobility(s.grains, pair.a, o.middle, n), 0}};
     const Press press = advance(s, k, o, foundation_of(s.pairs[pair.law], s.grains, pair.a), m);
-    watch(contacts, k, m, o, 1, s.grains.turn_mass.empty() ? 0 : turned_by(s.grains, pair.a));
+    watch(contacts, k, m, o, 1, turned_apart(s.grains, pair.a));
     const Vec3 force = press.elastic + press.rest;
     const Vec3 moment = contacts.contact.radius[k] * o.moment + press.moment * n;
     if (contacts.spots) contacts.spot[k] = {o.middle, moment - o.middle.cross(press.elastic)};

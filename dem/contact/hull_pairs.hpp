@@ -29,6 +29,15 @@ Overlap overlap_if_pressed(const Grains& grains, const Cell& cell, const Pair& p
 /// rim of a flake meets a small part of its mass: dashpots by the whole would throw it back.
 double mobility(const Grains& grains, Index i, const Vec3& arm, const Vec3& n);
 
+/// The largest inverse of a principal moment of hull i where grains have got mass and moments apart: a face may turn
+/// faster what it shifts slowly. 0 elsewhere, where shifts tell enough.
+double turned_apart(const Grains& grains, Index i);
+
+/// How much more a contact of hulls resists a further overlap than modulus x area. Its potential is of some degree n in
+/// the overlap, 2 of faces, 3 of an edge, 4 of a corner; volume and area are of n - 1 and n - 2, so the slope of its
+/// force is c x area x |force| / volume: 1 of faces, 1.37 at a cube's corner, 2 at a blunt one.
+double sharpness(double volume, double force);
+
 /// Modulus (Pa/m) of the foundation between two hulls, and of one against a wall.
 double foundation_of(const PairLaw& p, const Grains& grains, Index a, Index b);
 double foundation_of(const PairLaw& p, const Grains& grains, Index a);

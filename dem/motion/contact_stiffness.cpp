@@ -9,11 +9,6 @@
 namespace grus::dem {
 namespace {
 
-/// How much more a contact of hulls resists a further overlap than modulus x area. Its potential is of some degree n in
-/// the overlap, 2 of faces, 3 of an edge, 4 of a corner; volume and area are of n - 1 and n - 2, so the slope of its
-/// force is c x area x |force| / volume: 1 of faces, 1.37 at a cube's corner, 2 at a blunt one.
-double sharpness(const Overlap& o) { return std::max(1.0, o.force.norm() / o.volume); }
-
 /// Hulls that do not touch and may meet within `ahead` (s), or all but lie on each other as pieces just born: faces
 /// resist with their whole area from one step to the next. Their overlap once they are pressed by a ten-thousandth of
 /// their size.
@@ -73,7 +68,7 @@ void place_hulls(std::span<const PairLaw> pairs, const Grains& g, const Boundary
             mobility(g, p.a, all.arm[c][0], n) + (bin == hull_hull ? mobility(g, p.b, all.arm[c][1], n) : 0);
         all.viscous[c] = pairs[p.law].dashpot * std::sqrt(k[c].normal / yields);
       }
-      const double more = sharpness(o);
+      const double more = sharpness(o.volume, o.force.norm());
       k[c].normal *= more, k[c].tangential *= more;
       k[c].couple[roll_spring] = more * modulus * o.polar;
       all.firm[c] = more * modulus;

@@ -263,6 +263,17 @@ std::vector<double> HeldGrains::cheap_drags() const {
   return drag;
 }
 
+double HeldGrains::alone(std::size_t c) const {
+  const Pair& p = contacts_.pair[c];
+  const Stiffness& k = contact_.of[c];
+  const bool walled = c >= contacts_.begin[first_wall];
+  const Vec3& n = contacts_.touch[c].normal;
+  const double yields = std::max(mobility(g_, p.a, contact_.arm[c][0], n),
+                                 walled ? 0 : mobility(g_, p.b, contact_.arm[c][1], n)),
+               turned = std::max(turned_apart(g_, p.a), walled ? 0 : turned_apart(g_, p.b));
+  return (walled ? 1 : 2) * std::max(k.normal * yields, k.couple[roll_spring] * turned);
+}
+
 double HeldGrains::impact(std::size_t i, double mass) const {
   const double speed = std::max({g_.motion[i].velocity.norm() + max_speed_, wall_speed_, 1e-6});
   const bool walled = !boundary_.walls.empty();

@@ -70,6 +70,9 @@ public:
   /// a wall, if it had this mass (kg).
   double impact(std::size_t i, double mass) const;
 
+  /// The eigenvalue (1/s^2) that contact c of hulls alone gives to either, as the contacts watch it step by step.
+  double alone(std::size_t c) const;
+
   /// By grain whether it is a hull that a contact or a bond holds: impacts of hulls, whatever their speed, are those of
   /// their mean shadow. Those of other grains go by their speed, and always count.
   std::vector<std::uint8_t> touched() const;

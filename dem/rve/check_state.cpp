@@ -203,7 +203,8 @@ void check_contacts(const Model& model, const State& s) {
   const std::size_t rows = s.resting ? total : total + overrun;
   for_each_contact_column(
       c.contact, [&](const auto& column) { need(column.size() == rows && finite(column), "columns of contacts"); });
-  need(c.contact.keeps == model.springs() && c.contact.reaches == attracts(model.law), "columns of contacts");
+  need(c.contact.keeps == model.springs() && c.contact.reaches == (attracts(model.law) || of_hulls(model.law)),
+       "columns of contacts");
   if (s.resting) {
     need(c.resting_normal.size() == (g.shape.empty() ? 0 : total) && finite(c.resting_normal), "columns of contacts");
   } else {

@@ -124,7 +124,7 @@ double energy_floor(const Model& model, const State& state) {
 
 /// The eigenvalue (rad^2 s^-2) that the time step leaves to one contact of hulls; infinite where nobody looks.
 double firmest_contact(const Model& model, const State& state) {
-  if (state.grains.hull.empty() || model.numerics.time_step > 0 || state.watch == StepWatch::off) return INFINITY;
+  if (state.grains.hull.empty() || model.numerics.time_step > 0) return INFINITY;
   const double omega = 2 * model.numerics.safety / state.dt;
   return omega * omega;
 }
@@ -143,6 +143,13 @@ CriticalStep step_with_inertia(const Model& model, State& state, const HeldGrain
   state.ledger.inertia += given.kinetic;
   stiffer = given.rise > 1 / (0.95 * 0.95);
   return critical_step(held, true, numerics.safety);
+}
+
+/// The step that was chosen bears all contacts as they are now.
+void note_borne(const HeldGrains& held, Contacts& contacts) {
+  for (const Bin bin : {hull_hull, hull_wall})
+    for (std::size_t k = contacts.begin[bin]; k < contacts.begin[bin + 1]; ++k)
+      contacts.contact.reach[k] = contacts.contact.touching(k) ? held.alone(k) : 0;
 }
 
 void choose_time_step(const Model& model, State& state) {
@@ -173,7 +180,8 @@ void choose_time_step(const Model& model, State& state) {
     state.estimate_interval =
         std::min<std::uint64_t>(2 * state.estimate_interval, static_cast<std::uint64_t>(model.numerics.estimate_every));
   state.next_estimate = state.steps + state.estimate_interval;
-  state.watch = state.watch == StepWatch::asked && !stiffer ? StepWatch::off : StepWatch::on;
+  state.watch = StepWatch::on;
+  note_borne(held, state.contacts);
 }
 
 void make_ready(const Model& model, State& state, Team& team) {
@@ -188,7 +196,7 @@ void make_ready(const Model& model, State& state, Team& team) {
   state.listed_at = state.steps, state.sorted = g.size();
   refuse_small_cell(g, state.boundary.cell, state.skin);
   note_bonded(state);
-  state.contacts.contact.keep(model.springs(), attracts(model.law));
+  state.contacts.contact.keep(model.springs(), attracts(model.law) || of_hulls(model.law));
   build_contacts(g, state.boundary, state.skin, model.materials.size(), {}, state.contacts, state.reference, team);
   if (!grains_rub(model)) drop_slide_springs(state.contacts);  // of a preparation with friction
   contact_forces(model.law, model.pairs, g, state.boundary, 0, true, state.contacts, team);

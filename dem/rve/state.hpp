@@ -23,8 +23,8 @@ struct BreakRoom {
   GrainBonds bonds;                   // of hulls
 };
 
-/// A contact of hulls that stiffens between two estimates of the critical step asks for one at once; where that finds
-/// that all is no stiffer, nobody is asked again before the next that is due.
+/// A contact of hulls that stiffens between two estimates of the critical step asks for one at once: firmer, then, as
+/// soon as all runs of steps would notice alike, asked. Implicit steps read it their own way.
 enum class StepWatch : std::uint8_t { on, firmer, asked, off };
 
 struct State {
