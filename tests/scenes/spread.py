@@ -230,6 +230,58 @@ frames = 3
         need(abs(last[0] / last[1] - 1) < 0.02, f"a blow: {name}: {last[0]} spread, {last[1]} on rank 0")
 
 
+def newton(tmp):
+    """Newton on all ranks: what rank 0 alone finds, to Newton's tolerance; stopped and gone on with another number."""
+    head, _ = BLOCK.replace('"-0.3 mm"', '"-0.1 mm"').split("[solve]")
+    scene = write(tmp, head.replace("variants = 2", """variants = 2
+unbalanced_force = 2e-3
+stress_change = 2e-3
+adaptivity = { error = 0.002 }""") + """[solve]
+kind = "quasi-static"
+spread = true
+increments = 4
+[output]
+frames = 2
+costs = true
+""", "newton.toml")
+    on_farm = os.path.join(tmp, "newton_farm")
+    r = run(*command(1, scene, on_farm, "solve.spread=false"))
+    need(r.returncode == 0, f"Newton on rank 0: exit {r.returncode} {r.stderr[-300:]}")
+    for ranks, *settings in ((1,), (2,), (3,), (7,), (3, ITERATIVE)) if whole else ((3, ITERATIVE),):
+        out = os.path.join(tmp, f"newton_{ranks}_{len(settings)}")
+        r = run(*command(ranks, scene, out, *settings))
+        need(r.returncode == 0, f"Newton on {ranks} ranks: exit {r.returncode} {r.stderr[-300:]}")
+        costs(out, ranks)
+        alike(f"Newton on {ranks} ranks, {settings}", on_farm, out)
+        counts = summary(out)["counts"]
+        need(bool(settings) == (counts.get("linear_iterations", 0) > 0), f"iterations of the linear solver: {counts}")
+        need(counts.get("linear_solves_made_direct", 0) == 0 and any("not to the bit" in n
+                                                                    for n in summary(out)["notes"]),
+             f"Newton on {ranks} ranks: {counts}, {summary(out)['notes']}")
+    out = os.path.join(tmp, "newton_part")
+    p = subprocess.Popen(command(3, scene, out), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    while p.poll() is None and not (os.path.exists(os.path.join(out, "history.csv")) and history(out)):
+        time.sleep(0.02)
+    for rank in run("pgrep", "-P", str(p.pid)).stdout.split()[-1:]:
+        os.kill(int(rank), signal.SIGTERM)  # one of them is enough
+    need(p.wait(60) == 130, f"Newton, asked to stop: exit {p.returncode}")
+    r = run(*command(2, scene, out, more=["--resume"]))
+    need(r.returncode == 0, f"Newton, gone on: exit {r.returncode} {r.stderr[-300:]}")
+    alike("Newton, stopped on 3, gone on with 2", on_farm, out)
+
+
+ITERATIVE = "solve.linear_solver=iterative"
+
+
+def alike(name, one, other):
+    """Rows of two runs of Newton: increments alike, forces and energies to what the RVEs' own balance leaves."""
+    a, b = history(one), history(other)
+    need([r["time_s"] for r in a] == [r["time_s"] for r in b], f"{name}: other increments")
+    for column, within in (("reaction_top_z_N", 0.004), ("volume_m3", 1e-6), ("macro_external_J", 0.004)):
+        off = max(abs(float(x[column]) - float(y[column])) for x, y in zip(a, b))
+        need(off <= within * max(abs(float(x[column])) for x in a), f"{name}: {column} off by {off}")
+
+
 def failures(tmp, scene):
     """A cell that cannot go on, a folder that rank 0 cannot write to: one line, its status, and no rank waits."""
     tight = "rve.set=['packing.box=[0.027, 0.027, 0.027]', 'numerics.max_overlap=0.027']"
@@ -313,6 +365,7 @@ with tempfile.TemporaryDirectory() as tmp:
     more_ranks_than_elements(tmp, block)
     resumed(tmp, block)
     blow(tmp)
+    newton(tmp)
     failures(tmp, block)
     silent(tmp, block)
     if whole:
