@@ -14,6 +14,8 @@ import scene_tools
 from scene_tools import faults, here, history, need, shipped, without_wall, write
 
 bvp = scene_tools.program(os.path.abspath(sys.argv[1]), "grus-bvp")
+SIDES = "".join(f'[[boundary]]\nwhere = "{axis}={end}"\ndisplacement = {held}\n'
+                for axis, held in (("x", '[0, "free", "free"]'), ("y", '["free", 0, "free"]')) for end in ("min", "max"))
 BLOCK = f"""
 [mesh]
 box = {{ size = ["40 mm", "40 mm", "80 mm"], cells = [1, 1, 4] }}
@@ -26,6 +28,7 @@ displacement = [0, 0, 0]
 [[boundary]]
 where = "z=max"
 displacement = [0, 0, "-0.1 mm"]
+{SIDES}
 [solve]
 kind = "explicit-quasi-static"
 crossings = CROSSINGS

@@ -132,12 +132,23 @@ def more_ranks_than_elements(tmp, scene):
                          "output.costs=false", "solve.crossings=5"))
         need(r.returncode == 0, f"elements {cells} on {ranks} ranks: exit {r.returncode} {r.stderr[-300:]}")
     same(f"elements {cells} on {most} ranks", os.path.join(tmp, "few_1"), os.path.join(tmp, f"few_{most}"))
+    if not whole:
+        return
+    for ranks in (1, 4):  # two elements with grains, two without
+        out = os.path.join(tmp, f"solid_{ranks}")
+        r = run(*command(ranks, scene, out, "mesh.box.cells=[1,1,4]", "region.0.where=z<0.051", "solve.crossings=5",
+                         "boundary.1.displacement=[0,0,-1e-4]"))
+        need(r.returncode == 0, f"ranks without grains: exit {r.returncode} {r.stderr[-300:]}")
+    with open(os.path.join(tmp, "solid_4", "costs.csv")) as file:
+        need(len({c["rank"] for c in csv.DictReader(file)}) < 4, "all ranks have grains")
+    same("ranks without grains", os.path.join(tmp, "solid_1"), os.path.join(tmp, "solid_4"))
 
 
 def resumed(tmp, scene):
-    """A rank is killed: the job ends, and goes on with another number of ranks. Signals: 130, and the same."""
+    """A rank is killed while a checkpoint is written: the job ends, and goes on with another number of ranks. Signals:
+    130, and the same."""
     part = os.path.join(tmp, "part")
-    often = ("output.checkpoint_interval=0.2", "output.costs=false")
+    often = ("output.checkpoint_interval=0.05", "output.costs=false")
     p = subprocess.Popen(command(3, scene, part, *often), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                          start_new_session=True)
     index = os.path.join(part, "checkpoint.h5")
@@ -145,6 +156,8 @@ def resumed(tmp, scene):
     while p.poll() is None and not (os.path.exists(index) and os.path.exists(rows) and history(part)):
         time.sleep(0.05)
     ranks = [int(n) for n in run("pgrep", "-P", str(p.pid)).stdout.split()]
+    while p.poll() is None and len({name[0] for name in os.listdir(os.path.join(part, "checkpoint"))}) < 2:
+        time.sleep(0.0005)  # shards of the next one are there, beside those that the index names
     if need(p.poll() is None and len(ranks) == 3, f"killed at {p.poll()}, ranks {ranks}"):
         os.kill(ranks[-1], signal.SIGKILL)
     begin = time.time()
