@@ -293,7 +293,7 @@ void BvpOutput::add_rves(nlohmann::json& summary, const BvpEnding& e) const {
   summary["unit_cell"] = *scene_.unit_cells[0].record;
   summary["seed"] = scene_.unit_cells[0].model.seed;
   auto& counts = summary["counts"];
-  counts["grains_a_point"] = states_[points_.start.empty() ? 0 : points_.start[0]].grains.size();
+  counts["grains_a_point"] = states_[points_.start.empty() || across_.spread() ? 0 : points_.start[0]].grains.size();
   counts["rves"] = rves_->all_points();
   counts["rves_asked"] = r.asked, counts["rves_advanced"] = r.advanced, counts["rves_distinct"] = r.distinct,
   counts["rves_deferred"] = r.deferred, counts["rves_elastic"] = r.elastic;

@@ -96,7 +96,7 @@ TEST_CASE("an iterative linear solver finds what factors find, in few iterations
                          {plane("wall", 0, 0, 0, 0), plane("wall y", 0, 0, 1, 0), plane("wall z", 0, 0, 2, 0),
                           plane("end", 0, 8, 2, -0.1)});
     fem::Material m = fem::j2_material(problem.owned_points(), 1e8, 0.2, yield, 1e7);
-    fem::StaticsOptions o = options(2, 1e-9, 1e-9);
+    fem::StaticsOptions o = options(2, 1e-7, 1e-7);
     o.linear = method;
     Found found;
     const auto result = fem::solve_statics(problem, m, o, [&](const fem::IncrementReport& r) {
@@ -110,7 +110,7 @@ TEST_CASE("an iterative linear solver finds what factors find, in few iterations
   using enum fem::LinearMethod;
   const Found by_factors = find(direct, 2, 1e5), by_iterations = find(iterative, 2, 1e5);
   CHECK((by_factors.linear == 0 && by_factors.failures == 0 && by_iterations.failures == 0));
-  CHECK(by_iterations.newton == by_factors.newton);
+  CHECK(by_iterations.newton <= by_factors.newton + 1);  // slender: 1e-9 of the motion is more of the force
   CHECK(by_iterations.pressed == Approx(-0.1).epsilon(1e-14));  // what is prescribed is known, not found
   double largest = 0;
   for (const double s : by_factors.stress) largest = std::max(largest, std::abs(s));
@@ -120,7 +120,7 @@ TEST_CASE("an iterative linear solver finds what factors find, in few iterations
   const Found coarse = find(iterative, 2, 1e9), fine = find(iterative, 4, 1e9);
   INFO(coarse.linear << " iterations, " << fine.linear << " on a mesh of half the size");
   CHECK((coarse.failures == 0 && fine.failures == 0));
-  CHECK(fine.linear < 2 * coarse.linear);
+  CHECK(fine.linear < 1.5 * coarse.linear);
 }
 
 TEST_CASE("an increment that fails is begun once more with the better tangent before it is cut") {

@@ -247,8 +247,8 @@ def newton(tmp):
     """Newton on all ranks: what rank 0 alone finds, to Newton's tolerance; stopped and gone on with another number."""
     head, _ = BLOCK.replace('"-0.3 mm"', '"-0.1 mm"').split("[solve]")
     scene = write(tmp, head.replace("variants = 2", """variants = 2
-unbalanced_force = 2e-3
-stress_change = 2e-3
+unbalanced_force = 3e-4
+stress_change = 3e-4
 adaptivity = { error = 0.002 }""") + """[solve]
 kind = "quasi-static"
 spread = true
@@ -287,12 +287,15 @@ ITERATIVE = "solve.linear_solver=iterative"
 
 
 def alike(name, one, other):
-    """Rows of two runs of Newton: increments alike, forces and energies to what the RVEs' own balance leaves."""
+    """Rows of two runs of Newton. Both stop at the same iteration, unless a residual lies at its limit to 1e-8: then what
+    linear solvers leave, 1e-9, is all, and what grains make of it in four increments."""
     a, b = history(one), history(other)
     need([r["time_s"] for r in a] == [r["time_s"] for r in b], f"{name}: other increments")
-    for column, within in (("reaction_top_z_N", 0.004), ("volume_m3", 1e-6), ("macro_external_J", 0.004)):
+    for column in ("reaction_top_z_N", "volume_m3", "macro_external_J", "macro_internal_J", "macro_work_J", "rve_noise"):
         off = max(abs(float(x[column]) - float(y[column])) for x, y in zip(a, b))
-        need(off <= within * max(abs(float(x[column])) for x in a), f"{name}: {column} off by {off}")
+        need(off <= 1e-5 * max(abs(float(x[column])) for x in a), f"{name}: {column} off by {off}")
+    kept = [(s["counts"]["rves_deferred"], s["errors"]["deferral"]["measured"]) for s in map(summary, (one, other))]
+    need(kept[0] == kept[1] and min(kept[0]) > 0, f"{name}: put off, measured {kept}")
 
 
 def failures(tmp, scene):
