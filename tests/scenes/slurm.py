@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""The job script of docs/cluster.md for a problem on all ranks, with stand-ins for srun and scontrol: told that its time
-is nearly over it leaves a checkpoint and is queued again, goes on from there, and ends: slurm.py BIN"""
+"""The job script of docs/cluster.md for a problem on all ranks, with stand-ins for srun and scontrol. Told that its
+time is nearly over it leaves a checkpoint and is queued again, goes on from there, and ends: slurm.py BIN"""
 import os
 import re
 import signal
@@ -15,7 +15,8 @@ from scene_tools import faults, here, history, need, shipped, without_wall, writ
 
 bvp = scene_tools.program(os.path.abspath(sys.argv[1]), "grus-bvp")
 SIDES = "".join(f'[[boundary]]\nwhere = "{axis}={end}"\ndisplacement = {held}\n'
-                for axis, held in (("x", '[0, "free", "free"]'), ("y", '["free", 0, "free"]')) for end in ("min", "max"))
+                for axis, held in (("x", '[0, "free", "free"]'), ("y", '["free", 0, "free"]'))
+                for end in ("min", "max"))
 BLOCK = f"""
 [mesh]
 box = {{ size = ["40 mm", "40 mm", "80 mm"], cells = [1, 1, 4] }}
