@@ -28,7 +28,11 @@ struct Newton {
   std::vector<double> last_outside;  // forces from outside when the last increment was accepted (N), owned components
 
   Newton(Problem::Impl& problem, Material& m, const StaticsOptions& options)
-      : p(problem), material(m), o(options), linear(problem, options.linear), previous_u(p.keep_at_nodes("previous u")) {
+      : p(problem),
+        material(m),
+        o(options),
+        linear(problem, options.linear),
+        previous_u(p.keep_at_nodes("previous u")) {
     if (p.discretisation.exact_sums && !material.energies)
       throw std::invalid_argument("exact sums need a material that tells the energy of each point");
     fixed.assign(p.width() * static_cast<std::size_t>(p.owned_nodes()), 0);

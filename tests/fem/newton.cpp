@@ -110,7 +110,7 @@ TEST_CASE("an iterative linear solver finds what factors find, in few iterations
   using enum fem::LinearMethod;
   const Found by_factors = find(direct, 2, 1e5), by_iterations = find(iterative, 2, 1e5);
   CHECK((by_factors.linear == 0 && by_factors.failures == 0 && by_iterations.failures == 0));
-  CHECK(by_iterations.newton <= by_factors.newton + 1);  // slender: 1e-9 of the motion is more of the force
+  CHECK(by_iterations.newton <= by_factors.newton + 1);         // slender: 1e-9 of the motion is more of the force
   CHECK(by_iterations.pressed == Approx(-0.1).epsilon(1e-14));  // what is prescribed is known, not found
   double largest = 0;
   for (const double s : by_factors.stress) largest = std::max(largest, std::abs(s));

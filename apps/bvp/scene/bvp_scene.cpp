@@ -75,8 +75,7 @@ void read_solve(Table t, BvpScene& scene) {
   if (kind == "explicit-dynamic") scene.dynamics = read_dynamics(t);
   if (kind == "explicit-quasi-static") scene.explicit_statics = read_explicit_statics(t);
   if (t.has("spread")) scene.spread = t.flag_or("spread", false);
-  if (t.has("patience") && !scene.spread)
-    t.fail("patience", "ranks wait for each other where solve.spread = true");
+  if (t.has("patience") && !scene.spread) t.fail("patience", "ranks wait for each other where solve.spread = true");
   if (scene.spread) scene.patience = t.number_or("patience", scene.patience, dimension::time, {1, 1e9});
   scene.discretisation.exact_sums = scene.spread;
   if (scene.is_explicit()) return t.finish();
