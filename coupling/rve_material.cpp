@@ -63,6 +63,13 @@ fem::Material RveMaterial::material() {
   return m;
 }
 
+double RveMaterial::noise() {
+  if (!spread_) return driver_.noise();
+  return driver_.noise([this](dem::Misses& sums) {
+    MPI_Allreduce(MPI_IN_PLACE, sums.data(), static_cast<int>(sums.size()), MPI_DOUBLE, MPI_SUM, *spread_);
+  });
+}
+
 double RveMaterial::total(Facts::Number energy, std::span<const double> volumes) const {
   const auto add = [&](auto& sums) {
     for (std::size_t i = 0; i < volumes.size(); ++i) sums[0] += facts(i).*energy * volumes[i] / start_volume(i);
@@ -99,9 +106,16 @@ SweepReport RveMaterial::report_of_all() const {
   SweepReport all = report();
   if (!spread_) return all;
   for (std::uint64_t SweepReport::*count :
-       {&SweepReport::asked, &SweepReport::advanced, &SweepReport::elastic, &SweepReport::retried,
-        &SweepReport::dem_steps, &SweepReport::distinct, &SweepReport::given_up})
+       {&SweepReport::asked, &SweepReport::advanced, &SweepReport::deferred, &SweepReport::elastic,
+        &SweepReport::retried, &SweepReport::dem_steps, &SweepReport::distinct, &SweepReport::given_up})
     all.*count = over_ranks(all.*count);
+  for (MeasuredError SweepReport::*measured : {&SweepReport::deferral, &SweepReport::linear}) {
+    MeasuredError& e = all.*measured;
+    e.count = over_ranks(e.count);
+    MPI_Allreduce(MPI_IN_PLACE, &e.sum, 1, MPI_DOUBLE, MPI_SUM, *spread_);
+    MPI_Allreduce(MPI_IN_PLACE, &e.worst, 1, MPI_DOUBLE, MPI_MAX, *spread_);
+  }
+  MPI_Allreduce(MPI_IN_PLACE, &all.least_trust, 1, MPI_DOUBLE, MPI_MIN, *spread_);
   for (double SweepReport::*most : {&SweepReport::worst_unbalanced, &SweepReport::worst_stress_change})
     MPI_Allreduce(MPI_IN_PLACE, &(all.*most), 1, MPI_DOUBLE, MPI_MAX, *spread_);
   return all;
@@ -139,7 +153,7 @@ void RveMaterial::commit() {
   driver_.commit();
   // An explicit step is too short to go by, and too cheap to pay for a move.
   constexpr std::uint64_t steps_between = 100;
-  if (relaxed(driver_.book()) || ++commits_ % steps_between == 0) farm_.rebalance();
+  if (++commits_ % steps_between == 0 || relaxed(driver_.book())) farm_.rebalance();
 }
 
 std::string RveMaterial::save_point(std::size_t point) const {

@@ -26,7 +26,7 @@ public:
   fem::Material material();
 
   /// dem/rves/driver_book.hpp
-  double noise() { return driver_.noise(); }
+  double noise();
   static constexpr double max_noise = dem::max_noise;
 
   std::size_t points() const { return driver_.points(); }
@@ -58,6 +58,9 @@ public:
   std::string save_point(std::size_t point) const;
   void load_point(std::size_t point, const std::string& bytes);
   void go_on_counting(const SweepReport& from) { driver_.go_on_counting(from); }
+  /// Increments that will have the network's tangent, alike on all ranks.
+  int sharp() const { return driver_.book().sharp; }
+  void go_on_sharp(int increments) { driver_.go_on_sharp(increments); }
 
   /// All that decides how the points go on, handed over in parts (the states one by one); and back, into one that was
   /// made alike.
@@ -73,7 +76,7 @@ private:
   std::vector<double> start_volume_;  // of the starting states
   dem::Driver<RveFarm> driver_;
   double seconds_ = 0;
-  std::uint64_t commits_ = 0;  // of explicit runs, in this process
+  std::uint64_t commits_ = 0;  // in this process
   std::optional<MPI_Comm> spread_;
   std::vector<double> inertial_numbers_;  // of the last response; of points that are spread
 };

@@ -7,19 +7,27 @@
 #include <algorithm>
 
 #include "fem/problem_impl.hpp"
+#include "fem/statics.hpp"
 
 namespace grus::fem {
 
-/// Linear solver with prescribed components: KSP from PETSc's options (prefix grus_), MUMPS by default, LU when all
-/// else fails.
+/// Linear solver with prescribed components, on the ranks of the problem: MUMPS, or GMRES behind algebraic multigrid;
+/// PETSc's options (prefix grus_) change either; LU when all else fails.
 class LinearSolver {
 public:
-  explicit LinearSolver(Problem::Impl& p) : p_(p), a_(compat::make_matrix(p.comm, *p.space)) {
+  /// Of the right side, by the preconditioned norm: far below what any increment of Newton is asked for.
+  static constexpr double relative = 1e-9;
+
+  LinearSolver(Problem::Impl& p, LinearMethod method)
+      : p_(p), iterative_(method == LinearMethod::iterative), a_(compat::make_matrix(p.comm, *p.space)) {
     check(MatSetOption(a_, MAT_KEEP_NONZERO_PATTERN, PETSC_TRUE), "MatSetOption");
     check(MatCreateVecs(a_, &x_, &b_), "MatCreateVecs");
     check(KSPCreate(p.comm, &ksp_), "KSPCreate");
     check(KSPSetOptionsPrefix(ksp_, "grus_"), "KSPSetOptionsPrefix");
-    direct(ksp_);
+    if (iterative_)
+      multigrid(ksp_), tell_rigid_motions();
+    else
+      direct(ksp_);
     check(KSPSetFromOptions(ksp_), "KSPSetFromOptions");
     const auto map = p.space->dofmap()->index_map;
     for (const auto& c : p.prescribed)
@@ -43,18 +51,24 @@ public:
     std::copy(rhs.begin(), rhs.end(), b);
     check(VecRestoreArray(b_, &b), "VecRestoreArray");
     check(VecSet(x_, 0), "VecSet");
-    check(VecGetArray(x_, &x), "VecGetArray");
-    for (const auto* c : mine_) x[c->dof] = (p_.factor(c->boundary, to) - p_.factor(c->boundary, from)) * c->value;
-    check(VecRestoreArray(x_, &x), "VecRestoreArray");
+    const auto prescribe = [&] {
+      check(VecGetArray(x_, &x), "VecGetArray");
+      for (const auto* c : mine_) x[c->dof] = (p_.factor(c->boundary, to) - p_.factor(c->boundary, from)) * c->value;
+      check(VecRestoreArray(x_, &x), "VecRestoreArray");
+    };
+    prescribe();
     check(MatZeroRowsColumns(a_, static_cast<PetscInt>(rows_.size()), rows_.data(), 1.0, x_, b_), "MatZeroRowsColumns");
     bool good = all_true(p_.comm, attempt(ksp_));  // an error may be one rank's alone
+    iterations_ += iterative_ ? iterations_of(ksp_) : 0;
     if (!good) {
+      ++failures_;
       KSP plain;
       check(KSPCreate(p_.comm, &plain), "KSPCreate");
       direct(plain);
       good = attempt(plain);
       KSPDestroy(&plain);
     }
+    if (iterative_) prescribe();  // these are known, not found
     dx.resize(rhs.size());
     check(VecGetArray(x_, &x), "VecGetArray");
     std::copy_n(x, dx.size(), dx.begin());
@@ -64,7 +78,41 @@ public:
     return all_true(p_.comm, good && std::isfinite(finite));
   }
 
+  int iterations() { return std::exchange(iterations_, 0); }  // since it was last asked
+  int failures() { return std::exchange(failures_, 0); }      // solves that the direct one has stood in for
+
 private:
+  static void multigrid(KSP ksp) {
+    constexpr int most = 500, kept = 60;  // directions
+    PC pc;
+    check(KSPSetType(ksp, KSPGMRES), "KSPSetType");
+    check(KSPGMRESSetRestart(ksp, kept), "KSPGMRESSetRestart");
+    check(KSPSetTolerances(ksp, relative, PETSC_DEFAULT, PETSC_DEFAULT, most), "KSPSetTolerances");
+    check(KSPGetPC(ksp, &pc), "KSPGetPC");
+    check(PCSetType(pc, PCGAMG), "PCSetType");
+  }
+  /// Motions without strain, which a coarse grid must know; about an axis there is but one.
+  void tell_rigid_motions() {
+    if (p_.discretisation.kinematics == Kinematics::axisymmetric) return;
+    Vec at;
+    double* x;
+    MatNullSpace motions;
+    check(VecDuplicate(b_, &at), "VecDuplicate");
+    check(VecSetBlockSize(at, p_.components), "VecSetBlockSize");
+    check(VecGetArray(at, &x), "VecGetArray");
+    for (std::size_t n = 0; n < static_cast<std::size_t>(p_.owned_nodes()); ++n)
+      std::copy_n(p_.node_at[n].begin(), p_.width(), x + n * p_.width());
+    check(VecRestoreArray(at, &x), "VecRestoreArray");
+    check(MatNullSpaceCreateRigidBody(at, &motions), "MatNullSpaceCreateRigidBody");
+    check(MatSetNearNullSpace(a_, motions), "MatSetNearNullSpace");
+    MatNullSpaceDestroy(&motions);
+    VecDestroy(&at);
+  }
+  static int iterations_of(KSP ksp) {
+    PetscInt count = 0;
+    check(KSPGetIterationNumber(ksp, &count), "KSPGetIterationNumber");
+    return static_cast<int>(count);
+  }
   static void direct(KSP ksp) {
     PC pc;
     check(KSPSetType(ksp, KSPPREONLY), "KSPSetType");
@@ -85,6 +133,8 @@ private:
   }
 
   Problem::Impl& p_;
+  bool iterative_;
+  int iterations_ = 0, failures_ = 0;
   Mat a_ = nullptr;
   Vec x_ = nullptr, b_ = nullptr;
   KSP ksp_ = nullptr;

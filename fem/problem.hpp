@@ -34,8 +34,8 @@ struct Discretisation {
   Kinematics kinematics = Kinematics::solid;
   double thickness = 1;  // m, plane strain
   ElementKind element = ElementKind::standard;
-  /// Sums over elements, nodes and points that are the same to the bit for any number of ranks (fem/exact_sum.hpp);
-  /// explicit solvers only.
+  /// Sums over elements, nodes and points that are the same to the bit for any number of ranks (fem/exact_sum.hpp).
+  /// What Newton's linear solver makes of them is not.
   bool exact_sums = false;
 };
 

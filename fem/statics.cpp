@@ -23,11 +23,18 @@ struct Newton {
   double last_size = 0;                 // of the load factor, in the last increment; 0: nothing to go by
   MacroEnergy energy;                   // since the start
   std::vector<double> volumes;          // of points (m^3)
+  std::vector<double> energies;         // of points (J), with exact sums
   std::vector<double>& previous_u;      // committed before the last increment (m), owned and ghost components
   std::vector<double> last_outside;  // forces from outside when the last increment was accepted (N), owned components
 
   Newton(Problem::Impl& problem, Material& m, const StaticsOptions& options)
-      : p(problem), material(m), o(options), linear(problem), previous_u(p.keep_at_nodes("previous u")) {
+      : p(problem),
+        material(m),
+        o(options),
+        linear(problem, options.linear),
+        previous_u(p.keep_at_nodes("previous u")) {
+    if (p.discretisation.exact_sums && !material.energies)
+      throw std::invalid_argument("exact sums need a material that tells the energy of each point");
     fixed.assign(p.width() * static_cast<std::size_t>(p.owned_nodes()), 0);
     for (const auto& c : p.prescribed)
       if (static_cast<std::size_t>(c.dof) < fixed.size()) fixed[static_cast<std::size_t>(c.dof)] = 1;
@@ -44,7 +51,8 @@ struct Newton {
     }
     const bool mine = material.respond({p.deformation, p.stress, p.tangent});
     if (!all_true(p.comm, mine)) {
-      reason = mine ? "a Gauss point of another rank refused the increment" : material.reason();
+      reason = material.reason();
+      if (reason.empty()) reason = "a Gauss point of another rank refused the increment";
       return false;
     }
     hold_loose_points();
@@ -74,13 +82,13 @@ struct Newton {
   double residual(std::vector<double>& r) {
     const auto in = p.internal->array(), ex = p.external->array();
     r.resize(fixed.size());
-    double free = 0, scale = 0;
-    for (std::size_t i = 0; i < r.size(); ++i) {
-      r[i] = ex[i] - in[i];
-      if (!fixed[i]) free += r[i] * r[i];
-      scale += in[i] * in[i] + ex[i] * ex[i];
-    }
-    free = sum_over_ranks(p.comm, free), scale = sum_over_ranks(p.comm, scale);
+    auto [free, scale] = p.sums<2>([&](auto& sum) {
+      for (std::size_t i = 0; i < r.size(); ++i) {
+        r[i] = ex[i] - in[i];
+        if (!fixed[i]) sum[0] += r[i] * r[i];
+        sum[1] += in[i] * in[i] + ex[i] * ex[i];
+      }
+    });
     force = std::sqrt(scale);
     // Where nearly all is gone of the largest forces there were, what is left need not balance better than a share of
     // those.
@@ -144,12 +152,13 @@ struct Newton {
   }
 
   /// What another run needs to go on from here.
-  void tell(IncrementReport& report) const {
+  void tell(IncrementReport& report) {
     report.law_sweeps = sweeps;
     report.largest_force = largest_force;
     report.stiffest = stiffest;
     report.last_size = last_size;
     report.energy = energy;
+    report.linear_iterations = linear.iterations(), report.linear_failures = linear.failures();
   }
 
   /// The last increment's displacements, for a load increment of this size: nearer to what yields than any tangent.
@@ -168,18 +177,28 @@ struct Newton {
     return all;
   }
 
+  /// What the materials hold and have spent, over all ranks (J).
+  double internal_energy() {
+    if (!p.discretisation.exact_sums) return sum_over_ranks(p.comm, material.energy(volumes));
+    energies.resize(volumes.size());
+    material.energies(volumes, energies);
+    return p.sums<1>([&](auto& sum) {
+      for (const double e : energies) sum[0] += e;
+    })[0];
+  }
+
   void accept(double size) {
     const std::vector<double> now = outside();
     const auto u = p.u->array(), before = p.committed_u->array();
-    double done = 0;
-    for (std::size_t i = 0; i < now.size(); ++i) done += 0.5 * (last_outside[i] + now[i]) * (u[i] - before[i]);
+    energy.external += p.sums<1>([&](auto& done) {
+      for (std::size_t i = 0; i < now.size(); ++i) done[0] += 0.5 * (last_outside[i] + now[i]) * (u[i] - before[i]);
+    })[0];
     last_outside = now;
-    energy.external += sum_over_ranks(p.comm, done);
     energy.work += p.work_since_commit();
     previous_u.assign(p.committed_u->array().begin(), p.committed_u->array().end());
     last_size = size;
     commit();
-    energy.internal = sum_over_ranks(p.comm, material.energy(volumes));
+    energy.internal = internal_energy();
     energy.note_largest();
   }
 

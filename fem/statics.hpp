@@ -7,6 +7,10 @@
 
 namespace grus::fem {
 
+/// How the increments' linear systems are solved, on all ranks of the problem: by factors (MUMPS), or by GMRES behind
+/// algebraic multigrid, which takes less memory and work from some 10^5 nodes in three dimensions on.
+enum class LinearMethod { direct, iterative };
+
 struct StaticsOptions {
   int increments = 10;
   double tolerance = 1e-6;               // residual against the internal forces
@@ -16,6 +20,7 @@ struct StaticsOptions {
   int max_cutbacks = 6;           // in a row
   double cut = 0.25, grow = 1.5;  // of the increment, never above the one asked for
   double least = 1e-6;            // of the one asked for: smaller, and the load is not carried
+  LinearMethod linear = LinearMethod::direct;
 };
 
 /// After each accepted increment.
@@ -33,6 +38,8 @@ struct IncrementReport {
   int law_sweeps;                  // since the start
   double largest_force, stiffest;  // norm of all forces (N) and mean tangent (Pa): the largest so far
   double last_size;                // of the load factor, that the next predictor goes by; 0: none
+  int linear_iterations = 0;       // since the last report; of direct solves none
+  int linear_failures = 0;         // iterative solves since then that a direct one has stood in for
 };
 
 /// Where to go on from, after Problem::restore.

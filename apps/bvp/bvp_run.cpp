@@ -158,7 +158,7 @@ void BvpRun::watch_responses(Course& c) {
           "  interrupted: ends with this increment, which --resume would have to begin anew; once more ends at once");
       c.told = true;
     }
-    if (!scene_.is_explicit() && c.limit.past()) throw OutOfTime{};
+    if (!scene_.is_explicit() && across_.any(c.limit.past() ? 1 : 0) != 0) throw OutOfTime{};
     ++c.sweeps;
     return respond(p);
   };
@@ -174,7 +174,7 @@ bool BvpRun::after(Course& c, const Report& report, double now) {
       c.progress.note(fmt::format("  increment {}: {} cutback(s), the last because {}", report.increment,
                                   report.cutbacks, one_line(report.cut_reason)));
   // An increment that lasts longer than those before it may be lost, what comes before it not.
-  const bool last = !scene_.is_explicit() && c.limit.over(3);
+  const bool last = !scene_.is_explicit() && across_.any(c.limit.over(3) ? 1 : 0) != 0;
   const bool due = c.due(scene_.checkpoint_interval);
   c.stop = c.why();
   if (due || last) save(c, report);

@@ -69,6 +69,7 @@ void BvpOutput::add(const fem::IncrementReport& r, double wall) {
   macro_work_ = r.energy.work, material_work_ = r.energy.internal;
   iterations_ += r.iterations;
   cutbacks_ += r.cutbacks;
+  linear_iterations_ += r.linear_iterations, linear_failures_ += r.linear_failures;
   sweeps_ = r.law_sweeps;
   worst_residual_ = std::max(worst_residual_, r.residual);
   for (std::size_t k = 1; k < r.residuals.size(); ++k)
@@ -242,6 +243,7 @@ nlohmann::json BvpOutput::state() const {
           {"worst_energy", worst_energy_},
           {"iterations", iterations_},
           {"cutbacks", cutbacks_},
+          {"linear", {linear_iterations_, linear_failures_}},
           {"sweeps", sweeps_}};
 }
 
@@ -257,6 +259,8 @@ void BvpOutput::restore(const nlohmann::json& s, const std::string& history) {
   worst_residual_ = s.at("worst_residual"), worst_energy_ = s.at("worst_energy");
   iterations_ = s.at("iterations");
   cutbacks_ = s.at("cutbacks");
+  const auto linear = s.value("linear", std::array{0, 0});
+  linear_iterations_ = linear[0], linear_failures_ = linear[1];
   sweeps_ = s.at("sweeps");
 }
 
@@ -289,7 +293,7 @@ void BvpOutput::add_rves(nlohmann::json& summary, const BvpEnding& e) const {
   summary["unit_cell"] = *scene_.unit_cells[0].record;
   summary["seed"] = scene_.unit_cells[0].model.seed;
   auto& counts = summary["counts"];
-  counts["grains_a_point"] = states_[points_.start.empty() ? 0 : points_.start[0]].grains.size();
+  counts["grains_a_point"] = states_[points_.start.empty() || across_.spread() ? 0 : points_.start[0]].grains.size();
   counts["rves"] = rves_->all_points();
   counts["rves_asked"] = r.asked, counts["rves_advanced"] = r.advanced, counts["rves_distinct"] = r.distinct,
   counts["rves_deferred"] = r.deferred, counts["rves_elastic"] = r.elastic;
@@ -334,6 +338,10 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   summary["counts"] = {
       {"gauss_points", problem_.global_points()}, {"breakages", breakages_}, {"bonds_broken", bonds_broken_},
       {"newton_iterations", iterations_},         {"cutbacks", cutbacks_},   {"material_sweeps", sweeps_}};
+  if (scene_.solve.linear == fem::LinearMethod::iterative) {
+    summary["counts"]["linear_iterations"] = linear_iterations_;
+    summary["counts"]["linear_solves_made_direct"] = linear_failures_;
+  }
   summary["errors"] = {{"macro_work_J", macro_work_}, {"hill_mandel", work_error()}};
   if (!scene_.dynamic()) summary["errors"]["worst_residual"] = worst_residual_;
   if (rves_) summary["errors"]["worst_rve_energy_error"] = worst_energy_;

@@ -83,6 +83,7 @@ private:
          worst_residual_ = 0, worst_energy_ = 0, energy_error_ = 0,
          dem_steps_ = 0;  // energy_error_, dem_steps_: of the last row
   int iterations_ = 0, cutbacks_ = 0, sweeps_ = 0;
+  int linear_iterations_ = 0, linear_failures_ = 0;  // of an iterative linear solver
 };
 
 }  // namespace grus::app

@@ -55,7 +55,7 @@ std::vector<double> kept_costs(const dem::Checkpoint& kept) {
 
 /// Seconds a step of all elements, on rank 0: as measured here, and before in so far as that is short.
 std::vector<double> BvpRun::measured_costs() const {
-  constexpr double long_enough = 100;  // steps
+  const double long_enough = scene_.is_explicit() ? 100 : 5;  // steps, increments
   const auto per_cell = static_cast<std::size_t>(setup_.problem->points_per_cell());
   std::vector<double> spent(setup_.points.group.size() / per_cell, 0);
   for (std::size_t i = 0, k = 0; i < setup_.points.group.size() && rves_; ++i)
@@ -74,7 +74,7 @@ void BvpRun::write_sharded_checkpoint(nlohmann::json about) {
   fem::Snapshot macro = setup_.problem->own_snapshot();
   about["columns"] = {macro.at_nodes, macro.of_cells};
   about["shards"] = std::string(1, set);
-  if (rves_) about["sweeps"] = app::save(rves_->report_of_all());
+  if (rves_) about["sweeps"] = app::save(rves_->report_of_all()), about["sharp"] = rves_->sharp();
   if (regularised_) about["left_over"] = regularised_->worst_left_over();
   Shard shard = own_shard();
   const std::vector<double> rank(shard.elements.size(), across_.rank());
@@ -120,6 +120,7 @@ void BvpRun::take_shards(const nlohmann::json& about, const std::string& packed)
   });
   if (regularised_) regularised_->go_on_from(about.at("left_over").get<double>());
   setup_.problem->restore_own({columns[0], columns[1], std::move(shard.macro)});
+  if (rves_) rves_->go_on_sharp(std::max(0, about.at("sharp").get<int>()));
   if (!rves_ || !across_.leads()) return;
   coupling::SweepReport done;
   app::load(about.at("sweeps"), done);

@@ -62,7 +62,7 @@ public:
   const Facts& facts(std::size_t point) const { return book_.slots.at(slot(point)).facts; }
   const DriverBook& book() const { return book_; }
   bool sharpen() { return dem::sharpen(book_); }
-  double noise() { return dem::noise(book_); }
+  double noise(const Joining& join = {}) { return dem::noise(book_, join); }
 
   /// Brings facts up to date; needed where there is no way back and steps do not tell them.
   void refresh() {
@@ -135,6 +135,8 @@ public:
   }
   /// The count of what was done before this driver was.
   void go_on_counting(const SweepReport& from) { book_.report = from; }
+  /// So many increments will have the network's tangent.
+  void go_on_sharp(int increments) { book_.sharp = increments; }
 
   /// All that decides how the points go on: the book, then the states one by one; and back, into a driver that was made
   /// alike. Throws InputError.

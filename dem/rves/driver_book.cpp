@@ -128,8 +128,8 @@ bool sharpen(DriverBook& b) {
   return true;
 }
 
-double noise(DriverBook& b) {
-  b.noise.read(b.before, b.now);
+double noise(DriverBook& b, const Joining& join) {
+  b.noise.read(b.before, b.now, join);
   const QuasiStatic& q = b.options.response.quasi_static;
   return std::max({q.unbalanced_force, q.stress_change, std::min(b.noise.measured, max_noise)});
 }

@@ -75,8 +75,8 @@ std::vector<std::uint64_t> forget_increment(DriverBook& book);
 bool sharpen(DriverBook& book);
 
 /// Relative error of the stress of the last response: what the RVEs' own equilibrium leaves, or, measured, how far two
-/// successive iterations disagree (tangents.hpp). At most max_noise.
-double noise(DriverBook& book);
+/// successive iterations disagree (tangents.hpp), at all points that `join` knows of. At most max_noise.
+double noise(DriverBook& book, const Joining& join = {});
 constexpr double max_noise = 0.03;
 
 /// Slots whose RVEs are points', without copies of an increment that is not committed.

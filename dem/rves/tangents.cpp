@@ -8,7 +8,9 @@
 
 namespace grus::dem {
 
-double disagreement(const Sweep& before, const Sweep& now) {
+namespace {
+
+Misses misses(const Sweep& before, const Sweep& now) {
   double miss = 0, all = 0;
   for (std::size_t i = 0; i < now.answer.size(); ++i) {
     const Answer &a = before.answer[i], &b = now.answer[i];
@@ -18,11 +20,19 @@ double disagreement(const Sweep& before, const Sweep& now) {
     const double off = (b.stress - a.stress - elastic).norm();
     miss += std::pow(b.breakages != a.breakages ? off : std::max(0.0, off - elastic.norm()), 2);
   }
-  return all > 0 ? std::sqrt(miss / all) : 0;
+  return {miss, all, 1};
 }
 
-void NoiseMeter::read(const Sweep& before, const Sweep& now) {
-  measured = before.deformation.empty() ? 0 : std::max(disagreement(before, now), 0.7 * measured);
+double share(const Misses& m) { return m[1] > 0 ? std::sqrt(m[0] / m[1]) : 0; }
+
+}  // namespace
+
+double disagreement(const Sweep& before, const Sweep& now) { return share(misses(before, now)); }
+
+void NoiseMeter::read(const Sweep& before, const Sweep& now, const Joining& join) {
+  Misses all = before.deformation.empty() ? Misses{} : misses(before, now);
+  if (join) join(all);
+  measured = all[2] == 0 ? 0 : std::max(share(all), 0.7 * measured);
 }
 
 void choose_tangents(TangentKind kind, const Sweep& before, Sweep& now, std::vector<Mat6>& kept) {

@@ -3,6 +3,8 @@
 // to iteration.
 #pragma once
 
+#include <array>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -29,10 +31,15 @@ struct Sweep {
 /// function of strain.
 double disagreement(const Sweep& before, const Sweep& now);
 
+/// Squares of what misses and of the stress, and how many pairs of responses there are: sums over points.
+using Misses = std::array<double, 3>;
+/// Makes them the sums over the points of all who have some.
+using Joining = std::function<void(Misses&)>;
+
 /// One pair of iterations is a small sample: what earlier pairs of the increment showed fades slowly.
 struct NoiseMeter {
   double measured = 0;
-  void read(const Sweep& before, const Sweep& now);
+  void read(const Sweep& before, const Sweep& now, const Joining& join = {});
 };
 
 /// Tangents that do not follow the RVEs' own: those of the first response (elastic), improved by Broyden's update

@@ -84,6 +84,45 @@ TEST_CASE(
   CHECK(most > 5 * least);
 }
 
+TEST_CASE("an iterative linear solver finds what factors find, in few iterations, on any number of ranks") {
+  struct Found {
+    std::array<double, 6> stress;
+    double pressed;
+    int newton = 0, linear = 0, failures = 0;
+  };
+  const auto find = [](fem::LinearMethod method, int cells, double yield) {
+    // A slender bar whose end is bent down by a tenth of its height; it yields, or does not.
+    fem::Problem problem(MPI_COMM_WORLD, fem::BoxMesh{{8, 1, 1}, {8 * cells, cells, cells}, true, {}}, {1, 2, false},
+                         {plane("wall", 0, 0, 0, 0), plane("wall y", 0, 0, 1, 0), plane("wall z", 0, 0, 2, 0),
+                          plane("end", 0, 8, 2, -0.1)});
+    fem::Material m = fem::j2_material(problem.owned_points(), 1e8, 0.2, yield, 1e7);
+    fem::StaticsOptions o = options(2, 1e-7, 1e-7);
+    o.linear = method;
+    Found found;
+    const auto result = fem::solve_statics(problem, m, o, [&](const fem::IncrementReport& r) {
+      found.newton += r.iterations, found.linear += r.linear_iterations, found.failures += r.linear_failures;
+      return true;
+    });
+    REQUIRE(result.converged);
+    found.stress = problem.mean_stress(), found.pressed = problem.mean_displacement(3)[2];
+    return found;
+  };
+  using enum fem::LinearMethod;
+  const Found by_factors = find(direct, 2, 1e5), by_iterations = find(iterative, 2, 1e5);
+  CHECK((by_factors.linear == 0 && by_factors.failures == 0 && by_iterations.failures == 0));
+  CHECK(by_iterations.newton <= by_factors.newton + 1);         // slender: 1e-9 of the motion is more of the force
+  CHECK(by_iterations.pressed == Approx(-0.1).epsilon(1e-14));  // what is prescribed is known, not found
+  double largest = 0;
+  for (const double s : by_factors.stress) largest = std::max(largest, std::abs(s));
+  for (std::size_t k = 0; k < 6; ++k)
+    CHECK(by_iterations.stress[k] == Approx(by_factors.stress[k]).margin(1e-7 * largest));
+  // Elastic: a solve for each of the two increments, and one that finds nothing left to do.
+  const Found coarse = find(iterative, 2, 1e9), fine = find(iterative, 4, 1e9);
+  INFO(coarse.linear << " iterations, " << fine.linear << " on a mesh of half the size");
+  CHECK((coarse.failures == 0 && fine.failures == 0));
+  CHECK(fine.linear < 1.2 * coarse.linear);  // without rigid motions told 1.46 times
+}
+
 TEST_CASE("an increment that fails is begun once more with the better tangent before it is cut") {
   fem::BoundaryCondition pull = pulled();
   for (const bool has_better : {true, false}) {

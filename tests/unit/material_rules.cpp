@@ -111,6 +111,21 @@ TEST_CASE("noise is what no tangent between none and the elastic one explains") 
   CHECK(meter.measured == Approx(0.7 * first));
   meter.read({}, far);
   CHECK(meter.measured == 0);
+  // Of points that two have between them: the squares of both, whoever asks; also of one who has none.
+  const auto both = [&](const Sweep& a, const Sweep& b, const Sweep& c) {
+    NoiseMeter all, none;
+    Misses other{};
+    const auto told = [&](Misses& sums) { other = sums; };
+    NoiseMeter{}.read(before, b, told);
+    const auto join = [&](Misses& sums) {
+      for (std::size_t k = 0; k < sums.size(); ++k) sums[k] += other[k];
+    };
+    all.read(before, a, join), none.read({}, c, join);
+    return std::array{all.measured, none.measured};
+  };
+  const double of_two = std::sqrt(2e10 / (std::pow(size(far), 2) + std::pow(size(broken), 2)));
+  CHECK(both(far, broken, {})[0] == Approx(of_two).epsilon(1e-9));
+  CHECK(both(far, broken, {})[1] == Approx(1e5 / size(broken)).epsilon(1e-9));
 }
 
 TEST_CASE("kept tangents: the first one as it is, or improved to meet the last step") {

@@ -22,6 +22,8 @@ void read_rve(Table t, BvpScene& scene) {
            "sharing and deferral are for \"quasi-static\": in explicit runs an RVE does not go back to where another "
            "has been; leave the key out");
   scene.rve = read_rve_options(t);
+  if (scene.rve.share > 0 && scene.spread)
+    t.fail("adaptivity.share", "points that ride on one RVE may lie on different ranks where solve.spread = true");
   dem::ResponseOptions& response = scene.rve.response;
   using dem::Pace;
   if (scene.dynamics) scene.rve.pace = Pace::real_time;
@@ -72,9 +74,8 @@ void read_solve(Table t, BvpScene& scene) {
   const std::string kind = t.choice("kind", {"quasi-static", "explicit-dynamic", "explicit-quasi-static"});
   if (kind == "explicit-dynamic") scene.dynamics = read_dynamics(t);
   if (kind == "explicit-quasi-static") scene.explicit_statics = read_explicit_statics(t);
-  if (scene.is_explicit() && t.has("spread")) scene.spread = t.flag_or("spread", false);
-  if (scene.is_explicit() && t.has("patience") && !scene.spread)
-    t.fail("patience", "ranks wait for each other where solve.spread = true");
+  if (t.has("spread")) scene.spread = t.flag_or("spread", false);
+  if (t.has("patience") && !scene.spread) t.fail("patience", "ranks wait for each other where solve.spread = true");
   if (scene.spread) scene.patience = t.number_or("patience", scene.patience, dimension::time, {1, 1e9});
   scene.discretisation.exact_sums = scene.spread;
   if (scene.is_explicit()) return t.finish();
@@ -86,6 +87,12 @@ void read_solve(Table t, BvpScene& scene) {
   s.max_cutbacks = static_cast<int>(t.integer_or("max_cutbacks", s.max_cutbacks, 0, 100));
   s.acceleration = static_cast<int>(t.integer_or("acceleration", s.acceleration, 0, 50));
   s.max_iterations = static_cast<int>(t.integer_or("max_iterations", s.max_iterations, 1, 1000));
+  if (t.has("linear_solver") && t.choice_or("linear_solver", "direct", {"direct", "iterative"}) == "iterative")
+    s.linear = fem::LinearMethod::iterative;
+  if (scene.spread)
+    scene.notes.push_back(
+        "solve.spread with \"quasi-static\": linear systems are solved on all ranks, so that another number of ranks "
+        "gives the same results to Newton's tolerance, not to the bit");
   t.finish();
 }
 
