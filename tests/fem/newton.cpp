@@ -120,7 +120,8 @@ TEST_CASE("an iterative linear solver finds what factors find, in few iterations
   const Found coarse = find(iterative, 2, 1e9), fine = find(iterative, 4, 1e9);
   INFO(coarse.linear << " iterations, " << fine.linear << " on a mesh of half the size");
   CHECK((coarse.failures == 0 && fine.failures == 0));
-  CHECK(fine.linear < 1.2 * coarse.linear);  // without rigid motions told 1.46 times
+  // Nearer to no growth than to that of 1 / h; without rigid motions told 1.46 times.
+  CHECK(fine.linear < std::sqrt(2.0) * coarse.linear);
 }
 
 TEST_CASE("an increment that fails is begun once more with the better tangent before it is cut") {
