@@ -13,8 +13,7 @@ CentralDifferences::CentralDifferences(Problem::Impl& impl, Material& m)
       last_load(p.keep_at_nodes("last load")),
       last_internal(p.keep_at_nodes("last internal")),
       now_internal(p.keep_at_nodes("now internal")) {
-  if (p.discretisation.exact_sums && !material.energies)
-    throw std::invalid_argument("exact sums need a material that tells the energy of each point");
+  need_energies(p, material);
   for (std::int32_t c = 0; c < p.cells; ++c)
     for (int q = 0; q < p.nq; ++q) volumes.push_back(p.local(c, q).dv);
   fixed.assign(p.u->array().size(), 0);
@@ -83,22 +82,6 @@ bool CentralDifferences::respond(double dt, bool want_tangent, double next, cons
   p.assemble_internal();
   return true;
 }
-
-namespace {
-
-double internal_energy(const Material& material, std::span<const double> volumes, std::vector<double>&, double) {
-  return material.energy(volumes);
-}
-ExactSum internal_energy(const Material& material, std::span<const double> volumes, std::vector<double>& each,
-                         const ExactSum&) {
-  ExactSum sum;
-  each.resize(volumes.size());
-  material.energies(volumes, each);
-  for (const double e : each) sum += e;
-  return sum;
-}
-
-}  // namespace
 
 /// Of external, kinetic, work of the internal forces, viscous, internal, damped energy (J).
 void CentralDifferences::book(std::array<double, 6> all, MacroEnergy& total) {
@@ -186,7 +169,7 @@ void CentralDifferences::go(const Stride& s, std::array<Sum, 6>& sums) {
     }
   auto u = p.u->mutable_array();
   for (std::size_t i = 0; i < owned * p.width(); ++i) u[i] += moved[i];
-  sums[4] = internal_energy(material, volumes, energies, sums[4]);
+  add_energy(material, volumes, energies, sums[4]);
 }
 
 void CentralDifferences::keep() {

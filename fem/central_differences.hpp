@@ -3,6 +3,7 @@
 #pragma once
 
 #include "fem/dynamics.hpp"
+#include "fem/material_energy.hpp"
 #include "fem/problem_impl.hpp"
 
 namespace grus::fem {

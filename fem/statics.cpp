@@ -5,6 +5,7 @@
 
 #include "fem/acceleration.hpp"
 #include "fem/linear_solver.hpp"
+#include "fem/material_energy.hpp"
 
 namespace grus::fem {
 namespace {
@@ -33,8 +34,7 @@ struct Newton {
         o(options),
         linear(problem, options.linear),
         previous_u(p.keep_at_nodes("previous u")) {
-    if (p.discretisation.exact_sums && !material.energies)
-      throw std::invalid_argument("exact sums need a material that tells the energy of each point");
+    need_energies(p, material);
     fixed.assign(p.width() * static_cast<std::size_t>(p.owned_nodes()), 0);
     for (const auto& c : p.prescribed)
       if (static_cast<std::size_t>(c.dof) < fixed.size()) fixed[static_cast<std::size_t>(c.dof)] = 1;
@@ -177,16 +177,6 @@ struct Newton {
     return all;
   }
 
-  /// What the materials hold and have spent, over all ranks (J).
-  double internal_energy() {
-    if (!p.discretisation.exact_sums) return sum_over_ranks(p.comm, material.energy(volumes));
-    energies.resize(volumes.size());
-    material.energies(volumes, energies);
-    return p.sums<1>([&](auto& sum) {
-      for (const double e : energies) sum[0] += e;
-    })[0];
-  }
-
   void accept(double size) {
     const std::vector<double> now = outside();
     const auto u = p.u->array(), before = p.committed_u->array();
@@ -198,7 +188,7 @@ struct Newton {
     previous_u.assign(p.committed_u->array().begin(), p.committed_u->array().end());
     last_size = size;
     commit();
-    energy.internal = internal_energy();
+    energy.internal = p.sums<1>([&](auto& sum) { add_energy(material, volumes, energies, sum[0]); })[0];
     energy.note_largest();
   }
 
