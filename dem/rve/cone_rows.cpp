@@ -37,7 +37,7 @@ Place place_of(const State& s, std::size_t k, bool walled) {
   if (!at.presses) return at;
   const double modulus = s.contacts.contact.radius[k];
   at.arm_a = o.middle, at.arm_b = o.middle - apart;
-  at.more = std::max(1.0, o.force.norm() / o.volume);  // see motion/grain_stiffness.cpp: sharpness
+  at.more = sharpness(o.volume, o.force.norm());
   at.spin_arm = std::min(std::sqrt(o.polar / o.area.norm()), g.motion[p.a].radius);
   at.rocking = at.more * modulus * 0.5 * o.polar;
   at.couple = modulus * (o.moment - o.middle.cross(o.force));
