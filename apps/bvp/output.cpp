@@ -259,8 +259,7 @@ void BvpOutput::restore(const nlohmann::json& s, const std::string& history) {
   worst_residual_ = s.at("worst_residual"), worst_energy_ = s.at("worst_energy");
   iterations_ = s.at("iterations");
   cutbacks_ = s.at("cutbacks");
-  const auto linear = s.value("linear", std::array{0, 0});
-  linear_iterations_ = linear[0], linear_failures_ = linear[1];
+  linear_iterations_ = s.at("linear").at(0), linear_failures_ = s.at("linear").at(1);
   sweeps_ = s.at("sweeps");
 }
 
