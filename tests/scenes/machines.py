@@ -94,25 +94,27 @@ def stops(tmp):
     r = run(rve, scene, "-o", out, "--quiet", "--threads", "1", "--resume")
     need(r.returncode == 0 and read(out, "history.csv") == read(whole, "history.csv"),
          f"from the checkpoint that was asked for: {r.returncode} {r.stderr!r}")
-    # A limit of time: over before it is, with status, checkpoint and summary; the log goes on where it was, quiet or
-    # not.
+    # A limit of time: over before it is, with status, checkpoint and summary; the log goes on where it was.
     limit, out, log = 0.6 * lasts, os.path.join(tmp, "limit"), os.path.join(tmp, "limit", "run.log")
-    for k in range(20):
+
+    def part(*resume):
         begin = time.time()
-        r = run(rve, scene, "-o", out, "--quiet", "--threads", "1", "--max-time", f"{limit:.3f} s", "--log", log,
-                *(["--resume"] if k else []))
-        took = time.time() - begin  # a busy machine takes its time to start a process
-        if r.returncode == 0 and k == 0 and limit > 0.1 * lasts:  # it had more to do before: anew, with less
-            shutil.rmtree(out)
-            limit *= 0.5
-            r = run(rve, scene, "-o", out, "--quiet", "--threads", "1", "--max-time", f"{limit:.3f} s", "--log", log)
-            took = limit
-        if r.returncode != 75:
-            break
+        limits = ("--max-time", f"{limit:.3f} s", "--log", log)
+        return run(rve, scene, "-o", out, "--quiet", "--threads", "1", *limits, *resume), time.time() - begin
+
+    r, took = part()
+    while r.returncode == 0 and limit > 0.1 * lasts:  # the machine had more to do as the whole run was timed
+        shutil.rmtree(out)
+        limit *= 0.5
+        r, took = part()
+    k = 0
+    while r.returncode == 75 and k < 20:
         need(
             took < limit + 1 and r.stderr == "" and summary(out)["status"] == 75
             and "--resume" in summary(out)["ending"] and os.path.exists(os.path.join(out, "checkpoint.h5")),
             f"limit {k}: {took:.2f} s of {limit:.2f} {r.stderr!r}")
+        k += 1
+        r, took = part("--resume")
     need(r.returncode == 0 and k > 0, f"after {k} parts: exit {r.returncode} {r.stderr!r}")
     need(read(out, "history.csv") == read(whole, "history.csv"), "rows differ after stops by the clock")
     lines = read(log).decode().splitlines()
