@@ -137,7 +137,7 @@ def more_ranks_than_elements(tmp, scene):
     for ranks in (1, 4):  # two elements with grains, two without
         out = os.path.join(tmp, f"solid_{ranks}")
         r = run(*command(ranks, scene, out, "mesh.box.cells=[1,1,4]", "region.0.where=z<0.051", "solve.crossings=5",
-                         "boundary.1.displacement=[0,0,-1e-4]"))
+                         "boundary.1.displacement=[0,0,-1e-4]", "probe.0.at=[0.025,0.025,0.06]"))
         need(r.returncode == 0, f"ranks without grains: exit {r.returncode} {r.stderr[-300:]}")
     with open(os.path.join(tmp, "solid_4", "costs.csv")) as file:
         need(len({c["rank"] for c in csv.DictReader(file)}) < 4, "all ranks have grains")
@@ -360,7 +360,7 @@ def uneven(tmp):
         "cells = [2, 2, 3]", "cells = [1, 1, 16]").split("[[region]]")
     scene = write(tmp, held[0] + held[1][held[1].index("[[probe]]"):].split("[regularisation]")[0], "uneven.toml")
     outs = [os.path.join(tmp, f"uneven_{k}") for k in ("one", "two")]
-    set_so = ("solve.crossings=60", "output.checkpoint_interval=0.5", "rve.strain_per_step=1e-6")
+    set_so = ("solve.crossings=180", "output.checkpoint_interval=0.2", "rve.strain_per_step=1e-6")
     r = run(*command(1, scene, outs[0], *set_so))
     need(r.returncode == 0, f"uneven on 1 rank: exit {r.returncode} {r.stderr[-300:]}")
     p = subprocess.Popen(command(2, scene, outs[1], *set_so), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
