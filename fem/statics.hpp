@@ -8,7 +8,7 @@
 namespace grus::fem {
 
 /// How the increments' linear systems are solved, on all ranks of the problem: by factors (MUMPS), or by GMRES behind
-/// algebraic multigrid, which takes less memory and work from some 10^5 nodes in three dimensions on.
+/// algebraic multigrid, for meshes whose factors take too much memory.
 enum class LinearMethod { direct, iterative };
 
 struct StaticsOptions {
