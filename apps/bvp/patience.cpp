@@ -15,6 +15,19 @@ constexpr std::size_t most_named = 8;
 
 }  // namespace
 
+std::string silent_ranks(int rank, bool can_tell, const std::vector<std::uint8_t>& told) {
+  if (rank > 0) return "rank 0 has not answered";
+  std::vector<std::size_t> names;
+  for (std::size_t r = 0; r < told.size(); ++r)
+    if (told[r] == 0) names.push_back(r);
+  if (!can_tell || names.empty()) return "a rank has not answered";
+  if (names.size() == 1) return fmt::format("rank {} has not answered", names[0]);
+  const std::size_t more = names.size() > most_named ? names.size() - most_named : 0;
+  names.resize(names.size() - more);
+  return fmt::format("ranks {}{} have not answered", fmt::join(names, ", "),
+                     more > 0 ? fmt::format(" and {} more", more) : "");
+}
+
 Patience::Patience(double seconds, std::function<void(const std::string&)> give_up)
     : seconds_(seconds), give_up_(std::move(give_up)) {
   MPI_Comm_dup(MPI_COMM_WORLD, &comm_);
@@ -64,7 +77,7 @@ void Patience::wait_in_vain() {
   }
   const double turns = std::min(rank_, looks) * std::max(grace * seconds_, least_turn);
   if (quiet_ >= (1 + grace) * seconds_ + turns)
-    give_up_(fmt::format("{} for {:g} s (solve.patience)", silent(), seconds_));
+    give_up_(fmt::format("{} for {:g} s (solve.patience)", silent_ranks(rank_, tells_, told_), seconds_));
 }
 
 void Patience::hear() {
@@ -76,19 +89,6 @@ void Patience::hear() {
     MPI_Recv(nullptr, 0, MPI_BYTE, from.MPI_SOURCE, waiting_tag, comm_, MPI_STATUS_IGNORE);
     told_[static_cast<std::size_t>(from.MPI_SOURCE)] = 1;
   }
-}
-
-std::string Patience::silent() const {
-  if (rank_ > 0) return "rank 0 has not answered";
-  std::vector<int> names;
-  for (int r = 0; r < ranks_; ++r)
-    if (told_[static_cast<std::size_t>(r)] == 0) names.push_back(r);
-  if (!tells_ || names.empty()) return "a rank has not answered";
-  if (names.size() == 1) return fmt::format("rank {} has not answered", names[0]);
-  const std::size_t more = names.size() > most_named ? names.size() - most_named : 0;
-  names.resize(names.size() - more);
-  return fmt::format("ranks {}{} have not answered", fmt::join(names, ", "),
-                     more > 0 ? fmt::format(" and {} more", more) : "");
 }
 
 }  // namespace grus::app

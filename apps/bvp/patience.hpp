@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <condition_variable>
+#include <cstdint>
 #include <functional>
 #include <mutex>
 #include <string>
@@ -13,6 +14,9 @@
 #include <vector>
 
 namespace grus::app {
+
+/// Who has not answered, as `rank` knows it: rank 0 by those that have `told` it that they wait, if they can.
+std::string silent_ranks(int rank, bool can_tell, const std::vector<std::uint8_t>& told);
 
 /// A thread on each rank that looks whether the run gets on. A rank that waits in vain tells rank 0, which names those
 /// that have not told; a rank that is stopped, or busy with work of its own, does not tell. Where rank 0 itself is
@@ -46,7 +50,6 @@ private:
   void look();
   void wait_in_vain();
   void hear();
-  std::string silent() const;
 
   double seconds_;
   std::function<void(const std::string&)> give_up_;

@@ -112,6 +112,9 @@ def keep_found(path):
     """From the table of a whole run: | room | fault | found by |."""
     with open(path) as f:
         cells = [[c.strip() for c in line.strip().strip("|").split("|")] for line in f.read().splitlines()[2:]]
+    missed = {m["name"] for m in toml_of("tests", "tools", "mutants.toml")["mutant"]} - {fault for _, fault, _ in cells}
+    if missed:
+        sys.exit(f"{path}: is of no whole run: {len(missed)} faults of the table were not run, such as {min(missed)}")
     with open(FOUND, "w", newline="") as f:
         out = csv.writer(f, lineterminator="\n")
         out.writerow(["fault", "found"])
