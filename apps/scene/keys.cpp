@@ -121,8 +121,8 @@ void check_key(const std::string& path, const Key& read, const nlohmann::json& f
 }
 
 std::vector<Key> keys_of(const std::string& program) {
-  static const std::array<const char*, 8> macro{"mesh",  "element", "initial_stress", "region",
-                                                "solve", "rve",     "probe",          "hopkinson"};
+  static const std::array macro{"mesh", "element", "initial_stress", "region",        "solve",
+                                "rve",  "probe",   "hopkinson",      "regularisation"};
   std::vector<Key> keys;
   for (const Key& k : scene_keys()) {
     const std::string table = split(k.path, ".")[0];

@@ -164,6 +164,15 @@ def main(tmp):
                  f"summary.json of {scene} has {path}, which summary_keys.txt lacks")
     with open(os.path.join(here, "..", "..", "apps", "scene", "keys.txt")) as f:
         known = [[part.strip() for part in line.split("|")] for line in f]
+    for kind in KINDS:  # what a program reads is what it tells of its keys
+        said = subprocess.run([os.path.join(binaries, f"grus-{kind}"), "--keys"], capture_output=True, text=True).stdout
+        told = {general(line.strip("[]").replace("[]", "")) for line in said.splitlines() if line[:1] not in ("", " ")}
+        read = {
+            general(row[1]).replace("packing.parents.", "packing.")
+            for row in table if SCENES[row[0]][0] == kind
+        }
+        missing = {key for key in read for k in (key, key.partition(".")[0]) if k not in told}
+        need(len(read) > 60 and not missing, f"grus-{kind} --keys lacks {sorted(missing)}")
     for path, kind, *_ in known:
         if kind in ("table", "tables", "table or tables") or general(path.replace("[]", "")) in covered:
             continue
