@@ -239,8 +239,21 @@ def cases_of(build, test):
     program = os.path.join(build, "tests", "test_" + test)
     if not os.path.exists(program):
         return [None]
-    told = subprocess.run([program, "--list-test-names-only"], env=environment_of(0), capture_output=True, text=True)
-    return told.stdout.splitlines()
+    listed = lambda *names: subprocess.run([program, *names, "--list-test-names-only"], env=environment_of(0),
+                                           capture_output=True, text=True).stdout.splitlines()
+    cases = listed()
+    with file_of(cases) as names:
+        if not cases or listed("-f", names.name) != cases:
+            refuse(f"{test} does not know its cases by their names")
+    return cases
+
+
+def file_of(cases):
+    """A file that names cases, as test programs read it."""
+    names = tempfile.NamedTemporaryFile("w")
+    names.write("".join('"' + re.sub(r'([\\",\[])', r"\\\1", case) + '"\n' for case in cases if case))
+    names.flush()
+    return names
 
 
 def way_of(build, test, case):
@@ -263,24 +276,23 @@ def environment_of(number, reached=""):
 
 
 def run(build, test, cases, number, timeout, reached=""):
-    """True where these cases of a test pass. A fault that makes a test hang is found by its time."""
-    with tempfile.TemporaryDirectory() as folder, tempfile.NamedTemporaryFile("w") as names:
+    """True where these cases of a test pass. A fault that makes a test hang is found by its time, and by thrice it."""
+    with tempfile.TemporaryDirectory() as folder, file_of(cases) as names:
+        command = [os.path.join(build, "tests", "test_" + test), "--abort", "-f", names.name]
         if cases == [None]:  # a whole program's test, by its name
             command = ["ctest", "--test-dir", build, "-R", f"^{test}$", "--no-tests=error"]
-        else:
-            names.write("".join('"' + re.sub(r'([\\"])', r"\\\1", case) + '"\n' for case in cases))
-            names.flush()
-            command = [os.path.join(build, "tests", "test_" + test), "--abort", "-f", names.name]
-        try:
-            return subprocess.run(command, cwd=folder, env=dict(environment_of(number, reached), TMPDIR=folder),
-                                  stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=timeout).returncode == 0
-        except subprocess.TimeoutExpired:
-            return False
+        for limit in (timeout, 3 * timeout):
+            try:
+                return subprocess.run(command, cwd=folder, env=dict(environment_of(number, reached), TMPDIR=folder),
+                                      stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                      timeout=limit).returncode == 0
+            except subprocess.TimeoutExpired:
+                continue
+        return False
 
 
 class Ways:
-    """What the cases of a test come past, and how long they take, once it is asked for: most faults die by the tests
-    they name."""
+    """What the cases of a test come past, and how long they take, once it is asked for."""
 
     def __init__(self, build):
         self.build, self.known, self.lock, self.broken = build, {}, threading.Lock(), set()
