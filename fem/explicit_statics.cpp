@@ -203,7 +203,7 @@ void go_to(double next, double memory, const ExplicitStaticsOptions& o, Relaxati
   // held by every unbalanced force, and the loads would work against the damping.
   const double rate = next - now.load_factor;
   const Stride stride{1,
-                      now.steps > 0 ? 1.0 : 0.0,
+                      1,  // before the first, too: of a half one, f^2 dt^2 / 8 m of the start would be in no term
                       now.load_factor,
                       next,
                       o.damping,

@@ -2,27 +2,32 @@
 #include "dem/rve/real_time.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "dem/rve/measure.hpp"
 #include "dem/rve/step.hpp"
 
 namespace grus::dem {
 
-void stretch_in_time(const Model& model, State& state, const Mat3& u, double duration, Team& team) {
+void stretch_in_time(const Model& model, State& state, const Mat3& u, double duration, Team& team,
+                     const std::function<void(double)>& begun) {
   const double end = state.time + duration;
   Cell& cell = state.boundary.cell;
   const Mat3 start = cell.began(), target = u * start;
   set_cell_rate(state, cell.of_began((target - start) / duration));
+  bool first = begun != nullptr;
   for (double left = duration; left > 1e-9 * duration; left = end - state.time) {
     update_time_step(model, state);
     const auto due = static_cast<std::uint64_t>(std::max(1.0, std::ceil(left / state.dt * (1 - 1e-12))));
-    const std::uint64_t steps = model.numerics.time_step > 0
-                                    ? due
-                                    : std::min(due, std::max<std::uint64_t>(1, state.next_estimate - state.steps));
+    std::uint64_t steps = model.numerics.time_step > 0
+                              ? due
+                              : std::min(due, std::max<std::uint64_t>(1, state.next_estimate - state.steps));
+    if (first) steps = 1;
     const double safe = state.dt;
     state.dt = left / static_cast<double>(due);
     run_steps(model, state, steps, team);  // ends early at a breakage: fragments may need a smaller step
     state.dt = safe;
+    if (std::exchange(first, false)) begun(1 / static_cast<double>(due));
   }
   state.time = end;
   cell.vectors = cell.of_began(target);  // differs by round-off only

@@ -10,8 +10,10 @@ namespace grus::dem {
 /// The cell keeps its rate, so that the next piece changes velocities by the difference only.
 void deform_in_time(const Model& model, State& state, const Mat3& deformation, double duration, Team& team);
 
-/// Along a stretch `u` (symmetric) only; nothing is turned.
-void stretch_in_time(const Model& model, State& state, const Mat3& u, double duration, Team& team);
+/// Along a stretch `u` (symmetric) only; nothing is turned. `begun`: called after the first DEM step, which has taken
+/// so large a part of the duration.
+void stretch_in_time(const Model& model, State& state, const Mat3& u, double duration, Team& team,
+                     const std::function<void(double)>& begun = {});
 
 /// The same as a response: Love-Weber stress at the end of the piece; tangent only if asked. Throws Unstable.
 Response respond_in_time(const Model& model, State& state, const Mat3& deformation, double duration, bool tangent,

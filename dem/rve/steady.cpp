@@ -41,12 +41,17 @@ Response respond_steadily(const Model& model, const QuasiStatic& o, State& state
   steady.reach = std::max(strain, fading * steady.reach);
   const double duration =
       std::max({state.dt, steady.reach * per_rate / o.inertial_number, steady.reach / o.strain_per_step * state.dt});
-  stretch_in_time(model, state, u, duration, team);
+  Mat3 viscous = steady.viscous, haste = Mat3::Zero();  // haste: Pa, mean of the dashpots' stress over the increment
+  double left = 1;
+  stretch_in_time(model, state, u, duration, team, [&](double part) {
+    const Mat3 next = parted_stress(state).dashpots;  // they are those of the new rate from its first step on
+    haste = 0.5 * part * (viscous + next), viscous = next, left -= part;
+  });
   if (state.steps / checked_every != first / checked_every) check_sanity(model, state);
   steady.turn = steady.turn * r;
   const PartedStress now = parted_stress(state);
-  steady.haste +=
-      0.5 * state.boundary.cell.volume() * (steady.viscous + now.dashpots).cwiseProduct(u - Mat3::Identity()).sum();
+  haste += 0.5 * left * (viscous + now.dashpots);
+  steady.haste += state.boundary.cell.volume() * haste.cwiseProduct(u - Mat3::Identity()).sum();
   steady.viscous = now.dashpots;
   steady.stress = now.rest;
   response.stress = steady.turn * steady.stress * steady.turn.transpose();

@@ -84,6 +84,30 @@ TEST_CASE("a pressure on a confined elastic body does p^2 V / 2 M, all of it hel
   }
 }
 
+TEST_CASE(
+    "a pressure on a body at once does p^2 V / M: half of it is held, half damped, before the first row of a run") {
+  for (const auto k : {Kinematics::solid, Kinematics::plane_strain, Kinematics::axisymmetric}) {
+    const std::size_t up = k == Kinematics::solid ? 2 : 1;
+    fem::BoundaryCondition top = pressed("top", up, 2, 1e6);
+    top.history.points = {{0, 1}};
+    fem::Problem problem = confined(k, top);
+    fem::Material m = fem::elastic_material(problem.owned_points(), E, nu);
+    const double done = 1e12 * volume(k) / M;
+    std::vector<MacroEnergy> rows;
+    fem::ExplicitStaticsOptions o;
+    o.balance = 1e-3;
+    REQUIRE(fem::solve_explicit_statics(problem, m, o, [&](const auto& r) {
+              return rows.push_back(r.energy), true;
+            }).finished);
+    for (const MacroEnergy& e : rows) {
+      CHECK(e.external == Approx(done).epsilon(2e-3));  // twice the balance
+      CHECK(e.internal == Approx(done / 2).epsilon(4e-3));
+      CHECK(e.damped == Approx(done / 2).epsilon(4e-3));
+      CHECK(std::abs(e.error()) < 2e-3);
+    }
+  }
+}
+
 TEST_CASE("a metal bar that yields and is let go: work is what it held and what it spent, by the bilinear law") {
   const double young = 200e9, yield = 25e6, H = 10e9, most = 5e-4;
   const double stress = yield + young * H / (young + H) * (most - yield / young), plastic = most - stress / young;

@@ -14,6 +14,8 @@ namespace {
 
 const grus::fem::test::Sand& cell() { return grus::fem::test::standard(); }
 
+const std::shared_ptr<const Model>& cell_model() { return cell().model; }
+
 Mat3 stretch(double x, double y, double z) { return Vec3(1 + x, 1 + y, 1 + z).asDiagonal(); }
 
 struct Carried {
@@ -91,6 +93,33 @@ TEST_CASE(
     haste[k++] = r.haste / work;
   }
   CHECK(haste[1] < 0.4 * haste[0]);  // what grains lose when they jump stays
+}
+
+TEST_CASE("haste is booked where the rate jumps, too: dashpots are those of the new rate from the first DEM step on") {
+  Carried c;
+  Mat3 last = Mat3::Zero();  // a cell at rest has none
+  for (const double strain : {-2e-4, 2e-4, -2e-4}) {
+    State s = c.state;
+    const double time = s.time, before = c.steady.haste;
+    const Mat3 u = stretch(0, 0, strain), e = u - Mat3::Identity();
+    const Response r = c(u);
+    REQUIRE(r.steps >= 20);
+    const double steps = static_cast<double>(r.steps), duration = c.state.time - time;
+    Cell& cell = s.boundary.cell;
+    set_cell_rate(s, cell.of_began(e * cell.began() / duration));
+    update_time_step(*cell_model(), s);
+    s.dt = duration / steps;
+    double taken = 0;  // step by step
+    for (std::uint64_t k = 0; k < r.steps; ++k) {
+      run_steps(*cell_model(), s, 1, c.team);
+      const Mat3 now = parted_stress(s).dashpots;
+      taken += 0.5 * cell.volume() * (last + now).cwiseProduct(e).sum() / steps;
+      last = now;
+    }
+    CHECK(taken > 0);
+    CHECK(r.haste - before ==
+          Approx(taken).epsilon(0.15));  // between its first step and its last it is no straight line
+  }
 }
 
 TEST_CASE("as the inertial number goes to zero the stress goes to that of a cell that is brought to rest") {
