@@ -13,6 +13,7 @@
 #include "apps/scene/prepare_sample.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/io/whole_file.hpp"
+#include "fem/support.hpp"
 
 using namespace grus;
 using namespace grus::app;
@@ -88,6 +89,17 @@ void check_starts(const BvpScene& scene, const std::vector<Start>& starts) {
   }
 }
 
+/// What no increment of Newton can solve is refused before any RVE is prepared.
+void check_increments(const BvpScene& scene, fem::Problem& problem) {
+  if (scene.is_explicit()) return;
+  const std::string loose = fem::loose_motions(problem);
+  if (!loose.empty())
+    throw InputError(fmt::format(
+        "{}: boundary: nothing stops the body from {}, which solve.kind = \"quasi-static\" needs: add a [[boundary]] "
+        "with a displacement of 0 against it, at a corner or along an edge (the explicit kinds need none)",
+        scene.file, loose));
+}
+
 /// Problem, points and the states that their RVEs start from, on rank 0 or on all ranks that it is spread over; the
 /// states' starts on all.
 std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Session& session,
@@ -115,6 +127,7 @@ std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Se
       setup.problem = make_problem(scene, across.comm());
       setup.points = find_points(scene, *setup.problem, setup.density);
     }
+    if (!options.columns) check_increments(scene, *setup.problem);
     if (scene.explicit_statics) crossing = fem::crossing_steps(*setup.problem, *scene.explicit_statics);
   });
   on_all_ranks(session, [&] {

@@ -6,6 +6,7 @@
 #include "fem/cell_shape.hpp"
 #include "fem/macro_energy.hpp"
 #include "fem/statics.hpp"
+#include "fem/support.hpp"
 #include "tests/fem/boundaries.hpp"
 #include "tests/helpers.hpp"
 
@@ -45,6 +46,54 @@ Eigen::Vector3d sum_of(const fem::Problem::Impl& p) {
 }
 
 }  // namespace
+
+TEST_CASE("rigid motions that nothing stops are told by their axes, in each kind of space") {
+  const auto pinned = [](const Point& at, std::array<std::optional<double>, 3> by) {
+    fem::BoundaryCondition b;
+    b.name = "pin" + std::to_string(at[0] + 3 * at[1] + 7 * at[2]);
+    b.where = [=](const Point& x) { return std::hypot(x[0] - at[0], x[1] - at[1], x[2] - at[2]) < 1e-9; };
+    b.displacement = by;
+    return b;
+  };
+  const auto loose = [](Kinematics k, std::vector<fem::BoundaryCondition> all) {
+    all.push_back({}), all.back().name = "load", all.back().pressure = 1, all.back().tags = {};
+    all.back().where = [](const Point& x) { return x[1] > 1 - 1e-9; };
+    const long cells = 3;
+    fem::Problem p(MPI_COMM_SELF, fem::BoxMesh{{1, 1, 1}, {cells, cells, cells}, true, {}}, {1, 2, true, k, 1}, all);
+    return fem::loose_motions(p);
+  };
+  const auto solid = Kinematics::solid, plain = Kinematics::plane_strain, round = Kinematics::axisymmetric;
+  const auto x0 = plane("x0", 0, 0, 0, 0), y0 = plane("y0", 1, 0, 1, 0), z0 = plane("z0", 2, 0, 2, 0);
+  const std::optional<double> free, held = 0.0;
+  const std::string along = "moving along ", about = "turning about ", line = about + "the line through what is held";
+  CHECK(loose(plain, {}) == along + "x and " + along + "y and " + about + "z");
+  CHECK(loose(plain, {x0}) == along + "y");
+  CHECK(loose(plain, {x0, y0}).empty());
+  CHECK(loose(plain, {pinned({0, 0, 0}, {held, held, free})}) == about + "z");
+  CHECK(loose(plain, {pinned({0, 0, 0}, {held, held, free}), pinned({1, 0, 0}, {free, held, free})}).empty());
+  CHECK(loose(plain, {pinned({0, 0, 0}, {held, held, free}), pinned({1, 0, 0}, {held, free, free})}) == about + "z");
+  CHECK(loose(round, {x0}) == along + "y");  // the axis holds the radius, and nothing moves along it
+  CHECK(loose(round, {y0}).empty());
+  CHECK(loose(solid, {}).find(along + "z and " + about + "x and " + about + "y and " + about + "z") !=
+        std::string::npos);
+  CHECK(loose(solid, {x0, y0}) == along + "z");
+  CHECK(loose(solid, {z0}) == along + "x and " + along + "y and " + about + "z");
+  CHECK(loose(solid, {x0, y0, z0}).empty());
+  const auto corner = pinned({0, 0, 0}, {held, held, held});
+  CHECK(loose(solid, {corner}) == about + "x and " + about + "y and " + about + "z");
+  CHECK(loose(solid, {corner, pinned({1, 0, 0}, {held, held, held})}) == about + "x");
+  CHECK(loose(solid, {corner, pinned({1, 1, 1}, {held, held, held})}) == line);
+  // However far from the origin, and however short its lever.
+  fem::BoxMesh far{{1, 1, 1}, {20, 20, 1}, true, {}};
+  far.map = [](const Point& x) { return Point{x[0] + 1e4, x[1] - 1e5, 0}; };
+  auto pin = pinned({1e4, -1e5, 0}, {held, held, free}), near = pinned({1e4 + 0.05, -1e5, 0}, {free, held, free});
+  pin.where = [](const Point& x) { return std::hypot(x[0] - 1e4, x[1] + 1e5) < 1e-6; };
+  near.where = [](const Point& x) { return std::hypot(x[0] - 1e4 - 0.05, x[1] + 1e5) < 1e-6; };
+  fem::Problem with(MPI_COMM_SELF, far, {1, 2, true, plain, 1}, {pin, near}),
+      without(MPI_COMM_SELF, far, {1, 2, true, plain, 1}, {pin});
+  CHECK(fem::loose_motions(with).empty());
+  CHECK(fem::loose_motions(without) == about + "z");
+}
 
 TEST_CASE("a pressure acts on the cofactors of the deformation, a traction on the face as it was") {
   Eigen::Matrix3d h;

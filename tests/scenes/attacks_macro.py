@@ -136,7 +136,27 @@ def macro(tmp):
         and quiet.stderr.count("\n") == 1, f"quiet: {quiet.returncode} {quiet.stdout!r} {quiet.stderr!r}")
 
 
+def increments(tmp):
+    """What no increment can solve: one line before anything is prepared."""
+    if not bvp:
+        return
+    body = ("[mesh]\nbox = { size = [1, 2], cells = [2, 4] }\ndimension = \"plane-strain\"\n[[region]]\n"
+            "where = \"y>0\"\nmaterial = \"elastic\"\nyoungs_modulus = 1e9\npoissons_ratio = 0.2\n[[boundary]]\n"
+            "where = \"y=max\"\ndisplacement = [\"free\", -1e-3]\n[[boundary]]\nwhere = \"x=min\"\npressure = 1e5\n"
+            "history = \"ramp\"\n[[boundary]]\nwhere = \"x=max\"\npressure = 1e5\nhistory = \"ramp\"\n")
+    newton = body + "[solve]\nkind = \"quasi-static\"\nincrements = 1\n"
+    for arguments in ((), ("--check", )):
+        refused(tmp, newton, "scene.toml: boundary: nothing stops the body from moving along x,", "[[boundary]]",
+                program=bvp, arguments=arguments)
+    held = newton + "[[boundary]]\nwhere = \"x=min and y=max\"\nname = \"pin\"\ndisplacement = [0, \"free\"]\n"
+    free = body + "[solve]\nkind = \"explicit-quasi-static\"\n"
+    for name, text in (("held", held), ("explicit", free)):
+        r = run(bvp, write(tmp, text), "-o", os.path.join(tmp, name), "--quiet")
+        need(r.returncode == 0 and r.stderr == "", f"{name}: exit {r.returncode} {r.stderr!r}")
+
+
 with tempfile.TemporaryDirectory() as tmp:
     macro(tmp)
+    increments(tmp)
 print(f"attacks macro: {len(faults)} faults")
 sys.exit(1 if faults else 0)
