@@ -11,24 +11,45 @@
 
 namespace grus::fem {
 
+/// Of the right side, by the preconditioned norm: far below what any increment of Newton is asked for.
+inline constexpr double linear_residual = 1e-9;
+
+inline void multigrid(KSP ksp) {
+  constexpr int most = 500, kept = 60;  // directions
+  PC pc;
+  check(KSPSetType(ksp, KSPGMRES), "KSPSetType");
+  check(KSPGMRESSetRestart(ksp, kept), "KSPGMRESSetRestart");
+  check(KSPSetTolerances(ksp, linear_residual, PETSC_DEFAULT, PETSC_DEFAULT, most), "KSPSetTolerances");
+  check(KSPGetPC(ksp, &pc), "KSPGetPC");
+  check(PCSetType(pc, PCGAMG), "PCSetType");
+}
+
+inline void direct(KSP ksp) {
+  PC pc;
+  check(KSPSetType(ksp, KSPPREONLY), "KSPSetType");
+  check(KSPGetPC(ksp, &pc), "KSPGetPC");
+  check(PCSetType(pc, PCLU), "PCSetType");
+  check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS), "PCFactorSetMatSolverType");
+}
+
+/// As the scene has it; PETSc's options (prefix grus_) change it. An error code where they are not PETSc's.
+inline PetscErrorCode set_up(KSP ksp, LinearMethod method) {
+  check(KSPSetOptionsPrefix(ksp, "grus_"), "KSPSetOptionsPrefix");
+  method == LinearMethod::iterative ? multigrid(ksp) : direct(ksp);
+  return KSPSetFromOptions(ksp);
+}
+
 /// Linear solver with prescribed components, on the ranks of the problem: MUMPS, or GMRES behind algebraic multigrid;
 /// PETSc's options (prefix grus_) change either; LU when all else fails.
 class LinearSolver {
 public:
-  /// Of the right side, by the preconditioned norm: far below what any increment of Newton is asked for.
-  static constexpr double relative = 1e-9;
-
   LinearSolver(Problem::Impl& p, LinearMethod method)
       : p_(p), iterative_(method == LinearMethod::iterative), a_(compat::make_matrix(p.comm, *p.space)) {
     check(MatSetOption(a_, MAT_KEEP_NONZERO_PATTERN, PETSC_TRUE), "MatSetOption");
     check(MatCreateVecs(a_, &x_, &b_), "MatCreateVecs");
     check(KSPCreate(p.comm, &ksp_), "KSPCreate");
-    check(KSPSetOptionsPrefix(ksp_, "grus_"), "KSPSetOptionsPrefix");
-    if (iterative_)
-      multigrid(ksp_), tell_rigid_motions();
-    else
-      direct(ksp_);
-    check(KSPSetFromOptions(ksp_), "KSPSetFromOptions");
+    check(set_up(ksp_, method), "KSPSetFromOptions");
+    if (iterative_) tell_rigid_motions();
     const auto map = p.space->dofmap()->index_map;
     for (const auto& c : p.prescribed)
       if (c.dof < p.components * map->size_local())
@@ -82,15 +103,6 @@ public:
   int failures() { return std::exchange(failures_, 0); }      // solves that the direct one has stood in for
 
 private:
-  static void multigrid(KSP ksp) {
-    constexpr int most = 500, kept = 60;  // directions
-    PC pc;
-    check(KSPSetType(ksp, KSPGMRES), "KSPSetType");
-    check(KSPGMRESSetRestart(ksp, kept), "KSPGMRESSetRestart");
-    check(KSPSetTolerances(ksp, relative, PETSC_DEFAULT, PETSC_DEFAULT, most), "KSPSetTolerances");
-    check(KSPGetPC(ksp, &pc), "KSPGetPC");
-    check(PCSetType(pc, PCGAMG), "PCSetType");
-  }
   /// Motions without strain, which a coarse grid must know; about an axis there is but one.
   void tell_rigid_motions() {
     if (p_.discretisation.kinematics == Kinematics::axisymmetric) return;
@@ -112,13 +124,6 @@ private:
     PetscInt count = 0;
     check(KSPGetIterationNumber(ksp, &count), "KSPGetIterationNumber");
     return static_cast<int>(count);
-  }
-  static void direct(KSP ksp) {
-    PC pc;
-    check(KSPSetType(ksp, KSPPREONLY), "KSPSetType");
-    check(KSPGetPC(ksp, &pc), "KSPGetPC");
-    check(PCSetType(pc, PCLU), "PCSetType");
-    check(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS), "PCFactorSetMatSolverType");
   }
   bool attempt(KSP ksp) {
     check(KSPSetOperators(ksp, a_, a_), "KSPSetOperators");

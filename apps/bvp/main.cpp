@@ -13,6 +13,7 @@
 #include "apps/scene/prepare_sample.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/io/whole_file.hpp"
+#include "fem/linear_options.hpp"
 #include "fem/support.hpp"
 
 using namespace grus;
@@ -98,6 +99,8 @@ void check_increments(const BvpScene& scene, fem::Problem& problem) {
         "{}: boundary: nothing stops the body from {}, which solve.kind = \"quasi-static\" needs: add a [[boundary]] "
         "with a displacement of 0 against it, at a corner or along an edge (the explicit kinds need none)",
         scene.file, loose));
+  if (const std::string fault = fem::fault_of_linear_options(scene.solve.linear); !fault.empty())
+    throw InputError(fmt::format("{}: solve: {}", scene.file, fault));
 }
 
 /// Problem, points and the states that their RVEs start from, on rank 0 or on all ranks that it is spread over; the

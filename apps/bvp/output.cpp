@@ -12,6 +12,7 @@
 #include "apps/run/folder.hpp"
 #include "dem/io/vtkhdf.hpp"
 #include "dem/io/whole_file.hpp"
+#include "fem/linear_options.hpp"
 #include "fem/stretch_average.hpp"
 
 namespace grus::app {
@@ -223,11 +224,16 @@ std::string BvpOutput::closing(const BvpEnding& e) const {
 }
 
 std::vector<std::string> BvpOutput::notes() const {
-  if (!(std::abs(energy_error_) > most_energy_error)) return {};
-  return {
-      fmt::format("the macro balance of energy is off by {:.2g} % (energy_error): stresses change too "
-                  "much within a step; take {}",
-                  100 * energy_error_, scene_.is_explicit() ? "shorter steps (solve)" : "more solve.increments")};
+  std::vector<std::string> all;
+  if (std::abs(energy_error_) > most_energy_error)
+    all.push_back(
+        fmt::format("the macro balance of energy is off by {:.2g} % (energy_error): stresses change too "
+                    "much within a step; take {}",
+                    100 * energy_error_, scene_.is_explicit() ? "shorter steps (solve)" : "more solve.increments"));
+  if (!scene_.is_explicit())
+    for (const std::string& option : fem::unused_linear_options())
+      all.push_back(fmt::format("PETSc has no use for its option {}: misspelt?", option));
+  return all;
 }
 
 nlohmann::json BvpOutput::state() const {

@@ -137,7 +137,7 @@ def macro(tmp):
 
 
 def increments(tmp):
-    """What no increment can solve: one line before anything is prepared."""
+    """What no increment can solve, and options that PETSc does not know: one line before anything is prepared."""
     if not bvp:
         return
     body = ("[mesh]\nbox = { size = [1, 2], cells = [2, 4] }\ndimension = \"plane-strain\"\n[[region]]\n"
@@ -153,6 +153,19 @@ def increments(tmp):
     for name, text in (("held", held), ("explicit", free)):
         r = run(bvp, write(tmp, text), "-o", os.path.join(tmp, name), "--quiet")
         need(r.returncode == 0 and r.stderr == "", f"{name}: exit {r.returncode} {r.stderr!r}")
+    before = os.environ.get("PETSC_OPTIONS")
+    os.environ["PETSC_OPTIONS"] = "-grus_pc_type nonsense"
+    refused(tmp, held, "scene.toml: solve: PETSc refuses its options", '"-grus_pc_type nonsense"', "PC type nonsense",
+            program=bvp)
+    refused(tmp, held, "PC type nonsense", program=bvp, arguments=("--check", ))
+    os.environ["PETSC_OPTIONS"] = "-grus_kps_type cg"
+    r = run(bvp, write(tmp, held), "-o", os.path.join(tmp, "unused"))
+    need(r.returncode == 0 and "PETSc has no use for its option -grus_kps_type cg" in r.stdout, f"unused: {r.stdout!r}")
+    os.environ["PETSC_OPTIONS"] = "-grus_ksp_type cg"
+    r = run(bvp, write(tmp, held), "-o", os.path.join(tmp, "used"))
+    need(r.returncode == 0 and "PETSc" not in r.stdout + r.stderr, f"used: {r.stdout!r} {r.stderr!r}")
+    del os.environ["PETSC_OPTIONS"]
+    os.environ.update({} if before is None else {"PETSC_OPTIONS": before})
 
 
 with tempfile.TemporaryDirectory() as tmp:
