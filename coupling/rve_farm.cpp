@@ -232,9 +232,10 @@ std::int64_t RveFarm::called(std::uint64_t slot) const {
   return at == called_.end() ? static_cast<std::int64_t>(slot) : at->second;
 }
 
-std::vector<dem::Outcome> RveFarm::advance(const std::vector<dem::Task>& tasks, const dem::Watch& watch) {
+/// Tasks on the ranks where their RVEs live; `telling`: of each rank s a task to tell it and to read its answer.
+std::vector<dem::Outcome> RveFarm::advance_on_ranks(const std::vector<dem::Task>& tasks, const dem::Watch& watch,
+                                                    std::vector<double>& telling) {
   std::vector<std::vector<std::size_t>> of(static_cast<std::size_t>(ranks_));
-  std::vector<double> telling(static_cast<std::size_t>(ranks_), 0);
   for (std::size_t i = 0; i < tasks.size(); ++i)
     of[static_cast<std::size_t>(homes_.at(tasks[i].slot).rank)].push_back(i);
   for (int r = 1; r < ranks_; ++r) {
@@ -255,22 +256,29 @@ std::vector<dem::Outcome> RveFarm::advance(const std::vector<dem::Task>& tasks, 
   auto done = host_.advance(own, watch);
   for (std::size_t k = 0; k < own.size(); ++k) outcomes[of[0][k]] = std::move(done[k]);
   for (int r = 1; r < ranks_; ++r) {
-    if (of[static_cast<std::size_t>(r)].empty()) continue;
+    const auto& mine = of[static_cast<std::size_t>(r)];
+    if (mine.empty()) continue;
     const std::string bytes = answer(r);
     const dem::Clock clock;
     Loader in(bytes);
-    for (const auto i : of[static_cast<std::size_t>(r)]) archive_outcome(in, outcomes[i], tasks[i].tangent);
-    telling[static_cast<std::size_t>(r)] += clock.wall();
+    for (const auto i : mine) archive_outcome(in, outcomes[i], tasks[i].tangent);
+    double& told = telling[static_cast<std::size_t>(r)];
+    told = (told + clock.wall()) / static_cast<double>(mine.size());
   }
+  return outcomes;
+}
+
+std::vector<dem::Outcome> RveFarm::advance(const std::vector<dem::Task>& tasks, const dem::Watch& watch) {
+  std::vector<double> telling(static_cast<std::size_t>(ranks_), 0);
+  std::vector<dem::Outcome> outcomes =
+      ranks_ == 1 ? host_.advance(tasks, watch) : advance_on_ranks(tasks, watch, telling);
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     Home& home = homes_.at(tasks[i].slot);
     home.spent += outcomes[i].seconds;
-    const auto rank = static_cast<std::size_t>(home.rank);
     if (costs_)
-      *costs_ +=
-          fmt::format("{},{},{},{:.6g},{:.6g},{},{:.6g}\n", sweeps_, called(tasks[i].slot),
-                      rank + static_cast<std::size_t>(rank_), outcomes[i].seconds, outcomes[i].response.tangent_seconds,
-                      outcomes[i].response.steps, telling[rank] / static_cast<double>(of[rank].size()));
+      *costs_ += fmt::format("{},{},{},{:.6g},{:.6g},{},{:.6g}\n", sweeps_, called(tasks[i].slot), home.rank + rank_,
+                             outcomes[i].seconds, outcomes[i].response.tangent_seconds, outcomes[i].response.steps,
+                             telling[static_cast<std::size_t>(home.rank)]);
   }
   ++sweeps_;
   return outcomes;
@@ -280,6 +288,7 @@ std::vector<dem::Facts> RveFarm::commit(const std::vector<std::uint64_t>& slots)
 std::vector<dem::Facts> RveFarm::facts(const std::vector<std::uint64_t>& slots) { return told(false, slots); }
 
 std::vector<dem::Facts> RveFarm::told(bool commit, const std::vector<std::uint64_t>& slots) {
+  if (ranks_ == 1) return commit ? host_.commit(slots) : host_.facts(slots);
   std::vector<dem::Facts> all(slots.size());
   std::vector<std::vector<std::size_t>> of(static_cast<std::size_t>(ranks_));
   for (std::size_t i = 0; i < slots.size(); ++i) of[static_cast<std::size_t>(homes_.at(slots[i]).rank)].push_back(i);
@@ -318,9 +327,10 @@ void RveFarm::rebalance() {
   loads_ = Loads(ranks_);
   for (auto& [slot, home] : homes_) {
     if (home.spent > 0) home.cost = std::exchange(home.spent, 0.0);
-    loads_.add(home.rank, home.cost);
     lodgers.push_back({slot, home.rank, home.cost});
   }
+  std::sort(lodgers.begin(), lodgers.end(), [](const Lodger& a, const Lodger& b) { return a.slot < b.slot; });
+  for (const Lodger& l : lodgers) loads_.add(l.rank, l.cost);
   for (const Move& move : moves_to_balance(lodgers, ranks_)) {
     const std::string bytes = fetch(move.slot);
     const double cost = homes_.at(move.slot).cost;

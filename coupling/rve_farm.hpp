@@ -6,8 +6,10 @@
 #include <mpi.h>
 
 #include <array>
+#include <map>
 #include <optional>
 #include <string>
+#include <unordered_map>
 
 #include "coupling/rank_loads.hpp"
 #include "dem/rves/rve_host.hpp"
@@ -65,13 +67,15 @@ private:
   void drain(int rank);
   std::string answer(int rank);  // throws what the rank has thrown
   void place(int rank, std::uint64_t slot, const std::string& state, double cost);
+  std::vector<dem::Outcome> advance_on_ranks(const std::vector<dem::Task>& tasks, const dem::Watch& watch,
+                                             std::vector<double>& telling);
   std::vector<dem::Facts> told(bool commit, const std::vector<std::uint64_t>& slots);
 
   MPI_Comm comm_;
   int ranks_;
   dem::RveHost host_;
-  std::vector<int> owed_;  // answers of each rank that are on their way
-  std::map<std::uint64_t, Home> homes_;
+  std::vector<int> owed_;                          // answers of each rank that are on their way
+  std::unordered_map<std::uint64_t, Home> homes_;  // looked up for each point in each sweep
   Loads loads_;
   std::uint64_t moved_ = 0, sweeps_ = 0, sent_ = 0, received_ = 0;
   std::optional<std::string> costs_;

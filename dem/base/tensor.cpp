@@ -4,7 +4,20 @@
 
 namespace grus::dem {
 
+/// Newton's iteration x <- (x + x^-T) / 2 ends at the rotation, the error squared in each round (Higham, SIAM J. Sci.
+/// Stat. Comput. 7, 1986): two rounds for an increment, where singular values take ten times as long.
 void polar(const Mat3& f, Mat3& r, Mat3& u) {
+  Mat3 x = f;
+  for (int round = 0; round < 8; ++round) {
+    const Mat3 change = 0.5 * (x.inverse().transpose() - x);
+    x += change;
+    if (const double left = change.squaredNorm(); left < 1e-16) {  // what is still to come is its half, round-off
+      r = x;
+      u = r.transpose() * f;
+      u = 0.5 * (u + u.transpose().eval());
+      return;
+    }
+  }
   const Eigen::JacobiSVD<Mat3> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
   r = svd.matrixU() * svd.matrixV().transpose();
   u = svd.matrixV() * svd.singularValues().asDiagonal() * svd.matrixV().transpose();

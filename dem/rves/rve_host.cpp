@@ -61,14 +61,6 @@ Facts facts_of(const Model& model, const State& s, double haste) {
   return f;
 }
 
-/// Holes that states have left, where they are more than a quarter of what is in use, go back to the system.
-void give_back_holes() {
-#ifdef __GLIBC__
-  const auto use = mallinfo2();
-  if (use.fordblks > (std::size_t{4} << 20) && use.fordblks > use.uordblks / 4) malloc_trim(0);
-#endif
-}
-
 }  // namespace
 
 State RveHost::whole(State state) const {
@@ -215,6 +207,17 @@ Outcome RveHost::advance(Slot& s, const Task& task, State& room, const std::func
   }
   out.response.tangent_seconds += clock.wall();
   return out;
+}
+
+/// Holes that states have left, where they are more than a quarter of what is in use, go back to the system. Once a
+/// second: to look for them walks through all of them, and what is freed in between is slower to find again.
+void RveHost::give_back_holes() {
+#ifdef __GLIBC__
+  if (since_holes_.wall() < 1) return;
+  since_holes_ = Clock();
+  const auto use = mallinfo2();
+  if (use.fordblks > (std::size_t{4} << 20) && use.fordblks > use.uordblks / 4) malloc_trim(0);
+#endif
 }
 
 std::vector<Outcome> RveHost::advance(const std::vector<Task>& tasks, const Watch& watch) {

@@ -2,10 +2,11 @@
 // The host of one process: RVEs by slot number, on its threads.
 #pragma once
 
-#include <map>
 #include <memory>
 #include <optional>
+#include <unordered_map>
 
+#include "dem/base/clock.hpp"
 #include "dem/base/parallel.hpp"
 #include "dem/rve/linear_response.hpp"
 #include "dem/rve/rve.hpp"
@@ -70,12 +71,14 @@ private:
   Response carry(Slot& slot, const Mat3& increment, State& room, const std::function<void()>& told) const;
   static void settle(Slot& slot);
   void commit_one(std::uint64_t slot);
+  void give_back_holes();
 
   std::shared_ptr<const Model> model_;
   ResponseOptions options_;
-  std::map<std::uint64_t, Slot> slots_;
-  std::vector<State> room_;  // of each thread: the state that it has at hand
+  std::unordered_map<std::uint64_t, Slot> slots_;  // looked up for each point in each sweep
+  std::vector<State> room_;                        // of each thread: the state that it has at hand
   Team team_;
+  Clock since_holes_;  // were last looked for
 };
 static_assert(Host<RveHost>);
 

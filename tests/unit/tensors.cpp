@@ -34,6 +34,32 @@ TEST_CASE("F = R U with the rotation on the left") {
   polar(turn * stretch, r, u);
   CHECK((r - turn).norm() < 1e-14);
   CHECK((u - stretch).norm() < 1e-14);
+  polar(turn, r, u);
+  CHECK(((r - turn).norm() < 1e-15 && (u - Mat3::Identity()).norm() < 1e-15));
+  polar(Mat3::Identity(), r, u);
+  CHECK((r == Mat3::Identity() && u == Mat3::Identity()));
+}
+
+TEST_CASE("F = R U of increments to round-off, of stretches of any size, of a mirror image and of what is flat") {
+  Mat3 r, u;
+  for (const double size : {1e-9, 1e-5, 1e-2, 0.3}) {
+    Mat3 stretch = Mat3::Identity();
+    stretch.diagonal() += size * Vec3(1, -0.5, 0.2);
+    stretch(0, 2) = stretch(2, 0) = 0.3 * size;
+    polar(turn * stretch, r, u);
+    CHECK(((r - turn).norm() < 2e-15 && (u - stretch).norm() < 2e-15));
+    CHECK(u == u.transpose());
+  }
+  for (const Vec3& large : {Vec3(1e6, 1, 1e-6), Vec3(1e5, 2e5, 3e5), Vec3(1e-7, 2e-7, 1e-7)}) {
+    polar(turn * large.asDiagonal(), r, u);
+    CHECK((r.transpose() * r - Mat3::Identity()).norm() < 1e-14);
+    CHECK((u - Mat3(large.asDiagonal())).norm() < 1e-14 * large.maxCoeff());
+  }
+  const Mat3 mirror = Vec3(1, 1, -1).asDiagonal();
+  polar(turn * mirror * 1.1, r, u);
+  CHECK(((r - turn * mirror).norm() < 1e-14 && (u - 1.1 * Mat3::Identity()).norm() < 1e-14));
+  polar(turn * Vec3(2, 1, 0).asDiagonal(), r, u);
+  CHECK((u - Mat3(Vec3(2, 1, 0).asDiagonal())).norm() < 1e-14);
 }
 
 TEST_CASE("principal values ascend, each with its direction") {
