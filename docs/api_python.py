@@ -6,8 +6,8 @@ import os
 import re
 
 TITLES = {"grus.rves": "RVEs of Gauss points", "grus.samples": "Samples without a scene file", "grus.runs.run": "Runs",
-          "grus.runs.scene": "Scenes", "grus.results": "Results", "grus.frames": "Frames", "grus.errors": "Errors",
-          "grus.precice": "preCICE"}
+          "grus.runs.scene": "Scenes", "grus.results": "Results", "grus.frames": "Frames", "grus.bands": "Bands",
+          "grus.errors": "Errors", "grus.precice": "preCICE"}
 SECTIONS = {"Args": ("argument", "kind", "default"), "Attributes": ("attribute",), "Raises": ("raises",)}
 
 

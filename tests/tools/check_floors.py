@@ -17,8 +17,8 @@ floor = {
 package = "apps/python/grus"
 python_floor = {
     "_core": 0, "_version": 0, "errors": 0, "asked": 1, "curves": 1, "files": 1, "figures": 2, "frames": 2,
-    "samples": 2, "results": 3, "runs": 4, "rves": 4, "calibrate": 5, "report": 5, "study": 5, "commands": 5, "": 6,
-    "export": 6, "watch": 6, "precice": 7, "__main__": 7
+    "samples": 2, "bands": 3, "results": 4, "runs": 5, "rves": 5, "calibrate": 6, "report": 6, "study": 6,
+    "commands": 6, "": 7, "export": 7, "watch": 7, "precice": 8, "__main__": 8
 }
 # Headers of the tree that a client reads at most who includes this one, itself among them.
 few = {"dem/rves/rve_set.hpp": 5, "apps/library/grus/rves.hpp": 8}

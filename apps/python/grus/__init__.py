@@ -28,6 +28,7 @@ from grus._version import __version__
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from grus.bands import ShearBand
     from grus.errors import InputError, Unstable
     from grus.frames import Frame
     from grus.results import Results, load
@@ -37,12 +38,14 @@ if TYPE_CHECKING:
     from grus.samples import Bond, Grain, Lattice, Material, RandomPacking, Sample, Spheres, Voronoi
 
 __all__ = ["Bond", "Frame", "Grain", "InputError", "Lattice", "Material", "RandomPacking", "Results", "Rve", "RveSet",
-           "Sample", "Scene", "Spheres", "Unstable", "Voronoi", "__version__", "load", "read_scene", "run"]
+           "Sample", "Scene", "ShearBand", "Spheres", "Unstable", "Voronoi", "__version__", "load", "read_scene",
+           "run"]
 
 # Each is loaded when it is first asked for: the commands need no compiled core, and nothing that takes a second to
 # load.
 _HOMES = {"InputError": "errors", "Unstable": "errors", "Results": "results", "load": "results", "run": "runs.run",
-          "Scene": "runs.scene", "read_scene": "runs.scene", "Frame": "frames", "Rve": "rves", "RveSet": "rves"}
+          "Scene": "runs.scene", "read_scene": "runs.scene", "Frame": "frames", "ShearBand": "bands", "Rve": "rves",
+          "RveSet": "rves"}
 _HOMES |= dict.fromkeys(
     ["Bond", "Grain", "Lattice", "Material", "RandomPacking", "Sample", "Spheres", "Voronoi"], "samples")
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from grus import curves
 from grus.asked import Lacking, Named, path_of
+from grus.bands import ShearBand, shear_band
 from grus.errors import InputError
 from grus.frames import Frame, frame
 
@@ -133,6 +134,19 @@ class Results(Mapping[str, NDArray]):
     def contacts(self, frame: int = -1) -> Frame:
         """Contacts of a frame, if the scene asked for them."""
         return self._frame("contacts", frame)
+
+    def shear_band(self, first: int = 0, last: int = -1) -> ShearBand:
+        """What has sheared between two frames of a macro problem: the part of the body that takes part, and width,
+        angle and peak of its strongest band.
+
+        Args:
+            first: number of the frame that strains are counted from
+            last: number of the frame up to which they are
+
+        Raises:
+            InputError: where there are none
+        """
+        return shear_band(self.macro(first), self.macro(last))
 
     def _frame(self, kind: str, number: int) -> Frame:
         if not os.path.isdir(self.folder):
