@@ -188,6 +188,25 @@ namespace {
 /// Whether compressing on would say nothing of the material is asked whenever the cell has become so much smaller.
 constexpr double asked_at = 0.98;
 
+constexpr double close_to = 0.02;  // of a stress: near enough to come to rest
+
+/// Whether a stress has swung about what is asked so often that its rate is to be halved: strong dashpots answer the
+/// rate more than the strain, and a servo that follows them never ends.
+struct Swings {
+  static constexpr int most = 8;
+  int count = 0;
+  double side = 0;
+
+  bool operator()(double off) {
+    if (std::abs(off) < close_to) return false;
+    if (off * side < 0) ++count;
+    side = off;
+    if (count < most) return false;
+    count = 0;
+    return true;
+  }
+};
+
 /// Throws where contacts are too deep, or `voids` that there were are gone.
 void check_bearable(const Model& model, const State& state, double pressure, bool voids) {
   const double deepest = deepest_contact(state.grains, state.contacts).ratio, limit = model.overlap_limit();
@@ -228,13 +247,16 @@ void compress(const Model& model, const QuasiStatic& o, State& state, const Vec3
     if (volume < asked_at * asked) asked = volume, check_bearable(model, state, pressure, voids);
     return true;
   };
+  Swings swings;
   for (int round = 0; round < rounds; ++round) {
     load(quiet, state, loading, state.time + 100 * state.dt, team, bearable);
     const Measurement m = measure(quiet, state);
     check_bearable(model, state, pressure, voids);
     told(std::clamp((mean_pressure(m.stress) - first) / std::max(pressure - first, 1e-300), 0.0, 0.95));
     const Vec3 off = (m.stress.diagonal() + stresses).array() / stresses.array();
-    if (off.cwiseAbs().maxCoeff() < 0.02 && m.unbalanced_force < 5 * o.unbalanced_force) {
+    if (swings(off.mean()))
+      for (auto& axis : loading.axes) axis.max_rate *= 0.5;
+    if (off.cwiseAbs().maxCoeff() < close_to && m.unbalanced_force < 5 * o.unbalanced_force) {
       set_cell_rate(state, Mat3::Zero());
       QuasiStatic strict = o;
       strict.pressure_floor = 0.1 * pressure;
