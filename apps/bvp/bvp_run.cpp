@@ -66,6 +66,7 @@ dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene) {
   const nlohmann::json cell = scene.has_rve ? *scene.unit_cells[0].record : nlohmann::json();
   refuse_changes(path, about.value("scene", nlohmann::json()), *scene.record);
   refuse_changes(path, about.value("unit_cell", nlohmann::json()), cell, "unit cell");
+  if (has_finished(options.directory, scene.record.get())) say(options, finished_before);
   return kept;
 }
 

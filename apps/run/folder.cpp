@@ -14,6 +14,7 @@
 #include <fstream>
 #include <thread>
 
+#include "apps/run/same_scene.hpp"
 #include "dem/base/error.hpp"
 
 namespace grus::app {
@@ -146,6 +147,8 @@ void check_folder(const Options& options) {
   const fs::path mark = fs::path(folder) / marker;
   refuse_unwritable(folder);
   if (options.resume) {
+    if (!fs::exists(fs::path(folder) / "checkpoint.h5") && has_finished(folder))
+      throw dem::InputError(folder + ": the run has finished; there is nothing to go on with");
     if (!fs::exists(fs::path(folder) / "checkpoint.h5") && !fs::exists(fs::path(folder) / "preparation.h5"))
       throw dem::InputError(folder + "/checkpoint.h5: no checkpoint to resume from");
   } else if (fs::exists(folder)) {

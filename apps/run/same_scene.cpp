@@ -3,10 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <vector>
 
+#include "apps/scene/keys.hpp"
 #include "dem/base/error.hpp"
 
 namespace grus::app {
@@ -18,9 +21,14 @@ bool of_tables(const nlohmann::json& v) { return v.is_array() && !v.empty() && v
 
 std::string value_text(const nlohmann::json& v) { return v.is_null() ? "absent" : v.dump(); }
 
+struct Change {
+  std::string text;
+  bool follows;  // a default that comes or goes, as another key is given or not
+};
+
 /// Each key that differs, as the scene writes it, with both values.
 void compare(const std::string& key, const nlohmann::json& kept, const nlohmann::json& now,
-             std::vector<std::string>& changes) {
+             std::vector<Change>& changes) {
   if (kept == now) return;
   if (kept.is_object() && now.is_object()) {
     std::set<std::string> names;
@@ -35,7 +43,8 @@ void compare(const std::string& key, const nlohmann::json& kept, const nlohmann:
       compare(fmt::format("{}[{}]", key, k), k < kept.size() ? kept[k] : nlohmann::json(),
               k < now.size() ? now[k] : nlohmann::json(), changes);
   } else {
-    changes.push_back(fmt::format("{} was {}, is {}", key, value_text(kept), value_text(now)));
+    const bool follows = (now.is_null() && is_default(key, kept)) || (kept.is_null() && is_default(key, now));
+    changes.push_back({fmt::format("{} was {}, is {}", key, value_text(kept), value_text(now)), follows});
   }
 }
 
@@ -44,14 +53,29 @@ void compare(const std::string& key, const nlohmann::json& kept, const nlohmann:
 void refuse_changes(const std::string& path, const nlohmann::json& kept, const nlohmann::json& now,
                     const std::string& of) {
   if (kept.is_object() != now.is_object()) throw dem::InputError(path + ": checkpoint of another scene");
+  std::vector<Change> found;
+  compare("", kept, now, found);
+  if (found.empty()) return;
+  const bool all = std::all_of(found.begin(), found.end(), [](const Change& c) { return c.follows; });
   std::vector<std::string> changes;
-  compare("", kept, now, changes);
-  if (changes.empty()) return;
+  for (const Change& c : found)
+    if (all || !c.follows) changes.push_back(c.text);
   const std::size_t more = changes.size() > most_told ? changes.size() - most_told : 0;
   if (more > 0) changes.resize(most_told);
   throw dem::InputError(fmt::format("{}: checkpoint of another scene: {}{}{}; set it back, or begin anew with --force",
                                     path, of.empty() ? "" : of + ": ", fmt::join(changes, "; "),
                                     more > 0 ? fmt::format("; and {} more", more) : ""));
+}
+
+bool has_finished(const std::string& folder, const nlohmann::json* scene) {
+  std::ifstream in(folder + "/summary.json");
+  const nlohmann::json summary = nlohmann::json::parse(in, nullptr, false);
+  if (!summary.is_object() || summary.value("status", nlohmann::json()) != 0) return false;
+  if (scene == nullptr) return true;
+  nlohmann::json kept = summary.value("scene", nlohmann::json()), now = *scene;
+  for (nlohmann::json* of : {&kept, &now})
+    if (of->is_object()) of->erase("title");
+  return kept == now;
 }
 
 }  // namespace grus::app

@@ -79,6 +79,8 @@ dem::Checkpoint find_checkpoint(const Options& options, const RveScene& scene) {
   const std::string path = options.directory + "/checkpoint.h5";
   auto [kept, about] = read(path);
   refuse_changes(path, as_far_as(about.value("scene", json()), *scene.record, about), *scene.record);
+  if (!about.value("ended", false) && has_finished(options.directory, scene.record.get()))
+    say(options, finished_before);
   return std::move(kept);
 }
 

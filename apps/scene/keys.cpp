@@ -120,6 +120,12 @@ void check_key(const std::string& path, const Key& read, const nlohmann::json& f
     throw std::logic_error(fmt::format("apps/scene/keys.txt of {}: the reader has {}", row->path, found));
 }
 
+bool is_default(const std::string& path, const nlohmann::json& value) {
+  const Key* row = find(general(path));
+  return row != nullptr && !row->fallback.empty() && !depends(row->fallback) &&
+         nlohmann::json::parse(row->fallback) == value;
+}
+
 std::vector<Key> keys_of(const std::string& program) {
   static const std::array macro{"mesh", "element", "initial_stress", "region",        "solve",
                                 "rve",  "probe",   "hopkinson",      "regularisation"};

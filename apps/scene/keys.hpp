@@ -31,6 +31,9 @@ std::string as_in_toml(const std::string& key);
 /// std::logic_error where the table has no such key or says otherwise. A run of a user looks at no table.
 void check_key(const std::string& path, const Key& read, const nlohmann::json& fallback);
 
+/// Whether a key has this value where no scene gives it.
+bool is_default(const std::string& path, const nlohmann::json& value);
+
 /// The keys that grus-rve ("rve") or grus-bvp ("bvp") reads.
 std::vector<Key> keys_of(const std::string& program);
 

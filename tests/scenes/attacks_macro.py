@@ -166,6 +166,19 @@ def increments(tmp):
     need(r.returncode == 0 and "PETSc" not in r.stdout + r.stderr, f"used: {r.stdout!r} {r.stderr!r}")
     del os.environ["PETSC_OPTIONS"]
     os.environ.update({} if before is None else {"PETSC_OPTIONS": before})
+    # A run that has finished says so, whatever it has left.
+    out = os.path.join(tmp, "held")
+    r = run(bvp, write(tmp, held), "-o", out, "--resume")
+    need(r.returncode == 2 and "the run has finished" in r.stderr and r.stderr.count("\n") == 1, f"done: {r.stderr!r}")
+    out, often = os.path.join(tmp, "often"), ("--set", "output.checkpoint_interval=1e-9", "--set", "solve.increments=3")
+    need(run(bvp, write(tmp, held), "-o", out, "--quiet", *often).returncode == 0, "a run with checkpoints")
+    need(os.path.exists(os.path.join(out, "checkpoint.h5")), "no checkpoint is left of a run that wrote some")
+    for after in ("", "checkpoint.h5"):
+        if after:
+            os.remove(os.path.join(out, after))
+        r = run(bvp, write(tmp, held), "-o", out, "--resume", *often)
+        need(r.returncode == (2 if after else 0) and "run has finished" in (r.stderr if after else r.stdout),
+             f"done: {r.returncode} {r.stdout!r} {r.stderr!r}")
 
 
 with tempfile.TemporaryDirectory() as tmp:
