@@ -29,6 +29,14 @@ std::string range_text(const Range& r) {
   return below ? fmt::format("{} {:g}", r.open_high ? "<" : "<=", r.high) : "";
 }
 
+/// "--set boundary.0.pressure"; with the key where that is below what was given.
+std::string place_given(const std::string& place, const std::string& key) {
+  std::string dotted;
+  for (const char c : key)
+    if (c != ']') dotted += c == '[' ? '.' : c;
+  return place.ends_with(" " + dotted) ? place : place + ": " + key;
+}
+
 }  // namespace
 
 Table::Table(const toml::table& table, std::string file, std::string path, nlohmann::json& record)
@@ -38,9 +46,13 @@ Table::Table(const toml::table& table, std::string file, std::string path, nlohm
 
 std::string Table::place_at(const toml::source_region& where, const std::string& key) const {
   const std::string name = key.empty() ? path_ : path_of(key);
+  if (given(where)) return fmt::format("{}: {}", file_, place_given(*where.path, name));
   const std::string line =
       where.begin.line == 0 || name.empty() ? "" : fmt::format(":{}:{}", where.begin.line, where.begin.column);
-  return file_ + line + (name.empty() ? "" : ": " + name);
+  std::string with;  // of a whole table: what of it does not stand there
+  for (const auto& [_, value] : *table_)
+    if (key.empty() && given(value.source())) with += (with.empty() ? " (with " : ", ") + *value.source().path;
+  return file_ + line + (with.empty() ? "" : with + ")") + (name.empty() ? "" : ": " + name);
 }
 
 std::string Table::place(const std::string& key) const {
@@ -349,7 +361,8 @@ void Table::finish() const {
     const std::string name(key.str());
     if (known_.contains(name)) continue;
     const std::string near = closest(name, {known_.begin(), known_.end()});
-    fail_at(key.source(), name, near.empty() ? "unknown key" : fmt::format("unknown key (did you mean '{}'?)", near));
+    fail_at(given(value.source()) ? value.source() : key.source(), name,
+            near.empty() ? "unknown key" : fmt::format("unknown key (did you mean '{}'?)", near));
   }
 }
 

@@ -66,7 +66,7 @@ public:
 
   /// An InputError at a key, or at the table.
   [[noreturn]] void fail(const std::string& key, const std::string& message) const;
-  /// "file:line:column: key", for a fault that shows later.
+  /// "file:line:column: key", or "file: --set key", for a fault that shows later.
   std::string place(const std::string& key) const;
   const std::string& file() const { return file_; }
 
@@ -80,6 +80,8 @@ private:
                   const Range& range) const;
   std::string path_of(const std::string& key) const { return (path_.empty() ? "" : path_ + ".") + as_in_toml(key); }
   std::string place_at(const toml::source_region& where, const std::string& key) const;
+  /// Not from the file: it was given with the command, or by whoever reads this file for a purpose of his own.
+  bool given(const toml::source_region& where) const { return where.path && *where.path != file_; }
   [[noreturn]] void fail_at(const toml::source_region& where, const std::string& key, const std::string& message) const;
 
   const toml::table* table_;
@@ -88,7 +90,9 @@ private:
   std::set<std::string> known_;
 };
 
-/// Parses a file and applies `KEY=VALUE` overrides (dotted keys; a number counts into [[tables]]).
-toml::table parse_scene(const std::string& file, const std::vector<std::string>& overrides);
+/// Parses a file and applies `KEY=VALUE` overrides (dotted keys; a number counts into [[tables]]), which were given
+/// `by` an option or key of that name: faults of theirs tell it.
+toml::table parse_scene(const std::string& file, const std::vector<std::string>& overrides,
+                        const std::string& by = "--set");
 
 }  // namespace grus::app

@@ -219,10 +219,20 @@ void scale_strengths(RveScene& scene) {
   }
 }
 
+/// A sample that is prepared to more than a test asks for has done it.
+void note_end(RveScene& scene) {
+  const auto& preparation = scene.recipe.preparation;
+  if (preparation && scene.test.final_stress && *scene.test.final_stress <= preparation->pressure)
+    scene.notes.push_back(
+        fmt::format("loading.final_stress = {:.4g} Pa is no more than preparation.pressure = {:.4g} Pa: the test ends "
+                    "as it begins",
+                    *scene.test.final_stress, preparation->pressure));
+}
+
 RveScene read(const std::string& file, const std::vector<std::string>& overrides, bool unit_cell) {
   RveScene scene;
   scene.file = file;
-  const toml::table parsed = parse_scene(file, overrides);
+  const toml::table parsed = parse_scene(file, overrides, unit_cell ? "set" : "--set");
   const auto record = std::make_shared<nlohmann::json>();
   scene.record = record;
   Table t(parsed, file, "", *record);
@@ -256,6 +266,7 @@ RveScene read(const std::string& file, const std::vector<std::string>& overrides
     if (t.has("preparation")) t.fail("preparation", "cannot be with start: that run has prepared the sample");
   }
   read_preparation(t, scene);
+  note_end(scene);
   t.finish();
   scene.model.motion.turn_spheres = scene.listed_grains() > 0 || scene.model.breakable();
   return scene;

@@ -77,6 +77,11 @@ TEST_CASE("meshes, boundaries and regions are refused what does not fit them") {
           {strip, {"mesh.dimension=axisymmetric", "gravity=[1,0]"}, "acts along the axis (y) where x is the radius"}});
 }
 
+TEST_CASE("of a whole table that is refused it is told what --set gave of it") {
+  refuse({{block, {"mesh.file=a.msh"}, "scene.toml:2:1 (with --set mesh.file): mesh: needs either box or file"},
+          {block, {"boundary.0.tag=1"}, " (with --set boundary.0.tag): boundary[0]: needs either where or tag"}});
+}
+
 TEST_CASE("places along which a condition holds: both sides, by their tolerance") {
   const auto at = [](const char* where, double x, double y) {
     return parse_where(where, {0, 0, 0}, {1, 2, 3})({x, y, 0});

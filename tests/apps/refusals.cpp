@@ -102,6 +102,34 @@ void refuse(const std::vector<test::Refusal>& rows) { check_refused(rows, read_r
 
 }  // namespace
 
+TEST_CASE("what --set gave is found there, not in a line of the file") {
+  refuse(
+      {{sand, {"material.sand.friction=-1"}, "scene.toml: --set material.sand.friction: -1: must be at least 0"},
+       {sand, {"packing.radius.mean=5 kPa"}, "scene.toml: --set packing.radius.mean: \"5 kPa\": "},
+       {sand, {"packing.box=[0.01,0.01,nan]"}, "scene.toml: --set packing.box: must be finite"},
+       {sand, {"packing.radius={distribution=\"odd\"}"}, "--set packing.radius: packing.radius.distribution: \"odd\""},
+       {sand, {"packing.sed=1"}, "scene.toml: --set packing.sed: unknown key (did you mean 'seed'?)"},
+       {sand, {"packing.solid_fraction="}, "scene.toml:6:1: packing: packing.solid_fraction is missing"},
+       {sphere, {"grain.0.radius=-1"}, "scene.toml: --set grain.0.radius: -1: must be above 0"},
+       {sphere, {"grain.0.radius=", "grain.0.spin=[0,0,1]"}, " (with --set grain.0.spin): grain[0]: "}});
+}
+
+TEST_CASE("a test that asks for no more stress than its preparation is told to end as it begins") {
+  const test::Scratch scratch;
+  const std::string file = scratch.path + "/scene.toml";
+  std::ofstream(file) << sand;
+  for (const char* stress : {"0.5 MPa", "1 MPa", "1.1 MPa"}) {
+    const RveScene scene =
+        read_rve_scene(file, {"loading={kind=\"oedometric-stress\",strain_rate=1}",
+                              std::string("loading.final_stress=") + stress, "preparation.pressure=1 MPa"});
+    const bool told = std::any_of(scene.notes.begin(), scene.notes.end(), [](const std::string& note) {
+      return note.find("is no more than preparation.pressure = 1e+06 Pa: the test ends as it begins") !=
+             std::string::npos;
+    });
+    CHECK(told == (std::string(stress) != "1.1 MPa"));
+  }
+}
+
 TEST_CASE("steps that solve their contacts are refused what they do not know, each by its name") {
   const std::string on = "numerics.engine=implicit", halves = "{model=\"polyellipsoid-split\",";
   const std::string breaks = "hoek_brown={compressive_strength=1e7,m=10}";

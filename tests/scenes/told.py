@@ -195,8 +195,8 @@ def cells(tmp):
     errors = told["errors"]
     known = set(NEWTON) <= set(errors) and errors["last_worst_unbalanced_force"] > 0
     need(known and "run: about" in checked, f"errors of increments: {errors} {checked}")
-    # An element of 1 mm is smaller than a grain of 2 mm; the mesh's sides are told.
-    need("mesh 0.001 x 0.001 x 0.001 m" in checked and "larger than an element of the mesh, of 0.001 m" in checked,
+    # A mesh of 1 mm is smaller than a grain of 2 mm; the mesh's sides are told. Of an element alone that is no fault.
+    need("mesh 0.001 x 0.001 x 0.001 m" in checked and "larger than the whole mesh, which measures 0.001" in checked,
          f"the mesh's size: {checked}")
     need(told["mesh"] == {"low_m": [0, 0, 0], "high_m": [0.001] * 3}, f"the mesh's size: {told['mesh']}")
     # A resumed run knows it from preparation.h5, and has solved for as long as both parts together.

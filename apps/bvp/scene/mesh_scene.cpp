@@ -138,11 +138,11 @@ void note_size(BvpScene& scene) {
   }
   if (longest > far)
     scene.notes.push_back(fmt::format("the mesh measures {}: in metres? (mesh.unit of a file)", scene.extent()));
-  else if (grain > scene.element)
-    scene.notes.push_back(fmt::format(
-        "the RVEs' grains, of {:.3g} m, are larger than an element of the mesh, of {:.3g} m, which measures "
-        "{}: in metres? (mesh.unit of a file, lengths of the unit cell)",
-        grain, scene.element, scene.extent()));
+  else if (grain > longest)  // than an element they may be: an RVE has no place in it
+    scene.notes.push_back(
+        fmt::format("the RVEs' grains, of {:.3g} m, are larger than the whole mesh, which measures {}: in metres? "
+                    "(mesh.unit of a file, lengths of the unit cell)",
+                    grain, scene.extent()));
 }
 
 void read_mesh(Table t, BvpScene& scene) {
