@@ -96,10 +96,10 @@ TEST_CASE("who works by itself while the others wait is named once their patienc
 TEST_CASE("while all get on nobody loses patience, nor does who ends before") {
   Heard heard;
   {
-    Patience waits(2 * patience, heard.ear());
-    for (int k = 0; k < 22; ++k) {
+    Patience waits(patience, heard.ear());
+    for (int k = 0; k < 8; ++k) {  // they get on now and then: each time patience begins anew
       waits.got_on();
-      std::this_thread::sleep_for(Seconds(0.1));
+      std::this_thread::sleep_for(Seconds(0.3));
     }
     CHECK(!heard.first);
     { const Patience::Work work(&waits); }  // it gets on as it is done

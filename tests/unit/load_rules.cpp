@@ -56,6 +56,7 @@ TEST_CASE("tension under contacts: as many as asked for reach it, and not all in
   const auto plane = contact_plane(g, 4, 3);
   REQUIRE(plane);
   CHECK(std::abs(plane->dot(z)) == Approx(1).epsilon(1e-12));
+  CHECK(std::abs(contact_plane(g, 2.9, 3)->dot(z)) == Approx(1).epsilon(1e-12));  // z is the fourth
   CHECK(!contact_plane(g, 5.001, 3));
   CHECK(contact_plane(g, 2.9, 4));
   CHECK(!contact_plane(g, 4, 4));
