@@ -330,6 +330,7 @@ TEST_CASE("hulls, Voronoi cells and prisms are refused what cannot be made of th
          "packing.thickness=1e-3"},
         "prisms fill either a box or a cylinder"},
        {rock, {"clamp=[{where=\"x=min\"},{where=\"x=min\"}]"}, "is clamped twice"},
+       {rock, {"clamp=[{where=\"x=min\",slips=true}]"}, "slips: unknown key"},
        {cleaving, {"packing.hulls={balls=32,relax=2}"}, "is of angular grains; balls are what they are"},
        {cleaving, {"packing.hulls={balls=30}"}, "30: must be 32"},
        {cleaving, {"packing.hulls={aspect=[1,1,11]}"}, "the longest at most ten times the shortest"}});
