@@ -2,6 +2,8 @@
 // A periodic cell carried through a deformation in real time: no relaxation, micro-inertia is real.
 #pragma once
 
+#include <functional>
+
 #include "dem/rve/rve.hpp"
 
 namespace grus::dem {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 
 #include "dem/base/error.hpp"
 #include "dem/rve/measure.hpp"
@@ -43,13 +44,15 @@ Response respond_steadily(const Model& model, const QuasiStatic& o, State& state
       std::max({state.dt, steady.reach * per_rate / o.inertial_number, steady.reach / o.strain_per_step * state.dt});
   Mat3 viscous = steady.viscous, haste = Mat3::Zero();  // haste: Pa, mean of the dashpots' stress over the increment
   double left = 1;
-  stretch_in_time(model, state, u, duration, team, [&](double part) {
-    const Mat3 next = parted_stress(state).dashpots;  // they are those of the new rate from its first step on
-    haste = 0.5 * part * (viscous + next), viscous = next, left -= part;
-  });
+  PartedStress now;
+  auto begun = [&](double part) {
+    now = parted_stress(state);  // dashpots are those of the new rate from its first step on
+    haste = 0.5 * part * (viscous + now.dashpots), viscous = now.dashpots, left -= part;
+  };
+  stretch_in_time(model, state, u, duration, team, std::ref(begun));
   if (state.steps / checked_every != first / checked_every) check_sanity(model, state);
   steady.turn = steady.turn * r;
-  const PartedStress now = parted_stress(state);
+  if (left > 0) now = parted_stress(state);  // of a single step it is known
   haste += 0.5 * left * (viscous + now.dashpots);
   steady.haste += state.boundary.cell.volume() * haste.cwiseProduct(u - Mat3::Identity()).sum();
   steady.viscous = now.dashpots;

@@ -303,7 +303,7 @@ def alike(name, one, other):
 
 def failures(tmp, scene):
     """A cell that cannot go on, a folder that rank 0 cannot write to: one line, its status, and no rank waits."""
-    tight = "rve.set=['packing.box=[0.027, 0.027, 0.027]', 'numerics.max_overlap=0.027']"
+    tight = "rve.set=['packing.box=[0.027, 0.027, 0.027]', 'numerics.max_overlap=0.026']"
     said = []
     for ranks in (1, 3) if whole else (2,):
         r = run(*command(ranks, scene, os.path.join(tmp, f"tight_{ranks}"), tight, "solve.crossings=15"), timeout=120)
