@@ -28,7 +28,7 @@ struct BvpRun::Course {
   Stop stop = Stop::none;
   bool over = false, complete = false, broken = false;
   double end = 0;
-  std::string failure = {};
+  std::string failure = {}, gains = {};  // gains: energy that the regularisation has made
 
   /// Explicit runs stop between two rows, too, where a checkpoint is due or asked for.
   bool due(double interval) {
@@ -191,6 +191,10 @@ Report BvpRun::march(Course& c, Solve&& solve) {
     last = result.last;
     c.complete = result.finished;
     c.failure = result.failure;
+    if (!c.gains.empty()) {
+      c.complete = false, c.failure = c.gains;
+      return last;
+    }
     if (!result.stopped || c.stop != Stop::none) return last;
     c.stop = c.why();
     save(c, last);
@@ -215,7 +219,13 @@ void BvpRun::solve(Course& c) {
   } else if (scene_.explicit_statics) {
     fem::ExplicitStaticsOptions with = *scene_.explicit_statics;
     with.stop = due, with.wishes = wishes;
-    const auto row = [&](const fem::ExplicitStaticsReport& r) { return after(c, r, r.load_factor); };
+    const auto row = [&](const fem::ExplicitStaticsReport& r) {
+      const bool on = after(c, r, r.load_factor);
+      if (r.load_factor > 0.02 && output_->given() > with.max_energy_error)
+        c.gains = fmt::format("regularisation_J has fallen by {:.2g} % of the largest energy: points strain apart",
+                              100 * output_->given());
+      return on && c.gains.empty();
+    };
     c.end = march<fem::ExplicitStaticsReport>(c, [&](const fem::ExplicitStaticsReport& from) {
               return fem::solve_explicit_statics(problem, *material_, with, row, from);
             }).load_factor;

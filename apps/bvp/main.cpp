@@ -169,6 +169,7 @@ void tell_failure(const BvpScene& scene, const Options& options, const BvpEnding
   if (scene.dynamics) help = "a smaller solve.safety or another unit cell may help";
   if (scene.explicit_statics)
     help = "larger limits in [solve], a larger unit cell or rve.on_failure = \"elastic\" may help";
+  if (ending.text.starts_with("regularisation_J")) help = "a larger regularisation.memory may help";
   say_fault(options, fmt::format("{}: {} {:.4g}: {}; {}", options.scene, scene.dynamics ? "time" : "load factor",
                                  ending.time, ending.text, help));
 }

@@ -12,9 +12,12 @@ import os
 import matplotlib
 
 matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402
 import numpy as np  # noqa: E402
+from matplotlib.collections import PolyCollection  # noqa: E402
 
 import grus  # noqa: E402
+from grus.bands import shear_strain  # noqa: E402
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 SCENES = os.path.join(HERE, "..", "..", "apps", "scenes")
@@ -69,7 +72,7 @@ def done(results, name, settings):
     folder = os.path.join(results, name.replace(" ", "_"))
     try:
         run = grus.load(folder)
-        if run.summary["ending"] != "unfinished":
+        if run.status in (0, 3):  # not of one that was interrupted
             return run
     except grus.InputError:
         pass
@@ -96,6 +99,8 @@ def told(run, name):
     for at in STRESSES:
         row[f"stress_{100 * at:g}_kPa"] = near(strain, stress, at, 0.002)
     for first, last in BANDS if strain.max() > 0.09 else (*BANDS[:1], (0.065, 0.08)):
+        if strain.max() < last - 1e-3:
+            continue
         band = run.shear_band(round(first / 0.0025), round(last / 0.0025))
         label = f"{100 * first:g}_{100 * last:g}"
         row |= {f"width_{label}_mm": 1e3 * band.width, f"angle_{label}": band.angle, f"fraction_{label}": band.fraction}
@@ -111,8 +116,27 @@ def told_of_footing(run, name):
 
 
 def ending(run):
-    return {"energy_error": np.abs(run["energy_error"]).max(), "given_up": run.summary["counts"]["rves_given_up"],
+    given = (run["regularisation_J"] / run["macro_external_J"])[-1] if "regularisation_J" in run else 0.0
+    return {"energy_error": np.abs(run["energy_error"]).max(), "regularisation_over_work": float(given),
+            "given_up": run.summary["counts"]["rves_given_up"],
             "cpu_s": run.summary["seconds"]["cpu_rank0"], "ending": run.summary["ending"]}
+
+
+def drawn(runs):
+    """The shear strain of the second pair of strains, in each element, without a length above and with one below."""
+    figure, axes = plt.subplots(2, 3, figsize=(7.2, 8.4), layout="constrained")
+    for (name, run), axis in zip(runs.items(), axes.T[::-1, ::-1].flat):
+        first, last = (run.macro(round(at / 0.0025)) for at in BANDS[1])
+        shape = first.points[first.connectivity].reshape(-1, 4, 3)[:, :, :2] * 1e3
+        cells = PolyCollection(shape, array=shear_strain(first, last), cmap="magma_r", edgecolors="face")
+        cells.set_clim(0, 0.3)
+        axis.add_collection(cells)
+        axis.set(xlim=(0, 50), ylim=(0, 100), aspect="equal", xticks=[], yticks=[])
+        _, cells_of, _, length = name.split()
+        told_length = f"{length} mm" if length != "0" else "no length"
+        axis.set_title(f"{cells_of.replace('x', ' x ')}, {told_length}", fontsize=9)
+    figure.colorbar(cells, ax=axes, shrink=0.5, label="shear strain, 8 to 9.5 %")
+    figure.savefig(os.path.join(HERE, "..", "images", "softening.png"), dpi=90)
 
 
 def written(rows, name):
@@ -133,8 +157,11 @@ def main():
              for name, settings in some.items()}
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         jobs = {name: pool.submit(done, options.results, name, settings) for name, settings in asked.items()}
-        rows = [told(job.result(), name) for name, job in jobs.items()]
+        runs = {name: job.result() for name, job in jobs.items()}
+    rows = [told(run, name) for name, run in runs.items()]
     written(rows, "softening")
+    if meshes := {name: run for name, run in runs.items() if name.startswith("meshes")}:
+        drawn(meshes)
     for row in rows:
         print(*(f"{k} {v:.4g}" if isinstance(v, float) else f"{v}" for k, v in row.items()), sep="  ")
 

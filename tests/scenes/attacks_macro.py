@@ -12,7 +12,7 @@ import tempfile
 import time
 
 from attack_tools import MATERIAL, UNIAXIAL, bvp, interrupted, limited, refused
-from scene_tools import faults, need, run, summary, write
+from scene_tools import faults, history, need, run, shipped, summary, write
 
 ELASTIC = (
     "[mesh]\nbox = { size = [0.01, 0.1], cells = [1, 20] }\ndimension = \"axisymmetric\"\n[[region]]\nwhere = \"y<1\"\n"
@@ -184,8 +184,26 @@ def increments(tmp):
              f"done: {r.returncode} {r.stdout!r} {r.stderr!r}")
 
 
+def forgetful(tmp):
+    """A regularisation that forgets at once gives energy: the run ends, and says what to change."""
+    if not bvp:
+        return
+    out = os.path.join(tmp, "forgetful")
+    r = run(bvp, os.path.join(shipped, "biaxial_plane_strain.toml"), "-o", out, "--quiet", *(
+        a for s in ("mesh.box.cells=[4,8]", "probe=", "output.frames=0", "regularisation.length='20 mm'",
+                    "regularisation.memory=1e-5", "boundary.1.displacement=[0,'-4 mm']",
+                    "rve.set=['packing.box=[0.03,0.03,0.03]','numerics.max_overlap=0.3','preparation.friction=0']")
+        for a in ("--set", s)), timeout=300)
+    need(r.returncode == 3 and "regularisation_J has fallen by" in r.stderr and r.stderr.count("\n") == 1
+         and "a larger regularisation.memory" in r.stderr, f"forgetful: exit {r.returncode} {r.stderr!r}")
+    need(float(history(out)[-1]["time_s"]) < 0.9, "forgetful: went on to its end")
+    s = summary(out)
+    need(s["status"] == 3 and any("regularisation_J" in note for note in s["notes"]), f"forgetful: {s.get('notes')}")
+
+
 with tempfile.TemporaryDirectory() as tmp:
     macro(tmp)
     increments(tmp)
+    forgetful(tmp)
 print(f"attacks macro: {len(faults)} faults")
 sys.exit(1 if faults else 0)
