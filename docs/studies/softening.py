@@ -45,6 +45,7 @@ def cases():
     for cells in ((16, 32), (12, 24), (8, 16)):
         for length in (0.003, 0):
             meshes[f"meshes {cells[0]}x{cells[1]} l {1e3 * length:g}"] = biaxial(cells, 0.0516, length)
+    meshes["finest 16x32 l 3 memory 0.004"] = biaxial((16, 32), 0.0516, 0.003, 0.004)
     ways = [(0, 0.002), (0.003, 0.002), (0.0015, 0.002), (0.006, 0.002), (0.003, 0.001), (0.003, 0.004)]
     for length, memory in ways:
         for seed in (1, 2) if (length, memory) in ways[:2] else (1,):  # what else scatters like these
