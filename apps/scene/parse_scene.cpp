@@ -56,7 +56,7 @@ toml::table parse_scene(const std::string& file, const std::vector<std::string>&
     const std::string value = entry.substr(equals + 1);
     std::string rest = entry.substr(0, equals);
     toml::table parsed;
-    if (!value.empty()) parsed = parsed_value(value, by + " " + rest);
+    if (!value.empty()) parsed = parsed_value(value, fmt::format("{} {}", by, rest));
     toml::node* at = &scene;
     while (true) {
       const auto dot = rest.find('.');
