@@ -2,9 +2,9 @@
 // Where a mesh that looks like one body is none.
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <unordered_map>
 
+#include "fem/joined.hpp"
 #include "fem/msh_contents.hpp"
 
 namespace grus::fem {
@@ -76,18 +76,11 @@ std::vector<std::array<std::size_t, 2>> coincident(const std::vector<Point>& at,
 }
 
 std::size_t parts(const MshMesh& mesh) {
-  std::vector<std::size_t> up(mesh.nodes.size());
-  std::iota(up.begin(), up.end(), std::size_t{0});
-  const auto root = [&](std::size_t n) {
-    while (up[n] != n) n = up[n] = up[up[n]];
-    return n;
-  };
+  Joined nodes(mesh.nodes.size());
   const auto width = static_cast<std::size_t>(corners(mesh.kind));
   for (std::size_t k = 0; k < mesh.cells.size(); ++k)
-    up[root(static_cast<std::size_t>(mesh.cells[k]))] = root(static_cast<std::size_t>(mesh.cells[k - k % width]));
-  std::size_t count = 0;
-  for (std::size_t n = 0; n < up.size(); ++n) count += up[n] == n ? 1u : 0u;
-  return count;
+    nodes.join(static_cast<std::size_t>(mesh.cells[k]), static_cast<std::size_t>(mesh.cells[k - k % width]));
+  return nodes.roots().size();
 }
 
 /// Nodes of outer sides that lie on another outer side without being a corner of it.

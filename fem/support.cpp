@@ -3,8 +3,8 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <numeric>
 
+#include "fem/joined.hpp"
 #include "fem/problem_impl.hpp"
 
 namespace grus::fem {
@@ -61,25 +61,8 @@ std::string told(const Gram& held, const std::vector<int>& all) {
   return text;
 }
 
-/// A number for each local node: that of a node of its part.
-std::vector<std::int32_t> parts_of(const Problem::Impl& p) {
-  std::vector<std::int32_t> of(p.node_at.size());
-  std::iota(of.begin(), of.end(), 0);
-  const auto root = [&](std::int32_t n) {
-    while (of[static_cast<std::size_t>(n)] != n)
-      n = of[static_cast<std::size_t>(n)] = of[static_cast<std::size_t>(of[static_cast<std::size_t>(n)])];
-    return n;
-  };
-  for (std::int32_t c = 0; c < p.cells; ++c) {
-    const auto nodes = p.cell_nodes(c);
-    for (const std::int32_t n : nodes) of[static_cast<std::size_t>(root(n))] = root(nodes[0]);
-  }
-  for (std::size_t n = 0; n < of.size(); ++n) of[n] = root(static_cast<std::int32_t>(n));
-  return of;
-}
-
 /// The sums over what is prescribed of a part's products of motions, in lengths of the body.
-Gram held_of(const Problem::Impl& p, const std::vector<std::int32_t>& part, std::int32_t which) {
+Gram held_of(const Problem::Impl& p, const std::vector<std::size_t>& part, std::size_t which) {
   double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {INFINITY, INFINITY, INFINITY};  // high: of -x
   for (std::size_t n = 0; n < p.node_at.size(); ++n)
     for (std::size_t k = 0; k < 3 && part[n] == which; ++k)
@@ -106,12 +89,19 @@ std::string loose_motions(Problem& problem) {
   const Problem::Impl& p = problem.impl();
   int ranks = 1;
   MPI_Comm_size(p.comm, &ranks);
-  const std::vector<std::int32_t> part = ranks == 1 ? parts_of(p) : std::vector<std::int32_t>(p.node_at.size(), 0);
-  for (std::size_t n = 0; n < (ranks == 1 ? part.size() : 1); ++n) {
-    if (ranks == 1 && part[n] != static_cast<std::int32_t>(n)) continue;
-    const std::string motions = told(held_of(p, part, static_cast<std::int32_t>(ranks == 1 ? n : 0)), rigid(p));
-    const bool whole = std::all_of(part.begin(), part.end(), [&](std::int32_t k) { return k == part[0]; });
-    if (!motions.empty()) return motions + (whole ? "" : " of a part of the mesh that shares no node with the rest");
+  std::vector<std::size_t> part(p.node_at.size(), 0), parts{0};  // of each local node; on many ranks the whole is one
+  if (ranks == 1) {
+    Joined nodes(part.size());
+    for (std::int32_t c = 0; c < p.cells; ++c)
+      for (const std::int32_t n : p.cell_nodes(c))
+        nodes.join(static_cast<std::size_t>(n), static_cast<std::size_t>(p.cell_nodes(c)[0]));
+    for (std::size_t n = 0; n < part.size(); ++n) part[n] = nodes.root(n);
+    parts = nodes.roots();
+  }
+  for (const std::size_t which : parts) {
+    const std::string motions = told(held_of(p, part, which), rigid(p));
+    if (!motions.empty())
+      return motions + (parts.size() == 1 ? "" : " of a part of the mesh that shares no node with the rest");
   }
   return "";
 }
