@@ -36,8 +36,9 @@ def frame(kind, counts, size, moved):
 
 
 def of(kind, first, last, counts=(4, 3, 2), size=(0.4, 0.3, 0.2)):
-    """Frames of a body that is taken from one deformation gradient to another."""
-    return [frame(kind, counts, size, lambda x, f=f: (np.array(f) - np.eye(3)) @ x) for f in (first, last)]
+    """Frames of a body that is taken from one deformation gradient to another, and has been moved before."""
+    away = np.array([0.1, -0.2, 0])
+    return [frame(kind, counts, size, lambda x, f=f: (np.array(f) - np.eye(3)) @ x + away) for f in (first, last)]
 
 
 def strains():

@@ -34,6 +34,7 @@ GROUPS = {
     "calibrate": (("calibrate/*.py",), ("calibrate_edges", "calibrate_targets", "calibrate_numbers",
                                         "calibrate_posterior", "calibrate_pounders")),
     "rves": (("rves.py", "samples.py"), ("package_logic",)),
+    "bands": (("bands.py",), ("package_bands",)),
 }
 COMPARISONS = {ast.Lt: ast.GtE, ast.GtE: ast.Lt, ast.Gt: ast.LtE, ast.LtE: ast.Gt, ast.Eq: ast.NotEq,
                ast.NotEq: ast.Eq, ast.In: ast.NotIn, ast.NotIn: ast.In, ast.Is: ast.IsNot, ast.IsNot: ast.Is}

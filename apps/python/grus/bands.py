@@ -2,6 +2,7 @@
 """Bands of shear between two frames of a macro problem: how much of the body takes part, and how wide a band is."""
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -10,12 +11,23 @@ from numpy.typing import NDArray
 from grus.errors import InputError
 from grus.frames import Frame
 
-# Corners of the reference element by VTK's number; the strain is that at its centre.
-_CORNERS = {
-    5: np.array([[0, 0], [1, 0], [0, 1]]),
-    9: np.array([[0, 0], [1, 0], [1, 1], [0, 1]]),
-    10: np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]),
-    12: np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]),
+
+def _brick(corners: list[tuple[int, ...]]) -> tuple[NDArray, float]:
+    """Gradients of the shape functions at the centre of a unit brick, and its size."""
+    return (2.0 * np.array(corners) - 1) / 2**(len(corners[0]) - 1), 1.0
+
+
+def _simplex(dimensions: int) -> tuple[NDArray, float]:
+    """Those of a simplex, which are the same everywhere."""
+    return np.vstack([-np.ones(dimensions), np.eye(dimensions)]), 1 / math.factorial(dimensions)
+
+
+# By VTK's number of the kind of element: gradients on the reference element (corners, dimensions), and its size.
+_ELEMENTS = {
+    5: _simplex(2),
+    9: _brick([(0, 0), (1, 0), (1, 1), (0, 1)]),
+    10: _simplex(3),
+    12: _brick([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]),
 }
 CONTRAST = 1.5  # below this ratio of a profile's peak to its level beside it nothing is called a band
 
@@ -84,14 +96,10 @@ def _elements(frame: Frame) -> tuple[NDArray, NDArray, NDArray]:
     """Corners of each element (cells, corners), the gradients of their shape functions at its centre with respect to
     the place before any load (cells, corners, dimensions), and its size (cells,): of bricks by the Jacobian there."""
     kinds = set(frame.types.tolist())
-    if len(kinds) != 1 or not kinds <= set(_CORNERS):
+    if len(kinds) != 1 or not kinds <= set(_ELEMENTS):
         raise InputError(f"{frame.path}: elements of the kinds {sorted(kinds)}: not a frame of a macro problem")
-    own = _CORNERS[kinds.pop()]
-    count, dimensions = own.shape
-    if count == dimensions + 1:
-        local, size = np.vstack([-np.ones(dimensions), np.eye(dimensions)]), 1 / (2 if dimensions == 2 else 6)
-    else:
-        local, size = (2.0 * own - 1) / 2**(dimensions - 1), 1.0
+    local, size = _ELEMENTS[kinds.pop()]
+    count, dimensions = local.shape
     corners = frame.connectivity.reshape(-1, count)
     x = frame.points[corners].astype(np.float64)[:, :, :dimensions]
     jacobian = np.einsum("cki,kj->cij", x, local)
