@@ -32,7 +32,8 @@ RveMaterial::RveMaterial(RveFarm& farm, const std::vector<dem::State>& states, c
   for (const auto& s : states) start_volume_.push_back(s.boundary.cell.volume());
   int rank = 0;
   if (spread_) MPI_Comm_rank(*spread_, &rank);
-  for (std::size_t i = 0; i < keys.size(); ++i) farm_.call_in_costs(driver_.slot(i), keys[i], rank);
+  if (spread_)
+    for (std::size_t i = 0; i < keys.size(); ++i) farm_.call_in_costs(driver_.slot(i), keys[i], rank);
   driver_.name_points(std::move(keys));
 }
 

@@ -18,7 +18,7 @@ public:
   /// Point i starts from the prepared state `states[start[i]]`. Slots are made on the farm, which must outlive this.
   /// `spread`: the ranks that have parts of the points between them, each RVEs of its own (no sharing); what is told of
   /// all points is then of theirs, too, to the same bits however they are spread, and all must ask it together. `keys`:
-  /// of the points, over all ranks.
+  /// of the points, over all ranks; messages name them so.
   RveMaterial(RveFarm& farm, const std::vector<dem::State>& states, const std::vector<std::size_t>& start,
               const RveOptions& options, std::optional<MPI_Comm> spread = {}, std::vector<std::int64_t> keys = {});
 

@@ -75,10 +75,8 @@ BvpRun::BvpRun(const BvpScene& scene, const Options& options, BvpSetup setup, de
     : scene_(scene), options_(options), setup_(std::move(setup)), kept_(std::move(kept)), across_(across) {
   std::vector<fem::Material> parts;
   if (farm) {
-    if (across.spread())
-      rves_.emplace(*farm, setup_.states, setup_.points.start, scene.rve, across.comm(), own_shard().rves);
-    else
-      rves_.emplace(*farm, setup_.states, setup_.points.start, scene.rve);
+    const auto among = across.spread() ? std::optional(across.comm()) : std::nullopt;
+    rves_.emplace(*farm, setup_.states, setup_.points.start, scene.rve, among, own_shard().rves);
     parts.push_back(scene.regularisation ? regularise(*model) : grains());
   } else {
     parts.push_back(fem::elastic_material(0, 1, 0));  // of no point

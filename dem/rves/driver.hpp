@@ -212,7 +212,8 @@ private:
       host_.drop(r.slot);
       undo(b.sharing, r);
       b.reason =
-          fmt::format("the RVE of point {} does not get through the point's own path: {}", r.point, response.failure);
+          fmt::format("the RVE of point {} does not get through the point's own path: {}", name(b, r.point),
+                      response.failure);
       return;
     }
     b.report.sharing.add((response.stress - b.stress[r.point]).norm() / b.deferral.scale(response.stress));
@@ -241,7 +242,7 @@ private:
       count_outcome(b.report, done[k]);
       if (done[k].response.stable) continue;
       b.reason = fmt::format("RVE of point {}, which was put off, does not get to its place: {}",
-                             b.sharing.leader.at(slots[k]), done[k].response.failure);
+                             name(b, b.sharing.leader.at(slots[k])), done[k].response.failure);
       return;
     }
     const std::vector<Facts> facts = host_.commit(slots);

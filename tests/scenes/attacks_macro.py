@@ -3,6 +3,7 @@
 """What breaks grus-bvp under attack: attacks_macro.py BIN"""
 import math
 import os
+import re
 import resource
 import signal
 import struct
@@ -10,6 +11,9 @@ import subprocess
 import sys
 import tempfile
 import time
+
+import h5py
+import numpy as np
 
 from attack_tools import MATERIAL, UNIAXIAL, bvp, interrupted, limited, refused
 from scene_tools import faults, history, need, run, shipped, summary, write
@@ -201,9 +205,58 @@ def forgetful(tmp):
     need(s["status"] == 3 and any("regularisation_J" in note for note in s["notes"]), f"forgetful: {s.get('notes')}")
 
 
+def gives_up(tmp):
+    """With a length, RVEs give up where the band is, and nowhere else; the run goes on, and its energy closes."""
+    if not bvp:
+        return
+    settings = ("mesh.box.cells=[4,8]", "solve.crossings=20", "probe=", "output.frames=81",
+                "regularisation.length='6 mm'", "regularisation.memory=0.003", "boundary.1.displacement=[0,'-9 mm']",
+                "rve.set=['packing.box=[0.028,0.028,0.028]','numerics.max_overlap=0.08','preparation.friction=0']")
+
+    def told(policy):
+        out = os.path.join(tmp, policy)
+        return out, run(bvp, os.path.join(shipped, "biaxial_plane_strain.toml"), "-o", out, "--quiet",
+                        *(a for s in (*settings, "rve.on_failure=" + policy) for a in ("--set", s)), timeout=300)
+
+    ended, r = told("stop")
+    point = re.search(r"RVE of point (\d+): overlap", r.stderr)
+    need(r.returncode == 3 and point and 'rve.on_failure = "elastic"' in r.stderr, f"deeper than 8 %: {r.stderr!r}")
+    sheared = shears(os.path.join(ended, "macro"))
+    points = 4  # of an element
+    need(point and sheared[int(point[1]) // points] > np.quantile(sheared, 0.75), f"{point} gave up beside {sheared}")
+    went_on, r = told("elastic")
+    rows, before = history(went_on), history(ended)
+    need(r.returncode == 0 and r.stderr == "", f"went on: exit {r.returncode} {r.stderr!r}")
+    same = len(before) - 2  # the last row of the run that ended is of where it ended
+    column = "reaction_top_y_N"
+    need([a[column] for a in rows[:same]] == [b[column] for b in before[:same]], "other rows before the first gave up")
+    given = [float(a["rves_given_up"]) for a in rows]
+    need(given[same - 1] == 0 and 0 < given[-1] < 64 and sorted(given) == given, f"{given} gave up")
+    need(summary(went_on)["counts"]["rves_given_up"] == given[-1], "how many gave up")
+    # Elastic points soften no more: the load rises again, where the band alone bore it before.
+    least = min(abs(float(a[column])) for a, n in zip(rows[same:], given[same:]) if n <= 2)
+    need(abs(float(rows[-1][column])) > 1.1 * least, f"the load stays at {least}")
+    need(max(abs(float(a["energy_error"])) for a in rows[same:]) < 5e-3, "energy of a band that gave up")
+
+
+def shears(folder):
+    """Largest shear strain of each element of a plane mesh in the last frame: of the mean gradient of displacement."""
+    with h5py.File(os.path.join(folder, sorted(f for f in os.listdir(folder) if f.endswith(".hdf"))[-1]), "r") as f:
+        corners = f["VTKHDF/Connectivity"][:].reshape(-1, 4)
+        at, moved = (f["VTKHDF/" + name][:][corners][:, :, :2].astype(float)
+                     for name in ("Points", "PointData/displacement_m"))
+    found = []
+    for x, u in zip(at, moved):
+        gradient = np.linalg.lstsq(np.column_stack([np.ones(4), x]), u, rcond=None)[0][1:]
+        strain = (gradient + gradient.T) / 2
+        found.append(np.ptp(np.linalg.eigvalsh(strain)))
+    return np.array(found)
+
+
 with tempfile.TemporaryDirectory() as tmp:
     macro(tmp)
     increments(tmp)
     forgetful(tmp)
+    gives_up(tmp)
 print(f"attacks macro: {len(faults)} faults")
 sys.exit(1 if faults else 0)
