@@ -211,9 +211,8 @@ private:
     if (!response.stable) {
       host_.drop(r.slot);
       undo(b.sharing, r);
-      b.reason =
-          fmt::format("the RVE of point {} does not get through the point's own path: {}", name(b, r.point),
-                      response.failure);
+      b.reason = fmt::format("the RVE of point {} does not get through the point's own path: {}", name(b, r.point),
+                             response.failure);
       return;
     }
     b.report.sharing.add((response.stress - b.stress[r.point]).norm() / b.deferral.scale(response.stress));

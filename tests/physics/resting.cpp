@@ -202,7 +202,8 @@ TEST_CASE("many cells that are carried on take 0.8 kB of the machine's memory a 
     tasks.push_back({k, {Mat3(Vec3(1, 1, 1 - 1e-6 * static_cast<double>(k)).asDiagonal())}, 0, Pace::relaxed, false});
   }
   for (int increment = 0; increment < 3; ++increment) {
-    if (increment == 2) std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // holes are looked for once a second
+    if (increment == 2)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // holes are looked for once a second
     for (const Outcome& o : host.advance(tasks)) REQUIRE(o.response.stable);
     host.commit(slots);
   }
