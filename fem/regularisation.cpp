@@ -119,7 +119,9 @@ Kept RegularisedMaterial::Impl::answer(std::size_t i, const Vec6& told) const {
   const Mat3 frame = matrix_of(before.turn);
   Vec6 left_out = components(frame.transpose() * (by.own - by.told) * frame);
   left_out.tail<3>() *= 2;
-  const double forgotten = by.own.norm() / memory;
+  // By what the material hears: a point that strains more than its neighbours is held the more, not forgotten the
+  // sooner, and what all points give and take in a steady flow cancels.
+  const double forgotten = by.told.norm() / memory;
   // Exact for a stretch that goes on as it does within the increment.
   const double share = forgotten > 1e-8 ? -std::expm1(-forgotten) / forgotten : 1 - 0.5 * forgotten;
   after.rest = std::exp(-forgotten) * before.rest + share * (stiffness[i] * left_out);

@@ -12,7 +12,7 @@ namespace grus::fem {
 
 struct Regularisation {
   double length = 0;      // m
-  double memory = 0.002;  // strain over which what is left out is forgotten to 1/e; infinity: never
+  double memory = 0.002;  // strain of what the material hears, over which the rest is forgotten to 1/e; infinity: never
 };
 
 class RegularisedMaterial {
