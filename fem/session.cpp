@@ -2,7 +2,6 @@
 #include "fem/session.hpp"
 
 #include <petscsys.h>
-#include <sched.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -14,6 +13,14 @@
 #include <dolfinx/common/log.h>
 
 namespace grus::fem {
+
+int sharers_of(std::span<const cpu_set_t> all, const cpu_set_t& mine) {
+  return static_cast<int>(std::count_if(all.begin(), all.end(), [&](const cpu_set_t& other) {
+    cpu_set_t both;
+    CPU_AND(&both, &mine, &other);
+    return CPU_COUNT(&both) > 0;
+  }));
+}
 
 Session::Session() {
   char name[] = "grus";
@@ -34,11 +41,7 @@ Session::Session() {
   std::vector<cpu_set_t> all(static_cast<std::size_t>(here));
   MPI_Allgather(&mine, sizeof mine, MPI_BYTE, all.data(), sizeof mine, MPI_BYTE, node);
   MPI_Comm_free(&node);
-  sharers_ = static_cast<int>(std::count_if(all.begin(), all.end(), [&](const cpu_set_t& other) {
-    cpu_set_t both;
-    CPU_AND(&both, &mine, &other);
-    return CPU_COUNT(&both) > 0;
-  }));
+  sharers_ = sharers_of(all, mine);
 }
 
 Session::~Session() {

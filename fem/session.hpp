@@ -2,7 +2,14 @@
 // MPI and PETSc for as long as it lives; make one in main.
 #pragma once
 
+#include <sched.h>
+
+#include <span>
+
 namespace grus::fem {
+
+/// How many of these sets of cores have one in common with `mine`.
+int sharers_of(std::span<const cpu_set_t> all, const cpu_set_t& mine);
 
 class Session {
 public:

@@ -8,7 +8,7 @@
 #include "apps/bvp/bvp_run.hpp"
 #include "apps/bvp/estimate.hpp"
 #include "apps/bvp/on_all_ranks.hpp"
-#include "apps/bvp/starts.hpp"
+#include "apps/bvp/setup_text.hpp"
 #include "apps/run/folder.hpp"
 #include "apps/scene/prepare_sample.hpp"
 #include "dem/io/archive.hpp"
@@ -35,59 +35,6 @@ std::shared_ptr<const dem::Model> run_model(const BvpScene& scene) {
   auto model = std::make_shared<dem::Model>(scene.unit_cells[0].model);
   if (scene.damping || scene.is_explicit()) dem::set_damping(*model, scene.damping.value_or(0));
   return model;
-}
-
-/// `crossing`: steps that a wave needs to cross the mesh; of explicit quasi-static runs.
-std::string setup_text(const BvpScene& scene, const BvpSetup& setup, const Options& options, int ranks,
-                       double crossing) {
-  const fem::Problem& p = *setup.problem;
-  const auto rves = setup.points.all_rves;
-  double grains = 0;
-  const bool made = !setup.states.empty();
-  for (const auto& state : setup.states)
-    grains += static_cast<double>(state.grains.size()) / static_cast<double>(setup.states.size());
-  for (std::size_t k = 0; !made && k < scene.unit_cells.size(); ++k) {
-    const auto& sample = scene.samples[k];
-    grains += (sample ? static_cast<double>(sample->state.grains.size()) : scene.unit_cells[k].recipe.count()) /
-              scene.variants;
-  }
-  std::string length = fmt::format("increments {}", scene.solve.increments);
-  if (scene.dynamics) length = fmt::format("duration {:.3g} s", scene.dynamics->duration);
-  if (scene.explicit_statics) length = fmt::format("steps from {:.0f}", scene.explicit_statics->crossings * crossing);
-  const int bytes =
-      scene.is_explicit() ? 5000 : 8000;  // a grain, measured: trial states, and a checkpoint in the making
-  std::string text = fmt::format(
-      "{}\n  mesh {}   elements {}   Gauss points {}   with grains {} ({}{:.0f} grains each, {} packings)   {}   "
-      "memory "
-      "up to "
-      "{:.3g} "
-      "MB   ranks {} x threads {}",
-      scene.title, scene.extent(), p.global_points() / p.points_per_cell(), p.global_points(), rves,
-      made ? "" : "about ", grains, scene.unit_cells.size(), length, static_cast<double>(rves) * grains * bytes / 1e6,
-      ranks, options.threads);
-  if (const auto& e = scene.explicit_statics)
-    text += fmt::format(
-        "\n  limits of the rate: unbalanced force {:g} of what is applied, kinetic energy {:g} of internal, inertial "
-        "number of the RVEs {}; local damping {:g}, safety {:g}",
-        e->balance, e->kinetic, e->inertial_number > 0 ? fmt::format("{:g}", e->inertial_number) : "their own",
-        e->damping, e->safety);
-  if (!scene.is_explicit())
-    text += fmt::format(
-        "\n  residual to {:.2g}{}", std::max(scene.solve.tolerance, scene.residual_floor()),
-        scene.has_rve ? " (the larger of solve.tolerance, rve.unbalanced_force and rve.stress_change)" : "");
-  for (const auto& note : scene.notes) text += fmt::format("\n  note: {}", note);
-  return text;
-}
-
-/// Ground that weighs more than its RVEs can bear is refused before any of them is prepared.
-void check_starts(const BvpScene& scene, const std::vector<Start>& starts) {
-  for (const Start& s : starts) {
-    const double pressure = (s.stress[0] + s.stress[1] + s.stress[2]) / 3;
-    const std::string fault =
-        s.stressed ? dem::unbearable(scene.unit_cells[s.packing].model, scene.unit_cells[s.packing].recipe, pressure)
-                   : "";
-    if (!fault.empty()) throw InputError(fmt::format("{}: initial_stress: {}", scene.file, fault));
-  }
 }
 
 /// What no increment of Newton can solve is refused before any RVE is prepared.
@@ -161,19 +108,6 @@ void print_columns(const BvpScene& scene, const BvpSetup& setup, AcrossRanks& ac
   for (const auto& name : bvp_columns(scene, *setup.problem, probes)) fmt::print("{}\n", name);
 }
 
-/// What a run that did not get to its end says, and what may help.
-void tell_failure(const BvpScene& scene, const Options& options, const BvpEnding& ending) {
-  if (ending.status == failed) say_fault(options, fmt::format("{}: {}", options.scene, ending.text));
-  if (ending.status != unstable) return;
-  const char* help = "more solve.increments, looser rve.unbalanced_force or a larger unit cell may help";
-  if (scene.dynamics) help = "a smaller solve.safety or another unit cell may help";
-  if (scene.explicit_statics)
-    help = "larger limits in [solve], a larger unit cell or rve.on_failure = \"elastic\" may help";
-  if (ending.text.starts_with("regularisation_J")) help = "a larger regularisation.memory may help";
-  say_fault(options, fmt::format("{}: {} {:.4g}: {}; {}", options.scene, scene.dynamics ? "time" : "load factor",
-                                 ending.time, ending.text, help));
-}
-
 /// Each rank gets the states that its points start from, one after the other; rank 0 has made them.
 void share_states(const AcrossRanks& across, BvpSetup& setup) {
   std::vector<dem::State> mine(setup.points.starts.size());
@@ -242,22 +176,18 @@ int lead(const BvpScene& scene, const Options& options, const fem::Session& sess
   work.reset(), farm.reset();
   if (!across.spread()) MPI_Bcast(&ending.status, 1, MPI_INT, 0, MPI_COMM_WORLD);
   if (error) std::rethrow_exception(error);
-  if (across.leads()) tell_failure(scene, options, ending);
+  if (const std::string why = failure_text(scene, options, ending); across.leads() && !why.empty())
+    say_fault(options, why);
   return ending.status;
 }
 
 /// --check: how long preparation and run would take; `one`: what one of the starts took.
 void tell_times(const BvpScene& scene, const Options& options, const BvpSetup& setup,
                 const std::shared_ptr<const dem::Model>& model, const StartTimes& one, int ranks) {
-  const double workers = ranks * options.threads, starts = static_cast<double>(setup.points.starts.size());
-  const double packings = std::min(starts, static_cast<double>(scene.variants));
-  // Starts of one packing go on from one sample.
-  fmt::print("  preparation: about {} ({:.0f} starts of {:.0f} packings; {:.3g} s a packing, {:.3g} s a start)\n",
-             duration_text(std::ceil(packings / workers) * one.packing + std::ceil(starts / workers) * one.stress),
-             starts, packings, one.packing, one.stress);
-  const RunEstimate run = estimate_run(scene, setup, model, ranks * options.threads);
-  fmt::print("  run: {}about {} ({}); {}\n", run.least ? "at least " : "", duration_text(run.seconds), run.text,
-             run.rest);
+  const int workers = ranks * options.threads;
+  fmt::print("{}\n",
+             preparation_text(setup.points.starts.size(), static_cast<std::size_t>(scene.variants), workers, one));
+  fmt::print("{}\n", run_text(estimate_run(scene, setup, model, workers)));
 }
 
 /// What the preparation has made of the RVEs' packings: in notes and results.

@@ -137,6 +137,10 @@ std::string default_directory(const std::string& scene) { return std::filesystem
 double cpu_seconds() {
   rusage use{};
   getrusage(RUSAGE_SELF, &use);
+  return cpu_seconds(use);
+}
+
+double cpu_seconds(const rusage& use) {
   return static_cast<double>(use.ru_utime.tv_sec + use.ru_stime.tv_sec) +
          1e-6 * static_cast<double>(use.ru_utime.tv_usec + use.ru_stime.tv_usec);
 }

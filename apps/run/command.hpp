@@ -12,6 +12,8 @@
 #include "apps/run/signals.hpp"
 #include "dem/base/clock.hpp"
 
+struct rusage;
+
 namespace grus::app {
 
 struct Options {
@@ -49,6 +51,8 @@ using dem::Clock;
 
 /// CPU seconds of the process so far, all threads.
 double cpu_seconds();
+/// What the system has counted, of user and of system.
+double cpu_seconds(const rusage& use);
 
 /// One live line on a terminal; without, and under mpirun, which gives ranks a terminal whatever it writes to, a line
 /// with the time of day every 5 % or 20 s. The same lines go into the log.

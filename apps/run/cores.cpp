@@ -26,23 +26,29 @@ double quota_of(const std::string& folder) {
 
 }  // namespace
 
-int usable_cores() {
-  cpu_set_t mask;
-  CPU_ZERO(&mask);
-  double cores = sched_getaffinity(0, sizeof mask, &mask) == 0 ? static_cast<double>(CPU_COUNT(&mask))
-                                                               : std::max(1u, std::thread::hardware_concurrency());
-  std::ifstream groups("/proc/self/cgroup");
+double tightest_quota(std::istream& groups, const std::vector<std::string>& roots) {
+  double cores = INFINITY;
   for (std::string line; std::getline(groups, line);) {
     const auto path = line.rfind(':');
     if (path == std::string::npos) continue;
-    for (const char* root : {"/sys/fs/cgroup", "/sys/fs/cgroup/cpu", "/sys/fs/cgroup/cpu,cpuacct"})
+    for (const std::string& root : roots)
       for (std::filesystem::path at = line.substr(path + 1);;
            at = at.parent_path()) {  // the tightest of the group and those above it
         cores = std::min(cores, quota_of(root + at.string()));
         if (at == at.parent_path()) break;
       }
   }
-  return std::max(1, static_cast<int>(std::floor(cores)));
+  return cores;
+}
+
+int usable_cores() {
+  cpu_set_t mask;
+  CPU_ZERO(&mask);
+  const double cores = sched_getaffinity(0, sizeof mask, &mask) == 0 ? static_cast<double>(CPU_COUNT(&mask))
+                                                                     : std::thread::hardware_concurrency();
+  std::ifstream groups("/proc/self/cgroup");
+  const double quota = tightest_quota(groups, {"/sys/fs/cgroup", "/sys/fs/cgroup/cpu", "/sys/fs/cgroup/cpu,cpuacct"});
+  return std::max(1, static_cast<int>(std::floor(std::min(cores, quota))));
 }
 
 }  // namespace grus::app

@@ -7,10 +7,13 @@
 #endif
 #include <mpi.h>
 
-#include "fem/session.hpp"
+#include "tests/fem/session.hpp"
+
+const grus::fem::Session* grus::fem::test::session = nullptr;
 
 int main(int argc, char** argv) {
   const grus::fem::Session session;
+  grus::fem::test::session = &session;
   int mine = Catch::Session().run(argc, argv), worst = 0;
   MPI_Allreduce(&mine, &worst, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
   return worst;

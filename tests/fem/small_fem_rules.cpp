@@ -1,18 +1,23 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Rules of problems, loads and materials one by one: pressure on a face that is sheared, histories, body forces, whose
-// displacement holds, means of every component, thickness, shapes of elements; materials side by side.
+// displacement holds, means of every component, thickness, shapes of elements; materials side by side; serendipity
+// functions, sums in quanta, ranks that share cores.
 #include "fem/problem_impl.hpp"
 
 #include "fem/cell_shape.hpp"
 #include "fem/macro_energy.hpp"
+#include "fem/nodal_quanta.hpp"
+#include "fem/serendipity.hpp"
 #include "fem/statics.hpp"
 #include "fem/support.hpp"
 #include "tests/fem/boundaries.hpp"
+#include "tests/fem/session.hpp"
 #include "tests/helpers.hpp"
 
 namespace grus {  // DOLFINx has a namespace fem, too
 namespace {
 
+using fem::CellKind;
 using fem::Kinematics;
 using fem::Point;
 using fem::test::plane;
@@ -280,6 +285,97 @@ TEST_CASE(
   }
   CHECK(fem::MacroEnergy().error() == 0);
   CHECK(fem::MacroEnergy().kinetic_over_internal() == 0);
+}
+
+TEST_CASE("elements are flat by their corners' volume over their longest edge, whichever corner it is") {
+  for (const double size : {1e-4, 1.0, 1e4})
+    for (const double thin : {2e-10, 0.5e-10}) {
+      const std::string fault = thin > 1e-10 ? "" : "is flat";
+      std::vector<Point> three{{0, 0, 0}, {size, 0, 0}, {0, thin * size, 0}};
+      std::vector<Point> four{{0, 0, 0}, {size, 0, 0}, {0, size, 0}, {0, 0, thin * size}};
+      CHECK(fem::cell_fault(CellKind::triangle, three) == fault);
+      CHECK(fem::cell_fault(CellKind::tetrahedron, four) == fault);
+      std::swap(three[0], three[1]), std::swap(four[0], four[3]);
+      CHECK(fem::cell_fault(CellKind::triangle, three) == fault);
+    }
+  // A hexahedron with any one corner pushed through the opposite one is folded there.
+  const std::vector<Point> cube{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
+  for (std::size_t n = 0; n < 8; ++n) {
+    std::vector<Point> folded = cube;
+    for (double& v : folded[n]) v = v > 0.5 ? -1 : 2;
+    CHECK(fem::cell_fault(CellKind::hexahedron, folded) == "is folded over itself");
+    std::vector<Point> pressed = cube;
+    for (double& v : pressed[n]) v = 0.2 + 0.6 * v;
+    CHECK(fem::cell_fault(CellKind::hexahedron, pressed).empty());
+  }
+}
+
+TEST_CASE("nodes inside a serendipity element follow those on its edges: weights by hand, squares exactly") {
+  for (const std::size_t dim : {std::size_t{2}, std::size_t{3}}) {
+    std::vector<double> nodes;  // of the Lagrange element, in no order of kinds
+    const std::size_t count = dim == 2 ? 9 : 27;
+    for (std::size_t n = 0; n < count; ++n)
+      for (std::size_t k = 0, of = n; k < dim; ++k, of /= 3) nodes.push_back(0.5 * static_cast<double>(of % 3));
+    const fem::Ties ties = fem::serendipity_ties(nodes, dim);
+    REQUIRE((ties.kept.size() == (dim == 2 ? 8 : 20) && ties.inside.size() == (dim == 2 ? 1 : 7)));
+    const auto middles = [&](std::size_t n) {  // coordinates of a node that are 1/2
+      return std::count(nodes.begin() + static_cast<std::ptrdiff_t>(dim * n),
+                        nodes.begin() + static_cast<std::ptrdiff_t>(dim * (n + 1)), 0.5);
+    };
+    for (std::size_t i = 0; i < ties.inside.size(); ++i) {
+      const std::size_t n = ties.inside[i];
+      CHECK(middles(n) > 1);
+      for (std::size_t a = 0; a < ties.kept.size(); ++a) {
+        const std::size_t m = ties.kept[a];
+        CHECK(middles(m) <= 1);
+        bool of_its_face = true;
+        for (std::size_t k = 0; k < dim; ++k)
+          of_its_face = of_its_face && (nodes[dim * n + k] == 0.5 || nodes[dim * n + k] == nodes[dim * m + k]);
+        // In the middle of a face corners weigh -1/4 and edges 1/2; in that of a body -1/4 and 1/4.
+        const double edge = middles(n) == 2 ? 0.5 : 0.25;
+        CHECK(ties.weights[i][a] == Approx(of_its_face ? middles(m) == 0 ? -0.25 : edge : 0).margin(1e-14));
+      }
+    }
+    // Values of the kept functions take on what the tied ones had: the sum stays.
+    std::vector<double> values;
+    for (std::size_t k = 0; k < 2 * count; ++k) values.push_back(static_cast<double>(k * k % 7) + 1);
+    const std::vector<double> before = values;
+    fem::tie(ties, count, values);
+    for (const std::size_t row : {std::size_t{0}, count}) {
+      double sum = 0, was = 0;
+      for (std::size_t n = 0; n < count; ++n) sum += values[row + n], was += before[row + n];
+      CHECK(sum == Approx(was).epsilon(1e-13));
+      for (const std::size_t n : ties.inside) CHECK(values[row + n] == 0);
+      double first = before[row + ties.kept[1]];
+      for (std::size_t i = 0; i < ties.inside.size(); ++i) first += ties.weights[i][1] * before[row + ties.inside[i]];
+      CHECK(values[row + ties.kept[1]] == Approx(first).epsilon(1e-13));
+    }
+  }
+}
+
+TEST_CASE("the largest contribution is without its sign, and infinite where one is no number") {
+  using fem::Contribution;
+  const auto largest = [](std::vector<Contribution> parts) { return fem::NodalQuanta::largest(parts); };
+  CHECK((largest({}) == 0 && largest({{0, -3}, {1, 2}}) == 3 && largest({{0, 0}}) == 0));
+  CHECK((std::isinf(largest({{0, 1}, {1, NAN}, {2, 2}})) && std::isinf(largest({{0, -INFINITY}, {0, 1}}))));
+}
+
+TEST_CASE("ranks share cores with those whose cores are among theirs, and with themselves") {
+  const auto set = [](std::initializer_list<std::size_t> cores) {
+    cpu_set_t of;
+    CPU_ZERO(&of);
+    for (const std::size_t k : cores) CPU_SET(k, &of);
+    return of;
+  };
+  const std::vector<cpu_set_t> all{set({0, 1}), set({1, 2}), set({3}), set({0, 1, 2, 3}), set({5})};
+  const int sharers[] = {3, 3, 2, 4, 1};
+  for (std::size_t k = 0; k < all.size(); ++k) CHECK(fem::sharers_of(all, all[k]) == sharers[k]);
+  int rank = 0, ranks = 0;
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank), MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+  const fem::Session* session = fem::test::session;
+  REQUIRE(session != nullptr);
+  CHECK((session->rank() == rank && session->ranks() == ranks));
+  CHECK(session->sharers() == ranks);  // the tests bind none to a core
 }
 
 }  // namespace grus

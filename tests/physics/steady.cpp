@@ -56,6 +56,10 @@ TEST_CASE("steps are as many as strain and inertial number want, one at least, a
   const Response fast = c(stretch(0, 0, -2e-4));
   CHECK(fast.inertial_number == Approx(1e-3).epsilon(0.05));  // at the pressure at the start and at the end
   CHECK(c.state.time - begin == Approx(2e-4 / (1e-3 / inertial_number(c.state, 1, pressure))).epsilon(0.02));
+  Carried first;  // the first increment of all knows the pressure, too
+  first.q = c.q;
+  first(stretch(0, 0, -2e-4));
+  CHECK(first.state.time - start == Approx(2e-4 / (1e-3 / inertial_number(first.state, 1, pressure))).epsilon(0.02));
   c.q.inertial_number = 1e9, c.q.strain_per_step = 1e-5;
   Carried by_strain;
   by_strain.q = c.q;

@@ -263,8 +263,7 @@ def samples():
          "seed" not in json.loads(asked["record"]), f"{asked}")
     need(asked["materials"][0] == {
         "name": "sand", "density": 2000, "youngs_modulus": 1e9, "restitution": 1, "poissons_ratio": 0.5,
-         "friction": 0.3,
-        "rolling_friction": 0, "damping": 1, "rotation": True, "bond": None}, f"{asked['materials']}")
+         "friction": 0.3, "rolling_friction": 0, "damping": 1, "rotation": True, "bond": None}, f"{asked['materials']}")
     need(sample.state == b"state0" and sample.notes == ["a note"] and sample.grains()["of"] == b"state0" ==
          sample.contacts()["of"] and repr(sample) == "<grus.Sample: 4 grains>", repr(sample))
     rves, said = asked_of(sample, 2, threads=1, variant=[0, 3])
@@ -286,10 +285,9 @@ def samples():
         "material": 0},
          f"{made}")
     need(plain(Lattice(radius=1, layers=(1, 1, 1), kind="simple-cubic"), None)["grains"]["hexagonal"] is False, "cubes")
-    need(plain(Voronoi(cells=1, relax=0, clusters=2))["grains"] == {"kind": "voronoi", "cells": 1, "relax": 0,
-        "clusters": 2,
-                                                                  "material": 0} and plain(Voronoi(cells=1))["hulls"],
-                                                                   "cells")
+    need(plain(Voronoi(cells=1, relax=0, clusters=2))["grains"] == {
+        "kind": "voronoi", "cells": 1, "relax": 0, "clusters": 2, "material": 0} and plain(Voronoi(cells=1))["hulls"],
+        "cells")
     ball = Grain(position=(1, 2, 3), radius=2, velocity=(4, 5, 6), spin=(7, 8, 9), orientation=(0, 0, 1.0005, 0))
     egg = Grain(position=(0, 0, 0), semi_axes=(1, 2, 3, 4, 5, 6), material=1)
     listed = plain([ball, egg])["grains"]["grains"]
@@ -349,6 +347,10 @@ def samples():
              friction=-1)),
             ("seed = -1", lambda: plain([ball], seed=-1))):
         refused(words, work)
+    for value, words, how in ((np.inf, "", {}), (-1, " and at least 0.5", {"least": 0.5}),
+                              (2, " and above 2", {"least": 2, "above": True})):
+        need(scene_tools.refused("x", lambda: grus.samples._number("x", value, **how), InputError) ==
+             f"x: {value:g}: must be finite{words}", words)
     # What is not given, and what is just allowed.
     need(Material()._plain() == {
         "name": "material", "density": 2650, "youngs_modulus": 60e9, "restitution": 1, "poissons_ratio": 0.25,

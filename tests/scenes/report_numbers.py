@@ -8,6 +8,7 @@ import sys
 import tempfile
 
 import numpy as np
+from matplotlib.transforms import Bbox
 
 sys.path.insert(0, os.path.join(sys.argv[1], "..", "python"))
 from grus import figures  # noqa: E402
@@ -269,6 +270,33 @@ def tables(folder):
     need(status == 2 and "line 5 has 2 values" in errors, f"a damaged history: exit {status} {errors}")
 
 
+def hover():
+    """What plots.js is told of a figure: where its axes lie, limits, scales, curves; of many points some, the last."""
+    fig, ax = plt.subplots(figsize=(4, 3))
+    ax.set_position([0.25, 0.2, 0.5, 0.6])
+    ax.plot([0, 1 / 3, math.nan, 2], [1, 2e6 / 3, 5, math.inf], label="a")
+    ax.plot(range(601), range(601), label="_many")
+    ax.plot([math.nan], [1], label="none")
+    ax.set(xlim=(0, 700), ylim=(1, 900), yscale="log")
+    right = ax.twinx()
+    right.plot([1, 2], [3, 4], label="b")
+    right.set_ylim(-2, 6)
+    told = figures.values([ax, right], Bbox([[0.5, 0.25], [3.5, 2.75]]))
+    # Inches: the axes are 1 to 3 wide and 0.6 to 2.4 high; from the picture's upper left, in points.
+    near(told["box"], [36, 72 * 0.35, 72 * 2.5, 72 * 2.15], "the axes' place", 1e-3)
+    need((told["x"], told["y"], told["log_x"], told["log"]) == ([0, 700], [1, 900], False, True), f"limits: {told}")
+    a, many, b = told["series"]
+    need(a == {"label": "a", "x": [0, 0.33333], "y": [1, 666670]}, f"a curve: {a}")
+    need(many["label"] == "" and many["x"] == list(range(0, 601, 3)) == many["y"] and "log" not in many, f"{many}")
+    need(b == {"label": "b", "x": [1, 2], "y": [3, 4], "limits": [-2, 6], "log": False}, f"a second axis: {b}")
+    ax.plot(range(300), range(300), label="few")
+    need(len(figures.values([ax], Bbox([[0, 0], [1, 1]]))["series"][-1]["x"]) == 300, "points that are few enough")
+    ax.set_axis_off()
+    told = figures.values([ax], Bbox([[0, 0], [1, 1]]))
+    need(told["box"] == [0, 0, 0, 0] and not told["series"], "a picture without axes")
+    plt.close(fig)
+
+
 def axes():
     """Axes and texts that all figures share."""
     near(figures.positive([1.0, -2.0, 0.0]), [1, 2, math.nan], "for a logarithmic axis")
@@ -285,7 +313,12 @@ def axes():
     ax.plot([0, 1], [2, 5], label="a"), ax.plot([0, 1], [0, 0], label="_hidden")
     ax.set(title="T", xlabel="x", ylabel="y")
     need(figures.alt_text([ax]) == "T; y against x; curves: a; a from 2 to 5", f"{figures.alt_text([ax])}")
+    legend = (figures.legend(ax), ax.get_legend())[1]
+    need([x.get_text() for x in legend.get_texts()] == ["a"] and legend.get_texts()[0].get_fontsize() == 8, "a legend")
+    figures.legend(ax, size=5)
+    need(ax.get_legend().get_texts()[0].get_fontsize() == 5, "a legend's size")
     plt.close(fig)
+    hover()
     cells = "<tr><th>a&lt;</th></tr><tr><td>1</td></tr>"
     need(figures.table(["a<"], [[1]]) == f'<div class="wide"><table>{cells}</table></div>'
          and "<title>a &amp; b</title>" in figures.page("a & b", ""), "texts of pages")

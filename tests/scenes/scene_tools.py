@@ -66,12 +66,13 @@ def need(condition, message):
 
 
 def refused(words, work, kind):
-    """An error of this kind and of no other, in one line that says all of `words`."""
+    """An error of this kind and of no other, in one line that says all of `words`: what it says."""
     try:
         work()
     except Exception as e:
         need(type(e) is kind and all(w in str(e) for w in ([words] if isinstance(words, str) else words))
              and "\n" not in str(e), f"{type(e).__name__} '{e}' does not say {words}")
+        return str(e)
     else:
         need(False, f"accepted: {words}")
 

@@ -229,6 +229,8 @@ factor = 2.3
     failing = write(tmp, "fails.toml", failing)
     status, said, errors = made_up.command(main, failing, "-o", out, "--quiet")
     need(status == 1 and errors == "grus-study: H, seed 2: no room\n", f"a case that fails: exit {status} {errors!r}")
+    status, said, errors = made_up.command(main, failing, "-o", out)
+    need(re.search(r"^\d/4  H seed 2  FAILED: no room  ETA \d+ s$", said, re.M), f"its line: {said!r}")
     made_up.calls(programs)
     # A seed of other tables that fails is left out, and told; the study ends with 1 all the same.
     other = COMMON.replace("seeds", "set = { fails = [2] }\nseeds") + """[[precision]]

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+// What a test of grains is like, as it is told before it begins and by --check.
+#pragma once
+
+#include <string>
+
+#include "apps/scene/rve_scene.hpp"
+
+namespace grus::app {
+
+/// `grains`: of the whole sample, where the state is a piece of it. `wall_estimate`: s, of the whole; 0: none.
+std::string setup_text(const RveScene& scene, const dem::State& s, double grains, double wall_estimate);
+
+/// Throws InputError where the test would take more steps than anybody has time for.
+void refuse_endless(const RveScene& scene, const dem::State& s);
+
+}  // namespace grus::app
