@@ -120,6 +120,35 @@ TEST_CASE("an elastic material of the remainder's stiffness answers as without, 
   }
 }
 
+namespace {
+
+/// Force on an elastic block between rough platens that near by 0.1 % (N a metre); `length` zero: as it is.
+double pressed(double length, double memory) {
+  fem::BoxMesh mesh;
+  mesh.size = {1, 1, 1}, mesh.cells = {8, 8, 1};
+  fem::Problem p(MPI_COMM_SELF, mesh, {1, 2, true, Kinematics::plane_strain, 1, ElementKind::standard},
+                 {plane("base", 1, 0, 1, 0), plane("top", 1, 1, 1, -1e-3), plane("base x", 1, 0, 0, 0),
+                  plane("top x", 1, 1, 0, 0)});
+  fem::Material plain = fem::elastic_material(p.owned_points(), 1e8, 0.25);
+  std::optional<fem::RegularisedMaterial> by;
+  if (length > 0) by.emplace(p, plain, all_of(p), everywhere(p, isotropic()), fem::Regularisation{length, memory});
+  fem::Material m = by ? by->material() : plain;
+  fem::ExplicitStaticsOptions o;
+  o.crossings = 60;
+  REQUIRE(fem::solve_explicit_statics(p, m, o, [](const fem::ExplicitStaticsReport&) { return true; }).finished);
+  return std::abs(p.reaction(1)[1]);
+}
+
+}  // namespace
+
+TEST_CASE("an elastic block between rough platens bears the same, whatever the length: no layer at its boundary") {
+  const double plain = pressed(0, INFINITY);
+  for (const double length : {0.125, 0.625}) {
+    CHECK(pressed(length, INFINITY) == Approx(plain).epsilon(2e-5));  // squares of strains, large at the corners
+    CHECK(pressed(length, 0.01) == Approx(plain).epsilon(2e-3));      // a tenth of the memory in strain
+  }
+}
+
 TEST_CASE("what was left out is forgotten by 1/e over the memory, exactly, in one increment or in many") {
   constexpr double memory = 0.004, size = 0.01;
   fem::Problem p = box({1, 1, 1}, {3, 3, 1}, Kinematics::plane_strain);
@@ -276,9 +305,8 @@ Drawn drawn(double size, int elements, double stretch, double length, double mem
   std::vector<double> at;
   for (std::size_t i = 0; i < p.owned_points(); ++i) at.push_back(p.point_position(i)[1]);
   const auto element = [&](std::size_t i) { return static_cast<std::size_t>(at[i] / size * elements); };
-  fem::Material plain = along_y(p.owned_points(), [&](std::size_t i, double strain) {
-    return stress_at(element(i), at[i], strain);
-  });
+  fem::Material plain =
+      along_y(p.owned_points(), [&](std::size_t i, double strain) { return stress_at(element(i), at[i], strain); });
   Mat6 c = Mat6::Zero();
   for (int k = 0; k < 6; ++k) c(k, k) = k < 3 ? stiff : 0.5 * stiff;
   std::optional<fem::RegularisedMaterial> by;
@@ -293,18 +321,19 @@ Drawn drawn(double size, int elements, double stretch, double length, double mem
             return true;
           }).finished);
   if (by) result.regularisation = by->energy() / width;
-  for (std::size_t i = 0; i < p.owned_points(); ++i)
-    result.strain[element(i)] += p.deformation()[9 * i + 4] / 4 - 0.25;
+  for (std::size_t i = 0; i < p.owned_points(); ++i) result.strain[element(i)] += p.deformation()[9 * i + 4] / 4 - 0.25;
   return result;
 }
 
 /// To thrice the strain of the peak: softer and softer past it by `falls`; a tenth of the bar reaches it a thousandth
 /// earlier.
 std::vector<double> softened(double size, int elements, double length) {
-  return drawn(size, elements, 3 * peak_at, length, INFINITY, [=](std::size_t, double y, double strain) {
-           const double top = peak_at * (y < 0.1 * size ? 0.999 : 1);
-           return strain < top ? stiff * strain : std::max(stiff * top - falls * (strain - top), 0.1 * stiff * top);
-         })
+  return drawn(size, elements, 3 * peak_at, length, INFINITY,
+               [=](std::size_t, double y, double strain) {
+                 const double top = peak_at * (y < 0.1 * size ? 0.999 : 1);
+                 return strain < top ? stiff * strain
+                                     : std::max(stiff * top - falls * (strain - top), 0.1 * stiff * top);
+               })
       .strain;
 }
 
@@ -338,7 +367,8 @@ TEST_CASE("a bar that softens stays even below pi l sqrt(C / H), and localises a
 
 TEST_CASE("weak and strong elements in turn that flow: what is left out holds them together, and gives nothing") {
   // Perfectly plastic beyond the peak. The stress is the same along the bar: weak elements have what strong ones lack,
-  // s = memory C (E - mean) / mean in a flow. Half of memory C beside the mean strength: 1.5 and 0.5 of the mean strain.
+  // s = memory C (E - mean) / mean in a flow. Half of memory C beside the mean strength: 1.5 and 0.5 of the mean
+  // strain.
   constexpr double memory = 5e-4, aside = 0.5 * memory * stiff, strength = peak_at * stiff;
   constexpr int elements = 16;
   const auto flow = [&](double stretch) {
