@@ -265,7 +265,7 @@ def exported(folder):
     need('NumberOfPoints="10" NumberOfCells="9"' in text, "sizes of VTK's XML")
     import base64
     found = {m[2]: np.frombuffer(base64.b64decode(m[4])[8:], {"Float32": "<f4", "Int64": "<i8", "UInt8": "u1"}[m[1]])
-             for m in re.finditer(r'type="(\w+)" Name="(\w+)" NumberOfComponents="(\d)" format="binary">(.*?)<', text)}
+             for m in re.finditer(r'type="(\w+)" Name="(\w+)"( NumberOfComponents="3")? format="binary">(.*?)<', text)}
     made_up.near(found["Points"], last.points, "points"), made_up.near(found["offsets"], last.offsets[1:], "offsets")
     made_up.near(found["connectivity"], last.connectivity, "corners"), made_up.near(found["types"], last.types, "kinds")
     made_up.near(found["velocity"], last.cells["velocity"], "fields")

@@ -7,7 +7,6 @@ import json
 import math
 import os
 import re
-import shutil
 import signal
 import socket
 import subprocess
@@ -20,7 +19,8 @@ from made_up import near
 from scene_tools import faults, need
 
 binaries = os.path.abspath(sys.argv[1])
-sys.path.insert(0, os.path.join(binaries, "..", "python"))
+sys.path[:0] = [os.path.join(binaries, "..", "python"), os.path.join(os.path.dirname(__file__), "..", "tools")]
+import browser  # noqa: E402
 from grus import curves  # noqa: E402
 from grus.watch import command, processes, progress  # noqa: E402
 from grus.watch.following import Following, planned  # noqa: E402
@@ -172,6 +172,28 @@ def served(folder):
         server.shutdown()
 
 
+def shown(address):
+    """The page in a browser: what it draws; nothing in the console, no wider than a phone."""
+    if not browser.found():
+        return print("watch: chromium is not here: the page is not opened")
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        b = browser.Browser(profile)
+        try:
+            b.width(390, phone=True)
+            b.open(address)
+            until = time.monotonic() + 20
+            while "<polyline" not in (dom := b.ask("document.body.innerHTML")) and time.monotonic() < until:
+                time.sleep(0.1)
+            need("<polyline" in dom and ">stress (MPa)<" in dom and ">running<" in dom and 'value="0.25"' in dom,
+                 f"the page: {dom[-900:]}")
+            wide = b.ask("document.documentElement.scrollWidth")
+            need(wide <= 390, f"the page is {wide} pixels wide on a phone of 390")
+            strange = [url for url in b.requests if not url.startswith((address, "data:", "about:blank"))]
+            need(b.errors == [] and strange == [], f"the page's console: {b.errors}; it asks for {strange}")
+        finally:
+            b.close()
+
+
 def followed(folder):
     """A run from before it begins to its end, and a study's runs side by side; the page ends with it."""
     programs, out = os.path.join(folder, "bin"), os.path.join(folder, "out")
@@ -223,13 +245,7 @@ def followed(folder):
         connection.request("GET", "/data")
         return json.load(connection.getresponse())
     need(page_asks()["runs"][0]["rows"] == 2, "what the page is told")
-    if shutil.which("chromium"):
-        dom = subprocess.run(["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--virtual-time-budget=2500",
-                              "--dump-dom", address[0]], capture_output=True, text=True, timeout=60).stdout
-        need("<polyline" in dom and ">stress (MPa)<" in dom and ">running<" in dom and 'value="0.25"' in dom,
-             f"the page: {dom[-900:]}")
-    else:
-        print("watch: chromium is not here: the page is not opened")
+    shown(address[0])
     add(run, "2,0.1,3e6,7\n")
     run.stdin.close()
     run.wait()

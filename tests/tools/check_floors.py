@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """The tree's guard rails: includes and imports only go down, files stay short, public headers read few others."""
 import ast
+import glob
 import os
 import re
 import sys
@@ -54,6 +55,14 @@ for top in ("dem", "fem", "coupling", "apps", "tests"):
                     faults.append(f"{path}: includes {target} of a room beside it")
                 elif path.startswith("fem/") and target.startswith("dem/"):
                     faults.append(f"{path}: fem must not know dem")
+
+
+for kind in ("apps/**/*.in", "apps/**/*.html", "apps/**/*.js", "cmake/*.*", "cmake/debian/p*", "*.toml", "bootstrap"):
+    paths = glob.glob(os.path.join(root, kind), recursive=True)
+    for path in paths or faults.append(f"no {kind}") or []:
+        with open(path) as f:
+            if "SPDX-License-Identifier" not in f.read(300):
+                faults.append(f"{os.path.relpath(path, root)}: no SPDX line at its head")
 
 
 def headers_of(path, found):

@@ -100,6 +100,8 @@ class Frame:
             blocks.append((NAMES[kind], self.connectivity[self.offsets[at][:, None] + np.arange(size)]))
             for name, values in self.cells.items():
                 data[name].append(values[at])
+        if not kinds:  # meshio cannot write data of no cells
+            data = {}
         return meshio.Mesh(self.points, blocks, point_data=self.at_points, cell_data=data)
 
 

@@ -50,9 +50,9 @@ def array(name, values):
     values = np.ascontiguousarray(values)
     data = values.astype(values.dtype.newbyteorder("<")).tobytes()
     told = base64.b64encode(len(data).to_bytes(8, "little") + data).decode()
-    kind, size = TYPES[values.dtype.str[1:]], values.shape[1] if values.ndim > 1 else 1
-    return (f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{size}" format="binary">{told}'
-            "</DataArray>\n")
+    kind = TYPES[values.dtype.str[1:]]
+    size = f' NumberOfComponents="{values.shape[1]}"' if values.ndim > 1 else ""  # of a number meshio makes a column
+    return f'<DataArray type="{kind}" Name="{name}"{size} format="binary">{told}</DataArray>\n'
 
 
 def vtu(frame):

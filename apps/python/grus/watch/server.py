@@ -8,7 +8,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
 HERE = ("127.0.0.1", "localhost")
 POLICY = ("default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; connect-src 'self'; "
-          "frame-ancestors 'none'; base-uri 'none'; form-action 'none'")
+          "img-src data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'")
 
 
 def page():
