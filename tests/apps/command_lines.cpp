@@ -213,14 +213,21 @@ TEST_CASE("a run shows how far it is: a line each twentieth, a bar on a terminal
   const Scratch scratch;
   Options o;
   const auto lines_of = [](const std::string& text) { return std::count(text.begin(), text.end(), '\n'); };
+  double took = 0;
   const std::string said = written_to(1, [&] {
+    const Clock clock;
     Progress p(o);
-    for (const double done : {0.5, 0.51, 0.54, 0.56}) p.show(done, "t 1 s");
+    for (const double done : {0.5, 0.51, 0.54}) p.show(done, "t 1 s");
+    ::usleep(200000);
+    p.show(0.75, "t 2 s"), took = clock.wall();
     p.note("a note"), p.finish("done");
   });
-  CHECK(lines_of(said) == 4);  // at 0.5, at 0.56, a note, the end
-  CHECK((said.find("   50 %  t 1 s  ETA ?\n") != std::string::npos &&
-         said.find("  56 %  t 1 s  ETA 0.0 s\n") != std::string::npos));
+  CHECK(lines_of(said) == 4);  // at 0.5, at 0.75, a note, the end
+  CHECK(said.find("   50 %  t 1 s  ETA ?\n") != std::string::npos);
+  const std::size_t eta = said.find("  75 %  t 2 s  ETA ");  // as long again
+  REQUIRE(eta != std::string::npos);
+  const double left = std::stod(said.substr(eta + std::string("  75 %  t 2 s  ETA ").size()));
+  CHECK((left > 0.1 && left < took + 0.1));
   CHECK(said.ends_with("\na note\ndone\n"));
   Options quiet;
   quiet.quiet = true;

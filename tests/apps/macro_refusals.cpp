@@ -113,6 +113,8 @@ TEST_CASE("probes, bars, ground and loads that come at once are refused what doe
           {strip, {ground + "}", "gravity=[0,10]"}, "axis: gravity acts away from the ground"},
           {strip, {ground + "}", "gravity=[0,0]"}, "needs a surcharge, or gravity and a surface above"},
           {strip, {ground + ",surface=0}"}, "needs a surcharge, or gravity and a surface above"},
+          {bars, {"probe.0.at=[0,0,2.1]"}, "at: lies outside the mesh"},
+          {bars, {"probe.0.at=[0,-0.1,2]"}, "at: lies outside the mesh"},
           {bars, {"output.history_interval=1e-10"}, "more than a million rows; ask for fewer"},
           {bars, {"hopkinson.incident_gauge=nobody"}, "incident_gauge: no probe has the name \"nobody\""},
           {bars, {"hopkinson.transmitted_gauge=nobody"}, "transmitted_gauge: no probe has the name \"nobody\""},

@@ -193,7 +193,7 @@ TEST_CASE("what is wrong in a mesh file is said with its section, or its element
   for (const double size : {1e-3, 1e4}) {
     const auto plate = [&](double z) {
       return said_of(
-          file_of({{0, 0, 0}, {0.1 * size, 0, 0}, {0.1 * size, size, z * size}, {0, -size, 0}}, 3, {{1, 4, 2, 3}}));
+          file_of({{0, 0, 0}, {0.1 * size, 0, 0}, {0.1 * size, -size, z * size}, {0, -size, 0}}, 3, {{1, 2, 3, 4}}));
     };
     CHECK(plate(0.9e-9).empty());
     CHECK(plate(-1.1e-9) == "a two-dimensional mesh must lie in the plane z = 0");

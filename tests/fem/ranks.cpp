@@ -171,6 +171,12 @@ TEST_CASE("a mesh is cut into parts of equal cost that lie together") {
       for (double& v : x) v = size * (v + shift);
     CHECK(fem::hilbert_cut(moved, costs, 7) == part);
   }
+  // Of costs only their shares count: seconds of a step, or of all of a run.
+  for (const double unit : {1e-7, 1e7}) {
+    std::vector<double> in = costs;
+    for (double& c : in) c *= unit;
+    CHECK(fem::hilbert_cut(middles, in, 7) == part);
+  }
   // More parts than elements: each element has one of its own.
   const auto few = fem::hilbert_cut({{0, 0, 0}, {1, 0, 0}}, {1, 1}, 5);
   CHECK(few[0] != few[1]);

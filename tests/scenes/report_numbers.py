@@ -120,8 +120,8 @@ def samples():
     need([(list(curves), texts[2]) for curves, texts, _ in shown] == [
         (["r42", "r300"], "axial stress (MPa)"), (["r1", "r0.2"], "axial stress (MPa)")], f"by scale: {shown}")
     near(shown[1][0]["r0.2"][1], [0, 0.2, 0.1], "the smallest")
-    near([u for u, _ in map(figures.unit_of, ([0.0], [5e8, math.nan], [999.0, -2e3], [2e9], [3.0]))],
-         [1e6, 1e6, 1e3, 1e9, 1], "units")
+    near([u for u, _ in map(figures.unit_of, ([0.0], [5e8, math.nan], [999.0, -2e3], [2e9], [3.0], [0.5]))],
+         [1e6, 1e6, 1e3, 1e9, 1, 1], "units")
     need(figures.by_scale([8.0, 1.0, 64.1], abs) == [[8.0, 1.0], [64.1]] and
          figures.by_scale([1.0, 7.0, 49.0], abs) == [[1.0], [7.0, 49.0]], "just within a factor of eight")
     pressed = drawn_of(lambda: rve_plots.overlays([of("uniaxial-strain")]))

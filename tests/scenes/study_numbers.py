@@ -116,6 +116,9 @@ def strengths():
     near(censored.mean_of([(1.0, math.nan), (math.nan, math.nan)]), (math.nan, math.nan, 0), "mean of what is unknown")
     # A grain that bore as much as one broke at was there when that one broke: one of three, then one of one.
     near(censored.places([2.0, 1.0], [1.0])[1], [1 / 6, 1 / 3 + 1 / 3], "a bound that is a value")
+    shares = censored.places([1.0, 2.0, 4.0], [9.0])[1]  # each a quarter: in its middle
+    near(shares, [1 / 8, 3 / 8, 5 / 8], "shares of known values")
+    near(censored.quantiles([4.0, 1.0, 2.0], [9.0], [0.5, 0.63]), [3, 9], "between known values, and beyond the last")
     near(censored.places([2.0, 1.0, 1.0], [])[1], [1 / 6, 0.5, 5 / 6], "two that break together")
     near(censored.quantiles([1.0, 3.0], [], [0.0, 0.25, 0.5, 0.75, 1.0]), [1, 1, 2, 3, 3], "quantiles of two")
     near(censored.quantiles([], [4.0, 2.0], [0.5, 0.9]), [4, 4], "quantiles of none that broke")
