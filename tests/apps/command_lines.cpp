@@ -70,11 +70,12 @@ std::string shown_on_terminal(const std::function<void()>& work) {
     const Led led(1, inner);
     work();
   }
-  std::string text(4096, '\0');
-  ::fcntl(outer, F_SETFL, O_NONBLOCK);
-  const auto size = ::read(outer, text.data(), text.size());
-  ::close(inner), ::close(outer);
-  text.resize(size > 0 ? static_cast<std::size_t>(size) : 0);
+  ::close(inner);
+  std::string text;
+  char some[256];
+  for (ssize_t size; (size = ::read(outer, some, sizeof some)) > 0;)  // until nobody has the terminal any more
+    text.append(some, static_cast<std::size_t>(size));
+  ::close(outer);
   return text;
 }
 
