@@ -60,12 +60,18 @@ bool cycled(const Told& k) {
   const auto& all = k.scene.test.stages;
   return std::any_of(all.begin(), all.end(), [](const auto& s) { return s.kind == dem::StageKind::cyclic; });
 }
-/// At a constant mean stress, or with `[[stage]]`.
-bool invariants(const Told& k) { return k.scene.test.kind == dem::TestKind::constant_p || staged(k); }
-/// Where a stress is held against an axis that is driven.
+/// In a true triaxial test.
+bool three_stresses(const Told& k) { return k.scene.test.kind == dem::TestKind::true_triaxial; }
+/// At a constant mean stress, in a true triaxial test, or with `[[stage]]`.
+bool invariants(const Told& k) {
+  return k.scene.test.kind == dem::TestKind::constant_p || three_stresses(k) || staged(k);
+}
+/// With `[[wall]] control = "stress"`.
+bool pressed(const Told& k) { return !k.scene.test.loading.walls.empty(); }
+/// Where a stress is held against an axis that is driven, or by a wall.
 bool holds(const Told& k) {
   const auto& all = k.scene.test.stages;
-  return k.scene.test.loading.holds ||
+  return k.scene.test.loading.holds || pressed(k) ||
          std::any_of(all.begin(), all.end(), [](const auto& s) { return s.lateral == dem::Lateral::held; });
 }
 /// In a box or cylinder of walls.
@@ -95,6 +101,15 @@ std::vector<std::string> sides(const Told& k) {
   std::vector<std::string> names;
   for (const dem::Wall& wall : k.sample.state.boundary.walls)
     for (const char* axis : {"x", "y", "z"}) names.push_back(fmt::format("force_{}_{}", wall.name, axis));
+  return names;
+}
+
+std::vector<std::string> pressing(const Told& k) {
+  std::vector<std::string> names;
+  for (const dem::WallControl& c : k.scene.test.loading.walls) {
+    const std::string& name = k.sample.state.boundary.walls[c.wall].name;
+    names.push_back(name.empty() ? fmt::format("wall{}", c.wall) : name);
+  }
   return names;
 }
 
@@ -289,10 +304,12 @@ const std::vector<ColumnEntry<Row, Told>> table{
     {"strain_volumetric", "", "compression-positive", invariants, [](const Row& r, K) { return -r.strain().trace(); }},
     {"strain_deviatoric", "", "sqrt(2/3) of the deviator's norm", invariants,
      [](const Row& r, K) { return std::sqrt(2.0 / 3) * dem::deviator(r.strain()); }},
+    {"lode_angle_rad", "rad", "Lode's angle of the stress: 0 in triaxial compression, pi / 3 in extension",
+     three_stresses, [](const Row& r, K) { return dem::lode_angle(r.sample_stress()); }},
     {"lateral_stress_error", "", "how far the stresses that are held are off what is asked", holds,
      [](const Row& r, K) {
        const dem::Loading& now = r.scene.test.loading;
-       return now.holds ? dem::stress_error(r.state, now, r.measured) : NAN;
+       return now.holds || !now.walls.empty() ? dem::stress_error(r.state, now, r.measured) : NAN;
      }},
     {"wall_stress_{}_Pa", "Pa", "force over area of the walls of a box, tension-positive", boxed,
      [](const Row& r, K k) { return r.measured.wall_stress(static_cast<int>(k), static_cast<int>(k)); }, axes},
@@ -300,6 +317,8 @@ const std::vector<ColumnEntry<Row, Told>> table{
      [](const Row& r, K k) { return r.wall_force(k / 3)[static_cast<int>(k % 3)]; }, sides},
     {"{}_N", "N", "force on each wall", walled,
      [](const Row& r, K k) { return r.wall_force(k / 3)[static_cast<int>(k % 3)]; }, walls},
+    {"way_{}_m", "m", "of a wall that seeks a stress, inward since the test began", pressed,
+     [](const Row& r, K k) { return r.way(r.scene.test.loading.walls[k].wall); }, pressing},
     {"gauge_strain_{}", "", "of the middle half of the height, by the grains that began there; tension-positive",
      strain_gauged, [](const Row& r, K k) { return r.gauged()(static_cast<int>(k), static_cast<int>(k)); }, axes},
     {"stress_front_Pa", "Pa", "on the moving face along the test's axis, compression-positive", faced,

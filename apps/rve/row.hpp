@@ -51,7 +51,12 @@ public:
   const dem::Fragments& fragments() const;
   const dem::AddedInertia& added() const;
   const dem::CriticalGrain& critical() const;
-  const dem::Vec3& wall_force(std::size_t wall) const;     // N
+  const dem::Vec3& wall_force(std::size_t wall) const;  // N
+  /// Of a plane along its normal, since the test began (m).
+  double way(std::size_t wall) const {
+    const dem::Wall& now = state.boundary.walls[wall];
+    return now.facing().dot(now.point - first.boundary.walls[wall].point);
+  }
   const std::array<double, 2>& face_stresses() const;      // Pa, of the fixed and of the moving face
   const dem::Mat3& gauged() const;                         // displacement gradient of the middle, between platens
   double load() const;                                     // N, of the gauge

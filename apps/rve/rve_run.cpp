@@ -24,7 +24,7 @@ std::string checkpoint_of(const Options& options) { return options.directory + "
 /// The stress that the test itself tells, where there is one.
 const char* stress_name(const dem::Programme& test) {
   if (!dem::tells_stress(test)) return "stress";
-  return test.kind == dem::TestKind::constant_p ? "q" : "nominal stress";
+  return test.kind == dem::TestKind::constant_p || test.kind == dem::TestKind::true_triaxial ? "q" : "nominal stress";
 }
 
 double in_mpa(double stress) { return stress / 1e6 + 0.0; }  // 0 rather than -0

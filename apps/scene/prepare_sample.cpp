@@ -78,7 +78,7 @@ void refuse_real_time(const RveScene& scene, const dem::State& packed) {
   using Kind = dem::TestKind;
   const Kind kind = scene.test.kind;
   const bool at_rate = kind == Kind::uniaxial_strain || kind == Kind::triaxial || kind == Kind::constant_p ||
-                       kind == Kind::velocity_gradient;
+                       kind == Kind::true_triaxial || kind == Kind::velocity_gradient;
   if (!at_rate || !scene.recipe.preparation) return;
   const double pressure = scene.recipe.preparation->pressure;
   const double inertia = dem::inertial_number(packed, scene.test.strain_rate, pressure);

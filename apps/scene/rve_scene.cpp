@@ -13,6 +13,8 @@
 #include "apps/scene/sample_scene.hpp"
 #include "apps/scene/stage_scene.hpp"
 #include "apps/scene/supports_scene.hpp"
+#include "apps/scene/triaxial_scene.hpp"
+#include "apps/scene/wall_scene.hpp"
 
 namespace grus::app {
 namespace {
@@ -25,6 +27,7 @@ const std::vector<std::pair<std::string, Kind>> kinds{{"uniaxial-strain", Kind::
                                                       {"isotropic-stress", Kind::isotropic_stress},
                                                       {"triaxial", Kind::triaxial},
                                                       {"constant-p", Kind::constant_p},
+                                                      {"true-triaxial", Kind::true_triaxial},
                                                       {"velocity-gradient", Kind::velocity_gradient},
                                                       {"platens", Kind::platens},
                                                       {"rollers", Kind::rollers},
@@ -123,12 +126,14 @@ void read_velocity_gradient(Table& t, RveScene& scene) {
 void read_loading(Table t, RveScene& scene) {
   Programme& test = scene.test;
   test.kind = read_kind(t);
+  if (test.kind != Kind::free) refuse_own_motion(t, "kind", scene);
   t.number_or("scale", 1, dimension::none, {1e-6, 1e6});  // read before the sample
   const std::map<Kind, void (*)(Table&, Programme&)> of_a_box{{Kind::uniaxial_strain, read_uniaxial_strain},
                                                               {Kind::oedometric_stress, read_oedometric_stress},
                                                               {Kind::isotropic_stress, read_isotropic_stress},
                                                               {Kind::triaxial, read_triaxial},
-                                                              {Kind::constant_p, read_constant_p}};
+                                                              {Kind::constant_p, read_constant_p},
+                                                              {Kind::true_triaxial, read_true_triaxial}};
   const std::map<Kind, void (*)(Table&, RveScene&)> of_its_own{
       {Kind::velocity_gradient, read_velocity_gradient}, {Kind::platens, read_platens}, {Kind::rollers, read_rollers}};
   if (const auto read = of_a_box.find(test.kind); read != of_a_box.end()) {

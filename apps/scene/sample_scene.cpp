@@ -12,6 +12,7 @@
 #include "apps/scene/packing_scene.hpp"
 #include "apps/scene/speeds.hpp"
 #include "apps/scene/supports_scene.hpp"
+#include "apps/scene/wall_scene.hpp"
 #include "dem/packing/random_hulls.hpp"
 
 namespace grus::app {
@@ -91,46 +92,6 @@ dem::ListedGrain read_grain(Table t, const dem::Model& model) {
   if (shape == "hull") read_hull(t, grain);
   t.finish();
   return grain;
-}
-
-dem::WallShape read_plane(Table& t, const dem::Vec3&) {
-  for (const char* key : {"axis", "radius"})
-    if (t.has(key)) t.fail(key, "is for shape = \"cylinder\"");
-  dem::Vec3 normal = vector3(t.numbers("normal", 3, dimension::none));
-  if (!(normal.norm() > 0)) t.fail("normal", "must not be zero");
-  if (std::abs(normal.norm() - 1) > 1e-12) normal.normalize();
-  return dem::PlaneWall{normal};
-}
-
-dem::WallShape read_round(Table& t, const dem::Vec3& velocity) {
-  if (t.has("normal")) t.fail("normal", "of a cylinder is everywhere towards its axis; give axis and radius");
-  dem::CylinderWall round;
-  round.radius = t.number("radius", dimension::length, positive);
-  round.axis[t.choice("axis", {"x", "y", "z"})[0] - 'x'] = 1;
-  if (!(velocity - round.axis.dot(velocity) * round.axis).isZero(0))
-    t.fail("velocity", "a cylinder moves along its axis alone");
-  return round;
-}
-
-void read_wall(Table t, RveScene& scene) {
-  dem::OwnWall own{.place = t.place(""), .place_of_normal = t.place("normal")};
-  dem::Wall& wall = own.wall;
-  wall.point = vector3(t.numbers("point", 3, dimension::length));
-  wall.velocity = read_velocity(t, scene.model);
-  wall.shape =
-      (t.choice_or("shape", "plane", {"plane", "cylinder"}) == "plane" ? read_plane : read_round)(t, wall.velocity);
-  const auto round = [](const dem::OwnWall& w) { return std::holds_alternative<dem::CylinderWall>(w.wall.shape); };
-  const auto& others = scene.recipe.walls;
-  if (round(own) && std::any_of(others.begin(), others.end(), round))
-    t.fail("shape", "a scene has one cylinder at most");
-  const bool rigid = t.flag_or("rigid", !t.has("material"));
-  if (rigid && t.has("material")) t.fail("rigid", "a wall is either rigid or of a material");
-  if (!rigid && t.has("friction")) t.fail("friction", "a wall of a material has that material's friction");
-  if (!rigid && !t.has("material")) t.fail("", "needs material, or rigid = true");
-  wall.material = rigid ? rigid_material(t, scene.model, t.number_or("friction", NAN, dimension::none, not_negative))
-                        : material_of(t, scene.model, t.text("material"));
-  scene.recipe.walls.push_back(own);
-  t.finish();
 }
 
 /// What is for spheres alone has no other grains, and none that halves would make.
@@ -247,8 +208,8 @@ void read_sample(Table& t, const nlohmann::json& record, RveScene& scene) {
   }
   if (walled || round) {
     if (!recipe.walls.empty())
-      b->fail("kind",
-              fmt::format("\"{}\" makes its own walls; use \"open\" with [[wall]]", walled ? "walls" : "cylinder"));
+      b->fail("kind", fmt::format("\"{}\" makes its own walls; use \"open\" with [[wall]], or give [[wall]] a side",
+                                  walled ? "walls" : "cylinder"));
     recipe.wall_material =
         wall_material.empty() ? rigid_material(*b, scene.model, friction) : material_of(*b, scene.model, wall_material);
   }

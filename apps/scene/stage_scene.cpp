@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "apps/scene/packing_scene.hpp"
+#include "apps/scene/wall_scene.hpp"
 #include "dem/rve/stepper.hpp"
 
 namespace grus::app {
@@ -212,6 +213,7 @@ void read_stages(Table& t, RveScene& scene) {
   if (t.has("loading")) t.fail("loading", "cannot be with [[stage]]: a test has one or the other");
   if (scene.model.stepper != &dem::explicit_stepper)
     t.fail("stage", "is of explicit steps: numerics.engine = \"implicit\" is for a test with [loading]");
+  refuse_own_motion(t, "stage", scene);
   dem::Programme& test = scene.test;
   test.kind = dem::TestKind::staged;
   for (Table& s : t.tables("stage")) {

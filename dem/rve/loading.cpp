@@ -59,6 +59,10 @@ void keep_volume(const Vec3& size, const Loading& loading, Vec3& rates) {
 
 /// Sets what is kept up for the next steps, and returns how many.
 std::uint64_t drive(const Model& model, State& state, const Loading& loading) {
+  if (!loading.walls.empty()) {
+    for (const WallControl& control : loading.walls) press_wall(model, state, control);
+    return 1;
+  }
   if (loading.holds && !state.boundary.cell.periodic()) {
     press_walls(model, state, loading);
     return 1;
@@ -86,7 +90,7 @@ Mat3 exponential(const Mat3& a) {
 void begin_loading(const Model& model, State& state, Loading& loading) {
   loading.initial_size = size_of(state.boundary);
   state.servo = {.at = state.time};
-  if (loading.driven) drive(model, state, loading);
+  if (commands(loading)) drive(model, state, loading);
   state.ledger.start = stored_energy(model, state);
   state.ledger.work = state.ledger.most_work = 0;
   state.grain_steps = 0;
@@ -95,7 +99,7 @@ void begin_loading(const Model& model, State& state, Loading& loading) {
 
 void turn_loading(const Model& model, State& state, const Loading& loading) {
   state.servo = {.at = state.time};
-  if (loading.driven) drive(model, state, loading);
+  if (commands(loading)) drive(model, state, loading);
   if (model.numerics.time_step == 0) state.next_estimate = state.steps;
 }
 
@@ -126,8 +130,9 @@ bool load(const Model& model, State& state, const Loading& loading, double end, 
           const Landing& landing) {
   const double begin = state.time;
   const bool servo =
-      loading.driven && (loading.isochoric || std::any_of(loading.axes.begin(), loading.axes.end(),
-                                                          [](const auto& a) { return a.stress.has_value(); }));
+      !loading.walls.empty() || (loading.driven && (loading.isochoric || loading.first ||
+                                                    std::any_of(loading.axes.begin(), loading.axes.end(),
+                                                                [](const auto& a) { return a.stress.has_value(); })));
   while (true) {
     const double left = end - state.time;
     if (left <= 1e-9 * state.dt) break;

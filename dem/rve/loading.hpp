@@ -19,12 +19,25 @@ struct AxisControl {
   double stress_rate = 0;        // Pa/s, by which the stress goes on
 };
 
+/// A plane wall that seeks a stress on the area before it, by itself: see rve/press.hpp.
+struct WallControl {
+  std::size_t wall = 0;
+  double stress = 0;       // Pa, compression-positive
+  double stress_rate = 0;  // Pa/s, by which the stress goes on
+  double area = 0;         // m^2; 0: the section of the box, as it is
+  double max_speed = 0;    // m/s, inward and, beside what pushes it, outward; 0: as quasi-static loading bears
+};
+
 struct Loading {
-  bool driven = false;  // false: walls keep the velocities they were given, and `axes` is not read
+  bool driven = false;                  // false: walls keep the velocities they were given, and `axes` is not read
+  std::vector<WallControl> walls = {};  // beside such walls
   std::array<AxisControl, 3> axes;
   std::optional<Mat3> velocity_gradient;  // 1/s, periodic cell: replaces the axes
   std::optional<double> mean;             // Pa, tension-positive: the two axes without a rate keep the mean stress
-  double consolidation = 0;          // s, in which all axes are first brought to it, at no more than their max_rate
+  std::optional<Vec3> first;              // Pa, tension-positive, by axis: what a true triaxial test begins at
+  std::optional<double> ratio;       // b = (middle - third) / (driven - third): the middle axis follows the other two
+  int middle = 1;                    // that axis
+  double consolidation = 0;          // s, in which all axes are first brought there, at no more than their max_rate
   bool isochoric = false;            // the two axes beside the one with a rate keep the volume
   bool holds = false;                // stresses are held against axes that are driven: see rve/servo.hpp
   Vec3 initial_size = Vec3::Zero();  // m, of the box or cell; set by begin_loading
@@ -32,6 +45,9 @@ struct Loading {
 
 /// Lengths of the box along its axes, or of the cell's edges along them (m).
 Vec3 size_of(const Boundary& boundary);
+
+/// Nothing but what it seeks moves a wall or the cell.
+inline bool commands(const Loading& loading) { return loading.driven || !loading.walls.empty(); }
 
 /// Notes the initial size and starts the motion of walls or cell.
 void begin_loading(const Model& model, State& state, Loading& loading);

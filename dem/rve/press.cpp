@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "dem/bond/kinds.hpp"
+#include "dem/bond/supports.hpp"
 #include "dem/fracture/grain_stress.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/servo.hpp"
@@ -62,7 +63,39 @@ Vec3 carried(const Model& model, const State& s, double mass) {
   return force;
 }
 
+/// The area on which a wall presses (m^2).
+double area_of(const State& s, const WallControl& control) {
+  if (control.area > 0) return control.area;
+  const Vec3 along = s.boundary.walls[control.wall].facing().cwiseAbs();
+  return bulk_volume(s.boundary) / along.dot(size_of(s.boundary));
+}
+
+double force_asked(const State& s, const WallControl& control) {
+  return std::max(0.0, control.stress + control.stress_rate * s.time) * area_of(s, control);
+}
+
 }  // namespace
+
+void press_wall(const Model& model, State& state, const WallControl& control) {
+  Wall& wall = state.boundary.walls[control.wall];
+  const Vec3 n = wall.facing();
+  const Felt felt = felt_by(model, state, control.wall);
+  const double force = force_asked(state, control), area = area_of(state, control);
+  const double pressure = std::max(force, felt.force) / area;
+  const double most = control.max_speed > 0 ? control.max_speed
+                      : pressure > 0        ? 0.5 * std::sqrt(area) * fastest_rate(state, {}, pressure)
+                                            : 0;
+  const double now = n.dot(wall.velocity);
+  wall.velocity += (speed_to(felt, force, now, most, state.dt) - now) * n;
+}
+
+WallForce force_of(const State& s, const WallControl& control) {
+  const Vec3 n = s.boundary.walls[control.wall].facing();
+  WallForce found{.force = -n.dot(support_force(s.bonds, control.wall)), .asked = force_asked(s, control)};
+  for (std::size_t k = s.contacts.begin[first_wall]; k < s.contacts.size(); ++k)
+    if (s.contacts.pair[k].b == control.wall) found.force -= s.contacts.touch[k].force.dot(n);
+  return found;
+}
 
 void press_walls(const Model& model, State& state, const Loading& loading) {
   const Vec3 stress = normal_stresses(state), size = size_of(state.boundary);

@@ -12,4 +12,13 @@ namespace grus::dem {
 /// its weight between them, and bring it to rest where it drifts. Of an axis that is driven the first wall stays.
 void press_walls(const Model& model, State& state, const Loading& loading);
 
+/// The same of one plane that seeks a stress by itself; along its plane it goes as it does.
+void press_wall(const Model& model, State& state, const WallControl& control);
+
+/// What presses such a wall outward now, and what it is asked to press with (N).
+struct WallForce {
+  double force = 0, asked = 0;
+};
+WallForce force_of(const State& state, const WallControl& control);
+
 }  // namespace grus::dem

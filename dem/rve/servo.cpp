@@ -3,23 +3,48 @@
 
 #include <algorithm>
 
+#include "dem/rve/press.hpp"
+
 namespace grus::dem {
+
+namespace {
+
+/// Stresses of the two axes beside the driven one, of which the middle one is on the way from the third to it.
+void share_by_ratio(const Loading& loading, const Vec3& stress, std::array<AxisControl, 3>& axes) {
+  const double b = *loading.ratio;
+  int driven = 0;
+  while (driven == loading.middle || axes[static_cast<std::size_t>(driven)].stress) ++driven;
+  AxisControl& third = axes[static_cast<std::size_t>(3 - driven - loading.middle)];
+  if (loading.mean) third.stress = (3 * *loading.mean - (1 + b) * stress[driven]) / (2 - b);
+  axes[static_cast<std::size_t>(loading.middle)].stress = *third.stress + b * (stress[driven] - *third.stress);
+}
+
+}  // namespace
 
 std::array<AxisControl, 3> controls(const Loading& loading, const Vec3& stress, double time) {
   std::array<AxisControl, 3> axes = loading.axes;
-  if (!loading.mean) return axes;
-  const double reached = 0.8 * loading.consolidation;
-  double sought = *loading.mean * (time < reached ? time / reached : 1), rate = 0;
-  const bool driven = time >= loading.consolidation;
-  if (driven)
+  if (!loading.mean && !loading.first) return axes;
+  if (time < loading.consolidation) {
+    const double reached = 0.8 * loading.consolidation, part = time < reached ? time / reached : 1;
+    for (std::size_t k = 0; k < 3; ++k)
+      axes[k] = {.strain_rate = 0,
+                 .stress = (loading.first ? (*loading.first)[static_cast<int>(k)] : *loading.mean) * part,
+                 .max_rate = axes[k].max_rate};
+    return axes;
+  }
+  if (loading.ratio) {
+    share_by_ratio(loading, stress, axes);
+  } else if (loading.mean) {
+    double sought = *loading.mean, rate = 0;
     for (int k = 0; k < 3; ++k) {
       const AxisControl& axis = axes[static_cast<std::size_t>(k)];
       if (axis.stress) continue;
       sought = 0.5 * (3 * *loading.mean - stress[k]);
       rate = -0.5 * axis.strain_rate;  // an isotropic elastic sample keeps its volume under a constant mean stress
     }
-  for (AxisControl& axis : axes)
-    if (axis.stress || !driven) axis = {.strain_rate = rate, .stress = sought, .max_rate = axis.max_rate};
+    for (AxisControl& axis : axes)
+      if (axis.stress) axis = {.strain_rate = rate, .stress = sought, .max_rate = axis.max_rate};
+  }
   return axes;
 }
 
@@ -128,6 +153,10 @@ double stress_error(const State& state, const Loading& loading, const Measuremen
     if (axis.stress) add(stress[k], stress_asked(axis, state.time));
   }
   if (loading.mean && state.time >= loading.consolidation) add(stress.mean(), *loading.mean);
+  for (const WallControl& control : loading.walls) {
+    const WallForce now = force_of(state, control);
+    add(now.force, now.asked);
+  }
   return worst;
 }
 

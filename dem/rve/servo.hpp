@@ -10,8 +10,9 @@ namespace grus::dem {
 /// Steps between corrections, at most.
 inline constexpr std::uint64_t servo_steps = 25;
 
-/// The orders of the three axes at a time. Where a mean stress is held all axes seek it at first, in proportion to
-/// time; then the two that are not driven seek what the driven one leaves of three times the mean.
+/// The orders of the three axes at a time. Where a mean stress is held, or a true triaxial test has stresses to begin
+/// at, all axes seek these at first, in proportion to time. Then the two that are not driven seek what the driven one
+/// leaves of three times the mean, alike or by the ratio; and without a mean the middle one what the ratio says.
 std::array<AxisControl, 3> controls(const Loading& loading, const Vec3& stress, double time);
 
 /// Stress that an axis seeks (Pa, tension-positive).
@@ -27,7 +28,7 @@ double fastest_rate(const State& state, const AxisControl& axis, double pressure
 Vec3 servo_rates(const Model& model, State& state, const Loading& loading, std::uint64_t& steps);
 
 /// How far the stresses that axes seek are off: the largest |stress / sought - 1|; of a constant mean stress, that of
-/// the mean too. NaN where no axis seeks a stress other than 0.
+/// the mean too; of walls that seek one the same of their forces. NaN where nothing seeks a stress other than 0.
 double stress_error(const State& state, const Loading& loading, const Measurement& m);
 
 }  // namespace grus::dem

@@ -79,11 +79,19 @@ double axial_strain(const Programme& test, const State& first, const State& s, c
   return 1 - gap_of_platens(s, axis) / gap_of_platens(first, axis);
 }
 
-bool tells_stress(const Programme& test) { return test.gauge || test.kind == TestKind::constant_p; }
+namespace {
+
+bool tells_q(const Programme& test) {
+  return test.kind == TestKind::constant_p || test.kind == TestKind::true_triaxial;
+}
+
+}  // namespace
+
+bool tells_stress(const Programme& test) { return test.gauge || tells_q(test); }
 
 double test_stress(const Programme& test, const State& s, const Measurement& m) {
   if (test.gauge) return load_of(*test.gauge, s) * test.gauge->stress_per_load;
-  return test.kind == TestKind::constant_p ? std::sqrt(1.5) * deviator(sample_stress(s, m)) : 0;
+  return tells_q(test) ? std::sqrt(1.5) * deviator(sample_stress(s, m)) : 0;
 }
 
 bool has_stress(const Programme& test, const State& s) {
@@ -116,6 +124,11 @@ double dead_way(const State& first, const State& s) {
     way += load.force.dot(pull.along) / whole * (load.point - first.bonds.load[k].point).dot(pull.along);
   }
   return way;
+}
+
+double lode_angle(const Mat3& stress) {
+  const Vec3 s = -Eigen::SelfAdjointEigenSolver<Mat3>(stress, Eigen::EigenvaluesOnly).eigenvalues();  // falling
+  return std::atan2(std::sqrt(3.0) * (s[1] - s[2]), 2 * s[0] - s[1] - s[2]);
 }
 
 double deviator(const Mat3& m) { return (m - m.trace() / 3 * Mat3::Identity()).norm(); }

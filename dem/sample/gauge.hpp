@@ -33,7 +33,7 @@ double axial_stress(const Programme& test, const State& first, const State& now)
 double axial_strain(const Programme& test, const State& first, const State& now, const Mat3& initial_cell);
 
 /// Whether the test has a stress of its own, and it: nominal stress of a load on Voronoi cells, q at a constant mean
-/// stress (0 without).
+/// stress and of three stresses (0 without).
 bool tells_stress(const Programme& test);
 double test_stress(const Programme& test, const State& now, const Measurement& measured);
 
@@ -53,6 +53,10 @@ std::optional<double> dead_load(const Programme& test, const State& now);
 
 /// The way (m) on which they do their work: of where they hold, by their shares.
 double dead_way(const State& first, const State& now);
+
+/// Lode's angle (rad) of a stress that is tension-positive: 0 where the two lesser pressures are one, as in a triaxial
+/// compression, pi / 3 where the two greater ones are.
+double lode_angle(const Mat3& stress);
 
 /// Norm of the deviator.
 double deviator(const Mat3& m);

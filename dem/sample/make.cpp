@@ -32,6 +32,7 @@ void check_materials(const Model& model, const Recipe& recipe) {
   std::visit(check_all, recipe.grains);
   if (const auto* filled = std::get_if<FilledGrains>(&recipe.grains)) std::visit(check_all, filled->parents);
   for (const OwnWall& own : recipe.walls) check(own.wall.material);
+  for (const Side& side : recipe.sides) check(side.material.value_or(0));
   for (const Clamp& clamp : recipe.supports.clamps) check(clamp.material);
   if (recipe.bounds == Bounds::walls || recipe.bounds == Bounds::cylinder) check(recipe.wall_material);
   if (const auto* platens = std::get_if<Platens>(&recipe.supports.press)) check(platens->material);

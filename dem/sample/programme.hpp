@@ -16,6 +16,7 @@ enum class TestKind : std::uint8_t {
   isotropic_stress,
   triaxial,
   constant_p,
+  true_triaxial,
   velocity_gradient,
   platens,
   rollers,

@@ -115,6 +115,13 @@ struct OwnWall {
   Place place = {}, place_of_normal = {};
 };
 
+/// A side of the box that has something of its own.
+struct Side {
+  std::string name;  // of its wall, "zmax"
+  Vec3 velocity = Vec3::Zero();
+  std::optional<std::uint8_t> material = {};  // none: that of the bounds
+};
+
 /// The Voronoi cells' end in a direction, glued to a rigid plane that moves.
 struct Clamp {
   Vec3 outward;
@@ -181,6 +188,7 @@ struct Recipe {
   std::uint8_t wall_material = 0;  // of the bounds
   std::variant<Listed, RandomPacking, Lattice, Spheres, VoronoiPacking, Prisms, FilledGrains, Bodies> grains = {};
   std::vector<OwnWall> walls = {};
+  std::vector<Side> sides = {};  // of bounds that are walls
   Supports supports = {};
   std::optional<Preparation> preparation = {};
 

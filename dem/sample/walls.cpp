@@ -79,6 +79,9 @@ void put_own_walls(const Recipe& recipe, Sample& sample) {
 void put_bounds(const Recipe& recipe, Boundary& boundary) {
   if (recipe.bounds == Bounds::walls) put_box(recipe.box, recipe.wall_material, boundary);
   if (recipe.bounds == Bounds::cylinder) put_cylinder(recipe.box, recipe.wall_material, boundary);
+  for (const Side& side : recipe.sides)
+    for (Wall& wall : boundary.walls)
+      if (wall.name == side.name) wall.velocity = side.velocity, wall.material = side.material.value_or(wall.material);
 }
 
 void put_platens(const Platens& platens, double low, double high, Boundary& boundary) {

@@ -22,6 +22,7 @@ ELSEWHERE = {("README.md", "sh"): "scenes/readme.py", ("README.md", "toml"): "sc
              ("docs/library.md", "cpp"): "tools/check_install.py",
              ("docs/extending.md", None): "scenes/extending.py",
              ("docs/tutorial.md", None): "scenes/tutorial.py", ("docs/stages.md", None): "scenes/recipes.py",
+             ("docs/walls.md", None): "scenes/recipes.py",
              ("docs/howto/from_other_programs.md", None): "scenes/recipes.py"}
 # Pages whose named blocks are files of one folder, in which the page's commands are asked whether they would run.
 WALKED = {"docs/howto/data_to_scene.md", "docs/tutorial_rock.md"}

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""docs/stages.md and docs/howto/from_other_programs.md as a user takes them: their scenes, of the first the shipped
-ones, run, and show what the pages say: recipes.py BUILD"""
+"""docs/stages.md, walls.md and howto/from_other_programs.md as a user takes them: their scenes, of the first two
+shipped ones, run, and show what the pages say: recipes.py BUILD"""
 import math
 import os
 import re
@@ -14,7 +14,7 @@ from scene_tools import faults, history, need, shipped, summary
 
 build = os.path.abspath(sys.argv[1])
 DOCS = os.path.join(shipped, "..", "..", "docs")
-text = open(os.path.join(DOCS, "stages.md")).read()
+text, walls = (open(os.path.join(DOCS, page)).read() for page in ("stages.md", "walls.md"))
 environment = {**os.environ, "PATH": os.path.join(build, "bin") + os.pathsep + os.environ["PATH"]}
 
 
@@ -28,8 +28,8 @@ def slope(rows):
     return (last["axial_stress_Pa"] - first["axial_stress_Pa"]) / (last["axial_strain"] - first["axial_strain"])
 
 
-def told(pattern):
-    found = re.search(pattern, text)
+def told(pattern, page=text):
+    found = re.search(pattern, page)
     need(found is not None, f"the page does not say {pattern}")
     return [float(x) for x in found.groups()] if found else []
 
@@ -59,6 +59,32 @@ def cyclic(folder):
          f"mean stress from {rows[0]['p_Pa']} down to {lowest} Pa, said {first} and {least} kPa")
     ratios = [r["void_ratio"] for r in rows if r["stage"] == 2]
     need(max(ratios) - min(ratios) < 1e-5, f"volume: {min(ratios)} to {max(ratios)}")
+
+
+def lid(folder):
+    """The lid presses with its stress on 16 mm^2; the friction that the page tells."""
+    rows = [r for r in rows_of(folder) if r["time_s"] >= 2e-3]
+    off, most = told(r"within ([\d.]+) % on average. .* at most ([\d.]+)", walls)
+    need(all(abs(r["force_zmax_z_N"] / (1e5 * 16e-6) - 1) < 1e-3 for r in rows), "the lid does not press with 100 kPa")
+    mean = 100 * summary(folder)["errors"]["sought_stress"]["mean"]
+    need(mean < 1.5 * off, f"mean error {mean} %, said {off}")
+    found = max(-r["force_zmax_x_N"] / r["force_zmax_z_N"] for r in rows)
+    need(abs(found - most) < 0.006, f"friction {found}, said {most}")
+    need(abs(rows[-1]["energy_error"]) < 1e-3, f"energy error {rows[-1]['energy_error']}")
+
+
+def three_stresses(folder):
+    """A straight path: Lode's angle of b = 0.5 and the mean stress stay; stresses of the walls."""
+    rows = [r for r in rows_of(folder) if r["axial_strain"] > 0.01]
+    most, angle, mean = told(r"largest q is (\d+) kPa.*? within ([\d.]+) of π/6 and the mean stress within ([\d.]+) %",
+                             walls)
+    need(abs(max(r["q_Pa"] for r in rows) / 1e3 - most) < 0.6, f"q {max(r['q_Pa'] for r in rows)}, said {most} kPa")
+    need(all(abs(r["lode_angle_rad"] - math.pi / 6) < angle for r in rows), "Lode's angle")
+    need(all(abs(100 * (r["p_Pa"] / 1e5 - 1)) < mean for r in rows), "mean stress")
+    for r in rows:
+        x, y, z = (-r[f"wall_stress_{k}_Pa"] for k in ("xx", "yy", "zz"))
+        need(abs(y - x - 0.5 * (z - x)) < 1e-3 * z, f"b at a strain of {r['axial_strain']}")
+    need(abs(rows[-1]["energy_error"]) < 1e-3, f"energy error {rows[-1]['energy_error']}")
 
 
 def foreign(folder, page):
@@ -102,7 +128,7 @@ def take(page, tmp):
     """Its named blocks are files; its commands run beside them."""
     for kind, name, block in re.findall(r"^```(\w+) ?(\S*)\n(.*?)^```", page, re.S | re.M):
         if name:
-            if page == text:
+            if page in (text, walls):
                 need(block == open(os.path.join(shipped, name)).read(), f"{name} of the page is not the shipped one")
             open(os.path.join(tmp, name), "w").write(block)
         for line in block.splitlines() if kind == "sh" else ():
@@ -119,5 +145,8 @@ with tempfile.TemporaryDirectory() as tmp:
     take(text, tmp)
     oedometer(os.path.join(tmp, "oedometer_loops"))
     cyclic(os.path.join(tmp, "cyclic_triaxial"))
+    take(walls, tmp)
+    lid(os.path.join(tmp, "sheared_lid"))
+    three_stresses(os.path.join(tmp, "true_triaxial"))
 print(f"recipes: {len(faults)} faults")
 sys.exit(1 if faults else 0)

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: LGPL-3.0-or-later
+#include "apps/scene/wall_scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/scene/packing_scene.hpp"
+#include "apps/scene/sample_scene.hpp"
+#include "apps/scene/speeds.hpp"
+
+namespace grus::app {
+namespace {
+
+using dem::Vec3;
+
+dem::WallShape read_plane(Table& t, const Vec3&) {
+  for (const char* key : {"axis", "radius"})
+    if (t.has(key)) t.fail(key, "is for shape = \"cylinder\"");
+  Vec3 normal = vector3(t.numbers("normal", 3, dimension::none));
+  if (!(normal.norm() > 0)) t.fail("normal", "must not be zero");
+  if (std::abs(normal.norm() - 1) > 1e-12) normal.normalize();
+  return dem::PlaneWall{normal};
+}
+
+dem::WallShape read_round(Table& t, const Vec3& velocity) {
+  if (t.has("normal")) t.fail("normal", "of a cylinder is everywhere towards its axis; give axis and radius");
+  dem::CylinderWall round;
+  round.radius = t.number("radius", dimension::length, positive);
+  round.axis[t.choice("axis", {"x", "y", "z"})[0] - 'x'] = 1;
+  if (!(velocity - round.axis.dot(velocity) * round.axis).isZero(0))
+    t.fail("velocity", "a cylinder moves along its axis alone");
+  return round;
+}
+
+bool names_material(const Table& t) { return t.has("material") || t.has("rigid") || t.has("friction"); }
+
+std::uint8_t read_material(Table& t, RveScene& scene) {
+  const bool rigid = t.flag_or("rigid", !t.has("material"));
+  if (rigid && t.has("material")) t.fail("rigid", "a wall is either rigid or of a material");
+  if (!rigid && t.has("friction")) t.fail("friction", "a wall of a material has that material's friction");
+  if (!rigid && !t.has("material")) t.fail("", "needs material, or rigid = true");
+  return rigid ? rigid_material(t, scene.model, t.number_or("friction", NAN, dimension::none, not_negative))
+               : material_of(t, scene.model, t.text("material"));
+}
+
+/// What a plane that faces along `normal` is to press with; `area`: what it presses on (m^2), 0 of a box's own.
+void read_control(Table& t, std::size_t wall, const Vec3& normal, const Vec3& velocity, RveScene& scene) {
+  const bool pressing = t.choice_or("control", "velocity", {"velocity", "stress"}) == "stress";
+  for (const char* key : {"stress", "stress_rate", "area", "max_speed"})
+    if (!pressing && t.has(key)) t.fail(key, "is for control = \"stress\"");
+  if (!pressing) return;
+  if (std::abs(normal.dot(velocity)) > 1e-12 * velocity.norm())
+    t.fail("velocity", "of a wall that seeks a stress is along its plane: the stress decides how it goes across");
+  dem::WallControl control{.wall = wall};
+  control.stress = t.number("stress", dimension::pressure, not_negative);
+  control.stress_rate = t.number_or("stress_rate", 0, dimension::stress_rate, any);
+  if (t.has("side")) {
+    if (t.has("area")) t.fail("area", "of a side is that of the box there");
+  } else {
+    control.area = t.number("area", dimension::area, positive);
+  }
+  if (t.has("max_speed")) {
+    control.max_speed = t.number("max_speed", dimension::speed, positive);
+    refuse_fast(t, "max_speed", control.max_speed, scene.model);
+  }
+  scene.test.loading.walls.push_back(control);
+}
+
+const std::vector<std::string> sides{"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
+
+void read_side(Table& t, RveScene& scene) {
+  for (const char* key : {"point", "normal", "shape", "axis", "radius"})
+    if (t.has(key)) t.fail(key, "is of walls without side: the box says where a side is");
+  const std::string name = t.choice("side", sides);
+  const auto place = static_cast<std::size_t>(std::find(sides.begin(), sides.end(), name) - sides.begin());
+  const bool round = scene.recipe.bounds == dem::Bounds::cylinder;
+  if (scene.recipe.bounds != dem::Bounds::walls && !round)
+    t.fail("side", "needs boundary.kind = \"walls\" or \"cylinder\"");
+  if (round && place < 4) t.fail("side", "of a cylinder is \"zmin\" or \"zmax\"");
+  auto& others = scene.recipe.sides;
+  if (std::any_of(others.begin(), others.end(), [&](const dem::Side& s) { return s.name == name; }))
+    t.fail("side", "is given twice");
+  dem::Side side{.name = name};
+  side.velocity = read_velocity(t, scene.model);
+  const std::size_t wall = round ? place - 4 : place;
+  const auto& controls = scene.test.loading.walls;
+  const std::size_t opposite = wall ^ 1u, before = controls.size();
+  const bool pressed =
+      std::any_of(controls.begin(), controls.end(), [&](const dem::WallControl& c) { return c.wall == opposite; });
+  read_control(t, wall, Vec3::Unit(static_cast<int>(place / 2)), side.velocity, scene);
+  if (pressed && controls.size() > before)
+    t.fail("control",
+           "the side opposite seeks a stress, too: nothing would hold the sample between them; use "
+           "loading.kind = \"true-triaxial\", or hold one");
+  if (names_material(t)) side.material = read_material(t, scene);
+  others.push_back(side);
+}
+
+}  // namespace
+
+void read_wall(Table t, RveScene& scene) {
+  if (t.has("side")) {
+    read_side(t, scene);
+    return t.finish();
+  }
+  dem::OwnWall own{.place = t.place(""), .place_of_normal = t.place("normal")};
+  dem::Wall& wall = own.wall;
+  wall.point = vector3(t.numbers("point", 3, dimension::length));
+  wall.velocity = read_velocity(t, scene.model);
+  wall.shape =
+      (t.choice_or("shape", "plane", {"plane", "cylinder"}) == "plane" ? read_plane : read_round)(t, wall.velocity);
+  const auto round = [](const dem::OwnWall& w) { return std::holds_alternative<dem::CylinderWall>(w.wall.shape); };
+  const auto& others = scene.recipe.walls;
+  if (round(own) && std::any_of(others.begin(), others.end(), round))
+    t.fail("shape", "a scene has one cylinder at most");
+  if (round(own) && t.has("control")) t.fail("control", "is of planes");
+  if (!round(own)) read_control(t, others.size(), wall.facing(), wall.velocity, scene);
+  wall.material = read_material(t, scene);
+  scene.recipe.walls.push_back(own);
+  t.finish();
+}
+
+void refuse_own_motion(const Table& t, const std::string& key, const RveScene& scene) {
+  if (scene.recipe.sides.empty() && scene.test.loading.walls.empty()) return;
+  t.fail(key,
+         "walls that move by themselves ([[wall]] with side, or control = \"stress\") need loading.kind = \"free\"");
+}
+
+}  // namespace grus::app
