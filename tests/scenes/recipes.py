@@ -64,7 +64,7 @@ def cyclic(folder):
 def lid(folder):
     """The lid presses with its stress on 16 mm^2; the friction that the page tells."""
     rows = [r for r in rows_of(folder) if r["time_s"] >= 2e-3]
-    off, most = told(r"within ([\d.]+) % on average. .* at most ([\d.]+)", walls)
+    off, most = told(r"within ([\d.]+) % on average. .* at most (\d\.\d+)", walls)
     need(all(abs(r["force_zmax_z_N"] / (1e5 * 16e-6) - 1) < 1e-3 for r in rows), "the lid does not press with 100 kPa")
     mean = 100 * summary(folder)["errors"]["sought_stress"]["mean"]
     need(mean < 1.5 * off, f"mean error {mean} %, said {off}")
