@@ -6,11 +6,10 @@
 
 namespace grus::app {
 
-/// Wall time of a run's material sweeps, and how it is made up. It leaves out what breakage, cutbacks and the macro
-/// solver itself add, and what sharing saves; `rest`: what is left out, of this solver.
+/// Wall time of a run's material sweeps between two bounds, and how it is made up. It leaves out what cutbacks and the
+/// macro solver itself add; `rest`: what is left out, of this solver.
 struct RunEstimate {
-  double seconds = 0;
-  bool least = false;  // a run takes no less: its steps become more
+  double low = 0, high = 0;  // s; `high` 0: a run takes no less than `low`, as its steps become more
   std::string text, rest;
 };
 

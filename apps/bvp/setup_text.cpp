@@ -66,8 +66,9 @@ std::string preparation_text(std::size_t starts, std::size_t variants, int worke
 }
 
 std::string run_text(const RunEstimate& run) {
-  return fmt::format("  run: {}about {} ({}); {}", run.least ? "at least " : "", duration_text(run.seconds), run.text,
-                     run.rest);
+  const std::string time = run.high > 0 ? fmt::format("{} to {}", duration_text(run.low), duration_text(run.high))
+                                        : "at least about " + duration_text(run.low);
+  return fmt::format("  run: {} ({}); {}", time, run.text, run.rest);
 }
 
 std::string failure_text(const BvpScene& scene, const Options& options, const BvpEnding& ending) {

@@ -5,6 +5,7 @@
 #include "apps/run/folder.hpp"
 #include "apps/rve/columns.hpp"
 #include "apps/rve/going_on.hpp"
+#include "apps/rve/rehearsal.hpp"
 #include "apps/rve/rve_run.hpp"
 #include "apps/rve/setup_text.hpp"
 #include "apps/scene/prepare_sample.hpp"
@@ -33,6 +34,8 @@ Begun prepare_sample(RveScene& scene, const dem::Sample& sample, dem::Team& team
   return begun;
 }
 
+constexpr double rehearsal_time = 5;  // s, of --check
+
 /// --check: what a run would be like, from a piece of the sample where that is large.
 int check(const Options& options, RveScene& scene, std::optional<dem::Sample> made, dem::Team& team) {
   const double all = scene.recipe.count();
@@ -45,16 +48,9 @@ int check(const Options& options, RveScene& scene, std::optional<dem::Sample> ma
   dem::State state = prepare_sample(scene, sample, team, watch).state;
   dem::begin_loading(scene.model, state, scene.test.loading);
   refuse_endless(scene, state);
-  dem::State probe = state;
-  const Clock timer;
-  while (probe.steps < 50) {
-    dem::update_time_step(scene.model, probe);
-    dem::run_steps(scene.model, probe, 2, team);
-  }
-  const double duration = scene.test.stress_time.value_or(scene.test.duration);
   const double grains = piece ? all : static_cast<double>(state.grains.size());
-  const double estimate = timer.wall() / 50 * duration / probe.dt * grains / static_cast<double>(state.grains.size());
-  say(options, setup_text(scene, state, grains, estimate));
+  const Rehearsal found = rehearse(scene, state, rehearsal_time, team, watch);
+  say(options, setup_text(scene, state, grains, &found));
   return finished;
 }
 
@@ -98,7 +94,7 @@ int run(const Options& options) {
   keep_sizes(sample.state.grains);
   const Folder folder(options);
   if (options.speaks() && !options.resume)
-    say(options, setup_text(scene, begun.state, static_cast<double>(begun.state.grains.size()), 0));
+    say(options, setup_text(scene, begun.state, static_cast<double>(begun.state.grains.size()), nullptr));
   return RveRun(options, scene, sample, team, std::move(begun), kept, clock, clock.wall()).go();
 }
 

@@ -3,20 +3,12 @@
 
 #include <fmt/format.h>
 
-#include "apps/run/command.hpp"
 #include "apps/scene/stage_scene.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/step.hpp"
 
 namespace grus::app {
 namespace {
-
-/// Why the time step falls while a test goes on; empty: it stays.
-std::string falling_step(const dem::Model& model) {
-  if (model.numerics.time_step > 0) return "";
-  return fmt::format("the time step falls as contacts form{}{}", dem::stiffens(model.law) ? " and stiffen" : "",
-                     model.breakable() ? ", and as grains break" : "");
-}
 
 /// What is known of a number that goes with the number of steps: a bound, or not even that.
 std::string bound_text(bool falls, bool may_end_before) {
@@ -26,7 +18,7 @@ std::string bound_text(bool falls, bool may_end_before) {
 
 }  // namespace
 
-std::string setup_text(const RveScene& scene, const dem::State& s, double grains, double wall_estimate) {
+std::string setup_text(const RveScene& scene, const dem::State& s, double grains, const Rehearsal* found) {
   const dem::Measurement m = dem::measure(scene.model, s);
   const double whole = grains / static_cast<double>(s.grains.size());
   const std::string piece = whole != 1 ? fmt::format("   (from a piece of {} grains)", s.grains.size()) : "";
@@ -38,30 +30,21 @@ std::string setup_text(const RveScene& scene, const dem::State& s, double grains
   text += fmt::format("contacts {:.0f}{}\n", whole * static_cast<double>(m.contacts), piece);
   const double bytes =
       whole * (static_cast<double>(s.grains.size()) * 600 + static_cast<double>(s.contacts.size()) * 260);
-  const std::string falling = falling_step(scene.model);
+  const bool staged = !scene.test.stages.empty(), timed = !staged || known_duration(scene.test);
+  if (staged) text += fmt::format("  stages {}   rows at most {:.0f} ", scene.test.stages.size(), rows_of(scene.test));
   const bool stress_ends = scene.test.final_stress && !scene.test.stress_time;
-  const std::string bound = bound_text(!falling.empty(), stress_ends);
-  const auto notes = [&] {
-    for (const auto& note : scene.notes) text += fmt::format("\n  note: {}", note);
-    return text;
-  };
-  if (!scene.test.stages.empty()) {
-    text += fmt::format("  stages {}   rows at most {:.0f}   ", scene.test.stages.size(), rows_of(scene.test));
-    if (!known_duration(scene.test)) {
-      text += fmt::format("time step {:.3g} s   memory about {:.3g} MB   (how long stages take hangs on their ends)",
-                          s.dt, bytes / 1e6);
-      return notes();
-    }
-  }
-  text +=
-      fmt::format("  time step {:.3g} s   duration {}{:.4g} s   steps {} {:.3g}   memory about {:.3g} MB", s.dt,
-                  stress_ends ? "at most " : "", scene.test.duration, bound, scene.test.duration / s.dt, bytes / 1e6);
-  if (wall_estimate > 0) {
-    text += fmt::format("   run time {} {}", bound, duration_text(wall_estimate));
-    if (!falling.empty())
-      text += fmt::format(" ({}{})", falling, stress_ends ? "; final_stress may end the test before" : "");
-  }
-  return notes();
+  text += fmt::format("  time step {:.3g} s", s.dt);
+  if (timed) text += fmt::format("   duration {}{:.4g} s", stress_ends ? "at most " : "", scene.test.duration);
+  if (found)
+    text += fmt::format("   steps {}", steps_text(*found));
+  else if (timed)
+    text += fmt::format("   steps {} {:.3g}", bound_text(scene.model.numerics.time_step <= 0, stress_ends),
+                        scene.test.duration / s.dt);
+  text += fmt::format("   memory about {:.3g} MB", bytes / 1e6);
+  if (found) text += fmt::format("\n  run time {} ({})", time_text(*found, whole), basis_text(*found));
+  if (!found && !timed) text += "   (how long stages take hangs on their ends)";
+  for (const auto& note : scene.notes) text += fmt::format("\n  note: {}", note);
+  return text;
 }
 
 void refuse_endless(const RveScene& scene, const dem::State& s) {

@@ -4,12 +4,12 @@
 
 #include <string>
 
-#include "apps/scene/rve_scene.hpp"
+#include "apps/rve/rehearsal.hpp"
 
 namespace grus::app {
 
-/// `grains`: of the whole sample, where the state is a piece of it. `wall_estimate`: s, of the whole; 0: none.
-std::string setup_text(const RveScene& scene, const dem::State& s, double grains, double wall_estimate);
+/// `grains`: of the whole sample, where the state is a piece of it. `found`: of those rehearsed; null: none was.
+std::string setup_text(const RveScene& scene, const dem::State& s, double grains, const Rehearsal* found);
 
 /// Throws InputError where the test would take more steps than anybody has time for.
 void refuse_endless(const RveScene& scene, const dem::State& s);

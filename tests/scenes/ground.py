@@ -164,13 +164,16 @@ def main(tmp):
         r = run(bvp, scene, "--check", "--set", "initial_stress.tolerance=0.05", "--threads", threads, *sets)
         need(r.returncode == 0 and f"in {count} classes" in r.stdout and f"({count} starts of 1 packings" in r.stdout,
              f"--check: {r.stdout} {r.stderr}")
-        told = re.search(r"run: about (?:(\d+) min )?([\d.]+) s .*, 24 RVEs at most, ([\d.e-]+) s an increment",
-                         r.stdout)
+        span = r"(?:(\d+) min )?([\d.]+) s"
+        told = re.search(
+            rf"run: {span} to {span} \(.* 1 to 4 sweeps each, 24 RVEs of (\d+) starts, ([\d.e-]+) s an inc", r.stdout)
         need(told is not None, f"--check, run time: {r.stdout}")
-        if told:  # 20 increments of 5 sweeps through 24 cells, whose steps take some 30 us each
-            seconds, one = float(told.group(2)) + 60 * float(told.group(1) or 0), float(told.group(3))
-            need(abs(seconds - 20 * 5 * rounds * one) < 0.06 + 0.01 * seconds and 1e-4 < one < 0.3,
-                 f"--check, {threads} threads: {told.group()}")
+        if told:  # 20 increments of 1 to 4 sweeps; one RVE of each start, or each of them, whose steps take some 30 us
+            low, high = (float(told[k + 1]) + 60 * float(told[k] or 0) for k in (1, 3))
+            one, most = float(told[6]), 20 * 4 * rounds * float(told[6])
+            least = 20 * math.ceil(count / int(threads)) * one
+            need(abs(high - most) < 0.06 + 0.01 * most and abs(low - least) < 0.06 + 0.01 * least and 1e-5 < one < 0.3
+                 and int(told[5]) == count, f"--check, {threads} threads: {told.group()}")
     stopped(tmp, scene, out[0], exact)
 
 

@@ -166,7 +166,8 @@ def new(tmp):
         need("compression-positive" in open(os.path.join(tmp, kind + ".toml")).read().split("title")[0],
              f"--new {kind}: its head does not tell signs")
         r = go(programs["rve"], kind + ".toml", "--check")
-        need(r.returncode == 0 and re.search("run time (about|at least about) |how long stages take hangs", r.stdout),
+        told = re.search(r"run time (about .* s|.* s to .*) \(.* (gone through|rehearsed)", r.stdout)
+        need(r.returncode == 0 and told,
              f"--new {kind}: --check: {r.stdout} {r.stderr}")
     r = go(programs["rve"], "--new", "shpb")
     need(r.returncode == 2 and "is there already" in r.stderr and r.stderr.count("\n") == 1,

@@ -37,23 +37,6 @@ STIFF = SAND.format(modulus="10 GPa", restitution=0.9, box="8 mm", low="0.8 mm",
                     fraction=0.53) + '[preparation]\npressure = "1 MPa"\nfriction = 0.2\n'
 TRIAXIAL = STIFF + '[loading]\nkind = "triaxial"\nconfining_pressure = "1 MPa"\nstrain_rate = 20\nfinal_strain = 0.05\n'
 SOFT = SAND.format(modulus="1 GPa", restitution=0.5, box="5 mm", low="0.4 mm", high="0.6 mm", fraction=0.56)
-BALLS = """
-[material.s]
-density = 2650
-{contact}
-friction = 0.3
-damping = 0.2
-[packing]
-kind = "simple-cubic"
-layers = [4, 4, 4]
-radius = {{ distribution = "constant", mean = "1 mm" }}
-[boundary]
-kind = "walls"
-[loading]
-kind = "uniaxial-strain"
-strain_rate = 20
-final_strain = 0.02
-"""
 DROP = """
 [material.glass]
 density = "2500 kg/m^3"
@@ -194,7 +177,7 @@ def cells(tmp):
     need(near and sums["starts"] == 1 and sums["asked_pressure_Pa"] == [1e6, 1e6], f"a cell of grus-bvp: {sums}")
     errors = told["errors"]
     known = set(NEWTON) <= set(errors) and errors["last_worst_unbalanced_force"] > 0
-    need(known and "run: about" in checked, f"errors of increments: {errors} {checked}")
+    need(known and re.search("run: .* to .* sweeps", checked), f"errors of increments: {errors} {checked}")
     # A mesh of 1 mm is smaller than a grain of 2 mm; the mesh's sides are told. Of an element alone that is no fault.
     need("mesh 0.001 x 0.001 x 0.001 m" in checked and "larger than the whole mesh, which measures 0.001" in checked,
          f"the mesh's size: {checked}")
@@ -367,31 +350,9 @@ def dynamic(tmp):
     need("last_energy_error" in errors and not {"worst_residual", *NEWTON} & set(errors), f"bars: {errors}")
 
 
-def steps(tmp):
-    """Steps that --check tells are those of the run, or are told as the least where the time step falls."""
-    spring = 'contact = "linear-modulus"\ncontact_modulus = "50 MPa"\nshear_ratio = 0.5'
-    hertz, short = 'youngs_modulus = "1 GPa"\npoissons_ratio = 0.2', ("--set", "loading.final_strain=0.05")
-    with open(os.path.join(shipped, "single_grain.toml")) as f:
-        grain = f.read()
-    for name, scene, more in (("fixed", BALLS.format(contact=hertz), ("--set", "numerics.time_step=1e-6")),
-                              ("linear", BALLS.format(contact=spring), ()), ("hertz", BALLS.format(contact=hertz), ()),
-                              ("grain", grain, (*short, "--set", "output.frames=0"))):
-        s, _, _ = test(tmp, name + "_steps", scene, *more)
-        r = run(rve, os.path.join(tmp, name + "_steps.toml"), "--check", "--threads", "1", *more)
-        least = name != "fixed"
-        told = re.search(r"steps (at least about|about) (\S+) .* run time (at least about|about) ", r.stdout)
-        need(told and (told[1] == told[3] == "at least about") == least, f"{name}: {r.stdout} {r.stderr}")
-        need(("the time step falls as contacts form" in r.stdout) == least, f"{name}: {r.stdout}")
-        need(("form and stiffen" in r.stdout) == (name in ("hertz", "grain")), f"{name}: {r.stdout}")
-        need((", and as grains break" in r.stdout) == (name == "grain"), f"{name}: {r.stdout}")
-        ratio = s["counts"]["steps"] / float(told[2]) if told else 0
-        need(1.1 < ratio if least else 0.99 < ratio < 1.01, f"{name}: {ratio} times the steps that --check tells")
-
-
 def main():
     with tempfile.TemporaryDirectory() as tmp:
-        for part in (strengths, lateral, preparation, pressed, cells, ends, energy, cut, left, dynamic,
-                     steps):
+        for part in (strengths, lateral, preparation, pressed, cells, ends, energy, cut, left, dynamic):
             part(tmp)
     print("FAULTS" if faults else "all is told")
     sys.exit(1 if faults else 0)
