@@ -34,7 +34,7 @@ Begun prepare_sample(RveScene& scene, const dem::Sample& sample, dem::Team& team
   return begun;
 }
 
-constexpr double rehearsal_time = 5;  // s, of --check
+constexpr double rehearsal_time = 3;  // s, of --check
 
 /// --check: what a run would be like, from a piece of the sample where that is large.
 int check(const Options& options, RveScene& scene, std::optional<dem::Sample> made, dem::Team& team) {
