@@ -66,6 +66,8 @@ def lid(folder):
     rows = [r for r in rows_of(folder) if r["time_s"] >= 2e-3]
     off, most = told(r"within ([\d.]+) % on average. .* at most (\d\.\d+)", walls)
     need(all(abs(r["force_zmax_z_N"] / (1e5 * 16e-6) - 1) < 1e-3 for r in rows), "the lid does not press with 100 kPa")
+    loose, solid = rows_of(folder)[0]["void_ratio"], rows[0]["mass_kg"] / 2650 / 16e-6  # m of solid under the lid
+    need(all(abs(r["way_zmax_m"] - (loose - r["void_ratio"]) * solid) < 1e-10 for r in rows), "the lid's way")
     mean = 100 * summary(folder)["errors"]["sought_stress"]["mean"]
     need(mean < 1.5 * off, f"mean error {mean} %, said {off}")
     found = max(-r["force_zmax_x_N"] / r["force_zmax_z_N"] for r in rows)
