@@ -142,7 +142,9 @@ void BvpOutput::add(MacroRow r) {
   const std::size_t axis = scene_.flat() ? 1 : 2;  // in two dimensions z is across the plane, or the hoop
   strain_ = r.strain[axis], stress_ = r.stress[axis], energy_error_ = r.energy_error;
   most_regularised_ = std::max(most_regularised_, r.regularised);  // what the start has let go is in the first row
-  given_ = r.energy != nullptr ? (most_regularised_ - r.regularised) / std::max(r.energy->largest, 1e-300) : 0;
+  if (r.energy != nullptr)
+    given_ = std::max(given_, (most_regularised_ - r.regularised) / std::max(r.energy->largest, 1e-300));
+  given_up_ = r.sweep.given_up;
   breakages_ = r.breakages, bonds_broken_ = r.bonds_broken, dem_steps_ = static_cast<double>(r.sweep.dem_steps);
   worst_energy_ = std::max(worst_energy_, r.worst_energy_error);
   std::vector<double> row = values_of(columns_, r);
@@ -237,6 +239,11 @@ std::vector<std::string> BvpOutput::notes() const {
         "regularisation_J has fallen by {:.2g} % of the largest energy: points within regularisation.length of each "
         "other strain apart; a larger regularisation.memory holds them",
         100 * given_));
+  if (given_up_ > 0)
+    all.push_back(
+        fmt::format("RVEs have given up at {} points, and answer elastically from then on (rves_given_up): "
+                    "what is read off after it is not of grains alone",
+                    given_up_));
   if (!scene_.is_explicit())
     for (const std::string& option : fem::unused_linear_options())
       all.push_back(fmt::format("PETSc has no use for its option {}: misspelt?", option));

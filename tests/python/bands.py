@@ -105,6 +105,8 @@ def refusals():
     a, b = of(9, np.eye(3), np.eye(3), (4, 3, 1), (0.4, 0.3, 0))
     other = of(9, np.eye(3), np.eye(3), (3, 3, 1), (0.4, 0.3, 0))[0]
     scene_tools.refused("another mesh", lambda: shear_band(a, other), grus.InputError)
+    run = types.SimpleNamespace(macro=lambda number: a)
+    scene_tools.refused("between two frames", lambda: grus.Results.shear_band(run, 3, 3), grus.InputError)
     b.at_points = {}
     scene_tools.refused("not a frame of a macro problem", lambda: shear_band(a, b), grus.InputError)
     a.types[0] = 5

@@ -237,6 +237,33 @@ def gives_up(tmp):
     least = min(abs(float(a[column])) for a, n in zip(rows[same:], given[same:]) if n <= 2)
     need(abs(float(rows[-1][column])) > 1.1 * least, f"the load stays at {least}")
     need(max(abs(float(a["energy_error"])) for a in rows[same:]) < 5e-3, "energy of a band that gave up")
+    need(any(f"RVEs have given up at {given[-1]:.0f} points" in note for note in summary(went_on)["notes"]), "no note")
+
+
+def comes_back(tmp):
+    """What the regularisation holds comes back as the load is taken off, and is taken again: its largest fall is told,
+    not the last; of a length that has no room."""
+    if not bvp:
+        return
+    out = os.path.join(tmp, "back")
+    with open(os.path.join(shipped, "biaxial_plane_strain.toml")) as f:
+        scene = f.read().replace('displacement = [0, "-10 mm"]',
+                                 'displacement = [0, "-8 mm"]\nhistory = [[0, 0], [0.5, 1], [0.7, 0], [1, 0.9]]')
+    scene = write(tmp, scene.replace('"sphere_rve.toml"', f'"{os.path.join(shipped, "sphere_rve.toml")}"'), "back.toml")
+    settings = ("mesh.box.cells=[4,8]", "solve.crossings=20", "probe=", "output.frames=0",
+                "regularisation.memory=0.1", "regularisation.length='26 mm'",
+                "rve.set=['packing.box=[0.028,0.028,0.028]','numerics.max_overlap=0.3','preparation.friction=0']")
+    r = run(bvp, scene, "-o", out, "--quiet", *(a for s in settings for a in ("--set", s)), timeout=300)
+    need(r.returncode == 0, f"back: exit {r.returncode} {r.stderr!r}")
+    rows = history(out)
+    held, work = ([float(a[k]) for a in rows] for k in ("regularisation_J", "macro_external_J"))
+    falls = [max(held[:k + 1]) - x for k, x in enumerate(held)]
+    most, end = (x / max(map(abs, work)) for x in (max(falls), falls[-1]))
+    said = [re.search(r"regularisation_J has fallen by ([\d.]+) %", n) for n in summary(out)["notes"]]
+    said = [float(m[1]) / 100 for m in said if m]
+    need(most > 0.0055 and end < 0.6 * most, f"falls by {most}, at the end {end}: the test asks nothing")
+    need(len(said) == 1 and 0.95 * most < said[0] < 1.6 * most, f"falls by {most}, told {said}")
+    need(any("has no room in a body of 0.1 m" in n for n in summary(out)["notes"]), "no note of a long length")
 
 
 def shears(folder):
@@ -258,5 +285,6 @@ with tempfile.TemporaryDirectory() as tmp:
     increments(tmp)
     forgetful(tmp)
     gives_up(tmp)
+    comes_back(tmp)
 print(f"attacks macro: {len(faults)} faults")
 sys.exit(1 if faults else 0)

@@ -215,6 +215,8 @@ def exported(folder):
          frame(folder, "grains", -2).points[0, 0] == 0, "which frame")
     for number in (2, -3):
         scene_tools.refused(["no frame", "there are 2"], lambda: frame(folder, "grains", number), InputError)
+    for number in (0.5, "a"):
+        scene_tools.refused("whole numbers", lambda: frame(folder, "grains", number), InputError)
     scene_tools.refused("output.contacts", lambda: frame(folder, "contacts"), InputError)
     grains = last.grains()
     made_up.near([grains["volume_m3"], grains["id"], grains["radius"]], [27 / 6, 1 / 6, 2, 7, 1.5, 0.5], "tetrahedra")

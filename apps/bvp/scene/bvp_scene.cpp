@@ -213,6 +213,12 @@ void read_regularisation(Table t, BvpScene& scene) {
         "regularisation.length = {:.3g} m: a band of some {:.0f} lengths takes up fewer than {:.0f} elements "
         "of {:.3g} m, whose size would still decide its width; more elements or a larger length",
         by.length, band, least, scene.element));
+  constexpr double narrow = 4;  // where it softens fast
+  if (narrow * by.length > size)
+    scene.notes.push_back(fmt::format(
+        "regularisation.length = {:.3g} m: a band of {:.0f} lengths or more has no room in a body of {:.3g} m, whose "
+        "load the regularisation would bear in part; a shorter length",
+        by.length, narrow, size));
   scene.regularisation = by;
 }
 

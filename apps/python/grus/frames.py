@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import glob
 import json
+import numbers
 import os
 from typing import Any
 
@@ -122,6 +123,8 @@ def frame(folder: str, kind: str, number: int = -1) -> Frame:
     if not found:
         hint = " (output.contacts = true)" if kind == "contacts" else " (output.frames)"
         raise InputError(f"{folder}: no frames of {kind}{hint}")
+    if not isinstance(number, numbers.Integral):
+        raise InputError(f"{folder}: frame {number!r} of {kind}: frames have whole numbers")
     if not -len(found) <= number < len(found):
         raise InputError(f"{folder}: no frame {number} of {kind}: there are {len(found)}")
     return Frame(*found[number])

@@ -144,9 +144,12 @@ class Results(Mapping[str, NDArray]):
             last: number of the frame up to which they are
 
         Raises:
-            InputError: where there are none
+            InputError: where there are none, or both are one
         """
-        return shear_band(self.macro(first), self.macro(last))
+        before, after = self.macro(first), self.macro(last)
+        if before.path == after.path:
+            raise InputError(f"{before.path}: strains are found between two frames, and this is both")
+        return shear_band(before, after)
 
     def _frame(self, kind: str, number: int) -> Frame:
         if not os.path.isdir(self.folder):
