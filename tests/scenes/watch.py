@@ -253,7 +253,7 @@ def followed(folder):
     while watch.poll() is None and time.monotonic() < ended + 15:
         try:
             over = page_asks()["over"]
-        except OSError:
+        except (OSError, http.client.HTTPException):  # it ends, perhaps in the midst of an answer
             break
         time.sleep(0.1)
     if watch.poll() is None and time.monotonic() >= ended + 15:
