@@ -220,9 +220,7 @@ std::string BvpOutput::closing(const BvpEnding& e) const {
                        bonds_text(", broken bonds "), steps, duration_text(e.earlier + e.wall), directory_);
   return fmt::format(
       "{0}: load factor {1:.4g}, mean strain {2} {3:.4f}, mean stress {2} {4:.4g} MPa, {5:.0f} breakages{12}, {6} "
-      "Newton "
-      "iterations, {7} cutbacks, {8} material sweeps, "
-      "{9:.3g} DEM steps in {10} ({11})",
+      "Newton iterations, {7} cutbacks, {8} material sweeps, {9:.3g} DEM steps in {10} ({11})",
       how, e.time, axis(), strain_, stress_ / 1e6 + 0.0, breakages_, iterations_, cutbacks_, sweeps_, steps,
       duration_text(e.earlier + e.wall), directory_, bonds_text(", broken bonds "));
 }
@@ -240,10 +238,7 @@ std::vector<std::string> BvpOutput::notes() const {
         "other strain apart; a larger regularisation.memory holds them",
         100 * given_));
   if (given_up_ > 0)
-    all.push_back(
-        fmt::format("RVEs have given up at {} points, and answer elastically from then on (rves_given_up): "
-                    "what is read off after it is not of grains alone",
-                    given_up_));
+    all.push_back(fmt::format("RVEs have given up at {} points, and answer elastically from then on", given_up_));
   if (!scene_.is_explicit())
     for (const std::string& option : fem::unused_linear_options())
       all.push_back(fmt::format("PETSc has no use for its option {}: misspelt?", option));
