@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/io/frames.hpp"
 
+#include <algorithm>
 #include <optional>
 
 #include "dem/fracture/grain_stress.hpp"
@@ -157,6 +158,38 @@ void write_grains(const std::string& path, const State& state, bool wrapped) {
     }
   }
   add_outline(state.boundary, grid);
+  write_vtkhdf(path, grid);
+}
+
+bool has_meshes(const State& state) {
+  const auto& walls = state.boundary.walls;
+  return std::any_of(walls.begin(), walls.end(), [](const Wall& w) { return w.mesh() != nullptr; });
+}
+
+void write_walls(const std::string& path, const State& state) {
+  VtkGrid grid;
+  grid.offsets.push_back(0);
+  auto* number = &grid.cell_fields["wall"].values;
+  VtkField &velocity = grid.cell_fields["velocity"], &force = grid.cell_fields["wall_force_N"];
+  velocity.components = force.components = 3;
+  for (std::size_t w = 0; w < state.boundary.walls.size(); ++w) {
+    const Wall& wall = state.boundary.walls[w];
+    if (!wall.mesh()) continue;
+    Vec3 pressed = Vec3::Zero();
+    for (std::size_t k = state.contacts.begin[sphere_mesh]; k < state.contacts.begin[sphere_mesh + 1]; ++k)
+      if (state.contacts.pair[k].b == w) pressed += state.contacts.touch[k].force;
+    const auto first = static_cast<std::int64_t>(grid.points.size() / 3);
+    for (const Vec3& x : wall.mesh()->corner) add_point(wall.point + x, grid);
+    for (const auto& triangle : wall.mesh()->triangle) {
+      for (const Index corner : triangle) grid.connectivity.push_back(first + corner);
+      grid.offsets.push_back(static_cast<std::int64_t>(grid.connectivity.size()));
+      grid.types.push_back(5);
+      number->push_back(static_cast<float>(w));
+      for (int i = 0; i < 3; ++i)
+        velocity.values.push_back(static_cast<float>(wall.velocity[i])),
+            force.values.push_back(static_cast<float>(pressed[i]));
+    }
+  }
   write_vtkhdf(path, grid);
 }
 

@@ -45,6 +45,10 @@ bool Recipe::in_cylinder() const {
          });
 }
 
+bool Recipe::at_mesh() const {
+  return std::any_of(walls.begin(), walls.end(), [](const OwnWall& w) { return w.wall.mesh() != nullptr; });
+}
+
 double Recipe::count() const {
   return std::visit([&](const auto& g) { return count_of(g, *this); }, grains);
 }

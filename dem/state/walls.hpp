@@ -8,6 +8,7 @@
 
 #include "dem/base/tensor.hpp"
 #include "dem/shape/hull_store.hpp"
+#include "dem/shape/triangles.hpp"
 
 namespace grus::dem {
 
@@ -47,7 +48,17 @@ struct RollerWall {
   }
 };
 
-using WallShape = std::variant<PlaneWall, CylinderWall, RollerWall>;
+/// A surface of triangles about the wall's point, which spheres alone meet, from either side: see
+/// contact/mesh_pairs.hpp. How far it is nobody asks of the whole of it.
+struct MeshWall {
+  std::shared_ptr<const Triangles> surface = {};
+
+  double distance(const Vec3&) const { return 0; }
+  double travel(const Vec3& moved) const { return moved.norm(); }
+  bool sound(const HullStore*) const { return surface && sound_surface(*surface); }
+};
+
+using WallShape = std::variant<PlaneWall, CylinderWall, RollerWall, MeshWall>;
 
 struct Wall {
   Vec3 point = Vec3::Zero();
@@ -56,6 +67,10 @@ struct Wall {
   std::uint8_t material = 0;
   std::string name = {};
 
+  const Triangles* mesh() const {
+    const auto* of = std::get_if<MeshWall>(&shape);
+    return of ? of->surface.get() : nullptr;
+  }
   /// Normal of a plane; zero of all that has no single one.
   Vec3 facing() const {
     const auto* plane = std::get_if<PlaneWall>(&shape);
