@@ -7,8 +7,10 @@ namespace grus::dem {
 namespace {
 
 /// A row of planes as the kernels read walls: normal towards the sphere, normal . point | velocity, 0.
-constexpr std::size_t columns = 8;
+constexpr std::size_t mesh_columns = 8;
 constexpr double nowhere = -1e300;  // normal . point of a plane that nothing touches
+
+constexpr double same_direction = 0.9659258262890683;  // cosine of one_surface
 
 /// Corners nearer to one another than this, of the radius, are one.
 constexpr double together = 1e-6;
@@ -20,7 +22,7 @@ struct Mesh {
 
   explicit Mesh(const TileWork& w) : work(w), c(w.contacts), first(w.contacts.begin[sphere_mesh]) {}
 
-  double* row(std::size_t k) const { return c.plan.mesh_rows.data() + columns * (k - first); }
+  double* row(std::size_t k) const { return c.plan.mesh_rows.data() + mesh_columns * (k - first); }
   MeshTouch& touch(std::size_t k) const { return c.plan.mesh_touch[k - first]; }
   const Wall& wall(std::size_t k) const { return work.boundary.walls[c.pair[k].b]; }
   const Triangles& surface(std::size_t k) const { return *std::get<MeshWall>(wall(k).shape).surface; }
@@ -54,9 +56,8 @@ bool before(const Mesh& m, std::size_t j, std::size_t k) {
 
 /// Whether the contact of k is that of j, which is before it.
 bool covered(const Mesh& m, std::size_t k, std::size_t j) {
-  static const double same = std::cos(one_surface);
   const MeshTouch &is = m.touch(k), &other = m.touch(j);
-  if (is.normal.dot(other.normal) > same) return true;
+  if (is.normal.dot(other.normal) > same_direction) return true;
   const double slack = together * m.sphere(k).radius;
   return (nearest_on(m.surface(k), triangle_of(m.c.pair[j]), is.place) - is.place).squaredNorm() <= slack * slack;
 }
@@ -73,8 +74,9 @@ void each_beside(const Contacts& c, std::size_t k, std::size_t begin, std::size_
   const auto same = [&](const Pair& p) { return std::pair{p.a, p.b}; };
   const auto walk = [&](std::size_t from, std::size_t to) {
     const auto first = c.pair.begin();
-    const auto low = std::lower_bound(first + static_cast<std::ptrdiff_t>(from), first + static_cast<std::ptrdiff_t>(to),
-                                      same(c.pair[k]), [&](const Pair& p, const auto& of) { return same(p) < of; });
+    const auto low =
+        std::lower_bound(first + static_cast<std::ptrdiff_t>(from), first + static_cast<std::ptrdiff_t>(to),
+                         same(c.pair[k]), [&](const Pair& p, const auto& of) { return same(p) < of; });
     for (auto j = static_cast<std::size_t>(low - first); j < to && same_surface(c, j, k); ++j)
       if (j != k) f(j);
   };
@@ -86,7 +88,7 @@ void each_beside(const Contacts& c, std::size_t k, std::size_t begin, std::size_
 void make_mesh_room(Contacts& c) {
   const std::size_t pairs = c.begin[sphere_mesh + 1] - c.begin[sphere_mesh];
   c.plan.mesh_touch.resize(pairs);
-  c.plan.mesh_rows.assign(pairs > 0 ? columns * (pairs + overrun) : 0, 0);
+  c.plan.mesh_rows.assign(pairs > 0 ? mesh_columns * (pairs + overrun) : 0, 0);
 }
 
 void spheres_at_meshes(const TileWork& work, std::size_t begin, std::size_t end) {

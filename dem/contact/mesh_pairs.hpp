@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Spheres at surfaces of triangles: a row of the table of pairs. Each triangle near a sphere is a pair, told by a number
-// in the place of the image.
+// Spheres at surfaces of triangles: a row of the table of pairs. Each triangle near a sphere is a pair, told by a
+// number in the place of the image.
 #pragma once
 
 #include "dem/contact/pair_kinds.hpp"

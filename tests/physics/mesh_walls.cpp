@@ -43,8 +43,18 @@ Wall sheet(double a, int n) {
 Wall cube(double a) {
   Corners corner;
   for (int k = 0; k < 8; ++k) corner.emplace_back(k & 1 ? a : -a, k & 2 ? a : -a, k & 4 ? a : -a);
-  return mesh_wall(corner, {{0, 1, 3}, {0, 3, 2}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4}, {2, 3, 7}, {2, 7, 6},
-                            {0, 2, 6}, {0, 6, 4}, {1, 3, 7}, {1, 7, 5}});
+  return mesh_wall(corner, {{0, 1, 3},
+                            {0, 3, 2},
+                            {4, 5, 7},
+                            {4, 7, 6},
+                            {0, 1, 5},
+                            {0, 5, 4},
+                            {2, 3, 7},
+                            {2, 7, 6},
+                            {0, 2, 6},
+                            {0, 6, 4},
+                            {1, 3, 7},
+                            {1, 7, 5}});
 }
 
 constexpr double stiffness = 1e5;  // N/m, of a contact with a rigid wall
@@ -83,7 +93,8 @@ TEST_CASE("the nearest place of a triangle is inside, on an edge or a corner: ag
     constexpr int n = 200;
     for (int i = 0; i <= n; ++i)
       for (int j = 0; i + j <= n; ++j)
-        least = std::min(least, (corner[0] + (i * (corner[1] - corner[0]) + j * (corner[2] - corner[0])) / n - x).norm());
+        least =
+            std::min(least, (corner[0] + (i * (corner[1] - corner[0]) + j * (corner[2] - corner[0])) / n - x).norm());
     CHECK(is <= least + 1e-12);
     CHECK(is > least - 2.0 / n);  // of the search's grid
   }
@@ -115,8 +126,9 @@ TEST_CASE("numbers of triangles keep their order in the place of an image") {
   }
 }
 
-TEST_CASE("a sphere at a cube of triangles is pushed by its faces, edges and corners once each, and by two walls of a "
-          "hollow as by two planes") {
+TEST_CASE(
+    "a sphere at a cube of triangles is pushed by its faces, edges and corners once each, and by two walls of a "
+    "hollow as by two planes") {
   const Wall box = cube(5);
   const double depth = 0.1, force = stiffness * depth;
   const auto is = [&](const Vec3& x, const Vec3& wanted) {
@@ -124,15 +136,15 @@ TEST_CASE("a sphere at a cube of triangles is pushed by its faces, edges and cor
     CHECK((push(box, x) - wanted).norm() < 1e-9 * force);
   };
   const double out = 5 + 1 - depth, in = 5 - 1 + depth;
-  is(Vec3(1, 2, out), Vec3(0, 0, force));          // a face, on its diagonal and off it
+  is(Vec3(1, 2, out), Vec3(0, 0, force));  // a face, on its diagonal and off it
   is(Vec3(1, 1, out), Vec3(0, 0, force));
   is(Vec3(0, 0, -out), Vec3(0, 0, -force));
   const Vec3 slant = Vec3(1, 0, 1).normalized(), diagonal = Vec3::Ones().normalized();
-  is(Vec3(5, 0.3, 5) + (1 - depth) * slant, force * slant);  // an edge
+  is(Vec3(5, 0.3, 5) + (1 - depth) * slant, force * slant);         // an edge
   is(5 * Vec3::Ones() + (1 - depth) * diagonal, force * diagonal);  // a corner
-  is(Vec3(4.95, 0, out), Vec3(0, 0, force));                       // near the edge, over the face: the other is hidden
-  is(Vec3(1, 2, in), Vec3(0, 0, -force));                          // from within
-  is(Vec3(in, 2, in), Vec3(-force, 0, -force));                    // where two faces meet
+  is(Vec3(4.95, 0, out), Vec3(0, 0, force));                        // near the edge, over the face: the other is hidden
+  is(Vec3(1, 2, in), Vec3(0, 0, -force));                           // from within
+  is(Vec3(in, 2, in), Vec3(-force, 0, -force));                     // where two faces meet
   is(Vec3(in, in, in), Vec3(-force, -force, -force));
   is(Vec3(in, 2, 5 - 1 + 0.04), Vec3(-force, 0, -stiffness * 0.04));
   is(Vec3(0, 0, 7), Vec3::Zero());
@@ -146,7 +158,8 @@ TEST_CASE("the far side of a thin plate is not felt, and a round surface is as s
   Faces face;
   constexpr Index n = 60;
   for (Index k = 0; k < n; ++k)
-    for (const double y : {-4.0, 4.0}) corner.emplace_back(5 * std::cos(2 * pi * k / n), y, 5 * std::sin(2 * pi * k / n));
+    for (const double y : {-4.0, 4.0})
+      corner.emplace_back(5 * std::cos(2 * pi * k / n), y, 5 * std::sin(2 * pi * k / n));
   for (Index k = 0; k < n; ++k) {
     const Index a = 2 * k, b = 2 * ((k + 1) % n);
     face.push_back({a, b, a + 1}), face.push_back({b, a + 1, b + 1});
@@ -182,8 +195,9 @@ TEST_CASE("a sphere that rolls over the edges of a flat mesh feels nothing of th
   }
 }
 
-TEST_CASE("a mesh that moves carries grains, its work is counted, and any number of threads and a checkpoint keep the "
-          "bits") {
+TEST_CASE(
+    "a mesh that moves carries grains, its work is counted, and any number of threads and a checkpoint keep the "
+    "bits") {
   Material m = solid(1e8, 0.2, 2650, 0.5, 0.6);
   const Model model = model_of(m);
   std::vector<std::uint64_t> hashes;
