@@ -142,8 +142,8 @@ void BvpOutput::add(MacroRow r) {
   const std::size_t axis = scene_.flat() ? 1 : 2;  // in two dimensions z is across the plane, or the hoop
   strain_ = r.strain[axis], stress_ = r.stress[axis], energy_error_ = r.energy_error;
   most_regularised_ = std::max(most_regularised_, r.regularised);  // what the start has let go is in the first row
-  if (r.energy != nullptr)
-    given_ = std::max(given_, (most_regularised_ - r.regularised) / std::max(r.energy->largest, 1e-300));
+  fallen_ = std::max(fallen_, most_regularised_ - r.regularised);
+  given_ = fallen_ / std::max(r.energy->largest, 1e-300);
   given_up_ = r.sweep.given_up;
   breakages_ = r.breakages, bonds_broken_ = r.bonds_broken, dem_steps_ = static_cast<double>(r.sweep.dem_steps);
   worst_energy_ = std::max(worst_energy_, r.worst_energy_error);
@@ -248,7 +248,7 @@ std::vector<std::string> BvpOutput::notes() const {
 nlohmann::json BvpOutput::state() const {
   return {{"rows", history_->rows()},
           {"last_row", exact(history_->last())},
-          {"shown", exact({strain_, stress_, breakages_, bonds_broken_, energy_error_, given_, most_regularised_})},
+          {"shown", exact({strain_, stress_, breakages_, bonds_broken_, energy_error_, fallen_, most_regularised_})},
           {"series", series_},
           {"probe_series", probes_.series()},
           {"contraction", contraction_},
@@ -266,7 +266,7 @@ void BvpOutput::restore(const nlohmann::json& s, const std::string& history) {
   history_->restore(history, s.at("rows"), numbers_of(s.at("last_row")));
   const std::vector<double> shown = numbers_of(s.at("shown"));
   strain_ = shown.at(0), stress_ = shown.at(1), breakages_ = shown.at(2), bonds_broken_ = shown.at(3);
-  energy_error_ = shown.at(4), given_ = shown.at(5), most_regularised_ = shown.at(6);
+  energy_error_ = shown.at(4), fallen_ = shown.at(5), most_regularised_ = shown.at(6);
   series_ = s.at("series").get<decltype(series_)>();
   probes_.restore(s.at("probe_series").get<std::vector<decltype(series_)>>());
   contraction_ = s.at("contraction").get<std::vector<double>>();

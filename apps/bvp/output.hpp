@@ -47,7 +47,7 @@ public:
   std::string line(std::uint64_t sweeps) const;
   /// Notes of what the run has shown, beside the scene's.
   std::vector<std::string> notes() const;
-  /// By how much regularisation_J has fallen at most, over the largest energy then: given, not held or taken.
+  /// By how much regularisation_J has fallen at most, over the largest energy: given, not held or taken.
   double given() const { return given_; }
   std::string closing(const BvpEnding& ending) const;
 
@@ -85,9 +85,9 @@ private:
   std::vector<double> contraction_;  // of Newton: logarithms of residual ratios
   double strain_ = 0, stress_ = 0, breakages_ = 0, bonds_broken_ = 0, macro_work_ = 0, material_work_ = 0,
          worst_residual_ = 0, worst_energy_ = 0, energy_error_ = 0, dem_steps_ = 0,
-         given_ = 0;  // energy_error_, dem_steps_: of the last row
+         given_ = 0;  // energy_error_, dem_steps_, given_: of the last row
   std::uint64_t given_up_ = 0;
-  double most_regularised_ = std::numeric_limits<double>::lowest();  // J, in a row
+  double most_regularised_ = std::numeric_limits<double>::lowest(), fallen_ = 0;  // J: in a row; at most below it
   int iterations_ = 0, cutbacks_ = 0, sweeps_ = 0;
   int linear_iterations_ = 0, linear_failures_ = 0;  // of an iterative linear solver
 };
