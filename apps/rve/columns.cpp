@@ -63,9 +63,7 @@ bool cycled(const Told& k) {
 /// In a true triaxial test.
 bool three_stresses(const Told& k) { return k.scene.test.kind == dem::TestKind::true_triaxial; }
 /// At a constant mean stress, in a true triaxial test, or with `[[stage]]`.
-bool invariants(const Told& k) {
-  return k.scene.test.kind == dem::TestKind::constant_p || three_stresses(k) || staged(k);
-}
+bool invariants(const Told& k) { return dem::tells_q(k.scene.test) || staged(k); }
 /// With `[[wall]] control = "stress"`.
 bool pressed(const Told& k) { return !k.scene.test.loading.walls.empty(); }
 /// Where a stress is held against an axis that is driven, or by a wall.

@@ -126,13 +126,8 @@ private:
   }
 
   void march() {
+    const dem::Landing landing = test_.final_stress ? dem::stress_landing(test_, first_) : dem::Landing{};
     for (double row = 1; row <= rows_; ++row) {
-      dem::Landing landing;
-      if (test_.final_stress)
-        landing = {
-            .left = [&](const dem::State& s) { return *test_.final_stress - dem::axial_stress(test_, first_, s); },
-            .near = 0.2 * *test_.final_stress,
-            .axis = test_.axis};
       const double until = row == rows_ ? test_.duration : test_.duration * row / rows_;
       if (!go_to(until, landing)) return;
       if (test_.final_stress && (state_.time < until || landing.left(state_) <= 0)) break;

@@ -24,7 +24,7 @@ std::string checkpoint_of(const Options& options) { return options.directory + "
 /// The stress that the test itself tells, where there is one.
 const char* stress_name(const dem::Programme& test) {
   if (!dem::tells_stress(test)) return "stress";
-  return test.kind == dem::TestKind::constant_p || test.kind == dem::TestKind::true_triaxial ? "q" : "nominal stress";
+  return dem::tells_q(test) ? "q" : "nominal stress";
 }
 
 double in_mpa(double stress) { return stress / 1e6 + 0.0; }  // 0 rather than -0
@@ -208,9 +208,7 @@ dem::Landing RveRun::landing() const {
   if (!scene_.test.final_stress) return {};
   const double asked = *scene_.test.final_stress;
   if (course_.axial < 0.5 * asked && course_.axial + 4 * (course_.axial - course_.before) < asked) return {};
-  return {.left = [&, asked](const dem::State& s) { return asked - dem::axial_stress(scene_.test, sample_.state, s); },
-          .near = 0.2 * asked,
-          .axis = scene_.test.axis};
+  return dem::stress_landing(scene_.test, sample_.state);
 }
 
 /// What is shown until the next row.

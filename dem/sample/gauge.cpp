@@ -79,13 +79,9 @@ double axial_strain(const Programme& test, const State& first, const State& s, c
   return 1 - gap_of_platens(s, axis) / gap_of_platens(first, axis);
 }
 
-namespace {
-
 bool tells_q(const Programme& test) {
   return test.kind == TestKind::constant_p || test.kind == TestKind::true_triaxial;
 }
-
-}  // namespace
 
 bool tells_stress(const Programme& test) { return test.gauge || tells_q(test); }
 
@@ -124,6 +120,13 @@ double dead_way(const State& first, const State& s) {
     way += load.force.dot(pull.along) / whole * (load.point - first.bonds.load[k].point).dot(pull.along);
   }
   return way;
+}
+
+Landing stress_landing(const Programme& test, const State& first) {
+  const double asked = *test.final_stress;
+  return {.left = [&, asked](const State& s) { return asked - axial_stress(test, first, s); },
+          .near = 0.2 * asked,
+          .axis = test.axis};
 }
 
 double lode_angle(const Mat3& stress) {

@@ -32,6 +32,8 @@ double axial_stress(const Programme& test, const State& first, const State& now)
 /// Compression along the test's axis: of the box or cell, or of the gap between platens.
 double axial_strain(const Programme& test, const State& first, const State& now, const Mat3& initial_cell);
 
+/// Whether the test is told by its q: at a constant mean stress, and of three stresses.
+bool tells_q(const Programme& test);
 /// Whether the test has a stress of its own, and it: nominal stress of a load on Voronoi cells, q at a constant mean
 /// stress and of three stresses (0 without).
 bool tells_stress(const Programme& test);
@@ -53,6 +55,9 @@ std::optional<double> dead_load(const Programme& test, const State& now);
 
 /// The way (m) on which they do their work: of where they hold, by their shares.
 double dead_way(const State& first, const State& now);
+
+/// How to meet `final_stress`, which the test has; both must outlive what is returned.
+Landing stress_landing(const Programme& test, const State& first);
 
 /// Lode's angle (rad) of a stress that is tension-positive: 0 where the two lesser pressures are one, as in a triaxial
 /// compression, pi / 3 where the two greater ones are.

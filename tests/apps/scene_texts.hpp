@@ -23,7 +23,10 @@ duration = 1
 )";
 
 inline const std::string rock = R"(
-material.rock = { density = 2500, contact = "overlap", friction = 0.3, bond = { modulus = "10 GPa", tension = "2 MPa", cohesion = "3 MPa", fracture_energy = 5 } }
+material.rock.density = 2500
+material.rock.contact = "overlap"
+material.rock.friction = 0.3
+material.rock.bond = { modulus = "10 GPa", tension = "2 MPa", cohesion = "3 MPa", fracture_energy = 5 }
 packing = { kind = "voronoi", box = ["20 mm", "10 mm", "10 mm"], cells = 60 }
 loading = { kind = "free", duration = 1 }
 )";
