@@ -131,11 +131,11 @@ void Problem::Impl::find_boundaries() {
     check_boundary(b, found);
     find_loaded_nodes(b, marks);
   }
+  find_loaded_points();
 }
 
 /// One side of the reference element, with a quadrature rule on it.
 struct Problem::Impl::Side {
-  std::size_t number;
   Eigen::Vector3d e1, e2;  // edges of the reference facet
   double outward;          // sign of their cross product
   std::vector<double> weight, values, geometry;
@@ -149,7 +149,7 @@ Problem::Impl::Side Problem::Impl::side_of_cell(std::size_t number) const {
   auto corner = [&](std::size_t v) {
     return Eigen::Map<const Eigen::Vector3d>(ref.corners[static_cast<std::size_t>(ref.facets[number][v])].data());
   };
-  Side side{number, {}, {}, 1, rule[1], {}, {}};
+  Side side{{}, {}, 1, rule[1], {}, {}};
   const Eigen::Vector3d o = corner(0);
   side.e1 = corner(1) - o, side.e2 = dim == 3 ? Eigen::Vector3d(corner(2) - o) : Eigen::Vector3d::UnitZ();
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
@@ -166,6 +166,24 @@ Problem::Impl::Side Problem::Impl::side_of_cell(std::size_t number) const {
   tie(ties, static_cast<std::size_t>(nodes), side.values);
   side.geometry = compat::tabulate_geometry(*mesh, at, width());
   return side;
+}
+
+/// Tables of an element are slow to make, and a step asks for no other points.
+void Problem::Impl::find_loaded_points() {
+  std::stable_sort(loaded.begin(), loaded.end(), [](const auto& a, const auto& b) { return a.side < b.side; });
+  std::map<std::size_t, Side> sides;
+  for (const LoadedFacet& facet : loaded) {
+    if (!sides.count(facet.side)) sides.emplace(facet.side, side_of_cell(facet.side));
+    const Side& side = sides.at(facet.side);
+    const int count = static_cast<int>(side.weight.size());
+    for (int q = 0; q < count; ++q) {
+      LoadedPoint& p = loaded_points.emplace_back(LoadedPoint{facet.cell, facet.boundary, {}, {}});
+      local(facet.cell, q, {side.values, side.geometry, count}, 1, p.local);
+      const double outward = side.outward * (p.local.jacobian.determinant() > 0 ? 1 : -1);
+      p.area = (outward * p.local.depth * side.weight[static_cast<std::size_t>(q)]) *
+               (p.local.jacobian * side.e1).cross(p.local.jacobian * side.e2);
+    }
+  }
 }
 
 /// Force (N) of a condition's traction and pressure, `now` times, on an area vector of the reference facet's place.
@@ -194,22 +212,8 @@ void Problem::Impl::external_forces(double time, Add&& add_at) {
         const Point force = body_force(here.at);
         add(c, here.value, time * here.dv * Eigen::Vector3d(force[0], force[1], force[2]));
       }
-  Local l;
-  for (std::size_t number = 0; number < reference_cell(kind).facets.size() && !loaded.empty(); ++number) {
-    const Side side = side_of_cell(number);
-    const int count = static_cast<int>(side.weight.size());
-    for (const LoadedFacet& facet : loaded) {
-      if (facet.side != number) continue;
-      for (int q = 0; q < count; ++q) {
-        local(facet.cell, q, {side.values, side.geometry, count}, 1, l);
-        const double weight_here = side.weight[static_cast<std::size_t>(q)];
-        const Eigen::Vector3d area = (side.outward * (l.jacobian.determinant() > 0 ? 1 : -1) * l.depth * weight_here) *
-                                     (l.jacobian * side.e1).cross(l.jacobian * side.e2);
-        const BoundaryCondition& bc = boundaries[facet.boundary];
-        add(facet.cell, l.value, facet_force(bc, factor(facet.boundary, time), facet.cell, l, area));
-      }
-    }
-  }
+  for (const LoadedPoint& p : loaded_points)
+    add(p.cell, p.local.value, facet_force(boundaries[p.boundary], factor(p.boundary, time), p.cell, p.local, p.area));
 }
 
 void Problem::Impl::assemble_external(double time) {

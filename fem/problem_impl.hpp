@@ -79,8 +79,8 @@ struct Problem::Impl {
   std::map<std::string, std::vector<double>> at_nodes, of_cells;
   std::vector<Prescribed> prescribed;                     // owned and ghost, each component once
   std::vector<std::vector<std::int32_t>> boundary_nodes;  // owned nodes of each boundary
-  std::vector<LoadedFacet> loaded;
-  std::vector<std::vector<std::int32_t>> loaded_nodes;  // owned nodes of each boundary's loaded facets
+  std::vector<LoadedFacet> loaded;                        // side by side
+  std::vector<std::vector<std::int32_t>> loaded_nodes;    // owned nodes of each boundary's loaded facets
   std::map<std::vector<std::int64_t>, std::vector<int>> facet_tags;
   std::vector<int> cell_tags;  // by original element; empty: none
 
@@ -118,6 +118,14 @@ struct Problem::Impl {
   void local(std::int32_t cell, int q, const Tables& tables, double share, Local& out) const;
   Eigen::Matrix3d deformation_at(std::int32_t cell, const Local& l) const;
   std::vector<Local> locals;  // of the quadrature points: the mesh never moves
+  /// Quadrature points of loaded facets, with their share of the area (m^2), outward.
+  struct LoadedPoint {
+    std::int32_t cell;
+    std::size_t boundary;
+    Local local;
+    Eigen::Vector3d area;
+  };
+  std::vector<LoadedPoint> loaded_points;
   std::size_t point(std::int32_t cell, int q) const {
     return static_cast<std::size_t>(cell) * static_cast<std::size_t>(nq) + static_cast<std::size_t>(q);
   }
@@ -148,6 +156,7 @@ struct Problem::Impl {
   void assemble_internal();
   struct Side;
   Side side_of_cell(std::size_t number) const;
+  void find_loaded_points();
   Eigen::Vector3d facet_force(const BoundaryCondition& bc, double now, std::int32_t cell, const Local& l,
                               const Eigen::Vector3d& area);
   void assemble_external(double time);

@@ -42,7 +42,7 @@ void contact_forces(const ContactLaw& law, std::span<const PairLaw> pairs, const
                     const Boundary& boundary, double dt, bool shown, Contacts& contacts, Team& team);
 
 /// Work of moving walls and cell on the contacts in a second, at the forces shown (W).
-double boundary_power(const Boundary& boundary, const Contacts& contacts);
+double boundary_power(const Boundary& boundary, Contacts& contacts);
 
 /// Clears the loads of a contact pass that no sweep has taken.
 void drop_loads(Contacts& contacts);

@@ -7,6 +7,7 @@
 
 #include "dem/bond/kinds.hpp"
 #include "dem/bond/supports.hpp"
+#include "dem/contact/images.hpp"
 #include "dem/fracture/grain_stress.hpp"
 
 namespace grus::dem {
@@ -102,7 +103,7 @@ PartedStress parted_stress(const State& s) {
     const Pair& p = s.contacts.pair[k];
     const auto& touch = s.contacts.touch[k];
     const Vec3 apart = s.grains.motion[p.b].position - s.grains.motion[p.a].position;
-    const Vec3 l = crosses(p) ? Vec3(apart + cell.vectors * Vec3(p.image[0], p.image[1], p.image[2])) : apart;
+    const Vec3 l = apart + at_image(cell.vectors, p.image);  // faster than to ask whether they cross
     const double viscous = s.contacts.contact.viscous[k];
     sum.rest -= (touch.force - viscous * touch.normal) * l.transpose();
     if (viscous != 0) sum.dashpots -= viscous * touch.normal * l.transpose();
