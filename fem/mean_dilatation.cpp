@@ -42,11 +42,12 @@ void Problem::Impl::present(std::int32_t cell, int q, Present& out) const {
       out.trace[components * a + k] = out.gradient(a, k) + (k == 0 ? out.hoop[a] : 0);
 }
 
-Eigen::VectorXd Problem::Impl::mean_trace(std::int32_t cell) const {
+Eigen::VectorXd Problem::Impl::mean_trace(std::int32_t cell, std::vector<Present>& all) const {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(nodes * components);
   double volume = 0;
-  Present now;
+  all.resize(static_cast<std::size_t>(nq));
   for (int q = 0; q < nq; ++q) {
+    Present& now = all[static_cast<std::size_t>(q)];
     present(cell, q, now);
     sum += now.volume * now.trace, volume += now.volume;
   }
@@ -55,11 +56,10 @@ Eigen::VectorXd Problem::Impl::mean_trace(std::int32_t cell) const {
 
 /// What the mean dilatation adds to the stiffness beside its part in B (cell_tangent): the change of its virtual work
 /// with the displacement.
-void Problem::Impl::add_mean_dilatation(std::int32_t cell, Matrix& k) const {
-  const Eigen::VectorXd mean = mean_trace(cell);
+void Problem::Impl::add_mean_dilatation(std::int32_t cell, const std::vector<Present>& all, const Eigen::VectorXd& mean,
+                                        Matrix& k) const {
   const int m = stretched();
-  Present now;
-  auto transposed = [&](double factor, Matrix& to) {  // factor tr(grad du . grad Du)
+  auto transposed = [&](double factor, const Present& now, Matrix& to) {  // factor tr(grad du . grad Du)
     for (int a = 0; a < nodes; ++a)
       for (int e = 0; e < nodes; ++e) {
         for (int i = 0; i < components; ++i)
@@ -71,7 +71,7 @@ void Problem::Impl::add_mean_dilatation(std::int32_t cell, Matrix& k) const {
   double volume = 0, pressure = 0;  // m^3; sum of volume x mean stress (J)
   Matrix second = Matrix::Zero(k.rows(), k.cols());
   for (int q = 0; q < nq; ++q) {
-    present(cell, q, now);
+    const Present& now = all[static_cast<std::size_t>(q)];
     const std::size_t p = point(cell, q);
     const double* s = stress.data() + 6 * p;
     const double mean_stress = (m == 2 ? s[0] + s[1] : s[0] + s[1] + s[2]) / m,
@@ -84,9 +84,9 @@ void Problem::Impl::add_mean_dilatation(std::int32_t cell, Matrix& k) const {
       w[components * a] += s[2] * now.hoop[a];
     }
     k.noalias() += 2 * dv * (b * w.transpose() + w * b.transpose() + m * mean_stress * b * b.transpose());
-    transposed(dv * mean_stress, k);
+    transposed(dv * mean_stress, now, k);
     second.noalias() += now.volume * now.trace * now.trace.transpose();
-    transposed(-now.volume, second);
+    transposed(-now.volume, now, second);
     volume += now.volume, pressure += dv * mean_stress;
   }
   k += pressure * (second / volume - mean * mean.transpose());

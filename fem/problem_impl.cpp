@@ -251,11 +251,12 @@ bool Problem::Impl::strain_sweep_here() {
 
 template <class Add>
 void Problem::Impl::internal_forces(Add&& add) {
-  Present now;
+  std::vector<Present> now;
   Eigen::VectorXd mean;
+  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> of_cell(nodes, 3);
   for (std::int32_t c = 0; c < cells; ++c) {
-    const auto dofs = cell_nodes(c);
-    if (!stretch.empty()) mean = mean_trace(c);
+    if (!stretch.empty()) mean = mean_trace(c, now);
+    of_cell.setZero();
     for (int q = 0; q < nq; ++q) {
       const Local& l = local(c, q);
       const std::size_t p = point(c, q);
@@ -266,16 +267,21 @@ void Problem::Impl::internal_forces(Add&& add) {
       if (discretisation.finite_strain)
         push = sigma * f.inverse().transpose(),
         dv *= stretch.empty() ? f.determinant() : told(F, stretch, p).determinant();
-      double even = 0;  // mean stress in the stretched directions (Pa)
-      if (!stretch.empty()) present(c, q, now), even = sigma.diagonal().head(stretched()).mean();
       for (int a = 0; a < nodes; ++a) {
         Eigen::Vector3d force = dv * (push * l.gradient.row(a).transpose());
         force[0] += dv * push(2, 2) * l.hoop[a];
-        for (int k = 0; k < components && !stretch.empty(); ++k)
-          force[k] += dv * even * (mean[components * a + k] - now.trace[components * a + k]);
-        for (int k = 0; k < components; ++k) add(dofs[static_cast<std::size_t>(a)], k, force[k]);
+        of_cell.row(a) += force.transpose();
       }
+      if (stretch.empty()) continue;
+      const double even = sigma.diagonal().head(stretched()).mean();  // in the stretched directions (Pa)
+      const Eigen::VectorXd& trace = now[static_cast<std::size_t>(q)].trace;
+      for (int a = 0; a < nodes; ++a)
+        for (int k = 0; k < components; ++k)
+          of_cell(a, k) += dv * even * (mean[components * a + k] - trace[components * a + k]);
     }
+    const auto dofs = cell_nodes(c);
+    for (int a = 0; a < nodes; ++a)
+      for (int k = 0; k < components; ++k) add(dofs[static_cast<std::size_t>(a)], k, of_cell(a, k));
   }
 }
 
@@ -297,11 +303,10 @@ void Problem::Impl::assemble_both(double time, std::span<double> most) {
 void Problem::Impl::cell_tangent(std::int32_t c, Matrix& k) const {
   Matrix b(6, components * nodes), cb(6, components * nodes);
   k.setZero(components * nodes, components * nodes);
-  Present now;
-  Eigen::VectorXd mean;
-  if (!stretch.empty()) mean = mean_trace(c);
+  std::vector<Present> all;
+  const Eigen::VectorXd mean = mean_trace(c, all);
   for (int q = 0; q < nq; ++q) {
-    present(c, q, now);
+    const Present& now = all[static_cast<std::size_t>(q)];
     const std::size_t p = point(c, q);
     const double dv = stretch.empty() ? now.volume : local(c, q).dv * told(F, stretch, p).determinant();
     const auto& g = now.gradient;
@@ -326,7 +331,7 @@ void Problem::Impl::cell_tangent(std::int32_t c, Matrix& k) const {
         k(components * a, components * e) += dv * h[a] * sigma(2, 2) * h[e];
       }
   }
-  if (!stretch.empty()) add_mean_dilatation(c, k);
+  if (!stretch.empty()) add_mean_dilatation(c, all, mean, k);
 }
 
 void Problem::Impl::assemble_tangent(Mat A) const {

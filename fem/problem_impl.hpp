@@ -180,14 +180,14 @@ private:
   /// Gradients against the present place, and the volume, at a point: where its stress does its work.
   struct Present {
     Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> gradient;
-    Eigen::VectorXd hoop, trace,
-        mean_trace;  // trace: of the velocity gradient in the stretched directions, a component each
+    Eigen::VectorXd hoop, trace;  // trace: of the velocity gradient in the stretched directions, a component each
     double volume = 0;
   };
   void present(std::int32_t cell, int q, Present& out) const;
-  /// Volume-weighted mean of `trace` over an element.
-  Eigen::VectorXd mean_trace(std::int32_t cell) const;
-  void add_mean_dilatation(std::int32_t cell, Matrix& k) const;
+  /// Volume-weighted mean of `trace` over an element; `all` gets its points as they are.
+  Eigen::VectorXd mean_trace(std::int32_t cell, std::vector<Present>& all) const;
+  void add_mean_dilatation(std::int32_t cell, const std::vector<Present>& all, const Eigen::VectorXd& mean,
+                           Matrix& k) const;
   /// What points do to nodes: `add(node, component, force)`, N.
   template <class Add>
   void internal_forces(Add&& add);
