@@ -41,6 +41,32 @@ def sample():
     return {k: list(v) for k, v in {**c, **{f"stress_{k}_Pa": 1e6 * v * e for k, v in stress.items()}}.items()}, stress
 
 
+def staged(c, titles, of_an_oedometer, of_all_sides):
+    """What a test in stages is told by its strains and columns; where it goes back, sums are drawn over the time."""
+    e = np.array(c["axial_strain"])
+    of = lambda *kinds, **more: ("r", {**c, **more}, {"scene": {"stage": [{"kind": k} for k in kinds]}})
+    still = {"strain_xx": 0 * e, "strain_yy": 1e-8 * e}
+    need(titles([of("compress", "unload", **still)]) == of_an_oedometer, "an oedometer in stages")
+    need(titles([of("compress", **{**still, "strain_yy": 1e-5 * e})]) == of_all_sides, "a side that gives way")
+    q = {"q_Pa": [0.0, 1e6, 3e6]}
+    need("Stress path" in titles([of("compress", "shear", **q)]), "a test in stages that shears")
+    need("Stress path" not in titles([of("compress", **still, **q)]), "an oedometer has a q, and is not sheared")
+    along_x = ("r", {**c, "strain_zz": 0 * e, "strain_yy": 0 * e},
+               {"scene": {"stage": [{"axis": "all"}, {"axis": "x"}]}})
+    need(rve_plots.axis_of(along_x) == "x" and rve_plots.oedometric(along_x), "along x")
+    need(not rve_plots.oedometric(of("compress", **still, axial_strain=0 * e)), "nothing is strained")
+    back = lambda x: rve_plots.onward(("r", {**c, "axial_strain": x}, {}))[1]
+    need([back(x) for x in ([0, 0.1, 0.2], [0, 0.2, 0.1], [0, -0.1, -0.2], [0, 0.2, 0.197])] ==
+         ["axial strain (compression)", "time (s)", "axial strain (compression)", "axial strain (compression)"],
+         "where the strain goes back by more than a fiftieth: the time")
+    told = command.facts(("n", {**c, **q}, {"scene": {"stage": [{"kind": "shear"}]}}))
+    need((told["stress"], told["largest q"]) == ("2 MPa", "3 MPa"), f"stress and q: {told}")
+    need("largest q" not in command.facts(of("compress", **still, **q)), "q of an oedometer")
+    known = {"scene": {"preparation": {"void_ratio_min": 0.5, "void_ratio_max": 0.9}}}
+    need(command.start_of(("n", c, known))["Dr at start"] == "50 %", "limits told by the preparation")
+    need([rve_plots.told(v) for v in (1.1e-16, 0.0, 0.25)] == ["0", "0", "0.25"], "round-off of a start")
+
+
 def samples():
     c, stress = sample()
     e = np.array(c["axial_strain"])
@@ -89,16 +115,17 @@ def samples():
     near([v for v in curves.values()], [[[1, 2], [100 * p, 100]] for p in (0.1, 0.2, 0.3)], "all gradings", floor=1e-9)
     curves, _, _ = drawn(rve_plots.by_size, "n", states)
     need({k: (list(x), list(y)) for k, (x, y) in curves.items()} ==
-         {"coordination": ([2], [4]), "generation": ([2], [1]), "elongation × 10": ([2], [8]),
-          "flatness × 10": ([2], [6])}, f"means by size: {curves}")
+         {"coordination": ([2], [4]), "generation": ([2], [1]), "elongation (right)": ([2], [0.8]),
+          "flatness (right)": ([2], [0.6])}, f"means by size: {curves}")
     titles = lambda runs: [texts[0] for _, texts, _ in drawn_of(lambda: rve_plots.overlays(runs))]
     of = lambda kind, **more: ("r", {**c, **more}, {"scene": {"loading": {"kind": kind}}})
-    void = "Void ratio against the logarithm of pressure"
+    void, rest = "Void ratio against the logarithm of the ", "Lateral stress at rest, K0"
     strain = "Stress and strain (compression positive)"
     for runs, wanted in (([of("triaxial")], [strain, "Deviator and strain", "Stress path", "Mobilised friction",
                                                   "Volume strain"]),
-                         ([of("uniaxial-strain")], [strain, void, "Stress at rest"]),
-                         ([of("isotropic-stress")], [strain, void]), ([of("rollers")], [strain]), ([still], []),
+                         ([of("uniaxial-strain")], [strain, void + "axial stress", rest]),
+                         ([of("isotropic-stress")], [strain, void + "mean pressure"]),
+                         ([of("rollers")], [strain]), ([still], []),
                          ([of("platens")], ["Single grains between platens"]),
                          ([of("platens", bonds=[1])], [strain])):
         need(titles(runs) == wanted, f"plots of {runs[0][2]}: {titles(runs)}")
@@ -125,11 +152,15 @@ def samples():
     need(figures.by_scale([8.0, 1.0, 64.1], abs) == [[8.0, 1.0], [64.1]] and
          figures.by_scale([1.0, 7.0, 49.0], abs) == [[1.0], [7.0, 49.0]], "just within a factor of eight")
     pressed = drawn_of(lambda: rve_plots.overlays([of("uniaxial-strain")]))
-    near(pressed[1][0]["r"], [5 * e[1:], (0.7 - e)[1:]], "void ratio where there is a pressure")
+    near(pressed[1][0]["r"], [10 * e[1:], (0.7 - e)[1:]], "void ratio where there is a stress")
     near(pressed[2][0]["r"], [e, [math.nan, 1 / 3, 1 / 3]], "stress at rest")
-    pressed = drawn_of(lambda: rve_plots.overlays([of("uniaxial-strain", mean_pressure_Pa=[1.0, 5e3, 1e6])]))
-    near(pressed[1][0]["r"], [[0.005, 1], [0.6, 0.5]], "void ratio above 1e-4 of the largest pressure", 1e-9)
+    pressed = drawn_of(lambda: rve_plots.overlays([of("uniaxial-strain", mean_pressure_Pa=[1.0, 5e3, 1e6],
+                                                      axial_stress_Pa=[1.0, 5e3, 2e6])]))
+    near(pressed[1][0]["r"], [[0.005, 2], [0.6, 0.5]], "void ratio above 1e-4 of the largest stress", 1e-9)
     near(pressed[2][0]["r"][1], [math.nan, math.nan, 1 / 3], "stress at rest above a hundredth of it")
+    pressed = drawn_of(lambda: rve_plots.overlays([of("isotropic-stress")]))
+    near(pressed[1][0]["r"], [5 * e[1:], (0.7 - e)[1:]], "of all sides over the mean pressure")
+    staged(c, titles, [strain, void + "axial stress", rest], [strain, void + "mean pressure"])
     graded = ("n", c, {**summary, "grading": {0.1: rows(0.2)}})
     shown = [texts[0] for _, texts, _ in drawn_of(lambda: rve_plots.of_run(graded))]
     need(shown == ["n: where the work went", "n: breakage", "n: grading, fines included",
@@ -154,14 +185,20 @@ def problem(**more):
 
 def problems():
     c = problem()
-    need(bvp_plots.loaded_axis(c) == "zz", "the axis whose stress changes most")
-    need(bvp_plots.along(c)[1] == "displacement of top, z (mm)", "against the way of what pushes")
-    near(bvp_plots.along(c)[0], [0, 0.01, 0.03], "its way, millimetres")
+    need(bvp_plots.loaded_axis(c, {}) == "zz", "the axis whose stress changes most")
+    need(bvp_plots.along(c, {})[1] == "displacement of top, z (mm)", "against the way of what pushes")
+    near(bvp_plots.along(c, {})[0], [0, 0.01, 0.03], "its way, millimetres")
+    moved = {"scene": {"boundary": [{"name": "small", "displacement": ["free", 2e-3, 0.0]}, {"name": "side"},
+                                    {"name": "top", "displacement": ["free", "free", 0.0]}]}}
+    need(bvp_plots.along(c, moved)[1] == "displacement of small, y (mm)" and bvp_plots.loaded_axis(c, moved) == "yy",
+         "what the scene moves goes before what pushes most")
+    moved["scene"]["boundary"][2]["displacement"][2] = -1e-3
+    need(bvp_plots.driven(c, moved)[:2] == ("top", "z"), "of two the one that goes farthest")
     calm = {k: v for k, v in c.items() if not k.startswith("moved_")}
-    need(bvp_plots.along(calm)[1] == "mean strain zz (compression)", "where nothing pushes")
-    near(bvp_plots.along(calm)[0], [0, 0.01 / 3, 0.01], "the mean strain along it")
+    need(bvp_plots.along(calm, {})[1] == "mean strain zz (compression)", "where nothing pushes")
+    near(bvp_plots.along(calm, {})[0], [0, 0.01 / 3, 0.01], "the mean strain along it")
     dynamic = problem(macro_kinetic_J=[0, 1, 2])
-    near(bvp_plots.along(dynamic)[0], [0, 1e4, 3e4], "microseconds")
+    near(bvp_plots.along(dynamic, {})[0], [0, 1e4, 3e4], "microseconds")
     need(bvp_plots.dynamic(dynamic) and not bvp_plots.dynamic(problem(macro_kinetic_J=[0], load_rate=[0])), "dynamics")
     found = bvp_plots.pushed(c)
     need([p[:2] for p in found] == [("top", "z")], f"what pushes: {[p[:2] for p in found]}")
@@ -177,24 +214,24 @@ def problems():
     need(bvp_plots.pushed({}) == [], "nothing pushes")
     curves, texts, _ = drawn(bvp_plots.reaction, "n", found)
     near(curves["top, z"], [[0, 0.01, 0.03], [1, 500, 900]], "reaction along the way")
-    curves, texts, _ = drawn(bvp_plots.stress, "n", c)
-    near(curves["stress zz"], [bvp_plots.along(c)[0], [0, 5 / 3, 5]], "stress")
+    curves, texts, _ = drawn(bvp_plots.stress, "n", c, {})
+    near(curves["stress zz"], [bvp_plots.along(c, {})[0], [0, 5 / 3, 5]], "stress")
     own = problem(**{f"grains_stress_{k}_Pa": [0.0, -1e6, -7e6] for k in ("xx", "yy", "zz")})
-    near(drawn(bvp_plots.stress, "n", own)[0]["stress xx"][1], [0, 1, 7], "stress of the grains")
-    curves, texts, _ = drawn(bvp_plots.energies, "n", {**dynamic, "macro_external_J": [0, 3, 5]})
+    near(drawn(bvp_plots.stress, "n", own, {})[0]["stress xx"][1], [0, 1, 7], "stress of the grains")
+    curves, texts, _ = drawn(bvp_plots.energies, "n", {**dynamic, "macro_external_J": [0, 3, 5]}, {})
     near([curves["external"][1], curves["kinetic"][1]], [[0, 3, 5], [0, 1, 2]], "macro energies")
     need("largest error 2.00 %" in texts[0], f"energies: {texts[0]}")
     probe = {**dynamic, "probe_a_strain_zz": [0.0, -1e-6, -4e-6], "probe_a_strain_xx": [0.0, 1.0, 1.0]}
-    curves, texts, _ = drawn(bvp_plots.gauges, "n", probe)
+    curves, texts, _ = drawn(bvp_plots.gauges, "n", probe, {})
     need(set(curves) == {"a"} and list(curves["a"][1]) == [0, 1, 4], f"gauges: {curves}")
     fig, ax = plt.subplots()
     bvp_plots.convergence(ax, "n", c)
     need([p.get_height() for p in ax.patches] == [0, 3, 4], "Newton iterations")
     near(fig.axes[1].get_lines()[0].get_ydata(), [math.nan, 1e-4, 1e-3], "residuals")
     plt.close(fig)
-    curves, _, _ = drawn(bvp_plots.balance, "n", c)
+    curves, _, _ = drawn(bvp_plots.balance, "n", c, {})
     near([curves["energy error"], curves["worst rve energy error"]],
-         [[bvp_plots.along(c)[0][1:], v] for v in ([0.01, 0.02], [1e-3, 2e-3])], "trust, from the second row")
+         [[bvp_plots.along(c, {})[0][1:], v] for v in ([0.01, 0.02], [1e-3, 2e-3])], "trust, from the second row")
     more = problem(p_Pa=[0.0, 1e6, 3e6], q_Pa=[0.0, 2e6, 5e6], strain_volumetric=[0.0, 0.01, 0.02])
     shown = drawn_of(lambda: bvp_plots.of_run(("n", more, {"folder": "nowhere"})))
     titles = [texts[0] for _, texts, _ in shown]
@@ -202,7 +239,7 @@ def problems():
                     "n: stress path of the means", "n: volume strain", "n: breakage", "n: convergence",
                     "n: how far to trust it"], f"plots of a macro problem: {titles}")
     near([list(shown[2][0].values())[0], list(shown[3][0].values())[0]],
-         [[[0, 1, 3], [0, 2, 5]], [bvp_plots.along(c)[0], [0, 1, 2]]], "stress path, volume strain")
+         [[[0, 1, 3], [0, 2, 5]], [bvp_plots.along(c, {})[0], [0, 1, 2]]], "stress path, volume strain")
     near(shown[4][0]["breakages"][1], [0, 0, 5], "breakages")
     calm = {**c, "breakages": [0.0] * 3}
     shown = [texts[0] for _, texts, _ in drawn_of(lambda: bvp_plots.of_run(("n", calm, {"folder": "nowhere"})))]

@@ -6,8 +6,21 @@ from grus.figures import counts, decades, figure, legend, positive, unit_of
 from grus.report import pictures
 
 
-def loaded_axis(c):
-    """The axis whose stress changes most: sand that is sheared strains more to its sides than along the load."""
+def driven(c, s):
+    """(boundary, component, displacement) of what a scene moves farthest; None where it moves nothing."""
+    found = []
+    for boundary in s.get("scene", {}).get("boundary", []):
+        for component, way in zip("xyz", boundary.get("displacement", [])):
+            moved = c.get(f"moved_{boundary.get('name')}_{component}_m")
+            if isinstance(way, (int, float)) and way != 0 and moved and max(map(abs, moved)) > 0:
+                found.append((max(map(abs, moved)), boundary["name"], component, moved))
+    return max(found, key=lambda f: f[0])[1:] if found else None
+
+
+def loaded_axis(c, s):
+    """The axis along which a scene moves a boundary; where it moves none, the one whose stress changes most."""
+    if boundary := driven(c, s):
+        return 2 * boundary[1]
     return max(("xx", "yy", "zz"), key=lambda k: max(c[f"mean_stress_{k}_Pa"]) - min(c[f"mean_stress_{k}_Pa"]))
 
 
@@ -15,15 +28,15 @@ def dynamic(c):
     return "macro_kinetic_J" in c and "load_rate" not in c
 
 
-def along(c):
-    """(values, name) of what a problem is drawn against: the way of the boundary that pushes most; the time of waves;
-    the mean strain where nothing pushes."""
+def along(c, s):
+    """(values, name) of what a problem is drawn against: the way of the boundary that the scene moves farthest, or of
+    the one that pushes most; the time of waves; the mean strain where nothing pushes."""
     if dynamic(c):
         return [1e6 * t for t in c["time_s"]], "time (µs)"
-    for boundary, component, way, _ in pushed(c)[:1]:
+    for boundary, component, way, *_ in [driven(c, s)] if driven(c, s) else pushed(c)[:1]:
         sense = math.copysign(1, max(way, key=abs))
         return [1e3 * sense * v for v in way], f"displacement of {boundary}, {component} (mm)"
-    axis = loaded_axis(c)
+    axis = loaded_axis(c, s)
     return [-v for v in c[f"mean_strain_{axis}"]], f"mean strain {axis} (compression)"
 
 
@@ -50,8 +63,8 @@ def reaction(ax, name, curves):
     legend(ax)
 
 
-def stress(ax, name, c):
-    x, label = along(c)
+def stress(ax, name, c, s):
+    x, label = along(c, s)
     head = "grains_stress" if "grains_stress_xx_Pa" in c else "mean_stress"
     much, unit = unit_of(*(c[f"{head}_{k}_Pa"] for k in ("xx", "yy", "zz")))
     for k in ("xx", "yy", "zz"):
@@ -62,8 +75,8 @@ def stress(ax, name, c):
     legend(ax)
 
 
-def energies(ax, name, c):
-    x, label = along(c)
+def energies(ax, name, c, s):
+    x, label = along(c, s)
     for k in ("external", "internal", "kinetic", "viscous", "damped", "scaled"):
         if f"macro_{k}_J" in c:
             ax.plot(x, c[f"macro_{k}_J"], label=k)
@@ -72,11 +85,11 @@ def energies(ax, name, c):
     legend(ax)
 
 
-def gauges(ax, name, c):
-    axis = loaded_axis(c)
+def gauges(ax, name, c, s):
+    axis = loaded_axis(c, s)
     for k in [k for k in c if k.startswith("probe_") and k.endswith(f"_strain_{axis}")]:
-        ax.plot(along(c)[0], [-1e6 * v for v in c[k]], label=k[6:-10])
-    ax.set(xlabel=along(c)[1], ylabel=f"strain {axis} (µm/m, compression)", title=f"{name}: probes")
+        ax.plot(along(c, s)[0], [-1e6 * v for v in c[k]], label=k[6:-10])
+    ax.set(xlabel=along(c, s)[1], ylabel=f"strain {axis} (µm/m, compression)", title=f"{name}: probes")
     legend(ax)
 
 
@@ -91,8 +104,8 @@ def convergence(ax, name, c):
     legend(ax, other)
 
 
-def balance(ax, name, c):
-    x, label = along(c)
+def balance(ax, name, c, s):
+    x, label = along(c, s)
     shown = {
         k: positive(c[k])[1:] for k in ("unbalanced_macro_force", "kinetic_over_internal", "energy_error",
                                         "inertial_number", "worst_rve_energy_error") if k in c
@@ -110,7 +123,7 @@ def of_run(run):
     moved = pushed(c)
     if moved:
         plots.append(figure(lambda ax: reaction(ax, name, moved)))
-    plots.append(figure(lambda ax: stress(ax, name, c)))
+    plots.append(figure(lambda ax: stress(ax, name, c, summary)))
     if not dynamic(c) and "p_Pa" in c and len(c["p_Pa"]) > 1:
         much, unit = unit_of(c["p_Pa"], c["q_Pa"])
 
@@ -123,24 +136,24 @@ def of_run(run):
 
         def volume(ax):
             ax.plot(
-                along(c)[0], [100 * v for v in c["strain_volumetric"]], marker="o" if len(c["p_Pa"]) < 80 else None,
-                ms=3)
-            ax.set(xlabel=along(c)[1], ylabel="volume strain (%, compression)", title=f"{name}: volume strain")
+                along(c, summary)[0], [100 * v for v in c["strain_volumetric"]],
+                marker="o" if len(c["p_Pa"]) < 80 else None, ms=3)
+            ax.set(xlabel=along(c, summary)[1], ylabel="volume strain (%, compression)", title=f"{name}: volume strain")
         plots.append(figure(volume))
     if c["breakages"][-1] > 0 or c.get("bonds_broken", [0])[-1] > 0:
         def breaks(ax):
             for key, label in (("breakages", "breakages"), ("bonds_broken", "bonds broken")):
                 if c.get(key, [0])[-1] > 0:
-                    ax.plot(along(c)[0], c[key], label=label)
+                    ax.plot(along(c, summary)[0], c[key], label=label)
             counts(ax.yaxis)
-            ax.set(xlabel=along(c)[1], ylabel="number, all RVEs", title=f"{name}: breakage")
+            ax.set(xlabel=along(c, summary)[1], ylabel="number, all RVEs", title=f"{name}: breakage")
             legend(ax)
         plots.append(figure(breaks))
     if "macro_external_J" in c:
-        plots.append(figure(lambda ax: energies(ax, name, c)))
-    if dynamic(c) and any(k.startswith("probe_") and k.endswith(f"_strain_{loaded_axis(c)}") for k in c):
-        plots.append(figure(lambda ax: gauges(ax, name, c)))
+        plots.append(figure(lambda ax: energies(ax, name, c, summary)))
+    if dynamic(c) and any(k.startswith("probe_") and k.endswith(f"_strain_{loaded_axis(c, summary)}") for k in c):
+        plots.append(figure(lambda ax: gauges(ax, name, c, summary)))
     if "macro_kinetic_J" not in c:
         plots.append(figure(lambda ax: convergence(ax, name, c)))
-    plots.append(figure(lambda ax: balance(ax, name, c)))
+    plots.append(figure(lambda ax: balance(ax, name, c, summary)))
     return plots

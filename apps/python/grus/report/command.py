@@ -31,20 +31,22 @@ def facts(run):
     name, c, s = run
     counts, seconds = s.get("counts", {}), s.get("seconds", {})
     if is_bvp(run):
-        axis = bvp_plots.loaded_axis(c)
+        axis = bvp_plots.loaded_axis(c, s)
         load, stress = max(map(abs, c[f"mean_strain_{axis}"])), -min(c[f"mean_stress_{axis}_Pa"])
         error, wall = max(map(abs, c["energy_error"][1:] or c["energy_error"])), seconds.get("solve_wall", math.nan)
     else:
-        load, stress = max(map(abs,
-                               c["axial_strain"])), max(c.get("nominal_stress_Pa", c.get("q_Pa", c["axial_stress_Pa"])))
+        load, stress = max(map(abs, c["axial_strain"])), max(c.get("nominal_stress_Pa", c["axial_stress_Pa"]))
         error, wall = max(map(abs, c["energy_error"])), seconds.get("loading_wall", math.nan)
     much, unit = unit_of([stress])
+    q = {}
+    if not is_bvp(run) and "q_Pa" in c and rve_plots.sheared(run):
+        apart, unit_q = unit_of(c["q_Pa"])
+        q = {"largest q": f"{max(c['q_Pa']) / apart + 0.0:.4g} {unit_q}"}
     steps = counts.get("steps", counts.get("dem_steps", math.nan))
     return {
-        "run": name, "ending": s.get("ending",
-                                     ""), "load": f"{load:.3f} strain", "stress": f"{stress / much + 0.0:.4g} {unit}",
-        "broken": broken(c), "energy error": f"{100 * error:.2f} %", "wall": f"{wall:.1f} s", "steps": f"{steps:.3g}",
-        **start_of(run)
+        "run": name, "ending": s.get("ending", ""), "load": f"{load:.3f} strain",
+        "stress": f"{stress / much + 0.0:.4g} {unit}", **q, "broken": broken(c), "energy error": f"{100 * error:.2f} %",
+        "wall": f"{wall:.1f} s", "steps": f"{steps:.3g}", **start_of(run)
     }
 
 
@@ -55,7 +57,8 @@ def start_of(run):
     e = s.get("sample", {}).get("void_ratio", c["void_ratio"][0] if "void_ratio" in c else 0)
     if not e > 0 or is_bvp(run) or scene.get("loading", {}).get("kind") == "platens":
         return {}
-    low, high = (scene.get("packing", {}).get(f"void_ratio_{k}", math.nan) for k in ("min", "max"))
+    limits = {**scene.get("packing", {}), **scene.get("preparation", {})}
+    low, high = (limits.get(f"void_ratio_{k}", math.nan) for k in ("min", "max"))
     dense = {"Dr at start": f"{100 * (high - e) / (high - low):.0f} %"} if low < high else {}
     return {"e at start": f"{e:.4f}", **dense}
 

@@ -18,13 +18,49 @@ def loading(run):
     return run[2].get("scene", {}).get("loading", {})
 
 
+def stages(run):
+    return run[2].get("scene", {}).get("stage", [])
+
+
+def axis_of(run):
+    """x, y or z: the axis along which a sample is loaded."""
+    axis = next((t["axis"] for t in [loading(run), *stages(run)] if t.get("axis") in ("x", "y", "z")), "z")
+    return axis
+
+
 def strained(run):
     return max(map(abs, run[1]["axial_strain"])) > 0
+
+
+def oedometric(run):
+    """Pressed along one axis while the others keep their length."""
+    if not stages(run):
+        return loading(run).get("kind") in ("uniaxial-strain", "oedometric-stress")
+    c, most = run[1], max(map(abs, run[1]["axial_strain"]))
+    across = [k for k in "xyz" if k != axis_of(run)]
+    return most > 0 and all(abs(v) <= 1e-6 * most for k in across for v in c[f"strain_{k * 2}"])
+
+
+def sheared(run):
+    kinds = ("triaxial", "constant-p", "true-triaxial", "velocity-gradient")
+    return not oedometric(run) and ("q_Pa" in run[1] if stages(run) else loading(run).get("kind") in kinds)
+
+
+def compressed(run):
+    return oedometric(run) or (not sheared(run) if stages(run) else loading(run).get("kind") == "isotropic-stress")
 
 
 def along(run):
     """What a run is drawn against, and its name."""
     return (run[1]["axial_strain"], "axial strain (compression)") if strained(run) else (run[1]["time_s"], "time (s)")
+
+
+def onward(run):
+    """The same of curves that would lie over one another where a test goes back: those go by the time."""
+    x, name = along(run)
+    goes = [(b - a) * math.copysign(1, x[-1] - x[0]) for a, b in zip(x, x[1:])]
+    back = -sum(g for g in goes if g < 0) > 0.02 * max(map(abs, x))
+    return (run[1]["time_s"], "time (s)") if back else (x, name)
 
 
 def volume(c):
@@ -53,7 +89,7 @@ def mobilised(c):
 
 def lateral(run):
     """K0: mean lateral over axial stress of the grains."""
-    c, axis = run[1], loading(run).get("axis", "z")
+    c, axis = run[1], axis_of(run)
     ratio = []
     for k, total in enumerate(zip(c["stress_xx_Pa"], c["stress_yy_Pa"], c["stress_zz_Pa"])):
         axial = c[f"stress_{axis * 2}_Pa"][k]
@@ -112,6 +148,27 @@ def sheared_plots(runs):
     return plots + [figure(friction), figure(dilation)]
 
 
+def void_ratios(ax, way, runs):
+    """Over the logarithm of what presses: an oedometer's curve is read over the stress along its axis."""
+    stress = {r[0]: r[1]["axial_stress_Pa" if way == "axial stress" else "mean_pressure_Pa"] for r in runs}
+    much, unit = unit_of(*stress.values())
+    for name, c, _ in runs:
+        rows = [(p / much, e) for p, e in zip(stress[name], c["void_ratio"]) if p > 1e-4 * max(stress[name])]
+        ax.semilogx(*zip(*rows), label=name) if rows else None
+    plain(ax.xaxis)
+    ax.set(xlabel=f"{way} ({unit})", ylabel="void ratio", title=f"Void ratio against the logarithm of the {way}")
+    legend(ax)
+
+
+def at_rest(ax, runs):
+    for r in runs:
+        p = r[1]["mean_pressure_Pa"]
+        ax.plot(r[1]["axial_strain"], [v if q > 0.01 * max(p) else math.nan for v, q in zip(lateral(r), p)], label=r[0])
+    ax.set(xlabel="axial strain (compression)", ylabel="K0, lateral over axial stress",
+           title="Lateral stress at rest, K0", ylim=(0, None))
+    legend(ax)
+
+
 def overlays(runs):
     """What runs have in common, samples and single grains apart: a grain's strength is far above a sample's stress."""
     plots = []
@@ -123,41 +180,24 @@ def overlays(runs):
     if grains:
         plots += stress_plots("Single grains between platens", grains, True)
     boxes = [r for r in samples if loading(r).get("kind") != "rollers" and any(v > 0 for v in r[1]["void_ratio"])]
-    compressed = [
-        r for r in boxes if loading(r).get("kind") in ("uniaxial-strain", "oedometric-stress", "isotropic-stress")
-    ]
-    sheared = [r for r in boxes if loading(r).get("kind") in ("triaxial", "constant-p", "velocity-gradient")]
-    if compressed:
-        much, unit = unit_of(*(c["mean_pressure_Pa"] for _, c, _ in compressed))
-
-        def void(ax):
-            for name, c, _ in compressed:
-                rows = [(p / much, e) for p, e in zip(c["mean_pressure_Pa"], c["void_ratio"])
-                        if p > 1e-4 * max(c["mean_pressure_Pa"])]
-                ax.semilogx(*zip(*rows), label=name) if rows else None
-            plain(ax.xaxis)
-            ax.set(xlabel=f"mean pressure ({unit})", ylabel="void ratio",
-                   title="Void ratio against the logarithm of pressure")
-            legend(ax)
-        plots.append(figure(void))
-
-        def at_rest(ax):
-            for r in compressed:
-                if loading(r).get("kind") != "isotropic-stress":
-                    p = r[1]["mean_pressure_Pa"]
-                    ax.plot(r[1]["axial_strain"], [v if q > 0.01 * max(p) else math.nan for v, q in zip(lateral(r), p)],
-                            label=r[0])
-            ax.set(xlabel="axial strain (compression)", ylabel="K0, lateral over axial stress", title="Stress at rest",
-                   ylim=(0, None))
-            legend(ax)
-        if any(loading(r).get("kind") != "isotropic-stress" for r in compressed):
-            plots.append(figure(at_rest))
-    if sheared:
-        plots += sheared_plots(sheared)
+    pressed = [r for r in boxes if compressed(r)]
+    for way, group in (("axial stress", [r for r in pressed if oedometric(r)]),
+                       ("mean pressure", [r for r in pressed if not oedometric(r)])):
+        if group:
+            plots.append(figure(lambda ax: void_ratios(ax, way, group)))
+    if any(oedometric(r) for r in pressed):
+        plots.append(figure(lambda ax: at_rest(ax, [r for r in pressed if oedometric(r)])))
+    if any(sheared(r) for r in boxes):
+        plots += sheared_plots([r for r in boxes if sheared(r)])
     graded = [r for r in runs if r[2].get("grading")]
     if graded:
         plots.append(figure(lambda ax: gradings(ax, graded)))
     return plots
+
+
+def told(strain):
+    """Round-off of a start is 0."""
+    return f"{strain if abs(strain) > 1e-9 else 0:.3g}"
 
 
 def gradings(ax, runs):
@@ -165,7 +205,7 @@ def gradings(ax, runs):
         states = list(summary["grading"].items())
         for (strain, rows), style in ((states[0], ":"), (states[-1], "-"))[2 - min(2, len(states)):]:
             ax.semilogx([1e3 * r["diameter_m"] for r in rows], [100 * r["passing"] for r in rows], style,
-                        color=f"C{k % 10}", label=f"{name}, strain {strain:.3g}")
+                        color=f"C{k % 10}", label=f"{name}, strain {told(strain)}")
     plain(ax.xaxis)
     ax.set(xlabel="equivalent diameter (mm)", ylabel="passing by mass (%)",
            title="Gradings, first and last state (fines included)", ylim=(0, 100))
@@ -176,7 +216,7 @@ def grading_states(ax, name, states):
     for k, (strain, rows) in enumerate(states.items()):
         ax.semilogx([1e3 * r["diameter_m"] for r in rows], [100 * r["passing"] for r in rows],
                     color=plt.cm.viridis(k / max(1,
-                                                 len(states) - 1)), label=f"strain {strain:.3g}")
+                                                 len(states) - 1)), label=f"strain {told(strain)}")
     plain(ax.xaxis)
     ax.set(xlabel="equivalent diameter (mm)", ylabel="passing by mass (%)", title=f"{name}: grading, fines included",
            ylim=(0, 100))
@@ -186,15 +226,19 @@ def grading_states(ax, name, states):
 def by_size(ax, name, states):
     rows = [r for r in list(states.values())[-1] if r["grains"] > 0]
     d = [1e3 * r["diameter_m"] for r in rows]
-    for key, scale in (("coordination", 1), ("generation", 1), ("elongation", 10), ("flatness", 10)):
-        ax.semilogx(d, [scale * r[key] for r in rows], marker=".", label=key + (" × 10" if scale > 1 else ""))
+    for key in ("coordination", "generation"):
+        ax.semilogx(d, [r[key] for r in rows], marker=".", label=key)
+    other = ax.twinx()
+    for key, color in (("elongation", "C2"), ("flatness", "C3")):
+        other.semilogx(d, [r[key] for r in rows], marker=".", color=color, label=f"{key} (right)")
+    other.set(ylim=(0, 1.05), ylabel="elongation, flatness")
     plain(ax.xaxis)
     ax.set(xlabel="equivalent diameter (mm)", ylabel="mean of a size class", title=f"{name}: means by size, last state")
-    legend(ax)
+    legend(ax, other)
 
 
 def energy(ax, run):
-    c, (x, label) = run[1], along(run)
+    c, (x, label) = run[1], onward(run)
     bottom = [0.0] * len(x)
     for part in stacked(c):
         top = [a + max(b, 0.0) for a, b in zip(bottom, c[part])]
@@ -211,7 +255,7 @@ def stacked(c):
 
 
 def breakage(ax, run):
-    c, (x, label) = run[1], along(run)
+    c, (x, label) = run[1], onward(run)
     ax.plot(x, c["grains"], label="grains")
     ax.plot(x, c["breakages"], label="breakages")
     counts(ax.yaxis)
@@ -225,7 +269,7 @@ def breakage(ax, run):
 
 
 def trust(ax, run):
-    c, (x, label) = run[1], along(run)
+    c, (x, label) = run[1], onward(run)
     shown = {
         "|energy error|": c["energy_error"], "unbalanced force": c["unbalanced_force"],
         "inertial number": c["inertial_number"]
