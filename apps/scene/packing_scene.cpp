@@ -100,13 +100,13 @@ Vec3 read_aspect(Table& t) {
   return aspect;
 }
 
-std::uint8_t material_of(Table& t, const dem::Model& model, const std::string& name) {
+std::uint8_t material_of(Table& t, const dem::Model& model, const std::string& name, const char* key) {
   for (std::size_t i = 0; i < model.materials.size(); ++i)
     if (model.materials[i].name == name) return static_cast<std::uint8_t>(i);
   std::vector<std::string> names;
   for (const auto& m : model.materials) names.push_back(m.name);
   const std::string near = closest(name, names);
-  t.fail("material", fmt::format("\"{}\": no such material{}", name,
+  t.fail(key, fmt::format("\"{}\": no such material{}", name,
                                  near.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", near)));
 }
 

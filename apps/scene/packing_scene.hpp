@@ -12,7 +12,7 @@ inline dem::Vec3 vector3(const std::vector<double>& v) { return {v[0], v[1], v[2
 dem::Vec3 read_aspect(Table& table);
 
 /// Index of a material by its name.
-std::uint8_t material_of(Table& table, const dem::Model& model, const std::string& name);
+std::uint8_t material_of(Table& table, const dem::Model& model, const std::string& name, const char* key = "material");
 
 /// Refuses a box that bounds no upright cylinder.
 void check_cylinder(const Table& table, const dem::Vec3& box);

@@ -35,9 +35,13 @@ std::uint8_t rigid_material(const Table& at, dem::Model& model, double friction)
         (other.friction == friction || (std::isnan(other.friction) && std::isnan(friction))))
       return static_cast<std::uint8_t>(i);
   }
+  return add_material(at, model, m);
+}
+
+std::uint8_t add_material(const Table& at, dem::Model& model, dem::Material m) {
   if (model.materials.size() > most_materials)
     at.fail("", fmt::format("more than {} materials, those of walls with different friction counted", most_materials));
-  model.materials.push_back(m);
+  model.materials.push_back(std::move(m));
   return static_cast<std::uint8_t>(model.materials.size() - 1);
 }
 

@@ -15,6 +15,9 @@ void read_sample(Table& table, const nlohmann::json& record, RveScene& scene);
 /// A rigid material for walls; its friction replaces that of the grains unless NaN.
 std::uint8_t rigid_material(const Table& at, dem::Model& model, double friction);
 
+/// Another material of the model, for walls or what moves with them; which it is.
+std::uint8_t add_material(const Table& at, dem::Model& model, dem::Material material);
+
 /// A note where sides of a box differ by a factor of a thousand: one in another unit is a slip that nothing refuses.
 void tell_uneven(std::span<const double> sides, std::vector<std::string>& notes);
 

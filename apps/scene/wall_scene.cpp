@@ -67,6 +67,36 @@ void read_control(Table& t, std::size_t wall, const Vec3& normal, const Vec3& ve
   scene.test.loading.walls.push_back(control);
 }
 
+/// A material of the same grains that move with a wall: nothing damps or breaks them.
+std::uint8_t fixed_material(const Table& t, std::size_t of, dem::Model& model) {
+  dem::Material m = model.materials[of];
+  m.name += fmt::format("-fixed-{}", model.materials.size());
+  m.fixed = true, m.damping = 0, m.fracture.reset();
+  return add_material(t, model, m);
+}
+
+/// The grains that move with a wall and make it rough.
+void read_rough(Table& t, std::size_t wall, RveScene& scene) {
+  const bool layer = t.has("fixed_layer"), named = t.has("fixed_material");
+  if (!layer && !named) return;
+  const char* const key = layer ? "fixed_layer" : "fixed_material";
+  dem::RoughWall rough{.wall = wall, .place = t.place(key)};
+  if (layer) rough.within = t.number("fixed_layer", dimension::length, positive);
+  if (named) rough.of = material_of(t, scene.model, t.text("fixed_material"), "fixed_material");
+  dem::Model& model = scene.model;
+  if (scene.recipe.of_voronoi())
+    t.fail(key, "is of loose grains: Voronoi cells are held by [[clamp]] or boundary.bonded");
+  if (model.stepper != &dem::explicit_stepper) t.fail(key, "needs explicit steps, not numerics.engine = \"implicit\"");
+  if (model.numerics.inertia_step > 0) t.fail(key, "cannot be with numerics.inertia.step");
+  const std::size_t own = model.materials.size();
+  for (std::size_t m = 0; m < own; ++m) {
+    const bool any = std::isfinite(model.materials[m].youngs_modulus) && !model.materials[m].fixed;
+    const bool wanted = any && m == rough.of.value_or(static_cast<std::uint8_t>(m));
+    rough.becomes.push_back(wanted ? fixed_material(t, m, model) : static_cast<std::uint8_t>(m));
+  }
+  scene.recipe.rough.push_back(rough);
+}
+
 const std::vector<std::string> sides{"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
 
 void read_side(Table& t, RveScene& scene) {
@@ -94,6 +124,7 @@ void read_side(Table& t, RveScene& scene) {
            "the side opposite seeks a stress, too: nothing would hold the sample between them; use "
            "loading.kind = \"true-triaxial\", or hold one");
   if (names_material(t)) side.material = read_material(t, scene);
+  read_rough(t, wall, scene);
   others.push_back(side);
 }
 
@@ -115,16 +146,22 @@ void read_wall(Table t, RveScene& scene) {
   if (round(own) && std::any_of(others.begin(), others.end(), round))
     t.fail("shape", "a scene has one cylinder at most");
   if (round(own) && t.has("control")) t.fail("control", "is of planes");
+  for (const char* key : {"fixed_layer", "fixed_material"})
+    if (round(own) && t.has(key)) t.fail(key, "is of planes");
   if (!round(own)) read_control(t, others.size(), wall.facing(), wall.velocity, scene);
   wall.material = read_material(t, scene);
+  read_rough(t, others.size(), scene);
   scene.recipe.walls.push_back(own);
   t.finish();
 }
 
 void refuse_own_motion(const Table& t, const std::string& key, const RveScene& scene) {
-  if (scene.recipe.sides.empty() && scene.test.loading.walls.empty()) return;
+  const auto& all = scene.recipe.sides;
+  const bool moves = std::any_of(all.begin(), all.end(), [](const dem::Side& s) { return !s.velocity.isZero(0); });
+  if (!moves && scene.test.loading.walls.empty()) return;
   t.fail(key,
-         "walls that move by themselves ([[wall]] with side, or control = \"stress\") need loading.kind = \"free\"");
+         "walls that move by themselves ([[wall]] with velocity, or control = \"stress\") need loading.kind = "
+         "\"free\"");
 }
 
 }  // namespace grus::app

@@ -68,6 +68,7 @@ struct Lister {
   template <class Find>
   void consider(std::size_t t, const Candidate& c, Find&& find) {
     if (!close(grains, boundary.cell, c, skin)) return;
+    if (grains.motion[c.a].inverse_mass + grains.motion[c.b].inverse_mass == 0) return;  // both of rough walls
     if (!bonded.empty() && std::binary_search(bonded.begin(), bonded.end(), Pair{c.a, c.b, c.image}, by_place)) return;
     const Bin bin = pair_bin(grains.kind[c.a], grains.kind[c.b]);
     const auto near = pair_kind(bin).near;
@@ -85,6 +86,7 @@ struct Lister {
   /// Puts the walls that grain i is near on the list, but for those that `known` says are on it.
   template <class Find, class Known>
   void consider_walls(std::size_t t, Index i, Find&& find, Known&& known) {
+    if (grains.motion[i].inverse_mass == 0) return;
     for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
       const Wall& wall = boundary.walls[w];
       const Motion& g = grains.motion[i];

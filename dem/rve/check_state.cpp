@@ -141,7 +141,9 @@ void check_values(const Model& model, const State& s) {
   constexpr double light = 3e8;  // m/s
   for (std::size_t i = 0; i < g.size(); ++i) {
     const Motion& m = g.motion[i];
-    need(m.radius > 0 && g.mass[i] > 0 && std::abs(m.inverse_mass * g.mass[i] - 1) < 1e-6 && m.inverse_inertia >= 0,
+    const bool fixed = m.inverse_mass == 0 && m.inverse_inertia == 0 && model.materials[g.material[i]].fixed;
+    need(m.radius > 0 && g.mass[i] > 0 && (fixed || std::abs(m.inverse_mass * g.mass[i] - 1) < 1e-6) &&
+             m.inverse_inertia >= 0,
          "size or mass of a grain");
     need(m.velocity.norm() < light && m.spin.norm() * m.radius < light && unit(g.orientation[i]), "motion of a grain");
     const double solid = solid_mass(g, i);
@@ -178,6 +180,8 @@ void check_values(const Model& model, const State& s) {
   for (const Wall& w : s.boundary.walls) {
     need(w.point.allFinite() && w.velocity.allFinite() && w.velocity.norm() < light, "a wall");
     need(w.material < model.materials.size(), "a wall");
+    for (const std::uint8_t material : w.grains)
+      need(material < model.materials.size() && model.materials[material].fixed, "a wall");
     need(std::visit([&](const auto& shape) { return shape.sound(g.hulls.get()); }, w.shape), "a wall");
   }
 }

@@ -17,6 +17,7 @@
 #include "dem/rve/hand_over.hpp"
 #include "dem/rve/passes.hpp"
 #include "dem/rve/renew_list.hpp"
+#include "dem/rve/rough_walls.hpp"
 #include "dem/rve/step.hpp"
 
 namespace grus::dem {
@@ -224,7 +225,7 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
   bool moving = false;  // positions already opened by the sweep of the step before
   const auto power = [&] {
     return boundary_power(state.boundary, state.contacts) + cell_power(state.boundary.cell, state.bonds) +
-           support_power(state.boundary, state.bonds);
+           support_power(state.boundary, state.bonds) + rough_power(model, state);
   };
   state.ledger.work += 0.5 * dt * power();
   auto finish = [&](std::uint64_t steps) {

@@ -9,6 +9,7 @@
 #include "dem/rve/measure.hpp"
 #include "dem/rve/press.hpp"
 #include "dem/rve/real_time.hpp"
+#include "dem/rve/rough_walls.hpp"
 #include "dem/rve/servo.hpp"
 #include "dem/rve/step.hpp"
 
@@ -91,6 +92,7 @@ void begin_loading(const Model& model, State& state, Loading& loading) {
   loading.initial_size = size_of(state.boundary);
   state.servo = {.at = state.time};
   if (commands(loading)) drive(model, state, loading);
+  carry_rough_walls(state);
   state.ledger.start = stored_energy(model, state);
   state.ledger.work = state.ledger.most_work = 0;
   state.grain_steps = 0;
@@ -100,6 +102,7 @@ void begin_loading(const Model& model, State& state, Loading& loading) {
 void turn_loading(const Model& model, State& state, const Loading& loading) {
   state.servo = {.at = state.time};
   if (commands(loading)) drive(model, state, loading);
+  carry_rough_walls(state);
   if (model.numerics.time_step == 0) state.next_estimate = state.steps;
 }
 
@@ -138,7 +141,7 @@ bool load(const Model& model, State& state, const Loading& loading, double end, 
     if (left <= 1e-9 * state.dt) break;
     if (watch && state.time > begin && !watch((state.time - begin) / (end - begin))) return false;
     std::uint64_t corrected = 0;
-    if (servo) corrected = drive(model, state, loading);
+    if (servo) corrected = drive(model, state, loading), carry_rough_walls(state);
     update_time_step(model, state);
     if (endless(state, left))
       throw Unstable(fmt::format(

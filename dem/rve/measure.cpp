@@ -9,6 +9,7 @@
 #include "dem/bond/supports.hpp"
 #include "dem/contact/images.hpp"
 #include "dem/fracture/grain_stress.hpp"
+#include "dem/rve/rough_walls.hpp"
 
 namespace grus::dem {
 namespace {
@@ -163,8 +164,11 @@ struct ContactSums {
 
 struct GrainSums {
   double resultant = 0, kinetic = 0, solid = 0;
+  std::size_t fixed = 0;  // of rough walls
 
-  void add(const GrainSums& o) { resultant += o.resultant, kinetic += o.kinetic, solid += o.solid; }
+  void add(const GrainSums& o) {
+    resultant += o.resultant, kinetic += o.kinetic, solid += o.solid, fixed += o.fixed;
+  }
 };
 
 /// `carried`: by contact, force along the branch (N m), and the deepest overlap is looked for; empty: neither.
@@ -195,7 +199,10 @@ ContactSums sum_contacts(const Law& law, const State& s, std::size_t begin, std:
 GrainSums sum_grains(const Grains& g, std::size_t begin, std::size_t end) {
   GrainSums sum;
   for (std::size_t i = begin; i < end; ++i) {
-    sum.resultant += g.force[i].norm();
+    if (g.motion[i].inverse_mass == 0)
+      ++sum.fixed;
+    else
+      sum.resultant += g.force[i].norm();
     sum.kinetic += kinetic_energy(g, i);
     sum.solid += g.extent[i].volume;
   }
@@ -233,6 +240,7 @@ Mat3 wall_stress(const State& s, double volume) {
       if (w == of.plus) force -= s.contacts.touch[c].force[k];
       if (w == of.minus) force += s.contacts.touch[c].force[k];
     }
+    if (any_rough(s.boundary)) force += (rough_force(s, of.minus) - rough_force(s, of.plus))[k];
     if (!s.bonds.wall.empty()) force += (support_force(s.bonds, of.minus) - support_force(s.bonds, of.plus))[k];
     stress(k, k) = -0.5 * force * width(s.boundary, of, k) / volume;
   }
@@ -282,7 +290,7 @@ Measurement measured(const Model& model, const State& s, Team* team, std::span<d
   for (const FaceBond& bond : s.bonds.wall) force += bond.force.norm();
   if (force > 0) {
     const auto links = static_cast<double>(m.contacts + s.bonds.face.row.size() + s.bonds.wall.size());
-    m.unbalanced_force = grains.resultant / n / (force / links);
+    m.unbalanced_force = grains.resultant / (n - static_cast<double>(grains.fixed)) / (force / links);
   }
   m.coordination = static_cast<double>(contacts.ends) / n;
   if (m.volume > 0) m.solid_fraction = grains.solid / m.volume, m.void_ratio = m.volume / grains.solid - 1;

@@ -65,8 +65,9 @@ void make_pair_laws(Model& model) {
 }
 
 void set_damping(Model& model, double damping) {
-  for (Material& m : model.materials) m.damping = damping;
-  model.damping.assign(model.materials.size(), damping);
+  for (Material& m : model.materials) m.damping = m.fixed ? 0 : damping;
+  model.damping.clear();
+  for (const Material& m : model.materials) model.damping.push_back(m.damping);
 }
 
 }  // namespace grus::dem

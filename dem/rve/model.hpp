@@ -37,6 +37,7 @@ struct Material {
   double damping = 0;           // local, non-viscous; of this material's grains
   LawConstants contact;         // what the contact law asks beside the solid; of a rigid one nothing
   bool turns = true;            // false: spheres of it keep their orientation
+  bool fixed = false;           // its grains move with a wall: nothing damps them
   std::optional<FractureModel> fracture;
   std::optional<BondModel> bond;
 

@@ -6,6 +6,7 @@
 #include "dem/bond/supports.hpp"
 #include "dem/rve/cut_bonds.hpp"
 #include "dem/rve/hand_over.hpp"
+#include "dem/rve/rough_walls.hpp"
 
 namespace grus::dem {
 namespace {
@@ -42,6 +43,13 @@ constexpr Pass bonds{
     .before_forces = pull_bonds,
 };
 
+/// Work of what moves the grains of rough walls.
+constexpr Pass rough_walls{
+    .wanted = [](const Model&, const State& state) { return any_rough_moves(state.boundary); },
+    .shows = true,
+    .after_forces = [](Step& s) { s.state.ledger.work += s.dt * rough_power(s.model, s.state); },
+};
+
 void prepare_breakage(const Model& model, State& state) {
   Grains& g = state.grains;
   if (g.strength.empty()) {
@@ -75,7 +83,7 @@ constexpr Pass breakage{
     .conclude = [](Step& s) { apply_breaks(s.model, s.state, s.breaks, s.team); },
 };
 
-constexpr std::array<const Pass*, 3> all{&growth, &bonds, &breakage};
+constexpr std::array<const Pass*, 4> all{&growth, &bonds, &rough_walls, &breakage};
 
 }  // namespace
 

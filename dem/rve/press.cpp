@@ -7,6 +7,7 @@
 #include "dem/bond/supports.hpp"
 #include "dem/fracture/grain_stress.hpp"
 #include "dem/rve/measure.hpp"
+#include "dem/rve/rough_walls.hpp"
 #include "dem/rve/servo.hpp"
 
 namespace grus::dem {
@@ -35,6 +36,19 @@ Felt felt_by(const Model& model, const State& s, std::size_t wall) {
     felt.dashpot += model.pairs[pair.law].dashpot * std::sqrt(s.grains.mass[pair.a] * stiffness);
     add(felt, stiffness, n.dot(grain.velocity + grain.spin.cross(arm)));
   }
+  each_rough_contact(s, wall, [&](std::size_t k, bool is_b) {
+    const Pair& pair = s.contacts.pair[k];
+    const PairLaw& p = model.pairs[pair.law];
+    const double normal = elastic_response(model.law, s.contacts, k).grip;
+    const double along = std::pow(n.dot(s.contacts.touch[k].normal), 2);  // shares of the way that press and that rub
+    const double across = p.friction[slide_spring] > 0 ? p.shear_ratio * (1 - along) : 0;
+    const Index free = is_b ? pair.a : pair.b;
+    const Motion& grain = s.grains.motion[free];
+    const Vec3 arm = contact_arm(s.grains, s.contacts, k, !is_b);
+    felt.force += (is_b ? -1 : 1) * s.contacts.touch[k].force.dot(n);
+    felt.dashpot += along * p.dashpot * std::sqrt(s.grains.mass[free] * normal);
+    add(felt, (along + across) * normal, n.dot(grain.velocity + grain.spin.cross(arm)));
+  });
   for (const FaceBond& bond : s.bonds.wall) {
     if (bond.ends.b != wall) continue;
     const Quat& q = s.grains.orientation[bond.ends.a];
@@ -58,6 +72,8 @@ double speed_to(const Felt& felt, double force, double now, double most, double 
 
 /// What the walls must carry beside pressing alike: weight and dead loads (N).
 Vec3 carried(const Model& model, const State& s, double mass) {
+  for (std::size_t i = 0; i < s.grains.size(); ++i)  // those of rough walls are held by themselves
+    if (s.grains.motion[i].inverse_mass == 0) mass -= solid_mass(s.grains, i);
   Vec3 force = -mass * model.motion.gravity;
   for (const DeadLoad& load : s.bonds.load) force -= load.felt;
   return force;
@@ -91,7 +107,8 @@ void press_wall(const Model& model, State& state, const WallControl& control) {
 
 WallForce force_of(const State& s, const WallControl& control) {
   const Vec3 n = s.boundary.walls[control.wall].facing();
-  WallForce found{.force = -n.dot(support_force(s.bonds, control.wall)), .asked = force_asked(s, control)};
+  WallForce found{.force = -n.dot(support_force(s.bonds, control.wall) + rough_force(s, control.wall)),
+                  .asked = force_asked(s, control)};
   for (std::size_t k = s.contacts.begin[first_wall]; k < s.contacts.size(); ++k)
     if (s.contacts.pair[k].b == control.wall) found.force -= s.contacts.touch[k].force.dot(n);
   return found;

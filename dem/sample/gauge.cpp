@@ -2,6 +2,7 @@
 #include "dem/sample/gauge.hpp"
 
 #include "dem/bond/supports.hpp"
+#include "dem/rve/rough_walls.hpp"
 
 namespace grus::dem {
 namespace {
@@ -39,7 +40,7 @@ Vec3 wall_force(const State& s, std::size_t wall) {
   Vec3 force = Vec3::Zero();
   for (std::size_t k = s.contacts.begin[first_wall]; k < s.contacts.size(); ++k)
     if (s.contacts.pair[k].b == wall) force += s.contacts.touch[k].force;
-  return force + support_force(s.bonds, wall);
+  return force + support_force(s.bonds, wall) + rough_force(s, wall);
 }
 
 bool box_of_walls(const State& s) { return !s.boundary.cell.periodic() && bulk_volume(s.boundary) > 0; }

@@ -73,6 +73,7 @@ Sample make(const Model& model, const Recipe& recipe, Team& team, const Watch& w
   if (sample.state.grains.size() == 0) throw InputError("the sample has no grains");
   put_own_walls(recipe, sample);
   put_bounds(recipe, sample.state.boundary);
+  fix_grains(recipe, sample);
   update_frames(sample.state.grains);
   const Supports& supports = recipe.supports;
   if (supports.glue) glue_to_walls(model, *supports.glue, recipe, sample);

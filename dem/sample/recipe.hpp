@@ -122,6 +122,15 @@ struct Side {
   std::optional<std::uint8_t> material = {};  // none: that of the bounds
 };
 
+/// Grains that move with a plane wall, which they make rough.
+struct RoughWall {
+  std::size_t wall = 0;
+  double within = INFINITY;                   // m, from the wall, of their centres
+  std::optional<std::uint8_t> of = {};        // material; none: any
+  std::vector<std::uint8_t> becomes = {};     // by material: that of such a grain
+  Place place = {};
+};
+
 /// The Voronoi cells' end in a direction, glued to a rigid plane that moves.
 struct Clamp {
   Vec3 outward;
@@ -189,6 +198,7 @@ struct Recipe {
   std::variant<Listed, RandomPacking, Lattice, Spheres, VoronoiPacking, Prisms, FilledGrains, Bodies> grains = {};
   std::vector<OwnWall> walls = {};
   std::vector<Side> sides = {};  // of bounds that are walls
+  std::vector<RoughWall> rough = {};
   Supports supports = {};
   std::optional<Preparation> preparation = {};
 

@@ -73,7 +73,7 @@ void set_grains(const Model& own, Model& model, const Programme& test) {
     const bool grains = std::isfinite(own.materials[m].youngs_modulus);
     model.materials[m].friction =
         grains ? stage.friction.value_or(own.materials[m].friction) : own.materials[m].friction;
-    model.materials[m].damping = stage.damping.value_or(own.materials[m].damping);
+    model.materials[m].damping = own.materials[m].fixed ? 0 : stage.damping.value_or(own.materials[m].damping);
   }
   renew_friction(model);
   model.motion.gravity = own.motion.gravity;
@@ -196,13 +196,18 @@ double stage_swing(const Programme& test, const State& s) {
 
 double unbalanced_force(const State& s) {
   double left = 0, force = 0;
-  for (const Vec3& f : s.grains.force) left += f.norm();
+  std::size_t fixed = 0;  // of rough walls
+  for (std::size_t i = 0; i < s.grains.size(); ++i)
+    if (s.grains.motion[i].inverse_mass == 0)
+      ++fixed;
+    else
+      left += s.grains.force[i].norm();
   std::size_t links = s.bonds.face.row.size();
   for (std::size_t k = 0; k < s.contacts.size(); ++k)
     if (s.contacts.contact.touching(k)) force += s.contacts.touch[k].force.norm(), ++links;
   for (const FaceBond& bond : s.bonds.face.row) force += bond.force.norm();
   if (!(force > 0)) return INFINITY;
-  return left / static_cast<double>(s.grains.size()) / (force / static_cast<double>(links));
+  return left / static_cast<double>(s.grains.size() - fixed) / (force / static_cast<double>(links));
 }
 
 EndedBy leg_ended(const Programme& test, const State& s) {

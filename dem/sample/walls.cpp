@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "dem/rve/rough_walls.hpp"
 #include "dem/state/shape_kinds.hpp"
 
 namespace grus::dem {
@@ -82,6 +83,27 @@ void put_bounds(const Recipe& recipe, Boundary& boundary) {
   for (const Side& side : recipe.sides)
     for (Wall& wall : boundary.walls)
       if (wall.name == side.name) wall.velocity = side.velocity, wall.material = side.material.value_or(wall.material);
+}
+
+void fix_grains(const Recipe& recipe, Sample& sample) {
+  Grains& g = sample.state.grains;
+  std::size_t all = 0;
+  for (const RoughWall& layer : recipe.rough) {
+    Wall& wall = sample.state.boundary.walls[layer.wall];
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < g.size(); ++i) {
+      if (g.motion[i].inverse_mass == 0 || g.material[i] != layer.of.value_or(g.material[i])) continue;
+      if (wall.distance(g.motion[i].position) > layer.within) continue;
+      g.material[i] = layer.becomes[g.material[i]];
+      fix(g, i, wall.velocity);
+      ++count;
+    }
+    if (count == 0) refuse(layer.place, "no grain is there to move with this wall");
+    wall.grains = layer.becomes, all += count;
+    sample.notes.push_back(fmt::format("{} of {} grains move with the wall {}", count, g.size(),
+                                       wall.name.empty() ? fmt::format("{}", layer.wall) : wall.name));
+  }
+  if (all == g.size() && all > 0) refuse(recipe.rough.back().place, "all grains move with walls: none is left free");
 }
 
 void put_platens(const Platens& platens, double low, double high, Boundary& boundary) {

@@ -13,6 +13,9 @@ void put_own_walls(const Recipe& recipe, Sample& sample);
 /// Those of the bounds, around the box.
 void put_bounds(const Recipe& recipe, Boundary& boundary);
 
+/// Gives rough walls the grains that move with them. Throws InputError where a wall finds none, or none is left free.
+void fix_grains(const Recipe& recipe, Sample& sample);
+
 /// Two plates from `low` to `high` along their axis; the upper one moves.
 void put_platens(const Platens& platens, double low, double high, Boundary& boundary);
 

@@ -74,6 +74,7 @@ void restore_shape(Grains& g, std::size_t i) {
 }
 
 void set_inertia(Grains& g, std::size_t i, double mass, double turning) {
+  if (g.motion[i].inverse_mass == 0) return;  // of a rough wall
   if (g.solid_mass.empty()) g.solid_mass = g.mass;
   if (g.turn_mass.empty()) g.turn_mass = g.mass;
   g.angular_momentum[i] *= turning / g.turn_mass[i];

@@ -5,6 +5,7 @@
 
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "dem/base/tensor.hpp"
 #include "dem/shape/hull_store.hpp"
@@ -55,6 +56,7 @@ struct Wall {
   Vec3 velocity = Vec3::Zero();
   std::uint8_t material = 0;
   std::string name = {};
+  std::vector<std::uint8_t> grains = {};  // materials of grains that move with it; see rve/rough_walls.hpp
 
   /// Normal of a plane; zero of all that has no single one.
   Vec3 facing() const {
