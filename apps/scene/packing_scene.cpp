@@ -107,7 +107,7 @@ std::uint8_t material_of(Table& t, const dem::Model& model, const std::string& n
   for (const auto& m : model.materials) names.push_back(m.name);
   const std::string near = closest(name, names);
   t.fail(key, fmt::format("\"{}\": no such material{}", name,
-                                 near.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", near)));
+                          near.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", near)));
 }
 
 /// Overlap of a radius up to which the circles of contacts are small against their grains: half the radius is then the
@@ -168,7 +168,8 @@ dem::RandomPacking read_random(Table& t, const RveScene& scene, bool turned, std
 }
 
 /// hcp or simple-cubic, as many layers as are asked for or fit the box.
-dem::Lattice read_lattice(Table& t, const std::string& kind, bool periodic, const Vec3& box) {
+dem::Lattice read_lattice(Table& t, const std::string& kind, const dem::Recipe& recipe) {
+  const Vec3& box = recipe.box;
   const auto radius = read_radius(t);
   if (radius.kind != "constant")
     t.fail("radius", fmt::format("distribution = \"{}\": the grains of a lattice have one radius; use \"constant\"",
@@ -194,8 +195,9 @@ dem::Lattice read_lattice(Table& t, const std::string& kind, bool periodic, cons
   if (!(asked[0] * asked[1] * asked[2] < most_grains))
     t.fail(t.has("layers") ? "layers" : "box", "more than five million grains; check box, layers and radius");
   const std::array<int, 3> layers{static_cast<int>(asked[0]), static_cast<int>(asked[1]), static_cast<int>(asked[2])};
-  if (periodic && kind == "hcp" && (layers[1] % 2 || layers[2] % 2))
-    t.fail("layers", "a periodic hcp packing needs even numbers of rows and layers");
+  if (recipe.repeats() && kind == "hcp" && (layers[1] % 2 || (recipe.periodic() && layers[2] % 2)))
+    t.fail("layers", recipe.periodic() ? "a periodic hcp packing needs even numbers of rows and layers"
+                                       : "a hcp packing that is periodic along y needs an even number of rows");
   return {.hexagonal = kind == "hcp", .radius = r, .layers = layers};
 }
 
@@ -211,7 +213,7 @@ dem::Spheres read_file(Table& t, RveScene& scene, std::uint8_t material) {
   try {
     read = dem::read_spheres(file);
     if (scene.recipe.box.isZero()) scene.recipe.box = read.packing.box;
-    dem::check_spheres(read, file.path, scene.recipe.box, !scene.recipe.periodic());
+    dem::check_spheres(read, file.path, scene.recipe.box, scene.recipe.first_walls());
   } catch (const InputError& e) {
     t.fail("path", e.what());
   }
@@ -270,10 +272,11 @@ void read_packing(Table t, RveScene& scene) {
       smallest = std::min(smallest, sphere.radius), largest = std::max(largest, sphere.radius);
     recipe.grains = std::move(s);
   } else {
-    dem::Lattice l = read_lattice(t, kind, recipe.periodic(), recipe.box);
+    dem::Lattice l = read_lattice(t, kind, recipe);
     l.material = material, l.turned = turned;
     smallest = largest = l.radius;
-    recipe.box = dem::box_of(l, recipe.periodic());
+    recipe.box = dem::box_of(l, recipe.repeats());
+    if (!recipe.periodic()) recipe.box.z() = dem::box_of(l, false).z();
     recipe.grains = l;
   }
   const auto* mixed = std::get_if<dem::Spheres>(&recipe.grains);

@@ -47,6 +47,11 @@ void needs_box(const Table& t, const RveScene& scene) {
     t.fail("kind", fmt::format("\"{}\" cannot be in a cylinder, whose wall stays; use \"uniaxial-strain\" or "
                                "\"oedometric-stress\"",
                                named->first));
+  if (scene.recipe.bounds == dem::Bounds::periodic_xy && kind != Kind::uniaxial_strain &&
+      kind != Kind::oedometric_stress)
+    t.fail("kind", fmt::format("\"{}\" cannot be with boundary.kind = \"periodic-xy\", whose sides stay; use \"free\" "
+                               "with [[wall]], \"uniaxial-strain\" or \"oedometric-stress\"",
+                               named->first));
   if (scene.recipe.bounds == dem::Bounds::open)
     t.fail("kind", fmt::format("\"{}\" needs boundary.kind = \"walls\" or \"periodic\"", named->first));
 }
@@ -141,6 +146,8 @@ void read_loading(Table t, RveScene& scene) {
     test.loading.driven = true;
     read->second(t, test);
     if (scene.recipe.in_cylinder() && test.axis != 2) t.fail("axis", "of a cylinder is \"z\"");
+    if (scene.recipe.bounds == dem::Bounds::periodic_xy && test.axis != 2)
+      t.fail("axis", "of \"periodic-xy\" is \"z\"");
   } else if (test.kind == Kind::free) {
     test.duration = t.number("duration", dimension::time, positive);
   } else {
@@ -190,8 +197,7 @@ void read_output_table(Table& t, RveScene& scene) {
   out.gradings = static_cast<int>(t.integer_or("gradings", 0, 0, 1000));
   out.critical_grain = t.flag_or("critical_grain", false);
   out.wall_forces = t.flag_or("wall_forces", false);
-  const dem::Bounds bounds = scene.recipe.bounds;
-  if (out.wall_forces && bounds != dem::Bounds::walls && bounds != dem::Bounds::cylinder)
+  if (out.wall_forces && !scene.recipe.has_sides())
     t.fail("wall_forces", "is of a box or cylinder of walls; forces of other walls are told in any case");
   out.strain_gauges = t.flag_or("strain_gauges", false);
   if (out.strain_gauges && scene.test.kind != Kind::platens)
@@ -201,7 +207,7 @@ void read_output_table(Table& t, RveScene& scene) {
   out.wrapped = t.flag_or("wrapped", false);
   for (const char* key : {"contacts", "wrapped"})
     if (t.flag_or(key, false) && out.frames == 0) t.fail(key, "is of frames, of which none are asked for: give frames");
-  if (out.wrapped && !scene.recipe.periodic()) t.fail("wrapped", "needs boundary.kind = \"periodic\"");
+  if (out.wrapped && !scene.recipe.repeats()) t.fail("wrapped", "needs boundary.kind = \"periodic\"");
   out.last_state = t.flag_or("last_state", !scene.test.stages.empty());
   out.checkpoint_interval = t.number_or("checkpoint_interval", out.checkpoint_interval, dimension::time, positive);
   t.finish();

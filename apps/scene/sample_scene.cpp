@@ -160,7 +160,7 @@ void check_places(const Table& t, const RveScene& scene) {
   const auto& g = *listed;
   for (std::size_t i = 0; i < g.size(); ++i) {
     const Vec3& x = g[i].spec.position;
-    if (scene.recipe.periodic() && !(x.cwiseQuotient(scene.recipe.box).cwiseAbs().maxCoeff() < 1000))
+    if (scene.recipe.repeats() && !(x.cwiseQuotient(scene.recipe.box).cwiseAbs().maxCoeff() < 1000))
       t.fail("grain", fmt::format("grain {} lies more than a thousand cells away from the cell at the origin", i));
     for (std::size_t j = 0; j < i; ++j)
       if (x == g[j].spec.position) t.fail("grain", fmt::format("grains {} and {} have the same centre", j, i));
@@ -169,13 +169,14 @@ void check_places(const Table& t, const RveScene& scene) {
 
 /// [boundary], but for its box and what it asks of Voronoi cells.
 dem::Bounds read_bounds(Table& b, double& friction, std::string& material) {
-  const std::string kind = b.choice("kind", {"walls", "cylinder", "periodic", "open"});
+  const std::string kind = b.choice("kind", {"walls", "cylinder", "periodic", "periodic-xy", "open"});
   if (kind == "periodic") return dem::Bounds::periodic;
   if (kind == "open") return dem::Bounds::open;
   if (b.has("material"))
     material = b.text("material");
   else
     friction = b.number_or("friction", NAN, dimension::none, not_negative);
+  if (kind == "periodic-xy") return dem::Bounds::periodic_xy;
   return kind == "walls" ? dem::Bounds::walls : dem::Bounds::cylinder;
 }
 
@@ -210,10 +211,10 @@ void read_sample(Table& t, const nlohmann::json& record, RveScene& scene) {
     if (!(recipe.box.minCoeff() > 0)) b->fail("box", "all three sides must be above 0");
     if (round) check_cylinder(*b, recipe.box);
   }
-  if (walled || round) {
+  if (recipe.has_sides()) {
     if (!recipe.walls.empty())
       b->fail("kind", fmt::format("\"{}\" makes its own walls; use \"open\" with [[wall]], or give [[wall]] a side",
-                                  walled ? "walls" : "cylinder"));
+                                  b->text("kind")));
     recipe.wall_material =
         wall_material.empty() ? rigid_material(*b, scene.model, friction) : material_of(*b, scene.model, wall_material);
   }
@@ -224,6 +225,8 @@ void read_sample(Table& t, const nlohmann::json& record, RveScene& scene) {
   if (held != scene.model.materials.end())
     refuse_shapes(t, scene, fmt::format("material.{}.rotation = false", held->name));
   if (recipe.in_cylinder()) refuse_shapes(t, scene, "a cylinder");
+  if (recipe.bounds == dem::Bounds::periodic_xy && recipe.of_voronoi())
+    b->fail("kind", "\"periodic-xy\" is of loose grains, not of Voronoi cells");
   if (dem::attracts(scene.model.law)) refuse_shapes(t, scene, "a contact law with attraction");
   refuse_unsplit(t, scene);
   refuse_unbonded(t, scene);

@@ -41,8 +41,9 @@ void needs_bounds(const Table& t, const Stage& s, const RveScene& scene) {
   if (!stands(s) && r.bounds == dem::Bounds::open)
     t.fail("kind", fmt::format("\"{}\" needs boundary.kind = \"walls\", \"cylinder\" or \"periodic\"", kind));
   if (s.plane && !r.periodic()) t.fail("plane", "needs boundary.kind = \"periodic\"");
-  if (r.in_cylinder() && !stands(s) && (s.axis != 2 || s.all || s.lateral != Lateral::fixed))
-    t.fail("kind", "of a cylinder, whose wall stays, the axis is \"z\" and lateral is \"fixed\"");
+  const bool stays = r.in_cylinder() || r.bounds == dem::Bounds::periodic_xy;
+  if (stays && !stands(s) && (s.axis != 2 || s.all || s.lateral != Lateral::fixed))
+    t.fail("kind", "of a cylinder or \"periodic-xy\", whose sides stay, the axis is \"z\" and lateral is \"fixed\"");
 }
 
 void read_plane(Table& t, Stage& s) {

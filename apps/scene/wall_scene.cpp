@@ -104,16 +104,15 @@ void read_side(Table& t, RveScene& scene) {
     if (t.has(key)) t.fail(key, "is of walls without side: the box says where a side is");
   const std::string name = t.choice("side", sides);
   const auto place = static_cast<std::size_t>(std::find(sides.begin(), sides.end(), name) - sides.begin());
-  const bool round = scene.recipe.bounds == dem::Bounds::cylinder;
-  if (scene.recipe.bounds != dem::Bounds::walls && !round)
-    t.fail("side", "needs boundary.kind = \"walls\" or \"cylinder\"");
-  if (round && place < 4) t.fail("side", "of a cylinder is \"zmin\" or \"zmax\"");
+  const bool plates = scene.recipe.between_plates();  // alone: the first two walls are those across z
+  if (!scene.recipe.has_sides()) t.fail("side", "needs boundary.kind = \"walls\", \"cylinder\" or \"periodic-xy\"");
+  if (plates && place < 4) t.fail("side", "of a cylinder or of \"periodic-xy\" is \"zmin\" or \"zmax\"");
   auto& others = scene.recipe.sides;
   if (std::any_of(others.begin(), others.end(), [&](const dem::Side& s) { return s.name == name; }))
     t.fail("side", "is given twice");
   dem::Side side{.name = name};
   side.velocity = read_velocity(t, scene.model);
-  const std::size_t wall = round ? place - 4 : place;
+  const std::size_t wall = plates ? place - 4 : place;
   const auto& controls = scene.test.loading.walls;
   const std::size_t opposite = wall ^ 1u, before = controls.size();
   const bool pressed =

@@ -65,12 +65,19 @@ Triangles add_hull(const Grains& g, std::size_t i, const Frame& frame, VtkGrid& 
 /// Where a grain is drawn, from where it is: unless it is to be wrapped, periodic grains leave the cell as they move.
 Vec3 image_shift(const Cell& cell, const Vec3& position, bool wrapped) {
   if (!wrapped || !cell.periodic()) return Vec3::Zero();
-  return -cell.vectors * (cell.vectors.inverse() * position).array().floor().matrix();
+  Vec3 whole = (cell.vectors.inverse() * position).array().floor().eval();
+  if (cell.walled) whole.z() = 0;
+  return -cell.vectors * whole;
 }
 
 /// Corner and edges of the periodic cell or of the box of walls; nothing where there is neither.
 std::optional<std::pair<Vec3, Mat3>> outline(const Boundary& boundary) {
-  if (boundary.cell.periodic()) return std::pair{Vec3(Vec3::Zero()), boundary.cell.vectors};
+  const Cell& cell = boundary.cell;
+  if (cell.walled) {
+    const double low = boundary.walls[0].point.z(), high = boundary.walls[1].point.z();
+    return std::pair{Vec3(0, 0, low), Mat3(Vec3(cell.vectors(0, 0), cell.vectors(1, 1), high - low).asDiagonal())};
+  }
+  if (cell.periodic()) return std::pair{Vec3(Vec3::Zero()), cell.vectors};
   if (boundary.walls.size() < 6 || boundary.walls[0].name.empty()) return std::nullopt;
   Vec3 low, edges;
   for (int k = 0; k < 3; ++k) {

@@ -9,6 +9,7 @@
 #include "dem/base/parallel.hpp"
 #include "dem/base/tensor.hpp"
 #include "dem/base/watch.hpp"
+#include "dem/state/boundary.hpp"
 
 namespace grus::dem {
 
@@ -50,7 +51,9 @@ struct Packing {
 /// In a cylinder the box is [diameter, diameter, height], its axis in the middle along z. `reach`: a sphere is as many
 /// times larger than the solid in it as the next of these in turn says (empty: it is solid); such spheres do not change
 /// places.
-enum class Container { box, cylinder, periodic };
+enum class Container { box, cylinder, periodic, periodic_xy };
+/// The periodic cell in it (none: zero vectors), for spheres of at most this radius (m).
+Cell cell_of(Container container, const Vec3& box, double largest);
 double volume_of(Container container, const Vec3& box);
 
 Packing random_packing(const Vec3& box, const RadiusDistribution& radius, double solid_fraction, std::size_t count,

@@ -66,9 +66,7 @@ void refuse_large(const std::vector<Sphere>& spheres, double scale, const Vec3& 
     if (2 * s.radius * scale >= box.minCoeff())
       throw InputError(fmt::format("a grain of radius {:.3g} m does not fit the box", s.radius * scale));
   }
-  if (container != Container::periodic) return;
-  Cell cell;
-  cell.vectors = Mat3(box.asDiagonal());
+  const Cell cell = cell_of(container, box, 0);
   refuse_small_cell(grains, cell, 0.4 * mean);
 }
 
@@ -109,6 +107,13 @@ Packing pressed_packing(const Vec3& box, const RadiusDistribution& radius, doubl
 }
 
 }  // namespace
+
+Cell cell_of(Container container, const Vec3& box, double largest) {
+  if (container == Container::periodic_xy) return walled_cell(box, largest);
+  Cell cell;
+  if (container == Container::periodic) cell.vectors = Mat3(box.asDiagonal());
+  return cell;
+}
 
 double volume_of(Container container, const Vec3& box) {
   return box.prod() * (container == Container::cylinder ? pi / 4 : 1);

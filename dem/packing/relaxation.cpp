@@ -9,13 +9,12 @@ namespace grus::dem {
 
 template <class F>
 void Relaxation::each_wall(std::size_t i, double radius, F&& f) const {
-  if (periodic_) return;
   const Vec3& x = s_[i].position;
-  for (int k = round_ ? 2 : 0; k < 3; ++k) {
+  for (int k = first_wall(); k < 3; ++k) {
     f(radius - x[k], Vec3(Vec3::Unit(k)));
     f(x[k] + radius - box_[k], Vec3(-Vec3::Unit(k)));
   }
-  if (!round_) return;
+  if (container_ != Container::cylinder) return;
   const Vec3 out(x[0] - 0.5 * box_[0], x[1] - 0.5 * box_[1], 0);
   const double away = out.norm();
   f(away + radius - 0.5 * box_[0], away > 0 ? Vec3(-out / away) : Vec3(-Vec3::UnitX()));
@@ -59,13 +58,14 @@ void Relaxation::refresh(double skin) {
   grains_.motion.resize(n);
   at_.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
-    if (!periodic_)
-      for (int k = 0; k < 3; ++k) s_[i].position[k] = std::clamp(s_[i].position[k], 0.0, box_[k]);
+    for (int k = container_ == Container::cylinder ? 0 : first_wall(); k < 3; ++k)
+      s_[i].position[k] = std::clamp(s_[i].position[k], 0.0, box_[k]);
     grains_.motion[i].position = at_[i] = s_[i].position;
     grains_.motion[i].radius = s_[i].radius;
   }
-  Cell cell;
-  if (periodic_) cell.vectors = Mat3(box_.asDiagonal());
+  double largest = 0;
+  for (const Sphere& s : s_) largest = std::max(largest, s.radius);
+  const Cell cell = cell_of(container_, box_, largest + skin);
   find_candidates(grains_, cell, skin, near_, team_);
   row_.assign(n + 1, 0);
   for (const auto& p : near_.pair) ++row_[p.a + 1], ++row_[p.b + 1];
@@ -73,13 +73,15 @@ void Relaxation::refresh(double skin) {
   neighbours_.resize(row_[n]);
   next_.assign(row_.begin(), row_.end() - 1);
   for (const auto& p : near_.pair) {  // sorted by a, then b: each sphere meets its neighbours in ascending order
-    const Vec3 image =
-        periodic_ ? Vec3(box_.cwiseProduct(Vec3(p.image[0], p.image[1], p.image[2]))) : Vec3(Vec3::Zero());
+    const Vec3 image = cell.periodic()
+                           ? Vec3(cell.vectors.diagonal().cwiseProduct(Vec3(p.image[0], p.image[1], p.image[2])))
+                           : Vec3(Vec3::Zero());
     neighbours_[next_[p.b]++] = {p.a, true, image};
   }
   for (const auto& p : near_.pair) {
-    const Vec3 image =
-        periodic_ ? Vec3(box_.cwiseProduct(Vec3(p.image[0], p.image[1], p.image[2]))) : Vec3(Vec3::Zero());
+    const Vec3 image = cell.periodic()
+                           ? Vec3(cell.vectors.diagonal().cwiseProduct(Vec3(p.image[0], p.image[1], p.image[2])))
+                           : Vec3(Vec3::Zero());
     neighbours_[next_[p.a]++] = {p.b, false, image};
   }
 }

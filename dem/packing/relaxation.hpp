@@ -12,11 +12,7 @@ namespace grus::dem {
 class Relaxation {
 public:
   Relaxation(const Vec3& box, Container container, std::vector<Sphere>& spheres, Team& team)
-      : box_(box),
-        periodic_(container == Container::periodic),
-        round_(container == Container::cylinder),
-        s_(spheres),
-        team_(team) {}
+      : box_(box), container_(container), s_(spheres), team_(team) {}
 
   /// Worst overlap relative to the smaller radius after at most `iterations`. `watch(iteration)` is asked in each.
   double run(int iterations, double good_enough, const std::function<void(int)>& watch);
@@ -29,12 +25,14 @@ private:
   bool moved() const;
   double forces();
   double energy_of(std::size_t i, double radius) const;  // of sphere i, were it of this radius
+  /// The first axis that has walls across it; 3: none.
+  int first_wall() const { return container_ == Container::box ? 0 : container_ == Container::periodic ? 3 : 2; }
   /// Calls f(how far sphere i, were it of this radius, is beyond a wall, unit normal to the inside).
   template <class F>
   void each_wall(std::size_t i, double radius, F&& f) const;
 
   Vec3 box_;
-  bool periodic_, round_;
+  Container container_;
   std::vector<Sphere>& s_;
   Team& team_;
   Grains grains_;

@@ -201,10 +201,12 @@ ReadSpheres read_spheres(const SphereFile& file) {
   return std::move(reader.read);
 }
 
-void check_spheres(const ReadSpheres& read, const std::string& path, const Vec3& box, bool walled) {
+void check_spheres(const ReadSpheres& read, const std::string& path, const Vec3& box, int first_walls) {
   Packing p = read.packing;
   p.box = box;
   const std::vector<int>& line = read.line;
+  const int axes = 3 - first_walls;  // that have walls: the last ones
+  const bool walled = axes > 0;
   if (p.box.minCoeff() > 0)
     for (std::size_t k = 0; k < p.spheres.size(); ++k) {
       const auto& s = p.spheres[k];
@@ -213,13 +215,14 @@ void check_spheres(const ReadSpheres& read, const std::string& path, const Vec3&
             fmt::format("{}:{}: a sphere of radius {:g} m does not fit into the box of {:g} x {:g} x {:g} m: "
                         "is the file in metres?",
                         path, line[k], s.radius, p.box.x(), p.box.y(), p.box.z()));
-      if (walled && ((s.position.array() < 0).any() || (s.position.array() > p.box.array()).any()))
+      const Eigen::ArrayXd above = s.position.array().tail(axes), below = (p.box - s.position).array().tail(axes);
+      const double near = walled ? std::min(above.minCoeff(), below.minCoeff()) : INFINITY;
+      if (near < 0)
         throw InputError(fmt::format(
             "{}:{}: the centre {:g}, {:g}, {:g} m is outside of the box, 0 to {:g}, {:g}, {:g} m: "
             "is the file in metres?",
             path, line[k], s.position.x(), s.position.y(), s.position.z(), p.box.x(), p.box.y(), p.box.z()));
-      if (const double near = std::min(s.position.minCoeff(), (p.box - s.position).minCoeff());
-          walled && near < (1 - deepest_start) * s.radius)
+      if (near < (1 - deepest_start) * s.radius)
         throw InputError(
             fmt::format("{}:{}: this sphere of radius {:g} m sticks out of the box: its centre is {:g} m from a wall; "
                         "move it in or "

@@ -25,7 +25,7 @@ struct ReadSpheres {
 ReadSpheres read_spheres(const SphereFile& file);
 
 /// Throws InputError, with the file's lines, where two spheres are in one place or one is larger than the box (of zero:
-/// none); `walled`: where its centre is outside of it, or it sticks out.
-void check_spheres(const ReadSpheres& read, const std::string& path, const Vec3& box, bool walled);
+/// none), or where a centre is outside of it or a sphere sticks out along an axis with walls: from `first_walls` on.
+void check_spheres(const ReadSpheres& read, const std::string& path, const Vec3& box, int first_walls);
 
 }  // namespace grus::dem

@@ -26,8 +26,10 @@ Wall* far_wall(Boundary& boundary, int axis) {
 }  // namespace
 
 Vec3 size_of(const Boundary& boundary) {
-  if (boundary.cell.periodic()) return boundary.cell.vectors.diagonal();
+  const Cell& cell = boundary.cell;
+  if (cell.everywhere()) return cell.vectors.diagonal();
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();
+  if (cell.walled) high.head<2>() = cell.vectors.diagonal().head<2>();
   for (const auto& wall : boundary.walls)
     for (int k = 0; k < 3; ++k) {
       if (wall.facing()[k] == 1) low[k] = wall.point[k];
@@ -39,13 +41,14 @@ Vec3 size_of(const Boundary& boundary) {
 namespace {
 
 void set_rates(State& state, const Loading& loading, const Vec3& rates) {
-  if (state.boundary.cell.periodic()) {
+  const Cell& cell = state.boundary.cell;
+  const int edges = cell.everywhere() ? 3 : cell.walled ? 2 : 0;
+  if (edges > 0) {
     Mat3 rate = Mat3::Zero();
-    for (int k = 0; k < 3; ++k) rate(k, k) = rates[k] * loading.initial_size[k];
-    if (rate != state.boundary.cell.rate) set_cell_rate(state, rate);
-    return;
+    for (int k = 0; k < edges; ++k) rate(k, k) = rates[k] * loading.initial_size[k];
+    if (rate != cell.rate) set_cell_rate(state, rate);
   }
-  for (int k = 0; k < 3; ++k)
+  for (int k = edges; k < 3; ++k)
     if (Wall* wall = far_wall(state.boundary, k)) wall->velocity[k] = rates[k] * loading.initial_size[k];
 }
 
@@ -112,7 +115,7 @@ namespace {
 std::uint64_t steps_to(const Model& model, const State& state, const Loading& loading, int axis, double left) {
   const Cell& cell = state.boundary.cell;
   double speed = cell.rate(axis, axis);
-  if (!cell.periodic())
+  if (!cell.everywhere())
     for (const Wall& wall : state.boundary.walls)
       if (wall.facing()[axis] == -1) speed = wall.velocity[axis];
   const double rate = std::abs(speed / loading.initial_size[axis]);
@@ -170,7 +173,7 @@ bool load(const Model& model, State& state, const Loading& loading, double end, 
 }
 
 Mat3 displacement_gradient(const State& state, const Loading& loading, const Mat3& initial_cell) {
-  if (state.boundary.cell.periodic()) return state.boundary.cell.began() * initial_cell.inverse() - Mat3::Identity();
+  if (state.boundary.cell.everywhere()) return state.boundary.cell.began() * initial_cell.inverse() - Mat3::Identity();
   Mat3 h = Mat3::Zero();
   const Vec3 size = size_of(state.boundary);
   for (int k = 0; k < 3; ++k)

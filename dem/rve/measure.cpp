@@ -56,12 +56,17 @@ Eigen::Matrix<double, 3, 6> displacement_of_strain(const Vec3& l) {
 }
 
 double bulk_volume(const Boundary& boundary) {
-  if (boundary.cell.periodic()) return boundary.cell.volume();
+  const Cell& cell = boundary.cell;
+  if (cell.everywhere()) return cell.volume();
   double v = 1;
   const CylinderWall* round = cylinder(boundary);
   for (int k = 0; k < 3; ++k) {
     if (round && round->axis[k] == 0) {  // two axes across: pi R^2
       v *= std::sqrt(pi) * round->radius;
+      continue;
+    }
+    if (cell.walled && k < 2) {
+      v *= cell.vectors(k, k);
       continue;
     }
     const Faces of = faces(boundary, k);
@@ -166,9 +171,7 @@ struct GrainSums {
   double resultant = 0, kinetic = 0, solid = 0;
   std::size_t fixed = 0;  // of rough walls
 
-  void add(const GrainSums& o) {
-    resultant += o.resultant, kinetic += o.kinetic, solid += o.solid, fixed += o.fixed;
-  }
+  void add(const GrainSums& o) { resultant += o.resultant, kinetic += o.kinetic, solid += o.solid, fixed += o.fixed; }
 };
 
 /// `carried`: by contact, force along the branch (N m), and the deepest overlap is looked for; empty: neither.
@@ -227,7 +230,8 @@ Mat3 wall_stress(const State& s, double volume) {
   Mat3 stress = Mat3::Zero();
   const CylinderWall* round = cylinder(s.boundary);
   const double radial = round ? radial_stress(s, volume) : 0;
-  for (int k = 0; k < 3; ++k) {
+  if (s.boundary.cell.walled) stress = love_weber(s, volume).diagonal().asDiagonal();  // of what has no walls
+  for (int k = s.boundary.cell.walled ? 2 : 0; k < 3; ++k) {
     if (round && round->axis[k] == 0) {
       stress(k, k) = -radial;
       continue;
@@ -281,7 +285,7 @@ Measurement measured(const Model& model, const State& s, Team* team, std::span<d
   const GrainSums grains = in_chunks<GrainSums>(
       s.grains.size(), team, [&](std::size_t begin, std::size_t end) { return sum_grains(s.grains, begin, end); });
   m.stress = stress_of(contacts.virial, s, m.volume);
-  if (m.volume > 0 && !s.boundary.cell.periodic()) m.wall_stress = wall_stress(s, m.volume);
+  if (m.volume > 0 && !s.boundary.cell.everywhere()) m.wall_stress = wall_stress(s, m.volume);
   const double n = static_cast<double>(std::max<std::size_t>(s.grains.size(), 1));
   m.contacts = contacts.touching;
   if (m.contacts > 0) m.fabric = contacts.fabric / static_cast<double>(m.contacts);
@@ -305,7 +309,7 @@ Measurement measured(const Model& model, const State& s, Team* team, std::span<d
 Vec3 normal_stresses(const State& s) {
   const double volume = bulk_volume(s.boundary);
   if (volume <= 0) return Vec3::Zero();
-  return (s.boundary.cell.periodic() ? love_weber(s, volume) : wall_stress(s, volume)).diagonal();
+  return (s.boundary.cell.everywhere() ? love_weber(s, volume) : wall_stress(s, volume)).diagonal();
 }
 
 Measurement measure(const Model& model, const State& s) { return measured(model, s, nullptr, {}, nullptr); }

@@ -78,7 +78,7 @@ Mat3 shortest_edges(const Mat3& vectors) {
 
 bool reduce_cell(State& state, double gain) {
   Cell& cell = state.boundary.cell;
-  if (!cell.periodic() || !(gain < INFINITY)) return false;
+  if (!cell.everywhere() || !(gain < INFINITY)) return false;
   const Mat3 m = shortest_edges(cell.vectors);
   if (m.isIdentity(0)) return false;
   if (Cell{.vectors = cell.vectors * m}.height() < gain * cell.height()) return false;

@@ -39,6 +39,17 @@ void check_speeds(const Model& model, const State& state) {
   }
 }
 
+/// The third edge of a cell between walls grows as these part: no grain may meet an image across them.
+void follow_walls(State& state) {
+  Boundary& boundary = state.boundary;
+  if (!boundary.cell.walled) return;
+  double low = INFINITY, high = -INFINITY, largest = 0;
+  for (const Wall& wall : boundary.walls) low = std::min(low, wall.point.z()), high = std::max(high, wall.point.z());
+  for (const Motion& m : state.grains.motion)
+    low = std::min(low, m.position.z()), high = std::max(high, m.position.z()), largest = std::max(largest, m.radius);
+  if (heighten(boundary.cell, high - low, largest)) state.reference.room.anchor.clear();
+}
+
 }  // namespace
 
 double contact_reach(const Model& model, const State& state) {
@@ -63,6 +74,7 @@ void renew_list(const Model& model, State& state, ListState found, bool indexed,
   const std::vector<Index> order = put_in_order(state);
   free_hulls(state.grains, state.boundary.walls, state.contacts.guesses);
   reduce_cell(state, model.numerics.reduce_cell_at);
+  follow_walls(state);
   note_bonded(state);
   build_contacts(state.grains, state.boundary, state.skin, model.materials.size(), order, state.contacts,
                  state.reference, team, indexed);

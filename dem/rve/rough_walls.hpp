@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
-// Rough walls: grains that move with a plane as one body. They have no inverse mass, meet neither one another nor walls,
-// and what free grains do to them is the wall's.
+// Rough walls: grains that move with a plane as one body. They have no inverse mass, meet neither one another nor
+// walls, and what free grains do to them is the wall's.
 #pragma once
 
 #include <array>

@@ -76,7 +76,7 @@ Vec3 seeking_rates(const Model& model, const State& state, const Loading& loadin
   Vec3 rates, stiffest = Vec3::Zero(), stress = Vec3::Zero();
   if (seeks(loading)) {
     const Measurement m = measure(model, state);
-    stress = state.boundary.cell.periodic() ? m.stress.diagonal() : m.wall_stress.diagonal();
+    stress = state.boundary.cell.everywhere() ? m.stress.diagonal() : m.wall_stress.diagonal();
     stiffest = stiffness_of(model, state);
   }
   const std::array<AxisControl, 3> axes = controls(loading, stress, state.time);
@@ -141,7 +141,7 @@ Vec3 servo_rates(const Model& model, State& state, const Loading& loading, std::
 }
 
 double stress_error(const State& state, const Loading& loading, const Measurement& m) {
-  const Vec3 stress = state.boundary.cell.periodic() ? m.stress.diagonal() : m.wall_stress.diagonal();
+  const Vec3 stress = state.boundary.cell.everywhere() ? m.stress.diagonal() : m.wall_stress.diagonal();
   const std::array<AxisControl, 3> axes = controls(loading, stress, state.time);
   double worst = NAN;
   auto add = [&](double now, double sought) {

@@ -43,11 +43,13 @@ Vec3 wall_force(const State& s, std::size_t wall) {
   return force + support_force(s.bonds, wall) + rough_force(s, wall);
 }
 
-bool box_of_walls(const State& s) { return !s.boundary.cell.periodic() && bulk_volume(s.boundary) > 0; }
+bool box_of_walls(const State& s) { return !s.boundary.cell.everywhere() && bulk_volume(s.boundary) > 0; }
 
 const Mat3& sample_stress(const State& s, const Measurement& m) { return box_of_walls(s) ? m.wall_stress : m.stress; }
 
-bool has_faces(const Programme& test, const State& s) { return box_of_walls(s) || test.kind == TestKind::platens; }
+bool has_faces(const Programme& test, const State& s) {
+  return (box_of_walls(s) && (!s.boundary.cell.walled || test.axis == 2)) || test.kind == TestKind::platens;
+}
 
 std::array<double, 2> face_stresses(const Programme& test, const State& first, const State& s) {
   const int axis = test.axis;

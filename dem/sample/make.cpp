@@ -34,7 +34,7 @@ void check_materials(const Model& model, const Recipe& recipe) {
   for (const OwnWall& own : recipe.walls) check(own.wall.material);
   for (const Side& side : recipe.sides) check(side.material.value_or(0));
   for (const Clamp& clamp : recipe.supports.clamps) check(clamp.material);
-  if (recipe.bounds == Bounds::walls || recipe.bounds == Bounds::cylinder) check(recipe.wall_material);
+  if (recipe.has_sides()) check(recipe.wall_material);
   if (const auto* platens = std::get_if<Platens>(&recipe.supports.press)) check(platens->material);
   if (const auto* rollers = std::get_if<Rollers>(&recipe.supports.press)) check(rollers->material);
 }
@@ -54,9 +54,21 @@ void check_bounds(const Model& model, const Recipe& recipe) {
 
 }  // namespace
 
+namespace {
+
+/// `largest`: radius of the grains (m), of a cell between walls.
+Cell cell_of(const Recipe& recipe, double largest) {
+  if (recipe.bounds == Bounds::periodic_xy) return walled_cell(recipe.box, largest);
+  Cell cell;
+  if (recipe.periodic()) cell.vectors = Mat3(recipe.box.asDiagonal());
+  return cell;
+}
+
+}  // namespace
+
 Boundary boundary_of(const Recipe& recipe) {
   Boundary boundary;
-  if (recipe.periodic()) boundary.cell.vectors = Mat3(recipe.box.asDiagonal());
+  boundary.cell = cell_of(recipe, 0);
   for (const OwnWall& own : recipe.walls) boundary.walls.push_back(own.wall);
   put_bounds(recipe, boundary);
   if (const auto* platens = std::get_if<Platens>(&recipe.supports.press))
@@ -68,8 +80,11 @@ Sample make(const Model& model, const Recipe& recipe, Team& team, const Watch& w
   check_materials(model, recipe);
   check_bounds(model, recipe);
   Sample sample;
-  if (recipe.periodic()) sample.state.boundary.cell.vectors = Mat3(recipe.box.asDiagonal());
+  sample.state.boundary.cell = cell_of(recipe, 0);
   put_grains(model, recipe, team, watch, sample);
+  double largest = 0;
+  for (const Motion& m : sample.state.grains.motion) largest = std::max(largest, m.radius);
+  sample.state.boundary.cell = cell_of(recipe, largest);
   if (sample.state.grains.size() == 0) throw InputError("the sample has no grains");
   put_own_walls(recipe, sample);
   put_bounds(recipe, sample.state.boundary);

@@ -14,8 +14,9 @@ namespace grus::dem {
 /// Who asked for something, for what is told of it: file, line and key of a scene, or nothing.
 using Place = std::string;
 
-/// The bounds of the grains: nothing, six walls, an upright cylinder with two plates, or a periodic cell.
-enum class Bounds : std::uint8_t { open, walls, cylinder, periodic };
+/// The bounds of the grains: nothing, six walls, an upright cylinder with two plates, a periodic cell, or one between
+/// two plates across z.
+enum class Bounds : std::uint8_t { open, walls, cylinder, periodic, periodic_xy };
 
 /// A part of a mixture: the material of its grains and their shape, axes of an ellipsoid of the sphere's volume,
 /// relative.
@@ -125,9 +126,9 @@ struct Side {
 /// Grains that move with a plane wall, which they make rough.
 struct RoughWall {
   std::size_t wall = 0;
-  double within = INFINITY;                   // m, from the wall, of their centres
-  std::optional<std::uint8_t> of = {};        // material; none: any
-  std::vector<std::uint8_t> becomes = {};     // by material: that of such a grain
+  double within = INFINITY;                // m, from the wall, of their centres
+  std::optional<std::uint8_t> of = {};     // material; none: any
+  std::vector<std::uint8_t> becomes = {};  // by material: that of such a grain
   Place place = {};
 };
 
@@ -203,6 +204,11 @@ struct Recipe {
   std::optional<Preparation> preparation = {};
 
   bool periodic() const { return bounds == Bounds::periodic; }
+  bool repeats() const { return periodic() || bounds == Bounds::periodic_xy; }  // along x and y
+  /// The first axis along which it does not; 3: none.
+  int first_walls() const { return periodic() ? 3 : bounds == Bounds::periodic_xy ? 2 : 0; }
+  bool between_plates() const { return bounds == Bounds::cylinder || bounds == Bounds::periodic_xy; }
+  bool has_sides() const { return bounds == Bounds::walls || between_plates(); }
   bool random() const { return std::holds_alternative<RandomPacking>(grains); }  // takes its time to be made
   const Listed* listed() const { return std::get_if<Listed>(&grains); }
   bool of_voronoi() const;  // tessellation, prisms, filled grains, or bodies from elsewhere

@@ -104,6 +104,7 @@ void put_random(const RandomPacking& p, const Model& model, const Recipe& recipe
                 Grains& grains, double& overlap) {
   Container container = recipe.periodic() ? Container::periodic : Container::box;
   if (recipe.bounds == Bounds::cylinder) container = Container::cylinder;
+  if (recipe.bounds == Bounds::periodic_xy) container = Container::periodic_xy;
   std::vector<UnitHull> hulls;
   std::vector<double> reach;
   if (p.hulls && p.hulls->balls)

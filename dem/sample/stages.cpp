@@ -129,7 +129,7 @@ void release_springs(const Model& model, State& state) {
 }
 
 void stop(State& state) {
-  if (state.boundary.cell.periodic()) return set_cell_rate(state, Mat3::Zero());
+  if (state.boundary.cell.periodic()) set_cell_rate(state, Mat3::Zero());
   for (Wall& wall : state.boundary.walls) wall.velocity = Vec3::Zero();
 }
 

@@ -49,13 +49,18 @@ void put_box(const Vec3& box, std::uint8_t material, Boundary& boundary) {
     }
 }
 
-/// Two plates, and a cylinder of the box's width about its middle.
-void put_cylinder(const Vec3& box, std::uint8_t material, Boundary& boundary) {
+/// Two plates across z.
+void put_plates(const Vec3& box, std::uint8_t material, Boundary& boundary) {
   for (int side = 0; side < 2; ++side)
     boundary.walls.push_back({.point = Vec3(0, 0, side ? box[2] : 0),
                               .shape = PlaneWall{Vec3(0, 0, side ? -1 : 1)},
                               .material = material,
                               .name = side ? "zmax" : "zmin"});
+}
+
+/// Two plates, and a cylinder of the box's width about its middle.
+void put_cylinder(const Vec3& box, std::uint8_t material, Boundary& boundary) {
+  put_plates(box, material, boundary);
   boundary.walls.push_back({.point = Vec3(0.5 * box[0], 0.5 * box[0], 0),
                             .shape = CylinderWall{Vec3::UnitZ(), 0.5 * box[0]},
                             .material = material,
@@ -79,6 +84,7 @@ void put_own_walls(const Recipe& recipe, Sample& sample) {
 
 void put_bounds(const Recipe& recipe, Boundary& boundary) {
   if (recipe.bounds == Bounds::walls) put_box(recipe.box, recipe.wall_material, boundary);
+  if (recipe.bounds == Bounds::periodic_xy) put_plates(recipe.box, recipe.wall_material, boundary);
   if (recipe.bounds == Bounds::cylinder) put_cylinder(recipe.box, recipe.wall_material, boundary);
   for (const Side& side : recipe.sides)
     for (Wall& wall : boundary.walls)

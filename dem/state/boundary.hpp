@@ -14,8 +14,10 @@ namespace grus::dem {
 struct Cell {
   Mat3 vectors = Mat3::Zero(), rate = Mat3::Zero();
   Mat3 whole = Mat3::Identity();  // whole numbers, det 1: vectors * whole are the edges that it began with
+  bool walled = false;            // between walls along z: its third edge, beyond them, only keeps images away
 
   bool periodic() const { return !vectors.col(0).isZero(0); }  // however the edges lie: any of them may have no x
+  bool everywhere() const { return periodic() && !walled; }
   /// The edges that it began with, where they are now (m).
   Mat3 began() const { return whole.isIdentity(0) ? vectors : Mat3(vectors * whole); }
   /// Edges, or a rate of them, told of those that the cell began with, as of the present ones.
@@ -25,6 +27,12 @@ struct Cell {
   double volume() const { return std::abs(vectors.determinant()); }
   double height() const;  // least distance between opposite faces (m)
 };
+
+/// A cell of this size along x and y, for walls that are a height apart and grains of at most this radius (m).
+Cell walled_cell(const Vec3& box, double largest);
+
+/// Whether grains within walls that are a height apart could meet images across them; then the third edge grows.
+bool heighten(Cell& cell, double height, double largest);
 
 struct Boundary {
   std::vector<Wall> walls;

@@ -209,11 +209,15 @@ TEST_CASE("loading and output are refused what does not fit them") {
 TEST_CASE("stages are refused what does not fit them") {
   const std::string shear = "stage=[{kind=\"shear\",plane=\"xz\",strain_rate=1,until={strain=0.1}";
   const std::string cyclic = "stage=[{kind=\"cyclic\",strain_rate=1,cycles=2,strain_amplitude=0.01";
-  refuse({{staged, {"boundary.kind=cylinder", "stage.0.axis=x"}, "of a cylinder, whose wall stays, the axis is \"z\""},
-          {staged, {"boundary.kind=cylinder", "stage.0.lateral=held"}, "of a cylinder, whose wall stays"},
+  refuse({{staged,
+           {"boundary.kind=cylinder", "stage.0.axis=x"},
+           "of a cylinder or \"periodic-xy\", whose sides stay, the axis is \"z\""},
+          {staged,
+           {"boundary.kind=cylinder", "stage.0.lateral=held"},
+           "of a cylinder or \"periodic-xy\", whose sides stay"},
           {staged,
            {"boundary.kind=cylinder", "stage.0.axis=all", "stage.0.until={stress=1e6}"},
-           "of a cylinder, whose wall stays"},
+           "of a cylinder or \"periodic-xy\", whose sides stay"},
           {staged, {shear + ",axis=\"x\"}]"}, "axis: is not with plane"},
           {staged, {shear + "}]", "boundary.kind=walls"}, "plane: needs boundary.kind"},
           {staged, {"stage.0.lateral=fixed", "stage.0.lateral_stress=1e5"}, "is for lateral = \"held\""},

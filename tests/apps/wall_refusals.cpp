@@ -56,7 +56,7 @@ TEST_CASE("walls that press are refused what does not fit them") {
           {sided, {"wall.0.stress=-1"}, "stress: -1"},
           {sided, {"wall.0.max_speed=1e6"}, "max_speed: 1e+06 m/s: faster than any wave"},
           {sided, {"boundary.kind=open"}, "side: needs boundary.kind"},
-          {sided, {"boundary.kind=cylinder"}, "side: of a cylinder is \"zmin\" or \"zmax\""},
+          {sided, {"boundary.kind=cylinder"}, "side: of a cylinder or of \"periodic-xy\" is \"zmin\" or \"zmax\""},
           {sided,
            {"loading={kind=\"uniaxial-strain\",strain_rate=1,final_strain=0.1}"},
            "kind: walls that move by themselves"},
@@ -71,6 +71,46 @@ TEST_CASE("walls that press are refused what does not fit them") {
           {lid,
            {"wall=[{shape=\"cylinder\",axis=\"z\",radius=1e-2,point=[0,0,0],control=\"stress\"}]"},
            "control: is of planes"}});
+}
+
+TEST_CASE("grains are refused to move with walls where they cannot") {
+  const char* const layer = "wall=[{side=\"zmin\",fixed_layer=1e-3}]";
+  refuse({{sided, {"wall=[{side=\"zmin\",fixed_layer=0}]"}, "fixed_layer: 0"},
+          {sided, {"wall=[{side=\"zmin\",fixed_material=\"snad\"}]"}, "fixed_material: \"snad\": no such material"},
+          {sided, {layer, "numerics.engine=implicit"}, "fixed_layer: needs explicit steps"},
+          {sided,
+           {layer, "numerics.inertia={step=1e-6}", "loading={kind=\"uniaxial-strain\",strain_rate=1,final_strain=0.1}"},
+           "fixed_layer: cannot be with numerics.inertia.step"},
+          {sided,
+           {layer, "packing={kind=\"voronoi\",cells=3,box=[1e-2,1e-2,1e-2]}", "material.sand.contact=overlap"},
+           "fixed_layer: is of loose grains"},
+          {lid,
+           {"wall=[{shape=\"cylinder\",axis=\"z\",radius=1e-2,point=[0,0,0],fixed_layer=1e-3}]"},
+           "fixed_layer: is of planes"}});
+}
+
+TEST_CASE("cells between walls are refused what needs other sides") {
+  const std::string flat = "boundary.kind=periodic-xy";
+  const char* const still = "wall=";
+  refuse({{sided, {flat}, "side: of a cylinder or of \"periodic-xy\" is \"zmin\" or \"zmax\""},
+          {sided, {flat, "wall=[{point=[0,0,0],normal=[0,0,1]}]"}, "\"periodic-xy\" makes its own walls"},
+          {three, {flat}, "kind: \"true-triaxial\" cannot be with boundary.kind = \"periodic-xy\""},
+          {sided,
+           {flat, still, "loading={kind=\"uniaxial-strain\",axis=\"x\",strain_rate=1,final_strain=0.1}"},
+           "axis: of \"periodic-xy\" is \"z\""},
+          {sided,
+           {flat, still, "loading=", "stage=[{kind=\"compress\",axis=\"y\",strain_rate=1,until={strain=0.1}}]"},
+           "of a cylinder or \"periodic-xy\", whose sides stay"},
+          {sided,
+           {flat, still, "packing={kind=\"voronoi\",cells=3,box=[1e-2,1e-2,1e-2]}", "material.sand.contact=overlap"},
+           "kind: \"periodic-xy\" is of loose grains"},
+          {sided, {flat, still, "preparation={pressure=1e5}"}, "preparation: needs boundary.kind = \"periodic\""},
+          {sided,
+           {flat, still, "packing={kind=\"hcp\",layers=[3,3,3],radius={distribution=\"constant\",mean=1e-3}}"},
+           "layers: a hcp packing that is periodic along y needs an even number of rows"},
+          {sided,
+           {"boundary.kind=open", "wall=[{side=\"zmax\",fixed_layer=1e-3}]"},
+           "side: needs boundary.kind = \"walls\", \"cylinder\" or \"periodic-xy\""}});
 }
 
 TEST_CASE("three axes are refused orders that do not go together") {

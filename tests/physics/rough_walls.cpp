@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Grains that move with walls: what lies on them presses with its weight, their motion and no more is work, they keep
 // their places and orientations, whatever their shape; a rough lid holds its stress; same bits.
+#include "dem/rve/rough_walls.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/packing/packing.hpp"
 #include "dem/rve/loading.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/press.hpp"
-#include "dem/rve/rough_walls.hpp"
 #include "dem/rve/state_hash.hpp"
 #include "dem/sample/gauge.hpp"
 #include "dem/sample/stages.hpp"
@@ -157,7 +157,7 @@ TEST_CASE("a fixed sphere that is pressed on a free one: force, work and energy 
   add_ball(s, 1e-3, Vec3(0, 0, 1e-3));
   add_fixed(s, add_ball(s, 1e-3, Vec3(0, 0, 3e-3)), 1);
   prepare(model, s, team);
-  let_run(model, s, 0.02, team);  // 20 um, so slowly that the free one hardly swings
+  let_run(model, s, 0.02, team);                   // 20 um, so slowly that the free one hardly swings
   const double way = 20e-6, both = stiffness / 3;  // floor's spring, and two of half as much in a row
   CHECK(wall_force(s, 1).z() == Approx(both * way).epsilon(2e-3));
   CHECK(wall_force(s, 0).z() == Approx(-both * way).epsilon(2e-3));
