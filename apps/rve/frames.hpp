@@ -44,12 +44,17 @@ private:
     const std::string name = frame("grains", series_.size());
     dem::write_grains(result_file(folder_, name), state, wrapped_);
     if (contacts_) dem::write_contacts(result_file(folder_, frame("contacts", series_.size())), state, wrapped_);
+    const bool walls = dem::has_meshes(state);
+    if (walls) dem::write_walls(result_file(folder_, frame("walls", series_.size())), state);
     series_.emplace_back(name, state.time);
     dem::write_series(result_file(folder_, "grains.hdf.series"), series_);
-    if (!contacts_) return;
-    Series contacts = series_;
-    for (std::size_t k = 0; k < contacts.size(); ++k) contacts[k].first = frame("contacts", k);
-    dem::write_series(result_file(folder_, "contacts.hdf.series"), contacts);
+    if (contacts_) write_series_of("contacts");
+    if (walls) write_series_of("walls");
+  }
+  void write_series_of(const char* what) const {
+    Series of = series_;
+    for (std::size_t k = 0; k < of.size(); ++k) of[k].first = frame(what, k);
+    dem::write_series(result_file(folder_, fmt::format("{}.hdf.series", what)), of);
   }
 
   std::string folder_;

@@ -93,6 +93,7 @@ void check_hulls(const Table& t, const RveScene& scene) {
   if (mixed) t.fail("grain", "hulls meet hulls and walls alone; a scene has either hulls or other shapes");
   if (!by_overlap) t.fail("material", "hulls need contact = \"overlap\"");
   if (recipe.in_cylinder()) t.fail("boundary", "hulls cannot be in a cylinder yet; use walls or \"open\"");
+  if (recipe.at_mesh()) t.fail("wall", "hulls cannot meet a wall of triangles yet; use planes");
   for (const auto& m : scene.model.materials) {
     if (m.fracture && !m.fracture->of_hulls())
       t.fail("material", fmt::format("{}.fracture: hulls are cut by model = \"cleavage\" or \"peridynamics\"", m.name));

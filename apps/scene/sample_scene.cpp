@@ -104,6 +104,10 @@ void refuse_shapes(const Table& t, const RveScene& scene, const std::string& why
   const auto shaped = [](const dem::ListedGrain& g) { return !g.hull() && !g.spec.shape.is_sphere(); };
   if (listed && std::any_of(listed->begin(), listed->end(), shaped))
     t.fail("grain", why + " needs a scene of spheres alone");
+  const auto* random = std::get_if<dem::RandomPacking>(&scene.recipe.grains);
+  const auto flat = [](const dem::Part& p) { return p.aspect.minCoeff() != p.aspect.maxCoeff(); };
+  if (random && std::any_of(random->parts.begin(), random->parts.end(), flat))
+    t.fail("packing", why + " needs a scene of spheres alone");
   for (const auto& m : scene.model.materials)
     if (m.fracture && std::holds_alternative<dem::Halves>(m.fracture->splitter))
       t.fail("material", fmt::format("{} needs spheres alone, which fragments of \"polyellipsoid-split\" ({}) are not; "
@@ -227,6 +231,11 @@ void read_sample(Table& t, const nlohmann::json& record, RveScene& scene) {
   if (recipe.in_cylinder()) refuse_shapes(t, scene, "a cylinder");
   if (recipe.bounds == dem::Bounds::periodic_xy && recipe.of_voronoi())
     b->fail("kind", "\"periodic-xy\" is of loose grains, not of Voronoi cells");
+  if (recipe.at_mesh()) refuse_shapes(t, scene, "a wall of triangles");
+  if (recipe.at_mesh() && scene.model.stepper != &dem::explicit_stepper)
+    t.fail("wall", "a wall of triangles needs explicit steps, not numerics.engine = \"implicit\"");
+  if (recipe.at_mesh() && dem::attracts(scene.model.law))
+    t.fail("wall", "a wall of triangles knows no contacts that attract (contact = \"jkr\")");
   if (dem::attracts(scene.model.law)) refuse_shapes(t, scene, "a contact law with attraction");
   refuse_unsplit(t, scene);
   refuse_unbonded(t, scene);

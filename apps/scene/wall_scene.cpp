@@ -5,14 +5,19 @@
 
 #include <algorithm>
 
+#include "apps/scene/bodies_scene.hpp"
 #include "apps/scene/packing_scene.hpp"
 #include "apps/scene/sample_scene.hpp"
 #include "apps/scene/speeds.hpp"
+#include "dem/packing/surfaces.hpp"
 
 namespace grus::app {
 namespace {
 
+using dem::Index;
 using dem::Vec3;
+
+constexpr std::size_t most_triangles = 10'000'000;
 
 dem::WallShape read_plane(Table& t, const Vec3&) {
   for (const char* key : {"axis", "radius"})
@@ -31,6 +36,39 @@ dem::WallShape read_round(Table& t, const Vec3& velocity) {
   if (!(velocity - round.axis.dot(velocity) * round.axis).isZero(0))
     t.fail("velocity", "a cylinder moves along its axis alone");
   return round;
+}
+
+/// The surface of a file, about the wall's point.
+dem::WallShape read_mesh(Table& t) {
+  for (const char* key : {"normal", "axis", "radius"})
+    if (t.has(key)) t.fail(key, "is of other shapes: a mesh has its triangles");
+  const double unit = read_unit(t);
+  std::vector<Vec3> corner;
+  std::vector<std::array<Index, 3>> triangle;
+  try {
+    for (const dem::Surface& s : dem::read_surfaces(t.path("path"))) {
+      const auto first = static_cast<Index>(corner.size());
+      for (const Vec3& x : s.corner) corner.emplace_back(unit * x);
+      for (const auto& face : s.face)
+        for (std::size_t k = 2; k < face.size(); ++k)
+          triangle.push_back({first + static_cast<Index>(face[0]), first + static_cast<Index>(face[k - 1]),
+                              first + static_cast<Index>(face[k])});
+    }
+  } catch (const InputError& e) {
+    t.fail("path", e.what());
+  }
+  dem::Triangles surface = dem::surface_of(std::move(corner), triangle);
+  if (surface.triangle.empty()) t.fail("path", "no triangles in it that have an area");
+  if (surface.triangle.size() > most_triangles) t.fail("path", "more than ten million triangles");
+  return dem::MeshWall{std::make_shared<dem::Triangles>(std::move(surface))};
+}
+
+dem::WallShape read_shape(Table& t, const Vec3& velocity) {
+  const std::string shape = t.choice_or("shape", "plane", {"plane", "cylinder", "mesh"});
+  for (const char* key : {"path", "unit"})
+    if (shape != "mesh" && t.has(key)) t.fail(key, "is for shape = \"mesh\"");
+  if (shape == "mesh") return read_mesh(t);
+  return shape == "plane" ? read_plane(t, velocity) : read_round(t, velocity);
 }
 
 bool names_material(const Table& t) { return t.has("material") || t.has("rigid") || t.has("friction"); }
@@ -100,7 +138,7 @@ void read_rough(Table& t, std::size_t wall, RveScene& scene) {
 const std::vector<std::string> sides{"xmin", "xmax", "ymin", "ymax", "zmin", "zmax"};
 
 void read_side(Table& t, RveScene& scene) {
-  for (const char* key : {"point", "normal", "shape", "axis", "radius"})
+  for (const char* key : {"point", "normal", "shape", "axis", "radius", "path", "unit"})
     if (t.has(key)) t.fail(key, "is of walls without side: the box says where a side is");
   const std::string name = t.choice("side", sides);
   const auto place = static_cast<std::size_t>(std::find(sides.begin(), sides.end(), name) - sides.begin());
@@ -138,16 +176,15 @@ void read_wall(Table t, RveScene& scene) {
   dem::Wall& wall = own.wall;
   wall.point = vector3(t.numbers("point", 3, dimension::length));
   wall.velocity = read_velocity(t, scene.model);
-  wall.shape =
-      (t.choice_or("shape", "plane", {"plane", "cylinder"}) == "plane" ? read_plane : read_round)(t, wall.velocity);
+  wall.shape = read_shape(t, wall.velocity);
   const auto round = [](const dem::OwnWall& w) { return std::holds_alternative<dem::CylinderWall>(w.wall.shape); };
   const auto& others = scene.recipe.walls;
   if (round(own) && std::any_of(others.begin(), others.end(), round))
     t.fail("shape", "a scene has one cylinder at most");
-  if (round(own) && t.has("control")) t.fail("control", "is of planes");
-  for (const char* key : {"fixed_layer", "fixed_material"})
-    if (round(own) && t.has(key)) t.fail(key, "is of planes");
-  if (!round(own)) read_control(t, others.size(), wall.facing(), wall.velocity, scene);
+  const bool plane = std::holds_alternative<dem::PlaneWall>(wall.shape);
+  for (const char* key : {"control", "fixed_layer", "fixed_material"})
+    if (!plane && t.has(key)) t.fail(key, "is of planes");
+  if (plane) read_control(t, others.size(), wall.facing(), wall.velocity, scene);
   wall.material = read_material(t, scene);
   read_rough(t, others.size(), scene);
   scene.recipe.walls.push_back(own);

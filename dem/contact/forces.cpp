@@ -55,7 +55,9 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
     for (std::size_t k = 0; k < c.plan.images.size(); ++k)
       put_vector(&c.plan.shift_rows[8 * k], at_image(boundary.cell.vectors, c.plan.images[k]));
   }
-  c.plan.wall_rows.assign(8 * boundary.walls.size(), 0);
+  // Groups look beyond the pairs of a bin, at those of triangles, which have other rows.
+  const std::size_t walls = std::max(boundary.walls.size(), c.begin[sphere_mesh + 1] - c.begin[sphere_mesh]);
+  c.plan.wall_rows.assign(8 * walls, 0);
   for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
     const Wall& wall = boundary.walls[w];
     put_vector(&c.plan.wall_rows[8 * w], wall.facing()), put_vector(&c.plan.wall_rows[8 * w + 4], wall.velocity);
@@ -63,7 +65,7 @@ ContactRows rows_of(const ContactLaw& law, std::span<const PairLaw> pairs, const
   }
   c.plan.round_rows.clear();
   if (cylinder(boundary)) {
-    c.plan.round_rows.assign(8 * boundary.walls.size(), 0);
+    c.plan.round_rows.assign(8 * walls, 0);
     for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
       const Wall& wall = boundary.walls[w];
       const auto* round = std::get_if<CylinderWall>(&wall.shape);

@@ -19,6 +19,7 @@ void begin_tiles(std::size_t grains, NeighbourRoom& room) {
   const std::size_t tiles = tile_count(grains);
   room.listed.resize(std::max(room.listed.size(), tiles)), room.crossing.resize(std::max(room.crossing.size(), tiles));
   room.listed_normal.resize(room.listed.size());
+  room.near.resize(room.listed.size());
   for (auto& listed : room.listed) listed.clear();
   for (auto& normal : room.listed_normal) normal.clear();
   for (auto& crossing : room.crossing) crossing.clear();

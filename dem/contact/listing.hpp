@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "dem/contact/mesh_pairs.hpp"
 #include "dem/contact/near_pairs.hpp"
 #include "dem/contact/neighbours.hpp"
 #include "dem/contact/pair_kinds.hpp"
@@ -31,7 +32,7 @@ struct Past {
       if (lists.index.entry[e] & 1) break;  // pairs of which p is a come first
       const Index k = lists.index.entry[e] >> 1;
       const Pair& pair = old.pair[k];
-      if (pair.b == q && (k >= lists.begin[first_wall]) == wall && (wall || pair.image == image)) return k;
+      if (pair.b == q && (k >= lists.begin[first_wall]) == wall && pair.image == image) return k;
     }
     return none;
   }
@@ -90,12 +91,29 @@ struct Lister {
     for (std::size_t w = 0; w < boundary.walls.size(); ++w) {
       const Wall& wall = boundary.walls[w];
       const Motion& g = grains.motion[i];
+      if (wall.mesh()) {
+        consider_triangles(t, i, static_cast<Index>(w), find, known);
+        continue;
+      }
       if (wall.distance(g.position) > g.radius + wall_skin) continue;
       if (!walled.empty() && std::binary_search(walled.begin(), walled.end(), Pair{i, static_cast<Index>(w)}, by_place))
         continue;
-      const Bin bin = wall_bin(grains.kind[i]);
+      const Bin bin = wall_bin(grains.kind[i], wall);
       const auto b = static_cast<Index>(w);
-      if (!known(b)) put(t, {{i, b, {}, law(i, wall.material)}, find(bin, i, b, {}), bin}, Vec3::Zero());
+      if (!known(b, {})) put(t, {{i, b, {}, law(i, wall.material)}, find(bin, i, b, {}), bin}, Vec3::Zero());
+    }
+  }
+
+  /// The same of the triangles of a wall that is a surface of them.
+  template <class Find, class Known>
+  void consider_triangles(std::size_t t, Index i, Index b, Find&& find, Known&& known) {
+    const Wall& wall = boundary.walls[b];
+    std::vector<Index>& near = room.near[t];
+    triangles_near(*wall.mesh(), grains.motion[i].position - wall.point, grains.motion[i].radius + wall_skin, near);
+    for (const Index triangle : near) {
+      const auto image = image_of_triangle(triangle);
+      if (!known(b, image))
+        put(t, {{i, b, image, law(i, wall.material)}, find(sphere_mesh, i, b, image), sphere_mesh}, Vec3::Zero());
     }
   }
 };

@@ -90,8 +90,8 @@ void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, 
             lister.consider(t, c, find);
         }
         if (room.marked[i])
-          lister.consider_walls(t, a, find, [&](Index w) {
-            return known([&](const auto& l) { return l.bin >= first_wall && l.pair.b == w; });
+          lister.consider_walls(t, a, find, [&](Index w, const std::array<std::int16_t, 3>& image) {
+            return known([&](const auto& l) { return l.bin >= first_wall && l.pair.b == w && l.pair.image == image; });
           });
         std::sort(listed.begin() + start, listed.end(), [](const auto& p, const auto& q) {
           return p.pair.b != q.pair.b ? p.pair.b < q.pair.b : p.pair.image < q.pair.image;

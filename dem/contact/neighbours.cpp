@@ -108,7 +108,8 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
       auto find = finder(t);
       for (std::size_t k = row[begin]; k < row[end]; ++k) lister.consider(t, candidate[k], find);
       for (std::size_t i = begin; i < end; ++i)
-        lister.consider_walls(t, static_cast<Index>(i), find, [](Index) { return false; });
+        lister.consider_walls(t, static_cast<Index>(i), find,
+                              [](Index, const std::array<std::int16_t, 3>&) { return false; });
     }
   };
   team.pieces(tiles, room.work, [&](std::size_t first, std::size_t last, int) {

@@ -45,6 +45,7 @@ struct NeighbourRoom {
   };
   std::vector<std::vector<Listed>> listed;       // by tile
   std::vector<std::vector<Vec3>> listed_normal;  // search directions of pairs that are apart; by tile
+  std::vector<std::vector<Index>> near;          // triangles near the sphere at hand; by tile
   std::vector<std::vector<Index>> crossing;      // pairs of which b is in a later tile; by tile of a
   std::vector<Index> next, receivers;
   std::vector<std::array<Index, 2 * bin_count>> counts;

@@ -2,6 +2,7 @@
 #include "dem/contact/pair_kinds.hpp"
 
 #include "dem/contact/hull_pairs.hpp"
+#include "dem/contact/mesh_pairs.hpp"
 #include "dem/contact/polyellipsoid_pairs.hpp"
 
 namespace grus::dem {
@@ -40,6 +41,7 @@ const PairKind& pair_kind(std::size_t bin) {
        .touching = 150,
        .apart = 2},
       {.pass = hulls_at_walls, .near = nullptr, .shown_always = true, .rolls = false, .touching = 1500, .apart = 30},
+      {.pass = spheres_at_meshes, .near = nullptr, .shown_always = false, .rolls = false, .touching = 60, .apart = 30},
   }};
   return rows[bin];
 }
@@ -49,7 +51,8 @@ Bin pair_bin(ShapeKind a, ShapeKind b) {
   return a == ShapeKind::sphere && b == ShapeKind::sphere ? sphere_sphere : general;
 }
 
-Bin wall_bin(ShapeKind kind) {
+Bin wall_bin(ShapeKind kind, const Wall& wall) {
+  if (wall.mesh()) return sphere_mesh;  // other shapes meet none: scenes refuse it
   static constexpr std::array<Bin, 3> rows{polyellipsoid_wall, sphere_wall, hull_wall};
   return rows[static_cast<std::size_t>(kind)];
 }

@@ -46,11 +46,11 @@ const PairKind& pair_kind(std::size_t bin);
 
 /// The bin of two grains, and of a grain and a wall.
 Bin pair_bin(ShapeKind a, ShapeKind b);
-Bin wall_bin(ShapeKind kind);
+Bin wall_bin(ShapeKind kind, const Wall& wall);
 
 /// The order in which a tile's bins are added up: sums depend on it.
-inline constexpr std::array<Bin, bin_count> pass_order{sphere_sphere,      sphere_wall, general,
-                                                       polyellipsoid_wall, hull_hull,   hull_wall};
+inline constexpr std::array<Bin, bin_count> pass_order{sphere_sphere, sphere_wall, general,    polyellipsoid_wall,
+                                                       hull_hull,     hull_wall,   sphere_mesh};
 
 /// A kernel over the rows as they are, its energies booked.
 void run_rows(const TileWork& work, const ContactRows& rows, PairLoop loop, std::size_t begin, std::size_t end);

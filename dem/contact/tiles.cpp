@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "dem/contact/mesh_pairs.hpp"
 #include "dem/contact/pair_kinds.hpp"
 #include "dem/kernel/look_ahead.hpp"
 #include "dem/kernel/sweep.hpp"
@@ -75,6 +76,9 @@ void finish_plan(const Grains& grains, const Cell& cell, std::span<const std::ve
   plan.energy.resize(std::max(plan.energy.size(), tiles));
   assign_targets(grains.size(), crossing, plan, receivers, next);
   index_images(cell, contacts);
+  for (std::size_t k = contacts.begin[sphere_mesh]; k < contacts.size(); ++k)  // each has a plane of its own
+    plan.target[k] = static_cast<Index>(k - contacts.begin[sphere_mesh]);
+  make_mesh_room(contacts);
 }
 
 void entail(const Grains& grains, const Cell& cell, Contacts& contacts) {

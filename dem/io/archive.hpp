@@ -23,6 +23,8 @@ template <>
 inline constexpr bool made_again<FaceOutlines> = true;
 template <>
 inline constexpr bool made_again<BreakRoom> = true;
+template <>
+inline constexpr bool made_again<TriangleGrid> = true;  // by surface_of
 
 /// What states share is with each of them: a checkpoint needs nothing else.
 template <class A, class P>
@@ -32,6 +34,18 @@ void walk_shared(A& a, P& shared) {
   walk(a, store);
   if constexpr (!std::is_const_v<P>)
     shared = store.row.empty() ? nullptr : std::make_shared<HullStore>(std::move(store));
+}
+
+template <class A, class P>
+requires std::is_same_v<std::remove_const_t<P>, std::shared_ptr<const Triangles>>
+void walk_shared(A& a, P& shared) {
+  Triangles surface = shared ? *shared : Triangles{};
+  walk(a, surface);
+  for (const auto& t : surface.triangle)
+    for (const Index corner : t)
+      if (corner >= surface.corner.size()) throw InputError("checkpoint is damaged: a wall of triangles");
+  if constexpr (!std::is_const_v<P>)
+    shared = std::make_shared<Triangles>(surface_of(std::move(surface.corner), surface.triangle));
 }
 
 /// The number of all that is walked in a state.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/io/frames.hpp"
 
+#include <algorithm>
 #include <optional>
 
 #include "dem/fracture/grain_stress.hpp"
@@ -45,17 +46,17 @@ Triangulation unit_sphere(int n) {
 }
 
 /// One grain's surface, by the grain's own points.
-using Triangles = std::vector<std::array<int, 3>>;
+using Faces = std::vector<std::array<int, 3>>;
 
 void add_point(const Vec3& x, VtkGrid& grid) {
   for (int k = 0; k < 3; ++k) grid.points.push_back(static_cast<float>(x[k]));
 }
 
 /// A hull's vertices as points; its triangles.
-Triangles add_hull(const Grains& g, std::size_t i, const Frame& frame, VtkGrid& grid) {
+Faces add_hull(const Grains& g, std::size_t i, const Frame& frame, VtkGrid& grid) {
   const HullView hull = (*g.hulls)[g.hull[i]];
   for (int v = 0; v < hull.vertices; ++v) add_point(frame.origin + frame.axes * hull.vertex[v], grid);
-  Triangles triangles;
+  Faces triangles;
   for (int f = 0; f < hull.faces; ++f)
     for (int k = hull.begin[f] + 1; k + 1 < hull.begin[f + 1]; ++k)
       triangles.push_back({hull.loop[hull.begin[f]], hull.loop[k], hull.loop[k + 1]});
@@ -132,12 +133,12 @@ void write_grains(const std::string& path, const State& state, bool wrapped) {
     Frame frame = frame_of(g, i);
     frame.origin += image_shift(state.boundary.cell, g.motion[i].position, wrapped);
     const auto first = static_cast<std::int64_t>(grid.points.size() / 3);
-    Triangles own;
+    Faces own;
     if (g.kind[i] == ShapeKind::hull)
       own = add_hull(g, i, frame, grid);
     else
       for (const auto& d : surface.directions) add_point(shape.drawn(g, i, frame, d), grid);
-    const Triangles& triangles = g.kind[i] == ShapeKind::hull ? own : surface.triangles;
+    const Faces& triangles = g.kind[i] == ShapeKind::hull ? own : surface.triangles;
     const int touching = dem::coordination(state.contacts, i);
     const double p = touching > 0 ? mean_pressure(grain_stress(g, state.contacts, i)) : 0;
     const Vec3 widths = shape.sorted_widths(g, i);
@@ -164,6 +165,38 @@ void write_grains(const std::string& path, const State& state, bool wrapped) {
     }
   }
   add_outline(state.boundary, grid);
+  write_vtkhdf(path, grid);
+}
+
+bool has_meshes(const State& state) {
+  const auto& walls = state.boundary.walls;
+  return std::any_of(walls.begin(), walls.end(), [](const Wall& w) { return w.mesh() != nullptr; });
+}
+
+void write_walls(const std::string& path, const State& state) {
+  VtkGrid grid;
+  grid.offsets.push_back(0);
+  auto* number = &grid.cell_fields["wall"].values;
+  VtkField &velocity = grid.cell_fields["velocity"], &force = grid.cell_fields["wall_force_N"];
+  velocity.components = force.components = 3;
+  for (std::size_t w = 0; w < state.boundary.walls.size(); ++w) {
+    const Wall& wall = state.boundary.walls[w];
+    if (!wall.mesh()) continue;
+    Vec3 pressed = Vec3::Zero();
+    for (std::size_t k = state.contacts.begin[sphere_mesh]; k < state.contacts.begin[sphere_mesh + 1]; ++k)
+      if (state.contacts.pair[k].b == w) pressed += state.contacts.touch[k].force;
+    const auto first = static_cast<std::int64_t>(grid.points.size() / 3);
+    for (const Vec3& x : wall.mesh()->corner) add_point(wall.point + x, grid);
+    for (const auto& triangle : wall.mesh()->triangle) {
+      for (const Index corner : triangle) grid.connectivity.push_back(first + corner);
+      grid.offsets.push_back(static_cast<std::int64_t>(grid.connectivity.size()));
+      grid.types.push_back(5);
+      number->push_back(static_cast<float>(w));
+      for (int i = 0; i < 3; ++i)
+        velocity.values.push_back(static_cast<float>(wall.velocity[i])),
+            force.values.push_back(static_cast<float>(pressed[i]));
+    }
+  }
   write_vtkhdf(path, grid);
 }
 

@@ -14,6 +14,10 @@ namespace grus::dem {
 /// periodic cell.
 void write_grains(const std::string& path, const State& state, bool wrapped = false);
 
+/// Walls that are surfaces of triangles, where they are: each triangle with its wall and that one's force and velocity.
+bool has_meshes(const State& state);
+void write_walls(const std::string& path, const State& state);
+
 /// The contact network: a line for each touching pair, between the centres of two grains (of a wall: to the contact),
 /// with normal_force_N, tangential_force_N (magnitudes), force_N (on the second grain) and overlap_m. Needs contacts
 /// that show their forces, as at the end of a run of steps.

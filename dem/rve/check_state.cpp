@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "dem/base/error.hpp"
-#include "dem/contact/pair_kinds.hpp"
+#include "dem/contact/mesh_pairs.hpp"
 
 namespace grus::dem {
 namespace {
@@ -222,9 +222,12 @@ void check_contacts(const Model& model, const State& s) {
       const Pair& p = c.pair[k];
       const bool wall = bin >= first_wall;
       need(p.a < n && p.b < (wall ? walls : n) && (wall || p.a < p.b), "a pair of the list");
+      if (const Triangles* mesh = wall ? s.boundary.walls[p.b].mesh() : nullptr)
+        need(p.image[0] >= 0 && p.image[1] >= 0 && triangle_of(p) < mesh->triangle.size(), "a triangle of the list");
       const std::size_t other = wall ? s.boundary.walls[p.b].material : g.material[p.b];
       need(p.law == g.material[p.a] * materials + other, "law of a pair");
-      need((wall ? wall_bin(g.kind[p.a]) : pair_bin(g.kind[p.a], g.kind[p.b])) == bin, "bin of a pair");
+      need((wall ? wall_bin(g.kind[p.a], s.boundary.walls[p.b]) : pair_bin(g.kind[p.a], g.kind[p.b])) == bin,
+           "bin of a pair");
       need(c.contact.stiffness[k] >= 0 && c.contact.compliance[k] >= 0 && c.contact.radius[k] >= 0, "a contact");
     }
 }

@@ -48,6 +48,11 @@ std::uint64_t hash(const State& s) {
     const auto shape = [&](const auto& kind) {
       for_each_member(kind, [&](const auto& member) { add(&member, sizeof member); });
     };
+    if (const Triangles* mesh = wall.mesh()) {
+      for (const Vec3& x : mesh->corner) add(x.data(), sizeof x);
+      for (const auto& t : mesh->triangle) add(t.data(), sizeof t);
+      continue;
+    }
     if (!std::holds_alternative<PlaneWall>(wall.shape)) std::visit(shape, wall.shape);
   }
   const Cell& cell = s.boundary.cell;

@@ -45,6 +45,10 @@ bool Recipe::in_cylinder() const {
          });
 }
 
+bool Recipe::at_mesh() const {
+  return std::any_of(walls.begin(), walls.end(), [](const OwnWall& w) { return w.wall.mesh() != nullptr; });
+}
+
 double Recipe::count() const {
   return std::visit([&](const auto& g) { return count_of(g, *this); }, grains);
 }
@@ -97,6 +101,7 @@ std::optional<Recipe> piece_of(const Recipe& recipe) {
   const double scale = std::max(std::cbrt(enough / all), 3 * p.radius.mean / recipe.box.minCoeff());
   if (scale >= 1) return {};
   piece.box *= scale, p.count = 0;
+  piece.rough.clear();  // which might take all of it
   return piece;
 }
 

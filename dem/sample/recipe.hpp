@@ -214,6 +214,7 @@ struct Recipe {
   bool of_voronoi() const;  // tessellation, prisms, filled grains, or bodies from elsewhere
   bool of_hulls() const;    // some grain is one
   bool in_cylinder() const;
+  bool at_mesh() const;  // some wall is a surface of triangles
   /// How many grains, about: Voronoi cells may be merged, random packings round.
   double count() const;
 };

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "dem/rve/rough_walls.hpp"
 #include "dem/state/shape_kinds.hpp"
 
@@ -100,12 +102,14 @@ void fix_grains(const Recipe& recipe, Sample& sample) {
     for (std::size_t i = 0; i < g.size(); ++i) {
       if (g.motion[i].inverse_mass == 0 || g.material[i] != layer.of.value_or(g.material[i])) continue;
       if (wall.distance(g.motion[i].position) > layer.within) continue;
-      g.material[i] = layer.becomes[g.material[i]];
+      const std::uint8_t material = g.material[i] = layer.becomes[g.material[i]];
+      if (std::find(wall.grains.begin(), wall.grains.end(), material) == wall.grains.end())
+        wall.grains.push_back(material);
       fix(g, i, wall.velocity);
       ++count;
     }
     if (count == 0) refuse(layer.place, "no grain is there to move with this wall");
-    wall.grains = layer.becomes, all += count;
+    all += count;
     sample.notes.push_back(fmt::format("{} of {} grains move with the wall {}", count, g.size(),
                                        wall.name.empty() ? fmt::format("{}", layer.wall) : wall.name));
   }

@@ -13,10 +13,20 @@ namespace grus::dem {
 
 /// Pairs of one kind share a loop; contact/pair_kinds.hpp says which bin two shapes belong to, and what is done there.
 /// `general`: one of them a poly-ellipsoid. Pairs of grains come first, then those with walls.
-enum Bin : std::uint32_t { sphere_sphere, general, hull_hull, sphere_wall, polyellipsoid_wall, hull_wall, bin_count };
+enum Bin : std::uint32_t {
+  sphere_sphere,
+  general,
+  hull_hull,
+  sphere_wall,
+  polyellipsoid_wall,
+  hull_wall,
+  sphere_mesh,
+  bin_count
+};
 inline constexpr Bin first_wall = sphere_wall;
 
-/// Grain a < b; `image` is the number of cell vectors added to b. For walls, b is the wall's index.
+/// Grain a < b; `image` is the number of cell vectors added to b. For walls, b is the wall's index; of a surface of
+/// triangles `image` tells which one (contact/mesh_pairs.hpp).
 struct Pair {
   Index a, b;
   std::array<std::int16_t, 3> image{};
@@ -180,6 +190,13 @@ inline std::size_t tile_words(std::size_t grains) { return (tile_count(grains) +
 /// Kernels read whole groups of pairs, and may look beyond the last.
 inline constexpr std::size_t overrun = 8;
 
+/// What a sphere's pass finds of a triangle near it.
+struct MeshTouch {
+  Vec3 place, normal;   // nearest to the sphere's centre, from the wall's point; from there to the centre
+  double distance = 0;  // m
+  bool touches = false, presses = false;  // no other triangle does so for it
+};
+
 /// What follows from the pairs of a list and from nothing else (`lay_out` makes it, `entail` makes it again): columns
 /// as the kernels read them, rows of loads, tiles and who has done them. It is copied with its state, since the next
 /// step needs it, but it is in no checkpoint.
@@ -202,6 +219,8 @@ struct Plan {
   std::uint32_t firmer = 0;         // some has passed it in this run of steps
   std::vector<BlockEnergy> energy;  // one a tile; all zero between steps
   std::vector<double> law_rows, shift_rows, wall_rows, round_rows;  // room for the kernels' tables
+  std::vector<double> mesh_rows;      // the same of pairs of spheres and triangles: of each the plane at hand
+  std::vector<MeshTouch> mesh_touch;  // of such pairs
 };
 
 /// Pairs by grain: entry[first[i]..first[i+1]) = 2 * pair + (is b) of grain i, first those of which it is a. Empty

@@ -9,6 +9,7 @@
 
 #include "dem/base/tensor.hpp"
 #include "dem/shape/hull_store.hpp"
+#include "dem/shape/triangles.hpp"
 
 namespace grus::dem {
 
@@ -48,7 +49,17 @@ struct RollerWall {
   }
 };
 
-using WallShape = std::variant<PlaneWall, CylinderWall, RollerWall>;
+/// A surface of triangles about the wall's point, which spheres alone meet, from either side: see
+/// contact/mesh_pairs.hpp. How far it is nobody asks of the whole of it.
+struct MeshWall {
+  std::shared_ptr<const Triangles> surface = {};
+
+  double distance(const Vec3&) const { return 0; }
+  double travel(const Vec3& way) const { return way.norm(); }
+  bool sound(const HullStore*) const { return surface && sound_surface(*surface); }
+};
+
+using WallShape = std::variant<PlaneWall, CylinderWall, RollerWall, MeshWall>;
 
 struct Wall {
   Vec3 point = Vec3::Zero();
@@ -58,6 +69,10 @@ struct Wall {
   std::string name = {};
   std::vector<std::uint8_t> grains = {};  // materials of grains that move with it; see rve/rough_walls.hpp
 
+  const Triangles* mesh() const {
+    const auto* of = std::get_if<MeshWall>(&shape);
+    return of ? of->surface.get() : nullptr;
+  }
   /// Normal of a plane; zero of all that has no single one.
   Vec3 facing() const {
     const auto* plane = std::get_if<PlaneWall>(&shape);

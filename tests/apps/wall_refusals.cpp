@@ -43,9 +43,45 @@ z = { stress = 3e5, strain_rate = 1 }
 final_strain = 0.1
 )";
 
+const char* const hopper = R"(
+material.sand = { density = 2650, youngs_modulus = "20 GPa", friction = 0.5 }
+grain = [{ radius = 1e-3, position = [0, 0, 0] }]
+wall = [{ shape = "mesh", path = "hopper.stl", point = [0, 0, -0.1], unit = "mm" }]
+loading = { kind = "free", duration = 1e-3 }
+)";
+
+const char* const facets =
+    "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid "
+    "a\n";
+
 void refuse(const std::vector<test::Refusal>& rows) { check_refused(rows, read_rve_scene); }
 
 }  // namespace
+
+TEST_CASE("walls of triangles are refused what does not fit them") {
+  const auto read = [](const std::string& file, const auto& changes) {
+    const std::string folder = file.substr(0, file.rfind('/') + 1);
+    std::ofstream(folder + "hopper.stl") << facets;
+    std::ofstream(folder + "flat.stl") << std::string(facets).replace(std::string(facets).find("0 1 0"), 5, "2 0 0");
+    read_rve_scene(file, changes);
+  };
+  check_refused(
+      {{hopper, {"wall.0.path=none.stl"}, "none.stl"},
+       {hopper, {"wall.0.path=flat.stl"}, "path: no triangles in it that have an area"},
+       {hopper, {"wall.0.unit=kg"}, "unit: \"kg\""},
+       {hopper, {"wall.0.normal=[0,0,1]"}, "normal: is of other shapes"},
+       {hopper, {"wall.0.shape=plane", "wall.0.normal=[0,0,1]"}, "path: is for shape = \"mesh\""},
+       {hopper, {"wall.0.control=stress"}, "control: is of planes"},
+       {hopper, {"numerics.engine=implicit"}, "a wall of triangles needs explicit steps"},
+       {hopper, {"material.sand.contact=jkr", "material.sand.work_of_adhesion=1"}, "knows no contacts that attract"},
+       {hopper,
+        {"grain=[{shape=\"polyellipsoid\",semi_axes=[1,1,1,1,1,2],position=[0,0,5]}]"},
+        "a wall of triangles needs a scene of spheres alone"},
+       {hopper,
+        {"grain=[{shape=\"hull\",box=[1,1,1],position=[0,0,5]}]", "material.sand.contact=overlap"},
+        "hulls cannot meet a wall of triangles yet"}},
+      read);
+}
 
 TEST_CASE("walls that press are refused what does not fit them") {
   refuse({{sided, {"wall.0.point=[0,0,0]"}, "point: is of walls without side"},

@@ -17,7 +17,7 @@ using namespace grus::dem::test;
 
 namespace {
 
-constexpr double stiffness = 1e5;  // N/m, of a contact with a rigid wall; of two grains half
+constexpr double stiffness = 1e5;  // N/m, of every contact
 
 Model springs(double friction, double damping, double restitution = 1) {
   Model model = linear_model(stiffness, 1, 2650, friction);
@@ -74,7 +74,7 @@ TEST_CASE("a hexagonal packing stands on its floor: the weight, and what each la
   CHECK(wall_force(s, 1).isZero(0));
   double energy = 16 * 0.5 * std::pow(layers * one, 2) / stiffness;  // of the floor; three contacts to the layer above
   for (int above = 1; above < layers; ++above)
-    energy += 16 * 3 * 0.5 * std::pow(above * one / (3 * std::sqrt(2.0 / 3)), 2) / (0.5 * stiffness);
+    energy += 16 * 3 * 0.5 * std::pow(above * one / (3 * std::sqrt(2.0 / 3)), 2) / stiffness;
   CHECK(measure(model, s).elastic == Approx(energy).epsilon(1e-3));
   CHECK(bulk_volume(s.boundary) == Approx(8 * r * 4 * std::sqrt(3.0) * r * (p.box.z() + r)).epsilon(1e-12));
   CHECK(-measure(model, s).wall_stress(2, 2) == Approx(0.5 * all / (32 * std::sqrt(3.0) * r * r)).epsilon(1e-5));
@@ -92,7 +92,7 @@ TEST_CASE("columns of spheres under a lid: stress and strain in closed form, alo
   begin_loading(model, s, l);
   CHECK(size_of(s.boundary) == p.box);
   load(model, s, l, 0.01, team);
-  const double way = 1e-3 * p.box.z(), compliance = 2 / stiffness + 3 / (0.5 * stiffness);
+  const double way = 1e-3 * p.box.z(), compliance = 5 / stiffness;
   const double stress = way / compliance / (4 * r * r);
   CHECK(displacement_gradient(s, l, s.boundary.cell.vectors)(2, 2) == Approx(-1e-3).epsilon(1e-9));
   CHECK(displacement_gradient(s, l, s.boundary.cell.vectors)(0, 0) == 0);
@@ -175,7 +175,6 @@ TEST_CASE("a layer that sticks to a lid and slides on the floor: its friction, t
   floor.friction = 0.25;
   model.materials.push_back(floor);
   make_pair_laws(model);
-  set_damping(model, 0.3);
   const double r = 1e-3, speed = 0.02, normal = 4 * 4 * r * r * 1e5;  // four spheres
   Team team(1);
   const Packing p = simple_cubic(r, {2, 2, 1});
@@ -189,10 +188,18 @@ TEST_CASE("a layer that sticks to a lid and slides on the floor: its friction, t
   begin_loading(model, s, l);
   load(model, s, l, 10e-3, team);
   const double rubbed = s.ledger.friction, at = s.grains.motion[0].position.x();
+  double lid = 0, low = 0, stress = 0;
+  constexpr int looks = 1000;  // the layer swings on the springs that hold it to the lid
+  for (int k = 0; k < looks; ++k) {
+    load(model, s, l, s.time + 7.3e-6, team);
+    lid += wall_force(s, 1).x() / looks, low += wall_force(s, 0).x() / looks;
+    stress += measure(model, s).stress(0, 2) / looks;
+  }
   CHECK(wall_force(s, 1).z() == Approx(normal).epsilon(1e-3));
-  CHECK(wall_force(s, 1).x() == Approx(-0.25 * normal).epsilon(2e-3));
-  CHECK(wall_force(s, 0).x() == Approx(0.25 * normal).epsilon(2e-3));
-  CHECK(measure(model, s).stress(0, 2) == Approx(0.25 * normal / (25 * r * r)).epsilon(5e-3));
+  CHECK(lid == Approx(-0.25 * normal).epsilon(1e-2));
+  CHECK(low == Approx(0.25 * normal).epsilon(2e-3));
+  // Half of it is along the other axis, where grains that do not turn carry none.
+  CHECK(stress == Approx(0.5 * 0.25 * normal / (25 * r * r)).epsilon(1e-2));
   load(model, s, l, 0.61, team);  // more than two cells along
   const double way = speed * 0.6;
   CHECK(s.grains.motion[0].position.x() - at == Approx(way).epsilon(1e-4));

@@ -5,6 +5,7 @@ shipped ones, run, and show what the pages say: recipes.py BUILD"""
 import math
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -73,6 +74,38 @@ def lid(folder):
     found = max(-r["force_zmax_x_N"] / r["force_zmax_z_N"] for r in rows)
     need(abs(found - most) < 0.006, f"friction {found}, said {most}")
     need(abs(rows[-1]["energy_error"]) < 1e-3, f"energy error {rows[-1]['energy_error']}")
+
+
+def rough(folder):
+    """Lid and floor press alike, one with what is asked, and are sheared alike; the friction that is told."""
+    rows = [r for r in rows_of(folder) if r["time_s"] >= 5e-3]
+    friction, before, after = told(r"mean friction is (0\.\d+), .*? void ratio goes from (0\.\d+) to (0\.\d+)", walls)
+    area = 9e-6
+    need(all(abs(r["force_zmax_z_N"] / (1e5 * area) - 1) < 2e-3 for r in rows), "the lid does not press with 100 kPa")
+    mean = lambda key: sum(r[key] for r in rows) / len(rows)
+    need(abs(mean("force_zmin_z_N") / mean("force_zmax_z_N") + 1) < 5e-3, "floor and lid do not press alike")
+    need(abs(mean("force_zmin_x_N") / mean("force_zmax_x_N") + 1) < 0.01, "floor and lid are not sheared alike")
+    found = -mean("force_zmax_x_N") / mean("force_zmax_z_N")
+    need(abs(found - friction) < 0.006, f"friction {found}, said {friction}")
+    first, last = rows_of(folder)[0]["void_ratio"], mean("void_ratio")
+    need(abs(first - before) < 0.006 and abs(last - after) < 0.006, f"void ratio {first}, {last}")
+    need(abs(rows[-1]["energy_error"]) < 1e-3, f"energy error {rows[-1]['energy_error']}")
+    need(sum("grains move with the wall" in n for n in summary(folder)["notes"]) == 2, "no word of fixed grains")
+
+
+def hopper(folder):
+    """It bears its grains, then the floor does; what the page says of when it is empty."""
+    rows = rows_of(folder)
+    weight = rows[0]["mass_kg"] * 9.81
+    last = rows[-1]
+    need(abs(last["wall1_fz_N"] / weight + 1) < 0.03, f"the floor bears {last['wall1_fz_N']} N of {weight}")
+    need(abs(last["wall0_fz_N"]) < 1e-3 * weight, "the hopper is not empty")
+    need(min(r["wall0_fz_N"] for r in rows) < -0.5 * weight, "the hopper has borne nothing")
+    empty, = told(r"It is empty after ([\d.]+) s", walls)
+    at = max(r["time_s"] for r in rows if r["wall0_fz_N"] != 0)
+    need(abs(at - empty) < 0.006, f"empty at {at} s, said {empty}")
+    need(abs(last["energy_error"]) < 5e-3, f"energy error {last['energy_error']}")
+    need(os.path.exists(os.path.join(folder, "walls.hdf.series")), "no frames of the hopper")
 
 
 def three_stresses(folder):
@@ -147,8 +180,11 @@ with tempfile.TemporaryDirectory() as tmp:
     take(text, tmp)
     oedometer(os.path.join(tmp, "oedometer_loops"))
     cyclic(os.path.join(tmp, "cyclic_triaxial"))
+    shutil.copy(os.path.join(shipped, "hopper.stl"), tmp)
     take(walls, tmp)
     lid(os.path.join(tmp, "sheared_lid"))
+    rough(os.path.join(tmp, "rough_shear"))
+    hopper(os.path.join(tmp, "hopper"))
     three_stresses(os.path.join(tmp, "true_triaxial"))
 print(f"recipes: {len(faults)} faults")
 sys.exit(1 if faults else 0)

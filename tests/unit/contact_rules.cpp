@@ -67,8 +67,8 @@ TEST_CASE("pairs of shapes meet in the bin of their kinds") {
   CHECK(pair_bin(sphere, sphere) == sphere_sphere);
   CHECK((pair_bin(sphere, polyellipsoid) == general && pair_bin(polyellipsoid, sphere) == general));
   CHECK((pair_bin(polyellipsoid, polyellipsoid) == general && pair_bin(hull, hull) == hull_hull));
-  CHECK((wall_bin(sphere) == sphere_wall && wall_bin(polyellipsoid) == polyellipsoid_wall &&
-         wall_bin(hull) == hull_wall));
+  CHECK((wall_bin(sphere, {}) == sphere_wall && wall_bin(polyellipsoid, {}) == polyellipsoid_wall &&
+         wall_bin(hull, {}) == hull_wall));
 }
 
 TEST_CASE("pairs are near by their bounding spheres, through the cell's edges; cells and walls take gaps away") {

@@ -21,10 +21,12 @@ template <class T>
 inline constexpr bool room =
     std::is_same_v<T, Plan> || std::is_same_v<T, HullGuesses> || std::is_same_v<T, PairIndex> ||
     std::is_same_v<T, NeighbourRoom> || std::is_same_v<T, BondTiles> || std::is_same_v<T, FaceOutlines> ||
-    std::is_same_v<T, BreakRoom>;
+    std::is_same_v<T, BreakRoom> || std::is_same_v<T, TriangleGrid>;
 
 template <class T>
-inline constexpr bool is_hulls = std::is_same_v<T, std::shared_ptr<const HullStore>>;
+inline constexpr bool is_surface = std::is_same_v<T, std::shared_ptr<const Triangles>>;
+template <class T>
+inline constexpr bool is_shared = std::is_same_v<T, std::shared_ptr<const HullStore>> || is_surface<T>;
 
 /// Gives every number below `v` a value that no other has; of a variant, the last of its kinds.
 struct Filler {
@@ -45,7 +47,12 @@ struct Filler {
       (*this)(v.coeffs());
     } else if constexpr (requires { typename T::Scalar; }) {
       for (int k = 0; k < v.size(); ++k) v.data()[k] = next, next += 0.25;
-    } else if constexpr (is_hulls<T>) {
+    } else if constexpr (is_surface<T>) {
+      std::vector<Vec3> corner(3);
+      (*this)(corner);
+      corner[1].x() += 1, corner[2].y() += 1;  // numbers in a row have no area
+      v = std::make_shared<Triangles>(surface_of(corner, {{0, 1, 2}}));
+    } else if constexpr (is_shared<T>) {
       HullStore store;
       (*this)(store);
       v = std::make_shared<HullStore>(store);
@@ -77,7 +84,7 @@ struct Comparer {
       (*this)(p.coeffs(), q.coeffs());
     } else if constexpr (requires { typename T::Scalar; }) {
       for (int k = 0; k < p.size(); ++k) ++numbers, different += p.data()[k] != q.data()[k];
-    } else if constexpr (is_hulls<T>) {
+    } else if constexpr (is_shared<T>) {
       ++numbers, different += !p != !q;
       if (p && q) (*this)(*p, *q);
     } else if constexpr (is_vector<T>) {
@@ -161,7 +168,7 @@ TEST_CASE("each kind of a variant comes back as that kind, and one that is not t
   CHECK(compared.numbers > 3 * 10);
   std::string bytes = saved(walls[0].shape);
   REQUIRE(bytes.size() == 1 + sizeof(PlaneWall));
-  bytes[0] = 3;
+  bytes[0] = 4;
   CHECK_THROWS_AS(loaded<WallShape>(bytes), InputError);
 }
 
