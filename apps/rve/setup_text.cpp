@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "apps/scene/stage_scene.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/step.hpp"
@@ -25,8 +27,8 @@ std::string setup_text(const RveScene& scene, const dem::State& s, double grains
   std::string text =
       fmt::format("{}\n  grains {:.0f}   mean diameter {:.4g} m   ", scene.title, grains, dem::mean_diameter(s.grains));
   if (m.volume > 0)
-    text += fmt::format("solid fraction {:.4f}   bulk density {:.4g} g/cm^3   ", m.solid_fraction,
-                        dem::total_mass(s.grains) / m.volume / 1000);
+    text += fmt::format("solid fraction {:.4f}   void ratio {:.4f}   bulk density {:.4g} g/cm^3   ", m.solid_fraction,
+                        std::max(0.0, m.void_ratio), dem::total_mass(s.grains) / m.volume / 1000);
   text += fmt::format("contacts {:.0f}{}\n", whole * static_cast<double>(m.contacts), piece);
   const double bytes =
       whole * (static_cast<double>(s.grains.size()) * 600 + static_cast<double>(s.contacts.size()) * 260);

@@ -25,7 +25,9 @@ void read_density(Table& t, dem::Preparation& prep) {
 void read_preparation(Table& t, RveScene& scene) {
   auto p = t.table_if("preparation");
   if (!p) return;
-  if (!scene.recipe.periodic()) t.fail("preparation", "needs boundary.kind = \"periodic\"");
+  if (!scene.recipe.periodic() && scene.recipe.bounds != dem::Bounds::walls)
+    t.fail("preparation", "needs boundary.kind = \"periodic\" or \"walls\"");
+  if (scene.recipe.supports.glue) t.fail("preparation", "cannot be with boundary.bonded: the walls hold the grains");
   dem::Preparation prep;
   prep.pressure = p->number("pressure", dimension::pressure, positive), prep.place_of_pressure = p->place("pressure");
   prep.friction = p->number_or("friction", scene.model.materials.front().friction, dimension::none, not_negative);

@@ -140,7 +140,8 @@ nlohmann::json tell_preparation(const RveScene& scene, double packed_void_ratio,
   const auto& preparation = scene.recipe.preparation;
   if (!preparation) return {};
   const dem::Measurement m = dem::measure(scene.model, state);
-  const dem::Vec3 asked = stresses.value_or(dem::Vec3::Constant(preparation->pressure)), got = -m.stress.diagonal();
+  const dem::Vec3 asked = stresses.value_or(dem::Vec3::Constant(preparation->pressure)),
+                  got = -dem::normal_stresses(state);
   // Voronoi cells of a rock leave no voids from the start: what is below 0 is their strain, or round-off.
   nlohmann::json told{{"asked_stress_Pa", {asked.x(), asked.y(), asked.z()}},
                       {"stress_Pa", {got.x(), got.y(), got.z()}},

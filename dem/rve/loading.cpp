@@ -218,6 +218,12 @@ struct Swings {
   }
 };
 
+/// Cell or walls move no more.
+void stand(State& state) {
+  if (state.boundary.cell.periodic()) set_cell_rate(state, Mat3::Zero());
+  for (Wall& wall : state.boundary.walls) wall.velocity.setZero();
+}
+
 /// Throws where contacts are too deep, or `voids` that there were are gone.
 void check_bearable(const Model& model, const State& state, double pressure, bool voids) {
   const double deepest = deepest_contact(state.grains, state.contacts).ratio, limit = model.overlap_limit();
@@ -243,7 +249,9 @@ void compress(const Model& model, const QuasiStatic& o, State& state, const Vec3
   quiet.numerics.max_energy_error = INFINITY;  // damped hard on purpose
   Loading loading;
   loading.driven = true;
+  loading.holds = !state.boundary.cell.periodic();  // both walls of an axis press
   loading.initial_size = size_of(state.boundary);
+  stand(state);
   const double rate = 5 * o.inertial_number / inertial_number(state, 1, pressure);
   for (int k = 0; k < 3; ++k) loading.axes[static_cast<std::size_t>(k)] = {0, -stresses[k], rate};
   constexpr int rounds = 4000;
@@ -264,16 +272,16 @@ void compress(const Model& model, const QuasiStatic& o, State& state, const Vec3
     const Measurement m = measure(quiet, state);
     check_bearable(model, state, pressure, voids);
     told(std::clamp((mean_pressure(m.stress) - first) / std::max(pressure - first, 1e-300), 0.0, 0.95));
-    const Vec3 off = (m.stress.diagonal() + stresses).array() / stresses.array();
+    const Vec3 off = (normal_stresses(state) + stresses).array() / stresses.array();
     if (swings(off.mean()))
       for (auto& axis : loading.axes) axis.max_rate *= 0.5;
     if (off.cwiseAbs().maxCoeff() < close_to && m.unbalanced_force < 5 * o.unbalanced_force) {
-      set_cell_rate(state, Mat3::Zero());
+      stand(state);
       QuasiStatic strict = o;
       strict.pressure_floor = 0.1 * pressure;
       const Response rest = hold(quiet, strict, state, team, [&] { told(0.96); });
       if (!rest.stable) throw Unstable("the sample does not come to rest: " + rest.failure);
-      const Vec3 left = (rest.stress.diagonal() + stresses).array() / stresses.array();
+      const Vec3 left = (normal_stresses(state) + stresses).array() / stresses.array();
       check_bearable(model, state, pressure, voids);
       if (left.cwiseAbs().maxCoeff() < compress_tolerance) return;
     }

@@ -83,9 +83,10 @@ inline constexpr double compress_tolerance = 0.03;
 /// smallest grain (m). Infinite for hulls, whose contacts are not known beforehand.
 double unbearable_pressure(const Model& model, double radius);
 
-/// Compresses a prepared periodic state to normal stresses along the axes (Pa, compression-positive), each within
-/// compress_tolerance, without breakage, and holds it there. Throws Unstable where they are not reached, or only by
-/// contacts deeper than overlap_limit or without voids where there were some; Interrupted where the watch says so.
+/// Compresses a prepared state of a periodic cell, or between six walls, to normal stresses along the axes (Pa,
+/// compression-positive), each within compress_tolerance, without breakage, and holds it there. Throws Unstable where
+/// they are not reached, or only by contacts deeper than overlap_limit or without voids where there were some;
+/// Interrupted where the watch says so.
 void compress(const Model& model, const QuasiStatic& options, State& state, const Vec3& stresses, Team& team,
               const Watch& watch = {});
 

@@ -33,7 +33,7 @@ constexpr std::uint64_t patience = 20000;  // steps in which stress may yet grow
 Response hold(const Model& model, const QuasiStatic& o, State& state, Team& team, const std::function<void()>& told) {
   Response response;
   const std::uint64_t first = state.steps;
-  Mat3 before = love_weber(state, state.boundary.cell.volume());
+  Mat3 before = love_weber(state, bulk_volume(state.boundary));
   while (true) {
     const std::size_t broken = state.ledger.breakages;
     if (told) told();

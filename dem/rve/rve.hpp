@@ -36,8 +36,8 @@ void add_tangent(const Model& model, const State& state, Response& response);
 Response deform(const Model& model, const QuasiStatic& options, State& state, const Increment& increment, Team& team,
                 const std::function<void()>& told = {});
 
-/// Holds the cell until the forces and the stress are at rest and no grain broke in the window. `told`: asked after
-/// each window, may throw.
+/// Holds the cell, or walls that stand, until the forces and the stress are at rest and no grain broke in the window.
+/// `told`: asked after each window, may throw.
 Response hold(const Model& model, const QuasiStatic& options, State& state, Team& team,
               const std::function<void()>& told = {});
 

@@ -10,7 +10,7 @@ namespace grus::dem {
 
 struct Sample {
   State state;                 // at rest; `prepare` (rve/step.hpp) finds its contacts and time step
-  double packing_overlap = 0;  // deepest, of spheres as they were packed, over the smaller radius
+  double packing_overlap = 0;  // deepest, of grains as they were packed, over the smaller radius
   std::optional<BondedFaces> faces = {};
   std::optional<Gauge> gauge = {};  // of what presses or pulls at Voronoi cells
   std::vector<std::string> notes;   // what whoever asked for it should know

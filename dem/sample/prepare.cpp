@@ -79,8 +79,11 @@ State compressed(State state, const Model& own, const std::optional<Preparation>
   for (auto& m : model.materials)
     if (std::isfinite(m.youngs_modulus)) m.friction = preparation->friction;
   model = compressing(std::move(model));
+  std::vector<Vec3> own_way;  // of the sides, in the test
+  for (const Wall& wall : state.boundary.walls) own_way.push_back(wall.velocity);
   prepare(model, state, team);
   bring_to(Vec3::Constant(preparation->pressure), model, *preparation, state, team, watch);
+  for (std::size_t w = 0; w < own_way.size(); ++w) state.boundary.walls[w].velocity = own_way[w];
   return state;
 }
 

@@ -180,7 +180,7 @@ struct Supports {
   std::variant<std::monostate, Platens, Rollers> press = {};
 };
 
-/// A periodic sample is compressed before its test begins.
+/// A sample in a periodic cell or between six walls is compressed before its test begins.
 struct Preparation {
   double pressure = 0;  // Pa
   Place place_of_pressure = {};

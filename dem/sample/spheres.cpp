@@ -5,6 +5,7 @@
 #include <map>
 
 #include "dem/packing/random_hulls.hpp"
+#include "dem/sample/compaction.hpp"
 #include "dem/state/order.hpp"
 
 namespace grus::dem {
@@ -39,6 +40,13 @@ std::vector<double> reaches(const std::vector<Part>& parts) {
   if (std::any_of(parts.begin(), parts.end(), shaped))
     for (const std::size_t k : deal(parts)) reach.push_back(reach_of(parts[k]));
   return reach;
+}
+
+/// Solid part of the spheres that hold grains of a solid part of 1.
+double spheres_of(const std::vector<double>& reach) {
+  double sum = 0;
+  for (const double r : reach) sum += r * r * r;
+  return reach.empty() ? 1 : sum / static_cast<double>(reach.size());
 }
 
 /// A hull into every sphere: shape i of `hulls` in turn, in the sphere that holds it. Equal ones share a row.
@@ -113,14 +121,32 @@ void put_random(const RandomPacking& p, const Model& model, const Recipe& recipe
     hulls = random_hulls(p.hulls->rounds, p.hulls->aspect, model.seed, team);
   for (const UnitHull& hull : hulls) reach.push_back(hull.reach);
   if (!p.hulls) reach = reaches(p.parts);
-  try {
+  const auto pack = [&](const Vec3& box, double solid_fraction) {
     const Packing packing =
-        random_packing(recipe.box, p.radius, p.solid_fraction, p.count, container, model.seed, team, watch, reach);
+        random_packing(box, p.radius, solid_fraction, p.count, container, model.seed, team, watch, reach);
     overlap = packing.worst_overlap;
     if (p.hulls)
       put_hulls(packing, hulls, p.parts[0].material, p.turned, model, grains);
     else
       put_spheres(packing.spheres, p.parts, p.turned, model, grains);
+  };
+  const double held = spheres_of(reach) * p.solid_fraction;  // would be of the spheres about the grains
+  const auto bring_closer = [&] {
+    const double room = held / loosest_in_spheres;
+    const Vec3 box = std::cbrt(room) * recipe.box;
+    pack(box, p.solid_fraction / room);
+    compact(model, recipe, box, grains, overlap, team, watch);
+    sort_in_space(grains);
+  };
+  const bool may = !reach.empty() && p.turned && container != Container::cylinder;
+  try {
+    if (may && held > most_in_spheres) return bring_closer();
+    try {
+      pack(recipe.box, p.solid_fraction);
+    } catch (const InputError&) {
+      if (!may) throw;
+      bring_closer();
+    }
   } catch (const InputError& e) {
     refuse(p.place, e.what());
   }

@@ -190,7 +190,7 @@ TEST_CASE("loading and output are refused what does not fit them") {
         "\"triaxial\" cannot be in a cylinder"},
        {sand, {"boundary.kind=cylinder", "loading.axis=x"}, "axis: of a cylinder is \"z\""},
        {sand, {"start=elsewhere", "preparation={pressure=1e6}"}, "cannot be with start"},
-       {sand, {"boundary.kind=walls", "preparation={pressure=1e6}"}, "preparation: needs boundary.kind"},
+       {sand, {"boundary.kind=cylinder", "preparation={pressure=1e6}"}, "preparation: needs boundary.kind"},
        {sand,
         {"preparation={pressure=1e6,void_ratio=0.6,relative_density=0.5}"},
         "relative_density: cannot be beside void_ratio"},

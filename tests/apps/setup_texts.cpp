@@ -85,9 +85,10 @@ TEST_CASE("a test of grains is told with its sample, its step and how long it ta
   const double solid = 8 * 4 * dem::pi / 3 * 1e-9 / std::pow(3.98e-3, 3);
   const auto head = [&](double of, const std::string& piece) {
     return fmt::format(
-        "Sand\n  grains {:.0f}   mean diameter 0.002 m   solid fraction {:.4f}   bulk density {:.4g} g/cm^3   "
-        "contacts {:.0f}{}\n  time step 2e-06 s   ",
-        8 * of, solid, 2 * solid, 24 * of, piece);
+        "Sand\n  grains {:.0f}   mean diameter 0.002 m   solid fraction {:.4f}   void ratio {:.4f}   bulk density "
+        "{:.4g} "
+        "g/cm^3   contacts {:.0f}{}\n  time step 2e-06 s   ",
+        8 * of, solid, 1 / solid - 1, 2 * solid, 24 * of, piece);
   };
   const std::string notes = "\n  note: one\n  note: two";
   CHECK(setup_text(scene, s, 8, nullptr) ==
