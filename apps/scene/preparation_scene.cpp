@@ -28,6 +28,8 @@ void read_preparation(Table& t, RveScene& scene) {
   if (!scene.recipe.periodic() && scene.recipe.bounds != dem::Bounds::walls)
     t.fail("preparation", "needs boundary.kind = \"periodic\" or \"walls\"");
   if (scene.recipe.supports.glue) t.fail("preparation", "cannot be with boundary.bonded: the walls hold the grains");
+  if (!scene.recipe.rough.empty())
+    t.fail("preparation", "cannot be with fixed_layer or fixed_material: give a first [[stage]] that compresses");
   dem::Preparation prep;
   prep.pressure = p->number("pressure", dimension::pressure, positive), prep.place_of_pressure = p->place("pressure");
   prep.friction = p->number_or("friction", scene.model.materials.front().friction, dimension::none, not_negative);

@@ -138,7 +138,7 @@ void put_random(const RandomPacking& p, const Model& model, const Recipe& recipe
     compact(model, recipe, box, grains, overlap, team, watch);
     sort_in_space(grains);
   };
-  const bool may = !reach.empty() && p.turned && container != Container::cylinder;
+  const bool may = !reach.empty() && p.turned && (container == Container::periodic || container == Container::box);
   try {
     if (may && held > most_in_spheres) return bring_closer();
     try {
