@@ -95,7 +95,7 @@ def command(page, line):
     if not words:
         return
     if words[0] == "grus":
-        shell(" ".join(words) + " --check" * (words[1] == "run"), source)
+        shell(" ".join(words) + " --check" * (words[1] in ("run", "study", "calibrate")), source)
         return
     if words[0].startswith("grus-"):
         if words[0] != "grus-bvp" or os.path.exists(os.path.join(build, "bin", "grus-bvp")):
