@@ -51,12 +51,6 @@ def bonded(folder, block):
     need("grains 1500" in said, "docs/bonded.md: not the cells that it asks for")
 
 
-def cleavage(folder, block):
-    page = open(os.path.join(source, "docs", "bonded.md")).read()
-    write(folder, "cleavage.toml", re.search(r"```toml\n(.*?)```", page, re.S)[1] + block + LOADING)
-    shell("grus-rve cleavage.toml --check", folder)
-
-
 def calibration(folder, block):
     for name, text in DATA.items():
         write(folder, name, text)
@@ -86,7 +80,7 @@ def implicit(folder, block):
 
 
 TABLES = {"docs/physics/implicit.md": implicit, "docs/scenes.md": whole, "docs/macro.md": whole,
-          "docs/bonded.md": bonded, "docs/cleavage.md": cleavage, "docs/calibration.md": calibration}
+          "docs/bonded.md": bonded, "docs/cleavage.md": whole, "docs/calibration.md": calibration}
 
 
 def command(page, line):
