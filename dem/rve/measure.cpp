@@ -38,7 +38,10 @@ double width(const Boundary& boundary, const Faces& of, int axis) {
 Vec3 branch(const State& s, std::size_t k) {
   const Pair& p = s.contacts.pair[k];
   if (k >= s.contacts.begin[first_wall]) return contact_arm(s.grains, s.contacts, k, false);
-  Vec3 l = s.grains.motion[p.b].position - s.grains.motion[p.a].position;
+  const Motion &a = s.grains.motion[p.a], &b = s.grains.motion[p.b];
+  Vec3 l = b.position - a.position;
+  if (a.inverse_mass == 0) l -= to_plane(s, p.a);
+  if (b.inverse_mass == 0) l += to_plane(s, p.b);
   if (s.boundary.cell.periodic()) l += s.boundary.cell.vectors * Vec3(p.image[0], p.image[1], p.image[2]);
   return l;
 }

@@ -33,7 +33,8 @@ struct Survey : Measurement {
 };
 Survey survey(const Model& model, const State& state, Team& team);
 
-/// Branch of pair k: from the centre of a to that of b, images included (m); of a contact with a wall the arm to it.
+/// Branch of pair k: from the centre of a to that of b, images included (m); of a contact with a wall the arm to it; of
+/// one with a grain of a rough wall to the plane that the grain stands for.
 Vec3 branch(const State& state, std::size_t pair);
 
 /// Strain -> relative displacement across a branch: column e is eps_e * l for a unit strain (engineering shear).

@@ -58,6 +58,11 @@ double rough_power(const Model& model, const State& s) {
   return power;
 }
 
+Vec3 to_plane(const State& s, std::size_t i) {
+  const Wall& wall = s.boundary.walls[Holders(s.boundary)[s.grains.material[i]]];
+  return -wall.distance(s.grains.motion[i].position) * wall.facing();
+}
+
 Vec3 rough_force(const State& s, std::size_t wall) {
   Vec3 force = Vec3::Zero();
   each_rough_contact(s, wall, [&](std::size_t k, bool is_b) {

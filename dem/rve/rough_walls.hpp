@@ -37,6 +37,9 @@ double rough_power(const Model& model, const State& state);
 /// The force of free grains on those of a wall (N).
 Vec3 rough_force(const State& state, std::size_t wall);
 
+/// From grain i of a rough wall to the wall's plane, along its normal (m).
+Vec3 to_plane(const State& state, std::size_t i);
+
 /// Calls f(k, is_b) for contacts k of a free grain with one that moves with the wall; is_b: the latter is the second.
 template <class F>
 void each_rough_contact(const State& s, std::size_t wall, F&& f) {

@@ -276,6 +276,30 @@ TEST_CASE("walls that press on all sides of a box bear the weight of free grains
   CHECK(-measure(model, s).wall_stress(2, 2) == Approx(5e5).epsilon(5e-3));
 }
 
+TEST_CASE("Love and Weber's stress between rough walls is the walls'") {
+  Model model = springs(0, 0);
+  Material other = model.materials[fixed_one];
+  model.materials.push_back(other);
+  make_pair_laws(model);
+  const double r = 1e-3;
+  Team team(1);
+  State s;  // a column of four spheres, the lowest and the highest fixed: a cell wide, between floor and lid
+  for (int k = 0; k < 4; ++k) add_ball(s, r, Vec3(3 * r, 3 * r, r * (1 + 1.995 * k)));
+  s.boundary.cell = walled_cell(Vec3(6 * r, 6 * r, 8 * r), r);
+  add_floor(s);
+  s.boundary.walls.push_back({.point = Vec3(0, 0, 8 * r), .shape = PlaneWall{-Vec3::UnitZ()}, .material = 1});
+  for (const std::size_t w : {0u, 1u}) {
+    const std::size_t i = w == 0 ? 0 : 3;
+    s.grains.material[i] = static_cast<std::uint8_t>(fixed_one + w);
+    s.boundary.walls[w].grains = {s.grains.material[i]};
+    fix(s.grains, i, Vec3::Zero());
+  }
+  prepare(model, s, team);
+  const Measurement m = measure(model, s);
+  CHECK(-m.wall_stress(2, 2) == Approx(stiffness * 5e-6 / (36 * r * r)).epsilon(1e-9));
+  CHECK(m.stress(2, 2) == Approx(m.wall_stress(2, 2)).epsilon(1e-9));
+}
+
 TEST_CASE("each wall takes the grains of its own layer and material, and what no wall takes stays free") {
   Model model = model_of(solid(10e9, 0.2, 2650, 0.5, 0.5));
   for (int k = 0; k < 3; ++k) {  // 2: another one of grains; 3 and 4 are of those that move with floor and lid
