@@ -113,6 +113,19 @@ def python_package(tmp):
                 PYTHONPATH=path)
 
 
+def scenes_have_their_meshes(installed):
+    """Each mesh that an installed scene names is where the scene says, and so is each scene of the sources."""
+    scenes = os.path.join(installed, "share", "grus", "scenes")
+    names = lambda folder: {os.path.relpath(p, folder) for p in glob.glob(f"{folder}/**/*.toml", recursive=True)}
+    if names(scenes) != names(os.path.join(source, "apps", "scenes")):
+        sys.exit(f"FAULT scenes: {names(scenes) ^ names(os.path.join(source, 'apps', 'scenes'))}")
+    meshes = [(path, name) for path in glob.glob(f"{scenes}/**/*.toml", recursive=True)
+              for name in re.findall(r'^file = "(.*\.msh)"', open(path).read(), re.M)]
+    missing = [pair for pair in meshes if not os.path.isfile(os.path.join(os.path.dirname(pair[0]), pair[1]))]
+    if missing or len(meshes) < 2 or not os.path.isfile(os.path.join(scenes, "..", "meshes", "pile.msh")):
+        sys.exit(f"FAULT meshes of installed scenes: {missing or meshes}")
+
+
 def built(installed, folder, cmake):
     open(os.path.join(folder, "CMakeLists.txt"), "w").write(cmake)
     run("cmake", "-S", ".", "-B", "b", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={installed}", cwd=folder)
@@ -122,6 +135,7 @@ def built(installed, folder, cmake):
 with tempfile.TemporaryDirectory() as tmp:
     installed = os.path.join(tmp, "installed")
     run("cmake", "--install", build, "--prefix", installed, cwd=tmp)
+    scenes_have_their_meshes(installed)
     HERTZ = 4 / 3 * 60e9 / (2 * (1 - 0.17 ** 2)) * (0.5e-3) ** 0.5 * (0.01e-3) ** 1.5
     clients = [("grus::grus", CLIENT, lambda out: out == SAID + "\n"),
                ("grus::grus", DEM, lambda out: abs(float(out) / HERTZ - 1) < 1e-5),
