@@ -215,9 +215,10 @@ std::string BvpOutput::closing(const BvpEnding& e) const {
   if (e.status == interrupted) how = "interrupted";
   if (e.status == out_of_time) how = "out of time";
   if (scene_.is_explicit())
-    return fmt::format("{}: {:.4g}{}, mean stress {} {:.4g} MPa, {:.0f} breakages{}, {:.3g} DEM steps in {} ({})", how,
-                       e.time, scene_.dynamics ? " s" : " of the load", axis(), stress_ / 1e6 + 0.0, breakages_,
-                       bonds_text(", broken bonds "), steps, duration_text(e.earlier + e.wall), directory_);
+    return fmt::format("{}: {:.4g} {}, mean stress {} {:.4g} MPa, {:.0f} breakages{}, {:.3g} DEM steps in {} ({})", how,
+                       scene_.dynamics ? e.time : 100 * e.time, scene_.dynamics ? "s" : "% of the load", axis(),
+                       stress_ / 1e6 + 0.0, breakages_, bonds_text(", broken bonds "), steps,
+                       duration_text(e.earlier + e.wall), directory_);
   return fmt::format(
       "{0}: load factor {1:.4g}, mean strain {2} {3:.4f}, mean stress {2} {4:.4g} MPa, {5:.0f} breakages{12}, {6} "
       "Newton iterations, {7} cutbacks, {8} material sweeps, {9:.3g} DEM steps in {10} ({11})",

@@ -66,7 +66,7 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
   CLI::App cli{description, name};
   cli.set_version_flag("--version", name + " " GRUS_VERSION);
   cli.add_option("SCENE", options.scene, "scene file (TOML)");
-  cli.add_option("-o", options.directory, "results folder (default: the scene's name, beside the current folder)")
+  cli.add_option("-o", options.directory, "results folder (default: the scene's name, in the current folder)")
       ->type_name("DIR");
   cli.add_option("--threads", options.threads, "threads (default: all cores that this process may use)")
       ->check(CLI::Range(1, 1024));
@@ -78,7 +78,7 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
   cli.add_flag("--columns", options.columns, "validate, print the names of the columns of history.csv, stop");
   cli.add_flag("--resume", options.resume, "go on from checkpoint.h5 in DIR");
   cli.add_flag("--quiet", options.quiet, "print errors only");
-  cli.add_flag("--force", options.force, "allow a results folder that is not empty");
+  cli.add_flag("--force", options.force, "delete what Grus has written into DIR before, then run");
   std::string max_time, log;
   cli.add_option(
          "--max-time", max_time,

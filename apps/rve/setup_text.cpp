@@ -44,7 +44,7 @@ std::string setup_text(const RveScene& scene, const dem::State& s, double grains
                         scene.test.duration / s.dt);
   text += fmt::format("   memory about {:.3g} MB", bytes / 1e6);
   if (found) text += fmt::format("\n  run time {} ({})", time_text(*found, whole), basis_text(*found));
-  if (!found && !timed) text += "   (how long stages take hangs on their ends)";
+  if (!found && !timed) text += "   (the time depends on when the stages meet their ends)";
   for (const auto& note : scene.notes) text += fmt::format("\n  note: {}", note);
   return text;
 }

@@ -54,7 +54,8 @@ State compressed_to_density(const State& made, const Model& model, const Prepara
     const Try other = attempt(looser ? 0 : most_friction);
     refuse(p.place_of_density,
            fmt::format("a void ratio of {:.3f} is not reached at {:.3g} MPa: friction while compressing from 0 to {:g} "
-                       "leaves {:.3f} to {:.3f} of this packing ({:.3f}); a looser or denser one leaves more or less",
+                       "leaves {:.3f} to {:.3f} from this packing (void ratio {:.3f}); a looser one, or "
+                       "rolling_friction, leaves more",
                        asked, p.pressure / 1e6, most_friction, std::min(end.void_ratio, other.void_ratio),
                        std::max(end.void_ratio, other.void_ratio), void_ratio(made)));
   }

@@ -384,7 +384,7 @@ TEST_CASE("a step that has fallen by more than ten is told with the grain that s
   told.add(model, s, 1, 1e5);
   const std::string from = fmt::format(
       "fallen from {:.3g} to {:.3g} s (t = 4 s): grain 1, diameter 0.0002 m, least "
-      "width 0.0002 m, sets it by its mass",
+      "width 0.0002 m, needs the short one as it is light",
       first, 0.09 * first);
   for (const bool by_step : {false, true}) {
     REQUIRE(told.notes(by_step).size() == 1);

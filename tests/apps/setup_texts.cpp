@@ -137,7 +137,8 @@ TEST_CASE("of stages it is told how many rows they may have, and a duration wher
   CHECK_NOTHROW(refuse_endless(scene, s));
   scene.test.stages[1].until = {};
   scene.notes = {"a note"};
-  CHECK(setup_text(scene, s, 8, nullptr).ends_with("   (how long stages take hangs on their ends)\n  note: a note"));
+  CHECK(setup_text(scene, s, 8, nullptr)
+            .ends_with("   (the time depends on when the stages meet their ends)\n  note: a note"));
   CHECK(setup_text(scene, s, 8, nullptr).find("time step 2e-06 s   memory about ") != std::string::npos);
   s.dt = 1e-300;  // what nobody knows the duration of is not refused for it
   CHECK_NOTHROW(refuse_endless(scene, s));

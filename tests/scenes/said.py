@@ -152,7 +152,7 @@ def problems(tmp):
                          f"{counts['newton_iterations']} Newton iterations, {counts['cutbacks']} cutbacks, "
                          f"{counts['material_sweeps']} material sweeps, 0 DEM steps in SECONDS ({out})",
                 "fast": f"finished: 0.01 s, {stress}, 0 DEM steps in SECONDS ({out})",
-                "slow": f"finished: 1 of the load, {stress}, 0 DEM steps in SECONDS ({out})"}[name]
+                "slow": f"finished: 100 % of the load, {stress}, 0 DEM steps in SECONDS ({out})"}[name]
         ended(r.stdout, line, name)
         errors = summary["errors"]
         need("devices" not in errors and "rve_work_J" not in errors and "unit_cell" not in summary, f"{name}: {errors}")

@@ -57,7 +57,7 @@ def hand_on(program: str, arguments: list[str]) -> NoReturn:
 def run(arguments: list[str]) -> NoReturn:
     ranks, rest = ranks_of(arguments)
     if "--help" in arguments or "-h" in arguments:
-        print("grus run SCENE: as grus-rve SCENE, or grus-bvp SCENE where the scene has a [mesh], with their options;\n"
+        print("grus run SCENE: as grus-rve SCENE, or grus-bvp SCENE where it has a [mesh]; both have these options.\n"
               "--ranks N: grus-bvp on N ranks of MPI (mpirun)\n", flush=True)
         become(found("grus-rve"), "--help")
     program, scene = program_for(rest)

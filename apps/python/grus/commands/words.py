@@ -21,7 +21,7 @@ MANY = {"-o": "DIR", "--threads": "N", "--check": "", "--quiet": "", "--max-time
 WORDS = {
     "new": Word("write a commented scene to begin with", "KIND [SCENE.toml]", ANY),
     "keys": Word("tell every key of a scene: unit, range, default, example", "[TEXT]", {"--macro": "", **ANY}),
-    "check": Word("say what a scene, a study or a calibration would do and cost; nothing is run", "FILE.toml",
+    "check": Word("say what a scene, a study or a calibration would do and cost; nothing is written", "FILE.toml",
                   {"--set": "KEY=VALUE", "--threads": "N", **ANY}),
     "run": Word("run a scene: by grus-rve, or by grus-bvp where it has a [mesh]", "SCENE.toml",
                 {**RUN, "--ranks": "N"}),
