@@ -39,7 +39,7 @@ void write_new(const std::vector<NewFile>& files, const std::string& kind, const
     dem::write_whole(path_of(f).string(), text);
   }
   if (program)
-    fmt::print("{0}: python3 {0}\n", first.string());
+    fmt::print("{0}: /usr/bin/python3 {0}\n", first.string());
   else
     fmt::print("{0}: grus check {0}, grus run {0}, grus report {1}\n", first.string(), name);
 }

@@ -371,7 +371,7 @@ TEST_CASE("new scenes: each with what it needs beside it under its name, none ov
   CHECK_THROWS_WITH(made("bvp", "footing", "g.toml"), Catch::Contains("g_cell.toml: is there already"));
   CHECK((text_of(scratch.path + "/g_cell.toml") == "mine" && !std::filesystem::exists(scratch.path + "/g.toml")));
   const std::string p = scratch.path + "/p.py";
-  CHECK(made("bvp", "block-dolfinx", "p.py") == fmt::format("{0}: python3 {0}\n", p));
+  CHECK(made("bvp", "block-dolfinx", "p.py") == fmt::format("{0}: /usr/bin/python3 {0}\n", p));
   CHECK(std::filesystem::exists(scratch.path + "/p_cell.toml"));
   CHECK_THROWS_WITH(made("bvp", "block-dolfinx", "p.toml"), Catch::Contains("its name ends in .py"));
   CHECK_THROWS_WITH(made("bvp", "footing", "a\"b.toml"), Catch::Contains("a name without quotes"));

@@ -57,7 +57,7 @@ def __getattr__(name: str) -> object:
     try:
         globals()[name] = found = getattr(importlib.import_module("grus." + _HOMES[name]), name)
     except ModuleNotFoundError as error:
-        raise ModuleNotFoundError(f"{error}: {_advice()}", name=error.name) from None
+        raise ModuleNotFoundError(f"{error}: {_advice(error.name)}", name=error.name) from None
     return found
 
 
@@ -65,10 +65,12 @@ def __dir__() -> list[str]:
     return sorted({*globals(), *_HOMES})
 
 
-def _advice() -> str:
-    """What to do where a module is not there: as a rule this is another Python than that of the compiled core."""
+def _advice(missing: str | None) -> str:
+    """What to do where a module is not there: another Python than that of the compiled core, or one without NumPy."""
     import os
     import sys
+    if missing and not missing.startswith("grus"):
+        return f"{sys.executable} has no {missing}: install it there, or take a Python that has it, as /usr/bin/python3"
     files = os.listdir(os.path.dirname(__file__))
     built = ", ".join(f.split(".")[1] for f in files if f.startswith("_core.") and f.endswith(".so"))
     if not built:
