@@ -27,7 +27,7 @@ NAV = [("Start", [("Grus", "index.md"), ("What it does", "features.md"), ("Comin
                       ("Grains in a DOLFINx program", "tutorial_dolfinx.md")]),
        ("How to", [("Install", "howto/install.md"), ("It stops with …", "howto/stops.md"),
                    ("Choose parameters", "howto/parameters.md"), ("Test in stages", "stages.md"),
-                   ("Walls that move and press", "walls.md"),
+                   ("Walls that move and press", "walls.md"), ("Bond spheres", "bonded_spheres.md"),
                    ("From data to a calibrated scene", "howto/data_to_scene.md"),
                    ("Packings of other programs", "howto/from_other_programs.md"),
                    ("Calibrate", "calibration.md"), ("Run on a cluster", "cluster.md"),

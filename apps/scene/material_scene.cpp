@@ -6,6 +6,7 @@
 #include "apps/scene/jkr_scene.hpp"
 #include "apps/scene/peridynamics_scene.hpp"
 #include "apps/scene/reader.hpp"
+#include "apps/scene/rods_scene.hpp"
 #include "dem/fracture/apollonian.hpp"
 #include "dem/fracture/split_polyellipsoid.hpp"
 
@@ -272,6 +273,10 @@ void read_model(Table& scene, dem::Model& model, bool unit_cell) {
       if (m.fracture->of_hulls() && kind != "overlap")
         t.fail("fracture",
                "model = \"cleavage\" cuts hulls, \"peridynamics\" cracks them: needs contact = \"overlap\"");
+    }
+    if (auto b = kind == "overlap" ? std::nullopt : t.table_if("bond")) {
+      refuse_rods(t, m, kind);
+      m.bond = read_rods(*b);
     }
     t.finish();
     model.materials.push_back(m);

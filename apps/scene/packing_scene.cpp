@@ -8,6 +8,7 @@
 
 #include "apps/scene/bodies_scene.hpp"
 #include "apps/scene/mixture_scene.hpp"
+#include "apps/scene/rods_scene.hpp"
 #include "apps/scene/voronoi_scene.hpp"
 #include "dem/packing/random_hulls.hpp"
 #include "dem/packing/sphere_files.hpp"
@@ -37,6 +38,8 @@ void read_sieve(Table& t, dem::RadiusDistribution& d) {
   d.min = d.sieve.front()[0], d.max = d.sieve.back()[0];
 }
 
+}  // namespace
+
 dem::RadiusDistribution read_radius(Table& packing) {
   dem::RadiusDistribution d;
   Table t = packing.table("radius");
@@ -64,6 +67,8 @@ dem::RadiusDistribution read_radius(Table& packing) {
   t.finish();
   return d;
 }
+
+namespace {
 
 dem::RadiusDistribution times(dem::RadiusDistribution d, double scale) {
   for (double* length : {&d.mean, &d.sd, &d.min, &d.max, &d.median}) *length *= scale;
@@ -150,6 +155,7 @@ dem::RandomPacking read_random(Table& t, const RveScene& scene, bool turned, std
   dem::RandomPacking p;
   dem::Recipe of = {.bounds = scene.recipe.bounds, .box = scene.recipe.box};
   p.turned = turned;
+  p.round = read_round(t, scene);
   p.parts = read_parts(t, scene, material);
   p.radius = times(read_radius(t), scene.scale);
   const std::string target = read_target(t, p.solid_fraction);
@@ -256,6 +262,11 @@ void read_packing(Table t, RveScene& scene) {
   }
   const bool turned = t.choice_or("orientation", "random", {"random", "aligned"}) == "random";
   if (kind == "random") {
+    if (t.has("parents")) {
+      recipe.grains = read_agglomerates(t, scene, material);
+      t.finish();
+      return;
+    }
     if (recipe.box.isZero()) t.fail("", "packing.box is missing");
     if (round) check_cylinder(t, recipe.box);
     recipe.grains = read_random(t, scene, turned, material);
@@ -268,6 +279,7 @@ void read_packing(Table t, RveScene& scene) {
   if (kind == "file") {
     dem::Spheres s = read_file(t, scene, material);
     s.turned = turned;
+    s.round = read_round(t, scene);
     for (const auto& sphere : s.spheres)
       smallest = std::min(smallest, sphere.radius), largest = std::max(largest, sphere.radius);
     recipe.grains = std::move(s);

@@ -11,6 +11,9 @@ inline dem::Vec3 vector3(const std::vector<double>& v) { return {v[0], v[1], v[2
 /// Lengths of a body along three axes, relative; one where the key `aspect` is absent.
 dem::Vec3 read_aspect(Table& table);
 
+/// The distribution that the table `radius` of a packing tells.
+dem::RadiusDistribution read_radius(Table& packing);
+
 /// Index of a material by its name.
 std::uint8_t material_of(Table& table, const dem::Model& model, const std::string& name, const char* key = "material");
 

@@ -15,6 +15,7 @@
 #include "apps/scene/supports_scene.hpp"
 #include "apps/scene/triaxial_scene.hpp"
 #include "apps/scene/wall_scene.hpp"
+#include "dem/packing/sphere_bonds.hpp"
 
 namespace grus::app {
 namespace {
@@ -279,7 +280,8 @@ RveScene read(const std::string& file, const std::vector<std::string>& overrides
   read_preparation(t, scene);
   note_end(scene);
   t.finish();
-  scene.model.motion.turn_spheres = scene.listed_grains() > 0 || scene.model.breakable();
+  scene.model.motion.turn_spheres =
+      scene.listed_grains() > 0 || scene.model.breakable() || dem::bonds_spheres(scene.model);
   return scene;
 }
 

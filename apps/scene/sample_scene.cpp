@@ -120,7 +120,8 @@ void refuse_shapes(const Table& t, const RveScene& scene, const std::string& why
 void refuse_unbonded(const Table& t, const RveScene& scene) {
   if (scene.recipe.of_voronoi()) return;
   for (const auto& m : scene.model.materials)
-    if (m.bond && !(m.fracture && std::holds_alternative<dem::Cut>(m.fracture->splitter)))
+    if (m.bond && m.bond->criterion != dem::FaceCriterion::rod &&
+        !(m.fracture && std::holds_alternative<dem::Cut>(m.fracture->splitter)))
       t.fail(
           "material",
           fmt::format("{}.bond: bonds are made between the Voronoi cells of packing.kind \"voronoi\" or \"prisms\" and "

@@ -94,7 +94,7 @@ void read_platens(Table& t, RveScene& scene) {
 
 void read_rollers(Table& t, RveScene& scene) {
   if (!open_and_free(scene)) t.fail("kind", "\"rollers\" makes its own; leave out [boundary] and [[wall]]");
-  if (!scene.recipe.of_voronoi() || dem::voronoi_is_round(scene.recipe))
+  if (!scene.recipe.of_voronoi() || dem::is_round(scene.recipe))
     t.fail("kind", "\"rollers\" bends a box of Voronoi cells: packing.kind = \"voronoi\"");
   dem::Rollers r;
   scene.test.axis = r.axis = t.choice_or("axis", "z", {"x", "y", "z"})[0] - 'x';

@@ -65,6 +65,11 @@ Squares softening_squares(const FaceBond& s, const Opening& o, const FaceParts& 
   return {std::max(parts.of_open.square(across(o)), 0.0) / s.area, sliding_of(s, o)};
 }
 
+/// Radius (m) at which the rim twists: of a face that of an ellipse's far ends, of a rod its own.
+double rim_radius(const FaceBond& s) {
+  return std::sqrt((s.criterion == FaceCriterion::rod ? 2 : 4) * (s.i1 + s.i2) / s.area);
+}
+
 /// Tension of the rim and shear of the rim (Pa), of the undamaged face; the rim of an ellipse of the same moments.
 struct Rim {
   double normal, bending, shear;
@@ -72,7 +77,7 @@ struct Rim {
 
 Rim rim_of(const FaceBond& s, const Opening& o) {
   return {s.kn * o.shift.z(), 2 * s.kn * std::sqrt(bending_of(s, o)),
-          s.kt * (o.shear() + 2 * std::abs(2 * o.half.z()) * std::sqrt((s.i1 + s.i2) / s.area))};
+          s.kt * (o.shear() + std::abs(2 * o.half.z()) * rim_radius(s))};
 }
 
 /// The rim of an ellipse may be at its strength where hardly anything of the true face is open: it then begins to
@@ -91,7 +96,7 @@ double utilisation(const FaceBond& s, const Opening& o) {
   const Rim rim = rim_of(s, o);
   const double tension = std::max(rim.normal + rim.bending, 0.0) / s.tension;
   const double shear = rim.shear / (s.cohesion + s.tan_phi * std::max(-rim.normal, 0.0));
-  if (s.criterion == FaceCriterion::parallel) return std::max(tension, shear);
+  if (s.criterion >= FaceCriterion::parallel) return std::max(tension, shear);
   return std::sqrt(tension * tension + shear * shear);
 }
 
@@ -172,6 +177,12 @@ Resistance undamaged(FaceBond& s, const Opening& o) {
   return {{-kt * o.shift.x(), -kt * o.shift.y(), -kn * o.shift.z()}, -2 * turn.cwiseProduct(o.half)};
 }
 
+/// A rod is gone at once, with all that it held.
+Resistance parted(FaceBond& s, const Opening& o) {
+  s.spent = held_whole(s, o), s.held = 0, s.damage = 1;
+  return {Vec3::Zero(), Vec3::Zero()};
+}
+
 /// The open part has 1 - damage of its stiffness, what is pressed has all of it.
 Resistance damaged(FaceBond& s, const Opening& o, const FaceParts& parts, const Vec3& rubbing, double damage_before,
                    bool breaks) {
@@ -244,6 +255,8 @@ Pull pull(FaceBond& s, const BondFrame& at, const FaceOutline& outline) {
   Resistance r;
   if (s.onset == 0 && s.damage == 0 && utilisation(s, o) < 1) {
     r = undamaged(s, o);
+  } else if (s.criterion == FaceCriterion::rod) {
+    r = parted(s, o);
   } else {
     const CornersOf corners(s, outline);
     const FaceParts parts = parts_of(across(o), whole_of(s), corners.corner);
@@ -307,6 +320,10 @@ bool bear(FaceBond& s, const Vec3& force, const Vec3& couple, const FaceOutline&
 Handed handed_by(const FaceBond& s, const BondFrame& at, const FaceOutline& outline) {
   const double fresh = std::isinf(s.tension) ? 0 : s.area;  // the caps of cuts bear without limit until they soften
   const Opening o = opening_of(s, at, axes_of(s), at.x_b + at.b * s.at_b - at.x_a);
+  if (s.criterion == FaceCriterion::rod) {
+    const double sliding = 0.5 * s.kn * s.area * sliding_of(s, o) / s.spent;
+    return {s.ends, s.at_a, 0, s.area, s.area, Vec3::Zero(), 0, 0, s.spent, 0, s.normal, sliding};
+  }
   const Squares now = softening_squares(s, o, parts_of(across(o), whole_of(s), CornersOf(s, outline).corner));
   const double sliding = now.all() > 0 ? now.sliding / now.all() : 0;
   return {s.ends, s.at_a, s.kn, s.area, fresh, s.shear, 1 / (s.kt * s.area), energy(s), s.spent, 0, s.normal, sliding};

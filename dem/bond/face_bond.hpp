@@ -5,6 +5,7 @@
 //               opening and shear
 //   strain_sum  (<w_n> + |w_t|) / (h e) + |theta| / theta_max > 1 (their eq. 15, opening alone); breaks at once
 //   parallel    largest tension or shear of the rim beyond its strength; breaks at once
+//   rod         the same of a round rod between two spheres, which is beside their contact: all that it held is gone
 // A face that bends is parted by the line where it neither opens nor presses. Of the open part damage D leaves 1 - D;
 // what is pressed keeps all of its stiffness at any damage, and rubs: potential k_n / 2 (integral of (1 - D) <g>^2 +
 // <-g>^2), g the opening, exact for the polygon. At D = 1 that is the energy of the contact that goes on.

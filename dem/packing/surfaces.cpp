@@ -55,7 +55,9 @@ std::vector<Facet> facets_of(const Surface& s, const Vec3& inside, double slack)
     const Vec3 middle = first / area;
     for (std::size_t k = 0; k < loop.size(); ++k)
       if (const double off = std::abs(normal.dot(at(k) - middle)); off > slack)
-        fail(s, fmt::format("a face of it is bent: a corner is {:.3g} off its plane, more than {:.3g}", off, slack));
+        fail(s, fmt::format(
+                    "a face of it is bent: a corner is {:.3g} off its plane, more than {:.3g} (Neper: without -reg)",
+                    off, slack));
     if (normal.dot(middle - inside) < 0) normal = -normal;
     facets.push_back({normal, middle, area, &loop});
   }

@@ -2,13 +2,12 @@
 #include "dem/packing/voronoi_grains.hpp"
 
 #include <algorithm>
-#include <tuple>
 
 #include "dem/base/error.hpp"
-#include "dem/base/random.hpp"
 #include "dem/bond/dashpots.hpp"
 #include "dem/bond/face_bond.hpp"
 #include "dem/bond/faces.hpp"
+#include "dem/packing/bond_strength.hpp"
 #include "dem/rve/measure.hpp"
 
 namespace grus::dem {
@@ -16,34 +15,6 @@ namespace {
 
 constexpr double least_face = 1e-6;  // of the squared distance of the seeds
 constexpr double least_depth = 0.1;  // of a Voronoi cell's size: a random seed may be as near to a wall as it likes
-
-/// Strengths of one bond: drawn about the material's, of which it has a share, and no more than its energy lets it
-/// soften. A weaker bond gives way at as much smaller openings: energies go with the square.
-void give_strength(const BondModel& model, double share, std::uint64_t seed, std::uint64_t id, double h, FaceBond& s,
-                   bool& coarse) {
-  double factor = share;
-  if (model.weibull > 0) {
-    const double mean = std::tgamma(1 + 1 / model.weibull);
-    factor *= std::pow(-std::log(random_uniform(seed, id, Purpose::strength, 1)), 1 / model.weibull) / mean;
-  }
-  s.criterion = model.criterion;
-  s.tension = factor * model.tension, s.cohesion = factor * model.cohesion;
-  s.tan_phi = model.tan_phi, s.friction = model.friction;
-  s.energy_1 = share * share * model.energy_1, s.energy_2 = share * share * model.energy_2;
-  if (s.criterion == FaceCriterion::strain_sum) s.tension *= h;  // an opening
-  if (s.criterion != FaceCriterion::cohesive) return;
-  const double room = 0.95, limit = room * softening_limit(s.kn, s.energy_1);
-  const double limit_shear = room * softening_limit(s.kt, s.energy_2);
-  coarse = s.tension > limit || s.cohesion > limit_shear;
-  s.tension = std::min(s.tension, limit), s.cohesion = std::min(s.cohesion, limit_shear);
-}
-
-double bond_length(const BondModel& model, double apart) { return model.length > 0 ? model.length : apart; }
-
-void set_stiffness(const BondModel& model, double apart, FaceBond& s) {
-  s.kn = model.stiffness_given ? model.stiffness : model.stiffness / bond_length(model, apart);
-  s.kt = model.ratio * s.kn;
-}
 
 }  // namespace
 
@@ -98,13 +69,6 @@ struct Joint {
   double share = 1;     // of the strength
 };
 
-/// Stiffnesses of half a bond (Pa/m): normal, tangential.
-std::array<double, 2> half_stiffness(const BondModel& model, double depth) {
-  const double kn =
-      model.stiffness_given ? 2 * model.stiffness : model.stiffness / (model.length > 0 ? 0.5 * model.length : depth);
-  return {kn, model.ratio * kn};
-}
-
 void bond(const Model& model, const Joint& joint, State& state, BondedFaces& count) {
   Grains& g = state.grains;
   const auto &of_a = model.materials[g.material[joint.a]].bond, &of_b = model.materials[g.material[joint.b]].bond;
@@ -113,11 +77,7 @@ void bond(const Model& model, const Joint& joint, State& state, BondedFaces& cou
     ++count.unbonded;
     return;
   }
-  const bool alike = g.material[joint.a] == g.material[joint.b];
-  if (!alike && of_a->criterion != of_b->criterion)
-    throw InputError("bonds of two materials that meet have different criteria: give them one");
-  const BondModel& weaker =
-      std::tie(of_b->tension, of_b->cohesion) < std::tie(of_a->tension, of_a->cohesion) ? *of_b : *of_a;
+  const BondModel& weaker = weaker_of(*of_a, *of_b);
   const Vec3 image(joint.image[0], joint.image[1], joint.image[2]);
   const Vec3 shift = state.boundary.cell.periodic() ? Vec3(state.boundary.cell.vectors * image) : Vec3(Vec3::Zero());
   FaceBond s = bond_at(g, joint.a, joint.face, joint.normal);
@@ -125,12 +85,10 @@ void bond(const Model& model, const Joint& joint, State& state, BondedFaces& cou
   const Quat& qb = g.orientation[s.ends.b];
   s.at_b = qb.conjugate() * (joint.face.centre - shift - g.motion[s.ends.b].position);
   s.rest = (g.orientation[s.ends.a].conjugate() * qb).conjugate();
-  if (alike) {
+  if (g.material[joint.a] == g.material[joint.b])
     set_stiffness(weaker, joint.apart, s);
-  } else {  // half of each, one behind the other
-    const auto one = half_stiffness(*of_a, joint.depth), other = half_stiffness(*of_b, joint.apart - joint.depth);
-    s.kn = 1 / (1 / one[0] + 1 / other[0]), s.kt = 1 / (1 / one[1] + 1 / other[1]);
-  }
+  else
+    set_stiffness(*of_a, joint.depth, *of_b, joint.apart - joint.depth, s);
   bool coarse = false;
   give_strength(weaker, joint.share, model.seed, state.bonds.face.row.size(), bond_length(weaker, joint.apart), s,
                 coarse);

@@ -243,7 +243,7 @@ void check_bonds(const State& s) {
              b.at_a.allFinite() && b.at_b.allFinite() && b.normal_a.allFinite() && b.preload.allFinite(),
          "a cohesive spring");
   const auto face = [&](const FaceBond& b) {
-    need(b.criterion <= FaceCriterion::parallel && b.at_a.allFinite() && b.at_b.allFinite() && b.normal.allFinite() &&
+    need(b.criterion <= FaceCriterion::rod && b.at_a.allFinite() && b.at_b.allFinite() && b.normal.allFinite() &&
              b.e1.allFinite() && unit(b.rest) && b.force.allFinite() && b.shear.allFinite(),
          "a bond");
     need(finite({b.area, b.i1, b.i2, b.kn, b.kt, b.tan_phi, b.friction, b.reached, b.onset, b.rupture, b.slip_1,

@@ -18,30 +18,40 @@ bool put_in_order(Pair& p) {
   return true;
 }
 
+/// What the contact after a bond will hold, and what of the bond's is then nobody's.
+void book_kept(State& state, Handed& h) {
+  const Grains& g = state.grains;
+  const Pair p{h.ends.a, h.ends.b, h.ends.image};
+  const Vec3 apart = branch(g, state.boundary.cell, h.ends);
+  const Overlap o = overlap_of_pair(g, state.boundary.cell, p, apart.normalized());
+  const double shear = o.volume > 0 ? 0.5 * h.compliance * h.shear.squaredNorm() : 0;
+  h.kept = h.modulus * o.energy + shear;
+  const double lost = h.held - h.kept;  // below 0: made, and so missing in the balance
+  (lost > 0 ? state.ledger.handed : state.ledger.unexplained) += lost;
+}
+
+bool goes_on(const Handed& h) { return h.modulus > 0; }
+
 }  // namespace
 
 void book_broken(State& state, bool recorded) {
   const Grains& g = state.grains;
   for (Handed& h : state.bonds.handed) {
-    const Pair p{h.ends.a, h.ends.b, h.ends.image};
-    const Vec3 apart = branch(g, state.boundary.cell, h.ends);
-    const Overlap o = overlap_of_pair(g, state.boundary.cell, p, apart.normalized());
-    const double shear = o.volume > 0 ? 0.5 * h.compliance * h.shear.squaredNorm() : 0;
-    h.kept = h.modulus * o.energy + shear;
-    const double lost = h.held - h.kept;  // below 0: made, and so missing in the balance
-    (lost > 0 ? state.ledger.handed : state.ledger.unexplained) += lost;
+    if (goes_on(h)) book_kept(state, h);
     state.ledger.fracture_area += h.fresh;
     if (!recorded) continue;
     const Vec3 at = g.motion[h.ends.a].position + g.orientation[h.ends.a] * h.at_a;
     state.bonds.broken.push_back({state.time, at, h.area, h.spent, g.id[h.ends.a], g.id[h.ends.b],
                                   g.orientation[h.ends.a] * h.normal, h.sliding});
   }
+  std::erase_if(state.bonds.handed, [](const Handed& h) { return !goes_on(h); });
 }
 
 void note_bonded(State& state) {
   std::vector<Pair>& bonded = state.reference.bonded;
   bonded.clear();
   for (const FaceBond& b : state.bonds.face.row) {
+    if (b.criterion == FaceCriterion::rod) continue;
     Pair p{b.ends.a, b.ends.b, b.ends.image};
     put_in_order(p);
     bonded.push_back(p);

@@ -11,7 +11,7 @@
 
 namespace grus::dem {
 
-/// Bonds of the faces that Voronoi cells of a material share.
+/// Bonds of the faces that Voronoi cells of a material share, or of its spheres.
 struct BondModel {
   double stiffness = 0;  // modulus of the network (Pa); given: per area (Pa/m)
   bool stiffness_given = false;
@@ -24,6 +24,7 @@ struct BondModel {
   double between = 0;                               // tension of bonds between clusters; 0: there are none
   double damping = 0;                               // fraction of critical of each mode of a face
   double weibull = 0;                               // modulus of the strengths' scatter, of mean 1; 0: none
+  double radius_ratio = 1, gap = 0.1;  // of rods, over the smaller sphere's radius: their own; between the spheres
 };
 
 struct Material {

@@ -35,7 +35,7 @@ void pull_bonds(Step& s) {
   s.pulled = true;
   if (state.bonds.handed.empty()) return;
   book_broken(state, s.model.records_bonds);
-  state.reference.stale = true;
+  if (!state.bonds.handed.empty()) state.reference.stale = true;
 }
 
 constexpr Pass bonds{

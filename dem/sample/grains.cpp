@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "dem/packing/clusters.hpp"
+#include "dem/packing/sphere_bonds.hpp"
 #include "dem/sample/spheres.hpp"
 
 namespace grus::dem {
@@ -107,6 +108,30 @@ void put(const FilledGrains& f, const Model& model, const Recipe& recipe, Team& 
   }
 }
 
+void put_rods(const Model& model, std::span<const Index> body, Team& team, Sample& sample) {
+  const BondedFaces& made = sample.faces.emplace(bond_spheres(model, body, sample.state, team));
+  const auto spheres = static_cast<double>(sample.state.grains.size());
+  sample.notes.push_back(fmt::format("{} bonds between {} spheres, {:.1f} a sphere", made.bonds, spheres,
+                                     2 * static_cast<double>(made.bonds) / spheres));
+}
+
+void put(const Agglomerates& a, const Model& model, const Recipe& recipe, Team& team, const Watch& watch,
+         Sample& sample) {
+  Sample parents;
+  std::visit([&](const auto& p) { put(p, model, recipe, team, watch, parents); }, a.parents);
+  std::vector<Sphere> whole;
+  for (const Motion& m : parents.state.grains.motion) whole.push_back({m.position, m.radius});
+  std::vector<Index> body;
+  try {
+    const std::vector<Sphere> spheres =
+        spheres_in_spheres(whole, a.radius, a.solid_fraction, model.seed, team, watch, body);
+    put_spheres(spheres, {{a.material}}, true, model, sample.state.grains);
+  } catch (const InputError& e) {
+    refuse(a.place, e.what());
+  }
+  put_rods(model, body, team, sample);
+}
+
 /// How much of the smaller one bodies may have in common: contacts of a packing under load, and no slip of a unit.
 constexpr double most_common = 0.05;
 
@@ -133,6 +158,7 @@ void put(const Bodies& b, const Model& model, const Recipe& recipe, Team&, const
 
 void put_grains(const Model& model, const Recipe& recipe, Team& team, const Watch& watch, Sample& sample) {
   std::visit([&](const auto& grains) { put(grains, model, recipe, team, watch, sample); }, recipe.grains);
+  if (!sample.faces && bonds_spheres(model)) put_rods(model, {}, team, sample);
 }
 
 }  // namespace grus::dem

@@ -31,6 +31,7 @@ void check_materials(const Model& model, const Recipe& recipe) {
   };
   std::visit(check_all, recipe.grains);
   if (const auto* filled = std::get_if<FilledGrains>(&recipe.grains)) std::visit(check_all, filled->parents);
+  if (const auto* filled = std::get_if<Agglomerates>(&recipe.grains)) std::visit(check_all, filled->parents);
   for (const OwnWall& own : recipe.walls) check(own.wall.material);
   for (const Side& side : recipe.sides) check(side.material.value_or(0));
   for (const Clamp& clamp : recipe.supports.clamps) check(clamp.material);

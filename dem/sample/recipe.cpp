@@ -13,7 +13,7 @@ namespace {
 double count_of(const Listed& grains, const Recipe&) { return static_cast<double>(grains.size()); }
 double count_of(const RandomPacking& p, const Recipe& recipe) {
   if (p.count > 0) return static_cast<double>(p.count);
-  const Container container = recipe.bounds == Bounds::cylinder ? Container::cylinder : Container::box;
+  const Container container = recipe.bounds == Bounds::cylinder || p.round ? Container::cylinder : Container::box;
   return p.solid_fraction * volume_of(container, recipe.box) / (4 * pi / 3 * p.radius.mean_cube());
 }
 double count_of(const Lattice& l, const Recipe&) {
@@ -25,6 +25,22 @@ double count_of(const Prisms& p, const Recipe& recipe) {
   return static_cast<double>(prisms_of(p, recipe.box).seed.size());
 }
 double count_of(const Bodies& b, const Recipe&) { return static_cast<double>(b.body.size()); }
+double solid_of(const RandomPacking& p, const Recipe& recipe) {
+  return count_of(p, recipe) * 4 * pi / 3 * p.radius.mean_cube();
+}
+double solid_of(const Lattice& l, const Recipe& recipe) {
+  return count_of(l, recipe) * 4 * pi / 3 * l.radius * l.radius * l.radius;
+}
+double solid_of(const Spheres& s, const Recipe&) {
+  double sum = 0;
+  for (const Sphere& sphere : s.spheres) sum += 4 * pi / 3 * sphere.radius * sphere.radius * sphere.radius;
+  return sum;
+}
+/// As if none were cut by the surface of its grain, where fewer find room.
+double count_of(const Agglomerates& a, const Recipe& recipe) {
+  const double solid = std::visit([&](const auto& p) { return solid_of(p, recipe); }, a.parents);
+  return a.solid_fraction * solid / (4 * pi / 3 * a.radius.mean_cube());
+}
 double count_of(const FilledGrains& f, const Recipe& recipe) {
   return static_cast<double>(f.count) * std::visit([&](const auto& p) { return count_of(p, recipe); }, f.parents);
 }
@@ -61,11 +77,14 @@ const std::uint8_t* voronoi_material(const Recipe& recipe) {
   return nullptr;
 }
 
-bool voronoi_is_round(const Recipe& recipe) {
+bool is_round(const Recipe& recipe) {
   const auto* t = std::get_if<VoronoiPacking>(&recipe.grains);
   const auto* p = std::get_if<Prisms>(&recipe.grains);
   const auto* b = std::get_if<Bodies>(&recipe.grains);
-  return (t && t->round) || (p && p->round) || (b && b->round);
+  const auto* random = std::get_if<RandomPacking>(&recipe.grains);
+  const auto* spheres = std::get_if<Spheres>(&recipe.grains);
+  return (t && t->round) || (p && p->round) || (b && b->round) || (random && random->round) ||
+         (spheres && spheres->round);
 }
 
 Vec3 box_of(const Lattice& l, bool periodic) {

@@ -41,6 +41,7 @@ struct RandomPacking {
   bool turned = true;     // orientations at random
   std::vector<Part> parts = std::vector<Part>(1);
   std::optional<RandomHulls> hulls = {};  // of the first part's material
+  bool round = false;                     // they fill a cylinder along z, whatever the bounds
   Place place = {};
 };
 
@@ -59,6 +60,7 @@ struct Spheres {
   std::uint8_t material = 0;
   std::vector<std::uint8_t> materials = {};  // of each instead; none: they are all of one
   bool turned = true;
+  bool round = false;  // they make up a cylinder along z
 };
 
 /// Grains one by one. Density and turning are those of the material.
@@ -106,6 +108,15 @@ struct FilledGrains {
   std::variant<RandomPacking, Lattice, Spheres> parents;
   std::size_t count = 20;
   int rounds = 5;
+  std::uint8_t material = 0;
+  Place place = {};
+};
+
+/// Spheres of a packing, each filled with smaller ones, which their bonds hold together.
+struct Agglomerates {
+  std::variant<RandomPacking, Lattice, Spheres> parents;
+  RadiusDistribution radius;
+  double solid_fraction = 0.6;  // of the packing that fills them
   std::uint8_t material = 0;
   Place place = {};
 };
@@ -196,7 +207,8 @@ struct Recipe {
   Bounds bounds = Bounds::open;
   Vec3 box = Vec3::Zero();         // m, corner at the origin; of a cylinder [diameter, diameter, height]
   std::uint8_t wall_material = 0;  // of the bounds
-  std::variant<Listed, RandomPacking, Lattice, Spheres, VoronoiPacking, Prisms, FilledGrains, Bodies> grains = {};
+  std::variant<Listed, RandomPacking, Lattice, Spheres, VoronoiPacking, Prisms, FilledGrains, Bodies, Agglomerates>
+      grains = {};
   std::vector<OwnWall> walls = {};
   std::vector<Side> sides = {};  // of bounds that are walls
   std::vector<RoughWall> rough = {};
@@ -222,8 +234,8 @@ struct Recipe {
 /// The material of Voronoi cells, of bodies from elsewhere the first one's; null: there are none.
 const std::uint8_t* voronoi_material(const Recipe& recipe);
 
-/// Voronoi cells fill an upright cylinder.
-bool voronoi_is_round(const Recipe& recipe);
+/// The grains make up an upright cylinder.
+bool is_round(const Recipe& recipe);
 
 /// The box that a lattice makes (m).
 Vec3 box_of(const Lattice& lattice, bool periodic);

@@ -138,11 +138,9 @@ void put_platens(const Platens& platens, const Recipe& recipe, Sample& sample) {
     low = std::min(low, x + surface_arm(g, i, -up)[axis]);
   }
   put_platens(platens, low, high, sample.state.boundary);
-  if (recipe.of_voronoi())
-    sample.gauge = Gauge{{{0, 0.5}, {1, -0.5}},
-                         -Vec3::Unit(axis),
-                         1,
-                         1 / nominal_area(voronoi_box(recipe), voronoi_is_round(recipe), axis)};
+  if (recipe.of_voronoi() || sample.bonded())
+    sample.gauge = Gauge{
+        {{0, 0.5}, {1, -0.5}}, -Vec3::Unit(axis), 1, 1 / nominal_area(voronoi_box(recipe), is_round(recipe), axis)};
 }
 
 }  // namespace grus::dem

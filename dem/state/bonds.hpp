@@ -32,8 +32,8 @@ struct CohesiveSpring {
   Vec3 force = Vec3::Zero();  // on b, global (N)
 };
 
-/// Where a face bond gives way.
-enum class FaceCriterion : std::uint8_t { cohesive, strain_sum, parallel };
+/// Where a face bond gives way; a rod is that of two spheres, which breaks as a parallel one does.
+enum class FaceCriterion : std::uint8_t { cohesive, strain_sum, parallel, rod };
 
 /// The face that two Voronoi cells share, as an elastic foundation: opening w and small turn theta of b against a since
 /// the bond was made, stiffness per area against opening and shear, moments of the face against turns. All vectors of
@@ -71,11 +71,12 @@ struct FaceDashpot {
   Vec3 couple = Vec3::Zero();    // the same (N m)
 };
 
-/// A bond has broken: a contact between the same two, if they press, goes on with its foundation and its friction.
+/// A bond has broken: a contact between the same two, if they press, goes on with its foundation and its friction. Of
+/// a rod nothing goes on: the contact of its spheres has been there all along.
 struct Handed {
   BondEnds ends;
   Vec3 at_a;                   // as of the bond
-  double modulus;              // Pa/m
+  double modulus;              // Pa/m; 0: of a rod
   double area;                 // m^2
   double fresh;                // m^2 of it that no cut has counted
   Vec3 shear;                  // on b (N)

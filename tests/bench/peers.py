@@ -2,13 +2,15 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Grus beside LIGGGHTS, LAMMPS and Yade on the same work: the same grains, law and time step, one core each, in turn.
 
-  peers.py GRUS_BENCH GRUS_RVE [--out results.csv] [--repeats 5] [--only spheres|cell|shapes] [--sizes 1000,10000,50000]
+  peers.py GRUS_BENCH GRUS_RVE [--out results.csv] [--repeats 5] [--only spheres|cell|shapes|bonded] [--sizes 1000,10000,50000]
 
 spheres   dense Hertz-Mindlin spheres in a box of walls, the top one coming down at 500/s. The loop's wall time is what
           each program says of it; the loop's CPU time is a whole run less a run without those steps, for all alike; the
           whole program's are those of its process, with its default output. Stress: of the sample when the loop ends.
 cell      a periodic cell that Yade packs at 1 MPa, then ten increments of 1e-3, each relaxed to an unbalanced force of
           1e-3.
+bonded    spheres held together by bonds that never break: parallel bonds beside Yade's JCFpm, which has no moments, and
+          its CohFrict, which has; LAMMPS where it has the package BPM is not compared yet. CPU time of the loop.
 shapes    216 superquadrics of LIGGGHTS (a build that has them: LIGGGHTS_SUPERQUADRIC=path), beside poly-ellipsoids.
 
 All figures are medians. Peers that are not installed are left out and named (Debian: liggghts, lammps, yade). `noise`:
@@ -176,12 +178,47 @@ def shapes(tools, table):
         })
 
 
+def bonded_of(program, law):
+    def run_it(packing, steps, folder, tools):
+        if program == "grus":
+            decks.bonded_grus(packing, max(steps, 1), folder)
+            shutil.rmtree(os.path.join(folder, "out"), ignore_errors=True)
+            run = Run([tools.rve, "scene.toml", "-o", "out", "--quiet", "--threads", "1"], folder)
+            told = json.load(open(os.path.join(folder, "out", "summary.json")))
+            return run, told["cells"]["bonds_start"]
+        decks.bonded_yade(packing, steps, folder, law)
+        run = Run(["yade", "-n", "-x", "-j1", "run.py"], folder)
+        return run, run.number(r"BONDS (\S+)")
+    return run_it
+
+
+def bonded(tools, table):
+    codes = [("Grus, parallel bonds", bonded_of("grus", None))]
+    if "Yade" in tools.there:
+        codes += [("Yade, JCFpm", bonded_of("yade", "JCFpm")), ("Yade, CohFrict", bonded_of("yade", "moments"))]
+    for grains in tools.sizes:
+        steps = STEPS.get(grains, max(100, 20000000 // grains))
+        with tempfile.TemporaryDirectory() as folder:
+            packing = os.path.join(folder, "packing.txt")
+            subprocess.run([tools.bench, "--make-packing", str(grains), packing], check=True)
+            count, ours = len(decks.read(packing)[1]), None
+            for name, code in codes:
+                took = []
+                for _ in range(tools.repeats):
+                    none, run = code(packing, 0, folder, tools)[0], code(packing, steps, folder, tools)
+                    took.append(run[0].cpu - none.cpu)
+                speed = count * steps / median(took) / 1e6
+                ours = ours or speed
+                table({"work": f"bonded spheres {grains}", "who": name, "bonds": run[1],
+                       "million grain-steps/CPU-s": speed, "Grus is, loop": ours / speed})
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("bench"), parser.add_argument("rve"), parser.add_argument("--out"), parser.add_argument(
         "--repeats", type=int, default=5)
-    parser.add_argument("--only", choices=["spheres", "cell",
-                                           "shapes"]), parser.add_argument("--sizes", default="1000,10000,50000")
+    parser.add_argument("--only", choices=["spheres", "cell", "shapes",
+                                           "bonded"]), parser.add_argument("--sizes", default="1000,10000,50000")
     tools = parser.parse_args()
     tools.bench, tools.rve, tools.sizes = os.path.abspath(tools.bench), os.path.abspath(
         tools.rve), [int(n) for n in tools.sizes.split(",")]
@@ -202,7 +239,7 @@ def main():
             writer.writeheader()
             writer.writerows({k: f"{v:.5g}" if isinstance(v, float) else v for k, v in line.items()} for line in lines)
 
-    for work in (spheres, cell, shapes):
+    for work in (spheres, cell, shapes, bonded):
         if tools.only in (None, work.__name__):
             work(tools, table)
 

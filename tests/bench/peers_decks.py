@@ -264,3 +264,69 @@ def superquadrics(along, folder):
         f"unfix mv{n}\n" for n in names)
     write(folder, "run.in",
           text + f"run 500\nfix mvt all move/mesh mesh mzh linear 0. 0. {-RATE * dense}\nrun {WARM}\nrun ${{more}}\n")
+
+
+def bonded_grus(packing, steps, folder):
+    """Spheres that are bonded where they are no further apart than a tenth of a radius, by bonds that never break."""
+    _, grains = read(packing)
+    write(folder, "grains.txt", "".join("%.12g %.12g %.12g %.12g\n" % g for g in grains))
+    write(folder, "scene.toml", f"""
+[material.rock]
+density = 2650
+contact = "linear-modulus"
+contact_modulus = 40e9
+shear_ratio = 0.4
+friction = 0.5
+bond = {{ modulus = 40e9, shear_ratio = 0.4, tension = 1e20, shear = 1e20, gap = 0.1 }}
+
+[packing]
+kind = "file"
+path = "grains.txt"
+
+[loading]
+kind = "free"
+duration = {steps * DT:.9g}
+gravity = [0, 0, -9.81]
+
+[output]
+history_interval = {steps * DT:.9g}
+
+[numerics]
+time_step = {DT}
+""")
+
+
+YADE_BONDS = {
+    "JCFpm": ("JCFpmMat(young=40e9, poisson=0.4, density=2650, frictionAngle=0.46, tensileStrength=1e20, cohesion=1e20)",
+              "Ig2_Sphere_Sphere_ScGeom", "Ip2_JCFpmMat_JCFpmMat_JCFpmPhys(cohesiveTresholdIteration=1)",
+              "Law2_ScGeom_JCFpmPhys_JointedCohesiveFrictionalPM()"),
+    "moments": ("CohFrictMat(young=40e9, poisson=0.4, density=2650, frictionAngle=0.46, isCohesive=True, alphaKr=0.25, "
+                "alphaKtw=0.25, normalCohesion=1e20, shearCohesion=1e20, momentRotationLaw=True)",
+                "Ig2_Sphere_Sphere_ScGeom6D", "Ip2_CohFrictMat_CohFrictMat_CohFrictPhys(setCohesionNow=True)",
+                "Law2_ScGeom6D_CohFrictPhys_CohesionMoment(useIncrementalForm=True)")
+}
+
+
+def bonded_yade(packing, steps, folder, law):
+    """The same spheres, bonded in the first step by an interaction radius of 1.05."""
+    material, geometry, physics, bond = YADE_BONDS[law]
+    write(
+        folder, "run.py", f"""
+import time
+from yade import utils
+m = O.materials.append({material})
+for l in open({packing!r}).read().split(chr(10))[1:]:
+    if l.strip():
+        x, y, z, r = map(float, l.split())
+        O.bodies.append(utils.sphere((x, y, z), r, material=m))
+box, near = Bo1_Sphere_Aabb(aabbEnlargeFactor=1.05), {geometry}(interactionDetectionFactor=1.05)
+O.engines = [ForceResetter(), InsertionSortCollider([box], verletDist=-0.1),
+  InteractionLoop([near], [{physics}], [{bond}]), NewtonIntegrator(damping=0, gravity=(0, 0, -9.81))]
+O.dt = {DT}
+O.step()
+box.aabbEnlargeFactor = near.interactionDetectionFactor = -1
+print('BONDS', len([i for i in O.interactions if i.isReal]))
+start = time.monotonic()
+if {steps}: O.run({steps}, True)
+print('RESULT', time.monotonic() - start)
+""")

@@ -80,6 +80,7 @@ def implicit(folder, block):
 
 
 TABLES = {"docs/physics/implicit.md": implicit, "docs/scenes.md": whole, "docs/macro.md": whole,
+          "docs/bonded_spheres.md": whole,
           "docs/bonded.md": bonded, "docs/cleavage.md": whole, "docs/calibration.md": calibration}
 
 
