@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Grus beside LIGGGHTS, LAMMPS and Yade on the same work: the same grains, law and time step, one core each, in turn.
 
-  peers.py GRUS_BENCH GRUS_RVE [--out results.csv] [--repeats 5] [--only spheres|cell|shapes|bonded] [--sizes 1000,10000,50000]
+  peers.py GRUS_BENCH GRUS_RVE [--out results.csv] [--repeats 5] [--only spheres|cell|shapes|bonded]
+           [--sizes 1000,10000,50000]
 
 spheres   dense Hertz-Mindlin spheres in a box of walls, the top one coming down at 500/s. The loop's wall time is what
           each program says of it; the loop's CPU time is a whole run less a run without those steps, for all alike; the

@@ -297,8 +297,9 @@ time_step = {DT}
 
 
 YADE_BONDS = {
-    "JCFpm": ("JCFpmMat(young=40e9, poisson=0.4, density=2650, frictionAngle=0.46, tensileStrength=1e20, cohesion=1e20)",
-              "Ig2_Sphere_Sphere_ScGeom", "Ip2_JCFpmMat_JCFpmMat_JCFpmPhys(cohesiveTresholdIteration=1)",
+    "JCFpm": ("JCFpmMat(young=40e9, poisson=0.4, density=2650, frictionAngle=0.46, tensileStrength=1e20, "
+              "cohesion=1e20)", "Ig2_Sphere_Sphere_ScGeom",
+              "Ip2_JCFpmMat_JCFpmMat_JCFpmPhys(cohesiveTresholdIteration=1)",
               "Law2_ScGeom_JCFpmPhys_JointedCohesiveFrictionalPM()"),
     "moments": ("CohFrictMat(young=40e9, poisson=0.4, density=2650, frictionAngle=0.46, isCohesive=True, alphaKr=0.25, "
                 "alphaKtw=0.25, normalCohesion=1e20, shearCohesion=1e20, momentRotationLaw=True)",

@@ -61,7 +61,7 @@ def tess(x, regular=False):
     out += [" **edge", f" {len(edges)}"] + [f"  {k + 1} {a} {b} 0" for k, (a, b) in enumerate(edges)]
     out += [" **face", f" {len(FACES)}"]
     for k, (loop, own) in enumerate(zip(FACES, signed)):
-        state = f"1 {loop[0]} {words(x[loop[0] - 1])}" if regular else "0 0 0.000000000000 0.000000000000 0.000000000000"
+        state = f"1 {loop[0]} {words(x[loop[0] - 1])}" if regular else "0 0" + 3 * " 0.000000000000"
         out += [f"  {k + 1} {len(loop)} {words(loop)}", f"     {len(own)} {words(own)}", f"    {plane_of(loop, x)}",
                 f"     {state}"]
     out += [" **polyhedron", " 2"] + [f"   {k + 1} {len(c)} {words(c)}" for k, c in enumerate(CELLS)]
@@ -112,7 +112,8 @@ with tempfile.TemporaryDirectory() as tmp:
     bent[9, 0] += 0.02
     write(tmp, tess(bent, regular=True), "cells.tess")
     r = run(rve, scene, "-o", os.path.join(tmp, "bent"))
-    need(r.returncode == 2 and re.search(r"cells.tess: cell 1: a face of it is bent: .*without -reg", r.stderr), r.stderr)
+    said = re.search(r"cells.tess: cell 1: a face of it is bent: .*without -reg", r.stderr)
+    need(r.returncode == 2 and said, r.stderr)
     need(r.stderr.count("\n") == 1 and not os.path.exists(os.path.join(tmp, "bent")), r.stderr)
 print(f"neper: {len(faults)} faults")
 sys.exit(1 if faults else 0)
