@@ -233,10 +233,12 @@ TEST_CASE("a contact goes on beside its rod and after it: times to and fro, and 
   CHECK(2 * S - sign * apart() == Approx(v * std::sqrt(reduced / (k + kc))).epsilon(2e-3));
   run_for(model, s, 0.5 * pi * std::sqrt(reduced / (k + kc)), alone);
   CHECK(std::abs(sign * apart() - 2 * S) < 0.02 * most);
+  const double dt = s.dt;
   run_for(model, s, 0.5 * pi * std::sqrt(reduced / k), alone);
   CHECK(s.bonds.face.row.empty());
   CHECK(s.ledger.bonds_broken == 1);
   CHECK(s.ledger.fracture == Approx(0.5 * k * breaks * breaks).epsilon(0.03));
   const double leaves = (s.grains.motion[1].velocity - s.grains.motion[0].velocity).norm();
-  CHECK(0.5 * reduced * leaves * leaves + s.ledger.fracture == Approx(0.5 * reduced * v * v).epsilon(1e-3));
+  CHECK(0.5 * reduced * leaves * leaves + s.ledger.fracture ==
+        Approx(0.5 * reduced * v * v).margin(k * breaks * v * dt));  // a step's work
 }
