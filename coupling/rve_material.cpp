@@ -135,7 +135,7 @@ dem::State RveMaterial::committed(std::size_t point) const {
 
 bool RveMaterial::respond(const fem::Points& points) {
   const auto begin = std::chrono::steady_clock::now();
-  const bool good = driver_.respond(points.deformation, points.duration, !points.tangent.empty());
+  const bool good = driver_.respond(points.deformation, points.duration, !points.tangent.empty(), watch_);
   if (spread_) inertial_numbers_.resize(good ? this->points() : 0);
   for (std::size_t i = 0; i < inertial_numbers_.size(); ++i) inertial_numbers_[i] = driver_.response(i).inertial_number;
   for (std::size_t i = 0; good && i < this->points(); ++i) {
@@ -155,6 +155,11 @@ void RveMaterial::commit() {
   // An explicit step is too short to go by, and too cheap to pay for a move.
   constexpr std::uint64_t steps_between = 100;
   if (++commits_ % steps_between == 0 || relaxed(driver_.book())) farm_.rebalance();
+}
+
+std::optional<dem::BetweenIncrements> RveMaterial::between_increments() const {
+  if (driver_.book().options.error > 0) return std::nullopt;
+  return dem::between_increments(driver_.book());
 }
 
 std::string RveMaterial::save_point(std::size_t point) const {

@@ -58,6 +58,12 @@ public:
   std::string save_point(std::size_t point) const;
   void load_point(std::size_t point, const std::string& bytes);
   void go_on_counting(const SweepReport& from) { driver_.go_on_counting(from); }
+  /// Asked while RVEs answer, of points that are not spread: false ends the response by dem::Interrupted.
+  void watch(dem::Watch watch) { watch_ = std::move(watch); }
+  /// What an increment may be dropped by; none where RVEs are put off: those that have caught up stay where they are.
+  std::optional<dem::BetweenIncrements> between_increments() const;
+  /// Drops a response that is not committed, or was not ended, as if the increment had not been begun.
+  void forget(const dem::BetweenIncrements& before) { driver_.forget(before); }
   /// Increments that will have the network's tangent, alike on all ranks.
   int sharp() const { return driver_.book().sharp; }
   void go_on_sharp(int increments) { driver_.go_on_sharp(increments); }
@@ -75,6 +81,7 @@ private:
   RveFarm& farm_;
   std::vector<double> start_volume_;  // of the starting states
   dem::Driver<RveFarm> driver_;
+  dem::Watch watch_;
   double seconds_ = 0;
   std::uint64_t commits_ = 0;  // in this process
   std::optional<MPI_Comm> spread_;

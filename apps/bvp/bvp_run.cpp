@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/bvp/course.hpp"
 #include "apps/bvp/standing.hpp"
 #include "apps/run/folder.hpp"
 #include "apps/run/same_scene.hpp"
@@ -13,46 +14,11 @@ namespace grus::app {
 
 std::string checkpoint_of(const Options& options) { return options.directory + "/checkpoint.h5"; }
 
-/// What a run carries from response to response.
-struct BvpRun::Course {
-  const Clock& clock;
-  const AcrossRanks& across;
-  double ready;  // s that the preparation has taken
-  Progress progress;
-  double time, saved;  // of the problem; wall time of the last checkpoint (s)
-  std::uint64_t sweeps = 0;
-  TimeLimit limit;
-  bool asked = false;             // to stop, on any rank of a problem that is spread
-  std::optional<int> heard = {};  // what any rank of it has wished in this step, where that is known
-  bool told = false;              // of an interruption
-  Stop stop = Stop::none;
-  bool over = false, complete = false, broken = false;
-  double end = 0;
-  std::string failure = {}, gains = {};  // gains: energy that the regularisation has made
-
-  /// Explicit runs stop between two rows, too, where a checkpoint is due or asked for.
-  bool due(double interval) {
-    if (!across.spread()) return wishes(interval) != 0;
-    const int any = heard ? *heard : across.any(wishes(interval));
-    heard.reset();
-    over = (any & 1) != 0, asked = (any & 2) != 0;
-    return any != 0;
-  }
-  int wishes(double interval) {
-    over = limit.over() || over;
-    const bool wanted = checkpoint_asked() || clock.wall() - saved > interval;
-    return (over ? 1 : 0) | (interruption_asked() ? 2 : 0) | (wanted ? 4 : 0);
-  }
-  Stop why() const {
-    if (!across.spread()) return stop_of(over);
-    return asked ? Stop::asked : over ? Stop::time : Stop::none;
-  }
-};
-
 namespace {
 
-/// An increment that --max-time does not leave the time to end.
+/// An increment that is not ended: --max-time does not leave the time, or a signal asks to stop.
 struct OutOfTime {};
+struct Asked {};
 
 }  // namespace
 
@@ -152,12 +118,13 @@ void BvpRun::watch_responses(Course& c) {
   material_->respond = [this, &c, respond = material_->respond](const fem::Points& p) {
     if (!scene_.is_explicit() || c.sweeps % 64 == 0)
       c.progress.show(c.time / scene_.end_time(), output_->line(c.sweeps));
-    if (!scene_.is_explicit() && interruption_asked() && !c.told) {
-      c.progress.note(
-          "  interrupted: ends with this increment, which --resume would have to begin anew; once more ends at once");
-      c.told = true;
+    if (!scene_.is_explicit()) {
+      const int any = across_.any((c.limit.past() ? 1 : 0) | (interruption_asked() ? 2 : 0));
+      if ((any & 2) != 0 && c.drops) throw Asked{};
+      if ((any & 2) != 0 && !std::exchange(c.told, true))
+        c.progress.note("  interrupted: ends with this increment, as RVEs were put off; once more ends at once");
+      if (any & 1) throw OutOfTime{};
     }
-    if (!scene_.is_explicit() && across_.any(c.limit.past() ? 1 : 0) != 0) throw OutOfTime{};
     ++c.sweeps;
     return respond(p);
   };
@@ -229,8 +196,32 @@ void BvpRun::solve(Course& c) {
             }).load_factor;
   } else {
     const auto start = begin<fem::StaticsStart>();
-    const auto row = [&](const fem::IncrementReport& r) { return after(c, r, r.load_factor); };
-    const auto result = fem::solve_statics(problem, *material_, scene_.solve, row, start);
+    fem::StaticsStart kept = start;
+    std::optional<dem::BetweenIncrements> before;
+    const auto keep = [&](const fem::StaticsStart& now) {
+      kept = now;
+      if (rves_) before = rves_->between_increments();
+      c.drops = !rves_ || before.has_value();
+    };
+    keep(start);
+    const auto row = [&](const fem::IncrementReport& r) {
+      keep(start_after(r));
+      return after(c, r, r.load_factor);
+    };
+    if (rves_ && c.drops && !across_.spread()) rves_->watch([](double) { return !interruption_asked(); });
+    const auto ended = [&] {  // in the midst of an increment, which --resume begins anew
+      if (before) rves_->forget(*before);
+      c.stop = Stop::asked, c.end = c.time;
+      if (kept.increments > 0) save(c, kept);
+    };
+    fem::StaticsResult result;
+    try {
+      result = fem::solve_statics(problem, *material_, scene_.solve, row, start);
+    } catch (const Asked&) {
+      return ended();
+    } catch (const dem::Interrupted&) {
+      return ended();
+    }
     c.complete = result.converged;
     c.failure = result.failure;
     c.end = result.load_factor;
@@ -263,11 +254,12 @@ BvpEnding BvpRun::go(double ready, const Clock& clock) {
   ending.prepared = setup_.prepared;
   if (c.broken) {
     ending.status = failed, ending.text = c.failure;
+  } else if (c.stop != Stop::none && !kept_here_) {
+    ending.status = interrupted;
+    ending.text = fmt::format("{} within the first increment; nothing to go on from yet",
+                              c.stop == Stop::asked ? "interrupted" : "the time of --max-time is over");
   } else if (c.stop == Stop::asked) {
     ending.status = interrupted, ending.text = "interrupted; --resume goes on from checkpoint.h5";
-  } else if (c.stop == Stop::time && !kept_here_) {
-    ending.status = interrupted;
-    ending.text = "the time of --max-time is over within the first increment; nothing to go on from yet";
   } else if (c.stop == Stop::time) {
     ending.status = out_of_time, ending.text = "out of time; --resume goes on from checkpoint.h5";
   } else {
@@ -275,6 +267,7 @@ BvpEnding BvpRun::go(double ready, const Clock& clock) {
   }
   ending.wall = clock.wall();
   c.progress.finish(output_->closing(ending));
+  if (c.stop != Stop::none) c.progress.note("  " + ending.text);
   for (const std::string& note : output_->notes()) c.progress.note("  note: " + note);
   return ending;
 }

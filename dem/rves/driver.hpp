@@ -76,6 +76,12 @@ public:
     for (const std::uint64_t copy : forget_increment(book_)) host_.drop(copy);
   }
 
+  /// The same, and what it has changed besides is as it was `before`.
+  void forget(const BetweenIncrements& before) {
+    forget();
+    go_back(book_, before);
+  }
+
   /// Puts a point where a state was taken, with what was then known of it; a response that is not committed is dropped.
   /// Not for similar sharing, where a point has a path as well. Throws InputError, and then leaves all as it was.
   void replace(std::size_t point, const std::string& state, const Memory& memory) {

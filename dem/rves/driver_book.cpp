@@ -120,6 +120,15 @@ std::vector<std::uint64_t> forget_increment(DriverBook& b) {
   return unused;
 }
 
+BetweenIncrements between_increments(const DriverBook& b) {
+  return {b.sharing.next_slot, b.kept_tangent, b.sharp, b.report};
+}
+
+void go_back(DriverBook& b, const BetweenIncrements& before) {
+  b.sharing.next_slot = before.next_slot, b.kept_tangent = before.kept_tangent;
+  b.sharp = before.sharp, b.report = before.report;
+}
+
 bool sharpen(DriverBook& b) {
   constexpr int lasting = 5;  // increments; a stall comes seldom alone
   if (b.options.response.tangent != TangentKind::automatic || b.sharp > 0) return false;

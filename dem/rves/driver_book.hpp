@@ -71,6 +71,17 @@ std::vector<std::uint64_t> end_increment(DriverBook& book);
 /// Copies that the increment has made, which is not committed: forgotten, with its answers.
 std::vector<std::uint64_t> forget_increment(DriverBook& book);
 
+/// What responses change that is no RVE's own, as it is between two increments.
+struct BetweenIncrements {
+  std::uint64_t next_slot;
+  std::vector<Mat6> kept_tangent;
+  int sharp;
+  SweepReport report;
+};
+BetweenIncrements between_increments(const DriverBook& book);
+/// After forget_increment: as if the increment had not been begun. Not where RVEs were put off: those have caught up.
+void go_back(DriverBook& book, const BetweenIncrements& before);
+
 /// The next five increments have the network's tangent; false: they had it, or another kind was chosen.
 bool sharpen(DriverBook& book);
 

@@ -184,9 +184,56 @@ def resume(tmp):
 
     with ThreadPoolExecutor(2) as pool:
         list(pool.map(lambda what: one(*what), [("block", *block), ("impact", *impact), ("steady", *steady)]))
+    in_midst(tmp)
     r = run(bvp, block[0], "-o", os.path.join(tmp, "nowhere"), "--resume")
     need(r.returncode == 2 and "no checkpoint" in r.stderr and not os.path.exists(os.path.join(tmp, "nowhere")),
          f"nothing to resume: {r.stderr!r}")
+
+
+def in_midst(tmp):
+    """Newton is stopped in the midst of an increment, at once: what was committed is kept, the rest begun anew, with
+    the tangents and counts of a run that was never stopped. Where RVEs are put off, the increment is ended first."""
+    scene = os.path.join(shipped, "oedometer_block.toml")
+    block = ["mesh.box.cells=[1,1,2]", "rve.variants=2", "boundary.0.displacement=['free','free',-3e-4]",
+             "solve.increments=5", "rve.tangent=quasi-newton", "output.frames=3"]
+    whole = os.path.join(tmp, "midst_whole")
+    rows = go(scene, whole, *block, threads="1")
+    lasts = max(b["wall_s"] - a["wall_s"] for a, b in zip(rows, rows[1:]))
+    within = 0
+    for k, changes in enumerate((block, [*block, "rve.adaptivity.error=0.02"])):
+        out = os.path.join(tmp, f"midst_{k}")
+        done = lambda: len(history(out)) if os.path.exists(os.path.join(out, "history.csv")) else 0
+        command = [bvp, scene, "-o", out, "--threads", "1", *sets(changes)]
+        for share in (0.2, 0.5, 0.8):
+            more = ["--resume"] if os.path.exists(os.path.join(out, "checkpoint.h5")) else ["--force"]
+            p = subprocess.Popen([*command, *more], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+                                 start_new_session=True)
+            before = done() if more == ["--resume"] else 0
+            while p.poll() is None and done() <= before:
+                time.sleep(0.005)
+            time.sleep(share * lasts)
+            then, begin = done(), time.time()
+            p.send_signal(signal.SIGINT)
+            said = p.communicate()[0]
+            took = time.time() - begin
+            if p.returncode == 0:
+                continue  # it was over before
+            need(p.returncode == 130, f"stopped in the midst: exit {p.returncode}")
+            need(("ends with this increment, as RVEs were put off" in said) <= (k == 1), f"said {said[-300:]!r}")
+            need(k == 1 or took < 2.5 + 0.5 * lasts, f"took {took} s to stop, an increment {lasts}")
+            within += k == 0 and done() == then
+        r = run(*command, "--resume")
+        need(r.returncode == 0, f"stopped in the midst: resume: exit {r.returncode} {r.stderr}")
+        need(k == 1 or without_wall(whole) == without_wall(out), "stopped in the midst: another history")
+    need(within > 0, "no increment was stopped in its midst")
+    out = os.path.join(tmp, "midst_first")
+    p = subprocess.Popen([bvp, scene, "-o", out, "--threads", "1", *sets([*block, "solve.increments=1"])],
+                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True)
+    said = next((line for line in p.stdout if "material sweeps" in line), "")
+    p.send_signal(signal.SIGTERM)
+    said += p.communicate()[0]
+    need(p.returncode == 130 and "within the first increment; nothing to go on from yet" in said
+         and not os.path.exists(os.path.join(out, "checkpoint.h5")), f"first increment: {p.returncode} {said[-300:]!r}")
 
 
 def devices(tmp):
