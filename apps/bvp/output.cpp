@@ -210,10 +210,10 @@ std::string BvpOutput::bonds_text(const char* head) const {
 
 std::string BvpOutput::closing(const BvpEnding& e) const {
   const double steps = rves_ ? static_cast<double>(rves_->report_of_all().dem_steps) : 0.0;
-  std::string how = "stopped";
-  if (e.status == finished) how = "finished";
-  if (e.status == interrupted) how = "interrupted";
-  if (e.status == out_of_time) how = "out of time";
+  const char* how = e.status == finished      ? "finished"
+                    : e.status == interrupted ? "interrupted"
+                    : e.status == out_of_time ? "out of time"
+                                              : "stopped";
   if (scene_.is_explicit())
     return fmt::format("{}: {:.4g} {}, mean stress {} {:.4g} MPa, {:.0f} breakages{}, {:.3g} DEM steps in {} ({})", how,
                        scene_.dynamics ? e.time : 100 * e.time, scene_.dynamics ? "s" : "% of the load", axis(),
@@ -228,11 +228,12 @@ std::string BvpOutput::closing(const BvpEnding& e) const {
 
 std::vector<std::string> BvpOutput::notes() const {
   std::vector<std::string> all;
+  const char* mend = scene_.is_explicit() ? "shorter steps (solve)" : "more solve.increments";
   if (std::abs(energy_error_) > most_energy_error)
     all.push_back(
-        fmt::format("the macro balance of energy is off by {:.2g} % (energy_error): stresses change too "
-                    "much within a step; take {}",
-                    100 * energy_error_, scene_.is_explicit() ? "shorter steps (solve)" : "more solve.increments"));
+        fmt::format("the macro balance of energy is off by {:.2g} % (energy_error): stresses change too much "
+                    "within a step; take {}",
+                    100 * energy_error_, mend));
   if (given_ > most_given)
     all.push_back(fmt::format(
         "regularisation_J has fallen by {:.2g} % of the largest energy: points within regularisation.length of each "

@@ -74,7 +74,8 @@ std::string run_text(const RunEstimate& run) {
 std::string failure_text(const BvpScene& scene, const Options& options, const BvpEnding& ending) {
   if (ending.status == failed) return fmt::format("{}: {}", options.scene, ending.text);
   if (ending.status != unstable) return "";
-  const char* help = "more solve.increments, looser rve.unbalanced_force or a larger unit cell may help";
+  const char* help =
+      "more solve.increments, tighter rve.unbalanced_force or a larger unit cell may help, or explicit-quasi-static";
   if (scene.dynamics) help = "a smaller solve.safety or another unit cell may help";
   if (scene.explicit_statics)
     help = "larger limits in [solve], a larger unit cell or rve.on_failure = \"elastic\" may help";

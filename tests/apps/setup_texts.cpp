@@ -208,8 +208,8 @@ TEST_CASE("a macro problem is told with its mesh, its grains, its memory and wha
   CHECK(failure_text(still, options, ending) == "block.toml: no rest");
   ending.status = unstable;
   CHECK(failure_text(still, options, ending) ==
-        "block.toml: load factor 0.1235: no rest; more solve.increments, looser rve.unbalanced_force or a larger unit "
-        "cell may help");
+        "block.toml: load factor 0.1235: no rest; more solve.increments, tighter rve.unbalanced_force or a larger unit "
+        "cell may help, or explicit-quasi-static");
   CHECK(failure_text(quick, options, ending) ==
         "block.toml: time 0.1235: no rest; a smaller solve.safety or another unit cell may help");
   CHECK(failure_text(steady, options, ending) ==

@@ -124,12 +124,10 @@ def cannot_stand(text, span, place):
     if any(t.count(a) != t.count(b) for t in (old, new) for a, b in ("()", "[]", "{}")):
         return "brackets do not close"
     if not old.endswith((";", "}")):
-        if re.match(r"(return|throw|if|for|while)\b", old):
-            return "it is no whole statement"
+        if re.match(r"(return|throw|if|for|while)\b", old) or old.count(" ? ") != old.count(" : "):
+            return "it is no whole statement, or cuts a choice (a ? b : c)"
         if "," in outside_of_brackets(old):
             return "a comma parts arguments: take one of them"
-        if old.count(" ? ") != old.count(" : "):
-            return "a choice (a ? b : c) is taken whole, or one of its parts"
         if binds_otherwise(old, text[:span[0]].rstrip(), text[span[1]:].lstrip()):
             return "it is no whole expression: what stands beside it binds more strongly"
         return "a statement ends with ;" if ";" in old else None
