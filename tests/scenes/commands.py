@@ -75,7 +75,8 @@ def become(folder):
                          (["run", path["fit"]], "has many runs: grus calibrate"), (["rum"], "did you mean 'run'?"),
                          (["run", "--ranks", "2", sand], "has no [mesh]"), (["run", "--ranks"], "--ranks : expected"),
                          (["run", "--ranks", "0", block], "--ranks 0: expected"), ([sand], f"grus run {sand}"),
-                         (["keys", "a", "b"], "expected [TEXT]")):
+                         (["keys", "a", "b"], "expected [TEXT]"),
+                         (["new", "foo"], ["no scene of the kind 'foo'", "triaxial", "pile", "block-dolfinx"])):
         scene_tools.refused(text_, lambda: command.work(given), InputError)
     command.become, command.module, command.found = kept
     need({k.NAME for k in KINDS} <= set(words.STUDIES), "a kind of table by which no study is known")
@@ -226,7 +227,10 @@ def exported(folder):
     place = lambda name: os.path.join(folder, name)
     read = lambda name: open(place(name), "rb").read()
     need(out(place("h.csv"))[0] == 0 and read("h.csv") == b"time_s,axial_strain,grains\n0,0,2\n0.25,0.125,\n", "a copy")
-    out(place("c.csv"), "--columns", "grains, time_s")
+    need([out(place("h.csv"), *more)[1].split(": ")[1] for more in ((), ("--what", "grains"), ("--what", "grains",
+                                                                                          "--frame", "0"))] ==
+         ["history\n", "grains of the last frame\n", "grains of frame 0\n"], "what was written")
+    out(place("h.csv")), out(place("c.csv"), "--columns", "grains, time_s")
     need(read("c.csv") == b"grains,time_s\n2,0\n,0.25\n", f"columns asked for: {read('c.csv')}")
     out(place("h.json"))
     need(json.loads(read("h.json")) == {"time_s": [0, 0.25], "axial_strain": [0, 0.125], "grains": [2, None]}, "JSON")

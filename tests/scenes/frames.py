@@ -41,6 +41,55 @@ def grains(path):
                             }, points[np.unique(connectivity[offsets[:-1][lines][:, None] + np.arange(2)])]
 
 
+REST = """
+[material.ball]
+density = 2500
+youngs_modulus = "5 MPa"
+poissons_ratio = 0.2
+friction = 0.4
+restitution = 0.05
+[[grain]]
+radius = "5 mm"
+position = ["1 mm", "2 mm", "4.99 mm"]
+[[wall]]
+point = [0, 0, "-1 m"]
+normal = [0, 0, 1]
+[[wall]]
+shape = "mesh"
+path = "floor.stl"
+point = [0, 0, 0]
+velocity = ["1 um/s", 0, 0]
+[loading]
+kind = "free"
+gravity = [0, 0, -9.81]
+duration = "200 ms"
+[output]
+history_interval = "100 ms"
+frames = 2
+"""
+
+
+def walls_of_triangles(tmp):
+    """A ball at rest on two triangles: their number, their speed, and its weight on both."""
+    corners = ((-0.1, -0.1), (0.1, -0.1), (0.1, 0.1), (-0.1, 0.1))
+    with open(os.path.join(tmp, "floor.stl"), "w") as f:
+        f.write("solid floor\n" + "".join("facet normal 0 0 1\nouter loop\n" + "".join(
+            "vertex %g %g 0\n" % corners[k] for k in of) + "endloop\nendfacet\n" for of in ((0, 1, 2), (0, 2, 3)))
+            + "endsolid floor\n")
+    with open(os.path.join(tmp, "rest.toml"), "w") as f:
+        f.write(REST)
+    out = os.path.join(tmp, "rest")
+    r = run(rve, os.path.join(tmp, "rest.toml"), "-o", out, "--quiet")
+    need(r.returncode == 0, f"a ball on triangles: {r.stderr}")
+    points, _, _, types, fields = frame(os.path.join(out, "walls", "walls_00001.hdf"))
+    weight = 2500 * 4 / 3 * np.pi * 0.005**3 * 9.81
+    need(list(types) == [5, 5] and list(fields["wall"]) == [1, 1], f"triangles of wall 1: {types} {fields['wall']}")
+    need(np.allclose(fields["wall_force_N"], [[0, 0, -weight]] * 2, rtol=1e-3, atol=2e-3 * weight),
+         f"the ball's weight {weight} on its wall: {fields['wall_force_N']}")
+    need(np.allclose(fields["velocity"], [[1e-6, 0, 0]] * 2) and np.ptp(points[:, 0]) > 0.19,
+         "the floor's speed and size")
+
+
 def main(tmp):
     # A periodic cell that is sheared: grains leave it, and are drawn inside where that is asked for.
     cell = [
@@ -125,5 +174,6 @@ def main(tmp):
 
 with tempfile.TemporaryDirectory() as folder:
     main(folder)
+    walls_of_triangles(folder)
 print(f"frames: {len(faults)} faults")
 sys.exit(1 if faults else 0)

@@ -108,10 +108,12 @@ def keys(arguments: list[str]) -> int:
 
 
 def new(arguments: list[str]) -> int:
+    kinds = {**KINDS, **PROBLEMS}
     if not arguments or arguments[0] in ("-h", "--help"):
-        kinds = {**KINDS, **PROBLEMS}
         print("usage: grus new KIND [SCENE.toml]\n\n" + "\n".join(f"  {k:<14}{v}" for k, v in kinds.items()))
         return 0 if arguments else 2
+    if arguments[0] not in kinds:
+        raise InputError(f"new: no scene of the kind '{arguments[0]}'; there are {', '.join(kinds)}")
     become(found("grus-bvp" if arguments[0] in PROBLEMS else "grus-rve"), "--new", *arguments)
 
 

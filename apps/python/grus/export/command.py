@@ -61,6 +61,8 @@ def main():
         if ending not in (known := TABLES | GRAINS | FRAMES):
             raise InputError(f"{args.o}: ends with none of {' '.join(known)}")
         write_whole(args.o, content(args, ending))
+        which = "the last frame" if args.frame == -1 else f"frame {args.frame}"
+        print(f"{args.o}: " + ("history" if args.what == "history" else f"{args.what} of {which}"))
     except (InputError, ValueError) as e:
         print(one_line(f"grus export: {e}"), file=sys.stderr)
         return 2
