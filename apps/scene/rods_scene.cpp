@@ -53,7 +53,7 @@ dem::Agglomerates read_agglomerates(Table& t, RveScene& scene, std::uint8_t mate
   if (scene.scale != 1) t.fail("parents", "loading.scale is for grains of one piece");
   dem::Agglomerates grains;
   grains.radius = read_radius(t);
-  grains.solid_fraction = t.number_or("solid_fraction", grains.solid_fraction, dimension::none, proper_fraction);
+  if (t.has("solid_fraction")) grains.solid_fraction = t.number("solid_fraction", dimension::none, proper_fraction);
   if (grains.solid_fraction > 0.7) t.fail("solid_fraction", "is at most 0.7 for spheres that fill a body");
   grains.material = material, grains.place = t.place("radius");
   check_mass(t, scene.model.materials[material], grains.radius.mean, "radius");
