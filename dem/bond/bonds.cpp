@@ -5,6 +5,7 @@
 
 #include "dem/bond/dashpots.hpp"
 #include "dem/bond/kinds.hpp"
+#include "dem/state/images.hpp"
 
 namespace grus::dem {
 namespace {
@@ -180,7 +181,7 @@ void collect_far(Grains& g, const BondColumn<Row>& column, std::size_t tile) {
 
 }  // namespace
 
-Vec3 drag(const Cell& cell, const BondEnds& e) { return cell.rate * Vec3(e.image[0], e.image[1], e.image[2]); }
+Vec3 drag(const Cell& cell, const BondEnds& e) { return at_image(cell.rate, e.image); }
 
 Vec3 branch(const Grains& g, const Cell& cell, const BondEnds& e) {
   const BondFrame at = frame_of(g, cell, e);
@@ -189,7 +190,7 @@ Vec3 branch(const Grains& g, const Cell& cell, const BondEnds& e) {
 
 BondFrame frame_of(const Grains& g, const Cell& cell, const BondEnds& e) {
   BondFrame at{g.orientation[e.a], g.orientation[e.b], g.motion[e.a].position, g.motion[e.b].position};
-  if (crosses(e)) at.x_b += cell.vectors * Vec3(e.image[0], e.image[1], e.image[2]);
+  if (crosses(e)) at.x_b += at_image(cell.vectors, e.image);
   return at;
 }
 

@@ -5,8 +5,8 @@
 #include <functional>
 
 #include "dem/contact/deepest_contact.hpp"
-#include "dem/contact/images.hpp"
 #include "dem/contact/pair_kinds.hpp"
+#include "dem/state/images.hpp"
 
 namespace grus::dem {
 namespace {

@@ -6,6 +6,7 @@
 
 #include "dem/contact/broad_phase.hpp"
 #include "dem/shape/separation.hpp"
+#include "dem/state/images.hpp"
 
 namespace grus::dem {
 namespace {
@@ -15,7 +16,7 @@ HullView hull_of_grain(const Grains& g, Index i) { return (*g.hulls)[g.hull[i]];
 
 Vec3 shift_of(const Grains& g, const Cell& cell, Index a, Index b, const std::array<std::int16_t, 3>& image) {
   Vec3 r = g.motion[b].position - g.motion[a].position;
-  if ((image[0] | image[1] | image[2]) != 0) r += cell.vectors * Vec3(image[0], image[1], image[2]);
+  if ((image[0] | image[1] | image[2]) != 0) r += at_image(cell.vectors, image);
   return r;
 }
 
@@ -195,7 +196,7 @@ void hulls(const TileWork& s, std::size_t begin, std::size_t end) {
     }
     const Vec3 arm_b = o.middle - shift;
     Vec3 drag = Vec3::Zero();
-    if (crosses(pair)) drag = cell.rate * Vec3(pair.image[0], pair.image[1], pair.image[2]);
+    if (crosses(pair)) drag = at_image(cell.rate, pair.image);
     const double size = o.force.norm();
     const Vec3 n = o.force / size;
     const Meeting m{n,

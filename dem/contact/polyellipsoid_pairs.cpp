@@ -5,6 +5,7 @@
 
 #include "dem/contact/broad_phase.hpp"
 #include "dem/shape/common_normal.hpp"
+#include "dem/state/images.hpp"
 
 namespace grus::dem {
 namespace {
@@ -31,8 +32,7 @@ bool solve_pair(const void* context, std::size_t k, double* found_row) {
   Touch& touch = contacts.touch[k];
   const Frame &fa = s.grains.frame[pair.a], &fb = s.grains.frame[pair.b];
   Vec3 r = fb.origin - fa.origin;
-  if (s.boundary.cell.periodic() && crosses(pair))
-    r += s.boundary.cell.vectors * Vec3(pair.image[0], pair.image[1], pair.image[2]);
+  if (s.boundary.cell.periodic() && crosses(pair)) r += at_image(s.boundary.cell.vectors, pair.image);
   const ShapePair shapes{s.grains.shape[pair.a], s.grains.shape[pair.b], fa.axes.transpose() * fb.axes,
                          fa.axes.transpose() * r};
   CommonNormal found = warm_common_normal(shapes, fa.axes.transpose() * touch.normal);
@@ -117,7 +117,7 @@ void polyellipsoids_at_walls(const TileWork& work, std::size_t begin, std::size_
 bool near(const Grains& g, const Cell& cell, const Candidate& pair, double skin, Vec3& normal) {
   const Frame &fa = g.frame[pair.a], &fb = g.frame[pair.b];
   Vec3 r = fb.origin - fa.origin;
-  if (cell.periodic()) r += cell.vectors * Vec3(pair.image[0], pair.image[1], pair.image[2]);
+  if (cell.periodic()) r += at_image(cell.vectors, pair.image);
   const ShapePair shapes{g.shape[pair.a], g.shape[pair.b], fa.axes.transpose() * fb.axes, fa.axes.transpose() * r};
   if (normal != Vec3::Zero()) return separation_test(shapes, fa.axes.transpose() * normal) > -skin;
   // Any direction whose separation exceeds the skin settles it: most candidates go here, before the full search.

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "dem/contact/hull_pairs.hpp"
+#include "dem/state/images.hpp"
 #include "dem/state/shape_kinds.hpp"
 
 namespace grus::dem {
@@ -15,7 +16,7 @@ namespace {
 Overlap overlap_soon(const Grains& g, const Cell& cell, const Pair& p, const Vec3& normal, double ahead) {
   const Motion &a = g.motion[p.a], &b = g.motion[p.b];
   const double press = 1e-4 * std::min(g.extent[p.a].equivalent_radius, g.extent[p.b].equivalent_radius);
-  const Vec3 drag = cell.rate * Vec3(p.image[0], p.image[1], p.image[2]);
+  const Vec3 drag = at_image(cell.rate, p.image);
   const double speed = (b.velocity + drag - a.velocity).norm() + a.spin.norm() * a.radius + b.spin.norm() * b.radius;
   return overlap_if_pressed(g, cell, p, normal, speed * ahead, press);
 }

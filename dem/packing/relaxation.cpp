@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "dem/base/random.hpp"
+#include "dem/state/images.hpp"
 
 namespace grus::dem {
 
@@ -73,17 +74,9 @@ void Relaxation::refresh(double skin) {
   neighbours_.resize(row_[n]);
   next_.assign(row_.begin(), row_.end() - 1);
   for (const auto& p : near_.pair) {  // sorted by a, then b: each sphere meets its neighbours in ascending order
-    const Vec3 image = cell.periodic()
-                           ? Vec3(cell.vectors.diagonal().cwiseProduct(Vec3(p.image[0], p.image[1], p.image[2])))
-                           : Vec3(Vec3::Zero());
-    neighbours_[next_[p.b]++] = {p.a, true, image};
+    neighbours_[next_[p.b]++] = {p.a, true, at_image(cell.vectors, p.image)};
   }
-  for (const auto& p : near_.pair) {
-    const Vec3 image = cell.periodic()
-                           ? Vec3(cell.vectors.diagonal().cwiseProduct(Vec3(p.image[0], p.image[1], p.image[2])))
-                           : Vec3(Vec3::Zero());
-    neighbours_[next_[p.a]++] = {p.b, false, image};
-  }
+  for (const auto& p : near_.pair) neighbours_[next_[p.a]++] = {p.b, false, at_image(cell.vectors, p.image)};
 }
 
 bool Relaxation::moved() const {

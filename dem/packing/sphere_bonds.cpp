@@ -10,6 +10,7 @@
 #include "dem/bond/dashpots.hpp"
 #include "dem/contact/broad_phase.hpp"
 #include "dem/packing/bond_strength.hpp"
+#include "dem/state/images.hpp"
 
 namespace grus::dem {
 namespace {
@@ -23,8 +24,7 @@ const BondModel* rods_of(const Model& model, std::uint8_t material) {
 FaceBond rod_between(const Grains& g, const Cell& cell, const Candidate& pair, double ratio) {
   const Motion &a = g.motion[pair.a], &b = g.motion[pair.b];
   const Quat &qa = g.orientation[pair.a], &qb = g.orientation[pair.b];
-  const Vec3 image(pair.image[0], pair.image[1], pair.image[2]);
-  const Vec3 shift = cell.periodic() ? Vec3(cell.vectors * image) : Vec3(Vec3::Zero());
+  const Vec3 shift = at_image(cell.vectors, pair.image);
   const Vec3 apart = b.position + shift - a.position, n = apart.normalized();
   const Vec3 middle = a.position + 0.5 * (apart.norm() + a.radius - b.radius) * n;
   const double radius = ratio * std::min(a.radius, b.radius);

@@ -9,6 +9,7 @@
 #include "dem/bond/faces.hpp"
 #include "dem/packing/bond_strength.hpp"
 #include "dem/rve/measure.hpp"
+#include "dem/state/images.hpp"
 
 namespace grus::dem {
 namespace {
@@ -78,8 +79,7 @@ void bond(const Model& model, const Joint& joint, State& state, BondedFaces& cou
     return;
   }
   const BondModel& weaker = weaker_of(*of_a, *of_b);
-  const Vec3 image(joint.image[0], joint.image[1], joint.image[2]);
-  const Vec3 shift = state.boundary.cell.periodic() ? Vec3(state.boundary.cell.vectors * image) : Vec3(Vec3::Zero());
+  const Vec3 shift = at_image(state.boundary.cell.vectors, joint.image);
   FaceBond s = bond_at(g, joint.a, joint.face, joint.normal);
   s.ends.b = joint.b, s.ends.image = joint.image;
   const Quat& qb = g.orientation[s.ends.b];
@@ -126,9 +126,7 @@ BondedFaces add_voronoi_grains(const Model& model, const Tessellation& cells, st
       const std::size_t j = partner.cell;
       const bool apart = !cells.cluster.empty() && cells.cluster[i] != cells.cluster[j];
       if (apart && model_of->between == 0) continue;
-      const Vec3 image(partner.image[0], partner.image[1], partner.image[2]);
-      const Vec3 shift =
-          state.boundary.cell.periodic() ? Vec3(state.boundary.cell.vectors * image) : Vec3(Vec3::Zero());
+      const Vec3 shift = at_image(state.boundary.cell.vectors, partner.image);
       const double h = (cells.seed[j] + shift - cells.seed[i]).norm();
       bond(
           model,
@@ -150,8 +148,7 @@ BondedFaces add_bodies(const Model& model, std::span<const Polyhedron> bodies, s
         count.outer.push_back({static_cast<Index>(first + i), moments_of(bodies[i], face), face.normal,
                                face.offset - face.normal.dot(middles[i])});
   for (const SharedFace& s : shared.face) {
-    const Vec3 image(s.image[0], s.image[1], s.image[2]);
-    const Vec3 shift = state.boundary.cell.periodic() ? Vec3(state.boundary.cell.vectors * image) : Vec3(Vec3::Zero());
+    const Vec3 shift = at_image(state.boundary.cell.vectors, s.image);
     const double depth = s.normal.dot(s.face.centre - middles[s.a]);
     bond(model,
          {static_cast<Index>(first + s.a), static_cast<Index>(first + s.b), s.image, s.face, s.normal,

@@ -5,6 +5,7 @@
 
 #include "dem/bond/bonds.hpp"
 #include "dem/contact/hull_pairs.hpp"
+#include "dem/state/images.hpp"
 #include "dem/state/shape_kinds.hpp"
 
 namespace grus::dem {
@@ -64,7 +65,7 @@ bool rows_of(const Model& model, const State& s, double dt, std::size_t row, Con
   Vec3 spin = -a.spin, driven = Vec3::Zero();
   double lightness = hull ? mobility(g, p.a, at.arm_a, n) : a.inverse_mass;  // of what a dashpot's blow meets (1/kg)
   if (walled) driven = s.boundary.walls[p.b].velocity;
-  if (crosses(p)) driven = s.boundary.cell.rate * Vec3(p.image[0], p.image[1], p.image[2]);
+  if (crosses(p)) driven = at_image(s.boundary.cell.rate, p.image);
   Vec3 velocity = driven - a.velocity - a.spin.cross(at.arm_a);
   if (!walled) {
     const Motion& b = g.motion[p.b];

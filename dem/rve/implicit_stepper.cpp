@@ -13,6 +13,7 @@
 #include "dem/rve/cone_rows.hpp"
 #include "dem/rve/passes.hpp"
 #include "dem/rve/renew_list.hpp"
+#include "dem/state/images.hpp"
 
 namespace grus::dem {
 namespace {
@@ -38,7 +39,7 @@ double step_by_approach(const State& s) {
     if (k >= c.begin[first_wall])
       v += s.boundary.walls[p.b].velocity;
     else
-      v += s.grains.motion[p.b].velocity + s.boundary.cell.rate * Vec3(p.image[0], p.image[1], p.image[2]);
+      v += s.grains.motion[p.b].velocity + at_image(s.boundary.cell.rate, p.image);
     const double force = c.touch[k].force.norm();
     overlap += force * c.touch[k].overlap, speed += force * std::abs(c.touch[k].normal.dot(v));
   }

@@ -7,9 +7,9 @@
 
 #include "dem/bond/kinds.hpp"
 #include "dem/bond/supports.hpp"
-#include "dem/contact/images.hpp"
 #include "dem/fracture/grain_stress.hpp"
 #include "dem/rve/rough_walls.hpp"
+#include "dem/state/images.hpp"
 
 namespace grus::dem {
 namespace {
@@ -42,7 +42,7 @@ Vec3 branch(const State& s, std::size_t k) {
   Vec3 l = b.position - a.position;
   if (a.inverse_mass == 0) l -= to_plane(s, p.a);
   if (b.inverse_mass == 0) l += to_plane(s, p.b);
-  if (s.boundary.cell.periodic()) l += s.boundary.cell.vectors * Vec3(p.image[0], p.image[1], p.image[2]);
+  if (s.boundary.cell.periodic()) l += at_image(s.boundary.cell.vectors, p.image);
   return l;
 }
 

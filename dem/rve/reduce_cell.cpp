@@ -7,6 +7,7 @@
 
 #include "dem/base/error.hpp"
 #include "dem/contact/tiles.hpp"
+#include "dem/state/images.hpp"
 
 namespace grus::dem {
 namespace {
@@ -18,7 +19,7 @@ bool shorter(const Vec3& a, const Vec3& than) { return a.squaredNorm() < (1 - 1e
 
 void tell_anew(Image& image, const Mat3& back) {
   constexpr double most = 30000;
-  const Vec3 n = back * Vec3(image[0], image[1], image[2]);
+  const Vec3 n = at_image(back, image);
   if (n.cwiseAbs().maxCoeff() > most)
     throw Unstable(
         fmt::format("the periodic cell has been deformed until grains that touch are {:.3g} cells apart: "
