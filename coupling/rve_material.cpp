@@ -157,11 +157,6 @@ void RveMaterial::commit() {
   if (++commits_ % steps_between == 0 || relaxed(driver_.book())) farm_.rebalance();
 }
 
-std::optional<dem::BetweenIncrements> RveMaterial::between_increments() const {
-  if (driver_.book().options.error > 0) return std::nullopt;
-  return dem::between_increments(driver_.book());
-}
-
 std::string RveMaterial::save_point(std::size_t point) const {
   dem::Saver a;
   a.plain(inertial_numbers_.at(point)), a.text(driver_.point_bytes(point));

@@ -60,8 +60,10 @@ public:
   void go_on_counting(const SweepReport& from) { driver_.go_on_counting(from); }
   /// Asked while RVEs answer, of points that are not spread: false ends the response by dem::Interrupted.
   void watch(dem::Watch watch) { watch_ = std::move(watch); }
-  /// What an increment may be dropped by; none where RVEs are put off: those that have caught up stay where they are.
-  std::optional<dem::BetweenIncrements> between_increments() const;
+  /// Whether RVEs are put off: those that have caught up stay where they are, and no increment can be dropped.
+  bool puts_off() const { return driver_.book().options.error > 0; }
+  /// What an increment may be dropped by.
+  dem::BetweenIncrements between_increments() const { return dem::between_increments(driver_.book()); }
   /// Drops a response that is not committed, or was not ended, as if the increment had not been begun.
   void forget(const dem::BetweenIncrements& before) { driver_.forget(before); }
   /// Increments that will have the network's tangent, alike on all ranks.

@@ -16,9 +16,8 @@ std::string checkpoint_of(const Options& options) { return options.directory + "
 
 namespace {
 
-/// An increment that is not ended: --max-time does not leave the time, or a signal asks to stop.
+/// An increment that --max-time does not leave the time to end.
 struct OutOfTime {};
-struct Asked {};
 
 }  // namespace
 
@@ -120,7 +119,7 @@ void BvpRun::watch_responses(Course& c) {
       c.progress.show(c.time / scene_.end_time(), output_->line(c.sweeps));
     if (!scene_.is_explicit()) {
       const int any = across_.any((c.limit.past() ? 1 : 0) | (interruption_asked() ? 2 : 0));
-      if ((any & 2) != 0 && c.drops) throw Asked{};
+      if ((any & 2) != 0 && !(rves_ && rves_->puts_off())) throw dem::Interrupted("within an increment");
       if ((any & 2) != 0 && !std::exchange(c.told, true))
         c.progress.note("  interrupted: ends with this increment, as RVEs were put off; once more ends at once");
       if (any & 1) throw OutOfTime{};
@@ -198,29 +197,21 @@ void BvpRun::solve(Course& c) {
     const auto start = begin<fem::StaticsStart>();
     fem::StaticsStart kept = start;
     std::optional<dem::BetweenIncrements> before;
-    const auto keep = [&](const fem::StaticsStart& now) {
-      kept = now;
-      if (rves_) before = rves_->between_increments();
-      c.drops = !rves_ || before.has_value();
-    };
-    keep(start);
+    if (rves_) before = rves_->between_increments();
     const auto row = [&](const fem::IncrementReport& r) {
-      keep(start_after(r));
+      kept = start_after(r);
+      if (rves_) before = rves_->between_increments();
       return after(c, r, r.load_factor);
     };
-    if (rves_ && c.drops && !across_.spread()) rves_->watch([](double) { return !interruption_asked(); });
-    const auto ended = [&] {  // in the midst of an increment, which --resume begins anew
-      if (before) rves_->forget(*before);
-      c.stop = Stop::asked, c.end = c.time;
-      if (kept.increments > 0) save(c, kept);
-    };
+    if (rves_ && !rves_->puts_off() && !across_.spread()) rves_->watch([](double) { return !interruption_asked(); });
     fem::StaticsResult result;
     try {
       result = fem::solve_statics(problem, *material_, scene_.solve, row, start);
-    } catch (const Asked&) {
-      return ended();
-    } catch (const dem::Interrupted&) {
-      return ended();
+    } catch (const dem::Interrupted&) {  // in the midst of an increment, which --resume begins anew
+      if (before) rves_->forget(*before);
+      c.stop = Stop::asked, c.end = c.time;
+      if (kept.increments > 0) save(c, kept);
+      return;
     }
     c.complete = result.converged;
     c.failure = result.failure;

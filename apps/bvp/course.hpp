@@ -22,7 +22,7 @@ struct BvpRun::Course {
   bool asked = false;             // to stop, on any rank of a problem that is spread
   std::optional<int> heard = {};  // what any rank of it has wished in this step, where that is known
   Stop stop = Stop::none;
-  bool drops = true, told = false;  // increments that are not ended, when asked to stop; else that was told
+  bool told = false;  // that the increment is ended before the run stops
   bool over = false, complete = false, broken = false;
   double end = 0;
   std::string failure = {}, gains = {};  // gains: energy that the regularisation has made
