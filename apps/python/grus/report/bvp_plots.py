@@ -33,7 +33,7 @@ def along(c, s):
     the one that pushes most; the time of waves; the mean strain where nothing pushes."""
     if dynamic(c):
         return [1e6 * t for t in c["time_s"]], "time (µs)"
-    for boundary, component, way, *_ in [driven(c, s)] if driven(c, s) else pushed(c)[:1]:
+    for boundary, component, way, *_ in [moved] if (moved := driven(c, s)) else pushed(c)[:1]:
         sense = math.copysign(1, max(way, key=abs))
         return [1e3 * sense * v for v in way], f"displacement of {boundary}, {component} (mm)"
     axis = loaded_axis(c, s)

@@ -24,8 +24,7 @@ def stages(run):
 
 def axis_of(run):
     """x, y or z: the axis along which a sample is loaded."""
-    axis = next((t["axis"] for t in [loading(run), *stages(run)] if t.get("axis") in ("x", "y", "z")), "z")
-    return axis
+    return next((t["axis"] for t in [loading(run), *stages(run)] if t.get("axis") in ("x", "y", "z")), "z")
 
 
 def strained(run):
