@@ -218,12 +218,6 @@ struct Swings {
   }
 };
 
-/// Cell or walls move no more.
-void stand(State& state) {
-  if (state.boundary.cell.periodic()) set_cell_rate(state, Mat3::Zero());
-  for (Wall& wall : state.boundary.walls) wall.velocity.setZero();
-}
-
 /// Throws where contacts are too deep, or `voids` that there were are gone.
 void check_bearable(const Model& model, const State& state, double pressure, bool voids) {
   const double deepest = deepest_contact(state.grains, state.contacts).ratio, limit = model.overlap_limit();
@@ -240,6 +234,11 @@ void check_bearable(const Model& model, const State& state, double pressure, boo
 }
 
 }  // namespace
+
+void stand(State& state) {
+  if (state.boundary.cell.periodic()) set_cell_rate(state, Mat3::Zero());
+  for (Wall& wall : state.boundary.walls) wall.velocity.setZero();
+}
 
 void compress(const Model& model, const QuasiStatic& o, State& state, const Vec3& stresses, Team& team,
               const Watch& watch) {

@@ -83,6 +83,9 @@ inline constexpr double compress_tolerance = 0.03;
 /// smallest grain (m). Infinite for hulls, whose contacts are not known beforehand.
 double unbearable_pressure(const Model& model, double radius);
 
+/// Cell and walls move no more.
+void stand(State& state);
+
 /// Compresses a prepared state of a periodic cell, or between six walls, to normal stresses along the axes (Pa,
 /// compression-positive), each within compress_tolerance, without breakage, and holds it there. Throws Unstable where
 /// they are not reached, or only by contacts deeper than overlap_limit or without voids where there were some;

@@ -128,11 +128,6 @@ void release_springs(const Model& model, State& state) {
   state.ledger.friction += before - elastic_energy(model.law, state.contacts);
 }
 
-void stop(State& state) {
-  if (state.boundary.cell.periodic()) set_cell_rate(state, Mat3::Zero());
-  for (Wall& wall : state.boundary.walls) wall.velocity = Vec3::Zero();
-}
-
 }  // namespace
 
 const char* name_of(EndedBy end) {
@@ -158,7 +153,7 @@ void begin_stage(const Model& own, Model& model, State& state, std::uint64_t row
   if (stage.kind == StageKind::unload) now.turned = now.stress[stage.axis];
   set_stage(own, model, test);
   release_springs(model, state);
-  stop(state);
+  stand(state);
 }
 
 void begin_leg(const Model& own, Model& model, State& state, Programme& test) {
