@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "dem/rve/wall_force.hpp"
 #include "dem/sample/gauge.hpp"
 #include "dem/sample/strain_gauges.hpp"
 

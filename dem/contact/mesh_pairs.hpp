@@ -18,7 +18,6 @@ inline std::array<std::int16_t, 3> image_of_triangle(Index t) {
 inline Index triangle_of(const Pair& p) {
   return static_cast<Index>(p.image[0]) << 15u | static_cast<Index>(p.image[1]);
 }
-inline constexpr std::size_t most_triangles = std::size_t{1} << 30u;
 
 /// The pass; see PairKind. A triangle presses where it touches, unless another one of the surface is nearer and either
 /// holds the place where it touches (at a shared edge or corner there is one contact) or lies in the same direction.

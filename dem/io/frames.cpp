@@ -8,6 +8,8 @@
 #include "dem/io/vtkhdf.hpp"
 #include "dem/rve/grading.hpp"
 #include "dem/rve/hand_over.hpp"
+#include "dem/rve/wall_force.hpp"
+#include "dem/state/images.hpp"
 #include "dem/state/shape_kinds.hpp"
 
 namespace grus::dem {
@@ -182,9 +184,7 @@ void write_walls(const std::string& path, const State& state) {
   for (std::size_t w = 0; w < state.boundary.walls.size(); ++w) {
     const Wall& wall = state.boundary.walls[w];
     if (!wall.mesh()) continue;
-    Vec3 pressed = Vec3::Zero();
-    for (std::size_t k = state.contacts.begin[sphere_mesh]; k < state.contacts.begin[sphere_mesh + 1]; ++k)
-      if (state.contacts.pair[k].b == w) pressed += state.contacts.touch[k].force;
+    const Vec3 pressed = wall_force(state, w);
     const auto first = static_cast<std::int64_t>(grid.points.size() / 3);
     for (const Vec3& x : wall.mesh()->corner) add_point(wall.point + x, grid);
     for (const auto& triangle : wall.mesh()->triangle) {
@@ -215,9 +215,9 @@ void write_contacts(const std::string& path, const State& state, bool wrapped) {
     const Touch& touch = c.touch[k];
     const Vec3 from = g.motion[pair.a].position;
     const Vec3 shift = image_shift(state.boundary.cell, from, wrapped);
-    const Vec3 image = Vec3(pair.image[0], pair.image[1], pair.image[2]);
-    const Vec3 to = k < c.begin[first_wall] ? Vec3(g.motion[pair.b].position + state.boundary.cell.vectors * image)
-                                            : Vec3(from + contact_arm(g, c, k, false));
+    const Vec3 to = k < c.begin[first_wall]
+                        ? Vec3(g.motion[pair.b].position + at_image(state.boundary.cell.vectors, pair.image))
+                        : Vec3(from + contact_arm(g, c, k, false));
     add_point(from + shift, grid), add_point(to + shift, grid);
     const auto last = static_cast<std::int64_t>(grid.points.size() / 3);
     add_line(last - 2, last - 1, grid);

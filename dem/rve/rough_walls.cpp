@@ -14,12 +14,6 @@ bool any_rough_moves(const Boundary& boundary) {
                      [](const Wall& w) { return rough(w) && !w.velocity.isZero(0); });
 }
 
-Holders::Holders(const Boundary& boundary) {
-  wall_.fill(nobody);
-  for (std::size_t w = 0; w < boundary.walls.size(); ++w)
-    for (const std::uint8_t material : boundary.walls[w].grains) wall_[material] = w;
-}
-
 void fix(Grains& g, std::size_t i, const Vec3& velocity) {
   constexpr double never_turns = 1e200;  // kg; infinity would leave none of the sweep's numbers whole
   Motion& m = g.motion[i];
@@ -33,15 +27,13 @@ void fix(Grains& g, std::size_t i, const Vec3& velocity) {
 
 void carry_rough_walls(State& s) {
   if (!any_rough(s.boundary)) return;
-  const Holders holder(s.boundary);
-  Grains& g = s.grains;
-  for (std::size_t i = 0; i < g.size(); ++i) {
-    const std::size_t wall = holder[g.material[i]];
-    if (wall == Holders::nobody) continue;
-    const Vec3& velocity = s.boundary.walls[wall].velocity;
-    s.ledger.work += 0.5 * g.mass[i] * (velocity.squaredNorm() - g.motion[i].velocity.squaredNorm());
-    g.motion[i].velocity = velocity;
-  }
+  for (std::size_t i = 0; i < s.grains.size(); ++i)
+    for (const Wall& wall : s.boundary.walls) {
+      if (!moves_with(wall, s.grains.material[i])) continue;
+      Vec3& velocity = s.grains.motion[i].velocity;
+      s.ledger.work += 0.5 * s.grains.mass[i] * (wall.velocity.squaredNorm() - velocity.squaredNorm());
+      velocity = wall.velocity;
+    }
 }
 
 double rough_power(const Model& model, const State& s) {
@@ -59,8 +51,10 @@ double rough_power(const Model& model, const State& s) {
 }
 
 Vec3 to_plane(const State& s, std::size_t i) {
-  const Wall& wall = s.boundary.walls[Holders(s.boundary)[s.grains.material[i]]];
-  return -wall.distance(s.grains.motion[i].position) * wall.facing();
+  const auto& walls = s.boundary.walls;
+  const auto holder =
+      std::find_if(walls.begin(), walls.end(), [&](const Wall& w) { return moves_with(w, s.grains.material[i]); });
+  return -holder->distance(s.grains.motion[i].position) * holder->facing();
 }
 
 Vec3 rough_force(const State& s, std::size_t wall) {

@@ -3,7 +3,7 @@
 // walls, and what free grains do to them is the wall's.
 #pragma once
 
-#include <array>
+#include <algorithm>
 
 #include "dem/rve/model.hpp"
 #include "dem/rve/state.hpp"
@@ -11,19 +11,12 @@
 namespace grus::dem {
 
 inline bool rough(const Wall& wall) { return !wall.grains.empty(); }
+/// Whether grains of a material move with the wall.
+inline bool moves_with(const Wall& wall, std::uint8_t material) {
+  return std::find(wall.grains.begin(), wall.grains.end(), material) != wall.grains.end();
+}
 bool any_rough(const Boundary& boundary);
 bool any_rough_moves(const Boundary& boundary);
-
-/// The wall that grains of each material move with.
-class Holders {
-public:
-  static constexpr std::size_t nobody = SIZE_MAX;
-  explicit Holders(const Boundary& boundary);
-  std::size_t operator[](std::uint8_t material) const { return wall_[material]; }
-
-private:
-  std::array<std::size_t, 256> wall_;
-};
 
 /// Grain i keeps its place and its orientation against a wall that has the velocity.
 void fix(Grains& grains, std::size_t i, const Vec3& velocity);
@@ -43,12 +36,13 @@ Vec3 to_plane(const State& state, std::size_t i);
 /// Calls f(k, is_b) for contacts k of a free grain with one that moves with the wall; is_b: the latter is the second.
 template <class F>
 void each_rough_contact(const State& s, std::size_t wall, F&& f) {
-  if (!rough(s.boundary.walls[wall])) return;
-  const Holders holder(s.boundary);
+  const Wall& held = s.boundary.walls[wall];
+  if (!rough(held)) return;
   for (std::size_t k = 0; k < s.contacts.begin[first_wall]; ++k) {
+    if (!s.contacts.contact.touching(k)) continue;
     const Pair& p = s.contacts.pair[k];
-    const bool b = holder[s.grains.material[p.b]] == wall;
-    if ((b || holder[s.grains.material[p.a]] == wall) && s.contacts.contact.touching(k)) f(k, b);
+    const bool b = moves_with(held, s.grains.material[p.b]);
+    if (b || moves_with(held, s.grains.material[p.a])) f(k, b);
   }
 }
 

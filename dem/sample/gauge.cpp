@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/sample/gauge.hpp"
 
-#include "dem/bond/supports.hpp"
-#include "dem/rve/rough_walls.hpp"
+#include "dem/rve/wall_force.hpp"
 
 namespace grus::dem {
 namespace {
@@ -35,13 +34,6 @@ double gap_of_platens(const State& s, int axis) {
 }
 
 }  // namespace
-
-Vec3 wall_force(const State& s, std::size_t wall) {
-  Vec3 force = Vec3::Zero();
-  for (std::size_t k = s.contacts.begin[first_wall]; k < s.contacts.size(); ++k)
-    if (s.contacts.pair[k].b == wall) force += s.contacts.touch[k].force;
-  return force + support_force(s.bonds, wall) + rough_force(s, wall);
-}
 
 bool box_of_walls(const State& s) { return !s.boundary.cell.everywhere() && bulk_volume(s.boundary) > 0; }
 

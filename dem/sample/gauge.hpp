@@ -8,9 +8,6 @@
 
 namespace grus::dem {
 
-/// The force of contacts and bonds on a wall (N).
-Vec3 wall_force(const State& now, std::size_t wall);
-
 /// The grains are in a box or cylinder of walls.
 bool box_of_walls(const State& now);
 

@@ -55,21 +55,9 @@ void check_bounds(const Model& model, const Recipe& recipe) {
 
 }  // namespace
 
-namespace {
-
-/// `largest`: radius of the grains (m), of a cell between walls.
-Cell cell_of(const Recipe& recipe, double largest) {
-  if (recipe.bounds == Bounds::periodic_xy) return walled_cell(recipe.box, largest);
-  Cell cell;
-  if (recipe.periodic()) cell.vectors = Mat3(recipe.box.asDiagonal());
-  return cell;
-}
-
-}  // namespace
-
 Boundary boundary_of(const Recipe& recipe) {
   Boundary boundary;
-  boundary.cell = cell_of(recipe, 0);
+  boundary.cell = cell_of(container_of(recipe.bounds), recipe.box, 0);
   for (const OwnWall& own : recipe.walls) boundary.walls.push_back(own.wall);
   put_bounds(recipe, boundary);
   if (const auto* platens = std::get_if<Platens>(&recipe.supports.press))
@@ -81,11 +69,11 @@ Sample make(const Model& model, const Recipe& recipe, Team& team, const Watch& w
   check_materials(model, recipe);
   check_bounds(model, recipe);
   Sample sample;
-  sample.state.boundary.cell = cell_of(recipe, 0);
+  sample.state.boundary.cell = cell_of(container_of(recipe.bounds), recipe.box, 0);
   put_grains(model, recipe, team, watch, sample);
   double largest = 0;
   for (const Motion& m : sample.state.grains.motion) largest = std::max(largest, m.radius);
-  sample.state.boundary.cell = cell_of(recipe, largest);
+  sample.state.boundary.cell = cell_of(container_of(recipe.bounds), recipe.box, largest);
   if (sample.state.grains.size() == 0) throw InputError("the sample has no grains");
   put_own_walls(recipe, sample);
   put_bounds(recipe, sample.state.boundary);

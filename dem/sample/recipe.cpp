@@ -13,8 +13,8 @@ namespace {
 double count_of(const Listed& grains, const Recipe&) { return static_cast<double>(grains.size()); }
 double count_of(const RandomPacking& p, const Recipe& recipe) {
   if (p.count > 0) return static_cast<double>(p.count);
-  const Container container = recipe.bounds == Bounds::cylinder || p.round ? Container::cylinder : Container::box;
-  return p.solid_fraction * volume_of(container, recipe.box) / (4 * pi / 3 * p.radius.mean_cube());
+  const double volume = volume_of(container_of(recipe.bounds, p.round), recipe.box);
+  return p.solid_fraction * volume / (4 * pi / 3 * p.radius.mean_cube());
 }
 double count_of(const Lattice& l, const Recipe&) {
   return static_cast<double>(l.layers[0]) * static_cast<double>(l.layers[1]) * static_cast<double>(l.layers[2]);
@@ -59,6 +59,12 @@ bool Recipe::in_cylinder() const {
   return bounds == Bounds::cylinder || std::any_of(walls.begin(), walls.end(), [](const OwnWall& w) {
            return std::holds_alternative<CylinderWall>(w.wall.shape);
          });
+}
+
+Container container_of(Bounds bounds, bool round) {
+  if (bounds == Bounds::periodic) return Container::periodic;
+  if (bounds == Bounds::periodic_xy) return Container::periodic_xy;
+  return bounds == Bounds::cylinder || round ? Container::cylinder : Container::box;
 }
 
 bool Recipe::at_mesh() const {

@@ -18,6 +18,9 @@ using Place = std::string;
 /// two plates across z.
 enum class Bounds : std::uint8_t { open, walls, cylinder, periodic, periodic_xy };
 
+/// What grains are packed in; `round`: a cylinder, though nothing bounds them.
+Container container_of(Bounds bounds, bool round = false);
+
 /// A part of a mixture: the material of its grains and their shape, axes of an ellipsoid of the sphere's volume,
 /// relative.
 struct Part {

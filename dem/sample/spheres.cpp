@@ -110,9 +110,7 @@ void put_lattice(const Lattice& l, const Model& model, Grains& grains) {
 
 void put_random(const RandomPacking& p, const Model& model, const Recipe& recipe, Team& team, const Watch& watch,
                 Grains& grains, double& overlap) {
-  Container container = recipe.periodic() ? Container::periodic : Container::box;
-  if (recipe.bounds == Bounds::cylinder || p.round) container = Container::cylinder;
-  if (recipe.bounds == Bounds::periodic_xy) container = Container::periodic_xy;
+  const Container container = container_of(recipe.bounds, p.round);
   std::vector<UnitHull> hulls;
   std::vector<double> reach;
   if (p.hulls && p.hulls->balls)

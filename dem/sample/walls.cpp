@@ -103,8 +103,7 @@ void fix_grains(const Recipe& recipe, Sample& sample) {
       if (g.motion[i].inverse_mass == 0 || g.material[i] != layer.of.value_or(g.material[i])) continue;
       if (wall.distance(g.motion[i].position) > layer.within) continue;
       const std::uint8_t material = g.material[i] = layer.becomes[g.material[i]];
-      if (std::find(wall.grains.begin(), wall.grains.end(), material) == wall.grains.end())
-        wall.grains.push_back(material);
+      if (!moves_with(wall, material)) wall.grains.push_back(material);
       fix(g, i, wall.velocity);
       ++count;
     }

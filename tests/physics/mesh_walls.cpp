@@ -6,6 +6,7 @@
 #include "dem/rve/check_state.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/state_hash.hpp"
+#include "dem/rve/wall_force.hpp"
 #include "dem/sample/gauge.hpp"
 #include "tests/helpers.hpp"
 

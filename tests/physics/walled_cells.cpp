@@ -7,6 +7,7 @@
 #include "dem/rve/measure.hpp"
 #include "dem/rve/press.hpp"
 #include "dem/rve/state_hash.hpp"
+#include "dem/rve/wall_force.hpp"
 #include "dem/sample/gauge.hpp"
 #include "dem/sample/make.hpp"
 #include "dem/sample/prepare.hpp"

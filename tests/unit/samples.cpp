@@ -5,6 +5,7 @@
 #include "dem/io/frames.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/state_hash.hpp"
+#include "dem/rve/wall_force.hpp"
 #include "dem/sample/gauge.hpp"
 #include "dem/sample/network.hpp"
 #include "dem/sample/prepare.hpp"
