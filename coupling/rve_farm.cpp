@@ -268,10 +268,11 @@ std::vector<dem::Outcome> RveFarm::advance_on_ranks(const std::vector<dem::Task>
   return outcomes;
 }
 
-std::vector<dem::Outcome> RveFarm::advance(const std::vector<dem::Task>& tasks, const dem::Watch& watch) {
+std::vector<dem::Outcome> RveFarm::advance(const std::vector<dem::Task>& tasks, const dem::Watch& watch,
+                                           std::vector<dem::Outcome> room) {
   std::vector<double> telling(static_cast<std::size_t>(ranks_), 0);
   std::vector<dem::Outcome> outcomes =
-      ranks_ == 1 ? host_.advance(tasks, watch) : advance_on_ranks(tasks, watch, telling);
+      ranks_ == 1 ? host_.advance(tasks, watch, std::move(room)) : advance_on_ranks(tasks, watch, telling);
   for (std::size_t i = 0; i < tasks.size(); ++i) {
     Home& home = homes_.at(tasks[i].slot);
     home.spent += outcomes[i].seconds;

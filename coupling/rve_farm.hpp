@@ -31,7 +31,8 @@ public:
   void copy(std::uint64_t from, std::uint64_t to);
   void drop(std::uint64_t slot);
   /// The watch is asked while RVEs of this rank advance.
-  std::vector<dem::Outcome> advance(const std::vector<dem::Task>& tasks, const dem::Watch& watch = {});
+  std::vector<dem::Outcome> advance(const std::vector<dem::Task>& tasks, const dem::Watch& watch = {},
+                                    std::vector<dem::Outcome> room = {});
   /// Commits the slots' last advance and tells what they have become.
   std::vector<dem::Facts> commit(const std::vector<std::uint64_t>& slots);
   std::vector<dem::Facts> facts(const std::vector<std::uint64_t>& slots);

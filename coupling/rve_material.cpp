@@ -57,8 +57,9 @@ fem::Material RveMaterial::material() {
   m.inertial_number = [this] { return report().inertial_number; };
   m.reason = [this] { return driver_.book().reason; };
   m.energies = [this](std::span<const double> volumes, std::span<double> energies) {
-    for (std::size_t i = 0; i < volumes.size(); ++i)
-      energies[i] = (facts(i).work - facts(i).haste) * volumes[i] / start_volume(i);
+    if (held_.empty())
+      for (std::size_t i = 0; i < points(); ++i) held_.push_back(facts(i).work - facts(i).haste);
+    for (std::size_t i = 0; i < volumes.size(); ++i) energies[i] = held_[i] * volumes[i] / start_volume(i);
   };
   m.inertial_numbers = [this] { return std::span<const double>(inertial_numbers_); };
   return m;
@@ -150,7 +151,15 @@ bool RveMaterial::respond(const fem::Points& points) {
   return good;
 }
 
+/// Steps in time tell what their RVEs hold: side by side, where facts lie far apart.
+void RveMaterial::keep_energies() {
+  held_.clear();
+  if (!spread_ || relaxed(driver_.book())) return;
+  for (std::size_t i = 0; i < points(); ++i) held_.push_back(driver_.response(i).work - driver_.response(i).haste);
+}
+
 void RveMaterial::commit() {
+  keep_energies();
   driver_.commit();
   // An explicit step is too short to go by, and too cheap to pay for a move.
   constexpr std::uint64_t steps_between = 100;
@@ -164,6 +173,7 @@ std::string RveMaterial::save_point(std::size_t point) const {
 }
 
 void RveMaterial::load_point(std::size_t point, const std::string& bytes) {
+  held_.clear();
   std::string rest;
   dem::Loader a(bytes);
   inertial_numbers_.resize(points());
@@ -183,6 +193,7 @@ void RveMaterial::save(const std::function<void(const std::string&)>& take) cons
 }
 
 void RveMaterial::load(const std::vector<std::string>& parts) {
+  held_.clear();
   std::string book;
   dem::Loader a(parts.at(0));
   a.plain(seconds_), a.text(book);

@@ -78,6 +78,7 @@ public:
 private:
   bool respond(const fem::Points& points);
   void commit();
+  void keep_energies();
   std::uint64_t over_ranks(std::uint64_t mine) const;
 
   RveFarm& farm_;
@@ -88,6 +89,7 @@ private:
   std::uint64_t commits_ = 0;  // in this process
   std::optional<MPI_Comm> spread_;
   std::vector<double> inertial_numbers_;  // of the last response; of points that are spread
+  std::vector<double> held_;              // J, work less haste of the points' RVEs; empty: their facts say
 };
 
 }  // namespace grus::coupling

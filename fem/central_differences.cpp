@@ -3,8 +3,28 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 namespace grus::fem {
+
+bool all_below(const Problem::Impl::Matrix& m, double limit) {
+  if (!(limit > 0)) return false;
+  constexpr double clear = 1e-10;   // of round-off, in this and in eigenvalues
+  Problem::Impl::Matrix left = -m;  // row by row what is not yet factored
+  left.diagonal().array() += (1 - clear) * limit;
+  const auto n = left.rows();
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double pivot = left(k, k);
+    if (!(pivot > clear * limit)) return false;
+    const double* const from = left.data() + k * n;
+    for (Eigen::Index i = k + 1; i < n; ++i) {
+      const double share = from[i] / pivot;
+      double* __restrict to = left.data() + i * n;
+      for (Eigen::Index j = i; j < n; ++j) to[j] -= share * from[j];
+    }
+  }
+  return true;
+}
 
 CentralDifferences::CentralDifferences(Problem::Impl& impl, Material& m)
     : p(impl),
@@ -66,6 +86,7 @@ bool CentralDifferences::respond_together(double dt, bool want_tangent, double n
 
 bool CentralDifferences::respond(double dt, bool want_tangent, double next, const std::function<void()>& also) {
   p.u->scatter_fwd();
+  new_tangent = new_tangent || want_tangent;
   if (p.discretisation.exact_sums) return respond_together(dt, want_tangent, next, also);
   if (!p.strain_sweep()) {
     reason = "an element turned inside out";
@@ -173,7 +194,7 @@ void CentralDifferences::go(const Stride& s, std::array<Sum, 6>& sums) {
 }
 
 void CentralDifferences::keep() {
-  p.commit();
+  p.commit(std::exchange(new_tangent, false));
   now_internal.assign(p.internal->array().begin(), p.internal->array().end());
 }
 

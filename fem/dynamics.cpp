@@ -78,7 +78,8 @@ double stable_step(Problem& problem, const std::vector<double>& density) {
   const Problem::Impl& p = problem.impl();
   double largest = 0, all = 0;
   for (std::int32_t c = 0; c < p.cells; ++c)
-    largest = std::max(largest, largest_eigenvalue(p, c, [&](std::size_t i) { return density[i]; }));
+    largest = std::max(largest,
+                       eigenvalue_above(largest, stiffness_over_mass(p, c, [&](std::size_t i) { return density[i]; })));
   MPI_Allreduce(&largest, &all, 1, MPI_DOUBLE, MPI_MAX, p.comm);
   return all > 0 ? 2 / std::sqrt(all) : INFINITY;
 }

@@ -86,9 +86,11 @@ struct Relaxation {
     std::vector<double> wanted(static_cast<std::size_t>(p.cells));
     double largest = 0;
     for (std::int32_t c = 0; c < p.cells; ++c) {
-      double& rho = wanted[static_cast<std::size_t>(c)];
-      rho = largest_eigenvalue(p, c, [](std::size_t) { return 1.0; }) * (1 + o.damping) / (4 * o.safety * o.safety);
-      largest = std::max({largest, rho, density[static_cast<std::size_t>(c)]});
+      double &rho = wanted[static_cast<std::size_t>(c)], has = density[static_cast<std::size_t>(c)];
+      const double a_unit = 4 * o.safety * o.safety / (1 + o.damping);  // 1/s^2 that a density of 1 makes stable
+      rho = eigenvalue_above(has * a_unit, stiffness_over_mass(p, c, [](std::size_t) { return 1.0; })) *
+            (1 + o.damping) / (4 * o.safety * o.safety);
+      largest = std::max({largest, rho, has});
     }
     double all = 0;
     MPI_Allreduce(&largest, &all, 1, MPI_DOUBLE, MPI_MAX, p.comm);

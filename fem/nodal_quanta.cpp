@@ -7,14 +7,31 @@
 
 namespace grus::fem {
 
-double NodalQuanta::largest(std::span<const Contribution> parts) {
+namespace {
+
+/// What is no number is no maximum either: it is kept apart.
+struct Largest {
   double most = 0;
   bool good = true;
-  for (const Contribution& c : parts) {
-    good = good && std::isfinite(c.value);
-    most = std::max(most, std::abs(c.value));
+  void look(double value) {
+    good = good && std::isfinite(value);
+    most = std::max(most, std::abs(value));
   }
-  return good ? most : INFINITY;
+  double told() const { return good ? most : INFINITY; }
+};
+
+}  // namespace
+
+double NodalQuanta::largest(std::span<const Contribution> parts) {
+  Largest all;
+  for (const Contribution& c : parts) all.look(c.value);
+  return all.told();
+}
+
+double NodalQuanta::largest(std::span<const double> values) {
+  Largest all;
+  for (const double v : values) all.look(v);
+  return all.told();
 }
 
 void NodalQuanta::add_up(std::span<const Contribution> parts, std::span<double> owned) {
@@ -25,15 +42,28 @@ void NodalQuanta::add_up(std::span<const Contribution> parts, std::span<double> 
 }
 
 void NodalQuanta::add_up(std::span<const Contribution> parts, double of_all, std::span<double> owned) {
-  if (!std::isfinite(of_all)) return std::fill(owned.begin(), owned.end(), std::numeric_limits<double>::quiet_NaN());
+  add_up(of_all, owned, [&](auto&& add) {
+    for (const Contribution& c : parts) add(c.at, c.value);
+  });
+}
+
+/// False: there is nothing to be added up.
+bool NodalQuanta::begin(double of_all, std::span<double> owned, double& up, double& quantum) {
+  if (!std::isfinite(of_all)) {
+    std::fill(owned.begin(), owned.end(), std::numeric_limits<double>::quiet_NaN());
+    return false;
+  }
   int exponent = 0;
   std::frexp(of_all, &exponent);
   exponent = std::max(exponent, -900);  // the quantum itself must be a number
-  const double up = std::ldexp(1.0, 50 - exponent), quantum = std::ldexp(1.0, exponent - 50);
+  up = std::ldexp(1.0, 50 - exponent), quantum = std::ldexp(1.0, exponent - 50);
   sum_.set(0);
-  auto sum = sum_.mutable_array();
-  for (const Contribution& c : parts) sum[static_cast<std::size_t>(c.at)] += std::llrint(c.value * up);
+  return true;
+}
+
+void NodalQuanta::end(double quantum, std::span<double> owned) {
   sum_.scatter_rev(std::plus<std::int64_t>());
+  const auto sum = sum_.array();
   for (std::size_t i = 0; i < owned.size(); ++i) owned[i] = static_cast<double>(sum[i]) * quantum;
 }
 

@@ -4,6 +4,7 @@
 
 #include <mpi.h>
 
+#include <bit>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -29,12 +30,30 @@ public:
 
   /// The largest of this rank, without its sign; infinite where one is no number.
   static double largest(std::span<const Contribution> parts);
+  static double largest(std::span<const double> values);
   /// The sums at owned nodes, all components; NaN everywhere where a contribution on any rank is no number.
   void add_up(std::span<const Contribution> parts, std::span<double> owned);
   /// The same where the largest on any rank is known.
   void add_up(std::span<const Contribution> parts, double of_all, std::span<double> owned);
+  /// The same of what `give(add)` gives, `add(at, value)`.
+  template <class Give>
+  void add_up(double of_all, std::span<double> owned, Give&& give) {
+    double up = 0, quantum = 0;
+    if (!begin(of_all, owned, up, quantum)) return;
+    auto sum = sum_.mutable_array();
+    give([&](std::int32_t at, double value) { sum[static_cast<std::size_t>(at)] += rounded(value * up); });
+    end(quantum, owned);
+  }
 
 private:
+  /// To the nearest integer, of two the even one; for numbers below 2^51.
+  static std::int64_t rounded(double v) {
+    constexpr double units = 0x1.8p52;  // doubles near it are the integers
+    return std::bit_cast<std::int64_t>(v + units) - std::bit_cast<std::int64_t>(units);
+  }
+  bool begin(double of_all, std::span<double> owned, double& up, double& quantum);
+  void end(double quantum, std::span<double> owned);
+
   MPI_Comm comm_;
   dolfinx::la::Vector<std::int64_t> sum_;
 };

@@ -95,6 +95,8 @@ void Problem::Impl::build() {
     for (int q = 0; q < nq; ++q)
       local(c, q, {basis, geometry_basis, nq}, weights[static_cast<std::size_t>(q)], locals[point(c, q)]);
 
+  lay_out_points();
+
   const auto map = space->dofmap()->index_map;
   auto vector = [&] {
     auto v = std::make_unique<Vector>(map, components);
@@ -109,7 +111,8 @@ void Problem::Impl::build() {
   F.assign(9 * size(), 0.0);
   for (std::size_t i = 0; i < size(); ++i) F[9 * i] = F[9 * i + 4] = F[9 * i + 8] = 1;
   committed_F = deformation = F;
-  if (discretisation.element == ElementKind::fbar) stretch.assign(size(), 1.0), committed_stretch = stretch;
+  dilation.assign(size(), 1.0);
+  if (discretisation.element == ElementKind::fbar) stretch = committed_stretch = told_dilation = dilation;
   stress.assign(6 * size(), 0.0), committed_stress = stress;
   tangent.assign(36 * size(), 0.0), committed_tangent = tangent;
 
@@ -180,15 +183,19 @@ void Problem::Impl::local(std::int32_t cell, int q, const Tables& t, double shar
 }
 
 Matrix3 Problem::Impl::deformation_at(std::int32_t cell, const Local& l) const {
-  const auto dofs = cell_nodes(cell);
-  const auto values = u->array();
-  Matrix3 f = Matrix3::Identity();
-  for (int a = 0; a < nodes; ++a) {
-    const double* ua = values.data() + width() * static_cast<std::size_t>(dofs[static_cast<std::size_t>(a)]);
-    f += Eigen::Vector3d(ua[0], ua[1], dim == 3 ? ua[2] : 0) * l.gradient.row(a);
-    f(2, 2) += ua[0] * l.hoop[a];
+  const std::int32_t* dof = cell_nodes(cell).data();
+  const double *values = u->array().data(), *g = l.gradient.data(), *hoop = l.hoop.data();
+  const bool turned = discretisation.kinematics == Kinematics::axisymmetric;
+  const int number = nodes, each = components;
+  double f[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // by rows
+  for (int a = 0; a < number; ++a, g += 3) {
+    const double* ua = values + each * dof[a];
+    f[0] += ua[0] * g[0], f[1] += ua[0] * g[1], f[2] += ua[0] * g[2];
+    f[3] += ua[1] * g[0], f[4] += ua[1] * g[1], f[5] += ua[1] * g[2];
+    if (each == 3) f[6] += ua[2] * g[0], f[7] += ua[2] * g[1], f[8] += ua[2] * g[2];
+    if (turned) f[8] += ua[0] * hoop[a];
   }
-  return f;
+  return Eigen::Map<const RowMatrix3>(f);
 }
 
 void Problem::Impl::back_to_committed() {
@@ -197,16 +204,17 @@ void Problem::Impl::back_to_committed() {
   F = committed_F;
   stress = committed_stress;
   tangent = committed_tangent;
-  if (!stretch.empty()) mean_dilatation(F, stretch), committed_stretch = stretch;
+  find_dilation(), find_stretch();
+  committed_stretch = stretch;
   assemble_internal();
 }
 
-void Problem::Impl::commit() {
+void Problem::Impl::commit(bool new_tangent) {
   const auto from = u->array();
   std::copy(from.begin(), from.end(), committed_u->mutable_array().begin());
   committed_F = F;
   committed_stress = stress;
-  committed_tangent = tangent;
+  if (new_tangent) committed_tangent = tangent;
   committed_stretch = stretch;
 }
 
@@ -228,83 +236,13 @@ double Problem::Impl::work_since_commit() const {
   })[0];
 }
 
-bool Problem::Impl::strain_sweep_here() {
-  bool good = true;
-  for (std::int32_t c = 0; c < cells; ++c)
-    for (int q = 0; q < nq; ++q) {
-      const Matrix3 f = deformation_at(c, local(c, q));
-      Eigen::Map<RowMatrix3>(F.data() + 9 * point(c, q)) = f;
-      good = good && f.determinant() > 0;
-    }
-  if (good && !stretch.empty()) mean_dilatation(F, stretch);
-  const auto strained = [](const Matrix3& f) {
-    return Matrix3(0.5 * (f + f.transpose()));
-  };  // small strains: no rotation, and increments that add up
-  for (std::size_t i = 0; i < size() && good; ++i) {
-    const Matrix3 f = told(F, stretch, i), before = told(committed_F, committed_stretch, i);
-    Eigen::Map<RowMatrix3>(deformation.data() + 9 * i) = discretisation.finite_strain
-                                                             ? Matrix3(f * before.inverse())
-                                                             : Matrix3(strained(f) * strained(before).inverse());
-  }
-  return good;
-}
-
-template <class Add>
-void Problem::Impl::internal_forces(Add&& add) {
-  std::vector<Present> now;
-  Eigen::VectorXd mean;
-  Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor> of_cell(nodes, 3);
-  for (std::int32_t c = 0; c < cells; ++c) {
-    if (!stretch.empty()) mean = mean_trace(c, now);
-    of_cell.setZero();
-    for (int q = 0; q < nq; ++q) {
-      const Local& l = local(c, q);
-      const std::size_t p = point(c, q);
-      const Eigen::Map<const RowMatrix3> f(F.data() + 9 * p);
-      const Matrix3 sigma = symmetric(stress.data() + 6 * p);
-      Matrix3 push = sigma;  // with F^-T turns reference gradients into forces
-      double dv = l.dv;
-      if (discretisation.finite_strain)
-        push = sigma * f.inverse().transpose(),
-        dv *= stretch.empty() ? f.determinant() : told(F, stretch, p).determinant();
-      for (int a = 0; a < nodes; ++a) {
-        Eigen::Vector3d force = dv * (push * l.gradient.row(a).transpose());
-        force[0] += dv * push(2, 2) * l.hoop[a];
-        of_cell.row(a) += force.transpose();
-      }
-      if (stretch.empty()) continue;
-      const double even = sigma.diagonal().head(stretched()).mean();  // in the stretched directions (Pa)
-      const Eigen::VectorXd& trace = now[static_cast<std::size_t>(q)].trace;
-      for (int a = 0; a < nodes; ++a)
-        for (int k = 0; k < components; ++k)
-          of_cell(a, k) += dv * even * (mean[components * a + k] - trace[components * a + k]);
-    }
-    const auto dofs = cell_nodes(c);
-    for (int a = 0; a < nodes; ++a)
-      for (int k = 0; k < components; ++k) add(dofs[static_cast<std::size_t>(a)], k, of_cell(a, k));
-  }
-}
-
-void Problem::Impl::assemble_internal() {
-  sum_at_nodes(*internal, [&](auto&& add) { internal_forces(add); });
-}
-
-void Problem::Impl::assemble_both(double time, std::span<double> most) {
-  gather(parts, [&](auto&& add) { internal_forces(add); });
-  gather_external(time);
-  most[0] = NodalQuanta::largest(parts), most[1] = NodalQuanta::largest(outside_parts);
-  MPI_Allreduce(MPI_IN_PLACE, most.data(), static_cast<int>(most.size()), MPI_DOUBLE, MPI_MAX, comm);
-  const std::size_t owned = width() * static_cast<std::size_t>(owned_nodes());
-  quanta->add_up(parts, most[0], internal->mutable_array().subspan(0, owned));
-  quanta->add_up(outside_parts, most[1], external->mutable_array().subspan(0, owned));
-  add_weight();
-}
-
 void Problem::Impl::cell_tangent(std::int32_t c, Matrix& k) const {
-  Matrix b(6, components * nodes), cb(6, components * nodes);
-  k.setZero(components * nodes, components * nodes);
+  const int rows = components * nodes;
+  Matrix b(6, rows), cb(6, rows), gs(nodes, 3);
+  k.setZero(rows, rows);
   std::vector<Present> all;
-  const Eigen::VectorXd mean = mean_trace(c, all);
+  Eigen::VectorXd mean;
+  mean_trace(c, all, mean);
   for (int q = 0; q < nq; ++q) {
     const Present& now = all[static_cast<std::size_t>(q)];
     const std::size_t p = point(c, q);
@@ -320,14 +258,27 @@ void Problem::Impl::cell_tangent(std::int32_t c, Matrix& k) const {
     }
     if (!stretch.empty()) b.topRows(stretched()).rowwise() += ((mean - now.trace) / stretched()).transpose();
     const Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>> C(tangent.data() + 36 * p);
-    cb.noalias() = dv * C * b;
-    k.noalias() += b.transpose() * cb;
+    const Eigen::Matrix<double, 6, 6, Eigen::RowMajor> stiff = dv * C;
+    const double *b0 = b.data(), *b1 = b0 + rows, *b2 = b1 + rows, *b3 = b2 + rows, *b4 = b3 + rows, *b5 = b4 + rows;
+    for (int i = 0; i < 6; ++i) {
+      const double* const s = stiff.data() + 6 * i;
+      double* __restrict to = cb.data() + i * rows;
+      for (int e = 0; e < rows; ++e)
+        to[e] = (s[0] * b0[e] + (s[1] * b1[e] + s[2] * b2[e])) + (s[3] * b3[e] + (s[4] * b4[e] + s[5] * b5[e]));
+    }
+    const double *c0 = cb.data(), *c1 = c0 + rows, *c2 = c1 + rows, *c3 = c2 + rows, *c4 = c3 + rows, *c5 = c4 + rows;
+    for (int i = 0; i < rows; ++i) {
+      double* __restrict to = k.data() + i * rows;
+      for (int e = 0; e < rows; ++e)
+        to[e] = to[e] + b0[i] * c0[e] + b1[i] * c1[e] + b2[i] * c2[e] + b3[i] * c3[e] + b4[i] * c4[e] + b5[i] * c5[e];
+    }
     if (!discretisation.finite_strain) continue;
     const Matrix3 sigma = symmetric(stress.data() + 6 * p);
-    const Matrix gs = dv * g * sigma * g.transpose();  // initial-stress stiffness
+    gs.noalias() = g.lazyProduct(dv * sigma);  // initial-stress stiffness
     for (int a = 0; a < nodes; ++a)
       for (int e = 0; e < nodes; ++e) {
-        for (int i = 0; i < components; ++i) k(components * a + i, components * e + i) += gs(a, e);
+        const double both = gs(a, 0) * g(e, 0) + gs(a, 1) * g(e, 1) + gs(a, 2) * g(e, 2);
+        for (int i = 0; i < components; ++i) k(components * a + i, components * e + i) += both;
         k(components * a, components * e) += dv * h[a] * sigma(2, 2) * h[e];
       }
   }

@@ -70,10 +70,13 @@ struct Problem::Impl {
   std::unique_ptr<Vector> u, committed_u, internal, external;
   std::optional<NodalQuanta> quanta;  // of forces; exact sums only
   std::vector<Contribution> parts, outside_parts;
+  std::vector<double> cell_forces;                  // internal, of the elements' nodes by components (N)
   std::vector<double> F, committed_F, deformation;  // (points, 9)
   /// Mean-dilatation elements only: what F is stretched by to have its element's mean dilatation
   /// (fem/mean_dilatation.cpp).
   std::vector<double> stretch, committed_stretch;
+  std::vector<double> dilation,
+      told_dilation;  // det F of the points; of what the material is told, mean dilatation only
   std::vector<double> stress, tangent, committed_stress, committed_tangent;
   /// Columns that a solver keeps from step to step, by name: of owned and ghost nodes by components, and of elements.
   std::map<std::string, std::vector<double>> at_nodes, of_cells;
@@ -118,6 +121,8 @@ struct Problem::Impl {
   void local(std::int32_t cell, int q, const Tables& tables, double share, Local& out) const;
   Eigen::Matrix3d deformation_at(std::int32_t cell, const Local& l) const;
   std::vector<Local> locals;  // of the quadrature points: the mesh never moves
+  /// Of them gradients (element, node, direction, point) and hoop parts (element, node, point; axisymmetric only).
+  std::vector<double> slopes, rings;
   /// Quadrature points of loaded facets, with their share of the area (m^2), outward.
   struct LoadedPoint {
     std::int32_t cell;
@@ -135,7 +140,7 @@ struct Problem::Impl {
   void mark_applied(double time, std::vector<std::uint8_t>& marks) const;
   /// Displacement, F, stress and tangent of the committed state, and its internal forces.
   void back_to_committed();
-  void commit();
+  void commit(bool new_tangent = true);
   /// Work of the stresses from the committed state to the present one (J), by the trapezoidal rule in P : dF, over all
   /// ranks.
   double work_since_commit() const;
@@ -166,9 +171,18 @@ struct Problem::Impl {
   void assemble_tangent(Mat a) const;
   /// The deformation that the material is told: F, or F with the element's mean dilatation. In plane strain only the
   /// plane is stretched.
-  Eigen::Matrix3d told(const std::vector<double>& f, const std::vector<double>& by, std::size_t point) const;
-  /// Fills `by` from F.
-  void mean_dilatation(const std::vector<double>& f, std::vector<double>& by) const;
+  Eigen::Matrix3d told(const std::vector<double>& f, const std::vector<double>& by, std::size_t point) const {
+    Eigen::Matrix3d all = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(f.data() + 9 * point);
+    const double s = by.empty() ? 1 : by[point];
+    all.row(0) *= s, all.row(1) *= s;
+    if (stretched() == 3) all.row(2) *= s;
+    return all;
+  }
+  /// Fills `by` from det F.
+  void mean_dilatation(const std::vector<double>& dilation, std::vector<double>& by) const;
+  /// From F: `dilation`; from that `stretch`, and what it makes of the dilation.
+  void find_dilation();
+  void find_stretch();
   /// Directions that a mean dilatation stretches: 2 in plane strain, or 3.
   int stretched() const { return discretisation.kinematics == Kinematics::plane_strain ? 2 : 3; }
 
@@ -185,12 +199,19 @@ private:
   };
   void present(std::int32_t cell, int q, Present& out) const;
   /// Volume-weighted mean of `trace` over an element; `all` gets its points as they are.
-  Eigen::VectorXd mean_trace(std::int32_t cell, std::vector<Present>& all) const;
+  void mean_trace(std::int32_t cell, std::vector<Present>& all, Eigen::VectorXd& mean) const;
   void add_mean_dilatation(std::int32_t cell, const std::vector<Present>& all, const Eigen::VectorXd& mean,
                            Matrix& k) const;
-  /// What points do to nodes: `add(node, component, force)`, N.
+  void lay_out_points();
+  /// What points do to their element's nodes: `cell_forces`; and `add(node, component, force)` for each of those.
+  void internal_forces();
   template <class Add>
-  void internal_forces(Add&& add);
+  void give_internal(Add&& add) const {
+    const double* from = cell_forces.data();
+    for (std::int32_t c = 0; c < cells; ++c)
+      for (const std::int32_t node : cell_nodes(c))
+        for (int k = 0; k < components; ++k) add(node, k, *from++);
+  }
   template <class Add>
   void external_forces(double time, Add&& add);
   /// The same as contributions, of a problem with exact sums.

@@ -9,6 +9,7 @@
 #include "apps/run/same_scene.hpp"
 #include "coupling/start_stiffness.hpp"
 #include "dem/base/error.hpp"
+#include "dem/base/fault.hpp"
 
 namespace grus::app {
 
@@ -176,7 +177,12 @@ void BvpRun::solve(Course& c) {
   if (scene_.dynamics) {
     fem::DynamicsOptions with = *scene_.dynamics;
     with.stop = due, with.wishes = wishes;
-    const auto row = [&](const fem::DynamicsReport& r) { return after(c, r, r.time); };
+    const auto row = [&](const fem::DynamicsReport& r) {
+      const double dt = r.time / static_cast<double>(r.steps);
+      if (c.time == 0)
+        c.progress.note(fmt::format("  time step {:.3g} s, about {:.3g} steps in all", dt, with.duration / dt));
+      return after(c, r, r.time);
+    };
     c.end = march<fem::DynamicsReport>(c, [&](const fem::DynamicsReport& from) {
               return fem::solve_dynamics(problem, *material_, density_, with, row, from);
             }).time;
@@ -232,10 +238,10 @@ BvpEnding BvpRun::go(double ready, const Clock& clock) {
   } catch (const OutOfTime&) {
     c.stop = Stop::time;
     c.end = c.time;
-  } catch (const std::exception& e) {  // of the system, such as a full disk: what there is may still be kept
+  } catch (const std::exception&) {  // of the system, such as a full disk: what there is may still be kept
     if (!across_.agreed()) throw;
     c.broken = true;
-    c.failure = e.what();
+    c.failure = dem::caught().text;
     c.end = c.time;
   }
   BvpEnding ending;

@@ -81,6 +81,15 @@ double walk(const BvpScene& scene, const std::shared_ptr<const dem::Model>& mode
 
 }  // namespace
 
+dem::Task task_of(const BvpScene& scene, const dem::Vec3& strain, double steps) {
+  dem::Task task;
+  task.path = {dem::Mat3(dem::Mat3::Identity() + dem::Mat3((strain / steps).asDiagonal()))};
+  task.pace = scene.rve.pace;
+  task.tangent = !scene.is_explicit();
+  if (scene.dynamics) task.duration = scene.dynamics->duration / steps;
+  return task;
+}
+
 double rounds_of(std::size_t rves, int workers) { return std::ceil(static_cast<double>(rves) / workers); }
 
 RunEstimate estimate_run(const BvpScene& scene, const BvpSetup& setup, const std::shared_ptr<const dem::Model>& model,
@@ -94,13 +103,8 @@ RunEstimate estimate_run(const BvpScene& scene, const BvpSetup& setup, const std
   steps = std::max(1.0, std::ceil(steps));
   // RVEs in real time take as long whatever they strain by; what elastic regions leave them of it is not known.
   const bool still = scene.dynamics || (scene.explicit_statics && !scene.regions.empty());
-  const dem::Vec3 part = still ? dem::Vec3(dem::Vec3::Zero()) : dem::Vec3(mean_strain(scene, stiffness) / steps);
-  dem::Task task;
-  task.path = {dem::Mat3(dem::Mat3::Identity() + dem::Mat3(part.asDiagonal()))};
-  task.pace = scene.rve.pace;
-  task.tangent = !scene.is_explicit();
-  if (scene.dynamics) task.duration = scene.dynamics->duration / steps;
-  const double one = walk(scene, model, state, task, steps);
+  const dem::Vec3 strain = still ? dem::Vec3(dem::Vec3::Zero()) : mean_strain(scene, stiffness);
+  const double one = walk(scene, model, state, task_of(scene, strain, steps), steps);
   RunEstimate found;
   const double all = rounds_of(rves, workers), told = one / steps;
   if (!scene.is_explicit()) {

@@ -16,6 +16,9 @@ struct RunEstimate {
 /// Rounds in which so many workers answer for all RVEs, one each: the last one may leave some idle.
 double rounds_of(std::size_t rves, int workers);
 
+/// What the run asks an RVE in a step, of which so many share a strain out between them.
+dem::Task task_of(const BvpScene& scene, const dem::Vec3& strain, double steps);
+
 /// The time of a run by `workers` threads on all ranks; the first of the prepared states is taken. Throws Unstable
 /// where the RVE does not get there.
 RunEstimate estimate_run(const BvpScene& scene, const BvpSetup& setup, const std::shared_ptr<const dem::Model>& model,

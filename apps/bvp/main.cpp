@@ -141,6 +141,8 @@ int lead(const BvpScene& scene, const Options& options, const fem::Session& sess
          const std::shared_ptr<const dem::Model>& model, BvpSetup setup, dem::Checkpoint kept, const Clock& clock) {
   BvpEnding ending;
   std::exception_ptr error;
+  // Given back before the last words: with no memory at all MPI would end the others with another status.
+  std::vector<std::vector<char>> reserve(across.ranks() > 1 ? 32 : 0, std::vector<char>(1 << 15));
   std::optional<BvpRun> work;
   std::optional<coupling::RveFarm> farm;
   const double ready = clock.wall();
@@ -170,6 +172,7 @@ int lead(const BvpScene& scene, const Options& options, const fem::Session& sess
   }
   const bool by_all = ending.status == refused && !work;  // a scene is refused by all ranks
   if (error && !by_all && !across.agreed()) {
+    reserve.clear();
     const dem::Fault fault = dem::fault_in([&] { std::rethrow_exception(error); });
     end_all(options, fmt::format("rank {}: {}", session.rank(), one_line(fault.text)), ending.status);
   }

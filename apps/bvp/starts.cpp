@@ -204,7 +204,7 @@ private:
       attempt(start.packing, made, stress_, [&] {
         const dem::State state =
             dem::start_from(base.state, cell.model, cell.recipe.preparation, alone, stage, stresses);
-        made.told = tell_preparation(cell, base.packed_void_ratio, state, stresses).dump();
+        made.told = tell_preparation(cell, base.packed_void_ratio, state, stresses, base.density).dump();
         made.bytes = dem::bytes_of(state);
         ++done_;
       });

@@ -51,7 +51,7 @@ void compare(const std::string& key, const nlohmann::json& kept, const nlohmann:
 }  // namespace
 
 void refuse_changes(const std::string& path, const nlohmann::json& kept, const nlohmann::json& now,
-                    const std::string& of) {
+                    const std::string& of, const std::string& advice) {
   if (kept.is_object() != now.is_object()) throw dem::InputError(path + ": checkpoint of another scene");
   std::vector<Change> found;
   compare("", kept, now, found);
@@ -62,9 +62,9 @@ void refuse_changes(const std::string& path, const nlohmann::json& kept, const n
     if (all || !c.follows) changes.push_back(c.text);
   const std::size_t more = changes.size() > most_told ? changes.size() - most_told : 0;
   if (more > 0) changes.resize(most_told);
-  throw dem::InputError(fmt::format("{}: checkpoint of another scene: {}{}{}; set it back, or begin anew with --force",
-                                    path, of.empty() ? "" : of + ": ", fmt::join(changes, "; "),
-                                    more > 0 ? fmt::format("; and {} more", more) : ""));
+  throw dem::InputError(fmt::format("{}: checkpoint of another scene: {}{}{}; {}", path, of.empty() ? "" : of + ": ",
+                                    fmt::join(changes, "; "), more > 0 ? fmt::format("; and {} more", more) : "",
+                                    advice));
 }
 
 bool has_finished(const std::string& folder, const nlohmann::json* scene) {

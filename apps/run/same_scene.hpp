@@ -9,9 +9,9 @@ namespace grus::app {
 
 /// Throws InputError that names each key whose value has changed, with both values in SI units, where `now` is not
 /// `kept`, the scene of the checkpoint at `path`. Defaults that come or go with another key are left out. `of`: what
-/// the keys belong to, if not the scene itself. A title decides nothing and may change.
+/// the keys belong to, if not the scene itself; `advice`: what to do. A title decides nothing and may change.
 void refuse_changes(const std::string& path, const nlohmann::json& kept, const nlohmann::json& now,
-                    const std::string& of = "");
+                    const std::string& of = "", const std::string& advice = "set it back, or begin anew with --force");
 
 /// Whether summary.json of a results folder tells of a run that has finished: of this scene, if one is given, which may
 /// have another title.

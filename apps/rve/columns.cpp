@@ -70,7 +70,7 @@ bool pressed(const Told& k) { return !k.scene.test.loading.walls.empty(); }
 bool holds(const Told& k) {
   const auto& all = k.scene.test.stages;
   return k.scene.test.loading.holds || pressed(k) ||
-         std::any_of(all.begin(), all.end(), [](const auto& s) { return s.lateral == dem::Lateral::held; });
+         std::any_of(all.begin(), all.end(), [](const auto& s) { return s.holds(); });
 }
 /// In a box or cylinder of walls.
 bool boxed(const Told& k) { return dem::box_of_walls(k.sample.state); }

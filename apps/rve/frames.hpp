@@ -4,11 +4,14 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "apps/run/command.hpp"
 #include "apps/run/folder.hpp"
 #include "apps/scene/rve_scene.hpp"
 #include "dem/io/frames.hpp"
 #include "dem/io/vtkhdf.hpp"
+#include "dem/rve/breakage.hpp"
 
 namespace grus::app {
 
@@ -62,6 +65,35 @@ private:
   double every_;
   bool contacts_, wrapped_;
   Series series_;
+};
+
+/// Grains that crack, point by point, the first ones of a run a frame each (output.lattice).
+class CrackFrames {
+public:
+  CrackFrames(const Options& options, const Output& output) : folder_(options.directory), count_(output.lattice) {}
+  const GrainFrames::Series& series() const { return series_; }
+  void restore(GrainFrames::Series series) { series_ = std::move(series); }
+  /// They are written later: a step is no place for a fault of the disk.
+  void keep(const dem::State& state, std::span<const dem::Break> breaks) {
+    for (const dem::Break& b : breaks)
+      if (b.lattice && series_.size() + kept_.size() < count_)
+        kept_.push_back(
+            {state.time, state.grains.motion[b.grain].position, state.grains.orientation[b.grain], b.lattice});
+  }
+  void write_kept() {
+    for (const dem::CrackedGrain& grain : std::exchange(kept_, {})) {
+      const std::string name = fmt::format("lattice/lattice_{:05}.hdf", series_.size());
+      dem::write_lattice(result_file(folder_, name), grain);
+      series_.emplace_back(name, grain.time);
+      dem::write_series(result_file(folder_, "lattice.hdf.series"), series_);
+    }
+  }
+
+private:
+  std::string folder_;
+  std::size_t count_;
+  GrainFrames::Series series_;
+  std::vector<dem::CrackedGrain> kept_;
 };
 
 }  // namespace grus::app

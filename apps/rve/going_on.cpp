@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "apps/run/same_scene.hpp"
 #include "dem/io/archive.hpp"
@@ -84,6 +86,31 @@ dem::Checkpoint find_checkpoint(const Options& options, const RveScene& scene) {
   return std::move(kept);
 }
 
+std::string with_columns(const std::string& rows, const std::vector<std::string>& columns) {
+  std::istringstream lines(rows);
+  const auto cells = [](const std::string& line) {
+    std::vector<std::string> all;
+    std::istringstream in(line);
+    for (std::string cell; std::getline(in, cell, ',');) all.push_back(cell);
+    return all;
+  };
+  std::string line;
+  std::getline(lines, line);
+  const std::vector<std::string> had = cells(line);
+  if (had == columns) return rows;
+  std::string out = fmt::format("{}\n", fmt::join(columns, ","));
+  while (std::getline(lines, line)) {
+    const std::vector<std::string> values = cells(line);
+    for (std::size_t k = 0; k < columns.size(); ++k) {
+      const auto at = static_cast<std::size_t>(std::find(had.begin(), had.end(), columns[k]) - had.begin());
+      const std::string none = columns[k] == "cycle" ? "0" : "nan";
+      out += fmt::format("{}{}", k > 0 ? "," : "", at < values.size() ? values[at] : none);
+    }
+    out += '\n';
+  }
+  return out;
+}
+
 dem::State start_of(const RveScene& scene, const dem::Sample& sample, dem::Team& team) {
   const std::filesystem::path folder = std::filesystem::path(scene.file).parent_path() / scene.start;
   const std::string path = (folder / "checkpoint.h5").string();
@@ -92,7 +119,8 @@ dem::State start_of(const RveScene& scene, const dem::Sample& sample, dem::Team&
                                                   "output.last_state = true, or with stages",
                                                   scene.start));
   const auto [kept, about] = read(path);
-  refuse_changes(path, sample_in(about.value("scene", json::object())), sample_in(*scene.record), "the sample's start");
+  refuse_changes(path, sample_in(about.value("scene", json::object())), sample_in(*scene.record), "the sample's start",
+                 "set it back, or leave start out");
   try {
     dem::State state = dem::state_of(kept.parts[0]);
     dem::check_state(scene.model, state);

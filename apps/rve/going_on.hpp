@@ -13,6 +13,10 @@ namespace grus::app {
 /// of another scene.
 dem::Checkpoint find_checkpoint(const Options& options, const RveScene& scene);
 
+/// Rows of history.csv as they would be, had the stages been there that are since: their columns tell of no cycle and
+/// of no stress that is held.
+std::string with_columns(const std::string& rows, const std::vector<std::string>& columns);
+
 /// The last state of the run that the scene starts from, at rest as its walls and cell are, ready to be loaded: clock
 /// and ledger start at zero. Throws InputError where that run had another sample.
 dem::State start_of(const RveScene& scene, const dem::Sample& sample, dem::Team& team);

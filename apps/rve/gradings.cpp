@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "apps/run/folder.hpp"
 #include "dem/io/whole_file.hpp"
 #include "dem/rve/grading.hpp"
@@ -35,8 +37,9 @@ void GradingStates::write_last(const dem::State& state, double strain) {
 
 void GradingStates::write(const dem::State& state, double strain) {
   const dem::Grading now(state);
+  const double told = std::round(1e12 * strain) / 1e12 + 0.0;  // round-off of a sample at rest is none
   for (const auto& c : dem::size_classes(state, smallest_, largest_, classes))
-    text_ += fmt::format("{:.9g},{:.9g},{:.6g},{:.9g},{},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g}\n", state.time, strain,
+    text_ += fmt::format("{:.9g},{:.9g},{:.6g},{:.9g},{},{:.9g},{:.6g},{:.6g},{:.6g},{:.6g}\n", state.time, told,
                          c.upper / scene_.scale, now.passing(c.upper), c.grains, c.mass, c.coordination, c.elongation,
                          c.flatness, c.generation);
   dem::write_whole(result_file(directory_, "grading.csv"), text_);

@@ -44,12 +44,15 @@ int check(const Options& options, RveScene& scene, std::optional<dem::Sample> ma
   if (piece) scene.recipe = *piece;
   Progress progress(options);
   const auto watch = [&](double done, const char* what) { return progress.watch(done, what); };
+  const Clock preparing;
   const dem::Sample sample = sample_of(scene, std::move(made), team, watch);
   dem::State state = prepare_sample(scene, sample, team, watch).state;
+  const double prepared = scene.start.empty() ? preparing.wall() : 0;
   dem::begin_loading(scene.model, state, scene.test.loading);
   refuse_endless(scene, state);
   const double grains = piece ? all : static_cast<double>(state.grains.size());
-  const Rehearsal found = rehearse(scene, state, rehearsal_time, team, watch);
+  Rehearsal found = rehearse(scene, state, rehearsal_time, team, watch);
+  found.prepared = prepared;
   say(options, setup_text(scene, state, grains, &found));
   return finished;
 }
@@ -57,7 +60,7 @@ int check(const Options& options, RveScene& scene, std::optional<dem::Sample> ma
 /// Drops all of the sample as it was but sizes and masses, which are asked for later: the rest need not stand beside
 /// the run's own state.
 void keep_sizes(dem::Grains& g) {
-  dem::drop(g.orientation), dem::drop(g.inertia), dem::drop(g.frame);
+  dem::drop(g.orientation), dem::drop(g.inertia), dem::drop(g.frame), dem::drop(g.shape);
   dem::drop(g.angular_momentum), dem::drop(g.force), dem::drop(g.torque);
 }
 

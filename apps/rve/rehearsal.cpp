@@ -113,7 +113,7 @@ private:
           return clock_.wall() < budget_;
         },
         landing);
-    dem::survey(model_, state_, team_);
+    dem::survey(model_, state_, team_, room_);
     const double steps = static_cast<double>(state_.steps - before), wall = timer.wall();
     found_.steps += steps * found_.larger;
     found_.seconds += found_.larger > 1 ? steps * found_.larger * cost_ + std::max(0.0, wall - steps * cost_) : wall;
@@ -172,6 +172,7 @@ private:
   dem::Programme test_;
   const dem::State& first_;
   dem::State state_;
+  dem::SurveyRoom room_;
   double budget_;
   dem::Team& team_;
   const dem::StageWatch& watch_;
@@ -221,7 +222,7 @@ std::string steps_text(const Rehearsal& found) {
 std::string basis_text(const Rehearsal& found) {
   const std::string part = found.part >= 1 ? "the whole test" : fmt::format("{:.2g} % of the test", 100 * found.part);
   if (found.larger <= 1) return part + " was gone through";
-  return fmt::format("{} was rehearsed with grains {:.2g} times as heavy", part, found.larger * found.larger);
+  return fmt::format("{} was rehearsed with grains {:.3g} times as heavy", part, found.larger * found.larger);
 }
 
 }  // namespace grus::app

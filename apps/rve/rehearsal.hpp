@@ -12,6 +12,7 @@ struct Rehearsal {
   double steps = 0, seconds = 0;  // of the whole test; wall time
   double part = 0;                // of the test that was gone through; the rest is extrapolated
   double larger = 1;              // time steps than the test's; 1: what was gone through is the test itself
+  double prepared = 0;            // s that the sample has taken before; 0: not told
 };
 
 /// Goes through the test in so many seconds of wall time, and, where that is not enough for it, with masses `larger`^2

@@ -8,6 +8,7 @@
 
 #include "apps/run/folder.hpp"
 #include "apps/rve/bursts.hpp"
+#include "apps/rve/going_on.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/io/whole_file.hpp"
 #include "dem/rve/check_state.hpp"
@@ -45,6 +46,7 @@ RveRun::RveRun(const Options& options, RveScene& scene, const dem::Sample& sampl
       columns_(rve_columns({scene, sample})),
       history_(result_file(options.directory, "history.csv"), names_of(columns_)),
       frames_(options, scene.output, scene.test.duration),
+      cracks_(options, scene.output),
       gradings_(options.directory, scene, sample.state),
       progress_(options),
       limit_(options.started, options.max_time) {
@@ -52,8 +54,11 @@ RveRun::RveRun(const Options& options, RveScene& scene, const dem::Sample& sampl
   course_.bulk = dem::bulk_volume(state_.boundary), course_.solid = dem::solid_volume(state_.grains);
   course_.mass = dem::total_mass(state_.grains);
   if (options.resume) take_up(kept);
-  now_ = dem::survey(scene.model, state_, team_);
+  now_ = dem::survey(scene.model, state_, team_, room_);
   saved_ = clock.wall(), earlier_ = course_.wall, earlier_cpu_ = course_.cpu;
+  scene.model.before_breaks = [this](const dem::State& state, std::span<const dem::Break> breaks) {
+    hear_of_breaks(state, breaks);
+  };
 }
 
 void RveRun::take_up(const dem::Checkpoint& kept) {
@@ -68,9 +73,10 @@ void RveRun::take_up(const dem::Checkpoint& kept) {
     ended_ = about.value("ended", false);
     double& every = scene_.output.history_interval;
     if (scene_.output.place_of_history.empty()) every = about.value("history_interval", every);
-    history_.restore(kept.parts[2], about.at("rows"));
+    history_.restore(with_columns(kept.parts[2], history_.columns()), about.at("rows"));
     gradings_.restore(kept.parts[3], about.at("gradings"));
     frames_.restore(about.at("frames").get<GrainFrames::Series>());
+    cracks_.restore(about.value("lattices", GrainFrames::Series{}));
     prepared_ = about.at("prepared");
     scene_.notes = about.at("notes").get<std::vector<std::string>>();
     check_course(loader.at_end());
@@ -109,6 +115,7 @@ void RveRun::check_course(bool whole) const {
 
 void RveRun::save_checkpoint() {
   const Clock writing;
+  cracks_.write_kept();
   dem::Saver saver;
   course_.cpu = earlier_cpu_ + cpu_seconds();
   dem::walk(saver, course_);
@@ -117,6 +124,7 @@ void RveRun::save_checkpoint() {
                        {"notes", scene_.notes},          {"rows", history_.rows()}, {"frames", frames_.series()},
                        {"gradings", gradings_.written()}};
   about["history_interval"] = scene_.output.history_interval, about["ended"] = ended_;
+  if (!cracks_.series().empty()) about["lattices"] = cracks_.series();
   if (staged()) about["stages"] = stages_, about["stages_begun"] = scene_.test.now.stage + scene_.test.now.begun;
   dem::write_checkpoint(result_file(options_.directory, "checkpoint.h5"), about.dump(), [&](const dem::TakePart& take) {
     take(dem::bytes_of(state_));
@@ -200,6 +208,7 @@ void RveRun::write_row() {
   history_.add(values_of(columns_, Row(scene_, sample_, state_, now_, course_.initial_cell)));
   const double at = staged() ? done() * scene_.test.duration : state_.time;
   frames_.write_if_due(state_, at);
+  cracks_.write_kept();
   gradings_.write_if_due(state_, at, strain_of_gradings());
 }
 
@@ -224,7 +233,7 @@ bool RveRun::go_to_row(std::uint64_t row, double until, const dem::Landing& land
     const bool there = dem::load(
         scene_.model, state_, scene_.test.loading, until, team_, [&](double) { return show(), !due(); }, landing);
     if (there) {
-      now_ = dem::survey(scene_.model, state_, team_);
+      now_ = dem::survey(scene_.model, state_, team_, room_);
       dem::check_sanity(scene_.model, state_, now_.kinetic + now_.elastic, now_.deepest);
       if (staged()) dem::count_row(scene_.test, state_);
       write_row();
@@ -233,8 +242,6 @@ bool RveRun::go_to_row(std::uint64_t row, double until, const dem::Landing& land
       course_.peak_is_last = axial_ >= course_.peak, course_.peak = std::max(course_.peak, axial_);
       const double reading = dem::test_stress(scene_.test, state_, now_);
       course_.reading_is_last = reading >= course_.reading, course_.reading = std::max(course_.reading, reading);
-      if (state_.ledger.breakages == 0) course_.intact = course_.peak > 0 ? course_.peak : course_.reading;
-      if (row == 1 && state_.ledger.breakages > 0) course_.broke_unseen = true;
       if (course_.overfull < 0 && scene_.model.has_balls() && now_.volume > 0 &&
           dem::whole_solid(scene_.model, state_) > now_.volume)
         course_.overfull = std::max(0.0, axial_);
@@ -258,10 +265,21 @@ bool RveRun::go_to_row(std::uint64_t row, double until, const dem::Landing& land
   }
 }
 
+/// Grains give way between rows, where the stress is largest.
+void RveRun::hear_of_breaks(const dem::State& state, std::span<const dem::Break> breaks) {
+  cracks_.keep(state, breaks);
+  const dem::Programme& test = scene_.test;
+  const bool pressed = dem::has_faces(test, state) || dem::bulk_volume(state.boundary) > 0;
+  const double axial = pressed ? dem::axial_stress(test, sample_.state, state) : 0;
+  const double reading = test.gauge ? dem::test_stress(test, state, {}) : 0;
+  if (axial > course_.peak) course_.peak = axial, course_.peak_is_last = false;
+  if (reading > course_.reading) course_.reading = reading, course_.reading_is_last = false;
+  if (state.ledger.breakages == 0) course_.intact = course_.peak > 0 ? course_.peak : course_.reading;
+}
+
 void RveRun::write_first_row() {
   write_row();
   course_.axial = course_.before = dem::axial_stress(scene_.test, sample_.state, state_, now_);
-  course_.intact = std::max(0.0, course_.axial);
   course_.step.add(scene_.model, state_, scene_.test.strain_rate, dem::mean_pressure(now_.stress));
 }
 
@@ -289,6 +307,7 @@ void RveRun::finish() {
   end_ = clock_.wall();
   try {
     history_.save();
+    cracks_.write_kept();
     ended_ = status_ == finished;
     if (ended_ && scene_.output.last_state) save_checkpoint();
     if (status_ == finished || status_ == unstable)

@@ -41,10 +41,9 @@ private:
     dem::Vec3 initial_size = dem::Vec3::Zero();
     std::uint64_t row = 0;
     double wall = 0, cpu = 0;     // s, of all parts so far
-    double peak = 0, intact = 0;  // peak, before the first breakage: of the axial stress (Pa)
+    double peak = 0, intact = 0;  // axial stress (Pa): the largest, and that until the first grain gave way
     double reading = 0;           // largest stress that the test itself tells, of Voronoi cells (Pa)
     bool peak_is_last = false, reading_is_last = false;  // the last row's: it might have gone on
-    bool broke_unseen = false;                           // a grain broke before the first row
     double axial = 0, before = 0;                        // Pa, axial stress of the last row and of the one before
     double bulk = 0, solid = 0, mass = 0;                // m^3, m^3, kg, in which the test begins
     double overfull =
@@ -61,6 +60,7 @@ private:
   std::string broken(const char* between) const;
   double strain_of_gradings() const;
   void write_row();
+  void hear_of_breaks(const dem::State& state, std::span<const dem::Break> breaks);
   void read_off();
   std::string load_text() const;
   std::string peak_text() const;
@@ -91,10 +91,12 @@ private:
   dem::State state_;
   nlohmann::json stages_ = nlohmann::json::array();  // those that are over
   nlohmann::json prepared_;  // what the preparation was asked and has reached; null: there is none
-  dem::Survey now_;          // of the last row
+  dem::SurveyRoom room_;
+  dem::Survey now_;  // of the last row
   std::vector<Column<Row>> columns_;
   History history_;
   GrainFrames frames_;
+  CrackFrames cracks_;
   GradingStates gradings_;
   Course course_;
   Progress progress_;

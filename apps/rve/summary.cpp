@@ -67,11 +67,12 @@ std::vector<std::string> RveRun::notes() const {
         fmt::format("splits put {:.2g} % of the work into the sample (split_J): bonds of fresh faces begin with what "
                     "the plane bore, which a rigid grain has not held; it is the model's, not the loads'",
                     100 * share));
+  for (std::size_t k = 0; k < stages_.size(); ++k)
+    if (stages_[k].at("began_s") == stages_[k].at("ended_s"))
+      all.push_back(fmt::format("stage {} ({}) has no length: its end ({}) was met as it began", k + 1,
+                                stages_[k].at("name").get<std::string>(),
+                                stages_[k].at("ended_by").get<std::string>()));
   for (std::string& note : course_.step.notes(scene_.model.numerics.inertia_step > 0)) all.push_back(std::move(note));
-  if (course_.broke_unseen && course_.intact == 0)
-    all.push_back(
-        "the first grain broke before the first row of history.csv: peak_before_breakage_Pa is not known; shorten "
-        "output.history_interval");
   if (status_ == finished && state_.steps > 0 && !dem::exchanged(state_))
     all.push_back(
         "the run is shorter than 20 steps: its energy error is not known, and is told as 0; go on for longer, or lower "

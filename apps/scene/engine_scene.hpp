@@ -2,7 +2,9 @@
 // numerics.engine = "implicit": what such steps cannot do is refused.
 #pragma once
 
-#include "dem/rve/implicit_stepper.hpp"
+#include <optional>
+#include <string>
+
 #include "dem/sample/programme.hpp"
 
 namespace grus::app {
@@ -13,6 +15,12 @@ class Table;
 void read_implicit(Table& numerics, dem::Model& model, bool unit_cell);
 
 /// The test of [loading].
-void check_implicit(Table& loading, dem::TestKind kind);
+void check_implicit(Table& loading, const dem::Model& model, dem::TestKind kind);
+
+/// A stage; `stands`: nothing drives its boundary.
+void check_rigid(Table& stage, const dem::Model& model, bool stands);
+
+/// What is to be told of grains that do not give way.
+std::optional<std::string> note_of_rigid(const dem::Model& model);
 
 }  // namespace grus::app

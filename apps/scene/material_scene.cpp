@@ -67,17 +67,6 @@ dem::Scatter read_scatter(Table& t) {
   return s;
 }
 
-/// Sizes of the fines as shares of the grain that broke, or in m.
-void read_fines(Table& t, bool balls, dem::FinesGrading& fines) {
-  fines.dimension = t.number_or("dimension", fines.dimension, dimension::none, {0, 3, false, true});
-  if (balls && (!t.has("largest") || t.is_text("largest")))
-    t.choice_or("largest", "fragment", {"fragment"});  // as it is
-  else
-    fines.largest = t.number_or("largest", fines.largest, dimension::none, {0, 1, true});
-  fines.smallest = t.number_or("smallest", 0, dimension::length, not_negative);
-  t.finish();
-}
-
 /// Criteria that ask for Hertz's circle of contact.
 bool needs_hertz(const dem::Criterion& c) {
   const auto* strength = std::get_if<dem::ContactStrength>(&c);
@@ -226,6 +215,16 @@ void read_inertia(Table& t, dem::Numerics& n) {
 
 }  // namespace
 
+void read_fines(Table& t, bool balls, dem::FinesGrading& fines) {
+  fines.dimension = t.number_or("dimension", fines.dimension, dimension::none, {0, 3, false, true});
+  if (balls && (!t.has("largest") || t.is_text("largest")))
+    t.choice_or("largest", "fragment", {"fragment"});  // as it is
+  else
+    fines.largest = t.number_or("largest", fines.largest, dimension::none, {0, 1, true});
+  fines.smallest = t.number_or("smallest", 0, dimension::length, not_negative);
+  t.finish();
+}
+
 void read_model(Table& scene, dem::Model& model, bool unit_cell) {
   Table materials = scene.table("material");
   std::string law;
@@ -311,7 +310,10 @@ void read_model(Table& scene, dem::Model& model, bool unit_cell) {
     n.fracture_every = static_cast<int>(t->integer_or("fracture_every", n.fracture_every, 1, 100000));
     n.max_energy_error = t->number_or("max_energy_error", n.max_energy_error, dimension::none, positive);
     if (auto inertia = t->table_if("inertia")) read_inertia(*inertia, n);
-    if (t->choice_or("engine", "explicit", {"explicit", "implicit"}) == "implicit") read_implicit(*t, model, unit_cell);
+    if (t->choice_or("engine", "explicit", {"explicit", "implicit"}) == "implicit")
+      read_implicit(*t, model, unit_cell);
+    else if (t->has("compliance"))
+      t->fail("compliance", "is of engine = \"implicit\"");
     n.max_overlap = t->number_or("max_overlap", model.overlap_limit(), dimension::none, {0, 10, true});
     t->finish();
   }

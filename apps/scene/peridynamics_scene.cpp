@@ -27,6 +27,9 @@ void read_toughness(Table& t, const dem::StrengthLaw& law, dem::CrackTests& c, d
     toughness.form = dem::Toughness::madenci_oterkus;
   if (t.has("platen_strength") == t.has("fracture_energy"))
     t.fail("", "needs either platen_strength or fracture_energy");
+  if (t.has("platen_strength") && t.has("toughness_form"))
+    t.fail("toughness_form",
+           "says what fracture_energy is worth; beside platen_strength it changes nothing: leave it out");
   const auto* weibull = std::get_if<dem::Weibull>(&law);
   if (t.has("platen_strength"))
     toughness.reference_diameter = 1;  // the energy that follows is not told
@@ -73,6 +76,14 @@ void read_size_law(Table& t, dem::StrengthLaw& law) {
     scatter->reference_diameter = reference, scatter->size_exponent += griffith;
 }
 
+/// Where clusters go that are too small for a piece.
+void read_small_pieces(Table& t, dem::LatticeModel& lattice, dem::FinesGrading& fines) {
+  lattice.crumbs = t.choice_or("small_pieces", "attach", {"attach", "fines"}) == "fines";
+  if (!lattice.crumbs) return;
+  fines.largest = std::cbrt(lattice.smallest_piece);
+  if (auto g = t.table_if("fines")) read_fines(*g, false, fines);
+}
+
 void read_tests(Table& t, dem::CrackTests& c) {
   c.force_screen = t.number_or("force_screen", c.force_screen, dimension::none, {0, 1});
   c.lattice.core_screen = t.number_or("core_screen", c.lattice.core_screen, dimension::none, {0, 1});
@@ -102,6 +113,7 @@ void read_peridynamics(Table& t, const dem::Material& material, const std::optio
   read_toughness(t, f.strength_law, c, platens);
   read_size_law(t, f.strength_law);
   c.lattice.smallest_piece = t.number_or("smallest_piece", c.lattice.smallest_piece, dimension::none, {0.001, 0.3});
+  read_small_pieces(t, c.lattice, f.fines);
   dem::Shatter shatter;
   shatter.parting.least_stoutness =
       t.number_or("stoutness", shatter.parting.least_stoutness, dimension::none, {0, 0.4});

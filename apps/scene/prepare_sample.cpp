@@ -7,10 +7,11 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "apps/scene/engine_scene.hpp"
 #include "apps/scene/speeds.hpp"
 #include "apps/scene/stage_scene.hpp"
-#include "dem/rve/implicit_stepper.hpp"
 #include "dem/rve/measure.hpp"
+#include "dem/rve/stepper.hpp"
 
 namespace grus::app {
 namespace {
@@ -40,7 +41,8 @@ struct Span {
 /// Several that are told together.
 struct Preparations {
   std::size_t count = 0;
-  Span packed, now, pressure;
+  Span packed, now, pressure, asked, friction;  // the last two where a void ratio was asked for
+  int tries = 0;                                // of a packing, the most
   double worst = 0;
   bool changed = false;  // a void ratio, by more than nobody would mind
 
@@ -50,9 +52,13 @@ struct Preparations {
   }
   void add(const nlohmann::json& t) {
     const double before = t.at("packed_void_ratio"), after = t.at("void_ratio");
-    double asked = 0;
-    for (const auto& stress : t.at("asked_stress_Pa")) asked += stress.get<double>() / 3;
-    ++count, packed.add(before), now.add(after), pressure.add(asked);
+    double stress = 0;
+    for (const auto& s : t.at("asked_stress_Pa")) stress += s.get<double>() / 3;
+    ++count, packed.add(before), now.add(after), pressure.add(stress);
+    if (t.contains("asked_void_ratio")) {
+      asked.add(t.at("asked_void_ratio")), friction.add(t.at("friction"));
+      tries = std::max(tries, t.at("tries").get<int>());
+    }
     worst = std::max(worst, t.at("worst_stress_error").get<double>());
     changed = changed || (before > 1e-3 && std::abs(after - before) > told_void_ratio * before);
   }
@@ -72,23 +78,34 @@ void refuse_long_step(const RveScene& scene, const dem::Grains& grains) {
                     step, step / wave, most_step_of_wave, most_step_of_wave * wave));
 }
 
-/// Inertia that is added changes what a test at such a rate, begun at the preparation's pressure, finds: a test of a
-/// split-Hopkinson bar. Tests whose rate is a limit alone are as slow as their stress asks.
-void refuse_real_time(const RveScene& scene, const dem::State& packed) {
+/// The rate (1/s) at which a test leaves the preparation's pressure; 0 where its rate is a limit alone: it is then as
+/// slow as its stress asks. Of stages the first that moves decides: what pressure the next ones meet is not known.
+double first_rate(const dem::Programme& test) {
   using Kind = dem::TestKind;
-  const Kind kind = scene.test.kind;
-  const bool at_rate = kind == Kind::uniaxial_strain || kind == Kind::triaxial || kind == Kind::constant_p ||
-                       kind == Kind::true_triaxial || kind == Kind::velocity_gradient;
-  if (!at_rate || !scene.recipe.preparation) return;
+  if (test.kind == Kind::staged) {
+    const auto moves = [](const dem::Stage& s) { return s.strain_rate != 0; };
+    const auto first = std::find_if(test.stages.begin(), test.stages.end(), moves);
+    return first != test.stages.end() && first->by_strain() ? first->strain_rate : 0;
+  }
+  const bool at_rate = test.kind == Kind::uniaxial_strain || test.kind == Kind::triaxial ||
+                       test.kind == Kind::constant_p || test.kind == Kind::true_triaxial ||
+                       test.kind == Kind::velocity_gradient;
+  return at_rate ? test.strain_rate : 0;
+}
+
+/// Inertia that is added changes what a test at such a rate, begun at the preparation's pressure, finds: a test of a
+/// split-Hopkinson bar.
+void refuse_real_time(const RveScene& scene, const dem::State& packed) {
+  const double rate = first_rate(scene.test);
+  if (rate == 0 || !scene.recipe.preparation) return;
   const double pressure = scene.recipe.preparation->pressure;
-  const double inertia = dem::inertial_number(packed, scene.test.strain_rate, pressure);
+  const double inertia = dem::inertial_number(packed, rate, pressure);
   const bool by_step = scene.model.numerics.inertia_step > 0;
   if (inertia > most_slow_inertia)
     dem::refuse(scene.model.numerics.place_of_step,
                 fmt::format("is for slow tests: {:.3g} 1/s at {:.3g} Pa is an inertial number of {:.2g}, above {:g}; "
                             "time is real there, leave {} out",
-                            std::abs(scene.test.strain_rate), pressure, inertia, most_slow_inertia,
-                            by_step ? "inertia.step" : "engine"));
+                            std::abs(rate), pressure, inertia, most_slow_inertia, by_step ? "inertia.step" : "engine"));
 }
 
 }  // namespace
@@ -119,11 +136,12 @@ void settle_rows(RveScene& scene) {
 void settle(RveScene& scene, const dem::Sample& sample) {
   if (scene.model.numerics.inertia_step > 0)
     refuse_long_step(scene, sample.state.grains), refuse_real_time(scene, sample.state);
-  if (scene.model.stepper == &dem::implicit_stepper) refuse_real_time(scene, sample.state);
+  if (scene.model.stepper->long_steps) refuse_real_time(scene, sample.state);
+  if (const auto note = note_of_rigid(scene.model)) scene.notes.push_back(*note);
   scene.notes.insert(scene.notes.end(), sample.notes.begin(), sample.notes.end());
   scene.test = dem::fitted(std::move(scene.test), sample);
   if (scene.test.kind == dem::TestKind::platens) settle_rows(scene);
-  if (scene.model.records_bonds && !sample.bonded()) dem::refuse(scene.output.place_of_bonds, no_voronoi_bonds);
+  if (scene.model.records_bonds && !sample.bonded()) dem::refuse(scene.output.place_of_bonds, no_bonds);
 }
 
 Base prepare_base(const RveScene& scene, const dem::Sample* made, dem::Team& team, const StageWatch& watch) {
@@ -156,31 +174,34 @@ nlohmann::json tell_preparation(const RveScene& scene, double packed_void_ratio,
 
 std::string note_of_preparations(const std::vector<nlohmann::json>& told) {
   const Preparations all(told);
-  if (told.size() == 1 && told.front().is_object() && told.front().contains("asked_void_ratio"))
+  const auto mega = [](double p) { return fmt::format("{:.3g}", p / 1e6); };
+  const auto exact = [](double e) { return fmt::format("{:.4f}", e); };
+  if (all.tries > 0)
     return fmt::format(
-        "preparation: a friction of {:.4g} leaves a void ratio of {:.4f} at {} MPa, {:.4f} was asked for ({} tried)",
-        told.front().at("friction").get<double>(), told.front().at("void_ratio").get<double>(),
-        all.pressure.text([](double p) { return fmt::format("{:.3g}", p / 1e6); }),
-        told.front().at("asked_void_ratio").get<double>(), told.front().at("tries").get<int>());
+        "preparation: a friction of {} leaves a void ratio of {} at {} MPa, {} was asked for ({}{} tried)",
+        all.friction.text([](double f) { return fmt::format("{:.4g}", f); }), all.now.text(exact),
+        all.pressure.text(mega), all.asked.text(exact), all.count > 1 ? "up to " : "", all.tries);
   if (!all.changed) return {};
   const auto ratio = [](double e) { return fmt::format("{:.3f}", e); };
   const auto solid = [](double e) { return fmt::format("{:.4f}", 1 / (1 + e)); };
   return fmt::format(
       "preparation: the packing has a void ratio of {} (solid fraction {}); compressed to {} MPa the sample begins the "
       "test at {} ({}). A lower preparation.friction makes it denser, a higher one looser",
-      all.packed.text(ratio), all.packed.text(solid),
-      all.pressure.text([](double p) { return fmt::format("{:.3g}", p / 1e6); }), all.now.text(ratio),
+      all.packed.text(ratio), all.packed.text(solid), all.pressure.text(mega), all.now.text(ratio),
       all.now.text(solid));
 }
 
 nlohmann::json sum_of_preparations(const std::vector<nlohmann::json>& told) {
   const Preparations all(told);
   if (all.count == 0) return {};
-  return {{"starts", all.count},
-          {"asked_pressure_Pa", all.pressure.pair()},
-          {"packed_void_ratio", all.packed.pair()},
-          {"void_ratio", all.now.pair()},
-          {"worst_stress_error", all.worst}};
+  nlohmann::json sum{{"starts", all.count},
+                     {"asked_pressure_Pa", all.pressure.pair()},
+                     {"packed_void_ratio", all.packed.pair()},
+                     {"void_ratio", all.now.pair()},
+                     {"worst_stress_error", all.worst}};
+  if (all.tries > 0)
+    sum["asked_void_ratio"] = all.asked.pair(), sum["friction"] = all.friction.pair(), sum["tries"] = all.tries;
+  return sum;
 }
 
 dem::State prepare_sample(const RveScene& scene, dem::Team& team, const StageWatch& watch) {

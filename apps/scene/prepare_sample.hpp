@@ -9,7 +9,7 @@ namespace grus::app {
 
 using dem::StageWatch;
 
-inline constexpr const char* no_voronoi_bonds = "the scene has no Voronoi cells with bonds";
+inline constexpr const char* no_bonds = "the scene has no bonds between grains";
 
 /// The sample of a scene but for a random packing, which takes its time (none). Throws as dem::make does.
 std::optional<dem::Sample> made_at_once(const RveScene& scene);

@@ -13,6 +13,8 @@ std::string shown(const toml::node& node) {
   std::ostringstream out;
   if (const auto* s = node.as_string())
     out << '"' << s->get() << '"';
+  else if (const auto* x = node.as_floating_point())
+    out << fmt::format("{}", x->get());
   else
     node.visit([&](const auto& n) {
       if constexpr (toml::is_value<decltype(n)>) out << n;

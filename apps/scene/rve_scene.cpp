@@ -16,6 +16,7 @@
 #include "apps/scene/triaxial_scene.hpp"
 #include "apps/scene/wall_scene.hpp"
 #include "dem/packing/sphere_bonds.hpp"
+#include "dem/rve/stepper.hpp"
 
 namespace grus::app {
 namespace {
@@ -156,7 +157,7 @@ void read_loading(Table t, RveScene& scene) {
   }
   const auto g = t.numbers_or("gravity", {0, 0, 0}, dimension::acceleration);
   scene.model.motion.gravity = {g[0], g[1], g[2]};
-  if (scene.model.stepper == &dem::implicit_stepper) check_implicit(t, test.kind);
+  if (scene.model.stepper->long_steps) check_implicit(t, scene.model, test.kind);
   if (scene.model.numerics.inertia_step > 0 && test.kind == Kind::free)
     t.fail("kind", "\"free\" is of real time: numerics.inertia.step would change what the grains do in it");
   if (scene.model.numerics.scales_inertia() && !scene.model.motion.gravity.isZero())
@@ -188,14 +189,19 @@ void read_output_table(Table& t, RveScene& scene) {
     t.fail("split_statistics", "is of grains that break, of which there are none: give a material fracture");
   out.grading = t.flag_or("grading", false);
   const auto record_bonds = [&](const char* key) {
-    const auto* cells = dem::voronoi_material(scene.recipe);
-    if (!cells || !scene.model.materials[*cells].bond) t.fail(key, no_voronoi_bonds);
+    const auto& all = scene.model.materials;
+    if (std::none_of(all.begin(), all.end(), [](const auto& m) { return m.bond.has_value(); })) t.fail(key, no_bonds);
     out.place_of_bonds = t.place(key), scene.model.records_bonds = true;
   };
   if (t.has("bursts")) out.bursts = t.number("bursts", dimension::time, positive), record_bonds("bursts");
   out.broken_bonds = t.flag_or("broken_bonds", false);
   if (out.broken_bonds) record_bonds("broken_bonds");
   out.gradings = static_cast<int>(t.integer_or("gradings", 0, 0, 1000));
+  out.lattice = static_cast<std::size_t>(t.integer_or("lattice", 0, 0, 1000));
+  if (out.lattice > 0 && !scene.model.tests_cracks())
+    t.fail("lattice", "is of grains that break by model = \"peridynamics\", of which there are none");
+  for (dem::Material& m : scene.model.materials)
+    if (m.fracture && m.fracture->cracks) m.fracture->cracks->lattice.tells_points = out.lattice > 0;
   out.critical_grain = t.flag_or("critical_grain", false);
   out.wall_forces = t.flag_or("wall_forces", false);
   if (out.wall_forces && !scene.recipe.has_sides())
@@ -278,6 +284,7 @@ RveScene read(const std::string& file, const std::vector<std::string>& overrides
     if (t.has("preparation")) t.fail("preparation", "cannot be with start: that run has prepared the sample");
   }
   read_preparation(t, scene);
+  if (scene.recipe.preparation) scene.test.loading.prepared = -scene.recipe.preparation->pressure;
   note_end(scene);
   t.finish();
   scene.model.motion.turn_spheres =

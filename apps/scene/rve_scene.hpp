@@ -23,6 +23,7 @@ struct Output {
   bool broken_bonds = false;               // each in broken_bonds.csv
   bool contacts = false, wrapped = false;  // beside the frames; grains drawn inside the periodic cell
   int frames = 0, gradings = 0;
+  std::size_t lattice = 0;           // so many grains that crack are written point by point
   bool grading = false;              // size and shape columns in history.csv
   bool wall_forces = false;          // columns of every wall of a box or cylinder
   bool strain_gauges = false;        // columns of the strain in the middle between platens
@@ -50,6 +51,9 @@ RveScene read_rve_scene(const std::string& file, const std::vector<std::string>&
 
 /// The same for the unit cell of a boundary-value problem: periodic, no loading or output needed.
 RveScene read_unit_cell(const std::string& file, const std::vector<std::string>& overrides);
+
+/// Sizes of the fines as shares of the grain that broke, or in m. `balls`: "fragment" may be said, too.
+void read_fines(Table& table, bool balls, dem::FinesGrading& fines);
 
 /// All [material.*] tables and [numerics] into the model (pair laws are made by the caller, after walls are known).
 void read_model(Table& scene, dem::Model& model, bool unit_cell);

@@ -5,9 +5,10 @@
 
 #include <algorithm>
 
+#include "apps/scene/engine_scene.hpp"
 #include "apps/scene/packing_scene.hpp"
 #include "apps/scene/wall_scene.hpp"
-#include "dem/rve/stepper.hpp"
+#include "dem/rve/implicit_stepper.hpp"
 
 namespace grus::app {
 namespace {
@@ -29,9 +30,6 @@ T word_of(const std::string& word, const std::vector<std::string>& words) {
 }
 
 bool stands(const Stage& s) { return s.kind == StageKind::deposit || s.kind == StageKind::relax; }
-bool one_way(const Stage& s) {
-  return s.kind == StageKind::compress || s.kind == StageKind::unload || s.kind == StageKind::reload;
-}
 
 void needs_bounds(const Table& t, const Stage& s, const RveScene& scene) {
   const dem::Recipe& r = scene.recipe;
@@ -82,7 +80,7 @@ void read_rate(Table& t, Stage& s) {
   s.strain_rate = t.number("strain_rate", dimension::rate, s.kind == StageKind::shear ? any : positive);
   if (s.strain_rate == 0) t.fail("strain_rate", "must not be 0");
   if (!t.has("stress_rate")) return;
-  if (!one_way(s) || s.all) t.fail("stress_rate", "is of one axis that is compressed, unloaded or reloaded");
+  if (!s.one_way() || s.all) t.fail("stress_rate", "is of one axis that is compressed, unloaded or reloaded");
   s.stress_rate = t.number("stress_rate", dimension::stress_rate, positive);
 }
 
@@ -100,7 +98,8 @@ void read_cycles(Table& t, Stage& s) {
   s.cycles = static_cast<std::uint64_t>(t.integer("cycles", 1, 1000000));
 }
 
-void read_ends(Table& t, Stage& s) {
+/// `solved`: by steps that solve their contacts.
+void read_ends(Table& t, Stage& s, bool solved) {
   auto u = t.table_if("until");
   if (!u) return;
   const auto read = [&](const char* key, std::optional<double>& end, const Dimension& dimension, const Range& range) {
@@ -114,6 +113,10 @@ void read_ends(Table& t, Stage& s) {
   read("void_ratio", s.until.void_ratio, dimension::none, positive);
   read("time", s.until.time, dimension::time, not_negative);
   read("unbalanced_force", s.until.unbalanced_force, dimension::none, {0, 1, true});
+  if (solved && s.until.unbalanced_force && *s.until.unbalanced_force < dem::least_unbalanced)
+    u->fail("unbalanced_force", fmt::format("must be at least {:g} with numerics.engine = \"implicit\", which finds "
+                                            "forces no better",
+                                            dem::least_unbalanced));
   u->finish();
   if (s.until.stress && s.until.deviator) u->fail("deviator", "cannot be beside stress: give one");
 }
@@ -125,7 +128,7 @@ bool ends(const Stage& s) {
 
 /// How far a stage may go for its end, and how long.
 void read_bounds(Table& t, Stage& s) {
-  if (!stands(s) && s.kind != StageKind::hold) {
+  if (!stands(s)) {
     s.max_strain = t.number_or("max_strain", s.plane ? 10 : 0.6, dimension::none, s.plane ? shears : strains);
     if (s.until.strain && *s.until.strain > s.max_strain)
       t.fail("max_strain", fmt::format("{:g} is less than until.strain, {:g}", s.max_strain, *s.until.strain));
@@ -141,6 +144,8 @@ void read_grains(Table& t, Stage& s, const RveScene& scene) {
     if (s.friction && *s.friction > 0 && m.rolling_friction > 0 && m.friction == 0)
       t.fail("friction", fmt::format("material.{} has rolling_friction, which needs a friction of its own", m.name));
   if (t.has("damping")) s.damping = t.number("damping", dimension::none, {0, 1, false, true});
+  if (s.damping.value_or(0) > 0 && scene.model.stepper->long_steps)
+    t.fail("damping", "must be 0 with numerics.engine = \"implicit\", whose steps need none");
   if (t.has("gravity")) s.gravity = vector3(t.numbers("gravity", 3, dimension::acceleration));
   if (s.gravity && !s.gravity->isZero() && scene.model.numerics.scales_inertia())
     t.fail("gravity", "cannot be with numerics.inertia: what resists motion would weigh, too");
@@ -162,7 +167,8 @@ Stage read_stage(Table& t, const RveScene& scene) {
   }
   if (s.kind == StageKind::cyclic) read_cycles(t, s);
   needs_bounds(t, s, scene);
-  read_ends(t, s);
+  check_rigid(t, scene.model, stands(s));
+  read_ends(t, s, scene.model.stepper->long_steps);
   if (s.until.void_ratio && scene.recipe.bounds == dem::Bounds::open)
     t.fail("until", "a void ratio is of a box, a cylinder or a cell");
   s.rows = static_cast<std::uint64_t>(t.integer_or("rows", 25, 1, 1000000));
@@ -212,8 +218,6 @@ std::optional<double> known_duration(const dem::Programme& test) {
 
 void read_stages(Table& t, RveScene& scene) {
   if (t.has("loading")) t.fail("loading", "cannot be with [[stage]]: a test has one or the other");
-  if (scene.model.stepper != &dem::explicit_stepper)
-    t.fail("stage", "is of explicit steps: numerics.engine = \"implicit\" is for a test with [loading]");
   refuse_own_motion(t, "stage", scene);
   dem::Programme& test = scene.test;
   test.kind = dem::TestKind::staged;

@@ -10,7 +10,7 @@ namespace grus::app {
 /// Reads them into the programme; the sample's tables are read. Throws InputError.
 void read_stages(Table& table, RveScene& scene);
 
-/// Rows that history.csv will have at most.
+/// Rows that history.csv will have; a stage that ends by a stress may have a few more.
 double rows_of(const dem::Programme& test);
 
 /// How long the test takes at most (s); none where a stress or rest ends some stage.

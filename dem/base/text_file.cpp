@@ -7,6 +7,8 @@
 #include <iterator>
 #include <sstream>
 
+#include "dem/base/error.hpp"
+
 namespace grus::dem {
 namespace {
 
@@ -39,16 +41,18 @@ std::string utf8_of(const std::string& bytes, bool big) {
 std::unique_ptr<std::istream> open_text(const std::string& path) {
   if (!std::filesystem::is_regular_file(path)) return nullptr;
   auto in = std::make_unique<std::ifstream>(path, std::ios::binary);
-  char head[3] = {};
+  char head[4] = {};
   in->read(head, sizeof head);
   const std::string begin(head, static_cast<std::size_t>(in->gcount()));
   in->clear();
+  for (const char* mark : {"\x1F\x8B", "PK\3\4", "BZh", "\3757zX", "\x28\xB5\x2F\xFD"})  // gzip, zip, bzip2, xz, zstd
+    if (begin.starts_with(mark)) throw InputError(path + ": the file is compressed; unpack it first");
   if (begin.starts_with("\xFF\xFE") || begin.starts_with("\xFE\xFF")) {
     in->seekg(2);
     const std::string rest{std::istreambuf_iterator<char>(*in), {}};
     return std::make_unique<std::istringstream>(utf8_of(rest, begin[0] == '\xFE'));
   }
-  in->seekg(begin == "\xEF\xBB\xBF" ? 3 : 0);
+  in->seekg(begin.starts_with("\xEF\xBB\xBF") ? 3 : 0);
   return in->good() ? std::move(in) : nullptr;
 }
 

@@ -9,7 +9,7 @@
 namespace grus::dem {
 
 /// The text of a file as UTF-8: a byte order mark is left out, UTF-16 with its mark is translated. Null where there is
-/// no such file.
+/// no such file. Throws InputError where the file is compressed.
 std::unique_ptr<std::istream> open_text(const std::string& path);
 
 }  // namespace grus::dem

@@ -6,14 +6,15 @@
 #include <algorithm>
 
 #include "dem/base/error.hpp"
+#include "dem/base/renew.hpp"
 
 namespace grus::dem {
 namespace {
 
 constexpr std::size_t most_levels = 64;
 
-using Level = Candidates::Level;
-using Member = Candidates::Member;
+using Level = SearchRoom::Level;
+using Member = SearchRoom::Member;
 
 struct Box {  // fractional coordinates: s = inverse * (x - origin)
   Mat3 vectors, inverse;
@@ -49,15 +50,15 @@ std::size_t cell_of(const Level& level, const Vec3& s) {
 }
 
 /// A level for each doubling of the radius, with cells in which a grain of it touches neighbouring cells at most.
-void choose_levels(const Grains& grains, const Box& box, double skin, Candidates& out) {
+void choose_levels(const Grains& grains, const Box& box, double skin, SearchRoom& out) {
   const std::size_t n = grains.size();
   double smallest = INFINITY, largest = 0;
   for (const auto& g : grains.motion) smallest = std::min(smallest, g.radius), largest = std::max(largest, g.radius);
   if (box.periodic && box.heights.minCoeff() < 2 * largest + skin)
     throw Unstable(fmt::format(
-        "periodic cell of {:.3g} m has become smaller than its largest grain ({:.3g} m across): a grain would "
-        "touch its own image; use a larger cell, or load less",
-        box.heights.minCoeff(), 2 * largest));
+        "periodic cell of {:.3g} m has become smaller than its largest grain ({:.3g} m across) and the {:.2g} m ahead "
+        "within which it looks for others: a grain would touch its own image; use a larger cell, or load less",
+        box.heights.minCoeff(), 2 * largest, skin));
   // More than 64 doublings in size: all that is larger shares the last level.
   const auto depth = std::min<std::size_t>(
       most_levels, static_cast<std::size_t>(std::floor(std::log2(largest / smallest) + 1e-9)) + 1);
@@ -91,7 +92,7 @@ void choose_levels(const Grains& grains, const Box& box, double skin, Candidates
 }
 
 /// Puts the grains into the cells of their levels.
-void fill_levels(const Grains& grains, const Box& box, double skin, Candidates& out) {
+void fill_levels(const Grains& grains, const Box& box, double skin, SearchRoom& out) {
   choose_levels(grains, box, skin, out);
   const std::size_t n = grains.size();
   out.folded.resize(n), out.place.resize(n);
@@ -192,16 +193,16 @@ void search(const Box& box, const Level& level, const Member& mine, double skin,
 }
 
 /// Rows by a, each sorted by (b, image), of what the first pieces hold: the order does not tell who found what.
-void make_rows(std::size_t n, std::size_t pieces, Candidates& out, Team& team) {
-  const std::span found(out.piece.data(), pieces);
+void make_rows(std::size_t n, std::size_t pieces, SearchRoom& room, Candidates& out, Team& team) {
+  const std::span found(room.piece.data(), pieces);
   out.row.assign(n + 1, 0);
   for (const auto& piece : found)
     for (const auto& c : piece) ++out.row[c.a + 1];
   for (std::size_t i = 0; i < n; ++i) out.row[i + 1] += out.row[i];
-  out.pair.resize(out.row[n]);
-  out.next.assign(out.row.begin(), out.row.end() - 1);
+  renew(out.pair, out.row[n]);
+  room.next.assign(out.row.begin(), out.row.end() - 1);
   for (const auto& piece : found)
-    for (const auto& c : piece) out.pair[out.next[c.a]++] = c;
+    for (const auto& c : piece) out.pair[room.next[c.a]++] = c;
   team.blocks(n, [&](std::size_t begin, std::size_t end) {
     auto before = [](const Candidate& p, const Candidate& q) { return p.b != q.b ? p.b < q.b : p.image < q.image; };
     for (std::size_t i = begin; i < end; ++i)
@@ -228,42 +229,43 @@ void refuse_small_cell(const Grains& grains, const Cell& cell, double skin) {
                     cell.height(), 2 * largest));
 }
 
-void find_candidates(const Grains& grains, const Cell& cell, double skin, Candidates& out, Team& team) {
+void find_candidates(const Grains& grains, const Cell& cell, double skin, Candidates& out, SearchRoom& room,
+                     Team& team) {
   const std::size_t n = grains.size(), pieces = block_count(n);
-  out.piece.resize(std::max(out.piece.size(), pieces));
-  for (auto& found : out.piece) found.clear();
+  room.piece.resize(std::max(room.piece.size(), pieces));
+  for (auto& found : room.piece) found.clear();
   if (n > 0) {
     const Box box = box_of(grains, cell, skin);
-    fill_levels(grains, box, skin, out);
+    fill_levels(grains, box, skin, room);
     team.blocks(n, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
-        for (std::size_t l = out.level_of[i]; l < out.levels.size(); ++l) {
-          const Index least = l == out.level_of[i] ? static_cast<Index>(i + 1) : 0;  // pairs of one level once
-          if (!out.levels[l].member.empty())
-            search(box, out.levels[l], out.folded[i], skin, out.piece[i / block_size],
+        for (std::size_t l = room.level_of[i]; l < room.levels.size(); ++l) {
+          const Index least = l == room.level_of[i] ? static_cast<Index>(i + 1) : 0;  // pairs of one level once
+          if (!room.levels[l].member.empty())
+            search(box, room.levels[l], room.folded[i], skin, room.piece[i / block_size],
                    [=](Index other) { return other < least; });
         }
     });
   }
-  make_rows(n, pieces, out, team);
+  make_rows(n, pieces, room, out, team);
 }
 
 void find_candidates_of(std::span<const Index> few, const std::vector<std::uint8_t>& marked, const Grains& grains,
-                        const Cell& cell, double skin, Candidates& out, Team& team) {
+                        const Cell& cell, double skin, Candidates& out, SearchRoom& room, Team& team) {
   const std::size_t n = grains.size();
-  if (out.piece.empty()) out.piece.resize(1);
-  auto& found = out.piece[0];
+  if (room.piece.empty()) room.piece.resize(1);
+  auto& found = room.piece[0];
   found.clear();
   if (!few.empty()) {
     const Box box = box_of(grains, cell, skin);
-    fill_levels(grains, box, skin, out);
+    fill_levels(grains, box, skin, room);
     for (const Index i : few)
-      for (const Level& level : out.levels)
+      for (const Level& level : room.levels)
         if (!level.member.empty())
-          search(box, level, out.folded[i], skin, found,
+          search(box, level, room.folded[i], skin, found,
                  [&](Index other) { return other == i || (other < i && marked[other]); });
   }
-  make_rows(n, 1, out, team);
+  make_rows(n, 1, room, out, team);
 }
 
 }  // namespace grus::dem

@@ -18,11 +18,14 @@ struct Candidate {
   std::array<std::int16_t, 3> image;  // cell vectors to add to b
 };
 
-/// Pairs of grain a: pair[row[a]] to pair[row[a + 1]], by (b, image). The rest is room that searches reuse.
+/// Pairs of grain a: pair[row[a]] to pair[row[a + 1]], by (b, image).
 struct Candidates {
   std::vector<Candidate> pair;
   std::vector<Index> row;
+};
 
+/// Room that searches reuse.
+struct SearchRoom {
   struct Member {   // of a grid cell
     Vec3 position;  // folded into the cell, from its corner
     double radius;
@@ -44,13 +47,14 @@ struct Candidates {
 
 /// All pairs whose bounding spheres are closer than `skin`, each once.
 /// Throws Unstable where a periodic cell has become too small for its largest grain (a grain would meet its own image).
-void find_candidates(const Grains& grains, const Cell& cell, double skin, Candidates& found, Team& team);
+void find_candidates(const Grains& grains, const Cell& cell, double skin, Candidates& found, SearchRoom& room,
+                     Team& team);
 
 /// Throws InputError where a cell is too small to begin with.
 void refuse_small_cell(const Grains& grains, const Cell& cell, double skin);
 
 /// Those of them that a grain of `few` is part of; marked[i]: grain i is one of the few.
 void find_candidates_of(std::span<const Index> few, const std::vector<std::uint8_t>& marked, const Grains& grains,
-                        const Cell& cell, double skin, Candidates& found, Team& team);
+                        const Cell& cell, double skin, Candidates& found, SearchRoom& room, Team& team);
 
 }  // namespace grus::dem

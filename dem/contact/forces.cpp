@@ -192,9 +192,7 @@ DeepestContact deepest_contact(const Grains& grains, const Contacts& contacts) {
   DeepestContact deepest;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     if (!contacts.contact.touching(k)) continue;
-    const Pair& p = contacts.pair[k];
-    double r = grains.extent[p.a].equivalent_radius;
-    if (k < contacts.begin[first_wall]) r = std::min(r, grains.extent[p.b].equivalent_radius);
+    const double r = smaller_radius(grains, contacts.pair[k], k >= contacts.begin[first_wall]);
     if (contacts.touch[k].overlap > deepest.ratio * r) deepest = {contacts.touch[k].overlap / r, k};
   }
   return deepest;

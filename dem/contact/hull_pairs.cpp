@@ -126,10 +126,9 @@ void fetch(const HullView& hull) {
   for (int k = 0; k < 4 * hull.vertices; k += 8) __builtin_prefetch(corners + k);
 }
 
-/// Hulls one in the other press nowhere.
-bool presses(const Overlap& o) { return o.volume > 0 && o.force.squaredNorm() > 0 && o.area.squaredNorm() > 0; }
-
 }  // namespace
+
+bool presses(const Overlap& o) { return o.volume > 0 && o.force.squaredNorm() > 0 && o.area.squaredNorm() > 0; }
 
 double mobility(const Grains& g, Index i, const Vec3& arm, const Vec3& n) {
   const Motion& m = g.motion[i];

@@ -20,6 +20,9 @@ Overlap overlap_of_pair(const Grains& grains, const Cell& cell, const Pair& pair
                         HullGuess* guess = nullptr);
 Overlap overlap_at_wall(const Grains& grains, const Wall& wall, Index grain);
 
+/// Hulls one in the other press nowhere.
+bool presses(const Overlap& overlap);
+
 /// The overlap that a listed pair would have once it meets along `normal`, from a to b, and is pressed by `press` (m);
 /// none where they are further apart along it than `reach` and `press` (m).
 Overlap overlap_if_pressed(const Grains& grains, const Cell& cell, const Pair& pair, const Vec3& normal, double reach,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "dem/base/renew.hpp"
 #include "dem/contact/tiles.hpp"
 
 namespace grus::dem {
@@ -10,7 +11,6 @@ namespace grus::dem {
 void put_aside(const Grains& grains, Contacts& contacts, NeighbourReference& reference) {
   NeighbourRoom& room = reference.room;
   room.pair.swap(contacts.pair);
-  std::swap(room.contact, contacts.contact);
   room.guesses.row.swap(contacts.guesses.row), room.first_hulls = contacts.begin[hull_hull];
   if (!grains.frame.empty() || !reference.radius.empty()) room.touch.swap(contacts.touch);
 }
@@ -47,16 +47,39 @@ void make_rows(std::size_t tiles, NeighbourRoom& room, Contacts& contacts) {
     contacts.tile[bin][tiles] = static_cast<Index>(total);
   }
   contacts.begin[bin_count] = total;
-  contacts.pair.resize(total);
-  contacts.contact.keep_as(room.contact);
-  for_each_contact_column(contacts.contact, [&](auto& column) { column.resize(total + overrun); });
+  renew(contacts.pair, total);
   if (contacts.spots) contacts.spot.resize(total);
   contacts.guesses.row.resize(contacts.begin[hull_hull + 1] - contacts.begin[hull_hull]);
-  contacts.touch.resize(total + overrun), contacts.active.resize(total + overrun);
-  for (std::size_t k = total; k < total + overrun; ++k)
-    contacts.contact.set(k, {}), contacts.touch[k] = {}, contacts.active[k] = 0;
+  renew(contacts.touch, total + overrun), renew(contacts.active, total + overrun);
+  for (std::size_t k = total; k < total + overrun; ++k) contacts.touch[k] = {}, contacts.active[k] = 0;
+  renew(room.source, total);
   make_room(total, contacts.plan);
   contacts.plan.tile_work.resize(tiles + 1);
+}
+
+/// Of the place of a pair on the list before: a and b have changed sides since.
+constexpr Index sides_changed = Index{1} << 31;
+
+/// Histories go to the places of the new list, column by column: no two lists of them stand there at once.
+void move_histories(NeighbourRoom& room, ContactColumns& contact, Team& team) {
+  const std::size_t total = room.source.size();
+  for_each_contact_column(contact, [&](std::vector<double>& column) {
+    renew(room.column, total + overrun);
+    team.blocks(total, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        const Index from = room.source[k];
+        room.column[k] = from == Past::none ? 0 : column[from & ~sides_changed];
+      }
+    });
+    std::fill(room.column.begin() + static_cast<std::ptrdiff_t>(total), room.column.end(), 0.0);
+    column.swap(room.column);
+  });
+  for (std::size_t k = 0; k < total; ++k) {
+    if (room.source[k] == Past::none || (room.source[k] & sides_changed) == 0) continue;
+    for (std::size_t row = 0; row < spring_rows; ++row)
+      if (const auto spring = static_cast<SpringRow>(row); contact.keeps[row])
+        contact.set_force(spring, k, -contact.force(spring, k));
+  }
 }
 
 }  // namespace
@@ -75,10 +98,7 @@ void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team)
         contacts.active[k] = on;
         plan_pair(pair, k, t, wall, bits, contacts.plan, room.crossing[t]);
         const bool turned = !wall && lister.past.before(pair.a) > lister.past.before(pair.b);
-        Contact c = on ? room.contact[old] : Contact{};
-        if (turned)
-          for (Vec3& spring : c.spring) spring = -spring;
-        contacts.contact.set(k, c);
+        room.source[k] = on ? old | (turned ? sides_changed : 0) : Past::none;
         if (bin == hull_hull) {
           HullGuesses::Row& guess = contacts.guesses.row[k - contacts.begin[hull_hull]];
           const std::size_t before = old - room.first_hulls;
@@ -96,6 +116,8 @@ void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team)
       weigh_tile(lister.grains, t, contacts);
     }
   });
+  if (grains > large_sample) std::vector<std::vector<NeighbourRoom::Listed>>().swap(room.listed);
+  move_histories(room, contacts.contact, team);
   finish_plan(lister.grains, lister.boundary.cell, room.crossing, contacts, room.receivers, room.next);
   contacts.index.first.clear();
   if (indexed) index_grains(grains, contacts, room.next);

@@ -40,7 +40,8 @@ struct Past {
   static constexpr Index none = ~Index{0}, nobody = none;
 };
 
-/// What it takes to put pairs on the new list, a tile at a time. The list before is in the room.
+/// What it takes to put pairs on the new list, a tile at a time. The list before is in the room, but for its histories,
+/// which stay where they are until `lay_out`.
 struct Lister {
   const Grains& grains;
   const Boundary& boundary;
@@ -51,7 +52,7 @@ struct Lister {
   bool shown;  // what spheres show is looked at in every step
   std::span<const Pair> bonded, walled;
 
-  bool touched(Index old) const { return old != Past::none && room.contact.touching(old); }
+  bool touched(Index old) const { return old != Past::none && past.lists.contact.touching(old); }
   std::uint16_t law(Index a, std::uint8_t other) const {
     return static_cast<std::uint16_t>(grains.material[a] * materials + other);
   }
@@ -118,7 +119,7 @@ struct Lister {
   }
 };
 
-/// The contacts become the list before; with what they show, but for spheres that do not swell: nobody looks at that
+/// The pairs become the list before; with what they show, but for spheres that do not swell: nobody looks at that
 /// before the next step that is observed.
 void put_aside(const Grains& grains, Contacts& contacts, NeighbourReference& reference);
 
@@ -128,6 +129,12 @@ void begin_tiles(std::size_t grains, NeighbourRoom& room);
 /// Makes the columns of the contacts from what the tiles have on their lists. In each tile and bin, pairs that touch
 /// come first.
 void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team);
+
+/// Samples of more grains are listed seldom: what only that needs is given back after it.
+inline constexpr std::size_t large_sample = 20000;
+inline void give_back(SearchRoom& room) {
+  if (room.folded.size() > large_sample) room = {};
+}
 
 /// Pairs of up to one in so many grains are searched again alone: with more, a whole list costs hardly more.
 inline constexpr std::size_t few_of = 32;

@@ -70,7 +70,8 @@ void renew_candidates(const Grains& grains, const Cell& cell, double skin, bool 
   for (const Motion& m : grains.motion) room.largest = std::max(room.largest, m.radius);
   if (cell.periodic()) room.skin = std::max(skin, std::min(room.skin, cell.height() - 2 * room.largest));
   room.anchor.clear();  // should the search fail, nothing vouches for what it leaves
-  find_candidates(grains, cell, room.skin, room.candidates, team);
+  find_candidates(grains, cell, room.skin, room.candidates, room.search, team);
+  give_back(room.search);
   for (const Motion& m : grains.motion) room.anchor.push_back({m.position, m.radius});
 }
 

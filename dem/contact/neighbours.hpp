@@ -29,12 +29,14 @@ struct NeighbourRoom {
   std::vector<Anchor> anchor;
   Mat3 cell = Mat3::Zero();
   double skin = 0, largest = 0;
-  Candidates few;                    // pairs of the grains that a mending looks at
+  Candidates few;  // pairs of the grains that a mending looks at
+  SearchRoom search;
   std::vector<Index> strays;         // such grains
   std::vector<std::uint8_t> marked;  // one of them; by grain
   std::vector<Pair> pair;            // of the list before
-  ContactColumns contact;
   std::vector<Touch> touch;
+  std::vector<Index> source;   // of each pair of the new list, its place on the list before
+  std::vector<double> column;  // of histories, that is at hand
   HullGuesses guesses;
   std::size_t first_hulls = 0;  // pair of hulls
   struct Listed {

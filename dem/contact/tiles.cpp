@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "dem/base/renew.hpp"
 #include "dem/contact/mesh_pairs.hpp"
 #include "dem/contact/pair_kinds.hpp"
 #include "dem/kernel/look_ahead.hpp"
@@ -13,7 +14,7 @@ namespace grus::dem {
 
 void make_room(std::size_t pairs, Plan& plan) {
   const auto make = [&](std::vector<Index>& column, std::size_t beyond) {
-    column.resize(pairs + beyond);
+    renew(column, pairs + beyond);
     std::fill_n(column.begin() + static_cast<std::ptrdiff_t>(pairs), beyond, Index{0});
   };
   for (auto* column : {&plan.a, &plan.law, &plan.target}) make(*column, overrun);

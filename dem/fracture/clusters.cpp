@@ -7,7 +7,8 @@ namespace grus::dem {
 namespace {
 
 constexpr double most_damage = 0.35;
-constexpr std::size_t nearest = 6;  // ways to the nearest neighbours come first
+constexpr std::size_t nearest = 6;      // ways to the nearest neighbours come first
+constexpr std::size_t least_crumb = 4;  // points
 
 /// Calls f(point, way, has it, holds it) for each bond that some point of its octet has.
 template <class F>
@@ -74,7 +75,8 @@ Clusters clusters_of(const PeridynamicSolid& solid, double least, bool crumbs) {
   Clusters c;
   for (const auto& [less, mine] : size) {
     const bool large = -static_cast<double>(less) >= least * static_cast<double>(n);
-    if (large || crumbs) place[static_cast<std::size_t>(mine)] = c.pieces + c.crumbs, ++(large ? c.pieces : c.crumbs);
+    if (large || (crumbs && static_cast<std::size_t>(-less) >= least_crumb))
+      place[static_cast<std::size_t>(mine)] = c.pieces + c.crumbs, ++(large ? c.pieces : c.crumbs);
   }
   for (int& l : label) l = l < 0 ? -1 : place[static_cast<std::size_t>(l)];
   c.piece = std::move(label);
@@ -82,7 +84,6 @@ Clusters clusters_of(const PeridynamicSolid& solid, double least, bool crumbs) {
 }
 
 Clusters torn_apart(const PeridynamicSolid& solid, const PointColumns& u, double least, bool crumbs) {
-  constexpr std::size_t fewest = 4;
   const std::size_t n = solid.lattice().size();
   const auto moved = [&](std::size_t i) { return Vec3(u(i, 0), u(i, 1), u(i, 2)); };
   Vec3 middle[2] = {Vec3::Zero(), Vec3::Zero()};  // of the rest, and of those that go with the farthest
@@ -108,9 +109,9 @@ Clusters torn_apart(const PeridynamicSolid& solid, const PointColumns& u, double
   }
   c.pieces = 1;
   const double enough = least * static_cast<double>(n);
-  if (away >= fewest && static_cast<double>(away) >= enough)
+  if (away >= least_crumb && static_cast<double>(away) >= enough)
     c.pieces = 2;
-  else if (away >= fewest && crumbs)
+  else if (away >= least_crumb && crumbs)
     c.crumbs = 1;
   else
     std::fill(c.piece.begin(), c.piece.end(), 0);

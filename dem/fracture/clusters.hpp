@@ -16,8 +16,8 @@ struct Clusters {
 };
 
 /// Points that have lost more than 0.35 of their bonds are set aside; the rest are joined over intact bonds to nearest
-/// neighbours. Clusters of less than `least` of all points are set aside too, or with `crumbs` are such. Bonds alone
-/// would not do: some hold on across a crack for long, and much of the grain would be dust.
+/// neighbours. Clusters of less than `least` of all points are set aside too, or with `crumbs` are such if they have
+/// four points. Bonds alone would not do: some hold on across a crack for long, and much of the grain would be dust.
 Clusters clusters_of(const PeridynamicSolid& solid, double least, bool crumbs = false);
 
 /// Points told apart by where they have gone: those that move with the farthest, and the rest, where the first are a

@@ -32,23 +32,30 @@ HoldTest hold_test(PeridynamicSolid& solid, const PointColumns& load, PointColum
 LastHold last_hold(PeridynamicSolid& solid, const PointColumns& load, const PointColumns& whole, PointColumns& u) {
   constexpr int least = 512;  // a load of 1e-11 of the whole breaks nothing
   LastHold last;
-  PointColumns part = load;
-  int rounds = 0, iterations = 0, solves = 0, tried = 0;
+  PointColumns part = load, at_rest = u;
+  std::vector<std::uint8_t> intact;
+  LastHold kept;  // the last that holds, with its answer and its bonds
+  int rounds = 0, iterations = 0, solves = 0, at = 0;
   const auto holds = [&](int power) {
-    last.share = std::pow(CrackChoice::raise, -power), tried = power;
+    last.share = std::pow(CrackChoice::raise, -power);
     for (std::size_t k = 0; k < part.size(); ++k) part[k] = last.share * load[k], u[k] = last.share * whole[k];
     solid.mend();
     last.test = hold_test(solid, part, u);
     rounds += last.test.rounds, iterations += last.test.iterations, solves += last.test.solves;
-    return last.test.holds();
+    if (!last.test.holds()) return false;
+    kept = last, at_rest = u, intact = solid.intact(), at = power;
+    return true;
   };
-  int fails = 0, held = 1;
-  while (!holds(held) && held < least) fails = held, held *= 2;
+  solid.mend(), solid.dilate(whole);
+  // What is not stretched beyond its limit holds.
+  const double powers = std::log(solid.largest_breakable_stretch()) / std::log(CrackChoice::raise);
+  int fails = 0, held = static_cast<int>(std::clamp(std::ceil(powers), 1.0, double{least}));
   while (held - fails > 1) {
     const int middle = (held + fails) / 2;
     (holds(middle) ? held : fails) = middle;
   }
-  if (tried != held) holds(held);
+  while (at != held && !holds(held) && held < least) ++held;  // of round-off
+  if (at == held) last = kept, u = at_rest, solid.intact() = intact;
   last.test.rounds = rounds, last.test.iterations = iterations, last.test.solves = solves;
   return last;
 }
@@ -85,9 +92,8 @@ CrackRun crack_run(PeridynamicSolid& solid, const PointColumns& load, PointColum
       velocity[k] = keep * velocity[k] + kick * (force[k] + run.load_factor * load[k]);
       u[k] += step * velocity[k];
     }
-    solid.dilate(u);
     ++run.steps, ++since_break, ++since_raise;
-    if (solid.break_above(1, run.lost) > 0) since_break = 0;
+    if (solid.dilate_beyond(u, 1) && solid.break_above(1, run.lost) > 0) since_break = 0;
     if (since_parted >= 0) ++since_parted;
     if (run.steps % each == 0 || since_parted == after) {
       Clusters seen = clusters_of(solid, choice.smallest_piece, choice.crumbs);

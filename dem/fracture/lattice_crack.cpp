@@ -25,11 +25,20 @@ std::vector<std::uint8_t> core_of(const PointLattice& lattice, std::span<const P
   return core;
 }
 
-CrackedLattice cracked(const PeridynamicSolid& solid, CrackRun& run, double joule, double diameter) {
+/// `stretch`, `joule`: units of strain and energy; `told`: with displacements and dilations.
+CrackedLattice cracked(const PeridynamicSolid& solid, const PointColumns& u, CrackRun& run, double stretch,
+                       double joule, double diameter, bool told) {
   const PointLattice& lattice = solid.lattice();
   attach(solid, run.clusters);
-  return {lattice.point,       std::move(run.clusters.piece), damage_of(solid),
-          run.clusters.pieces, lattice.spacing * diameter,    joule * run.lost};
+  CrackedLattice c;
+  c.points = lattice.point, c.piece = std::move(run.clusters.piece), c.damage = damage_of(solid);
+  for (std::size_t i = 0; told && i < lattice.size(); ++i) {
+    c.moved.push_back(stretch * diameter * (lattice.axes * Vec3(u(i, 0), u(i, 1), u(i, 2))));
+    c.dilation.push_back(stretch * solid.dilation(i));
+  }
+  c.pieces = run.clusters.pieces, c.crumbs = run.clusters.crumbs;
+  c.spacing = lattice.spacing * diameter, c.bond_energy = joule * run.lost;
+  return c;
 }
 
 }  // namespace
@@ -79,13 +88,13 @@ CrackResult crack_test(const LatticeSolid& solid, std::span<const PatchLoad> loa
     }
     hold = last.test, share = std::min(1.0, CrackChoice::raise * last.share);
   }
-  CrackRun run = crack_run(body, load, at, {model.damping, model.time, model.smallest_piece}, share);
+  CrackRun run = crack_run(body, load, at, {model.damping, model.time, model.smallest_piece, model.crumbs}, share);
   run.lost += hold.lost;
   result.steps = run.steps, result.load_factor = run.load_factor;
   result.verdict = run.end == CrackEnd::holds ? CrackVerdict::holds : CrackVerdict::stalled;
   if (run.end != CrackEnd::parts) return result;
   result.verdict = CrackVerdict::cracks;
-  result.cracked = cracked(body, run, newton * d * limit, d);
+  result.cracked = cracked(body, at, run, limit, newton * d * limit, d, model.tells_points);
   return result;
 }
 

@@ -19,10 +19,12 @@ struct LatticeModel {
   double core_screen = 0.55;     // holds if no bond away from the patches is stretched by this share of the limit
   double damping = 3.2;          // of the crack run, times c_p / d
   double time = 2;               // it goes on after the grain has parted: passages of c_p through d
-  double smallest_piece = 0.03;  // share of the points; smaller ones go to their neighbours
+  double smallest_piece = 0.03;  // share of the points; smaller ones go to their neighbours,
+  bool crumbs = false;           // or are told as crumbs
   // Bonds of points within the patches do not break: few points under a contact would be torn out, and the load with
   // them. False: as in the paper.
   bool keep_patches = true;
+  bool tells_points = false;  // where they went is told, and a break carries them
 };
 
 enum class CrackVerdict {
@@ -36,9 +38,11 @@ enum class CrackVerdict {
 /// Points of a cracked grain.
 struct CrackedLattice {
   std::vector<Vec3> points;    // from the mass centre, in the grain's frame (m)
-  std::vector<int> piece;      // of each point, 0 to pieces - 1, the largest first
+  std::vector<int> piece;      // of each point, 0 to pieces - 1, the largest first, then crumbs
   std::vector<double> damage;  // share of each point's bonds that broke, by weight
-  int pieces = 0;
+  std::vector<Vec3> moved;     // displacements when the run ended, in the grain's frame (m); if told, as dilations
+  std::vector<double> dilation;
+  int pieces = 0, crumbs = 0;
   double spacing = 0;      // m
   double bond_energy = 0;  // that bonds gave up as they broke (J)
 };

@@ -260,6 +260,8 @@ Parting part_by_labels(const Polyhedron& body, std::span<const Vec3> points, std
                        std::int64_t fresh, const PartingRules& rules) {
   const double size = size_of(body);
   Parting out;
+  out.of.resize(count);
+  std::iota(out.of.begin(), out.of.end(), std::size_t{0});
   for (; count > 1; --count, ++out.joined) {
     std::vector<LinearClass> classes = fit_classes(points, label, count, 0.5 * size);
     join_corners(body, fresh, rules.least_edge * size, classes);
@@ -275,9 +277,12 @@ Parting part_by_labels(const Polyhedron& body, std::span<const Vec3> points, std
       out.misfit = static_cast<double>(off) / static_cast<double>(told);
       return out;
     }
-    join(label, worst, nearest_class(out.part, worst, fresh, points, label, classes));
+    const std::size_t to = nearest_class(out.part, worst, fresh, points, label, classes);
+    join(label, worst, to);
+    out.of[to] = std::min(out.of[to], out.of[worst]);
+    out.of.erase(out.of.begin() + static_cast<std::ptrdiff_t>(worst));
   }
-  out.part.clear();
+  out.part.clear(), out.of.clear();
   return out;
 }
 

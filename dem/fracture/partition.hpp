@@ -46,6 +46,7 @@ struct PartingRules {
 
 struct Parting {
   std::vector<Polyhedron> part;  // at least two, or none: the body stays whole
+  std::vector<std::size_t> of;   // of each part its label, of those joined the lowest
   double misfit = 0;             // share of the points that lie in another class's part
   int joined = 0;                // classes that were given up: thin wedges, and such as have no part
 };

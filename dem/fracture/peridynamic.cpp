@@ -101,15 +101,25 @@ double PeridynamicSolid::energy_of(const std::vector<std::uint8_t>& intact) {
   return energy;
 }
 
-double PeridynamicSolid::dilate(const PointColumns& u, bool energy) {
+void PeridynamicSolid::take_in(const PointColumns& u) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     double* const to = box_[axis].data();
     const double* const from = u.data() + axis * u.room();
     for (std::size_t i = 0; i < lattice_.size(); ++i) to[lattice_.cell[i]] = from[i];
   }
+}
+
+double PeridynamicSolid::dilate(const PointColumns& u, bool energy) {
+  take_in(u);
   if (energy) return energy_of(intact_);
   lattice_dilation()(rows(), intact_.data(), columns(), to_theta_.data(), theta_.data(), nullptr);
   return 0;
+}
+
+bool PeridynamicSolid::dilate_beyond(const PointColumns& u, double limit) {
+  take_in(u);
+  return lattice_overstretched()(rows(), intact_.data(), weak_.data(), columns(), limit, to_theta_.data(),
+                                 theta_.data());
 }
 
 void PeridynamicSolid::pull(PointColumns& force) {
@@ -128,6 +138,11 @@ std::size_t PeridynamicSolid::break_above(double limit, double& lost) {
 
 double PeridynamicSolid::largest_stretch(const std::vector<std::uint8_t>& asked) const {
   return lattice_stretch()(rows(), intact_.data(), columns(), asked.data());
+}
+
+double PeridynamicSolid::largest_breakable_stretch() const {
+  const std::vector<std::uint8_t> all(lattice_.octet.size() - 1, 0xff);
+  return lattice_stretch()(rows(), weak_.data(), columns(), all.data());
 }
 
 double PeridynamicSolid::highest_frequency(int iterations) {

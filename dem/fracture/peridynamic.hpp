@@ -84,6 +84,8 @@ public:
 
   /// Takes displacements in and finds the dilations; with `energy` the stored energy, otherwise 0.
   double dilate(const PointColumns& u, bool energy = false);
+  /// The same, without energy; whether a bond that may break is stretched more than the limit.
+  bool dilate_beyond(const PointColumns& u, double limit);
   /// Forces of the bonds at the displacements that were taken in last.
   void pull(PointColumns& force);
   /// Breaks the bonds that are stretched more than the limit at the displacements that were taken in last; the energy
@@ -91,6 +93,8 @@ public:
   std::size_t break_above(double limit, double& lost);
   /// Largest stretch of bonds of the points asked for, by octet of the lattice and bit by bit.
   double largest_stretch(const std::vector<std::uint8_t>& asked) const;
+  /// The same of all bonds that may break, were they whole.
+  double largest_breakable_stretch() const;
   /// Dilation of a point at the displacements that were taken in last.
   double dilation(std::size_t point) const { return theta_[lattice_.cell[point]]; }
 
@@ -100,6 +104,7 @@ public:
 
 private:
   LatticeRows rows() const;
+  void take_in(const PointColumns& u);
   LatticeColumns columns() const { return {box_[0].data(), box_[1].data(), box_[2].data()}; }
   double energy_of(const std::vector<std::uint8_t>& intact);
 

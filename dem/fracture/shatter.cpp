@@ -11,19 +11,28 @@ Pieces pieces_of(const Shatter&, const Grains& g, std::size_t i, const Wanted&, 
 }
 
 Pieces pieces_by_labels(const Shatter& splitter, const Grains& g, std::size_t i, std::span<const Vec3> points,
-                        std::span<const int> label, std::size_t count, double* misfit) {
+                        std::span<const int> label, std::size_t count, double* misfit, std::size_t crumbs) {
   const HullView hull = (*g.hulls)[g.hull[i]];
   Parting parting =
       part_by_labels(body_of(hull), points, {label.begin(), label.end()}, count, hull.faces, splitter.parting);
   if (misfit) *misfit = parting.misfit;
   Pieces out;
   out.orientation = g.orientation[i];
-  for (std::size_t a = 0; a < parting.part.size(); ++a)
+  constexpr auto gone = static_cast<std::size_t>(-1);
+  std::vector<std::size_t> place(parting.part.size(), gone);  // among the pieces
+  std::size_t kept = 0;
+  for (std::size_t a = 0; a < place.size(); ++a)
+    if (parting.of[a] + crumbs < count) place[a] = kept++;
+  if (kept == 0) return out;
+  out.loses_mass = kept < place.size();
+  for (std::size_t a = 0; a < place.size(); ++a)
     for (const Polyhedron::Face& face : parting.part[a].face)
       if (const auto b = static_cast<std::size_t>(std::max<std::int64_t>(0, face.tag - hull.faces));
-          face.tag >= hull.faces && a < b)
-        out.face.push_back({a, b, face.normal, moments_of(parting.part[a], face)});
-  for (Polyhedron& body : parting.part) {
+          face.tag >= hull.faces && a < b && place[a] != gone && place[b] != gone)
+        out.face.push_back({place[a], place[b], face.normal, moments_of(parting.part[a], face)});
+  for (std::size_t a = 0; a < place.size(); ++a) {
+    if (place[a] == gone) continue;
+    Polyhedron& body = parting.part[a];
     out.planes_dropped += drop_planes(body, hull.faces);
     if (!fits(body)) return {{}, g.orientation[i]};
     GrainSpec piece;

@@ -230,4 +230,26 @@ void write_contacts(const std::string& path, const State& state, bool wrapped) {
   write_vtkhdf(path, grid);
 }
 
+void write_lattice(const std::string& path, const CrackedGrain& grain) {
+  const CrackedLattice& l = *grain.lattice;
+  VtkGrid grid;
+  grid.offsets.push_back(0);
+  auto *damage = &grid.point_fields["damage"].values, *piece = &grid.point_fields["piece"].values,
+       *dilation = &grid.point_fields["dilation"].values;
+  VtkField& moved = grid.point_fields["displacement_m"];
+  moved.components = 3;
+  for (std::size_t i = 0; i < l.points.size(); ++i) {
+    add_point(grain.position + grain.axes * l.points[i], grid);
+    grid.connectivity.push_back(static_cast<std::int64_t>(i));
+    grid.offsets.push_back(static_cast<std::int64_t>(i + 1));
+    grid.types.push_back(1);
+    damage->push_back(static_cast<float>(l.damage[i]));
+    piece->push_back(static_cast<float>(l.piece[i]));
+    dilation->push_back(static_cast<float>(l.dilation[i]));
+    const Vec3 u = grain.axes * l.moved[i];
+    for (int k = 0; k < 3; ++k) moved.values.push_back(static_cast<float>(u[k]));
+  }
+  write_vtkhdf(path, grid);
+}
+
 }  // namespace grus::dem

@@ -2,8 +2,10 @@
 // Grain surfaces with per-grain fields, as a VTKHDF frame.
 #pragma once
 
+#include <memory>
 #include <string>
 
+#include "dem/fracture/lattice_crack.hpp"
 #include "dem/rve/state.hpp"
 
 namespace grus::dem {
@@ -22,5 +24,17 @@ void write_walls(const std::string& path, const State& state);
 /// with normal_force_N, tangential_force_N (magnitudes), force_N (on the second grain) and overlap_m. Needs contacts
 /// that show their forces, as at the end of a run of steps.
 void write_contacts(const std::string& path, const State& state, bool wrapped = false);
+
+/// A grain that cracks, point by point.
+struct CrackedGrain {
+  double time;    // s
+  Vec3 position;  // of its mass centre (m)
+  Quat axes;      // of its frame
+  std::shared_ptr<const CrackedLattice> lattice;
+};
+
+/// Its points where the grain is, each a vertex, as they were when its crack run ended: with damage, piece, dilation
+/// and displacement_m.
+void write_lattice(const std::string& path, const CrackedGrain& grain);
 
 }  // namespace grus::dem

@@ -53,6 +53,7 @@ SphereKicks sphere_kicks() { return GRUS_CHOICE(sphere_kicks); }
 BodyKicks body_kicks() { return GRUS_CHOICE(body_kicks); }
 HullOverlap hull_overlap() { return GRUS_CHOICE(hull_overlap); }
 LatticeDilation lattice_dilation() { return GRUS_CHOICE(lattice_dilation); }
+LatticeOverstretched lattice_overstretched() { return GRUS_CHOICE(lattice_overstretched); }
 LatticeForces lattice_forces() { return GRUS_CHOICE(lattice_forces); }
 LatticeBreaks lattice_breaks() { return GRUS_CHOICE(lattice_breaks); }
 LatticeStretch lattice_stretch() { return GRUS_CHOICE(lattice_stretch); }

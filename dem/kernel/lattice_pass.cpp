@@ -34,15 +34,19 @@ GRUS_INLINE void each_group(const LatticeRows& rows, F&& f) {
   }
 }
 
-template <bool squares>
-GRUS_INLINE void dilation(const LatticeRows& rows, const std::uint8_t* intact, const LatticeColumns& u,
-                          const double* factor, double* sum, double* square) {
+/// `weak`, if it is there: returns whether some intact bond of those that may break is longer than its limit.
+template <bool squares, bool looks = false>
+GRUS_INLINE bool dilation(const LatticeRows& rows, const std::uint8_t* intact, const LatticeColumns& u,
+                          const double* factor, double* sum, double* square, const std::uint8_t* weak = nullptr,
+                          double limit = 0) {
+  unsigned over = 0;
   each_group(rows, [&](std::size_t k, std::ptrdiff_t cell, int lane) {
     const Real3 here = at(u, cell);
     Real total(0.0), total2(0.0), scale;
     for (std::uint32_t b = rows.octet[k].bond; b < rows.octet[k + 1].bond; ++b) {
       const LatticeWay& w = rows.ways[rows.way[b]];
-      const Real e = kept_lanes(mask_of(some(intact[b], lane)), extension(w, here, at(u, cell + w.step)));
+      const Real raw = extension(w, here, at(u, cell + w.step)), e = kept_lanes(mask_of(some(intact[b], lane)), raw);
+      if constexpr (looks) over |= bits(less(Real(w.length * limit), raw)) & some(weak[b] & intact[b], lane);
       total = fused(Real(w.moment), e, total);
       if constexpr (squares) total2 = fused(Real(w.weight) * e, e, total2);
     }
@@ -50,6 +54,7 @@ GRUS_INLINE void dilation(const LatticeRows& rows, const std::uint8_t* intact, c
     store(scale * total, sum + cell);
     if constexpr (squares) store(total2, square + cell);
   });
+  return over != 0;
 }
 
 }  // namespace
@@ -58,8 +63,13 @@ namespace GRUS_LANES {
 
 void lattice_dilation(const LatticeRows& rows, const std::uint8_t* intact, const LatticeColumns& u,
                       const double* factor, double* sum, double* square) {
-  if (square == nullptr) return dilation<false>(rows, intact, u, factor, sum, square);
-  dilation<true>(rows, intact, u, factor, sum, square);
+  square == nullptr ? dilation<false>(rows, intact, u, factor, sum, square)
+                    : dilation<true>(rows, intact, u, factor, sum, square);
+}
+
+bool lattice_overstretched(const LatticeRows& rows, const std::uint8_t* intact, const std::uint8_t* weak,
+                           const LatticeColumns& u, double limit, const double* factor, double* sum) {
+  return dilation<false, true>(rows, intact, u, factor, sum, nullptr, weak, limit);
 }
 
 void lattice_forces(const LatticeRows& rows, const std::uint8_t* intact, const LatticeColumns& u, const double* p,

@@ -41,6 +41,12 @@ using LatticeDilation = void (*)(const LatticeRows&, const std::uint8_t* intact,
                                  const double* factor, double* sum, double* square);
 LatticeDilation lattice_dilation();
 
+/// The same, without squares, and whether an intact bond of those that may break (`weak`, as `intact`) is longer than
+/// limit x length.
+using LatticeOverstretched = bool (*)(const LatticeRows&, const std::uint8_t* intact, const std::uint8_t* weak,
+                                      const LatticeColumns& u, double limit, const double* factor, double* sum);
+LatticeOverstretched lattice_overstretched();
+
 /// Forces by point, columns of `room` (eight more than points): sum of (moment (p_i + p_j) + weight x extension x
 /// (q_i + q_j)) along. p and q by cell. A bond's two ends feel the same bits.
 using LatticeForces = void (*)(const LatticeRows&, const std::uint8_t* intact, const LatticeColumns& u, const double* p,
@@ -63,6 +69,8 @@ LatticeStretch lattice_stretch();
   namespace name {                                                                                                   \
   void lattice_dilation(const LatticeRows& rows, const std::uint8_t* intact, const LatticeColumns& u,                \
                         const double* factor, double* sum, double* square);                                          \
+  bool lattice_overstretched(const LatticeRows& rows, const std::uint8_t* intact, const std::uint8_t* weak,          \
+                             const LatticeColumns& u, double limit, const double* factor, double* sum);              \
   void lattice_forces(const LatticeRows& rows, const std::uint8_t* intact, const LatticeColumns& u, const double* p, \
                       const double* q, double* force, std::size_t room);                                             \
   std::size_t lattice_breaks(const LatticeRows& rows, const std::uint8_t* weak, std::uint8_t* intact,                \

@@ -14,7 +14,7 @@ constexpr int looked_at = 10;  // iterations between looks at the residual
 /// Nearest point of the cone |(g1, g2, g3)| <= friction g0.
 void project(double friction, ConeRows& g) {
   const double along = std::sqrt(g[1] * g[1] + g[2] * g[2] + g[3] * g[3]);
-  if (along <= friction * g[0]) return;
+  if (g[0] >= 0 && along <= friction * g[0]) return;
   double share = 0;
   if (friction * along <= -g[0]) {
     g[0] = 0;
@@ -29,6 +29,23 @@ double product(const ConeRows& a, const ConeRows& b) {
   double sum = 0;
   for (std::size_t j = 0; j < cone_rows; ++j) sum += a[j] * b[j];
   return sum;
+}
+
+/// How far the springs along the plane are from what holds (N s, squared): of what slides across its way alone. Steps
+/// far beyond the explicit one turn the least speed left into slip.
+double off_plane(const ConeContact& c, double friction, const ConeRows& scale, const ConeRows& x, const ConeRows& w) {
+  if (!(friction > 0)) return 0;
+  double held2 = 0, along = 0;
+  for (std::size_t j = slide_row; j <= spin_row; ++j) held2 += x[j] * x[j], along += x[j] * w[j];
+  const bool slides = held2 > (1 - 1e-6) * friction * friction * x[press_row] * x[press_row];
+  const double slip = slides && held2 > 0 ? std::min(0.0, along) / held2 : 0;
+  double off = 0;
+  for (std::size_t j = slide_row; j <= spin_row; ++j) {
+    if (!(c.compliance[j] > 0)) continue;
+    const double by = (w[j] - slip * x[j]) / scale[j] / c.compliance[j];
+    off += by * by;
+  }
+  return off;
 }
 
 }  // namespace
@@ -222,11 +239,12 @@ ConeEnd ConeSolver::descend(const Bodies& bodies, const std::vector<ConeContact>
       if (!(p[press_row] > 0) || !(contacts[k].compliance[press_row] > 0)) return;
       const double w = gradient_[k][press_row] / scale_[k].row[press_row] - parting_[k];
       const double by = w / contacts[k].compliance[press_row];
-      sum[2] += by * by;
+      sum[2] += by * by + off_plane(contacts[k], scale_[k].friction, scale_[k].row, x, gradient_[k]);
     });
-    end.residual = all > 0 ? std::sqrt(off / all) : std::sqrt(off);
-    end.by_overlap = all > 0 ? std::sqrt(gap / all) : 0;
-    if (end.found(settings)) break;
+    const double whole = std::max(all, settings.least * settings.least);
+    end.residual = whole > 0 ? std::sqrt(off / whole) : std::sqrt(off);
+    end.by_overlap = whole > 0 ? std::sqrt(gap / whole) : 0;
+    if (end.found(settings, end.iterations < settings.wished ? settings.wish : 1)) break;
   }
   return end;
 }

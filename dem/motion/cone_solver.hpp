@@ -41,18 +41,31 @@ struct ConeContact {
   ConeRows free{};        // r: m/s, rad/s
 };
 
+/// A force, impulse or velocity along the rows of a contact, those of spin and rocking apart; and back, global.
+inline ConeRows along(const ConeContact& c, const Vec3& v) {
+  return {c.normal.dot(v), c.across.dot(v), c.normal.cross(c.across).dot(v)};
+}
+inline Vec3 global(const ConeContact& c, const ConeRows& rows) {
+  return rows[0] * c.normal + rows[1] * c.across + rows[2] * c.normal.cross(c.across);
+}
+
 struct ConeSettings {
   double tolerance = 1e-4;  // of the impulses' norm
   double by_overlap = 0.1;  // of the same: what overlaps at the end of the step would press with is no further off
   int iterations = 2000;    // at most
   bool parts = false;       // what slides parts by friction x slip, as the minimum has it; else r is raised by that
+  double least = 0;         // N s: the norm, if it is less, counts as this
+  double wish = 1;          // of both: so much better is sought for in the first `wished` iterations
+  int wished = 300;
 };
 
 struct ConeEnd {
   int iterations = 0;
   double residual = 0;    // how far a step of the projected gradient in each contact's own scale would go, relative
   double by_overlap = 0;  // how far the impulses are from those that the velocities give to compliant contacts
-  bool found(const ConeSettings& asked) const { return residual <= asked.tolerance && by_overlap <= asked.by_overlap; }
+  bool found(const ConeSettings& asked, double share = 1) const {
+    return residual <= share * asked.tolerance && by_overlap <= share * asked.by_overlap;
+  }
 };
 
 class ConeSolver {

@@ -67,7 +67,7 @@ void Relaxation::refresh(double skin) {
   double largest = 0;
   for (const Sphere& s : s_) largest = std::max(largest, s.radius);
   const Cell cell = cell_of(container_, box_, largest + skin);
-  find_candidates(grains_, cell, skin, near_, team_);
+  find_candidates(grains_, cell, skin, near_, search_, team_);
   row_.assign(n + 1, 0);
   for (const auto& p : near_.pair) ++row_[p.a + 1], ++row_[p.b + 1];
   for (std::size_t i = 0; i < n; ++i) row_[i + 1] += row_[i];

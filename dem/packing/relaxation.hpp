@@ -37,6 +37,7 @@ private:
   Team& team_;
   Grains grains_;
   Candidates near_;
+  SearchRoom search_;
   struct Neighbour {
     Index other;
     bool second;  // the other comes first in the pair

@@ -54,7 +54,8 @@ BondedFaces bond_spheres(const Model& model, std::span<const Index> body, State&
     if (const BondModel* of = rods_of(model, g.material[i])) reach = std::max(reach, of->gap);
   }
   Candidates near;
-  find_candidates(g, state.boundary.cell, reach * largest, near, team);
+  SearchRoom room;
+  find_candidates(g, state.boundary.cell, reach * largest, near, room, team);
   auto& rows = state.bonds.face.row;
   const std::size_t first = rows.size();
   for (const Candidate& pair : near.pair) {

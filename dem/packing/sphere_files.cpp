@@ -6,12 +6,13 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <optional>
 #include <sstream>
 
 #include "dem/base/error.hpp"
 #include "dem/base/text_file.hpp"
+#include "dem/contact/broad_phase.hpp"
+#include "dem/state/images.hpp"
 
 namespace grus::dem {
 namespace {
@@ -19,28 +20,33 @@ namespace {
 constexpr double deepest_start =
     0.5;  // overlap of two spheres, and with a wall, by radius: no sample begins with so much
 
-/// Lines of two spheres that lie in one another, if there are any; in a periodic box by their images too.
-std::optional<std::array<int, 2>> merged(const Packing& p, const std::vector<int>& line, bool periodic) {
-  const std::size_t n = p.spheres.size();
-  std::vector<double> x;
+/// Two spheres that lie in one another: their lines, and how deep, of the smaller radius.
+struct Merged {
+  int first, last;
+  double depth;
+};
+
+/// Such two, if there are any; by their images too along the first `repeated` axes.
+std::optional<Merged> merged(const Packing& p, const std::vector<int>& line, int repeated) {
+  Grains places;
   double largest = 0;
   for (const auto& s : p.spheres) {
+    places.motion.push_back({s.position, s.radius, Vec3::Zero(), 0, Vec3::Zero(), 0});
     largest = std::max(largest, s.radius);
-    x.push_back(s.position.x() - (periodic ? p.box.x() * std::floor(s.position.x() / p.box.x()) : 0));
   }
-  std::vector<std::size_t> order(n);
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return x[a] < x[b]; });
-  for (std::size_t k = 0; k < n; ++k)
-    for (std::size_t m = k + 1; m < (periodic ? k + n : n); ++m) {
-      const std::size_t i = order[k], j = order[m % n];
-      const auto &one = p.spheres[i], &other = p.spheres[j];
-      if (x[j] + (m < n ? 0 : p.box.x()) - x[i] > one.radius + largest) break;
-      Vec3 between = other.position - one.position;
-      if (periodic) between.array() -= p.box.array() * (between.array() / p.box.array()).round();
-      if (one.radius + other.radius - between.norm() > deepest_start * std::min(one.radius, other.radius))
-        return std::array{std::min(line[i], line[j]), std::max(line[i], line[j])};
-    }
+  Cell cell;
+  for (int k = 0; k < 3 && repeated > 0; ++k) cell.vectors(k, k) = p.box[k] + (k < repeated ? 0 : 4 * largest);
+  Team team(1);
+  Candidates near;
+  SearchRoom room;
+  find_candidates(places, cell, 0, near, room, team);
+  for (const Candidate& pair : near.pair) {
+    const Motion &one = places.motion[pair.a], &other = places.motion[pair.b];
+    const Vec3 between = other.position - one.position + at_image(cell.vectors, pair.image);
+    const double depth = (one.radius + other.radius - between.norm()) / std::min(one.radius, other.radius);
+    const auto [first, last] = std::minmax(line[pair.a], line[pair.b]);
+    if (depth > deepest_start) return Merged{first, last, depth};
+  }
   return {};
 }
 
@@ -103,6 +109,11 @@ struct SphereReader {
     const double v = std::strtod(word.c_str(), &end);
     if (word.empty() || *end != '\0' || !std::isfinite(v)) fail("expected numbers");
     return v;
+  }
+  void take_box(const std::vector<std::string>& words) {
+    for (std::size_t k = 0; k < 3; ++k)
+      read.packing.box[static_cast<int>(k)] = k < words.size() ? number_of(words[k]) : 0;
+    if (words.size() != 3 || !(read.packing.box.minCoeff() > 0)) fail("#box: expected three lengths above 0");
   }
   void take_row(const std::vector<std::string>& words) {
     if (words.size() != columns.size())
@@ -181,6 +192,7 @@ void read_columns(std::istream& in, std::string line, SphereReader& reader) {
       std::erase(told, "attrs");  // what these are is told elsewhere
       reader.take_columns(told, false);
     }
+    if (line.starts_with("#box")) reader.take_box(words_of(line.substr(4)));
     if (const auto words = words_of(line.substr(0, line.find('#'))); !words.empty()) reader.take_row(words);
   } while (std::getline(in, line));
 }
@@ -205,8 +217,6 @@ void check_spheres(const ReadSpheres& read, const std::string& path, const Vec3&
   Packing p = read.packing;
   p.box = box;
   const std::vector<int>& line = read.line;
-  const int axes = 3 - first_walls;  // that have walls: the last ones
-  const bool walled = axes > 0;
   if (p.box.minCoeff() > 0)
     for (std::size_t k = 0; k < p.spheres.size(); ++k) {
       const auto& s = p.spheres[k];
@@ -215,8 +225,9 @@ void check_spheres(const ReadSpheres& read, const std::string& path, const Vec3&
             fmt::format("{}:{}: a sphere of radius {:g} m does not fit into the box of {:g} x {:g} x {:g} m: "
                         "is the file in metres?",
                         path, line[k], s.radius, p.box.x(), p.box.y(), p.box.z()));
-      const Eigen::ArrayXd above = s.position.array().tail(axes), below = (p.box - s.position).array().tail(axes);
-      const double near = walled ? std::min(above.minCoeff(), below.minCoeff()) : INFINITY;
+      double near = INFINITY;
+      for (int axis = first_walls; axis < 3; ++axis)
+        near = std::min({near, s.position[axis], p.box[axis] - s.position[axis]});
       if (near < 0)
         throw InputError(fmt::format(
             "{}:{}: the centre {:g}, {:g}, {:g} m is outside of the box, 0 to {:g}, {:g}, {:g} m: "
@@ -229,9 +240,11 @@ void check_spheres(const ReadSpheres& read, const std::string& path, const Vec3&
                         "make the box larger",
                         path, line[k], s.radius, near));
     }
-  if (const auto two = merged(p, line, !walled && p.box.minCoeff() > 0))
-    throw InputError(fmt::format("{}:{}: this sphere is where that of line {} is{}: leave one of them out", path,
-                                 (*two)[1], (*two)[0], walled ? "" : ", or an image of it"));
+  if (const auto two = merged(p, line, p.box.minCoeff() > 0 ? first_walls : 0))
+    throw InputError(fmt::format(
+        "{}:{}: this sphere and that of line {}{} overlap by {:.2g} of the smaller radius, beyond {:g}: leave "
+        "one of them out; grains that have broken overlap as spheres, they go on by start = \"DIR\"",
+        path, two->last, two->first, first_walls > 0 ? ", or an image of it," : "", two->depth, deepest_start));
 }
 
 }  // namespace grus::dem

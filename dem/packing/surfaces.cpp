@@ -144,8 +144,10 @@ Polyhedron body_of(const Surface& given, double tolerance) {
                             "bodies that touch need a solid or an object of their own each",
                             beyond));
   if (faces.size() > most_hull_faces)
-    fail(s, fmt::format("has {} faces, more than the {} that a hull has room for: make its mesh coarser", faces.size(),
-                        most_hull_faces));
+    fail(s,
+         fmt::format("has {} faces, more than the {} that a hull has room for: make its mesh coarser; spheres are read "
+                     "by kind = \"file\", from lines x y z r",
+                     faces.size(), most_hull_faces));
   Polyhedron body = box_between(low - Vec3::Constant(size), high + Vec3::Constant(size));
   for (std::size_t k = 0; k < faces.size(); ++k)
     cut(body, faces[k].normal, faces[k].offset, static_cast<std::int64_t>(k), slack);

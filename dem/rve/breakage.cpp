@@ -166,9 +166,10 @@ Split split(const Model& model, State& state, const Break& b) {
   out.pieces = b.pieces ? *b.pieces : pieces_of(fracture.splitter, g, b.grain, b.wanted, model.seed);
   put_bodies(g, b.grain, out.pieces);
   state.ledger.planes_dropped += static_cast<std::size_t>(out.pieces.planes_dropped);
-  const bool faced = !out.pieces.face.empty(), cuts = faced && std::holds_alternative<Cut>(fracture.splitter);
+  const bool cuts = !out.pieces.face.empty() && std::holds_alternative<Cut>(fracture.splitter);
   if (cuts) cut_bonds(out.pieces, static_cast<Index>(b.grain), static_cast<Index>(g.size()), state);
-  if (faced && !cuts) share_out(out.pieces, static_cast<Index>(b.grain), static_cast<Index>(g.size()), state);
+  if (!out.pieces.body.empty() && !cuts)
+    share_out(out.pieces, static_cast<Index>(b.grain), static_cast<Index>(g.size()), state);
   for (GrainSpec& piece : out.pieces.piece)
     piece.inertia = model.numerics.inertia_factor(equivalent_radius(piece.shape));
   g.orientation[b.grain] = out.pieces.orientation;

@@ -3,6 +3,8 @@
 // rest.
 #pragma once
 
+#include <memory>
+
 #include "dem/rve/model.hpp"
 #include "dem/rve/state.hpp"
 
@@ -12,6 +14,7 @@ struct Break {
   std::size_t grain;
   Wanted wanted;
   std::optional<Pieces> pieces = {};  // of a grain that was tested itself; none: its splitter makes them
+  std::shared_ptr<const CrackedLattice> lattice = {};  // what it was tested on, where LatticeModel::tells_points
 };
 
 /// A grain is found before its load is this much beyond what it can bear, as far as loads go on as since the last test.

@@ -5,6 +5,7 @@
 
 #include "dem/bond/bonds.hpp"
 #include "dem/contact/hull_pairs.hpp"
+#include "dem/rve/cone_steps.hpp"
 #include "dem/state/images.hpp"
 #include "dem/state/shape_kinds.hpp"
 
@@ -34,7 +35,7 @@ Place place_of(const State& s, std::size_t k, bool walled) {
   const Overlap o = walled ? overlap_at_wall(g, s.boundary.walls[p.b], p.a)
                            : overlap_of_pair(g, s.boundary.cell, p, s.contacts.touch[k].normal);
   Place at;
-  at.presses = o.volume > 0 && o.force.squaredNorm() > 0 && o.area.squaredNorm() > 0;
+  at.presses = presses(o);
   if (!at.presses) return at;
   const double modulus = s.contacts.contact.radius[k];
   at.arm_a = o.middle, at.arm_b = o.middle - apart;
@@ -109,15 +110,7 @@ bool rows_of(const Model& model, const State& s, double dt, std::size_t row, Con
 }  // namespace
 
 void fill(const Model& model, const State& s, double dt, Team& team, ConeSystem& system) {
-  const Grains& g = s.grains;
-  system.body.resize(g.size());
-  team.blocks(g.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Mat3 axes = (g.orientation[i] * g.inertia[i].axes).toRotationMatrix();
-      system.body[i] = {g.motion[i].inverse_mass,
-                        axes * g.inertia[i].moments.cwiseInverse().asDiagonal() * axes.transpose()};
-    }
-  });
+  fill_bodies(s.grains, team, system.body);
   system.held.clear();
   for (std::size_t k = 0; k < s.contacts.size(); ++k)
     if (s.contacts.contact.touching(k)) system.held.push_back({.pair = static_cast<Index>(k)});

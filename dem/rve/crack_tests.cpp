@@ -33,6 +33,7 @@ struct Tested {
   CrackVerdict verdict = CrackVerdict::untested;
   double bond_energy = 0;  // J
   std::optional<Pieces> pieces = {};
+  std::shared_ptr<const CrackedLattice> lattice = {};
 };
 
 Tested test(const Model& model, const State& state, std::size_t i) {
@@ -48,14 +49,16 @@ Tested test(const Model& model, const State& state, std::size_t i) {
   const LatticeSolid solid = lattice_hull(*g.hulls, g.hull[i]);
   const double stretch = tests.toughness.stretch(tests.lattice.lattice, tests.lattice.youngs_modulus,
                                                  tests.lattice.poissons_ratio, solid.diameter(), g.strength[i]);
-  const CrackResult found = crack_test(solid, loads, tests.lattice, stretch, model.seed, g.id[i]);
+  CrackResult found = crack_test(solid, loads, tests.lattice, stretch, model.seed, g.id[i]);
   Tested out{found.verdict};
   if (found.verdict != CrackVerdict::cracks || !found.cracked) return out;
   const CrackedLattice& cracked = *found.cracked;
   Pieces pieces = pieces_by_labels(std::get<Shatter>(fracture.splitter), g, i, cracked.points, cracked.piece,
-                                   static_cast<std::size_t>(cracked.pieces));
+                                   static_cast<std::size_t>(cracked.pieces + cracked.crumbs), nullptr,
+                                   static_cast<std::size_t>(cracked.crumbs));
   if (pieces.piece.empty()) return {CrackVerdict::stalled};
   out.bond_energy = cracked.bond_energy, out.pieces = std::move(pieces);
+  if (tests.lattice.tells_points) out.lattice = std::make_shared<const CrackedLattice>(std::move(*found.cracked));
   return out;
 }
 
@@ -90,7 +93,7 @@ std::vector<Break> crack_breaks(const Model& model, State& state, const std::vec
     switch (tested[k].verdict) {
       case CrackVerdict::cracks:
         ++counts.cracks;
-        breaks.push_back({i, {Mat3::Zero(), std::nullopt}, std::move(tested[k].pieces)});
+        breaks.push_back({i, {Mat3::Zero(), std::nullopt}, std::move(tested[k].pieces), std::move(tested[k].lattice)});
         continue;
       case CrackVerdict::core_holds:
       case CrackVerdict::holds:

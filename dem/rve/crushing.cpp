@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/rve/crushing.hpp"
 
-#include <algorithm>
+#include "dem/contact/deepest_contact.hpp"
 
 namespace grus::dem {
 
@@ -22,8 +22,7 @@ double share_deeper(const State& s, double part) {
   std::size_t touching = 0, deep = 0;
   for (std::size_t k = 0; k < c.size(); ++k) {
     if (!c.contact.touching(k)) continue;
-    double radius = s.grains.extent[c.pair[k].a].equivalent_radius;
-    if (k < c.begin[first_wall]) radius = std::min(radius, s.grains.extent[c.pair[k].b].equivalent_radius);
+    const double radius = smaller_radius(s.grains, c.pair[k], k >= c.begin[first_wall]);
     ++touching;
     deep += c.touch[k].overlap > part * radius;
   }

@@ -11,6 +11,7 @@
 #include "dem/contact/way_bound.hpp"
 #include "dem/motion/critical_step.hpp"
 #include "dem/rve/cone_rows.hpp"
+#include "dem/rve/cone_steps.hpp"
 #include "dem/rve/passes.hpp"
 #include "dem/rve/renew_list.hpp"
 #include "dem/state/images.hpp"
@@ -18,7 +19,8 @@
 namespace grus::dem {
 namespace {
 
-constexpr ConeSettings settings{.tolerance = 1e-4, .by_overlap = 0.003, .iterations = 2000};
+constexpr ConeSettings settings{.tolerance = 1e-4, .by_overlap = least_unbalanced, .iterations = 2000};
+constexpr int patience = 10;          // times as many iterations for a step as short as it gets
 constexpr int many = 1000;            // iterations of a step that may not grow
 constexpr double approach = 0.1;      // in a step, of the overlap, both weighted by the contacts' forces
 constexpr double wrong = 0.02;        // forces at the end of a step that is too long, as `missed` tells
@@ -47,6 +49,17 @@ double step_by_approach(const State& s) {
   for (const Motion& m : s.grains.motion) fastest2 = std::max(fastest2, m.velocity.squaredNorm());
   const double met = fastest2 > 0 ? flight * s.mean_radius / std::sqrt(fastest2) : INFINITY;
   return std::min(met, speed > 0 ? approach * overlap / speed : INFINITY);
+}
+
+/// A step in which forces change little must find them the better: what is off is given and taken in each step, and
+/// springs at their limit give a part of it to friction.
+ConeSettings settings_of(const State& state, double dt) {
+  constexpr double finest = 0.03;
+  const double share = std::clamp(dt / step_by_approach(state), finest, 1.0);
+  ConeSettings of = settings;
+  of.wish = share;
+  if (state.watch == StepWatch::off) of.iterations *= patience;  // no shorter step is left
+  return of;
 }
 
 /// No step is shorter than those of the explicit stepper (s).
@@ -110,11 +123,16 @@ double half_work(const HeldContact& of, const ConeRows& velocity, double dt) {
   return 0.5 * dt * power;
 }
 
+/// In a step as short as an explicit one what overlaps say is made up for in the next: shorter ones are none.
+bool found(const State& state, const ConeEnd& end) {
+  return state.watch == StepWatch::off ? end.residual <= settings.tolerance : end.found(settings);
+}
+
 /// Impulses of the step to come, as forces that the sweep takes for half a step.
 /// Booked is what implicit Euler loses (`local_damping`): 1/2 dv M dv of the grains, and by contact what its law gives
 /// on its way - the energy of its press, the trapezoid of its springs and dashpot - less what its impulse gives. The
 /// end's share of the trapezoid is booked by `end_step`.
-ConeEnd solve_step(const Model& model, State& state, double dt, Team& team, Room& room) {
+ConeEnd solve_step(const Model& model, State& state, double dt, const ConeSettings& asked, Team& team, Room& room) {
   Grains& g = state.grains;
   ConeSystem& system = room.system;
   const Vec3 fall = dt * model.motion.gravity;
@@ -124,11 +142,11 @@ ConeEnd solve_step(const Model& model, State& state, double dt, Team& team, Room
     ConeContact& c = contacts[k];
     for (std::size_t j = 0; j < cone_rows; ++j) room.impulse[k][j] = dt * system.held[k].held[j];
     if (c.b != ConeContact::fixed || fall.isZero(0)) continue;  // two that fall do not meet faster
-    const ConeRows added{-c.normal.dot(fall), -c.across.dot(fall), -c.normal.cross(c.across).dot(fall)};
+    const ConeRows added = along(c, -fall);
     for (std::size_t j = 0; j < spin_row; ++j) c.free[j] += added[j], system.held[k].moved[j] += added[j];
   }
-  const ConeEnd end = room.solver.solve(system.body, contacts, settings, room.impulse, team);
-  if (!end.found(settings)) return end;
+  const ConeEnd end = room.solver.solve(system.body, contacts, asked, room.impulse, team);
+  if (!found(state, end)) return end;
   const auto& change = room.solver.changes(system.body, contacts, room.impulse, team);
   double lost = 0, work = 0;
   room.pressed = 0;
@@ -141,15 +159,10 @@ ConeEnd solve_step(const Model& model, State& state, double dt, Team& team, Room
     for (std::size_t j = 0; j < cone_rows; ++j) velocity[j] += by[j], given += impulse[j] * velocity[j];
     lost += of.energy - given;
     if (impulse[press_row] > 0) lost += half_work(of, velocity, dt);
-    work -= (impulse[0] * c.normal + impulse[1] * c.across + impulse[2] * c.normal.cross(c.across)).dot(of.driven);
+    work -= global(c, impulse).dot(of.driven);
     room.pressed += impulse[press_row] / dt;
   }
-  for (std::size_t i = 0; i < g.size(); ++i) {
-    const Vec3 kick = change[i].velocity + fall, turn = inertia_tensor(g, i) * change[i].spin;
-    lost += 0.5 * (g.mass[i] * kick.squaredNorm() + turn.dot(change[i].spin));
-    work += g.mass[i] * fall.dot(g.motion[i].velocity + kick);
-    g.force[i] = 2 / dt * g.mass[i] * kick, g.torque[i] = 2 / dt * turn;
-  }
+  take_changes(g, change, fall, dt, g.force, g.torque, lost, work);
   room.lost = lost;
   state.ledger.work += work;
   return end;
@@ -179,10 +192,7 @@ double end_step(const Model& model, State& state, double dt, Team& team, Room& r
 
 std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& team) {
   Grains& g = state.grains;
-  MotionSettings free = model.motion;  // gravity is in the impulses
-  free.gravity.setZero();
-  const Cell& cell = state.boundary.cell;
-  if (cell.periodic() && !cell.rate.isZero(0)) free.affine = cell.rate * cell.vectors.inverse();
+  const MotionSettings free = solved_motion(model, state);
   const PassList passes = passes_of(model, state);
   const double dt = state.dt;
   Step step{model, state, team, dt};
@@ -202,8 +212,8 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
     const bool may_shrink = chosen && state.watch != StepWatch::off;
     if (may_shrink) room.before = state;
     const std::size_t contacts = room.system.contact.size();
-    const ConeEnd end = solve_step(model, state, dt, team, room);
-    if (!end.found(settings)) {
+    const ConeEnd end = solve_step(model, state, dt, settings_of(state, dt), team, room);
+    if (!found(state, end)) {
       if (!may_shrink) refuse_step(model, state, contacts, end);
       state = room.before;
       too_long();
@@ -251,6 +261,6 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
 
 }  // namespace
 
-const Stepper implicit_stepper{make_ready, choose_time_step, run};
+const Stepper implicit_stepper{make_ready, choose_time_step, run, true};
 
 }  // namespace grus::dem

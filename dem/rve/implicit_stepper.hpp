@@ -6,6 +6,9 @@
 
 namespace grus::dem {
 
+/// Share of the contacts' forces to which forces are found: no sample comes closer to balance.
+inline constexpr double least_unbalanced = 1e-3;
+
 extern const Stepper implicit_stepper;
 
 }  // namespace grus::dem

@@ -38,6 +38,7 @@ struct Loading {
   std::optional<double> ratio;       // b = (middle - third) / (driven - third): the middle axis follows the other two
   int middle = 1;                    // that axis
   double consolidation = 0;          // s, in which all axes are first brought there, at no more than their max_rate
+  double prepared = 0;               // Pa, tension-positive: the pressure that they have before
   bool isochoric = false;            // the two axes beside the one with a rate keep the volume
   bool holds = false;                // stresses are held against axes that are driven: see rve/servo.hpp
   Vec3 initial_size = Vec3::Zero();  // m, of the box or cell; set by begin_loading

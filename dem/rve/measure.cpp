@@ -5,6 +5,7 @@
 #include <array>
 #include <span>
 
+#include "dem/base/renew.hpp"
 #include "dem/bond/kinds.hpp"
 #include "dem/bond/supports.hpp"
 #include "dem/fracture/grain_stress.hpp"
@@ -33,17 +34,21 @@ double width(const Boundary& boundary, const Faces& of, int axis) {
   return boundary.walls[of.minus].point[axis] - boundary.walls[of.plus].point[axis];
 }
 
-}  // namespace
-
-Vec3 branch(const State& s, std::size_t k) {
-  const Pair& p = s.contacts.pair[k];
-  if (k >= s.contacts.begin[first_wall]) return contact_arm(s.grains, s.contacts, k, false);
+/// Branch of a pair of grains.
+inline Vec3 between(const State& s, const Pair& p) {
   const Motion &a = s.grains.motion[p.a], &b = s.grains.motion[p.b];
   Vec3 l = b.position - a.position;
   if (a.inverse_mass == 0) l -= to_plane(s, p.a);
   if (b.inverse_mass == 0) l += to_plane(s, p.b);
   if (s.boundary.cell.periodic()) l += at_image(s.boundary.cell.vectors, p.image);
   return l;
+}
+
+}  // namespace
+
+Vec3 branch(const State& s, std::size_t k) {
+  return k < s.contacts.begin[first_wall] ? between(s, s.contacts.pair[k])
+                                          : contact_arm(s.grains, s.contacts, k, false);
 }
 
 Eigen::Matrix<double, 3, 6> displacement_of_strain(const Vec3& l) {
@@ -177,28 +182,42 @@ struct GrainSums {
   void add(const GrainSums& o) { resultant += o.resultant, kinetic += o.kinetic, solid += o.solid, fixed += o.fixed; }
 };
 
+/// What the sums read of a pair's grains lies anywhere: it is asked for so many pairs ahead.
+constexpr std::size_t ahead = 24;
+
+void ask_for_grains(const State& s, std::size_t k) {
+  const Pair& p = s.contacts.pair[k];
+  const char* const motion = reinterpret_cast<const char*>(&s.grains.motion[p.b]);
+  __builtin_prefetch(motion), __builtin_prefetch(motion + 64);
+  __builtin_prefetch(&s.grains.extent[p.b]);
+}
+
 /// `carried`: by contact, force along the branch (N m), and the deepest overlap is looked for; empty: neither.
 template <class Law>
 ContactSums sum_contacts(const Law& law, const State& s, std::size_t begin, std::size_t end,
                          std::span<double> carried) {
   ContactSums sum;
+  Mat3 virial = Mat3::Zero(), fabric = Mat3::Zero();
+  double force = 0, elastic = 0;
+  const Contacts& contacts = s.contacts;
+  const std::size_t walls = contacts.begin[first_wall];
   for (std::size_t k = begin; k < end; ++k) {
-    if (!s.contacts.contact.touching(k)) continue;
-    const Touch& touch = s.contacts.touch[k];
-    const Vec3 l = branch(s, k);
-    const bool walled = k >= s.contacts.begin[first_wall];
-    sum.virial -= touch.force * l.transpose();
-    sum.fabric += touch.normal * touch.normal.transpose();
-    sum.force += touch.force.norm();
-    sum.elastic += elastic_energy(law, s.contacts.contact[k], touch);
+    if (k + ahead < walls) ask_for_grains(s, k + ahead);
+    if (!contacts.contact.touching(k)) continue;
+    const Touch& touch = contacts.touch[k];
+    const bool walled = k >= walls;
+    const Vec3 l = walled ? branch(s, k) : between(s, contacts.pair[k]);
+    virial -= touch.force * l.transpose();
+    fabric += touch.normal * touch.normal.transpose();
+    force += touch.force.norm();
+    elastic += elastic_energy(law, contacts.contact[k], touch);
     ++sum.touching, sum.ends += walled ? 1u : 2u;
     if (carried.empty()) continue;
     carried[k] = touch.force.dot(l);
-    const Pair& p = s.contacts.pair[k];
-    double r = s.grains.extent[p.a].equivalent_radius;
-    if (!walled) r = std::min(r, s.grains.extent[p.b].equivalent_radius);
+    const double r = smaller_radius(s.grains, contacts.pair[k], walled);
     if (touch.overlap > sum.deepest.ratio * r) sum.deepest = {touch.overlap / r, k};
   }
+  sum.virial = virial, sum.fabric = fabric, sum.force = force, sum.elastic = elastic;
   return sum;
 }
 
@@ -255,18 +274,21 @@ Mat3 wall_stress(const State& s, double volume) {
 }
 
 /// Standard error of the mean pressure over its value, from what each contact carries.
-double scatter_of(const State& s, std::span<const double> carried) {
+double scatter_of(const State& s, SurveyRoom& room) {
   if (s.grains.size() < 2) return 0;
-  std::vector<double> share(s.grains.size(), 0.0);
+  room.share.assign(s.grains.size(), 0.0);
+  std::vector<double>& share = room.share;
   double sum = 0, squares = 0;
+  const std::size_t walls = s.contacts.begin[first_wall];
   for (std::size_t k = 0; k < s.contacts.size(); ++k) {
     if (!s.contacts.contact.touching(k)) continue;
     const Pair& p = s.contacts.pair[k];
-    sum += carried[k];
-    if (k >= s.contacts.begin[first_wall])
-      share[p.a] += carried[k];
+    const double carried = room.carried[k];
+    sum += carried;
+    if (k >= walls)
+      share[p.a] += carried;
     else
-      share[p.a] += 0.5 * carried[k], share[p.b] += 0.5 * carried[k];
+      share[p.a] += 0.5 * carried, share[p.b] += 0.5 * carried;
   }
   if (sum == 0) return 0;
   const double n = static_cast<double>(share.size()), mean = sum / n;
@@ -317,11 +339,11 @@ Vec3 normal_stresses(const State& s) {
 
 Measurement measure(const Model& model, const State& s) { return measured(model, s, nullptr, {}, nullptr); }
 
-Survey survey(const Model& model, const State& s, Team& team) {
-  std::vector<double> carried(s.contacts.size());
+Survey survey(const Model& model, const State& s, Team& team, SurveyRoom& room) {
+  renew(room.carried, s.contacts.size());
   Survey all;
-  static_cast<Measurement&>(all) = measured(model, s, &team, carried, &all.deepest);
-  all.pressure_scatter = scatter_of(s, carried);
+  static_cast<Measurement&>(all) = measured(model, s, &team, room.carried, &all.deepest);
+  all.pressure_scatter = scatter_of(s, room);
   return all;
 }
 

@@ -2,6 +2,8 @@
 // Measures of the material that a state is: stress, density, fabric, quality of equilibrium.
 #pragma once
 
+#include <vector>
+
 #include "dem/base/parallel.hpp"
 #include "dem/contact/deepest_contact.hpp"
 #include "dem/rve/model.hpp"
@@ -31,7 +33,11 @@ struct Survey : Measurement {
   /// equilibrium with the boundary smaller (docs/studies: cell size). 0 without pressure.
   double pressure_scatter = 0;
 };
-Survey survey(const Model& model, const State& state, Team& team);
+/// Room that one survey leaves to the next.
+struct SurveyRoom {
+  std::vector<double> carried, share;  // by contact, by grain
+};
+Survey survey(const Model& model, const State& state, Team& team, SurveyRoom& room);
 
 /// Branch of pair k: from the centre of a to that of b, images included (m); of a contact with a wall the arm to it; of
 /// one with a grain of a rough wall to the plane that the grain stands for.

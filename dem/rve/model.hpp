@@ -2,6 +2,8 @@
 // The model: all that never changes in a run; shared by all RVEs of a scene.
 #pragma once
 
+#include <functional>
+#include <span>
 #include <string>
 
 #include "dem/contact/laws.hpp"
@@ -71,6 +73,8 @@ struct Numerics {
   double inertia_factor(double radius) const { return std::max(1.0, std::pow(0.5 * scaled_below / radius, 2)); }
 };
 
+struct Break;
+struct State;
 struct Stepper;
 extern const Stepper explicit_stepper;  // rve/stepper.hpp
 
@@ -85,6 +89,8 @@ struct Model {
   bool split_statistics = false;
   bool records_bonds = false;  // when and where each breaks
   const Stepper* stepper = &explicit_stepper;
+  // Hears of the state in which grains give way, and how they will.
+  std::function<void(const State&, std::span<const Break>)> before_breaks = {};
 
   /// Contacts deeper than this end a run: 0.2, far beyond Hertz's range; 2 where grains break: small fragments that may
   /// not break again are pressed into their neighbours, up to 1.25 of their radius at 45 % of strain (docs/studies).

@@ -80,7 +80,11 @@ constexpr Pass breakage{
     .prepare = prepare_breakage,
     .due = [](const State& state) { return state.steps + 1 >= state.next_test; },
     .stops = look_for_breaks,
-    .conclude = [](Step& s) { apply_breaks(s.model, s.state, s.breaks, s.team); },
+    .conclude =
+        [](Step& s) {
+          if (s.model.before_breaks) s.model.before_breaks(s.state, s.breaks);
+          apply_breaks(s.model, s.state, s.breaks, s.team);
+        },
 };
 
 constexpr std::array<const Pass*, 4> all{&growth, &bonds, &rough_walls, &breakage};

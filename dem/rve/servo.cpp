@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "dem/rve/press.hpp"
+#include "dem/rve/stepper.hpp"
 
 namespace grus::dem {
 
@@ -26,10 +27,12 @@ std::array<AxisControl, 3> controls(const Loading& loading, const Vec3& stress, 
   if (!loading.mean && !loading.first) return axes;
   if (time < loading.consolidation) {
     const double reached = 0.8 * loading.consolidation, part = time < reached ? time / reached : 1;
-    for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double goal = loading.first ? (*loading.first)[static_cast<int>(k)] : *loading.mean;
       axes[k] = {.strain_rate = 0,
-                 .stress = (loading.first ? (*loading.first)[static_cast<int>(k)] : *loading.mean) * part,
+                 .stress = loading.prepared + (goal - loading.prepared) * part,
                  .max_rate = axes[k].max_rate};
+    }
     return axes;
   }
   if (loading.ratio) {
@@ -64,6 +67,10 @@ constexpr double change = 0.02;
 /// Closings in which a gap that stays becomes drift.
 constexpr double learning = 8;
 
+/// Steps in which a gap that is sought is closed, if the tangent holds: explicit ones are far shorter than what a
+/// sample needs to answer; one that solves its contacts answers at once, and the step's length goes by the rate.
+double closing_steps(const Model& model) { return model.stepper->long_steps ? 4 : 200; }
+
 bool seeks(const Loading& loading) {
   return std::any_of(loading.axes.begin(), loading.axes.end(), [](const auto& a) { return a.stress.has_value(); });
 }
@@ -85,11 +92,12 @@ Vec3 seeking_rates(const Model& model, const State& state, const Loading& loadin
     rates[k] = axis.strain_rate;
     if (!axis.stress) continue;
     const double now = stress[k];
-    // Close the gap over 200 steps if the tangent holds; a loose sample has none and moves at the bound.
+    // A loose sample has no tangent and moves at the bound.
     const double wanted = stress_asked(axis, state.time);
     const double stiffness = std::max(stiffest[k], 10 * std::abs(wanted));
     const double gap = wanted - now;  // of nothing in a sample that nothing holds yet: it waits
-    if (gap != 0) rates[k] += std::clamp(gap / (stiffness * 200 * state.dt), -axis.max_rate, axis.max_rate);
+    if (gap != 0)
+      rates[k] += std::clamp(gap / (stiffness * closing_steps(model) * state.dt), -axis.max_rate, axis.max_rate);
   }
   return rates;
 }
@@ -136,7 +144,7 @@ Vec3 holding_rates(const Model& model, State& state, const Loading& loading, std
 
 Vec3 servo_rates(const Model& model, State& state, const Loading& loading, std::uint64_t& steps) {
   if (loading.holds) return holding_rates(model, state, loading, steps);
-  steps = servo_steps;
+  steps = model.stepper->long_steps ? 1 : servo_steps;
   return seeking_rates(model, state, loading);
 }
 

@@ -107,9 +107,12 @@ double told_energy_error(const State& state, double stored) {
 
 namespace {
 
-/// What makes steps shorter: where the step is held, safety does nothing.
+/// What makes steps shorter: where the step is held, safety does nothing; nor with steps that solve their contacts.
 std::string knob(const Model& model) {
   const Numerics& n = model.numerics;
+  if (n.time_step == 0 && model.stepper->long_steps)
+    return n.max_time_step > 0 ? fmt::format("numerics.max_time_step (now {:g} s)", n.max_time_step)
+                               : "numerics.max_time_step (now none), or take explicit steps";
   return n.time_step > 0 ? fmt::format("numerics.time_step (now {:g} s)", n.time_step)
                          : fmt::format("numerics.safety (now {:g})", n.safety);
 }

@@ -11,6 +11,7 @@ struct Stepper {
   void (*prepare)(const Model& model, State& state, Team& team);
   void (*update_time_step)(const Model& model, State& state);
   std::uint64_t (*run)(const Model& model, State& state, std::uint64_t count, Team& team);
+  bool long_steps = false;  // one of them may pass a stress that is sought by far
 };
 
 /// Makes a state ready to run: columns that the model needs, neighbour list, forces, time step, energy at the start.

@@ -37,7 +37,7 @@ public:
     book_.reason.clear();
     try {
       find_jobs(watch);
-      if (book_.reason.empty() && book_.options.error > 0) catch_up(watch);
+      if (book_.reason.empty() && remembers(book_)) catch_up(watch);
       if (book_.reason.empty()) answer_jobs(duration, tangent, watch);
     } catch (...) {
       book_.now.deformation.clear();
@@ -179,8 +179,8 @@ private:
   /// Who goes with whom, with the slots that it takes.
   void find_jobs(const Watch& watch) {
     DriverBook& b = book_;
-    const bool apart = !relaxed(b) && parted(b.sharing);
-    b.plan = apart ? plan_parted(b.sharing, b.now.deformation) : plan(b.sharing, b.now.deformation);
+    if (goes_alone(b)) return jobs_of_parted(b);
+    b.plan = plan(b.sharing, b.now.deformation);
     auto copy = b.plan.copy.begin();
     auto again = b.plan.replay.begin();
     try {
@@ -262,16 +262,24 @@ private:
   /// Deferral or DEM for every job.
   void answer_jobs(double duration, bool tangent, const Watch& watch) {
     DriverBook& b = book_;
-    std::vector<Task> tasks;
-    std::vector<std::size_t> real;
+    std::vector<std::size_t>& real = asked_;
+    real.clear();
+    tasks_.resize(b.jobs.size());
     for (std::size_t k = 0; k < b.jobs.size(); ++k) {
       DriverBook::Job& job = b.jobs[k];
       if (defer(b, job)) continue;
-      b.slots.at(job.slot).memory.trial.reset();
+      if (remembers(b)) b.slots.at(job.slot).memory.trial.reset();
+      Task& task = tasks_[real.size()];
+      task.slot = job.slot, task.path.assign(1, job.increment), task.duration = duration;
+      task.pace = b.options.pace, task.tangent = tangent, task.sharp = sharp(b);
       real.push_back(k);
-      tasks.push_back({job.slot, {job.increment}, duration, b.options.pace, tangent, sharp(b)});
     }
-    std::vector<Outcome> outcomes = host_.advance(tasks, watch);
+    tasks_.resize(real.size());
+    std::vector<Outcome>& outcomes = outcomes_;
+    if constexpr (requires { host_.advance(tasks_, watch, std::move(outcomes_)); })
+      outcomes = host_.advance(tasks_, watch, std::move(outcomes_));
+    else
+      outcomes = host_.advance(tasks_, watch);
     b.report.inertial_number = 0, b.report.given_up = 0;
     for (std::size_t j = 0; j < real.size(); ++j) {
       DriverBook::Job& job = b.jobs[real[j]];
@@ -280,7 +288,7 @@ private:
       b.report.given_up += outcomes[j].given_up ? 1u : 0u;
       b.report.inertial_number += job.response.inertial_number / static_cast<double>(real.size());
       b.report.retried += job.response.pieces > 1 ? 1u : 0u;
-      if (b.options.error > 0 && job.response.stable)
+      if (remembers(b) && job.response.stable)
         b.slots.at(job.slot).memory.trial = Memory::Trial{job.increment, job.response};
     }
     b.report.asked += b.sharing.point.size(), b.report.deferred += b.jobs.size() - real.size();
@@ -288,6 +296,10 @@ private:
 
   H& host_;
   std::vector<std::string> prepared_;  // bytes of the starting states; similar sharing only
+  // Of the last response; room for the next, where as much memory would be taken and given back in each step.
+  std::vector<Task> tasks_;
+  std::vector<std::size_t> asked_;  // jobs of the tasks
+  std::vector<Outcome> outcomes_;
   DriverBook book_;
 };
 

@@ -34,6 +34,18 @@ void take_increments(DriverBook& b, std::span<const double> deformation) {
   }
 }
 
+void jobs_of_parted(DriverBook& b) {
+  if (!b.plan.apart) std::swap(b.plan, b.last_plan), std::swap(b.jobs, b.last_jobs);
+  plan_parted(b.sharing, b.now.deformation, b.plan);
+  b.jobs.resize(b.plan.job.size());
+  for (std::size_t k = 0; k < b.jobs.size(); ++k) {  // the response will be replaced
+    const SharingPlan::Job& from = b.plan.job[k];
+    DriverBook::Job& job = b.jobs[k];
+    if (!job.facts || job.slot != from.slot) job.facts = &b.slots.at(from.slot).facts;
+    job.slot = from.slot, job.leader = from.leader, job.increment = from.increment;
+  }
+}
+
 void count_outcome(SweepReport& report, const Outcome& outcome) {
   ++(outcome.elastic ? report.elastic : report.advanced);
   report.dem_steps += outcome.response.steps;
@@ -41,6 +53,7 @@ void count_outcome(SweepReport& report, const Outcome& outcome) {
 }
 
 bool defer(const DriverBook& b, DriverBook::Job& job) {
+  if (!remembers(b)) return false;
   const Memory& m = b.slots.at(job.slot).memory;
   if (!b.deferral.foretells(m, job.increment)) return false;
   // What has done DEM in this increment answers from there, not from its start.
@@ -86,13 +99,16 @@ std::vector<std::uint64_t> commit_jobs(DriverBook& b) {
   b.report.worst_unbalanced = b.report.worst_stress_change = 0;
   std::vector<std::uint64_t> advanced;
   for (const DriverBook::Job& job : b.jobs) {
-    DriverBook::Slot& slot = b.slots.at(job.slot);
-    if (const Response* done = commit(slot.memory, job.increment, job.deferred, job.response)) {
-      advanced.push_back(job.slot);
+    const Response* done = &job.response;
+    if (remembers(b)) done = commit(b.slots.at(job.slot).memory, job.increment, job.deferred, job.response);
+    if (done) {
+      if (relaxed(b)) advanced.push_back(job.slot);
       b.report.worst_unbalanced = std::max(b.report.worst_unbalanced, done->unbalanced_force);
       b.report.worst_stress_change = std::max(b.report.worst_stress_change, done->stress_change);
     }
-    if (!relaxed(b)) slot.facts.work = job.response.work, slot.facts.haste = job.response.haste;
+    if (relaxed(b)) continue;
+    Facts& facts = job.facts ? *job.facts : b.slots.at(job.slot).facts;
+    facts.work = job.response.work, facts.haste = job.response.haste;
   }
   return advanced;
 }
@@ -101,7 +117,9 @@ std::vector<std::uint64_t> end_increment(DriverBook& b) {
   std::vector<std::uint64_t> unused = commit(b.sharing, b.plan, b.now.deformation);
   for (const std::uint64_t slot : unused) b.slots.erase(slot);
   for (std::size_t i = 0; i < b.stress.size(); ++i) b.stress[i] = b.now.answer[i].stress;
-  for (auto& [slot, s] : b.slots) s.memory.trial.reset();
+  if (remembers(b))
+    for (auto& [slot, s] : b.slots) s.memory.trial.reset();
+  if (b.plan.apart) std::swap(b.plan, b.last_plan), std::swap(b.jobs, b.last_jobs);
   b.jobs.clear(), b.plan = {};
   b.sharp = std::max(0, b.sharp - 1);
   b.now.deformation.clear();  // the next response starts another increment

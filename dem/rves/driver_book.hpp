@@ -24,7 +24,8 @@ struct DriverBook {
     std::size_t leader;
     Mat3 increment;  // since the last commit
     bool deferred = false;
-    Response response;  // by DEM, or by a tangent
+    Response response;       // by DEM, or by a tangent
+    Facts* facts = nullptr;  // of its slot, once looked up; of points that have parted, who keep their slots
   };
 
   RveOptions options;
@@ -35,7 +36,9 @@ struct DriverBook {
   std::vector<Mat3> stress;  // of the points, as committed; similar sharing only
   SharingPlan plan;
   std::vector<Job> jobs;  // of the plan
-  Sweep now, before;      // this response, and the one before it in the same increment
+  SharingPlan last_plan;  // of points that have parted: what the increment before has left, to be filled anew
+  std::vector<Job> last_jobs;
+  Sweep now, before;  // this response, and the one before it in the same increment
   NoiseMeter noise;
   int sharp = 0;                   // increments that will have the network's tangent
   std::vector<Mat6> kept_tangent;  // elastic, quasi-Newton
@@ -47,11 +50,18 @@ struct DriverBook {
 DriverBook begin_book(std::span<const std::size_t> start, std::size_t variants, const RveOptions& options);
 
 inline bool relaxed(const DriverBook& b) { return b.options.pace == Pace::relaxed; }
+
+/// What RVEs last answered is kept by those who may put one off.
+inline bool remembers(const DriverBook& b) { return b.options.error > 0; }
 /// Whether the network's tangent is asked for.
 inline bool sharp(const DriverBook& b) { return b.options.response.tangent == TangentKind::network || b.sharp > 0; }
 
 /// Takes the points' increments (9 a point, row by row), put on a grid; alike where grains will do the same.
 void take_increments(DriverBook& book, std::span<const double> deformation);
+
+/// Jobs of points that have parted, for good and without a memory.
+inline bool goes_alone(const DriverBook& b) { return !relaxed(b) && !remembers(b) && parted(b.sharing); }
+void jobs_of_parted(DriverBook& book);
 
 /// Adds what an RVE has done to the report.
 void count_outcome(SweepReport& report, const Outcome& outcome);
@@ -62,7 +72,7 @@ bool defer(const DriverBook& book, DriverBook::Job& job);
 /// Every job has its response: what each point hears, or the reason why there is none. True: all answers are there.
 bool conclude(DriverBook& book);
 
-/// The increment is committed: returns slots of which the RVE's own last advance is to be.
+/// The increment is committed: returns slots of which the RVE's own last advance is to be, where there are trials.
 std::vector<std::uint64_t> commit_jobs(DriverBook& book);
 
 /// The points go on with their jobs; returns slots that nobody needs any more.

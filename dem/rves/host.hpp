@@ -51,7 +51,8 @@ struct Outcome {
 ///   fetch(slot)             bytes of the committed state, for `put`
 ///
 /// The same tasks in the same order of calls give the same bits, however a host spreads them. A host of many ranks may
-/// also tell `cost(slot)`, what a slot has cost of late, in the unit that it wants in `put`.
+/// also tell `cost(slot)`, what a slot has cost of late, in the unit that it wants in `put`. A third argument of
+/// advance, where a host takes one, is outcomes that nobody needs any more, to be filled anew.
 template <class H>
 concept Host = requires(H host, std::uint64_t slot, const std::string& state, const std::vector<std::uint64_t>& slots,
                         const std::vector<Task>& tasks, const Watch& watch) {

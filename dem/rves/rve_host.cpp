@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <new>
 
 #include "dem/base/clock.hpp"
 #include "dem/base/error.hpp"
@@ -220,20 +221,24 @@ void RveHost::give_back_holes() {
 #endif
 }
 
-std::vector<Outcome> RveHost::advance(const std::vector<Task>& tasks, const Watch& watch) {
-  std::vector<Outcome> outcomes(tasks.size());
-  std::vector<Slot*> slots;
-  for (const Task& t : tasks) slots.push_back(&slots_.at(t.slot));
+std::vector<Outcome> RveHost::advance(const std::vector<Task>& tasks, const Watch& watch, std::vector<Outcome> room) {
+  std::vector<Outcome> outcomes = std::move(room);
+  outcomes.resize(tasks.size());
+  asked_.clear();
+  for (const Task& t : tasks) asked_.push_back(&slots_.at(t.slot));
   Listener listener(watch, tasks.size());
   std::atomic<std::size_t> next{0}, ended{0};
+  std::atomic<bool> no_memory{false};
   const std::size_t loops = std::min(static_cast<std::size_t>(team_.threads()), tasks.size());
   team_.each(loops, [&](std::size_t, std::size_t rank) {
     for (std::size_t k = next++; k < tasks.size(); k = next++) {
       const Clock clock;
       try {
         listener.next_task();
-        outcomes[k] = advance(*slots[k], tasks[k], room_[rank], listener.told());
-      } catch (const Interrupted&) {       // whoever is asked next hears of it as well
+        outcomes[k] = advance(*asked_[k], tasks[k], room_[rank], listener.told());
+      } catch (const Interrupted&) {  // whoever is asked next hears of it as well
+      } catch (const std::bad_alloc&) {
+        no_memory = true;                  // of the machine, and not the grains' fault
       } catch (const std::exception& e) {  // must not leave a thread
         outcomes[k] = {};
         outcomes[k].response.failure = e.what();
@@ -244,6 +249,7 @@ std::vector<Outcome> RveHost::advance(const std::vector<Task>& tasks, const Watc
     for (int spins = 0; listener.calling() && ended < tasks.size(); relax(spins)) listener.ask_at_times();
   });
   give_back_holes();
+  if (no_memory) throw std::bad_alloc();
   if (listener.stopped()) throw Interrupted("interrupted while RVEs advanced; the committed states stand");
   return outcomes;
 }

@@ -51,7 +51,7 @@ public:
   State whole(State state) const;
   /// Tasks of different slots, on all threads; a failure is told in the response. The calling thread asks the watch
   /// some times a second, within tasks as well; where it says so, all threads stop and Interrupted is thrown.
-  std::vector<Outcome> advance(const std::vector<Task>& tasks, const Watch& watch = {});
+  std::vector<Outcome> advance(const std::vector<Task>& tasks, const Watch& watch = {}, std::vector<Outcome> room = {});
   std::vector<Facts> commit(const std::vector<std::uint64_t>& slots);  // gives back the room that their trials leave
   std::vector<Facts> facts(const std::vector<std::uint64_t>& slots) const;
   Facts facts(std::uint64_t slot) const;
@@ -77,6 +77,7 @@ private:
   ResponseOptions options_;
   std::unordered_map<std::uint64_t, Slot> slots_;  // looked up for each point in each sweep
   std::vector<State> room_;                        // of each thread: the state that it has at hand
+  std::vector<Slot*> asked_;                       // of the tasks at hand
   Team team_;
   Clock since_holes_;  // were last looked for
 };

@@ -148,11 +148,12 @@ Sharing begin_sharing(std::span<const std::size_t> start, bool exact, double tol
 
 SharingPlan plan(Sharing& sharing, std::span<const Mat3> increment) { return Planner(sharing, increment).make(); }
 
-SharingPlan plan_parted(const Sharing& s, std::span<const Mat3> increment) {
-  SharingPlan plan;
-  for (std::size_t i = 0; i < s.point.size(); ++i)
-    plan.job.push_back({s.point[i].slot, i, increment[i]}), plan.of.push_back(i);
-  return plan;
+void plan_parted(const Sharing& s, std::span<const Mat3> increment, SharingPlan& plan) {
+  if (!plan.apart) plan = {};
+  plan.apart = true;
+  plan.job.resize(s.point.size());
+  while (plan.of.size() < s.point.size()) plan.of.push_back(plan.of.size());
+  for (std::size_t i = 0; i < s.point.size(); ++i) plan.job[i] = {s.point[i].slot, i, increment[i]};
 }
 
 void undo(Sharing& s, const SharingPlan::Replay& replay) {
@@ -166,6 +167,10 @@ void undo(Sharing& s, const SharingPlan::Copy& copy) {
 }
 
 std::vector<std::uint64_t> commit(Sharing& s, const SharingPlan& plan, std::span<const Mat3> increment) {
+  if (plan.apart) {  // nobody moves, and there are no copies
+    for (std::size_t i = 0; i < s.point.size(); ++i) s.point[i].total = increment[i] * s.point[i].total;
+    return {};
+  }
   std::set<std::uint64_t> in_use;
   for (const SharingPlan::Job& job : plan.job) s.leader[job.slot] = job.leader, in_use.insert(job.slot);
   std::vector<std::uint8_t> moved(s.point.size());

@@ -49,6 +49,7 @@ struct SharingPlan {
   std::vector<std::size_t> of;  // job of each point
   std::vector<Copy> copy;
   std::vector<Replay> replay;
+  bool apart = false;  // of points that have parted: job i is point i's
 };
 
 /// Point i starts from prepared state start[i]; without `exact` each gets a slot of its own. The slots are the keys of
@@ -64,8 +65,8 @@ inline bool parted(const Sharing& s) { return s.tolerance == 0 && s.leader.size(
 /// Jobs for these increments, one a point.
 SharingPlan plan(Sharing& sharing, std::span<const Mat3> increment);
 
-/// One job a point, where all have parted.
-SharingPlan plan_parted(const Sharing& sharing, std::span<const Mat3> increment);
+/// One job a point, where all have parted; in the room of the plan before, of which little changes.
+void plan_parted(const Sharing& sharing, std::span<const Mat3> increment, SharingPlan& plan);
 
 /// The replay could not be done: the point stays where it was.
 void undo(Sharing& sharing, const SharingPlan::Replay& replay);

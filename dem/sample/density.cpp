@@ -13,12 +13,15 @@ namespace {
 /// More friction than this leaves no more voids: grains roll.
 constexpr double most_friction = 1;
 
+/// Without any friction grains may rattle on; with so little it is next to none.
+constexpr double little_friction = 0.02;
+
 /// Tries between which friction is halved or interpolated, at most.
 constexpr int most_tries = 25;
 
 /// A friction, and the void ratio that it leaves.
 struct Try {
-  double friction = 0, void_ratio = 0;
+  double friction, void_ratio;
 };
 
 /// Between two tries on either side: by their void ratios, but not next to one of them.
@@ -36,7 +39,9 @@ State compressed_to_density(const State& made, const Model& model, const Prepara
   const auto attempt = [&](double friction) {
     Preparation of = p;
     of.friction = friction, of.void_ratio = {};
-    state = compressed(made, model, of, team, watch);
+    const std::string called = fmt::format("preparation, try {}", found.tries + 1);  // each has a progress of its own
+    const StageWatch own = [&](double part, const char*) { return watch(part, called.c_str()); };
+    state = compressed(made, model, of, team, watch ? own : StageWatch());
     ++found.tries;
     return Try{friction, void_ratio(state)};
   };
@@ -44,20 +49,29 @@ State compressed_to_density(const State& made, const Model& model, const Prepara
     found.friction = t.friction;
     return std::abs(t.void_ratio - asked) <= density_tolerance;
   };
+  const auto densest = [&] {
+    try {
+      return attempt(0);
+    } catch (const Unstable&) {
+      return attempt(little_friction);
+    }
+  };
   const Try first = attempt(std::min(p.friction, most_friction));
   if (met(first)) return state;
   const bool looser = first.void_ratio < asked;
-  const Try end = attempt(looser ? most_friction : 0);
+  const Try end = looser ? attempt(most_friction) : densest();
   if (met(end)) return state;
   Try low = looser ? first : end, high = looser ? end : first;
   if (!(low.void_ratio < asked && asked < high.void_ratio)) {
-    const Try other = attempt(looser ? 0 : most_friction);
-    refuse(p.place_of_density,
-           fmt::format("a void ratio of {:.3f} is not reached at {:.3g} MPa: friction while compressing from 0 to {:g} "
-                       "leaves {:.3f} to {:.3f} from this packing (void ratio {:.3f}); a looser one, or "
-                       "rolling_friction, leaves more",
-                       asked, p.pressure / 1e6, most_friction, std::min(end.void_ratio, other.void_ratio),
-                       std::max(end.void_ratio, other.void_ratio), void_ratio(made)));
+    const Try other = looser ? densest() : attempt(most_friction);
+    refuse(
+        p.place_of_density,
+        fmt::format("a void ratio of {:.3f} is not reached at {:.3g} MPa: friction while compressing from {:g} to {:g} "
+                    "leaves {:.3f} to {:.3f} from this packing (void ratio {:.3f}); a looser one, or "
+                    "rolling_friction, leaves more",
+                    asked, p.pressure / 1e6, std::min(end.friction, other.friction), most_friction,
+                    std::min(end.void_ratio, other.void_ratio), std::max(end.void_ratio, other.void_ratio),
+                    void_ratio(made)));
   }
   while (found.tries < most_tries) {
     const Try t = attempt(between(low, high, asked));

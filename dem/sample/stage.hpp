@@ -49,6 +49,10 @@ struct Stage {
 
   /// A cycle has two legs; the first and the last of all are halves of one.
   std::uint64_t legs() const { return kind == StageKind::cyclic ? 2 * cycles + 1 : 1; }
+  /// Its axis goes one way, as far as it goes.
+  bool one_way() const { return kind == StageKind::compress || kind == StageKind::unload || kind == StageKind::reload; }
+  /// A stress stays, or follows a rate of its own.
+  bool holds() const { return kind == StageKind::hold || lateral == Lateral::held || stress_rate.has_value(); }
   /// The axis follows a rate of strain, so that times are known.
   bool by_strain() const { return strain_rate != 0 && !stress_rate && !all; }
 };

@@ -62,6 +62,11 @@ double off(const Stage& stage, const State& s) {
   return (-normal_stresses(s).array() / *stage.until.stress - 1).abs().maxCoeff();
 }
 
+/// The volume goes with the axes, one way: it is known from the start which void ratios are behind.
+bool volume_follows(const Stage& stage) {
+  return (stage.one_way() || stage.kind == StageKind::shear) && !stage.plane && stage.lateral == Lateral::fixed;
+}
+
 bool too_far(const Stage& stage, double gone) { return stage.max_strain > 0 && gone >= stage.max_strain * (1 - 1e-9); }
 
 /// Time at which the axis has gone a way, where its rate is kept (s).
@@ -114,7 +119,7 @@ Loading loading_of(const Stage& stage, const StageNow& now, const Vec3& initial_
     else if (k == stage.axis)
       axis = hold ? AxisControl{.strain_rate = 0, .stress = -now.stress[k], .max_rate = rate} : drive_of(stage, now);
   }
-  loading.holds = hold || held || stage.stress_rate.has_value();
+  loading.holds = stage.holds();
   loading.isochoric = stage.lateral == Lateral::volume;
   return loading;
 }
@@ -197,10 +202,11 @@ double unbalanced_force(const State& s) {
       ++fixed;
     else
       left += s.grains.force[i].norm();
-  std::size_t links = s.bonds.face.row.size();
+  std::size_t links = s.bonds.face.row.size() + s.bonds.wall.size();
   for (std::size_t k = 0; k < s.contacts.size(); ++k)
     if (s.contacts.contact.touching(k)) force += s.contacts.touch[k].force.norm(), ++links;
   for (const FaceBond& bond : s.bonds.face.row) force += bond.force.norm();
+  for (const FaceBond& bond : s.bonds.wall) force += bond.force.norm();
   if (!(force > 0)) return INFINITY;
   return left / static_cast<double>(s.grains.size() - fixed) / (force / static_cast<double>(links));
 }
@@ -221,8 +227,10 @@ EndedBy leg_ended(const Programme& test, const State& s) {
     if (timed ? s.time >= time_of(stage, now.began, *until.strain) - slack : gone >= *until.strain)
       return EndedBy::strain;
   }
-  if (until.void_ratio && (void_ratio(s) - *until.void_ratio) * (now.void_ratio - *until.void_ratio) <= 0)
-    return EndedBy::void_ratio;
+  if (until.void_ratio) {
+    const double from = volume_follows(stage) ? way : now.void_ratio - *until.void_ratio;
+    if ((void_ratio(s) - *until.void_ratio) * from <= 0) return EndedBy::void_ratio;
+  }
   if (until.time && s.time >= now.began + *until.time - slack) return EndedBy::time;
   if (until.unbalanced_force && unbalanced_force(s) <= *until.unbalanced_force) return EndedBy::unbalanced_force;
   const bool late = s.time >= leg_until(test) - slack;
@@ -340,8 +348,14 @@ std::string unmet(const Programme& test, const State& s) {
   const auto add = [&](const char* what, double goal, double is) {
     asked.push_back(fmt::format("{} of {:.4g} (it is {:.4g})", what, goal, is));
   };
-  if (const auto goal = goal_of(stage, test.now))
-    add(stage.kind == StageKind::cyclic ? "a turn at a stress in Pa" : "a stress in Pa", *goal, towards_goal(test, s));
+  if (const auto goal = goal_of(stage, test.now)) {
+    const bool turns = stage.kind == StageKind::cyclic;
+    const bool of_deviator = turns ? stage.swing == Swing::deviator : !end_stress(stage, test.now);
+    add(turns         ? of_deviator ? "a turn at a deviator in Pa" : "a turn at a stress in Pa"
+        : of_deviator ? "a deviator in Pa"
+                      : "a stress in Pa",
+        *goal, towards_goal(test, s));
+  }
   if (stage.all && until.stress) add("a stress in Pa", *until.stress, -normal_stresses(s).mean());
   if (until.strain) add("a strain", *until.strain, std::abs(stage_strain(test, s) - test.now.strain));
   if (until.void_ratio) add("a void ratio", *until.void_ratio, void_ratio(s));

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/shape/contact_patch.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace grus::dem {
 namespace {
@@ -30,12 +32,30 @@ bool clip(const Polygon& p, const Plane& plane, Polygon& to) {
   return true;
 }
 
+/// Of each vertex, whether it is above the plane that `middle` is nearest to, or highest above: the one which most of
+/// a body that touches is above. Nothing of a face is below all planes whose vertices all are.
+std::array<bool, most_hull_vertices> above_nearest(const HullView& a, std::span<const Plane> planes,
+                                                   const Vec3& middle) {
+  std::array<bool, most_hull_vertices> above{};
+  double highest = -INFINITY;
+  const Plane* nearest = nullptr;
+  for (const Plane& plane : planes)
+    if (const double height = plane.normal.dot(middle) - plane.offset; height > highest)
+      highest = height, nearest = &plane;
+  for (std::size_t v = 0; nearest && v < static_cast<std::size_t>(a.vertices); ++v)
+    above[v] = nearest->normal.dot(a.vertex[v]) - nearest->offset > 0;
+  return above;
+}
+
 }  // namespace
 
 Mat3 turning_of_patch(const HullView& a, std::span<const Plane> planes, const Vec3& middle) {
   Mat3 second = Mat3::Zero();
+  const auto above = above_nearest(a, planes, middle);
+  const auto gone = [&](std::uint8_t v) { return above[v]; };
   std::array<Polygon, 2> room;
   for (int f = 0; f < a.faces; ++f) {
+    if (std::all_of(a.loop + a.begin[f], a.loop + a.begin[f + 1], gone)) continue;
     Polygon *now = &room[0], *next = &room[1];
     now->corners = 0;
     for (int k = a.begin[f]; k < a.begin[f + 1]; ++k) now->corner[now->corners++] = a.vertex[a.loop[k]];

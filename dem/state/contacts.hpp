@@ -72,7 +72,7 @@ struct ContactColumns {
   SpringSet keeps{true};      // the first always
   bool reaches = false;       // contacts hold beyond touch
 
-  Contact operator[](std::size_t k) const {
+  [[gnu::always_inline]] Contact operator[](std::size_t k) const {
     Contact c{.stiffness = stiffness[k], .compliance = compliance[k], .viscous = viscous[k], .radius = radius[k]};
     c.spring[slide_spring] = force(slide_spring, k);
     for (const SpringRow row : couple_springs)

@@ -265,3 +265,20 @@ TEST_CASE("RVEs are answered for in whole rounds of all workers") {
   CHECK(rounds_of(9, 4) == 3);
   CHECK(rounds_of(3, 4) == 1);
 }
+
+TEST_CASE("an estimate asks its RVE what a step of the run will: an even share, at the solver's pace, in its time") {
+  BvpScene scene;
+  const dem::Vec3 strain(0.1, -0.2, 0.04);
+  dem::Mat3 step = dem::Mat3::Identity();
+  step.diagonal() += strain / 20;
+  for (const dem::Pace pace : {dem::Pace::relaxed, dem::Pace::steady, dem::Pace::real_time}) {
+    scene.rve.pace = pace;
+    if (pace == dem::Pace::steady) scene.explicit_statics.emplace();
+    if (pace == dem::Pace::real_time) scene.explicit_statics.reset(), scene.dynamics.emplace().duration = 3;
+    const dem::Task task = task_of(scene, strain, 20);
+    REQUIRE(task.path.size() == 1);
+    CHECK((task.path[0] - step).norm() < 1e-15);
+    CHECK((task.pace == pace && task.tangent == (pace == dem::Pace::relaxed) && !task.sharp));
+    CHECK(task.duration == (pace == dem::Pace::real_time ? 3.0 / 20 : 0));
+  }
+}

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // How runs of grus-bvp end: what does not get to its end is not called finished, whichever solver it is.
+#include <signal.h>
+
+#include <filesystem>
 #include <fstream>
 
 #include "apps/bvp/bvp_run.hpp"
@@ -56,5 +59,14 @@ TEST_CASE("a run that fails is unstable and says why, one that gets to its end i
     CHECK(half.text.size() > 10);
     CHECK(half.text != "finished");
     CHECK(half.time < 0.999 * whole.time);
-  }
+  }  // Who is told to stop before the first answer ends with none, in the midst of the increment. Last, as nothing that
+  // comes after it in this process would run.
+  hear_signals();
+  raise(SIGINT);
+  const app::test::Scratch stopped;
+  const BvpEnding none = run(session, scene_of("{ kind = \"quasi-static\", increments = 2 }", -0.002), stopped.path);
+  CHECK(none.status == interrupted);
+  CHECK(none.text == "interrupted within the first increment; nothing to go on from yet");
+  CHECK(none.time == 0);
+  CHECK(!std::filesystem::exists(stopped.path + "/checkpoint.h5"));
 }

@@ -154,8 +154,9 @@ TEST_CASE("error estimates are of the last row and of the worst, and each is wha
   even.ledger.work = -0.1 * stored_energy(model, even);
   State early = uneven;
   --early.grain_steps, early.ledger.work *= 3;
-  e.add(early, {}, survey(model, early, team));
-  for (const State* s : {&even, &uneven, &even}) e.add(*s, {}, survey(model, *s, team));
+  dem::SurveyRoom room;
+  e.add(early, {}, survey(model, early, team, room));
+  for (const State* s : {&even, &uneven, &even}) e.add(*s, {}, survey(model, *s, team, room));
   const auto json = e.json(even);
   CHECK(json["worst_energy_error"] == Approx(0.3).epsilon(1e-9));
   CHECK(e.energy.last == Approx(0.1).epsilon(1e-9));
@@ -187,7 +188,7 @@ TEST_CASE("error estimates are of the last row and of the worst, and each is wha
                (radius - 0.5 * depth);
   }
   const double mean = 0.5 * (share[0] + share[1]), deviation = (share[1] - share[0]) / std::sqrt(2.0);  // n - 1 = 1
-  CHECK(survey(model, two, team).pressure_scatter == Approx(deviation / std::sqrt(2.0) / mean).epsilon(1e-9));
+  CHECK(survey(model, two, team, room).pressure_scatter == Approx(deviation / std::sqrt(2.0) / mean).epsilon(1e-9));
 }
 
 TEST_CASE("what a row asks of many contacts at once is what each of them says, for any number of threads") {
@@ -202,7 +203,8 @@ TEST_CASE("what a row asks of many contacts at once is what each of them says, f
   s.boundary.cell.vectors = 1.99e-3 * 18 * Mat3::Identity();
   prepare(model, s, one);
   REQUIRE(s.contacts.size() > 16384);
-  const dem::Survey now = survey(model, s, one), again = survey(model, s, two);
+  dem::SurveyRoom room;
+  const dem::Survey now = survey(model, s, one, room), again = survey(model, s, two, room);
   CHECK((now.stress - dem::love_weber(s, now.volume)).norm() < 1e-12 * now.stress.norm());
   CHECK(now.elastic == Approx(elastic_energy(model.law, s.contacts)).epsilon(1e-12));
   CHECK(now.kinetic == Approx(kinetic_energy(s.grains)).epsilon(1e-12));
@@ -216,7 +218,7 @@ TEST_CASE("what a row asks of many contacts at once is what each of them says, f
     while (!s.contacts.contact.touching(k)) ++k;
     State one_deep = s;
     one_deep.contacts.touch[k].overlap = 1e-4;
-    CHECK(survey(model, one_deep, two).deepest.pair == k);
+    CHECK(survey(model, one_deep, two, room).deepest.pair == k);
   }
   CHECK(now.contacts == touching);
   CHECK(now.coordination == Approx(2.0 * static_cast<double>(touching) / 5832));

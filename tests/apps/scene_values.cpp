@@ -9,6 +9,7 @@
 using namespace grus;
 using namespace grus::app;
 using grus::app::test::read, grus::app::test::rock, grus::app::test::sand;
+using grus::app::test::Scratch;
 using grus::dem::Vec3;
 
 namespace {
@@ -60,6 +61,14 @@ TEST_CASE("loadings drive the axes that they name: strains and pressures compres
   }
   CHECK(loaded("kind=\"constant-p\", strain_rate=3, pressure=1, final_strain=0.3, consolidation=0.5").duration ==
         Approx(0.6));
+  // A mean of 2 Pa, of which nothing else is added: axes at 1, 2 and 3 Pa.
+  p = loaded(
+      "kind=\"true-triaxial\", constant_mean=true, final_strain=0.3, x={stress=1}, y={strain_rate=3, stress=3}, "
+      "z={b=0.5}");
+  CHECK((*p.loading.mean == Approx(-2).epsilon(1e-12) && *p.loading.ratio == 0.5 && p.loading.middle == 2));
+  CHECK((*p.loading.first - Vec3(-1, -3, -2)).norm() < 1e-12);
+  CHECK((p.axis == 1 && p.strain_rate == 3 && p.loading.consolidation == Approx(0.02) && p.duration == Approx(0.12)));
+  check_axes(p.loading, {{0, -1, 18, 0}, {-3, NAN, 18, 0}, {0, -2, 18, 0}});
   p = loaded("kind=\"velocity-gradient\", duration=2, velocity_gradient=[[0, 3, 0], [0, 0, 0], [4, 0, 0]]");
   CHECK((p.duration == 2 && p.strain_rate == 5 && !p.loading.driven));
   const dem::Mat3& L = *p.loading.velocity_gradient;
@@ -197,6 +206,34 @@ TEST_CASE("packings are as dense, as graded and as large as they are told") {
   CHECK(lattice("simple-cubic", "layers=[2, 3, 4]").recipe.box == Vec3(4, 6, 8));
 }
 
+TEST_CASE("bodies of a file are of the material of their group; a group that the file has not is refused") {
+  const Scratch scratch;
+  const std::string file = scratch.path + "/cubes.obj";
+  std::string text;
+  for (const int at : {0, 1}) {
+    text += fmt::format("g {}\n", at == 0 ? "quartz" : "clay");
+    for (int k = 0; k < 8; ++k) text += fmt::format("v {} {} {}\n", 3 * at + (k & 1), k >> 1 & 1, k >> 2);
+    for (const auto& f : {std::array{1, 3, 4, 2}, {5, 6, 8, 7}, {1, 2, 6, 5}, {3, 7, 8, 4}, {1, 5, 7, 3}, {2, 4, 8, 6}})
+      text += fmt::format("f {} {} {} {}\n", f[0] + 8 * at, f[1] + 8 * at, f[2] + 8 * at, f[3] + 8 * at);
+  }
+  std::ofstream(file) << text;
+  const auto with = [&](const std::string& groups) {
+    const std::string scene = fmt::format(
+        "material.a = {{ density = 2000, contact = \"overlap\", youngs_modulus = 1e9 }}\n"
+        "material.b = {{ density = 1000, contact = \"overlap\", youngs_modulus = 4e9 }}\n"
+        "loading = {{ kind = \"free\", duration = 1 }}\n"
+        "[packing]\nkind = \"polyhedra\"\nmaterial = \"a\"\npath = \"{}\"\nunit = \"mm\"\n{}",
+        file, groups);
+    return std::get<dem::Bodies>(read(scene).recipe.grains);
+  };
+  const dem::Bodies plain = with("");
+  CHECK(plain.materials == std::vector<std::uint8_t>{0, 0});
+  CHECK((plain.middle.at(1) - Vec3(3.5e-3, 5e-4, 5e-4)).norm() < 1e-9);
+  CHECK(with("[[packing.group]]\nname = \"clay\"\nmaterial = \"b\"\n").materials == std::vector<std::uint8_t>{0, 1});
+  CHECK_THROWS_WITH(with("[[packing.group]]\nname = \"sand\"\nmaterial = \"b\"\n"),
+                    Catch::Contains("\"sand\": nothing in the file is of that group"));
+}
+
 TEST_CASE("preparations, boxes, walls and single grains are those of the scene") {
   const auto prepared = [](const std::string& more) {
     return *read(sand, {"preparation={pressure=\"0.2 MPa\", " + more + "}"}).recipe.preparation;
@@ -206,6 +243,7 @@ TEST_CASE("preparations, boxes, walls and single grains are those of the scene")
   CHECK((p.quasi_static.window == 7 && p.quasi_static.max_hold == 99));
   p = prepared("relative_density=0.25, void_ratio_max=0.9, void_ratio_min=0.5");
   CHECK((*p.void_ratio == Approx(0.8) && p.friction == 0.5));
+  CHECK(read(sand, {"preparation.pressure=2e5"}).test.loading.prepared == -2e5);
   const RveScene ends =
       read(sand, {"preparation.pressure=2e5", "loading={kind=\"oedometric-stress\", strain_rate=1, final_stress=2e5}"});
   CHECK(ends.notes == std::vector<std::string>{"loading.final_stress = 2e+05 Pa is no more than preparation.pressure = "
@@ -243,6 +281,9 @@ TEST_CASE("preparations, boxes, walls and single grains are those of the scene")
   CHECK(fastest_wave(s.model) == Approx(2 * std::sqrt(4e9 / 1000)));
   const dem::Model cells = read(rock).model;  // as stiff as their bonds
   CHECK(fastest_wave(cells) == Approx(2 * std::sqrt(cells.materials[0].bond->stiffness / 2500)));
+  dem::Model soft = cells;  // however soft
+  std::get<dem::Foundation::Of>(soft.materials[0].contact).modulus = 0.5;
+  CHECK(fastest_wave(soft) == Approx(2 * std::sqrt(0.5 / 2500)));
   const std::string one = "[[grain]]\nradius=1\nposition=[0,0,0]\n";
   CHECK(read(ball + one).notes == std::vector<std::string>{"material.b: no grain and no wall is of it"});
   CHECK(read(ball + one + "[[wall]]\npoint=[0, 0, -2]\nnormal=[0, 0, 1]\nmaterial=\"b\"\n").notes.empty());

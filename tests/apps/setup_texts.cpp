@@ -114,7 +114,7 @@ TEST_CASE("a test of grains is told with its sample, its step and how long it ta
                                   "6.5 s (the whole test was gone through)",
                                   memory));
   scene.test.final_stress = 1e6;
-  CHECK(setup_text(scene, s, 8, nullptr).find("at most 0.05 s   steps about 2.5e+04 ") != std::string::npos);
+  CHECK(setup_text(scene, s, 8, nullptr).find("at most 0.05 s   steps at most about 2.5e+04 ") != std::string::npos);
   scene.model.numerics.time_step = 2e-6;
   CHECK(setup_text(scene, s, 8, nullptr).find("at most 0.05 s   steps at most about 2.5e+04 ") != std::string::npos);
   scene.test.stress_time = 0.01;  // of a ramp it is known when it ends
@@ -132,7 +132,7 @@ TEST_CASE("of stages it is told how many rows they may have, and a duration wher
   State s = eight(scene.model);
   s.dt = 2e-6;
   CHECK(setup_text(scene, s, 8, nullptr)
-            .find("\n  stages 2   rows at most 13   time step 2e-06 s   duration 0.06 s   steps "
+            .find("\n  stages 2   rows about 13   time step 2e-06 s   duration 0.06 s   steps "
                   "at least about 3e+04") != std::string::npos);
   CHECK_NOTHROW(refuse_endless(scene, s));
   scene.test.stages[1].until = {};

@@ -62,24 +62,6 @@ Row dense_row(const Sample& sample, std::size_t nominal, int threads, std::uint6
   return row;
 }
 
-void time_hulls(Table& table, std::uint64_t steps) {
-  const auto tell = [&](const char* name, Sample sample) {
-    const auto grains = static_cast<double>(sample.state.grains.size());
-    double best = INFINITY, contacts = 0;
-    for (int repeat = 0; repeat < 3; ++repeat) {
-      const Timed run = time_steps(sample, steps, 1, 100);
-      best = std::min(best, run.seconds), contacts = run.contacts;
-    }
-    table.add({fmt::format("{} ({:.0f}), 1 thread", name, grains), "10^6 grain-steps/s",
-               1e-6 * grains * static_cast<double>(steps) / best});
-    table.add({"... its contacts a grain", "", contacts});
-    table.add({"... its contact pass, a touching pair", "ns", contact_nanoseconds(sample)});
-  };
-  tell("angular hulls, angular_rve.toml", angular());
-  tell("broken hulls", broken());
-  tell("Voronoi cells, unbonded, pressed by 1 %", cells());
-}
-
 void time_all(Table& table, bool large) {
   std::map<std::size_t, Sample> boxes;
   for (const auto& [grains, steps] :
@@ -113,7 +95,7 @@ void time_all(Table& table, bool large) {
     table.add({fmt::format("dense poly-ellipsoids 1000, {} thread{}", threads, threads > 1 ? "s" : ""),
                "10^6 grain-steps/s", best});
   }
-  time_hulls(table, 2000);
+  time_hulls(2000, [&](Row row) { table.add(std::move(row)); });
   for (const std::size_t grains : {400u, 1000u}) {
     const Sample cell = celled(grains, false, 1e6);
     const Path i = increments(cell, cell.model.numerics.safety, 6);
@@ -181,7 +163,7 @@ int main(int argc, char** argv) {
       return tell(celled(std::stoul(argv[k + 1]), true, 10e6), std::stoul(argv[k + 2]), 1);
     if (!std::strcmp(argv[k], "--hulls") && k + 1 < argc) {
       Table hulls;
-      return time_hulls(hulls, std::stoul(argv[k + 1])), 0;
+      return time_hulls(std::stoul(argv[k + 1]), [&](Row row) { hulls.add(std::move(row)); }), 0;
     }
     if (!std::strcmp(argv[k], "--cell") && k + 2 < argc) return cell_run(argv[k + 1], std::stoi(argv[k + 2]));
     if (!std::strcmp(argv[k], "--make-packing") && k + 2 < argc)

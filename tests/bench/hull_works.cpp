@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "tests/bench/hull_works.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+
 #include "dem/rve/loading.hpp"
 #include "dem/sample/prepare.hpp"
 
@@ -79,6 +83,24 @@ Sample cells() {
   load(s.model, s.state, loading, s.state.time + 0.01 / 50, team);
   compressed_by(s, 20, false);
   return s;
+}
+
+void time_hulls(std::uint64_t steps, const std::function<void(Row)>& tell) {
+  const auto time = [&](const char* name, Sample sample) {
+    const auto grains = static_cast<double>(sample.state.grains.size());
+    double best = INFINITY, contacts = 0;
+    for (int repeat = 0; repeat < 3; ++repeat) {
+      const Timed run = time_steps(sample, steps, 1, 100);
+      best = std::min(best, run.seconds), contacts = run.contacts;
+    }
+    tell({fmt::format("{} ({:.0f}), 1 thread", name, grains), "10^6 grain-steps/s",
+          1e-6 * grains * static_cast<double>(steps) / best});
+    tell({"... its contacts a grain", "", contacts});
+    tell({"... its contact pass, a touching pair", "ns", contact_nanoseconds(sample)});
+  };
+  time("angular hulls, angular_rve.toml", angular());
+  time("broken hulls", broken());
+  time("Voronoi cells, unbonded, pressed by 1 %", cells());
 }
 
 }  // namespace grus::bench

@@ -2,6 +2,8 @@
 // Samples of convex hulls that are timed.
 #pragma once
 
+#include <functional>
+
 #include "tests/bench/works.hpp"
 
 namespace grus::bench {
@@ -12,5 +14,9 @@ Sample angular();
 Sample broken();
 /// Voronoi cells that fill a periodic cell, unbonded, pressed by a hundredth of strain.
 Sample cells();
+
+/// The rows of hulls, told one by one: of each of those samples the best of three runs of `steps`, its contacts, and
+/// its contact pass.
+void time_hulls(std::uint64_t steps, const std::function<void(Row)>& tell);
 
 }  // namespace grus::bench

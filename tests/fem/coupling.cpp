@@ -162,6 +162,38 @@ TEST_CASE(
   CHECK(std::abs(off[1]) < 0.01);  // the trapezoid over 40 increments
 }
 
+TEST_CASE("what is told of all points is told of this rank's alone, or of all ranks' where these have parts of them") {
+  const Sand& s = standard();
+  int ranks = 1, rank = 0;
+  MPI_Comm_size(MPI_COMM_WORLD, &ranks), MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+  for (const bool spread : {false, true}) {
+    coupling::RveOptions with;
+    with.response.quasi_static = s.q, with.exact_sharing = false;
+    coupling::RveFarm farm(MPI_COMM_SELF, s.model, with.response, 1);
+    coupling::RveMaterial rves(
+        farm, {s.state}, {0, 0}, with, spread ? std::optional(MPI_COMM_WORLD) : std::nullopt,
+        spread ? std::vector<std::int64_t>{2 * rank, 2 * rank + 1} : std::vector<std::int64_t>{});
+    fem::Material m = rves.material();
+    std::vector<double> f, stress(12), tangent(72);
+    for (const double e : {1e-4 * (1 + rank), 2e-4}) f.insert(f.end(), {1, 0, 0, 0, 1, 0, 0, 0, 1 - e});
+    REQUIRE(m.respond({f, stress, tangent}));
+    m.commit();
+    const auto of = static_cast<std::uint64_t>(spread ? ranks : 1);
+    const coupling::SweepReport own = rves.report(), all = rves.report_of_all();
+    CHECK((own.asked == 2 && own.advanced == 2 && own.distinct == 2 && own.dem_steps > 0));
+    CHECK((all.asked == 2 * of && all.advanced == 2 * of && all.distinct == 2 * of));
+    CHECK((all.dem_steps >= own.dem_steps && (of == 1) == (all.dem_steps == own.dem_steps)));
+    CHECK(all.worst_unbalanced >= own.worst_unbalanced);
+    CHECK(all.worst_unbalanced <= s.q.unbalanced_force);
+    CHECK((all.deferred == 0 && all.given_up == 0 && all.least_trust == 1));
+    CHECK(rves.count(&Facts::grains) == 2 * of * s.state.grains.size());
+    CHECK(rves.sum([](const Facts& fact) { return fact.mass; }) ==
+          Approx(2 * static_cast<double>(of) * total_mass(s.state.grains)).epsilon(1e-12));
+    CHECK(rves.largest([&](const Facts&) { return 1.0 + rank; }) == static_cast<double>(spread ? ranks : 1 + rank));
+    CHECK(rves.all_points() == 2 * of);
+  }
+}
+
 TEST_CASE("objectivity: a stressed element turned by 90 degrees has its stress turned") {
   Mat3 u = Mat3::Identity();
   u(2, 2) -= 0.01, u(0, 1) = u(1, 0) = 0.004;

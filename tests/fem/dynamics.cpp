@@ -119,6 +119,33 @@ TEST_CASE("beyond the critical step the balance itself is what finds out; each o
   CHECK(calm.last.energy.work == Approx(calm.last.energy.internal).epsilon(0.02));  // and so do forces and strains
 }
 
+TEST_CASE("bulk viscosity is a pressure: a block that is struck spreads to all its sides alike, and shears nowhere") {
+  auto low = plane("low", 2, 0, 2, 1e-4);
+  low.history.points = {{0, 0}, {1e-4, 1}};
+  fem::Problem block(MPI_COMM_WORLD, fem::BoxMesh{{1, 1, 2}, {2, 2, 4}, true, {}},
+                     fem::Discretisation{1, 2, false, Kinematics::solid, 1}, {low});
+  fem::Material m = fem::elastic_material(block.owned_points(), E, 0);
+  fem::DynamicsOptions o;
+  o.duration = 1e-4, o.linear_viscosity = 0.5;
+  REQUIRE(
+      fem::solve_dynamics(block, m, std::vector<double>(block.owned_points(), rho), o, [](const fem::DynamicsReport&) {
+        return true;
+      }).finished);
+  const fem::MacroFields fields = block.gather_fields();  // on rank 0
+  std::array<double, 2> spread{};
+  for (std::size_t n = 0; n < fields.nodes.size(); ++n)
+    for (std::size_t k = 0; k < 2; ++k) spread[k] += fields.displacement[n][k] * (fields.nodes[n][k] - 0.5);
+  CHECK(std::abs(spread[0] - spread[1]) <= 1e-9 * spread[0]);
+  for (std::size_t n = 0; n < fields.nodes.size(); ++n)
+    for (std::size_t k = 0; k < 2; ++k)  // the middle stays where it is, at any height
+      if (fields.nodes[n][k] == 0.5) CHECK(std::abs(fields.displacement[n][k]) <= 1e-9 * spread[k]);
+  for (std::size_t i = 0; i < block.owned_points(); ++i)  // without Poisson's ratio what is told is without viscosity
+    for (std::size_t k = 0; k < 3; ++k) {
+      const double strain = block.deformation()[9 * i + 4 * k] - 1;
+      CHECK(std::abs(block.stress()[6 * i + k] - E * strain) < 1e-9 * E * 1e-4);
+    }
+}
+
 TEST_CASE("energy balance and displacement converge with the square of the step") {
   // One end driven by half a sine: smooth, so that the time step alone decides.
   std::array<double, 3> energy{}, place{};

@@ -284,6 +284,11 @@ TEST_CASE("a nodal sum is off by 2^-50 of the largest contribution at most, and 
   for (auto& c : parts) c.value = 0;
   p.quanta->add_up(parts, owned);
   for (const double v : owned) CHECK(v == 0);
+  for (const auto& [share, quanta] : {std::pair{0.25, 0.0}, {0.5, 0.0}, {0.75, 1.0}, {1.5, 2.0}, {-0.75, -1.0}}) {
+    parts = {{0, 0.75}, {1, share * 0x1p-50}};  // to the nearest quantum, of two the even one
+    p.quanta->add_up(parts, owned);
+    if (!owned.empty()) CHECK(owned[1] == quanta * 0x1p-50);
+  }
   for (const double small : {5e-324, 1e-299}) {  // there is no quantum of 50 bits below them
     for (auto& c : parts) c.value = small;
     p.quanta->add_up(parts, owned);

@@ -48,6 +48,18 @@ double moved(fem::Problem& problem) {
 
 }  // namespace
 
+TEST_CASE("a chain of springs has no eigenvalue above a limit: told where it has none, by the closed form") {
+  constexpr int n = 24;
+  fem::Problem::Impl::Matrix chain = 2 * fem::Problem::Impl::Matrix::Identity(n, n);
+  for (int i = 1; i < n; ++i) chain(i, i - 1) = chain(i - 1, i) = -1;
+  const double largest = 2 + 2 * std::cos(M_PI / (n + 1));
+  CHECK(fem::all_below(chain, largest * (1 + 1e-8)));
+  CHECK_FALSE(fem::all_below(chain, largest));
+  CHECK_FALSE(fem::all_below(chain, largest * (1 - 1e-8)));
+  CHECK((fem::eigenvalue_above(4, chain) == 0 && fem::eigenvalue_above(3.9, chain) == Approx(largest).epsilon(1e-14)));
+  CHECK_FALSE((fem::all_below(-chain, 0) || fem::all_below(NAN * chain, 1)));
+}
+
 TEST_CASE("a wave crosses a strip in as many steps as it has elements along, in two dimensions and in three") {
   ExplicitStaticsOptions o;
   o.safety = 0.8, o.damping = 0.5;

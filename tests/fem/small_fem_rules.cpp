@@ -298,6 +298,17 @@ TEST_CASE("elements are flat by their corners' volume over their longest edge, w
       std::swap(three[0], three[1]), std::swap(four[0], four[3]);
       CHECK(fem::cell_fault(CellKind::triangle, three) == fault);
     }
+  // Each edge of a corner may be the longest: a needle's volume is its length.
+  for (std::size_t k = 1; k < 4; ++k)
+    for (const double long_one : {0.5e5, 2e5}) {  // l / l^3 against 1e-10
+      std::vector<Point> needle{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+      needle[k][k - 1] = long_one;
+      CHECK(fem::cell_fault(CellKind::tetrahedron, needle) == (long_one < 1e5 ? "" : "is flat"));
+      if (k == 3) continue;
+      needle.pop_back();
+      needle[k][k - 1] = 1e5 * long_one;  // l / l^2
+      CHECK(fem::cell_fault(CellKind::triangle, needle) == (long_one < 1e5 ? "" : "is flat"));
+    }
   // A hexahedron with any one corner pushed through the opposite one is folded there.
   const std::vector<Point> cube{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
   for (std::size_t n = 0; n < 8; ++n) {
@@ -358,6 +369,8 @@ TEST_CASE("the largest contribution is without its sign, and infinite where one 
   const auto largest = [](std::vector<Contribution> parts) { return fem::NodalQuanta::largest(parts); };
   CHECK((largest({}) == 0 && largest({{0, -3}, {1, 2}}) == 3 && largest({{0, 0}}) == 0));
   CHECK((std::isinf(largest({{0, 1}, {1, NAN}, {2, 2}})) && std::isinf(largest({{0, -INFINITY}, {0, 1}}))));
+  const auto of_numbers = [](const std::vector<double>& v) { return fem::NodalQuanta::largest(v); };
+  CHECK((of_numbers({}) == 0 && of_numbers({-3, 2}) == 3 && std::isinf(of_numbers({1, NAN, 2}))));
 }
 
 TEST_CASE("ranks share cores with those whose cores are among theirs, and with themselves") {

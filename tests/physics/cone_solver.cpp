@@ -158,6 +158,15 @@ TEST_CASE("the first step of a contact that is alone goes nearly all the way: it
   CHECK(s.end.iterations <= 10);
 }
 
+TEST_CASE("what parts presses nothing, with friction and without") {
+  for (const double friction : {0.0, 0.5}) {
+    ConeContact c = on_ground(0, {0, 0, -0.5}, friction);
+    c.free = {1, 0, 0};  // no slip at all
+    const Solved s = solve({box(2, {1, 1, 1})}, {c}, false, 1e-10, {ConeRows{3, 0, 0}});
+    CHECK(s.impulse[0] == ConeRows{});
+  }
+}
+
 TEST_CASE("what a solver has solved before changes no bit") {
   std::vector<ConeContact> contacts;
   for (const double x : {-1, 1})

@@ -214,6 +214,64 @@ TEST_CASE("no grain that the screens leave out would have failed") {
   CHECK(left_out > 15);
 }
 
+TEST_CASE("balls that all crack in one instant: mass, momentum and energy are kept, any threads") {
+  const Model model = cracking_rock(crushing, 300);
+  const auto broken = [&](int threads) {
+    Team team(threads);
+    State s;
+    for (int n = 0; n < 27; ++n) {
+      const Vec3 at = 3 * Vec3(n % 3, n / 3 % 3, n / 9);
+      const std::size_t i =
+          add_body(s, ball_of_planes(Vec3::Ones()).body, at, random_rotation(3, static_cast<std::uint64_t>(n)),
+                   random_vector(8, 2), Vec3::Zero());
+      for (const double side : {-1.0, 1.0}) {
+        DeadLoad load{static_cast<Index>(i), s.grains.orientation[i].conjugate() * Vec3(0, 0, 0.95 * side),
+                      Vec3(0, 0, -1.4 * side * crushing * 4)};
+        load.point = at + Vec3(0, 0, 0.95 * side);
+        s.bonds.load.push_back(load);
+      }
+    }
+    prepare(model, s, team);
+    s.dt = 1e-12;
+    run_steps(model, s, 1, team);
+    const Grains before = s.grains;
+    const double error = told_energy_error(s, stored_energy(model, s));
+    const std::vector<Break> breaks = find_breaks(model, s, team);
+    REQUIRE(breaks.size() == 27);
+    apply_breaks(model, s, breaks, team);
+    CHECK(s.grains.size() >= 54);
+    CHECK(std::abs(total_mass(s.grains) / total_mass(before) - 1) < 1e-12);
+    CHECK((momentum(s.grains) - momentum(before)).norm() < 1e-12 * momentum(before).norm());
+    CHECK(std::abs(kinetic_energy(s.grains) / kinetic_energy(before) - 1) < 1e-12);
+    CHECK(std::abs(told_energy_error(s, stored_energy(model, s)) - error) < 1e-9);
+    return hash(s);
+  };
+  CHECK(broken(1) == broken(3));
+}
+
+TEST_CASE("grains at the seam of a cell crack as they do within it") {
+  const Model whole = hull_model(0.5);
+  Model model = cracking_rock(1, 300);
+  CrackTests& c = *model.materials[0].fracture->cracks;
+  c.unbalanced_force = c.unbalanced_moment = INFINITY;
+  const State pressed = crushed(whole, 1, 30);
+  const auto broken = [&](const Vec3& shift) {
+    Team team(2);
+    State s = pressed;
+    for (Motion& m : s.grains.motion) m.position += shift;
+    prepare(model, s, team);
+    const std::vector<Break> breaks = find_breaks(model, s, team);
+    apply_breaks(model, s, breaks, team);
+    return std::pair(std::move(s.grains), breaks.size());
+  };
+  const auto [within, cracks] = broken(Vec3::Zero());
+  CHECK(cracks > 10);
+  const auto [moved, again] = broken(Vec3(0.9, 1.7, -0.8));  // others lie at the seam
+  CHECK(again == cracks);
+  REQUIRE(moved.size() == within.size());
+  for (std::size_t i = 0; i < within.size(); ++i) CHECK(moved.mass[i] == Approx(within.mass[i]).epsilon(1e-6));
+}
+
 TEST_CASE("a plate too thin for points is asked, left whole and counted, and asked again where its load has grown") {
   Team team(1);
   const Model model = cracking_rock(crushing, 300);
@@ -227,6 +285,58 @@ TEST_CASE("a plate too thin for points is asked, left whole and counted, and ask
   press_on(thin, 10);
   CHECK(find_breaks(model, thin, team).empty());
   CHECK(thin.ledger.cracks.stalled == 2);
+}
+
+TEST_CASE("a break carries the points of its grain if they are asked for: dilations and stretches of what has moved") {
+  Team team(1);
+  for (const bool asked : {false, true}) {
+    Model model = cracking_rock(crushing, 300);
+    CrackTests& tests = *model.materials[0].fracture->cracks;
+    tests.lattice.tells_points = asked, tests.lattice.keep_patches = false;
+    State s = pressed_ball(model, 1.5);
+    const std::vector<Break> breaks = find_breaks(model, s, team);
+    REQUIRE(breaks.size() == 1);
+    REQUIRE((breaks[0].lattice != nullptr) == asked);
+    if (!asked) continue;
+    const CrackedLattice& l = *breaks[0].lattice;
+    const std::size_t n = l.points.size();
+    REQUIRE(n > 250);
+    REQUIRE((l.damage.size() == n && l.moved.size() == n && l.dilation.size() == n && l.piece.size() == n));
+    const double d = s.grains.extent[0].equivalent_radius * 2;
+    const double limit = tests.toughness.stretch(tests.lattice.lattice, tests.lattice.youngs_modulus,
+                                                 tests.lattice.poissons_ratio, d, s.grains.strength[0]);
+    const double horizon = tests.lattice.lattice.horizon;
+    double longest = 0, largest = 0, worst = 0;  // stretch of whole bonds, dilation, and how far one is off
+    std::size_t whole = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      double weighted = 0, sum = 0, all = 0, over = 0;
+      for (std::size_t j = 0; j < n; ++j) {
+        const Vec3 to = l.points[j] - l.points[i];
+        const double length = to.norm() / l.spacing, share = std::min(1.0, horizon + 0.5 - length);
+        if (i == j || share < 1e-9) continue;
+        const double stretch = to.dot(l.moved[j] - l.moved[i]) / to.squaredNorm();
+        weighted += share * length * length, sum += share * length * length * stretch;
+        all += share, over += stretch > limit * (1 + 1e-9) ? share : 0;
+        if (l.damage[i] == 0) longest = std::max(longest, stretch);
+      }
+      CHECK(l.damage[i] > over / all - 1e-9);  // what is too long is broken
+      if (l.damage[i] > 0) continue;
+      ++whole, largest = std::max(largest, std::abs(l.dilation[i]));
+      worst = std::max(worst, std::abs(l.dilation[i] - 3 * sum / weighted));
+    }
+    CHECK(whole > 5);
+    CHECK(worst < 1e-9 * largest);
+    CHECK(longest <= limit * (1 + 1e-9));
+    CHECK(longest > 0.5 * limit);
+    // The ends come nearer to one another, whichever way the grain's frame lies.
+    double upper = 0, lower = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double z = (s.grains.orientation[0] * l.points[i]).z(), u = (s.grains.orientation[0] * l.moved[i]).z();
+      if (z > 0.75) upper = std::min(upper, u);
+      if (z < -0.75) lower = std::max(lower, u);
+    }
+    CHECK((upper < 0 && lower > 0));
+  }
 }
 
 TEST_CASE("a model that is tested for no cracks has no column of it") {

@@ -2,6 +2,7 @@
 // Runs of crushable spheres: linear contacts by modulus, grains that do not turn, and where breaking is hard.
 #include "dem/rve/crushing.hpp"
 #include "dem/rve/loading.hpp"
+#include "dem/rve/real_time.hpp"
 #include "dem/rve/rve.hpp"
 #include "tests/physics/crushable.hpp"
 
@@ -108,6 +109,34 @@ TEST_CASE("all grains of a cell break in one test, at its seam and in its corner
   const double speed = std::sqrt(2 * kinetic_energy(s.grains) / mass);
   CHECK((momentum(s.grains) + s.ledger.fines.momentum).norm() < 1e-9 * mass * speed);
   CHECK(std::abs(energy_error(s.ledger, stored_energy(model, s))) < 0.01);
+}
+
+TEST_CASE("a cell that is carried in time tells the steps, the work and the breakages of that piece alone") {
+  Model model = model_of(crushable({2e6, pi / 9}, 0.3));
+  model.materials.push_back(crushable({8e6, pi / 9}, 0.3));
+  for (Material& m : model.materials) m.fracture->limit = {0.6 * R, 255, 0};  // once
+  make_pair_laws(model);
+  Team team(1);
+  State s;
+  for (int k = 0; k < 27; ++k) {
+    add(s, PolyEllipsoid::sphere(R), 2 * R * Vec3(k % 3, k / 3 % 3, k / 9), 2650);
+    s.grains.material.back() = k % 9 != 4;  // most are four times as strong
+  }
+  s.boundary.cell.vectors = 6 * R * Mat3::Identity();
+  prepare(model, s, team);
+  std::size_t told = 0;
+  std::uint64_t steps = 0;
+  for (int k = 0; k < 3; ++k) {
+    const std::size_t before = s.ledger.breakages;
+    CHECK(before == (k == 0 ? 0 : 3));  // the first piece breaks the weak ones
+    const Response r = respond_in_time(model, s, Vec3(0.999, 0.998, 0.997).asDiagonal(), 2e-5, false, team);
+    CHECK(r.breakages == s.ledger.breakages - before);
+    CHECK(r.work == s.ledger.work);
+    CHECK((r.stable && r.steps > 0 && r.tangent.isZero()));
+    told += r.breakages, steps += r.steps;
+  }
+  CHECK((told == s.ledger.breakages && steps == s.steps));
+  CHECK(respond_in_time(model, s, Mat3::Identity(), 0, true, team).breakages == 0);
 }
 
 TEST_CASE("a hold that asks for nothing else goes on for a window in which no grain breaks") {

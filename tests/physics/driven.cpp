@@ -293,6 +293,28 @@ TEST_CASE("a test ends at the stress that ends it, within a step") {
   CHECK(reached - 2e6 < std::max(5 * step, 1e3));  // the stress goes up and down by more than its mean gain
 }
 
+TEST_CASE("a run that lands on a stress ends in the state in which a look stops it there, bit by bit") {
+  const Model model = sand();
+  Team team(1);
+  const State pressed = at_pressure(model);
+  const auto ended = [&](bool stopped) {
+    State s = pressed;
+    Loading loading;
+    loading.driven = true;
+    loading.axes[0] = loading.axes[1] = {0, -1e6, 20};
+    loading.axes[2] = {.strain_rate = -20, .stress = {}};
+    begin_loading(model, s, loading);
+    const Landing landing{.left = [](const State& at) { return 2e6 + stress_of(at)(2, 2); }};
+    const double end = 1e-2;
+    const auto there = [&](double) { return landing.left(s) > 0; };
+    CHECK(load(model, s, loading, end, team, stopped ? Watch(there) : Watch(), stopped ? Landing() : landing) ==
+          !stopped);
+    CHECK(s.time < end);
+    return hash(s);
+  };
+  CHECK(ended(true) == ended(false));
+}
+
 TEST_CASE("energy is measured against what was exchanged: a ball that bounces passes, a step too long does not") {
   Material glass = solid(10e6, 0.2, 2500);
   Model model = model_of(glass);

@@ -138,6 +138,11 @@ TEST_CASE("a mean stress is reached in proportion to time, and then kept by the 
       CHECK(*axis.stress == Approx(sought));
       CHECK(axis.strain_rate == 0);
     }
+  Loading from = l;  // a sample that is prepared has a pressure already
+  from.prepared = -1e5;
+  CHECK(*controls(from, stress, 0)[0].stress == -1e5);
+  CHECK(*controls(from, stress, 2)[0].stress == Approx(-1e5 - 0.25 * 2e5));
+  CHECK(*controls(from, stress, 8)[0].stress == Approx(-3e5));
   const auto later = controls(l, stress, 10);
   CHECK((later[0].max_rate == 7 && !later[1].stress && later[1].strain_rate == -0.5));
   for (const std::size_t j : {0u, 2u}) {

@@ -266,6 +266,21 @@ TEST_CASE("the bound of a grain's way holds while the cell stretches by a sevent
     }
 }
 
+TEST_CASE("the bound of a grain's way is little above what the fastest one goes, of spheres and of bodies") {
+  Model model = model_of(solid(60e9, 0.17, 2650));
+  model.numerics.skin = 1, model.numerics.time_step = 1e-3;
+  Team team(1);
+  for (const bool round : {true, false}) {
+    State s;
+    add(s, {Vec3(round ? 1 : 1.2, 1, 1), Vec3(1, 1, 1)}, Vec3(4, 10, 10), 2650, Vec3(0.1, 0, 0));
+    add(s, PolyEllipsoid::sphere(1), Vec3(16, 10, 10), 2650, Vec3(0, 0.2, 0));
+    prepare(model, s, team);
+    run_steps(model, s, 100, team);
+    REQUIRE(s.reference.builds == 1);
+    CHECK((s.reference.travelled >= 0.02 && s.reference.travelled < 0.03));
+  }
+}
+
 TEST_CASE("what a grain has gone grows with the cell when it goes no further by itself") {
   Model model = model_of(solid(60e9, 0.17, 2650));
   model.numerics.skin = 1, model.numerics.time_step = 1e-3;

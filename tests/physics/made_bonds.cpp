@@ -9,6 +9,7 @@
 #include "dem/rve/hand_over.hpp"
 #include "dem/rve/measure.hpp"
 #include "dem/rve/resting.hpp"
+#include "dem/sample/stages.hpp"
 #include "tests/bonded.hpp"
 
 using namespace grus::dem;
@@ -333,6 +334,12 @@ TEST_CASE("bonds and glue count in the mean force and in the tangent of contacts
     glue(model, std::vector<OuterFace>{{0, moments_of(cube, cube.face[w]), cube.face[w].normal, 0.5}}, w, false, box);
   }
   prepare(model, box, team);
+  box.grains.motion[0].position.x() += 1e-4;  // all six faces pull it back: their sum over their mean
+  refresh_forces(model, box, team);
+  CHECK(unbalanced_force(box) == Approx(6).epsilon(1e-9));
+  CHECK(unbalanced_force(box) == Approx(measure(model, box).unbalanced_force).epsilon(1e-12));
+  box.grains.motion[0].position.x() -= 1e-4;
+  refresh_forces(model, box, team);
   const Mat6 c = contact_stiffness_tangent(model, box);
   for (int k = 0; k < 3; ++k) {
     CHECK(c(k, k) == Approx(2 * (E0 / 0.5) * 0.25).epsilon(1e-9));

@@ -166,6 +166,7 @@ TEST_CASE("a resting cell of spheres takes 0.4 kB a grain at most, saved or not,
   CHECK(static_cast<double>(bytes_of_columns(resting)) < 400 * grains);
   CHECK(static_cast<double>(bytes_of(resting).size()) < 400 * grains);
   CHECK(bytes_of_columns(s) > 2 * bytes_of_columns(resting));  // not all of its columns are counted
+  CHECK((resting.reference.position.empty() && resting.reference.builds == s.reference.builds));
   State again = at_rest(resting);
   CHECK((bytes_of(again) == bytes_of(resting)));
   State loaded = state_of(bytes_of(resting));

@@ -161,7 +161,8 @@ TEST_CASE("spheres are bonded up to the gap, within their body, through a cell's
   Recipe recipe;
   recipe.bounds = Bounds::periodic, recipe.box = Vec3(20 * S, 20 * S, 20 * S);
   const auto at = [](double x) { return Sphere{Vec3(x * S, 5 * S, 5 * S), S}; };
-  recipe.grains = Spheres{{at(1), at(3.05), at(5.2), at(19.05)}};  // gaps of 0.05, 0.15 and, across the side, -0.05
+  // Gaps of 0.05, 0.15 and, across the side, -0.05; for the large one, far from all, neighbours are looked for further.
+  recipe.grains = Spheres{{at(1), at(3.05), at(5.2), at(19.05), Sphere{Vec3(10 * S, 15 * S, 15 * S), 3 * S}}};
   Team alone(1);
   const Sample made = make(model, recipe, alone);
   REQUIRE(made.state.bonds.face.row.size() == 2);
@@ -186,7 +187,7 @@ TEST_CASE("spheres are bonded up to the gap, within their body, through a cell's
 
 TEST_CASE("agglomerates lie in their spheres, are no two alike, and are bonded within themselves alone") {
   Model model = rods_of();
-  model.materials[0].bond->gap = 0.3;
+  model.materials[0].bond->gap = 3;  // across to the other one, too
   Recipe recipe;
   recipe.box = Vec3(44 * S, 22 * S, 22 * S);
   Agglomerates a;
@@ -207,6 +208,15 @@ TEST_CASE("agglomerates lie in their spheres, are no two alike, and are bonded w
   for (const double part : solid)
     CHECK((part > 0.3 && part < 0.6));  // 0.6 inside, less where spheres end at the surface
   REQUIRE(made.state.bonds.face.row.size() > 2 * g.size());
+  std::size_t near = 0;  // pairs of both that would be bonded
+  for (std::size_t i = 0; i < g.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const Motion &one = g.motion[i], &other = g.motion[j];
+      const bool apart = (one.position.x() > 22 * S) != (other.position.x() > 22 * S);
+      near += apart && (one.position - other.position).norm() <
+                           one.radius + other.radius + 3 * std::min(one.radius, other.radius);
+    }
+  CHECK(near > 0);
   for (const FaceBond& b : made.state.bonds.face.row)
     CHECK((g.motion[b.ends.a].position.x() > 22 * S) == (g.motion[b.ends.b].position.x() > 22 * S));
 }

@@ -48,9 +48,11 @@ Cracked cracked(const Grains& g, std::size_t i, std::size_t count, std::uint64_t
   return out;
 }
 
-Break break_of(const State& s, std::size_t i, std::size_t count, std::uint64_t id) {
+Break break_of(const State& s, std::size_t i, std::size_t count, std::uint64_t id, std::size_t crumbs = 0) {
   const Cracked c = cracked(s.grains, i, count, id);
-  return {i, {Mat3::Zero(), std::nullopt}, pieces_by_labels(Shatter{}, s.grains, i, c.point, c.label, c.count)};
+  return {i,
+          {Mat3::Zero(), std::nullopt},
+          pieces_by_labels(Shatter{}, s.grains, i, c.point, c.label, c.count, nullptr, crumbs)};
 }
 
 /// Volume that two grains share, by planes.
@@ -92,6 +94,9 @@ TEST_CASE("a spinning hull that falls into k pieces keeps mass, momenta, energy 
     if (b.pieces->piece.empty()) continue;
     double area = 0;
     for (const FreshFace& face : b.pieces->face) area += face.moments.area;
+    for (std::size_t i = 0; i < b.pieces->piece.size(); ++i)  // as balls of their volume they are told their inertia
+      CHECK(4 * pi / 3 * std::pow(equivalent_radius(b.pieces->piece[i].shape), 3) ==
+            Approx(moments_of(b.pieces->body[i]).volume).epsilon(1e-12));
     apply_breaks(model, s, {b}, team);
     const Grains& g = s.grains;
     REQUIRE(g.size() == b.pieces->piece.size());
@@ -116,6 +121,72 @@ TEST_CASE("a spinning hull that falls into k pieces keeps mass, momenta, energy 
     CHECK(std::abs(told_energy_error(s, stored_energy(model, s))) < 1e-3);
   }
   CHECK(most >= 4);
+}
+
+TEST_CASE("crumbs become fines: with them mass, momenta and energy are kept, and what is left tiles the rest") {
+  Team team(1);
+  const Model model = shattering_rock();
+  for (std::uint64_t k = 0; k < 6; ++k) {
+    State s;
+    add_body(s, ball_of_planes(Vec3(1, 0.8, 1.2)).body, random_vector(k, 0), random_rotation(3, k), random_vector(k, 1),
+             random_vector(k, 2));
+    prepare(model, s, team);
+    const Cracked c = cracked(s.grains, 0, 4, k);
+    const std::size_t crumbs = 1 + k % 2;
+    const HullView hull = (*s.grains.hulls)[s.grains.hull[0]];
+    const Parting all = part_by_labels(body_of(hull), c.point, c.label, 4, hull.faces, {});
+    double crumbled = 0, area = 0;
+    std::size_t kept = 0;
+    for (std::size_t a = 0; a < all.part.size(); ++a) {
+      if (all.of[a] + crumbs < 4)
+        ++kept;
+      else
+        crumbled += moments_of(all.part[a]).volume;
+      for (const Polyhedron::Face& face : all.part[a].face)
+        if (all.of[a] + crumbs < 4 && face.tag >= hull.faces &&
+            all.of[static_cast<std::size_t>(face.tag - hull.faces)] + crumbs < 4)
+          area += 0.5 * moments_of(all.part[a], face).area;
+    }
+    const Grains before = s.grains;
+    Pieces pieces = pieces_by_labels(Shatter{}, before, 0, c.point, c.label, 4, nullptr, crumbs);
+    REQUIRE(kept > 0);
+    CHECK(pieces.piece.size() == kept);
+    CHECK(pieces.loses_mass == (crumbled > 0));
+    apply_breaks(model, s, {{0, {Mat3::Zero(), std::nullopt}, std::move(pieces)}}, team);
+    const Grains& g = s.grains;
+    const Fines& f = s.ledger.fines;
+    const double dense = before.mass[0] / before.extent[0].volume;
+    CHECK(g.size() == kept);
+    CHECK(std::abs(f.mass - dense * crumbled) < 1e-12 * before.mass[0]);
+    CHECK(std::abs((total_mass(g) + f.mass) / total_mass(before) - 1) < 1e-12);
+    CHECK((momentum(g) + f.momentum - momentum(before)).norm() < 1e-12 * momentum(before).norm());
+    CHECK((angular_momentum(g) + f.angular_momentum - angular_momentum(before)).norm() <
+          1e-12 * angular_momentum(before).norm());
+    CHECK(std::abs((kinetic_energy(g) + f.kinetic) / kinetic_energy(before) - 1) < 1e-12);
+    CHECK(s.ledger.fracture_area == Approx(area).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("what is left of a chipped hull bears its dead loads where they act, as their moments say") {
+  Team team(1);
+  const Model model = shattering_rock();
+  std::size_t chipped = 0;
+  for (std::uint64_t k = 0; k < 6; ++k) {
+    PointLoads loads;
+    for (std::uint64_t l = 0; l < 5; ++l)
+      loads.emplace_back(0.4 * random_vector(k, l).normalized(), random_vector(k, 9 + l));
+    State s = loaded_body(model, unit_cube(), loads);
+    Break b = break_of(s, 0, 2, k, 1);
+    if (b.pieces->piece.size() != 1) continue;
+    ++chipped;
+    CHECK(b.pieces->face.empty());
+    apply_breaks(model, s, {std::move(b)}, team);
+    REQUIRE(s.grains.size() == 1);
+    for (std::size_t l = 0; l < loads.size(); ++l)
+      CHECK((s.grains.motion[0].position + s.grains.orientation[0] * s.bonds.load[l].at - loads[l].first).norm() <
+            1e-9);
+  }
+  CHECK(chipped > 3);
 }
 
 TEST_CASE("dead loads of a hull that falls to pieces go to the piece that they act on") {
@@ -158,6 +229,19 @@ TEST_CASE("pressed hulls that fall to pieces, many in one instant: the balance o
   CHECK(s.grains.size() > 64 + 25);
   CHECK(std::abs(total_mass(s.grains) / mass - 1) < 1e-12);
   CHECK((momentum(s.grains) - linear).norm() < 1e-11 * mass);
+  CHECK(std::abs(told_energy_error(s, stored_energy(model, s)) - before) < 1e-9);
+  // Once more, and a part of each becomes fines: contacts go with it.
+  const std::size_t grains = s.grains.size();
+  std::vector<Break> chips;
+  for (std::size_t i = 1; i < 64; i += 3)
+    if (Break b = break_of(s, i, 2 + i % 3, i, 1); !b.pieces->piece.empty()) chips.push_back(std::move(b));
+  REQUIRE(chips.size() > 15);
+  apply_breaks(model, s, chips, team);
+  const Fines& fines = s.ledger.fines;
+  CHECK(s.grains.size() > grains);
+  CHECK(fines.mass > 0.01 * mass);
+  CHECK(std::abs((total_mass(s.grains) + fines.mass) / mass - 1) < 1e-12);
+  CHECK((momentum(s.grains) + fines.momentum - linear).norm() < 1e-11 * mass);
   CHECK(std::abs(told_energy_error(s, stored_energy(model, s)) - before) < 1e-9);
 }
 

@@ -168,3 +168,20 @@ TEST_CASE("what answers for grains that could not go on works on the volume that
   }
   CHECK(work - 7 == Approx(stress * volume * (std::pow(0.98, 5) - 1)).epsilon(1e-9));
 }
+
+TEST_CASE("where there is no memory that is no fault of the grains, and what is left of a host's answers is not told") {
+  ResponseOptions options;
+  options.quasi_static = cell().q;
+  RveHost host(cell().model, options, 1);
+  host.put(0, {.state = cell().state});
+  Task task;
+  task.pace = Pace::steady, task.path = {stretch(0, 0, -1e-5)};
+  std::vector<Outcome> room = host.advance({task});
+  REQUIRE(room[0].response.stable);
+  const Watch no_memory = [](double) -> bool { throw std::bad_alloc(); };
+  CHECK_THROWS_AS(host.advance({task}, no_memory, room), std::bad_alloc);
+  task.path = {stretch(0, 0, 2 * Rve::most_stretch)};  // refused
+  const std::vector<Outcome> refused = host.advance({task}, {}, std::move(room));
+  REQUIRE(refused.size() == 1);
+  CHECK_FALSE((refused[0].response.stable || refused[0].response.failure.empty()));
+}

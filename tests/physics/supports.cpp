@@ -100,6 +100,21 @@ TEST_CASE("a cube glued to walls: modulus of half its size, critical step of its
   const double shift = s.bonds.wall[0].kn / density;
   CHECK(critical_step(model.law, model.pairs, 2, s.grains, s.boundary, s.contacts, s.bonds).dt ==
         Approx(2 / std::sqrt(4 * shift)).epsilon(1e-3));
+  // What is left over of both faces, over what a link carries on average: both push the same way.
+  Ledger ledger;
+  clear_supported(s.grains, s.bonds);
+  s.grains.force[0] = s.grains.torque[0] = Vec3::Zero();
+  support_forces(s.grains, s.boundary, s.bonds, ledger, 0);
+  CHECK(measure(model, s).unbalanced_force == Approx(2));
+  s.bonds.face.row.push_back(s.bonds.wall[0]);  // a third link, of the grain with itself: as much force again
+  CHECK(measure(model, s).unbalanced_force == Approx(2));
+  s.bonds.face.row.back().force.setZero();
+  CHECK(measure(model, s).unbalanced_force == Approx(3));
+  s.bonds.face.row.clear();
+  for (const FaceBond& b : s.bonds.wall) {  // glue does not break, whichever criterion reads it
+    CHECK((b.tension == INFINITY && b.cohesion == INFINITY && b.energy_1 == INFINITY && b.energy_2 == INFINITY));
+    CHECK((b.tan_phi == 0 && b.friction == 0));
+  }
   run_steps(model, s, 1, team);
   CHECK(support_force(s.bonds, 0).z() == Approx(-1e-4 * 2 * E0).epsilon(0.2));
 }

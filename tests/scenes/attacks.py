@@ -69,10 +69,10 @@ def inputs(tmp):
          f"packing file: {r.stderr!r}")
     # Spheres that lie in one another, also through the period, and out of the box: limits of the physics say so too
     # late.
-    for kind, rows, said in (("periodic", "0 2 2 .5\n4 2 2 .5", "line 1 is, or an image"),
+    for kind, rows, said in (("periodic", "0 2 2 .5\n4 2 2 .5", "line 1, or an image of it, overlap by 2 of"),
                              ("periodic", "1 1 1 .5\n5 1 1 .5", "an image of it"),
-                             ("periodic", "3.9 3.9 3.9 .5\n2 2 2 .3\n0 0.1 0 .4", "line 1 is"),
-                             ("walls", "1 1 1 .5\n1 1 1.2 .1", "line 1 is"),
+                             ("periodic", "3.9 3.9 3.9 .5\n2 2 2 .3\n0 0.1 0 .4", "line 1, or an image of it, overlap"),
+                             ("walls", "1 1 1 .5\n1 1 1.2 .1", "line 1 overlap by 4 of the smaller radius"),
                              ("walls", ".1 1 1 .5\n2 2 2 .5", "sticks out")):
         write(tmp, "".join(" ".join(f"{float(v)}e-3" for v in row.split()) + "\n" for row in rows.split("\n")),
               "pack.txt")
@@ -289,14 +289,16 @@ def signals(tmp):
     code, said, err = interrupted(tmp, "preparation", [rve, prepared, "-o", out], "preparation", signal.SIGTERM, 20)
     need(code == 130 and "interrupted" in err and "preparation" in said and not os.path.exists(out),
          f"preparation: exit {code} {err!r} {said!r}")
-    # A tool that loads: a module of its interrupts it.
+    # A tool that loads: a module of its interrupts it, also where Python ignores exceptions.
     loading = os.path.join(tmp, "loading")
     os.mkdir(loading)
-    write(loading, "import os\nimport signal\nos.kill(os.getpid(), signal.SIGINT)\n", "argparse.py")
-    for tool in (study, calibrate, report):
-        r = subprocess.run([tool, "any"], capture_output=True, text=True, env={**os.environ, "PYTHONPATH": loading})
-        need(r.returncode == 130 and r.stderr.count("\n") == 1 and "interrupted" in r.stderr,
-             f"{tool} while it loads: exit {r.returncode} {r.stderr!r}")
+    now, ignored = "os.kill(os.getpid(), signal.SIGINT)\n", "class Late:\n    def __del__(self):\n        "
+    for text in (now, ignored + now + "Late()\n"):
+        write(loading, "import os\nimport signal\n" + text, "argparse.py")
+        for tool in (study, calibrate, report):
+            r = subprocess.run([tool, "any"], capture_output=True, text=True, env={**os.environ, "PYTHONPATH": loading})
+            need(r.returncode == 130 and r.stderr.count("\n") == 1 and "interrupted" in r.stderr,
+                 f"{tool} while it loads: exit {r.returncode} {r.stderr!r}")
     # A row that lasts: stopped in its middle, gone on with, the same bytes. SIGHUP is a request like the others.
     rows = write(
         tmp,

@@ -101,7 +101,7 @@ def command(page, line):
         need(preset in {p["name"] for p in known["configurePresets"]}, f"{page}: no preset {preset}")
     program = words[0]
     stem = os.path.basename(program).removeprefix("grus_")
-    sources = glob.glob(os.path.join(source, program)) or glob.glob(f"{source}/tests/bench/{stem}*.cpp")
+    sources = glob.glob(f"{source}/tests/bench/{stem}*.cpp") or glob.glob(os.path.join(source, program))
     if program != "cmake":
         text = "".join(open(path).read() for path in sources)
         need(text != "", f"{page}: what is {program}?")

@@ -18,7 +18,7 @@ import numpy as np
 sys.path.insert(0, os.path.join(sys.argv[1], "..", "python"))
 from grus.calibrate import command, posterior, reader, regression, report, schema, targets  # noqa: E402
 from grus.errors import InputError  # noqa: E402
-from grus.figures import plt  # noqa: E402
+from grus.figures import plt, told_as  # noqa: E402
 from grus.files.texts import BadData  # noqa: E402
 
 import made_up  # noqa: E402
@@ -167,6 +167,12 @@ def asked(tmp):
         def refusal(self, case):
             hearing.append((case["set"], self.asked[case["name"]]))
             return self.said
+
+        stopped = False
+
+        def ask(self, case, seed, *options, within):
+            need(options == ("--check", "--threads", "1") and seed == case["seeds"][0], f"asked for {options}")
+            return 0, "  run time 2.0 s to 4.0 s (of it)", ""
     with open(os.path.join(tmp, "scene.toml"), "w"):
         pass
     command.Runner, before, folder = Runner, command.Runner, command.programs.folder
@@ -184,14 +190,15 @@ def asked(tmp):
                                                      "quiet": False, **options}))
         return status, said.getvalue().splitlines()
     status, lines = check()
-    need((status, lines) == (0, ["a.k: 1.0 … 3.0", "v: value, 1 value, 1 … 1", "90 points, 1 runs each"]), f"{lines}")
+    need((status, lines) == (0, ["a.k: 1.0 … 3.0", "v: value, 1 value, 1 … 1",
+                                 "90 points, 1 runs each, 3 min to 6 min on 1 core"]), f"{lines}")
     need(hearing[0] == ("asked", "packing.seed") and [h[0]["a.k"] for h in hearing[1:]] == [1, 2, 3] and
          hearing[1][1] == ({"q"}, set()), f"who is asked for what: {hearing}")
     two = '{ name = "v", kind = "value", quantity = "a.b", value = 1 }, { name = "w", kind = "peak", quantity = "q", ' \
           'value = 2, seeds = [1, 2, 3] }'
     status, lines = check('seed_key = "s"', two, out="elsewhere/out")
-    need(lines[-1] == "30 points, 4 runs each" and hearing[0] == ("elsewhere/out", "s") and len(hearing) == 7 and
-         hearing[1][1] == (set(), {"a.b"}), f"two scenes: {lines} {hearing}")
+    need(lines[-1] == "30 points, 4 runs each, 4 min to 8 min on 1 core" and hearing[0] == ("elsewhere/out", "s") and
+         len(hearing) == 7 and hearing[1][1] == (set(), {"a.b"}), f"two scenes: {lines} {hearing}")
     for more, seeds, least in (("budget = {}", "[3]", 6), ("budget = {}", "[3, 4]", 12),
                                ("check = false\nbudget = {}", "[3]", 3)):
         need(check(more.format(least), seeds=seeds)[0] == 0, f"{least} runs suffice")
@@ -275,8 +282,8 @@ def drawn():
         table=table)
     for target, wanted in ((of("curve", x="strain", y="stress"), ("T", "strain", "stress", "linear")),
                            (of("curve", True, x="p", y="e"), ("T", "p", "e", "log")),
-                           (of("grading"), ("T", "diameter (m)", "passing", "log")),
-                           (of("quantiles", quantity="s"), ("T", "share of grains", "s", "linear"))):
+                           (of("grading"), ("T", "diameter (mm)", "passing", "log")),
+                           (of("quantiles", quantity="a.s_t_Pa"), ("T", "share of grains", "s t (Pa)", "linear"))):
         ax, found = axes(report.target_plot(target, [np.array([1.0, 1.0])], np.array([5.0, 6.0]), np.array([7.0, 8.0])))
         need(found == wanted, f"axes of a target: {found}")
         if found[3] == "log":
@@ -327,7 +334,7 @@ def said():
          f"{text}")
     need("+0.50" in report.correlations({"correlation": [[1.0, 0.5], [0.5, 1.0]]}, ["a", "b"]), "signs")
     side = {"name": "a", "at": [1.0, 2.0], "sum_of_squares": [3.0, 4.0]}
-    text = report.neighbours({"best": 1.23456, "sides": [side]})
+    text = report.neighbours({"best": 1.23456, "sides": [side]}, {"a": ""})
     need("<td>a</td><td>1</td><td>3</td><td>2</td><td>4</td>" in text and "1.235" in text, f"{text}")
     text = report.posterior_table([{"key": "k", "median": 1.0, "middle_68": [2.0, 3.0], "middle_95": [4.0, 5.0]}])
     need("<td>k</td><td>1</td><td>2 … 3</td><td>4 … 5</td>" in text, f"{text}")
@@ -344,6 +351,14 @@ def said():
              body.count("<img") == 2 and sorted(os.listdir(os.path.join(out, "plots"))) == ["target_0.png",
                                                                                             "target_2.png"],
              f"targets of more than one point: {shown}")
+    of = lambda name, *values: told_as(name, values)
+    need([of("axial_stress_Pa", -3e6, 2e3), of("results.peak_q_Pa", 5e3), of("moved_top_z_m", 1.0), of("work_J", 2.0),
+          of("void_ratio", 0.5), of("s", 1.0)] == [(1e6, "axial stress (MPa)"), (1e3, "peak q (kPa)"),
+                                                   (1e-3, "moved top z (mm)"), (1.0, "work (J)"), (1.0, "void ratio"),
+                                                   (1.0, "s")], "columns in the units of people")
+    text = report.best_scenes(["best.toml"], ["runs/a@1"])
+    need("<code>best.toml</code>" in text and "<code>runs/a@1</code>" in text and
+         "have been run" not in report.best_scenes(["best.toml"], []), "where the answer is")
     flat_rows = lambda text: [re.findall(r"<t[hd]>(.*?)</t[hd]>", row) for row in text.split("<tr>")[1:]]
     curve = SimpleNamespace(name="c", kind="curve", table={"x": "e", "y": "s"}, x=np.arange(3.0), values=np.array([
         2.0, 4.0, 8.0]), error=np.array([0.5, 1.0, 2.0]))
@@ -353,10 +368,10 @@ def said():
                   ["2", "8", "2", "5", "-1.50", "9", "+0.50"]], f"target beside fit: {rows}")
     rows = flat_rows(report.fit_table(curve, np.array([2.0, 5.0, 5.0]), None, 2))
     need([r[0] for r in rows] == ["e", "0", "2"] and len(rows[0]) == 5, f"every second: {rows}")
-    peak = SimpleNamespace(name="p", kind="peak", table={"quantity": "q_Pa"}, x=np.zeros(1), values=np.array([3.0]),
-                           error=np.array([0.1]))
-    need(flat_rows(report.fit_table(peak, np.array([2.9]), None)) == [
-        ["target", "q_Pa, data", "standard deviation", "fit", "off by (sd)"], ["p", "3", "0.1", "2.9", "-1.00"]],
+    peak = SimpleNamespace(name="p", kind="peak", table={"quantity": "q_Pa"}, x=np.zeros(1), values=np.array([3e6]),
+                           error=np.array([1e5]))
+    need(flat_rows(report.fit_table(peak, np.array([2.9e6]), None)) == [
+        ["target", "q (MPa), data", "standard deviation", "fit", "off by (sd)"], ["p", "3", "0.1", "2.9", "-1.00"]],
         "a peak")
     need(posterior.STEPS > 2 * posterior.REST, "most of the steps are told of")
 

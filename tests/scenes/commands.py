@@ -206,6 +206,26 @@ def tetrahedra(folder):
         f.write("time_s,axial_strain,grains\n0,0,2\n0.25,0.125,\n")
 
 
+def with_box(folder):
+    """Spheres are written from the corner of the box on that is drawn around them, with its lengths."""
+    found = frame(folder, "grains", 0)
+    need(found.box() is None, "one line is no box")
+    low, edges, first = np.array([-2, 1, 3.0]), np.diag([4, 5, 6.0]), len(found.points)
+    corners = [np.array([k & 1, k >> 1 & 1, k >> 2]) for k in range(8)]
+    pairs = [(k, k | bit) for k in range(8) for bit in (1, 2, 4) if not k & bit]
+    found.connectivity = np.concatenate([found.connectivity[:-2], first + np.ravel(pairs)])
+    found.offsets = np.concatenate([found.offsets[:-1], found.offsets[-2] + 2 * np.arange(1, 13)])
+    found.types = np.array([5] * 8 + [3] * 12)
+    for lean, boxed in ((0, True), (0.5, False)):
+        edges[0, 1] = lean
+        points = found.points[:first] if lean == 0 else found.points[:first].copy()
+        found.points = np.concatenate([points, [low + edges.T @ c for c in corners]])
+        need((found.box() is not None) == boxed, f"a box that leans by {lean}")
+        lines = formats.spheres(found).decode().splitlines()
+        need((lines[1] == "#box 4 5 6") == boxed, f"lines of a box that leans by {lean}: {lines[:2]}")
+        made_up.near([float(v) for v in lines[-1].split()[:3]], np.array([0.25] * 3) - (low if boxed else 0), "a place")
+
+
 def exported(folder):
     """Frames and histories, number by number, in each format."""
     tetrahedra(folder)
@@ -253,6 +273,7 @@ def exported(folder):
     need(lines[0].startswith("#") and len(lines) == 3, f"spheres: {lines}")
     made_up.near([[float(v) for v in line.split()] for line in lines[1:]],
                  np.column_stack([frame(folder, "grains", 0).grains()[k] for k in ("position_m", "radius")]), "spheres")
+    with_box(folder)
     out(place("g.obj"))
     told_, corners, volumes = read("g.obj").decode().split("\n"), [], {}
     for line in told_:
@@ -279,12 +300,13 @@ def exported(folder):
     for given, text_ in (([place("x.xyz")], "ends with none of .csv"), ([place("x.csv"), "--columns", "tyme_s"],
                                                                         "did you mean 'time_s'?"),
                          ([place("x.csv"), "--what", "macro"], "no frames of macro"),
+                         ([place("x.txt"), "--what", "macro"], "no frames of macro"),
                          ([place("x.vtu"), "--what", "history"], "name frames with --what"),
                          ([place("no/x.csv")], "No such file"), ([place("x.stl"), "--frame", "5"], "there are 2")):
         status, said, errors = out(*given)
         need(status == 2 and text_ in errors and errors.count("\n") == 1 and said == "", f"{given}: {status} {errors}")
     need(not [n for n in os.listdir(folder) if n.startswith("x.")], "what is refused is written")
-    need({*formats.TABLES, *formats.GRAINS, *formats.FRAMES} == set(re.findall(r"\.\w+", words.WORDS["export"].about)) |
+    need({*formats.TABLES, *formats.FRAMES} == set(re.findall(r"\.\w+", words.WORDS["export"].about)) |
          {".json"}, "endings that the help names")
 
 

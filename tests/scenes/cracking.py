@@ -3,14 +3,20 @@
 """Grains that break by peridynamics through the programs: cracking.py BIN"""
 import json
 import os
+import random
 import sys
 import tempfile
+import time
 
-from scipy.spatial import ConvexHull
+import numpy as np
+from scipy.spatial import ConvexHull, cKDTree
 
-import scene_tools
-from scene_tools import faults, history, need, run, shipped
-from values_tools import Frame
+sys.path.insert(0, os.path.join(os.path.abspath(sys.argv[1]), "..", "python"))
+from grus.frames import Frame as Points, frames  # noqa: E402
+
+import scene_tools  # noqa: E402
+from scene_tools import faults, history, kill_at_random, need, run, shipped  # noqa: E402
+from values_tools import Frame  # noqa: E402
 
 binaries = os.path.abspath(sys.argv[1])
 rve = scene_tools.program(binaries, "grus-rve")
@@ -22,16 +28,39 @@ def numbers(out):
     return [{k: float(v) for k, v in row.items()} for row in history(out)]
 
 
+def bodies(out):
+    """Corners of each grain's triangles, frame by frame."""
+    return [Frame(path).grains()["points"] for path, _ in frames(out, "grains")]
+
+
+def written(out):
+    """Bytes of the rows and of the points of cracked grains."""
+    lattice = os.path.join(out, "lattice")
+    names = ["history.csv", "lattice.hdf.series", *(os.path.join("lattice", x) for x in sorted(os.listdir(lattice)))]
+    return {name: open(os.path.join(out, name), "rb").read() for name in names}
+
+
 def oedometer(tmp):
-    """Some sixty grains in an oedometer: they are tested, hold or crack; mass and energy are kept, and one thread and
-    two write the same."""
-    texts = []
+    """Some sixty grains in an oedometer: they are tested, hold or crack; mass and energy are kept; one thread and two
+    write the same, and so does a run that is killed time and again."""
+    settings = [a for s in ("loading.final_stress=5 MPa", "output.lattice=4", "output.checkpoint_interval=0.3")
+                for a in ("--set", s)]
     for threads in ("2", "1"):
-        out = os.path.join(tmp, "threads" + threads)
-        r = run(rve, OEDOMETER, "-o", out, "--quiet", "--threads", threads, "--set", "loading.final_stress=5 MPa")
+        out, begin = os.path.join(tmp, "threads" + threads), time.time()
+        r = run(rve, OEDOMETER, "-o", out, "--quiet", "--threads", threads, *settings)
         need(r.returncode == 0, f"oedometer: {r.stderr}")
-        texts.append(open(os.path.join(out, "history.csv")).read())
-    need(texts[0] == texts[1], "oedometer: one thread and two differ")
+    need(written(out) == written(os.path.join(tmp, "threads2")), "oedometer: one thread and two differ")
+    need(len(written(out)) == 6, "oedometer: points of four grains")
+    # Killed wherever it is, in the midst of tests as well, and gone on with another number of threads.
+    part, within, seed = os.path.join(tmp, "part"), 0.15 * (time.time() - begin), random.randrange(1 << 30)
+    kept = os.path.join(part, "checkpoint.h5")
+    command = [rve, OEDOMETER, "-o", part, "--quiet", *settings]
+    killed = kill_at_random(lambda k: [*command, "--threads", str(1 + k % 2)] + (["--resume"] if k else []),
+                            lambda: os.path.exists(kept), 5, random.Random(seed), within)
+    need(killed >= 3, f"oedometer: killed {killed} times before the end (seed {seed})")
+    r = run(*command, "--threads", "2", "--resume")
+    need(r.returncode == 0, f"oedometer: resumed: {r.stderr}")
+    need(written(part) == written(out), f"oedometer: killed and resumed it differs (seed {seed})")
     rows, told = numbers(out), json.load(open(os.path.join(out, "summary.json")))
     last = rows[-1]
     need(last["pd_cracks"] == last["breakages"] >= 5, f"oedometer: {last['breakages']} breakages")
@@ -51,20 +80,60 @@ def between_platens(tmp):
     out = os.path.join(tmp, "platens")
     r = run(rve, os.path.join(shipped, "zhu2019", "grain.toml"), "-o", out, "--quiet", "--set",
             "material.sand.fracture.points=500", "--set", "loading.final_strain=0.0058", "--set",
-            "loading.strain_rate=1 1/s")
+            "loading.strain_rate=1 1/s", "--set", "output.lattice=2")
     need(r.returncode == 0, f"platens: {r.stderr}")
     rows = numbers(out)
     last, first = rows[-1], next((k for k, x in enumerate(rows) if x["breakages"] > 0), len(rows) - 1)
     need(last["pd_cracks"] == last["breakages"] > 0, f"platens: {last}")
     force = rows[first - 1]["axial_stress_Pa"] * (2e-3 * 0.951489973) ** 2
     need(150 < force < 260, f"platens: {force} N")
-    with open(os.path.join(out, "grains.hdf.series")) as f:
-        frames = [Frame(os.path.join(out, x["name"])).grains()["points"] for x in json.load(f)["files"]]
-    surface = [sum(ConvexHull(points).area for points in frame) for frame in (frames[0], frames[-1])]
-    need(len(frames[-1]) == last["grains"] > 1, f"platens: {len(frames[-1])} grains in the frame")
+    shown = bodies(out)
+    surface = [sum(ConvexHull(points).area for points in frame) for frame in (shown[0], shown[-1])]
+    need(len(shown[-1]) == last["grains"] > 1, f"platens: {len(shown[-1])} grains in the frame")
     fresh = last["fragment_area_m2"]
     need(abs(2 * fresh / (surface[1] - surface[0]) - 1) < 1e-3, f"platens: {surface}, fresh {fresh}")
     need(1 < last["bond_energy_J"] / (30 * fresh) < 6, f"platens: {last['bond_energy_J']} J of {fresh} m^2")
+
+
+def points(tmp):
+    """output.lattice: a grain that cracked, point by point, where it was: in it, as many points of each piece as that
+    is large, dilations by the displacements of whole neighbours, no bond of theirs beyond the critical stretch."""
+    out = os.path.join(tmp, "platens")  # with output.lattice = 2
+    names = os.listdir(os.path.join(out, "lattice"))
+    need(names == ["lattice_00000.hdf"], f"points: {names}")
+    seen = frames(out, "lattice")
+    rows = numbers(out)
+    after = next(k for k, row in enumerate(rows) if row["pd_cracks"] > 0)
+    need(len(seen) == 1 and rows[after - 1]["time_s"] < seen[0][1] <= rows[after]["time_s"], f"points: {seen}")
+    frame = Points(*seen[0])
+    x, u = frame.points.astype(float), frame.at_points["displacement_m"].astype(float)
+    damage, theta, piece = (frame.at_points[k].astype(float) for k in ("damage", "dilation", "piece"))
+    need(set(frame.types) == {1} and len(x) == len(frame.types) == len(piece), "points: vertices")
+    grains = bodies(out)
+    hull = ConvexHull(grains[0][0])
+    beyond = (x @ hull.equations[:, :3].T + hull.equations[:, 3]).max()
+    need(beyond < 1e-5 and len(x) > 450, f"points: one of {len(x)} lies {beyond} m beyond its grain")
+    volume = sorted((ConvexHull(p).volume for p in grains[-1]), reverse=True)
+    share = [n / len(x) for n in np.bincount(piece.astype(int))]
+    need(len(share) == len(volume) and np.allclose(share, np.array(volume) / hull.volume, atol=0.1),
+         f"points: shares {share} of pieces of {volume} m^3")
+    spacing = 2e-3 * (np.pi / 6 / 500) ** (1 / 3)
+    first, second = cKDTree(x).query_pairs(3.01 * spacing, output_type="ndarray").T  # bare, of three spacings
+    way, moved = x[second] - x[first], u[second] - u[first]
+    length = np.linalg.norm(way, axis=1)
+    stretch = (way * moved).sum(1) / length**2
+    both = lambda values: sum(np.bincount(k, values, len(x)) for k in (first, second))
+    own = 3 * both(length**2 * stretch) / both(length**2)
+    whole = damage == 0
+    need(whole.sum() > 10 and np.allclose(theta[whole], own[whole], rtol=1e-3, atol=1e-3 * np.abs(theta[whole]).max()),
+         "points: dilations")
+    k, mu = 1e11 / 3 / (1 - 0.3), 1e11 / 2 / 1.15
+    critical = np.sqrt(30 / ((3 * mu + 0.75**4 * (k - 5 * mu / 3)) * 3 * spacing))
+    longest = stretch[whole[first] | whole[second]].max()
+    need(0.5 < longest / critical < 1.001, f"points: a whole bond is stretched by {longest}, of {critical}")
+    lost = both((stretch > 1.001 * critical).astype(float)) / both(np.ones(len(first)))
+    need((damage > lost - 1e-6).all() and damage.max() < 1 and damage.mean() < 3 * lost.mean() + 0.05,
+         f"points: damage {damage.mean()} in the mean, of bonds too long {lost.mean()}")
 
 
 def sizes(tmp):
@@ -99,10 +168,13 @@ def without(tmp):
     need(r.returncode in (0, 3), f"without: {r.stderr}")
     names = set(numbers(out)[0])
     need(not names & {*COUNTS, "fragment_area_m2", "bond_energy_J"}, f"without: {sorted(names)}")
+    need(numbers(os.path.join(tmp, "size_none_0"))[-1]["pd_cracks"] > 0, "without: nothing has cracked")
+    need(not os.path.exists(os.path.join(tmp, "size_none_0", "lattice")), "points that nobody asked for")
 
 
 with tempfile.TemporaryDirectory() as folder:
     between_platens(folder)
+    points(folder)
     oedometer(folder)
     sizes(folder)
     without(folder)

@@ -138,8 +138,8 @@ def stops(tmp):
         lengths.append(len(read(log)))
     need(lengths[1] > 1.5 * lengths[0], f"a log that goes on: {lengths} bytes")
     packing = write(tmp, "0 0 0 1e-3\n", "packing.txt")
-    logged = write(tmp, '[study]\nscene = "scene.toml"\nquantities = ["kinetic_J"]\nat = [0.0]\n[[case]]\nname = "a"\n',
-                   "logged.toml")
+    case = '[study]\nscene = "scene.toml"\nquantities = ["kinetic_J"]\nat = [0.0]\n[[case]]\nname = "a"\n'
+    logged = write(tmp, case, "logged.toml")
     for program, main, other in ((rve, scene, scene), (rve, scene, packing), (study, logged, scene)):
         kept = read(other)
         r = run(program, main, "-o", no, "--log", other)
@@ -164,33 +164,33 @@ def stops(tmp):
             p.wait() == 0 and (b"\033[K" in seen) == live
             and (STAMP.match(seen.decode().splitlines()[4]) is not None) != live, f"{environment}: {seen[-300:]!r}")
     # A study: SIGTERM and a limit are heard, runs that were stopped go on from their checkpoints.
-    write(
-        tmp,
-        '[study]\nscene = "scene.toml"\nquantities = ["kinetic_J"]\nat = [0.0]\n[[case]]\nname = "a"\n'
-        'set = { "loading.final_strain" = 0.075 }\n',
-        "study.toml")
+    write(tmp, case + 'set = { "loading.final_strain" = 0.075 }\n', "study.toml")
     need(
         run(rve, scene, "-o", whole, "--quiet", "--threads", "1", "--force", "--set",
             "loading.final_strain=0.075").returncode == 0, "the longer run")
-    out, begin = os.path.join(tmp, "study"), time.time()
-    need(run(study, os.path.join(tmp, "study.toml"), "--check").returncode == 0, "--check of a study")
-    limit, begin = time.time() - begin + lasts, time.time()
-    r = run(study, os.path.join(tmp, "study.toml"), "-o", out, "--threads", "1", "--max-time", f"{limit:.3f} s",
-            "--log", os.path.join(tmp, "study.log"))
-    stopped = summary(os.path.join(out, "runs", "a"))
+    out, log, begin = os.path.join(tmp, "study"), os.path.join(tmp, "study.log"), time.time()
+    plan = (study, os.path.join(tmp, "study.toml"), "-o", out, "--threads", "1")
+    need(run(study, "--help").returncode == 0, "--help of a study")  # what it takes to start
+    limit, part = time.time() - begin + lasts, os.path.join(out, "runs", "a")
+    for _ in range(20):  # a machine whose other work comes and goes takes longer or less than it just did
+        shutil.rmtree(out, ignore_errors=True)
+        begin = time.time()
+        r = run(*plan, "--max-time", f"{limit:.3f} s", "--log", log)
+        if r.returncode == 75 and os.path.exists(os.path.join(part, "summary.json")):
+            break
+        limit *= 0.7 if r.returncode == 0 else 1.25
+    stopped = summary(part)
     need(
         r.returncode == 75 and r.stderr.count("\n") == 1 and stopped["status"] == 130
         and time.time() - begin < limit + 2,
         f"a study's limit: exit {r.returncode} {r.stderr!r} after {time.time() - begin:.1f} s")
-    r = run(study, os.path.join(tmp, "study.toml"), "-o", out, "--threads", "1")
-    need(r.returncode == 0 and read(out, "runs", "a", "history.csv") == read(whole, "history.csv"),
+    r = run(*plan)
+    need(r.returncode == 0 and read(part, "history.csv") == read(whole, "history.csv"),
          f"a study that goes on: exit {r.returncode} {r.stderr!r}")
-    need(
-        summary(os.path.join(out, "runs", "a"))["seconds"]["loading_wall"] > stopped["seconds"]["loading_wall"],
-        "a run of a study began anew instead of going on")
-    need(
-        "out of time" in read(tmp, "study.log").decode()
-        and all(STAMP.match(line) for line in read(tmp, "study.log").decode().splitlines()), "log of a study")
+    longer = summary(part)["seconds"]["loading_wall"] > stopped["seconds"]["loading_wall"]
+    need(longer, "a run of a study began anew instead of going on")
+    lines = read(log).decode().splitlines()
+    need("out of time" in lines[-1] and all(map(STAMP.match, lines)), f"log of a study: {lines[-3:]}")
 
 
 BLOCK = """[mesh]

@@ -199,7 +199,7 @@ def in_midst(tmp):
     whole = os.path.join(tmp, "midst_whole")
     rows = go(scene, whole, *block, threads="1")
     lasts = max(b["wall_s"] - a["wall_s"] for a, b in zip(rows, rows[1:]))
-    within = 0
+    within = first = 0
     for k, changes in enumerate((block, [*block, "rve.adaptivity.error=0.02"])):
         out = os.path.join(tmp, f"midst_{k}")
         done = lambda: len(history(out)) if os.path.exists(os.path.join(out, "history.csv")) else 0
@@ -219,13 +219,16 @@ def in_midst(tmp):
             if p.returncode == 0:
                 continue  # it was over before
             need(p.returncode == 130, f"stopped in the midst: exit {p.returncode}")
-            need(("ends with this increment, as RVEs were put off" in said) <= (k == 1), f"said {said[-300:]!r}")
+            ended = "ends with this increment, as RVEs were put off" in said
+            need(ended <= (k == 1), f"said {said[-300:]!r}")
             need(k == 1 or took < 2.5 + 0.5 * lasts, f"took {took} s to stop, an increment {lasts}")
             within += k == 0 and done() == then
+            first += ended
         r = run(*command, "--resume")
         need(r.returncode == 0, f"stopped in the midst: resume: exit {r.returncode} {r.stderr}")
         need(k == 1 or without_wall(whole) == without_wall(out), "stopped in the midst: another history")
     need(within > 0, "no increment was stopped in its midst")
+    need(first > 0, "no increment with RVEs that were put off was ended first")
     out = os.path.join(tmp, "midst_first")
     p = subprocess.Popen([bvp, scene, "-o", out, "--threads", "1", *sets([*block, "solve.increments=1"])],
                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True)

@@ -29,6 +29,9 @@ if of("refused_from", 1e300) <= of("a"):
 columns = ["axial_strain", "axial_stress_Pa", "void_ratio", "breakages", "grains", "time_step_s"]
 if "--columns" in arguments:
     sys.exit(print(*columns))
+if "--check" in arguments:
+    time.sleep(of("hangs"))
+    sys.exit(print(of("told", "a\n  run time 2.0 s to 1 min 20 s (of it)\n  preparation about 4.0 s")))
 if "--resume" in arguments and of("lost_checkpoint"):
     sys.exit(print("checkpoint.h5: damaged", file=sys.stderr) or 2)
 out = arguments[arguments.index("-o") + 1]

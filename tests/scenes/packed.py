@@ -106,7 +106,29 @@ def boxes(tmp):
     need(abs(told["preparation"]["void_ratio"] - e[0] + 1) < 1e-9, "the side moved before the test")
 
 
+def again(tmp):
+    """Spheres that are exported are read again, with their box: the same sample."""
+    pressed = BOX.replace("@asked@", "friction = 0.2")
+    folder, _ = go(tmp, "first", pressed + 'kind = "free"\nduration = "20 us"\n[output]\nframes = 2\n')
+    r = run(os.path.join(os.path.dirname(rve), "grus"), "export", folder, "-o", os.path.join(tmp, "again.txt"))
+    need(r.returncode == 0, f"export: {r.stderr}")
+    other, _ = go(tmp, "again", pressed[:pressed.index("[packing]")] + """[packing]
+kind = "file"
+path = "again.txt"
+material = "sand"
+[boundary]
+kind = "walls"
+[loading]
+kind = "free"
+duration = "1 us"
+""")
+    was, now = history(folder)[-1], history(other)[0]
+    need(was["grains"] == now["grains"] and abs(float(now["void_ratio"]) / float(was["void_ratio"]) - 1) < 1e-5,
+         f"another sample: {was['void_ratio']}, {now['void_ratio']}")
+
+
 with tempfile.TemporaryDirectory() as tmp:
+    again(tmp)
     dense(tmp, "flat", "periodic", 0.62, HERTZ, FLAT)
     dense(tmp, "flat_walls", "walls", 0.58, HERTZ, FLAT)
     dense(tmp, "angular", "periodic", 0.6, HULLS, "hulls = { relax = 0 }\n")

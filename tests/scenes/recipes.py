@@ -10,6 +10,8 @@ import subprocess
 import sys
 import tempfile
 
+import numpy as np
+
 import neper_cells
 from scene_tools import faults, history, need, shipped, summary
 
@@ -174,7 +176,11 @@ def take(page, tmp):
 
 with tempfile.TemporaryDirectory() as tmp:
     page_ = open(os.path.join(DOCS, "howto", "from_other_programs.md")).read()
-    neper_cells.write(os.path.join(tmp, "rock.tess"), (4, 4, 8), 60)
+    shutil.copy(os.path.join(DOCS, "..", "meshes", "rock.tess"), tmp)
+    neper_cells.write(os.path.join(tmp, "made.tess"), (4, 4, 8), 60)
+    cells = [re.findall(r"^ \d+ (\S+) (\S+) (\S+) 0\.0+$", open(os.path.join(tmp, f)).read(), re.M)
+             for f in ("rock.tess", "made.tess")]
+    need(len(cells[0]) == 60 and np.allclose(*(np.array(c, float) for c in cells), atol=1e-9), "rock.tess is another")
     take(page_, tmp)
     foreign(tmp, page_)
     rock(os.path.join(tmp, "rock"), page_)

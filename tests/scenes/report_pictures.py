@@ -133,8 +133,37 @@ def frames(folder):
     need(rve_plots.burst_sizes(folder) == [3, 5] and rve_plots.burst_sizes("nowhere") == [], "bursts.csv")
 
 
+def cracks(folder):
+    """Grains that cracked: damage on the half behind the cut, pieces pulled apart by a quarter of what parts them."""
+    os.makedirs(os.path.join(folder, "lattice"))
+    points = 1e-3 * np.array([[x, y, z] for x in range(4) for y in (0, 1) for z in (0, 1)], float)
+    piece, damage = (points[:, 0] > 1.5e-3).astype(int), np.arange(16) / 16
+    apart = pictures.pulled(points, piece)
+    near(apart[piece == 1].mean(0) - apart[piece == 0].mean(0), [2.5e-3, 0, 0], "pieces pulled apart", floor=1e-15)
+    near(apart.mean(0), points.mean(0), "the middle of all", 1e-9)
+    need(pictures.cracked(folder, "n") == [] == pictures.cracked("nowhere", "n"), "no grain has cracked")
+    for number in range(6):
+        with h5py.File(os.path.join(folder, "lattice", f"lattice_{number:05d}.hdf"), "w") as f:
+            grid = f.create_group("VTKHDF")
+            grid["Points"], grid["Connectivity"], grid["Offsets"] = points, np.arange(16), np.arange(17)
+            grid["Types"], grid["PointData/damage"], grid["PointData/piece"] = np.ones(16, int), damage, piece
+    with open(os.path.join(folder, "lattice.hdf.series"), "w") as f:
+        f.write('{"files": [{"name": "lattice/lattice_00000.hdf", "time": 0.25}]}')
+    draws = pictures.cracked(folder, "n")
+    need(len(draws) == 4, f"{len(draws)} of six grains are drawn")
+    _, texts, _ = drawn(draws[0])
+    need("n: a grain that cracked at 0.25 s, damage and pieces of 16 points" in texts, f"its texts: {texts}")
+    fig, ax = plt.subplots()
+    draws[0](ax)
+    place = (points - points.mean(0)) @ pictures.view().T
+    need([t.get_text() for t in ax.get_legend().get_texts()] == ["piece 1: 50 %", "piece 2: 50 %"], "legend")
+    need(set(np.asarray(ax.collections[0].get_array())) == set(damage[place[:, 2] <= 0]), "damage behind the cut")
+    plt.close(fig)
+
+
 bodies()
 with tempfile.TemporaryDirectory() as tmp:
     frames(os.path.join(tmp, "frames"))
+    cracks(os.path.join(tmp, "cracks"))
 print(f"report_pictures: {len(faults)} faults")
 sys.exit(bool(faults))

@@ -201,6 +201,11 @@ def files(tmp):
         with open(path, "wb") as f:
             f.write(raw)
         refused(f"cannot read {path}: not a text file", lambda: texts.text_of(path), texts.BadData)
+    for mark in (b"\x1f\x8b\x08", b"PK\3\4", b"BZh9", b"\xfd7zXZ", b"\x28\xb5\x2f\xfd"):
+        with open(path, "wb") as f:
+            f.write(mark + b"a = 1\n")
+        refused(f"cannot read {path}: the file is compressed", lambda: texts.text_of(path), texts.BadData)
+        refused("the file is compressed; unpack it first", lambda: texts.toml_of(path), ValueError)
     refused("cannot read none: No such file", lambda: texts.text_of("none"), texts.BadData)
     with open(path, "wb") as f:
         f.write('a = "ä"'.encode("utf-16"))

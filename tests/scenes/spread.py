@@ -12,70 +12,10 @@ import sys
 import tempfile
 import time
 
-import scene_tools
-from scene_tools import faults, history, need, run, shipped, summary, without_wall, write
+from spread_failures import failures, no_memory, silent
+from spread_tools import BLOCK, command, whole
 
-bvp = scene_tools.program(os.path.abspath(sys.argv[1]), "grus-bvp")
-SIDES = "".join(f'[[boundary]]\nname = "{n}"\nwhere = "{w}"\npressure = "100 kPa"\nhistory = "constant"\n'
-                for n, w in (("left", "x=min"), ("right", "x=max"), ("front", "y=min"), ("back", "y=max")))
-# A block of random cells, which are chaotic: a bit that differs anywhere tells runs apart.
-BLOCK = f"""
-[mesh]
-box = {{ size = ["50 mm", "50 mm", "100 mm"], cells = [2, 2, 3] }}
-[element]
-kind = "fbar"
-[rve]
-scene = "{os.path.join(shipped, "sphere_rve.toml")}"
-set = ["packing.box=[0.027, 0.027, 0.027]", "numerics.max_overlap=0.3"]
-strain_per_step = 1e-5
-inertial_number = 2e-3
-variants = 2
-[[boundary]]
-name = "bottom"
-where = "z=min"
-displacement = [0, 0, 0]
-[[boundary]]
-name = "top"
-where = "z=max"
-displacement = [0, 0, "-0.3 mm"]
-{SIDES}
-[[region]]
-where = "z<0.02"
-material = "j2"
-youngs_modulus = "50 MPa"
-poissons_ratio = 0.3
-density = "2000 kg/m^3"
-yield_stress = "80 kPa"
-hardening = "1 MPa"
-initial_stress = ["-100 kPa", "-100 kPa", "-100 kPa", 0, 0, 0]
-[[probe]]
-name = "middle"
-at = ["25 mm", "25 mm", "50 mm"]
-frames = true
-grading = true
-[[probe]]
-name = "upper"
-where = "z>0.06"
-[solve]
-kind = "explicit-quasi-static"
-spread = true
-crossings = 8
-kinetic = 0.1
-balance = 0.2
-[output]
-frames = 3
-history_interval = 0.05
-costs = true
-[regularisation]
-length = "20 mm"
-"""
-whole = sys.argv[2:] == ["whole"]
-
-
-def command(ranks, scene, out, *settings, more=()):
-    launch = ["mpirun", "-n", str(ranks)] if ranks > 1 else []
-    changes = [a for s in settings for a in ("--set", s)]
-    return [*launch, bvp, scene, "-o", out, "--threads", "1", "--quiet", *more, *changes]
+from scene_tools import faults, history, need, run, summary, without_wall, write
 
 
 def frames(folder):
@@ -301,50 +241,6 @@ def alike(name, one, other):
     need(kept[0] == kept[1] and min(kept[0]) > 0, f"{name}: put off, measured {kept}")
 
 
-def failures(tmp, scene):
-    """A cell that cannot go on, a folder that rank 0 cannot write to: one line, its status, and no rank waits."""
-    tight = "rve.set=['packing.box=[0.027, 0.027, 0.027]', 'numerics.max_overlap=0.026']"
-    said = []
-    for ranks in (1, 3) if whole else (2,):
-        r = run(*command(ranks, scene, os.path.join(tmp, f"tight_{ranks}"), tight, "solve.crossings=15"), timeout=120)
-        said += [line for line in r.stderr.split("\n") if line.startswith(scene)]
-        need(r.returncode == 3, f"a cell that gives up, {ranks} ranks: exit {r.returncode} {r.stderr[-300:]!r}")
-    need(len(said) == (2 if whole else 1) and all("RVE of point" in line for line in said),
-         f"a cell that gives up: {said}")
-    if whole:
-        r = run(*command(2, scene, os.path.join(tmp, "elastic"), tight, "solve.crossings=15", "rve.on_failure=elastic"),
-                timeout=120)
-        need(r.returncode == 0 and int(history(os.path.join(tmp, "elastic"))[-1]["rves_given_up"]) > 0,
-             f"elastic: exit {r.returncode} {r.stderr[-300:]!r}")
-    out = os.path.join(tmp, "full")
-    p = subprocess.Popen(command(2, scene, out), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    while p.poll() is None and not os.path.exists(os.path.join(out, "history.csv")):
-        time.sleep(0.02)
-    shutil.rmtree(os.path.join(out, "macro"), ignore_errors=True)  # what rank 0 writes next fails
-    open(os.path.join(out, "macro"), "w").close()
-    error = p.communicate(timeout=120)[1]
-    said = [line for line in error.split("\n") if line.startswith(scene)]
-    need(p.returncode == 1 and len(said) == 1, f"rank 0 cannot write: exit {p.returncode} {error[-300:]!r}")
-
-
-def silent(tmp, scene):
-    """A rank that is stopped, not killed: named in one line, and the rest do not wait for it. Rank 0 is named by 1."""
-    for ranks, stopped in ((3, 2), (3, 1), (2, 0)) if whole else ((3, 1),):
-        out = os.path.join(tmp, f"silent_{stopped}")
-        p = subprocess.Popen(command(ranks, scene, out, "solve.patience=1", "solve.crossings=100"),
-                             stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        while p.poll() is None and not (os.path.exists(os.path.join(out, "history.csv")) and history(out)):
-            time.sleep(0.02)
-        begin = time.time()
-        if need(p.poll() is None, f"over before a rank was stopped: exit {p.poll()}"):
-            os.kill([int(n) for n in run("pgrep", "-P", str(p.pid)).stdout.split()][stopped], signal.SIGSTOP)
-        error = p.communicate(timeout=60)[1]
-        said = [line for line in error.split("\n") if line.startswith(scene)]
-        need(p.returncode == 1 and len(said) == 1 and f": rank {stopped} has not answered for 1 s" in said[0],
-             f"rank {stopped} of {ranks} stopped: exit {p.returncode} {said} {error[-300:]!r}")
-        need(1 < time.time() - begin < 20, f"rank {stopped} stopped: told after {time.time() - begin} s")
-
-
 def waiting(out):
     """Share of the ranks' time in which they wait for the one whose RVEs cost the most, by the seconds of these."""
     with open(os.path.join(out, "costs.csv")) as file:
@@ -360,7 +256,7 @@ def uneven(tmp):
         "cells = [2, 2, 3]", "cells = [1, 1, 16]").split("[[region]]")
     scene = write(tmp, held[0] + held[1][held[1].index("[[probe]]"):].split("[regularisation]")[0], "uneven.toml")
     outs = [os.path.join(tmp, f"uneven_{k}") for k in ("one", "two")]
-    set_so = ("solve.crossings=180", "output.checkpoint_interval=0.2", "rve.strain_per_step=1e-6")
+    set_so = ("solve.crossings=360", "output.checkpoint_interval=0.2", "rve.strain_per_step=1e-6")
     r = run(*command(1, scene, outs[0], *set_so))
     need(r.returncode == 0, f"uneven on 1 rank: exit {r.returncode} {r.stderr[-300:]}")
     p = subprocess.Popen(command(2, scene, outs[1], *set_so), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -386,6 +282,7 @@ with tempfile.TemporaryDirectory() as tmp:
     blow(tmp)
     newton(tmp)
     failures(tmp, block)
+    no_memory(tmp, block)
     silent(tmp, block)
     if whole:
         uneven(tmp)

@@ -11,52 +11,9 @@ import sys
 import tempfile
 import time
 
-from scene_tools import SOFT_SAND, faults, history, need, pressed_cell, run, summary, write
+from stage_tools import BOX, CELL, LATTICE, RADIUS, go, lattice_stress, numbers, of_stage, rve, stage
 
-rve = os.path.join(os.path.abspath(sys.argv[1]), "grus-rve")
-E, NU, RADIUS = 10e9, 0.2, 1e-3
-LATTICE = SOFT_SAND + """
-[packing]
-kind = "simple-cubic"
-radius = { distribution = "constant", mean = "1 mm" }
-layers = [2, 2, 2]
-[boundary]
-kind = "periodic"
-"""
-CELL = pressed_cell(0.6, 0.1)
-BOX = pressed_cell(0.5, 0.1).partition("[boundary]")[0] + """
-[boundary]
-kind = "walls"
-friction = 0
-"""
-
-
-def stage(kind, **keys):
-    text = lambda v: "{ " + ", ".join(f"{k} = {text(x)}" for k, x in v.items()) + " }" if isinstance(v, dict) else (
-        f'"{v}"' if isinstance(v, str) else str(v))
-    return f'[[stage]]\nkind = "{kind}"\n' + "".join(f"{k} = {text(v)}\n" for k, v in keys.items())
-
-
-def numbers(folder):
-    return [{k: float(v) for k, v in row.items()} for row in history(folder)]
-
-
-def go(tmp, name, text, *options, status=0, begin=()):
-    write(tmp, text, name + ".toml")
-    folder = os.path.join(tmp, name)
-    r = run(rve, os.path.join(tmp, name + ".toml"), "-o", folder, "--quiet", "--threads", "1", *options)
-    need(r.returncode == status, f"{name}: exit {r.returncode}: {r.stderr.strip()[-300:]}")
-    return folder, r
-
-
-def of_stage(rows, number):
-    return [r for r in rows if r["stage"] == number]
-
-
-def lattice_stress(strain):
-    """Columns of spheres, one on the other, on squares of 2 R: Hertz's force over (2 R)^2."""
-    modulus = E / (2 * (1 - NU**2))
-    return 4 / 3 * modulus * math.sqrt(RADIUS / 2) * (2 * RADIUS * strain)**1.5 / (2 * RADIUS)**2
+from scene_tools import faults, need, summary
 
 
 def lattice(tmp):
@@ -226,11 +183,18 @@ def extremes(tmp):
     rows = numbers(folder)
     need([r["stage"] for r in rows] == [1, 1, 2, 2, 2, 3, 4], f"rows of no length: {[r['stage'] for r in rows]}")
     need(rows[1]["time_s"] == 0 and rows[-1]["time_s"] == rows[-3]["time_s"], "stages of no length take time")
+    told = [n.split(" has no length: its end (")[0] for n in summary(folder)["notes"] if "has no length" in n]
+    need(told == ["stage 1 (compress)", "stage 3 (unload)", "stage 4 (relax)"], f"told of no length: {told}")
     folder, r = go(tmp, "never", LATTICE + stage("compress", strain_rate=1, until={"strain": 1e-4}) +
                    stage("unload", strain_rate=1, until={"stress": -1e5}, max_strain=0.01), status=3)
     need('stage 2 ("unload") has not met its end, a stress in Pa of -1e+05 (it is' in r.stderr
          and "by a strain of 0.01 (max_strain)" in r.stderr and r.stderr.count("\n") == 1, f"never met: {r.stderr}")
     need(len(summary(folder)["stages"]) == 1 and summary(folder)["status"] == 3, "summary of a stage that failed")
+    fallen = CELL + stage("shear", strain_rate=5, until={"strain": 0.02}, rows=2)
+    fallen += stage("hold", friction=0, until={"time": 1}, max_strain=0.01, rows=2)
+    _, r = go(tmp, "fallen", fallen, status=3)
+    need('stage 2 ("hold") has not met its end' in r.stderr and "by a strain of 0.01 (max_strain)" in r.stderr,
+         f"a sample that falls while its stress is held: {r.stderr}")
     _, r = go(tmp, "late", LATTICE + stage("relax", until={"void_ratio": 0.5}, max_time=1e-5), status=3)
     need("by a time of 1e-05 s (max_time" in r.stderr, f"late: {r.stderr}")
     text = LATTICE + stage("compress", strain_rate=10, until={"strain": 1e-3})
@@ -295,6 +259,14 @@ def going_on(tmp):
     need(open(os.path.join(whole, "history.csv")).read() == open(os.path.join(folder, "history.csv")).read(),
          "a stage that was added is not the one that was known before")
     need(summary(folder)["status"] == 0 and len(summary(folder)["stages"]) == 2, "summary of a run that went on")
+    # Stages that bring columns of their own: rows that are there get them.
+    longer = more + stage("shear", strain_rate=5, until={"strain": 2e-4}, rows=2)
+    longer += stage("cyclic", strain_rate=5, strain_amplitude=1e-4, cycles=1, rows=1)
+    whole_longer, _ = go(tmp, "knew_longer", longer)
+    went_longer, _ = go(tmp, "went_longer", first)
+    go(tmp, "went_longer", longer, "--resume")
+    knew, went = (open(os.path.join(f, "history.csv")).read() for f in (whole_longer, went_longer))
+    need(knew == went, "stages that brought columns of their own")
     _, r = go(tmp, "went", more.replace("8e5", "9e5").replace("800000.0", "900000.0"), "--resume", status=2)
     need("stage[0].until.stress was 8" in r.stderr, f"a stage that has begun: {r.stderr}")
     go(tmp, "went", more, "--resume")  # nothing is left to do
@@ -327,7 +299,8 @@ def going_on(tmp):
     eased, _ = go(tmp, "smoother", 'start = "further"\n' + smooth)
     need(numbers(eased)[-1]["coordination"] != rows[-1]["coordination"], "friction of the new run")
     _, r = go(tmp, "other", 'start = "further"\n' + text.replace("0.6 mm", "0.61 mm"), status=2)
-    need("packing.radius.max was 0.0006, is 0.00061" in r.stderr and r.stderr.count("\n") == 1, f"other: {r.stderr}")
+    need("radius.max was 0.0006, is 0.00061; set it back, or leave start out" in r.stderr
+         and r.stderr.count("\n") == 1, f"other: {r.stderr}")
     _, r = go(tmp, "none", 'start = "nowhere"\n' + text, status=2)
     need('start: "nowhere" holds no checkpoint.h5' in r.stderr and r.stderr.count("\n") == 1, f"nowhere: {r.stderr}")
 

@@ -86,11 +86,11 @@ with tempfile.TemporaryDirectory() as tmp:
                            ("the whole grain", "holds")):
         need(any(verdict in x and claim in x and x.startswith(verdict) for x in lines),
              f"{claim}: not '{verdict}' in\n{text}")
-    # pi s / 6 over the square of the height: Hoek and Brown's force between platens. Ten steps may pass between two
-    # tests.
+    # pi s / 6 over the square of the height: Hoek and Brown's force between platens. Between two tests the force grows
+    # by no more than 2 %; a grain that swings between platens feels a little more than their mean.
     weak = json.load(open(os.path.join(out, "runs", "weak@10", "summary.json")))["results"]
     need(
-        0.97 < weak["peak_before_breakage_Pa"] / (math.pi * 275e6 / 6) <= 1.001
+        0.995 < weak["peak_before_breakage_Pa"] / (math.pi * 275e6 / 6) <= 1.02
         and weak["peak_before_breakage_Pa"] <= weak["peak_axial_stress_Pa"], f"strength of a grain {weak}")
     need("never broken" in text, "the unbreakable grain is not called so")
     need(os.path.getsize(os.path.join(out, "report.html")) > 20000, "report without plots")
@@ -317,7 +317,7 @@ with tempfile.TemporaryDirectory() as tmp:
                                                              "study.txt")).read(), read("study.csv"), read("sweep.csv")
         weak, _, whole = [dict(zip(head, row)) for row in rows]
         mean, least, unbroken = [f"{k}_results.peak_before_breakage_Pa" for k in ("mean", "at_least", "not_broken")]
-        need(0.97 < float(weak[mean + "_at_0.01"]) / (math.pi * 275e6 / 6) <= 1.001 and weak[unbroken] == "0",
+        need(0.995 < float(weak[mean + "_at_0.01"]) / (math.pi * 275e6 / 6) <= 1.02 and weak[unbroken] == "0",
              f"grains that break: {weak}")
         need(whole[mean + "_at_0.01"] == "" and whole[unbroken] == "2", f"grains that do not: {whole}")
         need(

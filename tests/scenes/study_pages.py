@@ -47,6 +47,8 @@ def studies(folder):
                                                **more}
     rows = [row(0.4, 1.0, 0.1, 0.02), row(0.2, 4.0, 0.01, nan), row(0.1, 9.0, 0.02, 0.5), row(0.05, 9.0, math.inf, nan)]
     fig = precision.plot({"name": "P"}, {"rows": rows, "front": [0, 1]})
+    need([axis.get_major_formatter()(0.01, 0) for axis in (fig.axes[0].xaxis, fig.axes[0].yaxis)] == 2 * ["0.01"],
+         "numbers of a logarithmic axis")
     ax, = fig.axes
     near(bars_of(ax), [(1, 10, 8, 12), (4, 1, nan, nan), (9, 2, 0.002, 52)], "errors and their bars", 1e-9)
     near(lines(ax)[0]["Pareto front (error + interval)"], ([1, 4], [12, 1]), "the front", 1e-9)
@@ -109,7 +111,7 @@ def calibrations(folder):
     near(bars_of(ax), [(1, 5, 4.5, 5.5), (2, 6, 5.5, 6.5)], "data with their errors")
     need((ax.get_xscale(), ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == ("linear", "X", "Y", "c"), "its axes")
     ax, = report.target_plot(sieve, [], sieve.values, None).axes
-    need((ax.get_xscale(), ax.get_xlabel(), ax.get_ylabel()) == ("log", "diameter (m)", "passing")
+    need((ax.get_xscale(), ax.get_xlabel(), ax.get_ylabel()) == ("log", "diameter (mm)", "passing")
          and "run at the best point" not in lines(ax)[0], "a grading")
     ax, = report.target_plot(target("q", "quantiles", [0.5], [1.0]), [], np.ones(1), None).axes
     need((ax.get_xlabel(), ax.get_ylabel()) == ("share of grains", "Q"), "quantiles")
@@ -138,19 +140,23 @@ def calibrations(folder):
     plt.close("all")
     text = lambda body: re.sub(r"\s+", " ", re.sub("<[^>]*>", " ", body)).strip()
     need(text(report.correlations({"correlation": [[1, -0.5], [-0.5, 1]]}, ["a", "b"])) ==
-         "Correlations a b a +1.00 -0.50 b -0.50 +1.00", "a table of correlations")
+         "Correlations a b a +1.00 -0.50 b -0.50 +1.00 Near +1 or -1 the data hardly tell the two apart: one makes up "
+         "for the other.", "a table of correlations")
+    need(report.correlations({"correlation": [[1]]}, ["a"]) == "", "one parameter has no correlation")
     sides = [{"name": "a", "at": [1.0, 2.0], "sum_of_squares": [3.0, 4.0]}]
-    need(text(report.neighbours({"sides": sides, "best": 0.5})).endswith(
-        "sum of squares a 1 3 2 4 At the best point 0.5."), f"{text(report.neighbours({'sides': sides, 'best': 0.5}))}")
+    shown = text(report.neighbours({"sides": sides, "best": 0.5}, {"a": "GPa"}))
+    beside = "a (GPa) 1 3 2 4 Sum of squares: of what the runs are off the data, over the data's deviations; smaller "
+    need(shown.endswith(beside + "is better. At the best point 0.5."), f"runs beside the best point: {shown}")
     found = [{"key": "k", "median": 1.5, "middle_68": [1.0, 2.0], "middle_95": [0.5, 3.0]}]
     need(text(report.posterior_table(found)).endswith("k 1.5 1 … 2 0.5 … 3"), "a table of the posterior")
     of = {"name": "t", "kind": "curve", "points": 3, "rms_in_standard_deviations": 1.234, "stronger_than": 0,
           "still_rising": 0}
-    need(text(report.misfits([of])).endswith("t curve 3 1.23"), "a table of misfits")
+    need("t curve 3 1.23 Some 1 is" in text(report.misfits([of])), "a table of misfits")
     summary = {"points": 9, "failed_points": 2, "refused_points": 0, "targets": [of],
                "parameters": [{"sd_of_range": 0.1, "verdict": "weak"}, {"sd_of_range": 0.05, "verdict": "identified"}]}
     shown = text(report.values_table(summary, parameters, SimpleNamespace(x=[0.5, 0.2])))
-    need("k.a 0.5 ± 0.1 10.0 % weak k.b 2 ± 0.5 5.0 % identified 9 points, 2 of them" in shown, f"values: {shown}")
+    need("k.a 0.5 ± 0.1 0.0 … 1.0 10.0 % weak k.b 2 ± 0.5 0.0 … 10.0 5.0 % identified 9 points, 2 of them" in shown,
+         f"values: {shown}")
     # A scene with its values, whatever tables it has: it is read as what it was.
     scene = os.path.join(folder, "nested.toml")
     with open(scene, "w") as f:

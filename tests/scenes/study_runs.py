@@ -196,10 +196,12 @@ factor = 2.3
 """
     path, out = write(tmp, "cases.toml", cases), os.path.join(tmp, "cases")
     made_up.calls(programs)
-    status, said, errors = made_up.command(main, path, "--check")
+    status, said, errors = made_up.command(main, path, "--check", "--threads", "2")
     asked = made_up.calls(programs)
-    need(status == 0 and said.splitlines()[-1] == "4 runs" and len(asked) == 4 and not os.path.exists(out)
-         and all(line.endswith("--columns") for line in asked), f"--check: {said} {errors} {asked}")
+    # Four runs of 6 to 84 s by two: no less than half of their sum, no more than that and half of the last one.
+    need(status == 0 and said.splitlines()[-1] == "4 runs, 12 s to 4 min on 2 cores" and not os.path.exists(out)
+         and [line.split()[-1] for line in asked] == 4 * ["--columns"] + 2 * ["1"]
+         and all("--check --threads 1" in line for line in asked[4:]), f"--check: {said} {errors} {asked}")
     status, said, errors = made_up.command(main, path, "-o", out, "--strict", "--threads", "1")
     need(status == 0 and not errors and len(made_up.calls(programs)) == 8, f"a study: exit {status} {said} {errors}")
     far = [line.split("  ETA ") for line in said.splitlines()[:4]]

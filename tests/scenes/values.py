@@ -48,8 +48,9 @@ def written(fem):
         table = source("apps", program, "columns.cpp").partition("> table{")[2]
         names |= {f"{program}.columns:{k}" for k in re.findall(r'^    \{"([^"]+)",', table, re.M) if k.strip("{}")}
         names |= {f"{program}.summary:{k}" for k in summary_keys.keys_of(program)}
-    of = source("dem", "io", "frames.cpp").partition("void write_contacts")
-    for what, text in (("grains", of[0]), ("contacts", of[2])):
+    grains, _, rest = source("dem", "io", "frames.cpp").partition("void write_contacts")
+    contacts, _, lattice = rest.partition("void write_lattice")
+    for what, text in (("grains", grains), ("contacts", contacts), ("lattice", lattice)):
         names |= {f"rve.{what}:{k}" for k in re.findall(r'(?:field\(|fields\[)"(\w+)"', text)}
     if fem:
         names |= {f"bvp.macro:{k}" for k in re.findall(r'fields\["(\w+)"\]', source("apps", "bvp", "output.cpp"))}

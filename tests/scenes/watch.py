@@ -120,19 +120,29 @@ def drawn():
     c = {"time_s": e, "axial_strain": e, "axial_stress_Pa": [0, 1e6, 3e6], "void_ratio": [0.7, 0.6, math.nan],
          "work_J": [0, 1, 2], "kinetic_J": [0, 0, 0], "breakages": [0, 1, 4], "grains": [5, 5, 5],
          "energy_error": [0.0, -1e-3, 2e-3], "bonds_broken": [0, 0, 0]}
-    load, = curves.of_loads([("r", c), ("none", {})])
+    load, = curves.of_loads([("r", c, {}), ("none", {}, {})])
     need(load["series"] == [{"label": "r", "x": e, "y": [0, 1, 3]}] and load["y"] == "stress (MPa)", f"{load}")
     plots = {p["title"]: {s["label"]: (s["x"], s["y"]) for s in p["series"]} for p in curves.of_run(c)}
     need(plots == {"Void ratio": {"void ratio": (e[:2], [0.7, 0.6])}, "Energy": {"work": (e, [0, 1, 2])},
                    "Counts": {"breakages": (e, [0, 1, 4])},
                    "How far to trust it": {"energy error": (e[1:], [1e-3, 2e-3])}}, f"{plots}")
     disc = {**c, "nominal_stress_Pa": [0, 2e6, 1e6], "displacement_m": [0, 1e-3, 2e-3]}
-    need(curves.load(disc)[:2] == ([0, 1, 2], [0, 2, 1]), "a load over a way")
+    need(curves.load(disc, {})[:2] == ([0, 1, 2], [0, 2, 1]), "a load over a way")
     macro = {"increment": [0, 1], "time_s": [0, 1], "newton_iterations": [0, 3], "moved_top_z_m": [0, -1e-3],
              "reaction_top_z_N": [0, -5.0], "moved_side_x_m": [0, 1e-3], "reaction_side_x_N": [0, 1.0],
              **{f"mean_{q}_{k}{u}": [0, v] for k, v in (("xx", 0.0), ("yy", 0.0), ("zz", -2e6))
                 for q, u in (("stress", "_Pa"), ("strain", ""))}}
-    need(curves.load(macro) == ([0, 1], [0, 5], "displacement of top (mm)", "reaction (N)"), f"{curves.load(macro)}")
+    pushes = curves.load(macro, {})
+    need(pushes == ([0, 1], [0, 5], "displacement of top, z (mm)", "reaction (N)"), f"what pushes: {pushes}")
+    # A side that the scene moves goes before one that pushes harder; of two of them the one that goes farther.
+    for side in ({"name": "side"}, {"where": "si de"}, {"tag": "side"}):
+        scene = {"boundary": [{"tag": "top", "pressure": "5 Pa"}, {**side, "displacement": ["1 mm", "free"]}]}
+        moves = curves.load(macro, scene)
+        need(moves == ([0, 1], [0, 1], "displacement of side, x (mm)", "reaction (N)"), f"what {side} moves: {moves}")
+    held = {"boundary": [{"name": "side", "displacement": [0, "free"]},
+                         {"where": "t.op", "displacement": ["free", "free", -1e-3]}]}
+    need(curves.load(macro, held) == pushes, "a side that is held does not move")
+    need(curves.name_of({"tag": 7}) == curves.name_of({"tag": [7, 8]}) == "tag7", "tags that are numbers")
     need(curves.along(macro)[1] == "mean strain zz (compression)", "along the load")
     many = curves.thinned(range(1001), range(1001))
     need(len(many["x"]) == 334 and many["x"][-1] == 1000 and many["x"][1] - many["x"][0] == 3, "thinned")

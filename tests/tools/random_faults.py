@@ -30,7 +30,7 @@ GROUPS = {
     "report": (("report/*.py", "figures.py"),
                ("report_numbers", "report_pages", "report_pictures", "report_frames", "study_pages")),
     "study": (("study/*.py", "study/kinds/*.py", "runs/*.py"),
-              ("study_edges", "study_numbers", "study_pages", "study_runs")),
+              ("study_edges", "study_numbers", "study_pages", "study_runs", "study_times")),
     "calibrate": (("calibrate/*.py",), ("calibrate_edges", "calibrate_targets", "calibrate_numbers",
                                         "calibrate_posterior", "calibrate_pounders")),
     "rves": (("rves.py", "samples.py"), ("package_logic",)),

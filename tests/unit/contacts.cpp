@@ -50,7 +50,8 @@ TEST_CASE("the grids find every near pair once, size ratio 1:30") {
   const Grains g = cloud(600, 2, 30);
   Team team(2);
   Candidates found;
-  find_candidates(g, {}, 0.01, found, team);
+  SearchRoom room;
+  find_candidates(g, {}, 0.01, found, room, team);
   CHECK(found.pair.size() == brute_force(g, {}, 0.01));
   CHECK(std::adjacent_find(found.pair.begin(), found.pair.end(),
                            [](const auto& p, const auto& q) { return p.a == q.a && p.b == q.b; }) == found.pair.end());
@@ -62,7 +63,8 @@ TEST_CASE("the grids find every near pair of a sheared periodic cell, images inc
   cell.vectors << 1.6, 0.5, -0.2, 0, 1.7, 0.3, 0, 0, 1.5;
   Team team(2);
   Candidates found;
-  find_candidates(g, cell, 0.01, found, team);
+  SearchRoom room;
+  find_candidates(g, cell, 0.01, found, room, team);
   CHECK(found.pair.size() == brute_force(g, cell, 0.01));
   for (const auto& p : found.pair) {
     const Vec3 d =
@@ -160,16 +162,17 @@ TEST_CASE(
                .position = Vec3(3e-3 * static_cast<double>(i), 0, 0),
                .density = 1e-3});
   Candidates found;
-  find_candidates(g, {}, 1e-4, found, team);
+  SearchRoom room;
+  find_candidates(g, {}, 1e-4, found, room, team);
   CHECK(found.pair.size() == 2);  // the giant holds both of the others, which are 2e-3 + 1e-3 apart from touching
   Cell cell;
   cell.vectors = Mat3::Identity();
   Grains one;
   set_grain(one, 0, {.shape = PolyEllipsoid::sphere(0.49), .position = Vec3::Zero(), .density = 1});
   CHECK_NOTHROW(refuse_small_cell(one, cell, 0.01));
-  CHECK_NOTHROW(find_candidates(one, cell, 0.01, found, team));
+  CHECK_NOTHROW(find_candidates(one, cell, 0.01, found, room, team));
   CHECK_THROWS_AS(refuse_small_cell(one, cell, 0.03), InputError);
-  CHECK_THROWS_AS(find_candidates(one, cell, 0.03, found, team), Unstable);
+  CHECK_THROWS_AS(find_candidates(one, cell, 0.03, found, room, team), Unstable);
 }
 
 TEST_CASE("threads that cannot be had are one error, and the others go home") {

@@ -176,3 +176,30 @@ TEST_CASE("a sample whose slope changes in the middle: the fractal dimension is 
   }
   CHECK(Grading(s).fractal_dimension() == Approx(3 - (points * sxy - sx * sy) / (points * sxx - sx * sx)).margin(5e-3));
 }
+
+TEST_CASE("spheres that a draw has scaled must fit their cell as they are then, not as they were drawn") {
+  // 41 grains of 1 m fill 0.298 of a cell 2.4 m wide; they need 2 m of it, each as scaled, and 0.4 m for the list.
+  const Vec3 box(2.4, 2.4, 100);
+  const auto packed = [&](double scale) {
+    const double fraction = 41 * 4 * pi / 3 * std::pow(scale, 3) / box.prod();
+    return random_packing(box, {"constant", 1, 0, 1, 1}, fraction, 41, true, 1);
+  };
+  CHECK_THROWS_WITH(packed(1.015), Catch::Contains("smaller than its largest grain (2.03 m across)"));
+  const Packing small = packed(0.985);
+  REQUIRE(small.spheres.size() == 41);
+  for (const auto& s : small.spheres) CHECK(s.radius == Approx(0.985).epsilon(1e-9));
+  CHECK_THROWS_WITH(packed(1.021), Catch::Contains("41 grains of this size fill 0.298 of the box"));
+  CHECK_THROWS_WITH(packed(0.979), Catch::Contains("41 grains of this size fill 0.298 of the box"));
+}
+
+TEST_CASE("the part of a packing that is done is told to the end, of one that must be shaken, too") {
+  Team team(1);
+  std::vector<double> told;
+  random_packing(Vec3::Constant(8), {"constant", 1, 0, 1, 1}, 0.62, 0, Container::periodic, 1, team, [&](double done) {
+    told.push_back(done);
+    return true;
+  });
+  CHECK(told.size() > 21000);  // it was shaken
+  CHECK((*std::min_element(told.begin(), told.end()) >= 0 && *std::max_element(told.begin(), told.end()) < 1));
+  CHECK(static_cast<double>(std::count(told.begin(), told.end(), 0.999)) < 0.01 * static_cast<double>(told.size()));
+}

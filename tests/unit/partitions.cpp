@@ -211,9 +211,11 @@ TEST_CASE("thin wedges are joined to the part that they share most with; what is
   const Parting three = part_by_labels(cube, stacked.point, stacked.label, 4, fresh, {});
   REQUIRE(three.part.size() == 3);
   CHECK(three.misfit < 0.01);
+  CHECK(three.of == std::vector<std::size_t>{0, 1, 2});  // of those joined the lower
   check_tiling(cube, three.part);
   const Parting all = part_by_labels(cube, in.point, in.label, 3, fresh, {.least_stoutness = 0});
   CHECK(all.part.size() == 3);
+  CHECK(all.of == std::vector<std::size_t>{0, 1, 2});
   const Labelled thin = lattice_in(cube, 0.05, [](const Vec3& x) { return x.x() < -0.35 ? 0 : 1; });
   const Parting none = part_by_labels(cube, thin.point, thin.label, 2, fresh, {});
   CHECK(none.part.empty());

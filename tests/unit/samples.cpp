@@ -76,6 +76,24 @@ TEST_CASE("the gauge of platens tells the force on each of them, over the square
   CHECK(test_stress(test, s, {}) == Approx(1.5 * (F0 + F1)).epsilon(1e-9));
 }
 
+TEST_CASE("a test that a stress ends looks for it in every step from a fifth of it on, along its own axis") {
+  const Model model = model_of(solid(60e9, 0.2, 2650));
+  Team team(1);
+  Recipe recipe = two_spheres();
+  recipe.supports.press = Platens{.axis = 1, .pace = 0.5, .material = 1};
+  const Sample sample = make(model, recipe, team);
+  Programme test;
+  test.kind = TestKind::platens, test.axis = 1, test.final_strain = 0.1, test.final_stress = 3e6;
+  test = fitted(test, sample);
+  State s = sample.state;
+  s.boundary.walls[1].point.y() -= 2e-6;
+  prepare(model, s, team);
+  const Landing landing = stress_landing(test, sample.state);
+  CHECK(landing.axis == 1);
+  CHECK(landing.near == Approx(0.6e6));
+  CHECK(landing.left(s) == Approx(3e6 - axial_stress(test, sample.state, s)));
+}
+
 TEST_CASE("in a box of walls the axial stress is the force on two faces over their area") {
   const Model model = model_of(solid(60e9, 0.2, 2650));
   Team team(1);
@@ -208,7 +226,27 @@ TEST_CASE("clamps and rollers are where the cells end, and read what pulls and b
     CHECK(wall.point.z() == Approx(w < 2 ? -2e-3 : 6e-3).epsilon(1e-6));  // on plane faces
     CHECK(std::abs(wall.point.x() - 10e-3) == Approx(w < 2 ? 8e-3 : 3e-3).epsilon(1e-9));
     CHECK(wall.velocity.z() == (w < 2 ? 0 : -0.1));
+    // A prism of 32 corners about the roller's axis, a fifth longer than the beam is wide.
+    const auto& roller = std::get<RollerWall>(wall.shape);
+    const HullView hull = (*bent.state.grains.hulls)[roller.hull];
+    CHECK(hull.vertices == 64);
+    Vec3 middle = Vec3::Zero();
+    for (int k = 0; k < hull.vertices; ++k) {
+      const Vec3& corner = hull.vertex[k];
+      CHECK(corner.cross(roller.axis).norm() == Approx(2e-3).epsilon(1e-6));
+      CHECK(std::abs(corner.dot(roller.axis)) == Approx(0.6 * 4e-3).epsilon(1e-6));
+      middle += corner / 64;
+    }
+    CHECK(middle.norm() < 1e-9 * 2e-3);
   }
+  // The upper two move: the way of the test is theirs.
+  State lower = bent.state;
+  for (Wall& wall : lower.boundary.walls) wall.point += 1e-3 * wall.velocity;
+  CHECK(way_of(*bent.gauge, bent.state, lower) == Approx(1e-4).epsilon(1e-12));
+  CHECK(load_of({bent.gauge->walls, Vec3::Zero()}, lower) == 0);
+  std::array<double, 4> weight{};
+  for (const auto& [w, part] : bent.gauge->walls) weight.at(w) += part;
+  CHECK(weight == std::array<double, 4>{0.5, 0.5, -0.5, -0.5});
   CHECK(bent.gauge->stress_per_load == Approx(3 * (16e-3 - 6e-3) / (2 * 4e-3 * 4e-3 * 4e-3)).epsilon(1e-9));
 }
 
@@ -226,6 +264,14 @@ TEST_CASE("a sample that was prepared bears its pressure, and a piece of a packi
   CHECK((s.time == 0 && s.steps == 0 && s.dt > 0));
   CHECK(unbearable(model, recipe, 1e6).empty());
   CHECK_THAT(unbearable(model, recipe, 60e9), Catch::Contains("too high for this contact stiffness"));
+  Recipe eggs;  // flatter than a sphere by cbrt(2): that squared is what it bears more
+  Listed listed(2);
+  listed[0].spec.shape = PolyEllipsoid{Vec3(2, 1, 1) * 1e-3, Vec3(2, 1, 1) * 1e-3};
+  listed[1].spec.shape = PolyEllipsoid::sphere(2e-3);
+  eggs.grains = listed;
+  const double bears = std::pow(2, 2.0 / 3) * unbearable_pressure(model, std::cbrt(2) * 1e-3);
+  CHECK(unbearable(model, eggs, 0.999 * bears).empty());
+  CHECK_FALSE(unbearable(model, eggs, 1.001 * bears).empty());
   CHECK_FALSE(piece_of(recipe));
   recipe.box *= 4;
   const auto piece = piece_of(recipe);

@@ -70,7 +70,20 @@ TEST_CASE("points of one history share an RVE until their increments differ") {
   const auto all = increments({0.1, 0.2, 0.1, 0.3});
   commit(s, plan(s, all), all);
   CHECK(parted(s));
-  CHECK(slots(plan_parted(s, same)) == slots(plan(s, same)));
+  // The plan of those that have parted, in the room of another one: the same jobs, and the same end.
+  for (const auto& now : {same, all}) {
+    const SharingPlan slow = plan(s, now);
+    plan_parted(s, now, p);
+    REQUIRE(p.of == Points{0, 1, 2, 3});
+    CHECK(slots(p) == slots(slow));
+    for (std::size_t i = 0; i < 4; ++i)
+      CHECK((p.job[i].leader == i && p.job[i].increment == slow.job[slow.of[i]].increment));
+    Sharing other = s;
+    CHECK((commit(s, p, now).empty() && commit(other, slow, now).empty()));
+    for (std::size_t i = 0; i < 4; ++i)
+      CHECK((s.point[i].total == other.point[i].total && s.point[i].slot == other.point[i].slot));
+    CHECK(s.leader == other.leader);
+  }
 }
 
 TEST_CASE("without exact sharing every point has an RVE of its own") {

@@ -2,6 +2,8 @@
 // Packings of spheres from files of other programs.
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <fstream>
 
@@ -40,6 +42,12 @@ TEST_CASE("spheres of other programs: named columns, units, Yade's texts, the la
   REQUIRE(plain.packing.spheres.size() == 2);
   check_sphere(plain.packing.spheres[1], Vec3(4e-3, 5e-3, 6e-3), 0.25e-3);
   CHECK((plain.group.empty() && plain.packing.box.isZero() && plain.line == std::vector{2, 4}));
+  const ReadSpheres boxed = spheres_of("# x y z r\n#box 4 5 6\n1 2 3 0.5\n", {}, 1e-3);
+  CHECK(((boxed.packing.box - Vec3(4e-3, 5e-3, 6e-3)).norm() < 1e-15 && boxed.line == std::vector{3}));
+  for (const char* wrong : {"#box 4 5\n", "#box 4 5 0\n", "#box 4 5 6 7\n"})
+    CHECK(why_no_spheres(std::string(wrong) + "1 2 3 0.5\n").find(":1: #box: expected three lengths above 0") !=
+          std::string::npos);
+  CHECK(why_no_spheres("#box 4 5 m\n").find(":1: expected numbers") != std::string::npos);
   const ReadSpheres named = spheres_of("7 0.5 sand 3 2 1\n", {"-", "d", "material", "z", "y", "x"});
   check_sphere(named.packing.spheres.at(0), Vec3(1, 2, 3), 0.25);
   CHECK(named.group == std::vector<std::string>{"sand"});
@@ -64,4 +72,46 @@ TEST_CASE("spheres of other programs: named columns, units, Yade's texts, the la
         std::string::npos);
   CHECK(why_no_spheres("ITEM: TIMESTEP\n0\nITEM: BOX BOUNDS xy xz yz pp pp pp\n0 1 0.5\n").find("the box leans") !=
         std::string::npos);
+}
+
+TEST_CASE("compressed files are told to be unpacked, by their first bytes") {
+  for (const char* begin : {"\x1F\x8B\x08", "PK\3\4", "BZh9",
+                            "\xFD"
+                            "7zXZ",
+                            "\x28\xB5\x2F\xFD"})
+    CHECK_THAT(why_no_spheres(begin + std::string("0 0 0 1\n")),
+               Catch::EndsWith(": the file is compressed; unpack it first"));
+  CHECK(why_no_spheres("P 0 0 1\n").find("compressed") == std::string::npos);
+  check_sphere(spheres_of("\xEF\xBB\xBF"
+                          "1 2 3 0.5\n")
+                   .packing.spheres.at(0),
+               {1, 2, 3}, 0.5);
+}
+
+TEST_CASE("spheres that lie in one another by more than half a radius are refused, with how much") {
+  // Radii 2 and 1 at a distance d overlap by 3 - d of the smaller one; through the sides of a periodic box as well.
+  for (const double x : {2.6, 2.4, 7.4, 7.6}) {
+    const ReadSpheres two = spheres_of(fmt::format("0 5 5 2\n{} 5 5 1\n", x));
+    const bool refused = x == 2.4 || x == 7.6;
+    const auto check = [&] { check_spheres(two, "f", Vec3(10, 10, 10), 3); };
+    if (refused)
+      CHECK_THROWS_WITH(check(), Catch::Contains("f:2: ") && Catch::Contains("overlap by 0.6 of the smaller radius"));
+    else
+      CHECK_NOTHROW(check());
+  }
+  // Between walls along z there are images along x and y alone; in a box of walls there are none.
+  const auto through = [](int axis, int first_walls) {
+    Vec3 low(5, 5, 5), high = low;
+    low[axis] = 1.6, high[axis] = 9.2;  // 2.4 apart through the side, at radii of 2 and 1
+    const ReadSpheres two =
+        spheres_of(fmt::format("{} {} {} 2\n{} {} {} 1\n", low.x(), low.y(), low.z(), high.x(), high.y(), high.z()));
+    try {
+      check_spheres(two, "f", Vec3(10, 10, 10), first_walls);
+    } catch (const InputError& e) {
+      return std::string(e.what()).find("overlap by 0.6 of the smaller radius") != std::string::npos;
+    }
+    return false;
+  };
+  for (const int first_walls : {0, 2, 3})
+    for (int axis = 0; axis < 3; ++axis) CHECK(through(axis, first_walls) == (axis < first_walls));
 }

@@ -102,6 +102,15 @@ TEST_CASE("strain, void ratio, time and rest end a stage; one that gets no furth
 
   one = stage(StageKind::compress);
   const double voids = void_ratio(s);
+  for (const StageKind kind : {StageKind::compress, StageKind::unload}) {  // the volume follows the axis
+    const double side = kind == StageKind::unload ? -1 : 1;
+    one.kind = kind, now.void_ratio = voids;
+    one.until.void_ratio = voids - 0.1 * side;
+    CHECK(ended() == EndedBy::nothing);
+    one.until.void_ratio = voids + 0.1 * side;  // behind it from the start
+    CHECK(ended() == EndedBy::void_ratio);
+  }
+  one = stage(StageKind::compress), one.lateral = Lateral::held;
   for (const double from : {0.1, -0.1}) {  // from above and from below
     now.void_ratio = voids + from, one.until.void_ratio = voids - 1e-9 * from;
     CHECK(ended() == EndedBy::nothing);
@@ -293,6 +302,6 @@ TEST_CASE("a stage that has not met its end says which, how far it is from it, a
         "by a time of 1 s (max_time, or max_strain at strain_rate)");
   test.stages[1].max_strain = 0.004, test.stages[1].until = ends_by(&StageEnds::deviator, 6e5);
   CHECK(unmet(test, s) ==
-        "stage 2 (\"press\") has not met its end, a stress in Pa of 6e+05 (it is 2.5e+05), by a strain "
+        "stage 2 (\"press\") has not met its end, a deviator in Pa of 6e+05 (it is 2.5e+05), by a strain "
         "of 0.004 (max_strain)");
 }

@@ -222,11 +222,30 @@ void read_regularisation(Table t, BvpScene& scene) {
   scene.regularisation = by;
 }
 
+/// Something of the mesh stands under a stress when the run begins.
+bool begins_stressed(const BvpScene& scene) {
+  return scene.ground || (scene.has_rve && scene.unit_cells[0].recipe.preparation) ||
+         std::any_of(scene.regions.begin(), scene.regions.end(),
+                     [](const Region& r) { return r.initial_stress.has_value(); });
+}
+
+/// Whoever gives no history may have meant a pressure that is there from the start.
+void note_ramps(BvpScene& scene) {
+  if (!begins_stressed(scene)) return;
+  for (std::size_t k = 0; k < scene.boundaries.size(); ++k) {
+    const fem::BoundaryCondition& b = scene.boundaries[k];
+    if (!(b.pressure.value_or(0) > 0) || scene.record->at("boundary")[k].contains("history")) continue;
+    scene.notes.push_back(fmt::format(
+        "boundary \"{}\": no history is given, so its pressure grows from 0 to {:.4g} MPa in the run, while "
+        "what it presses begins under stress: history = \"constant\" for a pressure that is there from the "
+        "start, \"ramp\" for one that grows",
+        b.name, *b.pressure / 1e6));
+  }
+}
+
 /// What moves or presses at once would strike the mesh like a hammer.
 void check_eased(const Table& t, const BvpScene& scene) {
-  const bool stressed = scene.ground || (scene.has_rve && scene.unit_cells[0].recipe.preparation) ||
-                        std::any_of(scene.regions.begin(), scene.regions.end(),
-                                    [](const Region& r) { return r.initial_stress.has_value(); });
+  const bool stressed = begins_stressed(scene);
   for (const auto& b : scene.boundaries) {
     const double first = b.history.at(0);
     if (first == 0) continue;
@@ -298,6 +317,7 @@ BvpScene read_bvp_scene(const std::string& file, const std::vector<std::string>&
                     "(rve.unbalanced_force, rve.stress_change), not to solve.tolerance = {:.2g}",
                     scene.residual_floor(), scene.solve.tolerance));
   note_size(scene);
+  note_ramps(scene);
   for (const RveScene& cell : scene.unit_cells)  // of variants, which differ by their seed, once
     for (const std::string& note : cell.notes)
       if (std::find(scene.notes.begin(), scene.notes.end(), "unit cell: " + note) == scene.notes.end())

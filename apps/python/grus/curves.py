@@ -2,6 +2,7 @@
 """What a run is drawn as: its load, and other curves that tell of it, as plain data thinned to what a screen can
 show."""
 import math
+import re
 
 POINTS = 400  # of a curve
 ENERGIES = ("work_J", "elastic_J", "kinetic_J", "friction_J", "damping_J", "fracture_J", "split_J",
@@ -33,15 +34,66 @@ def span(values):
     return max(known) - min(known) if known else 0.0
 
 
-def load(c):
-    """(x, y, name of x, name of y): what the run is about."""
+def driven(c, scene):
+    """(boundary, component, displacement) of what a macro scene moves farthest; None where it moves nothing."""
+    found = []
+    for boundary in scene.get("boundary", []):
+        name = name_of(boundary)
+        for component, way in zip("xyz", boundary.get("displacement", [])):
+            moved = c.get(f"moved_{name}_{component}_m", [])
+            if is_given(way) and span(moved) > 0:
+                found.append((max(map(abs, moved)), name, component, moved))
+    return max(found, key=lambda f: f[0])[1:] if found else None
+
+
+def is_given(way):
+    """Whether a displacement is a number other than 0, with or without its unit."""
+    found = re.match(r"\s*([-+]?\d*\.?\d+(?:[eE][-+]?\d+)?)", str(way))
+    return found is not None and float(found[1]) != 0
+
+
+def name_of(boundary):
+    """The name that columns of a [[boundary]] have: its own, or made of its tag or its place."""
+    tag = boundary.get("tag", "")
+    made = tag if isinstance(tag, str) else f"tag{tag[0] if isinstance(tag, list) and tag else tag}"
+    place = str(boundary.get("where", ""))
+    return boundary.get("name", made or "".join(k for k in place if k.isascii() and k.isalnum()))
+
+
+def pushed(c):
+    """(boundary, component, displacement, reaction) of what pushes, the hardest first; sides that give way to a
+    pressure move against theirs."""
+    found = []
+    for key in [k for k in c if k.startswith("moved_") and k.endswith("_m")]:
+        name, component = key[6:-4], key[-3]
+        way, force = c[key], c.get(f"reaction_{name}_{component}_N")
+        if force and sum(f * math.copysign(1, max(way, key=abs)) for f in force) > 0 and max(map(abs, way)) > 0:
+            found.append((max(map(abs, force)), name, component, way, force))
+    found.sort(reverse=True)
+    return [f[1:] for f in found if f[0] > 0.05 * found[0][0]]
+
+
+def leader(c, scene):
+    """(boundary, component, displacement) that a macro problem is drawn over: of what the scene moves farthest, or else
+    of what pushes most; None where nothing does."""
+    return driven(c, scene) or next((p[:3] for p in pushed(c)), None)
+
+
+def way_of(boundary, component, way):
+    """(mm along its largest displacement, name of that axis)."""
+    sense = math.copysign(1.0, max(way, key=abs))
+    return [1e3 * sense * v for v in way], f"displacement of {boundary}, {component} (mm)"
+
+
+def load(c, scene):
+    """(x, y, name of x, name of y): what the run is about. `scene`: its tables, {} where they are not known."""
     if is_macro(c):
-        pushed = [k for k in c if k.startswith("moved_") and "reaction_" + k[6:-2] + "_N" in c and span(c[k]) > 0]
-        if pushed:
-            way = max(pushed, key=lambda k: span(c["reaction_" + k[6:-2] + "_N"]))
-            sense = math.copysign(1.0, max(c[way], key=abs))
-            return ([1e3 * sense * v for v in c[way]], [sense * v for v in c["reaction_" + way[6:-2] + "_N"]],
-                    f"displacement of {way[6:-4]} (mm)", "reaction (N)")
+        lead = leader(c, scene)
+        force = c.get(f"reaction_{lead[0]}_{lead[1]}_N") if lead else None
+        if force:
+            x, name = way_of(*lead)
+            sense = math.copysign(1.0, max(lead[2], key=abs))
+            return x, [sense * v for v in force], name, "reaction (N)"
         axis = max(("xx", "yy", "zz"), key=lambda k: span(c[f"mean_stress_{k}_Pa"]))
         x, name = along(c)
         return x, [-v / 1e6 for v in c[f"mean_stress_{axis}_Pa"]], name, f"mean stress {axis} (MPa)"
@@ -68,8 +120,8 @@ def plot(title, x, y, curves, log=False):
 
 
 def of_loads(runs):
-    """One plot of what runs, (name, columns) each, are about: side by side."""
-    shown = [(name, load(c)) for name, c in runs if len(next(iter(c.values()), []))]
+    """One plot of what runs, (name, columns, scene) each, are about: side by side."""
+    shown = [(name, load(c, scene)) for name, c, scene in runs if len(next(iter(c.values()), []))]
     if not shown:
         return []
     return [plot("Load", shown[0][1][2], shown[0][1][3], [series(name, *found[:2]) for name, found in shown])]

@@ -86,6 +86,24 @@ def unit_of(*columns):
     return next((u for u in UNITS if largest >= u[0]), UNITS[1] if largest == 0 else UNITS[-1])
 
 
+def told_as(name, *columns):
+    """(how much its unit is, what people call it): a column or key, in the unit that its values want; the name as it is
+    where it tells no unit."""
+    plain = name.rsplit(".", 1)[-1]
+    stem, _, unit = plain.rpartition("_")
+    if not stem:
+        return 1.0, plain
+    if unit == "Pa":
+        much, unit = unit_of(*columns)
+    elif unit == "m":
+        much, unit = 1e-3, "mm"
+    elif unit in ("N", "J", "s", "kg"):
+        much = 1.0
+    else:
+        return 1.0, plain.replace("_", " ")
+    return much, f"{stem.replace('_', ' ')} ({unit})"
+
+
 def by_scale(items, size, factor=8.0):
     """Items in groups whose sizes differ by less than `factor`: what is smaller would be a flat line beside them. In
     the order of the first of each."""
@@ -145,7 +163,7 @@ def plain(axis):
     ten 2 and 5 where there is room."""
     def minor(v, _):
         low, high = sorted(axis.get_view_interval())
-        return f"{v:g}" if low > 0 and high < 30 * low and f"{v:e}"[0] in "25" else ""
+        return f"{v:g}" if low > 0 and high < 110 * low and f"{v:e}"[0] in "25" else ""
     axis.set_major_formatter(lambda v, _: f"{v:g}")
     axis.set_minor_formatter(minor)
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from grus.errors import InputError
 
 KINDS = ("grains", "macro", "contacts")
-TRIANGLE = 5
+LINE, TRIANGLE = 3, 5
 # VTK's numbers, meshio's names.
 NAMES = {1: "vertex", 3: "line", 5: "triangle", 9: "quad", 10: "tetra", 12: "hexahedron"}
 
@@ -59,6 +59,12 @@ class Frame:
         """(corners, which cells they are): points of each triangle (m, 3), and its place among the cells."""
         at = np.flatnonzero(self.types == TRIANGLE)
         return self.connectivity[self.offsets[at][:, None] + np.arange(3)], at
+
+    def box(self) -> tuple[NDArray, NDArray] | None:
+        """(lowest corner, lengths) of the box or cell around grains (m); None where none is drawn or where it leans."""
+        ends = self.points[self.connectivity[self.offsets[np.flatnonzero(self.types == LINE)][:, None] + np.arange(2)]]
+        upright = len(ends) == 12 and all(np.count_nonzero(edge) == 1 for edge in ends[:, 1] - ends[:, 0])
+        return (ends.min((0, 1)), np.ptp(ends, axis=(0, 1))) if upright else None
 
     def grains(self) -> dict[str, NDArray]:
         """Of grains: one row a grain, by id: the fields, `position_m` (centre of its surface's volume) and

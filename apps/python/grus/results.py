@@ -181,11 +181,14 @@ class Results(Mapping[str, NDArray]):
         ax.grid(alpha=0.3)
         return ax
 
+    def _load(self) -> tuple[Any, Any, str, str]:
+        return curves.load(self.history, self.summary.get("scene", {}))
+
     def _curve(self, x: str | None, y: str | None) -> tuple[Any, Any, str, str]:
         if y is None and x is None:
-            return curves.load(self.history)
+            return self._load()
         own, name = curves.along(self.history)
-        return self[x] if x else own, self[y] if y else curves.load(self.history)[1], x or name, y or "load"
+        return self[x] if x else own, self[y] if y else self._load()[1], x or name, y or "load"
 
     def _repr_html_(self) -> str:
         """What a notebook shows: how it ended, its load as a small picture, the names of its columns."""
@@ -196,7 +199,7 @@ class Results(Mapping[str, NDArray]):
         rows = "".join(f"<tr><th style='text-align:left'>{html.escape(str(k))}</th><td>{html.escape(str(v))}</td></tr>"
                        for k, v in told.items())
         names = html.escape(", ".join(self.history))
-        return (f"<table>{rows}</table>{_sketch(*curves.load(self.history))}"
+        return (f"<table>{rows}</table>{_sketch(*self._load())}"
                 f"<details><summary>{len(self.history)} columns</summary>{names}</details>")
 
     @property

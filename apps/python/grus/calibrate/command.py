@@ -20,7 +20,7 @@ from grus.files.folders import Folder, clear_results
 from grus.files.texts import toml_of
 from grus.files.writing import write_csv, write_whole
 from grus.results import read_run
-from grus.runs import interrupts, programs
+from grus.runs import interrupts, programs, times
 from grus.runs.cases import toml_value
 from grus.runs.command import Lacking, duration_text, status_of
 from grus.runs.runner import Runner
@@ -185,14 +185,21 @@ def best_scene(run, parameters, x):
     return "\n".join(lines) + "\n"
 
 
+def best_name(run):
+    """Of one of several best scenes."""
+    return f"best_{os.path.splitext(os.path.basename(run['scene']))[0]}_{run['name']}.toml"
+
+
 def work(args):
     whole, table, parameters, targets, runs = read_calibration(args.scene)
     out = args.out or os.path.splitext(os.path.basename(args.scene))[0]
     workers = args.threads or len(os.sched_getaffinity(0))
     runner = Runner(out, table.get("seed_key", "packing.seed"), programs.folder(), {})
+    tried = []
     for corner in (0.0, 0.5, 1.0):
         for run in runs:
             case = case_at(run, parameters, [corner] * len(parameters))
+            tried.append(case)
             runner.asked[case["name"]] = (set().union(*(t.columns() for t in run["targets"])),
                                           set().union(*(t.keys() for t in run["targets"])))
             try:
@@ -217,7 +224,9 @@ def work(args):
             print(f"{p.key}: {p.setting(0)} … {p.setting(1)}{' (log)' if p.log else ''}")
         for t in targets:
             print(f"{t.name}: {t.kind}, {t.describe()}")
-        print(f"{points} points, {sum(len(r['seeds']) for r in runs)} runs each")
+        planned = [times.Planned(c, c["seeds"][0], points * len(c["seeds"]) / 3) for c in tried]
+        print(f"{points} points, {sum(len(r['seeds']) for r in runs)} runs each, "
+              + times.told_of(runner, planned, workers))
         return 0
     data = data_of(targets)
     with Folder(out):
@@ -249,14 +258,15 @@ def work(args):
                       [[p.name for p in parameters]] + [[f"{p.number(u):.6g}" for p, u in zip(parameters, x)]
                                                         for x in draws[::10]])
         write_whole(os.path.join(out, "calibration.json"), json.dumps(summary, indent=2) + "\n")
-        for run in runs:
-            name = "best.toml" if len(
-                runs) == 1 else f"best_{os.path.splitext(os.path.basename(run['scene']))[0]}_{run['name']}.toml"
-            write_whole(os.path.join(out, name), best_scene(run, parameters, result.x))
-        if len(runs) > 1:
-            write_whole(os.path.join(out, "best.toml"), best_scene(runs[0], parameters, result.x))
+        scenes = {best_name(run) if len(runs) > 1 else "best.toml": best_scene(run, parameters, result.x)
+                  for run in runs}
+        for name, text in {**scenes, "best.toml": best_scene(runs[0], parameters, result.x)}.items():
+            write_whole(os.path.join(out, name), text)
+        ran = [os.path.relpath(runner.folder(case_at(run, parameters, result.x), s), out) for run in runs
+               for s in run["seeds"][:1]] if sides else []
         from grus.calibrate import report
-        report.write(whole.get("title", "Calibration"), out, summary, parameters, targets, evaluation, result, draws)
+        report.write(whole.get("title", "Calibration"), out, summary, parameters, targets, evaluation, result,
+                     (list(scenes), ran), draws)
         for p in summary["parameters"]:
             print(
                 f"{p['key']} = {p['value']:.5g}{' ' + p['unit'] if p['unit'] else ''} (sd {p['sd']:.2g}): "
@@ -264,6 +274,7 @@ def work(args):
             )
         for line in report.said_of_runs(summary):
             print(line)
+        print(f"best scene{'s' if len(scenes) > 1 else ''}: {', '.join(os.path.join(out, name) for name in scenes)}")
         print(f"report: {os.path.join(out, 'report.html')}")
         return 0
 

@@ -9,7 +9,7 @@ import sys
 from grus._version import __version__
 from grus.commands.words import FRAMES as KINDS
 from grus.errors import InputError
-from grus.export.formats import FRAMES, GRAINS, TABLES
+from grus.export.formats import FRAMES, TABLES
 from grus.files.texts import one_line
 from grus.files.writing import write_whole
 from grus.frames import frame
@@ -34,13 +34,15 @@ def content(args, ending):
             raise InputError(f"{args.o}: a history is written as {' '.join(TABLES)}; name frames with --what grains")
         return TABLES[ending](history(args.folder, [n.strip() for n in args.columns.split(",") if n.strip()]))
     found = frame(args.folder, args.what, args.frame)
+    if ending == ".txt" and args.what != "grains":
+        raise InputError(f"{args.o}: {args.what} are written as .vtu; .txt is of grains")
     if ending in FRAMES:
         if ending in (".stl", ".obj") and not len(found.triangles()[1]):
             raise InputError(f"{args.folder}: {args.what} have no surface for an {ending}: write a .vtu")
         return FRAMES[ending](found)
     if args.what != "grains":
         raise InputError(f"{args.o}: {args.what} are written as .vtu; tables are of history and grains")
-    return (TABLES | GRAINS)[ending](found.grains())
+    return TABLES[ending](found.grains())
 
 
 def main():
@@ -58,7 +60,7 @@ def main():
     ending = os.path.splitext(args.o)[1].lower()
     args.what = args.what or ("history" if ending in TABLES else "grains")
     try:
-        if ending not in (known := TABLES | GRAINS | FRAMES):
+        if ending not in (known := TABLES | FRAMES):
             raise InputError(f"{args.o}: ends with none of {' '.join(known)}")
         write_whole(args.o, content(args, ending))
         which = "the last frame" if args.frame == -1 else f"frame {args.frame}"

@@ -78,10 +78,13 @@ def stl(frame):
     return b"Grus, mm".ljust(80) + len(x).to_bytes(4, "little") + rows.tobytes()
 
 
-def spheres(grains):
-    """Lines "x y z r" (m), which packing.kind = "file" reads: of what is no sphere the radius of equal volume."""
-    rows = np.column_stack([grains["position_m"], grains["radius"]])
-    return "".join(["# x y z r (m)\n", *(" ".join(f"{v:.9g}" for v in row) + "\n" for row in rows)]).encode()
+def spheres(frame):
+    """Lines "x y z r" (m) and the box around them, which packing.kind = "file" reads: of what is no sphere the radius
+    of equal volume."""
+    grains, box = frame.grains(), frame.box()
+    low, head = (box[0], "#box {:.7g} {:.7g} {:.7g}\n".format(*box[1])) if box else (0, "")
+    rows = np.column_stack([grains["position_m"] - low, grains["radius"]])
+    return "".join(["# x y z r (m)\n", head, *(" ".join(f"{v:.9g}" for v in row) + "\n" for row in rows)]).encode()
 
 
 def obj(frame):
@@ -101,5 +104,4 @@ def obj(frame):
 
 
 TABLES = {".csv": table_csv, ".json": table_json, ".npz": table_npz, ".mat": table_mat}
-GRAINS = {".txt": spheres}
-FRAMES = {".vtu": vtu, ".stl": stl, ".obj": obj}
+FRAMES = {".vtu": vtu, ".stl": stl, ".obj": obj, ".txt": spheres}

@@ -17,6 +17,11 @@ def encoding_of(raw: bytes) -> str:
     return "utf-16" if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
 
 
+def packed(raw: bytes) -> bool:
+    """gzip, zip, bzip2, xz or zstd, by its first bytes."""
+    return raw.startswith((b"\x1f\x8b", b"PK\3\4", b"BZh", b"\xfd7zX", b"\x28\xb5\x2f\xfd"))
+
+
 def text_of(path: str) -> str:
     """The file's text: UTF-8 or UTF-16 with or without its mark, or else a Windows code page."""
     try:
@@ -24,6 +29,8 @@ def text_of(path: str) -> str:
             raw = f.read()
     except OSError as e:
         raise BadData(f"cannot read {path}: {e.strerror}") from None
+    if packed(raw):
+        raise BadData(f"cannot read {path}: the file is compressed; unpack it first")
     told = encoding_of(raw)
     for encoding in [told] if told == "utf-16" else [told, "cp1252"]:
         try:
@@ -39,6 +46,8 @@ def toml_of(path: str) -> dict[str, Any]:
     """A TOML file, UTF-8 or UTF-16, with or without a byte order mark. Raises OSError and ValueError."""
     with open(path, "rb") as f:
         raw = f.read()
+    if packed(raw):
+        raise ValueError("the file is compressed; unpack it first")
     return tomllib.loads(raw.decode(encoding_of(raw)))
 
 

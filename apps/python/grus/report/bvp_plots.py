@@ -2,24 +2,14 @@
 """Plots of grus-bvp runs. A run is (name, columns of history.csv, summary)."""
 import math
 
+from grus.curves import driven, leader, pushed, way_of
 from grus.figures import counts, decades, figure, legend, positive, unit_of
 from grus.report import pictures
 
 
-def driven(c, s):
-    """(boundary, component, displacement) of what a scene moves farthest; None where it moves nothing."""
-    found = []
-    for boundary in s.get("scene", {}).get("boundary", []):
-        for component, way in zip("xyz", boundary.get("displacement", [])):
-            moved = c.get(f"moved_{boundary.get('name')}_{component}_m")
-            if isinstance(way, (int, float)) and way != 0 and moved and max(map(abs, moved)) > 0:
-                found.append((max(map(abs, moved)), boundary["name"], component, moved))
-    return max(found, key=lambda f: f[0])[1:] if found else None
-
-
 def loaded_axis(c, s):
     """The axis along which a scene moves a boundary; where it moves none, the one whose stress changes most."""
-    if boundary := driven(c, s):
+    if boundary := driven(c, s.get("scene", {})):
         return 2 * boundary[1]
     return max(("xx", "yy", "zz"), key=lambda k: max(c[f"mean_stress_{k}_Pa"]) - min(c[f"mean_stress_{k}_Pa"]))
 
@@ -33,31 +23,17 @@ def along(c, s):
     the one that pushes most; the time of waves; the mean strain where nothing pushes."""
     if dynamic(c):
         return [1e6 * t for t in c["time_s"]], "time (µs)"
-    for boundary, component, way, *_ in [moved] if (moved := driven(c, s)) else pushed(c)[:1]:
-        sense = math.copysign(1, max(way, key=abs))
-        return [1e3 * sense * v for v in way], f"displacement of {boundary}, {component} (mm)"
+    if lead := leader(c, s.get("scene", {})):
+        return way_of(*lead)
     axis = loaded_axis(c, s)
     return [-v for v in c[f"mean_strain_{axis}"]], f"mean strain {axis} (compression)"
-
-
-def pushed(c):
-    """(boundary, component, displacement, reaction) of what pushes; sides that give way to a pressure move against
-    theirs."""
-    found = []
-    for key in [k for k in c if k.startswith("moved_") and k.endswith("_m")]:
-        name, component = key[6:-4], key[-3]
-        way, force = c[key], c.get(f"reaction_{name}_{component}_N")
-        if force and sum(f * math.copysign(1, max(way, key=abs)) for f in force) > 0 and max(map(abs, way)) > 0:
-            found.append((max(map(abs, force)), name, component, way, force))
-    found.sort(reverse=True)
-    return [f[1:] for f in found if f[0] > 0.05 * found[0][0]]
 
 
 def reaction(ax, name, curves):
     for boundary, component, way, force in curves:
         sense = math.copysign(1, max(way, key=abs))
-        ax.plot([1e3 * sense * v for v in way], [sense * v for v in force], marker="o" if len(way) < 80 else None, ms=3,
-                label=f"{boundary}, {component}")
+        ax.plot(way_of(boundary, component, way)[0], [sense * v for v in force],
+                marker="o" if len(way) < 80 else None, ms=3, label=f"{boundary}, {component}")
     ax.set(xlabel="displacement of the boundary (mm)", ylabel="reaction, along the displacement (N)",
            title=f"{name}: reaction and displacement")
     legend(ax)

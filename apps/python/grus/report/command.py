@@ -35,7 +35,10 @@ def facts(run):
         load, stress = max(map(abs, c[f"mean_strain_{axis}"])), -min(c[f"mean_stress_{axis}_Pa"])
         error, wall = max(map(abs, c["energy_error"][1:] or c["energy_error"])), seconds.get("solve_wall", math.nan)
     else:
-        load, stress = max(map(abs, c["axial_strain"])), max(c.get("nominal_stress_Pa", c["axial_stress_Pa"]))
+        name_of, told = ("nominal_stress_Pa", "peak_stress_Pa") if "nominal_stress_Pa" in c else (
+            "axial_stress_Pa", "peak_axial_stress_Pa")
+        load = max(map(abs, c["axial_strain"]))
+        stress = max([*c[name_of], s.get("results", {}).get(told, -math.inf)])  # between rows, where grains break
         error, wall = max(map(abs, c["energy_error"])), seconds.get("loading_wall", math.nan)
     much, unit = unit_of([stress])
     q = {}

@@ -1,12 +1,12 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
-"""Pictures of the last frame without ParaView: grains by generation, fragment or size, and the macro mesh by a
-field."""
+"""Pictures of the last frame without ParaView: grains by generation, fragment or size, the macro mesh by a field; of
+grains that cracked point by point."""
 import numpy as np
 from matplotlib.collections import PolyCollection
 
 from grus.errors import InputError
 from grus.figures import plt
-from grus.frames import frame
+from grus.frames import Frame, frame, frames
 
 FACES = {5: [(0, 1, 2)], 9: [(0, 1, 2, 3)], 10: [(0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)],
          12: [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]}
@@ -138,6 +138,54 @@ def grains(folder, name):
             ax.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.01, 1), frameon=False)
         elif key is not None:
             ax.figure.colorbar(plt.cm.ScalarMappable(key[1], key[0]), ax=ax, shrink=0.6, label=key[2])
+    return draw
+
+
+def pulled(points, piece, share=0.25):
+    """Points of pieces, each moved away from the middle of all by a share of where its own middle lies."""
+    middles = np.array([points[piece == k].mean(0) for k in range(piece.max() + 1)])
+    return points + share * (middles - points.mean(0))[piece]
+
+
+def cracked(folder, name, most=4):
+    """[draw(ax)] of grains that cracked, one each, `most` of them: their points by damage, cut in halves and seen from
+    the cut, and by piece, pulled apart."""
+    draws = []
+    for path, time in frames(folder, "lattice")[:most]:
+        try:
+            seen = Frame(path, time)
+        except (InputError, ValueError):
+            return []
+        draws.append(points_of(seen, name))
+    return draws
+
+
+def points_of(seen, name):
+    """draw(ax) of one cracked grain."""
+    points, damage = seen.points.astype(float), seen.at_points["damage"].astype(float)
+    piece = seen.at_points["piece"].astype(int)
+    turn = view()
+    place = (points - points.mean(0)) @ turn.T
+    apart = pulled(place, piece)
+    half = np.flatnonzero(place[:, 2] <= 0)
+    half = half[np.argsort(place[half, 2])]
+    order = np.argsort(apart[:, 2])
+    wide = 1.15 * 1e3 * np.ptp(np.vstack([place, apart])[:, 0])
+    dots = 2.6e4 / len(points)
+    count = np.bincount(piece)
+
+    def draw(ax):
+        left = ax.scatter(1e3 * place[half, 0], 1e3 * place[half, 1], c=damage[half], s=dots, cmap="inferno_r", vmin=0,
+                          vmax=1, edgecolors="0.4", linewidths=0.2)
+        ax.scatter(1e3 * apart[order, 0] + wide, 1e3 * apart[order, 1], c=plt.cm.tab10(piece[order] % 10), s=dots,
+                   edgecolors="0.2", linewidths=0.2)
+        for k, n in enumerate(count):
+            ax.scatter([], [], color=plt.cm.tab10(k % 10), s=40, label=f"piece {k + 1}: {100 * n / len(piece):.3g} %")
+        ax.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.2, 1), frameon=False)
+        ax.set_aspect("equal")
+        ax.set_axis_off()
+        ax.set_title(f"{name}: a grain that cracked at {seen.time:.4g} s, damage and pieces of {len(points)} points")
+        ax.figure.colorbar(left, ax=ax, shrink=0.6, label="broken bonds, share")
     return draw
 
 

@@ -320,6 +320,7 @@ def of_run(run):
     """The plots of one run."""
     name, c, summary = run
     plots = [figure(draw, height=6.0) for draw in (pictures.grains(summary["folder"], name),) if draw]
+    plots += [figure(draw, height=4.6) for draw in pictures.cracked(summary["folder"], name)]
     plots.append(figure(lambda ax: energy(ax, run)))
     if c["breakages"][-1] > 0:
         plots.append(figure(lambda ax: breakage(ax, run)))

@@ -26,7 +26,7 @@ def number_of(run, quantity):
 
 def strength_of(run, quantity):
     """(value, bound): a number of a run, NaN where it has none; what it exceeds if that is for want of a breakage.
-    A strength of 0 is no strength: the grain broke before the first row of history.csv."""
+    A strength of 0 is no strength: the grain broke under no stress along the test's axis."""
     value = number_of(run, quantity)
     if quantity not in BOUNDS:
         return value, math.nan

@@ -27,8 +27,10 @@ def hear(signals, handler):
 def end_at_once(program):
     """While a tool loads what takes a second to load: one line and 130 instead of a traceback."""
     def interrupted(*_):
-        print(f"{program}: interrupted, nothing was written", file=sys.stderr)
-        raise SystemExit(130)
+        try:
+            os.write(2, f"{program}: interrupted, nothing was written\n".encode())
+        finally:
+            os._exit(130)  # an exception would end what is being loaded, and be ignored there or told with a traceback
     hear(STOPS, interrupted)
     hear(WISHES, lambda *_: None)
 

@@ -48,24 +48,37 @@ class Runner:
         return [os.path.join(self.bins, case["program"]), case["scene"]
                 ] + [a for k, v in settings.items() for a in ("--set", f"{k}={toml_value(v)}")]
 
+    def ask(self, case, seed, *options, within=None):
+        """(exit status, output, errors) of a command that runs nothing; status -1: not started, or not done within so
+        many seconds."""
+        if self.stopped:
+            return -1, "", ""
+        try:
+            process = subprocess.Popen(self.command(case, seed) + list(options), stdout=subprocess.PIPE,
+                                       stderr=subprocess.PIPE, text=True, start_new_session=True)
+        except (OSError, ValueError) as e:  # no such program here, or a text that no command can hold
+            return -1, "", str(e)
+        self.running.add(process)
+        try:
+            said, errors = process.communicate(timeout=within)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+            return -1, "", "out of time"
+        finally:
+            self.running.discard(process)
+        return process.returncode, said, errors
+
     def refusal(self, case):
         """Why the program would refuse a case, or what it does not write that is asked of it (Refusal); None: nothing
         is wrong."""
+        columns = ""
         for seed in case["seeds"]:
+            status, columns, errors = self.ask(case, seed, "--columns")
             if self.stopped:
                 return None
-            try:
-                process = subprocess.Popen(self.command(case, seed) + ["--columns"], stdout=subprocess.PIPE,
-                                           stderr=subprocess.PIPE, text=True, start_new_session=True)
-            except (OSError, ValueError) as e:  # no such program here, or a text that no command can hold
-                return Refusal(f"{case['label']}: {e}")
-            self.running.add(process)
-            columns, errors = process.communicate()
-            self.running.discard(process)
-            if process.returncode != 0:
+            if status != 0:
                 return Refusal(f"{case['label']}: {errors.strip()}")
-            if self.stopped:
-                return None
         asked_columns, asked_keys = self.asked[case["name"]]
         for name in sorted(asked_columns - set(columns.split())):
             near = hint(name, columns.split())

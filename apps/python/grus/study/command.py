@@ -14,7 +14,7 @@ from grus._version import __version__
 from grus.errors import InputError
 from grus.files.folders import Folder, clear_results
 from grus.files.texts import one_line
-from grus.runs import interrupts, programs
+from grus.runs import interrupts, programs, times
 from grus.runs.command import Lacking, duration_text, status_of
 from grus.runs.runner import Runner
 from grus.study import report
@@ -66,6 +66,14 @@ def refuse_early(study, path, runner, workers):
             raise
 
 
+def planned_of(cases):
+    """Each case once, with the number of its seeds."""
+    seeds = {}
+    for c in cases:
+        seeds.setdefault(c["name"], (c, {}))[1].update({str(s): s for s in c["seeds"]})
+    return [times.Planned(c, next(iter(of.values())), len(of)) for c, of in seeds.values()]
+
+
 def work(args):
     study = read_study(args.scene)
     cases = study.cases()
@@ -76,7 +84,8 @@ def work(args):
     if args.check:
         for c in {c["name"]: c for c in cases}.values():
             print(c["name"], c["seeds"], os.path.relpath(c["scene"]), json.dumps(c["set"], default=str))
-        print(f"{len({(c['name'], str(s)) for c in cases for s in c['seeds']})} runs")
+        planned = planned_of(cases)
+        print(f"{sum(p.runs for p in planned)} runs, {times.told_of(runner, planned, workers)}")
         return 0
     with Folder(out):
         os.makedirs(os.path.join(out, "runs"), exist_ok=True)

@@ -26,7 +26,7 @@ class Run:
         before, self.process = self.process, writer(self.folder)
         if self.process is None:
             if before is not None or self.ended is None:
-                self.ended = status_of(self.folder)
+                self.ended, self.scene = told_of(self.folder)
         elif before is None or before.number != self.process.number:
             self.scene, self.begun, self.ended = scene_of(self.process), None, None
         self.history.look()
@@ -54,12 +54,14 @@ class Run:
                 len(self.history), "last": {k: v for k, v in last.items() if v == v}}
 
 
-def status_of(folder):
+def told_of(folder):
+    """(exit status, scene) as summary.json tells them; None and {} where there is none."""
     try:
         with open(os.path.join(folder, "summary.json")) as f:
-            return json.load(f).get("status")
+            summary = json.load(f)
+        return summary.get("status"), summary.get("scene", {})
     except (OSError, ValueError, AttributeError):
-        return None
+        return None, {}
 
 
 class Following:
@@ -114,7 +116,7 @@ class Following:
                                 "left": left_of(part, process.since) if part and process else None})
         latest = sorted(runs, key=lambda r: (r.process is not None, len(r.history)))[-DRAWN:]
         shown = [r for r in runs if r in latest]
-        plots = curves.of_loads([(r.name, r.history.columns) for r in shown])
+        plots = curves.of_loads([(r.name, r.history.columns, r.scene or {}) for r in shown])
         if len(runs) == 1:
             plots += curves.of_run(runs[0].history.columns)
         return {"title": ", ".join(self.folders), "over": self.over(), "at": time.time(), "studies": studies,

@@ -8,7 +8,7 @@ import os
 import sys
 
 from grus.errors import InputError
-from grus.figures import picture, plt, table as html_table
+from grus.figures import picture, plain, plt, table as html_table
 from grus.files.tables import Columns
 from grus.files.texts import one_line, text_table
 from grus.files.writing import write_csv
@@ -26,6 +26,9 @@ SCHEMA = tables({
     "order": {"type": "boolean"}, "scale": POSITIVE
 }, ("name", "vary", "quantity"))
 TARGETS = (0.1, 0.01, 0.001)
+WORDS = ("Error: how far the mean over the seeds is from the reference, of the reference; its 95 % interval is what "
+         "the seeds leave open of it. Scatter of the mean: the same of the value itself. Front: no other setting is "
+         "both cheaper and nearer. “For 1 %”: the cheapest setting whose error is below that, its interval added.")
 COLUMNS = ["error", "signed", "interval", "scatter", "seeds", "status", "value", "cpu", "wall", "grain_steps", "rves",
            "energy"]
 
@@ -206,6 +209,7 @@ def plot(entry, result):
     ax.margins(0.08, 0.12)
     ax.set(xscale="log", yscale="log", xlabel="CPU time of a run (s)",
            ylabel="error (%), bars: 95 % interval over seeds", title=entry["name"])
+    plain(ax.xaxis), plain(ax.yaxis)
     ax.legend(fontsize=8)
     return fig
 
@@ -230,7 +234,7 @@ def show(entries, done):
         values = [repr(r[c]) if isinstance(r[c], float) else r[c] for c in COLUMNS]
         lines.append([entry["name"], setting_text(r["settings"]), *values])
     write_csv(os.path.join(done.out, "precision.csv"), lines)
-    text = body = ""
+    text, body = "", f"<p>{WORDS}</p>"
     for number, (entry, result) in enumerate(studies):
         added = show_one(entry, result)
         text += added.text
