@@ -195,7 +195,7 @@ void RveRun::show() {
           "{:.2f} %  {:.3g} steps/s",
           state_.time,
           std::round(1e4 * dem::axial_strain(scene_.test, sample_.state, state_, course_.initial_cell)) / 1e4 + 0.0,
-          load_text(), state_.grains.size(), broken(", "), 100 * error_,
+          load_text(), state_.grains.size(), broken(", "), std::round(1e4 * error_) / 100 + 0.0,
           static_cast<double>(state_.steps) / course_.wall));
 }
 

@@ -114,14 +114,16 @@ const std::vector<Key>& scene_keys() {
 void check_key(const std::string& path, const Key& read, const nlohmann::json& fallback) {
   static const bool asked = std::getenv("GRUS_CHECK_KEYS") != nullptr;  // by the tests: no run ends over the table
   if (!asked) return;
-  const Key* row = find(general(path));
+  const Key* row = row_of(path);
   if (row == nullptr) throw std::logic_error(fmt::format("apps/scene/keys.txt has no row for {}", general(path)));
   if (const std::string found = difference(*row, read, fallback); !found.empty())
     throw std::logic_error(fmt::format("apps/scene/keys.txt of {}: the reader has {}", row->path, found));
 }
 
+const Key* row_of(const std::string& path) { return find(general(path)); }
+
 bool is_default(const std::string& path, const nlohmann::json& value) {
-  const Key* row = find(general(path));
+  const Key* row = row_of(path);
   return row != nullptr && !row->fallback.empty() && !depends(row->fallback) &&
          nlohmann::json::parse(row->fallback) == value;
 }

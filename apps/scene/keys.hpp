@@ -31,6 +31,9 @@ std::string as_in_toml(const std::string& key);
 /// std::logic_error where the table has no such key or says otherwise. A run of a user looks at no table.
 void check_key(const std::string& path, const Key& read, const nlohmann::json& fallback);
 
+/// The row of a key; null where the table has none.
+const Key* row_of(const std::string& path);
+
 /// Whether a key has this value where no scene gives it.
 bool is_default(const std::string& path, const nlohmann::json& value);
 

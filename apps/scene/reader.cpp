@@ -362,9 +362,12 @@ void Table::finish() const {
   for (const auto& [key, value] : *table_) {
     const std::string name(key.str());
     if (known_.contains(name)) continue;
+    const toml::source_region& where = given(value.source()) ? value.source() : key.source();
+    if (row_of(path_of(name)) != nullptr)
+      fail_at(where, name,
+              fmt::format("nothing in this scene makes use of it ('grus keys {}' says what it is for)", name));
     const std::string near = closest(name, {known_.begin(), known_.end()});
-    fail_at(given(value.source()) ? value.source() : key.source(), name,
-            near.empty() ? "unknown key" : fmt::format("unknown key (did you mean '{}'?)", near));
+    fail_at(where, name, near.empty() ? "unknown key" : fmt::format("unknown key (did you mean '{}'?)", near));
   }
 }
 

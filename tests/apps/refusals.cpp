@@ -109,6 +109,13 @@ TEST_CASE("what --set gave is found there, not in a line of the file") {
        {sand, {"packing.box=[0.01,0.01,nan]"}, "scene.toml: --set packing.box: must be finite"},
        {sand, {"packing.radius={distribution=\"odd\"}"}, "--set packing.radius: packing.radius.distribution: \"odd\""},
        {sand, {"packing.sed=1"}, "scene.toml: --set packing.sed: unknown key (did you mean 'seed'?)"},
+       {sand,
+        {"loading.duration=1"},
+        "--set loading.duration: nothing in this scene makes use of it ('grus keys duration' says what it is "
+        "for)"},
+       {sand,
+        {"material.sand.normal_stiffness=1e5"},
+        "material.sand.normal_stiffness: nothing in this scene makes use of it ('grus keys normal_stiffness' says"},
        {sand, {"packing.solid_fraction="}, "scene.toml:6:1: packing: packing.solid_fraction is missing"},
        {sphere, {"grain.0.radius=-1"}, "scene.toml: --set grain.0.radius: -1: must be above 0"},
        {sphere, {"grain.0.radius=", "grain.0.spin=[0,0,1]"}, " (with --set grain.0.spin): grain[0]: "}});
