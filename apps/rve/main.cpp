@@ -57,11 +57,9 @@ int check(const Options& options, RveScene& scene, std::optional<dem::Sample> ma
   return finished;
 }
 
-/// Drops all of the sample as it was but sizes and masses, which are asked for later: the rest need not stand beside
-/// the run's own state.
-void keep_sizes(dem::Grains& g) {
-  dem::drop(g.orientation), dem::drop(g.inertia), dem::drop(g.frame), dem::drop(g.shape);
-  dem::drop(g.angular_momentum), dem::drop(g.force), dem::drop(g.torque);
+/// The spheres of a file, which the sample has by now.
+void let_spheres_go(dem::Recipe& recipe) {
+  if (auto* read = std::get_if<dem::Spheres>(&recipe.grains)) dem::drop(read->spheres), dem::drop(read->materials);
 }
 
 /// The columns of a scene; of a random packing they hang on its walls alone.
@@ -94,11 +92,11 @@ int run(const Options& options) {
       refuse_endless(scene, begun.state);
     }
   }
-  keep_sizes(sample.state.grains);
+  let_spheres_go(scene.recipe);
   const Folder folder(options);
   if (options.speaks() && !options.resume)
     say(options, setup_text(scene, begun.state, static_cast<double>(begun.state.grains.size()), nullptr));
-  return RveRun(options, scene, sample, team, std::move(begun), kept, clock, clock.wall()).go();
+  return RveRun(options, scene, std::move(sample), team, std::move(begun), kept, clock, clock.wall()).go();
 }
 
 }  // namespace

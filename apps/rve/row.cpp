@@ -9,20 +9,17 @@
 
 namespace grus::app {
 
-Row::Row(const RveScene& of, const dem::Sample& sample, const dem::State& now, const dem::Measurement& m,
-         const dem::Mat3& began)
+Row::Row(const RveScene& of, const dem::Sample& sample, const FirstGrains& grains, const dem::State& now,
+         const dem::Measurement& m, const dem::Mat3& began)
     : scene(of),
       first(sample.state),
+      first_grains(grains),
       state(now),
       measured(m),
       gradient(dem::displacement_gradient(now, of.test.loading, began)),
       initial_cell(began) {}
 
 const dem::Mat3& Row::sample_stress() const { return dem::sample_stress(state, measured); }
-
-const dem::Grading& Row::grading_at_first() const {
-  return first_grading_([&] { return dem::Grading(first, scene.scale); });
-}
 
 const dem::Grading& Row::grading() const {
   return grading_([&] { return dem::Grading(state, scene.scale); });

@@ -3,6 +3,7 @@
 // asks.
 #pragma once
 
+#include "apps/rve/first_grains.hpp"
 #include "apps/scene/rve_scene.hpp"
 #include "dem/motion/inertia_by_step.hpp"
 #include "dem/rve/critical_grain.hpp"
@@ -30,11 +31,13 @@ private:
 class Row {
 public:
   /// `initial_cell`: edges of a periodic cell in which the test began. What is given must outlive the row.
-  Row(const RveScene& scene, const dem::Sample& sample, const dem::State& state, const dem::Measurement& measured,
-      const dem::Mat3& initial_cell);
+  Row(const RveScene& scene, const dem::Sample& sample, const FirstGrains& first_grains, const dem::State& state,
+      const dem::Measurement& measured, const dem::Mat3& initial_cell);
 
   const RveScene& scene;
-  const dem::State &first, &state;  // as the sample was made, and now
+  const dem::State& first;  // as the sample was made, but for its grains
+  const FirstGrains& first_grains;
+  const dem::State& state;  // now
   const dem::Measurement& measured;
   const dem::Mat3 gradient;  // displacement gradient F - 1
   const dem::Mat3& initial_cell;
@@ -44,7 +47,6 @@ public:
   dem::Mat3 strain() const { return 0.5 * (gradient + gradient.transpose()); }
   const dem::Mat3& sample_stress() const;
 
-  const dem::Grading& grading_at_first() const;
   const dem::Grading& grading() const;
   const dem::Zingg& zingg() const;
   const dem::Roundness& roundness() const;
@@ -63,7 +65,7 @@ public:
   std::optional<std::size_t> grain(std::size_t id) const;  // where it is; none: it has broken
 
 private:
-  mutable Once<dem::Grading> first_grading_, grading_;
+  mutable Once<dem::Grading> grading_;
   mutable Once<dem::Zingg> zingg_;
   mutable Once<dem::Roundness> roundness_;
   mutable Once<dem::Fragments> fragments_;

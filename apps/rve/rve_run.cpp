@@ -30,24 +30,28 @@ const char* stress_name(const dem::Programme& test) {
 
 double in_mpa(double stress) { return stress / 1e6 + 0.0; }  // 0 rather than -0
 
+/// To a hundredth, and then 0 rather than -0.
+double in_percent(double share) { return std::round(1e4 * share) / 100 + 0.0; }
+
 }  // namespace
 
-RveRun::RveRun(const Options& options, RveScene& scene, const dem::Sample& sample, dem::Team& team, Begun begun,
+RveRun::RveRun(const Options& options, RveScene& scene, dem::Sample sample, dem::Team& team, Begun begun,
                const dem::Checkpoint& kept, const Clock& clock, double ready)
     : options_(options),
       scene_(scene),
       own_(scene.model),
-      sample_(sample),
+      sample_(std::move(sample)),
       team_(team),
       clock_(clock),
       ready_(ready),
       state_(std::move(begun.state)),
       prepared_(std::move(begun.prepared)),
-      columns_(rve_columns({scene, sample})),
+      columns_(rve_columns({scene, sample_})),
       history_(result_file(options.directory, "history.csv"), names_of(columns_)),
       frames_(options, scene.output, scene.test.duration),
       cracks_(options, scene.output),
-      gradings_(options.directory, scene, sample.state),
+      gradings_(options.directory, scene, sample_.state),
+      first_grains_(take_first(scene, sample_)),
       progress_(options),
       limit_(options.started, options.max_time) {
   course_.initial_cell = state_.boundary.cell.began(), course_.initial_size = scene.test.loading.initial_size;
@@ -195,7 +199,7 @@ void RveRun::show() {
           "{:.2f} %  {:.3g} steps/s",
           state_.time,
           std::round(1e4 * dem::axial_strain(scene_.test, sample_.state, state_, course_.initial_cell)) / 1e4 + 0.0,
-          load_text(), state_.grains.size(), broken(", "), std::round(1e4 * error_) / 100 + 0.0,
+          load_text(), state_.grains.size(), broken(", "), in_percent(error_),
           static_cast<double>(state_.steps) / course_.wall));
 }
 
@@ -205,7 +209,7 @@ double RveRun::strain_of_gradings() const {
 }
 
 void RveRun::write_row() {
-  history_.add(values_of(columns_, Row(scene_, sample_, state_, now_, course_.initial_cell)));
+  history_.add(values_of(columns_, Row(scene_, sample_, first_grains_, state_, now_, course_.initial_cell)));
   const double at = staged() ? done() * scene_.test.duration : state_.time;
   frames_.write_if_due(state_, at);
   cracks_.write_kept();
@@ -327,9 +331,9 @@ void RveRun::finish() {
   progress_.finish(fmt::format(
       "{}: t {:.5g} s{}, {} -> {} grains, {} broken, mass lost {:.2f} %, worst energy error {:.2f} %, {} steps in {} "
       "({})",
-      status_ == finished ? "finished" : how, state_.time, peak_text(), sample_.state.grains.size(),
-      state_.grains.size(), broken(" and "), 100 * state_.ledger.fines.mass / dem::total_mass(sample_.state.grains),
-      100 * course_.errors.energy.worst, state_.steps, duration_text(earlier_ + end_ - ready_), options_.directory));
+      status_ == finished ? "finished" : how, state_.time, peak_text(), first_grains_.count, state_.grains.size(),
+      broken(" and "), in_percent(state_.ledger.fines.mass / first_grains_.mass), 100 * course_.errors.energy.worst,
+      state_.steps, duration_text(earlier_ + end_ - ready_), options_.directory));
   const auto all = notes();
   for (std::size_t k = scene_.notes.size(); k < all.size(); ++k) progress_.note("  note: " + all[k]);
   if (status_ == unstable || status_ == failed) say_fault(options_, fmt::format("{}: {}", options_.scene, ending_));

@@ -28,7 +28,7 @@ class RveRun {
 public:
   /// `sample`: as it was made; `begun`: the state in which the test begins; `kept`: to go on from, if the run is
   /// resumed. What is given by reference must outlive the run. `ready`: s of wall time that the preparation has taken.
-  RveRun(const Options& options, RveScene& scene, const dem::Sample& sample, dem::Team& team, Begun begun,
+  RveRun(const Options& options, RveScene& scene, dem::Sample sample, dem::Team& team, Begun begun,
          const dem::Checkpoint& kept, const Clock& clock, double ready);
 
   /// To the end, to a fault or to an interruption; returns the exit status.
@@ -84,7 +84,7 @@ private:
   const Options& options_;
   RveScene& scene_;
   const dem::Model own_;  // of the scene; stages change its friction, damping and gravity
-  const dem::Sample& sample_;
+  dem::Sample sample_;    // as it was made; of its grains what strain gauges need
   dem::Team& team_;
   const Clock& clock_;
   double ready_;
@@ -98,6 +98,7 @@ private:
   GrainFrames frames_;
   CrackFrames cracks_;
   GradingStates gradings_;
+  const FirstGrains first_grains_;
   Course course_;
   Progress progress_;
   TimeLimit limit_;

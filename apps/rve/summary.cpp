@@ -99,7 +99,7 @@ nlohmann::json RveRun::summary() const {
   summary["ending"] = ending_;
   summary["seed"] = scene_.model.seed;
   summary["threads"] = options_.threads;
-  summary["counts"] = {{"grains_start", sample_.state.grains.size()},
+  summary["counts"] = {{"grains_start", first_grains_.count},
                        {"grains", state_.grains.size()},
                        {"breakages", state_.ledger.breakages},
                        {"bonds_broken", state_.ledger.bonds_broken},
@@ -114,7 +114,7 @@ nlohmann::json RveRun::summary() const {
                          {"void_ratio", bulk / course_.solid - 1}};
   if (staged()) summary["stages"] = stages_;
   if (!prepared_.is_null()) summary["preparation"] = prepared_;
-  summary["mass"] = {{"start_kg", dem::total_mass(sample_.state.grains)},
+  summary["mass"] = {{"start_kg", first_grains_.mass},
                      {"grains_kg", dem::total_mass(state_.grains)},
                      {"lost_kg", state_.ledger.fines.mass}};
   if (scene_.recipe.of_hulls()) {
@@ -125,7 +125,7 @@ nlohmann::json RveRun::summary() const {
     const dem::BondedFaces& f = *sample_.faces;
     const auto fragments = dem::fragments_of(state_).size;
     summary["counts"]["fragments"] = fragments.size();
-    summary["cells"] = {{"cells", sample_.state.grains.size()},
+    summary["cells"] = {{"cells", first_grains_.count},
                         {"bonds_start", f.bonds},
                         {"unbonded_faces", f.unbonded},
                         {"too_coarse_for_energy", f.coarse},

@@ -194,6 +194,8 @@ void search(const Box& box, const Level& level, const Member& mine, double skin,
 
 /// Rows by a, each sorted by (b, image), of what the first pieces hold: the order does not tell who found what.
 void make_rows(std::size_t n, std::size_t pieces, SearchRoom& room, Candidates& out, Team& team) {
+  const bool large = n > large_sample;
+  if (large) room.levels = {}, room.folded = {}, room.level_of = {}, room.place = {};
   const std::span found(room.piece.data(), pieces);
   out.row.assign(n + 1, 0);
   for (const auto& piece : found)
@@ -203,6 +205,7 @@ void make_rows(std::size_t n, std::size_t pieces, SearchRoom& room, Candidates& 
   room.next.assign(out.row.begin(), out.row.end() - 1);
   for (const auto& piece : found)
     for (const auto& c : piece) out.pair[room.next[c.a]++] = c;
+  if (large) room.piece = {}, room.next = {};
   team.blocks(n, [&](std::size_t begin, std::size_t end) {
     auto before = [](const Candidate& p, const Candidate& q) { return p.b != q.b ? p.b < q.b : p.image < q.image; };
     for (std::size_t i = begin; i < end; ++i)
@@ -234,6 +237,12 @@ void find_candidates(const Grains& grains, const Cell& cell, double skin, Candid
   const std::size_t n = grains.size(), pieces = block_count(n);
   room.piece.resize(std::max(room.piece.size(), pieces));
   for (auto& found : room.piece) found.clear();
+  if (n > large_sample) {
+    out.pair = {};
+    if (out.row.size() == n + 1)  // as many as the last time
+      for (std::size_t p = 0; p < pieces; ++p)
+        room.piece[p].reserve(with_reserve(out.row[std::min(n, (p + 1) * block_size)] - out.row[p * block_size]));
+  }
   if (n > 0) {
     const Box box = box_of(grains, cell, skin);
     fill_levels(grains, box, skin, room);

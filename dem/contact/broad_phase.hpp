@@ -24,7 +24,10 @@ struct Candidates {
   std::vector<Index> row;
 };
 
-/// Room that searches reuse.
+/// Samples of more grains are searched seldom: what only that needs is given back as soon as nothing reads it any more.
+inline constexpr std::size_t large_sample = 20000;
+
+/// Room that searches of smaller samples reuse.
 struct SearchRoom {
   struct Member {   // of a grid cell
     Vec3 position;  // folded into the cell, from its corner

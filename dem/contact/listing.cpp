@@ -116,8 +116,10 @@ void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team)
       weigh_tile(lister.grains, t, contacts);
     }
   });
-  if (grains > large_sample) std::vector<std::vector<NeighbourRoom::Listed>>().swap(room.listed);
+  const bool large = grains > large_sample;
+  if (large) room.listed = {}, room.pair = {};
   move_histories(room, contacts.contact, team);
+  if (large) room.source = {}, room.column = {};
   finish_plan(lister.grains, lister.boundary.cell, room.crossing, contacts, room.receivers, room.next);
   contacts.index.first.clear();
   if (indexed) index_grains(grains, contacts, room.next);

@@ -130,12 +130,6 @@ void begin_tiles(std::size_t grains, NeighbourRoom& room);
 /// come first.
 void lay_out(const Lister& lister, Contacts& contacts, bool indexed, Team& team);
 
-/// Samples of more grains are listed seldom: what only that needs is given back after it.
-inline constexpr std::size_t large_sample = 20000;
-inline void give_back(SearchRoom& room) {
-  if (room.folded.size() > large_sample) room = {};
-}
-
 /// Pairs of up to one in so many grains are searched again alone: with more, a whole list costs hardly more.
 inline constexpr std::size_t few_of = 32;
 

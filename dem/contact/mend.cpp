@@ -52,7 +52,6 @@ void mend_contacts(const Grains& grains, const Boundary& boundary, double skin, 
   room.marked.assign(n, 0);
   for (const Index i : few) room.marked[i] = 1;
   find_candidates_of(few, room.marked, grains, cell, reach, room.few, room.search, team);
-  give_back(room.search);
   const bool split = !origin.empty();  // histories of halves are their parents'; strays keep what pairs they have
   if (split && contacts.index.first.empty()) index_grains(before, contacts, room.next);
   put_aside(grains, contacts, reference);

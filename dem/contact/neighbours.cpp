@@ -70,9 +70,17 @@ void renew_candidates(const Grains& grains, const Cell& cell, double skin, bool 
   for (const Motion& m : grains.motion) room.largest = std::max(room.largest, m.radius);
   if (cell.periodic()) room.skin = std::max(skin, std::min(room.skin, cell.height() - 2 * room.largest));
   room.anchor.clear();  // should the search fail, nothing vouches for what it leaves
+  if (grains.size() > large_sample) room.anchor = {};
   find_candidates(grains, cell, room.skin, room.candidates, room.search, team);
-  give_back(room.search);
+  room.anchor.reserve(grains.size());
   for (const Motion& m : grains.motion) room.anchor.push_back({m.position, m.radius});
+}
+
+/// Pairs of a tile on the list that stands.
+std::size_t listed_before(const Contacts& contacts, std::size_t tile) {
+  std::size_t count = 0;
+  for (const auto& of_bin : contacts.tile) count += of_bin[tile + 1] - of_bin[tile];
+  return count;
 }
 
 }  // namespace
@@ -83,9 +91,11 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
   NeighbourRoom& room = reference.room;
   // Not the first, which nobody knows yet to last; not where grains break, or the list was mended because some go far.
   const bool lasting = origin.empty() && reference.mends == 0 && room.anchor.size() == grains.size();
-  renew_candidates(grains, boundary.cell, skin, lasting, room, team);
   const std::size_t n = grains.size(), tiles = tile_count(n), size = tile_size(n);
   const bool same = origin.empty() && reference.position.size() == n && contacts.tile[0].size() == tiles + 1;
+  const bool lean = same && n > large_sample;  // here a run needs the most: no more stands there than has to
+  if (lean) contacts.index = {};
+  renew_candidates(grains, boundary.cell, skin, lasting, room, team);
   if (!same && contacts.index.first.empty()) index_grains(reference.position.size(), contacts, room.next);
   put_aside(grains, contacts, reference);
   const auto& candidate = room.candidates.pair;
@@ -93,6 +103,8 @@ void build_contacts(const Grains& grains, const Boundary& boundary, double skin,
   begin_tiles(n, room);
   room.work.resize(tiles + 1);
   for (std::size_t t = 0; t <= tiles; ++t) room.work[t] = row[std::min(n, t * size)];
+  if (lean)
+    for (std::size_t t = 0; t < tiles; ++t) room.listed[t].reserve(with_reserve(listed_before(contacts, t)));
   Lister lister{grains,
                 boundary,
                 materials,
