@@ -305,6 +305,8 @@ void read_model(Table& scene, dem::Model& model, bool unit_cell) {
     n.safety = t->number_or("safety", n.safety, dimension::none, {0, 1, true});
     n.time_step = t->number_or("time_step", 0, dimension::time, not_negative);
     n.max_time_step = t->number_or("max_time_step", 0, dimension::time, not_negative);
+    if (n.time_step > 0 && n.max_time_step > 0)
+      t->fail("max_time_step", "bounds nothing beside time_step, which holds");
     n.skin = t->number_or("skin", n.skin, dimension::none, {0.001, 2});
     n.estimate_every = static_cast<int>(t->integer_or("estimate_every", n.estimate_every, 1, 1000000));
     n.fracture_every = static_cast<int>(t->integer_or("fracture_every", n.fracture_every, 1, 100000));

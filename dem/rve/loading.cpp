@@ -153,7 +153,7 @@ bool load(const Model& model, State& state, const Loading& loading, double end, 
                                                                 [](const auto& a) { return a.stress.has_value(); })));
   while (true) {
     const double left = end - state.time;
-    if (left <= 1e-9 * state.dt) break;
+    if (left <= 1e-9 * std::min(state.dt, end - begin)) break;  // steps may be far longer than what is left
     const double gap = landing.left ? landing.left(state) : INFINITY;
     if (gap <= 0) return true;  // before anything is driven anew: a run that goes on from here finds it so
     if (watch && state.time > begin && !watch((state.time - begin) / (end - begin))) return false;

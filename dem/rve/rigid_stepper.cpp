@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "dem/base/error.hpp"
@@ -18,30 +19,43 @@
 namespace grus::dem {
 namespace {
 
-constexpr ConeSettings settings{.tolerance = 1e-5, .by_overlap = 1, .iterations = 20000};
+constexpr ConeSettings settings{.tolerance = 1e-5, .by_overlap = 1, .iterations = 4000};
 constexpr ConeSettings of_places{.tolerance = 1e-3, .by_overlap = 1, .iterations = 300};
+constexpr int rounds = 8;             // in which parting by sliding is taken back where that has no end
 constexpr double flight = 0.01;       // in a step, of the mean radius
+constexpr double longest = 1;         // s, where nothing moves and nothing pulls
 constexpr std::uint64_t between = 5;  // steps between looks at the step
 constexpr double undone = 0.5;        // in a step, of what points are too deep
 constexpr double too_deep = 0.5;      // of the overlap that contacts keep, beyond which that is looked at
 constexpr double yielding = 0.02;     // of places alone, over what a contact's two bodies give: what is jammed stays
 
-/// The step in which what is fastest goes its flight, or falls it from rest (s).
+/// Energies are judged against what all grains gain by falling for a step at least: what bears them is found to a share
+/// of their weight, whose work in samples at rest is all the work there is.
+void note_fall(const Model& model, State& state) {
+  double mass = 0;
+  for (const double m : state.grains.mass) mass += m;
+  const double fall = state.dt * model.motion.gravity.norm();
+  state.ledger.floor = std::max(state.ledger.floor, 0.5 * mass * fall * fall);
+}
+
+/// The step in which what is fastest goes its flight, or falls it from rest.
 void choose_time_step(const Model& model, State& state) {
   if (state.steps < state.next_estimate) return;
   const Numerics& n = model.numerics;
   state.next_estimate = state.steps + between, state.estimate_interval = between;
   if (n.time_step > 0) {
     state.dt = n.time_step, state.next_estimate = std::numeric_limits<std::uint64_t>::max();
+    note_fall(model, state);
     return;
   }
   double fastest = 0;
   for (const Motion& m : state.grains.motion) fastest = std::max(fastest, m.velocity.norm() + m.spin.norm() * m.radius);
+  for (const Wall& wall : state.boundary.walls) fastest = std::max(fastest, wall.velocity.norm());
   const double way = flight * state.mean_radius, pull = model.motion.gravity.norm();
-  double wanted = n.max_time_step > 0 ? n.max_time_step : INFINITY;
-  if (fastest > 0) wanted = std::min(wanted, way / fastest);
-  if (pull > 0) wanted = std::min(wanted, std::sqrt(2 * way / pull));
-  if (std::isfinite(wanted)) state.dt = wanted;
+  state.dt = n.max_time_step > 0 ? n.max_time_step : longest;
+  if (fastest > 0) state.dt = std::min(state.dt, way / fastest);
+  if (pull > 0) state.dt = std::min(state.dt, std::sqrt(2 * way / pull));
+  note_fall(model, state);
 }
 
 /// Contacts hold no energy and no spring: where the search begins is the force that they show.
@@ -66,7 +80,8 @@ struct Room {
   ConeSolver solver;
   RigidSystem system;
   std::vector<ConeRows> impulse, press;
-  std::vector<ConeContact> parting;  // rows of places
+  std::vector<ConeContact> parting;  // rows of places, and of rounds
+  std::vector<double> slip;          // m/s, by row: what the last round has taken parting back by
   std::vector<ConeSolver::Change> shift;
   std::vector<Vec3> taken, turned;  // N, N m: twice the mean force and torque on each grain in the step
 };
@@ -99,6 +114,33 @@ double momentum_of(const Grains& g, const Vec3& fall) {
                   model.numerics.time_step > 0 ? "time_step" : "max_time_step"));
 }
 
+/// Impulses where the solver finds none: what slides may touch in turn, or part, with the parting by friction x slip
+/// that it takes back on the way, and neither lasts. With that parting the problem is convex and has an answer; it is
+/// taken back by half of what is left in each of some rounds. What is left then lifts the few contacts that go on so.
+ConeEnd solve_in_rounds(const ConeSettings& once, Team& team, Room& room) {
+  const RigidSystem& system = room.system;
+  ConeSettings asked = once;
+  asked.parts = true;
+  room.slip.assign(system.contact.size(), 0.0);
+  std::fill(room.impulse.begin(), room.impulse.end(), ConeRows{});
+  ConeEnd end;
+  for (int round = 0; round < rounds; ++round) {
+    room.parting = system.contact;
+    for (std::size_t r = 0; r < room.parting.size(); ++r)
+      room.parting[r].free[press_row] += room.parting[r].friction * room.slip[r];
+    end = room.solver.solve(system.body, room.parting, asked, room.impulse, team);
+    if (!end.found(asked)) break;
+    room.solver.changes(system.body, system.contact, room.impulse, team);
+    for (std::size_t r = 0; r < room.slip.size(); ++r) {
+      const ConeContact& c = system.contact[r];
+      const ConeRows by = room.solver.moved(c);
+      const double now = room.impulse[r][press_row] > 0 ? std::hypot(c.free[1] + by[1], c.free[2] + by[2]) : 0;
+      room.slip[r] += 0.5 * (now - room.slip[r]);
+    }
+  }
+  return end;
+}
+
 /// Impulses of the step to come, as forces that the sweep takes for half a step.
 /// Booked are friction, impulse x slip; work of the boundary and of gravity; and what blows and the scheme lose, 1/2 dv
 /// M dv and what points press while they close (`local_damping`: none of it has a law).
@@ -108,7 +150,8 @@ void solve_step(const Model& model, State& state, double dt, Team& team, Room& r
   begin_search(state, dt, room);
   ConeSettings asked = settings;
   asked.least = momentum_of(g, dt * model.motion.gravity);
-  const ConeEnd end = room.solver.solve(system.body, system.contact, asked, room.impulse, team);
+  ConeEnd end = room.solver.solve(system.body, system.contact, asked, room.impulse, team);
+  if (!end.found(asked)) end = solve_in_rounds(asked, team, room);
   if (!end.found(asked)) refuse_step(model, state, system.contact.size(), end);
   const auto& change = room.solver.changes(system.body, system.contact, room.impulse, team);
   const Vec3 fall = dt * model.motion.gravity;
@@ -167,6 +210,7 @@ double shift(const Model& model, State& state, double dt, const Room& room) {
   update_frames(g);
   Ledger& l = state.ledger;
   l.work += work, l.damping += work, l.local_damping += work;
+  l.most_damping += std::min(work, 0.0);  // what was lifted is no sign of a fault
   return furthest;
 }
 

@@ -11,9 +11,10 @@
 namespace grus::dem {
 namespace {
 
-/// The model while a sample is compressed: explicit steps, the friction of `materials`, and enough damping to come to
-/// rest.
+/// The model while a sample is compressed: explicit steps, which know no held one of a test that solves its contacts;
+/// the friction of `materials`, and enough damping to come to rest.
 Model compressing(Model model) {
+  if (model.stepper->long_steps) model.numerics.time_step = 0;
   model.stepper = &explicit_stepper;
   renew_friction(model);
   if (std::all_of(model.damping.begin(), model.damping.end(), [](double d) { return d == 0; })) set_damping(model, 0.3);

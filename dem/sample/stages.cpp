@@ -156,7 +156,10 @@ void begin_stage(const Model& own, Model& model, State& state, std::uint64_t row
   now.strain = stage_strain(test, state);
   now.void_ratio = void_ratio(state);
   if (stage.kind == StageKind::unload) now.turned = now.stress[stage.axis];
+  const Vec3 pull = model.motion.gravity;
   set_stage(own, model, test);
+  const bool pulled = model.motion.gravity != pull;  // long steps are as long as what falls allows
+  if (pulled && model.stepper->long_steps && model.numerics.time_step == 0) state.next_estimate = state.steps;
   release_springs(model, state);
   stand(state);
 }
@@ -211,10 +214,19 @@ double unbalanced_force(const State& s) {
   return left / static_cast<double>(s.grains.size() - fixed) / (force / static_cast<double>(links));
 }
 
+namespace {
+
+/// Of a time at which something ends, by which round-off may miss it (s). Steps may be far longer than the leg.
+double slack_of(const Programme& test, const State& s) {
+  return 1e-9 * std::min(s.dt, leg_until(test) - test.now.leg_began);
+}
+
+}  // namespace
+
 EndedBy leg_ended(const Programme& test, const State& s) {
   const Stage& stage = stage_of(test);
   const StageNow& now = test.now;
-  const double slack = 1e-9 * s.dt, way = sense(stage, now);
+  const double slack = slack_of(test, s), way = sense(stage, now);
   const StageEnds& until = stage.until;
   if (const auto goal = goal_of(stage, now); goal && way * (*goal - towards_goal(test, s)) <= 0)
     return stage.kind == StageKind::cyclic ? EndedBy::cycles
@@ -309,7 +321,8 @@ void count_row(Programme& test, const State& state) {
   const Stage& stage = stage_of(test);
   StageNow& now = test.now;
   now.row_time = state.time;
-  while (row_until(test) <= state.time + 1e-9 * state.dt && now.row < 1u << 30u && row_until(test) < leg_until(test))
+  while (row_until(test) <= state.time + slack_of(test, state) && now.row < 1u << 30u &&
+         row_until(test) < leg_until(test))
     ++now.row;
   const auto to = levels_to(stage, now);
   if (!to) return;

@@ -108,6 +108,7 @@ TEST_CASE("what --set gave is found there, not in a line of the file") {
        {sand, {"packing.radius.mean=5 kPa"}, "scene.toml: --set packing.radius.mean: \"5 kPa\": "},
        {sand, {"packing.box=[0.01,0.01,nan]"}, "scene.toml: --set packing.box: must be finite"},
        {sand, {"packing.radius={distribution=\"odd\"}"}, "--set packing.radius: packing.radius.distribution: \"odd\""},
+       {sand, {"numerics.time_step=1e-6", "numerics.max_time_step=1e-7"}, "max_time_step: bounds nothing beside"},
        {sand, {"packing.sed=1"}, "scene.toml: --set packing.sed: unknown key (did you mean 'seed'?)"},
        {sand,
         {"loading.duration=1"},

@@ -111,6 +111,13 @@ def plane(tmp):
     need(30 * both[0][-1]["steps"] < both[1][-1]["steps"], f"{both[0][-1]['steps']} of {both[1][-1]['steps']} steps")
 
 
+def held(tmp):
+    """A step that is held is of the test: its sample is prepared by explicit steps of their own."""
+    text = SOLVED + "time_step = 1e-6\n" + undamped(CELL) + stage("shear", until={"strain": 1e-3}, strain_rate=5)
+    folder, _ = go(tmp, "held", text)
+    need(summary(folder)["counts"]["steps"] == 200, f"{summary(folder)['counts']['steps']} steps of 1 us in 0.2 ms")
+
+
 def refused(tmp):
     """What such stages do not know, and a rate at which time is real, also where inertia is added."""
     slow = stage("compress", strain_rate=1, until={"stress": 1e6})
@@ -126,7 +133,7 @@ def refused(tmp):
 
 
 with tempfile.TemporaryDirectory() as tmp_:
-    for check in (lattice, cell, box, plane, refused):
+    for check in (lattice, cell, box, plane, held, refused):
         check(tmp_)
 print(f"stages by solved contacts: {len(faults)} faults")
 sys.exit(1 if faults else 0)
