@@ -43,10 +43,12 @@ public:
   const SweepReport& report() const { return driver_.book().report; }
   SweepReport report_of_all() const;
   double seconds() const { return seconds_; }  // wall time in responses
-  /// Wall time of a point's own answers so far in this process, and how many times points were asked; of points that
-  /// are spread.
-  double spent(std::size_t point) const { return farm_.spent(driver_.slot(point)); }
-  std::uint64_t sweeps() const { return commits_; }
+  /// What a point's own answers have cost, and how many there were, since the last time that was counted anew; of
+  /// points that are spread. Of answers at rest it is wall time (s). Others are DEM steps of all grains, and some more
+  /// for what else an answer takes: the same however busy a machine is.
+  double spent(std::size_t point) const;
+  std::uint64_t sweeps() const { return sweeps_; }
+  void count_anew();
   std::uint64_t count(dem::Facts::Count what) const;  // of the committed states, every point counted
 
   /// A sum over all points' RVEs of `of(facts)`, and the largest.
@@ -56,6 +58,8 @@ public:
   /// All that decides how one point goes on, of points that are spread; and back, with what all points have done so
   /// far, which one rank takes on. Throws InputError.
   std::string save_point(std::size_t point) const;
+  /// Its RVE goes; the point is not to answer any more.
+  void give_away(std::size_t point) { farm_.drop(driver_.slot(point)); }
   void load_point(std::size_t point, const std::string& bytes);
   void go_on_counting(const SweepReport& from) { driver_.go_on_counting(from); }
   /// Asked while RVEs answer, of points that are not spread: false ends the response by dem::Interrupted.
@@ -79,6 +83,7 @@ private:
   bool respond(const fem::Points& points);
   void commit();
   void keep_energies();
+  void count_steps();
   std::uint64_t over_ranks(std::uint64_t mine) const;
 
   RveFarm& farm_;
@@ -86,7 +91,8 @@ private:
   dem::Driver<RveFarm> driver_;
   dem::Watch watch_;
   double seconds_ = 0;
-  std::uint64_t commits_ = 0;  // in this process
+  std::uint64_t commits_ = 0, sweeps_ = 0;  // sweeps_: since they were counted anew
+  std::vector<std::uint64_t> steps_;        // of DEM since then, of points that are spread and never at rest
   std::optional<MPI_Comm> spread_;
   std::vector<double> inertial_numbers_;  // of the last response; of points that are spread
   std::vector<double> held_;              // J, work less haste of the points' RVEs; empty: their facts say

@@ -8,7 +8,7 @@ namespace grus::app {
 namespace {
 
 constexpr std::uint64_t piece = 1u << 28;  // of a message: a count is an int
-constexpr int text_tag = 11;
+constexpr int text_tag = 11, swap_tag = 13;
 
 }  // namespace
 
@@ -46,6 +46,27 @@ std::string AcrossRanks::all_texts(const std::string& text) const {
                MPI_COMM_WORLD, MPI_STATUS_IGNORE);
   }
   return all;
+}
+
+std::vector<double> AcrossRanks::all_numbers(double mine) const {
+  std::vector<double> all(static_cast<std::size_t>(ranks()), mine);
+  if (spread_) MPI_Allgather(&mine, 1, MPI_DOUBLE, all.data(), 1, MPI_DOUBLE, MPI_COMM_WORLD);
+  return all;
+}
+
+std::string AcrossRanks::swap(std::string bytes, int to, int from) const {
+  if (to == rank()) return bytes;
+  const std::uint64_t out = bytes.size();
+  std::uint64_t in = 0;
+  MPI_Sendrecv(&out, 1, MPI_UINT64_T, to, swap_tag, &in, 1, MPI_UINT64_T, from, swap_tag, MPI_COMM_WORLD,
+               MPI_STATUS_IGNORE);
+  std::string got(in, '\0');
+  for (std::uint64_t at = 0; at < std::max(out, in); at += piece)
+    MPI_Sendrecv(bytes.data() + std::min(at, out), static_cast<int>(std::min(out - std::min(at, out), piece)), MPI_CHAR,
+                 at < out ? to : MPI_PROC_NULL, swap_tag, got.data() + std::min(at, in),
+                 static_cast<int>(std::min(in - std::min(at, in), piece)), MPI_CHAR, at < in ? from : MPI_PROC_NULL,
+                 swap_tag, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+  return got;
 }
 
 void AcrossRanks::tell(int from, std::string& bytes) const {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "apps/bvp/on_all_ranks.hpp"
 #include "apps/bvp/patience.hpp"
@@ -51,6 +52,10 @@ public:
   std::string first(const std::string& text) const;
   /// On rank 0 the texts of all ranks, one after the other; elsewhere nothing.
   std::string all_texts(const std::string& text) const;
+  /// The numbers of all ranks, in their order.
+  std::vector<double> all_numbers(double mine) const;
+  /// Bytes go `to` a rank, and others come `from` one, to which this is `to`.
+  std::string swap(std::string bytes, int to, int from) const;
   /// Rank `from` tells all the others.
   void tell(int from, std::string& bytes) const;
 

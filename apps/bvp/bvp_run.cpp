@@ -38,17 +38,30 @@ dem::Checkpoint find_checkpoint(const Options& options, const BvpScene& scene) {
 
 BvpRun::BvpRun(const BvpScene& scene, const Options& options, BvpSetup setup, dem::Checkpoint kept,
                coupling::RveFarm* farm, const dem::Model* model, AcrossRanks& across)
-    : scene_(scene), options_(options), setup_(std::move(setup)), kept_(std::move(kept)), across_(across) {
+    : scene_(scene),
+      options_(options),
+      setup_(std::move(setup)),
+      kept_(std::move(kept)),
+      farm_(farm),
+      model_(model),
+      across_(across) {
+  make_materials();
+  output_.emplace(options.directory, scene, *setup_.problem, setup_.points, setup_.states, rves_ ? &*rves_ : nullptr,
+                  regularised_ ? &*regularised_ : nullptr, across);
+}
+
+/// Of the points that this rank has.
+void BvpRun::make_materials() {
   std::vector<fem::Material> parts;
-  if (farm) {
-    const auto among = across.spread() ? std::optional(across.comm()) : std::nullopt;
-    rves_.emplace(*farm, setup_.states, setup_.points.start, scene.rve, among, own_shard().rves);
-    parts.push_back(scene.regularisation ? regularise(*model) : grains());
+  if (farm_) {
+    const auto among = across_.spread() ? std::optional(across_.comm()) : std::nullopt;
+    rves_.emplace(*farm_, setup_.states, setup_.points.start, scene_.rve, among, own_shard().rves);
+    parts.push_back(scene_.regularisation ? regularise() : grains());
   } else {
     parts.push_back(fem::elastic_material(0, 1, 0));  // of no point
   }
-  for (std::size_t r = 0; r < scene.regions.size(); ++r) {
-    const Region& region = scene.regions[r];
+  for (std::size_t r = 0; r < scene_.regions.size(); ++r) {
+    const Region& region = scene_.regions[r];
     const auto count =
         static_cast<std::size_t>(std::count(setup_.points.group.begin(), setup_.points.group.end(), r + 1));
     const fem::InitialStress initial = initial_stress(r);
@@ -57,18 +70,17 @@ BvpRun::BvpRun(const BvpScene& scene, const Options& options, BvpSetup setup, de
                               : fem::elastic_material(count, E, nu, initial));
   }
   regions_.assign(parts.begin() + 1, parts.end());
-  material_.emplace(scene.regions.empty() ? parts[0] : fem::composite_material(parts, setup_.points.group));
+  material_.emplace(scene_.regions.empty() ? parts[0] : fem::composite_material(parts, setup_.points.group));
+  density_.clear();
   for (std::size_t i = 0; i < setup_.points.group.size(); ++i) {
     if (setup_.points.group[i] > 0) {
-      density_.push_back(scene.regions[setup_.points.group[i] - 1].density);
+      density_.push_back(scene_.regions[setup_.points.group[i] - 1].density);
     } else {
       const dem::State& s = setup_.states[setup_.points.start[setup_.points.rve_of[i]]];
       density_.push_back(dem::total_mass(s.grains) / s.boundary.cell.volume());
     }
   }
-  if (scene.weighs()) setup_.problem->set_gravity(scene.gravity, density_);
-  output_.emplace(options.directory, scene, *setup_.problem, setup_.points, setup_.states, rves_ ? &*rves_ : nullptr,
-                  regularised_ ? &*regularised_ : nullptr, across);
+  if (scene_.weighs()) setup_.problem->set_gravity(scene_.gravity, density_);
 }
 
 /// The RVEs, which ask nothing of other ranks where these have their own.
@@ -82,13 +94,13 @@ fem::Material BvpRun::grains() {
 }
 
 /// The RVEs behind the average of what they are told.
-fem::Material BvpRun::regularise(const dem::Model& model) {
+fem::Material BvpRun::regularise() {
   std::vector<std::size_t> points;
   for (std::size_t i = 0; i < setup_.points.group.size(); ++i)
     if (setup_.points.group[i] == 0) points.push_back(i);
   std::vector<std::array<double, 36>> stiffness;
   try {
-    across_.together([&] { stiffness = coupling::start_stiffness(model, setup_.states, setup_.points.start); });
+    across_.together([&] { stiffness = coupling::start_stiffness(*model_, setup_.states, setup_.points.start); });
   } catch (const InputError& e) {
     throw InputError(fmt::format("{}: regularisation: {}", scene_.file, e.what()));
   }
@@ -130,7 +142,14 @@ void BvpRun::watch_responses(Course& c) {
   };
 }
 
-/// A row; false where the run is to stop.
+/// Whether the solver is to stop after this step, or increment: for a checkpoint, or because the mesh is cut anew.
+bool BvpRun::halts(Course& c) {
+  c.owed = c.due(scene_.checkpoint_interval);
+  c.cut = cut_pays(c);
+  return c.owed || c.cut;
+}
+
+/// A row; false where the solver is to stop.
 template <class Report>
 bool BvpRun::after(Course& c, const Report& report, double now) {
   c.time = now;
@@ -141,13 +160,13 @@ bool BvpRun::after(Course& c, const Report& report, double now) {
                                   report.cutbacks, one_line(report.cut_reason)));
   // An increment that lasts longer than those before it may be lost, what comes before it not.
   const bool last = !scene_.is_explicit() && across_.any(c.limit.over(3) ? 1 : 0) != 0;
-  const bool due = c.due(scene_.checkpoint_interval);
+  halts(c);
   c.stop = c.why();
-  if (due || last) save(c, report);
-  return c.stop == Stop::none;
+  if (c.owed || last) save(c, report);
+  return c.stop == Stop::none && !c.cut;
 }
 
-/// From checkpoint to checkpoint; returns the last report.
+/// From checkpoint to checkpoint, and from cut to cut; returns the last report.
 template <class Report, class Solve>
 Report BvpRun::march(Course& c, Solve&& solve) {
   Report last = begin<Report>();
@@ -161,22 +180,21 @@ Report BvpRun::march(Course& c, Solve&& solve) {
       return last;
     }
     if (!result.stopped || c.stop != Stop::none) return last;
-    c.stop = c.why();
-    save(c, last);
+    if (c.owed) c.stop = c.why(), save(c, last);
     if (c.stop != Stop::none) return last;
+    if (c.cut) cut_anew(c);
   }
 }
 
 /// The solver that the scene names.
 void BvpRun::solve(Course& c) {
-  fem::Problem& problem = *setup_.problem;
-  const auto due = [&] { return c.due(scene_.checkpoint_interval); };
+  const auto halts_here = [&] { return halts(c); };
   fem::Wishes wishes;
   if (across_.spread())
     wishes = {[&] { return c.wishes(scene_.checkpoint_interval); }, [&](int any) { c.heard = any; }};
   if (scene_.dynamics) {
     fem::DynamicsOptions with = *scene_.dynamics;
-    with.stop = due, with.wishes = wishes;
+    with.stop = halts_here, with.wishes = wishes;
     const auto row = [&](const fem::DynamicsReport& r) {
       const double dt = r.time / static_cast<double>(r.steps);
       if (c.time == 0)
@@ -184,11 +202,11 @@ void BvpRun::solve(Course& c) {
       return after(c, r, r.time);
     };
     c.end = march<fem::DynamicsReport>(c, [&](const fem::DynamicsReport& from) {
-              return fem::solve_dynamics(problem, *material_, density_, with, row, from);
+              return fem::solve_dynamics(*setup_.problem, *material_, density_, with, row, from);
             }).time;
   } else if (scene_.explicit_statics) {
     fem::ExplicitStaticsOptions with = *scene_.explicit_statics;
-    with.stop = due, with.wishes = wishes;
+    with.stop = halts_here, with.wishes = wishes;
     const auto row = [&](const fem::ExplicitStaticsReport& r) {
       const bool on = after(c, r, r.load_factor);
       if (r.load_factor > 0.02 && output_->given() > with.max_energy_error)
@@ -197,7 +215,7 @@ void BvpRun::solve(Course& c) {
       return on && c.gains.empty();
     };
     c.end = march<fem::ExplicitStaticsReport>(c, [&](const fem::ExplicitStaticsReport& from) {
-              return fem::solve_explicit_statics(problem, *material_, with, row, from);
+              return fem::solve_explicit_statics(*setup_.problem, *material_, with, row, from);
             }).load_factor;
   } else {
     const auto start = begin<fem::StaticsStart>();
@@ -212,7 +230,7 @@ void BvpRun::solve(Course& c) {
     if (rves_ && !rves_->puts_off() && !across_.spread()) rves_->watch([](double) { return !interruption_asked(); });
     fem::StaticsResult result;
     try {
-      result = fem::solve_statics(problem, *material_, scene_.solve, row, start);
+      result = fem::solve_statics(*setup_.problem, *material_, scene_.solve, row, start);
     } catch (const dem::Interrupted&) {  // in the midst of an increment, which --resume begins anew
       if (before) rves_->forget(*before);
       c.stop = Stop::asked, c.end = c.time;
@@ -239,7 +257,7 @@ BvpEnding BvpRun::go(double ready, const Clock& clock) {
     c.stop = Stop::time;
     c.end = c.time;
   } catch (const std::exception&) {  // of the system, such as a full disk: what there is may still be kept
-    if (!across_.agreed()) throw;
+    if (c.apart || !across_.agreed()) throw;
     c.broken = true;
     c.failure = dem::caught().text;
     c.end = c.time;
@@ -249,6 +267,7 @@ BvpEnding BvpRun::go(double ready, const Clock& clock) {
   ending.earlier = elapsed_, ending.cpu = elapsed_cpu_ + cpu_seconds();
   ending.sweeps_wall = elapsed_sweeps_ + (rves_ ? rves_->seconds() : 0);
   ending.prepared = setup_.prepared;
+  ending.cuts = balance_.cuts, ending.imbalance = balance_.imbalance();
   if (c.broken) {
     ending.status = failed, ending.text = c.failure;
   } else if (c.stop != Stop::none && !kept_here_) {
@@ -280,14 +299,14 @@ void BvpRun::save(Course& c, const Report& report) {
   about["program"] = "grus-bvp";
   about["scene"] = *scene_.record;
   if (scene_.has_rve) about["unit_cell"] = *scene_.unit_cells[0].record;
-  about["output"] = output_->state();
+  about["output"] = output_->state(), about["balance"] = app::save(balance_);
   about["wall"] = elapsed_ + c.clock.wall() - c.ready;
   about["cpu"] = elapsed_cpu_ + cpu_seconds(), about["sweeps_wall"] = elapsed_sweeps_ + (rves_ ? rves_->seconds() : 0);
   if (across_.spread())
     write_sharded_checkpoint(std::move(about));
   else
     write_whole_checkpoint(std::move(about));
-  c.saved = c.clock.wall();
+  c.owed = false, c.saved = c.clock.wall();
   c.limit.wrote(writing.wall());
   if (checkpoint_asked()) c.progress.note(fmt::format("  checkpoint written at {:.4g}, as asked", c.time));
   checkpoint_written();
@@ -327,9 +346,10 @@ nlohmann::json BvpRun::resume() {
   auto about = nlohmann::json::parse(kept.about);
   const std::string path = checkpoint_of(options_) + ": ";
   try {
-    if (across_.spread()) costs_ = kept_costs(kept);
+    if (across_.spread()) take_costs(kept_costs(kept));
     kept.parts.resize(std::max(kept.parts.size(), std::size_t{2}));  // other ranks hear of them
     across_.tell(0, kept.parts[0]);
+    app::load(about.at("balance"), balance_);
     if (across_.spread())
       across_.tell(0, kept.parts[1]), take_shards(about, kept.parts[1]);
     else

@@ -7,6 +7,12 @@
 
 namespace grus::app {
 
+/// Empty where there is one rank, or no balance is kept.
+std::string BvpOutput::balance_text(const BvpEnding& e) const {
+  if (across_.ranks() == 1 || !rves_ || !scene_.is_explicit()) return "";
+  return fmt::format(", the fullest rank {:.2f} times the mean, {} cut{}", e.imbalance, e.cuts, e.cuts == 1 ? "" : "s");
+}
+
 std::string BvpOutput::closing(const BvpEnding& e) const {
   const double steps = rves_ ? static_cast<double>(rves_->report_of_all().dem_steps) : 0.0;
   const char* how = e.status == finished      ? "finished"
@@ -14,9 +20,9 @@ std::string BvpOutput::closing(const BvpEnding& e) const {
                     : e.status == out_of_time ? "out of time"
                                               : "stopped";
   if (scene_.is_explicit())
-    return fmt::format("{}: {:.4g} {}, mean stress {} {:.4g} MPa, {:.0f} breakages{}, {:.3g} DEM steps in {} ({})", how,
-                       scene_.dynamics ? e.time : 100 * e.time, scene_.dynamics ? "s" : "% of the load", axis(),
-                       stress_ / 1e6 + 0.0, breakages_, bonds_text(", broken bonds "), steps,
+    return fmt::format("{}: {:.4g} {}, mean stress {} {:.4g} MPa, {:.0f} breakages{}, {:.3g} DEM steps{} in {} ({})",
+                       how, scene_.dynamics ? e.time : 100 * e.time, scene_.dynamics ? "s" : "% of the load", axis(),
+                       stress_ / 1e6 + 0.0, breakages_, bonds_text(", broken bonds "), steps, balance_text(e),
                        duration_text(e.earlier + e.wall), directory_);
   return fmt::format(
       "{0}: load factor {1:.4g}, mean strain {2} {3:.4f}, mean stress {2} {4:.4g} MPa, {5:.0f} breakages{12}, {6} "

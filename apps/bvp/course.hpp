@@ -22,7 +22,9 @@ struct BvpRun::Course {
   bool asked = false;             // to stop, on any rank of a problem that is spread
   std::optional<int> heard = {};  // what any rank of it has wished in this step, where that is known
   Stop stop = Stop::none;
-  bool told = false;  // that the increment is ended before the run stops
+  bool told = false;               // that the increment is ended before the run stops
+  bool owed = false, cut = false;  // after this step: a checkpoint, a new cut of the mesh
+  bool apart = false;              // while the mesh is cut anew there is no problem
   bool over = false, complete = false, broken = false;
   double end = 0;
   std::string failure = {}, gains = {};  // gains: energy that the regularisation has made

@@ -69,12 +69,14 @@ std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Se
   });
   on_all_ranks(session, [&] {  // what a problem that is spread throws here, it throws on all ranks
     if (!leads && !across.spread()) return;
-    setup.problem = make_problem(scene, across.comm());
+    setup.make = [&scene, comm = across.comm()](std::vector<std::int32_t> owner) {
+      std::visit([&](auto& mesh) { mesh.owner = std::move(owner); }, scene.mesh);
+      return make_problem(scene, comm);
+    };
+    setup.problem = setup.make({});
     setup.points = find_points(scene, *setup.problem, setup.density);
     if (across.ranks() > 1) {
-      const std::vector<double> measured = kept_costs(kept);
-      std::visit([&](auto& mesh) { mesh.owner = equal_parts(*setup.problem, setup.points, measured); }, scene.mesh);
-      setup.problem = make_problem(scene, across.comm());
+      setup.problem = setup.make(equal_parts(*setup.problem, setup.points, kept_costs(kept)));
       setup.points = find_points(scene, *setup.problem, setup.density);
     }
     if (!options.columns) check_increments(scene, *setup.problem);
@@ -106,20 +108,6 @@ void print_columns(const BvpScene& scene, const BvpSetup& setup, AcrossRanks& ac
   const std::vector<dem::State> none;
   const Probes probes("", scene, *setup.problem, setup.points, none, nullptr, across);
   for (const auto& name : bvp_columns(scene, *setup.problem, probes)) fmt::print("{}\n", name);
-}
-
-/// Each rank gets the states that its points start from, one after the other; rank 0 has made them.
-void share_states(const AcrossRanks& across, BvpSetup& setup) {
-  std::vector<dem::State> mine(setup.points.starts.size());
-  std::vector<std::uint8_t> wanted(mine.size(), 0);
-  for (const std::size_t s : setup.points.start) wanted[s] = 1;
-  if (across.leads() && !wanted.empty()) wanted[0] = 1;  // which the summary tells of
-  for (std::size_t k = 0; k < mine.size(); ++k) {
-    std::string bytes = across.leads() ? dem::bytes_of(setup.states[k]) : "";
-    across.tell(0, bytes);
-    if (wanted[k] != 0) mine[k] = dem::state_of(bytes);
-  }
-  setup.states = std::move(mine);
 }
 
 /// Ends all ranks for what the others know nothing of, and may wait for.

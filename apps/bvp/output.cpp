@@ -52,17 +52,25 @@ BvpOutput::BvpOutput(std::string directory, const BvpScene& scene, fem::Problem&
                      const fem::RegularisedMaterial* regularised, AcrossRanks& across)
     : directory_(std::move(directory)),
       scene_(scene),
-      problem_(problem),
+      problem_(&problem),
       points_(points),
       states_(states),
       rves_(rves),
       regularised_(regularised),
       across_(across),
-      probes_(directory_, scene, problem, points, states, rves, across),
       columns_(macro_columns({scene, problem, bonded(scene)})) {
-  for (const auto group : points.group) grains_.push_back(group == 0);
+  now_of(problem);
   const std::string file = across.leads() ? result_file(directory_, "history.csv") : "";
-  history_.emplace(file, bvp_columns(scene, problem, probes_));
+  history_.emplace(file, bvp_columns(scene, problem, *probes_));
+}
+
+void BvpOutput::now_of(fem::Problem& problem) {
+  problem_ = &problem;
+  const auto series = probes_ ? probes_->series() : std::vector<decltype(series_)>();
+  probes_.emplace(directory_, scene_, problem, points_, states_, rves_, across_);
+  probes_->restore(series);
+  grains_.clear();
+  for (const auto group : points_.group) grains_.push_back(group == 0);
 }
 
 void BvpOutput::add(const fem::IncrementReport& r, double wall) {
@@ -106,12 +114,12 @@ double BvpOutput::of_rves(dem::Facts::Number energy) const { return rves_ ? rves
 
 /// What the problem's means and the RVEs have for a row.
 void BvpOutput::read_off(MacroRow& r) {
-  r.strain = problem_.mean_strain(), r.stress = problem_.mean_stress();
-  for (std::size_t b = 0; b < problem_.boundaries().size(); ++b) {
-    for (const double v : problem_.reaction(b)) r.reaction.push_back(v);
-    for (const double v : problem_.mean_displacement(b)) r.moved.push_back(v);
+  r.strain = problem_->mean_strain(), r.stress = problem_->mean_stress();
+  for (std::size_t b = 0; b < problem_->boundaries().size(); ++b) {
+    for (const double v : problem_->reaction(b)) r.reaction.push_back(v);
+    for (const double v : problem_->mean_displacement(b)) r.moved.push_back(v);
   }
-  r.volume = problem_.current_volume(), r.macro_work = macro_work_;
+  r.volume = problem_->current_volume(), r.macro_work = macro_work_;
   if (regularised_) r.regularised = regularised_->energy();
   r.grains_strain = r.strain, r.grains_stress = r.stress;
   if (rves_) {
@@ -124,7 +132,7 @@ void BvpOutput::read_off(MacroRow& r) {
     r.mass_lost = mass > 0 ? lost / mass : 0;
     r.work = of_rves(&dem::Facts::work), r.unexplained = of_rves(&dem::Facts::unexplained);
     r.haste = of_rves(&dem::Facts::haste);
-    r.grains_strain = problem_.mean_strain(grains_), r.grains_stress = problem_.mean_stress(grains_);
+    r.grains_strain = problem_->mean_strain(grains_), r.grains_stress = problem_->mean_stress(grains_);
   }
   const auto& carried = r.grains_stress;
   r.p = -(carried[0] + carried[1] + carried[2]) / 3;
@@ -132,7 +140,7 @@ void BvpOutput::read_off(MacroRow& r) {
   for (std::size_t k = 0; k < 6; ++k)
     q2 += k < 3 ? 1.5 * (carried[k] + r.p) * (carried[k] + r.p) : 3 * carried[k] * carried[k];
   r.q = std::sqrt(q2);
-  const auto volume = problem_.volumes(rves_ ? grains_ : std::vector<std::uint8_t>{});
+  const auto volume = problem_->volumes(rves_ ? grains_ : std::vector<std::uint8_t>{});
   r.volumetric = 1 - volume[1] / volume[0];
 }
 
@@ -147,7 +155,7 @@ void BvpOutput::add(MacroRow r) {
   breakages_ = r.breakages, bonds_broken_ = r.bonds_broken, dem_steps_ = static_cast<double>(r.sweep.dem_steps);
   worst_energy_ = std::max(worst_energy_, r.worst_energy_error);
   std::vector<double> row = values_of(columns_, r);
-  const std::vector<double> probed = probes_.row();
+  const std::vector<double> probed = probes_->row();
   row.insert(row.end(), probed.begin(), probed.end());
   history_->add(row);
   across_.lead([&] { history_->save(2); });
@@ -157,12 +165,12 @@ void BvpOutput::add(MacroRow r) {
 }
 
 void BvpOutput::frame(double time) {
-  const fem::MacroFields fields = problem_.gather_fields();
+  const fem::MacroFields fields = problem_->gather_fields();
   const auto facts = [&](std::size_t k) -> const dem::Facts& { return rves_->facts(k); };
-  const auto per_element = static_cast<std::size_t>(problem_.points_per_cell());
-  const std::vector<double> all = problem_.gather_cells(element_means(points_.rve_of, per_element, facts));
+  const auto per_element = static_cast<std::size_t>(problem_->points_per_cell());
+  const std::vector<double> all = problem_->gather_cells(element_means(points_.rve_of, per_element, facts));
   const std::string name = fmt::format("macro/macro_{:05}.hdf", series_.size());
-  probes_.frame(series_.size(), time);
+  probes_->frame(series_.size(), time);
   series_.emplace_back(name, time);
   across_.lead([&] { write_frame(name, fields, all); });
 }
@@ -212,7 +220,7 @@ nlohmann::json BvpOutput::state() const {
           {"last_row", exact(history_->last())},
           {"shown", exact({strain_, stress_, breakages_, bonds_broken_, energy_error_, fallen_, most_regularised_})},
           {"series", series_},
-          {"probe_series", probes_.series()},
+          {"probe_series", probes_->series()},
           {"contraction", contraction_},
           {"macro_work", macro_work_},
           {"material_work", material_work_},
@@ -230,7 +238,7 @@ void BvpOutput::restore(const nlohmann::json& s, const std::string& history) {
   strain_ = shown.at(0), stress_ = shown.at(1), breakages_ = shown.at(2), bonds_broken_ = shown.at(3);
   energy_error_ = shown.at(4), fallen_ = shown.at(5), most_regularised_ = shown.at(6);
   series_ = s.at("series").get<decltype(series_)>();
-  probes_.restore(s.at("probe_series").get<std::vector<decltype(series_)>>());
+  probes_->restore(s.at("probe_series").get<std::vector<decltype(series_)>>());
   contraction_ = s.at("contraction").get<std::vector<double>>();
   macro_work_ = s.at("macro_work"), material_work_ = s.at("material_work");
   worst_residual_ = s.at("worst_residual"), worst_energy_ = s.at("worst_energy");
@@ -275,6 +283,7 @@ void BvpOutput::add_rves(nlohmann::json& summary, const BvpEnding& e) const {
   counts["rves_deferred"] = r.deferred, counts["rves_elastic"] = r.elastic;
   counts["rves_similar"] = r.similar, counts["rves_replayed"] = r.replayed, counts["rves_retried_in_parts"] = r.retried,
   counts["rves_moved_between_ranks"] = e.migrated;
+  if (across_.ranks() > 1 && scene_.is_explicit()) counts["mesh_cuts"] = e.cuts, summary["imbalance"] = e.imbalance;
   counts["dem_steps"] = r.dem_steps;
   auto& errors = summary["errors"];
   errors["rve_work_J"] = of_rves(&dem::Facts::work);
@@ -312,8 +321,8 @@ void BvpOutput::finish(const BvpEnding& e, const Options& options) {
   summary["threads"] = options.threads;
   summary["ranks"] = e.ranks;
   summary["counts"] = {
-      {"gauss_points", problem_.global_points()}, {"breakages", breakages_}, {"bonds_broken", bonds_broken_},
-      {"newton_iterations", iterations_},         {"cutbacks", cutbacks_},   {"material_sweeps", sweeps_}};
+      {"gauss_points", problem_->global_points()}, {"breakages", breakages_}, {"bonds_broken", bonds_broken_},
+      {"newton_iterations", iterations_},          {"cutbacks", cutbacks_},   {"material_sweeps", sweeps_}};
   if (scene_.solve.linear == fem::LinearMethod::iterative) {
     summary["counts"]["linear_iterations"] = linear_iterations_;
     summary["counts"]["linear_solves_made_direct"] = linear_failures_;

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include <limits>
+#include <optional>
 
 #include "apps/bvp/columns.hpp"
 #include "apps/bvp/probes.hpp"
@@ -21,6 +22,8 @@ struct BvpEnding {
   double cpu = 0, sweeps_wall = 0;                // s of all parts: of rank 0, and of the RVEs' answers
   nlohmann::json prepared;                        // what the preparation has made of the RVEs; null: there is none
   std::uint64_t migrated = 0;                     // RVEs moved between ranks
+  std::uint64_t cuts = 0;                         // of the mesh while it ran
+  double imbalance = 1;                           // work of the fullest rank over the mean
 
   double solve_wall() const { return earlier + wall - preparation; }
 };
@@ -37,6 +40,8 @@ public:
             const std::vector<dem::State>& states, coupling::RveMaterial* rves,
             const fem::RegularisedMaterial* regularised, AcrossRanks& across);
 
+  /// The mesh has been cut anew: another problem, and of points and RVEs others on this rank.
+  void now_of(fem::Problem& problem);
   /// One row, and a frame if one is due.
   void add(const fem::IncrementReport& report, double wall);
   void add(const fem::DynamicsReport& report, double wall);
@@ -66,18 +71,19 @@ private:
   nlohmann::json devices() const;
   double last(double (*of)(const MacroRow&, std::size_t)) const;
   std::string bonds_text(const char* head) const;
+  std::string balance_text(const BvpEnding& ending) const;
   double of_rves(dem::Facts::Number energy) const;  // J: of all points with grains, by the volumes that they stand for
   const char* axis() const { return scene_.flat() ? "yy" : "zz"; }
 
   std::string directory_;
   const BvpScene& scene_;
-  fem::Problem& problem_;
+  fem::Problem* problem_;
   const BvpPoints& points_;
   const std::vector<dem::State>& states_;
   coupling::RveMaterial* rves_;                  // null: no grains anywhere
   const fem::RegularisedMaterial* regularised_;  // null: they are told what the points do
   AcrossRanks& across_;                          // rank 0 writes; what is told of all is summed by all
-  Probes probes_;
+  std::optional<Probes> probes_;
   std::vector<MacroColumn> columns_;
   std::vector<std::uint8_t> grains_;  // points that have an RVE
   std::optional<History> history_;

@@ -53,19 +53,38 @@ std::vector<double> kept_costs(const dem::Checkpoint& kept) {
   return good ? costs : std::vector<double>();
 }
 
-/// Seconds a step of all elements, on rank 0: as measured here, and before in so far as that is short.
+/// What this rank's elements cost a step: since the last look, and before in so far as that is short.
 std::vector<double> BvpRun::measured_costs() const {
-  const double long_enough = scene_.is_explicit() ? 100 : 5;  // steps, increments
+  const double long_enough = scene_.is_explicit() ? 10 : 5;  // steps, increments
   const auto per_cell = static_cast<std::size_t>(setup_.problem->points_per_cell());
-  std::vector<double> spent(setup_.points.group.size() / per_cell, 0);
+  std::vector<double> costs(setup_.points.group.size() / per_cell, 0);
   for (std::size_t i = 0, k = 0; i < setup_.points.group.size() && rves_; ++i)
-    if (setup_.points.group[i] == 0) spent[i / per_cell] += rves_->spent(k++);
-  std::vector<double> all = setup_.problem->gather_cells(spent);
+    if (setup_.points.group[i] == 0) costs[i / per_cell] += rves_->spent(k++);
   const double steps = rves_ ? static_cast<double>(rves_->sweeps()) : 0;
-  const bool before = costs_.size() == all.size();
-  for (std::size_t e = 0; e < all.size(); ++e)
-    all[e] = (all[e] + (before ? long_enough * costs_[e] : 0)) / std::max(1.0, steps + (before ? long_enough : 0));
-  return all;
+  const bool before = costs_.size() == costs.size();
+  for (std::size_t e = 0; e < costs.size(); ++e)
+    costs[e] = (costs[e] + (before ? long_enough * costs_[e] : 0)) / std::max(1.0, steps + (before ? long_enough : 0));
+  return costs;
+}
+
+/// What has been measured of all elements, on rank 0, for each rank's own.
+void BvpRun::take_costs(const std::vector<double>& of_all) {
+  std::string bytes(reinterpret_cast<const char*>(of_all.data()), of_all.size() * sizeof(double));
+  across_.tell(0, bytes);
+  std::vector<double> all(bytes.size() / sizeof(double));
+  std::memcpy(all.data(), bytes.data(), bytes.size());
+  costs_.clear();
+  for (const std::int64_t e : setup_.problem->own_elements())
+    if (static_cast<std::size_t>(e) < all.size()) costs_.push_back(all[static_cast<std::size_t>(e)]);
+}
+
+std::string BvpRun::point_bytes(std::size_t rve) const {
+  return (regularised_ ? regularised_->save_point(rve) : "") + rves_->save_point(rve);
+}
+
+void BvpRun::take_point(std::size_t rve, const std::string& bytes) {
+  const std::size_t own = regularised_ ? regularised_->load_point(rve, bytes) : 0;
+  rves_->load_point(rve, bytes.substr(own));
 }
 
 void BvpRun::write_sharded_checkpoint(nlohmann::json about) {
@@ -82,11 +101,10 @@ void BvpRun::write_sharded_checkpoint(nlohmann::json about) {
   across_.together([&] {
     shard.macro = std::move(macro.values);
     for (std::size_t r = 0; r < regions_.size(); ++r) shard.regions[r].bytes = regions_[r].save();
-    write_shard(options_.directory + "/" + shard_file(set, across_.rank()), shard, [&](std::size_t k) {
-      return (regularised_ ? regularised_->save_point(k) : "") + rves_->save_point(k);
-    });
+    write_shard(options_.directory + "/" + shard_file(set, across_.rank()), shard,
+                [&](std::size_t k) { return point_bytes(k); });
   });
-  const std::vector<double> costs = measured_costs();
+  const std::vector<double> costs = setup_.problem->gather_cells(measured_costs());
   across_.lead([&] {  // from here on the new set is the checkpoint
     const std::vector<std::int32_t> owners(owner.begin(), owner.end());
     dem::write_checkpoint(result_file(options_.directory, "checkpoint.h5"), about.dump(), [&](const auto& take) {
@@ -111,10 +129,8 @@ void BvpRun::take_shards(const nlohmann::json& about, const std::string& packed)
   std::memcpy(owners.data(), packed.data(), owners.size() * sizeof(std::int32_t));
   Shard shard = own_shard();
   across_.together([&] {
-    read_shards(options_.directory, shards_, owners, shard, [&](std::size_t k, const std::string& bytes) {
-      const std::size_t own = regularised_ ? regularised_->load_point(k, bytes) : 0;
-      rves_->load_point(k, bytes.substr(own));
-    });
+    read_shards(options_.directory, shards_, owners, shard,
+                [&](std::size_t k, const std::string& bytes) { take_point(k, bytes); });
     for (std::size_t r = 0; r < regions_.size(); ++r)
       if (!shard.regions[r].points.empty()) regions_[r].load(shard.regions[r].bytes);
   });

@@ -3,7 +3,6 @@
 """A macro problem that is spread over ranks (solve.spread): the same bytes on any number of them, killed and resumed on
 another number, and failures of one rank that end all: spread.py BIN [whole]. Without it no more runs than it takes."""
 import csv
-import glob
 import os
 import shutil
 import signal
@@ -12,21 +11,11 @@ import sys
 import tempfile
 import time
 
+from spread_balance import balance
 from spread_failures import failures, no_memory, silent
-from spread_tools import BLOCK, command, whole
+from spread_tools import BLOCK, command, same, whole
 
-from scene_tools import faults, history, need, run, summary, without_wall, write
-
-
-def frames(folder):
-    names = sorted(glob.glob("*/*.hdf", root_dir=folder) + glob.glob("*.series", root_dir=folder))
-    return {name: open(os.path.join(folder, name), "rb").read() for name in names}
-
-
-def same(name, a, b):
-    need(without_wall(a) == without_wall(b), f"{name}: another history.csv")
-    one, other = frames(a), frames(b)
-    need(len(one) > 6 and one == other, f"{name}: other frames: {[k for k in one if one[k] != other.get(k)]}")
+from scene_tools import faults, history, need, run, summary, write
 
 
 def any_ranks(tmp, scene):
@@ -60,7 +49,8 @@ def costs(out, ranks):
          f"costs.csv on {ranks}: {len(rows)} rows, {counts}")
     need(len({(c["sweep"], c["slot"]) for c in rows}) == len(rows), f"costs.csv on {ranks}: a point twice in a sweep")
     owners = {(c["slot"], c["rank"]) for c in rows}
-    need(len(owners) == counts["rves"] and len({rank for _, rank in owners}) == ranks,
+    one_owner = counts.get("mesh_cuts", 0) > 0 or len(owners) == counts["rves"]
+    need(one_owner and len({rank for _, rank in owners}) == ranks,
          f"costs.csv on {ranks}: {len(owners)} owners of {counts['rves']} points")
 
 
@@ -241,39 +231,6 @@ def alike(name, one, other):
     need(kept[0] == kept[1] and min(kept[0]) > 0, f"{name}: put off, measured {kept}")
 
 
-def waiting(out):
-    """Share of the ranks' time in which they wait for the one whose RVEs cost the most, by the seconds of these."""
-    with open(os.path.join(out, "costs.csv")) as file:
-        rows = [(int(c["rank"]), float(c["seconds"])) for c in csv.DictReader(file)]
-    ranks = [sum(seconds for rank, seconds in rows if rank == r) for r in range(1 + max(r for r, _ in rows))]
-    return 1 - sum(ranks) / (len(ranks) * max(ranks))
-
-
-def uneven(tmp):
-    """RVEs of one half cost more than those of the other, which is held: a run that goes on is cut by what its RVEs
-    have cost, and tells the same bytes."""
-    held = BLOCK.replace('where = "z=min"\ndisplacement', 'where = "z<0.051"\ndisplacement').replace(
-        "cells = [2, 2, 3]", "cells = [1, 1, 16]").split("[[region]]")
-    scene = write(tmp, held[0] + held[1][held[1].index("[[probe]]"):].split("[regularisation]")[0], "uneven.toml")
-    outs = [os.path.join(tmp, f"uneven_{k}") for k in ("one", "two")]
-    set_so = ("solve.crossings=360", "output.checkpoint_interval=0.2", "rve.strain_per_step=1e-6")
-    r = run(*command(1, scene, outs[0], *set_so))
-    need(r.returncode == 0, f"uneven on 1 rank: exit {r.returncode} {r.stderr[-300:]}")
-    p = subprocess.Popen(command(2, scene, outs[1], *set_so), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    there = [os.path.join(outs[1], name) for name in ("checkpoint.h5", "history.csv")]
-    while p.poll() is None and not (all(map(os.path.exists, there)) and len(history(outs[1])) > 4):
-        time.sleep(0.05)
-    for rank in run("pgrep", "-P", str(p.pid)).stdout.split()[:1]:
-        os.kill(int(rank), signal.SIGTERM)
-    need(p.wait(60) == 130, f"uneven, stopped: exit {p.returncode}")
-    before = waiting(outs[1])
-    r = run(*command(2, scene, outs[1], *set_so, more=["--resume"]))
-    need(r.returncode == 0, f"uneven, gone on: exit {r.returncode} {r.stderr[-300:]}")
-    same("uneven, cut anew", *outs)
-    need(before > 0.2 and waiting(outs[1]) < 0.7 * before, f"waiting {before} before, {waiting(outs[1])} cut anew")
-    return before, waiting(outs[1])
-
-
 with tempfile.TemporaryDirectory() as tmp:
     block = write(tmp, BLOCK)
     any_ranks(tmp, block)
@@ -284,6 +241,5 @@ with tempfile.TemporaryDirectory() as tmp:
     failures(tmp, block)
     no_memory(tmp, block)
     silent(tmp, block)
-    if whole:
-        uneven(tmp)
+    balance(tmp)
 sys.exit(1 if faults else 0)

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """The scene of a macro problem that is spread over ranks, and how it is started."""
+import glob
 import os
 import sys
 
 import scene_tools
-from scene_tools import shipped
+from scene_tools import need, shipped, without_wall
 
 bvp = scene_tools.program(os.path.abspath(sys.argv[1]), "grus-bvp")
 SIDES = "".join(f'[[boundary]]\nname = "{n}"\nwhere = "{w}"\npressure = "100 kPa"\nhistory = "constant"\n'
@@ -67,3 +68,14 @@ def command(ranks, scene, out, *settings, more=()):
     launch = ["mpirun", "-n", str(ranks)] if ranks > 1 else []
     changes = [a for s in settings for a in ("--set", s)]
     return [*launch, bvp, scene, "-o", out, "--threads", "1", "--quiet", *more, *changes]
+
+
+def frames(folder):
+    names = sorted(glob.glob("*/*.hdf", root_dir=folder) + glob.glob("*.series", root_dir=folder))
+    return {name: open(os.path.join(folder, name), "rb").read() for name in names}
+
+
+def same(name, a, b):
+    need(without_wall(a) == without_wall(b), f"{name}: another history.csv")
+    one, other = frames(a), frames(b)
+    need(len(one) > 6 and one == other, f"{name}: other frames: {[k for k in one if one[k] != other.get(k)]}")

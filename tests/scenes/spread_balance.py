@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: LGPL-3.0-or-later
+"""A macro problem that is spread is cut anew while it runs, where ranks wait for one: it is balanced then, and tells
+the same bytes as without."""
+import collections
+import csv
+import os
+import shutil
+import signal
+import subprocess
+import time
+
+from spread_tools import BLOCK, command, same, whole
+
+from scene_tools import need, run, summary, write
+
+# Half of the grains are held, and what they are told is averaged over less than an element: they do little in a step.
+# Their starts differ by depth, so that ranks get points whose start they have not had.
+HELD = """gravity = [0, 0, -9.81]
+initial_stress = { k0 = 1, surcharge = "100 kPa", tolerance = 0.002 }
+""" + BLOCK.replace('where = "z=min"\ndisplacement', 'where = "z<0.051"\ndisplacement').replace(
+    "cells = [2, 2, 3]", "cells = [1, 1, 16]").replace("variants = 2", "variants = 1").replace(
+    'length = "20 mm"', 'length = "4 mm"').replace("crossings = 8", "crossings = 30").replace(
+    "strain_per_step = 1e-5", "strain_per_step = 2e-7").replace('"-0.3 mm"', '"-0.18 mm"')
+TIGHT = "rve.set=['packing.box=[0.027, 0.027, 0.027]', 'numerics.max_overlap=0.028']"
+EVEN = (("even", 2, "mesh.box.cells=[2,2,4]", "region=", "boundary.1.displacement=[0,0,-1e-4]", "solve.crossings=20"),
+        ("whole elements", 3, "mesh.box.cells=[1,1,4]", "region=", "boundary.1.displacement=[0,0,-1e-4]",
+         "solve.crossings=40"))
+LOOK = 50   # steps
+BESIDE = 5  # DEM steps that the rest of an answer counts as
+
+
+def work(out, ranks):
+    """Work of each rank from look to look, whole ones only: DEM steps, and what an answer takes beside them."""
+    of = collections.defaultdict(lambda: [0] * ranks)
+    with open(os.path.join(out, "costs.csv")) as file:
+        for c in csv.DictReader(file):
+            of[int(c["sweep"]) // LOOK][int(c["rank"])] += int(c["steps"]) + BESIDE
+    return [of[k] for k in sorted(of)][:-1]
+
+
+def fullness(loads):
+    return max(loads) * len(loads) / sum(loads)
+
+
+def cuts_of(log):
+    return [line for line in open(log).read().split("\n") if "cut anew" in line] if os.path.exists(log) else []
+
+
+def uneven(tmp, scene):
+    """On some ranks: the same bytes as on one, and after 300 steps no rank has more than 1.15 times the mean to do."""
+    one = os.path.join(tmp, "held_1")
+    r = run(*command(1, scene, one))
+    need(r.returncode == 0 and "mesh_cuts" not in summary(one)["counts"],
+         f"held, 1 rank: exit {r.returncode} {r.stderr[-300:]}")
+    for ranks in (2, 3) if whole else (2,):
+        out, log = os.path.join(tmp, f"held_{ranks}"), os.path.join(tmp, f"held_{ranks}.log")
+        r = run(*command(ranks, scene, out, more=["--log", log]))
+        need(r.returncode == 0, f"held, {ranks} ranks: exit {r.returncode} {r.stderr[-300:]}")
+        same(f"held, {ranks} ranks", one, out)
+        told, loads = summary(out), work(out, ranks)
+        for name in ("dem_steps", "rves_advanced", "rves", "material_sweeps"):
+            need(told["counts"][name] == summary(one)["counts"][name], f"held, {ranks} ranks: another {name}")
+        need(told["errors"]["regularisation"] == summary(one)["errors"]["regularisation"],
+             f"held, {ranks} ranks: another average")
+        full = [fullness(each) for each in loads]
+        need(full[0] > 1.4 and max(full[300 // LOOK:]) <= 1.15, f"held, {ranks} ranks: fullest {full} times the mean")
+        need(0 < told["counts"]["mesh_cuts"] == len(cuts_of(log)) <= 4, f"held, {ranks} ranks: {cuts_of(log)}")
+        all_in_all = sum(map(max, loads)) / sum(sum(each) / ranks for each in loads)
+        need(abs(told["imbalance"] / all_in_all - 1) < 1e-12, f"imbalance {told['imbalance']}, of costs {all_in_all}")
+
+
+def stopped(tmp, scene):
+    """Asked to stop right after a cut; gone on with on the same number of ranks and on others."""
+    out, log = os.path.join(tmp, "stopped"), os.path.join(tmp, "stopped.log")
+    p = subprocess.Popen(command(2, scene, out, more=["--log", log]), stdout=subprocess.DEVNULL,
+                         stderr=subprocess.DEVNULL)
+    while p.poll() is None and not cuts_of(log):
+        time.sleep(0.002)
+    for rank in run("pgrep", "-P", str(p.pid)).stdout.split()[:1]:
+        os.kill(int(rank), signal.SIGTERM)
+    need(p.wait(60) == 130 and len(cuts_of(log)) == 1, f"stopped after a cut: exit {p.returncode}, {cuts_of(log)}")
+    for ranks in (2, 3) if whole else (2,):
+        again = os.path.join(tmp, f"stopped_{ranks}")
+        shutil.copytree(out, again)
+        r = run(*command(ranks, scene, again, more=["--resume"]))
+        need(r.returncode == 0, f"stopped after a cut, gone on with on {ranks}: exit {r.returncode} {r.stderr[-300:]}")
+        same(f"stopped after a cut, gone on with on {ranks}", os.path.join(tmp, "held_1"), again)
+        first = fullness(work(again, ranks)[0])
+        need(first < 1.25, f"stopped after a cut, gone on with on {ranks}: the fullest rank {first} times the mean")
+
+
+def gives_up(tmp, scene):
+    """An RVE that has changed its rank and then cannot go on: called by its number over the mesh, as on one rank."""
+    said = []
+    for ranks in (1, 2):
+        out, log = os.path.join(tmp, f"tight_{ranks}"), os.path.join(tmp, f"tight_{ranks}.log")
+        r = run(*command(ranks, scene, out, TIGHT, more=["--log", log]), timeout=120)
+        said.append([line for line in r.stderr.split("\n") if line.startswith(scene)])
+        need(r.returncode == 3 and bool(cuts_of(log)) == (ranks == 2),
+             f"gives up on {ranks} ranks: exit {r.returncode}, {cuts_of(log)}, {r.stderr[-300:]!r}")
+    need(len(said[0]) == 1 and said[0] == said[1] and "RVE of point" in said[0][0], f"gives up: {said}")
+
+
+def even(tmp):
+    """Ranks that have much the same to do, and those that whole elements keep apart: noise makes no cut."""
+    scene = write(tmp, BLOCK, "even.toml")
+    for name, ranks, *settings in EVEN if whole else EVEN[:1]:
+        out = os.path.join(tmp, f"even_{ranks}")
+        r = run(*command(ranks, scene, out, *settings))
+        need(r.returncode == 0, f"{name}: exit {r.returncode} {r.stderr[-300:]}")
+        full = [fullness(each) for each in work(out, ranks)]
+        cuts = summary(out)["counts"]["mesh_cuts"]
+        need(len(full) > 1 and cuts == 0, f"{name}: {cuts} cuts, {full}")
+
+
+def balance(tmp):
+    scene = write(tmp, HELD, "held.toml")
+    uneven(tmp, scene)
+    stopped(tmp, scene)
+    gives_up(tmp, scene)
+    even(tmp)
