@@ -11,7 +11,6 @@ import sys
 import tempfile
 import time
 
-from spread_balance import balance
 from spread_failures import failures, no_memory, silent
 from spread_tools import BLOCK, command, same, whole
 
@@ -241,5 +240,4 @@ with tempfile.TemporaryDirectory() as tmp:
     failures(tmp, block)
     no_memory(tmp, block)
     silent(tmp, block)
-    balance(tmp)
 sys.exit(1 if faults else 0)

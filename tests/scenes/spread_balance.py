@@ -1,17 +1,20 @@
+#!/usr/bin/python3
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """A macro problem that is spread is cut anew while it runs, where ranks wait for one: it is balanced then, and tells
-the same bytes as without."""
+the same bytes as without: spread_balance.py BIN [whole]."""
 import collections
 import csv
 import os
 import shutil
 import signal
 import subprocess
+import sys
+import tempfile
 import time
 
 from spread_tools import BLOCK, command, same, whole
 
-from scene_tools import need, run, summary, write
+from scene_tools import faults, need, run, summary, write
 
 # Half of the grains are held, and what they are told is averaged over less than an element: they do little in a step.
 # Their starts differ by depth, so that ranks get points whose start they have not had.
@@ -113,9 +116,10 @@ def even(tmp):
         need(len(full) > 1 and cuts == 0, f"{name}: {cuts} cuts, {full}")
 
 
-def balance(tmp):
-    scene = write(tmp, HELD, "held.toml")
-    uneven(tmp, scene)
-    stopped(tmp, scene)
-    gives_up(tmp, scene)
+with tempfile.TemporaryDirectory() as tmp:
+    held = write(tmp, HELD, "held.toml")
+    uneven(tmp, held)
+    stopped(tmp, held)
+    gives_up(tmp, held)
     even(tmp)
+sys.exit(1 if faults else 0)
