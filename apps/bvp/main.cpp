@@ -50,6 +50,30 @@ void check_increments(const BvpScene& scene, fem::Problem& problem) {
     throw InputError(fmt::format("{}: solve: {}", scene.file, fault));
 }
 
+/// Ends all ranks for what the others know nothing of, and may wait for.
+[[noreturn]] void end_all(const Options& options, const std::string& why, int status) {
+  say_fault(options, fmt::format("{}: {}", options.scene, why));
+  std::fflush(nullptr);
+  MPI_Abort(MPI_COMM_WORLD, status);
+  std::_Exit(status);
+}
+
+/// What all ranks do together: of a scene or a mesh that is no good all hear. Of what else fails on one of them, memory
+/// as a rule, the others hear nothing, and wait: it ends the job.
+template <class F>
+void all_or_none(const Options& options, const AcrossRanks& across, F&& part) {
+  if (across.ranks() == 1) return part();
+  try {
+    part();
+  } catch (const InputError&) {
+    throw;
+  } catch (const std::invalid_argument&) {
+    throw;
+  } catch (...) {
+    end_all(options, fmt::format("rank {}: {}", across.rank(), one_line(dem::caught().text)), failed);
+  }
+}
+
 /// Problem, points and the states that their RVEs start from, on rank 0 or on all ranks that it is spread over; the
 /// states' starts on all.
 std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Session& session,
@@ -67,20 +91,22 @@ std::vector<Start> set_up(BvpScene& scene, const Options& options, const fem::Se
     if (leads && across.ranks() > 1 && options.resume && std::filesystem::exists(checkpoint_of(options)))
       kept = find_checkpoint(options, scene);
   });
-  on_all_ranks(session, [&] {  // what a problem that is spread throws here, it throws on all ranks
+  on_all_ranks(session, [&] {
     if (!leads && !across.spread()) return;
-    setup.make = [&scene, comm = across.comm()](std::vector<std::int32_t> owner) {
-      std::visit([&](auto& mesh) { mesh.owner = std::move(owner); }, scene.mesh);
-      return make_problem(scene, comm);
-    };
-    setup.problem = setup.make({});
-    setup.points = find_points(scene, *setup.problem, setup.density);
-    if (across.ranks() > 1) {
-      setup.problem = setup.make(equal_parts(*setup.problem, setup.points, kept_costs(kept)));
+    all_or_none(options, across, [&] {
+      setup.make = [&scene, comm = across.comm()](std::vector<std::int32_t> owner) {
+        std::visit([&](auto& mesh) { mesh.owner = std::move(owner); }, scene.mesh);
+        return make_problem(scene, comm);
+      };
+      setup.problem = setup.make({});
       setup.points = find_points(scene, *setup.problem, setup.density);
-    }
-    if (!options.columns) check_increments(scene, *setup.problem);
-    if (scene.explicit_statics) crossing = fem::crossing_steps(*setup.problem, *scene.explicit_statics);
+      if (across.ranks() > 1) {
+        setup.problem = setup.make(equal_parts(*setup.problem, setup.points, kept_costs(kept)));
+        setup.points = find_points(scene, *setup.problem, setup.density);
+      }
+      if (!options.columns) check_increments(scene, *setup.problem);
+      if (scene.explicit_statics) crossing = fem::crossing_steps(*setup.problem, *scene.explicit_statics);
+    });
   });
   on_all_ranks(session, [&] {
     if (!leads || options.columns) return;
@@ -108,14 +134,6 @@ void print_columns(const BvpScene& scene, const BvpSetup& setup, AcrossRanks& ac
   const std::vector<dem::State> none;
   const Probes probes("", scene, *setup.problem, setup.points, none, nullptr, across);
   for (const auto& name : bvp_columns(scene, *setup.problem, probes)) fmt::print("{}\n", name);
-}
-
-/// Ends all ranks for what the others know nothing of, and may wait for.
-[[noreturn]] void end_all(const Options& options, const std::string& why, int status) {
-  say_fault(options, fmt::format("{}: {}", options.scene, why));
-  std::fflush(nullptr);
-  MPI_Abort(MPI_COMM_WORLD, status);
-  std::_Exit(status);
 }
 
 void write_costs(const Options& options, AcrossRanks& across, const std::string& mine) {

@@ -114,7 +114,7 @@ void write_checkpoint(const std::string& path, const std::string& about,
 Checkpoint read_checkpoint(const std::string& path) {
   auto refuse = [&](const std::string& why) { throw InputError(fmt::format("{}: {}", path, why)); };
   if (::access(path.c_str(), F_OK) != 0) refuse("no checkpoint to resume from");
-  silence_hdf5();
+  begin_hdf5();
   const Handle file{H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose};
   if (file.id < 0) refuse("checkpoint is damaged: not a whole HDF5 file");
   std::vector<std::uint64_t> head, offsets;

@@ -13,8 +13,9 @@ namespace grus::dem {
 /// The id, or std::runtime_error: "HDF5: cannot ...".
 hid_t must(hid_t id, const std::string& what);
 
-/// HDF5 says nothing by itself: errors are one line of ours.
-void silence_hdf5();
+/// To be called before a file is made or opened. HDF5 says nothing by itself: errors are one line of ours. Where there
+/// is no memory for the cache of a file it follows a null pointer (1.10, H5AC_create): this throws std::bad_alloc first.
+void begin_hdf5();
 
 /// The bytes of a file that `fill` has filled. Throws std::runtime_error.
 std::string hdf5_image(const std::function<void(hid_t file)>& fill);
