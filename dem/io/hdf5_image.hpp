@@ -14,7 +14,8 @@ namespace grus::dem {
 hid_t must(hid_t id, const std::string& what);
 
 /// To be called before a file is made or opened. HDF5 says nothing by itself: errors are one line of ours. Where there
-/// is no memory for the cache of a file it follows a null pointer (1.10, H5AC_create): this throws std::bad_alloc first.
+/// is no memory for the cache of a file it follows a null pointer (1.10, H5AC_create): this throws std::bad_alloc
+/// first.
 void begin_hdf5();
 
 /// The bytes of a file that `fill` has filled. Throws std::runtime_error.
