@@ -97,7 +97,7 @@ def stopped(tmp, scene):
         need(r.returncode == 0, f"stopped after a cut, gone on with on {ranks}: exit {r.returncode} {r.stderr[-300:]}")
         same(f"stopped after a cut, gone on with on {ranks}", os.path.join(tmp, "pressed_1"), again)
         first = fullness(work(again, ranks)[0])
-        need(first < 1.25 or ranks == 3, f"stopped after a cut, gone on with on {ranks}: fullest {first} times the mean")
+        need(first < 1.25 or ranks == 3, f"stopped after a cut, gone on with on {ranks}: fullest {first} of the mean")
 
 
 def gives_up(tmp, scene):
