@@ -10,27 +10,17 @@ constexpr double most_damage = 0.35;
 constexpr std::size_t nearest = 6;      // ways to the nearest neighbours come first
 constexpr std::size_t least_crumb = 4;  // points
 
-/// Calls f(point, way, has it, holds it) for each bond that some point of its octet has.
-template <class F>
-void each_bond(const PeridynamicSolid& solid, F&& f) {
-  const PointLattice& l = solid.lattice();
-  for (std::size_t k = 0; k + 1 < l.octet.size(); ++k)
-    for (std::uint32_t b = l.octet[k].bond; b < l.octet[k + 1].bond; ++b)
-      for (std::uint32_t i = l.octet[k].point; i < l.octet[k + 1].point; ++i) {
-        const unsigned bit = i - l.octet[k].point;
-        if (l.bond[b] >> bit & 1) f(i, l.way[b], (solid.intact()[b] >> bit & 1) != 0);
-      }
-}
-
 /// Nearest neighbours of each point, rows of six: -1 where there is none; `held`: only over intact bonds.
 std::vector<int> neighbours(const PeridynamicSolid& solid, bool held) {
   const PointLattice& l = solid.lattice();
+  const std::vector<std::uint8_t>& has = held ? solid.intact() : l.bond;
   std::vector<int> at(l.cells, -1), next(nearest * l.size(), -1);
   for (std::size_t i = 0; i < l.size(); ++i) at[l.cell[i]] = static_cast<int>(i);
-  each_bond(solid, [&](std::uint32_t i, std::uint8_t way, bool intact) {
-    if (way < nearest && (intact || !held))
-      next[nearest * i + way] = at[static_cast<std::size_t>(std::int64_t{l.cell[i]} + l.ways[way].step)];
-  });
+  for (std::size_t k = 0; k + 1 < l.octet.size(); ++k)
+    for (std::uint32_t b = l.octet[k].bond; b < l.octet[k + 1].bond && l.way[b] < nearest; ++b)
+      for (std::uint32_t i = l.octet[k].point; i < l.octet[k + 1].point; ++i)
+        if (has[b] >> (i - l.octet[k].point) & 1)
+          next[nearest * i + l.way[b]] = at[static_cast<std::size_t>(std::int64_t{l.cell[i]} + l.ways[l.way[b]].step)];
   return next;
 }
 
@@ -38,13 +28,20 @@ std::vector<int> neighbours(const PeridynamicSolid& solid, bool held) {
 
 std::vector<double> damage_of(const PeridynamicSolid& solid) {
   const PointLattice& l = solid.lattice();
-  std::vector<double> all(l.size()), lost(l.size());
-  each_bond(solid, [&](std::uint32_t i, std::uint8_t way, bool intact) {
-    all[i] += l.ways[way].weight;
-    if (!intact) lost[i] += l.ways[way].weight;
-  });
-  for (std::size_t i = 0; i < l.size(); ++i) lost[i] /= all[i];
-  return lost;
+  std::vector<double> damage(l.size());
+  for (std::size_t k = 0; k + 1 < l.octet.size(); ++k) {
+    double all[8] = {}, lost[8] = {};
+    for (std::uint32_t b = l.octet[k].bond; b < l.octet[k + 1].bond; ++b) {
+      const double weight[2] = {0, l.ways[l.way[b]].weight};
+      const unsigned has = l.bond[b], gone = has & ~unsigned{solid.intact()[b]};
+      for (unsigned bit = 0; bit < 8; ++bit) all[bit] += weight[has >> bit & 1];
+      if (gone == 0) continue;
+      for (unsigned bit = 0; bit < 8; ++bit) lost[bit] += weight[gone >> bit & 1];
+    }
+    for (std::uint32_t i = l.octet[k].point; i < l.octet[k + 1].point; ++i)
+      damage[i] = lost[i - l.octet[k].point] / all[i - l.octet[k].point];
+  }
+  return damage;
 }
 
 Clusters clusters_of(const PeridynamicSolid& solid, double least, bool crumbs) {

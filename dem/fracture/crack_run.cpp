@@ -9,23 +9,25 @@ HoldTest hold_test(PeridynamicSolid& solid, const PointColumns& load, PointColum
   HoldTest test;
   const double intact = dot(load, u);
   PointColumns next = u;
-  solid.dilate(u);
-  for (;; ++test.rounds) {
-    if (solid.break_above(1, test.lost) == 0) {
+  bool settled = true;  // u is the answer, and not near it
+  for (;;) {
+    const bool breaks = solid.break_above(u, 1, test.lost) > 0;
+    if (!breaks && settled) {
       test.verdict = Hold::holds;
       return test;
     }
-    if (test.rounds == limits.rounds || test.work > limits.work) return test;
+    if (breaks && (test.rounds == limits.rounds || test.work > limits.work)) return test;
+    settled = !breaks;
     long sweeps = 0;
-    const int took = solve(solid, load, next, HoldLimits::tolerance, HoldLimits::iterations, sweeps);
+    const int took =
+        solve(solid, load, next, settled ? HoldLimits::tolerance : HoldLimits::coarse, HoldLimits::iterations, sweeps);
     test.iterations += static_cast<int>(sweeps), ++test.solves;
     const double work = dot(load, next) / intact;
     if (took < 0 || work > limits.failed) {
       test.verdict = Hold::fails;
       return test;
     }
-    u = next, test.work = work;
-    solid.dilate(u);
+    u = next, test.work = work, test.rounds += breaks;
   }
 }
 
@@ -84,6 +86,7 @@ CrackRun crack_run(PeridynamicSolid& solid, const PointColumns& load, PointColum
   run.load_factor = share;
   PointColumns velocity(solid.lattice().size()), force = velocity;
   int raised = 0, since_break = 0, since_raise = 0, since_parted = -1;
+  bool looked = false;
   const double torn = CrackChoice::torn * largest(u) / share;
   solid.dilate(u);
   for (;;) {
@@ -93,11 +96,14 @@ CrackRun crack_run(PeridynamicSolid& solid, const PointColumns& load, PointColum
       u[k] += step * velocity[k];
     }
     ++run.steps, ++since_break, ++since_raise;
-    if (solid.dilate_beyond(u, 1) && solid.break_above(1, run.lost) > 0) since_break = 0;
+    if (solid.break_above(u, 1, run.lost) > 0) since_break = 0, looked = false;
     if (since_parted >= 0) ++since_parted;
     if (run.steps % each == 0 || since_parted == after) {
-      Clusters seen = clusters_of(solid, choice.smallest_piece, choice.crumbs);
-      if (seen.pieces > 1) run.clusters = std::move(seen), since_parted = std::max(since_parted, 0);
+      if (!looked) {  // since a bond broke
+        Clusters seen = clusters_of(solid, choice.smallest_piece, choice.crumbs);
+        if (seen.pieces > 1) run.clusters = std::move(seen), since_parted = std::max(since_parted, 0);
+        looked = true;
+      }
       if (since_parted < 0 && largest(u) > torn) {
         run.clusters = torn_apart(solid, u, choice.smallest_piece, choice.crumbs);
         if (run.clusters.pieces + run.clusters.crumbs > 1) run.end = CrackEnd::parts;

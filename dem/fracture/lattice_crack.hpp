@@ -16,7 +16,9 @@ struct LatticeModel {
   LatticeChoice lattice;
   double youngs_modulus = 0;  // Pa
   double poissons_ratio = 0.25;
-  double core_screen = 0.55;     // holds if no bond away from the patches is stretched by this share of the limit
+  // Holds if no bond away from the patches is stretched by this share of the limit. 0: it is always asked further, for
+  // five contacts may leave no such bond.
+  double core_screen = 0;
   double damping = 3.2;          // of the crack run, times c_p / d
   double time = 2;               // it goes on after the grain has parted: passages of c_p through d
   double smallest_piece = 0.03;  // share of the points; smaller ones go to their neighbours,

@@ -54,7 +54,7 @@ PeridynamicSolid::PeridynamicSolid(const PointLattice& lattice, double poissons_
       intact_(lattice.bond),
       weak_(lattice.bond) {
   const double v = lattice.volume, k0 = bulk_ - 5 * shear_ / 3;
-  for (auto* column : {&box_[0], &box_[1], &box_[2], &theta_, &square_, &p_, &q_, &to_theta_, &to_p_, &half_})
+  for (auto* column : {&box_[0], &box_[1], &box_[2], &theta_, &lost_, &square_, &p_, &q_, &to_theta_, &to_p_, &half_})
     column->assign(lattice.cells, 0.0);
   for (std::size_t k = 0; k + 1 < lattice.octet.size(); ++k) {
     const LatticeOctet &o = lattice.octet[k], &next = lattice.octet[k + 1];
@@ -94,13 +94,6 @@ LatticeRows PeridynamicSolid::rows() const {
   return {lattice_.octet.data(), lattice_.octet.size() - 1, lattice_.way.data(), lattice_.ways.data()};
 }
 
-double PeridynamicSolid::energy_of(const std::vector<std::uint8_t>& intact) {
-  lattice_dilation()(rows(), intact.data(), columns(), to_theta_.data(), theta_.data(), square_.data());
-  double energy = 0;
-  for (const std::uint32_t c : lattice_.cell) energy += half_[c] * theta_[c] * theta_[c] + 0.5 * q_[c] * square_[c];
-  return energy;
-}
-
 void PeridynamicSolid::take_in(const PointColumns& u) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     double* const to = box_[axis].data();
@@ -111,15 +104,12 @@ void PeridynamicSolid::take_in(const PointColumns& u) {
 
 double PeridynamicSolid::dilate(const PointColumns& u, bool energy) {
   take_in(u);
-  if (energy) return energy_of(intact_);
-  lattice_dilation()(rows(), intact_.data(), columns(), to_theta_.data(), theta_.data(), nullptr);
-  return 0;
-}
-
-bool PeridynamicSolid::dilate_beyond(const PointColumns& u, double limit) {
-  take_in(u);
-  return lattice_overstretched()(rows(), intact_.data(), weak_.data(), columns(), limit, to_theta_.data(),
-                                 theta_.data());
+  lattice_dilation()(rows(), intact_.data(), columns(), to_theta_.data(), theta_.data(),
+                     energy ? square_.data() : nullptr);
+  double sum = 0;
+  if (energy)
+    for (const std::uint32_t c : lattice_.cell) sum += half_[c] * theta_[c] * theta_[c] + 0.5 * q_[c] * square_[c];
+  return sum;
 }
 
 void PeridynamicSolid::pull(PointColumns& force) {
@@ -127,13 +117,32 @@ void PeridynamicSolid::pull(PointColumns& force) {
   lattice_forces()(rows(), intact_.data(), columns(), p_.data(), q_.data(), force.data(), force.room());
 }
 
+void PeridynamicSolid::flexibility(PointColumns& on, PointColumns& off) const {
+  lattice_stiffness()(rows(), intact_.data(), q_.data(), on.data(), off.data(), on.room());
+  double most = 0;
+  for (std::size_t k = 0; k < on.size(); ++k) most = std::max(most, on[k]);
+  const double least = 1e-3 * most;  // a point may have lost all bonds in some direction
+  for (std::size_t i = 0; i < lattice_.size(); ++i) {
+    const double a = on(i, 0) + least, b = on(i, 1) + least, c = on(i, 2) + least;
+    const double f = off(i, 0), g = off(i, 1), h = off(i, 2);  // yz, xz, xy
+    const double aa = b * c - f * f, hh = f * g - h * c, gg = h * f - b * g, over = 1 / (a * aa + h * hh + g * gg);
+    on(i, 0) = over * aa, on(i, 1) = over * (a * c - g * g), on(i, 2) = over * (a * b - h * h);
+    off(i, 0) = over * (h * g - a * f), off(i, 1) = over * gg, off(i, 2) = over * hh;
+  }
+}
+
 std::size_t PeridynamicSolid::break_above(double limit, double& lost) {
-  before_ = intact_;
-  const std::size_t ends = lattice_breaks()(rows(), weak_.data(), intact_.data(), columns(), limit);
-  if (ends == 0) return 0;
-  const double had = energy_of(before_);
-  lost += had - energy_of(intact_);
+  const std::size_t ends = lattice_breaks()(rows(), weak_.data(), intact_.data(), columns(), limit, to_theta_.data(),
+                                            theta_.data(), lost_.data(), square_.data());
+  if (ends > 0)
+    for (const std::uint32_t c : lattice_.cell)
+      lost += half_[c] * lost_[c] * (2 * theta_[c] + lost_[c]) + 0.5 * q_[c] * square_[c];
   return ends / 2;
+}
+
+std::size_t PeridynamicSolid::break_above(const PointColumns& u, double limit, double& lost) {
+  take_in(u);
+  return break_above(limit, lost);
 }
 
 double PeridynamicSolid::largest_stretch(const std::vector<std::uint8_t>& asked) const {
@@ -155,7 +164,7 @@ double PeridynamicSolid::highest_frequency(int iterations) {
   double highest = 0;
   std::fill(p_.begin(), p_.end(), 0.0);
   for (int k = 0; k < iterations; ++k) {
-    dilate(u);
+    take_in(u);
     lattice_forces()(rows(), intact_.data(), columns(), p_.data(), q_.data(), f.data(), f.room());
     const double uu = dot(u, u), ff = dot(f, f);
     highest = std::sqrt(ff / uu);
@@ -167,23 +176,34 @@ double PeridynamicSolid::highest_frequency(int iterations) {
 
 int solve(PeridynamicSolid& solid, const PointColumns& load, PointColumns& u, double tolerance, int most,
           long& sweeps) {
-  const std::size_t n = u.size();
-  PointColumns residual(solid.lattice().size()), way = residual, force = residual;
+  const std::size_t n = u.size(), points = solid.lattice().size();
+  PointColumns residual(points), way = residual, force = residual, eased = residual, on = residual, off = residual;
+  solid.flexibility(on, off);
+  const auto ease = [&] {
+    for (std::size_t i = 0; i < points; ++i) {
+      const double x = residual(i, 0), y = residual(i, 1), z = residual(i, 2);
+      eased(i, 0) = on(i, 0) * x + (off(i, 2) * y + off(i, 1) * z);
+      eased(i, 1) = on(i, 1) * y + (off(i, 2) * x + off(i, 0) * z);
+      eased(i, 2) = on(i, 2) * z + (off(i, 1) * x + off(i, 0) * y);
+    }
+    return dot(residual, eased);
+  };
   const auto forces = [&](const PointColumns& at) { solid.dilate(at), solid.pull(force), ++sweeps; };
   forces(u);
-  for (std::size_t k = 0; k < n; ++k) way[k] = residual[k] = load[k] + force[k];
-  double rr = dot(residual, residual);
+  for (std::size_t k = 0; k < n; ++k) residual[k] = load[k] + force[k];
+  double rr = dot(residual, residual), rz = ease();
+  way = eased;
   const double enough = tolerance * tolerance * dot(load, load);
   int done = 0;
   for (; done < most && rr > enough; ++done) {
     forces(way);
     const double bent = -dot(way, force);
     if (!(bent > 0)) return -1;  // a mechanism is loaded
-    const double share = rr / bent;
+    const double share = rz / bent;
     for (std::size_t k = 0; k < n; ++k) u[k] += share * way[k], residual[k] += share * force[k];
-    const double now = dot(residual, residual), keep = now / rr;
-    rr = now;
-    for (std::size_t k = 0; k < n; ++k) way[k] = residual[k] + keep * way[k];
+    const double now = ease(), keep = now / rz;
+    rr = dot(residual, residual), rz = now;
+    for (std::size_t k = 0; k < n; ++k) way[k] = eased[k] + keep * way[k];
   }
   return rr <= enough ? done : -1;
 }

@@ -84,13 +84,16 @@ public:
 
   /// Takes displacements in and finds the dilations; with `energy` the stored energy, otherwise 0.
   double dilate(const PointColumns& u, bool energy = false);
-  /// The same, without energy; whether a bond that may break is stretched more than the limit.
-  bool dilate_beyond(const PointColumns& u, double limit);
   /// Forces of the bonds at the displacements that were taken in last.
   void pull(PointColumns& force);
+  /// Inverse of what the bonds hold each point by, were its neighbours fixed: symmetric, xx, yy, zz in `on` and yz, xz,
+  /// xy in `off`.
+  void flexibility(PointColumns& on, PointColumns& off) const;
   /// Breaks the bonds that are stretched more than the limit at the displacements that were taken in last; the energy
   /// that the solid loses as they go is added to `lost`. Returns how many broke. The dilations are up to date after it.
   std::size_t break_above(double limit, double& lost);
+  /// The same at displacements that it takes in.
+  std::size_t break_above(const PointColumns& u, double limit, double& lost);
   /// Largest stretch of bonds of the points asked for, by octet of the lattice and bit by bit.
   double largest_stretch(const std::vector<std::uint8_t>& asked) const;
   /// The same of all bonds that may break, were they whole.
@@ -106,18 +109,17 @@ private:
   LatticeRows rows() const;
   void take_in(const PointColumns& u);
   LatticeColumns columns() const { return {box_[0].data(), box_[1].data(), box_[2].data()}; }
-  double energy_of(const std::vector<std::uint8_t>& intact);
 
   const PointLattice& lattice_;
   double bulk_, shear_;
-  std::vector<std::uint8_t> intact_, before_, weak_;
+  std::vector<std::uint8_t> intact_, weak_;
   std::vector<bool> kept_;
-  std::array<std::vector<double>, 3> box_;                               // displacements by cell
-  std::vector<double> theta_, square_, p_, q_, to_theta_, to_p_, half_;  // by cell
+  std::array<std::vector<double>, 3> box_;                                      // displacements by cell
+  std::vector<double> theta_, lost_, square_, p_, q_, to_theta_, to_p_, half_;  // by cell
 };
 
-/// Solves forces(u) + load = 0 by conjugate gradients from u on, until the residual is below tolerance x |load|.
-/// Returns the number of iterations, or -1 where `most` are not enough.
+/// Solves forces(u) + load = 0 from u on, by conjugate gradients on what each point is held by alone, until the
+/// residual is below tolerance x |load|. Returns the number of iterations, or -1 where `most` are not enough.
 int solve(PeridynamicSolid& solid, const PointColumns& load, PointColumns& u, double tolerance, int most, long& sweeps);
 
 }  // namespace grus::dem

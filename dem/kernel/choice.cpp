@@ -53,8 +53,8 @@ SphereKicks sphere_kicks() { return GRUS_CHOICE(sphere_kicks); }
 BodyKicks body_kicks() { return GRUS_CHOICE(body_kicks); }
 HullOverlap hull_overlap() { return GRUS_CHOICE(hull_overlap); }
 LatticeDilation lattice_dilation() { return GRUS_CHOICE(lattice_dilation); }
-LatticeOverstretched lattice_overstretched() { return GRUS_CHOICE(lattice_overstretched); }
 LatticeForces lattice_forces() { return GRUS_CHOICE(lattice_forces); }
+LatticeStiffness lattice_stiffness() { return GRUS_CHOICE(lattice_stiffness); }
 LatticeBreaks lattice_breaks() { return GRUS_CHOICE(lattice_breaks); }
 LatticeStretch lattice_stretch() { return GRUS_CHOICE(lattice_stretch); }
 SphereTurns sphere_turns() { return GRUS_CHOICE(sphere_turns); }

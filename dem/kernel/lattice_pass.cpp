@@ -34,19 +34,15 @@ GRUS_INLINE void each_group(const LatticeRows& rows, F&& f) {
   }
 }
 
-/// `weak`, if it is there: returns whether some intact bond of those that may break is longer than its limit.
-template <bool squares, bool looks = false>
-GRUS_INLINE bool dilation(const LatticeRows& rows, const std::uint8_t* intact, const LatticeColumns& u,
-                          const double* factor, double* sum, double* square, const std::uint8_t* weak = nullptr,
-                          double limit = 0) {
-  unsigned over = 0;
+template <bool squares>
+GRUS_INLINE void dilation(const LatticeRows& rows, const std::uint8_t* intact, const LatticeColumns& u,
+                          const double* factor, double* sum, double* square) {
   each_group(rows, [&](std::size_t k, std::ptrdiff_t cell, int lane) {
     const Real3 here = at(u, cell);
     Real total(0.0), total2(0.0), scale;
     for (std::uint32_t b = rows.octet[k].bond; b < rows.octet[k + 1].bond; ++b) {
       const LatticeWay& w = rows.ways[rows.way[b]];
-      const Real raw = extension(w, here, at(u, cell + w.step)), e = kept_lanes(mask_of(some(intact[b], lane)), raw);
-      if constexpr (looks) over |= bits(less(Real(w.length * limit), raw)) & some(weak[b] & intact[b], lane);
+      const Real e = kept_lanes(mask_of(some(intact[b], lane)), extension(w, here, at(u, cell + w.step)));
       total = fused(Real(w.moment), e, total);
       if constexpr (squares) total2 = fused(Real(w.weight) * e, e, total2);
     }
@@ -54,7 +50,6 @@ GRUS_INLINE bool dilation(const LatticeRows& rows, const std::uint8_t* intact, c
     store(scale * total, sum + cell);
     if constexpr (squares) store(total2, square + cell);
   });
-  return over != 0;
 }
 
 }  // namespace
@@ -65,11 +60,6 @@ void lattice_dilation(const LatticeRows& rows, const std::uint8_t* intact, const
                       const double* factor, double* sum, double* square) {
   square == nullptr ? dilation<false>(rows, intact, u, factor, sum, square)
                     : dilation<true>(rows, intact, u, factor, sum, square);
-}
-
-bool lattice_overstretched(const LatticeRows& rows, const std::uint8_t* intact, const std::uint8_t* weak,
-                           const LatticeColumns& u, double limit, const double* factor, double* sum) {
-  return dilation<false, true>(rows, intact, u, factor, sum, nullptr, weak, limit);
 }
 
 void lattice_forces(const LatticeRows& rows, const std::uint8_t* intact, const LatticeColumns& u, const double* p,
@@ -93,18 +83,49 @@ void lattice_forces(const LatticeRows& rows, const std::uint8_t* intact, const L
   });
 }
 
+void lattice_stiffness(const LatticeRows& rows, const std::uint8_t* intact, const double* q, double* on, double* off,
+                       std::size_t room) {
+  each_group(rows, [&](std::size_t k, std::ptrdiff_t cell, int lane) {
+    Real q_here;
+    load(q + cell, q_here);
+    Real3 d{0.0, 0.0, 0.0}, o{0.0, 0.0, 0.0};
+    for (std::uint32_t b = rows.octet[k].bond; b < rows.octet[k + 1].bond; ++b) {
+      const LatticeWay& w = rows.ways[rows.way[b]];
+      const double* const n = w.along;
+      Real q_there;
+      load(q + cell + w.step, q_there);
+      const Real t = kept_lanes(mask_of(some(intact[b], lane)), Real(w.weight) * (q_here + q_there));
+      d = {fused(t, Real(n[0] * n[0]), d.x), fused(t, Real(n[1] * n[1]), d.y), fused(t, Real(n[2] * n[2]), d.z)};
+      o = {fused(t, Real(n[1] * n[2]), o.x), fused(t, Real(n[0] * n[2]), o.y), fused(t, Real(n[0] * n[1]), o.z)};
+    }
+    const std::size_t to = rows.octet[k].point + static_cast<std::size_t>(lane);
+    store(d.x, on + to), store(d.y, on + to + room), store(d.z, on + to + 2 * room);
+    store(o.x, off + to), store(o.y, off + to + room), store(o.z, off + to + 2 * room);
+  });
+}
+
 std::size_t lattice_breaks(const LatticeRows& rows, const std::uint8_t* weak, std::uint8_t* intact,
-                           const LatticeColumns& u, double limit) {
+                           const LatticeColumns& u, double limit, const double* factor, double* sum, double* lost,
+                           double* lost_square) {
   std::size_t broken = 0;
   each_group(rows, [&](std::size_t k, std::ptrdiff_t cell, int lane) {
     const Real3 here = at(u, cell);
+    Real total(0.0), gone_total(0.0), gone_total2(0.0), scale;
     for (std::uint32_t b = rows.octet[k].bond; b < rows.octet[k + 1].bond; ++b) {
       const LatticeWay& w = rows.ways[rows.way[b]];
-      const Mask over = less(Real(limit * w.length), extension(w, here, at(u, cell + w.step)));
-      const unsigned gone = bits(over) & some(intact[b] & weak[b], lane);
-      intact[b] = static_cast<std::uint8_t>(intact[b] & ~(gone << lane));
-      broken += static_cast<std::size_t>(__builtin_popcount(gone));
+      const Real raw = extension(w, here, at(u, cell + w.step));
+      const unsigned whole = some(intact[b], lane),
+                     gone = bits(less(Real(limit * w.length), raw)) & whole & some(weak[b], lane);
+      if (gone != 0) {
+        intact[b] = static_cast<std::uint8_t>(intact[b] & ~(gone << lane));
+        broken += static_cast<std::size_t>(__builtin_popcount(gone));
+        const Real e = kept_lanes(mask_of(gone), raw);
+        gone_total = fused(Real(w.moment), e, gone_total), gone_total2 = fused(Real(w.weight) * e, e, gone_total2);
+      }
+      total = fused(Real(w.moment), kept_lanes(mask_of(whole & ~gone), raw), total);
     }
+    load(factor + cell, scale);
+    store(scale * total, sum + cell), store(scale * gone_total, lost + cell), store(gone_total2, lost_square + cell);
   });
   return broken;
 }

@@ -41,22 +41,24 @@ using LatticeDilation = void (*)(const LatticeRows&, const std::uint8_t* intact,
                                  const double* factor, double* sum, double* square);
 LatticeDilation lattice_dilation();
 
-/// The same, without squares, and whether an intact bond of those that may break (`weak`, as `intact`) is longer than
-/// limit x length.
-using LatticeOverstretched = bool (*)(const LatticeRows&, const std::uint8_t* intact, const std::uint8_t* weak,
-                                      const LatticeColumns& u, double limit, const double* factor, double* sum);
-LatticeOverstretched lattice_overstretched();
-
 /// Forces by point, columns of `room` (eight more than points): sum of (moment (p_i + p_j) + weight x extension x
 /// (q_i + q_j)) along. p and q by cell. A bond's two ends feel the same bits.
 using LatticeForces = void (*)(const LatticeRows&, const std::uint8_t* intact, const LatticeColumns& u, const double* p,
                                const double* q, double* force, std::size_t room);
 LatticeForces lattice_forces();
 
+/// What holds each point if its neighbours stand still and their dilations are none: sums of weight (q_i + q_j) along x
+/// along, by point as LatticeForces: xx, yy, zz and yz, xz, xy.
+using LatticeStiffness = void (*)(const LatticeRows&, const std::uint8_t* intact, const double* q, double* on,
+                                  double* off, std::size_t room);
+LatticeStiffness lattice_stiffness();
+
 /// Breaks bonds whose extension is above limit x length, of those that may break (`weak`, as `intact`), both ends at
-/// once; returns how many ends broke.
+/// once; returns how many ends broke. Writes sums as LatticeDilation over what is left, and over what went, with its
+/// squares.
 using LatticeBreaks = std::size_t (*)(const LatticeRows&, const std::uint8_t* weak, std::uint8_t* intact,
-                                      const LatticeColumns& u, double limit);
+                                      const LatticeColumns& u, double limit, const double* factor, double* sum,
+                                      double* lost, double* lost_square);
 LatticeBreaks lattice_breaks();
 
 /// Largest extension / length of bonds of points that are asked for (`asked`: by octet, bit by bit); 0 where none is
@@ -69,12 +71,13 @@ LatticeStretch lattice_stretch();
   namespace name {                                                                                                   \
   void lattice_dilation(const LatticeRows& rows, const std::uint8_t* intact, const LatticeColumns& u,                \
                         const double* factor, double* sum, double* square);                                          \
-  bool lattice_overstretched(const LatticeRows& rows, const std::uint8_t* intact, const std::uint8_t* weak,          \
-                             const LatticeColumns& u, double limit, const double* factor, double* sum);              \
   void lattice_forces(const LatticeRows& rows, const std::uint8_t* intact, const LatticeColumns& u, const double* p, \
                       const double* q, double* force, std::size_t room);                                             \
+  void lattice_stiffness(const LatticeRows& rows, const std::uint8_t* intact, const double* q, double* on,           \
+                         double* off, std::size_t room);                                                             \
   std::size_t lattice_breaks(const LatticeRows& rows, const std::uint8_t* weak, std::uint8_t* intact,                \
-                             const LatticeColumns& u, double limit);                                                 \
+                             const LatticeColumns& u, double limit, const double* factor, double* sum, double* lost, \
+                             double* lost_square);                                                                   \
   double lattice_stretch(const LatticeRows& rows, const std::uint8_t* intact, const LatticeColumns& u,               \
                          const std::uint8_t* asked);                                                                 \
   }

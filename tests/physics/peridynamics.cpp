@@ -62,7 +62,7 @@ double force_of(double share, int points, double horizon) {  // N: 2 mm, 30 J/m^
 
 LatticeModel model_of(int points) {
   LatticeModel m;
-  m.lattice = lattice_of(points), m.youngs_modulus = youngs, m.poissons_ratio = poisson;
+  m.lattice = lattice_of(points), m.youngs_modulus = youngs, m.poissons_ratio = poisson, m.core_screen = 0.55;
   return m;
 }
 

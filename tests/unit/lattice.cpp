@@ -362,33 +362,39 @@ TEST_CASE("sweeps over bonds have the same bits in all widths") {
   const LatticeColumns at{u.data(), u.data() + n, u.data() + 2 * n};
   struct Out {
     std::vector<std::uint8_t> intact;
-    std::vector<double> theta, theta2, square, force;
+    std::vector<double> theta, theta2, square, force, left, lost, lost2, on, off;
     std::size_t broken;
     double stretch;
     bool operator==(const Out&) const = default;
   };
-  const auto run = [&](LatticeBreaks breaks, LatticeDilation dilation, LatticeForces forces, LatticeStretch stretch) {
-    Out o{l.bond, std::vector<double>(n), std::vector<double>(n), std::vector<double>(n), {}, 0, 0};
-    o.force.resize(3 * room);
+  const auto run = [&](LatticeBreaks breaks, LatticeDilation dilation, LatticeForces forces, LatticeStretch stretch,
+                       LatticeStiffness stiffness) {
+    Out o{};
+    o.intact = l.bond;
+    for (auto* by_cell : {&o.theta, &o.theta2, &o.square, &o.left, &o.lost, &o.lost2}) by_cell->resize(n);
+    for (auto* by_point : {&o.force, &o.on, &o.off}) by_point->resize(3 * room);
     std::vector<std::uint8_t> weak = l.bond;
     for (std::size_t b = 0; b < weak.size(); b += 3) weak[b] &= 0x3c;
-    o.broken = breaks(rows, weak.data(), o.intact.data(), at, 5);
+    o.broken =
+        breaks(rows, weak.data(), o.intact.data(), at, 5, some.data(), o.left.data(), o.lost.data(), o.lost2.data());
     dilation(rows, o.intact.data(), at, some.data(), o.theta.data(), o.square.data());
     dilation(rows, o.intact.data(), at, some.data(), o.theta2.data(), nullptr);
     forces(rows, o.intact.data(), at, o.theta.data(), some.data(), o.force.data(), room);
+    stiffness(rows, o.intact.data(), some.data(), o.on.data(), o.off.data(), room);
     o.stretch = stretch(rows, o.intact.data(), at, std::vector<std::uint8_t>(rows.octets, 0x5a).data());
     return o;
   };
-  const Out one =
-      run(lanes1::lattice_breaks, lanes1::lattice_dilation, lanes1::lattice_forces, lanes1::lattice_stretch);
+  const Out one = run(lanes1::lattice_breaks, lanes1::lattice_dilation, lanes1::lattice_forces, lanes1::lattice_stretch,
+                      lanes1::lattice_stiffness);
   CHECK(one.broken > 1000);
   CHECK(one.theta == one.theta2);
+  CHECK(one.theta == one.left);
   CHECK(one.stretch > 1);
   CHECK(one.stretch > 5);  // some may not break
-  const Out own = run(lattice_breaks(), lattice_dilation(), lattice_forces(), lattice_stretch());
+  const Out own = run(lattice_breaks(), lattice_dilation(), lattice_forces(), lattice_stretch(), lattice_stiffness());
   CHECK((own == one));
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-    CHECK((run(lanes4::lattice_breaks, lanes4::lattice_dilation, lanes4::lattice_forces, lanes4::lattice_stretch) ==
-           one));
+    CHECK((run(lanes4::lattice_breaks, lanes4::lattice_dilation, lanes4::lattice_forces, lanes4::lattice_stretch,
+               lanes4::lattice_stiffness) == one));
 }
 #endif
