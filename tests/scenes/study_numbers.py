@@ -178,6 +178,14 @@ def claims():
                           ({"at": [0.5, 1.0], "factor": 1.51}, False)):
         ok, said = check.check_of({**pair, **claim}, runs)
         need(ok == wanted, f"{claim}: {ok}, {said}")
+    # A run that did not finish is evidence of nothing but how far it got.
+    cut = {**runs, "low": [*runs["low"], made_up.run(y=1.0, status=3, results={"final_time_s": 1.0})]}
+    for claim, of_it in ((of, {"below": 9}), (of, {"near": 1.0, "tolerance": 9}), (of, {"between": [0, 9]}),
+                         (pair, {})):
+        need(check.check_of({**claim, **of_it}, cut) == (False, f"1 of {4 if claim is pair else 3} runs did not finish "
+                                                                "(status 3)"), f"a run that stopped: {of_it}")
+    need(check.check_of({"case": "low", "quantity": "results.final_time_s", "below": 2.0}, {"low": cut["low"][2:]})[0],
+         "how far a run got that stopped")
     crossing = {"a": [made_up.run(y=[0.0, 5.0, 1.0])], "b": [made_up.run(y=[0.0, 1.0, 5.0])]}
     for names in (["a", "b"], ["b", "a"]):
         need(not check.check_of({**pair, "greater": names, "at": [0.5, 1.0]}, crossing)[0],
@@ -235,7 +243,9 @@ def precisions(folder):
     need(result["front"] == [0], f"a dear row with no error but a wide interval is on the front: {result['front']}")
     lost = precision.judge(known, [({"h": 0.2}, runs([12.0], 1.0, status=3)), ({"h": 0.1}, [made_up.run(y=[0.0] * 3)]),
                                    ({"h": 0.05}, [made_up.run(axial_strain=[0.0, 0.1, 0.2], y=9.0)])], None, ".")
-    need([r["status"] for r in lost["rows"]] == ["3", "0", "0 (not reached)"] and lost["rows"][2]["error"] == math.inf
+    need([r["status"] for r in lost["rows"]] == ["3 (1 not finished)", "0", "0 (not reached)"]
+         and lost["rows"][0]["error"] == math.inf and lost["rows"][0]["seeds"] == 0 and lost["front"] == [1]
+         and lost["rows"][2]["error"] == math.inf
          and lost["recommended"][0.1] is None and lost["rows"][1]["error"] == 1, f"{lost}")
     # The others of a seed that has failed are left out where seeds are compared, and only there.
     cases = {n: {"name": n, "label": n, "seeds": [1, 2, 3]} for n in ("coarse", "reference")}
@@ -246,6 +256,15 @@ def precisions(folder):
     for paired, value, seeds in ((True, 12.5, 2), (False, 15.0, 3)):
         row = precision.judged({**entry, "paired": paired}, done)[1]["rows"][0]
         near((row["value"], row["seeds"], row["signed"]), (value, seeds, (value - 11) / 11), f"paired {paired}")
+    # A run that did not finish is left out as one that failed, but has a row, which is on no front.
+    kept["coarse"]["2"]["summary"]["status"] = 3
+    for paired, value, seeds, status in ((True, 12.5, 2, "0,3 (1 not finished)"),
+                                         (False, 12.5, 2, "0,3 (1 not finished)")):
+        result = precision.judged({**entry, "paired": paired}, done)[1]
+        row = result["rows"][0]
+        need((row["value"], row["seeds"], row["status"], row["cpu"]) == (value, seeds, status, 2.0), f"{row}")
+        need(result["recommended"][0.1] is None and result["rows"][0]["status"] != "0", f"{result}")
+    kept["coarse"]["2"]["summary"]["status"] = 0
     kept["reference"] = {}
     need(precision.judged(entry, done) is None, "errors against a reference that has failed")
     known = {**entry, "reference_case": None, "reference": 10.0, "vary": {"h": [0.4]}}
@@ -297,7 +316,13 @@ def sweeps(folder):
     need(len(lines) == 3 and "+17 %" in shown.text.splitlines()[4], f"{shown.text}")
     reached = {"1": made_up.run(y=3.0), "2": made_up.run(axial_strain=[0.0, 0.1, 0.2], y=9.0, status=3)}
     row = sweep.judge(entry, [("a", reached)])[0]
-    need((row["mean"], row["seeds"], row["status"]) == (3.0, 1, "0,3 (1 not reached)"), f"{row}")
+    need((row["mean"], row["seeds"], row["status"]) == (3.0, 1, "0,3 (1 not finished)"), f"{row}")
+    stopped = {"1": made_up.run(y=3.0), "2": made_up.run(y=9.0, status=3)}  # whatever it got to
+    row = sweep.judge(entry, [("a", stopped)])[0]
+    need((row["mean"], row["seeds"], row["found"]) == (3.0, 1, [3.0]), f"{row}")
+    reached["2"]["summary"]["status"] = 0
+    row = sweep.judge(entry, [("a", reached)])[0]
+    need((row["mean"], row["seeds"], row["status"]) == (3.0, 1, "0 (1 not reached)"), f"{row}")
     results = ({"peak_before_breakage_Pa": 6.0}, {"peak_axial_stress_Pa": 10.0})
     grains = {str(k): made_up.run(results=r, breakages=[0.0, 0.0, 1.0 - k]) for k, r in enumerate(results)}
     row = sweep.judge({"quantity": "results.peak_before_breakage_Pa"}, [("a", grains)])[0]

@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """What files of commands may hold: kinds of values, and the first fault in one line."""
+import math
+
 import jsonschema
 
 WORD = {"type": "string",
@@ -23,11 +25,24 @@ def tables(properties, required=()):
     return {"type": "array", "items": table(properties, required)}
 
 
+JUDGED = ("set", "vary", "values", "seeds")  # values of scene keys, which the program judges
+
+
+def not_finite(data, place=""):
+    """Where a number is nan or inf; None where none is."""
+    if isinstance(data, float):
+        return place if not math.isfinite(data) else None
+    parts = (((f".{k}", v) for k, v in data.items() if k not in JUDGED) if isinstance(data, dict) else
+             ((f"[{k}]", v) for k, v in enumerate(data)) if isinstance(data, list) else ())
+    return next((found for part, v in parts if (found := not_finite(v, place + part)) is not None), None)
+
+
 def fault(data, of):
     """Where and what the first fault is, in one line; None where there is none."""
     faults = list(jsonschema.Draft7Validator(of).iter_errors(data))
     if not faults:
-        return None
+        place = not_finite(data)
+        return None if place is None else f"{place.lstrip('.')}: must be a finite number"
     misspelt = [f for f in faults
                 if f.validator == "additionalProperties"]  # tells more than the key that is then missing
     found = jsonschema.exceptions.best_match(misspelt or faults)

@@ -7,6 +7,20 @@ from grus.runs.censored import mean_of, strength_of
 from grus.study.statistics import deviation
 
 
+def finished(runs):
+    """Those that got to their end: what another one tells is cut short, or wrong, and is evidence of nothing."""
+    return [r for r in runs if r["summary"].get("status") == 0]
+
+
+def unfinished_text(runs):
+    """How many of some runs did not get to their end, and with what status."""
+    stopped = [r for r in runs if r["summary"].get("status") != 0]
+    if not stopped:
+        return ""
+    kinds = ", ".join(sorted({str(r["summary"].get("status")) for r in stopped}))
+    return f"{len(stopped)} of {len(runs)} runs did not finish (status {kinds})"
+
+
 def position(columns, name, x, over="axial_strain"):
     """Column where another reaches x, linear between rows; NaN where the run does not reach it."""
     xs, ys = columns[over], columns[name]

@@ -7,11 +7,12 @@ from grus.figures import table as html_table
 from grus.files.texts import text_table
 from grus.runs.censored import mean_of
 from grus.runs.schema import NAMES, NUMBER, POSITIVE, STRAINS, TEXT, tables
-from grus.study.numbers import found
+from grus.study.numbers import found, unfinished_text
 from grus.study.statistics import mean
 from grus.study.tables import Shown, asked
 
 NAME = "check"
+HOW_FAR = ("results.final_time_s",)  # a claim on it may be of runs that do not finish
 SCHEMA = tables({
     "claim": TEXT, "greater": {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2},
     "factor": NUMBER, "at": STRAINS, "case": TEXT, "cases": NAMES, "near": {"type": "number", "not": {"const": 0}},
@@ -27,8 +28,25 @@ def read(given, reading):
             raise InputError(f"{where}: needs either greater, or case or cases")
         if "greater" not in t and not ("below" in t or "between" in t or ("near" in t and "tolerance" in t)):
             raise InputError(f"{where}: needs near with tolerance, between or below")
+        refuse_impossible(where, t)
         reading.named(where, [*t.get("cases", []), *t.get("greater", []), *([t["case"]] if "case" in t else [])])
     return given
+
+
+def refuse_impossible(where, t):
+    """What no run could meet, or what nobody would look at."""
+    ways = [key for key in ("greater", "near", "between", "below") if key in t]
+    if len(ways) > 1:
+        raise InputError(f"{where}: {ways[0]} and {ways[1]} are two claims: give one each its [[check]]")
+    for key, of in (("tolerance", "near"), ("factor", "greater")):
+        if key in t and of not in t:
+            raise InputError(f"{where}: {key} is of {of}, which is not there; leave it out")
+    if "between" in t and t["between"][0] > t["between"][1]:
+        raise InputError(f"{where}: between: {t['between'][0]:g} is above {t['between'][1]:g}; the lower one is first")
+    if t.get("below", 0) < 0:
+        raise InputError(f"{where}: below: {t['below']:g}: is of a size without its sign, which is never below 0")
+    if "at" in t and "." in t.get("quantity", ""):
+        raise InputError(f"{where}: at is of a column; '{t['quantity']}' is of the whole run: leave at out")
 
 
 def cases(_entry):
@@ -43,6 +61,10 @@ def asks(entry, _common):
 def check_of(check, runs):
     """(passed, text) of a claim."""
     quantity = check.get("quantity", "axial_stress_Pa")
+    names = check.get("greater", check.get("cases", [check.get("case")]))
+    stopped = unfinished_text([r for name in names for r in runs[name]])
+    if stopped and quantity not in HOW_FAR:
+        return False, stopped
     if "greater" in check:
         high, low = check["greater"]
         texts, ok = [], True

@@ -5,7 +5,7 @@ import math
 from grus.figures import picture, plain, plt, table as html_table
 from grus.files.texts import text_table
 from grus.runs.schema import NAMES, NUMBER, STRAINS, TEXT, tables
-from grus.study.numbers import of_summary, position
+from grus.study.numbers import finished, of_summary, position
 from grus.study.statistics import mean, power_law
 from grus.study.tables import Shown, asked
 
@@ -29,9 +29,9 @@ def asks(entry, _common):
 
 
 def points_of(fit, strain, runs):
-    """(x, quantity at the strain) of each run."""
-    return [(of_summary(r, fit["x"]), position(r["columns"], fit["quantity"], strain)) for name in fit["cases"]
-            for r in runs[name]]
+    """(x, quantity at the strain) of each run; NaN of one that did not finish."""
+    return [(of_summary(r, fit["x"]), position(r["columns"], fit["quantity"], strain) if finished([r]) else math.nan)
+            for name in fit["cases"] for r in runs[name]]
 
 
 def law_plot(fit, runs):

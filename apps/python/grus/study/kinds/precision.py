@@ -13,7 +13,7 @@ from grus.files.tables import Columns
 from grus.files.texts import one_line, text_table
 from grus.files.writing import write_csv
 from grus.runs.schema import AT, MEASURE, POSITIVE, SEEDS, SETTINGS, TEXT, tables
-from grus.study.numbers import cost, energy_error, measured
+from grus.study.numbers import cost, energy_error, finished, measured
 from grus.study.statistics import difference, interval, mean, power_law
 from grus.study.tables import Shown, shared_by_cases, unnamed_case
 from grus.study.words import describe, percent, short
@@ -115,45 +115,58 @@ def bound(row):
     return row["error"] + (0 if math.isnan(row["interval"]) else row["interval"])
 
 
+def sound(row):
+    """Every run got to its end, and as far as is asked."""
+    return row["status"] == "0"
+
+
 def recommended(rows):
     """For each target the cheapest row whose error, interval included, is below; None where none is."""
     found = {}
     for target in TARGETS:
-        good = [r for r in rows if r["status"] == "0" and bound(r) <= target]
+        good = [r for r in rows if sound(r) and bound(r) <= target]
         found[target] = min(good, key=lambda r: r["cpu"]) if good else None
     return found
 
 
-def judge(entry, table, reference_runs, folder):
-    """Rows of a study: `table` is a list of (settings, runs by seed). Errors are relative to the reference."""
+def judge(entry, table, reference_runs, folder, stopped=None):
+    """Rows of a study: `table` is a list of (settings, runs by seed). Errors are relative to the reference. Runs
+    that did not finish are left out, and told: of the table, or `stopped`, a list for each of its rows."""
     paired = reference_runs is not None and entry.get("paired", True)
     reference = [measured(r["columns"], entry)
                  for r in reference_runs] if reference_runs is not None else [known_reference(entry, folder)]
     scale = entry.get("scale", abs(mean(reference)) or 1.0)
     rows = []
-    for values, runs in table:
-        found = [measured(r["columns"], entry) for r in runs]
+    for k, (values, some) in enumerate(table):
+        runs = [*some, *(stopped[k] if stopped else [])]
+        good = finished(runs)
+        found = [measured(r["columns"], entry) for r in good]
         off, half = difference(found, reference, paired)
-        costs = [cost(r) for r in runs]
+        costs = [cost(r) for r in good or runs]
         row = {
             "settings": values, "value": mean(found), "error": abs(off) / scale, "signed": off / scale,
-            "interval": half / scale, "scatter": interval(found)[1] / scale, "seeds": len(runs),
-            "energy": max(energy_error(r) for r in runs),
+            "interval": half / scale, "scatter": interval(found)[1] / scale, "seeds": len(good),
+            "energy": max(energy_error(r) for r in good or runs),
             "status": ",".join(sorted({str(r["summary"]["status"]) for r in runs}))
         }
         for name in costs[0]:
             row[name] = mean([c[name] for c in costs])
         if math.isnan(row["error"]):
-            row["error"], row["status"] = math.inf, row["status"] + " (not reached)"
+            row["error"] = math.inf
+            row["status"] += " (not reached)" if good else ""
+        if len(good) < len(runs):
+            row["status"] += f" ({len(runs) - len(good)} not finished)"
         rows.append(row)
     result = {
-        "rows": rows, "reference": mean(reference), "front": pareto([(r["cpu"], bound(r)) for r in rows]),
+        "rows": rows, "reference": mean(reference),
+        "front": pareto([(r["cpu"], bound(r) if sound(r) else math.inf) for r in rows]),
         "recommended": recommended(rows), "order": None
     }
     keys = list(entry["vary"])
     if len(keys) == 1 and entry.get("order", True) and all(isinstance(v, (int, float)) for v in entry["vary"][keys[0]]):
         clear = [
-            r for r in rows if math.isfinite(r["error"]) and (math.isnan(r["interval"]) or r["error"] > r["interval"])
+            r for r in rows
+            if sound(r) and math.isfinite(r["error"]) and (math.isnan(r["interval"]) or r["error"] > r["interval"])
         ]
         result["order"] = power_law([(r["settings"][keys[0]], r["error"]) for r in clear])
     return result
@@ -162,7 +175,9 @@ def judge(entry, table, reference_runs, folder):
 def judged(entry, done):
     """(entry, what its runs say) of the runs that are there; None where nothing is left to compare."""
     c = entry["reference_case"]
-    found = {k["name"]: done.by_seed(k) for k in cases(entry)}
+    every = {k["name"]: done.by_seed(k) for k in cases(entry)}
+    found = {name: {seed: r for seed, r in by_seed.items() if finished([r])} for name, by_seed in every.items()}
+    stopped = {name: [r for seed, r in by_seed.items() if seed not in found[name]] for name, by_seed in every.items()}
     # Runs that failed are left out; where seeds are compared one by one, the others of their seed too.
     paired = c is not None and entry.get("paired", True)
     common_seeds = set.intersection(*(set(r) for r in found.values() if r)) if paired and any(found.values()) else None
@@ -170,10 +185,11 @@ def judged(entry, done):
         name: [r for seed, r in by_seed.items() if not paired or seed in (common_seeds or ())]
         for name, by_seed in found.items()
     }
-    rows = [(s, kept[k["name"]]) for s, k in entry["rows"] if kept[k["name"]]]
-    if not rows or (c and not kept[c["name"]]):
+    rows = [(s, k["name"]) for s, k in entry["rows"] if kept[k["name"]] or stopped[k["name"]]]
+    if not any(kept[name] for _, name in rows) or (c and not kept[c["name"]]):
         return None
-    return entry, judge(entry, rows, kept[c["name"]] if c else None, entry["folder"])
+    return entry, judge(entry, [(s, kept[name]) for s, name in rows], kept[c["name"]] if c else None, entry["folder"],
+                        [stopped[name] for _, name in rows])
 
 
 def setting_text(values):

@@ -10,7 +10,7 @@ from grus.files.texts import text_table
 from grus.files.writing import write_csv
 from grus.runs.censored import strength_of
 from grus.runs.schema import AT, MEASURE, NUMBER, SEEDS, SETTINGS, TEXT, tables
-from grus.study.numbers import cost, measured
+from grus.study.numbers import cost, finished, measured
 from grus.study.statistics import deviation, interval, mean
 from grus.study.tables import Shown, shared_by_cases, unnamed_case
 from grus.study.words import describe, percent, short
@@ -62,10 +62,10 @@ def found(run, entry):
 def judge(entry, table):
     """Rows of a sweep: `table` is a list of (value of the key, {seed: run}). Changes are signed, relative to the first
     value's mean; seed by seed where both have the same seeds. Where grains did not break there is a lower bound, not a
-    mean."""
+    mean. Runs that did not finish are left out, and told."""
     rows, first = [], None
     for value, runs in table:
-        by_seed = {seed: found(run, entry) for seed, run in runs.items()}
+        by_seed = {seed: found(run, entry) for seed, run in runs.items() if finished([run])}
         reached = {seed: v for seed, (v, _) in by_seed.items() if not math.isnan(v)}
         larger = [bound for v, bound in by_seed.values() if math.isnan(v) and not math.isnan(bound)]
         least = mean(list(reached.values()) + larger)
@@ -79,6 +79,7 @@ def judge(entry, table):
         scale = abs(base) or 1.0
         status = ",".join(sorted({str(r["summary"]["status"]) for r in runs.values()}))
         status += f" ({lost} not reached)" if lost else ""
+        status += f" ({len(runs) - len(by_seed)} not finished)" if len(by_seed) < len(runs) else ""
         status += f" ({len(larger)} of {len(by_seed)} not broken: at least {least:.4g})" if larger else ""
         rows.append({"value": value, "mean": middle, "interval": half, "found": list(reached.values()),
                      "larger": larger, "least": least, "change": off / scale,
