@@ -7,6 +7,7 @@ import json
 import os
 import pty
 import re
+import resource
 import select
 import shutil
 import struct
@@ -24,6 +25,7 @@ sys.path.insert(0, os.path.join(binaries, "..", "python"))
 from grus.commands import command, completion, words  # noqa: E402
 from grus.errors import InputError  # noqa: E402
 from grus.export import command as export, formats  # noqa: E402
+from grus.files.folders import of_a_run  # noqa: E402
 from grus.frames import Frame, frame, frames  # noqa: E402
 from grus.study.kinds import KINDS  # noqa: E402
 
@@ -129,7 +131,8 @@ def completed(folder):
     cases = {"grus ru": "run", "grus new shp": "shpb", "grus run --ran": "--ranks", "grus run o": "one.toml",
              "grus report r": "results", "grus report two": "", "grus run x --set material.*.dens": "",
              "grus run x --set packing.laye": "packing.layers=", "grus-rve --new bo": "bonded",
-             "grus export results --what c": "contacts", "grus study --stri": "--strict", "grus-report -": "-o --help "
+             "grus export results --what c": "contacts", "grus study --stri": "--strict",
+             "grus-report -": "-o --force --help "
              "--version", "grus run --threads o": "", "/usr/bin/grus wat": "watch"}
     lines = ["compopt() { :; }", f"source {script}"]
     for line in cases:
@@ -247,10 +250,24 @@ def exported(folder):
     place = lambda name: os.path.join(folder, name)
     read = lambda name: open(place(name), "rb").read()
     need(out(place("h.csv"))[0] == 0 and read("h.csv") == b"time_s,axial_strain,grains\n0,0,2\n0.25,0.125,\n", "a copy")
-    need([out(place("h.csv"), *more)[1].split(": ")[1] for more in ((), ("--what", "grains"), ("--what", "grains",
-                                                                                          "--frame", "0"))] ==
+    status, said, errors = out(place("h.csv"))
+    need(status == 2 and errors == f"grus export: {place('h.csv')}: is there already; use another -o FILE, or --force\n"
+         and read("h.csv").startswith(b"time_s,"), f"an export over another file: {errors}")
+    need([out(place("h.csv"), "--force", *more)[1].split(": ")[1]
+          for more in ((), ("--what", "grains"), ("--what", "grains", "--frame", "0"))] ==
          ["history\n", "grains of the last frame\n", "grains of frame 0\n"], "what was written")
-    out(place("h.csv")), out(place("c.csv"), "--columns", "grains, time_s")
+    out(place("c.csv"), "--columns", "grains, time_s")
+    before = read("history.csv")
+    with open(place(".grus"), "w") as f:
+        f.write("grains/grains_*.hdf\nnotes.csv\nreport.html\n")
+    for name in ("history.csv", "notes.csv", ".grus"):
+        target = place(name)
+        need(of_a_run(target), f"{name} is a run's")
+        if name != ".grus":
+            need("is a file of a run" in out(target, "--force")[2], f"an export over {name}")
+    need(of_a_run(place("grains/grains_00001.hdf")) and not of_a_run(place("report.html")) and
+         not of_a_run(place("summary.csv")) and read("history.csv") == before, "files of a run")
+    os.remove(place(".grus"))
     need(read("c.csv") == b"grains,time_s\n2,0\n,0.25\n", f"columns asked for: {read('c.csv')}")
     out(place("h.json"))
     need(json.loads(read("h.json")) == {"time_s": [0, 0.25], "axial_strain": [0, 0.125], "grains": [2, None]}, "JSON")
@@ -302,9 +319,17 @@ def exported(folder):
                          ([place("x.csv"), "--what", "macro"], "no frames of macro"),
                          ([place("x.txt"), "--what", "macro"], "no frames of macro"),
                          ([place("x.vtu"), "--what", "history"], "name frames with --what"),
+                         ([place("x.csv"), "--frame", "1"], "--frame: a history has no frames"),
+                         ([place("x.csv"), "--columns", " ,"], "--columns: names no column"),
+                         ([place("x.csv"), "--columns", "radius", "--what", "grains"], "--columns: is of the history"),
                          ([place("no/x.csv")], "No such file"), ([place("x.stl"), "--frame", "5"], "there are 2")):
         status, said, errors = out(*given)
         need(status == 2 and text_ in errors and errors.count("\n") == 1 and said == "", f"{given}: {status} {errors}")
+    most = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10, most[1]))  # as a disk that is full
+    status, said, errors = out(place("x.csv"))
+    resource.setrlimit(resource.RLIMIT_FSIZE, most)
+    need((status, errors) == (2, f"grus export: {place('x.csv')}: File too large\n"), f"no room: {errors}")
     need(not [n for n in os.listdir(folder) if n.startswith("x.")], "what is refused is written")
     need({*formats.TABLES, *formats.FRAMES} == set(re.findall(r"\.\w+", words.WORDS["export"].about)) |
          {".json"}, "endings that the help names")

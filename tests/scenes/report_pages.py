@@ -297,6 +297,20 @@ def of_pages(tmp):
              f"{name}: exit {status}, {errors}")
         need(("study" in errors) == (name == "study"), f"{name}: {errors}")
         need(not os.path.exists(os.path.join(arguments[0], "report.html")) or arguments[0] == good, f"{name}: a page")
+    # A report takes the place of a report alone, --force of what no run has written.
+    scene, text = os.path.join(tmp, "scene.toml"), "a scene"
+    for target in (scene, os.path.join(good, "report.html")):
+        with open(target, "w") as f:
+            f.write(text)
+        status, _, errors = call(good, "-o", target)
+        need(status == 2 and "is there already; use another -o FILE, or --force" in errors
+             and open(target).read() == text, f"over {target}: {errors}")
+    need(call(good)[0] == 2 and call(good, "--force")[0] == 0 and call(good)[0] == 0, "a report in its folder, again")
+    need(call(good, "-o", scene, "--force")[0] == 0 and "<h1>Grus report" in open(scene).read(), "--force")
+    history = os.path.join(good, "history.csv")
+    status, _, errors = call(good, "-o", history, "--force")
+    need(status == 2 and "is a file of a run" in errors and open(history).read().startswith("axial_strain"),
+         f"over a history: {errors}")
     need(call(write(os.path.join(tmp, "mixed"), MACRO, {}, **{"grading.csv": "x"}))[0] == 0, "no grading")
     broken, before = rve_plots.overlays, os.environ.pop("GRUS_DEBUG", None)
     rve_plots.overlays = lambda runs: 1 / 0

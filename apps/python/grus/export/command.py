@@ -10,6 +10,7 @@ from grus._version import __version__
 from grus.commands.words import FRAMES as KINDS
 from grus.errors import InputError
 from grus.export.formats import FRAMES, TABLES
+from grus.files.folders import refuse_overwrite
 from grus.files.texts import one_line
 from grus.files.writing import write_whole
 from grus.frames import frame
@@ -28,12 +29,28 @@ def history(folder, asked):
     return {name: columns[name] for name in asked or columns}
 
 
+def names_of(columns):
+    """Names with commas between them; all where none are asked for."""
+    names = [n.strip() for n in (columns or "").split(",") if n.strip()]
+    if columns is not None and not names:
+        raise InputError("--columns: names no column; leave it out for all")
+    return names
+
+
+def refuse_ignored(args):
+    """What is said of one kind, and something else is written."""
+    if args.what == "history" and args.frame is not None:
+        raise InputError("--frame: a history has no frames; name what is of one with --what, or leave --frame out")
+    if args.what != "history" and args.columns is not None:
+        raise InputError(f"--columns: is of the history, not of {args.what}; leave it out")
+
+
 def content(args, ending):
     if args.what == "history":
         if ending not in TABLES:
             raise InputError(f"{args.o}: a history is written as {' '.join(TABLES)}; name frames with --what grains")
-        return TABLES[ending](history(args.folder, [n.strip() for n in args.columns.split(",") if n.strip()]))
-    found = frame(args.folder, args.what, args.frame)
+        return TABLES[ending](history(args.folder, names_of(args.columns)))
+    found = frame(args.folder, args.what, -1 if args.frame is None else args.frame)
     if ending == ".txt" and args.what != "grains":
         raise InputError(f"{args.o}: {args.what} are written as .vtu; .txt is of grains")
     if ending in FRAMES:
@@ -51,24 +68,27 @@ def main():
     parser.add_argument("-o", metavar="FILE", required=True, help="what is written; its ending says how")
     parser.add_argument("--what", choices=KINDS,
                         help="default: history, or grains where FILE ends with .txt, .vtu, .stl or .obj")
-    parser.add_argument("--frame", type=int, default=-1, metavar="N",
+    parser.add_argument("--frame", type=int, metavar="N",
                         help="of frames: 0 the first, -1 the last (default)")
-    parser.add_argument("--columns", default="", metavar="NAMES", help="of the history: names with commas between them")
+    parser.add_argument("--columns", metavar="NAMES", help="of the history: names with commas between them")
+    parser.add_argument("--force", action="store_true", help="write over FILE, unless a run has written it")
     parser.add_argument("--version", action="version", version=f"grus {__version__}")
     args = parser.parse_args()
     interrupts.raise_again()
     ending = os.path.splitext(args.o)[1].lower()
     args.what = args.what or ("history" if ending in TABLES else "grains")
     try:
+        refuse_ignored(args)
+        refuse_overwrite(args.o, args.force)
         if ending not in (known := TABLES | FRAMES):
             raise InputError(f"{args.o}: ends with none of {' '.join(known)}")
         write_whole(args.o, content(args, ending))
-        which = "the last frame" if args.frame == -1 else f"frame {args.frame}"
+        which = "the last frame" if args.frame in (None, -1) else f"frame {args.frame}"
         print(f"{args.o}: " + ("history" if args.what == "history" else f"{args.what} of {which}"))
     except (InputError, ValueError) as e:
         print(one_line(f"grus export: {e}"), file=sys.stderr)
         return 2
     except OSError as e:
-        print(one_line(f"grus export: {e.filename}: {e.strerror}"), file=sys.stderr)
+        print(one_line(f"grus export: {e.filename or args.o}: {e.strerror}"), file=sys.stderr)
         return 2
     return 0

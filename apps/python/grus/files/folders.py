@@ -3,10 +3,39 @@
 from __future__ import annotations
 
 import fcntl
+import fnmatch
 import os
 from typing import IO, Iterable
 
+from grus.errors import InputError
+
 MARKER = ".grus"  # in folders that Grus has made; the lock
+OF_A_RUN = ("history.csv", "summary.json", "checkpoint.h5", "grading.csv")  # where a marker does not list them
+REPORT = "report.html"
+
+
+def of_a_run(path: str) -> bool:
+    """A file that a run has written: the marker of its folder, or of the one above, lists it. Its report is none."""
+    folder, name = os.path.split(os.path.abspath(path))
+    if name == MARKER or (name in OF_A_RUN and os.path.lexists(path)):
+        return True
+    for above, inside in ((folder, name), (os.path.dirname(folder), f"{os.path.basename(folder)}/{name}")):
+        try:
+            with open(os.path.join(above, MARKER), encoding="utf-8") as f:
+                notes = f.read().splitlines()
+        except (OSError, ValueError):
+            continue
+        if inside != REPORT and any(fnmatch.fnmatchcase(inside, note) for note in notes):
+            return True
+    return False
+
+
+def refuse_overwrite(path: str, force: bool) -> None:
+    """Refuses to write over a file of a run, and without `force` over any."""
+    if of_a_run(path):
+        raise InputError(f"{path}: is a file of a run, which nothing else may take the place of; use another -o FILE")
+    if os.path.lexists(path) and not os.path.isdir(path) and not force:
+        raise InputError(f"{path}: is there already; use another -o FILE, or --force")
 
 
 def clear_results(out: str, names: Iterable[str]) -> None:

@@ -10,12 +10,16 @@ import os
 import sys
 
 from grus._version import __version__
+from grus.errors import InputError
 from grus.figures import ZOOM, page, table, unit_of
-from grus.files.folders import note_result
+from grus.files.folders import REPORT, note_result, refuse_overwrite
 from grus.files.texts import one_line, text_table
 from grus.files.writing import write_whole
 from grus.report import bvp_plots, rve_plots
 from grus.results import read_grading, read_history, read_summary
+
+HEAD = "Grus report"
+TITLE = f"<title>{HEAD}</title>"  # by which a report is known
 
 
 class CannotWrite(Exception):
@@ -111,6 +115,8 @@ def main():
     parser = argparse.ArgumentParser(prog="grus-report", description=__doc__)
     parser.add_argument("folders", nargs="+", metavar="DIR", help="result folders of grus-rve or grus-bvp")
     parser.add_argument("-o", metavar="FILE", help="output (default: report.html in the first folder)")
+    parser.add_argument("--force", action="store_true",
+                        help="write over FILE whatever it is, unless a run has written it")
     parser.add_argument("--version", action="version", version=f"grus-report {__version__}")
     args = parser.parse_args()
     try:
@@ -122,6 +128,7 @@ def main():
         print(one_line(f"grus-report: {e}"), file=sys.stderr)
         return 2
     try:
+        refuse_place(args.o or os.path.join(args.folders[0], REPORT), args.force)
         return write(runs, args)
     except CannotWrite as e:
         print(one_line(f"grus-report: {e}"), file=sys.stderr)
@@ -161,19 +168,32 @@ def scenes_of(runs):
     return body
 
 
+def refuse_place(path, force):
+    """Where a report cannot be: over anything but a report, without force."""
+    if os.path.isdir(path):
+        raise CannotWrite(f"{path}: cannot write: is a folder")
+    try:
+        with open(path, "rb") as f:
+            own = TITLE.encode() in f.read(400)
+    except OSError:
+        own = False
+    try:
+        refuse_overwrite(path, force or own)
+    except InputError as e:
+        raise CannotWrite(str(e)) from None
+
+
 def write(runs, args):
     rows = [facts(r) for r in runs]
     head = list(dict.fromkeys(key for r in rows for key in r))
     rows = [[r.get(key, "") for key in head] for r in rows]
     body = table(head, rows) + notes_of(runs) + plots_of(runs) + scenes_of(runs)
     print(text_table(head, rows), end="")
-    path = args.o or os.path.join(args.folders[0], "report.html")
-    if os.path.isdir(path):
-        raise CannotWrite(f"{path}: cannot write: is a folder")
+    path = args.o or os.path.join(args.folders[0], REPORT)
     if not args.o:
-        note_result(args.folders[0], "report.html")
+        note_result(args.folders[0], REPORT)
     try:
-        write_whole(path, page("Grus report", body, style="", script=ZOOM))
+        write_whole(path, page(HEAD, body, style="", script=ZOOM))
     except OSError as e:
         raise CannotWrite(f"{path}: cannot write: {e.strerror}") from None
     print(f"report: {path}")
