@@ -59,22 +59,6 @@ def limits():
     need([check.asks({**of, **m}, {}) for m in ({}, {"cases": ["x", "z"]}, {"greater": ["u", "v"]})] == [
         [("a", {"y", "axial_strain"}, set())], [(n, {"y", "axial_strain"}, set()) for n in "xz"],
         [(n, {"y", "axial_strain"}, set()) for n in "uv"]], "what claims ask for")
-    reading = SimpleNamespace(path="s.toml", named=lambda where, names: None)
-    given = {"claim": "c", "case": "a"}
-    for more, said in (({"near": 1.0, "tolerance": 0.1, "below": 2.0}, "near and below are two claims"),
-                        ({"between": [0, 1], "below": 2.0}, "between and below are two claims"),
-                        ({"below": 1.0, "tolerance": 0.1}, "tolerance is of near"),
-                        ({"below": 1.0, "factor": 2.0}, "factor is of greater"),
-                        ({"between": [2, 1]}, "between: 2 is above 1"), ({"below": -1.0}, "below: -1"),
-                        ({"below": 1.0, "at": [0.1], "quantity": "results.k"}, "at is of a column")):
-        refused(lambda: check.read([{**given, **more}], reading), said)
-    check.read([{**given, "between": [1, 1]}, {**given, "below": 0}, {**given, "near": -1.0, "tolerance": 0.1}],
-               reading)
-    for text, said in (({"near": math.nan}, "check[0].near: must be a finite number"),
-                        ({"between": [0.0, math.inf]}, "check[0].between[1]: must be a finite number"),
-                        ({"near": 1.0}, None)):
-        need(schema.fault({"check": [{"claim": "c", **text}]}, {"type": "object"}) == said, f"{text}")
-    need(schema.fault({"study": {"set": {"a": math.inf}}}, {}) is None, "a scene's own value, which the program judges")
     row = {"status": "0", "error": 0.1, "interval": 0.0, "cpu": 1.0}
     need(precision.recommended([row])[0.1] is row and precision.recommended([row])[0.01] is None, "a target just met")
     need(precision.recommended([{**row, "status": "3"}])[0.1] is None, "an unstable run is recommended")

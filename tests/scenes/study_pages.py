@@ -16,10 +16,12 @@ sys.path.insert(0, os.path.join(sys.argv[1], "..", "python"))
 from grus.calibrate import command, reader, report, schema  # noqa: E402
 from grus.errors import InputError  # noqa: E402
 from grus.figures import plt  # noqa: E402
-from grus.study.kinds import fit, plot, precision, sweep  # noqa: E402
+from grus.runs import schema as known  # noqa: E402
+from grus.study.kinds import check, fit, plot, precision, sweep  # noqa: E402
 from grus.study.reader import read_study  # noqa: E402
 
 import made_up  # noqa: E402
+import scene_tools  # noqa: E402
 from made_up import near  # noqa: E402
 from scene_tools import faults, need  # noqa: E402
 
@@ -238,6 +240,27 @@ def refusals(folder):
         need(said in (schema.fault(tomllib.loads(text)) or ""), f"{target}: {schema.fault(tomllib.loads(text))}")
 
 
+def claims():
+    """What no run could meet, and numbers that are none."""
+    reading = SimpleNamespace(path="s.toml", named=lambda where, names: None)
+    given = {"claim": "c", "case": "a"}
+    for more, said in (({"near": 1.0, "tolerance": 0.1, "below": 2.0}, "near and below are two claims"),
+                        ({"between": [0, 1], "below": 2.0}, "between and below are two claims"),
+                        ({"below": 1.0, "tolerance": 0.1}, "tolerance is of near"),
+                        ({"below": 1.0, "factor": 2.0}, "factor is of greater"),
+                        ({"between": [2, 1]}, "between: 2 is above 1"), ({"below": -1.0}, "below: -1"),
+                        ({"below": 1.0, "at": [0.1], "quantity": "results.k"}, "at is of a column")):
+        scene_tools.refused(said, lambda: check.read([{**given, **more}], reading), InputError)
+    check.read([{**given, "between": [1, 1]}, {**given, "below": 0}, {**given, "near": -1.0, "tolerance": 0.1}],
+               reading)
+    for text, said in (({"near": math.nan}, "check[0].near: must be a finite number"),
+                        ({"between": [0.0, math.inf]}, "check[0].between[1]: must be a finite number"),
+                        ({"near": 1.0}, None)):
+        need(known.fault({"check": [{"claim": "c", **text}]}, {"type": "object"}) == said, f"{text}")
+    need(known.fault({"study": {"set": {"a": math.inf}}}, {}) is None, "a scene's own value, which the program judges")
+
+
+claims()
 with tempfile.TemporaryDirectory() as tmp:
     studies(tmp)
     calibrations(tmp)
