@@ -31,7 +31,7 @@ void fit_box(Table& t, RveScene& scene, dem::Bodies& bodies) {
   const Extents e(bodies.body);
   Vec3& box = scene.recipe.box;
   if (box.isZero()) {
-    if (scene.recipe.periodic()) t.fail("", "packing.box is missing: a periodic cell repeats by it");
+    if (scene.recipe.periodic()) t.fail("", "box is missing: a periodic cell repeats by it");
     for (auto& body : bodies.body) dem::place(body, dem::Mat3::Identity(), -e.low);
     for (Vec3& x : bodies.middle) x -= e.low;
     box = e.high - e.low;

@@ -189,7 +189,7 @@ dem::Lattice read_lattice(Table& t, const std::string& kind, const dem::Recipe& 
       if (v[k] != std::floor(v[k]) || v[k] < 1) t.fail("layers", "expected three whole numbers from 1");
     }
   } else {
-    if (box.isZero()) t.fail("", "packing.box or packing.layers is missing");
+    if (box.isZero()) t.fail("", "box or layers is missing");
     for (int k = 0; k < 3; ++k) asked[static_cast<std::size_t>(k)] = box[k] / (2 * r) + 1e-9;
     if (kind == "hcp") {
       asked[1] = 1 + (box[1] - 2 * r - r / std::sqrt(3.0)) / (std::sqrt(3.0) * r) + 1e-9;
@@ -267,7 +267,7 @@ void read_packing(Table t, RveScene& scene) {
       t.finish();
       return;
     }
-    if (recipe.box.isZero()) t.fail("", "packing.box is missing");
+    if (recipe.box.isZero()) t.fail("", "box is missing");
     if (round) check_cylinder(t, recipe.box);
     recipe.grains = read_random(t, scene, turned, material);
     t.finish();

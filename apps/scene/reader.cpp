@@ -75,7 +75,7 @@ bool Table::has(const std::string& key) const { return table_->contains(key); }
 const toml::node& Table::node(const std::string& key) {
   known_.insert(key);
   const toml::node* n = table_->get(key);
-  if (n == nullptr) fail("", fmt::format("{} is missing", path_of(key)));
+  if (n == nullptr) fail("", fmt::format("{} is missing", as_in_toml(key)));
   return *n;
 }
 

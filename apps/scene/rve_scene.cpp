@@ -11,6 +11,7 @@
 #include "apps/scene/preparation_scene.hpp"
 #include "apps/scene/prepare_sample.hpp"
 #include "apps/scene/sample_scene.hpp"
+#include "apps/scene/speeds.hpp"
 #include "apps/scene/stage_scene.hpp"
 #include "apps/scene/supports_scene.hpp"
 #include "apps/scene/triaxial_scene.hpp"
@@ -130,6 +131,37 @@ void read_velocity_gradient(Table& t, RveScene& scene) {
   scene.test.loading.velocity_gradient = gradient;
 }
 
+/// Rates at which a side, or what a cell repeats, would outrun every wave; pressures that no grain can bear.
+void refuse_outrun(const Table& t, const RveScene& scene) {
+  const Programme& test = scene.test;
+  const dem::Vec3& box = scene.recipe.box;
+  if (const auto& gradient = test.loading.velocity_gradient) {
+    for (int k = 0; k < 3; ++k) refuse_fast_rate(t, "velocity_gradient", gradient->col(k).norm(), box[k], scene.model);
+    return;
+  }
+  for (int k = 0; k < 3; ++k) {
+    const dem::AxisControl& axis = test.loading.axes[static_cast<std::size_t>(k)];
+    if (test.kind == Kind::true_triaxial) {
+      const std::string name(1, "xyz"[k]);
+      refuse_fast_rate(t, name, axis.strain_rate, box[k], scene.model);
+      refuse_high_pressure(t, name, -(*test.loading.first)[k], scene.model);
+    } else if (axis.stress) {
+      const char* const key = t.has("confining_pressure") ? "confining_pressure" : "pressure";
+      refuse_high_pressure(t, key, -*axis.stress, scene.model);
+    }
+  }
+  if (test.strain_rate != 0 && t.has("strain_rate"))
+    refuse_fast_rate(t, "strain_rate", test.strain_rate,
+                     test.kind == Kind::isotropic_stress ? box.maxCoeff() : box[test.axis], scene.model);
+}
+
+/// Stresses of walls that press must not go on, until the test ends, to what no grain can bear.
+void refuse_late_stress(const Table& t, const RveScene& scene) {
+  for (const dem::WallControl& c : scene.test.loading.walls)
+    refuse_high_pressure(t, "duration", std::abs(c.stress_rate) * scene.test.duration, scene.model,
+                         fmt::format("wall {}: stress_rate brings it to ", c.wall));
+}
+
 void read_loading(Table t, RveScene& scene) {
   Programme& test = scene.test;
   test.kind = read_kind(t);
@@ -152,9 +184,11 @@ void read_loading(Table t, RveScene& scene) {
       t.fail("axis", "of \"periodic-xy\" is \"z\"");
   } else if (test.kind == Kind::free) {
     test.duration = t.number("duration", dimension::time, positive);
+    refuse_late_stress(t, scene);
   } else {
     of_its_own.at(test.kind)(t, scene);
   }
+  refuse_outrun(t, scene);
   const auto g = t.numbers_or("gravity", {0, 0, 0}, dimension::acceleration);
   scene.model.motion.gravity = {g[0], g[1], g[2]};
   if (scene.model.stepper->long_steps) check_implicit(t, scene.model, test.kind);
@@ -281,6 +315,7 @@ RveScene read(const std::string& file, const std::vector<std::string>& overrides
   dem::make_pair_laws(scene.model);
   if (!unit_cell && t.has("start")) {
     scene.start = t.text("start"), scene.place_of_start = t.place("start");
+    if (scene.start.empty()) t.fail("start", "names no folder; give that of a run, or leave start out");
     if (t.has("preparation")) t.fail("preparation", "cannot be with start: that run has prepared the sample");
   }
   read_preparation(t, scene);

@@ -37,6 +37,27 @@ void refuse_fast(const Table& t, const std::string& key, double speed, const dem
                             speed, most));
 }
 
+void refuse_fast_rate(const Table& t, const std::string& key, double rate, double length, const dem::Model& model) {
+  const double most = fastest_wave(model), speed = std::abs(rate) * length;
+  if (speed > most)
+    t.fail(key,
+           fmt::format("{:.4g} 1/s over {:.4g} m is {:.4g} m/s: faster than any wave in these grains; ask for less "
+                       "than {:.4g} 1/s",
+                       std::abs(rate), length, speed, most / length));
+}
+
+void refuse_high_pressure(const Table& t, const std::string& key, double pressure, const dem::Model& model,
+                          const std::string& what) {
+  double stiffest = 0;
+  for (const dem::Material& m : model.materials)
+    if (std::isfinite(m.youngs_modulus)) stiffest = std::max(stiffest, wave_modulus(m));
+  if (pressure > stiffest)
+    t.fail(key,
+           fmt::format("{}{:.4g} Pa: above the stiffness of the grains, {:.4g} Pa, which they cannot bear; ask for "
+                       "less, or give a stiffer material",
+                       what, pressure, stiffest));
+}
+
 dem::Vec3 read_velocity(Table& t, const dem::Model& model) {
   dem::Vec3 velocity = vector3(t.numbers_or("velocity", {0, 0, 0}, dimension::speed));
   refuse_fast(t, "velocity", velocity.norm(), model);

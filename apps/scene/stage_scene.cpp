@@ -7,6 +7,7 @@
 
 #include "apps/scene/engine_scene.hpp"
 #include "apps/scene/packing_scene.hpp"
+#include "apps/scene/speeds.hpp"
 #include "apps/scene/wall_scene.hpp"
 #include "dem/rve/implicit_stepper.hpp"
 
@@ -60,7 +61,7 @@ void read_axis(Table& t, Stage& s) {
   if (!s.all) s.axis = axis[0] - 'x';
 }
 
-void read_lateral(Table& t, Stage& s) {
+void read_lateral(Table& t, Stage& s, const dem::Model& model) {
   const std::vector<std::string> words{"fixed", "held", "volume"};
   const bool held = s.kind == StageKind::shear || s.kind == StageKind::cyclic || t.has("lateral_stress");
   s.lateral = word_of<Lateral>(t.choice_or("lateral", held ? "held" : "fixed", words), words);
@@ -68,6 +69,7 @@ void read_lateral(Table& t, Stage& s) {
     t.fail("lateral", "\"volume\" needs an axis that follows a rate of strain");
   if (!t.has("lateral_stress")) return;
   s.lateral_stress = t.number("lateral_stress", dimension::pressure, positive);
+  refuse_high_pressure(t, "lateral_stress", *s.lateral_stress, model);
   if (s.lateral != Lateral::held) t.fail("lateral_stress", "is for lateral = \"held\"");
 }
 
@@ -163,10 +165,12 @@ Stage read_stage(Table& t, const RveScene& scene) {
     else
       read_axis(t, s);
     read_rate(t, s);
-    if (!s.all && !s.plane) read_lateral(t, s);
+    if (!s.all && !s.plane) read_lateral(t, s, scene.model);
   }
   if (s.kind == StageKind::cyclic) read_cycles(t, s);
   needs_bounds(t, s, scene);
+  const dem::Vec3& box = scene.recipe.box;
+  if (!stands(s)) refuse_fast_rate(t, "strain_rate", s.strain_rate, s.all ? box.maxCoeff() : box[s.axis], scene.model);
   check_rigid(t, scene.model, stands(s));
   read_ends(t, s, scene.model.stepper->long_steps);
   if (s.until.void_ratio && scene.recipe.bounds == dem::Bounds::open)

@@ -87,7 +87,11 @@ void read_platens(Table& t, RveScene& scene) {
   if (platens.by_speed == t.has("strain_rate")) t.fail("", "needs either speed or strain_rate");
   platens.pace = platens.by_speed ? t.number("speed", dimension::speed, positive)
                                   : t.number("strain_rate", dimension::rate, positive);
-  if (platens.by_speed) refuse_fast(t, "speed", platens.pace, scene.model);
+  const double length = scene.recipe.box[platens.axis];
+  if (platens.by_speed)
+    refuse_fast(t, "speed", platens.pace, scene.model);
+  else
+    refuse_fast_rate(t, "strain_rate", platens.pace, length, scene.model);
   scene.test.final_strain = t.number("final_strain", dimension::none, {0, 0.95, true, true});
   scene.recipe.supports.press = platens;
 }

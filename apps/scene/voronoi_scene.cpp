@@ -76,7 +76,7 @@ dem::TessellationSpace read_space(Table& t, bool periodic, Vec3& box) {
   }
   if (auto p = t.table_if("prism")) return read_prism_outline(*p, box);
   if (auto e = t.table_if("polyellipsoid")) return read_ellipsoid_outline(t, *e, box);
-  if (box.isZero()) t.fail("", "packing.box, cylinder, prism or polyellipsoid is missing");
+  if (box.isZero()) t.fail("", "box, cylinder, prism or polyellipsoid is missing");
   return periodic ? dem::periodic_space(box) : dem::box_space(box);
 }
 
@@ -162,7 +162,7 @@ void read_prisms(Table& t, RveScene& scene, std::uint8_t material) {
   auto cylinder = t.table_if("cylinder");
   if (cylinder && !box.isZero()) t.fail("cylinder", "prisms fill either a box or a cylinder");
   if (cylinder) box = read_cylinder(*cylinder);
-  if (box.isZero()) t.fail("", "packing.box or cylinder is missing");
+  if (box.isZero()) t.fail("", "box or cylinder is missing");
   dem::Prisms prisms;
   prisms.side = t.number("side", dimension::length, positive);
   prisms.thickness = t.number("thickness", dimension::length, positive);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 
 #include "apps/scene/bodies_scene.hpp"
 #include "apps/scene/packing_scene.hpp"
@@ -18,6 +19,7 @@ using dem::Index;
 using dem::Vec3;
 
 constexpr std::size_t most_triangles = 10'000'000;
+constexpr const char* surface_endings[] = {".stl", ".obj", ".ply"};
 
 dem::WallShape read_plane(Table& t, const Vec3&) {
   for (const char* key : {"axis", "radius"})
@@ -38,15 +40,24 @@ dem::WallShape read_round(Table& t, const Vec3& velocity) {
   return round;
 }
 
+/// A kind of file that holds surfaces, by its ending.
+bool has_triangles(std::string path) {
+  std::transform(path.begin(), path.end(), path.begin(), [](unsigned char c) { return std::tolower(c); });
+  return std::any_of(std::begin(surface_endings), std::end(surface_endings),
+                     [&](const char* ending) { return path.ends_with(ending); });
+}
+
 /// The surface of a file, about the wall's point.
 dem::WallShape read_mesh(Table& t) {
   for (const char* key : {"normal", "axis", "radius"})
     if (t.has(key)) t.fail(key, "is of other shapes: a mesh has its triangles");
   const double unit = read_unit(t);
+  const std::string path = t.path("path");
+  if (!has_triangles(path)) t.fail("path", "a wall is read from a file that ends with .stl, .obj or .ply");
   std::vector<Vec3> corner;
   std::vector<std::array<Index, 3>> triangle;
   try {
-    for (const dem::Surface& s : dem::read_surfaces(t.path("path"))) {
+    for (const dem::Surface& s : dem::read_surfaces(path)) {
       const auto first = static_cast<Index>(corner.size());
       for (const Vec3& x : s.corner) corner.emplace_back(unit * x);
       for (const auto& face : s.face)
@@ -92,6 +103,7 @@ void read_control(Table& t, std::size_t wall, const Vec3& normal, const Vec3& ve
     t.fail("velocity", "of a wall that seeks a stress is along its plane: the stress decides how it goes across");
   dem::WallControl control{.wall = wall};
   control.stress = t.number("stress", dimension::pressure, not_negative);
+  refuse_high_pressure(t, "stress", control.stress, scene.model);
   control.stress_rate = t.number_or("stress_rate", 0, dimension::stress_rate, any);
   if (t.has("side")) {
     if (t.has("area")) t.fail("area", "of a side is that of the box there");
@@ -192,9 +204,11 @@ void read_wall(Table t, RveScene& scene) {
 }
 
 void refuse_own_motion(const Table& t, const std::string& key, const RveScene& scene) {
-  const auto& all = scene.recipe.sides;
-  const bool moves = std::any_of(all.begin(), all.end(), [](const dem::Side& s) { return !s.velocity.isZero(0); });
-  if (!moves && scene.test.loading.walls.empty()) return;
+  const dem::Recipe& r = scene.recipe;
+  const auto moves = [](const dem::Vec3& velocity) { return !velocity.isZero(0); };
+  const bool any = std::any_of(r.sides.begin(), r.sides.end(), [&](const auto& s) { return moves(s.velocity); }) ||
+                   std::any_of(r.walls.begin(), r.walls.end(), [&](const auto& w) { return moves(w.wall.velocity); });
+  if (!any && scene.test.loading.walls.empty()) return;
   t.fail(key,
          "walls that move by themselves ([[wall]] with velocity, or control = \"stress\") need loading.kind = "
          "\"free\"");

@@ -36,20 +36,35 @@ constexpr std::size_t most_items = 20'000'000, most_corners = 4096;
 
 [[noreturn]] void fail(const std::string& path, const std::string& why) { throw InputError(path + ": " + why); }
 
+/// At where the file has been read to: a line, of a text.
+[[noreturn]] void fail_here(std::istream& in, Form form, const std::string& path, const std::string& why) {
+  if (form != Form::text) fail(path, why);
+  in.clear();
+  const std::streamoff end = in.tellg();
+  in.seekg(0);
+  long line = 1;
+  for (std::streamoff k = 0; k < end; ++k) line += in.get() == '\n';
+  fail(fmt::format("{}:{}", path, line), why);
+}
+
 Head read_head(std::istream& in, const std::string& path) {
   Head head;
   std::string line, word;
-  if (!std::getline(in, line) || !line.starts_with("ply")) fail(path, "is no PLY file: it does not begin with \"ply\"");
-  while (std::getline(in, line)) {
+  int number = 1;
+  const auto fail_in = [&](const std::string& why) { fail(fmt::format("{}:{}", path, number), why); };
+  if (!std::getline(in, line) || !line.starts_with("ply")) fail_in("is no PLY file: it does not begin with \"ply\"");
+  while (++number, std::getline(in, line)) {
     std::istringstream words(line);
     if (!(words >> word)) continue;
     if (word == "end_header") return head;
     if (word == "format") {
       words >> word;
+      if (word != "ascii" && word != "binary_big_endian" && word != "binary_little_endian")
+        fail_in(fmt::format("format \"{}\": must be ascii, binary_little_endian or binary_big_endian", word));
       head.form = word == "ascii" ? Form::text : word == "binary_big_endian" ? Form::big : Form::little;
     } else if (word == "element") {
       Element e;
-      if (!(words >> e.name >> e.count) || e.count > most_items) fail(path, fmt::format("\"{}\": how many?", line));
+      if (!(words >> e.name >> e.count) || e.count > most_items) fail_in(fmt::format("\"{}\": how many?", line));
       head.element.push_back(e);
     } else if (word == "property" && !head.element.empty()) {
       Property p;
@@ -59,7 +74,7 @@ Head read_head(std::istream& in, const std::string& path) {
       head.element.back().property.push_back(p);
     }
   }
-  fail(path, "its header has no end");
+  fail(fmt::format("{}:{}", path, number - 1), "its header has no end");
 }
 
 template <class T>
@@ -91,7 +106,7 @@ double value(std::istream& in, Form form, const std::string& type, const std::st
     if (found == std::end(types)) fail(path, fmt::format("\"{}\": no type of PLY files", type));
     v = found->read(in, big);
   }
-  if (!in || !std::isfinite(v)) fail(path, "ends too early, or has what is no number");
+  if (!in || !std::isfinite(v)) fail_here(in, form, path, "ends too early, or has what is no number");
   return v;
 }
 
@@ -106,7 +121,8 @@ Surface read_ply(std::istream& in, const std::string& path) {
       for (const Property& p : e.property) {
         const bool list = !p.count_type.empty();
         const double count = list ? value(in, head.form, p.count_type, path) : 1;
-        if (!(count >= 0 && count <= most_corners)) fail(path, fmt::format("a list of {:g}", count));
+        if (!(count >= 0 && count <= most_corners))
+          fail_here(in, head.form, path, fmt::format("a list of {:g}", count));
         std::vector<int> loop;
         for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {
           const double v = value(in, head.form, p.type, path);
@@ -115,18 +131,19 @@ Surface read_ply(std::istream& in, const std::string& path) {
             x[p.name[0] - 'x'] = v;
         }
         if (e.name == "face" && list && (p.name == "vertex_indices" || p.name == "vertex_index")) {
-          if (loop.size() < 3) fail(path, "a face needs three corners");
+          if (loop.size() < 3) fail_here(in, head.form, path, "a face needs three corners");
           s.face.push_back(std::move(loop));
         }
       }
       if (e.name != "vertex") continue;
-      if (!x.allFinite()) fail(path, "its vertices have no x, y and z");
+      if (!x.allFinite()) fail_here(in, head.form, path, "its vertices have no x, y and z");
       s.corner.push_back(x);
     }
   const int corners = static_cast<int>(s.corner.size());
-  for (const auto& loop : s.face)
-    for (const int v : loop)
-      if (v < 0 || v >= corners) fail(path, fmt::format("a face names corner {} of {}", v, corners));
+  for (std::size_t f = 0; f < s.face.size(); ++f)
+    for (const int v : s.face[f])
+      if (v < 0 || v >= corners)
+        fail(path, fmt::format("face {} names corner {}: there are {}, counted from 0", f + 1, v, corners));
   return s;
 }
 

@@ -37,9 +37,12 @@ std::string rest_of(std::istringstream& words) {
   return rest;
 }
 
-Vec3 read_point(std::istringstream& words, const std::string& path, int line) {
+const char* const by_ending = " (read as a list of corners: .tess, .stl, .obj and .ply are told by their ending)";
+
+Vec3 read_point(std::istringstream& words, const std::string& path, int line, const char* hint = "") {
   Vec3 x;
-  if (!(words >> x[0] >> x[1] >> x[2]) || !x.allFinite()) fail(path, line, "expected three numbers x y z");
+  if (!(words >> x[0] >> x[1] >> x[2]) || !x.allFinite())
+    fail(path, line, fmt::format("expected three numbers x y z{}", hint));
   return x;
 }
 
@@ -71,8 +74,9 @@ std::vector<Surface> read_lists(std::istream& in, const std::string& path) {
     }
     if (now.corner.empty()) first = number;
     words = std::istringstream(told);
-    now.corner.push_back(read_point(words, path, number));
-    if (!rest_of(words).empty()) fail(path, number, "expected three numbers x y z, and no more");
+    now.corner.push_back(read_point(words, path, number, by_ending));
+    if (!rest_of(words).empty())
+      fail(path, number, fmt::format("expected three numbers x y z, and no more{}", by_ending));
   }
   close();
   return bodies;

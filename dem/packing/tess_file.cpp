@@ -12,6 +12,8 @@
 namespace grus::dem {
 namespace {
 
+constexpr long most_of_tess = 50'000'000;
+
 /// Words of a file, and in which line each is.
 struct Words {
   std::istream& in;
@@ -46,6 +48,14 @@ struct Words {
       fail(fmt::format("{:g}: expected a whole number from {} to {}", v, low, high));
     return static_cast<long>(v);
   }
+  /// The entry of the number that stands next.
+  template <class T>
+  T& fresh(std::map<long, T>& all, const char* what) {
+    const long id = whole(1, most_of_tess);
+    const auto [at, is] = all.try_emplace(id);
+    if (!is) fail(fmt::format("{} {} is there twice", what, id));
+    return at->second;
+  }
   void skip(long count) {
     for (long k = 0; k < count; ++k) next();
   }
@@ -53,8 +63,6 @@ struct Words {
     while (!section()) next();
   }
 };
-
-constexpr long most_of_tess = 50'000'000;
 
 /// By number, from 1: gaps may be in old files.
 struct Tess {
@@ -72,22 +80,28 @@ void read_cells(Words& w, Tess& t) {
   while (w.peek().starts_with('*') && !w.peek().starts_with("**")) {
     const std::string what = w.next();
     if (what == "*seed") {
+      t.seed.clear(), t.weight.clear();
       for (std::size_t k = 0; k < cells; ++k) {
-        w.next();
+        if (const long id = w.whole(1, most_of_tess); id != static_cast<long>(k + 1))
+          w.fail(fmt::format("the seed of cell {} stands where that of cell {} should: one line a cell, in turn", id,
+                             k + 1));
         Vec3 x;
         for (double& v : x) v = w.number();
         t.seed.push_back(x), t.weight.push_back(w.number());
       }
     } else if (what == "*group" || what == "*mode") {
       for (auto& names : t.group) names.push_back(w.next());
+    } else {
+      w.skip_section();
     }
-    w.skip_section();
+    if (!w.section())
+      w.fail(fmt::format("{} has more than one entry for each of the {} cells: \"{}\"", what, cells, w.peek()));
   }
 }
 
 void read_faces(Words& w, Tess& t) {
   for (long n = w.whole(0, most_of_tess); n > 0; --n) {
-    auto& loop = t.face[w.whole(1, most_of_tess)];
+    auto& loop = w.fresh(t.face, "face");
     loop.resize(static_cast<std::size_t>(w.whole(3, 10000)));
     for (long& v : loop) v = w.whole(1, most_of_tess);
     w.skip(w.whole(0, 10000));  // edges
@@ -132,7 +146,7 @@ std::vector<Surface> read_tess(std::istream& in, const std::string& path) {
       read_cells(w, t);
     } else if (what == "**vertex") {
       for (long n = w.whole(0, most_of_tess); n > 0; --n) {
-        Vec3& x = t.vertex[w.whole(1, most_of_tess)];
+        Vec3& x = w.fresh(t.vertex, "vertex");
         for (double& v : x) v = w.number();
         w.next();  // state
       }
@@ -140,7 +154,7 @@ std::vector<Surface> read_tess(std::istream& in, const std::string& path) {
       read_faces(w, t);
     } else if (what == "**polyhedron") {
       for (long n = w.whole(0, most_of_tess); n > 0; --n) {
-        auto& faces = t.polyhedron[w.whole(1, most_of_tess)];
+        auto& faces = w.fresh(t.polyhedron, "polyhedron");
         faces.resize(static_cast<std::size_t>(w.whole(4, 10000)));
         for (long& f : faces) f = w.whole(-most_of_tess, most_of_tess);
       }

@@ -117,7 +117,7 @@ TEST_CASE("what --set gave is found there, not in a line of the file") {
        {sand,
         {"material.sand.normal_stiffness=1e5"},
         "material.sand.normal_stiffness: nothing in this scene makes use of it ('grus keys normal_stiffness' says"},
-       {sand, {"packing.solid_fraction="}, "scene.toml:6:1: packing: packing.solid_fraction is missing"},
+       {sand, {"packing.solid_fraction="}, "scene.toml:6:1: packing: solid_fraction is missing"},
        {sphere, {"grain.0.radius=-1"}, "scene.toml: --set grain.0.radius: -1: must be above 0"},
        {sphere, {"grain.0.radius=", "grain.0.spin=[0,0,1]"}, " (with --set grain.0.spin): grain[0]: "}});
 }
@@ -261,13 +261,11 @@ TEST_CASE("stages are refused what does not fit them") {
 
 TEST_CASE("samples are refused what cannot be made of them") {
   refuse(
-      {{sand, {"packing.box="}, "packing.box is missing"},
+      {{sand, {"packing.box="}, "packing: box is missing"},
        {sand, {"packing.box=[0.01,0,0.01]"}, "all three sides must be above 0"},
        {sand, {"packing.radius.mean=\"6 mm\""}, "a grain of the mean radius, 0.006 m, does not fit in"},
        {sand, {"packing.radius.mean=\"10 um\""}, "more than five million grains; check box and radius"},
-       {sand,
-        {"packing.kind=hcp", "packing.solid_fraction=", "packing.box="},
-        "packing.box or packing.layers is missing"},
+       {sand, {"packing.kind=hcp", "packing.solid_fraction=", "packing.box="}, "packing: box or layers is missing"},
        {sand,
         {"packing.kind=hcp", "packing.solid_fraction=", "packing.layers=[300,300,300]"},
         "more than five million grains; check box, layers and radius"},
@@ -320,7 +318,7 @@ TEST_CASE("hulls, Voronoi cells and prisms are refused what cannot be made of th
        {rock, {"packing.cell_size=1e-3"}, "needs either cells or cell_size"},
        {rock, {"packing.cells="}, "needs either cells or cell_size"},
        {rock, {"packing.cells=", "packing.cell_size=1e-5"}, "more than half a million Voronoi cells; check box"},
-       {rock, {"packing.box="}, "packing.box, cylinder, prism or polyellipsoid is missing"},
+       {rock, {"packing.box="}, "packing: box, cylinder, prism or polyellipsoid is missing"},
        {rock, {"packing.cylinder={diameter=0.01,length=0.01}"}, "fill either a box or a cylinder"},
        {rock, {"packing.box=", prism + "[[0,0,0],[1,0,0]]}"}, "3 to 32 corners are needed"},
        {rock, {"packing.box=", prism + "[[0,0,0],[1,0,1],[0,1,0]]}"}, "are points [x, y, 0] of the plane"},
@@ -333,7 +331,7 @@ TEST_CASE("hulls, Voronoi cells and prisms are refused what cannot be made of th
        {rock, {"packing.box=", "packing.cells=", parents, "packing.parents.material=rock"}, "has no effect here"},
        {rock,
         {prisms, "packing.cells=", "packing.box=", "packing.side=1e-3", "packing.thickness=1e-3"},
-        "packing.box or cylinder is missing"},
+        "packing: box or cylinder is missing"},
        {rock,
         {prisms, "packing.cells=", "packing.side=1e-5", "packing.thickness=1e-5"},
         "more than some hundred thousand prisms"},

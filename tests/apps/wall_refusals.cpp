@@ -43,6 +43,17 @@ z = { stress = 3e5, strain_rate = 1 }
 final_strain = 0.1
 )";
 
+const char* const cell = R"(
+material.sand = { density = 2650, youngs_modulus = "20 GPa", friction = 0.5 }
+boundary.kind = "periodic"
+loading = { kind = "uniaxial-strain", strain_rate = 1, final_strain = 0.1 }
+[packing]
+kind = "random"
+box = [0.01, 0.01, 0.01]
+radius = { distribution = "constant", mean = "0.5 mm" }
+solid_fraction = 0.3
+)";
+
 const char* const hopper = R"(
 material.sand = { density = 2650, youngs_modulus = "20 GPa", friction = 0.5 }
 grain = [{ radius = 1e-3, position = [0, 0, 0] }]
@@ -54,6 +65,14 @@ const char* const facets =
     "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid "
     "a\n";
 
+const char* const deposit = "stage=[{kind=\"deposit\",gravity=[0,0,-9.81],until={time=1e-3}}]";
+
+/// A wall of the scene's own that moves, in place of its others.
+std::string moving(const std::string& how) {
+  const bool plane = how.find("shape") == std::string::npos;
+  return "wall=[{point=[0,0,-2e-3]," + std::string(plane ? "normal=[0,0,1]," : "") + how + "}]";
+}
+
 void refuse(const std::vector<test::Refusal>& rows) { check_refused(rows, read_rve_scene); }
 
 }  // namespace
@@ -63,11 +82,32 @@ TEST_CASE("walls of triangles are refused what does not fit them") {
     const std::string folder = file.substr(0, file.rfind('/') + 1);
     std::ofstream(folder + "hopper.stl") << facets;
     std::ofstream(folder + "flat.stl") << std::string(facets).replace(std::string(facets).find("0 1 0"), 5, "2 0 0");
+    const std::string head = "ply\nformat ascii 1.0\n";
+    const std::string corners = head +
+                                "element vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+                                "element face 1\nproperty list uchar int vertex_index\nend_header\n";
+    for (const auto& [name, text] : {std::pair{"corner", corners + "0 0 0\n3 0 0 7\n"},
+                                     {"two", corners + "0 0 0\n2 0 0\n"},
+                                     {"word", corners + "0 0\nx\n"},
+                                     {"list", corners + "0 0 0\n-1\n"},
+                                     {"format", "ply\nformat utf8 1.0\n"},
+                                     {"many", head + "element vertex many\n"},
+                                     {"end", head}})
+      std::ofstream(folder + name + ".ply") << text;
     read_rve_scene(file, changes);
   };
   check_refused(
       {{hopper, {"wall.0.path=none.stl"}, "none.stl"},
+       {hopper, {"wall.0.path=corner.ply"}, "face 1 names corner 7: there are 1, counted from 0"},
+       {hopper, {"wall.0.path=two.ply"}, "two.ply:11: a face needs three corners"},
+       {hopper, {"wall.0.path=word.ply"}, "word.ply:11: ends too early, or has what is no number"},
+       {hopper, {"wall.0.path=list.ply"}, "list.ply:11: a list of -1"},
+       {hopper, {"wall.0.path=format.ply"}, "format.ply:2: format \"utf8\": must be ascii"},
+       {hopper, {"wall.0.path=many.ply"}, "many.ply:3: \"element vertex many\": how many?"},
+       {hopper, {"wall.0.path=end.ply"}, "end.ply:2: its header has no end"},
        {hopper, {"wall.0.path=flat.stl"}, "path: no triangles in it that have an area"},
+       {hopper, {"wall.0.path=hopper.off"}, "path: a wall is read from a file that ends with .stl, .obj or .ply"},
+       {hopper, {"wall.0.path=hopper.STL"}, "hopper.STL: no such file"},
        {hopper, {"wall.0.unit=kg"}, "unit: \"kg\""},
        {hopper, {"wall.0.normal=[0,0,1]"}, "normal: is of other shapes"},
        {hopper, {"wall.0.shape=plane", "wall.0.normal=[0,0,1]"}, "path: is for shape = \"mesh\""},
@@ -90,6 +130,10 @@ TEST_CASE("walls that press are refused what does not fit them") {
           {sided, {"wall.0.control=velocity"}, "stress: is for control = \"stress\""},
           {sided, {"wall.0.velocity=[1,0,0]"}, "velocity: of a wall that seeks a stress is along its plane"},
           {sided, {"wall.0.stress=-1"}, "stress: -1"},
+          {sided, {"wall.0.stress=\"21 GPa\""}, "stress: 2.1e+10 Pa: above the stiffness of the grains, 2e+10 Pa"},
+          {sided,
+           {"wall.0.stress_rate=-2.1e13"},
+           "duration: wall 1: stress_rate brings it to 2.1e+10 Pa: above the stiffness"},
           {sided, {"wall.0.max_speed=1e6"}, "max_speed: 1e+06 m/s: faster than any wave"},
           {sided, {"boundary.kind=open"}, "side: needs boundary.kind"},
           {sided, {"boundary.kind=cylinder"}, "side: of a cylinder or of \"periodic-xy\" is \"zmin\" or \"zmax\""},
@@ -97,6 +141,10 @@ TEST_CASE("walls that press are refused what does not fit them") {
            {"loading={kind=\"uniaxial-strain\",strain_rate=1,final_strain=0.1}"},
            "kind: walls that move by themselves"},
           {sided, {"loading=", "stage=[{kind=\"relax\",until={time=1e-3}}]"}, "stage: walls that move by themselves"},
+          {lid, {moving("velocity=[0,0,0.1]"), "loading=", deposit}, "stage: walls that move by themselves"},
+          {lid,
+           {moving("shape=\"cylinder\",axis=\"z\",radius=1,velocity=[0,0,0.1]"), "loading=", deposit},
+           "stage: walls that move by themselves"},
           {sided, {"wall=[{side=\"xmax\"},{side=\"xmax\"}]"}, "side: is given twice"},
           {sided,
            {"wall=[{side=\"xmin\",control=\"stress\",stress=1},{side=\"xmax\",control=\"stress\",stress=1}]"},
@@ -160,5 +208,41 @@ TEST_CASE("three axes are refused orders that do not go together") {
           {three, {"loading.y={stress=2e5,stress_rate=-1e7}"}, "stress_rate -1e+07 Pa/s leaves less than no pressure"},
           {three, {"loading.z.strain_rate=0"}, "duration is missing"},
           {three, {"boundary.kind=cylinder"}, "\"true-triaxial\" cannot be in a cylinder"},
-          {three, {"loading.y.b=2"}, "b: 2"}});
+          {three, {"loading.y.b=2"}, "b: 2"},
+          {three, {"loading.z.strain_rate=1e6"}, "z: 1e+06 1/s over 0.01 m is 1e+04 m/s: faster than any wave"},
+          {three, {"loading.x.stress=21e9"}, "x: 2.1e+10 Pa: above the stiffness"}});
+}
+
+TEST_CASE("rates that outrun every wave are refused, and pressures that no grain bears") {
+  const char* const walls = "boundary.kind=walls";  // 2 sqrt(20e9 / 2650) is 5494 m/s, of 10 mm 549,400 1/s
+  const auto load = [](const std::string& how) { return "loading={" + how + "}"; };
+  const auto stage = [](const std::string& how) { return "stage=[{strain_rate=5.6e5," + how + "}]"; };
+  const char* const none = "loading=";
+  const char* const fast = "strain_rate: 5.6e+05 1/s over 0.01 m is 5600 m/s: faster than any wave";
+  const std::string rate = "strain_rate=5.6e5,final_strain=0.1";
+  refuse({{cell, {"loading.strain_rate=5.6e5"}, fast},
+          {cell, {"loading.strain_rate=-5.6e5"}, fast},
+          {cell, {"loading.strain_rate=\"1e12 1/s\""}, "ask for less than 5.494e+05 1/s"},
+          {cell, {walls, load("kind=\"triaxial\",confining_pressure=1e5," + rate)}, fast},
+          {cell, {load("kind=\"constant-p\",pressure=1e5," + rate)}, fast},
+          {cell, {load("kind=\"isotropic-stress\",pressure=1e5,duration=1,strain_rate=5.6e5")}, fast},
+          {cell, {load("kind=\"oedometric-stress\",final_stress=1e6,strain_rate=5.6e5")}, fast},
+          {cell,
+           {load("kind=\"velocity-gradient\",duration=1,velocity_gradient=[[0,0,4e5],[0,0,0],[0,0,4e5]]")},
+           "velocity_gradient: 5.657e+05 1/s over 0.01 m"},
+          {cell,
+           {load("kind=\"triaxial\",confining_pressure=21e9,strain_rate=1,final_strain=0.1")},
+           "confining_pressure: 2.1e+10 Pa: above the stiffness of the grains, 2e+10 Pa"},
+          {cell, {load("kind=\"constant-p\",pressure=21e9,strain_rate=1,final_strain=0.1")}, "pressure: 2.1e+10 Pa"},
+          {cell,
+           {"boundary=", "packing={kind=\"voronoi\",cells=60,box=[1e-2,1e-2,1e-2]}", "material.sand.contact=overlap",
+            load("kind=\"platens\"," + rate)},
+           fast},
+          {cell, {none, stage("kind=\"compress\",until={strain=0.1}")}, fast},
+          {cell, {none, stage("kind=\"compress\",axis=\"all\",until={stress=1e6}")}, fast},
+          {cell, {none, stage("kind=\"shear\",plane=\"xz\",until={strain=0.1}")}, fast},
+          {cell,
+           {none, "stage=[{strain_rate=1,kind=\"shear\",lateral_stress=21e9,until={strain=0.1}}]"},
+           "lateral_stress: 2.1e+10 Pa: above"},
+          {cell, {none, stage("kind=\"cyclic\",cycles=2,strain_amplitude=0.01")}, fast}});
 }

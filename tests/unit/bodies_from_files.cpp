@@ -383,12 +383,18 @@ TEST_CASE("surfaces that bound no convex body are refused, with the reason") {
   std::vector<Vec3> round;
   for (int k = 0; k < 50; ++k) round.emplace_back(std::cos(0.04 * pi * k), std::sin(0.04 * pi * k), 0);
   CHECK(why_not(".obj", obj({prism_over(round, 0, 1)})).find("has 52 faces, more than the 40") != std::string::npos);
-  CHECK(why_not(".tess", "***tess\n **general\n 2 standard\n").find(":3: a tessellation of 2 dimensions") !=
-        std::string::npos);
+  for (const auto& [text, why] :
+       {std::pair{"**general\n 2 standard\n", ":3: a tessellation of 2 dimensions"},
+        {"**cell\n1\n*seed\n1 0 0 0 0\n1 0 0 0 0\n", ":6: *seed has more than one entry for each of the 1"},
+        {"**cell\n2\n*seed\n1 0 0 0 0\n1 0 0 0 0\n", ":6: the seed of cell 1 stands where that of cell 2"},
+        {"**cell\n2\n*group\n1 1 2\n", ":5: *group has more than one entry"},
+        {"**polyhedron\n2\n1 4 1 2 3 4\n1 4 1 2 3 4\n", ":5: polyhedron 1 is there twice"}})
+    CHECK(why_not(".tess", std::string("***tess\n") + text + "***end\n").find(why) != std::string::npos);
   CHECK(why_not(".obj", "v 0 0 0\nf 1 2 3\n").find(":2: \"2\": there are 1 corners so far") != std::string::npos);
   CHECK(why_not(".ply", "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nend_header\n1\n")
-            .find("x, y and z") != std::string::npos);
+            .find(":6: its vertices have no x, y and z") != std::string::npos);
   CHECK(why_not(".stl", "nothing\n").find(":1: is no STL file") != std::string::npos);
-  CHECK(why_not(".txt", "0 0 0\n1 0\n").find(":2: expected three numbers") != std::string::npos);
+  CHECK(why_not(".txt", "0 0 0\n1 0\n").find(":2: expected three numbers x y z (read as a list of corners") !=
+        std::string::npos);
   CHECK(why_not(".txt", "\n\n").find("no bodies") != std::string::npos);
 }
