@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -23,8 +24,10 @@ constexpr std::pair<const char*, const char*> further[] = {
     {"loading", "final_strain"},       {"loading", "final_stress"}, {"loading", "max_strain"}, {"loading", "duration"},
     {"loading", "final_displacement"}, {"output", "frames"},        {"output", "gradings"}};
 
-/// What of a sample's material may change between a run and one that starts from it.
-constexpr const char* of_a_test[] = {"friction", "rolling_friction", "restitution", "damping", "fracture"};
+/// What of a sample's material may change between a run and one that starts from it; the last two where grains and
+/// contacts have the columns that they need.
+constexpr const char* of_a_test[] = {"friction", "restitution", "damping", "rolling_friction", "fracture"};
+constexpr std::size_t always_free = 3;
 
 /// A checkpoint of a DEM test, and what it tells of itself.
 std::pair<dem::Checkpoint, json> read(const std::string& path) {
@@ -55,15 +58,15 @@ json as_far_as(json kept, const json& now, const json& about) {
   return kept;
 }
 
-/// What a scene says of its sample.
-json sample_in(const json& scene) {
+/// What a scene says of its sample, without the first so many of of_a_test.
+json sample_in(const json& scene, std::size_t without) {
   json of;
   for (const char* table : {"packing", "boundary", "grain", "wall", "clamp", "load", "seed"})
     if (scene.contains(table)) of[table] = scene[table];
   if (!scene.contains("material")) return of;
   of["material"] = scene["material"];
   for (auto& [name, material] : of["material"].items())
-    for (const char* key : of_a_test) material.erase(key);
+    for (std::size_t k = 0; k < without; ++k) material.erase(of_a_test[k]);
   return of;
 }
 
@@ -111,26 +114,70 @@ std::string with_columns(const std::string& rows, const std::vector<std::string>
   return out;
 }
 
-dem::State start_of(const RveScene& scene, const dem::Sample& sample, dem::Team& team) {
-  const std::filesystem::path folder = std::filesystem::path(scene.file).parent_path() / scene.start;
+namespace {
+
+std::filesystem::path folder_of_start(const RveScene& scene) {
+  return std::filesystem::path(scene.file).parent_path() / scene.start;
+}
+
+/// A run that failed has no last state; of one that was stopped midway it is told.
+void look_at_end(const std::filesystem::path& folder, const json& about, RveScene& scene) {
+  if (about.value("ended", false)) return;
+  std::ifstream in(folder / "summary.json");
+  const json summary = json::parse(in, nullptr, false);
+  const int status = summary.is_object() ? summary.value("status", interrupted) : interrupted;
+  if (status == unstable || status == failed)
+    dem::refuse(scene.place_of_start,
+                fmt::format("\"{}\" holds a run that failed (status {}): its checkpoint is from some time before; give "
+                            "one that has finished",
+                            scene.start, status));
+  scene.notes.push_back(
+      fmt::format("start: the run in \"{}\" has not finished: this one begins in its last checkpoint; "
+                  "--resume takes that run to its end",
+                  scene.start));
+}
+
+}  // namespace
+
+void refuse_own_start(const Options& options, const RveScene& scene) {
+  std::error_code none;
+  if (!scene.start.empty() && std::filesystem::equivalent(folder_of_start(scene), options.directory, none))
+    dem::refuse(scene.place_of_start,
+                fmt::format("\"{}\" is the results folder, too, whose checkpoint this run would take the place of; use "
+                            "another -o DIR",
+                            scene.start));
+}
+
+dem::State start_of(RveScene& scene, const dem::Sample& sample, dem::Team& team) {
+  const std::filesystem::path folder = folder_of_start(scene);
   const std::string path = (folder / "checkpoint.h5").string();
   if (!std::filesystem::exists(path))
     dem::refuse(scene.place_of_start, fmt::format("\"{}\" holds no checkpoint.h5: a run keeps its last state with "
                                                   "output.last_state = true, or with stages",
                                                   scene.start));
   const auto [kept, about] = read(path);
-  refuse_changes(path, sample_in(about.value("scene", json::object())), sample_in(*scene.record), "the sample's start",
-                 "set it back, or leave start out");
+  const auto refuse_others = [&, &made = about](std::size_t without) {
+    refuse_changes(path, sample_in(made.value("scene", json::object()), without), sample_in(*scene.record, without),
+                   "the sample's start", "set it back, or leave start out");
+  };
+  refuse_others(std::size(of_a_test));
+  look_at_end(folder, about, scene);
   try {
     dem::State state = dem::state_of(kept.parts[0]);
-    dem::check_state(scene.model, state);
+    try {
+      dem::check_state(scene.model, state);
+    } catch (const InputError&) {  // its checksum is right: what this scene's laws need is not there
+      refuse_others(always_free);
+      throw;
+    }
     stand(sample, state);
     state.time = 0, state.steps = 0, state.grain_steps = 0;
     state.ledger = {}, state.servo = {};
     dem::prepare(scene.model, state, team);
     return state;
   } catch (const InputError& e) {
-    throw InputError(path + ": " + e.what());
+    const std::string why = e.what();
+    throw InputError(why.starts_with(path) ? why : path + ": " + why);
   }
 }
 

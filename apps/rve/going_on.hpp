@@ -17,8 +17,11 @@ dem::Checkpoint find_checkpoint(const Options& options, const RveScene& scene);
 /// of no stress that is held.
 std::string with_columns(const std::string& rows, const std::vector<std::string>& columns);
 
+/// Refuses to write into the folder of the run that the scene starts from.
+void refuse_own_start(const Options& options, const RveScene& scene);
+
 /// The last state of the run that the scene starts from, at rest as its walls and cell are, ready to be loaded: clock
-/// and ledger start at zero. Throws InputError where that run had another sample.
-dem::State start_of(const RveScene& scene, const dem::Sample& sample, dem::Team& team);
+/// and ledger start at zero. Throws InputError where that run had another sample, or failed; notes that it was stopped.
+dem::State start_of(RveScene& scene, const dem::Sample& sample, dem::Team& team);
 
 }  // namespace grus::app

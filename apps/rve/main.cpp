@@ -78,6 +78,7 @@ int run(const Options& options) {
   dem::Team team(options.threads);
   if (options.check) return check(options, scene, std::move(made), team);
   dem::Checkpoint kept;
+  refuse_own_start(options, scene);
   if (options.resume) kept = find_checkpoint(options, scene);
   check_folder(options);
   dem::Sample sample;
