@@ -96,6 +96,8 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
   try {
     cli.parse(argc, argv);
     if (options.scene.empty() && !about.asked()) throw CLI::RequiredError("SCENE");
+    if (options.force && options.resume)
+      throw CLI::ValidationError("--force deletes what --resume would go on from: give one of them");
   } catch (const CLI::Success& e) {
     return speaks ? cli.exit(e) : finished;
   } catch (const CLI::ParseError& e) {
@@ -123,8 +125,9 @@ int run_command(int argc, char** argv, const std::string& name, const std::strin
     const std::string why = e.what();  // some name the place in the scene themselves
     return say(why.starts_with(options.scene + ":") ? why : options.scene + ": " + why), unstable;
   } catch (const dem::Interrupted& e) {
-    const char* why = interruption_asked() || options.max_time == 0 ? "" : " (the time of --max-time is over)";
-    return say(options.scene + ": " + e.what() + why), interrupted;
+    const bool late = !interruption_asked() && options.max_time > 0;
+    const char* why = late ? " (the time of --max-time is over)" : "";
+    return say(options.scene + ": " + e.what() + why), late ? out_of_time : interrupted;
   } catch (const std::bad_alloc&) {
     return say(options.scene + ": out of memory"), failed;
   } catch (const std::exception& e) {

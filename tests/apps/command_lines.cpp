@@ -146,15 +146,17 @@ TEST_CASE("what ends a command has its own status and one line that names the sc
   is(command({"a.toml"}, thrown(dem::Unstable("it burst"))), 3, "a.toml: it burst\n");
   is(command({"a.toml"}, thrown(dem::Unstable("a.toml: grain: it burst"))), 3, "a.toml: grain: it burst\n");
   is(command({"a.toml"}, thrown(dem::Interrupted("stopped"))), 130, "a.toml: stopped\n");
-  is(command({"a.toml", "--max-time", "1 s"}, thrown(dem::Interrupted("stopped"))), 130,
+  is(command({"a.toml", "--max-time", "1 s"}, thrown(dem::Interrupted("stopped"))), 75,
      "a.toml: stopped (the time of --max-time is over)\n");
   is(command({"a.toml"}, thrown(std::bad_alloc())), 1, "a.toml: out of memory\n");
   is(command({"a.toml"}, thrown(std::runtime_error("disk"))), 1, "a.toml: disk\n");
   is(command({"a.toml"}, thrown(dem::InputError("no")), false), 2, "");  // of several ranks one speaks
   is(command({}, thrown(dem::InputError("never asked"))), 2, "grus-rve: SCENE is required (see --help)\n");
   is(command({}, thrown(dem::InputError("never asked")), false), 2, "");
-  for (const std::vector<std::string>& words :
-       {std::vector<std::string>{"a.toml", "--threads", "0"}, {"a.toml", "--none"}, {"a.toml", "b.toml"}}) {
+  for (const std::vector<std::string>& words : {std::vector<std::string>{"a.toml", "--threads", "0"},
+                                                {"a.toml", "--none"},
+                                                {"a.toml", "b.toml"},
+                                                {"a.toml", "--force", "--resume"}}) {
     const Ended e = command(words, thrown(std::runtime_error("never asked")));
     CHECK((e.status == 2 && e.said.starts_with("grus-rve: ") && e.said.ends_with(" (see --help)\n")));
   }
