@@ -66,6 +66,8 @@ struct ErrorEstimates {
   void add(const dem::State& state, const dem::Loading& loading, const dem::Survey& m);
   /// Over the rows (0 without any).
   double mean_stress_error() const { return stress_rows > 0 ? stress_sum / static_cast<double>(stress_rows) : 0; }
+  /// Where the stress is off: what to change. `solved`: steps solve their contacts; `presses`: walls seek the stress.
+  const char* advice(bool solved, bool presses) const;
   nlohmann::json json(const dem::State& state) const;
 };
 

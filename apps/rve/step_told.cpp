@@ -34,7 +34,7 @@ nlohmann::json StepTold::json() const {
           {"largest_inertial_number", pressure_then > 0 ? nlohmann::json(inertial_number) : nlohmann::json()}};
 }
 
-std::vector<std::string> StepTold::notes(bool by_step) const {
+std::vector<std::string> StepTold::notes(bool by_step, bool solved) const {
   std::vector<std::string> all;
   if (first > told_fall * least) {
     const std::string how = std::isnan(slowest.turning) ? "it is fast"
@@ -44,7 +44,7 @@ std::vector<std::string> StepTold::notes(bool by_step) const {
         "the time step has fallen from {:.3g} to {:.3g} s (t = {:.4g} s): grain {}, diameter {:.3g} m, least width "
         "{:.3g} m, needs the short one as {}{}",
         first, least, least_at, slowest.id, slowest.diameter, slowest.width, how,
-        by_step ? "" : "; in slow tests numerics.inertia.step makes such grains heavier"));
+        by_step || solved ? "" : "; in slow tests numerics.inertia.step makes such grains heavier"));
   }
   if (by_step && inertial_number > most_inertial_number)
     all.push_back(

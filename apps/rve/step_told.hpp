@@ -37,7 +37,7 @@ struct StepTold {
   /// Of the inertia.
   nlohmann::json json() const;
   /// What the user should know; `by_step`: inertia has been given for the step.
-  std::vector<std::string> notes(bool by_step) const;
+  std::vector<std::string> notes(bool by_step, bool solved = false) const;
 };
 
 }  // namespace grus::app

@@ -10,6 +10,7 @@
 #include "dem/rve/grading.hpp"
 #include "dem/rve/hand_over.hpp"
 #include "dem/rve/step.hpp"
+#include "dem/rve/stepper.hpp"
 #include "dem/sample/gauge.hpp"
 
 namespace grus::app {
@@ -45,18 +46,16 @@ nlohmann::json ledger_json(const dem::State& s, const dem::Measurement& m) {
 /// The scene's, and what the run has shown.
 std::vector<std::string> RveRun::notes() const {
   std::vector<std::string> all = scene_.notes;
+  const bool solved = scene_.model.stepper->long_steps;
   if (course_.overfull >= 0)
     all.push_back(
         fmt::format("from {:.4g} MPa on the fines no longer fit into the voids (void_ratio_all is below 0): the "
                     "sample is softer than with them; see lost_mass",
                     course_.overfull / 1e6));
   if (const ErrorEstimates& e = course_.errors; e.mean_stress_error() > most_stress_error)
-    all.push_back(fmt::format(
-        "the {} was off what is asked by {:.2g} % on average and {:.2g} % at worst: {}",
-        e.holds ? "lateral stress" : "stress sought", 100 * e.mean_stress_error(), 100 * e.stress.worst,
-        e.holds ? "walls had yet to find the sample, or it is loaded faster than its boundary can answer; lower "
-                  "strain_rate, go on to a larger final_strain, or take more grains"
-                : "raise the strain_rate that bounds the search, or take longer"));
+    all.push_back(fmt::format("the {} was off what is asked by {:.2g} % on average and {:.2g} % at worst: {}",
+                              e.holds ? "lateral stress" : "stress sought", 100 * e.mean_stress_error(),
+                              100 * e.stress.worst, e.advice(solved, !scene_.test.loading.walls.empty())));
   if (const double share = course_.errors.before_peak.devices(); has_peak() && share > most_devices)
     all.push_back(fmt::format(
         "local damping and the dashpots of bonds took {:.2g} % of the work before the peak, which is partly "
@@ -72,7 +71,8 @@ std::vector<std::string> RveRun::notes() const {
       all.push_back(fmt::format("stage {} ({}) has no length: its end ({}) was met as it began", k + 1,
                                 stages_[k].at("name").get<std::string>(),
                                 stages_[k].at("ended_by").get<std::string>()));
-  for (std::string& note : course_.step.notes(scene_.model.numerics.inertia_step > 0)) all.push_back(std::move(note));
+  const bool by_step = scene_.model.numerics.inertia_step > 0;
+  for (std::string& note : course_.step.notes(by_step, solved)) all.push_back(std::move(note));
   if (status_ == finished && state_.steps > 0 && !dem::exchanged(state_))
     all.push_back(
         "the run is shorter than 20 steps: its energy error is not known, and is told as 0; go on for longer, or lower "

@@ -78,6 +78,26 @@ void refuse_long_step(const RveScene& scene, const dem::Grains& grains) {
                     step, step / wave, most_step_of_wave, most_step_of_wave * wave));
 }
 
+/// Fines of no grain at the start could be as large as the smallest are to be.
+void refuse_large_fines(const RveScene& scene, const dem::Grains& grains) {
+  std::vector<double> largest(scene.model.materials.size());  // m
+  for (std::size_t i = 0; i < grains.size(); ++i) {
+    const double radius = grains.extent.empty() ? grains.motion[i].radius : grains.extent[i].equivalent_radius;
+    largest[grains.material[i]] = std::max(largest[grains.material[i]], 2 * radius);
+  }
+  for (std::size_t m = 0; m < largest.size(); ++m) {
+    const auto& fracture = scene.model.materials[m].fracture;
+    if (!fracture || largest[m] == 0) continue;
+    const dem::FinesGrading& fines = fracture->fines;
+    const double top = fines.largest * largest[m];
+    if (fines.smallest >= top)
+      dem::refuse(fmt::format("{}: material.{}.fracture.fines.smallest", scene.file, scene.model.materials[m].name),
+                  fmt::format("{:.4g} m: the largest fines of the largest grain have {:.4g} m (largest = {:.3g} of its "
+                              "diameter); ask for less than that",
+                              fines.smallest, top, fines.largest));
+  }
+}
+
 /// The rate (1/s) at which a test leaves the preparation's pressure; 0 where its rate is a limit alone: it is then as
 /// slow as its stress asks. Of stages the first that moves decides: what pressure the next ones meet is not known.
 double first_rate(const dem::Programme& test) {
@@ -137,6 +157,7 @@ void settle(RveScene& scene, const dem::Sample& sample) {
   if (scene.model.numerics.inertia_step > 0)
     refuse_long_step(scene, sample.state.grains), refuse_real_time(scene, sample.state);
   if (scene.model.stepper->long_steps) refuse_real_time(scene, sample.state);
+  refuse_large_fines(scene, sample.state.grains);
   if (const auto note = note_of_rigid(scene.model)) scene.notes.push_back(*note);
   scene.notes.insert(scene.notes.end(), sample.notes.begin(), sample.notes.end());
   scene.test = dem::fitted(std::move(scene.test), sample);

@@ -11,6 +11,7 @@
 #include "dem/bond/supports.hpp"
 #include "dem/contact/forces.hpp"
 #include "dem/motion/integrate.hpp"
+#include "dem/rve/rigid_stepper.hpp"
 
 namespace grus::dem {
 namespace {
@@ -134,10 +135,12 @@ void check_sanity(const Model& model, const State& state, double stored, const D
     const Pair& p = state.contacts.pair[deepest.pair];
     const bool wall = deepest.pair >= state.contacts.begin[first_wall];
     throw Unstable(fmt::format(
-        "overlap of grain {} and {} {} is {:.0f} % of a radius at t = {:.6g} s (limit {:.0f} %): stiffen the "
-        "material, load less, or raise numerics.max_overlap",
+        "overlap of grain {} and {} {} is {:.0f} % of a radius at t = {:.6g} s (limit {:.0f} %): {}",
         state.grains.id[p.a], wall ? "wall" : "grain", wall ? p.b : state.grains.id[p.b], 100 * deepest.ratio,
-        state.time, 100 * model.overlap_limit()));
+        state.time, 100 * model.overlap_limit(),
+        model.stepper == &rigid_stepper ? "they do not give way: move them apart at the start, or lower "
+                                          "numerics.max_time_step"
+                                        : "stiffen the material, load less, or raise numerics.max_overlap"));
   }
   const Ledger& l = state.ledger;
   const double scale = energy_scale(l, stored);

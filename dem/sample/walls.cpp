@@ -109,10 +109,10 @@ void fix_grains(const Recipe& recipe, Sample& sample) {
     }
     if (count == 0) refuse(layer.place, "no grain is there to move with this wall");
     all += count;
+    if (all == g.size()) refuse(layer.place, "all grains move with walls: none is left free");
     sample.notes.push_back(fmt::format("{} of {} grains move with the wall {}", count, g.size(),
                                        wall.name.empty() ? fmt::format("{}", layer.wall) : wall.name));
   }
-  if (all == g.size() && all > 0) refuse(recipe.rough.back().place, "all grains move with walls: none is left free");
 }
 
 void put_platens(const Platens& platens, double low, double high, Boundary& boundary) {

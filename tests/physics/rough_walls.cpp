@@ -339,4 +339,7 @@ TEST_CASE("each wall takes the grains of its own layer and material, and what no
   CHECK_THROWS_WITH(make(model, recipe, team), Catch::Contains("no grain is there to move with this wall"));
   recipe.rough = {{.wall = 4, .within = 1, .of = {}, .becomes = {3, 1, 3}}};
   CHECK_THROWS_WITH(make(model, recipe, team), Catch::Contains("all grains move with walls"));
+  recipe.rough.push_back({.wall = 5, .within = 1, .of = {}, .becomes = {3, 1, 3}});  // finds none: the first took all
+  recipe.rough[0].place = "wall[0].fixed_layer";
+  CHECK_THROWS_WITH(make(model, recipe, team), Catch::StartsWith("wall[0].fixed_layer: all grains move with walls"));
 }

@@ -303,6 +303,21 @@ def going_on(tmp):
          and r.stderr.count("\n") == 1, f"other: {r.stderr}")
     _, r = go(tmp, "none", 'start = "nowhere"\n' + text, status=2)
     need('start: "nowhere" holds no checkpoint.h5' in r.stderr and r.stderr.count("\n") == 1, f"nowhere: {r.stderr}")
+    _, r = go(tmp, "further", 'start = "further"\n' + text, status=2)
+    need("is the results folder, too" in r.stderr and numbers(os.path.join(tmp, "further")) == b, f"itself: {r.stderr}")
+    rolls = text.replace("friction = 0.5", "friction = 0.5\nrolling_friction = 0.1")
+    _, r = go(tmp, "rolls", 'start = "further"\n' + rolls, status=2)
+    need("rolling_friction was 0.0, is 0.1; set it back" in r.stderr and "friction was 0.5" not in r.stderr,
+         f"another law: {r.stderr}")
+    # A run that was stopped midway is told of, one that failed is refused.
+    short = stage("compress", strain_rate=5, until={"stress": 1e10}, max_strain=1e-3, rows=5)
+    failed, _ = go(tmp, "failed", CELL + short + "[output]\ncheckpoint_interval = 1e-6\n", status=3)
+    _, r = go(tmp, "late", 'start = "failed"\n' + text, status=2)
+    need("holds a run that failed (status 3)" in r.stderr and r.stderr.count("\n") == 1, f"failed: {r.stderr}")
+    os.remove(os.path.join(failed, "summary.json"))  # as of one that was killed
+    late, _ = go(tmp, "late", 'start = "failed"\n' + text)
+    noted = [any("has not finished" in note for note in summary(f)["notes"]) for f in (late, folder)]
+    need(noted == [True, False], f"stopped midway: {summary(late)['notes']}")
 
 
 with tempfile.TemporaryDirectory() as folder:
