@@ -312,10 +312,10 @@ def going_on(tmp):
     # A run that was stopped midway is told of, one that failed is refused.
     short = stage("compress", strain_rate=5, until={"stress": 1e10}, max_strain=1e-3, rows=5)
     failed, _ = go(tmp, "failed", CELL + short + "[output]\ncheckpoint_interval = 1e-6\n", status=3)
-    _, r = go(tmp, "late", 'start = "failed"\n' + text, status=2)
+    _, r = go(tmp, "late_start", 'start = "failed"\n' + text, status=2)
     need("holds a run that failed (status 3)" in r.stderr and r.stderr.count("\n") == 1, f"failed: {r.stderr}")
     os.remove(os.path.join(failed, "summary.json"))  # as of one that was killed
-    late, _ = go(tmp, "late", 'start = "failed"\n' + text)
+    late, _ = go(tmp, "late_start", 'start = "failed"\n' + text)
     noted = [any("has not finished" in note for note in summary(f)["notes"]) for f in (late, folder)]
     need(noted == [True, False], f"stopped midway: {summary(late)['notes']}")
 
