@@ -336,7 +336,7 @@ with tempfile.TemporaryDirectory() as tmp:
             swept[1][4] == swept[1][7] == "" and "2 of 2 not broken: at least" in swept[1][10]
             and float(swept[0][4]) > 0, f"sweep.csv: {swept}")
 # What is not known is not near: the last of the values is not reached.
-run_to = lambda strain: {"columns": {"axial_strain": [0.0, strain], "y": [0.0, 10 * strain]}, "summary": {}}
+run_to = lambda strain: {"columns": {"axial_strain": [0.0, strain], "y": [0.0, 10 * strain]}, "summary": {"status": 0}}
 near = {"claim": "c", "case": "a", "quantity": "y", "at": [0.1], "near": 1.0, "tolerance": 0.01}
 need(
     check.check_of(near, {"a": [run_to(0.1), run_to(0.2)]})[0]
