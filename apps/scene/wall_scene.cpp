@@ -206,9 +206,9 @@ void read_wall(Table t, RveScene& scene) {
 void refuse_own_motion(const Table& t, const std::string& key, const RveScene& scene) {
   const dem::Recipe& r = scene.recipe;
   const auto moves = [](const dem::Vec3& velocity) { return !velocity.isZero(0); };
-  const bool any = std::any_of(r.sides.begin(), r.sides.end(), [&](const auto& s) { return moves(s.velocity); }) ||
-                   std::any_of(r.walls.begin(), r.walls.end(), [&](const auto& w) { return moves(w.wall.velocity); });
-  if (!any && scene.test.loading.walls.empty()) return;
+  const bool some = std::any_of(r.sides.begin(), r.sides.end(), [&](const auto& s) { return moves(s.velocity); }) ||
+                    std::any_of(r.walls.begin(), r.walls.end(), [&](const auto& w) { return moves(w.wall.velocity); });
+  if (!some && scene.test.loading.walls.empty()) return;
   t.fail(key,
          "walls that move by themselves ([[wall]] with velocity, or control = \"stress\") need loading.kind = "
          "\"free\"");

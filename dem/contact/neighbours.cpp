@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 
+#include "dem/base/renew.hpp"
 #include "dem/contact/listing.hpp"
 
 namespace grus::dem {
