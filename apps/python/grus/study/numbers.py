@@ -7,14 +7,14 @@ from grus.runs.censored import mean_of, strength_of
 from grus.study.statistics import deviation
 
 
-def finished(runs):
-    """Those that got to their end: what another one tells is cut short, or wrong, and is evidence of nothing."""
-    return [r for r in runs if r["summary"].get("status") == 0]
+def finished(run):
+    """Whether it got to its end: what another one tells is cut short, or wrong, and is evidence of nothing."""
+    return run["summary"].get("status") == 0
 
 
 def unfinished_text(runs):
     """How many of some runs did not get to their end, and with what status."""
-    stopped = [r for r in runs if r["summary"].get("status") != 0]
+    stopped = [r for r in runs if not finished(r)]
     if not stopped:
         return ""
     kinds = ", ".join(sorted({str(r["summary"].get("status")) for r in stopped}))

@@ -30,7 +30,7 @@ def asks(entry, _common):
 
 def points_of(fit, strain, runs):
     """(x, quantity at the strain) of each run; NaN of one that did not finish."""
-    return [(of_summary(r, fit["x"]), position(r["columns"], fit["quantity"], strain) if finished([r]) else math.nan)
+    return [(of_summary(r, fit["x"]), position(r["columns"], fit["quantity"], strain) if finished(r) else math.nan)
             for name in fit["cases"] for r in runs[name]]
 
 

@@ -139,7 +139,7 @@ def judge(entry, table, reference_runs, folder, stopped=None):
     rows = []
     for k, (values, some) in enumerate(table):
         runs = [*some, *(stopped[k] if stopped else [])]
-        good = finished(runs)
+        good = [r for r in runs if finished(r)]
         found = [measured(r["columns"], entry) for r in good]
         off, half = difference(found, reference, paired)
         costs = [cost(r) for r in good or runs]
@@ -176,7 +176,7 @@ def judged(entry, done):
     """(entry, what its runs say) of the runs that are there; None where nothing is left to compare."""
     c = entry["reference_case"]
     every = {k["name"]: done.by_seed(k) for k in cases(entry)}
-    found = {name: {seed: r for seed, r in by_seed.items() if finished([r])} for name, by_seed in every.items()}
+    found = {name: {seed: r for seed, r in by_seed.items() if finished(r)} for name, by_seed in every.items()}
     stopped = {name: [r for seed, r in by_seed.items() if seed not in found[name]] for name, by_seed in every.items()}
     # Runs that failed are left out; where seeds are compared one by one, the others of their seed too.
     paired = c is not None and entry.get("paired", True)

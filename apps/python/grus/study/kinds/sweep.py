@@ -65,7 +65,7 @@ def judge(entry, table):
     mean. Runs that did not finish are left out, and told."""
     rows, first = [], None
     for value, runs in table:
-        by_seed = {seed: found(run, entry) for seed, run in runs.items() if finished([run])}
+        by_seed = {seed: found(run, entry) for seed, run in runs.items() if finished(run)}
         reached = {seed: v for seed, (v, _) in by_seed.items() if not math.isnan(v)}
         larger = [bound for v, bound in by_seed.values() if math.isnan(v) and not math.isnan(bound)]
         least = mean(list(reached.values()) + larger)
