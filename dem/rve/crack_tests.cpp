@@ -37,9 +37,31 @@ struct Tested {
 };
 
 Tested test(const Model& model, const State& state, std::size_t i) {
-  const Grains& g = state.grains;
   const FractureModel& fracture = fracture_of(model, state, i);
-  const CrackTests& tests = *fracture.cracks;
+  CrackResult found = ask_for_cracks(model, state, i);
+  Tested out{found.verdict};
+  if (found.verdict != CrackVerdict::cracks || !found.cracked) return out;
+  const CrackedLattice& cracked = *found.cracked;
+  Pieces pieces = pieces_by_labels(std::get<Shatter>(fracture.splitter), state.grains, i, cracked.points, cracked.piece,
+                                   static_cast<std::size_t>(cracked.pieces + cracked.crumbs), nullptr,
+                                   static_cast<std::size_t>(cracked.crumbs));
+  if (pieces.piece.empty()) return {CrackVerdict::stalled};
+  out.bond_energy = cracked.bond_energy, out.pieces = std::move(pieces);
+  if (fracture.cracks->lattice.tells_points)
+    out.lattice = std::make_shared<const CrackedLattice>(std::move(*found.cracked));
+  return out;
+}
+
+}  // namespace
+
+LoadedHull loaded_hull(const Model& model, const State& state, std::size_t i) {
+  const double nu = model.materials[state.grains.material[i]].poissons_ratio;
+  return {model.law, nu, state.grains, state.boundary, state.contacts, state.bonds, state.break_room.bonds, i};
+}
+
+CrackResult ask_for_cracks(const Model& model, const State& state, std::size_t i) {
+  const Grains& g = state.grains;
+  const CrackTests& tests = *fracture_of(model, state, i).cracks;
   const LoadedHull grain = loaded_hull(model, state, i);
   const Mat3 back = grain.axes().transpose();
   std::vector<PatchLoad> loads;
@@ -49,24 +71,7 @@ Tested test(const Model& model, const State& state, std::size_t i) {
   const LatticeSolid solid = lattice_hull(*g.hulls, g.hull[i]);
   const double stretch = tests.toughness.stretch(tests.lattice.lattice, tests.lattice.youngs_modulus,
                                                  tests.lattice.poissons_ratio, solid.diameter(), g.strength[i]);
-  CrackResult found = crack_test(solid, loads, tests.lattice, stretch, model.seed, g.id[i]);
-  Tested out{found.verdict};
-  if (found.verdict != CrackVerdict::cracks || !found.cracked) return out;
-  const CrackedLattice& cracked = *found.cracked;
-  Pieces pieces = pieces_by_labels(std::get<Shatter>(fracture.splitter), g, i, cracked.points, cracked.piece,
-                                   static_cast<std::size_t>(cracked.pieces + cracked.crumbs), nullptr,
-                                   static_cast<std::size_t>(cracked.crumbs));
-  if (pieces.piece.empty()) return {CrackVerdict::stalled};
-  out.bond_energy = cracked.bond_energy, out.pieces = std::move(pieces);
-  if (tests.lattice.tells_points) out.lattice = std::make_shared<const CrackedLattice>(std::move(*found.cracked));
-  return out;
-}
-
-}  // namespace
-
-LoadedHull loaded_hull(const Model& model, const State& state, std::size_t i) {
-  const double nu = model.materials[state.grains.material[i]].poissons_ratio;
-  return {model.law, nu, state.grains, state.boundary, state.contacts, state.bonds, state.break_room.bonds, i};
+  return crack_test(solid, loads, tests.lattice, stretch, model.seed, g.id[i]);
 }
 
 bool worth_a_test(const Model& model, const State& state, std::size_t i, double utilisation) {

@@ -3,12 +3,17 @@
 #pragma once
 
 #include "dem/fracture/hull_loads.hpp"
+#include "dem/fracture/lattice_crack.hpp"
 #include "dem/rve/breakage.hpp"
 
 namespace grus::dem {
 
 /// Hull i under its load, as LoadedHull asks.
 LoadedHull loaded_hull(const Model& model, const State& state, std::size_t i);
+
+/// Asks grain i under its load whether it cracks, whatever `worth_a_test` says. Contacts and bonds are indexed by
+/// grain.
+CrackResult ask_for_cracks(const Model& model, const State& state, std::size_t i);
 
 /// Whether a grain whose force is `utilisation` of its platen strength is worth a test: it is near enough to it, at
 /// rest, and bears other forces than when it last held. In order of cost.

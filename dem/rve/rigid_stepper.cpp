@@ -32,10 +32,8 @@ constexpr double yielding = 0.02;     // of places alone, over what a contact's 
 /// Energies are judged against what all grains gain by falling for a step at least: what bears them is found to a share
 /// of their weight, whose work in samples at rest is all the work there is.
 void note_fall(const Model& model, State& state) {
-  double mass = 0;
-  for (const double m : state.grains.mass) mass += m;
   const double fall = state.dt * model.motion.gravity.norm();
-  state.ledger.floor = std::max(state.ledger.floor, 0.5 * mass * fall * fall);
+  state.ledger.floor = std::max(state.ledger.floor, 0.5 * total_mass(state.grains) * fall * fall);
 }
 
 /// The step in which what is fastest goes its flight, or falls it from rest.

@@ -216,17 +216,15 @@ double unbalanced_force(const State& s) {
 
 namespace {
 
-/// Of a time at which something ends, by which round-off may miss it (s). Steps may be far longer than the leg.
-double slack_of(const Programme& test, const State& s) {
-  return 1e-9 * std::min(s.dt, leg_until(test) - test.now.leg_began);
-}
+/// Of a time, by which round-off may miss it (s), in a leg that ends at `end`. Steps may be far longer than the leg.
+double slack_of(const StageNow& now, double end, const State& s) { return 1e-9 * std::min(s.dt, end - now.leg_began); }
 
 }  // namespace
 
 EndedBy leg_ended(const Programme& test, const State& s) {
   const Stage& stage = stage_of(test);
   const StageNow& now = test.now;
-  const double slack = slack_of(test, s), way = sense(stage, now);
+  const double end = leg_until(test), slack = slack_of(now, end, s), way = sense(stage, now);
   const StageEnds& until = stage.until;
   if (const auto goal = goal_of(stage, now); goal && way * (*goal - towards_goal(test, s)) <= 0)
     return stage.kind == StageKind::cyclic ? EndedBy::cycles
@@ -245,7 +243,7 @@ EndedBy leg_ended(const Programme& test, const State& s) {
   }
   if (until.time && s.time >= now.began + *until.time - slack) return EndedBy::time;
   if (until.unbalanced_force && unbalanced_force(s) <= *until.unbalanced_force) return EndedBy::unbalanced_force;
-  const bool late = s.time >= leg_until(test) - slack;
+  const bool late = s.time >= end - slack;
   if (late && stage.kind == StageKind::cyclic && stage.swing == Swing::strain) return EndedBy::cycles;
   return late || too_far(stage, gone) ? EndedBy::limit : EndedBy::nothing;
 }
@@ -321,9 +319,8 @@ void count_row(Programme& test, const State& state) {
   const Stage& stage = stage_of(test);
   StageNow& now = test.now;
   now.row_time = state.time;
-  while (row_until(test) <= state.time + slack_of(test, state) && now.row < 1u << 30u &&
-         row_until(test) < leg_until(test))
-    ++now.row;
+  const double end = leg_until(test), due = state.time + slack_of(now, end, state);
+  while (row_until(test) <= due && now.row < 1u << 30u && row_until(test) < end) ++now.row;
   const auto to = levels_to(stage, now);
   if (!to) return;
   const double reading = towards_goal(test, state), from = from_of(stage, now);

@@ -20,18 +20,9 @@ void ask_all(const Model& model, State state, Screens& screens) {
   const CrackTests& tests = *model.materials[0].fracture->cracks;
   const Grains& g = state.grains;
   for (std::size_t i = 0; i < g.size(); ++i) {
-    const LoadedHull grain = loaded_hull(model, state, i);
-    const Mat3 back = grain.axes().transpose();
-    std::vector<PatchLoad> loads;
-    grain.each_load([&](const HullLoad& l) {
-      loads.push_back({back * l.at, back * l.force, back * l.couple, l.face.area});
-    });
-    const LatticeSolid solid = lattice_hull(*g.hulls, g.hull[i]);
-    const LatticeModel& lattice = tests.lattice;
-    const double stretch = tests.toughness.stretch(lattice.lattice, lattice.youngs_modulus, lattice.poissons_ratio,
-                                                   solid.diameter(), g.strength[i]);
-    const CrackResult found = crack_test(solid, loads, lattice, stretch, model.seed, g.id[i]);
-    const double utilisation = judge(model.materials[0].fracture->criteria, grain, g.strength[i]).utilisation;
+    const CrackResult found = ask_for_cracks(model, state, i);
+    const double utilisation =
+        judge(model.materials[0].fracture->criteria, loaded_hull(model, state, i), g.strength[i]).utilisation;
     const bool light = utilisation < tests.force_screen, calm = !light && found.core_stretch < 0.55,
                cracks = found.verdict == CrackVerdict::cracks;
     ++screens.grains, screens.light += light, screens.calm += calm, screens.cracks += cracks;
