@@ -66,12 +66,12 @@ TEST_CASE("contacts, bonds and steps have the numbers that their tables tell, an
          b.tan_phi == 0));
   b = bond("modulus=1e10, length=\"2 mm\", tension=2e6, cohesion=3e6, fracture_energy=5, shear_energy=50");
   CHECK((b.length == 2e-3 && b.energy_2 == 50 && !b.stiffness_given && b.stiffness > 1e10 && b.ratio > 0));
-  const dem::Numerics n =
-      read(sand, {"numerics={safety=0.4, time_step=\"1 us\", max_time_step=2e-6, skin=0.3, estimate_every=9, "
-                  "fracture_every=8, max_energy_error=0.2, max_overlap=0.15}"})
-          .model.numerics;
-  CHECK((n.safety == 0.4 && n.time_step == 1e-6 && n.max_time_step == 2e-6 && n.skin == 0.3 && n.estimate_every == 9));
+  const dem::Numerics n = read(sand, {"numerics={safety=0.4, time_step=\"1 us\", skin=0.3, estimate_every=9, "
+                                      "fracture_every=8, max_energy_error=0.2, max_overlap=0.15}"})
+                              .model.numerics;
+  CHECK((n.safety == 0.4 && n.time_step == 1e-6 && n.skin == 0.3 && n.estimate_every == 9));
   CHECK((n.fracture_every == 8 && n.max_energy_error == 0.2 && *n.max_overlap == 0.15 && !n.scales_inertia()));
+  CHECK(read(sand, {"numerics={max_time_step=2e-6}"}).model.numerics.max_time_step == 2e-6);
   const dem::Numerics i = read(sand, {"numerics.inertia={scaled_below=\"1 mm\", step=1e-5}",
                                       "loading={kind=\"uniaxial-strain\", strain_rate=1, final_strain=0.1}"})
                               .model.numerics;

@@ -82,13 +82,16 @@ def slow_rates(tmp):
     return rates(tmp, (1.0, 10.0))
 
 
-@case("a wall that moves more than a radius in a step",
-      "stopped by the overlap guard with exit 3 before the wall has gone a radius further")
+@case("a wall that moves more than a radius in a step; a wall faster than any wave in the grains",
+      "stopped by the overlap guard with exit 3 before the wall has gone three radii; refused with the rate to ask for")
 def wall_too_fast(tmp):
-    r = Run(tmp, box(0.3, 1e9))
-    gone = float(r.error.split("at t = ")[1].split(" s")[0]) * 1e9 * 0.003 if "at t = " in r.error else math.inf
-    return (f"exit {r.exit}: {r.error.split(': ', 1)[-1][:70]}, {gone / 2e-4:.2f} radii",
-            r.stopped("overlap", "wall 5") and gone < 4e-4)
+    faster = Run(tmp, box(0.3, 1e9))
+    wave = float(faster.error.rsplit("less than ", 1)[-1].split(" ")[0]) if faster.exit == 2 else math.nan
+    speed = 0.9 * wave * 0.003
+    r = Run(tmp, box(0.3, 0.9 * wave, numerics=f"time_step = {3e-4 / speed!r}"))
+    gone = float(r.error.split("at t = ")[1].split(" s")[0]) * speed if "at t = " in r.error else math.inf
+    return (f"exit {r.exit}: {r.error.split(': ', 1)[-1][:70]}, {gone / 2e-4:.2f} radii; {wave:g}/s and more refused",
+            r.stopped("overlap", "wall 5") and gone < 6e-4 and faster.refused("strain_rate", "faster than any wave"))
 
 
 @case("walls that cross: strain beyond 1", "refused in one line that names final_strain and its bound")
