@@ -11,10 +11,8 @@ namespace {
 dem::LatticeChoice read_lattice(Table& t) {
   dem::LatticeChoice c;
   c.points = static_cast<int>(t.integer_or("points", c.points, 300, 20000));
-  c.horizon = t.number_or("horizon", c.horizon, dimension::none, {2, 4});
+  c.horizon = t.number_or("horizon", c.horizon, dimension::none, {2, 6});
   c.partial_volume = t.flag_or("partial_volume", c.partial_volume);
-  if (dem::lattice_family(c.horizon, c.partial_volume).size() > 256)
-    t.fail("horizon", "with partial_volume at most 3.5: no more than 256 neighbours are followed");
   c.patch = t.number_or("patch", c.patch, dimension::none, {0.03, 0.3});
   c.turned = t.choice_or("lattice", "random", {"random", "aligned"}) == "random";
   return c;

@@ -136,7 +136,7 @@ void take_sites(PointLattice& lattice, const std::vector<Site>& sites, const Vec
       for (std::size_t l = 0; l < next - first; ++l)
         has |= unsigned{taken[static_cast<std::size_t>(std::int64_t{cell} + lattice.ways[w].step) + l]} << l;
       if (has == 0) continue;
-      lattice.way.push_back(static_cast<std::uint8_t>(w));
+      lattice.way.push_back(static_cast<std::uint16_t>(w));
       lattice.bond.push_back(static_cast<std::uint8_t>(has));
     }
   }
@@ -173,7 +173,7 @@ std::vector<LatticeNeighbour> lattice_family(double horizon, bool partial_volume
 
 PointLattice make_lattice(const LatticeSolid& solid, const LatticeChoice& choice, std::uint64_t seed,
                           std::uint64_t id) {
-  constexpr std::size_t fewest = 30, most_ways = 256;  // a way is a byte
+  constexpr std::size_t fewest = 30, most_ways = 65536;  // a way has two bytes
   const double nominal = choice.spacing(), diameter = solid.diameter();
   PointLattice lattice;
   lattice.nominal_spacing = nominal;
@@ -183,7 +183,7 @@ PointLattice make_lattice(const LatticeSolid& solid, const LatticeChoice& choice
   const auto draw = [&](std::uint64_t k) { return random_uniform(seed, id, Purpose::lattice, k); };
   const Vec3 origin(draw(3), draw(4), draw(5));
   lattice.family = lattice_family(choice.horizon, choice.partial_volume);
-  if (lattice.family.size() > most_ways) throw InputError("a lattice's horizon reaches more than 256 neighbours");
+  if (lattice.family.size() > most_ways) throw InputError("a lattice's horizon reaches more than 65536 neighbours");
   int reach = 0;
   for (const LatticeNeighbour& n : lattice.family) reach = std::max(reach, n.at[0]);
   std::vector<Site> sites = sites_in(solid, lattice.axes, origin, lattice.spacing);

@@ -71,7 +71,7 @@ struct PointLattice {
   std::vector<Vec3> point;          // from the mass centre, in the grain's frame
   Mat3 axes = Mat3::Identity();     // of the lattice in the grain's frame
   std::vector<LatticeOctet> octet;  // and one more that ends them
-  std::vector<std::uint8_t> way;   // of the octets' bonds, those that no point has left out: the neighbour, by `family`
+  std::vector<std::uint16_t> way;  // of the octets' bonds, those that no point has left out: the neighbour, by `family`
   std::vector<std::uint8_t> bond;  // which of the eight points have it, bit by bit
 
   std::size_t size() const { return point.size(); }

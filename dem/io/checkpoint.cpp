@@ -21,7 +21,7 @@ namespace grus::dem {
 namespace {
 
 /// Raised where fields change their meaning, or what is kept beside the states; `layout_of_states` tells other fields.
-constexpr std::uint64_t format_version = 40;
+constexpr std::uint64_t format_version = 41;
 
 /// True where the last eight bytes of a file are the checksum of all before: HDF5 does not mind them, and leaves gaps
 /// that no checksum of its datasets would reach.

@@ -26,7 +26,7 @@ struct LatticeWay {
 struct LatticeRows {
   const LatticeOctet* octet;
   std::size_t octets;
-  const std::uint8_t* way;
+  const std::uint16_t* way;
   const LatticeWay* ways;
 };
 

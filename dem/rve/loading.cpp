@@ -114,7 +114,6 @@ namespace {
 /// Steps, and parts of one, in which a stress that is sought cannot gain more than `left` (Pa): contacts that follow
 /// the strain are as stiff as can be.
 double steps_to(const Model& model, const State& state, const Loading& loading, int axis, double left) {
-  const Cell& cell = state.boundary.cell;
   double rate = 0;
   int row = axis;
   if (loading.velocity_gradient) {
@@ -122,11 +121,7 @@ double steps_to(const Model& model, const State& state, const Loading& loading, 
     rate = loading.velocity_gradient->cwiseAbs().maxCoeff(&along, &across);
     if (along != across) row = 6 - along - across;  // Voigt: yz, xz, xy
   } else {
-    double speed = cell.rate(axis, axis);
-    if (!cell.everywhere())
-      for (const Wall& wall : state.boundary.walls)
-        if (wall.facing()[axis] == -1) speed = wall.velocity[axis];
-    rate = std::abs(speed / loading.initial_size[axis]);
+    rate = std::abs(axis_rate(state, loading, axis));
   }
   const double gain = contact_stiffness_tangent(model, state)(row, row) * rate * state.dt;
   return std::min(left / gain, 1e6);

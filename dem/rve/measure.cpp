@@ -376,4 +376,20 @@ Mat6 contact_stiffness_tangent(const Model& model, const State& s) {
   return tangent / volume;
 }
 
+Vec3 contact_viscosity(const Model& model, const State& s) {
+  Vec3 viscosity = Vec3::Zero();
+  const double volume = bulk_volume(s.boundary);
+  if (volume <= 0) return viscosity;
+  for (std::size_t k = 0; k < s.contacts.size(); ++k) {
+    const Pair& p = s.contacts.pair[k];
+    const double dashpot = model.pairs[p.law].dashpot;
+    if (!(dashpot > 0) || s.contacts.contact.stiffness[k] <= 0) continue;
+    double yields = s.grains.motion[p.a].inverse_mass;
+    if (k < s.contacts.begin[first_wall]) yields += s.grains.motion[p.b].inverse_mass;
+    const double c = dashpot * std::sqrt(elastic_response(model.law, s.contacts, k).grip / yields);
+    viscosity += c * s.contacts.touch[k].normal.cwiseProduct(branch(s, k)).cwiseAbs2();
+  }
+  return viscosity / volume;
+}
+
 }  // namespace grus::dem

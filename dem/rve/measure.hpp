@@ -74,4 +74,9 @@ double mean_diameter(const Grains& grains);
 /// limit without k_t. Pa, Voigt order with engineering shear.
 Mat6 contact_stiffness_tangent(const Model& model, const State& state);
 
+/// By axis, the stress that the dashpots of the contacts add for each 1/s of strain rate along it (Pa s), were grains
+/// to move with the cell: (1/V) sum of c n_k^2 l_k^2, c = dashpot x sqrt(m* k_n), m* of both whole masses, which is
+/// most.
+Vec3 contact_viscosity(const Model& model, const State& state);
+
 }  // namespace grus::dem

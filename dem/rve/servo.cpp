@@ -51,6 +51,14 @@ std::array<AxisControl, 3> controls(const Loading& loading, const Vec3& stress, 
   return axes;
 }
 
+double axis_rate(const State& state, const Loading& loading, int axis) {
+  double speed = state.boundary.cell.rate(axis, axis);
+  if (!state.boundary.cell.everywhere())
+    for (const Wall& wall : state.boundary.walls)
+      if (wall.facing()[axis] == -1) speed = wall.velocity[axis];
+  return speed / loading.initial_size[axis];
+}
+
 double stress_asked(const AxisControl& axis, double time) { return *axis.stress + axis.stress_rate * time; }
 
 double fastest_rate(const State& state, const AxisControl& axis, double pressure) {
@@ -106,8 +114,10 @@ Vec3 holding_rates(const Model& model, State& state, const Loading& loading, std
   Servo& servo = state.servo;
   const double elapsed = state.time - servo.at;
   servo.at = state.time;
-  if (state.steps >= servo.stale_at)
-    servo.stiffness = stiffness_of(model, state), servo.stale_at = state.steps + servo_steps;
+  if (state.steps >= servo.stale_at) {
+    servo.stiffness = stiffness_of(model, state), servo.viscosity = contact_viscosity(model, state);
+    servo.stale_at = state.steps + servo_steps;
+  }
   const Vec3 stress = normal_stresses(state);
   const std::array<AxisControl, 3> axes = controls(loading, stress, state.time);
   Vec3 rates = Vec3::Zero(), wanted = rates, stiffness = servo.stiffness;
@@ -132,10 +142,12 @@ Vec3 holding_rates(const Model& model, State& state, const Loading& loading, std
     if (gap == 0) continue;  // of nothing in a sample that nothing holds yet: it waits
     const double closing = static_cast<double>(steps) * state.dt;
     const double most = fastest_rate(state, axis, std::max(std::abs(wanted[k]), std::abs(stress[k])));
-    const double closed = gap / (stiffness[k] * closing);
+    // Dashpots answer the change of the rate: what they press by the rate until now is no stress that lasts.
+    const double viscous = servo.viscosity[k], slope = stiffness[k] * closing + viscous;
     double& drift = servo.drift[k];
-    drift = std::clamp(drift + closed * std::min(1.0, elapsed / (learning * closing)), -most, most);
-    rates[k] = axis.strain_rate + std::clamp(drift + closed, -most, most);
+    drift = std::clamp(drift + gap / slope * std::min(1.0, elapsed / (learning * closing)), -most, most);
+    const double eased = axis_rate(state, loading, k) - axis.strain_rate - drift;
+    rates[k] = axis.strain_rate + std::clamp(drift + (gap + viscous * eased) / slope, -most, most);
   }
   return rates;
 }

@@ -13,7 +13,8 @@ namespace grus::dem {
 struct Servo {
   Vec3 drift = Vec3::Zero();      // 1/s, by axis: strain rate that keeps the stress where it is
   Vec3 stiffness = Vec3::Zero();  // Pa, by axis, of all contacts,
-  std::uint64_t stale_at = 0;     // which is looked at again in this step
+  Vec3 viscosity = Vec3::Zero();  // Pa s, and of their dashpots,
+  std::uint64_t stale_at = 0;     // which are looked at again in this step
   double at = 0;                  // s, of the last correction
 };
 

@@ -67,3 +67,29 @@ TEST_CASE("a sample that drifts is held by a hundredth of what presses it, as it
     CHECK(std::abs(braked[w] - weighs[w]) < 1e-9 * std::abs(weighs[w] - still[w]));
   }
 }
+
+TEST_CASE("dashpots that answer a rate more than its strain do not make a held stress swing") {
+  constexpr double R = 5e-4, stiffness = 1e6, depth = 1e-3;
+  Model model = linear_model(stiffness, 0.8, 2650, 0);
+  model.materials[0].restitution = 0.02;
+  make_pair_laws(model);
+  State s;
+  const double apart = 2 * R * (1 - depth);
+  for (int i = 0; i < 8; ++i) add(s, PolyEllipsoid::sphere(R), apart * Vec3(i % 2, i / 2 % 2, i / 4), 2650);
+  s.boundary.cell.vectors = 2 * apart * Mat3::Identity();
+  Team team(1);
+  prepare(model, s, team);
+  const double asked = 1.3 * normal_stresses(s)[0];
+  Loading loading;
+  loading.driven = loading.holds = true;
+  loading.axes = {AxisControl{0, asked, 1e9}, AxisControl{0, asked, 1e9},
+                  AxisControl{.strain_rate = -1e3, .stress = {}}};
+  begin_loading(model, s, loading);
+  // Corrected in each step, in which the dashpots press more than the springs that they ease.
+  CHECK(s.servo.viscosity[0] > s.servo.stiffness[0] * s.dt);
+  load(model, s, loading, s.time + 10 * s.dt, team);
+  for (int k = 0; k < 40; ++k) {
+    load(model, s, loading, s.time + s.dt, team);
+    for (int axis = 0; axis < 2; ++axis) CHECK(normal_stresses(s)[axis] == Approx(asked).epsilon(2e-3));
+  }
+}

@@ -149,6 +149,20 @@ TEST_CASE("lattices of linear springs have the stiffness of the closed form, by 
   }
 }
 
+TEST_CASE("lattices whose contacts have dashpots resist a strain rate by the closed form") {
+  const double R = 5e-4, kn = 1e6, dashpot = 0.5;
+  Model model = linear_model(kn, 0.8, 2650, 1e3);
+  for (PairLaw& p : model.pairs) p.dashpot = dashpot;
+  Team team(1);
+  for (bool fcc : {false, true}) {
+    State s = lattice(fcc, fcc ? 3 : 4, R, 1e-9, 2650);
+    prepare(model, s, team);
+    const double c = dashpot * std::sqrt(0.5 * s.grains.mass[0] * kn);
+    for (int k = 0; k < 3; ++k)
+      CHECK(contact_viscosity(model, s)[k] == Approx(c / (fcc ? std::sqrt(2.0) : 2) / R).epsilon(1e-4));
+  }
+}
+
 TEST_CASE("Hertz lattices under pressure have the stiffness of the closed form") {
   struct Row {
     bool fcc;

@@ -179,8 +179,13 @@ TEST_CASE("three stresses are met in a box and in a cell, and an axis that is to
     const Vec3 first = normal_stresses(s), size = size_of(s.boundary);
     // A cell that has just jammed is corrected every few steps, walls in each.
     for (int k = 0; k < 3; ++k) CHECK(first[k] == Approx((*l.first)[k]).epsilon(periodic ? 1e-2 : 1e-3));
-    load(model, s, l, 15e-3, team);
-    CHECK(normal_stresses(s)[0] == Approx(-2e5).epsilon(2e-3));
+    constexpr int looks = 50;
+    double off = 0;  // one look may meet a cell of seventy grains as it collapses
+    for (int k = 1; k <= looks; ++k) {
+      load(model, s, l, 5e-3 + 10e-3 * k / looks, team);
+      off += std::abs(normal_stresses(s)[0] / -2e5 - 1) / looks;
+    }
+    CHECK(off < (periodic ? 2e-2 : 1e-3));
     CHECK(size_of(s.boundary)[1] == Approx(size[1]).epsilon(1e-12));
     CHECK(size_of(s.boundary)[2] == Approx(size[2] - 1e-2 * l.initial_size[2]).epsilon(1e-9));
     CHECK(std::abs(told_energy_error(s, stored_energy(model, s))) < 5e-3);

@@ -102,7 +102,26 @@ def oedometer(folder):
     print("median overlap", float(np.median(deep)), "grains", last["grains"])
 
 
+def triaxial(folder):
+    """60 grains under 3 MPa: what holds the sides does not swing, though a contact's dashpot presses more than its
+    springs do in a step, and each crack takes a part of the stress away."""
+    side = 3e6
+    done = cell(folder, "triaxial", "oedometer_60.toml", f"preparation.pressure={side}", "output.history_interval=0.002",
+                'loading={kind="triaxial", axis="z", strain_rate="40 1/s", final_strain=0.08, '
+                f"confining_pressure={side}}}")
+    kept(done)
+    c, last = done.columns, done.last
+    off = c["lateral_stress_error"]
+    print("lateral stress off by", off.mean(), off.max())
+    need(off.mean() < 0.02 and off.max() < 0.15, f"the lateral stress is off by {off.mean()}, {off.max()} at most")
+    need(last["pd_cracks"] > c["grains"][0], f"{last['pd_cracks']} cracks")
+    # A loose sample: it contracts, hardens, and has no peak.
+    need(np.diff(c["void_ratio"][::5]).max() < 0, "the void ratio rises")
+    need(1.7 < last["axial_stress_Pa"] / side < 3.5, f"{last['axial_stress_Pa']} Pa at the end")
+
+
 with tempfile.TemporaryDirectory() as folder:
+    triaxial(folder)
     oedometer(folder)
 print("cracked cells:", len(faults), "faults")
 sys.exit(bool(faults))

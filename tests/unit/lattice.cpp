@@ -275,12 +275,13 @@ TEST_CASE("a horizon of more neighbours than a lattice follows is refused, not c
   const LatticeSolid ball = lattice_sphere(0.5);
   CHECK(lattice_family(3.5, true).size() == 250);
   CHECK(lattice_family(4, false).size() == 256);
-  for (const double horizon : {3.0, 3.5}) {
-    const PointLattice l = make_lattice(ball, lattice_of(300, horizon), 1, 1);
+  CHECK(lattice_family(6, true).size() > 900);
+  for (const double horizon : {3.0, 3.5, 5.0}) {
+    const PointLattice l = make_lattice(ball, lattice_of(horizon > 4 ? 4000 : 300, horizon), 1, 1);
     REQUIRE(l.size() > 0);
     CHECK(*std::max_element(l.way.begin(), l.way.end()) + 1u == l.ways.size());
   }
-  CHECK_THROWS_AS(make_lattice(ball, lattice_of(300, 4), 1, 1), InputError);
+  CHECK_THROWS_AS(make_lattice(ball, lattice_of(300, 26), 1, 1), InputError);
 }
 
 TEST_CASE("critical stretch: both forms, the paper's value, the corrected size law") {
