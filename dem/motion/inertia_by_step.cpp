@@ -18,15 +18,29 @@ Mat6 rescaled(const Mat6& s, const Factors& f) {
   return by.asDiagonal() * s * by.asDiagonal();
 }
 
+/// What contacts and bonds do to a grain, scaled by the masses that it has.
+struct Held {
+  Mat6 stiffness, resistance = Mat6::Zero();
+  bool resisted;
+
+  Held(const HeldGrains& held, std::size_t i) : stiffness(held.stiffness(i)), resisted(held.resisted()) {
+    if (resisted) resistance = held.resistance(i);
+  }
+  double slow(const Factors& f) const { return resisted ? largest_eigenvalue(rescaled(resistance, f)) : 0; }
+
+  /// Whether so many times its masses leave the eigenvalue at `most`.
+  bool at_most(double most, const Factors& f) const {
+    const Mat6 s = rescaled(stiffness, f);
+    return (!resisted && largest_eigenvalue_bound(s) <= most) || with_dashpots(largest_eigenvalue(s), slow(f)) <= most;
+  }
+};
+
 /// The least factors from `f` on with which contacts and bonds leave the eigenvalue at `most`: each time those masses
 /// rise that take part in the fastest motion, as they take part. Alone, shifts or turns end in one go.
-Factors enough(const HeldGrains& held, std::size_t i, double most, Factors f) {
-  const Mat6 stiffness = held.stiffness(i);
-  const Mat6 resistance = held.resisted() ? held.resistance(i) : Mat6::Zero();
+Factors enough(const Held& held, double most, Factors f) {
   for (int round = 0; round < 100; ++round) {
-    const Eigen::SelfAdjointEigenSolver<Mat6> eigen(rescaled(stiffness, f));
-    const double slow = held.resisted() ? largest_eigenvalue(rescaled(resistance, f)) : 0;
-    const double excess = with_dashpots(eigen.eigenvalues()[5], slow) / most;
+    const Eigen::SelfAdjointEigenSolver<Mat6> eigen(rescaled(held.stiffness, f));
+    const double excess = with_dashpots(eigen.eigenvalues()[5], held.slow(f)) / most;
     if (!(excess > 1 + 1e-9)) break;
     const double turns = eigen.eigenvectors().col(5).tail<3>().squaredNorm(), shifts = 1 - turns;
     const double way = std::log(excess) / (shifts * shifts + turns * turns);
@@ -43,6 +57,17 @@ double enough_for_impact(const HeldGrains& held, std::size_t i, double most, dou
     mass *= excess;
   }
   return mass;
+}
+
+/// Whether grain i has enough, and no more than `least` of which half would do: most grains of most estimates, which
+/// are so spared the search for what they need.
+bool suits(const Held& on, const HeldGrains& held, std::size_t i, double most, double least, bool flies) {
+  const Grains& g = held.grains();
+  const double mass = g.mass[i];
+  if (!on.at_most((1 + 1e-7) * most, {1, 1}) || (flies && held.impact(i, mass) > (1 + 1e-7) * most)) return false;
+  if (flies) return true;
+  const bool less_mass = mass > 2 * least && on.at_most(most, {0.5, 1}) && held.impact(i, 0.5 * mass) <= most;
+  return !less_mass && !(turn_mass(g, i) > 2 * least && on.at_most(most, {1, 0.5}));
 }
 
 /// What a grain gets that has `now` and needs `need`, round-off apart; it gives up what is over once `rest` is less
@@ -75,7 +100,9 @@ GivenInertia give_inertia(const HeldGrains& held, double most, const std::vector
     const bool bare = mass <= least && turning <= least;
     const bool flies = !touched[i];
     if (bare && bound[i] <= most && (!flies || held.impact(i, mass) <= most)) continue;
-    const Factors need = enough(held, i, most, {std::min(1.0, least / mass), std::min(1.0, least / turning)});
+    const Held on(held, i);
+    if (suits(on, held, i, most, least, flies)) continue;
+    const Factors need = enough(on, most, {std::min(1.0, least / mass), std::min(1.0, least / turning)});
     const double shift = std::max(least, mass * need.shift), turn = std::max(least, turning * need.turn);
     const double impact = enough_for_impact(held, i, most, shift);
     // A hull that nothing touches keeps what it has: nobody knows how it will be met.

@@ -106,7 +106,8 @@ def triaxial(folder):
     """60 grains under 3 MPa: what holds the sides does not swing, though a contact's dashpot presses more than its
     springs do in a step, and each crack takes a part of the stress away."""
     side = 3e6
-    done = cell(folder, "triaxial", "oedometer_60.toml", f"preparation.pressure={side}", "output.history_interval=0.002",
+    done = cell(folder, "triaxial", "oedometer_60.toml", f"preparation.pressure={side}",
+                "output.history_interval=0.002",
                 'loading={kind="triaxial", axis="z", strain_rate="40 1/s", final_strain=0.08, '
                 f"confining_pressure={side}}}")
     kept(done)
