@@ -6,4 +6,4 @@ interrupts.end_at_once("grus-calibrate")
 from grus.calibrate.command import main  # noqa: E402
 from grus.runs.command import end  # noqa: E402
 
-end(main())
+end(main)

@@ -4,5 +4,6 @@ from grus.runs import interrupts
 
 interrupts.end_at_once("grus export")
 from grus.export.command import main  # noqa: E402
+from grus.runs.command import end  # noqa: E402
 
-raise SystemExit(main())
+end(main)

@@ -5,6 +5,8 @@ import sys
 from grus.runs import interrupts
 
 interrupts.end_at_once("grus-report")
+from grus.runs.command import end  # noqa: E402
+
 try:
     from grus.report.command import main
 except ImportError as e:
@@ -12,4 +14,4 @@ except ImportError as e:
         raise
     sys.exit("grus-report: needs matplotlib (Debian: python3-matplotlib)")
 
-sys.exit(main())
+end(main)

@@ -51,7 +51,12 @@ def status_of(program, args, work, interrupted):
         return 1
 
 
-def end(status):
+def end(main):
+    """Runs a tool and ends with its status."""
+    try:
+        status = main()
+    except SystemExit as e:
+        status = e.code
     signal.setitimer(signal.ITIMER_REAL, 0)
     interrupts.hear(interrupts.STOPS, signal.SIG_IGN)  # nothing is left to interrupt; Python's own end would die of it
     sys.exit(status)

@@ -6,4 +6,4 @@ interrupts.end_at_once("grus-study")
 from grus.runs.command import end  # noqa: E402
 from grus.study.command import main  # noqa: E402
 
-end(main())
+end(main)

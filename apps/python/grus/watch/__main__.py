@@ -3,6 +3,7 @@
 from grus.runs import interrupts
 
 interrupts.end_at_once("grus watch")
+from grus.runs.command import end  # noqa: E402
 from grus.watch.command import main  # noqa: E402
 
-raise SystemExit(main())
+end(main)
