@@ -11,7 +11,8 @@ from scene_tools import need, run, write
 
 binaries = os.path.abspath(sys.argv[-1])
 rve, bvp = (scene_tools.program(binaries, name) for name in ("grus-rve", "grus-bvp"))
-study, calibrate, report = (os.path.join(binaries, name) for name in ("grus-study", "grus-calibrate", "grus-report"))
+study, calibrate, report, grus = (os.path.join(binaries, name)
+                                  for name in ("grus-study", "grus-calibrate", "grus-report", "grus"))
 
 MATERIAL = ("[material.sand]\ndensity = 2650\nyoungs_modulus = \"60 GPa\"\npoissons_ratio = 0.17\nfriction = 0.5\n"
             "restitution = 0.5\n")

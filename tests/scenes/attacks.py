@@ -11,8 +11,8 @@ import sys
 import tempfile
 import time
 
-from attack_tools import (BALL, FREE, MATERIAL, UNIAXIAL, box, bvp, calibrate, interrupted, limited, refused, report,
-                          rve, study)
+from attack_tools import (BALL, FREE, MATERIAL, UNIAXIAL, box, bvp, calibrate, grus, interrupted, limited, refused,
+                          report, rve, study)
 from scene_tools import column, faults, history, need, run, shipped, summary, write
 
 case = sys.argv[1]
@@ -299,6 +299,18 @@ def signals(tmp):
             r = subprocess.run([tool, "any"], capture_output=True, text=True, env={**os.environ, "PYTHONPATH": loading})
             need(r.returncode == 130 and r.stderr.count("\n") == 1 and "interrupted" in r.stderr,
                  f"{tool} while it loads: exit {r.returncode} {r.stderr!r}")
+    # A tool that has said its last: Python, which takes its handlers away as it ends, is interrupted there.
+    ending = os.path.join(tmp, "ending")
+    os.mkdir(ending)
+    write(ending, "import os\nimport signal\nimport sys\n\n\nclass Late:\n"
+          "    def __del__(self, kill=os.kill, pid=os.getpid(), stop=signal.SIGINT):\n        kill(pid, stop)\n\n\n"
+          "sys.late = Late()\n", "sitecustomize.py")
+    for command in ([study, "any"], [calibrate, "any"], [report, "any"], [grus, "export", "any"],
+                    [grus, "watch", "--any"]):
+        plain, r = (subprocess.run(command, capture_output=True, text=True, env={**os.environ, **more})
+                    for more in ({}, {"PYTHONPATH": ending}))
+        need(plain.returncode > 0 and (r.returncode, r.stderr) == (plain.returncode, plain.stderr),
+             f"{command} as it ends: exit {r.returncode} {r.stderr!r}, {plain.returncode} {plain.stderr!r} else")
     # A row that lasts: stopped in its middle, gone on with, the same bytes. SIGHUP is a request like the others.
     rows = write(
         tmp,
