@@ -9,7 +9,8 @@
 namespace grus::dem::test {
 
 inline HeldGrains held_of(const Model& model, const State& s) {
-  return {model.law, model.pairs, model.materials.size(), s.grains, s.boundary, s.contacts, s.bonds};
+  static Team alone(1);
+  return {model.law, model.pairs, model.materials.size(), s.grains, s.boundary, s.contacts, s.bonds, 0, alone};
 }
 
 /// Cells of a Voronoi mesh that has been pressed together in a periodic cell by a part, each on its own.

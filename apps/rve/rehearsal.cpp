@@ -87,11 +87,11 @@ private:
     dem::State own = state_;
     scale_masses(own, 1 / (found_.larger * found_.larger));
     if (plain_.numerics.time_step == 0) own.next_estimate = own.steps;
-    dem::update_time_step(plain_, own);
+    dem::update_time_step(plain_, own, team_);
     const Clock timer;
     const std::uint64_t end = own.steps + tried;
     while (own.steps < end) {
-      dem::update_time_step(plain_, own);
+      dem::update_time_step(plain_, own, team_);
       dem::run_steps(plain_, own, 2, team_);
     }
     cost_ = timer.wall() / tried, step_ = own.dt, probed_ = clock_.wall();

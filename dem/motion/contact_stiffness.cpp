@@ -37,43 +37,47 @@ Stiffness stiffness_of_area(const PairLaw& p, double normal) {
 
 /// Hulls: the whole area resists; where it lies is looked up again.
 void place_hulls(std::span<const PairLaw> pairs, const Grains& g, const Boundary& boundary, const Contacts& contacts,
-                 double ahead, Stiffnesses& all) {
+                 double ahead, Team& team, Stiffnesses& all) {
   if (g.hull.empty()) return;
   std::vector<Stiffness>& k = all.of;
   all.arm.resize(k.size()), all.firm.resize(k.size(), 0);
   if (std::any_of(pairs.begin(), pairs.end(), [](const PairLaw& p) { return p.dashpot > 0; }))
     all.viscous.resize(k.size());
-  for (const Bin bin : {hull_hull, hull_wall})
-    for (std::size_t c = contacts.begin[bin]; c < contacts.begin[bin + 1]; ++c) {
-      if (k[c].normal == 0 && bin == hull_wall) continue;
-      const Pair& p = contacts.pair[c];
-      double modulus = contacts.contact.radius[c];
-      Overlap o;
-      if (k[c].normal == 0) {
-        o = overlap_soon(g, boundary.cell, p, contacts.touch[c].normal, ahead);
-        if (!(o.volume > 0)) continue;
-        modulus = foundation_of(pairs[p.law], g, p.a, p.b);
-        k[c] = stiffness_of_area(pairs[p.law], modulus * o.area.norm());
-      }
-      if (bin == hull_hull) {
-        if (!(o.volume > 0)) o = overlap_as_known(g, boundary.cell, contacts, c);
-        all.arm[c] = {o.middle, o.middle - branch(g, boundary.cell, {p.a, p.b, p.image})};
-      } else {
-        o = overlap_at_wall(g, boundary.walls[p.b], p.a);
-        all.arm[c][0] = o.middle;
-      }
-      if (!(o.volume > 0)) continue;
-      const Vec3& n = contacts.touch[c].normal;
-      if (!all.viscous.empty()) {
-        const double yields =
-            mobility(g, p.a, all.arm[c][0], n) + (bin == hull_hull ? mobility(g, p.b, all.arm[c][1], n) : 0);
-        all.viscous[c] = pairs[p.law].dashpot * std::sqrt(k[c].normal / yields);
-      }
-      const double more = sharpness(o.volume, o.force.norm());
-      k[c].normal *= more, k[c].tangential *= more;
-      k[c].couple[roll_spring] = more * modulus * o.polar;
-      all.firm[c] = more * modulus;
+  const auto place = [&](std::size_t c, bool walled) {
+    if (k[c].normal == 0 && walled) return;
+    const Pair& p = contacts.pair[c];
+    double modulus = contacts.contact.radius[c];
+    Overlap o;
+    if (k[c].normal == 0) {
+      o = overlap_soon(g, boundary.cell, p, contacts.touch[c].normal, ahead);
+      if (!(o.volume > 0)) return;
+      modulus = foundation_of(pairs[p.law], g, p.a, p.b);
+      k[c] = stiffness_of_area(pairs[p.law], modulus * o.area.norm());
     }
+    if (!walled) {
+      if (!(o.volume > 0)) o = overlap_as_known(g, boundary.cell, contacts, c);
+      all.arm[c] = {o.middle, o.middle - branch(g, boundary.cell, {p.a, p.b, p.image})};
+    } else {
+      o = overlap_at_wall(g, boundary.walls[p.b], p.a);
+      all.arm[c][0] = o.middle;
+    }
+    if (!(o.volume > 0)) return;
+    const Vec3& n = contacts.touch[c].normal;
+    if (!all.viscous.empty()) {
+      const double yields = mobility(g, p.a, all.arm[c][0], n) + (walled ? 0 : mobility(g, p.b, all.arm[c][1], n));
+      all.viscous[c] = pairs[p.law].dashpot * std::sqrt(k[c].normal / yields);
+    }
+    const double more = sharpness(o.volume, o.force.norm());
+    k[c].normal *= more, k[c].tangential *= more;
+    k[c].couple[roll_spring] = more * modulus * o.polar;
+    all.firm[c] = more * modulus;
+  };
+  for (const Bin bin : {hull_hull, hull_wall}) {
+    const std::size_t first = contacts.begin[bin];
+    team.blocks(contacts.begin[bin + 1] - first, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t c = first + begin; c < first + end; ++c) place(c, bin == hull_wall);
+    });
+  }
 }
 
 template <class Law>
@@ -112,7 +116,7 @@ void place_dashpots(std::span<const PairLaw> pairs, const Grains& g, const Conta
 }  // namespace
 
 Stiffnesses stiffnesses(const ContactLaw& law, std::span<const PairLaw> pairs, const Grains& g,
-                        const Boundary& boundary, const Contacts& contacts, double ahead) {
+                        const Boundary& boundary, const Contacts& contacts, double ahead, Team& team) {
   Stiffnesses all;
   std::vector<Stiffness>& k = all.of;
   k.resize(contacts.size());
@@ -127,7 +131,7 @@ Stiffnesses stiffnesses(const ContactLaw& law, std::span<const PairLaw> pairs, c
                 l(contacts.contact[c], contacts.touch[c].overlap).force * rolling_path(g, contacts, c);
   };
   std::visit(fill, law);
-  place_hulls(pairs, g, boundary, contacts, ahead, all);
+  place_hulls(pairs, g, boundary, contacts, ahead, team, all);
   place_dashpots(pairs, g, contacts, all);
   return all;
 }

@@ -8,7 +8,8 @@ namespace grus::dem {
 
 CriticalStep critical_step(const ContactLaw& law, std::span<const PairLaw> pairs, std::size_t materials,
                            const Grains& g, const Boundary& boundary, const Contacts& contacts, const Bonds& bonds) {
-  return critical_step(HeldGrains(law, pairs, materials, g, boundary, contacts, bonds), false);
+  Team alone(1);
+  return critical_step(HeldGrains(law, pairs, materials, g, boundary, contacts, bonds, 0, alone), false);
 }
 
 CriticalStep critical_step(const HeldGrains& held, bool touch_only, double safety) {

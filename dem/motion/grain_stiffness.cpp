@@ -133,14 +133,15 @@ BondsOfGrains::BondsOfGrains(const Grains& g, const Bonds& bonds)
 }
 
 HeldGrains::HeldGrains(const ContactLaw& law, std::span<const PairLaw> pairs, std::size_t materials, const Grains& g,
-                       const Boundary& boundary, const Contacts& contacts, const Bonds& bonds, double ahead)
+                       const Boundary& boundary, const Contacts& contacts, const Bonds& bonds, double ahead, Team& team)
     : law_(law),
       pairs_(pairs),
       materials_(materials),
       g_(g),
       boundary_(boundary),
       contacts_(contacts),
-      contact_(stiffnesses(law, pairs, g, boundary, contacts, ahead)),
+      team_(team),
+      contact_(stiffnesses(law, pairs, g, boundary, contacts, ahead, team)),
       turning_(contact_.firm.size()),
       bonds_(g, bonds) {
   for (const auto& wall : boundary.walls) wall_speed_ = std::max(wall_speed_, wall.velocity.norm());
@@ -197,6 +198,16 @@ const Mat3& HeldGrains::turning(std::size_t c) const {
   const Mat3 patch = axes * turning_of_patch((*g_.hulls)[g_.hull[p.a]], planes, back * contact_.arm[c][0]) * back;
   const double without = (1 - k.tangential / k.normal) * n.dot(patch * n);  // of spin about it: friction's
   return known.emplace(contact_.firm[c] * (patch - without * n * n.transpose()));
+}
+
+void HeldGrains::look_at(const std::vector<std::uint8_t>& grains) const {
+  if (contact_.arm.empty()) return;
+  const std::size_t walls = contacts_.begin[first_wall];
+  team_.blocks(contacts_.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c)
+      if (contact_.of[c].normal > 0 && (grains[contacts_.pair[c].a] || (c < walls && grains[contacts_.pair[c].b])))
+        turning(c);
+  });
 }
 
 Mat6 HeldGrains::stiffness(std::size_t i) const {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 
+#include "dem/base/parallel.hpp"
 #include "dem/bond/bonds.hpp"
 #include "dem/contact/laws.hpp"
 #include "dem/state/bonds.hpp"
@@ -48,9 +49,14 @@ struct BondsOfGrains {
 /// made of.
 class HeldGrains {
 public:
-  /// `ahead` (s): hulls that may meet within that time hold each other already.
+  /// `ahead` (s): hulls that may meet within that time hold each other already. `team`: who finds it all, and must
+  /// stay.
   HeldGrains(const ContactLaw& law, std::span<const PairLaw> pairs, std::size_t materials, const Grains& grains,
-             const Boundary& boundary, const Contacts& contacts, const Bonds& bonds, double ahead = 0);
+             const Boundary& boundary, const Contacts& contacts, const Bonds& bonds, double ahead, Team& team);
+
+  /// Finds how the contacts of these grains resist turns, by the whole team; of others that is found when it is asked
+  /// for.
+  void look_at(const std::vector<std::uint8_t>& grains) const;
 
   /// Of each grain a bound of its largest eigenvalue (1/s^2), found at once.
   std::vector<double> cheap_bounds() const;
@@ -78,6 +84,7 @@ public:
   std::vector<std::uint8_t> touched() const;
 
   const Grains& grains() const { return g_; }
+  Team& team() const { return team_; }
   const Cell& cell() const { return boundary_.cell; }
   double max_speed() const { return max_speed_; }    // of a grain (m/s)
   double wall_speed() const { return wall_speed_; }  // of a wall (m/s)
@@ -94,6 +101,7 @@ private:
   const Grains& g_;
   const Boundary& boundary_;
   const Contacts& contacts_;
+  Team& team_;
   double max_speed_ = 0, wall_speed_ = 0;
   Stiffnesses contact_;
   mutable std::vector<std::optional<Mat3>> turning_;  // by contact, found once it is asked for: of few grains

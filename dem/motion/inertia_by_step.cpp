@@ -2,6 +2,7 @@
 #include "dem/motion/inertia_by_step.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace grus::dem {
 namespace {
@@ -94,20 +95,34 @@ GivenInertia give_inertia(const HeldGrains& held, double most, const std::vector
   const std::vector<double> bound = held.cheap_bounds();
   const std::vector<std::uint8_t> touched = held.touched();
   const Mat3 affine = held.cell().gradient();
+  std::vector<std::uint8_t> asked(g.size());
+  for (std::size_t i = 0; i < g.size(); ++i) {
+    const bool bare = g.mass[i] <= floor[i] && turn_mass(g, i) <= floor[i];
+    asked[i] = !(bare && bound[i] <= most && (touched[i] || held.impact(i, g.mass[i]) <= most));
+  }
+  held.look_at(asked);
+  std::vector<std::array<double, 2>> settles(g.size());
+  held.team().blocks(g.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      settles[i] = {g.mass[i], turn_mass(g, i)};
+      if (!asked[i]) continue;
+      const auto [mass, turning] = settles[i];
+      const double least = floor[i];
+      const bool flies = !touched[i];
+      const Held on(held, i);
+      if (suits(on, held, i, most, least, flies)) continue;
+      const Factors need = enough(on, most, {std::min(1.0, least / mass), std::min(1.0, least / turning)});
+      const double shift = std::max(least, mass * need.shift), turn = std::max(least, turning * need.turn);
+      const double impact = enough_for_impact(held, i, most, shift);
+      // A hull that nothing touches keeps what it has: nobody knows how it will be met.
+      settles[i] = {settled(mass, flies ? impact : shift, flies ? INFINITY : impact),
+                    settled(turning, turn, flies ? INFINITY : turn)};
+    }
+  });
   GivenInertia given;
   for (std::size_t i = 0; i < g.size(); ++i) {
-    const double mass = g.mass[i], turning = turn_mass(g, i), least = floor[i];
-    const bool bare = mass <= least && turning <= least;
-    const bool flies = !touched[i];
-    if (bare && bound[i] <= most && (!flies || held.impact(i, mass) <= most)) continue;
-    const Held on(held, i);
-    if (suits(on, held, i, most, least, flies)) continue;
-    const Factors need = enough(on, most, {std::min(1.0, least / mass), std::min(1.0, least / turning)});
-    const double shift = std::max(least, mass * need.shift), turn = std::max(least, turning * need.turn);
-    const double impact = enough_for_impact(held, i, most, shift);
-    // A hull that nothing touches keeps what it has: nobody knows how it will be met.
-    const double new_mass = settled(mass, flies ? impact : shift, flies ? INFINITY : impact),
-                 new_turning = settled(turning, turn, flies ? INFINITY : turn);
+    const double mass = g.mass[i], turning = turn_mass(g, i);
+    const auto [new_mass, new_turning] = settles[i];
     if (new_mass == mass && new_turning == turning) continue;
     given.rise = std::max({given.rise, new_mass / mass, new_turning / turning});
     given.kinetic -= kinetic_energy(g, i);

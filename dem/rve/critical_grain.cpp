@@ -6,7 +6,9 @@
 namespace grus::dem {
 
 CriticalGrain critical_grain(const Model& model, const State& s) {
-  const HeldGrains held(model.law, model.pairs, model.materials.size(), s.grains, s.boundary, s.contacts, s.bonds);
+  Team alone(1);
+  const HeldGrains held(model.law, model.pairs, model.materials.size(), s.grains, s.boundary, s.contacts, s.bonds, 0,
+                        alone);
   const CriticalStep step = critical_step(held, model.numerics.inertia_step > 0);
   const Extent& e = s.grains.extent[step.grain];
   return {s.grains.id[step.grain], 2 * e.equivalent_radius, e.least_width, share_of_turning(held, step)};

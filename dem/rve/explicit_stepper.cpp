@@ -153,7 +153,7 @@ void note_borne(const HeldGrains& held, Contacts& contacts) {
       contacts.contact.reach[k] = contacts.contact.touching(k) ? held.alone(k) : 0;
 }
 
-void choose_time_step(const Model& model, State& state) {
+void choose_time_step(const Model& model, State& state, Team& team) {
   if (state.steps < state.next_estimate) return;
   const double before = state.dt;
   if (model.numerics.time_step > 0) {
@@ -164,7 +164,7 @@ void choose_time_step(const Model& model, State& state) {
   bool short_of = false;
   const double ahead = before * static_cast<double>(std::max<std::uint64_t>(least_ahead, state.estimate_interval));
   const HeldGrains held(model.law, model.pairs, model.materials.size(), state.grains, state.boundary, state.contacts,
-                        state.bonds, ahead);
+                        state.bonds, ahead, team);
   const CriticalStep critical = model.numerics.inertia_step > 0 ? step_with_inertia(model, state, held, short_of)
                                                                 : critical_step(held, false, model.numerics.safety);
   if (!std::isfinite(critical.dt))
@@ -205,7 +205,7 @@ void make_ready(const Model& model, State& state, Team& team) {
   flush(state.contacts);
   state.next_estimate = state.steps;
   const double put_in = state.ledger.inertia;
-  choose_time_step(model, state);
+  choose_time_step(model, state, team);
   state.ledger.inertia = put_in;  // the start counts with the inertia that it has got
   state.ledger.start = stored_energy(model, state);
   state.ledger.floor = energy_floor(model, state);

@@ -63,14 +63,15 @@ ConeSettings settings_of(const State& state, double dt) {
 }
 
 /// No step is shorter than those of the explicit stepper (s).
-double shortest_step(const Model& model, const State& s) {
-  const HeldGrains held(model.law, model.pairs, model.materials.size(), s.grains, s.boundary, s.contacts, s.bonds);
+double shortest_step(const Model& model, const State& s, Team& team) {
+  const HeldGrains held(model.law, model.pairs, model.materials.size(), s.grains, s.boundary, s.contacts, s.bonds, 0,
+                        team);
   return model.numerics.safety * critical_step(held, false).dt;
 }
 
 /// state.watch says how the steps since the last estimate went. on: well; asked: it may not grow; firmer: it was too
 /// long; off: it is as short as it gets.
-void choose_time_step(const Model& model, State& state) {
+void choose_time_step(const Model& model, State& state, Team& team) {
   if (state.steps < state.next_estimate) return;
   const Numerics& n = model.numerics;
   if (n.time_step > 0) {
@@ -80,7 +81,7 @@ void choose_time_step(const Model& model, State& state) {
   const double wanted = std::min(step_by_approach(state), n.max_time_step > 0 ? n.max_time_step : INFINITY);
   const bool shorter = state.watch == StepWatch::firmer || wanted < state.dt;
   if (shorter) {
-    const double half = 0.5 * state.dt, shortest = shortest_step(model, state);
+    const double half = 0.5 * state.dt, shortest = shortest_step(model, state, team);
     state.dt = std::max(state.watch == StepWatch::firmer ? half : std::max(half, wanted), shortest);
     state.watch = state.dt > shortest ? StepWatch::on : StepWatch::off;
   } else {
@@ -95,7 +96,7 @@ void choose_time_step(const Model& model, State& state) {
 void make_ready(const Model& model, State& state, Team& team) {
   explicit_stepper.prepare(model, state, team);
   state.next_estimate = state.steps, state.watch = StepWatch::on;
-  choose_time_step(model, state);
+  choose_time_step(model, state, team);
 }
 
 void book(State& state) {

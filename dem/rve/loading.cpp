@@ -154,7 +154,7 @@ bool load(const Model& model, State& state, const Loading& loading, double end, 
     if (watch && state.time > begin && !watch((state.time - begin) / (end - begin))) return false;
     std::uint64_t corrected = 0;
     if (servo) corrected = drive(model, state, loading), carry_rough_walls(state);
-    update_time_step(model, state);
+    update_time_step(model, state, team);
     if (endless(state, left))
       throw Unstable(fmt::format(
           "the time step has fallen to {:.3g} s at t = {:.6g} s: {:.3g} steps to go; some grain, contact or "

@@ -17,7 +17,7 @@ void stretch_in_time(const Model& model, State& state, const Mat3& u, double dur
   set_cell_rate(state, cell.of_began((target - start) / duration));
   bool first = begun != nullptr;
   for (double left = duration; left > 1e-9 * duration; left = end - state.time) {
-    update_time_step(model, state);
+    update_time_step(model, state, team);
     const auto due = static_cast<std::uint64_t>(std::max(1.0, std::ceil(left / state.dt * (1 - 1e-12))));
     std::uint64_t steps = model.numerics.time_step > 0
                               ? due

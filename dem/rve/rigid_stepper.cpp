@@ -37,7 +37,7 @@ void note_fall(const Model& model, State& state) {
 }
 
 /// The step in which what is fastest goes its flight, or falls it from rest.
-void choose_time_step(const Model& model, State& state) {
+void choose_time_step(const Model& model, State& state, Team&) {
   if (state.steps < state.next_estimate) return;
   const Numerics& n = model.numerics;
   state.next_estimate = state.steps + between, state.estimate_interval = between;
@@ -70,7 +70,7 @@ void make_ready(const Model& model, State& state, Team& team) {
   drop_springs(state.contacts);
   state.ledger.start = kinetic_energy(state.grains);  // what springs held is of the preparation
   state.next_estimate = state.steps;
-  choose_time_step(model, state);
+  choose_time_step(model, state, team);
 }
 
 /// Room of a run.

@@ -37,7 +37,7 @@ Response hold(const Model& model, const QuasiStatic& o, State& state, Team& team
   while (true) {
     const std::size_t broken = state.ledger.breakages;
     if (told) told();
-    update_time_step(model, state);
+    update_time_step(model, state, team);
     run_steps(model, state, static_cast<std::uint64_t>(o.window), team);
     const Measurement m = measure(model, state);
     const double scale = std::max({m.stress.norm(), std::sqrt(3.0) * o.pressure_floor, 1e-9});
@@ -83,7 +83,7 @@ Response deform(const Model& model, const QuasiStatic& o, State& state, const In
   double done = 0;
   while (done < 1 && strain > 0) {
     if (told) told();
-    update_time_step(model, state);
+    update_time_step(model, state, team);
     // Rate from the target inertial number: I = rate d sqrt(rho / p).
     const double per_rate = inertial_number(state, 1, pressure_of(o, state));
     const double step = std::min(o.strain_per_step, o.inertial_number / std::max(per_rate, 1e-300) * state.dt);

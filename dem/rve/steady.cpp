@@ -38,7 +38,7 @@ Response respond_steadily(const Model& model, const QuasiStatic& o, State& state
     throw Unstable(fmt::format("an increment of strain {:.3g}; one may strain by {:g}: take a smaller one", strain,
                                Rve::most_stretch));
   const double per_rate = steady.inertia / std::sqrt(pressure);
-  update_time_step(model, state);
+  update_time_step(model, state, team);
   steady.reach = std::max(strain, fading * steady.reach);
   const double duration =
       std::max({state.dt, steady.reach * per_rate / o.inertial_number, steady.reach / o.strain_per_step * state.dt});

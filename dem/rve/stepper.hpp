@@ -9,7 +9,7 @@ namespace grus::dem {
 
 struct Stepper {
   void (*prepare)(const Model& model, State& state, Team& team);
-  void (*update_time_step)(const Model& model, State& state);
+  void (*update_time_step)(const Model& model, State& state, Team& team);
   std::uint64_t (*run)(const Model& model, State& state, std::uint64_t count, Team& team);
   bool long_steps = false;  // one of them may pass a stress that is sought by far
 };
@@ -18,7 +18,13 @@ struct Stepper {
 inline void prepare(const Model& model, State& state, Team& team) { model.stepper->prepare(model, state, team); }
 
 /// Estimates the critical step if it is due and sets state.dt to its safe part (or to the scene's fixed step).
-inline void update_time_step(const Model& model, State& state) { model.stepper->update_time_step(model, state); }
+inline void update_time_step(const Model& model, State& state, Team& team) {
+  model.stepper->update_time_step(model, state, team);
+}
+inline void update_time_step(const Model& model, State& state) {
+  Team alone(1);
+  update_time_step(model, state, alone);
+}
 
 /// Runs up to `count` steps of state.dt and leaves positions, velocities and forces at the same instant. Breakage, list
 /// rebuilds and boundary motion included. Stops after a breakage, so that the caller can ask for a new time step;

@@ -70,7 +70,7 @@ public:
       rest_uphill();
       prepare(model_, state_, team_);
       for (const std::uint64_t end = state_.steps + push; state_.steps < end;) {
-        update_time_step(model_, state_);
+        update_time_step(model_, state_, team_);
         run_steps(model_, state_, std::min(end, state_.next_estimate) - state_.steps, team_);
       }
       deepest = deepest_contact(state_.grains, state_.contacts).ratio;

@@ -56,7 +56,7 @@ TEST_CASE("faces hold each other once they lie on each other, or may within the 
     add_body(s, unit_cube(), Vec3(0, 0, 1 + gap), Quat::Identity(), Vec3::Zero(), Vec3(0, 0, spin));
     prepare(model, s, team);
     const HeldGrains of(model.law, model.pairs, model.materials.size(), s.grains, s.boundary, s.contacts, s.bonds,
-                        ahead);
+                        ahead, team);
     CHECK((of.touched()[0] != 0) == (of.stiffness(0)(2, 2) > 0));
     return of.stiffness(0)(2, 2);
   };
