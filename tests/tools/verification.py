@@ -95,18 +95,18 @@ def of_numbers():
     elsewhere = sum(len(names) for names in values.values())
     rows = sum(len(own) for tables in keys["rows"].values() for own in tables.values())
     refused = len(glob.glob(os.path.join(root, "tests", "scenes", "refused", "*.toml")))
-    return (f"Of the numbers that runs tell `scenes_values` names {elsewhere} that other tests hold and {argued} that "
-            f"no independent number holds, with the reason, and {plain} words and clock times; all others it holds "
-            f"itself. `scenes_keys` moves scene keys off their values {rows} times, and names "
-            f"{len(keys['elsewhere'])} keys of which other tests see the effect. {refused} scenes are refused.\n")
+    return (f"The test `scenes_values` checks every number that runs tell, but for {elsewhere} that other tests "
+            f"check, {argued} for which there is no independent number (each with its reason), and {plain} words and "
+            f"clock times. `scenes_keys` moves scene keys off their values {rows} times; of "
+            f"{len(keys['elsewhere'])} keys other tests see the effect. {refused} scenes must be refused.\n")
 
 
 def figures(build):
-    return (f"{BEGIN}\n`tests/tools/verification.py` has counted these; the test `verification_figures` compares.\n\n"
+    return (f"{BEGIN}\nTests by label. `tests/tools/verification.py` counts all figures here, and a test compares.\n\n"
             f"{of_tests(build)}\n{of_numbers()}\nFaults of the table, by room (`mutants.toml`):\n\n{of_faults()}\n"
-            "Faults drawn blindly in the Python package (`random_faults.py`: comparisons, signs, numbers, statements; "
-            "what only looks otherwise is left out), by modules, after their tests were written; in all rooms: of C++ "
-            "too (`drawn_faults.py`), 49 to 11:\n\n"
+            "Faults drawn at random after the tests were written (`random_faults.py`: comparisons, signs, numbers, "
+            "statements; what only looks otherwise is left out). The first five rows are modules of the Python "
+            "package. Those of all rooms have faults of C++, too (`drawn_faults.py`), 49 to 11 of Python:\n\n"
             f"{of_random()}")
 
 
