@@ -15,9 +15,16 @@ using Catch::Approx;
 #include "dem/rve/model.hpp"
 #include "dem/rve/state.hpp"
 #include "dem/rve/step.hpp"
+#include "dem/rve/stepper.hpp"
 #include "dem/state/shape_kinds.hpp"
 
 namespace grus::dem::test {
+
+/// By this thread alone.
+inline void update_time_step(const Model& model, State& state) {
+  Team alone(1);
+  update_time_step(model, state, alone);
+}
 
 inline Material solid(double E, double nu, double density, double friction = 0, double restitution = 1) {
   Material m;

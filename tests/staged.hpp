@@ -10,9 +10,9 @@ namespace grus::dem::test {
 inline constexpr double R = 1e-3, strain = 0.01;
 
 /// Eight spheres in a cell, each pressed to its next ones along the axes.
-inline State lattice(const Model& model) {
+inline State lattice(const Model& model, double pressed = strain) {
   State s;
-  const double apart = 2 * R * (1 - strain);
+  const double apart = 2 * R * (1 - pressed);
   for (int i = 0; i < 8; ++i) add(s, PolyEllipsoid::sphere(R), apart * Vec3(i % 2, i / 2 % 2, i / 4), 2650);
   s.boundary.cell.vectors = 2 * apart * Mat3::Identity();
   Team team(1);

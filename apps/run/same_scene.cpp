@@ -15,11 +15,16 @@
 namespace grus::app {
 namespace {
 
-constexpr std::size_t most_told = 20;
+constexpr std::size_t most_told = 20, longest_table = 60;
 
 bool of_tables(const nlohmann::json& v) { return v.is_array() && !v.empty() && v[0].is_object(); }
 
-std::string value_text(const nlohmann::json& v) { return v.is_null() ? "absent" : v.dump(); }
+/// A table that is there in one scene only is told whole where it is short.
+std::string value_text(const nlohmann::json& v) {
+  if (v.is_null()) return "absent";
+  const std::string whole = v.dump();
+  return v.is_object() && whole.size() > longest_table ? fmt::format("a table of {} keys", v.size()) : whole;
+}
 
 struct Change {
   std::string text;

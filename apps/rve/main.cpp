@@ -104,6 +104,7 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   return run_command(argc, argv, "grus-rve",
-                     "One DEM test of breakable grains: SHPB, oedometer, triaxial, single-grain crushing, free motion.",
+                     "One DEM test of grains that may break: oedometer, SHPB, triaxial, shear, stages, single grains, "
+                     "free motion, bonded rock.",
                      run);
 }

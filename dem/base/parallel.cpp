@@ -19,6 +19,18 @@ void relax(int& spins) {
   }
 }
 
+namespace {
+
+/// Sleeps after some milliseconds: others may need the core, and what one waits for may take long.
+void wait_while(const std::atomic<std::uint64_t>& of, std::uint64_t value) {
+  for (int spins = 0, waits = 0; of.load(std::memory_order_acquire) == value;) {
+    relax(spins);
+    if (spins == 0 && ++waits > 50) of.wait(value, std::memory_order_acquire);
+  }
+}
+
+}  // namespace
+
 Team::Team(int threads) : seats_(std::make_unique<Seat[]>(static_cast<std::size_t>(std::max(threads, 1)))) {
   habits_.reserve(32);  // of all kinds of work there are some fifteen
   try {
@@ -83,7 +95,7 @@ void Team::run_helped() {
     if (state.compare_exchange_strong(open, round + Seat::done, std::memory_order_acquire))
       piece(static_cast<int>(k) + 1);  // it has not come
     else
-      for (int spins = 0; state.load(std::memory_order_acquire) != round + Seat::done;) relax(spins);
+      wait_while(state, round + Seat::taken);
   }
 }
 
@@ -91,17 +103,14 @@ void Team::work(int rank) {
   auto& state = seats_[static_cast<std::size_t>(rank) - 1].state;
   std::uint64_t seen = 0;
   while (true) {
-    std::uint64_t now = seen;
-    for (int spins = 0, waits = 0; (now = round_.load(std::memory_order_acquire)) == seen;) {
-      relax(spins);
-      if (spins == 0 && ++waits > 50) round_.wait(seen, std::memory_order_acquire);  // idle for some milliseconds
-    }
-    seen = now;
+    wait_while(round_, seen);
+    seen = round_.load(std::memory_order_acquire);
     if (stop_) return;
     std::uint64_t open = 4 * seen + Seat::open;
     if (!state.compare_exchange_strong(open, 4 * seen + Seat::taken, std::memory_order_acquire)) continue;
     piece(rank);
     state.store(4 * seen + Seat::done, std::memory_order_release);
+    state.notify_one();
   }
 }
 

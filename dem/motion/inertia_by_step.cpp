@@ -64,11 +64,11 @@ double enough_for_impact(const HeldGrains& held, std::size_t i, double most, dou
 /// are so spared the search for what they need.
 bool suits(const Held& on, const HeldGrains& held, std::size_t i, double most, double least, bool flies) {
   const Grains& g = held.grains();
-  const double mass = g.mass[i];
-  if (!on.at_most((1 + 1e-7) * most, {1, 1}) || (flies && held.impact(i, mass) > (1 + 1e-7) * most)) return false;
+  const double mass = g.mass[i], bound = (1 + 1e-7) * most;  // what was searched for ends at `most` itself
+  if (!on.at_most(bound, {1, 1}) || (flies && held.impact(i, mass) > bound)) return false;
   if (flies) return true;
-  const bool less_mass = mass > 2 * least && on.at_most(most, {0.5, 1}) && held.impact(i, 0.5 * mass) <= most;
-  return !less_mass && !(turn_mass(g, i) > 2 * least && on.at_most(most, {1, 0.5}));
+  const bool less_mass = mass > 2 * least && on.at_most(bound, {0.5, 1}) && held.impact(i, 0.5 * mass) <= bound;
+  return !less_mass && !(turn_mass(g, i) > 2 * least && on.at_most(bound, {1, 0.5}));
 }
 
 /// What a grain gets that has `now` and needs `need`, round-off apart; it gives up what is over once `rest` is less

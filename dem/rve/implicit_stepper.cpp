@@ -51,16 +51,17 @@ double step_by_approach(const State& s) {
   return std::min(met, speed > 0 ? approach * overlap / speed : INFINITY);
 }
 
-/// A step in which forces change little must find them the better: what is off is given and taken in each step, and
-/// springs at their limit give a part of it to friction.
-ConeSettings settings_of(const State& state, double dt) {
+}  // namespace
+
+ConeSettings accuracy_of(const State& state, double dt) {
   constexpr double finest = 0.03;
-  const double share = std::clamp(dt / step_by_approach(state), finest, 1.0);
   ConeSettings of = settings;
-  of.wish = share;
-  if (state.watch == StepWatch::off) of.iterations *= patience;  // no shorter step is left
+  of.wish = std::clamp(dt / step_by_approach(state), finest, 1.0);
+  if (state.watch == StepWatch::off) of.iterations *= patience;
   return of;
 }
+
+namespace {
 
 /// No step is shorter than those of the explicit stepper (s).
 double shortest_step(const Model& model, const State& s, Team& team) {
@@ -213,7 +214,7 @@ std::uint64_t run(const Model& model, State& state, std::uint64_t count, Team& t
     const bool may_shrink = chosen && state.watch != StepWatch::off;
     if (may_shrink) room.before = state;
     const std::size_t contacts = room.system.contact.size();
-    const ConeEnd end = solve_step(model, state, dt, settings_of(state, dt), team, room);
+    const ConeEnd end = solve_step(model, state, dt, accuracy_of(state, dt), team, room);
     if (!found(state, end)) {
       if (!may_shrink) refuse_step(model, state, contacts, end);
       state = room.before;

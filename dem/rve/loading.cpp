@@ -17,11 +17,14 @@ namespace grus::dem {
 namespace {
 
 /// The wall at the + end of an axis, which moves; nullptr in a cell.
-Wall* far_wall(Boundary& boundary, int axis) {
+auto far_wall(auto& boundary, int axis) -> decltype(boundary.walls.data()) {
   for (auto& wall : boundary.walls)
     if (wall.facing()[axis] == -1) return &wall;
   return nullptr;
 }
+
+/// The first axes, so many, are those of a cell; walls carry the others.
+int edges_of(const Cell& cell) { return cell.everywhere() ? 3 : cell.walled ? 2 : 0; }
 
 }  // namespace
 
@@ -38,11 +41,17 @@ Vec3 size_of(const Boundary& boundary) {
   return high - low;
 }
 
+double axis_rate(const State& state, const Loading& loading, int axis) {
+  const Cell& cell = state.boundary.cell;
+  const Wall* const wall = axis < edges_of(cell) ? nullptr : far_wall(state.boundary, axis);
+  return (wall ? wall->velocity[axis] : cell.rate(axis, axis)) / loading.initial_size[axis];
+}
+
 namespace {
 
 void set_rates(State& state, const Loading& loading, const Vec3& rates) {
   const Cell& cell = state.boundary.cell;
-  const int edges = cell.everywhere() ? 3 : cell.walled ? 2 : 0;
+  const int edges = edges_of(cell);
   if (edges > 0) {
     Mat3 rate = Mat3::Zero();
     for (int k = 0; k < edges; ++k) rate(k, k) = rates[k] * loading.initial_size[k];

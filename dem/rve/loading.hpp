@@ -47,6 +47,9 @@ struct Loading {
 /// Lengths of the box along its axes, or of the cell's edges along them (m).
 Vec3 size_of(const Boundary& boundary);
 
+/// Rate (1/s) at which an axis is strained now, of its size at the start of the test.
+double axis_rate(const State& state, const Loading& loading, int axis);
+
 /// Nothing but what it seeks moves a wall or the cell.
 inline bool commands(const Loading& loading) { return loading.driven || !loading.walls.empty(); }
 

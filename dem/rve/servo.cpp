@@ -51,14 +51,6 @@ std::array<AxisControl, 3> controls(const Loading& loading, const Vec3& stress, 
   return axes;
 }
 
-double axis_rate(const State& state, const Loading& loading, int axis) {
-  double speed = state.boundary.cell.rate(axis, axis);
-  if (!state.boundary.cell.everywhere())
-    for (const Wall& wall : state.boundary.walls)
-      if (wall.facing()[axis] == -1) speed = wall.velocity[axis];
-  return speed / loading.initial_size[axis];
-}
-
 double stress_asked(const AxisControl& axis, double time) { return *axis.stress + axis.stress_rate * time; }
 
 double fastest_rate(const State& state, const AxisControl& axis, double pressure) {

@@ -15,9 +15,6 @@ inline constexpr std::uint64_t servo_steps = 25;
 /// leaves of three times the mean, alike or by the ratio; and without a mean the middle one what the ratio says.
 std::array<AxisControl, 3> controls(const Loading& loading, const Vec3& stress, double time);
 
-/// Rate (1/s) at which an axis is strained now, of its size at the start of the test.
-double axis_rate(const State& state, const Loading& loading, int axis);
-
 /// Stress that an axis seeks (Pa, tension-positive).
 double stress_asked(const AxisControl& axis, double time);
 

@@ -21,10 +21,6 @@ inline void prepare(const Model& model, State& state, Team& team) { model.steppe
 inline void update_time_step(const Model& model, State& state, Team& team) {
   model.stepper->update_time_step(model, state, team);
 }
-inline void update_time_step(const Model& model, State& state) {
-  Team alone(1);
-  update_time_step(model, state, alone);
-}
 
 /// Runs up to `count` steps of state.dt and leaves positions, velocities and forces at the same instant. Breakage, list
 /// rebuilds and boundary motion included. Stops after a breakage, so that the caller can ask for a new time step;

@@ -62,7 +62,7 @@ State both(const std::string& text, std::uint64_t steps, int threads = 1) {
   const Begun test = begun(text, team);
   State whole = test.state, saved = test.state;
   for (std::uint64_t k = 0; k < steps; ++k) {
-    for (State* s : {&whole, &saved}) update_time_step(test.model(), *s), run_steps(test.model(), *s, 1, team);
+    for (State* s : {&whole, &saved}) update_time_step(test.model(), *s, team), run_steps(test.model(), *s, 1, team);
     State again = resumed(test.model(), saved);
     if (k % 50 == 0) check_plan(saved, again);
     saved = std::move(again);

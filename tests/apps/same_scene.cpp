@@ -31,6 +31,8 @@ TEST_CASE("a checkpoint of another scene names each key that has changed, of lis
   CHECK(refused(one, other) == head + "stage[0].rows was 2, is 3" + tail);
   other = one, other["stage"].push_back({{"kind", "hold"}});
   CHECK(refused(one, other) == head + "stage[1] was absent, is {\"kind\":\"hold\"}" + tail);
+  other["stage"][1] = {{"kind", "compress"}, {"pressure", 1e6}, {"friction", 0.1}, {"until", "a stress of 1 MPa"}};
+  CHECK(refused(one, other) == head + "stage[1] was absent, is a table of 4 keys" + tail);
   other = one, other["box"] = {1, 3}, other.erase("seed");
   CHECK(refused(one, other) == head + "box was [1,2], is [1,3]; seed was 7, is absent" + tail);
   // A default that is there because of another key is not what was changed.

@@ -71,6 +71,21 @@ double slide_down(double angle, bool parts) {
   return velocity.x();
 }
 
+/// The contacts of ten spheres, one on the other, in a step of `dt` (s) of their fall.
+std::vector<ConeContact> stack(double radius, double dt) {
+  std::vector<ConeContact> contacts{on_ground(0, {0, 0, -radius}, 0.5)};
+  contacts[0].free[press_row] = -dt * g0;
+  for (Index i = 1; i < 10; ++i)
+    contacts.push_back({.a = i - 1,
+                        .b = i,
+                        .normal = Vec3::UnitZ(),
+                        .across = Vec3::UnitX(),
+                        .arm_a = {0, 0, radius},
+                        .arm_b = {0, 0, -radius},
+                        .friction = 0.5});
+  return contacts;
+}
+
 }  // namespace
 
 TEST_CASE("a block on a slope sticks below the angle of friction and slides above it as Coulomb says") {
@@ -83,21 +98,29 @@ TEST_CASE("a block on a slope sticks below the angle of friction and slides abov
 
 TEST_CASE("a stack of ten spheres carries its weight") {
   const double radius = 1e-3, mass = 2650 * 4 * pi / 3 * radius * radius * radius, dt = 1e-4;
-  std::vector<ConeBody> bodies(10, sphere(mass, radius));
-  std::vector<ConeContact> contacts{on_ground(0, {0, 0, -radius}, 0.5)};
-  contacts[0].free[press_row] = -dt * g0;
-  for (Index i = 1; i < 10; ++i)
-    contacts.push_back({.a = i - 1,
-                        .b = i,
-                        .normal = Vec3::UnitZ(),
-                        .across = Vec3::UnitX(),
-                        .arm_a = {0, 0, radius},
-                        .arm_b = {0, 0, -radius},
-                        .friction = 0.5});
-  const auto impulse = solve(bodies, contacts).impulse;
+  const std::vector<ConeBody> bodies(10, sphere(mass, radius));
+  const auto impulse = solve(bodies, stack(radius, dt)).impulse;
   for (std::size_t i = 0; i < 10; ++i)
     CHECK(impulse[i][press_row] / dt == Approx(static_cast<double>(10 - i) * mass * g0).epsilon(1e-6));
   CHECK(impulse[0][press_row] / dt == Approx(1.088939e-3).epsilon(1e-6));
+}
+
+TEST_CASE("more is sought for than is asked in the first iterations, and no longer") {
+  const std::vector<ConeBody> bodies(10, sphere(1, 1));
+  Team team(1);
+  const auto end = [&](ConeSettings asked) {
+    std::vector<ConeRows> impulse(10, ConeRows{});
+    asked.tolerance = 1e-3, asked.by_overlap = INFINITY;
+    return ConeSolver().solve(bodies, stack(1, 0.01), asked, impulse, team);
+  };
+  const ConeEnd plain = end({.wish = 1}), fine = end({.wish = 1e-6});
+  CHECK(plain.residual <= 1e-3);
+  CHECK(plain.residual > 1e-9);
+  CHECK(fine.residual <= 1e-9);
+  REQUIRE(fine.iterations > plain.iterations + 20);
+  const ConeEnd soon = end({.wish = 1e-6, .wished = plain.iterations + 20});
+  CHECK(soon.iterations == plain.iterations + 20);
+  CHECK(soon.residual <= 1e-3);
 }
 
 TEST_CASE("a body that hits its equal head-on loses what its restitution says") {

@@ -7,6 +7,7 @@
 #include "dem/rve/servo.hpp"
 #include "tests/held_walls.hpp"
 #include "tests/helpers.hpp"
+#include "tests/staged.hpp"
 
 using namespace grus::dem;
 using namespace grus::dem::test;
@@ -69,16 +70,12 @@ TEST_CASE("a sample that drifts is held by a hundredth of what presses it, as it
 }
 
 TEST_CASE("dashpots that answer a rate more than its strain do not make a held stress swing") {
-  constexpr double R = 5e-4, stiffness = 1e6, depth = 1e-3;
-  Model model = linear_model(stiffness, 0.8, 2650, 0);
-  model.materials[0].restitution = 0.02;
+  Model model = linear_model(1e6, 0.8, 2650, 0);
+  model.materials[0].restitution = 0.1;
+  model.numerics.safety = 0.1;  // dashpots of spheres, which no estimate of the step counts, need a shorter one here
   make_pair_laws(model);
-  State s;
-  const double apart = 2 * R * (1 - depth);
-  for (int i = 0; i < 8; ++i) add(s, PolyEllipsoid::sphere(R), apart * Vec3(i % 2, i / 2 % 2, i / 4), 2650);
-  s.boundary.cell.vectors = 2 * apart * Mat3::Identity();
+  State s = lattice(model, 1e-3);
   Team team(1);
-  prepare(model, s, team);
   const double asked = 1.3 * normal_stresses(s)[0];
   Loading loading;
   loading.driven = loading.holds = true;

@@ -154,6 +154,26 @@ TEST_CASE("a step whose forces are not found is refused with its residual") {
   CHECK_THAT(told, Catch::Matchers::Contains("not found in 2000 iterations (residual"));
 }
 
+TEST_CASE("forces that change little in a step are found the better, and a step as short as it gets has more time") {
+  Team team(1);
+  State s;
+  for (const double x : {0.0, 1.99}) add(s, PolyEllipsoid::sphere(1), Vec3(x, 0, 0), 1000);
+  const Model spheres = implicit(model_of(solid(1e12, 0.2, 1000)));
+  prepare(spheres, s, team);
+  REQUIRE(s.contacts.touch[0].overlap == Approx(0.01));
+  s.grains.motion[0].velocity.x() = 0.002;
+  const double tenth = 0.1 * 0.01 / 0.002;  // s, until the overlap has grown by so much
+  s.watch = StepWatch::on;
+  for (const auto& [share, wish] : {std::pair(0.4, 0.4), {3.0, 1.0}, {0.001, 0.03}}) {
+    const ConeSettings asked = accuracy_of(s, share * tenth);
+    CHECK(asked.wish == Approx(wish));
+    CHECK((asked.iterations == 2000 && asked.tolerance == 1e-4 && asked.by_overlap == 1e-3));
+  }
+  s.watch = StepWatch::off;
+  CHECK(accuracy_of(s, 0.4 * tenth).iterations == 20000);
+  CHECK(accuracy_of(s, 0.4 * tenth).wish == Approx(0.4));
+}
+
 TEST_CASE("pressed hulls gain the stress that explicit steps say, and the same laterally") {
   Team team(1);
   Model model = hull_model(0.5, 1e6, 0.3);

@@ -210,6 +210,14 @@ TEST_CASE("what is over goes once half of it would do, and the solid stays; a hu
   prepare(model, s, team);
   const double omega = 2 * 0.5 / 5e-7, most = omega * omega, mass = s.grains.mass[0], solid = solid_mass(s.grains, 0),
                turning = turn_mass(s.grains, 0);
+  State turns = s;  // four times the moments that it needs, and the mass; less than twice is kept
+  set_inertia(turns.grains, 0, mass, 1.9 * turning);
+  give(model, turns, most);
+  CHECK(turn_mass(turns.grains, 0) == Approx(1.9 * turning).epsilon(1e-12));
+  set_inertia(turns.grains, 0, mass, 4 * turning);
+  give(model, turns, most);
+  CHECK(turn_mass(turns.grains, 0) == Approx(turning).epsilon(1e-6));
+  CHECK(turns.grains.mass[0] == Approx(mass).epsilon(1e-6));
   s.grains.motion[0].velocity.z() = 1;
   State flies = s;
   // In flight the wall could meet a quarter of its surface, by 2 c S / 4, three times the face. It gives up no more

@@ -111,7 +111,7 @@ TEST_CASE("haste is booked where the rate jumps, too: dashpots are those of the 
     const double steps = static_cast<double>(r.steps), duration = c.state.time - time;
     Cell& cell = s.boundary.cell;
     set_cell_rate(s, cell.of_began(e * cell.began() / duration));
-    update_time_step(*cell_model(), s);
+    update_time_step(*cell_model(), s, c.team);
     s.dt = duration / steps;
     double taken = 0;  // step by step
     for (std::uint64_t k = 0; k < r.steps; ++k) {

@@ -5,9 +5,12 @@
 #else
 #include <catch2/catch.hpp>
 #endif
+#include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <ctime>
 #include <numeric>
+#include <thread>
 
 #include "dem/base/parallel.hpp"
 
@@ -31,6 +34,25 @@ TEST_CASE("every index is met once by blocks, pieces and single jobs, with more 
     for (const auto* all : {&by_block, &by_piece, &by_job})
       CHECK(std::count(all->begin(), all->end(), 300u) == static_cast<std::ptrdiff_t>(all->size()));
   }
+}
+
+TEST_CASE("who waits long for another's job sleeps") {
+  using namespace std::chrono_literals;
+  const auto spent = [] {
+    timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+  };
+  Team team(2);
+  std::atomic<int> begun{0};
+  const auto caller = std::this_thread::get_id();
+  const double before = spent();
+  team.each(2, [&](std::size_t) {  // one each: the caller's ends when the other has begun
+    ++begun;
+    while (begun < 2) std::this_thread::sleep_for(1ms);
+    if (std::this_thread::get_id() != caller) std::this_thread::sleep_for(2s);
+  });
+  CHECK(spent() - before < 0.5);
 }
 
 namespace {

@@ -49,17 +49,19 @@ def of_summary(run, path):
     return strength_of(run, path)[0]
 
 
-def found(runs, quantity, strain=None):
-    """(value, bound) of each run at a strain; without one, at the end. Where a run has no value, it may be known to be
+def found(runs, quantity, place=None, over="axial_strain"):
+    """(value, bound) of each run at a place, a value of the column `over`; without one, at the end. Where a run has no value, it may be known to be
     above the bound."""
     if "." in quantity:
         return [strength_of(r, quantity) for r in runs]
     columns = [r["columns"] for r in runs]
-    return [(c[quantity][-1] if strain is None else position(c, quantity, strain), math.nan) for c in columns]
+    return [(c[quantity][-1] if place is None else position(c, quantity, place, over), math.nan) for c in columns]
 
 
 def cell_text(pairs):
     """Mean and scatter over runs; a lower bound of the mean where grains did not break."""
+    if not pairs:
+        return "-"
     middle, least, unbroken = mean_of(pairs)
     if unbroken:
         return f"{'-' if math.isnan(least) else f'> {least:.4g}'} ({unbroken} of {len(pairs)} not broken)"

@@ -9,7 +9,8 @@ from grus.runs.schema import NAMES, SEEDS, SETTINGS, STRAINS, TEXT, fault, table
 from grus.study.kinds import KINDS
 from grus.study.tables import Reading
 
-COMMON = table({"scene": TEXT, "seeds": SEEDS, "seed_key": TEXT, "set": SETTINGS, "at": STRAINS, "quantities": NAMES})
+COMMON = table({"scene": TEXT, "seeds": SEEDS, "seed_key": TEXT, "set": SETTINGS, "at": {"anyOf": [STRAINS, {"const": "end"}]},
+                "over": TEXT, "quantities": NAMES})
 STUDY = table({"title": TEXT, "study": COMMON, **{kind.NAME: kind.SCHEMA for kind in KINDS}})
 
 

@@ -10,7 +10,7 @@ from grus.files.writing import write_csv
 from grus.runs.cases import scene_of
 from grus.runs.censored import BOUNDS, mean_of
 from grus.runs.schema import SEEDS, SETTINGS, TEXT, WORD, tables
-from grus.study.numbers import cell_text, cost, energy_error, found
+from grus.study.numbers import cell_text, cost, energy_error, finished, found
 from grus.study.statistics import deviation, mean
 from grus.study.tables import Shown, asked
 
@@ -35,46 +35,66 @@ def cases(entry):
 
 
 def asks(entry, common):
-    return [asked(entry["name"], quantity) for quantity in quantities_of(common)]
+    return [asked(entry["name"], quantity, over_of(common)) for quantity in quantities_of(common)]
 
 
 def quantities_of(common):
     return common.get("quantities", ["axial_stress_Pa"])
 
 
-def row_of(case, runs, strains, quantities):
-    """A case's row as people read it, and as numbers of study.csv."""
-    cells, numbers, least = [], [], {}
-    for q in quantities:
-        for strain in strains:
-            pairs = found(runs, q, strain)
-            values = [x for x, _ in pairs]
-            cells.append(cell_text(pairs))
-            numbers += [mean(values), deviation(values)]
-            least.update({q: list(mean_of(pairs)[1:])} if q in BOUNDS else {})
+def over_of(common):
+    return common.get("over", "axial_strain")
+
+
+def places_of(common):
+    """(quantity, where: a value of the column `over`, or None, the end; heading, name in study.csv) of each mean. A key
+    of summary.json has one value a run."""
+    strains, over = common.get("at", [0.1, 0.2]), over_of(common)
+    along = "" if over == "axial_strain" else f"{over} "
+    found = []
+    for q in quantities_of(common):
+        if "." in q:
+            found.append((q, None, q, q))
+        elif strains == "end":
+            found.append((q, None, f"{q} at the end", f"{q}_at_end"))
+        else:
+            found += [(q, e, f"{q} at {along}{e:g}", f"{q}_at_{along.replace(' ', '_')}{e:g}") for e in strains]
+    return found
+
+
+def row_of(case, runs, common):
+    """A case's row as people read it, and as numbers of study.csv. Means are of runs that finished."""
+    cells, numbers, least = [], [], []
+    good = [r for r in runs if finished(r)]
+    for q, where, _, _ in places_of(common):
+        pairs = found(good, q, where, over_of(common))
+        values = [x for x, _ in pairs]
+        cells.append(cell_text(pairs))
+        numbers += [mean(values), deviation(values)]
+        if q in BOUNDS:
+            least += mean_of(pairs)[1:] if pairs else (math.nan, 0)
     status = ",".join(sorted({str(r["summary"]["status"]) for r in runs}))
-    counts = [r["summary"]["counts"] for r in runs]
+    status += f" ({len(runs) - len(good)} not finished)" if len(good) < len(runs) else ""
+    counts = [r["summary"]["counts"] for r in good]
 
     def last(name):
-        return mean([r["columns"][name][-1] if name in r["columns"] else math.nan for r in runs])
+        return mean([r["columns"][name][-1] if name in r["columns"] else math.nan for r in good])
 
-    tail = [last("grains"), last("breakages"), 100 * max(energy_error(r) for r in runs),
-            mean([c.get("steps", c.get("dem_steps", 0)) for c in counts]), mean([cost(r)["cpu"] for r in runs])]
-    shown = [f"{tail[0]:.0f}", f"{tail[1]:.0f}", f"{tail[2]:.2f}", f"{tail[3]:.3g}", f"{tail[4]:.1f}"]
-    bounds = [x for q in quantities if q in BOUNDS for x in least[q]]
+    tail = [last("grains"), last("breakages"), 100 * max((energy_error(r) for r in runs), default=math.nan),
+            mean([c.get("steps", c.get("dem_steps", 0)) for c in counts]), mean([cost(r)["cpu"] for r in good])]
+    shown = ["-" if math.isnan(x) else f"{x:{kind}}" for x, kind in zip(tail, (".0f", ".0f", ".2f", ".3g", ".1f"))]
     return ([case["label"], len(runs), status, *cells, *shown],
-            [case["name"], len(runs), status, *numbers, *tail, *bounds])
+            [case["name"], len(runs), status, *numbers, *tail, *least])
 
 
 def show(entries, done):
-    strains, quantities = done.common.get("at", [0.1, 0.2]), quantities_of(done.common)
-    places = [(q, e) for q in quantities for e in strains]
-    head = ["case", "seeds", "status", *(q if "." in q else f"{q} at {e:g}" for q, e in places),
+    places = places_of(done.common)
+    head = ["case", "seeds", "status", *(text for _, _, text, _ in places),
             "grains", "breakages", "energy error %", "steps", "CPU s"]
-    names = ["case", "seeds", "status", *(f"{k}_{q}_at_{e:g}" for q, e in places for k in ("mean", "sd")),
+    names = ["case", "seeds", "status", *(f"{k}_{name}" for _, _, _, name in places for k in ("mean", "sd")),
              "grains", "breakages", "worst_energy_error_percent", "steps", "cpu_s",
-             *(f"{k}_{q}" for q in quantities if q in BOUNDS for k in ("at_least", "not_broken"))]
-    rows = [row_of(c, done.runs[c["name"]], strains, quantities) for c in entries]
+             *(f"{k}_{q}" for q, _, _, _ in places if q in BOUNDS for k in ("at_least", "not_broken"))]
+    rows = [row_of(c, done.runs[c["name"]], done.common) for c in entries]
     write_csv(os.path.join(done.out, "study.csv"), [names, *(numbers for _, numbers in rows)])
     if not rows:
         return Shown()
