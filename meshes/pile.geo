@@ -1,6 +1,6 @@
 // A model pile of 16 mm, 40 mm deep, in sand; axisymmetric: x the radius, y the axis. Metres.
-r = 0.008; n = 0.024; w = 0.060;          // pile, what is asked of grains, all
-b = 0.040; t = 0.080; h = 0.120;          // far below, tip, surface
+r = 0.008; n = 0.024; w = 0.060;          // radii of the pile, of the part with grains, of all
+b = 0.040; t = 0.080; h = 0.120;          // heights of the lower end of the grains, of the tip, of the surface
 Point(1) = {0, 0, 0};  Point(2) = {r, 0, 0};  Point(3) = {n, 0, 0};  Point(4) = {w, 0, 0};
 Point(5) = {0, b, 0};  Point(6) = {r, b, 0};  Point(7) = {n, b, 0};  Point(8) = {w, b, 0};
 Point(9) = {0, t, 0};  Point(10) = {r, t, 0}; Point(11) = {n, t, 0}; Point(12) = {w, t, 0};
