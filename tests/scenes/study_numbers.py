@@ -16,7 +16,7 @@ sys.path.insert(0, os.path.join(sys.argv[1], "..", "python"))
 from grus.figures import plt  # noqa: E402
 from grus.runs import censored  # noqa: E402
 from grus.study import numbers, statistics, words  # noqa: E402
-from grus.study.kinds import case, check, fit, plot, precision, sweep, table  # noqa: E402
+from grus.study.kinds import check, fit, plot, precision, sweep, table  # noqa: E402
 
 import made_up  # noqa: E402
 from made_up import near  # noqa: E402
@@ -123,56 +123,6 @@ def strengths():
     near(censored.quantiles([1.0, 3.0], [], [0.0, 0.25, 0.5, 0.75, 1.0]), [1, 1, 2, 3, 3], "quantiles of two")
     near(censored.quantiles([], [4.0, 2.0], [0.5, 0.9]), [4, 4], "quantiles of none that broke")
     near(censored.quantiles([1.0, 3.0], [2.0], [0.9]), [3], "beyond the last, above all bounds")
-
-
-def table_of_cases(folder):
-    """study.csv: every column from runs whose numbers are known."""
-    key = "results.peak_before_breakage_Pa"
-    graded = [made_up.run(cpu=2.0, energy=0.01, counts={"steps": 10}, y=8.0, results={"peak_before_breakage_Pa": 5.0}),
-              made_up.run(0, cpu=4.0, energy=0.03, counts={"dem_steps": 30}, y=16.0, grains=[9.0] * 3,
-                          breakages=[0.0, 0.0, 0.0], results={"peak_axial_stress_Pa": 9.0})]
-    common = {"quantities": ["y", key], "at": [0.25, 0.5]}
-    done = SimpleNamespace(out=folder, common=common, runs={"c": graded})
-    shown = case.show([{"name": "c", "label": "A case"}], done)
-    with open(os.path.join(folder, "study.csv"), newline="") as f:
-        head, row = csv.reader(f)
-    found = dict(zip(head, row))
-    wanted = {
-        "case": "c", "seeds": "2", "status": "0", "mean_y_at_0.25": 3.0, "sd_y_at_0.25": math.sqrt(2),
-        "mean_y_at_0.5": 6.0, "sd_y_at_0.5": 2 * math.sqrt(2), f"mean_{key}": "", f"sd_{key}": "",
-        "grains": 8.5, "breakages": 1.5, "worst_energy_error_percent": 3.0, "steps": 20.0, "cpu_s": 3.0,
-        f"at_least_{key}": 7.0, f"not_broken_{key}": "1"
-    }
-    need(set(found) == set(wanted), f"columns of study.csv: {set(found) ^ set(wanted)}")
-    for name, value in wanted.items():
-        good = found[name] == value if isinstance(value, str) else abs(float(found[name]) - value) < 1e-12
-        need(good, f"study.csv: {name} = {found[name]}, not {value}")
-    need(shown.text.splitlines()[2].split() ==
-         "A case 2 0 3 ± 1.4 6 ± 2.8 > 7 (1 of 2 not broken) 8 2 3.00 20 3.0".split(),
-         f"study.txt: {shown.text}")
-    need(shown.passed and "> 7 (1 of 2 not broken)" in shown.body.replace("&gt;", ">"), "the table in report.html")
-
-    def told(common, runs):
-        text = case.show([{"name": "c", "label": "c"}],
-                         SimpleNamespace(out=folder, common=common, runs={"c": runs})).text
-        with open(os.path.join(folder, "study.csv"), newline="") as f:
-            return text.splitlines()[2].split()[1:], dict(zip(*csv.reader(f)))
-
-    # What stopped counts for nothing but its energy error: not for a mean, nor for what a run costs.
-    stopped = made_up.run(3, cpu=900.0, energy=0.5, counts={"steps": 9000}, y=800.0, grains=[900.0] * 3)
-    words, row = told({**common, "quantities": ["y"]}, [*graded, stopped])
-    need(words == "3 0,3 (1 not finished) 3 ± 1.4 6 ± 2.8 8 2 50.00 20 3.0".split(), f"beside one that stopped: {words}")
-    words, row = told(common, [stopped])
-    need(words == "1 3 (1 not finished) - - - - - 50.00 - -".split() and row["mean_y_at_0.5"] == "" and
-         row[f"not_broken_{key}"] == "0", f"all stopped: {words} {row}")
-    # At the end, and at places of another column.
-    ends = {"quantities": ["y", key], "at": "end"}
-    words, row = told(ends, graded)
-    need(float(row["mean_y_at_end"]) == 12 and words[2:5] == "12 ± 5.7".split(), f"at the end: {words} {row}")
-    need(case.asks({"name": "c"}, {**ends, "over": "t"}) == [("c", {"y", "t"}, set()), ("c", set(), {key})],
-         "what a table over another column asks for")
-    words, row = told({"quantities": ["axial_strain"], "over": "y", "at": [4]}, graded)
-    need(abs(float(row["mean_axial_strain_at_y_4"]) - 0.375) < 1e-12, f"where another column is 4: {row}")
 
 
 def claims():
@@ -412,7 +362,6 @@ of_runs()
 strengths()
 claims()
 with tempfile.TemporaryDirectory() as tmp:
-    table_of_cases(tmp)
     precisions(tmp)
     sweeps(tmp)
     others(tmp)
