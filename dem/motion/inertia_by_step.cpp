@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 #include "dem/motion/inertia_by_step.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 
@@ -32,7 +33,8 @@ struct Held {
   /// Whether so many times its masses leave the eigenvalue at `most`.
   bool at_most(double most, const Factors& f) const {
     const Mat6 s = rescaled(stiffness, f);
-    return (!resisted && largest_eigenvalue_bound(s) <= most) || with_dashpots(largest_eigenvalue(s), slow(f)) <= most;
+    if (resisted) return with_dashpots(largest_eigenvalue(s), slow(f)) <= most;
+    return (most * Mat6::Identity() - s).llt().info() == Eigen::Success;  // positive definite: all are below
   }
 };
 
