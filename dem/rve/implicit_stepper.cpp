@@ -54,9 +54,8 @@ double step_by_approach(const State& s) {
 }  // namespace
 
 ConeSettings accuracy_of(const State& state, double dt) {
-  constexpr double finest = 0.03;
   ConeSettings of = settings;
-  of.wish = std::clamp(dt / step_by_approach(state), finest, 1.0);
+  of.wish = std::clamp(dt / step_by_approach(state), 0.03, 1.0);
   if (state.watch == StepWatch::off) of.iterations *= patience;
   return of;
 }
