@@ -50,8 +50,8 @@ def of_summary(run, path):
 
 
 def found(runs, quantity, place=None, over="axial_strain"):
-    """(value, bound) of each run at a place, a value of the column `over`; without one, at the end. Where a run has no value, it may be known to be
-    above the bound."""
+    """(value, bound) of each run at a place, a value of the column `over`; without one, at the end. Where a run has no
+    value, it may be known to be above the bound."""
     if "." in quantity:
         return [strength_of(r, quantity) for r in runs]
     columns = [r["columns"] for r in runs]

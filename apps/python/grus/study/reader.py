@@ -9,8 +9,8 @@ from grus.runs.schema import NAMES, SEEDS, SETTINGS, STRAINS, TEXT, fault, table
 from grus.study.kinds import KINDS
 from grus.study.tables import Reading
 
-COMMON = table({"scene": TEXT, "seeds": SEEDS, "seed_key": TEXT, "set": SETTINGS, "at": {"anyOf": [STRAINS, {"const": "end"}]},
-                "over": TEXT, "quantities": NAMES})
+COMMON = table({"scene": TEXT, "seeds": SEEDS, "seed_key": TEXT, "set": SETTINGS, "over": TEXT, "quantities": NAMES,
+                "at": {"anyOf": [STRAINS, {"const": "end"}]}})
 STUDY = table({"title": TEXT, "study": COMMON, **{kind.NAME: kind.SCHEMA for kind in KINDS}})
 
 
