@@ -37,6 +37,15 @@ def not_finite(data, place=""):
     return next((found for part, v in parts if (found := not_finite(v, place + part)) is not None), None)
 
 
+def kind_of(of):
+    """What a value of this kind is, in words: a number, a list of numbers, a text that is given."""
+    if "anyOf" in of:
+        return " or ".join(kind_of(one) for one in of["anyOf"])
+    if of.get("type") == "array" and "type" in of.get("items", {}):
+        return f"a list of {of['items']['type']}s"
+    return f'"{of["const"]}"' if "const" in of else f"a {of['type']}"
+
+
 def fault(data, of):
     """Where and what the first fault is, in one line; None where there is none."""
     faults = list(jsonschema.Draft7Validator(of).iter_errors(data))
@@ -54,6 +63,8 @@ def fault(data, of):
         what = f"{found.instance!r}: must be a word of letters, digits and _ . + = -: it names a folder or a file"
     elif found.validator == "required":
         what = f"needs '{next(k for k in found.validator_value if k not in found.instance)}'"
+    elif found.validator == "anyOf" and not isinstance(found.instance, list):
+        what = f"{found.instance!r}: must be {kind_of(found.schema)}"
     elif found.validator == "enum":
         what = f"{found.instance!r} is none of {', '.join(found.validator_value)}"
     else:
