@@ -69,6 +69,30 @@ TEST_CASE("a sample that drifts is held by a hundredth of what presses it, as it
   }
 }
 
+TEST_CASE("the rate of an axis is the cell's along its edges, and that of the wall that is driven beyond") {
+  State s;
+  const auto add = [&](const Vec3& facing, double speed) {
+    Wall wall;
+    wall.shape = PlaneWall{facing}, wall.velocity = -speed * facing;
+    s.boundary.walls.push_back(wall);
+  };
+  add(-Vec3::UnitZ(), -3), add(-Vec3::UnitX(), 5);
+  add(-Vec3::UnitZ(), 0.5);  // one's own, that faces as the lid does
+  Cell& cell = s.boundary.cell;
+  cell.rate.diagonal() << 7, 8, 9;
+  Loading loading;
+  loading.initial_size = {2, 4, 6};
+  CHECK(axis_rate(s, loading, 2) == -0.5);
+  CHECK(axis_rate(s, loading, 0) == 2.5);
+  cell.walled = true;
+  CHECK(axis_rate(s, loading, 0) == 3.5);
+  CHECK(axis_rate(s, loading, 1) == 2);
+  CHECK(axis_rate(s, loading, 2) == -0.5);
+  s.boundary.walls.clear();
+  cell.walled = false, cell.vectors = Mat3::Identity();
+  CHECK(axis_rate(s, loading, 2) == 1.5);
+}
+
 TEST_CASE("dashpots that answer a rate more than its strain do not make a held stress swing") {
   Model model = linear_model(1e6, 0.8, 2650, 0);
   model.materials[0].restitution = 0.1;
