@@ -89,12 +89,12 @@ def command(page, line):
     words = line.split("#")[0].split()
     if not words:
         return
-    if words[0] == "grus":
-        shell(" ".join(words) + " --check" * (words[1] in ("run", "study", "calibrate")), source)
-        return
-    if words[0].startswith("grus-"):
-        if words[0] != "grus-bvp" or os.path.exists(os.path.join(build, "bin", "grus-bvp")):
-            shell(" ".join(words) + " --check", source)
+    if words[0].startswith("grus"):
+        program, action = (words[0], words[1]) if words[0] == "grus" else (words[0], "")
+        ask = ("--columns" if action == "run" or program in ("grus-rve", "grus-bvp") else  # without a forecast
+               "--check" if action in ("study", "calibrate", "") else "")
+        if program != "grus-bvp" or os.path.exists(os.path.join(build, "bin", "grus-bvp")):
+            shell(" ".join([*words, *[ask] * (ask not in words)]), source)
         return
     for preset in re.findall(r"--preset (\S+)", line):
         known = json.load(open(os.path.join(source, "CMakePresets.json")))

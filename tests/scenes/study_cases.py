@@ -9,6 +9,8 @@ import tempfile
 from types import SimpleNamespace
 
 sys.path.insert(0, os.path.join(sys.argv[1], "..", "python"))
+from grus.runs import schema  # noqa: E402
+from grus.study import reader  # noqa: E402
 from grus.study.kinds import case  # noqa: E402
 
 import made_up  # noqa: E402
@@ -66,6 +68,15 @@ def table_of_cases(folder):
     need(abs(float(row["mean_axial_strain_at_y_4"]) - 0.375) < 1e-12, f"where another column is 4: {row}")
 
 
+def places():
+    """Where a table looks: at strains, or at the end; what is neither is told what it must be."""
+    said = [schema.fault({"at": at}, reader.COMMON) for at in ([0.1], "end", "e", 0.1)]
+    need(said == [None, None, *(f"at: {x}: must be a list of numbers or \"end\"" for x in ("'e'", "0.1"))], f"{said}")
+    need(schema.fault({"at": "end"}, schema.table({"at": schema.AT})) ==
+         "at: 'end': must be a number or a list of numbers", "places of a claim")
+
+
+places()
 with tempfile.TemporaryDirectory() as tmp:
     table_of_cases(tmp)
 print(f"study_cases: {len(faults)} faults")

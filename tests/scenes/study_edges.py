@@ -17,7 +17,7 @@ sys.path.insert(0, os.path.join(sys.argv[1], "..", "python"))
 from grus.errors import InputError  # noqa: E402
 from grus.figures import plt  # noqa: E402
 from grus.runs import cases, command, interrupts, kept, places, programs, schema  # noqa: E402
-from grus.study import numbers, reader, statistics, tables, words  # noqa: E402
+from grus.study import numbers, statistics, tables, words  # noqa: E402
 from grus.study.kinds import case, check, fit, plot, precision, sweep, table  # noqa: E402
 
 import made_up  # noqa: E402
@@ -179,10 +179,6 @@ def schemas():
     need(schema.fault([entry], precision.SCHEMA) is None and schema.fault([{**entry, "vary": {}}], precision.SCHEMA) and
          schema.fault([{**entry, "vary": {"h": []}}], precision.SCHEMA) and
          schema.fault([{**entry, "scale": 0}], precision.SCHEMA), "what varies")
-    need(schema.fault({"at": "e"}, reader.COMMON) == "at: 'e': must be a list of numbers or \"end\"" and
-         schema.fault({"at": "end"}, reader.COMMON) is None and schema.fault({"at": [0.1]}, reader.COMMON) is None and
-         schema.fault({"at": "end"}, schema.table({"at": schema.AT})) ==
-         "at: 'end': must be a number or a list of numbers", "places of a table")
     claim = {"claim": "c", "greater": ["a", "b"]}
     need(schema.fault([claim], check.SCHEMA) is None and schema.fault([{**claim, "greater": ["a"]}], check.SCHEMA) and
          schema.fault([{**claim, "greater": ["a"] * 3}], check.SCHEMA) and schema.fault(
