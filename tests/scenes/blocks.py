@@ -84,17 +84,20 @@ TABLES = {"docs/physics/implicit.md": implicit, "docs/scenes.md": whole, "docs/m
           "docs/bonded.md": bonded, "docs/cleavage.md": whole, "docs/calibration.md": calibration}
 
 
+# Runs tell their columns, which takes no forecast of their time.
+ASKED = {"grus run": "--columns", "grus-rve": "--columns", "grus-bvp": "--columns", "grus study": "--check",
+         "grus-study": "--check", "grus calibrate": "--check", "grus-calibrate": "--check"}
+
+
 def command(page, line):
     """A program of ours is asked whether it would run; of other commands, what they name must be there."""
     words = line.split("#")[0].split()
     if not words:
         return
     if words[0].startswith("grus"):
-        program, action = (words[0], words[1]) if words[0] == "grus" else (words[0], "")
-        ask = ("--columns" if action == "run" or program in ("grus-rve", "grus-bvp") else  # without a forecast
-               "--check" if action in ("study", "calibrate", "") else "")
-        if program != "grus-bvp" or os.path.exists(os.path.join(build, "bin", "grus-bvp")):
-            shell(" ".join([*words, *[ask] * (ask not in words)]), source)
+        name = " ".join(words[:2]) if words[0] == "grus" else words[0]
+        if name != "grus-bvp" or os.path.exists(os.path.join(build, "bin", "grus-bvp")):
+            shell(" ".join([*words, ASKED.get(name, "")]), source)
         return
     for preset in re.findall(r"--preset (\S+)", line):
         known = json.load(open(os.path.join(source, "CMakePresets.json")))

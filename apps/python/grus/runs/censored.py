@@ -38,7 +38,9 @@ def strength_of(run, quantity):
 
 def mean_of(found):
     """(mean, lower bound of it, members known to be larger only) of (value, bound) pairs. The mean is NaN where a
-    member's value is not known, the lower bound where nothing is known of a member."""
+    member's value is not known, the lower bound where nothing is known of a member; both of no members."""
+    if not found:
+        return math.nan, math.nan, 0
     values, bounds = np.array(found).T
     larger = np.isnan(values) & ~np.isnan(bounds)
     return float(np.mean(values)), float(np.mean(np.where(larger, bounds, values))), int(larger.sum())

@@ -12,6 +12,17 @@ def finished(run):
     return run["summary"].get("status") == 0
 
 
+def statuses(runs):
+    """The statuses of runs as a table tells them."""
+    return ",".join(sorted({str(r["summary"]["status"]) for r in runs}))
+
+
+def unfinished_mark(runs):
+    """What a table adds to them where runs are left out of its means."""
+    count = sum(not finished(r) for r in runs)
+    return f" ({count} not finished)" if count else ""
+
+
 def unfinished_text(runs):
     """How many of some runs did not get to their end, and with what status."""
     stopped = [r for r in runs if not finished(r)]
@@ -60,8 +71,6 @@ def found(runs, quantity, place=None, over="axial_strain"):
 
 def cell_text(pairs):
     """Mean and scatter over runs; a lower bound of the mean where grains did not break."""
-    if not pairs:
-        return "-"
     middle, least, unbroken = mean_of(pairs)
     if unbroken:
         return f"{'-' if math.isnan(least) else f'> {least:.4g}'} ({unbroken} of {len(pairs)} not broken)"

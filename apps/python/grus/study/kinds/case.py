@@ -10,7 +10,7 @@ from grus.files.writing import write_csv
 from grus.runs.cases import scene_of
 from grus.runs.censored import BOUNDS, mean_of
 from grus.runs.schema import SEEDS, SETTINGS, TEXT, WORD, tables
-from grus.study.numbers import cell_text, cost, energy_error, finished, found
+from grus.study.numbers import cell_text, cost, energy_error, finished, found, statuses, unfinished_mark
 from grus.study.statistics import deviation, mean
 from grus.study.tables import Shown, asked
 
@@ -51,15 +51,15 @@ def places_of(common):
     of summary.json has one value a run."""
     strains, over = common.get("at", [0.1, 0.2]), over_of(common)
     along = "" if over == "axial_strain" else f"{over} "
-    found = []
+    places = []
     for q in quantities_of(common):
         if "." in q:
-            found.append((q, None, q, q))
+            places.append((q, None, q, q))
         elif strains == "end":
-            found.append((q, None, f"{q} at the end", f"{q}_at_end"))
+            places.append((q, None, f"{q} at the end", f"{q}_at_end"))
         else:
-            found += [(q, e, f"{q} at {along}{e:g}", f"{q}_at_{along.replace(' ', '_')}{e:g}") for e in strains]
-    return found
+            places += [(q, e, f"{q} at {along}{e:g}", f"{q}_at_{along.replace(' ', '_')}{e:g}") for e in strains]
+    return places
 
 
 def row_of(case, runs, common):
@@ -72,9 +72,8 @@ def row_of(case, runs, common):
         cells.append(cell_text(pairs))
         numbers += [mean(values), deviation(values)]
         if q in BOUNDS:
-            least += mean_of(pairs)[1:] if pairs else (math.nan, 0)
-    status = ",".join(sorted({str(r["summary"]["status"]) for r in runs}))
-    status += f" ({len(runs) - len(good)} not finished)" if len(good) < len(runs) else ""
+            least += mean_of(pairs)[1:]
+    status = statuses(runs) + unfinished_mark(runs)
     counts = [r["summary"]["counts"] for r in good]
 
     def last(name):

@@ -13,7 +13,7 @@ from grus.files.tables import Columns
 from grus.files.texts import one_line, text_table
 from grus.files.writing import write_csv
 from grus.runs.schema import AT, MEASURE, POSITIVE, SEEDS, SETTINGS, TEXT, tables
-from grus.study.numbers import cost, energy_error, finished, measured
+from grus.study.numbers import cost, energy_error, finished, measured, statuses, unfinished_mark
 from grus.study.statistics import difference, interval, mean, power_law
 from grus.study.tables import Shown, shared_by_cases, unnamed_case
 from grus.study.words import describe, percent, short
@@ -147,15 +147,14 @@ def judge(entry, table, reference_runs, folder, stopped=None):
             "settings": values, "value": mean(found), "error": abs(off) / scale, "signed": off / scale,
             "interval": half / scale, "scatter": interval(found)[1] / scale, "seeds": len(good),
             "energy": max(energy_error(r) for r in good or runs),
-            "status": ",".join(sorted({str(r["summary"]["status"]) for r in runs}))
+            "status": statuses(runs)
         }
         for name in costs[0]:
             row[name] = mean([c[name] for c in costs])
         if math.isnan(row["error"]):
             row["error"] = math.inf
             row["status"] += " (not reached)" if good else ""
-        if len(good) < len(runs):
-            row["status"] += f" ({len(runs) - len(good)} not finished)"
+        row["status"] += unfinished_mark(runs)
         rows.append(row)
     result = {
         "rows": rows, "reference": mean(reference),

@@ -10,7 +10,7 @@ from grus.files.texts import text_table
 from grus.files.writing import write_csv
 from grus.runs.censored import strength_of
 from grus.runs.schema import AT, MEASURE, NUMBER, SEEDS, SETTINGS, TEXT, tables
-from grus.study.numbers import cost, finished, measured
+from grus.study.numbers import cost, finished, measured, statuses, unfinished_mark
 from grus.study.statistics import deviation, interval, mean
 from grus.study.tables import Shown, shared_by_cases, unnamed_case
 from grus.study.words import describe, percent, short
@@ -77,9 +77,9 @@ def judge(entry, table):
         middle, half = interval(list(known.values()))
         off, open_ = interval([known[s] - first[s] for s in common])
         scale = abs(base) or 1.0
-        status = ",".join(sorted({str(r["summary"]["status"]) for r in runs.values()}))
+        status = statuses(runs.values())
         status += f" ({lost} not reached)" if lost else ""
-        status += f" ({len(runs) - len(by_seed)} not finished)" if len(by_seed) < len(runs) else ""
+        status += unfinished_mark(runs.values())
         status += f" ({len(larger)} of {len(by_seed)} not broken: at least {least:.4g})" if larger else ""
         rows.append({"value": value, "mean": middle, "interval": half, "found": list(reached.values()),
                      "larger": larger, "least": least, "change": off / scale,
