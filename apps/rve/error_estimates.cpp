@@ -25,7 +25,7 @@ void ErrorEstimates::add(const dem::State& state, const dem::Loading& loading, c
 const char* ErrorEstimates::advice(bool solved, bool presses) const {
   if (holds && solved) return "a long step passes it: lower numerics.max_time_step, or strain_rate";
   if (holds)
-    return "walls had yet to find the sample, or it is loaded faster than its boundary can answer; lower strain_rate, "
+    return "the boundary had yet to find the sample, or moves faster than it can follow the stress; lower strain_rate, "
            "go on to a larger final_strain, or take more grains";
   return presses ? "raise the max_speed of the wall, which bounds the search, or take longer"
                  : "raise the strain_rate that bounds the search, or take longer";

@@ -131,6 +131,11 @@ void look_at_end(const std::filesystem::path& folder, const json& about, RveScen
                 fmt::format("\"{}\" holds a run that failed (status {}): its checkpoint is from some time before; give "
                             "one that has finished",
                             scene.start, status));
+  if (status == finished)
+    dem::refuse(scene.place_of_start,
+                fmt::format("\"{}\" holds a run that has finished but has not kept its last state: its checkpoint is "
+                            "from some time before; run it again with output.last_state = true",
+                            scene.start));
   scene.notes.push_back(
       fmt::format("start: the run in \"{}\" has not finished: this one begins in its last checkpoint; "
                   "--resume takes that run to its end",

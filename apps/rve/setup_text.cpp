@@ -55,7 +55,7 @@ std::string setup_text(const RveScene& scene, const dem::State& s, double grains
     text += fmt::format("   steps {}", steps_text(*found));
   else if (timed)
     text += fmt::format("   steps {} {:.3g}", bound_text(scene.model.numerics.time_step <= 0, stress_ends),
-                        scene.test.duration / s.dt);
+                        std::max(1.0, scene.test.duration / s.dt));
   text += fmt::format("   memory about {:.3g} MB", bytes / 1e6);
   if (found) text += fmt::format("\n  run time {} ({})", time_text(*found, whole), basis_text(*found));
   if (found && whole * found->prepared >= told_time)

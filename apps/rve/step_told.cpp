@@ -37,14 +37,18 @@ nlohmann::json StepTold::json() const {
 std::vector<std::string> StepTold::notes(bool by_step, bool solved) const {
   std::vector<std::string> all;
   if (first > told_fall * least) {
+    const std::string fell =
+        fmt::format("the time step has fallen from {:.3g} to {:.3g} s (t = {:.4g} s): ", first, least, least_at);
     const std::string how = std::isnan(slowest.turning) ? "it is fast"
                             : slowest.turning > 0.5     ? "it could turn fast"
                                                         : "it is light";
-    all.push_back(fmt::format(
-        "the time step has fallen from {:.3g} to {:.3g} s (t = {:.4g} s): grain {}, diameter {:.3g} m, least width "
-        "{:.3g} m, needs the short one as {}{}",
-        first, least, least_at, slowest.id, slowest.diameter, slowest.width, how,
-        by_step || solved ? "" : "; in slow tests numerics.inertia.step makes such grains heavier"));
+    all.push_back(fell + (solved ? "contacts changed too fast for longer steps"
+                                 : fmt::format("grain {}, diameter {:.3g} m, least width {:.3g} m, needs the short one "
+                                               "as {}{}",
+                                               slowest.id, slowest.diameter, slowest.width, how,
+                                               by_step ? ""
+                                                       : "; in slow tests numerics.inertia.step makes such grains "
+                                                         "heavier")));
   }
   if (by_step && inertial_number > most_inertial_number)
     all.push_back(

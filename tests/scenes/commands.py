@@ -285,13 +285,13 @@ def exported(folder):
     need(len(data) == 84 + 8 * 50 and struct.unpack("<I", data[80:84]) == (8,), "triangles of STL")
     made_up.near(struct.unpack("<12f", data[84 + 100:84 + 148]), [3 ** -0.5] * 3 + [1e3, 0, 0, 0, 1e3, 0, 0, 0, 1e3],
                  "the third: its normal outward, millimetres", 1e-6)
-    out(place("g.txt"), "--frame", "0")
+    need("no line #box" in out(place("g.txt"), "--frame", "0")[1], "what a frame without a box lacks")
     lines = read("g.txt").decode().splitlines()
     need(lines[0].startswith("#") and len(lines) == 3, f"spheres: {lines}")
     made_up.near([[float(v) for v in line.split()] for line in lines[1:]],
                  np.column_stack([frame(folder, "grains", 0).grains()[k] for k in ("position_m", "radius")]), "spheres")
     with_box(folder)
-    out(place("g.obj"))
+    need("#box" not in out(place("g.obj"))[1], "a note of spheres alone")
     told_, corners, volumes = read("g.obj").decode().split("\n"), [], {}
     for line in told_:
         kind, *words_ = line.split() or [""]

@@ -309,6 +309,9 @@ def going_on(tmp):
     _, r = go(tmp, "rolls", 'start = "further"\n' + rolls, status=2)
     need("rolling_friction was 0.0, is 0.1; set it back" in r.stderr and "friction was 0.5" not in r.stderr,
          f"another law: {r.stderr}")
+    go(tmp, "unkept", strained(0.002).replace("last_state = true", "last_state = false\ncheckpoint_interval = 1e-6"))
+    _, r = go(tmp, "unkept_start", 'start = "unkept"\n' + text, status=2)
+    need("has not kept its last state" in r.stderr and r.stderr.count("\n") == 1, f"a checkpoint midway: {r.stderr}")
     # A run that was stopped midway is told of, one that failed is refused.
     short = stage("compress", strain_rate=5, until={"stress": 1e10}, max_strain=1e-3, rows=5)
     failed, _ = go(tmp, "failed", CELL + short + "[output]\ncheckpoint_interval = 1e-6\n", status=3)

@@ -66,6 +66,10 @@ def of_runs():
                       (0.4 + 3e-10, 5 - 6e-9), (0.41, math.nan), (-0.1, math.nan)):
         near(numbers.position(c, "y", x), wanted, f"y where the strain is first {x}", 1e-9)
     near(numbers.position(c, "y", 2.5, "t"), 7.5, "y at a time")
+    c["void_ratio"] = [0.8, 0.7, 0.6, 0.65, 0.5]  # falls; what it passes again counts once
+    for x, wanted in ((0.8, 1.0), (0.75, 1.5), (0.7, 2.0), (0.63, 4.8), (0.6, 6.0), (0.55, 9 - 4 * 2 / 3), (0.5, 5.0),
+                      (0.5 - 4e-10, 5 - 1.6e-9 / 0.15), (0.49, math.nan), (0.81, math.nan)):
+        near(numbers.position(c, "y", x, "void_ratio"), wanted, f"y where the void ratio is first {x}", 1e-8)
     asked = {"quantity": "y", "over": "t", "at": 0.5}
     for how, wanted in (("peak", 9), ("last", 5), ("area", 1.5 + 4 + 7.5 + 7), ("at", 1.5)):
         near(numbers.measured(c, {**asked, "measure": how}), wanted, how)

@@ -106,7 +106,7 @@ def outside_of_brackets(expression):
 
 def binds_otherwise(old, before, after):
     """True where brackets around an expression would change what is computed: its neighbours bind more strongly."""
-    bare = outside_of_brackets(old)
+    bare, before = outside_of_brackets(old), re.sub(r"//.*", "", before).rstrip()
     if re.search(r"[-+*/|&]=|(?<![=!<>])=(?!=)", bare):
         declared = before[-1:] == "," and re.search(r"[;{}]\s*(const )?[\w:]+(<[^;=]*>)?[&*]? \w+ = [^;]*$", before)
         return bool(declared) or after[:1] not in (";", ",", ")")
@@ -123,15 +123,19 @@ def cannot_stand(text, span, place):
         return "it stands in a comment"
     if any(t.count(a) != t.count(b) for t in (old, new) for a, b in ("()", "[]", "{}")):
         return "brackets do not close"
+    before = text[:span[0]].rstrip()
+    if re.match(r"constexpr [^()]*$", before.rpartition("\n")[2].strip()):
+        return "it is of a constant, which takes no choice"
+    if old.startswith(".") or before.endswith(("->", ".")):
+        return "it is a member without what holds it"
     if not old.endswith((";", "}")):
         if re.match(r"(return|throw|if|for|while)\b", old) or old.count(" ? ") != old.count(" : "):
             return "it is no whole statement, or cuts a choice (a ? b : c)"
         if "," in outside_of_brackets(old):
             return "a comma parts arguments: take one of them"
-        if binds_otherwise(old, text[:span[0]].rstrip(), text[span[1]:].lstrip()):
+        if binds_otherwise(old, before, text[span[1]:].lstrip()):
             return "it is no whole expression: what stands beside it binds more strongly"
         return "a statement ends with ;" if ";" in old else None
-    before = text[:span[0]].rstrip()
     if not before.endswith((";", "{", "}", ":", ")", "else")) and "//" not in before.rpartition("\n")[2]:
         return "it is no whole statement"
     name = r"(?!(return|throw|delete|else)\b)(const |constexpr |static )*[\w:]+(<[^;=]*>)?[&*]? \w+( = |[({])"

@@ -53,6 +53,9 @@ def content(args, ending):
     found = frame(args.folder, args.what, -1 if args.frame is None else args.frame)
     if ending == ".txt" and args.what != "grains":
         raise InputError(f"{args.o}: {args.what} are written as .vtu; .txt is of grains")
+    if ending == ".txt" and found.box() is None:
+        print("  note: the frame has no upright box, so there is no line #box; a scene that reads the spheres needs a "
+              "packing.box of its own")
     if ending in FRAMES:
         if ending in (".stl", ".obj") and not len(found.triangles()[1]):
             raise InputError(f"{args.folder}: {args.what} have no surface for an {ending}: write a .vtu")

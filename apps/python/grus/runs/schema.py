@@ -25,6 +25,8 @@ def tables(properties, required=()):
     return {"type": "array", "items": table(properties, required)}
 
 
+KINDS = {"object": "a table { key = value }", "array": "a list", "string": "a text", "number": "a number",
+         "integer": "a whole number", "boolean": "true or false"}
 JUDGED = ("set", "vary", "values", "seeds")  # values of scene keys, which the program judges
 
 
@@ -65,6 +67,11 @@ def fault(data, of):
         what = f"needs '{next(k for k in found.validator_value if k not in found.instance)}'"
     elif found.validator == "anyOf" and not isinstance(found.instance, list):
         what = f"{found.instance!r}: must be {kind_of(found.schema)}"
+    elif found.validator == "type":
+        wanted = found.validator_value
+        words = [KINDS[kind] for kind in ([wanted] if isinstance(wanted, str) else wanted)]
+        given = repr(found.instance)
+        what = f"{given if len(given) < 300 else given[:60] + ' …'}: must be {' or '.join(words)}"
     elif found.validator == "enum":
         what = f"{found.instance!r} is none of {', '.join(found.validator_value)}"
     else:

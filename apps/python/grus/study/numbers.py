@@ -33,11 +33,14 @@ def unfinished_text(runs):
 
 
 def position(columns, name, x, over="axial_strain"):
-    """Column where another reaches x, linear between rows; NaN where the run does not reach it."""
+    """Column where another first reaches x, rising or falling, linear between rows; NaN where the run does not reach
+    it."""
     xs, ys = columns[over], columns[name]
     for k in range(1, len(xs)):
-        if xs[k] > xs[k - 1] and xs[k - 1] <= x <= xs[k] + 1e-9 * abs(xs[k]):
-            return ys[k - 1] + (x - xs[k - 1]) / (xs[k] - xs[k - 1]) * (ys[k] - ys[k - 1])
+        step = xs[k] - xs[k - 1]
+        past = x - xs[k] if step > 0 else xs[k] - x
+        if step != 0 and (x - xs[k - 1]) * step >= 0 and past <= 1e-9 * abs(xs[k]):
+            return ys[k - 1] + (x - xs[k - 1]) / step * (ys[k] - ys[k - 1])
     return math.nan
 
 
