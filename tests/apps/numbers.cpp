@@ -394,10 +394,7 @@ TEST_CASE("a step that has fallen by more than ten is told with the grain that s
     CHECK((told.notes(by_step)[0].find("numerics.inertia.step") != std::string::npos) == !by_step);
   }
   const std::string solved = told.notes(false, true)[0];  // such steps know no lightest grain, and no inertia by step
-  CHECK(solved.find("contacts changed too fast for longer steps") != std::string::npos);
-  CHECK(solved.find("grain 1") == std::string::npos);
-  CHECK(solved.find("numerics.inertia.step") == std::string::npos);
+  CHECK((solved.ends_with("changed too fast for longer steps") && solved.find("grain 1") == std::string::npos));
   told.inertial_number = 0.02;
-  CHECK(told.notes(true).size() == 2);
-  CHECK(told.notes(false).size() == 1);
+  CHECK((told.notes(true).size() == 2 && told.notes(false).size() == 1));
 }

@@ -56,8 +56,8 @@ def table_of_cases(folder):
     need(words == "3 0,3 (1 not finished) 3 ± 1.4 6 ± 2.8 8 2 50.00 20 3.0".split(),
          f"beside one that stopped: {words}")
     words, row = told(common, [stopped])
-    need(words == "1 3 (1 not finished) - - - - - 50.00 - -".split() and row["mean_y_at_0.5"] == "" == row["sd_y_at_0.5"] and
-         row[f"not_broken_{key}"] == "0", f"all stopped: {words} {row}")
+    need(words == "1 3 (1 not finished) - - - - - 50.00 - -".split() and row[f"not_broken_{key}"] == "0" and
+         row["mean_y_at_0.5"] == "" == row["sd_y_at_0.5"], f"all stopped: {words} {row}")
     # At the end, and at places of another column.
     ends = {"quantities": ["y", key], "at": "end"}
     words, row = told(ends, graded)

@@ -187,10 +187,10 @@ def schemas():
           check.SCHEMA),
          "claims of two")
     curve = {"name": "p", "cases": ["a"], "corridor": [{"label": "l", "points": [[0, 1, 2], [1, 2, 3]]}]}
-    said = [schema.fault("x" * n, {"type": "number"}) for n in (297, 298)]  # 299 and 300 characters with quotes
-    need(said == ["'" + "x" * 297 + "': must be a number", "'" + "x" * 59 + " …: must be a number"], f"long: {said}")
-    said = [schema.fault("x" * n, {"minLength": 400}) for n in (284, 285)]
-    need(said == ["'" + "x" * 284 + "' is too short", "must be minLength 400"], f"long messages: {said}")
+    said = [schema.fault("x" * n, {k: v}) for n, k, v in ((297, "type", "number"), (298, "type", "number"),
+                                                          (284, "minLength", 400), (285, "minLength", 400))]
+    need(said == ["'" + "x" * 297 + "': must be a number", "'" + "x" * 59 + " …: must be a number",
+                  "'" + "x" * 284 + "' is too short", "must be minLength 400"], f"long messages: {said}")
     need(schema.fault([curve], plot.SCHEMA) is None and schema.fault([{**curve, "y_max": 0}], plot.SCHEMA), "plots")
     for points in ([[0, 1, 2]], [[0, 1], [1, 2]], [[0, 1, 2, 3], [1, 2, 3, 4]]):
         curve["corridor"][0]["points"] = points
@@ -245,8 +245,7 @@ def texts(tmp):
                         ({"w": "a", "t": [{"a": 1}, {}]}, "t[1]: needs 'a'"), ({"x": 1}, "unknown key 'x'"),
                         ({"w": "a", "t": [{"a": "x"}]}, "t[0].a: 'x': must be a number"),
                         ({"w": "a", "n": 0}, "n: 0 is less than or equal to the minimum of 0"),
-                        ({"w": "a", "v": [1] * 200}, "v[0]: 1: must be a text"),
-                        ({"w": "a", "v": "x" * 400}, "v: '" + "x" * 59 + " …: must be a list"), ({"w": [], "n": 1}, "w: []: must be a text")):
+                        ({"w": "a", "v": [1] * 200}, "v[0]: 1: must be a text"), ({"w": []}, "w: []: must be a text")):
         found = schema.fault(data, kind)
         need(found == fault if fault is None else str(found).startswith(fault), f"{data}: {found}")
     need([command.duration_text(s) for s in (119, 120, 7199, 7200, 9000)] ==

@@ -118,16 +118,13 @@ def cannot_stand(text, span, place):
     """Why a text cannot be put behind a choice; None where it can. The compiler alone is sure, but takes long."""
     if place["file"].endswith(".py"):
         return python_faults.cannot_stand(text, span)
-    old, new = place["old"].strip(), place["new"].strip()
+    old, new, before = place["old"].strip(), place["new"].strip(), text[:span[0]].rstrip()
     if "//" in text[:span[0]].rpartition("\n")[2]:
         return "it stands in a comment"
     if any(t.count(a) != t.count(b) for t in (old, new) for a, b in ("()", "[]", "{}")):
         return "brackets do not close"
-    before = text[:span[0]].rstrip()
-    if re.match(r"constexpr [^()]*$", before.rpartition("\n")[2].strip()):
-        return "it is of a constant, which takes no choice"
-    if old.startswith(".") or before.endswith(("->", ".")):
-        return "it is a member without what holds it"
+    if old.startswith(".") or re.search(r"(->|\.|(^|\n)\s*constexpr [^()\n]*)$", before):
+        return "it is a member without what holds it, or of a constant, which takes no choice"
     if not old.endswith((";", "}")):
         if re.match(r"(return|throw|if|for|while)\b", old) or old.count(" ? ") != old.count(" : "):
             return "it is no whole statement, or cuts a choice (a ? b : c)"
