@@ -228,7 +228,15 @@ dem::Landing RveRun::landing() const {
 void RveRun::read_off() {
   axial_ = dem::axial_stress(scene_.test, sample_.state, state_, now_);
   shown_ = dem::tells_stress(scene_.test) ? dem::test_stress(scene_.test, state_, now_) : axial_;
-  error_ = dem::told_energy_error(state_, now_.kinetic + now_.elastic);
+  ledger_ = state_.ledger, error_ = dem::told_energy_error(state_, now_.kinetic + now_.elastic);
+}
+
+/// What is told in the end is of one moment: where the run was stopped, and not of its last row.
+void RveRun::read_off_stop() {
+  now_ = dem::survey(scene_.model, state_, team_, room_);
+  read_off();
+  course_.axial = axial_;
+  course_.peak_is_last = axial_ >= course_.peak, course_.peak = std::max(course_.peak, axial_);
 }
 
 /// Until the row is written; false: the run ends here.
@@ -237,8 +245,9 @@ bool RveRun::go_to_row(std::uint64_t row, double until, const dem::Landing& land
     const bool there = dem::load(
         scene_.model, state_, scene_.test.loading, until, team_, [&](double) { return show(), !due(); }, landing);
     if (there) {
-      now_ = dem::survey(scene_.model, state_, team_, room_);
-      dem::check_sanity(scene_.model, state_, now_.kinetic + now_.elastic, now_.deepest);
+      const dem::Survey found = dem::survey(scene_.model, state_, team_, room_);
+      dem::check_sanity(scene_.model, state_, found.kinetic + found.elastic, found.deepest);
+      now_ = found;
       if (staged()) dem::count_row(scene_.test, state_);
       write_row();
       read_off();
@@ -312,6 +321,7 @@ void RveRun::finish() {
   try {
     history_.save();
     cracks_.write_kept();
+    if (status_ == interrupted || status_ == out_of_time) read_off_stop();
     ended_ = status_ == finished;
     if (ended_ && scene_.output.last_state) save_checkpoint();
     if (status_ == finished || status_ == unstable)

@@ -62,6 +62,7 @@ private:
   void write_row();
   void hear_of_breaks(const dem::State& state, std::span<const dem::Break> breaks);
   void read_off();
+  void read_off_stop();
   std::string load_text() const;
   std::string peak_text() const;
   double done() const;
@@ -92,7 +93,8 @@ private:
   nlohmann::json stages_ = nlohmann::json::array();  // those that are over
   nlohmann::json prepared_;  // what the preparation was asked and has reached; null: there is none
   dem::SurveyRoom room_;
-  dem::Survey now_;  // of the last row
+  dem::Survey now_;     // of the last row that is good; in the end of where the run was stopped
+  dem::Ledger ledger_;  // of then
   std::vector<Column<Row>> columns_;
   History history_;
   GrainFrames frames_;

@@ -16,8 +16,7 @@
 namespace grus::app {
 namespace {
 
-nlohmann::json ledger_json(const dem::State& s, const dem::Measurement& m) {
-  const dem::Ledger& l = s.ledger;
+nlohmann::json ledger_json(const dem::Ledger& l, double error, const dem::State& s, const dem::Measurement& m) {
   double whole = 0;  // with fracture_J this is G_c times the area made
   for (const auto& spring : s.bonds.cohesive.row) whole += 0.5 * spring.peak * spring.rupture - dem::dissipated(spring);
   return {{"work_J", l.work},
@@ -38,7 +37,7 @@ nlohmann::json ledger_json(const dem::State& s, const dem::Measurement& m) {
           {"fracture_area_m2", l.fracture_area},
           {"split_force_residual_N", l.residual_force},
           {"energy_unexplained_J", l.unexplained},
-          {"energy_error", dem::told_energy_error(s, m.kinetic + m.elastic)}};
+          {"energy_error", error}};
 }
 
 }  // namespace
@@ -82,8 +81,8 @@ std::vector<std::string> RveRun::notes() const {
 
 /// Energy that splits put in on balance, of what was exchanged; 0 where they took.
 double RveRun::split_share() const {
-  const double scale = dem::energy_scale(state_.ledger, now_.kinetic + now_.elastic);
-  return scale > 0 ? std::max(0.0, -state_.ledger.split / scale) : 0;
+  const double scale = dem::energy_scale(ledger_, now_.kinetic + now_.elastic);
+  return scale > 0 ? std::max(0.0, -ledger_.split / scale) : 0;
 }
 
 /// Bonded Voronoi cells have a peak unless dead loads alone load them, whose stress is not told.
@@ -139,14 +138,14 @@ nlohmann::json RveRun::summary() const {
                         {"momentum_kg_m_s", vector(f.momentum)},
                         {"angular_momentum_kg_m2_s", vector(f.angular_momentum)}};
   }
-  summary["energy"] = ledger_json(state_, now_);
-  if (dem::attracts(scene_.model.law)) summary["energy"]["adhesion_J"] = state_.ledger.adhesion;
+  summary["energy"] = ledger_json(ledger_, error_, state_, now_);
+  if (dem::attracts(scene_.model.law)) summary["energy"]["adhesion_J"] = ledger_.adhesion;
   summary["errors"] = course_.errors.json(state_);
   const auto device = [&](const char* name, double joule) {
-    if (joule != 0) summary["errors"][name] = joule / dem::energy_scale(state_.ledger, now_.kinetic + now_.elastic);
+    if (joule != 0) summary["errors"][name] = joule / dem::energy_scale(ledger_, now_.kinetic + now_.elastic);
   };
-  device("local_damping", state_.ledger.local_damping), device("bond_damping", state_.ledger.bond_damping);
-  device("scaled_inertia", state_.ledger.inertia);
+  device("local_damping", ledger_.local_damping), device("bond_damping", ledger_.bond_damping);
+  device("scaled_inertia", ledger_.inertia);
   if (const double share = split_share(); share > 0) summary["errors"]["put_in_by_splits"] = share;
   if (has_peak()) {
     const BeforePeak& p = course_.errors.before_peak;

@@ -214,8 +214,36 @@ def thrown(tmp):
     need(broken > 20, f"halves: {broken} broke")
 
 
+def stopped(tmp):
+    """Stopped between two rows: energies and stress are of that moment, not some of it and some of the last row. Of a
+    run that failed all are of its last row."""
+    scene = os.path.join(tmp, "halves.toml")
+    with open(scene, "w") as f:
+        f.write(HALVES)
+    out = os.path.join(tmp, "stopped")
+    with subprocess.Popen(command(scene, out, "output.history_interval=0.07", "output.checkpoint_interval=0.1"),
+                          stderr=subprocess.DEVNULL) as p:
+        while p.poll() is None and not os.path.exists(os.path.join(out, "checkpoint.h5")):
+            time.sleep(0.01)
+        time.sleep(0.3)
+        p.send_signal(signal.SIGINT)
+    told, rows = summary(out), list(history(out))
+    need(p.returncode == 130 and len(rows) == 1, f"stopped: exit {p.returncode}, {len(rows)} rows")
+    energy, results = told["energy"], told["results"]
+    need(energy["work_J"] > 2 * energy["start_J"] and abs(energy["energy_error"]) < 0.02, f"stopped: {energy}")
+    need(results["peak_axial_stress_Pa"] >= results["final_axial_stress_Pa"] > 2 * float(rows[0]["axial_stress_Pa"]),
+         f"stopped: {results}")
+    out = os.path.join(tmp, "failed")
+    r = run(*command(scene, out, "numerics.max_overlap=0.01"))
+    last, told = list(history(out))[-1], summary(out)
+    need(r.returncode == 3 and float(last["work_J"]) > 0, f"failed: exit {r.returncode} {r.stderr}, {last}")
+    for name in ("work_J", "kinetic_J", "elastic_J", "friction_J", "damping_J", "energy_error"):
+        need(abs(told["energy"][name] - float(last[name])) <= 1e-8 * abs(float(last[name])),
+             f"failed: {name} {told['energy'][name]}, {last[name]} in the last row")
+
+
 with tempfile.TemporaryDirectory() as folder:
-    for check in (devices, kinds, killed, thrown):
+    for check in (devices, kinds, killed, thrown, stopped):
         check(folder)
 print("ledgers:", len(faults), "faults")
 sys.exit(bool(faults))
