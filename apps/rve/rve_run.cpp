@@ -235,7 +235,10 @@ void RveRun::read_off() {
 void RveRun::read_off_stop() {
   now_ = dem::survey(scene_.model, state_, team_, room_);
   read_off();
-  course_.axial = axial_;
+  course_.axial = axial_, note_peak();
+}
+
+void RveRun::note_peak() {
   course_.peak_is_last = axial_ >= course_.peak, course_.peak = std::max(course_.peak, axial_);
 }
 
@@ -251,8 +254,7 @@ bool RveRun::go_to_row(std::uint64_t row, double until, const dem::Landing& land
       if (staged()) dem::count_row(scene_.test, state_);
       write_row();
       read_off();
-      course_.before = course_.axial, course_.axial = axial_;
-      course_.peak_is_last = axial_ >= course_.peak, course_.peak = std::max(course_.peak, axial_);
+      course_.before = course_.axial, course_.axial = axial_, note_peak();
       const double reading = dem::test_stress(scene_.test, state_, now_);
       course_.reading_is_last = reading >= course_.reading, course_.reading = std::max(course_.reading, reading);
       if (course_.overfull < 0 && scene_.model.has_balls() && now_.volume > 0 &&

@@ -63,6 +63,7 @@ private:
   void hear_of_breaks(const dem::State& state, std::span<const dem::Break> breaks);
   void read_off();
   void read_off_stop();
+  void note_peak();
   std::string load_text() const;
   std::string peak_text() const;
   double done() const;
