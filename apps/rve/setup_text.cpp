@@ -49,13 +49,14 @@ std::string setup_text(const RveScene& scene, const dem::State& s, double grains
   const bool staged = !scene.test.stages.empty(), timed = !staged || known_duration(scene.test);
   if (staged) text += fmt::format("  stages {}   rows about {:.0f} ", scene.test.stages.size(), rows_of(scene.test));
   const bool stress_ends = scene.test.final_stress && !scene.test.stress_time;
-  text += fmt::format("  time step {:.3g} s", s.dt);
+  const double step = timed ? std::min(s.dt, scene.test.duration) : s.dt;
+  text += fmt::format("  time step {:.3g} s", step);
   if (timed) text += fmt::format("   duration {}{:.4g} s", stress_ends ? "at most " : "", scene.test.duration);
   if (found)
     text += fmt::format("   steps {}", steps_text(*found));
   else if (timed)
     text += fmt::format("   steps {} {:.3g}", bound_text(scene.model.numerics.time_step <= 0, stress_ends),
-                        std::max(1.0, scene.test.duration / s.dt));
+                        scene.test.duration / step);
   text += fmt::format("   memory about {:.3g} MB", bytes / 1e6);
   if (found) text += fmt::format("\n  run time {} ({})", time_text(*found, whole), basis_text(*found));
   if (found && whole * found->prepared >= told_time)

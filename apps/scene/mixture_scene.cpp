@@ -32,7 +32,7 @@ std::vector<Part> read_parts(Table& t, const RveScene& scene, std::uint8_t mater
   for (Table& part : t.tables("mixture")) parts.push_back(read_part(part, scene));
   if (parts.empty()) return {Part{material}};
   for (const char* other : {"material", "hulls"})
-    if (t.has(other)) t.fail(other, "packing.mixture says what its grains are");
+    if (t.has(other)) t.fail(other, "packing.mixture says what its grains are: leave one of the two out");
   return parts;
 }
 

@@ -213,10 +213,21 @@ std::string Table::choice_or(const std::string& key, const std::string& fallback
   return fallback;
 }
 
+namespace {
+
+/// What is said of a text that was meant as a list: --set takes as a text what is no value.
+const char* in_quotes(const toml::node& n) {
+  const bool list = n.is_string() && n.as_string()->get().starts_with('[');
+  return list ? ", those that are texts or have a unit in quotes" : "";
+}
+
+}  // namespace
+
 std::vector<double> Table::numbers(const std::string& key, std::size_t count, const Dimension& dimension) {
   declare(key, "list", dimension, any);
   const auto* a = node(key).as_array();
-  if (a == nullptr || (count > 0 && a->size() != count)) fail(key, fmt::format("expected a list of {} values", count));
+  if (a == nullptr || (count > 0 && a->size() != count))
+    fail(key, fmt::format("expected a list of {} values{}", count, in_quotes(node(key))));
   std::vector<double> v;
   for (const auto& n : *a) v.push_back(quantity(n, key, dimension, any));
   (*record_)[key] = v;
@@ -237,7 +248,8 @@ std::vector<std::optional<double>> Table::free_numbers(const std::string& key, s
   declare(key, "free-list", dimension, any);
   const auto* a = node(key).as_array();
   if (a == nullptr || a->size() != count)
-    fail(key, fmt::format("expected a list of {} values, each a {} or \"free\"", count, dimension.name));
+    fail(key, fmt::format("expected a list of {} values, each a {} or \"free\"{}", count, dimension.name,
+                          in_quotes(node(key))));
   std::vector<std::optional<double>> v;
   auto recorded = nlohmann::json::array();
   for (const auto& n : *a) {

@@ -70,7 +70,8 @@ Unit unit_of(const std::string& written) {
       return {prefixes.at(name[0]) * u.factor, u.dimension};
     }
   }
-  const std::string near = closest(name, unit_names());
+  const bool word = std::isalpha(static_cast<unsigned char>(name[0]));  // a sign is near to each unit of one letter
+  const std::string near = word ? closest(name, unit_names()) : "";
   throw std::invalid_argument(
       fmt::format("unknown unit '{}'{}", name, near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near)));
 }
