@@ -221,11 +221,10 @@ def stopped(tmp):
     with open(scene, "w") as f:
         f.write(HALVES)
     out = os.path.join(tmp, "stopped")
-    with subprocess.Popen(command(scene, out, "output.history_interval=0.07", "output.checkpoint_interval=0.1"),
-                          stderr=subprocess.DEVNULL) as p:
+    with subprocess.Popen(command(scene, out, "loading.final_strain=0.3", "output.history_interval=0.3",
+                                  "output.checkpoint_interval=0.1"), stderr=subprocess.DEVNULL) as p:
         while p.poll() is None and not os.path.exists(os.path.join(out, "checkpoint.h5")):
             time.sleep(0.01)
-        time.sleep(0.3)
         p.send_signal(signal.SIGINT)
     told, rows = summary(out), list(history(out))
     need(p.returncode == 130 and len(rows) == 1, f"stopped: exit {p.returncode}, {len(rows)} rows")

@@ -350,9 +350,9 @@ def main():
     if unknown:
         refuse(f"no such fault: {sorted(unknown)[0]}")
     if options.places:
-        print(f"mutants: the places of {len(table)} faults stand in {len(with_faults(table))} files")
-        return
-    chosen = [(k, m) for k, m in enumerate(table, 1) if not options.names or m["name"] in options.names]
+        return print(f"mutants: the places of {len(table)} faults stand in {len(with_faults(table))} files")
+    chosen = sorted(((k, m) for k, m in enumerate(table, 1) if not options.names or m["name"] in options.names),
+                    key=lambda of: "equivalent" in of[1])  # those are run against all tests, which takes long
     python_alone = all(of_python(m) for _, m in chosen)
     scratch = None if options.work else tempfile.TemporaryDirectory()
     asked = {t for _, m in chosen for t in m.get("tests", "").split()}
