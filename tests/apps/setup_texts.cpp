@@ -120,7 +120,8 @@ TEST_CASE("a test of grains is told with its sample, its step and how long it ta
   scene.test.stress_time = 0.01;  // of a ramp it is known when it ends
   CHECK(setup_text(scene, s, 8, nullptr).find("duration 0.05 s   steps about 2.5e+04 ") != std::string::npos);
   s.dt = 1;  // longer than the run
-  CHECK(setup_text(scene, s, 8, nullptr).find("time step 0.05 s   duration 0.05 s   steps about 1 ") != std::string::npos);
+  CHECK(setup_text(scene, s, 8, nullptr).find("time step 0.05 s   duration 0.05 s   steps about 1 ") !=
+        std::string::npos);
   s.boundary = {};
   CHECK(setup_text(scene, s, 8, nullptr).find("solid fraction") == std::string::npos);
 }

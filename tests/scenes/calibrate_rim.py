@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from unittest import mock
 
 import numpy as np
 
@@ -153,6 +154,23 @@ def interrupted_check(tmp):
          f"Ctrl-C in a check: exit {process.returncode} after {time.time() - start:.0f} s: {errors!r}")
 
 
+def late_stop():
+    """A stop that comes while a program is being started reaches it, too."""
+    from grus.runs.runner import Runner
+    runner, begins = Runner("", "seed", "", {}), subprocess.Popen
+    runner.command = lambda case, seed: ["sleep", "40"]
+
+    def stopped_as_it_begins(*given, **more):
+        process = begins(*given, **more)
+        runner.stop()
+        return process
+
+    start = time.time()
+    with mock.patch("subprocess.Popen", stopped_as_it_begins):
+        status = runner.ask({}, 1)[0]
+    need(status == -signal.SIGTERM and time.time() - start < 20, f"stopped as it began: {status}")
+
+
 def hashed(tmp):
     """The key of a run changes with every file that the run reads, and with nothing else."""
     from grus.runs.kept import key_of
@@ -188,5 +206,6 @@ with tempfile.TemporaryDirectory() as folder:
     hashed(folder)
     refused_inside(folder)
     interrupted_check(folder)
+late_stop()
 print("calibrate_rim:", len(faults), "faults")
 sys.exit(bool(faults))

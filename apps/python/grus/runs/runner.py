@@ -58,7 +58,7 @@ class Runner:
                                        stderr=subprocess.PIPE, text=True, start_new_session=True)
         except (OSError, ValueError) as e:  # no such program here, or a text that no command can hold
             return -1, "", str(e)
-        self.running.add(process)
+        self.watch(process)
         try:
             said, errors = process.communicate(timeout=within)
         except subprocess.TimeoutExpired:
@@ -141,12 +141,17 @@ class Runner:
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                                    start_new_session=True)
         process.begun = time.monotonic()
-        self.running.add(process)
+        self.watch(process)
         _, errors = process.communicate()
         self.running.discard(process)
         if os.path.isdir(os.path.dirname(begun)):
             write_whole(begun, key)
         return process, errors
+
+    def watch(self, process):
+        self.running.add(process)
+        if self.stopped:  # since it was asked for, before `stop` could know of it
+            process.send_signal(signal.SIGTERM)
 
     def stop(self):
         self.stopped = True
