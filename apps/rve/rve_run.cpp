@@ -58,7 +58,7 @@ RveRun::RveRun(const Options& options, RveScene& scene, dem::Sample sample, dem:
   course_.bulk = dem::bulk_volume(state_.boundary), course_.solid = dem::solid_volume(state_.grains);
   course_.mass = dem::total_mass(state_.grains);
   if (options.resume) take_up(kept);
-  now_ = dem::survey(scene.model, state_, team_, room_);
+  now_ = dem::survey(scene.model, state_, team_, room_), ledger_ = state_.ledger;
   saved_ = clock.wall(), earlier_ = course_.wall, earlier_cpu_ = course_.cpu;
   scene.model.before_breaks = [this](const dem::State& state, std::span<const dem::Break> breaks) {
     hear_of_breaks(state, breaks);

@@ -34,21 +34,23 @@ nlohmann::json StepTold::json() const {
           {"largest_inertial_number", pressure_then > 0 ? nlohmann::json(inertial_number) : nlohmann::json()}};
 }
 
+namespace {
+
+std::string why_short(const dem::CriticalGrain& g) {
+  const char* const how = std::isnan(g.turning) ? "it is fast" : g.turning > 0.5 ? "it could turn fast" : "it is light";
+  return fmt::format("grain {}, diameter {:.3g} m, least width {:.3g} m, needs the short one as {}", g.id, g.diameter,
+                     g.width, how);
+}
+
+}  // namespace
+
 std::vector<std::string> StepTold::notes(bool by_step, bool solved) const {
   std::vector<std::string> all;
   if (first > told_fall * least) {
-    const std::string fell =
-        fmt::format("the time step has fallen from {:.3g} to {:.3g} s (t = {:.4g} s): ", first, least, least_at);
-    const std::string how = std::isnan(slowest.turning) ? "it is fast"
-                            : slowest.turning > 0.5     ? "it could turn fast"
-                                                        : "it is light";
-    all.push_back(fell + (solved ? "contacts changed too fast for longer steps"
-                                 : fmt::format("grain {}, diameter {:.3g} m, least width {:.3g} m, needs the short one "
-                                               "as {}{}",
-                                               slowest.id, slowest.diameter, slowest.width, how,
-                                               by_step ? ""
-                                                       : "; in slow tests numerics.inertia.step makes such grains "
-                                                         "heavier")));
+    const std::string why = solved ? "contacts changed too fast for longer steps" : why_short(slowest);
+    all.push_back(
+        fmt::format("the time step has fallen from {:.3g} to {:.3g} s (t = {:.4g} s): {}{}", first, least, least_at,
+                    why, by_step || solved ? "" : "; in slow tests numerics.inertia.step makes such grains heavier"));
   }
   if (by_step && inertial_number > most_inertial_number)
     all.push_back(

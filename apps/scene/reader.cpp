@@ -9,6 +9,12 @@
 namespace grus::app {
 namespace {
 
+/// What is said of a text that was meant as a list: --set takes as a text what is no value.
+const char* in_quotes(const toml::node& n) {
+  const bool list = n.is_string() && n.as_string()->get().starts_with('[');
+  return list ? ", those that are texts or have a unit in quotes" : "";
+}
+
 std::string shown(const toml::node& node) {
   std::ostringstream out;
   if (const auto* s = node.as_string())
@@ -212,16 +218,6 @@ std::string Table::choice_or(const std::string& key, const std::string& fallback
   (*record_)[key] = fallback;
   return fallback;
 }
-
-namespace {
-
-/// What is said of a text that was meant as a list: --set takes as a text what is no value.
-const char* in_quotes(const toml::node& n) {
-  const bool list = n.is_string() && n.as_string()->get().starts_with('[');
-  return list ? ", those that are texts or have a unit in quotes" : "";
-}
-
-}  // namespace
 
 std::vector<double> Table::numbers(const std::string& key, std::size_t count, const Dimension& dimension) {
   declare(key, "list", dimension, any);

@@ -197,11 +197,16 @@ inertia = { step = "400 ns" }
 """
 
 
-def thrown(tmp):
-    """Fragments that fly off into others in steps many times as long as their own: what gets mass gets no energy."""
+def halves(tmp):
     scene = os.path.join(tmp, "halves.toml")
     with open(scene, "w") as f:
         f.write(HALVES)
+    return scene
+
+
+def thrown(tmp):
+    """Fragments that fly off into others in steps many times as long as their own: what gets mass gets no energy."""
+    scene = halves(tmp)
     broken = 0
     for seed in (1, 2, 3):
         rows, told = test(tmp, f"halves{seed}", scene, f"seed={seed}")
@@ -217,9 +222,7 @@ def thrown(tmp):
 def stopped(tmp):
     """Stopped between two rows: energies and stress are of that moment, not some of it and some of the last row. Of a
     run that failed all are of its last row."""
-    scene = os.path.join(tmp, "halves.toml")
-    with open(scene, "w") as f:
-        f.write(HALVES)
+    scene = halves(tmp)
     out = os.path.join(tmp, "stopped")
     with subprocess.Popen(command(scene, out, "loading.final_strain=0.3", "output.history_interval=0.3",
                                   "output.checkpoint_interval=0.1"), stderr=subprocess.DEVNULL) as p:

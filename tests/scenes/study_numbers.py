@@ -29,6 +29,7 @@ def intervals():
     near(statistics.mean(a), np.mean(a), "mean")
     near(statistics.deviation(a), np.std(a, ddof=1), "deviation")
     need(statistics.deviation([3.0]) == 0 and math.isnan(statistics.mean([])), "deviation of one, mean of none")
+    need(math.isnan(statistics.deviation([])), "deviation of none")
     for values in (a, b):
         m, half = statistics.interval(values)
         near((m, m + half), (np.mean(values), stats.t.interval(0.95, len(values) - 1, m, stats.sem(values))[1]),

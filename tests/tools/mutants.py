@@ -24,6 +24,7 @@ import threading
 import time
 import tomllib
 
+import cpp_faults
 import python_faults
 
 here = os.path.dirname(os.path.abspath(__file__))
@@ -94,51 +95,11 @@ def places_of(text, old):
     return [found.span() for found in re.finditer(words, text)]
 
 
-def outside_of_brackets(expression):
-    """The same with nothing in its brackets."""
-    kept, depth = "", 0
-    for sign in expression:
-        depth -= sign in ")]}"
-        kept += sign if depth == 0 else " "
-        depth += sign in "([{"
-    return kept
-
-
-def binds_otherwise(old, before, after):
-    """True where brackets around an expression would change what is computed: its neighbours bind more strongly."""
-    bare, before = outside_of_brackets(old), re.sub(r"//.*", "", before).rstrip()
-    if re.search(r"[-+*/|&]=|(?<![=!<>])=(?!=)", bare):
-        declared = before[-1:] == "," and re.search(r"[;{}]\s*(const )?[\w:]+(<[^;=]*>)?[&*]? \w+ = [^;]*$", before)
-        return bool(declared) or after[:1] not in (";", ",", ")")
-    sums = re.search(r"[\w)\]] *[-+] ", bare)
-    return bool(sums and (before[-1:] in ("*", "/", "%") or re.search(r"[\w)\]] -$", before) or after[:1] in "*/%"))
-
-
 def cannot_stand(text, span, place):
-    """Why a text cannot be put behind a choice; None where it can. The compiler alone is sure, but takes long."""
+    """Why a text cannot be put behind a choice; None where it can."""
     if place["file"].endswith(".py"):
         return python_faults.cannot_stand(text, span)
-    old, new, before = place["old"].strip(), place["new"].strip(), text[:span[0]].rstrip()
-    if "//" in text[:span[0]].rpartition("\n")[2]:
-        return "it stands in a comment"
-    if any(t.count(a) != t.count(b) for t in (old, new) for a, b in ("()", "[]", "{}")):
-        return "brackets do not close"
-    if old.startswith(".") or re.search(r"(->|\.|(^|\n)\s*constexpr [^()\n]*)$", before):
-        return "it is a member without what holds it, or of a constant, which takes no choice"
-    if not old.endswith((";", "}")):
-        if re.match(r"(return|throw|if|for|while)\b", old) or old.count(" ? ") != old.count(" : "):
-            return "it is no whole statement, or cuts a choice (a ? b : c)"
-        if "," in outside_of_brackets(old):
-            return "a comma parts arguments: take one of them"
-        if binds_otherwise(old, before, text[span[1]:].lstrip()):
-            return "it is no whole expression: what stands beside it binds more strongly"
-        return "a statement ends with ;" if ";" in old else None
-    if not before.endswith((";", "{", "}", ":", ")", "else")) and "//" not in before.rpartition("\n")[2]:
-        return "it is no whole statement"
-    name = r"(?!(return|throw|delete|else)\b)(const |constexpr |static )*[\w:]+(<[^;=]*>)?[&*]? \w+( = |[({])"
-    if re.match(name, old):
-        return "it declares a name, which would end with its block"
-    return None
+    return cpp_faults.cannot_stand(text, span, place["old"].strip(), place["new"].strip())
 
 
 def with_faults(table, only=None):
@@ -350,7 +311,8 @@ def main():
     if unknown:
         refuse(f"no such fault: {sorted(unknown)[0]}")
     if options.places:
-        return print(f"mutants: the places of {len(table)} faults stand in {len(with_faults(table))} files")
+        print(f"mutants: the places of {len(table)} faults stand in {len(with_faults(table))} files")
+        return
     chosen = sorted(((k, m) for k, m in enumerate(table, 1) if not options.names or m["name"] in options.names),
                     key=lambda of: "equivalent" in of[1])  # those are run against all tests, which takes long
     python_alone = all(of_python(m) for _, m in chosen)

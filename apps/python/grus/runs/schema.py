@@ -43,9 +43,11 @@ def kind_of(of):
     """What a value of this kind is, in words: a number, a list of numbers, a text that is given."""
     if "anyOf" in of:
         return " or ".join(kind_of(one) for one in of["anyOf"])
-    if of.get("type") == "array" and "type" in of.get("items", {}):
-        return f"a list of {of['items']['type']}s"
-    return f'"{of["const"]}"' if "const" in of else f"a {of['type']}"
+    if of.get("type") == "array" and of.get("items", {}).get("type") == "number":
+        return "a list of numbers"
+    if "const" in of:
+        return f'"{of["const"]}"'
+    return " or ".join(KINDS[kind] for kind in ([of["type"]] if isinstance(of["type"], str) else of["type"]))
 
 
 def fault(data, of):
@@ -68,10 +70,8 @@ def fault(data, of):
     elif found.validator == "anyOf" and not isinstance(found.instance, list):
         what = f"{found.instance!r}: must be {kind_of(found.schema)}"
     elif found.validator == "type":
-        wanted = found.validator_value
-        words = [KINDS[kind] for kind in ([wanted] if isinstance(wanted, str) else wanted)]
         given = repr(found.instance)
-        what = f"{given if len(given) < 300 else given[:60] + ' …'}: must be {' or '.join(words)}"
+        what = f"{given if len(given) < 300 else given[:60] + ' …'}: must be {kind_of(found.schema)}"
     elif found.validator == "enum":
         what = f"{found.instance!r} is none of {', '.join(found.validator_value)}"
     else:

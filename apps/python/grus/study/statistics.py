@@ -10,8 +10,9 @@ def mean(v):
 
 
 def deviation(v):
+    """Of a sample; 0 of one value, NaN of none, as their mean."""
     m = mean(v)
-    return math.sqrt(sum((x - m) ** 2 for x in v) / (len(v) - 1)) if len(v) > 1 else 0.0
+    return math.sqrt(sum((x - m) ** 2 for x in v) / max(1, len(v) - 1)) if v else math.nan
 
 
 def student(confidence, freedom):

@@ -70,7 +70,7 @@ def row_of(case, runs, common):
         pairs = found(good, q, where, over_of(common))
         values = [x for x, _ in pairs]
         cells.append(cell_text(pairs))
-        numbers += [mean(values), deviation(values) if values else math.nan]
+        numbers += [mean(values), deviation(values)]
         if q in BOUNDS:
             least += mean_of(pairs)[1:]
     status = statuses(runs) + unfinished_mark(runs)

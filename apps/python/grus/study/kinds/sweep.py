@@ -83,7 +83,7 @@ def judge(entry, table):
         status += f" ({len(larger)} of {len(by_seed)} not broken: at least {least:.4g})" if larger else ""
         rows.append({"value": value, "mean": middle, "interval": half, "found": list(reached.values()),
                      "larger": larger, "least": least, "change": off / scale,
-                     "sd": deviation(list(known.values())) if known else math.nan,
+                     "sd": deviation(list(known.values())),
                      "change_interval": open_ / scale if len(common) > 1 else math.nan,
                      "seeds": len(reached), "status": status,
                      "cpu_s": mean([cost(r)["cpu"] for r in runs.values()])})
