@@ -46,23 +46,23 @@ def refuse_ignored(args):
 
 
 def content(args, ending):
+    """Bytes of the file, and a word of what is not in it where there is one."""
     if args.what == "history":
         if ending not in TABLES:
             raise InputError(f"{args.o}: a history is written as {' '.join(TABLES)}; name frames with --what grains")
-        return TABLES[ending](history(args.folder, names_of(args.columns)))
+        return TABLES[ending](history(args.folder, names_of(args.columns))), ""
     found = frame(args.folder, args.what, -1 if args.frame is None else args.frame)
     if ending == ".txt" and args.what != "grains":
         raise InputError(f"{args.o}: {args.what} are written as .vtu; .txt is of grains")
-    if ending == ".txt" and found.box() is None:
-        print("  note: the frame has no upright box, so there is no line #box; a scene that reads the spheres needs a "
-              "packing.box of its own")
     if ending in FRAMES:
         if ending in (".stl", ".obj") and not len(found.triangles()[1]):
             raise InputError(f"{args.folder}: {args.what} have no surface for an {ending}: write a .vtu")
-        return FRAMES[ending](found)
+        boxless = ending == ".txt" and found.box() is None
+        return FRAMES[ending](found), ("\n  note: the frame has no upright box, so there is no line #box; a scene that "
+                                       "reads the spheres needs a packing.box of its own" if boxless else "")
     if args.what != "grains":
         raise InputError(f"{args.o}: {args.what} are written as .vtu; tables are of history and grains")
-    return TABLES[ending](found.grains())
+    return TABLES[ending](found.grains()), ""
 
 
 def main():
@@ -85,9 +85,10 @@ def main():
         refuse_overwrite(args.o, args.force)
         if ending not in (known := TABLES | FRAMES):
             raise InputError(f"{args.o}: ends with none of {' '.join(known)}")
-        write_whole(args.o, content(args, ending))
+        data, note = content(args, ending)
+        write_whole(args.o, data)
         which = "the last frame" if args.frame in (None, -1) else f"frame {args.frame}"
-        print(f"{args.o}: " + ("history" if args.what == "history" else f"{args.what} of {which}"))
+        print(f"{args.o}: " + ("history" if args.what == "history" else f"{args.what} of {which}") + note)
     except (InputError, ValueError) as e:
         print(one_line(f"grus export: {e}"), file=sys.stderr)
         return 2
