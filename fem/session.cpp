@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <vector>
 
 #if __has_include(<dolfinx/common/init.h>)
@@ -26,6 +27,8 @@ Session::Session() {
   char name[] = "grus";
   char* only[] = {name, nullptr};
   dolfinx::init_logging(1, only);                   // silences it; our own options are not its own
+  // Alone, Open MPI would start a daemon, which asks for the name of the host: seconds where nobody knows that name.
+  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
   PETSC_MPI_THREAD_REQUIRED = MPI_THREAD_MULTIPLE;  // a thread of its own may look whether others still answer
   PetscInitializeNoArguments();
   PetscPopSignalHandler();

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Mutated scenes, meshes, packings, studies and checkpoints, seeded: fuzz.py BIN COUNT SEED [--sanitized] [--keep DIR]
 No signal, no hang, one line on standard error, nothing left behind by what is refused, nothing touched elsewhere."""
+import contextlib
 import json
 import os
 import random
@@ -250,7 +251,8 @@ def one(number):
         try:
             _, errors = process.communicate(timeout=10)  # other tests have the cores too
         except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
+            with contextlib.suppress(ProcessLookupError):  # it has just ended
+                os.killpg(process.pid, signal.SIGKILL)
             _, errors = process.communicate()
             wrong.append("does not hear Ctrl-C")
     errors = errors.decode(errors="replace")

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """Macro problems end to end: macro.py problems|resume|devices BIN"""
 import csv
+import glob
 import json
 import os
 import random
@@ -233,6 +234,8 @@ def in_midst(tmp):
     p = subprocess.Popen([bvp, scene, "-o", out, "--threads", "1", *sets([*block, "solve.increments=1"])],
                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True)
     said = next((line for line in p.stdout if "material sweeps" in line), "")
+    children = "".join(open(path).read() for path in glob.glob(f"/proc/{p.pid}/task/*/children"))
+    need(not children, f"one rank has started other processes: {children}")
     p.send_signal(signal.SIGTERM)
     said += p.communicate()[0]
     need(p.returncode == 130 and "within the first increment; nothing to go on from yet" in said
