@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <iterator>
 #include <vector>
 
 #if __has_include(<dolfinx/common/init.h>)
@@ -23,12 +24,29 @@ int sharers_of(std::span<const cpu_set_t> all, const cpu_set_t& mine) {
   }));
 }
 
+namespace {
+
+bool launched() {
+  constexpr const char* told[] = {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_FD"};  // by mpirun and srun
+  return std::any_of(std::begin(told), std::end(told), [](const char* name) { return std::getenv(name) != nullptr; });
+}
+
+/// Alone, Open MPI would start a daemon that asks for the name of the host, which takes seconds where nobody knows it.
+/// Without the daemon all such processes would share a folder and memory by name, so they have neither.
+void need_no_others() {
+  setenv("OMPI_MCA_ess_singleton_isolated", "1", 1);
+  setenv("OMPI_MCA_orte_create_session_dirs", "0", 1);
+  setenv("OMPI_MCA_btl", "self", 1);
+  setenv("OMPI_MCA_pml", "ob1", 1);
+}
+
+}  // namespace
+
 Session::Session() {
   char name[] = "grus";
   char* only[] = {name, nullptr};
-  dolfinx::init_logging(1, only);                   // silences it; our own options are not its own
-  // Alone, Open MPI would start a daemon, which asks for the name of the host: seconds where nobody knows that name.
-  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+  dolfinx::init_logging(1, only);  // silences it; our own options are not its own
+  if (!launched()) need_no_others();
   PETSC_MPI_THREAD_REQUIRED = MPI_THREAD_MULTIPLE;  // a thread of its own may look whether others still answer
   PetscInitializeNoArguments();
   PetscPopSignalHandler();

@@ -103,6 +103,9 @@ def macro(tmp):
         f"void ratio, broken fraction and grains of an elastic cell: {frame.count(struct.pack('<f', math.nan))} NaN "
         f"{r.stderr}"
     )
+    # One rank needs no folder of Open MPI: runs beside one another would take it from each other.
+    r = subprocess.run([bvp, "--version"], capture_output=True, text=True, env=dict(os.environ, TMPDIR="/proc/none"))
+    need(r.returncode == 0 and r.stderr == "", f"no folder for temporary files: {r.returncode} {r.stderr[:300]}")
     # A full disk: one line, the status told where there is room for it.
     out = os.path.join(tmp, "full")
     tight = {

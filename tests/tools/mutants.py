@@ -233,8 +233,8 @@ def way_of(build, test, case):
 
 def environment_of(number, reached=""):
     return dict(os.environ, GRUS_MUTANT=str(number), GRUS_MUTANT_REACHED=reached, OMPI_ALLOW_RUN_AS_ROOT="1",
-                OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_btl="^tcp,uct,openib,ofi", OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1",
-                OMPI_MCA_hwloc_base_binding_policy="none", GRUS_ABORT="1")
+                OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMPI_MCA_btl="^tcp,uct,openib,ofi", OMP_NUM_THREADS="1",
+                OPENBLAS_NUM_THREADS="1", OMPI_MCA_hwloc_base_binding_policy="none", GRUS_ABORT="1")
 
 
 def run(build, test, cases, number, timeout, reached=""):
