@@ -249,6 +249,24 @@ else:
             said, errors = p.communicate()
         right = "stopped True" + (" True" if what == "advance" else "")
         need(said.strip() == right and errors == "", f"Ctrl-C in {what}, {threads} threads: {said!r} {errors[-300:]}")
+    program = f"""import os, signal, subprocess, grus
+class Slow(subprocess.Popen):
+    \"\"\"Ctrl-C comes when the program runs and its caller does not yet know it.\"\"\"
+    def __init__(self, *args, **kwargs):
+        super().__init__(*args, **kwargs)
+        print(self.pid)
+        os.kill(os.getpid(), signal.SIGINT)
+subprocess.Popen = Slow
+try:
+    grus.run({SAND!r}, set={WHOLE!r} + ["loading.final_strain=0.9"])
+except KeyboardInterrupt:
+    print("stopped")
+"""
+    r = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60,
+                       env={**os.environ, "PYTHONPATH": os.path.join(build, "python")})
+    pid, *said = r.stdout.split() or [""]
+    need(said == ["stopped"] and not os.path.exists(f"/proc/{pid}"),
+         f"Ctrl-C as a run begins: {r.stdout!r} {r.stderr[-300:]}")
 
 
 class Manager:

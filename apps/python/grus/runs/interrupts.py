@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: LGPL-3.0-or-later
 """What the system asks of a tool: SIGINT, SIGTERM and SIGHUP stop it, SIGUSR1 and SIGUSR2 are handed on to its runs.
 Those that it was started with as ignored (nohup) stay ignored."""
+import contextlib
 import errno
 import os
 import re
 import signal
 import sys
+import threading
 import time
 
 STOPS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -37,6 +39,23 @@ def end_at_once(program):
 
 def raise_again():
     hear(STOPS, signal.default_int_handler)
+
+
+@contextlib.contextmanager
+def held():
+    """Ctrl-C that comes meanwhile is heard at the end: a program that is just being started is known by then."""
+    before = signal.getsignal(signal.SIGINT)
+    if not callable(before) or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came = []
+    signal.signal(signal.SIGINT, lambda *how: came.append(how))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if came:
+        before(*came[0])
 
 
 def hand_on(processes):

@@ -14,6 +14,7 @@ from grus.asked import changes_of, path_of, whole_number
 from grus.errors import InputError, Unstable
 from grus.files.texts import tables_of
 from grus.results import Path, Results
+from grus.runs import interrupts
 from grus.runs.programs import found, program_of
 from grus.runs.scene import Scene
 
@@ -74,13 +75,16 @@ def run(scene: Path | Scene, set: Iterable[str] = (), *, out: Path | None = None
     command += [text for change in set for text in ("--set", change)]
     if ranks > 1:
         command = ["mpirun", "-n", str(ranks)] + command
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                               start_new_session=True)
+    process = None
     try:
+        with interrupts.held():
+            process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                       start_new_session=True)
         _, errors = process.communicate()
     except KeyboardInterrupt:
-        _stop(process, by_mpirun=ranks > 1)
-        process.communicate()
+        if process is not None:
+            _stop(process, by_mpirun=ranks > 1)
+            process.communicate()
         raise
     said = errors.strip().removeprefix("grus-bvp: ").removeprefix("grus-rve: ")
     if process.returncode == 2:
