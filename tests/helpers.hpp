@@ -2,13 +2,6 @@
 // Small models and states for the tests.
 #pragma once
 
-#if __has_include(<catch2/catch_all.hpp>)
-#include <catch2/catch_all.hpp>
-using Catch::Approx;
-#else
-#include <catch2/catch.hpp>
-#endif
-
 #include "dem/fracture/replace_grain.hpp"
 #include "dem/fracture/split_polyellipsoid.hpp"
 #include "dem/rve/breakage.hpp"
@@ -17,6 +10,7 @@ using Catch::Approx;
 #include "dem/rve/step.hpp"
 #include "dem/rve/stepper.hpp"
 #include "dem/state/shape_kinds.hpp"
+#include "tests/catch.hpp"
 
 namespace grus::dem::test {
 

@@ -7,12 +7,7 @@
 
 #include "apps/bvp/shards.hpp"
 #include "dem/base/error.hpp"
-
-#if __has_include(<catch2/catch_all.hpp>)
-#include <catch2/catch_all.hpp>
-#else
-#include <catch2/catch.hpp>
-#endif
+#include "tests/catch.hpp"
 
 using namespace grus::app;
 

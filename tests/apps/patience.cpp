@@ -5,11 +5,7 @@
 #include <chrono>
 #include <optional>
 
-#if __has_include(<catch2/catch_all.hpp>)
-#include <catch2/catch_all.hpp>
-#else
-#include <catch2/catch.hpp>
-#endif
+#include "tests/catch.hpp"
 
 using namespace grus::app;
 

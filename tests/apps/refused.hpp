@@ -2,18 +2,13 @@
 // Scenes that are refused, in this process: a scene that reads, and changes of it that do not.
 #pragma once
 
-#if __has_include(<catch2/catch_all.hpp>)
-#include <catch2/catch_all.hpp>
-#else
-#include <catch2/catch.hpp>
-#endif
-
 #include <fstream>
 #include <string>
 #include <vector>
 
 #include "dem/base/error.hpp"
 #include "tests/apps/scratch.hpp"
+#include "tests/catch.hpp"
 
 namespace grus::app::test {
 

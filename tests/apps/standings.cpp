@@ -1,11 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Where a macro run stands comes back whole, member by member, from what its checkpoint tells.
-#if __has_include(<catch2/catch_all.hpp>)
-#include <catch2/catch_all.hpp>
-#else
-#include <catch2/catch.hpp>
-#endif
-
 #include <algorithm>
 #include <set>
 #include <vector>
@@ -13,6 +7,7 @@
 #include "apps/bvp/standing.hpp"
 #include "fem/dynamics.hpp"
 #include "fem/explicit_statics.hpp"
+#include "tests/catch.hpp"
 
 using namespace grus;
 

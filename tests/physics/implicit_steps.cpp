@@ -151,7 +151,7 @@ TEST_CASE("a step whose forces are not found is refused with its residual") {
   } catch (const Unstable& e) {
     told = e.what();
   }
-  CHECK_THAT(told, Catch::Matchers::Contains("not found in 2000 iterations (residual"));
+  CHECK_THAT(told, Catch::Contains("not found in 2000 iterations (residual"));
 }
 
 TEST_CASE("forces that change little in a step are found the better, and a step as short as it gets has more time") {

@@ -54,7 +54,7 @@ def falling(values):
     v = np.array([[0.5, -0.25, 1.0], [1.5, 0.75, -0.5]])
     w = np.array([[300.0, -100.0, 200.0], [-50.0, 150.0, 250.0]])
     text = SAND + listed(*({"position": a, "velocity": b, "spin": c} for a, b, c in zip(x, v, w)))
-    run = values.run("rve", "falling", text + FREE.format(10240 * step, list(g), step, 2048 * step) +
+    run = values.run("rve", "falling", text + FREE.format(10240 * step, g.tolist(), step, 2048 * step) +
                      "frames = 6\n")
     t = np.arange(6) * 2048 * step
     values.same("rve.columns:time_s", run.columns["time_s"], t)
@@ -131,8 +131,9 @@ def sliding(values):
     along -= n * (along @ n)
     v, along, weight = np.linalg.norm(along), along / np.linalg.norm(along), MASS * 9.81
     at = n * (R - weight / K)
-    text = SAND + listed({"position": at, "velocity": v * along}) + f"[[wall]]\npoint = [0, 0, 0]\nnormal = {list(n)}\n"
-    run = values.run("rve", "sliding", text + FREE.format(2e-2, list(-9.81 * n), 1e-6, 4e-3))
+    text = SAND + listed({"position": at, "velocity": v * along})
+    text += f"[[wall]]\npoint = [0, 0, 0]\nnormal = {n.tolist()}\n"
+    run = values.run("rve", "sliding", text + FREE.format(2e-2, (-9.81 * n).tolist(), 1e-6, 4e-3))
     t, a = run.columns["time_s"], 0.25 * 9.81
     spin = np.cross(n, along)  # rolls forward
     rate = 0.25 * weight * R / INERTIA

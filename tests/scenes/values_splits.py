@@ -15,7 +15,8 @@ DRIFT, AT = np.array([3.0, -7.0, 5.0]), np.array([1.0, 0.5, -0.25])
 def in_flight(values):
     """Two hard grains crush a third between them, all far from the origin and drifting: fines take what grains lose."""
     body = lambda material, x, v: (f"[[grain]]\nradius = {R}\nmaterial = \"{material}\"\n"
-                                   f"position = {list(AT + [x, 0, 0])}\nvelocity = {list(DRIFT + [v, 0, 0])}\n"
+                                   f"position = {(AT + [x, 0, 0]).tolist()}\n"
+                                   f"velocity = {(DRIFT + [v, 0, 0]).tolist()}\n"
                                    "orientation = [0.996194698092, 0.054012260453, 0.067950908311, 0.007840489421]\n")
     text = SAND.replace("damping = 0.2", "damping = 0") + """
 [material.sand.fracture]
@@ -70,7 +71,7 @@ def blades(values):
     axes = {"blade": (4, 2, 1), "rod": (4, 2, 1.6), "disc": (4, 3, 1), "equant": (4, 3, 2.5)}
     text = SAND + "".join(f"""[[grain]]
 shape = "polyellipsoid"
-semi_axes = {[1e-4 * x for x in np.repeat(a, 2)]}
+semi_axes = {(1e-4 * np.repeat(a, 2)).tolist()}
 position = [{1e-2 * k}, 0, 0]
 """ for k, a in enumerate(axes.values())) + """
 [loading]

@@ -23,6 +23,7 @@ python_floor = {
 }
 # Headers of the tree that a client reads at most who includes this one, itself among them.
 few = {"dem/rves/rve_set.hpp": 5, "apps/library/grus/rves.hpp": 8}
+both_catches = {"tests/catch.hpp", "tests/fem/main.cpp", "tests/tools/check_floors.py"}
 faults = []
 
 
@@ -42,6 +43,8 @@ for top in ("dem", "fem", "coupling", "apps", "tests"):
                 faults.append(f"{path}: {text.count(chr(10))} lines; 400 at most")
             if "SPDX-License-Identifier" not in text.split("\n\n")[0][:200]:
                 faults.append(f"{path}: no SPDX line at its head")
+            if path not in both_catches and re.search("<catch2/|Catch::Matchers::(Contains|StartsWith|EndsWith)", text):
+                faults.append(f"{path}: Catch2 of one version alone; take tests/catch.hpp and Catch::Contains")
             mine = room(path)
             for target in re.findall(r'#include "([^"]+)"', text):
                 if top == "tests":

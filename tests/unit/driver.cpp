@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // The driver of RVEs over a host without grains: bars whose stress is a closed form of where they are and of the way
 // that they have come. What a new host must give is what this one has.
-#if __has_include(<catch2/catch_all.hpp>)
-#include <catch2/catch_all.hpp>
-using Catch::Approx;
-#else
-#include <catch2/catch.hpp>
-#endif
-
 #include <new>
 
 #include "dem/base/error.hpp"
 #include "dem/io/archive.hpp"
 #include "dem/rves/driver.hpp"
+#include "tests/catch.hpp"
 
 using namespace grus::dem;
 

@@ -1,11 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // An error that crosses a rank as bytes is thrown as what it was, and says where it was where that helps.
-#if __has_include(<catch2/catch_all.hpp>)
-#include <catch2/catch_all.hpp>
-#else
-#include <catch2/catch.hpp>
-#endif
-
 #include <new>
 #include <stdexcept>
 
@@ -13,6 +7,7 @@
 #include "dem/base/fault.hpp"
 #include "dem/base/watch.hpp"
 #include "dem/io/whole_file.hpp"
+#include "tests/catch.hpp"
 
 using namespace grus::dem;
 

@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // The number of a layout tells bytes of other fields, and nothing of what they hold.
-#if __has_include(<catch2/catch_all.hpp>)
-#include <catch2/catch_all.hpp>
-#else
-#include <catch2/catch.hpp>
-#endif
-
 #include "dem/io/archive.hpp"
+#include "tests/catch.hpp"
 
 using namespace grus::dem;
 

@@ -1,14 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // The rules of the driver of RVEs, by made-up responses: when an RVE is not asked, and what two responses say of noise.
-#if __has_include(<catch2/catch_all.hpp>)
-#include <catch2/catch_all.hpp>
-using Catch::Approx;
-#else
-#include <catch2/catch.hpp>
-#endif
-
 #include "dem/rves/deferral.hpp"
 #include "dem/rves/tangents.hpp"
+#include "tests/catch.hpp"
 
 using namespace grus::dem;
 

@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // A state comes back whole from its bytes: every member of every part, found by what the structs declare and not by a
 // list, is given a number of its own, saved, loaded and compared.
-#if __has_include(<catch2/catch_all.hpp>)
-#include <catch2/catch_all.hpp>
-#else
-#include <catch2/catch.hpp>
-#endif
-
 #include <fmt/format.h>
 
 #include "dem/io/archive.hpp"
+#include "tests/catch.hpp"
 
 using namespace grus::dem;
 using grus::for_each_member;

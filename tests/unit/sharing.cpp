@@ -1,14 +1,8 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Who goes with whom, by made-up increments: no grain is asked.
-#if __has_include(<catch2/catch_all.hpp>)
-#include <catch2/catch_all.hpp>
-using Catch::Approx;
-#else
-#include <catch2/catch.hpp>
-#endif
-
-#include "dem/rves/alike.hpp"
 #include "dem/rves/sharing.hpp"
+#include "dem/rves/alike.hpp"
+#include "tests/catch.hpp"
 
 using namespace grus::dem;
 

@@ -1,10 +1,5 @@
 // SPDX-License-Identifier: LGPL-3.0-or-later
 // Threads: everything is done once whoever comes, and nobody is asked to help where help does not pay.
-#if __has_include(<catch2/catch_all.hpp>)
-#include <catch2/catch_all.hpp>
-#else
-#include <catch2/catch.hpp>
-#endif
 #include <chrono>
 #include <cmath>
 #include <cstdint>
@@ -13,6 +8,7 @@
 #include <thread>
 
 #include "dem/base/parallel.hpp"
+#include "tests/catch.hpp"
 
 using namespace grus::dem;
 
