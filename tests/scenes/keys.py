@@ -127,7 +127,7 @@ def main(tmp):
         ]
         command += [a for key, value in changes.items() for a in ("--set", f"{key}={value}")]
         try:
-            return outcome(folder, subprocess.run(command, capture_output=True, text=True, timeout=120))
+            return outcome(folder, subprocess.run(command, capture_output=True, text=True, timeout=300))
         except subprocess.TimeoutExpired:
             return {"exit": "timeout"}
 
@@ -142,12 +142,13 @@ def main(tmp):
         without = list(pool.map(lambda row: run(row[0], *row[3:]) if len(row) > 3 else plain[row[0]], table))
     strip = lambda o: {k: v for k, v in o.items() if k != "record"}
     for row, other, base in zip(table, others, without):
-        need(other["exit"] not in REFUSED, f"{row[0]}: {row[1]} = {row[2]} is refused: {other.get('error')}")
+        need(other["exit"] not in REFUSED, f"{row[0]}: {row[1]} = {row[2]} is refused: {other.get('error', 'timeout')}")
         if base["exit"] in REFUSED:  # companions that cannot be without the key
             base = plain[row[0]]
             if more := larger(row[2]):
                 base = run(row[0], *row[3:], f"{row[1]}={more}")
-                need(base["exit"] not in REFUSED, f"{row[0]}: {row[1]} = {more} is refused: {base.get('error')}")
+                need(base["exit"] not in REFUSED,
+                     f"{row[0]}: {row[1]} = {more} is refused: {base.get('error', 'timeout')}")
             else:  # it says which keys there are, or stands where another stood
                 need(row[1].rpartition(".")[2] in CHOICES or all(c.endswith("=") for c in row[3:]),
                      f"{row[0]}: {row[1]}: companions {row[3:]} are refused without")
