@@ -248,7 +248,8 @@ def commands(folder):
     strains, weight = np.array([0.05, 0.1, 0.15]), np.array([1 / 3, 1 / 3, 1 / 3, 2])
     data = np.append(model(100.0, 60.0, strains), 22.6)  # 22.43 would be the peak: the fit lies between
     write("known.toml", SCENE)
-    write("curve.csv", "axial_strain,axial_stress_Pa [Pa]\n" + "".join(f"{e},{y!r}\n" for e, y in zip(strains, data)))
+    rows = "".join(f"{e},{y!r}\n" for e, y in zip(strains, data.tolist()))
+    write("curve.csv", "axial_strain,axial_stress_Pa [Pa]\n" + rows)
     path, out = write("calibration.toml", CALIBRATION), os.path.join(folder, "out")
     status, said, errors = made_up.command(main, path, "--threads=-1")
     need(status == 2 and "--threads" in errors, f"--threads=-1: exit {status} {errors}")
