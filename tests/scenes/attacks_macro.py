@@ -106,7 +106,7 @@ def macro(tmp):
     # One rank needs no folder of Open MPI 4: runs beside one another would share it. Version 5 must have one.
     r = subprocess.run([bvp, "--version"], capture_output=True, text=True, env=dict(os.environ, TMPDIR="/proc/none"))
     fifth = "(Open MPI) 5" in run("mpirun", "--version").stdout
-    need(fifth or r.returncode == 0 and r.stderr == "", f"no folder for temporary files: {r.returncode} {r.stderr[:99]}")
+    need(fifth or r.returncode == 0 and r.stderr == "", f"no temporary files: {r.returncode} {r.stderr[:99]}")
     # A full disk: one line, the status told where there is room for it.
     out = os.path.join(tmp, "full")
     tight = {
